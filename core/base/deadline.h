@@ -1,0 +1,34 @@
+#pragma once
+/// How long a piece of work may take, and whether its caller still wants it.
+
+#include <atomic>
+#include <chrono>
+
+namespace sightline {
+
+/// Set by one thread, read by others; a flag outlives every Deadline that looks at it.
+class CancelFlag {
+ public:
+  void cancel() { cancelled_.store(true, std::memory_order_relaxed); }
+  bool cancelled() const { return cancelled_.load(std::memory_order_relaxed); }
+
+ private:
+  std::atomic<bool> cancelled_{false};
+};
+
+struct Deadline {
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point at = Clock::time_point::max();
+  const CancelFlag* flag = nullptr;
+
+  static Deadline never() { return {}; }
+  static Deadline in(Clock::duration duration, const CancelFlag* flag = nullptr) {
+    return {Clock::now() + duration, flag};
+  }
+  bool cancelled() const { return flag != nullptr && flag->cancelled(); }
+  bool passed() const {
+    return cancelled() || (at != Clock::time_point::max() && Clock::now() >= at);
+  }
+};
+
+}  // namespace sightline

@@ -1,0 +1,29 @@
+#pragma once
+/// Closed axis-aligned boxes. The empty box has min = +inf and max = -inf.
+
+#include <algorithm>
+#include <limits>
+
+#include "core/geometry/vec3.h"
+
+namespace sightline {
+
+struct Box3d {
+  static constexpr double kInf = std::numeric_limits<double>::infinity();
+  Vec3d min{kInf, kInf, kInf};
+  Vec3d max{-kInf, -kInf, -kInf};
+
+  bool empty() const { return !(min.x <= max.x && min.y <= max.y && min.z <= max.z); }
+  void include(const Vec3d& p) {
+    min = {std::min(min.x, p.x), std::min(min.y, p.y), std::min(min.z, p.z)};
+    max = {std::max(max.x, p.x), std::max(max.y, p.y), std::max(max.z, p.z)};
+  }
+  void include(const Box3d& other) {
+    if (other.empty()) return;
+    include(other.min);
+    include(other.max);
+  }
+  bool operator==(const Box3d&) const = default;
+};
+
+}  // namespace sightline

@@ -1,0 +1,20 @@
+#pragma once
+/// Plain three-component vectors. No arithmetic operators on purpose: exact code names each
+/// rounding.
+
+namespace sightline {
+
+struct Vec3f {
+  float x = 0, y = 0, z = 0;
+  float operator[](int axis) const { return axis == 0 ? x : axis == 1 ? y : z; }
+  bool operator==(const Vec3f&) const = default;
+};
+
+struct Vec3d {
+  double x = 0, y = 0, z = 0;
+  double operator[](int axis) const { return axis == 0 ? x : axis == 1 ? y : z; }
+  double& operator[](int axis) { return axis == 0 ? x : axis == 1 ? y : z; }
+  bool operator==(const Vec3d&) const = default;
+};
+
+}  // namespace sightline

@@ -1,0 +1,53 @@
+#pragma once
+/// What rays meet, as columns: slot i answers ray i.
+
+#include <cstddef>
+#include <cstdint>
+
+#include "core/base/column.h"
+#include "core/geometry/vec3.h"
+
+namespace sightline {
+
+inline constexpr std::uint32_t kNone = 0xffffffffu;
+
+/// Names one triangle of a scene. Ids are ordered by (instance, triangle): file order, because a
+/// mesh counts its triangles through its primitives. The smaller id wins when t is equal.
+struct TriangleId {
+  std::uint32_t instance = kNone;
+  std::uint32_t triangle = kNone;  ///< index in the mesh, through all its primitives
+  auto operator<=>(const TriangleId&) const = default;
+};
+
+/// Closest hits: n slots. A miss has t = +inf and both ids kNone.
+struct HitBatch {
+  Column<double> t;  ///< the exact t rounded once to the nearest float64
+  Column<std::uint32_t> instance;
+  Column<std::uint32_t> triangle;
+
+  std::size_t size() const { return t.size(); }
+  void resize(std::size_t count) {
+    t.resize(count);
+    instance.resize(count);
+    triangle.resize(count);
+  }
+  TriangleId id(std::size_t i) const { return {instance[i], triangle[i]}; }
+  bool hit(std::size_t i) const { return instance[i] != kNone; }
+};
+
+/// Lists of hits ("all"): those of ray i are entries first[i] .. first[i+1] of `hits`.
+struct HitLists {
+  Column<std::size_t> first;  ///< n + 1 entries
+  HitBatch hits;
+};
+
+/// Computed for the winner only, and only when asked.
+struct HitDetail {
+  Vec3d position;     ///< within one ulp per coordinate of the exact point
+  Vec3d normal;       ///< geometric, unit, (v1-v0)x(v2-v0) of the world triangle; within 1e-15
+  double u = 0;       ///< weight of v1, within 2^-50
+  double v = 0;       ///< weight of v2, within 2^-50
+  bool front = true;  ///< direction . normal < 0 exactly; false when the ray lies in the plane
+};
+
+}  // namespace sightline

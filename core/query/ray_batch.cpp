@@ -1,0 +1,58 @@
+#include "core/query/ray_batch.h"
+
+#include <cmath>
+
+namespace sightline {
+
+void RayBatch::reserve(std::size_t count) {
+  for (Column<double>* column : {&ox, &oy, &oz, &dx, &dy, &dz, &tmin, &tmax})
+    column->reserve(count);
+}
+
+void RayBatch::resize(std::size_t count) {
+  for (Column<double>* column : {&ox, &oy, &oz, &dx, &dy, &dz, &tmin}) column->resize(count);
+  tmax.resize(count, std::numeric_limits<double>::infinity());
+}
+
+void RayBatch::push_back(const Ray& ray) {
+  ox.push_back(ray.origin.x);
+  oy.push_back(ray.origin.y);
+  oz.push_back(ray.origin.z);
+  dx.push_back(ray.direction.x);
+  dy.push_back(ray.direction.y);
+  dz.push_back(ray.direction.z);
+  tmin.push_back(ray.tmin);
+  tmax.push_back(ray.tmax);
+}
+
+bool check_rays(const RayBatch& rays, RayFault& fault) {
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    if (!std::isfinite(rays.ox[i]) || !std::isfinite(rays.oy[i]) || !std::isfinite(rays.oz[i])) {
+      fault = {i, "origin", "RAY_NOT_FINITE", "an origin must be three finite numbers"};
+      return false;
+    }
+    if (!std::isfinite(rays.dx[i]) || !std::isfinite(rays.dy[i]) || !std::isfinite(rays.dz[i])) {
+      fault = {i, "direction", "RAY_NOT_FINITE", "a direction must be three finite numbers"};
+      return false;
+    }
+    if (rays.dx[i] == 0 && rays.dy[i] == 0 && rays.dz[i] == 0) {
+      fault = {i, "direction", "RAY_DIRECTION_ZERO", "a direction must not be zero"};
+      return false;
+    }
+    if (std::isnan(rays.tmin[i])) {
+      fault = {i, "tmin", "RAY_LIMIT_NAN", "tmin must be a number"};
+      return false;
+    }
+    if (std::isnan(rays.tmax[i])) {
+      fault = {i, "tmax", "RAY_LIMIT_NAN", "tmax must be a number"};
+      return false;
+    }
+    if (rays.tmin[i] > rays.tmax[i]) {
+      fault = {i, "tmin", "RAY_LIMITS_REVERSED", "tmin must not be larger than tmax"};
+      return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace sightline

@@ -1,0 +1,49 @@
+#pragma once
+/// Rays as columns, and the one border check that they pass before anything is traced.
+
+#include <cstddef>
+#include <limits>
+
+#include "core/base/column.h"
+#include "core/base/result.h"
+#include "core/geometry/vec3.h"
+
+namespace sightline {
+
+/// One ray: the points origin + t * direction with tmin <= t <= tmax, exactly the float64 numbers
+/// that were received. The direction is never normalised; t counts in |direction|.
+struct Ray {
+  Vec3d origin;
+  Vec3d direction;
+  double tmin = 0;
+  double tmax = std::numeric_limits<double>::infinity();
+};
+
+/// n rays as eight columns of n float64 numbers, scene units.
+struct RayBatch {
+  Column<double> ox, oy, oz, dx, dy, dz, tmin, tmax;
+
+  std::size_t size() const { return ox.size(); }
+  void reserve(std::size_t count);
+  void resize(std::size_t count);
+  void push_back(const Ray& ray);
+  Ray operator[](std::size_t i) const {
+    return {{ox[i], oy[i], oz[i]}, {dx[i], dy[i], dz[i]}, tmin[i], tmax[i]};
+  }
+};
+
+/// The place of a bad ray in a batch, for the codec to turn into a JSON pointer.
+struct RayFault {
+  std::size_t ray = 0;
+  const char* part = "";  ///< "origin", "direction", "tmin" or "tmax"
+  const char* code =
+      "";  ///< RAY_NOT_FINITE, RAY_DIRECTION_ZERO, RAY_LIMIT_NAN, RAY_LIMITS_REVERSED
+  const char* message = "";
+};
+
+/// The border: after it the inside trusts the rays. Finds the first ray with a non-finite origin or
+/// direction, a direction of exactly zero, a NaN limit, or tmin > tmax. Infinite limits are
+/// allowed. Returns true and leaves `fault` alone when every ray is good.
+bool check_rays(const RayBatch& rays, RayFault& fault);
+
+}  // namespace sightline

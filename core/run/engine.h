@@ -1,0 +1,53 @@
+#pragma once
+/// Runs batches of checked rays on the threads that it was given.
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/deadline.h"
+#include "core/base/result.h"
+#include "core/query/hit_batch.h"
+#include "core/query/ray_batch.h"
+#include "core/scene/scene.h"
+
+namespace sightline {
+
+struct EngineOptions {
+  int threads = 0;     ///< 0: as many as the machine has
+  std::string kernel;  ///< empty: the best that this machine can run; else one of Engine::kernels()
+};
+
+/// Made once by main and handed down. All methods may be called from many threads at once; none
+/// keeps a pointer to its arguments. Every answer is the same bytes for every number of threads,
+/// kernel and order of rays (CONTRACT.md).
+/// Rays must have passed check_rays. Errors: DEADLINE and CANCELLED (the output is then unusable),
+/// ENGINE_KERNEL_UNKNOWN from create.
+class Engine {
+ public:
+  static Result<std::unique_ptr<Engine>> create(const EngineOptions& options);
+  /// Names of the kernels that this machine can run, best first.
+  static std::vector<std::string> kernels();
+  ~Engine();
+
+  /// The nearest triangle of every ray. `hits` is resized and overwritten.
+  Status closest(const Scene& scene, const RayBatch& rays, const Deadline& deadline,
+                 HitBatch& hits) const;
+  /// Whether each ray meets anything: 1 or 0. `occluded` is resized and overwritten.
+  Status any(const Scene& scene, const RayBatch& rays, const Deadline& deadline,
+             Column<std::uint8_t>& occluded) const;
+  /// Position, normal and barycentrics of hits that closest (or all) reported; slots of misses are
+  /// left default. `rays[i]` belongs to `hits` slot i.
+  Status details(const Scene& scene, const RayBatch& rays, const HitBatch& hits,
+                 const Deadline& deadline, Column<HitDetail>& out) const;
+
+  const std::string& kernel() const;
+  int threads() const;
+
+ private:
+  struct State;
+  explicit Engine(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace sightline

@@ -1,0 +1,37 @@
+#pragma once
+/// Triangles in a mesh's own space, as the file encodes them.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/base/column.h"
+#include "core/geometry/box3.h"
+#include "core/geometry/vec3.h"
+
+namespace sightline {
+
+/// A run of a mesh's triangles with one material: a glTF primitive.
+struct Primitive {
+  std::uint32_t first_triangle = 0;
+  std::uint32_t triangle_count = 0;
+  std::uint32_t file_primitive =
+      0;  ///< its index in the file's mesh (points and lines are left out)
+  std::uint32_t material = 0xffffffffu;
+};
+
+/// Positions are float32 as decoded (CONTRACT, "The scene", 1). Triangle i has the corners
+/// positions[indices[3i]], [3i+1], [3i+2]; every index is smaller than positions.size(). Strips and
+/// fans are already unrolled with glTF's winding. Positions may be non-finite and triangles may
+/// have no area: both keep their number and are never hit.
+struct Mesh {
+  std::string name;
+  std::uint32_t file_mesh = 0;  ///< index in the file's "meshes"
+  Column<Vec3f> positions;
+  Column<std::uint32_t> indices;
+  std::vector<Primitive> primitives;
+
+  std::uint32_t triangle_count() const { return static_cast<std::uint32_t>(indices.size() / 3); }
+};
+
+}  // namespace sightline

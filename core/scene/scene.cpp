@@ -1,0 +1,46 @@
+#include "core/scene/scene.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sightline {
+
+Result<std::shared_ptr<const Scene>> Scene::build(SceneDescription description) {
+  std::shared_ptr<Scene> scene(new Scene());
+  scene->description_ = std::move(description);
+  for (const auto& mesh : scene->description_.meshes) {
+    scene->unique_triangle_count_ += mesh->triangle_count();
+  }
+  for (std::uint32_t i = 0; i < scene->description_.instances.size(); ++i) {
+    const Mesh& mesh = *scene->description_.meshes[scene->description_.instances[i].mesh];
+    scene->instanced_triangle_count_ += mesh.triangle_count();
+    for (std::uint32_t k = 0; k < mesh.triangle_count(); ++k) {
+      const WorldTriangle triangle = scene->world_triangle({i, k});
+      for (const Vec3d& p : {triangle.v0, triangle.v1, triangle.v2}) {
+        if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z))
+          scene->bounds_.include(p);
+      }
+    }
+  }
+  return std::shared_ptr<const Scene>(std::move(scene));
+}
+
+WorldTriangle Scene::world_triangle(TriangleId id) const {
+  const Instance& instance = description_.instances[id.instance];
+  const Mesh& mesh = *description_.meshes[instance.mesh];
+  const std::uint32_t* corner = &mesh.indices[std::size_t{id.triangle} * 3];
+  return {instance.world_from_mesh.apply(mesh.positions[corner[0]]),
+          instance.world_from_mesh.apply(mesh.positions[corner[1]]),
+          instance.world_from_mesh.apply(mesh.positions[corner[2]])};
+}
+
+std::uint32_t Scene::primitive_of(TriangleId id) const {
+  const auto& primitives =
+      description_.meshes[description_.instances[id.instance].mesh]->primitives;
+  const auto after = std::upper_bound(
+      primitives.begin(), primitives.end(), id.triangle,
+      [](std::uint32_t triangle, const Primitive& p) { return triangle < p.first_triangle; });
+  return static_cast<std::uint32_t>(after - primitives.begin()) - 1;
+}
+
+}  // namespace sightline

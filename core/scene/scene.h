@@ -1,0 +1,52 @@
+#pragma once
+/// An immutable scene: what every reader of a revision shares.
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/bvh/scene_tree.h"
+#include "core/geometry/box3.h"
+#include "core/query/hit_batch.h"
+#include "core/scene/scene_description.h"
+
+namespace sightline {
+
+/// The three float64 corners of a triangle in the world: the truth that every answer is about.
+struct WorldTriangle {
+  Vec3d v0, v1, v2;
+};
+
+/// Nothing in it ever changes; hold it by shared_ptr<const Scene> for as long as it is read.
+class Scene {
+ public:
+  /// Builds the trees. Errors: SCENE_TOO_LARGE when an id or a node number would not fit.
+  static Result<std::shared_ptr<const Scene>> build(SceneDescription description);
+
+  const SceneDescription& description() const { return description_; }
+  const SceneTree& tree() const { return tree_; }
+
+  /// Every triangle of every instance, dropped ones included.
+  std::uint64_t instanced_triangle_count() const { return instanced_triangle_count_; }
+  /// Every triangle of every mesh, dropped ones included.
+  std::uint64_t unique_triangle_count() const { return unique_triangle_count_; }
+  /// Of the world positions that finite triangles use (area or not); empty if there is none.
+  const Box3d& bounds() const { return bounds_; }
+
+  /// Precondition: id names a triangle of this scene.
+  WorldTriangle world_triangle(TriangleId id) const;
+  /// The primitive of the instance's mesh that holds this triangle, as an index in
+  /// Mesh::primitives.
+  std::uint32_t primitive_of(TriangleId id) const;
+
+ private:
+  Scene() = default;
+  SceneDescription description_;
+  SceneTree tree_;
+  Box3d bounds_;
+  std::uint64_t unique_triangle_count_ = 0;
+  std::uint64_t instanced_triangle_count_ = 0;
+};
+
+}  // namespace sightline
