@@ -1,0 +1,64 @@
+#!/usr/bin/env bash
+# Installs the Debian 12 packages that a task needs and that are missing; touches nothing when none
+# is. This file is the one place where packages are listed; docs/dependencies.md says what each is
+# for.
+#
+#   scripts/install_packages.sh GROUP...           install what is missing
+#   scripts/install_packages.sh --print GROUP...   print the list, one package per line
+#
+# Groups: build (compile the server), run (build, and ask it), test (build and run every test),
+#         lint (clang, clang-tidy), image (make a container image without docker).
+set -euo pipefail
+
+build="g++ cmake ninja-build pkg-config ccache ca-certificates
+  libtinygltf-dev nlohmann-json3-dev libcpp-httplib-dev libsimdjson-dev libspdlog-dev libfmt-dev
+  libcli11-dev libtbb-dev libhwy-dev libssl-dev zlib1g-dev libbrotli-dev"
+run="$build curl"
+test="$run libgtest-dev libbenchmark-dev libgmp-dev libembree-dev python3 strace clang-format"
+lint="clang clang-format clang-tidy python3"
+image="buildah podman runc debootstrap ca-certificates curl python3"
+
+usage() { sed -n '2,/^set/{/^#/s/^# \{0,1\}//p}' "$0"; }
+
+print_only=no
+packages=()
+for argument in "$@"; do
+  case $argument in
+    --print) print_only=yes ;;
+    build | run | test | lint | image) read -r -d '' -a group <<<"${!argument} " || true; packages+=("${group[@]}") ;;
+    -h | --help) usage; exit 0 ;;
+    *) echo "$0: no group '$argument'" >&2; usage >&2; exit 2 ;;
+  esac
+done
+[ ${#packages[@]} -gt 0 ] || { usage >&2; exit 2; }
+
+if [ "$print_only" = yes ]; then
+  printf '%s\n' "${packages[@]}" | sort -u
+  exit 0
+fi
+
+if ! command -v dpkg-query >/dev/null; then
+  echo "$0: this is no Debian; install by hand what '$0 --print' lists, then run cmake as CONTRIBUTING.md shows" >&2
+  exit 1
+fi
+
+# What is wanted minus what dpkg calls installed.
+mapfile -t missing < <(comm -23 \
+  <(printf '%s\n' "${packages[@]}" | sort -u) \
+  <(dpkg-query -W -f '${db:Status-Status} ${Package}\n' "${packages[@]}" 2>/dev/null |
+    sed -n 's/^installed //p' | sort -u))
+[ ${#missing[@]} -gt 0 ] || exit 0
+
+as_root=()
+if [ "$(id -u)" != 0 ]; then
+  if ! command -v sudo >/dev/null; then
+    echo "$0: these packages are missing and need root: apt-get install ${missing[*]}" >&2
+    exit 1
+  fi
+  as_root=(sudo)
+fi
+
+echo "installing ${#missing[@]} packages: ${missing[*]}" >&2
+"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get update -qq
+"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends \
+  -o Dpkg::Use-Pty=0 "${missing[@]}" >/dev/null

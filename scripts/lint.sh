@@ -1,0 +1,65 @@
+#!/usr/bin/env bash
+# Style and lint. Changes nothing (but see --fix).
+#
+#   scripts/lint.sh [--all | --format | --fix] [FILE...]
+#
+# With no argument: format of every file, the room laws, and clang-tidy over the .cpp files that
+# differ from main (those that include a changed header too are left to --all).
+# --all     clang-tidy over every file that the build compiles
+# --format  only the format check; exit code 77 (skipped) where clang-format is not installed
+# --fix     format every file in place
+# FILE...   clang-tidy over these .cpp files
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+mode=changed
+files=()
+for argument in "$@"; do
+  case $argument in
+    --all) mode=all ;;
+    --format) mode=format ;;
+    --fix) mode=fix ;;
+    -h | --help) sed -n '2,/^set/{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; exit 0 ;;
+    -*) echo "$0: unknown argument '$argument' (see --help)" >&2; exit 2 ;;
+    *) mode=files; files+=("$argument") ;;
+  esac
+done
+
+sources() { find core proto server tests -name '*.h' -o -name '*.cpp' | sort; }
+
+if [ "$mode" = format ] && ! command -v clang-format >/dev/null; then
+  echo "SKIPPED: clang-format is not installed"
+  exit 77
+fi
+if [ "$mode" != format ]; then scripts/install_packages.sh lint; fi
+
+if [ "$mode" = fix ]; then
+  sources | xargs clang-format -i
+  exit 0
+fi
+sources | xargs clang-format --dry-run -Werror
+echo "format: $(sources | wc -l) files"
+[ "$mode" != format ] || exit 0
+
+python3 -B tests/laws/room_laws.py
+
+# clang-tidy reads how each file is compiled from the dev preset's build tree.
+[ -f build/dev/compile_commands.json ] || cmake --preset dev >/dev/null
+compiled() {
+  python3 -c '
+import json, os
+for entry in json.load(open("build/dev/compile_commands.json")):
+    print(os.path.relpath(os.path.join(entry["directory"], entry["file"])))' | sort -u
+}
+case $mode in
+  all) mapfile -t files < <(compiled) ;;
+  changed)
+    base=$(git merge-base HEAD main 2>/dev/null || git rev-parse HEAD)
+    mapfile -t files < <(comm -12 <(compiled) \
+      <({ git diff --name-only "$base" -- '*.cpp'; git ls-files --others --exclude-standard -- '*.cpp'; } | sort -u))
+    ;;
+esac
+if [ ${#files[@]} -gt 0 ]; then
+  printf '%s\0' "${files[@]}" | xargs -0 -n 1 -P "$(nproc)" clang-tidy -p build/dev --quiet --warnings-as-errors='*'
+fi
+echo "clang-tidy: ${#files[@]} files"

@@ -1,0 +1,83 @@
+#!/usr/bin/env bash
+# Installs what is missing, builds the server and serves the demo scenes until Ctrl-C. When it is
+# ready it prints one curl line to paste.
+#
+#   scripts/run.sh [--port N] [--data DIR]
+#
+# --port N    TCP port on 127.0.0.1 (default: $PORT, else 8080; 0 takes a free one)
+# --data DIR  where scenes that you PUT are kept (default: build/data in this checkout)
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+port=${PORT:-8080}
+data=build/data
+while [ $# -gt 0 ]; do
+  case $1 in
+    --port) port=${2:?--port needs a number}; shift 2 ;;
+    --data) data=${2:?--data needs a folder}; shift 2 ;;
+    -h | --help) sed -n '2,/^set/{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; exit 0 ;;
+    *) echo "$0: unknown argument '$1' (see --help)" >&2; exit 2 ;;
+  esac
+done
+case $port in
+  *[!0-9]* | '') echo "$0: '$port' is no port number" >&2; exit 2 ;;
+esac
+
+scripts/install_packages.sh run
+mkdir -p build
+
+# An existing build tree keeps its options, so that running and testing do not rebuild each other.
+if [ ! -f build/release/build.ninja ]; then
+  cmake --preset release -DSIGHTLINE_TESTS=OFF >build/configure.log 2>&1 ||
+    { cat build/configure.log >&2; exit 1; }
+fi
+echo "building build/release/sightline (the first time takes some minutes)" >&2
+cmake --build --preset release --target sightline >&2
+
+if [ "$port" != 0 ] && (exec 3<>"/dev/tcp/127.0.0.1/$port") 2>/dev/null; then
+  echo "$0: port $port is taken by another program; choose one: PORT=$((port + 1)) $0" >&2
+  exit 1
+fi
+
+mkdir -p "$data"
+# The first line that the server prints is its address; a pipe hands it over as soon as it is there.
+lines=$(mktemp -u)
+mkfifo -m 600 "$lines"
+build/release/sightline serve --listen "127.0.0.1:$port" --data "$data" \
+  --preload town=demo:town --preload six=demo:six >"$lines" &
+server=$!
+trap 'kill -TERM "$server" 2>/dev/null || true' INT TERM
+exec 4<"$lines"
+rm -f "$lines"
+if ! read -r first <&4; then
+  wait "$server" && code=0 || code=$?
+  echo "$0: the server stopped with exit code $code before it listened" >&2
+  exit 1
+fi
+echo "$first"
+url=${first#listening on }
+cat <&4 &
+
+until curl -fsS -o /dev/null "$url/readyz" 2>/dev/null; do
+  kill -0 "$server" 2>/dev/null || { echo "$0: the server stopped before it was ready" >&2; exit 1; }
+  sleep 0.1
+done
+
+cat <<TEXT
+
+Ready. Ask it from another terminal: what lies straight below a point above the town?
+
+curl -s $url/v1/scenes/town/rays:closest -H 'Content-Type: application/json' -d '{"rays":[{"origin":[3,200,5],"direction":[0,-1,0]}],"fields":["t","position","normal","node","mesh"]}'
+
+It answers with one hit: t, position, normal, and the names of the node and the mesh that were met.
+Scenes that you PUT are kept in $data. Ctrl-C stops the server.
+TEXT
+
+# A signal ends wait early; the server then finishes what it is answering.
+code=0
+wait "$server" || code=$?
+while kill -0 "$server" 2>/dev/null; do
+  code=0
+  wait "$server" || code=$?
+done
+exit "$code"

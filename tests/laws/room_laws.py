@@ -1,0 +1,221 @@
+#!/usr/bin/env python3
+"""Holds the room table of ARCHITECTURE.md against the tree.
+
+Usage: room_laws.py [ROOT]
+
+The two tables of ARCHITECTURE.md are the single source: which room may include which, and which
+library header may be included where. This script reads them and checks, over every tracked file
+(every file, where there is no git):
+
+  rooms      a source file lies in a room of the table, and each room of the table exists
+  one way    the table has no cycle
+  includes   a quoted #include is written from the root, names a file that exists, and goes from a
+             room to itself or to one that the table allows
+  libraries  a library header appears only where the second table allows it
+  links      the CMake targets of a room link only rooms that it may include
+  top level  nothing stands at the top but what ARCHITECTURE.md lists under "Top level"
+
+Prints what was checked; exit code 0 when every law holds, 1 with one line per violation.
+"""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path, PurePosixPath
+
+SOURCE_SUFFIXES = {".h", ".hpp", ".inl", ".c", ".cc", ".cpp"}
+INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*(?:"([^"\n]+)"|<([^>\n]+)>)', re.MULTILINE)
+# A dispatch library includes the file itself once more, under the name that this macro gives.
+SELF_INCLUDE = re.compile(r'^[ \t]*#[ \t]*define[ \t]+HWY_TARGET_INCLUDE[ \t]+"([^"\n]+)"', re.MULTILINE)
+ROOM_CALL = re.compile(r"\bsightline_room\s*\(\s*(\w+)([^)]*)\)")
+LINK_CALL = re.compile(r"\btarget_link_libraries\s*\(\s*(sightline_\w+|sightline)\b([^)]*)\)")
+SKIPPED_FOLDERS = {"build", "__pycache__", "node_modules", "scratch"}
+
+
+class Tables:
+    """What ARCHITECTURE.md says. rooms: room -> rooms that it may include. libraries: header
+    prefix -> rooms that may include it. top_level: names that may stand at the top."""
+
+    def __init__(self, text):
+        self.rooms = {}
+        self.libraries = {}
+        self.top_level = []
+        heading = ""
+        rows = {}
+        for line in text.splitlines():
+            if line.startswith("#"):
+                heading = line.lstrip("#").strip().lower()
+            elif line.startswith("|") and not re.fullmatch(r"[|\s:-]+", line):
+                rows.setdefault(heading, []).append([cell.strip() for cell in line.strip().strip("|").split("|")])
+            elif heading == "top level":
+                self.top_level += re.findall(r"`([^`]+)`", line)
+
+        words = {cells[0].strip("`"): re.findall(r"\w+", cells[-1]) for cells in rows.get("rooms", [])[1:]}
+        core = [room for room in words if room.startswith("core/")]
+        for room, may in words.items():
+            self.rooms[room] = set()
+            for word in may:
+                if word == "everything":
+                    self.rooms[room] |= set(words)
+                elif word == "core":
+                    self.rooms[room] |= set(core)
+                elif word != "nothing":
+                    self.rooms[room].add("core/" + word if "core/" + word in words else word)
+        for cells in rows.get("libraries", [])[1:]:
+            for prefix in re.findall(r"`([^`]+)`", cells[0]):
+                self.libraries[prefix] = set(re.findall(r"[\w/]+", cells[-1]))
+
+    def room_of(self, path):
+        """The room that holds this path, or None. `core/` itself is no room."""
+        parts = PurePosixPath(path).parts
+        for length in (2, 1):
+            room = "/".join(parts[:length])
+            if len(parts) > length and room in self.rooms:
+                return room
+        return None
+
+
+def tracked_files(root):
+    if (root / ".git").exists():
+        listing = subprocess.run(
+            ["git", "-C", str(root), "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
+            capture_output=True, text=True, check=False)
+        if listing.returncode == 0:
+            return sorted(name for name in listing.stdout.split("\0") if name and (root / name).is_file())
+    found = []
+    for folder, folders, names in os.walk(root):
+        folders[:] = [f for f in folders if f not in SKIPPED_FOLDERS and f != ".git"]
+        found += [(Path(folder) / name).relative_to(root).as_posix() for name in names]
+    return sorted(found)
+
+
+# Strings and characters come first, so that "*/*" and "http://" open no comment.
+COMMENT = re.compile(r'("(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])\')|//[^\n]*|/\*.*?\*/', re.DOTALL)
+
+
+def without_comments(text):
+    """Blanks comments and keeps line numbers."""
+    return COMMENT.sub(lambda match: match.group(1) or re.sub(r"[^\n]", " ", match.group(0)), text)
+
+
+class Laws:
+    def __init__(self, root):
+        self.root = Path(root).resolve()
+        self.tables = Tables((self.root / "ARCHITECTURE.md").read_text(encoding="utf-8"))
+        self.files = tracked_files(self.root)
+        self.violations = []
+        self.counts = {"sources": 0, "includes": 0, "library includes": 0, "links": 0}
+
+    def fault(self, place, sentence):
+        self.violations.append(f"{place}: {sentence}")
+
+    def check(self):
+        if not self.tables.rooms:
+            self.fault("ARCHITECTURE.md", 'no table under "## Rooms"')
+            return self.violations
+        self.check_table()
+        self.check_top_level()
+        for name in self.files:
+            path = PurePosixPath(name)
+            if path.suffix in SOURCE_SUFFIXES:
+                self.check_source(name)
+            elif path.name == "CMakeLists.txt" or path.suffix == ".cmake":
+                self.check_links(name)
+        return self.violations
+
+    def check_table(self):
+        rooms = self.tables.rooms
+        for room, may in rooms.items():
+            for other in sorted(may - set(rooms)):
+                self.fault("ARCHITECTURE.md", f"room {room} may include {other}, which is no room")
+            if not (self.root / room).is_dir():
+                self.fault("ARCHITECTURE.md", f"room {room} has no folder")
+        # Rooms that only include rooms already placed can be placed; what is left over is a cycle.
+        # "everything" names the room itself, which is no cycle.
+        placed = set()
+        while True:
+            ready = {r for r, may in rooms.items() if r not in placed and (may & set(rooms)) - {r} <= placed}
+            if not ready:
+                break
+            placed |= ready
+        if set(rooms) - placed:
+            self.fault("ARCHITECTURE.md", "rooms include each other in a circle: " + " ".join(sorted(set(rooms) - placed)))
+
+    def check_top_level(self):
+        allowed = set(self.tables.top_level)
+        for top in sorted({PurePosixPath(name).parts[0] for name in self.files}):
+            if not top.startswith(".") and top not in allowed:
+                self.fault(top, 'stands at the top level and is not listed in ARCHITECTURE.md under "Top level"')
+
+    def check_source(self, name):
+        self.counts["sources"] += 1
+        room = self.tables.room_of(name)
+        if room is None:
+            self.fault(name, "lies in no room of the table")
+            return
+        text = without_comments((self.root / name).read_text(encoding="utf-8", errors="replace"))
+        for match in INCLUDE.finditer(text):
+            place = f"{name}:{text.count(chr(10), 0, match.end()) + 1}"
+            if match.group(1):
+                self.check_include(place, room, match.group(1))
+            self.check_library(place, room, match.group(1) or match.group(2))
+        for match in SELF_INCLUDE.finditer(text):
+            if match.group(1) != name:
+                self.fault(name, f'HWY_TARGET_INCLUDE names "{match.group(1)}", not this file')
+
+    def check_include(self, place, room, target):
+        self.counts["includes"] += 1
+        if not (self.root / target).is_file():
+            self.fault(place, f'"{target}" is not a file, seen from the root (libraries are included with <>)')
+            return
+        other = self.tables.room_of(target)
+        if other is None:
+            self.fault(place, f'"{target}" lies in no room')
+        elif other != room and other not in self.tables.rooms[room]:
+            may = " ".join(sorted(self.tables.rooms[room])) or "nothing"
+            self.fault(place, f"room {room} includes {other}; it may include: {may}")
+
+    def check_library(self, place, room, header):
+        for prefix, allowed in self.tables.libraries.items():
+            if header.startswith(prefix):
+                self.counts["library includes"] += 1
+                if room not in allowed:
+                    self.fault(place, f"room {room} includes <{header}>; only these may: {' '.join(sorted(allowed))}")
+
+    def check_links(self, name):
+        room = self.tables.room_of(name)
+        if room is None or room == "tests":
+            return
+        text = re.sub(r"#[^\n]*", "", (self.root / name).read_text(encoding="utf-8", errors="replace"))
+        words = []
+        for match in ROOM_CALL.finditer(text):
+            rooms = re.search(r"\bROOMS\b((?:\s+(?!(?:SOURCES|LIBRARIES)\b)[\w:]+)*)", match.group(2))
+            words += rooms.group(1).split() if rooms else []
+        for match in LINK_CALL.finditer(text):
+            words += [word[len("sightline_"):] for word in re.findall(r"\bsightline_\w+", match.group(2))]
+        for word in words:
+            other = "core/" + word if "core/" + word in self.tables.rooms else word
+            if other not in self.tables.rooms:
+                continue
+            self.counts["links"] += 1
+            if other != room and other not in self.tables.rooms[room]:
+                self.fault(name, f"room {room} links {other}, which it may not include")
+        for library in re.findall(r"\b(?:embree|gmp|gmpxx|gtest|benchmark)\b", text, re.IGNORECASE):
+            self.fault(name, f"room {room} names {library}, which only tests may link")
+
+
+def main(arguments):
+    root = Path(arguments[1]) if len(arguments) > 1 else Path(__file__).resolve().parents[2]
+    laws = Laws(root)
+    violations = laws.check()
+    for violation in violations:
+        print(violation)
+    print(f"{len(laws.tables.rooms)} rooms, {len(laws.files)} files, "
+          + ", ".join(f"{count} {what}" for what, count in laws.counts.items())
+          + f": {len(violations)} violations")
+    return 1 if violations else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv))

@@ -1,0 +1,112 @@
+#!/usr/bin/env python3
+"""The laws themselves under test: small trees, each with one violation, must fail with its place."""
+
+import tempfile
+import unittest
+from pathlib import Path
+
+import room_laws
+
+ARCHITECTURE = """# A house
+
+## Rooms
+
+| room | what lives there | may include |
+|---|---|---|
+| core/base | words | nothing |
+| core/scene | scenes | base |
+| proto | codecs | base |
+| server | http | core proto |
+| tests | tests | everything |
+
+## Libraries
+
+| header | only in |
+|---|---|
+| `embree3/`, `gmp` | tests |
+| `httplib.h` | server, tests |
+
+## Top level
+
+`core` `proto` `server` `tests` `ARCHITECTURE.md`
+"""
+
+GOOD = {
+    "core/base/result.h": "#pragma once\n#include <string>\n",
+    "core/scene/scene.h": '#include "core/base/result.h"\n// #include "server/server.h" is not an include\n',
+    "core/scene/CMakeLists.txt": "sightline_room(scene SOURCES scene.cpp ROOMS base LIBRARIES fmt::fmt)\n",
+    "proto/rays.cpp": '#include "core/base/result.h"\n',
+    "server/server.h": '#include <httplib.h>\n#include "core/scene/scene.h"\n#include "proto/rays.cpp"\n',
+    "tests/unit/a_test.cpp": '#include <embree3/rtcore.h>\n#include "server/server.h"\n',
+}
+
+
+class RoomLaws(unittest.TestCase):
+    def violations(self, changes=None, architecture=ARCHITECTURE):
+        with tempfile.TemporaryDirectory() as folder:
+            root = Path(folder)
+            for name, text in {**GOOD, "ARCHITECTURE.md": architecture, **(changes or {})}.items():
+                (root / name).parent.mkdir(parents=True, exist_ok=True)
+                (root / name).write_text(text, encoding="utf-8")
+            return room_laws.Laws(root).check()
+
+    def assert_fault(self, violations, *words):
+        self.assertEqual(len(violations), 1, violations)
+        for word in words:
+            self.assertIn(word, violations[0])
+
+    def test_a_tree_that_keeps_the_laws_passes(self):
+        self.assertEqual(self.violations(), [])
+
+    def test_an_include_against_the_table_is_named_with_file_and_line(self):
+        faults = self.violations({"core/base/bad.h": '\n#include "core/scene/scene.h"\n'})
+        self.assert_fault(faults, "core/base/bad.h:2", "core/base includes core/scene")
+
+    def test_an_include_inside_an_if_counts_too(self):
+        faults = self.violations({"proto/bad.h": '#if 0\n  #  include "core/scene/scene.h"\n#endif\n'})
+        self.assert_fault(faults, "proto/bad.h:2", "proto includes core/scene")
+
+    def test_a_comment_opener_in_a_string_hides_no_include(self):
+        faults = self.violations({"proto/bad.h": 'auto a = "*/*";\n#include "core/scene/scene.h"\nauto b = "*/*";\n'})
+        self.assert_fault(faults, "proto/bad.h:2", "proto includes core/scene")
+
+    def test_a_file_in_no_room_fails(self):
+        self.assert_fault(self.violations({"core/stray.h": ""}), "core/stray.h", "no room")
+        self.assert_fault(self.violations({"core/extra/stray.h": ""}), "core/extra/stray.h", "no room")
+
+    def test_an_include_that_is_not_written_from_the_root_fails(self):
+        self.assert_fault(self.violations({"core/scene/bad.h": '#include "scene.h"\n'}), "bad.h:1", "root")
+
+    def test_embree_and_gmp_stay_in_tests(self):
+        self.assert_fault(self.violations({"core/scene/bad.h": "#include <embree3/rtcore.h>\n"}), "embree3")
+        self.assert_fault(self.violations({"server/bad.h": "#include <gmpxx.h>\n"}), "gmpxx")
+        self.assert_fault(
+            self.violations({"server/CMakeLists.txt": "find_package(embree 3)\n"}), "server/CMakeLists.txt", "embree")
+
+    def test_http_stays_in_the_server(self):
+        self.assert_fault(self.violations({"proto/bad.h": "#include <httplib.h>\n"}), "proto", "httplib.h")
+
+    def test_a_link_against_the_table_fails(self):
+        bad = {"core/base/CMakeLists.txt": "sightline_room(base SOURCES a.cpp ROOMS scene LIBRARIES x)\n"}
+        self.assert_fault(self.violations(bad), "core/base/CMakeLists.txt", "links core/scene")
+        bad = {"proto/CMakeLists.txt": "target_link_libraries(sightline_proto PUBLIC sightline_scene)\n"}
+        self.assert_fault(self.violations(bad), "proto/CMakeLists.txt", "links core/scene")
+
+    def test_a_circle_in_the_table_fails(self):
+        circular = ARCHITECTURE.replace("| words | nothing |", "| words | scene |")
+        faults = self.violations(architecture=circular)
+        self.assertTrue(any("circle" in fault for fault in faults), faults)
+
+    def test_a_room_without_a_folder_fails(self):
+        more = ARCHITECTURE.replace("| proto |", "| core/store | scenes | base |\n| proto |")
+        self.assert_fault(self.violations(architecture=more), "core/store", "no folder")
+
+    def test_a_stray_entry_at_the_top_fails(self):
+        self.assert_fault(self.violations({"notes.txt": ""}), "notes.txt", "top level")
+
+    def test_a_table_that_cannot_be_found_fails(self):
+        self.assert_fault(self.violations(architecture="# A house\n"), "no table")
+
+
+if __name__ == "__main__":
+    unittest.main()
