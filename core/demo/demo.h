@@ -34,20 +34,40 @@ struct DemoScene {
 };
 
 /// The scene as one GLB file: u16 indices where they fit, matrices only where not identity.
+/// Parents stand before their children, every mesh has triangles, and the whole is below 4 GiB.
 std::vector<std::byte> write_glb(const DemoScene& scene);
 
-/// A small town on terrain with instanced trees: about 60,000 unique and 400,000 placed triangles.
+// All generators use integer arithmetic and float64 + - * / sqrt, each correctly rounded, and no
+// other libm function: a seed gives the same bytes on every machine and with every compiler.
+
+/// A small town on terrain with instanced trees: 52,078 unique and 362,254 placed triangles, named
+/// "house 3", "roof of house 3", "tree 17" (mesh "tree", material "leaves"), "clock tower", ...
+/// Metres, y up, 800 m wide. Two rays that are easy to check:
+///   origin (-40,12,1) direction (1,0,0): wall of "clock tower" (mesh "tower") at t = 37
+///   origin (0,100,0) direction (0,-1,0): the very tip of "spire", shared by 4 triangles, at t = 68
 DemoScene town(std::uint64_t seed = 1);
-/// The six-triangle hierarchy of SEEDS.md, row 24: a root with two subtrees of three triangles.
+
+/// The six-triangle hierarchy of the lecture notes (SEEDS, row 24): a root with two subtrees of
+/// three triangles. Triangle i of "left" has the corners (x,0,2) (x+2,4,0) (x,0,-2) with
+/// x = -6 + 2i, of "right" with x = 2 + 2i. The four branches:
+///   both   origin (-10,1,0)  direction (1,0,0):  left's triangle 0 at t = 4.5 is the closer one
+///   left   origin (-5,10,0)  direction (0,-1,0): left's triangle 0 at t = 8
+///   right  origin (3,10,0)   direction (0,-1,0): right's triangle 0 at t = 8
+///   none   origin (1,10,0)   direction (0,-1,0): between the two
 DemoScene six_triangles();
 
-/// The benchmark set (PERFORMANCE.md): terrain is a fractal height field, soup random triangles,
-/// city boxes, strips, cables and poles of very different sizes; sphere is a closed dense ball,
-/// used as instances(copies, triangles) on a jittered grid with rotations and scales.
+// The benchmark set of "What the fastest kernels reach": one mesh and one node, except instances.
+
+/// A fractal height field over 1000 x 1000: the nearest 2 n^2 triangles.
 DemoScene terrain(std::uint32_t triangles, std::uint64_t seed = 1);
+/// Random triangles, edges about 1, in a cube of side 100: exactly `triangles`.
 DemoScene soup(std::uint32_t triangles, std::uint64_t seed = 1);
+/// Buildings, boxes, strips, cables and poles of very different sizes, many long and thin, many
+/// flush or interpenetrating: `triangles` or one less.
 DemoScene city(std::uint32_t triangles, std::uint64_t seed = 1);
+/// A closed dense ball of radius 1 around the origin: the nearest 12 n^2 triangles.
 DemoScene sphere(std::uint32_t triangles, std::uint64_t seed = 1);
+/// Copies of one sphere on a jittered grid of pitch 3, rotated and scaled (0.5 to 1.5 per axis).
 DemoScene instances(std::uint32_t copies, std::uint32_t triangles_each, std::uint64_t seed = 1);
 
 }  // namespace sightline::demo

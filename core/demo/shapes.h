@@ -1,0 +1,44 @@
+#pragma once
+/// Solids that the generators add to a mesh. Triangles are counter-clockwise seen from outside.
+
+#include "core/demo/demo.h"
+#include "core/geometry/vec3.h"
+
+namespace sightline::demo {
+
+std::uint32_t add_vertex(DemoMesh& mesh, double x, double y, double z);
+void add_triangle(DemoMesh& mesh, std::uint32_t a, std::uint32_t b, std::uint32_t c);
+/// Two triangles a b c, a c d.
+void add_quad(DemoMesh& mesh, std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d);
+
+/// A closed axis-aligned box: 8 vertices, 12 triangles.
+void add_box(DemoMesh& mesh, const Vec3d& min, const Vec3d& max);
+/// A closed upright prism or cone frustum around (x, z), 4 or 8 sides: 2 * sides vertices,
+/// 4 * sides - 4 triangles. A top radius of 0 gives a cone with one apex: 2 * sides - 2 triangles.
+void add_column(DemoMesh& mesh, int sides, double x, double z, double bottom, double top,
+                double bottom_radius, double top_radius);
+/// A square tube through `count` points, open at its ends: 8 triangles a piece.
+void add_tube(DemoMesh& mesh, const Vec3d* points, int count, double radius);
+/// A closed ball of 12 * cells^2 triangles: a cube's grid mapped to the sphere by a formula that
+/// needs square roots only.
+void add_ball(DemoMesh& mesh, const Vec3d& centre, double radius, int cells);
+/// A height field of cells x cells squares over [-half, half]^2: 2 * cells^2 triangles. height maps
+/// (x, z) to y.
+template <class Height>
+void add_height_field(DemoMesh& mesh, double half, std::uint32_t cells, const Height& height) {
+  const std::uint32_t first = static_cast<std::uint32_t>(mesh.positions.size() / 3);
+  const auto place = [&](std::uint32_t i) { return -half + 2 * half * i / cells; };
+  for (std::uint32_t j = 0; j <= cells; ++j) {
+    for (std::uint32_t i = 0; i <= cells; ++i) {
+      add_vertex(mesh, place(i), height(place(i), place(j)), place(j));
+    }
+  }
+  for (std::uint32_t j = 0; j < cells; ++j) {
+    for (std::uint32_t i = 0; i < cells; ++i) {
+      const std::uint32_t a = first + j * (cells + 1) + i, b = a + cells + 1;
+      add_quad(mesh, a, b, b + 1, a + 1);
+    }
+  }
+}
+
+}  // namespace sightline::demo
