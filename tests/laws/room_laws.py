@@ -20,6 +20,7 @@ Prints what was checked; exit code 0 when every law holds, 1 with one line per v
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path, PurePosixPath
@@ -77,7 +78,7 @@ class Tables:
 
 
 def tracked_files(root):
-    if (root / ".git").exists():
+    if (root / ".git").exists() and shutil.which("git"):
         listing = subprocess.run(
             ["git", "-C", str(root), "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
             capture_output=True, text=True, check=False)
