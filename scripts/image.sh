@@ -38,6 +38,7 @@ if docker info >/dev/null 2>&1; then
   step "building with docker"
   docker build --quiet -f docker/Dockerfile -t "$tag" . >/dev/null
   engine=(docker)
+  quiet=()
   port=$(free_port)
   place=(--publish "127.0.0.1:$port:8080")
   listen=0.0.0.0:8080
@@ -51,6 +52,7 @@ else
   # vfs and chroot isolation need nothing of the kernel; a storage of our own leaves none behind.
   storage=(--root "$work/storage" --runroot "$work/run" --storage-driver vfs)
   engine=(podman "${storage[@]}" --cgroup-manager cgroupfs)
+  quiet=(--log-level fatal)
 
   if ! "${engine[@]}" image exists "$base"; then
     step "making the base image by debootstrap"
@@ -80,8 +82,9 @@ fi
 
 step "running it"
 url=http://127.0.0.1:$port
-container=$("${engine[@]}" run --detach "${place[@]}" --env "SIGHTLINE_PORT=$inner_port" \
-  "$tag" serve --listen "$listen" --data /data)
+# Without systemd podman cannot set a timer for the health check and says so; it is run by hand below.
+container=$("${engine[@]}" "${quiet[@]}" run --detach "${place[@]}" \
+  --env "SIGHTLINE_PORT=$inner_port" "$tag" serve --listen "$listen" --data /data)
 files=$(mktemp -d)
 trap '"${engine[@]}" rm --force --volumes "$container" >/dev/null 2>&1 || true; rm -rf "$files"' EXIT
 
