@@ -46,7 +46,9 @@ def results(folder):
         if status == "fail":
             if not any(outcome == "failed" for _, outcome, _ in own):
                 yield name, "failed", "the program failed outside its cases; see its output above"
-        elif entry.find("skipped") is not None or status in ("notrun", "disabled"):
+        elif status == "notrun" and "SKIP_" not in entry.find("skipped").get("message", ""):
+            yield name, "failed", "did not run: " + reason_of(entry)
+        elif status in ("notrun", "disabled"):
             yield name, "skipped", reason_of(entry)
         elif not own:
             yield name, "passed", ""
