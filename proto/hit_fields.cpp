@@ -1,0 +1,31 @@
+#include "proto/hit_fields.h"
+
+#include <array>
+
+namespace sightline {
+namespace {
+
+constexpr std::array<std::string_view, kHitFieldCount> kNames{
+    "t",     "instance", "primitive", "triangle", "position", "normal",   "barycentrics",
+    "front", "node",     "node_id",   "mesh",     "mesh_id",  "material", "material_id"};
+
+constexpr auto kAll = [] {
+  std::array<HitField, kHitFieldCount> all{};
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<HitField>(i);
+  return all;
+}();
+
+}  // namespace
+
+std::string_view hit_field_name(HitField field) { return kNames[static_cast<std::size_t>(field)]; }
+
+std::optional<HitField> find_hit_field(std::string_view name) {
+  for (const HitField field : kAll) {
+    if (hit_field_name(field) == name) return field;
+  }
+  return std::nullopt;
+}
+
+std::span<const HitField> all_hit_fields() { return kAll; }
+
+}  // namespace sightline

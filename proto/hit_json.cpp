@@ -1,0 +1,195 @@
+#include "proto/hit_json.h"
+
+#include "proto/json_writer.h"
+
+namespace sightline {
+namespace {
+
+/// The stations of an answer that every value is read from.
+struct Answer {
+  const HitBatch& hits;
+  std::span<const HitDetail> details;
+  const HitTerms& terms;
+};
+
+/// Numbers in one value: a vector has three.
+std::size_t width(HitField field) {
+  switch (field) {
+    case HitField::kPosition:
+    case HitField::kNormal:
+      return 3;
+    case HitField::kBarycentrics:
+      return 2;
+    default:
+      return 1;
+  }
+}
+
+/// Whether a column of this field says -1 where there is nothing.
+bool is_id(HitField field) {
+  switch (field) {
+    case HitField::kInstance:
+    case HitField::kPrimitive:
+    case HitField::kTriangle:
+    case HitField::kNodeId:
+    case HitField::kMeshId:
+    case HitField::kMaterialId:
+      return true;
+    default:
+      return false;
+  }
+}
+
+void write_id(JsonWriter& out, std::uint32_t id, std::string_view nothing) {
+  if (id == kNone) {
+    out.raw(nothing);
+  } else {
+    out.number(id);
+  }
+}
+
+void write_name(JsonWriter& out, std::string_view name) {
+  if (name.empty()) {
+    out.raw("null");
+  } else {
+    out.string(name);
+  }
+}
+
+void write_numbers(JsonWriter& out, const Vec3d& v) {
+  out.number(v.x);
+  out.raw(',');
+  out.number(v.y);
+  out.raw(',');
+  out.number(v.z);
+}
+
+/// The value of a hit without the brackets of a vector. Precondition: slot i is a hit.
+void write_value(JsonWriter& out, const Answer& answer, HitField field, std::size_t i,
+                 std::string_view no_id) {
+  const HitTerms& terms = answer.terms;
+  switch (field) {
+    case HitField::kT:
+      return out.number(answer.hits.t[i]);
+    case HitField::kInstance:
+      return write_id(out, answer.hits.instance[i], no_id);
+    case HitField::kPrimitive:
+      return write_id(out, terms.primitive[i], no_id);
+    case HitField::kTriangle:
+      return write_id(out, terms.triangle[i], no_id);
+    case HitField::kPosition:
+      return write_numbers(out, answer.details[i].position);
+    case HitField::kNormal:
+      return write_numbers(out, answer.details[i].normal);
+    case HitField::kBarycentrics:
+      out.number(answer.details[i].u);
+      out.raw(',');
+      return out.number(answer.details[i].v);
+    case HitField::kFront:
+      return out.boolean(answer.details[i].front);
+    case HitField::kNode:
+      return write_name(out, terms.node_name[i]);
+    case HitField::kNodeId:
+      return write_id(out, terms.node[i], no_id);
+    case HitField::kMesh:
+      return write_name(out, terms.mesh_name[i]);
+    case HitField::kMeshId:
+      return write_id(out, terms.mesh[i], no_id);
+    case HitField::kMaterial:
+      return write_name(out, terms.material_name[i]);
+    case HitField::kMaterialId:
+      return write_id(out, terms.material[i], no_id);
+  }
+}
+
+void write_row(JsonWriter& out, const Answer& answer, FieldSet fields, std::size_t i) {
+  if (!answer.hits.hit(i)) return out.raw("null");
+  char before = '{';
+  for (const HitField field : all_hit_fields()) {
+    if (!fields.has(field)) continue;
+    out.raw(before);
+    out.raw('"');
+    out.raw(hit_field_name(field));
+    out.raw("\":");
+    if (width(field) > 1) out.raw('[');
+    write_value(out, answer, field, i, "null");
+    if (width(field) > 1) out.raw(']');
+    before = ',';
+  }
+  if (before == '{') out.raw('{');
+  out.raw('}');
+}
+
+void write_column(JsonWriter& out, const Answer& answer, HitField field) {
+  out.raw('"');
+  out.raw(hit_field_name(field));
+  out.raw("\":[");
+  for (std::size_t i = 0; i < answer.hits.size(); ++i) {
+    if (i > 0) out.raw(',');
+    if (answer.hits.hit(i)) {
+      write_value(out, answer, field, i, is_id(field) ? "-1" : "null");
+    } else if (is_id(field)) {
+      out.raw("-1");
+    } else {
+      constexpr std::string_view kNulls = "null,null,null";
+      out.raw(kNulls.substr(0, width(field) * 5 - 1));
+    }
+  }
+  out.raw(']');
+}
+
+/// A guess at the bytes of one hit: 18 for each number, 12 for the rest.
+std::size_t expected_hit_bytes(FieldSet fields) {
+  std::size_t bytes = 8;
+  for (const HitField field : all_hit_fields()) {
+    if (fields.has(field)) bytes += 18 * width(field) + 12;
+  }
+  return bytes;
+}
+
+}  // namespace
+
+std::string encode_hits(const HitBatch& hits, std::span<const HitDetail> details,
+                        const HitTerms& terms, FieldSet fields, AnswerLayout layout) {
+  const Answer answer{hits, details, terms};
+  JsonWriter out(32 + hits.size() * expected_hit_bytes(fields));
+  if (layout == AnswerLayout::kRows) {
+    out.raw("{\"hits\":[");
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+      if (i > 0) out.raw(',');
+      write_row(out, answer, fields, i);
+    }
+    out.raw("]}");
+    return out.take();
+  }
+  char before = '{';
+  for (const HitField field : all_hit_fields()) {
+    if (!fields.has(field)) continue;
+    out.raw(before);
+    write_column(out, answer, field);
+    before = ',';
+  }
+  if (before == '{') out.raw('{');
+  out.raw('}');
+  return out.take();
+}
+
+std::string encode_hit(const HitBatch& hits, std::span<const HitDetail> details,
+                       const HitTerms& terms, FieldSet fields, std::size_t i) {
+  JsonWriter out(expected_hit_bytes(fields));
+  write_row(out, {hits, details, terms}, fields, i);
+  return out.take();
+}
+
+std::string encode_occlusion(std::span<const std::uint8_t> occluded) {
+  JsonWriter out(16 + occluded.size() * 6);
+  out.raw("{\"hits\":[");
+  for (std::size_t i = 0; i < occluded.size(); ++i) {
+    if (i > 0) out.raw(',');
+    out.boolean(occluded[i] != 0);
+  }
+  out.raw("]}");
+  return out.take();
+}
+
+}  // namespace sightline

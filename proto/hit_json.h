@@ -1,0 +1,44 @@
+#pragma once
+/// Answers to rays as JSON.
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/column.h"
+#include "core/query/hit_batch.h"
+#include "proto/hit_fields.h"
+
+namespace sightline {
+
+enum class AnswerLayout {
+  kRows,     ///< {"hits":[{"t":5,"triangle":12}, null]}
+  kColumns,  ///< {"t":[5,null],"triangle":[12,-1]}
+};
+
+/// What the ids of hits mean in the file's own terms. Columns of n slots, one for each hit; a
+/// column whose field is not asked for may be empty. Numbers that do not apply are kNone, names
+/// that the file does not give are empty. The texts live elsewhere, as long as the scene.
+struct HitTerms {
+  Column<std::uint32_t> primitive, triangle, node, mesh, material;
+  std::vector<std::string_view> node_name, mesh_name, material_name;
+};
+
+/// hits     n slots
+/// details  n slots, or none when no field of kDetailFields is in `fields`
+/// terms    columns of n slots for the fields asked for
+/// Vectors stand in columns as 3n (barycentrics 2n) numbers. A miss is null in rows; in columns it
+/// is null, or -1 where the column holds ids.
+std::string encode_hits(const HitBatch& hits, std::span<const HitDetail> details,
+                        const HitTerms& terms, FieldSet fields, AnswerLayout layout);
+
+/// One hit as an object, for a command line; `i` is its slot. A miss is null.
+std::string encode_hit(const HitBatch& hits, std::span<const HitDetail> details,
+                       const HitTerms& terms, FieldSet fields, std::size_t i);
+
+/// {"hits":[true,false]}; 0 is false.
+std::string encode_occlusion(std::span<const std::uint8_t> occluded);
+
+}  // namespace sightline

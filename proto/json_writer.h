@@ -1,0 +1,39 @@
+#pragma once
+/// Appends JSON text to one buffer that grows by doubling; nothing is allocated per number.
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace sightline {
+
+class JsonWriter {
+ public:
+  /// expected_bytes  a guess; a wrong one costs a copy, not an answer.
+  explicit JsonWriter(std::size_t expected_bytes);
+
+  /// Text that is JSON already: keys, brackets, commas.
+  void raw(std::string_view text);
+  void raw(char c);
+  /// The shortest text that reads back as the same float64; -0.0 is written "-0.0" because many
+  /// readers take "-0" for an integer and lose the sign. NaN and infinities, which JSON does not
+  /// have, become null.
+  void number(double value);
+  void number(std::uint32_t value);
+  void boolean(bool value) { raw(value ? std::string_view("true") : std::string_view("false")); }
+  /// A quoted string; bytes that are not UTF-8 become U+FFFD.
+  void string(std::string_view text);
+
+  std::size_t size() const { return size_; }
+  /// The text written so far; the writer is empty afterwards.
+  std::string take();
+
+ private:
+  char* room(std::size_t bytes);
+
+  std::string buffer_;  ///< its size is the room that there is, not what was written
+  std::size_t size_ = 0;
+};
+
+}  // namespace sightline

@@ -1,0 +1,41 @@
+#pragma once
+/// Rays as JSON, strictly: what is accepted is exactly what is meant, and everything else is an
+/// Error with a JSON pointer to the place.
+///
+///   rows     {"rays":[{"origin":[x,y,z],"direction":[x,y,z],"tmin":0,"tmax":10}],"fields":["t"]}
+///   columns {"origins":[x,y,z,...],"directions":[x,y,z,...],"tmin":[...],"tmax":[...],"fields":..}
+///
+/// Keys in any order; tmin, tmax and fields may be left out; null as a tmax means no limit. Numbers
+/// become the nearest float64: -0.0, denormals and 17 digits survive.
+
+#include <cstddef>
+#include <string>
+
+#include "core/base/result.h"
+#include "core/query/ray_batch.h"
+#include "proto/hit_fields.h"
+#include "proto/hit_json.h"
+
+namespace sightline {
+
+struct RayJsonRules {
+  std::size_t max_rays = 10'000'000;
+  /// Whether the answer has fields to choose from; without, the key "fields" is unknown.
+  bool has_fields = true;
+};
+
+struct RayQuery {
+  RayBatch rays;  ///< checked by check_rays
+  FieldSet fields = kDefaultHitFields;
+  AnswerLayout layout = AnswerLayout::kRows;
+};
+
+/// `body` is only read, but its capacity may grow: the parser reads in blocks that go past the end.
+/// The batch does not point into it.
+/// Errors, 400: JSON_MALFORMED. 422: KEY_UNKNOWN, KEY_DUPLICATE, KEY_MISSING, KEYS_MIXED (rows and
+/// columns in one body), TYPE_WRONG, LENGTH_WRONG, NUMBER_NOT_FINITE (NaN, Infinity, 1e999),
+/// FIELD_UNKNOWN (names the known ones), FIELD_DUPLICATE, FIELDS_EMPTY, and the codes of
+/// check_rays. 413: RAYS_TOO_MANY, BODY_TOO_LARGE (4 GiB and more).
+Result<RayQuery> decode_rays(std::string& body, const RayJsonRules& rules);
+
+}  // namespace sightline

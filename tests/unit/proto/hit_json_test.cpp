@@ -1,0 +1,98 @@
+#include "proto/hit_json.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <nlohmann/json.hpp>
+
+namespace sightline {
+namespace {
+
+/// One hit with a value in every field, then a miss.
+struct Sample {
+  HitBatch hits;
+  std::vector<HitDetail> details;
+  HitTerms terms;
+
+  Sample() {
+    hits.resize(2);
+    hits.t = {5, std::numeric_limits<double>::infinity()};
+    hits.instance = {3, kNone};
+    hits.triangle = {40, kNone};
+    details = {{{1, 2, -0.0}, {0, 0, 1}, 0.25, 0.5, true}, {}};
+    terms.primitive = {1, kNone};
+    terms.triangle = {12, kNone};
+    terms.node = {7, kNone};
+    terms.mesh = {8, kNone};
+    terms.material = {9, kNone};
+    terms.node_name = {"roof \"east\"", ""};
+    terms.mesh_name = {"house", ""};
+    terms.material_name = {"tile", ""};
+  }
+  std::string encode(FieldSet fields, AnswerLayout layout) const {
+    return encode_hits(hits, details, terms, fields, layout);
+  }
+};
+
+FieldSet every_field() {
+  FieldSet all;
+  for (const HitField field : all_hit_fields()) all.add(field);
+  return all;
+}
+
+TEST(HitJson, writes_rows_with_null_for_a_miss) {
+  EXPECT_EQ(Sample().encode({HitField::kT, HitField::kTriangle}, AnswerLayout::kRows),
+            R"({"hits":[{"t":5,"triangle":12},null]})");
+}
+
+TEST(HitJson, writes_columns_with_null_or_minus_one_for_a_miss) {
+  EXPECT_EQ(
+      Sample().encode({HitField::kT, HitField::kTriangle, HitField::kPosition, HitField::kNode},
+                      AnswerLayout::kColumns),
+      R"({"t":[5,null],"triangle":[12,-1],"position":[1,2,-0.0,null,null,null],)"
+      R"("node":["roof \"east\"",null]})");
+}
+
+TEST(HitJson, writes_every_field_in_its_order) {
+  EXPECT_EQ(Sample().encode(every_field(), AnswerLayout::kRows),
+            R"({"hits":[{"t":5,"instance":3,"primitive":1,"triangle":12,"position":[1,2,-0.0],)"
+            R"("normal":[0,0,1],"barycentrics":[0.25,0.5],"front":true,"node":"roof \"east\"",)"
+            R"("node_id":7,"mesh":"house","mesh_id":8,"material":"tile","material_id":9},null]})");
+  const auto columns =
+      nlohmann::json::parse(Sample().encode(every_field(), AnswerLayout::kColumns));
+  EXPECT_EQ(columns.size(), kHitFieldCount);
+  EXPECT_EQ(columns["barycentrics"], nlohmann::json::parse("[0.25,0.5,null,null]"));
+  EXPECT_EQ(columns["front"], nlohmann::json::parse("[true,null]"));
+}
+
+TEST(HitJson, has_the_floor_of_a_hit_by_default) {
+  const auto hit =
+      nlohmann::json::parse(Sample().encode(kDefaultHitFields, AnswerLayout::kRows))["hits"][0];
+  for (const char* name : {"t", "position", "normal", "node", "mesh"}) {
+    EXPECT_TRUE(hit.contains(name)) << name;
+  }
+}
+
+TEST(HitJson, says_null_for_a_name_that_the_file_does_not_give) {
+  Sample sample;
+  sample.terms.mesh_name[0] = "";
+  sample.terms.material[0] = kNone;
+  EXPECT_EQ(sample.encode({HitField::kMesh, HitField::kMaterialId}, AnswerLayout::kRows),
+            R"({"hits":[{"mesh":null,"material_id":null},null]})");
+  EXPECT_EQ(sample.encode({HitField::kMesh, HitField::kMaterialId}, AnswerLayout::kColumns),
+            R"({"mesh":[null,null],"material_id":[-1,-1]})");
+}
+
+TEST(HitJson, answers_no_rays_with_nothing) {
+  EXPECT_EQ(encode_hits({}, {}, {}, kDefaultHitFields, AnswerLayout::kRows), R"({"hits":[]})");
+  EXPECT_EQ(encode_hits({}, {}, {}, {HitField::kT}, AnswerLayout::kColumns), R"({"t":[]})");
+  EXPECT_EQ(encode_occlusion({}), R"({"hits":[]})");
+}
+
+TEST(HitJson, writes_occlusion_as_booleans) {
+  const std::uint8_t occluded[] = {1, 0, 1};
+  EXPECT_EQ(encode_occlusion(occluded), R"({"hits":[true,false,true]})");
+}
+
+}  // namespace
+}  // namespace sightline
