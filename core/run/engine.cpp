@@ -1,90 +1,119 @@
 #include "core/run/engine.h"
 
-#include <cmath>
-#include <limits>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
-// First stand-in for the traversal kernels, so that the rooms above can be built: every ray against
-// every triangle in plain float64. Replaced by core/trace.
+#include <algorithm>
+#include <atomic>
+
+#include "core/trace/kernel.h"
 
 namespace sightline {
 
+namespace {
+
+/// Rays that one thread takes at a time: enough to hide the cost of taking them, few enough that a
+/// deadline is noticed within a millisecond or so.
+constexpr std::size_t kSlice = 1024;
+
+Error out_of_time(const Deadline& deadline) {
+  if (deadline.cancelled()) {
+    return {ErrorKind::kCancelled, "CANCELLED", "the request was cancelled", ""};
+  }
+  return {ErrorKind::kDeadline, "DEADLINE", "the time allowed was used up", ""};
+}
+
+}  // namespace
+
 struct Engine::State {
-  std::string kernel = "brute";
+  Kernel kernel;
+  std::string kernel_name;
+  int threads = 1;
+  tbb::task_arena arena;
+
+  /// Calls slice(begin, end) over [0, count) on the threads of this engine until the deadline.
+  template <class Slice>
+  Status run(std::size_t count, const Deadline& deadline, Slice slice) {
+    if (deadline.passed()) return out_of_time(deadline);
+    if (count <= kSlice) {
+      slice(std::size_t{0}, count);
+      return success();
+    }
+    std::atomic<bool> stopped{false};
+    arena.execute([&] {
+      tbb::parallel_for(std::size_t{0}, (count + kSlice - 1) / kSlice, [&](std::size_t i) {
+        if (stopped.load(std::memory_order_relaxed)) return;
+        if (deadline.passed()) {
+          stopped.store(true, std::memory_order_relaxed);
+          return;
+        }
+        slice(i * kSlice, std::min(count, (i + 1) * kSlice));
+      });
+    });
+    if (stopped.load()) return out_of_time(deadline);
+    return success();
+  }
 };
 
 Engine::Engine(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Engine::~Engine() = default;
-std::vector<std::string> Engine::kernels() { return {"brute"}; }
-const std::string& Engine::kernel() const { return state_->kernel; }
-int Engine::threads() const { return 1; }
 
-Result<std::unique_ptr<Engine>> Engine::create(const EngineOptions&) {
-  return std::unique_ptr<Engine>(new Engine(std::make_unique<State>()));
+std::vector<std::string> Engine::kernels() {
+  std::vector<std::string> names;
+  for (const Kernel& kernel : supported_kernels()) names.emplace_back(kernel.name);
+  return names;
+}
+
+const std::string& Engine::kernel() const { return state_->kernel_name; }
+int Engine::threads() const { return state_->threads; }
+
+Result<std::unique_ptr<Engine>> Engine::create(const EngineOptions& options) {
+  auto state = std::make_unique<State>();
+  const std::vector<Kernel> kernels = supported_kernels();
+  const auto chosen = std::find_if(kernels.begin(), kernels.end(), [&](const Kernel& kernel) {
+    return options.kernel.empty() || kernel.name == options.kernel;
+  });
+  if (chosen == kernels.end()) {
+    std::string known;
+    for (const std::string& name : Engine::kernels()) known += (known.empty() ? "" : ", ") + name;
+    return Error{ErrorKind::kInvalid, "ENGINE_KERNEL_UNKNOWN",
+                 "kernel '" + options.kernel + "' is not one that this machine runs: " + known, ""};
+  }
+  state->kernel = *chosen;
+  state->kernel_name = std::string(chosen->name);
+  state->threads = options.threads > 0 ? options.threads : tbb::this_task_arena::max_concurrency();
+  state->arena.initialize(state->threads);
+  return std::unique_ptr<Engine>(new Engine(std::move(state)));
 }
 
 Status Engine::closest(const Scene& scene, const RayBatch& rays, const Deadline& deadline,
                        HitBatch& hits) const {
   hits.resize(rays.size());
-  const auto& instances = scene.description().instances;
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    if (deadline.passed()) return Error{ErrorKind::kDeadline, "DEADLINE", "out of time", ""};
-    const Ray ray = rays[i];
-    hits.t[i] = std::numeric_limits<double>::infinity();
-    hits.instance[i] = hits.triangle[i] = kNone;
-    for (std::uint32_t k = 0; k < instances.size(); ++k) {
-      const std::uint32_t count = scene.description().meshes[instances[k].mesh]->triangle_count();
-      for (std::uint32_t j = 0; j < count; ++j) {
-        const WorldTriangle w = scene.world_triangle({k, j});
-        const double e1[3] = {w.v1.x - w.v0.x, w.v1.y - w.v0.y, w.v1.z - w.v0.z};
-        const double e2[3] = {w.v2.x - w.v0.x, w.v2.y - w.v0.y, w.v2.z - w.v0.z};
-        const double s[3] = {ray.origin.x - w.v0.x, ray.origin.y - w.v0.y, ray.origin.z - w.v0.z};
-        const Vec3d& d = ray.direction;
-        const double p[3] = {d.y * e2[2] - d.z * e2[1], d.z * e2[0] - d.x * e2[2],
-                             d.x * e2[1] - d.y * e2[0]};
-        const double q[3] = {s[1] * e1[2] - s[2] * e1[1], s[2] * e1[0] - s[0] * e1[2],
-                             s[0] * e1[1] - s[1] * e1[0]};
-        const double det = e1[0] * p[0] + e1[1] * p[1] + e1[2] * p[2];
-        const double u = (s[0] * p[0] + s[1] * p[1] + s[2] * p[2]) / det;
-        const double v = (d.x * q[0] + d.y * q[1] + d.z * q[2]) / det;
-        const double t = (e2[0] * q[0] + e2[1] * q[1] + e2[2] * q[2]) / det;
-        if (u >= 0 && v >= 0 && u + v <= 1 && t >= ray.tmin && t <= ray.tmax && t < hits.t[i]) {
-          hits.t[i] = t;
-          hits.instance[i] = k;
-          hits.triangle[i] = j;
-        }
-      }
-    }
-  }
-  return success();
+  return state_->run(rays.size(), deadline, [&](std::size_t begin, std::size_t end) {
+    TraceCounts counts;
+    state_->kernel.closest(scene, rays, begin, end, hits, counts);
+  });
 }
 
 Status Engine::any(const Scene& scene, const RayBatch& rays, const Deadline& deadline,
                    Column<std::uint8_t>& occluded) const {
-  HitBatch hits;
-  if (Status status = closest(scene, rays, deadline, hits); !status) return status;
   occluded.resize(rays.size());
-  for (std::size_t i = 0; i < rays.size(); ++i) occluded[i] = hits.hit(i) ? 1 : 0;
-  return success();
+  return state_->run(rays.size(), deadline, [&](std::size_t begin, std::size_t end) {
+    TraceCounts counts;
+    state_->kernel.any(scene, rays, begin, end, occluded.data(), counts);
+  });
 }
 
 Status Engine::details(const Scene& scene, const RayBatch& rays, const HitBatch& hits,
-                       const Deadline&, Column<HitDetail>& out) const {
+                       const Deadline& deadline, Column<HitDetail>& out) const {
   out.assign(rays.size(), {});
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    if (!hits.hit(i)) continue;
-    const Ray ray = rays[i];
-    const double t = hits.t[i];
-    const WorldTriangle w = scene.world_triangle(hits.id(i));
-    const double e1[3] = {w.v1.x - w.v0.x, w.v1.y - w.v0.y, w.v1.z - w.v0.z};
-    const double e2[3] = {w.v2.x - w.v0.x, w.v2.y - w.v0.y, w.v2.z - w.v0.z};
-    Vec3d n{e1[1] * e2[2] - e1[2] * e2[1], e1[2] * e2[0] - e1[0] * e2[2],
-            e1[0] * e2[1] - e1[1] * e2[0]};
-    const double length = std::sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
-    out[i].normal = {n.x / length, n.y / length, n.z / length};
-    out[i].position = {ray.origin.x + t * ray.direction.x, ray.origin.y + t * ray.direction.y,
-                       ray.origin.z + t * ray.direction.z};
-  }
-  return success();
+  return state_->run(rays.size(), deadline, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (!hits.hit(i)) continue;
+      out[i] = hit_detail(scene, rays[i], hits.id(i));
+    }
+  });
 }
 
 }  // namespace sightline

@@ -1,27 +1,25 @@
 #include "core/scene/scene.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace sightline {
 
 Result<std::shared_ptr<const Scene>> Scene::build(SceneDescription description) {
   std::shared_ptr<Scene> scene(new Scene());
   scene->description_ = std::move(description);
+  std::vector<MeshView> meshes;
   for (const auto& mesh : scene->description_.meshes) {
     scene->unique_triangle_count_ += mesh->triangle_count();
+    meshes.push_back({mesh->positions, mesh->indices});
   }
-  for (std::uint32_t i = 0; i < scene->description_.instances.size(); ++i) {
-    const Mesh& mesh = *scene->description_.meshes[scene->description_.instances[i].mesh];
-    scene->instanced_triangle_count_ += mesh.triangle_count();
-    for (std::uint32_t k = 0; k < mesh.triangle_count(); ++k) {
-      const WorldTriangle triangle = scene->world_triangle({i, k});
-      for (const Vec3d& p : {triangle.v0, triangle.v1, triangle.v2}) {
-        if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z))
-          scene->bounds_.include(p);
-      }
-    }
+  std::vector<PlacementView> placements;
+  for (const Instance& instance : scene->description_.instances) {
+    scene->instanced_triangle_count_ += meshes[instance.mesh].triangle_count();
+    placements.push_back({instance.mesh, instance.world_from_mesh});
   }
+  Result<SceneTree> tree = build_scene_tree(meshes, placements);
+  if (!tree) return std::move(tree).error();
+  scene->tree_ = std::move(*tree);
   return std::shared_ptr<const Scene>(std::move(scene));
 }
 

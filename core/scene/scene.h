@@ -8,15 +8,14 @@
 #include "core/base/result.h"
 #include "core/bvh/scene_tree.h"
 #include "core/geometry/box3.h"
+#include "core/geometry/triangle.h"
 #include "core/query/hit_batch.h"
 #include "core/scene/scene_description.h"
 
 namespace sightline {
 
-/// The three float64 corners of a triangle in the world: the truth that every answer is about.
-struct WorldTriangle {
-  Vec3d v0, v1, v2;
-};
+/// A triangle of the scene in the world: the truth that every answer is about.
+using WorldTriangle = Triangle;
 
 /// Nothing in it ever changes; hold it by shared_ptr<const Scene> for as long as it is read.
 class Scene {
@@ -32,7 +31,7 @@ class Scene {
   /// Every triangle of every mesh, dropped ones included.
   std::uint64_t unique_triangle_count() const { return unique_triangle_count_; }
   /// Of the world positions that finite triangles use (area or not); empty if there is none.
-  const Box3d& bounds() const { return bounds_; }
+  const Box3d& bounds() const { return tree_.bounds; }
 
   /// Precondition: id names a triangle of this scene.
   WorldTriangle world_triangle(TriangleId id) const;
@@ -44,7 +43,6 @@ class Scene {
   Scene() = default;
   SceneDescription description_;
   SceneTree tree_;
-  Box3d bounds_;
   std::uint64_t unique_triangle_count_ = 0;
   std::uint64_t instanced_triangle_count_ = 0;
 };

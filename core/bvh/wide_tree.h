@@ -1,0 +1,77 @@
+#pragma once
+/// A bounding volume hierarchy with eight children per node in one arena.
+///
+///     node (256 bytes)                          leaf block (192 bytes), up to eight in a row
+///     lower x[8] y[8] z[8]  upper x[8] y[8] z[8]   corners as columns: [corner][axis][lane],
+///     float32 child[8]              order[8 octants]       triangle[4]  edge_max  lane_count
+///
+/// Everything is addressed by granules of 64 bytes from the arena's start, so that a tree is
+/// position independent and can be mapped from a file.
+
+#include <cstdint>
+
+#include "core/base/arena.h"
+#include "core/geometry/box3.h"
+
+namespace sightline {
+
+inline constexpr int kArity = 8;
+inline constexpr int kLanes = 4;
+inline constexpr int kMaxLeafBlocks = 8;
+
+/// A reference to a child: a node, a leaf, or nothing.
+struct ChildRef {
+  static constexpr std::uint32_t kLeafBit = 0x80000000u;
+  static constexpr std::uint32_t kGranuleMask = 0x0fffffffu;  // 16 GiB of 64-byte granules
+  static constexpr std::uint32_t kEmpty = 0xffffffffu;
+
+  static std::uint32_t node(std::uint32_t granule) { return granule; }
+  static std::uint32_t leaf(std::uint32_t granule, std::uint32_t blocks) {
+    return kLeafBit | (blocks - 1) << 28 | granule;
+  }
+  static bool is_leaf(std::uint32_t ref) { return (ref & kLeafBit) != 0; }
+  static std::uint32_t granule(std::uint32_t ref) { return ref & kGranuleMask; }
+  static std::uint32_t blocks(std::uint32_t ref) { return ((ref >> 28) & 7u) + 1; }
+};
+
+struct alignas(64) WideNode {
+  /// Closed boxes in tree units, rounded outwards. An empty child has lower = +inf, upper = -inf.
+  float lower[3][kArity];
+  float upper[3][kArity];
+  std::uint32_t child[kArity];
+  /// For each octant of ray directions (bit k set: component k is negative) the children from far
+  /// to near, three bits each, the farthest lowest.
+  std::uint32_t order[8];
+};
+static_assert(sizeof(WideNode) == 256);
+
+/// Four triangles. Lanes from lane_count on repeat lane 0 and are to be ignored.
+struct alignas(64) LeafBlock {
+  float corner[3][3][kLanes];  ///< [corner][axis][lane], mesh space, float32 as the file has it
+  std::uint32_t triangle[kLanes];
+  float edge_max;  ///< at least every |component| of every edge of the lanes, mesh space
+  std::uint32_t lane_count;
+  std::uint32_t padding[6];
+};
+static_assert(sizeof(LeafBlock) == 192);
+
+/// Tree units are scene units times 2^scale_exponent: 0 unless coordinates are so large or small
+/// that float32 boxes would lose their precision.
+struct WideTree {
+  Arena arena;
+  std::uint32_t root = ChildRef::kEmpty;  ///< kEmpty: nothing can be hit
+  int scale_exponent = 0;
+  Box3d bounds;  ///< of the triangles, scene units (mesh units for a shared tree)
+  std::uint32_t node_count = 0;
+  std::uint32_t block_count = 0;
+  std::uint32_t depth = 0;  ///< nodes on the longest way down
+
+  const WideNode& node(std::uint32_t ref) const {
+    return *reinterpret_cast<const WideNode*>(arena.at(ref));
+  }
+  const LeafBlock* blocks(std::uint32_t ref) const {
+    return reinterpret_cast<const LeafBlock*>(arena.at(ChildRef::granule(ref)));
+  }
+};
+
+}  // namespace sightline

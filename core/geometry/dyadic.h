@@ -1,0 +1,67 @@
+#pragma once
+/// Dyadic: an exact number m * 2^e with an integer m, wide enough for every determinant that the
+/// predicates form from float64 coordinates. The last stage of every decision.
+
+#include <cstdint>
+
+namespace sightline {
+
+/// Sign and magnitude; the magnitude is `count` limbs of 64 bits, the lowest weighing
+/// 2^(64*exponent). The lowest and the highest limb are never zero, so equal values have equal
+/// limbs.
+///
+/// Laws    +, -, * and comparisons are exact. No rounding, no overflow, no underflow: a finite
+///         float64 spans the limbs -17 .. 15, a difference of two as many and a carry, and the
+///         widest thing formed is a product of eight such differences (kCapacity limbs).
+/// Cost    a constructor writes two limbs; nothing allocates. Products are schoolbook.
+class Dyadic {
+ public:
+  static constexpr int kCapacity = 288;
+
+  Dyadic() = default;
+  /// Precondition: value is finite.
+  explicit Dyadic(double value);
+  Dyadic(const Dyadic& other) { copy(other); }
+  Dyadic& operator=(const Dyadic& other) {
+    if (this != &other) copy(other);
+    return *this;
+  }
+
+  /// -1, 0 or 1.
+  int sign() const { return sign_; }
+  Dyadic operator-() const {
+    Dyadic result(*this);
+    result.sign_ = -sign_;
+    return result;
+  }
+  Dyadic abs() const { return sign_ < 0 ? -*this : *this; }
+
+  friend Dyadic operator+(const Dyadic& a, const Dyadic& b) { return sum(a, b, b.sign_); }
+  friend Dyadic operator-(const Dyadic& a, const Dyadic& b) { return sum(a, b, -b.sign_); }
+  friend Dyadic operator*(const Dyadic& a, const Dyadic& b);
+
+  /// Sign of a - b.
+  friend int compare(const Dyadic& a, const Dyadic& b);
+  friend bool operator<(const Dyadic& a, const Dyadic& b) { return compare(a, b) < 0; }
+  friend bool operator==(const Dyadic& a, const Dyadic& b) { return compare(a, b) == 0; }
+
+  /// numerator / denominator rounded once to the nearest float64, ties to even, as IEEE 754 rounds:
+  /// gradual underflow, and beyond the largest number an infinity. Zero is +0.
+  /// Precondition: denominator is not zero.
+  friend double round_quotient(const Dyadic& numerator, const Dyadic& denominator);
+
+ private:
+  void copy(const Dyadic& other);
+  void trim();
+  static Dyadic sum(const Dyadic& a, const Dyadic& b, int b_sign);
+  static int compare_magnitude(const Dyadic& a, const Dyadic& b);
+  /// The 64 leading bits as a float64 in [2^63, 2^64] and the exponent that belongs to them.
+  double leading(int& exponent) const;
+
+  int sign_ = 0;
+  int exponent_ = 0;
+  int count_ = 0;
+  std::uint64_t limb_[kCapacity];  // only the first count_ are written: a constructor stays cheap
+};
+
+}  // namespace sightline

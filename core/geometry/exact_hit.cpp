@@ -1,0 +1,161 @@
+#include "core/geometry/exact_hit.h"
+
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace sightline {
+
+namespace {
+
+using Vector = std::array<Dyadic, 3>;
+
+Vector difference(const Vec3d& a, const Vec3d& b) {
+  return {Dyadic(a.x) - Dyadic(b.x), Dyadic(a.y) - Dyadic(b.y), Dyadic(a.z) - Dyadic(b.z)};
+}
+
+Dyadic cross_component(const Vector& a, const Vector& b, std::size_t k) {
+  const std::size_t i = (k + 1) % 3;
+  const std::size_t j = (k + 2) % 3;
+  return a[i] * b[j] - a[j] * b[i];
+}
+
+Vector cross(const Vector& a, const Vector& b) {
+  return {cross_component(a, b, 0), cross_component(a, b, 1), cross_component(a, b, 2)};
+}
+
+Dyadic dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+Vector normal_of(const Triangle& t) {
+  return cross(difference(t.v1, t.v0), difference(t.v2, t.v0));
+}
+
+/// An axis along which the plane of n can be projected without losing area; 3 if n is zero.
+std::size_t projection_axis(const Vector& n) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (n[k].sign() != 0) return k;
+  }
+  return 3;
+}
+
+ExactT make_t(Dyadic numerator, Dyadic denominator) {
+  if (denominator.sign() < 0) return {-numerator, -denominator};
+  return {std::move(numerator), std::move(denominator)};
+}
+
+/// Sign of t - limit, where the limit may be infinite.
+int compare_limit(const ExactT& t, double limit) {
+  if (std::isinf(limit)) return limit > 0 ? -1 : 1;
+  return compare(t.numerator, Dyadic(limit) * t.denominator);
+}
+
+/// The line lies in the triangle's plane: the least t of line and closed triangle in [tmin, tmax].
+bool coplanar_hit(const std::array<Vector, 3>& corner, const Vector& d, const Vector& n,
+                  double tmin, double tmax, ExactT& t) {
+  // Project along an axis that keeps the area; the direction keeps a component there.
+  const std::size_t k = projection_axis(n);
+  if (k == 3) return false;
+  const std::size_t i = (k + 1) % 3;
+  const std::size_t j = (k + 2) % 3;
+  const std::size_t m = d[i].sign() != 0 ? i : j;
+
+  // side: on which side of the line each corner lies.
+  std::array<Dyadic, 3> side;
+  for (std::size_t c = 0; c < 3; ++c) side[c] = d[i] * corner[c][j] - d[j] * corner[c][i];
+
+  // The line meets the triangle between the least and the largest of: t of corners on the line, t
+  // of crossings of edges whose ends lie strictly on different sides.
+  bool found = false;
+  ExactT enter;
+  ExactT leave;
+  const auto add = [&](const ExactT& candidate) {
+    if (!found || compare(candidate, enter) < 0) enter = candidate;
+    if (!found || compare(candidate, leave) > 0) leave = candidate;
+    found = true;
+  };
+  for (std::size_t p = 0; p < 3; ++p) {
+    const std::size_t q = (p + 1) % 3;
+    if (side[p].sign() == 0) add(make_t(corner[p][m], d[m]));
+    if (side[p].sign() * side[q].sign() < 0) {
+      add(make_t(side[p] * corner[q][m] - side[q] * corner[p][m], d[m] * (side[p] - side[q])));
+    }
+  }
+  if (!found) return false;
+  if (compare_limit(enter, tmax) > 0 || compare_limit(leave, tmin) < 0) return false;
+  t = compare_limit(enter, tmin) >= 0 ? enter : ExactT{Dyadic(tmin), Dyadic(1.0)};
+  return true;
+}
+
+}  // namespace
+
+int compare(const ExactT& a, const ExactT& b) {
+  return compare(a.numerator * b.denominator, b.numerator * a.denominator);
+}
+
+bool is_degenerate(const Triangle& triangle) { return projection_axis(normal_of(triangle)) == 3; }
+
+bool exact_hit(const Vec3d& origin, const Vec3d& direction, double tmin, double tmax,
+               const Triangle& triangle, ExactT& t) {
+  if (!is_finite(triangle)) return false;
+  const std::array<Vector, 3> corner{difference(triangle.v0, origin),
+                                     difference(triangle.v1, origin),
+                                     difference(triangle.v2, origin)};
+  const Vector d{Dyadic(direction.x), Dyadic(direction.y), Dyadic(direction.z)};
+
+  // A miss is two signs that disagree; leave as soon as they do.
+  const Vector bc = cross(corner[1], corner[2]);
+  const Dyadic w0 = dot(d, bc);
+  const Vector ca = cross(corner[2], corner[0]);
+  const Dyadic w1 = dot(d, ca);
+  if (w0.sign() * w1.sign() < 0) return false;
+  const Vector ab = cross(corner[0], corner[1]);
+  const Dyadic w2 = dot(d, ab);
+  if (w0.sign() * w2.sign() < 0 || w1.sign() * w2.sign() < 0) return false;
+
+  const Dyadic determinant = w0 + w1 + w2;
+  if (determinant.sign() == 0) {
+    return coplanar_hit(corner, d, normal_of(triangle), tmin, tmax, t);
+  }
+  t = make_t(dot(corner[0], bc), determinant);
+  return compare_limit(t, tmin) >= 0 && compare_limit(t, tmax) <= 0;
+}
+
+ExactDetail exact_detail(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle,
+                         const ExactT& t) {
+  ExactDetail detail;
+  const auto coordinate = [&](double o, double d) {
+    return round_quotient(Dyadic(o) * t.denominator + t.numerator * Dyadic(d), t.denominator);
+  };
+  detail.position = {coordinate(origin.x, direction.x), coordinate(origin.y, direction.y),
+                     coordinate(origin.z, direction.z)};
+
+  // The normal, scaled by its largest component before it is rounded: three correctly rounded
+  // numbers in [-1, 1], at least one of them +-1. Normalising adds at most five rounding errors.
+  const Vector n = normal_of(triangle);
+  Dyadic largest = n[0].abs();
+  for (std::size_t k = 1; k < 3; ++k) {
+    if (largest < n[k].abs()) largest = n[k].abs();
+  }
+  const double x = round_quotient(n[0], largest);
+  const double y = round_quotient(n[1], largest);
+  const double z = round_quotient(n[2], largest);
+  const double length = std::sqrt(x * x + y * y + z * z);
+  detail.normal = {x / length, y / length, z / length};
+  const Vector d{Dyadic(direction.x), Dyadic(direction.y), Dyadic(direction.z)};
+  detail.front = dot(d, n).sign() < 0;
+
+  // Barycentrics as ratios of areas in a projection that keeps the area; the point is t * d as seen
+  // from the origin, here multiplied by t's denominator.
+  const std::size_t k = projection_axis(n);
+  const Vector a = difference(triangle.v0, origin);
+  const Vector e1 = difference(triangle.v1, triangle.v0);
+  const Vector e2 = difference(triangle.v2, triangle.v0);
+  Vector p;
+  for (std::size_t c = 0; c < 3; ++c) p[c] = t.numerator * d[c] - t.denominator * a[c];
+  const Dyadic area = t.denominator * n[k];
+  detail.u = round_quotient(cross_component(p, e2, k), area);
+  detail.v = round_quotient(cross_component(e1, p, k), area);
+  return detail;
+}
+
+}  // namespace sightline

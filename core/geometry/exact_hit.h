@@ -1,0 +1,49 @@
+#pragma once
+/// Ray against triangle in exact arithmetic: the truth behind every filter.
+///
+/// With A, B, C the corners seen from the origin and d the direction, the signs of
+///     w0 = d.(B x C)   w1 = d.(C x A)   w2 = d.(A x B)
+/// decide: the line meets the closed triangle if none of them disagrees, and then
+///     t = A.(B x C) / (w0 + w1 + w2).
+/// Their sum is d.n with the normal n = (v1-v0) x (v2-v0). If it is zero although no two signs
+/// disagree, all three are zero and the line lies in the triangle's plane: then t is where the line
+/// enters the triangle (CONTRACT, "The answers").
+
+#include "core/geometry/dyadic.h"
+#include "core/geometry/triangle.h"
+
+namespace sightline {
+
+/// An exact ray parameter numerator / denominator; the denominator is positive.
+struct ExactT {
+  Dyadic numerator;
+  Dyadic denominator{1.0};
+
+  double rounded() const { return round_quotient(numerator, denominator); }
+};
+
+/// Sign of a - b.
+int compare(const ExactT& a, const ExactT& b);
+
+/// The least real t in [tmin, tmax] with origin + t * direction on the triangle. Returns false, and
+/// leaves t unspecified, if there is none, if the triangle has exactly no area, or if a corner is
+/// not finite. Preconditions: origin and direction finite, direction not zero, limits not NaN.
+bool exact_hit(const Vec3d& origin, const Vec3d& direction, double tmin, double tmax,
+               const Triangle& triangle, ExactT& t);
+
+/// Whether the triangle has exactly no area.
+bool is_degenerate(const Triangle& triangle);
+
+/// What a hit looks like, see HitDetail for the accuracy that is promised. Precondition: exact_hit
+/// gave t for the same ray and triangle.
+struct ExactDetail {
+  Vec3d position;  ///< each coordinate correctly rounded
+  Vec3d normal;
+  double u = 0;  ///< correctly rounded
+  double v = 0;  ///< correctly rounded
+  bool front = true;
+};
+ExactDetail exact_detail(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle,
+                         const ExactT& t);
+
+}  // namespace sightline

@@ -1,0 +1,21 @@
+#pragma once
+/// A closed triangle of three float64 corners: edges and corners belong to it.
+
+#include <cmath>
+
+#include "core/geometry/vec3.h"
+
+namespace sightline {
+
+struct Triangle {
+  Vec3d v0, v1, v2;
+};
+
+inline bool is_finite(const Vec3d& p) {
+  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+}
+inline bool is_finite(const Triangle& t) {
+  return is_finite(t.v0) && is_finite(t.v1) && is_finite(t.v2);
+}
+
+}  // namespace sightline

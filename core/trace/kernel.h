@@ -1,0 +1,37 @@
+#pragma once
+/// Traversal kernels: one body compiled per instruction set, chosen at run time.
+
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "core/query/hit_batch.h"
+#include "core/query/ray_batch.h"
+#include "core/scene/scene.h"
+#include "core/trace/decision.h"
+
+namespace sightline {
+
+/// Counted per call, added to what is there.
+struct TraceCounts {
+  std::uint64_t nodes = 0;       ///< wide nodes whose eight boxes were tested
+  std::uint64_t blocks = 0;      ///< leaf blocks of four triangles that were tested
+  std::uint64_t placements = 0;  ///< placements entered
+  DecisionCounts decisions;
+};
+
+/// All of them answer the same bytes (law 1). Rays [begin, end) of a checked batch; slots of the
+/// same numbers are overwritten. Errors: none. Cost: no allocation.
+struct Kernel {
+  std::string_view name;  ///< "avx512", "avx2", "sse4", "baseline", "neon"
+  void (*closest)(const Scene& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
+                  HitBatch& hits, TraceCounts& counts);
+  void (*any)(const Scene& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
+              std::uint8_t* occluded, TraceCounts& counts);
+};
+
+/// Those that this machine can run, best first; never empty.
+std::vector<Kernel> supported_kernels();
+
+}  // namespace sightline

@@ -1,0 +1,218 @@
+#include "core/trace/ray_setup.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/geometry/rounding.h"
+
+namespace sightline {
+
+namespace {
+
+constexpr double kU = 0x1p-53;
+/// In tree units, where the largest coordinate is at least 2^-41: keeps products of float32 away
+/// from gradual underflow (docs/exactness.md, "Boxes").
+constexpr double kUnderflowPad = 0x1p-100;
+
+double largest_magnitude(const std::array<double, 3>& v) {
+  return std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
+}
+
+/// Scales by a power of two so that the largest |component| is in [1, 2); returns the exponent.
+/// Precondition: some component is not zero.
+int normalise(std::array<double, 3>& direction) {
+  const int exponent = -std::ilogb(largest_magnitude(direction));
+  if (exponent != 0) {
+    for (double& d : direction) d = std::ldexp(d, exponent);
+  }
+  return exponent;
+}
+
+/// A t that is not above the t of any point of the box on the ray: the latest entry into a slab,
+/// less its rounding errors. -inf if no slab says anything.
+double enter_at_least(const Ray& ray, const Box3d& bounds) {
+  double enter = -kInfD;
+  for (int k = 0; k < 3; ++k) {
+    const double d = ray.direction[k];
+    if (d == 0) continue;
+    const double plane = d > 0 ? bounds.min[k] : bounds.max[k];
+    const double t = (plane - ray.origin[k]) / d;
+    if (!std::isfinite(t)) continue;
+    enter = std::max(enter, next_below(t - std::abs(t) * 0x1p-40));
+  }
+  return enter;
+}
+
+/// Moves the origin to t = anchor, in double-double, and bounds what the last rounding lost.
+void move_origin(const Ray& ray, double anchor, AnchoredRay& out) {
+  out.anchor = anchor;
+  for (int k = 0; k < 3; ++k) {
+    const double o = ray.origin[k];
+    const double d = ray.direction[k];
+    const double product = anchor * d;
+    const double product_rest = std::fma(anchor, d, -product);
+    const double sum = o + product;
+    const double part = sum - o;
+    const double sum_rest = (o - (sum - part)) + (product - part);
+    const double rest = sum_rest + product_rest;
+    // What overflows is unknown, and NaN is how slabs and filters are told so: they exclude
+    // nothing.
+    out.origin[static_cast<std::size_t>(k)] =
+        std::isfinite(sum + rest) ? sum + rest : std::numeric_limits<double>::quiet_NaN();
+    const double error = kU * std::abs(sum + rest) + 0x1p-102 * (std::abs(o) + std::abs(product)) +
+                         std::numeric_limits<double>::min();
+    out.error = std::max(out.error, error);
+  }
+}
+
+float clamp_to_finite(float x) { return std::min(x, std::numeric_limits<float>::max()); }
+
+/// Slabs for origin and direction in tree units, the origin known up to `pad` on each axis.
+BoxRay make_slabs(const std::array<double, 3>& origin, const std::array<double, 3>& direction,
+                  const std::array<double, 3>& pad) {
+  BoxRay box;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const float below = float_below(origin[k] - pad[k]);
+    const float above = float_above(origin[k] + pad[k]);
+    const double inverse = 1 / std::abs(direction[k]);
+    const float near_inverse = clamp_to_finite(float_below(inverse * (1 - 0x1p-21)));
+    const float far_inverse = float_above(inverse * (1 + 0x1p-21));
+    if (std::signbit(direction[k])) {
+      box.octant |= 1u << k;
+      box.near_origin[k] = below;
+      box.far_origin[k] = above;
+      box.near_inverse[k] = -near_inverse;
+      box.far_inverse[k] = -far_inverse;
+    } else {
+      box.near_origin[k] = above;
+      box.far_origin[k] = below;
+      box.near_inverse[k] = near_inverse;
+      box.far_inverse[k] = far_inverse;
+    }
+  }
+  return box;
+}
+
+/// A number of at most two roundings, widened by four.
+double below(double x) { return x - std::abs(x) * 0x1p-50; }
+double above(double x) { return x + std::abs(x) * 0x1p-50; }
+
+}  // namespace
+
+Interval AnchoredRay::tau_of(double rounded_t) const {
+  constexpr double kMax = std::numeric_limits<double>::max();
+  if (std::isinf(rounded_t)) {
+    const double edge = (std::copysign(kMax, rounded_t) - anchor) * tau_per_t;
+    return rounded_t > 0 ? Interval{below(edge), kInfD} : Interval{-kInfD, above(edge)};
+  }
+  const double difference = rounded_t - anchor;
+  const double slack =
+      ((std::abs(rounded_t) + std::abs(difference)) * 0x1p-51) * tau_per_t + 0x1p-1060;
+  return {difference * tau_per_t - slack, difference * tau_per_t + slack};
+}
+
+AnchoredRay anchor_ray(const Ray& ray, const Box3d& bounds) {
+  AnchoredRay out;
+  out.direction = {ray.direction.x, ray.direction.y, ray.direction.z};
+  const int exponent = normalise(out.direction);
+  out.tau_per_t = exponent == 0 ? 1.0 : std::ldexp(1.0, -exponent);
+
+  const std::array<double, 3> scene{std::max(std::abs(bounds.min.x), std::abs(bounds.max.x)),
+                                    std::max(std::abs(bounds.min.y), std::abs(bounds.max.y)),
+                                    std::max(std::abs(bounds.min.z), std::abs(bounds.max.z))};
+  out.origin = {ray.origin.x, ray.origin.y, ray.origin.z};
+
+  // Rays from far away and rays that begin behind their origin start again at the scene's bounds.
+  const bool far = !(largest_magnitude(out.origin) <= 4 * largest_magnitude(scene));
+  if (far || ray.tmin < 0) {
+    const double anchor = std::max(ray.tmin, enter_at_least(ray, bounds));
+    // Nothing finite is known of where the scene begins: start below everything.
+    move_origin(ray, std::isfinite(anchor) ? anchor : -std::numeric_limits<double>::max(), out);
+  }
+
+  out.reach = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    out.reach = std::max(out.reach, (std::abs(out.origin[k]) + scene[k]) * (1 + 4 * kU));
+  }
+  out.reach = std::max(out.reach, out.error * 0x1p53);
+
+  const auto limit = [&](double t) {
+    if (std::isinf(t)) return Interval{t, t};
+    if (out.anchor == 0) return Interval{t * out.tau_per_t, t * out.tau_per_t};
+    return out.tau_of(t);
+  };
+  out.tau_min = limit(ray.tmin);
+  out.tau_max = limit(ray.tmax);
+  return out;
+}
+
+FilterRay make_filter_ray(const AnchoredRay& ray) {
+  FilterRay filter;
+  const auto& d = ray.direction;
+  filter.kz = std::abs(d[0]) >= std::abs(d[1]) ? (std::abs(d[0]) >= std::abs(d[2]) ? 0u : 2u)
+                                               : (std::abs(d[1]) >= std::abs(d[2]) ? 1u : 2u);
+  filter.kx = filter.kz == 2 ? 0 : filter.kz + 1;
+  filter.ky = filter.kx == 2 ? 0 : filter.kx + 1;
+  filter.shear_x = d[filter.kx] / d[filter.kz];
+  filter.shear_y = d[filter.ky] / d[filter.kz];
+  filter.inverse_z = 1 / d[filter.kz];
+  filter.sign_factor = 48 * kU * ray.reach * (1 + 0x1p-40);
+  filter.sign_offset = 32 * kU * ray.reach;
+  filter.t_base = 16 * kU * ray.reach;
+  return filter;
+}
+
+float BoxRay::limit(double scene_tau) const {
+  const float limit = float_above(scene_tau * tau_scale);
+  return limit == limit ? limit : kInfF;
+}
+
+BoxRay make_box_ray(const AnchoredRay& ray, int scale_exponent) {
+  const double scale = std::ldexp(1.0, scale_exponent);
+  std::array<double, 3> origin = ray.origin;
+  for (double& o : origin) o *= scale;
+  const double pad = ray.error * scale + kUnderflowPad;
+  BoxRay box = make_slabs(origin, ray.direction, {pad, pad, pad});
+  box.tau_scale = scale;
+  box.tau_min = std::max(0.0f, float_below(ray.tau_min.low * box.tau_scale));
+  return box;
+}
+
+BoxRay make_box_ray(const AnchoredRay& ray, const TreeSpace& space, int scale_exponent) {
+  std::array<double, 3> from;
+  for (std::size_t j = 0; j < 3; ++j) from[j] = ray.origin[j] - space.translation[j];
+  std::array<double, 3> origin;
+  std::array<double, 3> direction;
+  std::array<double, 3> pad;
+  const double scale = std::ldexp(1.0, scale_exponent);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto& n = space.inverse[k];
+    origin[k] = (n[0] * from[0] + n[1] * from[1] + n[2] * from[2]) * scale;
+    direction[k] = n[0] * ray.direction[0] + n[1] * ray.direction[1] + n[2] * ray.direction[2];
+    double error = 0;
+    for (std::size_t j = 0; j < 3; ++j) {
+      error += std::abs(n[j]) *
+               (12 * kU * (std::abs(ray.origin[j]) + space.reach[j]) + 1.0000001 * ray.error);
+    }
+    pad[k] = (space.pad[k] + error) * scale + kUnderflowPad;
+  }
+  if (!(largest_magnitude(direction) > 0) || !std::isfinite(largest_magnitude(direction))) {
+    // Nothing is known in this space: boxes cannot exclude anything.
+    direction = {1, 1, 1};
+    pad = {kInfD, kInfD, kInfD};
+  }
+  const int exponent = normalise(direction);
+  double tau_scale = std::ldexp(scale, -exponent);
+  if (!std::isnormal(tau_scale)) {
+    // The two spaces count t so differently that no float64 relates them: exclude nothing.
+    tau_scale = std::numeric_limits<double>::quiet_NaN();
+    pad = {kInfD, kInfD, kInfD};
+  }
+  BoxRay box = make_slabs(origin, direction, pad);
+  box.tau_scale = tau_scale;
+  box.tau_min = std::max(0.0f, float_below(ray.tau_min.low * box.tau_scale));
+  return box;
+}
+
+}  // namespace sightline

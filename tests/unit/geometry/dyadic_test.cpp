@@ -1,0 +1,91 @@
+#include "core/geometry/dyadic.h"
+
+#include <gmpxx.h>
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <random>
+
+namespace sightline {
+namespace {
+
+/// A finite float64 of any exponent, or one from a narrow range, so that cancellation happens too.
+double any_finite(std::mt19937_64& random) {
+  for (;;) {
+    const auto bits = random();
+    if ((bits & 3) == 0)
+      return static_cast<double>(static_cast<std::int64_t>(random() % 33) - 16) * 0.25;
+    const double x = std::bit_cast<double>(random());
+    if (std::isfinite(x)) return x;
+  }
+}
+
+/// Exact comparison of a Dyadic with a GMP rational through differences that must vanish.
+int sign_of(const mpq_class& q) { return sgn(q); }
+
+TEST(Dyadic, agrees_with_gmp_on_sums_products_and_signs) {
+  constexpr std::uint64_t kSeed = 20261121;
+  std::printf("seed %llu\n", static_cast<unsigned long long>(kSeed));
+  std::mt19937_64 random(kSeed);
+  for (int i = 0; i < 20000; ++i) {
+    const double a = any_finite(random), b = any_finite(random), c = any_finite(random),
+                 d = any_finite(random);
+    const Dyadic x = (Dyadic(a) - Dyadic(b)) * Dyadic(c) + Dyadic(d) * Dyadic(a);
+    const mpq_class y = (mpq_class(a) - mpq_class(b)) * mpq_class(c) + mpq_class(d) * mpq_class(a);
+    ASSERT_EQ(x.sign(), sign_of(y)) << a << ' ' << b << ' ' << c << ' ' << d;
+    const Dyadic z = Dyadic(b) * Dyadic(d);
+    ASSERT_EQ(compare(x, z), sign_of(y - mpq_class(b) * mpq_class(d)));
+  }
+}
+
+/// Correct rounding told by its definition: no other float64 is nearer, and a tie is even.
+void expect_nearest(const mpq_class& exact, double rounded) {
+  if (std::isinf(rounded)) {
+    const mpq_class edge = mpq_class(std::numeric_limits<double>::max()) * 2 -
+                           mpq_class(std::nextafter(std::numeric_limits<double>::max(), 0.0));
+    const mpq_class middle = (edge + mpq_class(std::numeric_limits<double>::max())) / 2;
+    EXPECT_GE(abs(exact), middle);
+    return;
+  }
+  const mpq_class error = abs(exact - mpq_class(rounded));
+  for (const double direction : {-INFINITY, INFINITY}) {
+    const double other = std::nextafter(rounded, direction);
+    if (std::isinf(other)) continue;
+    const mpq_class other_error = abs(exact - mpq_class(other));
+    ASSERT_LE(error, other_error);
+    if (error == other_error) {
+      ASSERT_EQ(std::bit_cast<std::uint64_t>(rounded) & 1, 0u);
+    }
+  }
+}
+
+TEST(Dyadic, rounds_a_quotient_to_the_nearest_float64) {
+  constexpr std::uint64_t kSeed = 7;
+  std::mt19937_64 random(kSeed);
+  for (int i = 0; i < 20000; ++i) {
+    const double a = any_finite(random), b = any_finite(random), c = any_finite(random);
+    double d = any_finite(random);
+    if (d == 0) d = 3;
+    const Dyadic numerator = Dyadic(a) * Dyadic(b) - Dyadic(c);
+    const mpq_class exact = (mpq_class(a) * mpq_class(b) - mpq_class(c)) / mpq_class(d);
+    expect_nearest(exact, round_quotient(numerator, Dyadic(d)));
+  }
+}
+
+TEST(Dyadic, rounds_ties_to_even_and_underflows_gradually) {
+  const Dyadic one(1.0);
+  EXPECT_EQ(round_quotient(Dyadic(9007199254740993.0 - 1) + one, one), 9007199254740992.0);
+  const double least = std::numeric_limits<double>::denorm_min();
+  EXPECT_EQ(round_quotient(Dyadic(least), Dyadic(2.0)), 0.0);
+  EXPECT_EQ(round_quotient(Dyadic(least) * Dyadic(3.0), Dyadic(2.0)), 2 * least);
+  EXPECT_FALSE(std::signbit(round_quotient(Dyadic(-least), Dyadic(2.0))));
+  const double most = std::numeric_limits<double>::max();
+  EXPECT_TRUE(std::isinf(round_quotient(Dyadic(most) * Dyadic(2.0), one)));
+  EXPECT_EQ(round_quotient(Dyadic(most) + Dyadic(1.0), one), most);
+}
+
+}  // namespace
+}  // namespace sightline

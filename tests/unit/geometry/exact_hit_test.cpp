@@ -1,0 +1,86 @@
+#include "core/geometry/exact_hit.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace sightline {
+namespace {
+
+constexpr double kInf = std::numeric_limits<double>::infinity();
+const Triangle kTriangle{{0, 0, 0}, {4, 0, 0}, {0, 4, 0}};
+
+double t_of(const Vec3d& o, const Vec3d& d, const Triangle& triangle, double tmin = 0,
+            double tmax = kInf) {
+  ExactT t;
+  return exact_hit(o, d, tmin, tmax, triangle, t) ? t.rounded() : kInf;
+}
+
+TEST(ExactHit, meets_the_inside_from_both_sides) {
+  EXPECT_EQ(t_of({1, 1, 5}, {0, 0, -1}, kTriangle), 5);
+  EXPECT_EQ(t_of({1, 1, -5}, {0, 0, 2}, kTriangle), 2.5);
+}
+
+TEST(ExactHit, keeps_edges_and_corners) {
+  EXPECT_EQ(t_of({2, 0, 1}, {0, 0, -1}, kTriangle), 1);
+  EXPECT_EQ(t_of({2, 2, 1}, {0, 0, -1}, kTriangle), 1);
+  EXPECT_EQ(t_of({4, 0, 1}, {0, 0, -1}, kTriangle), 1);
+  EXPECT_EQ(t_of({0, -0.0, 1}, {-0.0, 0, -1}, kTriangle), 1);
+  EXPECT_EQ(t_of({std::nextafter(4.0, 5.0), 0, 1}, {0, 0, -1}, kTriangle), kInf);
+  EXPECT_EQ(t_of({2, -std::numeric_limits<double>::denorm_min(), 1}, {0, 0, -1}, kTriangle), kInf);
+}
+
+TEST(ExactHit, closes_the_limits) {
+  EXPECT_EQ(t_of({1, 1, 5}, {0, 0, -1}, kTriangle, 5, 5), 5);
+  EXPECT_EQ(t_of({1, 1, 5}, {0, 0, -1}, kTriangle, std::nextafter(5.0, 6.0), kInf), kInf);
+  EXPECT_EQ(t_of({1, 1, 5}, {0, 0, -1}, kTriangle, 0, std::nextafter(5.0, 4.0)), kInf);
+  EXPECT_EQ(t_of({1, 1, -5}, {0, 0, -1}, kTriangle, -kInf, 0), -5);
+}
+
+TEST(ExactHit, meets_a_coplanar_triangle_where_the_ray_enters) {
+  EXPECT_EQ(t_of({-1, 1, 0}, {1, 0, 0}, kTriangle), 1);
+  EXPECT_EQ(t_of({5, 1, 0}, {-2, 0, 0}, kTriangle), 1);
+  EXPECT_EQ(t_of({1, 1, 0}, {1, 0, 0}, kTriangle), 0) << "from inside it is met at once";
+  EXPECT_EQ(t_of({1, 1, 0}, {1, 0, 0}, kTriangle, 1.5, kInf), 1.5);
+  EXPECT_EQ(t_of({1, 1, 0}, {1, 0, 0}, kTriangle, 2.5, kInf), kInf);
+  EXPECT_EQ(t_of({-1, 0, 0}, {1, 0, 0}, kTriangle), 1) << "along an edge";
+  EXPECT_EQ(t_of({-1, 5, 0}, {1, -1, 0}, kTriangle), 1) << "along the slanted edge";
+  EXPECT_EQ(t_of({-1, 4, 0}, {1, 0, 0}, kTriangle), 1) << "touching one corner";
+  EXPECT_EQ(t_of({-1, 4.5, 0}, {1, 0, 0}, kTriangle), kInf);
+  EXPECT_EQ(t_of({-1, 1, 1e-300}, {1, 0, 0}, kTriangle), kInf) << "parallel, but not in the plane";
+}
+
+TEST(ExactHit, drops_triangles_without_area_and_non_finite_ones) {
+  EXPECT_EQ(t_of({1, 0, 5}, {0, 0, -1}, {{0, 0, 0}, {1, 0, 0}, {3, 0, 0}}), kInf);
+  EXPECT_EQ(t_of({0, 0, 5}, {0, 0, -1}, {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}), kInf);
+  EXPECT_EQ(t_of({1, 1, 5}, {0, 0, -1}, {{0, 0, 0}, {kInf, 0, 0}, {0, 4, 0}}), kInf);
+  EXPECT_TRUE(is_degenerate({{0, 0, 0}, {1, 1, 1}, {3, 3, 3}}));
+  EXPECT_FALSE(is_degenerate({{0, 0, 0}, {1, 1, 1}, {3, 3, std::nextafter(3.0, 4.0)}}));
+}
+
+TEST(ExactHit, keeps_its_word_at_every_scale) {
+  for (const double s : {1e-300, 1e-40, 1e-6, 1e6, 1e30, 1e300}) {
+    const Triangle triangle{{0, 0, 0}, {4 * s, 0, 0}, {0, 4 * s, 0}};
+    EXPECT_EQ(t_of({s, s, s}, {0, 0, -1}, triangle), s);
+    EXPECT_EQ(t_of({2 * s, 2 * s, s}, {0, 0, -s}, triangle), 1) << "on the slanted edge";
+    EXPECT_EQ(t_of({std::nextafter(2 * s, kInf), 2 * s, s}, {0, 0, -s}, triangle), kInf);
+  }
+}
+
+TEST(ExactHit, details_are_rounded_once) {
+  const Triangle triangle{{0, 0, 1}, {3, 0, 1}, {0, 3, 1}};
+  const Vec3d origin{1, 1, 0};
+  const Vec3d direction{0, 0, 3};
+  ExactT t;
+  ASSERT_TRUE(exact_hit(origin, direction, 0, kInf, triangle, t));
+  EXPECT_EQ(t.rounded(), 1.0 / 3.0);
+  const ExactDetail detail = exact_detail(origin, direction, triangle, t);
+  EXPECT_EQ(detail.position, (Vec3d{1, 1, 1})) << "t is rounded, the position must not feel it";
+  EXPECT_EQ(detail.normal, (Vec3d{0, 0, 1}));
+  EXPECT_EQ(detail.u, 1.0 / 3.0);
+  EXPECT_EQ(detail.v, 1.0 / 3.0);
+  EXPECT_FALSE(detail.front);
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,175 @@
+// Every kernel against the exact predicate on every triangle, on small scenes made to be awkward.
+
+#include "core/trace/kernel.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <limits>
+#include <random>
+
+namespace sightline {
+namespace {
+
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+struct Case {
+  const char* name;
+  float scale = 1;
+  float shift = 0;
+  bool integer = false;        ///< coordinates on a small grid: many exact edge and corner aims
+  std::vector<Affine> places;  ///< empty: one identity
+};
+
+Affine affine(std::initializer_list<double> rows) {
+  Affine a;
+  auto it = rows.begin();
+  for (auto& row : a.m) {
+    for (double& x : row) x = *it++;
+  }
+  return a;
+}
+
+std::shared_ptr<const Scene> make_scene(const Case& c, std::mt19937_64& random) {
+  auto mesh = std::make_shared<Mesh>();
+  std::uniform_real_distribution<float> uniform(-1, 1);
+  std::uniform_int_distribution<int> grid(-3, 3);
+  const auto coordinate = [&] {
+    return (c.integer ? static_cast<float>(grid(random)) : uniform(random)) * c.scale + c.shift;
+  };
+  for (std::uint32_t i = 0; i < 60; ++i)
+    mesh->positions.push_back({coordinate(), coordinate(), coordinate()});
+  std::uniform_int_distribution<std::uint32_t> index(0, 59);
+  for (int i = 0; i < 3 * 90; ++i) mesh->indices.push_back(index(random));
+  mesh->primitives.push_back({0, 90, 0, 0xffffffffu});
+  SceneDescription description;
+  description.meshes.push_back(mesh);
+  description.nodes.push_back({});
+  if (c.places.empty()) description.instances.push_back({});
+  for (const Affine& place : c.places) description.instances.push_back({0, 0, place});
+  auto scene = Scene::build(std::move(description));
+  EXPECT_TRUE(scene.ok());
+  return *scene;
+}
+
+RayBatch make_rays(const Case& c, const Scene& scene, std::mt19937_64& random, std::size_t count) {
+  RayBatch rays;
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  std::uniform_int_distribution<std::uint32_t> instance(
+      0, static_cast<std::uint32_t>(scene.description().instances.size()) - 1);
+  std::uniform_int_distribution<std::uint32_t> triangle(0, 89);
+  std::uniform_int_distribution<int> kind(0, 9);
+  const double s = static_cast<double>(c.scale);
+  const double shift = static_cast<double>(c.shift);
+  while (rays.size() < count) {
+    const WorldTriangle w = scene.world_triangle({instance(random), triangle(random)});
+    Ray ray;
+    const int k = kind(random);
+    Vec3d target = w.v0;
+    if (k == 1) target = {(w.v0.x + w.v1.x) / 2, (w.v0.y + w.v1.y) / 2, (w.v0.z + w.v1.z) / 2};
+    if (k == 2)
+      target = {(w.v0.x + w.v1.x + w.v2.x) / 3, (w.v0.y + w.v1.y + w.v2.y) / 3,
+                (w.v0.z + w.v1.z + w.v2.z) / 3};
+    if (!is_finite(target)) continue;
+    ray.origin = {uniform(random) * 3 * s + shift, uniform(random) * 3 * s + shift,
+                  uniform(random) * 3 * s + shift};
+    if (c.integer)
+      ray.origin = {std::round(ray.origin.x), std::round(ray.origin.y), std::round(ray.origin.z)};
+    if (k == 3) ray.origin = w.v1;                 // from a corner
+    if (k == 4) target = w.v1, ray.origin = w.v0;  // along an edge
+    ray.direction = {target.x - ray.origin.x, target.y - ray.origin.y, target.z - ray.origin.z};
+    if (k == 5) ray.direction = {0, 0, uniform(random)};  // along an axis
+    if (k == 6) ray.tmin = -2, ray.tmax = 1;              // behind, and closed at the hit
+    if (k == 7) ray.tmin = 1;
+    if (k == 8) {  // from far away
+      ray.origin = {ray.origin.x + ray.direction.x * -1e8, ray.origin.y + ray.direction.y * -1e8,
+                    ray.origin.z + ray.direction.z * -1e8};
+    }
+    if (k == 9) ray.tmin = -kInf;
+    RayBatch one;
+    one.push_back(ray);
+    RayFault fault;
+    if (check_rays(one, fault)) rays.push_back(ray);
+  }
+  return rays;
+}
+
+TEST(Kernel, answers_like_the_exact_predicate_on_every_triangle) {
+  const Affine shear = affine({1, 3, 0, 2, 0, 1, 5, 0, 0, 0, 0.25, -1});
+  const Affine mirror = affine({-1, 0, 0, 0.5, 0, 2, 0, 0.1, 0, 0, 1, 0});
+  const Affine flat = affine({1, 0, 0, 0, 0, 0, 0, 0.5, 0, 0, 1, 0});
+  const Affine nearly_flat = affine({1, 0, 0, 0, 0, 1e-12, 0, 0.5, 0, 0, 1, 0});
+  const Affine turn = affine({0.6, -0.8, 0, 0.3, 0.8, 0.6, 0, 0, 0, 0, 1, 1.7});
+  const Affine small_turn = affine({0.6, -0.8, 0, 1e-20, 0.8, 0.6, 0, 0, 0, 0, 1, 0});
+  const Affine small_mirror = affine({-1, 0, 0, 0, 0, 2, 0, 1e-20, 0, 0, 1, 0});
+  const std::vector<Case> cases = {
+      {"uniform", 1, 0, false, {}},
+      {"grid", 1, 0, true, {}},
+      {"tiny", 1e-30f, 0, false, {}},
+      {"denormal", 1e-40f, 0, false, {}},
+      {"huge", 1e30f, 0, false, {}},
+      {"shifted", 1, 1e6f, false, {}},
+      {"grid in one place", 1, 0, true, {shear}},
+      {"uniform in many places",
+       1,
+       0,
+       false,
+       {Affine{}, shear, mirror, flat, nearly_flat, turn, turn}},
+      {"grid in many places", 1, 0, true, {turn, Affine{}, mirror, flat, shear, Affine{}}},
+      {"tiny in many places", 1e-20f, 0, false, {small_turn, small_mirror, Affine{}}},
+  };
+  constexpr std::uint64_t kSeed = 42;
+  std::printf("seed %llu\n", static_cast<unsigned long long>(kSeed));
+  for (const Case& c : cases) {
+    std::mt19937_64 random(kSeed);
+    const auto scene = make_scene(c, random);
+    const RayBatch rays = make_rays(c, *scene, random, 400);
+    const auto instances = static_cast<std::uint32_t>(scene->description().instances.size());
+
+    HitBatch truth;
+    truth.resize(rays.size());
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      const Ray ray = rays[i];
+      ExactT best;
+      TriangleId id;
+      for (std::uint32_t k = 0; k < instances; ++k) {
+        for (std::uint32_t j = 0; j < 90; ++j) {
+          ExactT t;
+          if (!exact_hit(ray.origin, ray.direction, ray.tmin, ray.tmax,
+                         scene->world_triangle({k, j}), t))
+            continue;
+          if (id.instance == kNone || compare(t, best) < 0) best = t, id = {k, j};
+        }
+      }
+      truth.t[i] = id.instance == kNone ? kInf : best.rounded();
+      truth.instance[i] = id.instance;
+      truth.triangle[i] = id.triangle;
+    }
+
+    for (const Kernel& kernel : supported_kernels()) {
+      HitBatch hits;
+      hits.resize(rays.size());
+      TraceCounts counts;
+      kernel.closest(*scene, rays, 0, rays.size(), hits, counts);
+      std::vector<std::uint8_t> occluded(rays.size());
+      kernel.any(*scene, rays, 0, rays.size(), occluded.data(), counts);
+      for (std::size_t i = 0; i < rays.size(); ++i) {
+        ASSERT_EQ(hits.id(i), truth.id(i)) << c.name << ", " << kernel.name << ", ray " << i;
+        ASSERT_EQ(hits.t[i], truth.t[i]) << c.name << ", " << kernel.name << ", ray " << i;
+        ASSERT_EQ(occluded[i], truth.hit(i) ? 1 : 0)
+            << c.name << ", " << kernel.name << ", ray " << i;
+      }
+      std::size_t met = 0;
+      for (std::size_t i = 0; i < rays.size(); ++i) met += truth.hit(i) ? 1u : 0u;
+      std::printf(
+          "%-24s %-9s %zu of %zu rays meet something; blocks %llu, exact %llu, compares %llu\n",
+          c.name, std::string(kernel.name).c_str(), met, rays.size(),
+          static_cast<unsigned long long>(counts.blocks),
+          static_cast<unsigned long long>(counts.decisions.exact_hits),
+          static_cast<unsigned long long>(counts.decisions.exact_compares));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace sightline
