@@ -120,6 +120,35 @@ bool exact_hit(const Vec3d& origin, const Vec3d& direction, double tmin, double 
   return compare_limit(t, tmin) >= 0 && compare_limit(t, tmax) <= 0;
 }
 
+namespace {
+
+/// Side of the moved line on which the edge from p to q passes; p and q are seen from the origin.
+/// Zero only for edges parallel to the line.
+int moved_side(const Vector& d, const Vector& p, const Vector& q) {
+  // d.((p - m) x (q - m)) = d.(p x q) + m.((p - q) x d): linear in the movement m.
+  const int side = dot(d, cross(p, q)).sign();
+  if (side != 0) return side;
+  const Vector edge{p[0] - q[0], p[1] - q[1], p[2] - q[2]};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const int moved = cross_component(edge, d, k).sign();
+    if (moved != 0) return moved;
+  }
+  return 0;
+}
+
+}  // namespace
+
+bool exact_crossing(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle) {
+  if (!is_finite(triangle)) return false;
+  const Vector d{Dyadic(direction.x), Dyadic(direction.y), Dyadic(direction.z)};
+  if (dot(d, normal_of(triangle)).sign() == 0) return false;
+  const Vector a = difference(triangle.v0, origin);
+  const Vector b = difference(triangle.v1, origin);
+  const Vector c = difference(triangle.v2, origin);
+  const int side = moved_side(d, a, b);
+  return side == moved_side(d, b, c) && side == moved_side(d, c, a);
+}
+
 ExactDetail exact_detail(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle,
                          const ExactT& t) {
   ExactDetail detail;

@@ -31,6 +31,14 @@ int compare(const ExactT& a, const ExactT& b);
 bool exact_hit(const Vec3d& origin, const Vec3d& direction, double tmin, double tmax,
                const Triangle& triangle, ExactT& t);
 
+/// Whether the line crosses the triangle properly after it was moved by an infinitely small
+/// (e, e^2, e^3), e > 0, at an unchanged direction. A moved line meets no edge, no corner and no
+/// plane that it is parallel to, so on a closed mesh the number of triangles that it crosses is
+/// even, and triangles that share an edge or a corner agree on which of them is crossed. Every
+/// triangle that the moved line crosses is met by the line itself; the reverse holds except at
+/// edges and corners and in the plane. Source: [Edelsbrunner1990], applied to the ray alone.
+bool exact_crossing(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle);
+
 /// Whether the triangle has exactly no area.
 bool is_degenerate(const Triangle& triangle);
 

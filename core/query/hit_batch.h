@@ -31,6 +31,11 @@ struct HitBatch {
     instance.resize(count);
     triangle.resize(count);
   }
+  void append(const HitBatch& other) {
+    t.insert(t.end(), other.t.begin(), other.t.end());
+    instance.insert(instance.end(), other.instance.begin(), other.instance.end());
+    triangle.insert(triangle.end(), other.triangle.begin(), other.triangle.end());
+  }
   TriangleId id(std::size_t i) const { return {instance[i], triangle[i]}; }
   bool hit(std::size_t i) const { return instance[i] != kNone; }
 };
@@ -39,6 +44,14 @@ struct HitBatch {
 struct HitLists {
   Column<std::size_t> first;  ///< n + 1 entries
   HitBatch hits;
+};
+
+/// Which of the triangles that a ray meets count for "all" and "count".
+enum class Crossings {
+  kEvery,  ///< every triangle met: a shared edge gives two hits, a corner as many as meet there
+  /// Those that the ray crosses after an infinitely small movement of its origin (exact_hit.h): a
+  /// passage through a closed surface counts once, wherever it happens, a touch never or twice.
+  kOnce,
 };
 
 /// Computed for the winner only, and only when asked.

@@ -105,6 +105,47 @@ Status Engine::any(const Scene& scene, const RayBatch& rays, const Deadline& dea
   });
 }
 
+Status Engine::count(const Scene& scene, const RayBatch& rays, Crossings crossings,
+                     const Deadline& deadline, Column<std::uint64_t>& totals) const {
+  totals.resize(rays.size());
+  return state_->run(rays.size(), deadline, [&](std::size_t begin, std::size_t end) {
+    TraceCounts counts;
+    state_->kernel.all(scene, rays, begin, end, crossings, 0, totals.data(), nullptr, counts);
+  });
+}
+
+Status Engine::all(const Scene& scene, const RayBatch& rays, Crossings crossings,
+                   std::size_t hits_max, std::size_t hits_total_max, const Deadline& deadline,
+                   HitLists& lists, Column<std::uint64_t>& totals) const {
+  // Every slice fills a list of its own; they are joined in the order of rays.
+  std::vector<HitBatch> slices((rays.size() + kSlice - 1) / kSlice);
+  std::atomic<std::size_t> gathered{0};
+  totals.assign(rays.size(), 0);
+  const Status status = state_->run(rays.size(), deadline, [&](std::size_t begin, std::size_t end) {
+    if (gathered.load(std::memory_order_relaxed) > hits_total_max) return;
+    TraceCounts counts;
+    HitBatch& slice = slices[begin / kSlice];
+    state_->kernel.all(scene, rays, begin, end, crossings, hits_max, totals.data(), &slice, counts);
+    gathered.fetch_add(slice.size(), std::memory_order_relaxed);
+  });
+  if (!status) return status;
+  if (gathered.load() > hits_total_max) {
+    return Error{ErrorKind::kTooLarge, "TOO_MANY_HITS",
+                 "the rays meet more than " + std::to_string(hits_total_max) +
+                     " triangles; send fewer rays or a smaller max_hits",
+                 ""};
+  }
+
+  lists.first.assign(1, 0);
+  lists.first.reserve(rays.size() + 1);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    lists.first.push_back(lists.first.back() + std::min<std::size_t>(totals[i], hits_max));
+  }
+  lists.hits.resize(0);
+  for (const HitBatch& slice : slices) lists.hits.append(slice);
+  return success();
+}
+
 Status Engine::details(const Scene& scene, const RayBatch& rays, const HitBatch& hits,
                        const Deadline& deadline, Column<HitDetail>& out) const {
   out.assign(rays.size(), {});

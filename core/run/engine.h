@@ -36,6 +36,15 @@ class Engine {
   /// Whether each ray meets anything: 1 or 0. `occluded` is resized and overwritten.
   Status any(const Scene& scene, const RayBatch& rays, const Deadline& deadline,
              Column<std::uint8_t>& occluded) const;
+  /// How many triangles each ray meets. `totals` is resized and overwritten.
+  Status count(const Scene& scene, const RayBatch& rays, Crossings crossings,
+               const Deadline& deadline, Column<std::uint64_t>& totals) const;
+  /// Every triangle that each ray meets, sorted by (exact t, id); of each ray the first `hits_max`.
+  /// `totals` counts them all, so that a cut is visible. Both are resized and overwritten.
+  /// Errors: TOO_MANY_HITS if the lists together would pass `hits_total_max`.
+  Status all(const Scene& scene, const RayBatch& rays, Crossings crossings, std::size_t hits_max,
+             std::size_t hits_total_max, const Deadline& deadline, HitLists& lists,
+             Column<std::uint64_t>& totals) const;
   /// Position, normal and barycentrics of hits that closest (or all) reported; slots of misses are
   /// left default. `rays[i]` belongs to `hits` slot i.
   Status details(const Scene& scene, const RayBatch& rays, const HitBatch& hits,

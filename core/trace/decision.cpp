@@ -1,5 +1,7 @@
 #include "core/trace/decision.h"
 
+#include <algorithm>
+
 namespace sightline {
 
 namespace {
@@ -52,6 +54,45 @@ const ExactT& ClosestDecision::exact() {
     exact_known_ = true;
   }
   return exact_;
+}
+
+void AllDecision::examine(TriangleId id) {
+  ++counts_.exact_hits;
+  auto t = std::make_unique<ExactT>();
+  if (!exact_hit_of(scene_, ray_, id, *t)) return;
+  if (crossings_ == Crossings::kOnce &&
+      !exact_crossing(ray_.origin, ray_.direction, scene_.world_triangle(id))) {
+    return;
+  }
+  entries_.push_back({id, anchored_.tau_of(t->rounded()), std::move(t)});
+}
+
+const ExactT& AllDecision::exact_of(Entry& entry) {
+  if (entry.exact == nullptr) {
+    entry.exact = std::make_unique<ExactT>();
+    exact_hit_of(scene_, ray_, entry.id, *entry.exact);
+  }
+  return *entry.exact;
+}
+
+void AllDecision::append_sorted(std::size_t limit, HitBatch& hits) {
+  // Intervals order what they separate, exact t the rest: together the order of (t, id).
+  std::vector<Entry*> order;
+  order.reserve(entries_.size());
+  for (Entry& entry : entries_) order.push_back(&entry);
+  std::sort(order.begin(), order.end(), [&](Entry* a, Entry* b) {
+    if (a->tau.high < b->tau.low) return true;
+    if (b->tau.high < a->tau.low || a == b) return false;
+    ++counts_.exact_compares;
+    const int sign = compare(exact_of(*a), exact_of(*b));
+    return sign != 0 ? sign < 0 : a->id < b->id;
+  });
+  if (order.size() > limit) order.resize(limit);
+  for (Entry* entry : order) {
+    hits.t.push_back(exact_of(*entry).rounded());
+    hits.instance.push_back(entry->id.instance);
+    hits.triangle.push_back(entry->id.triangle);
+  }
 }
 
 bool examine_any(const Scene& scene, const Ray& ray, TriangleId id, DecisionCounts& counts) {

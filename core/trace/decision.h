@@ -2,6 +2,9 @@
 /// Where filters end and truth begins: keeps the best triangle so far by intervals, and asks the
 /// exact predicate for whatever an interval leaves open.
 
+#include <memory>
+#include <vector>
+
 #include "core/geometry/exact_hit.h"
 #include "core/query/hit_batch.h"
 #include "core/scene/scene.h"
@@ -52,6 +55,37 @@ class ClosestDecision {
   double bound_;
   bool exact_known_ = false;
   ExactT exact_;
+};
+
+/// Every triangle that one ray meets, for "all" and "count".
+class AllDecision {
+ public:
+  AllDecision(const Scene& scene, const Ray& ray, const AnchoredRay& anchored, Crossings crossings,
+              DecisionCounts& counts)
+      : scene_(scene), ray_(ray), anchored_(anchored), crossings_(crossings), counts_(counts) {}
+
+  void accept(TriangleId id, Interval tau) { entries_.push_back({id, tau, nullptr}); }
+  void examine(TriangleId id);
+
+  double bound() const { return anchored_.tau_max.high; }
+  std::size_t size() const { return entries_.size(); }
+  /// Appends the hits sorted by (exact t, id), at most `limit` of them. Throws std::bad_alloc.
+  void append_sorted(std::size_t limit, HitBatch& hits);
+
+ private:
+  struct Entry {
+    TriangleId id;
+    Interval tau;
+    std::unique_ptr<ExactT> exact;
+  };
+  const ExactT& exact_of(Entry& entry);
+
+  const Scene& scene_;
+  const Ray& ray_;
+  const AnchoredRay& anchored_;
+  Crossings crossings_;
+  DecisionCounts& counts_;
+  std::vector<Entry> entries_;
 };
 
 /// Whether the exact predicate finds the triangle within the ray's limits.

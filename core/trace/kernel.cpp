@@ -235,9 +235,11 @@ HWY_INLINE void filter_block(const LeafBlock& block, const AnchoredRay& ray,
   verdict.examine &= lanes;
 }
 
-/// What a traversal does with the triangles of a leaf: `Closest` keeps the best, `Any` stops.
-struct Closest {
-  ClosestDecision& decision;
+/// What a traversal does with the triangles of a leaf: `Gather` hands them on, `Any` stops
+/// at the first.
+template <class Decision>
+struct Gather {
+  Decision& decision;
 
   double bound() const { return decision.bound(); }
   /// True if the traversal may stop.
@@ -370,7 +372,7 @@ void trace_closest(const Scene& scene, const RayBatch& rays, std::size_t begin, 
     if (scene.tree().placements.empty()) continue;
     Traversal traversal(scene, ray, stack, counts);
     ClosestDecision decision(scene, ray, traversal.anchored(), counts.decisions);
-    Closest sink{decision};
+    Gather<ClosestDecision> sink{decision};
     traversal.run(sink);
     if (!decision.found()) continue;
     hits.t[i] = decision.exact().rounded();
@@ -393,6 +395,23 @@ void trace_any(const Scene& scene, const RayBatch& rays, std::size_t begin, std:
   }
 }
 
+void trace_all(const Scene& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
+               Crossings crossings, std::size_t hits_max, std::uint64_t* totals, HitBatch* hits,
+               TraceCounts& counts) {
+  Stack stack;
+  for (std::size_t i = begin; i < end; ++i) {
+    const Ray ray = rays[i];
+    totals[i] = 0;
+    if (scene.tree().placements.empty()) continue;
+    Traversal traversal(scene, ray, stack, counts);
+    AllDecision decision(scene, ray, traversal.anchored(), crossings, counts.decisions);
+    Gather<AllDecision> sink{decision};
+    traversal.run(sink);
+    totals[i] = decision.size();
+    if (hits != nullptr) decision.append_sorted(hits_max, *hits);
+  }
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace sightline
 HWY_AFTER_NAMESPACE();
@@ -408,19 +427,20 @@ std::vector<Kernel> supported_kernels() {
   };
   // Named one by one, best first, so that a test or a flag can force each of them.
 #if HWY_TARGETS & HWY_AVX3
-  add(HWY_AVX3, {"avx512", N_AVX3::trace_closest, N_AVX3::trace_any});
+  add(HWY_AVX3, {"avx512", N_AVX3::trace_closest, N_AVX3::trace_any, N_AVX3::trace_all});
 #endif
 #if HWY_TARGETS & HWY_AVX2
-  add(HWY_AVX2, {"avx2", N_AVX2::trace_closest, N_AVX2::trace_any});
+  add(HWY_AVX2, {"avx2", N_AVX2::trace_closest, N_AVX2::trace_any, N_AVX2::trace_all});
 #endif
 #if HWY_TARGETS & HWY_SSE4
-  add(HWY_SSE4, {"sse4", N_SSE4::trace_closest, N_SSE4::trace_any});
+  add(HWY_SSE4, {"sse4", N_SSE4::trace_closest, N_SSE4::trace_any, N_SSE4::trace_all});
 #endif
 #if HWY_TARGETS & HWY_NEON
-  add(HWY_NEON, {"neon", N_NEON::trace_closest, N_NEON::trace_any});
+  add(HWY_NEON, {"neon", N_NEON::trace_closest, N_NEON::trace_any, N_NEON::trace_all});
 #endif
   if (kernels.empty() || HWY_ARCH_X86 != 0) {
-    kernels.push_back({"baseline", HWY_NAMESPACE::trace_closest, HWY_NAMESPACE::trace_any});
+    kernels.push_back({"baseline", HWY_NAMESPACE::trace_closest, HWY_NAMESPACE::trace_any,
+                       HWY_NAMESPACE::trace_all});
   }
   return kernels;
 }

@@ -22,13 +22,19 @@ struct TraceCounts {
 };
 
 /// All of them answer the same bytes (law 1). Rays [begin, end) of a checked batch; slots of the
-/// same numbers are overwritten. Errors: none. Cost: no allocation.
+/// same numbers are overwritten. Errors: none. Cost: closest and any allocate nothing; all throws
+/// std::bad_alloc.
 struct Kernel {
   std::string_view name;  ///< "avx512", "avx2", "sse4", "baseline", "neon"
   void (*closest)(const Scene& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
                   HitBatch& hits, TraceCounts& counts);
   void (*any)(const Scene& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
               std::uint8_t* occluded, TraceCounts& counts);
+  /// How many triangles each ray meets: slots of `totals`. If `hits` is not null the first
+  /// `hits_max` of every ray are appended to it in order of (t, id).
+  void (*all)(const Scene& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
+              Crossings crossings, std::size_t hits_max, std::uint64_t* totals, HitBatch* hits,
+              TraceCounts& counts);
 };
 
 /// Those that this machine can run, best first; never empty.

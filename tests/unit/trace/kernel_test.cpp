@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <limits>
 #include <random>
@@ -128,19 +129,28 @@ TEST(Kernel, answers_like_the_exact_predicate_on_every_triangle) {
 
     HitBatch truth;
     truth.resize(rays.size());
+    std::vector<std::vector<TriangleId>> all(rays.size());
+    std::vector<std::uint64_t> crossings(rays.size());
     for (std::size_t i = 0; i < rays.size(); ++i) {
       const Ray ray = rays[i];
       ExactT best;
       TriangleId id;
+      std::vector<std::pair<ExactT, TriangleId>> met;
       for (std::uint32_t k = 0; k < instances; ++k) {
         for (std::uint32_t j = 0; j < 90; ++j) {
           ExactT t;
           if (!exact_hit(ray.origin, ray.direction, ray.tmin, ray.tmax,
                          scene->world_triangle({k, j}), t))
             continue;
+          met.emplace_back(t, TriangleId{k, j});
+          if (exact_crossing(ray.origin, ray.direction, scene->world_triangle({k, j})))
+            ++crossings[i];
           if (id.instance == kNone || compare(t, best) < 0) best = t, id = {k, j};
         }
       }
+      std::stable_sort(met.begin(), met.end(),
+                       [](const auto& a, const auto& b) { return compare(a.first, b.first) < 0; });
+      for (const auto& hit : met) all[i].push_back(hit.second);
       truth.t[i] = id.instance == kNone ? kInf : best.rounded();
       truth.instance[i] = id.instance;
       truth.triangle[i] = id.triangle;
@@ -153,6 +163,19 @@ TEST(Kernel, answers_like_the_exact_predicate_on_every_triangle) {
       kernel.closest(*scene, rays, 0, rays.size(), hits, counts);
       std::vector<std::uint8_t> occluded(rays.size());
       kernel.any(*scene, rays, 0, rays.size(), occluded.data(), counts);
+      std::vector<std::uint64_t> totals(rays.size());
+      std::vector<std::uint64_t> once(rays.size());
+      HitBatch lists;
+      kernel.all(*scene, rays, 0, rays.size(), Crossings::kEvery, 1000, totals.data(), &lists,
+                 counts);
+      kernel.all(*scene, rays, 0, rays.size(), Crossings::kOnce, 0, once.data(), nullptr, counts);
+      std::size_t at = 0;
+      for (std::size_t i = 0; i < rays.size(); ++i) {
+        ASSERT_EQ(totals[i], all[i].size()) << c.name << ", " << kernel.name << ", ray " << i;
+        ASSERT_EQ(once[i], crossings[i]) << c.name << ", " << kernel.name << ", ray " << i;
+        for (const TriangleId& id : all[i])
+          ASSERT_EQ(lists.id(at++), id) << c.name << ", ray " << i;
+      }
       for (std::size_t i = 0; i < rays.size(); ++i) {
         ASSERT_EQ(hits.id(i), truth.id(i)) << c.name << ", " << kernel.name << ", ray " << i;
         ASSERT_EQ(hits.t[i], truth.t[i]) << c.name << ", " << kernel.name << ", ray " << i;
