@@ -4,7 +4,7 @@
 #   scripts/lint.sh [--all | --format | --fix] [FILE...]
 #
 # With no argument: format of every file, the room laws, and clang-tidy over the .cpp files that
-# differ from main (those that include a changed header too are left to --all).
+# differ from main or include a header that does.
 # --all     clang-tidy over every file that the build compiles
 # --format  only the format check; exit code 77 (skipped) where clang-format is not installed
 # --fix     format every file in place
@@ -55,11 +55,16 @@ case $mode in
   all) mapfile -t files < <(compiled) ;;
   changed)
     base=$(git merge-base HEAD main 2>/dev/null || git rev-parse HEAD)
+    differing() {
+      { git diff --name-only --diff-filter=d "$base" -- "*.$1"; git ls-files --others --exclude-standard -- "*.$1"; }
+    }
     mapfile -t files < <(comm -12 <(compiled) \
-      <({ git diff --name-only "$base" -- '*.cpp'; git ls-files --others --exclude-standard -- '*.cpp'; } | sort -u))
+      <({ differing cpp; differing h | sed 's/.*/#include "&"/' |
+          grep -rlFf /dev/stdin --include='*.cpp' core proto server tests || true; } | sort -u))
     ;;
 esac
 if [ ${#files[@]} -gt 0 ]; then
-  printf '%s\0' "${files[@]}" | xargs -0 -n 1 -P "$(nproc)" clang-tidy -p build/dev --quiet --warnings-as-errors='*'
+  printf '%s\0' "${files[@]}" | xargs -0 -n 1 -P "$(nproc)" \
+    clang-tidy -p build/dev --quiet --warnings-as-errors='*' 2> >(grep -v ' warnings\? generated' >&2)
 fi
 echo "clang-tidy: ${#files[@]} files"
