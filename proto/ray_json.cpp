@@ -473,7 +473,8 @@ bool RayReader::finish_rows_or_columns() {
   for (const Part part : {Part::kTmin, Part::kTmax}) {
     Column<double>& column = part == Part::kTmin ? query_.rays.tmin : query_.rays.tmax;
     if ((seen_ & (2u << static_cast<unsigned>(part))) == 0) {
-      column.assign(count, part == Part::kTmin ? 0.0 : kInf);
+      const double no_limit = part == Part::kTmin ? Ray().tmin : Ray().tmax;
+      column.assign(count, no_limit);
     } else if (column.size() != count) {
       return fail(
           ErrorKind::kInvalid, "LENGTH_WRONG",

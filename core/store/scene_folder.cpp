@@ -1,0 +1,275 @@
+#include "core/store/scene_folder.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <nlohmann/json.hpp>
+
+#include "core/store/scene_id.h"
+#include "core/store/sha256.h"
+
+namespace sightline {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kFormat = "sightline-store 1\n";
+constexpr std::size_t kRecordLimit = 64 << 10;
+constexpr std::string_view kRecordSuffix = ".json";
+
+std::span<const std::byte> bytes_of(std::string_view text) {
+  return std::as_bytes(std::span(text.data(), text.size()));
+}
+
+bool is_sha256(std::string_view text) {
+  return text.size() == 64 && std::all_of(text.begin(), text.end(), [](char c) {
+           return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
+         });
+}
+
+std::string encode_record(const SceneRecord& record) {
+  nlohmann::ordered_json document;
+  document["id"] = record.id;
+  document["sha256"] = record.sha256;
+  document["bytes"] = record.bytes;
+  document["revision"] = record.revision;
+  document["scene"] = nullptr;
+  if (record.scene) document["scene"] = *record.scene;
+  return document.dump() + "\n";
+}
+
+/// Empty when the text is not a record of this id.
+std::optional<SceneRecord> decode_record(const std::string& text, const std::string& id) {
+  const auto document = nlohmann::json::parse(text, nullptr, false);
+  if (!document.is_object()) return std::nullopt;
+  const auto number = [&](const char* key) -> std::optional<std::uint64_t> {
+    const auto found = document.find(key);
+    if (found == document.end() || !found->is_number_unsigned()) return std::nullopt;
+    return found->get<std::uint64_t>();
+  };
+  const auto word = [&](const char* key) {
+    const auto found = document.find(key);
+    return found != document.end() && found->is_string() ? found->get<std::string>()
+                                                         : std::string();
+  };
+  SceneRecord record;
+  record.id = word("id");
+  record.sha256 = word("sha256");
+  const auto bytes = number("bytes"), revision = number("revision"), scene = number("scene");
+  if (record.id != id || !is_sha256(record.sha256) || !bytes || !revision) return std::nullopt;
+  record.bytes = *bytes;
+  record.revision = *revision;
+  if (scene) record.scene = static_cast<std::uint32_t>(*scene);
+  return record;
+}
+
+Status write_durably(TemporaryFile& temporary, std::string_view text, const fs::path& target,
+                     const char* doing) {
+  if (Status status = write_all(temporary.file(), bytes_of(text), doing); !status) return status;
+  if (Status status = sync_file(temporary.file(), doing); !status) return status;
+  if (Status status = rename_file(temporary.path(), target, doing); !status) return status;
+  temporary.release();
+  return sync_folder(target.parent_path(), doing);
+}
+
+}  // namespace
+
+TemporaryFile::~TemporaryFile() {
+  if (!path_.empty()) ::unlink(path_.c_str());
+}
+
+fs::path SceneFolder::record_path(const std::string& id) const {
+  return folder_ / "scenes" / (id + std::string(kRecordSuffix));
+}
+
+fs::path SceneFolder::blob_path(const std::string& sha256) const {
+  return folder_ / "blobs" / sha256;
+}
+
+Result<std::unique_ptr<SceneFolder>> SceneFolder::open(const fs::path& folder) {
+  std::unique_ptr<SceneFolder> opened(new SceneFolder(folder));
+  if (Status status = opened->prepare(); !status) return std::move(status).error();
+  return opened;
+}
+
+Status SceneFolder::prepare() {
+  constexpr const char* kDoing = "open the data folder";
+  for (const char* name : {"blobs", "scenes", "tmp", "quarantine"}) {
+    std::error_code error;
+    fs::create_directories(folder_ / name, error);
+    if (error) return io_error("make the data folder", error.value());
+  }
+
+  // One process at a time; the lock goes with the process, however it ends.
+  auto lock = open_file(folder_ / "lock", O_RDWR | O_CREAT, kDoing);
+  if (!lock) return std::move(lock).error();
+  lock_ = std::move(*lock);
+  if (::flock(lock_.number(), LOCK_EX | LOCK_NB) != 0) {
+    if (errno != EWOULDBLOCK) return io_error(kDoing, errno);
+    return Error{ErrorKind::kConflict, "STORE_IN_USE",
+                 "the data folder is in use by another server", ""};
+  }
+
+  // What was half written when the last process ended is nobody's.
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder_ / "tmp", error)) {
+    fs::remove(entry.path(), error);
+  }
+
+  const fs::path format = folder_ / "format";
+  if (fs::exists(format, error)) {
+    auto text = read_small_file(format, 256, kDoing);
+    if (!text) return std::move(text).error();
+    if (*text != kFormat) {
+      return Error{ErrorKind::kUnsupported, "STORE_FORMAT_UNKNOWN",
+                   "the data folder was written by another version of the store", ""};
+    }
+    return success();
+  }
+  auto temporary = new_temporary();
+  if (!temporary) return std::move(temporary).error();
+  return write_durably(*temporary, kFormat, format, kDoing);
+}
+
+SceneFolder::Catalogue SceneFolder::read_catalogue() {
+  const std::lock_guard hold(mutex_);
+  Catalogue catalogue;
+  std::error_code error;
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder_ / "scenes", error)) {
+    files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  for (const fs::path& file : files) {
+    const std::string id = file.stem().string();
+    if (file.extension() != kRecordSuffix || !is_scene_id(id)) continue;
+    const auto text = read_small_file(file, kRecordLimit, "read a scene's record");
+    auto record = text.ok() ? decode_record(*text, id) : std::nullopt;
+    if (!record) {
+      quarantine_file(file);
+      catalogue.damaged.push_back(
+          {id, text.ok() ? "the scene's record is damaged" : text.error().message});
+      continue;
+    }
+    set_reference(record->id, record->sha256);
+    catalogue.records.push_back(std::move(*record));
+  }
+
+  // Bytes without a record: a crash between the two steps of a commit, or of a removal. Not while
+  // a record is damaged: it may be the one that named them.
+  if (catalogue.damaged.empty()) {
+    for (const auto& entry : fs::directory_iterator(folder_ / "blobs", error)) {
+      const std::string name = entry.path().filename().string();
+      if (is_sha256(name) && !has_record(name)) fs::remove(entry.path(), error);
+    }
+  }
+  return catalogue;
+}
+
+Result<TemporaryFile> SceneFolder::new_temporary() {
+  std::uint64_t number = 0;
+  {
+    const std::lock_guard hold(mutex_);
+    number = next_temporary_++;
+  }
+  fs::path path = folder_ / "tmp" / std::to_string(number);
+  auto file = open_file(path, O_RDWR | O_CREAT | O_TRUNC, "write to the data folder");
+  if (!file) return std::move(file).error();
+  return TemporaryFile(std::move(*file), std::move(path));
+}
+
+Status SceneFolder::commit(TemporaryFile& bytes, const SceneRecord& record) {
+  constexpr const char* kDoing = "store the scene";
+  // The slow part, before anybody has to wait.
+  if (Status status = sync_file(bytes.file(), kDoing); !status) return status;
+  auto temporary = new_temporary();
+  if (!temporary) return std::move(temporary).error();
+
+  const std::lock_guard hold(mutex_);
+  const fs::path blob = blob_path(record.sha256);
+  if (Status status = rename_file(bytes.path(), blob, kDoing); !status) return status;
+  bytes.release();
+  if (Status status = sync_folder(blob.parent_path(), kDoing); !status) return status;
+  if (Status status =
+          write_durably(*temporary, encode_record(record), record_path(record.id), kDoing);
+      !status) {
+    return status;
+  }
+  set_reference(record.id, record.sha256);
+  return success();
+}
+
+Status SceneFolder::remove(const std::string& id) {
+  constexpr const char* kDoing = "remove the scene";
+  const std::lock_guard hold(mutex_);
+  if (::unlink(record_path(id).c_str()) != 0 && errno != ENOENT) return io_error(kDoing, errno);
+  if (Status status = sync_folder(folder_ / "scenes", kDoing); !status) return status;
+  drop_reference(id);
+  return success();
+}
+
+Result<MappedFile> SceneFolder::map(const SceneRecord& record) {
+  const auto damaged = [](std::string reason) {
+    return Error{ErrorKind::kInternal, "STORE_DAMAGED", std::move(reason), ""};
+  };
+  auto file = open_file(blob_path(record.sha256), O_RDONLY, "read the scene's bytes");
+  if (!file) return damaged(file.error().message);
+  auto mapped = MappedFile::map(*file, "read the scene's bytes");
+  if (!mapped) return mapped;
+  if (mapped->bytes().size() != record.bytes) {
+    return damaged("the scene's file has " + std::to_string(mapped->bytes().size()) +
+                   " bytes, its record says " + std::to_string(record.bytes));
+  }
+  if (sha256_of(mapped->bytes()) != record.sha256) {
+    return damaged("the bytes of the scene's file changed: their SHA-256 is another one");
+  }
+  return mapped;
+}
+
+void SceneFolder::quarantine(const SceneRecord& record) {
+  const std::lock_guard hold(mutex_);
+  quarantine_file(record_path(record.id));
+  quarantine_file(blob_path(record.sha256));
+  drop_reference(record.id);
+}
+
+void SceneFolder::quarantine_file(const fs::path& file) {
+  // Never over an earlier find: each keeps its own number.
+  std::error_code error;
+  for (int number = 0; number < 1000; ++number) {
+    const fs::path target =
+        folder_ / "quarantine" / (file.filename().string() + "." + std::to_string(number));
+    if (fs::exists(target, error)) continue;
+    fs::rename(file, target, error);
+    return;
+  }
+}
+
+void SceneFolder::set_reference(const std::string& id, const std::string& sha256) {
+  const auto found = references_.find(id);
+  const std::string before = found == references_.end() ? sha256 : found->second;
+  references_.insert_or_assign(id, sha256);
+  if (before != sha256) drop_bytes_without_record(before);
+}
+
+void SceneFolder::drop_reference(const std::string& id) {
+  const auto found = references_.find(id);
+  if (found == references_.end()) return;
+  const std::string before = found->second;
+  references_.erase(found);
+  drop_bytes_without_record(before);
+}
+
+bool SceneFolder::has_record(const std::string& sha256) const {
+  return std::any_of(references_.begin(), references_.end(),
+                     [&](const auto& reference) { return reference.second == sha256; });
+}
+
+void SceneFolder::drop_bytes_without_record(const std::string& sha256) {
+  if (!has_record(sha256)) ::unlink(blob_path(sha256).c_str());
+}
+
+}  // namespace sightline

@@ -1,0 +1,107 @@
+#pragma once
+/// Where scenes stay between two runs.
+///
+///   DIR/format            "sightline-store 1"
+///   DIR/lock              held while a server uses the folder
+///   DIR/blobs/<sha256>    the bytes of a scene, named by their content
+///   DIR/scenes/<id>.json  which bytes the scene of that name has: the commit point
+///   DIR/tmp/              what is being written; emptied at start
+///   DIR/quarantine/       what was found damaged, for a person to look at
+///
+/// A scene is replaced by renaming one small record over another, after its bytes are on the disk:
+/// whatever moment a machine stops at, each record names bytes that are whole.
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/store/posix_file.h"
+
+namespace sightline {
+
+struct SceneRecord {
+  std::string id;
+  std::string sha256;
+  std::uint64_t bytes = 0;
+  std::uint64_t revision = 0;
+  std::optional<std::uint32_t> scene;  ///< which scene of the file; empty: the file's choice
+};
+
+/// A new file in DIR/tmp; gone with this object unless it was committed.
+class TemporaryFile {
+ public:
+  TemporaryFile(FileDescriptor file, std::filesystem::path path)
+      : file_(std::move(file)), path_(std::move(path)) {}
+  TemporaryFile(TemporaryFile&& other) noexcept
+      : file_(std::move(other.file_)), path_(std::exchange(other.path_, {})) {}
+  TemporaryFile& operator=(TemporaryFile&&) = delete;
+  ~TemporaryFile();
+
+  const FileDescriptor& file() const { return file_; }
+  const std::filesystem::path& path() const { return path_; }
+  /// It has another name now and stays.
+  void release() { path_.clear(); }
+
+ private:
+  FileDescriptor file_;
+  std::filesystem::path path_;
+};
+
+/// May be used from many threads.
+class SceneFolder {
+ public:
+  /// Makes the folder if there is none. Errors: STORE_IN_USE (another process holds it),
+  /// STORE_FORMAT_UNKNOWN (a newer version wrote it), STORE_IO, STORE_FULL.
+  static Result<std::unique_ptr<SceneFolder>> open(const std::filesystem::path& folder);
+
+  struct Damage {
+    std::string id;
+    std::string reason;
+  };
+  struct Catalogue {
+    std::vector<SceneRecord> records;
+    std::vector<Damage> damaged;  ///< records that could not be read; now in quarantine
+  };
+  /// Reads all records, and drops bytes that no record names. Call once, before anything else.
+  Catalogue read_catalogue();
+
+  Result<TemporaryFile> new_temporary();
+  /// Makes `bytes` the content of the scene, durably, and returns when it is. The bytes that the
+  /// scene had before are dropped once no record names them. Errors: STORE_FULL, STORE_IO; the old
+  /// record then still stands.
+  Status commit(TemporaryFile& bytes, const SceneRecord& record);
+  /// Forgets the scene, durably. No such record is no error.
+  Status remove(const std::string& id);
+  /// The bytes of a record. Errors: STORE_DAMAGED when they are missing, have another size or
+  /// another hash.
+  Result<MappedFile> map(const SceneRecord& record);
+  /// Moves record and bytes out of the way.
+  void quarantine(const SceneRecord& record);
+
+ private:
+  explicit SceneFolder(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  Status prepare();
+  std::filesystem::path record_path(const std::string& id) const;
+  std::filesystem::path blob_path(const std::string& sha256) const;
+  void quarantine_file(const std::filesystem::path& file);
+  // Precondition for these: mutex_ is held.
+  void set_reference(const std::string& id, const std::string& sha256);
+  void drop_reference(const std::string& id);
+  bool has_record(const std::string& sha256) const;
+  void drop_bytes_without_record(const std::string& sha256);
+
+  std::filesystem::path folder_;
+  FileDescriptor lock_;
+  std::mutex mutex_;                               ///< orders commits and removals
+  std::map<std::string, std::string> references_;  ///< id to sha256, as the records on disk say
+  std::uint64_t next_temporary_ = 0;
+};
+
+}  // namespace sightline

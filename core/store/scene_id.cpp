@@ -1,0 +1,16 @@
+#include "core/store/scene_id.h"
+
+#include <algorithm>
+
+namespace sightline {
+
+bool is_scene_id(std::string_view id) {
+  if (id.empty() || id.size() > 128 || id.front() == '.') return false;
+  // Written out: isalnum depends on the locale.
+  return std::all_of(id.begin(), id.end(), [](char c) {
+    return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '.' ||
+           c == '_' || c == '-';
+  });
+}
+
+}  // namespace sightline

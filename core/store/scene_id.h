@@ -1,0 +1,12 @@
+#pragma once
+/// Which names a scene may have.
+
+#include <string_view>
+
+namespace sightline {
+
+/// 1 to 128 of A-Z a-z 0-9 . _ - and not beginning with a dot: safe as a file name, in a URL and in
+/// a log, and the same on every file system that keeps case.
+bool is_scene_id(std::string_view id);
+
+}  // namespace sightline

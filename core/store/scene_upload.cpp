@@ -1,0 +1,23 @@
+#include "core/store/scene_upload.h"
+
+#include <new>
+
+namespace sightline {
+
+Status SceneUpload::append(std::span<const std::byte> piece) {
+  if (file_) {
+    if (Status status = write_all(file_->file(), piece, "store the scene"); !status) return status;
+  } else {
+    try {
+      memory_.insert(memory_.end(), piece.begin(), piece.end());
+    } catch (const std::bad_alloc&) {
+      return Error{ErrorKind::kOutOfSpace, "MEMORY_FULL", "there is no memory left for the scene",
+                   ""};
+    }
+  }
+  size_ += piece.size();
+  hash_.update(piece);
+  return success();
+}
+
+}  // namespace sightline

@@ -1,0 +1,204 @@
+// What a data folder gives back to the next run.
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "core/store/scene_store.h"
+#include "core/store/sha256.h"
+#include "tests/unit/store/text_scenes.h"
+
+namespace sightline {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string hash(std::string_view text) {
+  return sha256_of(std::as_bytes(std::span(text.data(), text.size())));
+}
+
+void write_file(const fs::path& file, std::string_view text) {
+  std::ofstream(file, std::ios::binary | std::ios::trunc) << text;
+}
+
+TEST(SceneStoreRestart, brings_every_acknowledged_scene_back) {
+  const TemporaryFolder folder;
+  {
+    const auto store = open_store(folder.path());
+    ASSERT_TRUE(put_text(*store, "town", "first").ok());
+    ASSERT_TRUE(put_text(*store, "town", "second").ok());
+    ASSERT_TRUE(put_text(*store, "gone", "third").ok());
+    ASSERT_TRUE(store->remove("gone").ok());
+    auto upload = store->begin_upload();
+    ASSERT_TRUE(upload.ok());
+    ASSERT_TRUE(upload->append(std::as_bytes(std::span("file", 4))).ok());
+    ASSERT_TRUE(store->put("chosen", std::move(*upload), {.scene = 3}).ok());
+  }
+  const auto store = open_settled(folder.path());
+  EXPECT_EQ(store->list().size(), 2u);
+  EXPECT_EQ(text_of(*store, "town"), "second");
+  EXPECT_EQ(text_of(*store, "chosen"), "file scene 3");
+  const SceneSnapshot town = store->find("town");
+  EXPECT_EQ(town->revision, 2u);
+  EXPECT_EQ(town->sha256, hash("second"));
+  EXPECT_EQ(town->bytes, 6u);
+  EXPECT_TRUE(town->persistent);
+}
+
+TEST(SceneStoreRestart, keeps_bytes_exactly_as_long_as_a_name_has_them) {
+  const TemporaryFolder folder;
+  const auto store = open_store(folder.path());
+  ASSERT_TRUE(put_text(*store, "a", "same").ok());
+  ASSERT_TRUE(put_text(*store, "b", "same").ok());
+  ASSERT_TRUE(put_text(*store, "a", "same").ok());
+  EXPECT_EQ(folder.files("blobs"), std::vector{hash("same")});
+  ASSERT_TRUE(put_text(*store, "a", "other").ok());
+  EXPECT_EQ(folder.files("blobs").size(), 2u);
+  ASSERT_TRUE(store->remove("b").ok());
+  EXPECT_EQ(folder.files("blobs"), std::vector{hash("other")});
+  ASSERT_TRUE(store->remove("a").ok());
+  EXPECT_TRUE(folder.files("blobs").empty());
+  EXPECT_TRUE(folder.files("scenes").empty());
+}
+
+TEST(SceneStoreRestart, quarantines_what_is_damaged_and_starts_with_the_rest) {
+  const TemporaryFolder folder;
+  {
+    const auto store = open_store(folder.path());
+    for (const char* id : {"whole", "changed", "cut", "lost", "scrambled"}) {
+      ASSERT_TRUE(put_text(*store, id, std::string("text of ") + id).ok());
+    }
+  }
+  const fs::path blobs = folder.path() / "blobs";
+  write_file(blobs / hash("text of changed"), "TEXT of changed");
+  write_file(blobs / hash("text of cut"), "text");
+  fs::remove(blobs / hash("text of lost"));
+  write_file(folder.path() / "scenes/scrambled.json", "{\"id\":\"scram");
+  {
+    const auto store = open_settled(folder.path());
+    EXPECT_EQ(text_of(*store, "whole"), "text of whole");
+    for (const char* id : {"changed", "cut", "lost", "scrambled"}) {
+      EXPECT_EQ(text_of(*store, id), "[failed]") << id;
+      const Error& failure = *store->find(id)->failure;
+      EXPECT_EQ(failure.code, "STORE_DAMAGED");
+      EXPECT_NE(failure.message.find("quarantine"), std::string::npos) << failure.message;
+      EXPECT_EQ(failure.message.find(folder.path().string()), std::string::npos);
+    }
+    EXPECT_EQ(folder.files("scenes"), std::vector<std::string>{"whole.json"});
+    EXPECT_EQ(folder.files("quarantine").size(), 6u);
+    // The name is free for new content.
+    ASSERT_TRUE(put_text(*store, "cut", "again").ok());
+  }
+  const auto store = open_settled(folder.path());
+  EXPECT_EQ(text_of(*store, "whole"), "text of whole");
+  EXPECT_EQ(text_of(*store, "cut"), "again");
+  EXPECT_EQ(text_of(*store, "lost"), "[none]");
+}
+
+TEST(SceneStoreRestart, takes_no_record_that_lies_about_itself) {
+  const TemporaryFolder folder;
+  open_store(folder.path());
+  const std::string sha = std::string(64, 'a');
+  const std::string rest = R"(,"bytes":1,"revision":1,"scene":null})";
+  const std::pair<const char*, std::string> records[] = {
+      {"other_name", R"({"id":"x","sha256":")" + sha + "\"" + rest},
+      {"bad_hash", R"({"id":"bad_hash","sha256":"../../etc/passwd")" + rest},
+      {"no_hash", R"({"id":"no_hash")" + rest},
+      {"array", "[]"},
+      {"empty", ""},
+      {"deep", std::string(60000, '[')},
+      {"large", std::string(100000, ' ')},
+      {"negative", R"({"id":"negative","sha256":")" + sha + R"(","bytes":-1,"revision":1})"},
+  };
+  for (const auto& [id, text] : records) {
+    write_file(folder.path() / "scenes" / (std::string(id) + ".json"), text);
+  }
+  write_file(folder.path() / "scenes/.hidden.json", "{}");
+  write_file(folder.path() / "scenes/readme.txt", "hello");
+  const auto store = open_settled(folder.path());
+  EXPECT_EQ(store->list().size(), std::size(records));
+  for (const auto& [id, text] : records) EXPECT_EQ(text_of(*store, id), "[failed]") << id;
+}
+
+TEST(SceneStoreRestart, drops_what_a_crash_left_half_done) {
+  const TemporaryFolder folder;
+  {
+    const auto store = open_store(folder.path());
+    ASSERT_TRUE(put_text(*store, "town", "houses").ok());
+  }
+  write_file(folder.path() / "tmp/17", "half an upload");
+  write_file(folder.path() / "blobs" / hash("no record"), "no record");
+  const auto store = open_settled(folder.path());
+  EXPECT_EQ(text_of(*store, "town"), "houses");
+  EXPECT_TRUE(folder.files("tmp").empty());
+  EXPECT_EQ(folder.files("blobs"), std::vector{hash("houses")});
+}
+
+TEST(SceneStoreRestart, keeps_a_file_that_the_loader_no_longer_takes) {
+  const TemporaryFolder folder;
+  {
+    const auto store = open_store(folder.path());
+    ASSERT_TRUE(put_text(*store, "town", "houses").ok());
+  }
+  {
+    auto opened =
+        SceneStore::open({.folder = folder.path(), .loads_at_once = 1},
+                         [](auto, const auto&) -> Result<std::shared_ptr<const Scene>> {
+                           return Error{ErrorKind::kTooLarge, "TOO_LARGE", "too large today", ""};
+                         },
+                         {});
+    wait_until_settled(**opened);
+    EXPECT_EQ(text_of(**opened, "town"), "[failed]");
+  }
+  EXPECT_EQ(text_of(*open_settled(folder.path()), "town"), "houses");
+}
+
+TEST(SceneStoreRestart, gives_an_acknowledged_scene_precedence_over_a_preload) {
+  const TemporaryFolder folder;
+  const auto make = []() -> Result<PreloadedScene> {
+    return PreloadedScene{*load_text(std::as_bytes(std::span("demo", 4)), {}), "00", 4};
+  };
+  {
+    const auto store = open_settled(folder.path(), {{"town", make}});
+    EXPECT_EQ(text_of(*store, "town"), "demo");
+    EXPECT_FALSE(store->find("town")->persistent);
+    ASSERT_TRUE(put_text(*store, "town", "mine").ok());
+  }
+  EXPECT_EQ(text_of(*open_settled(folder.path(), {{"town", make}}), "town"), "mine");
+}
+
+TEST(SceneStoreRestart, refuses_a_folder_that_another_server_uses) {
+  const TemporaryFolder folder;
+  const auto store = open_store(folder.path());
+  const auto second =
+      SceneStore::open({.folder = folder.path(), .loads_at_once = 1}, load_text, {});
+  ASSERT_FALSE(second.ok());
+  EXPECT_EQ(second.error().code, "STORE_IN_USE");
+}
+
+TEST(SceneStoreRestart, refuses_a_folder_of_an_unknown_format_and_touches_nothing) {
+  const TemporaryFolder folder;
+  {
+    const auto store = open_store(folder.path());
+    ASSERT_TRUE(put_text(*store, "town", "houses").ok());
+  }
+  write_file(folder.path() / "format", "sightline-store 999\n");
+  const auto second =
+      SceneStore::open({.folder = folder.path(), .loads_at_once = 1}, load_text, {});
+  ASSERT_FALSE(second.ok());
+  EXPECT_EQ(second.error().code, "STORE_FORMAT_UNKNOWN");
+  EXPECT_EQ(folder.files("scenes").size(), 1u);
+  EXPECT_EQ(folder.files("blobs").size(), 1u);
+}
+
+TEST(SceneStoreRestart, refuses_a_folder_that_cannot_be_made) {
+  const TemporaryFolder folder;
+  write_file(folder.path() / "file", "x");
+  const auto store =
+      SceneStore::open({.folder = folder.path() / "file/data", .loads_at_once = 1}, load_text, {});
+  ASSERT_FALSE(store.ok());
+  EXPECT_EQ(store.error().code, "STORE_IO");
+}
+
+}  // namespace
+}  // namespace sightline

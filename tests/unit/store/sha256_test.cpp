@@ -1,0 +1,37 @@
+#include "core/store/sha256.h"
+
+#include <gtest/gtest.h>
+
+#include <string_view>
+
+#include "core/store/scene_id.h"
+
+namespace sightline {
+namespace {
+
+std::string hash(std::string_view text) {
+  return sha256_of(std::as_bytes(std::span(text.data(), text.size())));
+}
+
+TEST(Sha256, agrees_with_the_examples_of_its_standard) {
+  EXPECT_EQ(hash(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+  EXPECT_EQ(hash("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  EXPECT_EQ(hash("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq"),
+            "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1");
+}
+
+TEST(SceneId, allows_what_is_safe_as_a_file_name_and_in_a_url) {
+  for (const char* id : {"a", "town", "A-1_b.glb", "0", "-", "_", "a..b"}) {
+    EXPECT_TRUE(is_scene_id(id)) << id;
+  }
+  EXPECT_TRUE(is_scene_id(std::string(128, 'x')));
+  for (const char* id :
+       {"", ".", "..", ".hidden", "a/b", "../a", "a b", "a%20", "é", "a\n", "a:b"}) {
+    EXPECT_FALSE(is_scene_id(id)) << id;
+  }
+  EXPECT_FALSE(is_scene_id(std::string(129, 'x')));
+  EXPECT_FALSE(is_scene_id(std::string_view("a\0b", 3)));
+}
+
+}  // namespace
+}  // namespace sightline
