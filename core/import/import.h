@@ -3,7 +3,15 @@
 /// Every byte of the input is hostile: the answer is a description whose every index is in range,
 /// or an Error that names the place ("accessor 7: needs 1200 bytes, view has 900"). Bounded time
 /// and memory: limits below. Never opens a file outside the scene's own folder.
+///
+/// What is applied: node matrices and TRS (transform.h has the formula), EXT_mesh_gpu_instancing,
+/// KHR_mesh_quantization, sparse accessors, morph targets with their default weights (positions.h
+/// of this room has the formula). Skinned meshes stand unposed under their node, with a warning.
+/// What is left out: points, lines and primitives without POSITION (counted), images, materials
+/// except names and doubleSided, animations, cameras, lights, extras. An extension that the file
+/// requires and that is not known here is refused by name.
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -15,22 +23,44 @@
 namespace sightline {
 
 struct ImportLimits {
-  std::uint64_t file_bytes = 1ull << 33;
+  std::uint64_t file_bytes = 1ull << 33;  ///< the scene file and each external buffer
   std::uint64_t json_bytes = 256ull << 20;
   std::uint32_t json_depth = 256;
-  std::uint64_t triangles = 1ull << 31;  ///< over unique meshes
+  std::uint64_t json_values = 16u << 20;  ///< numbers, strings, arrays, ... in the JSON text
+  std::uint64_t triangles = 1ull << 31;   ///< over unique meshes
   std::uint32_t nodes = 4u << 20;
   std::uint32_t node_depth = 4096;
   std::uint32_t instances = 16u << 20;
+  /// Positions, indices and instances in memory. Many accessors may show the same bytes of the
+  /// file, so the file's size alone does not bound it.
+  std::uint64_t geometry_bytes = 1ull << 33;
+  std::uint32_t zero_filled = 1u << 22;  ///< elements of an accessor that has no bytes in the file
 };
 
 struct ImportOptions {
   ImportLimits limits;
-  std::optional<std::uint32_t> scene;  ///< empty: the file's default scene, else its first
+  /// Empty: the file's default scene, else its first, else (a file without scenes) every root node.
+  std::optional<std::uint32_t> scene;
 };
 
 /// Reads a mapped .glb or a .gltf with its neighbours. External buffers must lie in the file's own
-/// folder (symbolic links included).
+/// folder (symbolic links included). The name does not matter: GLB is known by its magic.
+///
+/// Errors, by kind:
+///   kNotFound     GLTF_FILE_UNREADABLE
+///   kMalformed    GLTF_CONTAINER_INVALID, GLTF_JSON_INVALID, GLTF_JSON_DUPLICATE_KEY
+///   kUnsupported  GLTF_VERSION_UNSUPPORTED, GLTF_EXTENSION_UNSUPPORTED
+///   kTooLarge     GLTF_LIMIT_FILE_BYTES, _JSON_BYTES, _JSON_DEPTH, _JSON_VALUES, _TRIANGLES,
+///                 _NODES, _NODE_DEPTH, _INSTANCES, _GEOMETRY_BYTES, _ZERO_FILLED
+///   kOutOfSpace   GLTF_OUT_OF_MEMORY
+///   kInvalid      GLTF_VALUE_INVALID (wrong type or value), GLTF_REFERENCE_INVALID (no such
+///   index),
+///                 GLTF_SCENE_UNKNOWN, GLTF_HIERARCHY_INVALID, GLTF_TRANSFORM_INVALID,
+///                 GLTF_URI_REFUSED, GLTF_BUFFER_INVALID, GLTF_ACCESSOR_INVALID,
+///                 GLTF_ACCESSOR_OUT_OF_BOUNDS, GLTF_INDEX_OUT_OF_RANGE, GLTF_INSTANCING_INVALID,
+///                 GLTF_STRUCTURE_INVALID (tinygltf's own verdict)
+///   kInternal     GLTF_INTERNAL
+/// Error::pointer points into the file's own JSON.
 Result<SceneDescription> import_file(const std::filesystem::path& file,
                                      const ImportOptions& options);
 

@@ -1,0 +1,261 @@
+#include "core/import/accessor.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "core/import/refusal.h"
+
+namespace sightline::gltf {
+
+namespace {
+
+template <class T>
+T load(const std::byte* at) {
+  T value;
+  std::memcpy(&value, at, sizeof value);
+  return value;
+}
+
+/// Numbers per element; the matrix types are never read.
+std::uint32_t components_of(int type) {
+  switch (type) {
+    case TINYGLTF_TYPE_SCALAR:
+      return 1;
+    case TINYGLTF_TYPE_VEC2:
+      return 2;
+    case TINYGLTF_TYPE_VEC3:
+      return 3;
+    case TINYGLTF_TYPE_VEC4:
+      return 4;
+    default:
+      return 0;
+  }
+}
+
+std::string pointer_of(std::size_t accessor) { return "/accessors/" + std::to_string(accessor); }
+
+Error wrong(std::size_t accessor, const std::string& what) {
+  return invalid("GLTF_ACCESSOR_INVALID", "accessor " + std::to_string(accessor) + ": " + what,
+                 pointer_of(accessor));
+}
+
+}  // namespace
+
+std::size_t component_bytes(Component component) {
+  switch (component) {
+    case Component::kI8:
+    case Component::kU8:
+      return 1;
+    case Component::kI16:
+    case Component::kU16:
+      return 2;
+    default:
+      return 4;
+  }
+}
+
+std::size_t AccessorView::element_bytes() const { return component_bytes(component) * components; }
+
+std::int64_t load_integer(const std::byte* at, Component component) {
+  switch (component) {
+    case Component::kI8:
+      return load<std::int8_t>(at);
+    case Component::kU8:
+      return load<std::uint8_t>(at);
+    case Component::kI16:
+      return load<std::int16_t>(at);
+    case Component::kU16:
+      return load<std::uint16_t>(at);
+    default:
+      return load<std::uint32_t>(at);
+  }
+}
+
+double load_number(const std::byte* at, Component component, bool normalized) {
+  if (component == Component::kF32) return static_cast<double>(load<float>(at));
+  const auto c = static_cast<double>(load_integer(at, component));
+  if (!normalized) return c;
+  switch (component) {
+    case Component::kI8:
+      return std::max(c / 127, -1.0);
+    case Component::kU8:
+      return c / 255;
+    case Component::kI16:
+      return std::max(c / 32767, -1.0);
+    case Component::kU16:
+      return c / 65535;
+    default:
+      return c / 4294967295.0;
+  }
+}
+
+std::uint64_t sparse_index(const AccessorView& view, std::uint64_t entry) {
+  const std::size_t size = component_bytes(view.sparse_component);
+  return static_cast<std::uint64_t>(
+      load_integer(view.sparse_indices + entry * size, view.sparse_component));
+}
+
+std::uint64_t sparse_lower_bound(const AccessorView& view, std::uint64_t index) {
+  std::uint64_t low = 0, high = view.sparse_count;
+  while (low < high) {
+    const std::uint64_t middle = low + (high - low) / 2;
+    if (sparse_index(view, middle) < index) {
+      low = middle + 1;
+    } else {
+      high = middle;
+    }
+  }
+  return low;
+}
+
+void load_element(const AccessorView& view, std::uint64_t index, std::uint32_t wanted,
+                  double* out) {
+  const std::byte* at = view.base != nullptr ? view.base + index * view.stride : nullptr;
+  if (view.sparse_count > 0) {
+    const std::uint64_t entry = sparse_lower_bound(view, index);
+    if (entry < view.sparse_count && sparse_index(view, entry) == index) {
+      at = view.sparse_values + entry * view.element_bytes();
+    }
+  }
+  const std::size_t size = component_bytes(view.component);
+  for (std::uint32_t c = 0; c < wanted; ++c) {
+    out[c] = at != nullptr ? load_number(at + c * size, view.component, view.normalized) : 0;
+  }
+}
+
+Result<const std::byte*> AccessorReader::locate(std::size_t index, const char* part,
+                                                const Extent& extent) {
+  const auto& view = document_.model.bufferViews[static_cast<std::size_t>(extent.view)];
+  const std::string place = "accessor " + std::to_string(index) + part;
+  if (view.extensions.count(kMeshopt) != 0) {
+    // A file that does not require the extension has readable fallback bytes in the same view; the
+    // buffer says when it has none.
+    if (document_.buffers[static_cast<std::size_t>(view.buffer)].fallback_only) {
+      return Error{
+          ErrorKind::kUnsupported, "GLTF_EXTENSION_UNSUPPORTED",
+          place + ": bufferView " + std::to_string(extent.view) + " is compressed by " + kMeshopt,
+          pointer_of(index)};
+    }
+  }
+  auto bytes = buffers_.bytes(static_cast<std::size_t>(view.buffer));
+  if (!bytes) return bytes.error();
+  const auto beyond = [&](const std::string& who, const char* verb, std::uint64_t needed,
+                          const std::string& whom, std::uint64_t has) {
+    return invalid(
+        "GLTF_ACCESSOR_OUT_OF_BOUNDS",
+        who + verb + std::to_string(needed) + " bytes, " + whom + " has " + std::to_string(has),
+        pointer_of(index));
+  };
+  // No sum overflows: the checker bounds every number by 2^53 and strides by 252.
+  const std::uint64_t view_end = std::uint64_t{view.byteOffset} + view.byteLength;
+  if (view_end > bytes->size()) {
+    return beyond("bufferView " + std::to_string(extent.view), " reaches to ", view_end,
+                  "buffer " + std::to_string(view.buffer), bytes->size());
+  }
+  const std::uint64_t stride = extent.stride_or_zero != 0 ? extent.stride_or_zero : extent.element;
+  const std::uint64_t needed = extent.offset + (extent.count - 1) * stride + extent.element;
+  if (needed > view.byteLength) {
+    return beyond(place, ": needs ", needed, "bufferView " + std::to_string(extent.view),
+                  view.byteLength);
+  }
+  if ((view.byteOffset + extent.offset) % extent.alignment != 0 || stride % extent.alignment != 0) {
+    return wrong(index, std::string(part) + "starts at byte " +
+                            std::to_string(view.byteOffset + extent.offset) + " with stride " +
+                            std::to_string(stride) + ", its components need a multiple of " +
+                            std::to_string(extent.alignment));
+  }
+  return bytes->data() + view.byteOffset + extent.offset;
+}
+
+Status AccessorReader::attach_sparse(std::size_t index, AccessorView& view) {
+  const auto& sparse = document_.model.accessors[index].sparse;
+  const auto count = static_cast<std::uint64_t>(sparse.count);
+  if (count > view.count) {
+    return wrong(index, "sparse.count is " + std::to_string(count) + ", count is " +
+                            std::to_string(view.count));
+  }
+  view.sparse_component = static_cast<Component>(sparse.indices.componentType);
+  if (view.sparse_component != Component::kU8 && view.sparse_component != Component::kU16 &&
+      view.sparse_component != Component::kU32) {
+    return wrong(index, "sparse.indices.componentType must be 5121, 5123 or 5125, it is " +
+                            std::to_string(sparse.indices.componentType));
+  }
+  const std::size_t size = component_bytes(view.sparse_component);
+  auto indices =
+      locate(index, " (sparse.indices)",
+             {sparse.indices.bufferView, static_cast<std::uint64_t>(sparse.indices.byteOffset),
+              count, size, 0, size});
+  if (!indices) return indices.error();
+  auto values =
+      locate(index, " (sparse.values)",
+             {sparse.values.bufferView, static_cast<std::uint64_t>(sparse.values.byteOffset), count,
+              view.element_bytes(), 0, component_bytes(view.component)});
+  if (!values) return values.error();
+  view.sparse_count = count;
+  view.sparse_indices = *indices;
+  view.sparse_values = *values;
+  for (std::uint64_t entry = 0; entry < count; ++entry) {
+    const std::uint64_t at = sparse_index(view, entry);
+    if (at >= view.count || (entry > 0 && at <= sparse_index(view, entry - 1))) {
+      return wrong(index, "sparse index " + std::to_string(entry) + " is " + std::to_string(at) +
+                              ", it must be larger than the one before and below " +
+                              std::to_string(view.count));
+    }
+  }
+  return success();
+}
+
+Result<AccessorView> AccessorReader::view(std::size_t index) {
+  const tinygltf::Accessor& accessor = document_.model.accessors[index];
+  AccessorView view;
+  view.accessor = static_cast<std::uint32_t>(index);
+  view.count = accessor.count;
+  view.component = static_cast<Component>(accessor.componentType);
+  view.components = components_of(accessor.type);
+  view.normalized = accessor.normalized;
+  if (view.components == 0) return wrong(index, "a matrix is not expected here");
+  if (document_.has_view(accessor)) {
+    const auto& source = document_.model.bufferViews[static_cast<std::size_t>(accessor.bufferView)];
+    const std::size_t element = view.element_bytes();
+    if (source.byteStride != 0 && source.byteStride < element) {
+      return wrong(index, "an element has " + std::to_string(element) + " bytes, bufferView " +
+                              std::to_string(accessor.bufferView) + " has a stride of " +
+                              std::to_string(source.byteStride));
+    }
+    view.stride = source.byteStride != 0 ? source.byteStride : element;
+    auto base = locate(index, "",
+                       {accessor.bufferView, accessor.byteOffset, view.count, element, view.stride,
+                        component_bytes(view.component)});
+    if (!base) return base.error();
+    view.base = *base;
+  } else if (view.count > limits_.zero_filled) {
+    return beyond_limit(
+        "ZERO_FILLED", "accessor " + std::to_string(index) + ": elements without bytes in the file",
+        view.count, limits_.zero_filled, pointer_of(index));
+  }
+  if (accessor.sparse.isSparse) {
+    if (Status status = attach_sparse(index, view); !status) return status.error();
+  }
+  return view;
+}
+
+void AccessorReader::count_touched(const AccessorView& view, std::uint64_t elements) {
+  const auto& accessor = document_.model.accessors[view.accessor];
+  const auto is_mapped = [&](int number) {
+    const auto& source = document_.model.bufferViews[static_cast<std::size_t>(number)];
+    return buffers_.is_mapped(static_cast<std::size_t>(source.buffer));
+  };
+  if (view.base != nullptr && is_mapped(accessor.bufferView)) {
+    bytes_touched_ += elements * view.element_bytes();
+  }
+  if (view.sparse_count > 0) {
+    if (is_mapped(accessor.sparse.indices.bufferView)) {
+      bytes_touched_ += view.sparse_count * component_bytes(view.sparse_component);
+    }
+    if (is_mapped(accessor.sparse.values.bufferView)) {
+      bytes_touched_ += view.sparse_count * view.element_bytes();
+    }
+  }
+}
+
+}  // namespace sightline::gltf

@@ -1,0 +1,96 @@
+#pragma once
+/// Typed views of the numbers in a glTF file, every one of which lies inside the file's bytes.
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "core/base/result.h"
+#include "core/geometry/vec3.h"
+#include "core/import/buffer_store.h"
+#include "core/import/gltf_document.h"
+
+namespace sightline::gltf {
+
+enum class Component : std::uint16_t {
+  kI8 = 5120,
+  kU8 = 5121,
+  kI16 = 5122,
+  kU16 = 5123,
+  kU32 = 5125,
+  kF32 = 5126
+};
+
+/// `count` elements of `components` numbers each. Reading is by value and needs no alignment.
+struct AccessorView {
+  std::uint32_t accessor = 0;  ///< its index, for messages
+  std::uint64_t count = 0;
+  Component component = Component::kF32;
+  std::uint32_t components = 1;
+  bool normalized = false;
+
+  const std::byte* base = nullptr;  ///< nullptr: all zeros
+  std::size_t stride = 0;
+
+  /// Replaced elements; their indices rise strictly and are below count.
+  std::uint64_t sparse_count = 0;
+  const std::byte* sparse_indices = nullptr;
+  Component sparse_component = Component::kU32;
+  const std::byte* sparse_values = nullptr;  ///< tightly packed
+
+  std::size_t element_bytes() const;
+  /// Packed float32 without replacements, as nearly every file has it.
+  bool plain_float() const { return component == Component::kF32 && sparse_count == 0; }
+};
+
+/// The number of bytes of one component.
+std::size_t component_bytes(Component component);
+
+/// An integer component as the file holds it. Precondition: not kF32.
+std::int64_t load_integer(const std::byte* at, Component component);
+
+/// One component as a number, in float64: a float32 widened; an integer, when `normalized`, by
+/// glTF's formula [glTF2] 3.11: c / 255, c / 65535, max(c / 127, -1), max(c / 32767, -1).
+double load_number(const std::byte* at, Component component, bool normalized);
+
+/// Element `index` with its replacement, if it has one. Precondition: index < count, components >=
+/// `wanted`; writes `wanted` numbers.
+void load_element(const AccessorView& view, std::uint64_t index, std::uint32_t wanted, double* out);
+
+/// The sparse entry that replaces element `index` or the first one after it.
+std::uint64_t sparse_lower_bound(const AccessorView& view, std::uint64_t index);
+std::uint64_t sparse_index(const AccessorView& view, std::uint64_t entry);
+
+/// Makes views. Counts what it let out in bytes_touched().
+class AccessorReader {
+ public:
+  AccessorReader(const GltfDocument& document, BufferStore& buffers, const ImportLimits& limits)
+      : document_(document), buffers_(buffers), limits_(limits) {}
+
+  /// Checks view, offsets, stride, alignment, count and sparse parts against the bytes.
+  /// Precondition: index is in range. Cost: sparse indices are read once.
+  /// Errors: GLTF_ACCESSOR_INVALID, GLTF_ACCESSOR_OUT_OF_BOUNDS, GLTF_LIMIT_ZERO_FILLED,
+  /// GLTF_EXTENSION_UNSUPPORTED, those of BufferStore.
+  Result<AccessorView> view(std::size_t index);
+
+  /// To be called by those who read `elements` of a view.
+  void count_touched(const AccessorView& view, std::uint64_t elements);
+  std::uint64_t bytes_touched() const { return bytes_touched_; }
+
+ private:
+  struct Extent {
+    int view;
+    std::uint64_t offset, count, element, stride_or_zero;
+    std::size_t alignment;
+  };
+  Result<const std::byte*> locate(std::size_t index, const char* part, const Extent& extent);
+  Status attach_sparse(std::size_t index, AccessorView& view);
+
+  const GltfDocument& document_;
+  BufferStore& buffers_;
+  const ImportLimits& limits_;
+  std::uint64_t bytes_touched_ = 0;
+};
+
+}  // namespace sightline::gltf

@@ -1,0 +1,31 @@
+#pragma once
+/// Which vertices the triangles of a primitive join.
+
+#include <cstdint>
+#include <optional>
+
+#include "core/base/column.h"
+#include "core/base/result.h"
+#include "core/import/accessor.h"
+
+namespace sightline::gltf {
+
+/// How many triangles `count` indices (or vertices) make: triangles (4) n / 3, strips (5) and fans
+/// (6) n - 2 or none.
+std::uint64_t triangle_count(int mode, std::uint64_t count);
+
+struct CornerRange {
+  std::uint32_t low = 0, high = 0;  ///< smallest and largest vertex that a triangle uses
+};
+
+/// Appends three vertices per triangle to `corners`, unrolled as [glTF2] 3.7.2.1 orders them:
+///   strip  i: v[i], v[i + 1 + i % 2], v[i + 2 - i % 2]
+///   fan    i: v[i + 1], v[i + 2], v[0]
+/// indices   the index accessor, or nothing: then vertices 0 .. vertex_count - 1 in order.
+/// Precondition: there is at least one triangle, vertex_count < 2^32.
+/// Errors: GLTF_INDEX_OUT_OF_RANGE naming `place`.
+Result<CornerRange> append_corners(const std::optional<AccessorView>& indices,
+                                   std::uint64_t vertex_count, int mode, const std::string& place,
+                                   Column<std::uint32_t>& corners);
+
+}  // namespace sightline::gltf

@@ -1,0 +1,28 @@
+#pragma once
+/// The GLB container: a 12-byte header, a JSON chunk, at most one BIN chunk, unknown chunks.
+
+#include <cstddef>
+#include <optional>
+#include <span>
+
+#include "core/base/result.h"
+
+namespace sightline::gltf {
+
+/// Views into the caller's bytes.
+struct GlbChunks {
+  std::span<const std::byte> json;
+  std::optional<std::span<const std::byte>> binary;
+  std::size_t bytes_after_end = 0;  ///< beyond the length that the header states; ignored
+};
+
+/// Whether the bytes begin with "glTF".
+bool has_glb_magic(std::span<const std::byte> bytes);
+
+/// Splits a GLB file. Every length is checked against the bytes; chunks must be aligned to 4 bytes.
+/// Precondition: has_glb_magic(bytes).
+/// Errors: GLTF_CONTAINER_INVALID, GLTF_VERSION_UNSUPPORTED.
+/// Source: [glTF2] 4.4.
+Result<GlbChunks> split_glb(std::span<const std::byte> bytes);
+
+}  // namespace sightline::gltf

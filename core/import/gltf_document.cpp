@@ -1,0 +1,93 @@
+#include "core/import/gltf_document.h"
+
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "core/import/gltf_thinning.h"
+#include "core/import/json_checker.h"
+#include "core/import/json_guard.h"
+#include "core/import/refusal.h"
+
+namespace sightline::gltf {
+
+namespace {
+
+/// tinygltf opens nothing: buffers and images were taken out, and if it tried, these say no.
+tinygltf::FsCallbacks no_files() {
+  tinygltf::FsCallbacks callbacks = {};
+  callbacks.FileExists = [](const std::string&, void*) { return false; };
+  callbacks.ExpandFilePath = [](const std::string&, void*) { return std::string(); };
+  callbacks.ReadWholeFile = [](std::vector<unsigned char>*, std::string*, const std::string&,
+                               void*) { return false; };
+  callbacks.WriteWholeFile = [](std::string*, const std::string&, const std::vector<unsigned char>&,
+                                void*) { return false; };
+  return callbacks;
+}
+
+bool no_image(tinygltf::Image*, const int, std::string*, std::string*, int, int,
+              const unsigned char*, int, void*) {
+  return true;
+}
+
+/// How many parts tinygltf must find. It drops one that it cannot read without saying so; after the
+/// checks there is none.
+struct Parts {
+  std::size_t nodes = 0, accessors = 0, views = 0;
+  std::vector<std::size_t> primitives;  ///< per mesh
+
+  bool operator==(const Parts&) const = default;
+};
+
+Parts parts_of(const nlohmann::json& root) {
+  const auto size = [&](const char* key) {
+    const auto found = root.find(key);
+    return found == root.end() ? 0 : found->size();
+  };
+  Parts parts = {size("nodes"), size("accessors"), size("bufferViews"), {}};
+  if (const auto meshes = root.find("meshes"); meshes != root.end()) {
+    for (const auto& mesh : *meshes) parts.primitives.push_back(mesh["primitives"].size());
+  }
+  return parts;
+}
+
+Parts parts_of(const tinygltf::Model& model) {
+  Parts parts = {model.nodes.size(), model.accessors.size(), model.bufferViews.size(), {}};
+  for (const auto& mesh : model.meshes) parts.primitives.push_back(mesh.primitives.size());
+  return parts;
+}
+
+}  // namespace
+
+Result<GltfDocument> read_document(std::string_view text, const ImportOptions& options) {
+  if (Status status = guard_json(text, options.limits); !status) return status.error();
+  nlohmann::json root = nlohmann::json::parse(text.begin(), text.end());
+  GltfDocument document;
+  JsonChecker check;
+  thin_gltf(root, options, document, check);
+  if (!check.good()) return check.take();
+
+  // The stand-in for absent views is one more view, which nothing ever reads.
+  root["bufferViews"].push_back({{"buffer", 0}, {"byteLength", 1}});
+  const Parts expected = parts_of(root);
+  const std::string thin = root.dump();
+  root = nullptr;  // from here on the small text is enough
+  if (thin.size() > std::numeric_limits<unsigned>::max()) {
+    return beyond_limit("JSON_BYTES", "bytes of JSON", thin.size(),
+                        std::numeric_limits<unsigned>::max());
+  }
+  tinygltf::TinyGLTF reader;
+  reader.SetFsCallbacks(no_files());
+  reader.SetImageLoader(no_image, nullptr);
+  std::string refusal, remarks;
+  if (!reader.LoadASCIIFromString(&document.model, &refusal, &remarks, thin.data(),
+                                  static_cast<unsigned>(thin.size()), "",
+                                  tinygltf::REQUIRE_VERSION)) {
+    return invalid("GLTF_STRUCTURE_INVALID", "tinygltf: " + shortened(refusal, 200));
+  }
+  if (parts_of(document.model) != expected) {
+    return invalid("GLTF_STRUCTURE_INVALID", "tinygltf did not read every part of the file");
+  }
+  return document;
+}
+
+}  // namespace sightline::gltf

@@ -1,0 +1,59 @@
+#pragma once
+/// The structure of a glTF file, checked: what is in it can be followed without further looks at
+/// types, ranges of references or missing members. Lengths against real bytes, the graph of nodes
+/// and the values in accessors are still to be judged.
+
+#include <tiny_gltf.h>
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/import/import.h"
+#include "core/scene/scene_description.h"
+
+namespace sightline::gltf {
+
+/// A buffer as the file states it; where its bytes are is found when they are first needed.
+struct BufferEntry {
+  std::uint64_t byte_length = 0;
+  bool has_uri = false;
+  std::string uri;
+  bool fallback_only = false;  ///< EXT_meshopt_compression: no bytes, only a place for decoded ones
+};
+
+struct GltfDocument {
+  /// Nodes, meshes, accessors and bufferViews as tinygltf read them; of the scenes only the one
+  /// that was asked for. Everything that rays do not need was erased before: images, textures,
+  /// materials, animations, skins, cameras, extras, attributes other than POSITION.
+  tinygltf::Model model;
+  std::vector<BufferEntry> buffers;
+  std::vector<Material> materials;
+  std::size_t skin_count = 0;
+  bool has_scene = false;     ///< false: the file names none, every root node is loaded
+  bool quantization = false;  ///< KHR_mesh_quantization is used or required
+
+  /// tinygltf refuses indices without a bufferView, so such accessors name this view instead, which
+  /// is one beyond the real ones.
+  int absent_view = 0;
+  bool has_view(const tinygltf::Accessor& accessor) const {
+    return accessor.bufferView >= 0 && accessor.bufferView < absent_view;
+  }
+
+  std::vector<std::string> warnings;
+};
+
+/// Guards, parses, thins and checks the JSON, then lets tinygltf read what is left.
+/// Errors: GLTF_JSON_*, GLTF_LIMIT_*, GLTF_VALUE_INVALID, GLTF_REFERENCE_INVALID,
+/// GLTF_VERSION_UNSUPPORTED, GLTF_EXTENSION_UNSUPPORTED, GLTF_SCENE_UNKNOWN,
+/// GLTF_STRUCTURE_INVALID. Throws what nlohmann and the allocator throw.
+Result<GltfDocument> read_document(std::string_view json, const ImportOptions& options);
+
+inline constexpr const char* kQuantization = "KHR_mesh_quantization";
+inline constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
+inline constexpr const char* kDraco = "KHR_draco_mesh_compression";
+inline constexpr const char* kMeshopt = "EXT_meshopt_compression";
+
+}  // namespace sightline::gltf

@@ -1,0 +1,153 @@
+#include "core/import/import.h"
+
+#include <exception>
+#include <new>
+#include <string_view>
+
+#include "core/import/accessor.h"
+#include "core/import/buffer_store.h"
+#include "core/import/glb_container.h"
+#include "core/import/gltf_document.h"
+#include "core/import/hierarchy.h"
+#include "core/import/instancing.h"
+#include "core/import/mapped_file.h"
+#include "core/import/mesh_reader.h"
+#include "core/import/refusal.h"
+#include "core/import/transform.h"
+#include "core/import/warnings.h"
+
+namespace sightline {
+
+namespace {
+
+using namespace gltf;
+
+/// The JSON text of either kind of file, and the BIN chunk of a GLB.
+Result<GlbChunks> open_container(std::span<const std::byte> bytes, Warnings& warnings) {
+  if (!has_glb_magic(bytes)) {
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const std::size_t byte_order_mark = text.rfind("\xef\xbb\xbf", 0) == 0 ? 3 : 0;
+    const std::size_t first = text.find_first_not_of(" \t\r\n", byte_order_mark);
+    if (first == std::string_view::npos || text[first] != '{') {
+      return malformed("GLTF_CONTAINER_INVALID",
+                       bytes.empty() ? "the file is empty"
+                                     : "the file begins neither like a GLB (\"glTF\") nor like "
+                                       "glTF's JSON (\"{\")");
+    }
+    return GlbChunks{bytes, std::nullopt, 0};
+  }
+  auto chunks = split_glb(bytes);
+  if (chunks && chunks->bytes_after_end > 0) {
+    warnings.add("GLB: " + std::to_string(chunks->bytes_after_end) +
+                 " bytes after the end of the file were ignored");
+  }
+  return chunks;
+}
+
+/// Instances of every node that shows a mesh with triangles, in the order of the walk.
+Status place_meshes(const GltfDocument& document, AccessorReader& accessors, MeshReader& meshes,
+                    const ImportLimits& limits, SceneDescription& scene, Warnings& warnings) {
+  for (std::uint32_t i = 0; i < scene.nodes.size(); ++i) {
+    const std::uint32_t file_node = scene.nodes[i].file_node;
+    const tinygltf::Node& source = document.model.nodes[file_node];
+    if (source.mesh < 0) continue;
+    auto mesh = meshes.mesh_of(source);
+    if (!mesh) return mesh.error();
+    const std::uint64_t room = limits.instances - scene.instances.size();
+    auto placements = read_placements(document, file_node, accessors, room);
+    if (!placements) return placements.error();
+    const std::uint64_t count = placements->has_value() ? (*placements)->size() : 1;
+    if (!mesh->has_value()) continue;
+    if (count > room) {
+      return beyond_limit("INSTANCES", "node " + std::to_string(file_node) + ": instances so far",
+                          scene.instances.size() + count, limits.instances);
+    }
+    if (Status status = meshes.spend(count * sizeof(Instance)); !status) return status;
+    if (source.skin >= 0) {
+      warnings.add("node " + std::to_string(file_node) + " \"" + shortened(source.name) +
+                   "\": its skin is not applied, the mesh stands unposed under the node");
+    }
+    const Affine& node = scene.nodes[i].world_from_node;
+    if (!placements->has_value()) {
+      scene.instances.push_back({**mesh, i, node});
+      continue;
+    }
+    for (const Affine& placement : **placements) {
+      scene.instances.push_back({**mesh, i, node * placement});
+      if (!is_in_range(scene.instances.back().world_from_mesh)) {
+        return invalid("GLTF_TRANSFORM_INVALID",
+                       "node " + std::to_string(file_node) +
+                           ": the matrix of an instance holds more than a float32 can hold",
+                       "/nodes/" + std::to_string(file_node));
+      }
+    }
+  }
+  return success();
+}
+
+Result<SceneDescription> import_checked(std::span<const std::byte> bytes,
+                                        std::optional<std::filesystem::path> file,
+                                        const ImportOptions& options) {
+  const ImportLimits& limits = options.limits;
+  if (bytes.size() > limits.file_bytes) {
+    return beyond_limit("FILE_BYTES", "bytes of the file", bytes.size(), limits.file_bytes);
+  }
+  Warnings warnings;
+  auto chunks = open_container(bytes, warnings);
+  if (!chunks) return chunks.error();
+  const std::string_view text(reinterpret_cast<const char*>(chunks->json.data()),
+                              chunks->json.size());
+  auto document = read_document(text, options);
+  if (!document) return document.error();
+  for (std::string& warning : document->warnings) warnings.add(std::move(warning));
+
+  SceneDescription scene;
+  if (document->has_scene) scene.name = document->model.scenes[0].name;
+  scene.materials = std::move(document->materials);
+  auto nodes = walk_scene(*document, limits, warnings);
+  if (!nodes) return nodes.error();
+  scene.nodes = *std::move(nodes);
+
+  BufferStore buffers(document->buffers, chunks->binary, std::move(file), limits);
+  AccessorReader accessors(*document, buffers, limits);
+  MeshReader meshes(*document, accessors, limits, scene, warnings);
+  Status placed = place_meshes(*document, accessors, meshes, limits, scene, warnings);
+  if (!placed) return placed.error();
+
+  scene.counts.file_bytes = bytes.size() + buffers.external_bytes();
+  scene.counts.bytes_touched = text.size() + accessors.bytes_touched();
+  scene.warnings = warnings.take();
+  return scene;
+}
+
+/// The border of this room: what libraries throw becomes an Error.
+template <class Import>
+Result<SceneDescription> guarded(const Import& import) {
+  try {
+    return import();
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorKind::kOutOfSpace, "GLTF_OUT_OF_MEMORY", "not enough memory for this file",
+                 ""};
+  } catch (const std::exception&) {
+    return Error{ErrorKind::kInternal, "GLTF_INTERNAL", "the file could not be read", ""};
+  }
+}
+
+}  // namespace
+
+Result<SceneDescription> import_file(const std::filesystem::path& file,
+                                     const ImportOptions& options) {
+  return guarded([&]() -> Result<SceneDescription> {
+    auto mapped = MappedFile::open(file, options.limits.file_bytes,
+                                   "\"" + shortened(file.filename().string()) + "\"");
+    if (!mapped) return mapped.error();
+    return import_checked(mapped->bytes(), file, options);
+  });
+}
+
+Result<SceneDescription> import_bytes(std::span<const std::byte> bytes,
+                                      const ImportOptions& options) {
+  return guarded([&] { return import_checked(bytes, std::nullopt, options); });
+}
+
+}  // namespace sightline

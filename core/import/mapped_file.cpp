@@ -1,0 +1,62 @@
+#include "core/import/mapped_file.h"
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <utility>
+
+#include "core/import/refusal.h"
+
+namespace sightline::gltf {
+
+namespace {
+
+/// Closes the descriptor at the end of the scope; the mapping outlives it.
+struct Descriptor {
+  int number = -1;
+  explicit Descriptor(int n) : number(n) {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() {
+    if (number >= 0) ::close(number);
+  }
+};
+
+Error unreadable(const std::string& name, const char* why) {
+  return {ErrorKind::kNotFound, "GLTF_FILE_UNREADABLE", name + ": " + why, ""};
+}
+
+}  // namespace
+
+Result<MappedFile> MappedFile::open(const std::filesystem::path& path, std::uint64_t limit,
+                                    const std::string& name) {
+  // O_NONBLOCK: opening a pipe or a device must not wait; it is refused right after.
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  if (file.number < 0) return unreadable(name, "cannot be opened");
+  struct stat status = {};
+  if (::fstat(file.number, &status) != 0) return unreadable(name, "cannot be examined");
+  if (!S_ISREG(status.st_mode)) return unreadable(name, "is not a regular file");
+  const auto size = static_cast<std::uint64_t>(status.st_size);
+  if (size > limit) return beyond_limit("FILE_BYTES", name + ": bytes", size, limit);
+  if (size == 0) return MappedFile(nullptr, 0);  // an empty mapping is an error to mmap
+  void* data = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file.number, 0);
+  if (data == MAP_FAILED) return unreadable(name, "cannot be mapped");
+  return MappedFile(static_cast<const std::byte*>(data), size);
+}
+
+MappedFile::MappedFile(MappedFile&& other) noexcept
+    : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
+
+MappedFile& MappedFile::operator=(MappedFile&& other) noexcept {
+  std::swap(data_, other.data_);
+  std::swap(size_, other.size_);
+  return *this;
+}
+
+MappedFile::~MappedFile() {
+  if (data_ != nullptr) ::munmap(const_cast<std::byte*>(data_), size_);
+}
+
+}  // namespace sightline::gltf

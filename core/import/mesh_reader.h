@@ -1,0 +1,80 @@
+#pragma once
+/// Meshes of a file, each read when the first instance needs it and stored once.
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/import/accessor.h"
+#include "core/import/corners.h"
+#include "core/import/gltf_document.h"
+#include "core/import/positions.h"
+#include "core/import/warnings.h"
+#include "core/scene/scene_description.h"
+
+namespace sightline::gltf {
+
+/// What the limits still allow.
+struct Budget {
+  std::uint64_t triangles = 0;
+  std::uint64_t geometry_bytes = 0;
+};
+
+class MeshReader {
+ public:
+  MeshReader(const GltfDocument& document, AccessorReader& accessors, const ImportLimits& limits,
+             SceneDescription& scene, Warnings& warnings)
+      : document_(document),
+        accessors_(accessors),
+        limits_(limits),
+        budget_{limits.triangles, limits.geometry_bytes},
+        scene_(scene),
+        warnings_(warnings) {}
+
+  /// The mesh that a node shows, as an index in scene.meshes; nothing when it has no triangles.
+  /// Nodes that show the same mesh with the same morph weights share it. Only the range of vertices
+  /// that triangles use is read.
+  /// Errors: GLTF_ACCESSOR_INVALID, GLTF_INDEX_OUT_OF_RANGE, GLTF_LIMIT_TRIANGLES,
+  /// GLTF_LIMIT_GEOMETRY_BYTES, GLTF_EXTENSION_UNSUPPORTED, those of AccessorReader::view.
+  Result<std::optional<std::uint32_t>> mesh_of(const tinygltf::Node& node);
+
+  /// Takes `bytes` for something else than meshes, e.g. instances.
+  Status spend(std::uint64_t bytes);
+
+ private:
+  /// Vertices of one accessor (with its targets) that stand in the mesh already.
+  struct Loaded {
+    std::uint32_t low = 0, high = 0, base = 0;
+  };
+  using LoadedParts = std::map<std::vector<int>, Loaded>;
+
+  Result<Mesh> read(std::size_t index, const std::vector<double>& weights);
+  Status append_primitive(std::size_t primitive, const std::vector<double>& weights, Mesh& mesh,
+                          LoadedParts& loaded);
+  Result<AccessorView> position_view(int accessor, const std::string& place);
+  Result<std::optional<AccessorView>> index_view(int accessor, const std::string& place);
+  Result<std::vector<WeightedTarget>> target_views(const tinygltf::Primitive& primitive,
+                                                   const std::vector<double>& weights,
+                                                   std::uint64_t count, const std::string& place);
+  /// Makes sure that the vertices of `range` stand in the mesh; says where the first of them is.
+  Result<std::uint32_t> append_positions(const tinygltf::Primitive& source,
+                                         const AccessorView& base,
+                                         const std::vector<WeightedTarget>& targets,
+                                         const CornerRange& range, Mesh& mesh, LoadedParts& loaded);
+  void check_stated_bounds(int accessor, const std::string& place);
+  void count_nonfinite(const Mesh& mesh);
+
+  const GltfDocument& document_;
+  AccessorReader& accessors_;
+  const ImportLimits& limits_;
+  Budget budget_;
+  SceneDescription& scene_;
+  Warnings& warnings_;
+  std::map<std::pair<int, std::vector<double>>, std::optional<std::uint32_t>> known_;
+};
+
+}  // namespace sightline::gltf

@@ -1,0 +1,32 @@
+#pragma once
+/// Sentences about what was left out or put right; a hostile file cannot make them many.
+
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace sightline::gltf {
+
+class Warnings {
+ public:
+  static constexpr std::size_t kMost = 100;
+
+  void add(std::string sentence) {
+    if (kept_.size() < kMost) {
+      kept_.push_back(std::move(sentence));
+    } else {
+      ++dropped_;
+    }
+  }
+  std::vector<std::string> take() {
+    if (dropped_ > 0) kept_.push_back("and " + std::to_string(dropped_) + " more warnings");
+    return std::move(kept_);
+  }
+
+ private:
+  std::vector<std::string> kept_;
+  std::size_t dropped_ = 0;
+};
+
+}  // namespace sightline::gltf
