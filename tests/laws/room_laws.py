@@ -13,6 +13,8 @@ library header may be included where. This script reads them and checks, over ev
              room to itself or to one that the table allows
   libraries  a library header appears only where the second table allows it
   links      the CMake targets of a room link only rooms that it may include
+  citations  a paper cited by key ([Ize2013]) in a source or a page of docs/ has its entry in
+             docs/REFERENCES.md
   top level  nothing stands at the top but what ARCHITECTURE.md lists under "Top level"
 
 Prints what was checked; exit code 0 when every law holds, 1 with one line per violation.
@@ -31,6 +33,7 @@ INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*(?:"([^"\n]+)"|<([^>\n]+)>)', 
 SELF_INCLUDE = re.compile(r'^[ \t]*#[ \t]*define[ \t]+HWY_TARGET_INCLUDE[ \t]+"([^"\n]+)"', re.MULTILINE)
 ROOM_CALL = re.compile(r"\bsightline_room\s*\(\s*(\w+)([^)]*)\)")
 LINK_CALL = re.compile(r"\btarget_link_libraries\s*\(\s*(sightline_\w+|sightline)\b([^)]*)\)")
+CITATION = re.compile(r"\[([A-Z][A-Za-z]+\d{4})\](?!\()")
 SKIPPED_FOLDERS = {"build", "__pycache__", "node_modules", "scratch"}
 
 
@@ -106,7 +109,10 @@ class Laws:
         self.tables = Tables((self.root / "ARCHITECTURE.md").read_text(encoding="utf-8"))
         self.files = tracked_files(self.root)
         self.violations = []
-        self.counts = {"sources": 0, "includes": 0, "library includes": 0, "links": 0}
+        self.counts = {"sources": 0, "includes": 0, "library includes": 0, "links": 0, "citations": 0}
+        references = self.root / "docs/REFERENCES.md"
+        text = references.read_text(encoding="utf-8") if references.is_file() else ""
+        self.known_papers = set(re.findall(r"^\*\*\[(\w+)\]\*\*", text, re.MULTILINE))
 
     def fault(self, place, sentence):
         self.violations.append(f"{place}: {sentence}")
@@ -121,8 +127,11 @@ class Laws:
             path = PurePosixPath(name)
             if path.suffix in SOURCE_SUFFIXES:
                 self.check_source(name)
+                self.check_citations(name)
             elif path.name == "CMakeLists.txt" or path.suffix == ".cmake":
                 self.check_links(name)
+            elif path.parts[0] == "docs" and path.suffix == ".md":
+                self.check_citations(name)
         return self.violations
 
     def check_table(self):
@@ -183,6 +192,13 @@ class Laws:
                 self.counts["library includes"] += 1
                 if room not in allowed:
                     self.fault(place, f"room {room} includes <{header}>; only these may: {' '.join(sorted(allowed))}")
+
+    def check_citations(self, name):
+        for number, line in enumerate((self.root / name).read_text(encoding="utf-8", errors="replace").splitlines(), 1):
+            for key in CITATION.findall(line):
+                self.counts["citations"] += 1
+                if key not in self.known_papers:
+                    self.fault(f"{name}:{number}", f"cites [{key}], which has no entry in docs/REFERENCES.md")
 
     def check_links(self, name):
         room = self.tables.room_of(name)

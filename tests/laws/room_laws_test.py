@@ -28,7 +28,7 @@ ARCHITECTURE = """# A house
 
 ## Top level
 
-`core` `proto` `server` `tests` `ARCHITECTURE.md`
+`core` `proto` `server` `tests` `docs` `ARCHITECTURE.md`
 """
 
 GOOD = {
@@ -36,6 +36,8 @@ GOOD = {
     "core/scene/scene.h": '#include "core/base/result.h"\n// #include "server/server.h" is not an include\n',
     "core/scene/CMakeLists.txt": "sightline_room(scene SOURCES scene.cpp ROOMS base LIBRARIES fmt::fmt)\n",
     "proto/rays.cpp": '#include "core/base/result.h"\n',
+    "docs/REFERENCES.md": "**[Ize2013]** T. Ize.\n",
+    "core/base/cited.h": "/// See [Ize2013] eq. 3.\n",
     "server/server.h": '#include <httplib.h>\n#include "core/scene/scene.h"\n#include "proto/rays.cpp"\n',
     "tests/unit/a_test.cpp": '#include <embree3/rtcore.h>\n#include "server/server.h"\n',
 }
@@ -91,6 +93,10 @@ class RoomLaws(unittest.TestCase):
         self.assert_fault(self.violations(bad), "core/base/CMakeLists.txt", "links core/scene")
         bad = {"proto/CMakeLists.txt": "target_link_libraries(sightline_proto PUBLIC sightline_scene)\n"}
         self.assert_fault(self.violations(bad), "proto/CMakeLists.txt", "links core/scene")
+
+    def test_a_paper_that_is_cited_without_an_entry_fails(self):
+        faults = self.violations({"core/base/bad.h": "\n// From [Nobody2001], section 2.\n"})
+        self.assert_fault(faults, "core/base/bad.h:2", "Nobody2001")
 
     def test_a_circle_in_the_table_fails(self):
         circular = ARCHITECTURE.replace("| words | nothing |", "| words | scene |")
