@@ -473,8 +473,11 @@ bool RayReader::finish_rows_or_columns() {
   for (const Part part : {Part::kTmin, Part::kTmax}) {
     Column<double>& column = part == Part::kTmin ? query_.rays.tmin : query_.rays.tmax;
     if ((seen_ & (2u << static_cast<unsigned>(part))) == 0) {
-      const double no_limit = part == Part::kTmin ? Ray().tmin : Ray().tmax;
-      column.assign(count, no_limit);
+      if (part == Part::kTmin) {
+        column.assign(count, 0.0);
+      } else {
+        column.assign(count, kInf);
+      }
     } else if (column.size() != count) {
       return fail(
           ErrorKind::kInvalid, "LENGTH_WRONG",
@@ -504,7 +507,8 @@ Result<RayQuery> RayReader::read(std::string& body) {
   // The on-demand front is compiled for any machine; its first stage, where the time goes, is
   // chosen at run time for this one.
   od::parser parser;
-  body.reserve(body.size() + simdjson::SIMDJSON_PADDING);
+  static_assert(kRayJsonPadding >= simdjson::SIMDJSON_PADDING);
+  body.reserve(body.size() + kRayJsonPadding);
   od::document document;
   if (const auto code = parser.iterate(body).get(document); code != simdjson::SUCCESS) {
     if (code == simdjson::CAPACITY) {

@@ -30,7 +30,10 @@ struct RayQuery {
   AnswerLayout layout = AnswerLayout::kRows;
 };
 
-/// `body` is only read, but its capacity may grow: the parser reads in blocks that go past the end.
+/// Capacity behind its end that a body needs, because the parser reads in blocks.
+inline constexpr std::size_t kRayJsonPadding = 64;
+
+/// `body` is only read; its capacity grows by kRayJsonPadding where it has not as much to spare.
 /// The batch does not point into it.
 /// Errors, 400: JSON_MALFORMED. 422: KEY_UNKNOWN, KEY_DUPLICATE, KEY_MISSING, KEYS_MIXED (rows and
 /// columns in one body), TYPE_WRONG, LENGTH_WRONG, NUMBER_NOT_FINITE (NaN, Infinity, 1e999),

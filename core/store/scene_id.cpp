@@ -13,4 +13,11 @@ bool is_scene_id(std::string_view id) {
   });
 }
 
+Error scene_id_invalid() {
+  return {ErrorKind::kInvalid, "SCENE_ID_INVALID",
+          "a scene's name has 1 to 128 of the characters A-Z a-z 0-9 . _ - and does not begin with "
+          "a dot",
+          ""};
+}
+
 }  // namespace sightline

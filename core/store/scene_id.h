@@ -3,10 +3,14 @@
 
 #include <string_view>
 
+#include "core/base/result.h"
+
 namespace sightline {
 
 /// 1 to 128 of A-Z a-z 0-9 . _ - and not beginning with a dot: safe as a file name, in a URL and in
 /// a log, and the same on every file system that keeps case.
 bool is_scene_id(std::string_view id);
+/// SCENE_ID_INVALID: the rule, as an answer to who broke it.
+Error scene_id_invalid();
 
 }  // namespace sightline

@@ -9,13 +9,6 @@
 namespace sightline {
 namespace {
 
-Error bad_id() {
-  return {ErrorKind::kInvalid, "SCENE_ID_INVALID",
-          "a scene's name has 1 to 128 of the characters A-Z a-z 0-9 . _ - and does not begin with "
-          "a dot",
-          ""};
-}
-
 /// Whether its first content is still on its way.
 bool is_waiting(const StoredScene& scene) {
   return scene.state == SceneState::kQueued || scene.state == SceneState::kLoading;
@@ -73,7 +66,7 @@ Result<std::unique_ptr<SceneStore>> SceneStore::open(const StoreOptions& options
                                                      SceneLoader loader,
                                                      std::vector<Preload> preloads) {
   for (const Preload& preload : preloads) {
-    if (!is_scene_id(preload.id)) return bad_id();
+    if (!is_scene_id(preload.id)) return scene_id_invalid();
   }
   std::unique_ptr<SceneStore> store(new SceneStore(options, std::move(loader)));
   SceneFolder::Catalogue catalogue;
@@ -179,11 +172,12 @@ bool SceneStore::advance(const std::string& id, std::uint64_t ticket,
   return true;
 }
 
-void SceneStore::fail(const std::string& id, std::uint64_t ticket, Error error) {
-  advance(id, ticket, [&](StoredScene& scene) {
+void SceneStore::fail(const std::string& id, std::uint64_t ticket, const Error& error) {
+  const bool failed = advance(id, ticket, [&](StoredScene& scene) {
     scene.state = SceneState::kFailed;
-    scene.failure = std::move(error);
+    scene.failure = error;
   });
+  if (failed && options_.report) options_.report(id, error);
 }
 
 void SceneStore::give_up(const std::string& id, std::uint64_t ticket) {
@@ -205,10 +199,10 @@ void SceneStore::load_record(const SceneRecord& record, std::uint64_t ticket) {
     folder_->quarantine(record);
     Error error = std::move(mapped).error();
     error.message += "; it was moved to quarantine";
-    return fail(record.id, ticket, std::move(error));
+    return fail(record.id, ticket, error);
   }
   auto scene = load(mapped->bytes(), {record.scene});
-  if (!scene) return fail(record.id, ticket, std::move(scene).error());
+  if (!scene) return fail(record.id, ticket, scene.error());
   advance(record.id, ticket, [&](StoredScene& stored) {
     stored.state = SceneState::kReady;
     stored.scene = std::move(*scene);
@@ -227,7 +221,7 @@ void SceneStore::load_preload(const Preload& preload, std::uint64_t ticket) {
       return Error{ErrorKind::kInternal, "SCENE_LOAD_FAILED", "the scene could not be loaded", ""};
     }
   }();
-  if (!loaded) return fail(preload.id, ticket, std::move(loaded).error());
+  if (!loaded) return fail(preload.id, ticket, loaded.error());
   advance(preload.id, ticket, [&](StoredScene& scene) {
     scene.state = SceneState::kReady;
     scene.revision = 1;
@@ -279,7 +273,7 @@ Result<std::shared_ptr<const Scene>> SceneStore::load_upload(const std::string& 
 
 Result<SceneStore::Put> SceneStore::put(const std::string& id, SceneUpload upload,
                                         const SceneChoice& choice) {
-  if (!is_scene_id(id)) return bad_id();
+  if (!is_scene_id(id)) return scene_id_invalid();
   StoredScene next = queued_scene(id);
   next.sha256 = upload.finish_hash();
   next.bytes = upload.size();

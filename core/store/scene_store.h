@@ -62,6 +62,8 @@ struct Preload {
 struct StoreOptions {
   std::filesystem::path folder;  ///< empty: scenes live in memory only
   int loads_at_once = 2;         ///< building needs several times the memory of the built scene
+  /// Told of each scene of the start that fails, once; from threads of the store.
+  std::function<void(const std::string& id, const Error& error)> report = {};
 };
 
 /// May be used from many threads.
@@ -119,7 +121,7 @@ class SceneStore {
   /// time is over or it got content from elsewhere.
   bool advance(const std::string& id, std::uint64_t ticket,
                const std::function<void(StoredScene&)>& change);
-  void fail(const std::string& id, std::uint64_t ticket, Error error);
+  void fail(const std::string& id, std::uint64_t ticket, const Error& error);
   /// Removes a name that never got content.
   void give_up(const std::string& id, std::uint64_t ticket);
 

@@ -1,0 +1,202 @@
+#include "server/cli.h"
+
+#include <CLI/CLI.hpp>
+
+#include <charconv>
+#include <limits>
+#include <sstream>
+
+#include "core/store/scene_id.h"
+#include "server/scene_source.h"
+#include "server/version.h"
+
+namespace sightline {
+namespace {
+
+/// The nearest float64, rounded once: the library's own conversion goes through long double.
+double parse_number(const std::string& text, const char* flag) {
+  double value = 0;
+  const char* end = text.data() + text.size();
+  const auto [last, error] = std::from_chars(text.data(), end, value);
+  if (text.empty() || error != std::errc() || last != end) {
+    throw CLI::ValidationError(flag, "'" + text + "' is not a number");
+  }
+  return value;
+}
+
+Vec3d parse_vector(const std::string& text, const char* flag) {
+  Vec3d vector;
+  std::stringstream parts(text);
+  std::string part;
+  int count = 0;
+  while (std::getline(parts, part, ',')) {
+    if (count < 3) vector[count] = parse_number(part, flag);
+    ++count;
+  }
+  if (count != 3 || text.ends_with(',')) {
+    throw CLI::ValidationError(flag, "needs three numbers, x,y,z");
+  }
+  return vector;
+}
+
+FieldSet parse_fields(const std::string& text) {
+  FieldSet fields;
+  std::stringstream names(text);
+  std::string name, known;
+  for (const HitField field : all_hit_fields()) {
+    known += (known.empty() ? "" : ",") + std::string(hit_field_name(field));
+  }
+  while (std::getline(names, name, ',')) {
+    const auto field = find_hit_field(name);
+    if (!field) throw CLI::ValidationError("--fields", "knows " + known);
+    fields.add(*field);
+  }
+  return fields;
+}
+
+std::pair<std::string, std::string> parse_preload(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos) throw CLI::ValidationError("--preload", "needs ID=FILE");
+  std::pair<std::string, std::string> preload{text.substr(0, equals), text.substr(equals + 1)};
+  if (!is_scene_id(preload.first)) {
+    throw CLI::ValidationError("--preload", scene_id_invalid().message);
+  }
+  if (const Status found = check_source(preload.second); !found) {
+    throw CLI::ValidationError("--preload", found.error().message);
+  }
+  return preload;
+}
+
+/// Flags as they are written, and what becomes of them after the parse.
+struct ServeFlags {
+  std::string listen = "127.0.0.1:8080";
+  std::vector<std::string> preloads;
+  double drain_seconds = 30, notice_seconds = 0, request_seconds = 60, idle_seconds = 30;
+};
+
+std::chrono::milliseconds milliseconds_of(double seconds) {
+  return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000));
+}
+
+void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
+  app.add_option("--listen", flags.listen, "ADDR:PORT; port 0 takes a free one")
+      ->capture_default_str();
+  app.add_option("--data", command.data,
+                 "folder where scenes are kept; without it they live in memory only");
+  app.add_option("--preload", flags.preloads,
+                 "ID=FILE or ID=demo:town, ID=demo:six: a scene to load at the start (repeatable)")
+      ->take_all();
+  app.add_option("--threads", command.threads, "threads that trace; 0: as many as the machine has")
+      ->check(CLI::Range(0, 4096))
+      ->capture_default_str();
+  app.add_option("--kernel", command.kernel, "traversal kernel (see --version); default: the best");
+  app.add_option("--workers", command.http.workers, "requests answered at once")
+      ->check(CLI::Range(8, 4096))
+      ->capture_default_str();
+  app.add_option("--log-level", command.log_level, "of the log on standard error")
+      ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
+      ->capture_default_str();
+  app.add_option("--max-scene-bytes", command.limits.scene_bytes, "of an uploaded scene")
+      ->capture_default_str();
+  app.add_option("--max-query-bytes", command.limits.query_bytes, "of a query's body")
+      ->capture_default_str();
+  app.add_option("--max-rays", command.limits.rays, "in one request")->capture_default_str();
+  const auto seconds = CLI::Range(0.0, 1e6);
+  app.add_option("--request-seconds", flags.request_seconds, "how long one request may trace")
+      ->check(seconds)
+      ->capture_default_str();
+  app.add_option("--idle-seconds", flags.idle_seconds, "how long a connection may be silent")
+      ->check(seconds)
+      ->capture_default_str();
+  app.add_option("--drain-seconds", flags.drain_seconds,
+                 "how long a stop waits for requests that have begun")
+      ->check(seconds)
+      ->capture_default_str();
+  app.add_option("--notice-seconds", flags.notice_seconds,
+                 "how long /readyz says 503 before a stop, for load balancers")
+      ->check(seconds)
+      ->capture_default_str();
+}
+
+void finish_serve(ServeCommand& command, const ServeFlags& flags) {
+  auto listen = parse_listen_address(flags.listen);
+  if (!listen) throw CLI::ValidationError("--listen", listen.error().message);
+  command.listen = std::move(*listen);
+  for (const std::string& preload : flags.preloads) {
+    command.preloads.push_back(parse_preload(preload));
+  }
+  command.limits.request = milliseconds_of(flags.request_seconds);
+  command.http.idle = milliseconds_of(flags.idle_seconds);
+  command.drain = milliseconds_of(flags.drain_seconds);
+  command.notice = milliseconds_of(flags.notice_seconds);
+}
+
+struct CastFlags {
+  std::string origin, direction, tmin, tmax, fields;
+};
+
+void define_cast(CLI::App& app, CastCommand& command, CastFlags& flags) {
+  app.add_option("FILE", command.source, "a .glb or .gltf file, or demo:town, demo:six")
+      ->required();
+  app.add_option("--origin", flags.origin, "x,y,z")->required();
+  app.add_option("--direction", flags.direction, "x,y,z; need not be of unit length")->required();
+  app.add_option("--tmin", flags.tmin, "least t, counted in |direction| (default 0)");
+  app.add_option("--tmax", flags.tmax, "largest t (default: no limit)");
+  app.add_option("--scene", command.scene,
+                 "number of the file's scene (default: the file's choice)");
+  app.add_option("--fields", flags.fields, "what to print of the hit, comma-separated");
+  app.add_option("--kernel", command.kernel, "traversal kernel (see --version); default: the best");
+  app.add_flag("--any", command.any, "only whether there is a hit: true or false");
+}
+
+void finish_cast(CastCommand& command, const CastFlags& flags) {
+  command.ray.origin = parse_vector(flags.origin, "--origin");
+  command.ray.direction = parse_vector(flags.direction, "--direction");
+  if (!flags.tmin.empty()) command.ray.tmin = parse_number(flags.tmin, "--tmin");
+  if (!flags.tmax.empty()) command.ray.tmax = parse_number(flags.tmax, "--tmax");
+  if (!flags.fields.empty()) command.fields = parse_fields(flags.fields);
+}
+
+}  // namespace
+
+Command parse_command_line(int argc, const char* const* argv) {
+  CLI::App app("Exact ray queries against glTF scenes.", "sightline");
+  app.require_subcommand(1);
+  app.set_version_flag("--version", version_text());
+
+  ServeCommand serve;
+  ServeFlags serve_flags;
+  CLI::App* serve_app = app.add_subcommand("serve", "answer queries over HTTP until a signal");
+  define_serve(*serve_app, serve, serve_flags);
+
+  CastCommand cast;
+  CastFlags cast_flags;
+  CLI::App* cast_app = app.add_subcommand(
+      "cast", "cast one ray into a file; exit code 0 for a hit, 1 for a miss, 2 for an error");
+  define_cast(*cast_app, cast, cast_flags);
+
+  DemoCommand demo;
+  CLI::App* demo_app = app.add_subcommand("demo", "write a demo scene as a .glb file");
+  demo_app->add_option("NAME", demo.name, "town or six")->required();
+  demo_app->add_option("OUT", demo.file, "the file to write")->required();
+
+  try {
+    app.parse(argc, argv);
+    if (serve_app->parsed()) {
+      finish_serve(serve, serve_flags);
+      return serve;
+    }
+    if (cast_app->parsed()) {
+      finish_cast(cast, cast_flags);
+      return cast;
+    }
+    return demo;
+  } catch (const CLI::ParseError& error) {
+    std::ostringstream out, complaint;
+    const int code = app.exit(error, out, complaint);
+    // 1 is taken: a ray that misses.
+    return code == 0 ? ShowText{out.str(), 0} : ShowText{complaint.str(), 2};
+  }
+}
+
+}  // namespace sightline

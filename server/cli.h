@@ -1,0 +1,58 @@
+#pragma once
+/// The command line: what was asked for, as plain data.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "core/query/ray_batch.h"
+#include "proto/hit_fields.h"
+#include "server/http_server.h"
+#include "server/service.h"
+
+namespace sightline {
+
+/// sightline serve
+struct ServeCommand {
+  ListenAddress listen{"127.0.0.1", 8080};
+  std::string data;                                           ///< empty: scenes live in memory only
+  std::vector<std::pair<std::string, std::string>> preloads;  ///< id, source
+  int threads = 0;
+  std::string kernel;
+  std::string log_level = "info";
+  HttpOptions http;
+  ServiceLimits limits;
+  std::chrono::milliseconds drain{30'000};  ///< how long a stop waits for what has begun
+  std::chrono::milliseconds notice{0};      ///< between /readyz saying 503 and the stop
+};
+
+/// sightline cast
+struct CastCommand {
+  std::string source;
+  Ray ray;
+  bool any = false;
+  std::optional<std::uint32_t> scene;
+  FieldSet fields = kDefaultHitFields;
+  std::string kernel;
+};
+
+/// sightline demo
+struct DemoCommand {
+  std::string name;
+  std::string file;
+};
+
+/// Nothing to run: what was asked for is this text.
+struct ShowText {
+  std::string text;
+  int exit_code = 0;
+};
+
+using Command = std::variant<ServeCommand, CastCommand, DemoCommand, ShowText>;
+
+Command parse_command_line(int argc, const char* const* argv);
+
+}  // namespace sightline

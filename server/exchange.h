@@ -1,0 +1,37 @@
+#pragma once
+/// One request and the answer to it, as a route sees them.
+
+#include <httplib.h>
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/result.h"
+#include "proto/problem.h"
+
+namespace sightline {
+
+struct Exchange {
+  const httplib::Request& request;
+  httplib::Response& response;
+  /// Reads the body; null where the method has none.
+  const httplib::ContentReader* body;
+  std::string request_id;
+  std::string scene_id;  ///< the {id} of the path, percent-decoded, not checked
+
+  void reply(int status, std::string content, std::string_view media_type);
+  void reply_json(int status, std::string content) {
+    reply(status, std::move(content), "application/json");
+  }
+  void reply_empty(int status);
+  void reply_error(const Error& error);
+  void reply_problem(int status, std::string_view code, std::string detail);
+  void reply_problem(Problem problem);
+};
+
+/// The client's X-Request-Id when it is one (1 to 128 of A-Z a-z 0-9 . _ -), else a new one: 16
+/// hexadecimal digits.
+std::string request_id_of(const httplib::Request& request);
+
+}  // namespace sightline

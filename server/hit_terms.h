@@ -1,0 +1,13 @@
+#pragma once
+/// What the ids of hits mean in the scene's own terms.
+
+#include "core/query/hit_batch.h"
+#include "core/scene/scene.h"
+#include "proto/hit_json.h"
+
+namespace sightline {
+
+/// Fills the columns that `fields` asks for, and no others. The names point into the scene.
+HitTerms hit_terms(const Scene& scene, const HitBatch& hits, FieldSet fields);
+
+}  // namespace sightline

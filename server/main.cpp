@@ -1,0 +1,30 @@
+#include <iostream>
+
+#include "server/cast.h"
+#include "server/cli.h"
+#include "server/demo_file.h"
+#include "server/serve.h"
+
+namespace sightline {
+namespace {
+
+int run(const ServeCommand& command) { return run_serve(command, std::cout, std::cerr); }
+int run(const CastCommand& command) { return run_cast(command, std::cout, std::cerr); }
+int run(const DemoCommand& command) { return run_demo(command, std::cerr); }
+int run(const ShowText& shown) {
+  (shown.exit_code == 0 ? std::cout : std::cerr) << shown.text;
+  return shown.exit_code;
+}
+
+}  // namespace
+}  // namespace sightline
+
+int main(int argc, char** argv) {
+  try {
+    return std::visit([](const auto& command) { return sightline::run(command); },
+                      sightline::parse_command_line(argc, argv));
+  } catch (const std::exception& error) {
+    std::cerr << "sightline: " << error.what() << "\n";
+    return 2;
+  }
+}

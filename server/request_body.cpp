@@ -1,0 +1,98 @@
+#include "server/request_body.h"
+
+#include <algorithm>
+#include <charconv>
+#include <optional>
+
+namespace sightline {
+namespace {
+
+bool is_chunked(const httplib::Request& request) { return request.has_header("Transfer-Encoding"); }
+
+std::optional<std::uint64_t> content_length(const httplib::Request& request) {
+  const std::string text = request.get_header_value("Content-Length");
+  std::uint64_t length = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), length);
+  if (text.empty() || error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return length;
+}
+
+void reply_too_large(Exchange& exchange, std::uint64_t limit) {
+  exchange.reply_problem(413, "BODY_TOO_LARGE",
+                         "the body may have " + std::to_string(limit) + " bytes");
+}
+
+}  // namespace
+
+bool admit_body(Exchange& exchange, std::uint64_t limit) {
+  const std::string encoding = exchange.request.get_header_value("Content-Encoding");
+  if (!encoding.empty() && encoding != "identity") {
+    exchange.reply_problem(415, "ENCODING_UNSUPPORTED", "send the body without Content-Encoding");
+    return false;
+  }
+  if (is_chunked(exchange.request)) return true;
+  const auto length = content_length(exchange.request);
+  if (!length) {
+    exchange.reply_problem(411, "LENGTH_REQUIRED", "send Content-Length, or a chunked body");
+    return false;
+  }
+  if (*length > limit) {
+    reply_too_large(exchange, limit);
+    return false;
+  }
+  return true;
+}
+
+bool admit_media_type(Exchange& exchange, std::initializer_list<std::string_view> accepted) {
+  if (!exchange.request.has_header("Content-Type")) return true;
+  std::string type = exchange.request.get_header_value("Content-Type");
+  type.resize(std::min(type.find(';'), type.size()));
+  while (!type.empty() && type.back() == ' ') type.pop_back();
+  std::transform(type.begin(), type.end(), type.begin(), [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
+  std::string list;
+  for (const std::string_view each : accepted) {
+    if (type == each) return true;
+    list += (list.empty() ? "" : " or ") + std::string(each);
+  }
+  exchange.reply_problem(415, "MEDIA_TYPE_UNSUPPORTED", "send Content-Type: " + list);
+  return false;
+}
+
+bool read_body(Exchange& exchange, std::uint64_t limit,
+               const std::function<Status(std::span<const char>)>& sink) {
+  std::uint64_t size = 0;
+  bool too_large = false;
+  std::optional<Error> refused;
+  const auto receive = [&](const char* data, std::size_t count) {
+    size += count;
+    too_large = size > limit;
+    if (too_large) return false;
+    Status status = sink({data, count});
+    if (!status) refused = std::move(status).error();
+    return !refused;
+  };
+  if (exchange.body != nullptr && (*exchange.body)(receive)) return true;
+  if (too_large) {
+    reply_too_large(exchange, limit);
+  } else if (refused) {
+    exchange.reply_error(*refused);
+  } else {
+    exchange.reply_problem(400, "BODY_INCOMPLETE", "the body ended early or its framing is broken");
+  }
+  return false;
+}
+
+bool read_body(Exchange& exchange, std::uint64_t limit, std::size_t spare, std::string& text) {
+  if (const auto length = content_length(exchange.request)) {
+    // Room for what was promised, but no more than 16 MiB before it has come.
+    text.reserve(std::min<std::uint64_t>(*length, 16u << 20) + spare);
+  }
+  return read_body(exchange, limit, [&](std::span<const char> piece) {
+    text.append(piece.data(), piece.size());
+    return success();
+  });
+}
+
+}  // namespace sightline

@@ -1,0 +1,34 @@
+#pragma once
+/// Reads a request's body under a limit.
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "core/base/result.h"
+#include "server/exchange.h"
+
+namespace sightline {
+
+/// What can be said of a body before it is read. Errors: LENGTH_REQUIRED (neither Content-Length
+/// nor chunked; status 411, so it is answered here), BODY_TOO_LARGE, ENCODING_UNSUPPORTED. Returns
+/// false after it has answered.
+bool admit_body(Exchange& exchange, std::uint64_t limit);
+
+/// 415 MEDIA_TYPE_UNSUPPORTED unless Content-Type is one of `accepted` (parameters are ignored) or
+/// is left out. Returns false after it has answered.
+bool admit_media_type(Exchange& exchange, std::initializer_list<std::string_view> accepted);
+
+/// Hands the body on in pieces. Returns false after it has answered: BODY_TOO_LARGE,
+/// BODY_INCOMPLETE (the client stopped, or broke the framing), or what `sink` said.
+/// Precondition: admit_body was true.
+bool read_body(Exchange& exchange, std::uint64_t limit,
+               const std::function<Status(std::span<const char>)>& sink);
+
+/// The whole body as text, with `spare` bytes of capacity to come.
+bool read_body(Exchange& exchange, std::uint64_t limit, std::size_t spare, std::string& text);
+
+}  // namespace sightline

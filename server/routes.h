@@ -1,0 +1,16 @@
+#pragma once
+/// The routes, in groups. Each adds its own to the router; the service outlives the router.
+
+#include "server/router.h"
+#include "server/service.h"
+
+namespace sightline {
+
+/// GET /healthz /readyz /version
+void add_health_routes(Router& router, const Service& service);
+/// PUT GET HEAD DELETE /v1/scenes/{id}, GET /v1/scenes
+void add_scene_routes(Router& router, Service& service);
+/// POST /v1/scenes/{id}/rays:closest and rays:any
+void add_ray_routes(Router& router, const Service& service);
+
+}  // namespace sightline

@@ -1,0 +1,66 @@
+#include <nlohmann/json.hpp>
+
+#include "server/routes.h"
+#include "server/version.h"
+
+namespace sightline {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+void reply_health(Exchange& exchange) { exchange.reply_json(200, "{\"status\":\"ok\"}\n"); }
+
+void reply_readiness(Exchange& exchange, const Service& service) {
+  Json counts{{"ready", 0}, {"loading", 0}, {"failed", 0}};
+  Json failed = Json::array();
+  for (const SceneSnapshot& scene : service.store.list()) {
+    switch (scene->state) {
+      case SceneState::kQueued:
+      case SceneState::kLoading:
+        counts["loading"] = counts["loading"].get<int>() + 1;
+        break;
+      case SceneState::kReady:
+        counts["ready"] = counts["ready"].get<int>() + 1;
+        break;
+      case SceneState::kFailed:
+        counts["failed"] = counts["failed"].get<int>() + 1;
+        failed.push_back(scene->id);
+        break;
+    }
+  }
+  // A scene that failed is its own trouble: the others are served.
+  const char* status = service.stopping           ? "stopping"
+                       : !service.store.settled() ? "loading"
+                                                  : "ready";
+  const bool ready = status == std::string_view("ready");
+  Json document{{"status", status}, {"scenes", counts}};
+  if (!failed.empty()) document["failed"] = failed;
+  exchange.reply_json(ready ? 200 : 503, document.dump() + "\n");
+  if (!ready) exchange.response.set_header("Retry-After", "1");
+}
+
+void reply_version(Exchange& exchange, const Service& service) {
+  const Json document{{"name", "sightline"},
+                      {"version", version()},
+                      {"kernel", service.engine.kernel()},
+                      {"kernels", Engine::kernels()},
+                      {"threads", service.engine.threads()},
+                      {"limits",
+                       {{"scene_bytes", service.limits.scene_bytes},
+                        {"query_bytes", service.limits.query_bytes},
+                        {"rays", service.limits.rays},
+                        {"request_ms", service.limits.request.count()}}}};
+  exchange.reply_json(200, document.dump() + "\n");
+}
+
+}  // namespace
+
+void add_health_routes(Router& router, const Service& service) {
+  router.add("GET", "/healthz", reply_health);
+  router.add("GET", "/readyz",
+             [&service](Exchange& exchange) { reply_readiness(exchange, service); });
+  router.add("GET", "/version",
+             [&service](Exchange& exchange) { reply_version(exchange, service); });
+}
+
+}  // namespace sightline

@@ -1,0 +1,98 @@
+#include "proto/hit_json.h"
+#include "proto/ray_json.h"
+#include "server/hit_terms.h"
+#include "server/request_body.h"
+#include "server/routes.h"
+
+namespace sightline {
+namespace {
+
+/// The scene, if it can be asked now. Null after it has answered.
+std::shared_ptr<const Scene> admit_scene(Exchange& exchange, const Service& service) {
+  const SceneSnapshot stored = service.store.find(exchange.scene_id);
+  if (!stored) {
+    exchange.reply_problem(404, "SCENE_NOT_FOUND", "there is no scene of this name");
+    return nullptr;
+  }
+  switch (stored->state) {
+    case SceneState::kReady:
+      // Which of the contents that this name has had gave the answer.
+      exchange.response.set_header("X-Scene-Revision", std::to_string(stored->revision));
+      return stored->scene;
+    case SceneState::kFailed:
+      exchange.reply_problem(409, "SCENE_FAILED",
+                             "the scene could not be loaded: " + stored->failure->message);
+      return nullptr;
+    case SceneState::kQueued:
+    case SceneState::kLoading:
+      exchange.reply_problem(409, "SCENE_LOADING", "the scene is still loading");
+      exchange.response.set_header("Retry-After", "1");
+      return nullptr;
+  }
+  return nullptr;
+}
+
+bool read_rays(Exchange& exchange, const Service& service, bool has_fields, RayQuery& query) {
+  std::string body;
+  if (!read_body(exchange, service.limits.query_bytes, kRayJsonPadding, body)) return false;
+  auto decoded = decode_rays(body, {.max_rays = service.limits.rays, .has_fields = has_fields});
+  if (!decoded) {
+    exchange.reply_error(decoded.error());
+    return false;
+  }
+  query = std::move(*decoded);
+  return true;
+}
+
+std::shared_ptr<const Scene> admit(Exchange& exchange, const Service& service) {
+  if (!admit_media_type(exchange, {"application/json"}) ||
+      !admit_body(exchange, service.limits.query_bytes)) {
+    return nullptr;
+  }
+  return admit_scene(exchange, service);
+}
+
+void closest(Exchange& exchange, const Service& service) {
+  const auto scene = admit(exchange, service);
+  RayQuery query;
+  if (!scene || !read_rays(exchange, service, true, query)) return;
+
+  const Deadline deadline = service.deadline();
+  HitBatch hits;
+  if (Status status = service.engine.closest(*scene, query.rays, deadline, hits); !status) {
+    return exchange.reply_error(status.error());
+  }
+  Column<HitDetail> details;
+  if (query.fields.has_any_of(kDetailFields)) {
+    if (Status status = service.engine.details(*scene, query.rays, hits, deadline, details);
+        !status) {
+      return exchange.reply_error(status.error());
+    }
+  }
+  const HitTerms terms = hit_terms(*scene, hits, query.fields);
+  exchange.reply_json(200, encode_hits(hits, details, terms, query.fields, query.layout));
+}
+
+void any(Exchange& exchange, const Service& service) {
+  const auto scene = admit(exchange, service);
+  RayQuery query;
+  if (!scene || !read_rays(exchange, service, false, query)) return;
+
+  Column<std::uint8_t> occluded;
+  if (Status status = service.engine.any(*scene, query.rays, service.deadline(), occluded);
+      !status) {
+    return exchange.reply_error(status.error());
+  }
+  exchange.reply_json(200, encode_occlusion(occluded));
+}
+
+}  // namespace
+
+void add_ray_routes(Router& router, const Service& service) {
+  router.add("POST", "/v1/scenes/{id}/rays:closest",
+             [&service](Exchange& exchange) { closest(exchange, service); });
+  router.add("POST", "/v1/scenes/{id}/rays:any",
+             [&service](Exchange& exchange) { any(exchange, service); });
+}
+
+}  // namespace sightline

@@ -1,0 +1,75 @@
+#include "server/scene_json.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+namespace sightline {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kWarnings = 100;
+
+std::string text_of(const Json& document) {
+  // Names come from files; what is not UTF-8 in them is replaced.
+  return document.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+Json vector_of(const Vec3d& v) { return Json::array({v.x, v.y, v.z}); }
+
+Json summary_of(const StoredScene& scene) {
+  Json document;
+  document["id"] = scene.id;
+  document["state"] = scene_state_name(scene.state);
+  if (scene.failure) {
+    document["reason"] = {{"code", scene.failure->code}, {"detail", scene.failure->message}};
+  }
+  if (scene.revision > 0) document["revision"] = scene.revision;
+  if (!scene.sha256.empty()) {
+    document["sha256"] = scene.sha256;
+    document["bytes"] = scene.bytes;
+  }
+  document["persistent"] = scene.persistent;
+  if (scene.scene) document["triangles"] = scene.scene->instanced_triangle_count();
+  return document;
+}
+
+}  // namespace
+
+std::string encode_scene(const StoredScene& stored) {
+  Json document = summary_of(stored);
+  if (!stored.scene) return text_of(document);
+  document.erase("triangles");
+  const Scene& scene = *stored.scene;
+  const SceneDescription& description = scene.description();
+  document["name"] = description.name;
+  document["counts"] = {{"nodes", description.nodes.size()},
+                        {"instances", description.instances.size()},
+                        {"meshes", description.meshes.size()},
+                        {"materials", description.materials.size()},
+                        {"triangles", scene.instanced_triangle_count()},
+                        {"unique_triangles", scene.unique_triangle_count()},
+                        {"skipped_primitives", description.counts.skipped_primitives},
+                        {"nonfinite_triangles", description.counts.nonfinite_triangles},
+                        {"bytes_touched", description.counts.bytes_touched}};
+  document["bounds"] = nullptr;
+  if (!scene.bounds().empty()) {
+    document["bounds"] = {{"min", vector_of(scene.bounds().min)},
+                          {"max", vector_of(scene.bounds().max)}};
+  }
+  const auto& warnings = description.warnings;
+  document["warnings"] = Json::array();
+  for (std::size_t i = 0; i < std::min(warnings.size(), kWarnings); ++i) {
+    document["warnings"].push_back(warnings[i]);
+  }
+  if (warnings.size() > kWarnings) document["warnings_total"] = warnings.size();
+  return text_of(document);
+}
+
+std::string encode_scene_list(const std::vector<SceneSnapshot>& scenes) {
+  Json list = Json::array();
+  for (const SceneSnapshot& scene : scenes) list.push_back(summary_of(*scene));
+  return text_of({{"scenes", std::move(list)}});
+}
+
+}  // namespace sightline

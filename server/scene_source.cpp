@@ -1,0 +1,76 @@
+#include "server/scene_source.h"
+
+#include <fcntl.h>
+
+#include <filesystem>
+
+#include "core/demo/demo.h"
+#include "core/import/import.h"
+#include "core/store/posix_file.h"
+#include "core/store/sha256.h"
+
+namespace sightline {
+namespace {
+
+constexpr std::string_view kDemo = "demo:";
+
+Error not_found(std::string message) {
+  return {ErrorKind::kNotFound, "SOURCE_NOT_FOUND", std::move(message), ""};
+}
+
+Result<std::shared_ptr<const Scene>> build(Result<SceneDescription> description) {
+  if (!description) return std::move(description).error();
+  return Scene::build(std::move(*description));
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const Scene>> load_scene(std::span<const std::byte> bytes,
+                                                const SceneChoice& choice) {
+  return build(import_bytes(bytes, {.limits = {}, .scene = choice.scene}));
+}
+
+Result<std::vector<std::byte>> demo_glb(const std::string& name) {
+  if (name == "town") return demo::write_glb(demo::town());
+  if (name == "six") return demo::write_glb(demo::six_triangles());
+  return not_found("there is no demo '" + name + "'; there are town and six");
+}
+
+Status check_source(const std::string& source) {
+  if (source.starts_with(kDemo)) {
+    const std::string name = source.substr(kDemo.size());
+    if (name == "town" || name == "six") return success();
+    return not_found("there is no demo '" + name + "'; there are town and six");
+  }
+  std::error_code error;
+  if (std::filesystem::is_regular_file(source, error)) return success();
+  return not_found("there is no file '" + source + "'");
+}
+
+Result<PreloadedScene> load_source(const std::string& source, const SceneChoice& choice) {
+  if (Status found = check_source(source); !found) return std::move(found).error();
+  PreloadedScene loaded;
+  Result<std::shared_ptr<const Scene>> scene = loaded.scene;
+  if (source.starts_with(kDemo)) {
+    auto glb = demo_glb(source.substr(kDemo.size()));
+    if (!glb) return std::move(glb).error();
+    loaded.bytes = glb->size();
+    loaded.sha256 = sha256_of(*glb);
+    scene = load_scene(*glb, choice);
+  } else {
+    constexpr const char* kDoing = "read the scene's file";
+    auto file = open_file(source, O_RDONLY, kDoing);
+    if (!file) return std::move(file).error();
+    auto mapped = MappedFile::map(*file, kDoing);
+    if (!mapped) return std::move(mapped).error();
+    loaded.bytes = mapped->bytes().size();
+    loaded.sha256 = sha256_of(mapped->bytes());
+    // By name and not from these bytes: a .gltf may have neighbours.
+    scene = build(import_file(source, {.limits = {}, .scene = choice.scene}));
+  }
+  if (!scene) return std::move(scene).error();
+  loaded.scene = std::move(*scene);
+  return loaded;
+}
+
+}  // namespace sightline

@@ -1,0 +1,26 @@
+#pragma once
+/// Scenes that a command line names: "town.glb", or "demo:town" and "demo:six", which this program
+/// makes itself.
+
+#include <optional>
+#include <span>
+#include <string>
+
+#include "core/store/scene_store.h"
+
+namespace sightline {
+
+/// The bytes of a .glb, or of a .gltf without neighbours, as a scene. Errors: those of import and
+/// of Scene::build.
+Result<std::shared_ptr<const Scene>> load_scene(std::span<const std::byte> bytes,
+                                                const SceneChoice& choice);
+
+/// Errors: SOURCE_NOT_FOUND (no such file, no demo of that name). Cheap: reads nothing.
+Status check_source(const std::string& source);
+/// Errors: also those of import and of Scene::build.
+Result<PreloadedScene> load_source(const std::string& source, const SceneChoice& choice);
+
+/// The GLB of a demo by its name without "demo:". Errors: SOURCE_NOT_FOUND.
+Result<std::vector<std::byte>> demo_glb(const std::string& name);
+
+}  // namespace sightline

@@ -1,0 +1,106 @@
+#include "server/serve.h"
+
+#include <spdlog/logger.h>
+#include <spdlog/sinks/stdout_sinks.h>
+
+#include <thread>
+
+#include "core/run/engine.h"
+#include "core/store/scene_store.h"
+#include "server/routes.h"
+#include "server/scene_source.h"
+#include "server/stop_signals.h"
+#include "server/version.h"
+
+namespace sightline {
+namespace {
+
+std::vector<Preload> preloads_of(const ServeCommand& command) {
+  std::vector<Preload> preloads;
+  for (const auto& [id, source] : command.preloads) {
+    preloads.push_back({id, [source = source] { return load_source(source, {}); }});
+  }
+  return preloads;
+}
+
+/// One request, from its route to its line in the log.
+void answer(const Router& router, Service& service, Exchange& exchange) {
+  const auto begin = std::chrono::steady_clock::now();
+  router.dispatch(exchange);
+  const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - begin;
+  // The target is the client's text: only its printable part belongs in a log, and no query.
+  std::string path;
+  for (const char c : exchange.request.target.substr(0, 200)) {
+    if (c == '?') break;
+    path += c > 0x20 && c < 0x7f ? c : '?';
+  }
+  service.log.debug("{} {} {} {} bytes {:.3f} ms id {}", exchange.request.method, path,
+                    exchange.response.status, exchange.response.body.size(), time.count(),
+                    exchange.request_id);
+}
+
+/// Turns signals into the steps of a stop: say that it is coming, close the door, break off.
+void watch_signals(StopSignals& signals, Service& service, HttpServer& server,
+                   const ServeCommand& command) {
+  using Event = StopSignals::Event;
+  if (signals.wait(std::nullopt) == Event::kWoken) return;
+  service.log.info("stopping");
+  service.stopping = true;
+  // A load balancer sees /readyz turn before connections are refused.
+  if (command.notice.count() > 0 && signals.wait(command.notice) == Event::kWoken) return;
+  server.stop();
+  if (signals.wait(command.drain) == Event::kWoken) return;
+  service.log.warn("breaking off what has not ended");
+  service.cancelled.cancel();
+  server.break_connections();
+}
+
+}  // namespace
+
+int run_serve(const ServeCommand& command, std::ostream& out, std::ostream& complaints) {
+  StopSignals signals;
+  const auto complain = [&](const Error& error) {
+    complaints << "sightline: " << error.code << ": " << error.message << "\n";
+    return 2;
+  };
+  spdlog::logger log("sightline", std::make_shared<spdlog::sinks::stderr_sink_mt>());
+  log.set_level(spdlog::level::from_str(command.log_level));
+
+  auto engine = Engine::create({.threads = command.threads, .kernel = command.kernel});
+  if (!engine) return complain(engine.error());
+  StoreOptions options;
+  options.folder = command.data;
+  options.report = [&log](const std::string& id, const Error& error) {
+    log.error("scene {} failed: {} {}", id, error.code, error.message);
+  };
+  auto store = SceneStore::open(options, load_scene, preloads_of(command));
+  if (!store) return complain(store.error());
+
+  Service service{**engine, **store, log, command.limits, {}, {}};
+  Router router;
+  add_health_routes(router, service);
+  add_scene_routes(router, service);
+  add_ray_routes(router, service);
+  HttpServer server(
+      command.http, [&](Exchange& exchange) { answer(router, service, exchange); },
+      [&](const std::string& id, const std::string& what) {
+        log.error("request {} failed by an exception: {}", id, what);
+      });
+  const auto port = server.bind(command.listen);
+  if (!port) return complain(port.error());
+
+  const bool v6 = command.listen.host.find(':') != std::string::npos;
+  out << "listening on http://" << (v6 ? "[" : "") << command.listen.host << (v6 ? "]" : "") << ":"
+      << *port << std::endl;
+  log.info("sightline {} with kernel {} on {} threads", version(), (*engine)->kernel(),
+           (*engine)->threads());
+
+  std::thread watcher([&] { watch_signals(signals, service, server, command); });
+  server.serve();
+  signals.wake();
+  watcher.join();
+  log.info("stopped");
+  return 0;
+}
+
+}  // namespace sightline

@@ -1,0 +1,38 @@
+#pragma once
+/// What the routes share: made by serve, handed down, never global.
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <memory>
+
+#include "core/base/deadline.h"
+#include "core/run/engine.h"
+#include "core/store/scene_store.h"
+
+namespace spdlog {
+class logger;
+}
+
+namespace sightline {
+
+/// Each is a flag, and shown by /version.
+struct ServiceLimits {
+  std::uint64_t scene_bytes = std::uint64_t{4} << 30;
+  std::uint64_t query_bytes = std::uint64_t{256} << 20;
+  std::size_t rays = 10'000'000;
+  std::chrono::milliseconds request{60'000};  ///< for tracing
+};
+
+struct Service {
+  const Engine& engine;
+  SceneStore& store;
+  spdlog::logger& log;
+  ServiceLimits limits;
+  std::atomic<bool> stopping{false};
+  CancelFlag cancelled;  ///< set when even requests that have begun must end
+
+  Deadline deadline() const { return Deadline::in(limits.request, &cancelled); }
+};
+
+}  // namespace sightline

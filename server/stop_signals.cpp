@@ -1,0 +1,61 @@
+#include "server/stop_signals.h"
+
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+
+namespace sightline {
+
+StopSignals::StopSignals() {
+  sigset_t stops;
+  sigemptyset(&stops);
+  sigaddset(&stops, SIGTERM);
+  sigaddset(&stops, SIGINT);
+  pthread_sigmask(SIG_BLOCK, &stops, &before_);
+  signals_ = ::signalfd(-1, &stops, SFD_CLOEXEC | SFD_NONBLOCK);
+  woken_ = ::eventfd(0, EFD_CLOEXEC);
+}
+
+StopSignals::~StopSignals() {
+  // A signal that came after the last wait is answered by what is happening: the end.
+  signalfd_siginfo info{};
+  while (::read(signals_, &info, sizeof info) > 0) {
+  }
+  ::close(signals_);
+  ::close(woken_);
+  pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+}
+
+StopSignals::Event StopSignals::wait(std::optional<std::chrono::milliseconds> timeout) {
+  const auto begin = std::chrono::steady_clock::now();
+  for (;;) {
+    int left_ms = -1;
+    if (timeout) {
+      const auto left = *timeout - std::chrono::duration_cast<std::chrono::milliseconds>(
+                                       std::chrono::steady_clock::now() - begin);
+      left_ms =
+          static_cast<int>(std::clamp<long long>(left.count(), 0, std::numeric_limits<int>::max()));
+    }
+    pollfd wanted[2] = {{signals_, POLLIN, 0}, {woken_, POLLIN, 0}};
+    const int ready = ::poll(wanted, 2, left_ms);
+    if (ready == 0) return Event::kTimeout;
+    if (ready < 0) continue;  // interrupted
+    if (wanted[1].revents != 0) return Event::kWoken;
+    signalfd_siginfo info{};
+    if (::read(signals_, &info, sizeof info) == static_cast<ssize_t>(sizeof info)) {
+      return Event::kSignal;
+    }
+  }
+}
+
+void StopSignals::wake() {
+  const std::uint64_t one = 1;
+  (void)!::write(woken_, &one, sizeof one);
+}
+
+}  // namespace sightline

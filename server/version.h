@@ -1,0 +1,13 @@
+#pragma once
+/// What this program is.
+
+#include <string>
+
+namespace sightline {
+
+/// "0.1.0"
+std::string version();
+/// For people: the version, and the kernels that this machine can run, best first.
+std::string version_text();
+
+}  // namespace sightline
