@@ -5,77 +5,57 @@
 namespace sightline {
 
 namespace {
+
 bool exact_hit_of(const Scene& scene, const Ray& ray, TriangleId id, ExactT& t) {
   return exact_hit(ray.origin, ray.direction, ray.tmin, ray.tmax, scene.world_triangle(id), t);
 }
+
+bool exact_hit_of(const RayQuestion& question, TriangleId id, ExactT& t) {
+  ++question.counts.exact_hits;
+  return exact_hit_of(question.scene, question.ray, id, t);
+}
+
 }  // namespace
 
-void ClosestDecision::accept(TriangleId id, Interval tau) { challenge(id, tau, nullptr); }
-
-void ClosestDecision::examine(TriangleId id) {
-  if (id == id_) return;
-  ++counts_.exact_hits;
+void ClosestHit::examine(const RayQuestion& question, const Candidate& other) {
+  const TriangleId id = other.id();
+  if (found() && id == candidate.id()) return;
   ExactT t;
-  if (!exact_hit_of(scene_, ray_, id, t)) return;
-  challenge(id, anchored_.tau_of(t.rounded()), &t);
-}
-
-void ClosestDecision::challenge(TriangleId id, Interval tau, const ExactT* exact) {
-  if (found()) {
-    if (id == id_ || tau.low > tau_.high) return;
-    if (!(tau.high < tau_.low)) {
-      // The intervals overlap: exact t decides, then the smaller id.
-      ++counts_.exact_compares;
-      ExactT own;
-      if (exact == nullptr) {
-        if (!exact_hit_of(scene_, ray_, id, own)) return;  // accepted lanes are hits: not reached
-        exact = &own;
-      }
-      const int order = compare(*exact, this->exact());
-      if (order > 0 || (order == 0 && id_ < id)) return;
-      id_ = id;
-      tau_ = tau;
-      bound_ = tau.high;
-      exact_ = *exact;
-      exact_known_ = true;
-      return;
-    }
+  if (!exact_hit_of(question, id, t)) return;
+  const Interval own = question.anchored.tau_of(t.rounded());
+  if (found() && !(own.high < tau.low)) {
+    if (own.low > tau.high) return;
+    // The intervals overlap: exact t decides, then the smaller id.
+    ++question.counts.exact_compares;
+    ExactT best;
+    exact_hit_of(question, candidate.id(), best);
+    const int order = compare(t, best);
+    if (order > 0 || (order == 0 && candidate.id() < id)) return;
   }
-  id_ = id;
-  tau_ = tau;
-  bound_ = tau.high;
-  exact_known_ = exact != nullptr;
-  if (exact_known_) exact_ = *exact;
+  tau = own;
+  candidate = other;
 }
 
-const ExactT& ClosestDecision::exact() {
-  if (!exact_known_) {
-    exact_hit_of(scene_, ray_, id_, exact_);
-    exact_known_ = true;
-  }
-  return exact_;
-}
-
-void AllDecision::examine(TriangleId id) {
-  ++counts_.exact_hits;
+void AllHits::examine(TriangleId id) {
   auto t = std::make_unique<ExactT>();
-  if (!exact_hit_of(scene_, ray_, id, *t)) return;
+  if (!exact_hit_of(question_, id, *t)) return;
   if (crossings_ == Crossings::kOnce &&
-      !exact_crossing(ray_.origin, ray_.direction, scene_.world_triangle(id))) {
+      !exact_crossing(question_.ray.origin, question_.ray.direction,
+                      question_.scene.world_triangle(id))) {
     return;
   }
-  entries_.push_back({id, anchored_.tau_of(t->rounded()), std::move(t)});
+  entries_.push_back({id, question_.anchored.tau_of(t->rounded()), std::move(t)});
 }
 
-const ExactT& AllDecision::exact_of(Entry& entry) {
+const ExactT& AllHits::exact_of(Entry& entry) {
   if (entry.exact == nullptr) {
     entry.exact = std::make_unique<ExactT>();
-    exact_hit_of(scene_, ray_, entry.id, *entry.exact);
+    exact_hit_of(question_, entry.id, *entry.exact);
   }
   return *entry.exact;
 }
 
-void AllDecision::append_sorted(std::size_t limit, HitBatch& hits) {
+void AllHits::append_sorted(std::size_t limit, HitBatch& hits) {
   // Intervals order what they separate, exact t the rest: together the order of (t, id).
   std::vector<Entry*> order;
   order.reserve(entries_.size());
@@ -83,7 +63,7 @@ void AllDecision::append_sorted(std::size_t limit, HitBatch& hits) {
   std::sort(order.begin(), order.end(), [&](Entry* a, Entry* b) {
     if (a->tau.high < b->tau.low) return true;
     if (b->tau.high < a->tau.low || a == b) return false;
-    ++counts_.exact_compares;
+    ++question_.counts.exact_compares;
     const int sign = compare(exact_of(*a), exact_of(*b));
     return sign != 0 ? sign < 0 : a->id < b->id;
   });
@@ -95,10 +75,15 @@ void AllDecision::append_sorted(std::size_t limit, HitBatch& hits) {
   }
 }
 
-bool examine_any(const Scene& scene, const Ray& ray, TriangleId id, DecisionCounts& counts) {
-  ++counts.exact_hits;
+bool examine_any(const RayQuestion& question, TriangleId id) {
   ExactT t;
-  return exact_hit_of(scene, ray, id, t);
+  return exact_hit_of(question, id, t);
+}
+
+double exact_t(const Scene& scene, const Ray& ray, TriangleId id) {
+  ExactT t;
+  exact_hit_of(scene, ray, id, t);
+  return t.rounded();
 }
 
 HitDetail hit_detail(const Scene& scene, const Ray& ray, TriangleId id) {

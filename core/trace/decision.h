@@ -2,6 +2,7 @@
 /// Where filters end and truth begins: keeps the best triangle so far by intervals, and asks the
 /// exact predicate for whatever an interval leaves open.
 
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -14,60 +15,64 @@ namespace sightline {
 
 /// How often a stage was needed, for tests, benchmarks and metrics.
 struct DecisionCounts {
-  std::uint64_t exact_hits = 0;      ///< triangles decided by the exact predicate
-  std::uint64_t exact_compares = 0;  ///< pairs of t compared exactly
+  std::uint64_t exact_hits = 0;       ///< triangles decided by the exact predicate
+  std::uint64_t exact_compares = 0;   ///< pairs of t compared exactly
+  std::uint64_t exact_roundings = 0;  ///< winners whose t was rounded by the exact predicate
+};
+
+/// What a decision needs to ask the exact predicate.
+struct RayQuestion {
+  const Scene& scene;
+  Ray ray;
+  const AnchoredRay& anchored;
+  DecisionCounts& counts;
+};
+
+/// A triangle where a kernel found it.
+struct Candidate {
+  const LeafBlock* block = nullptr;
+  std::uint32_t lane = 0;
+  std::uint32_t instance = kNone;
+
+  TriangleId id() const { return {instance, block->triangle[lane]}; }
 };
 
 /// The closest hit of one ray while its candidates arrive in any order. The answer does not depend
 /// on that order: every pair of candidates is compared by disjoint intervals or exactly.
-class ClosestDecision {
- public:
-  ClosestDecision(const Scene& scene, const Ray& ray, const AnchoredRay& anchored,
-                  DecisionCounts& counts)
-      : scene_(scene),
-        ray_(ray),
-        anchored_(anchored),
-        counts_(counts),
-        bound_(anchored.tau_max.high) {}
+struct ClosestHit {
+  Interval tau{kNever, kNever};
+  Candidate candidate;
 
-  /// A triangle that is certainly met, at a tau inside the interval and certainly within the
-  /// limits.
-  void accept(TriangleId id, Interval tau);
-  /// A triangle that may be met.
-  void examine(TriangleId id);
-
+  static constexpr double kNever = std::numeric_limits<double>::infinity();
   /// No triangle whose tau is certainly larger can win.
-  double bound() const { return bound_; }
-  bool found() const { return id_.instance != kNone; }
-  TriangleId id() const { return id_; }
-  /// The exact t of the winner. Precondition: found().
-  const ExactT& exact();
+  explicit ClosestHit(double tau_max) : tau{kNever, tau_max} {}
+  ClosestHit() = default;
+  double bound() const { return tau.high; }
+  bool found() const { return candidate.instance != kNone; }
 
- private:
-  void challenge(TriangleId id, Interval tau, const ExactT* exact);
-
-  const Scene& scene_;
-  const Ray& ray_;
-  const AnchoredRay& anchored_;
-  DecisionCounts& counts_;
-  TriangleId id_;
-  Interval tau_;
-  double bound_;
-  bool exact_known_ = false;
-  ExactT exact_;
+  /// Takes a triangle that is certainly met, at a tau inside the interval and certainly within the
+  /// limits, if the intervals tell. False if they do not: then `examine` does.
+  bool accept(const Candidate& other, Interval other_tau) {
+    if (other_tau.high < tau.low) {
+      tau = other_tau;
+      candidate = other;
+      return true;
+    }
+    return other_tau.low > tau.high;
+  }
+  /// Decides exactly whether a triangle is met and beats the best.
+  void examine(const RayQuestion& question, const Candidate& other);
 };
 
 /// Every triangle that one ray meets, for "all" and "count".
-class AllDecision {
+class AllHits {
  public:
-  AllDecision(const Scene& scene, const Ray& ray, const AnchoredRay& anchored, Crossings crossings,
-              DecisionCounts& counts)
-      : scene_(scene), ray_(ray), anchored_(anchored), crossings_(crossings), counts_(counts) {}
+  AllHits(const RayQuestion& question, Crossings crossings)
+      : question_(question), crossings_(crossings) {}
 
   void accept(TriangleId id, Interval tau) { entries_.push_back({id, tau, nullptr}); }
   void examine(TriangleId id);
 
-  double bound() const { return anchored_.tau_max.high; }
   std::size_t size() const { return entries_.size(); }
   /// Appends the hits sorted by (exact t, id), at most `limit` of them. Throws std::bad_alloc.
   void append_sorted(std::size_t limit, HitBatch& hits);
@@ -80,16 +85,16 @@ class AllDecision {
   };
   const ExactT& exact_of(Entry& entry);
 
-  const Scene& scene_;
-  const Ray& ray_;
-  const AnchoredRay& anchored_;
+  const RayQuestion& question_;
   Crossings crossings_;
-  DecisionCounts& counts_;
   std::vector<Entry> entries_;
 };
 
 /// Whether the exact predicate finds the triangle within the ray's limits.
-bool examine_any(const Scene& scene, const Ray& ray, TriangleId id, DecisionCounts& counts);
+bool examine_any(const RayQuestion& question, TriangleId id);
+
+/// The exact t of a triangle that the ray meets, rounded once.
+double exact_t(const Scene& scene, const Ray& ray, TriangleId id);
 
 /// Position, normal and barycentrics where the ray meets the triangle, computed exactly and rounded
 /// once. Default values if it does not meet it.

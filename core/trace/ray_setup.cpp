@@ -139,7 +139,8 @@ AnchoredRay anchor_ray(const Ray& ray, const Box3d& bounds) {
 
   const auto limit = [&](double t) {
     if (std::isinf(t)) return Interval{t, t};
-    if (out.anchor == 0) return Interval{t * out.tau_per_t, t * out.tau_per_t};
+    const double tau = t * out.tau_per_t;
+    if (out.anchor == 0 && (t == 0 || std::abs(tau) >= 0x1p-1000)) return Interval{tau, tau};
     return out.tau_of(t);
   };
   out.tau_min = limit(ray.tmin);
@@ -148,24 +149,24 @@ AnchoredRay anchor_ray(const Ray& ray, const Box3d& bounds) {
 }
 
 FilterRay make_filter_ray(const AnchoredRay& ray) {
+  const double x = std::abs(ray.direction[0]);
+  const double y = std::abs(ray.direction[1]);
+  const double z = std::abs(ray.direction[2]);
   FilterRay filter;
-  const auto& d = ray.direction;
-  filter.kz = std::abs(d[0]) >= std::abs(d[1]) ? (std::abs(d[0]) >= std::abs(d[2]) ? 0u : 2u)
-                                               : (std::abs(d[1]) >= std::abs(d[2]) ? 1u : 2u);
+  filter.kz = x >= y ? (x >= z ? 0u : 2u) : (y >= z ? 1u : 2u);
   filter.kx = filter.kz == 2 ? 0 : filter.kz + 1;
   filter.ky = filter.kx == 2 ? 0 : filter.kx + 1;
-  filter.shear_x = d[filter.kx] / d[filter.kz];
-  filter.shear_y = d[filter.ky] / d[filter.kz];
-  filter.inverse_z = 1 / d[filter.kz];
-  filter.sign_factor = 48 * kU * ray.reach * (1 + 0x1p-40);
-  filter.sign_offset = 32 * kU * ray.reach;
-  filter.t_base = 16 * kU * ray.reach;
+  filter.inverse_z = 1 / ray.direction[filter.kz];
+  filter.shear_x = ray.direction[filter.kx] * filter.inverse_z;
+  filter.shear_y = ray.direction[filter.ky] * filter.inverse_z;
+  filter.origin[0] = ray.origin[filter.kx];
+  filter.origin[1] = ray.origin[filter.ky];
+  filter.origin[2] = ray.origin[filter.kz];
+  filter.reach = ray.reach;
+  filter.tau_min_low = ray.tau_min.low;
+  filter.tau_min_high = ray.tau_min.high;
+  filter.tau_max_low = ray.tau_max.low;
   return filter;
-}
-
-float BoxRay::limit(double scene_tau) const {
-  const float limit = float_above(scene_tau * tau_scale);
-  return limit == limit ? limit : kInfF;
 }
 
 BoxRay make_box_ray(const AnchoredRay& ray, int scale_exponent) {

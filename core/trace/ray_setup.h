@@ -10,6 +10,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 
 #include "core/bvh/scene_tree.h"
 #include "core/query/ray_batch.h"
@@ -41,15 +42,15 @@ struct AnchoredRay {
 /// `bounds` of the scene's finite triangles, not empty. The ray has passed check_rays.
 AnchoredRay anchor_ray(const Ray& ray, const Box3d& bounds);
 
-/// The filter of docs/exactness.md, "Triangles": axes permuted so that z is the direction's
-/// largest.
+/// What the triangle filter needs, self-contained (docs/exactness.md, "Triangles"): axes permuted
+/// so that z is the direction's largest.
 struct FilterRay {
-  std::uint32_t kx = 0, ky = 1, kz = 2;
-  double shear_x = 0, shear_y = 0;  ///< direction x / z and y / z
-  double inverse_z = 0;             ///< 1 / direction z: tau = z * inverse_z
-  double sign_factor = 0;           ///< E = sign_factor * (m + sign_offset) + kSignFloor
-  double sign_offset = 0;
-  double t_base = 0;  ///< 16 u reach: half the width of z at best
+  double origin[3];         ///< AnchoredRay::origin on the axes kx, ky, kz
+  double shear_x, shear_y;  ///< direction x / z and y / z
+  double inverse_z;         ///< 1 / direction z: tau = z * inverse_z
+  double reach;             ///< AnchoredRay::reach; every bound is a multiple of it
+  double tau_min_low, tau_min_high, tau_max_low;  ///< of the limits' intervals
+  std::uint32_t kx, ky, kz;
 };
 
 /// Below it a bound could be spoilt by underflow; such lanes go to the exact stage.
@@ -70,7 +71,13 @@ struct BoxRay {
   double tau_scale = 1;      ///< tree tau = scene tau * tau_scale, a power of two
 
   /// An upper bound for tree tau that has the scene's upper bound.
-  float limit(double scene_tau) const;
+  float limit(double scene_tau) const {
+    const double tau = scene_tau * tau_scale;
+    const double size = tau < 0 ? -tau : tau;
+    // A step up that is larger than what rounding to float32 can take back, underflow included.
+    const auto limit = static_cast<float>(tau + (size * 0x1p-22 + 0x1p-126));
+    return limit == limit ? limit : std::numeric_limits<float>::infinity();
+  }
 };
 
 /// For a tree whose boxes are in world units.

@@ -1,0 +1,272 @@
+// Many rays in flight through one tree: while one ray waits for memory, the others compute.
+//
+//   prepared -> slot: node queue <-> leaf queue -> finished -> Finisher -> hits
+//                 \___ every round: each ray one node or one leaf ___/
+//
+// A single ray pays for memory latency at every step. Here a ray that has chosen its next node
+// prefetches it and is not looked at again until every other ray in flight has had its turn. The
+// inner step has no branch that depends on the ray: which queue a ray goes to next is computed, not
+// jumped to.
+
+#if defined(SIGHTLINE_TRACE_FLIGHT_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef SIGHTLINE_TRACE_FLIGHT_INL_H_
+#undef SIGHTLINE_TRACE_FLIGHT_INL_H_
+#else
+#define SIGHTLINE_TRACE_FLIGHT_INL_H_
+#endif
+
+#include <hwy/cache_control.h>
+
+#include <bit>
+
+#include "core/geometry/rounding.h"
+#include "core/trace/decision.h"
+#include "core/trace/filter-inl.h"
+#include "core/trace/finish-inl.h"
+#include "core/trace/kernel.h"
+#include "core/trace/prepare-inl.h"
+#include "core/trace/slabs-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace sightline {
+namespace HWY_NAMESPACE {
+
+constexpr std::size_t kInFlight = 32;
+/// Waiting siblings of one ray. Trees that are too deep for it go through the single-ray kernel.
+constexpr std::size_t kWaiting = 248;
+constexpr std::uint32_t kMaxFlightDepth = (kWaiting - kArity - 1) / (kArity - 1);
+
+template <bool kAny, bool kPlaced>
+class Flight {
+ public:
+  Flight(const Scene& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
+         HitBatch* hits, std::uint8_t* occluded, TraceCounts& counts)
+      : scene_(scene),
+        placement_(scene.tree().placements[0]),
+        tree_(*scene.tree().trees[placement_.tree]),
+        rays_(rays),
+        next_(begin),
+        end_(end),
+        hits_(hits),
+        occluded_(occluded),
+        counts_(counts),
+        preparation_(scene.tree().bounds, tree_.scale_exponent) {}
+
+  void run() {
+    // The finisher exists for closest only; any has nothing to round.
+    if constexpr (kAny) {
+      NoFinisher none;
+      fly(none);
+    } else {
+      Finisher finisher(scene_, rays_, *hits_, counts_.decisions);
+      fly(finisher);
+      finisher.flush();
+    }
+  }
+
+ private:
+  struct NoFinisher {
+    void add(std::size_t, const Candidate&) {}
+  };
+
+  /// One ray on its way.
+  struct alignas(64) Slot {
+    PreparedRay ray;
+    float limit;
+    std::uint32_t waiting;  ///< siblings on the stack, the finishing mark included
+    std::uint32_t next;     ///< the node or leaf that is being fetched
+    ClosestHit best;
+    std::size_t number;  ///< of the ray in its batch
+    std::uint32_t ref[kWaiting];
+    float near[kWaiting];
+  };
+
+  /// On the bottom of every stack; neither a leaf nor a granule that a tree has.
+  static constexpr std::uint32_t kFinished = 0x40000000u;
+
+  /// Which slots do what in the next round. A ray is put into the queue of its class by index, not
+  /// by a branch: whether the next step is a node or a leaf cannot be predicted.
+  enum Class : std::uint32_t { kNode, kLeaf, kDone };
+  struct Queues {
+    std::uint32_t size[3] = {0, 0, 0};
+    std::uint32_t slot[3][kInFlight];
+    HWY_INLINE void add(std::uint32_t number, std::uint32_t next) {
+      const std::uint32_t leaf = next >> 31;
+      const std::uint32_t done = (next >> 30) == 1 ? 2 : 0;
+      const std::uint32_t which = leaf | done;
+      slot[which][size[which]++] = number;
+    }
+  };
+
+  template <class Finish>
+  void fly(Finish& finish) {
+    Queues a, b;
+    Queues* now = &a;
+    Queues* then = &b;
+    for (std::uint32_t i = 0; i < kInFlight; ++i) free_[i] = kInFlight - 1 - i;
+    free_count_ = kInFlight;
+    std::uint64_t nodes = 0, blocks = 0;
+    for (;;) {
+      // New rays start in groups: one group is set up in about the time of two single rays.
+      while (next_ != end_ && free_count_ >= GroupPreparation::kSize) start_group(*now);
+      if (now->size[kNode] + now->size[kLeaf] + now->size[kDone] == 0) break;
+      nodes += now->size[kNode];
+      blocks += now->size[kLeaf];
+      for (std::uint32_t i = 0; i < now->size[kNode]; ++i) {
+        const std::uint32_t number = now->slot[kNode][i];
+        Slot& slot = slots_[number];
+        slot.waiting += static_cast<std::uint32_t>(
+            push_children(tree_.node(slot.next), slot.ray.box, slot.limit, slot.ref + slot.waiting,
+                          slot.near + slot.waiting));
+        proceed(number, slot, slot.ref[--slot.waiting], *then);
+      }
+      for (std::uint32_t i = 0; i < now->size[kLeaf]; ++i) {
+        const std::uint32_t number = now->slot[kLeaf][i];
+        Slot& slot = slots_[number];
+        visit_block(slot);
+        // A leaf of several blocks takes a round for each.
+        const std::uint32_t more = slot.next >> 28 & 7u;
+        const std::uint32_t rest = slot.next - (1u << 28) + sizeof(LeafBlock) / Arena::kGranule;
+        const std::uint32_t popped = slot.ref[slot.waiting - 1];
+        const bool stay = more != 0;
+        slot.waiting -= stay ? 0 : 1;
+        proceed(number, slot, stay ? rest : popped, *then);
+      }
+      for (std::uint32_t i = 0; i < now->size[kDone]; ++i) {
+        const std::uint32_t number = now->slot[kDone][i];
+        if constexpr (!kAny) {
+          Slot& slot = slots_[number];
+          if (slot.best.found()) finish.add(slot.number, slot.best.candidate);
+        }
+        free_[free_count_++] = number;
+      }
+      now->size[kNode] = now->size[kLeaf] = now->size[kDone] = 0;
+      std::swap(now, then);
+    }
+    counts_.nodes += nodes;
+    counts_.blocks += blocks;
+  }
+
+  /// Puts the next rays of the batch into free slots.
+  void start_group(Queues& queues) {
+    const std::size_t count =
+        end_ - next_ < GroupPreparation::kSize ? end_ - next_ : GroupPreparation::kSize;
+    PreparedRay* prepared[GroupPreparation::kSize] = {};
+    const std::uint32_t* numbers = free_ + (free_count_ - count);
+    for (std::size_t i = 0; i < count; ++i) prepared[i] = &slots_[numbers[i]].ray;
+    preparation_.prepare(rays_, next_, count, prepared);
+    for (std::size_t i = 0; i < count; ++i) {
+      Slot& slot = slots_[numbers[i]];
+      slot.number = next_ + i;
+      slot.best = ClosestHit(slot.ray.tau_max);
+      slot.limit = slot.ray.box.limit(slot.ray.tau_max);
+      slot.ref[0] = kFinished;
+      slot.near[0] = -kInfF;
+      slot.waiting = 1;
+      proceed(numbers[i], slot, tree_.root, queues);
+    }
+    next_ += count;
+    free_count_ -= count;
+  }
+
+  /// Starts fetching the next node or leaf of a ray and queues the ray for it.
+  HWY_INLINE void proceed(std::uint32_t number, Slot& slot, std::uint32_t next, Queues& queues) {
+    slot.next = next;
+    const std::byte* target = tree_.arena.at(next & ChildRef::kGranuleMask);
+    hwy::Prefetch(target);
+    hwy::Prefetch(target + 64);
+    hwy::Prefetch(target + 128);
+    hwy::Prefetch(target + 192);
+    queues.add(number, next);
+  }
+
+  HWY_INLINE void visit_block(Slot& slot) {
+    const LeafBlock& block = *tree_.blocks(slot.next);
+    LeafVerdict verdict;
+    filter_block<kPlaced>(block, slot.ray.filter, placement_, slot.best.bound(), verdict);
+    if ((verdict.accept | verdict.examine) == 0) return;
+    if constexpr (kAny) {
+      if (meets_any(slot, block, verdict)) {
+        occluded_[slot.number] = 1;
+        slot.next = ChildRef::leaf(0, 1);  // nothing more of this leaf
+        slot.waiting = 1;
+      }
+    } else {
+      take_closest(slot, block, verdict);
+    }
+  }
+
+  HWY_INLINE void take_closest(Slot& slot, const LeafBlock& block, const LeafVerdict& verdict) {
+    std::uint32_t examine = verdict.examine;
+    for (std::uint32_t rest = verdict.accept; rest != 0; rest &= rest - 1) {
+      const auto lane = static_cast<std::uint32_t>(std::countr_zero(rest));
+      const Candidate candidate{&block, lane, placement_.instance};
+      if (!slot.best.accept(candidate, {verdict.low[lane], verdict.high[lane]}))
+        examine |= 1u << lane;
+    }
+    if (HWY_UNLIKELY(examine != 0)) examine_closest(slot, block, examine);
+
+    // Siblings that are now too far leave the stack, so that taking one needs no test.
+    const float limit = slot.ray.box.limit(slot.best.bound());
+    if (!(limit < slot.limit)) return;
+    slot.limit = limit;
+    std::uint32_t kept = 1;
+    for (std::uint32_t i = 1; i < slot.waiting; ++i) {
+      slot.ref[kept] = slot.ref[i];
+      slot.near[kept] = slot.near[i];
+      kept += slot.near[i] <= limit ? 1 : 0;
+    }
+    slot.waiting = kept;
+  }
+
+  HWY_NOINLINE void examine_closest(Slot& slot, const LeafBlock& block, std::uint32_t examine) {
+    const AnchoredRay anchored = anchor_ray(rays_[slot.number], scene_.tree().bounds);
+    const RayQuestion question{scene_, rays_[slot.number], anchored, counts_.decisions};
+    for (; examine != 0; examine &= examine - 1) {
+      slot.best.examine(question, {&block, static_cast<std::uint32_t>(std::countr_zero(examine)),
+                                   placement_.instance});
+    }
+  }
+
+  HWY_INLINE bool meets_any(Slot& slot, const LeafBlock& block, const LeafVerdict& verdict) {
+    return verdict.accept != 0 || examine_any_of(slot, block, verdict.examine);
+  }
+
+  HWY_NOINLINE bool examine_any_of(Slot& slot, const LeafBlock& block, std::uint32_t examine) {
+    const AnchoredRay anchored = anchor_ray(rays_[slot.number], scene_.tree().bounds);
+    const RayQuestion question{scene_, rays_[slot.number], anchored, counts_.decisions};
+    for (; examine != 0; examine &= examine - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(examine));
+      if (sightline::examine_any(question, {placement_.instance, block.triangle[lane]}))
+        return true;
+    }
+    return false;
+  }
+
+  const Scene& scene_;
+  const Placement& placement_;
+  const WideTree& tree_;
+  const RayBatch& rays_;
+  std::size_t next_;
+  std::size_t end_;
+  HitBatch* hits_;
+  std::uint8_t* occluded_;
+  TraceCounts& counts_;
+  GroupPreparation preparation_;
+  std::uint32_t free_[kInFlight];
+  std::size_t free_count_ = 0;
+  Slot slots_[kInFlight];
+};
+
+/// Whether the rays of a batch of this size can fly together.
+inline bool can_fly(const Scene& scene, std::size_t count) {
+  const SceneTree& tree = scene.tree();
+  return count > 1 && tree.placements.size() == 1 && tree.placements[0].world_boxes &&
+         tree.trees[tree.placements[0].tree]->depth <= kMaxFlightDepth;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace sightline
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,175 @@
+// One ray at a time: requests of one ray, "all", scenes that the other kernels leave out.
+
+#if defined(SIGHTLINE_TRACE_SINGLE_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef SIGHTLINE_TRACE_SINGLE_INL_H_
+#undef SIGHTLINE_TRACE_SINGLE_INL_H_
+#else
+#define SIGHTLINE_TRACE_SINGLE_INL_H_
+#endif
+
+#include <bit>
+#include <limits>
+
+#include "core/trace/decision.h"
+#include "core/trace/filter-inl.h"
+#include "core/trace/kernel.h"
+#include "core/trace/slabs-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace sightline {
+namespace HWY_NAMESPACE {
+
+/// Seven siblings may wait on each level of two trees of at most ~130 levels each.
+constexpr std::size_t kStack = 2048;
+
+struct Stack {
+  HWY_ALIGN std::uint32_t ref[kStack];
+  HWY_ALIGN float near[kStack];
+};
+
+/// What a traversal does with the triangles of a leaf; `take` is true if it may stop.
+struct TakeClosest {
+  const RayQuestion& question;
+  ClosestHit best;
+
+  double bound() const { return best.bound(); }
+  bool take(const LeafBlock& block, std::uint32_t instance, const LeafVerdict& verdict) {
+    std::uint32_t examine = verdict.examine;
+    for (std::uint32_t rest = verdict.accept; rest != 0; rest &= rest - 1) {
+      const auto lane = static_cast<std::uint32_t>(std::countr_zero(rest));
+      if (!best.accept({&block, lane, instance}, {verdict.low[lane], verdict.high[lane]})) {
+        examine |= 1u << lane;
+      }
+    }
+    for (; examine != 0; examine &= examine - 1) {
+      best.examine(question,
+                   {&block, static_cast<std::uint32_t>(std::countr_zero(examine)), instance});
+    }
+    return false;
+  }
+};
+
+struct TakeAny {
+  const RayQuestion& question;
+  bool found = false;
+
+  double bound() const { return question.anchored.tau_max.high; }
+  bool take(const LeafBlock& block, std::uint32_t instance, const LeafVerdict& verdict) {
+    found = verdict.accept != 0;
+    for (std::uint32_t rest = verdict.examine; rest != 0 && !found; rest &= rest - 1) {
+      found = examine_any(
+          question, {instance, block.triangle[static_cast<std::size_t>(std::countr_zero(rest))]});
+    }
+    return found;
+  }
+};
+
+struct TakeAll {
+  const RayQuestion& question;
+  AllHits& hits;
+
+  double bound() const { return question.anchored.tau_max.high; }
+  bool take(const LeafBlock& block, std::uint32_t instance, const LeafVerdict& verdict) {
+    for (std::uint32_t rest = verdict.accept; rest != 0; rest &= rest - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
+      hits.accept({instance, block.triangle[lane]}, {verdict.low[lane], verdict.high[lane]});
+    }
+    for (std::uint32_t rest = verdict.examine; rest != 0; rest &= rest - 1) {
+      hits.examine({instance, block.triangle[static_cast<std::size_t>(std::countr_zero(rest))]});
+    }
+    return false;
+  }
+};
+
+/// One ray through one tree or, at the top, through the tree over placements.
+class Traversal {
+ public:
+  Traversal(const Scene& scene, const Ray& ray, Stack& stack, TraceCounts& counts)
+      : scene_(scene.tree()),
+        stack_(stack),
+        counts_(counts),
+        anchored_(anchor_ray(ray, scene.tree().bounds)),
+        filter_(make_filter_ray(anchored_)) {}
+
+  const AnchoredRay& anchored() const { return anchored_; }
+
+  template <class Sink>
+  void run(Sink& sink) {
+    if (scene_.placements.empty()) return;
+    if (scene_.placements.size() == 1) {
+      enter(scene_.placements[0], 0, sink);
+      return;
+    }
+    const BoxRay box = make_box_ray(anchored_, scene_.top.scale_exponent);
+    walk(scene_.top, box, 0, sink, [&](std::uint32_t ref, std::size_t base) {
+      const LeafBlock& block = *scene_.top.blocks(ref);
+      for (std::uint32_t i = 0; i < block.lane_count; ++i) {
+        if (enter(scene_.placements[block.triangle[i]], base, sink)) return true;
+      }
+      return false;
+    });
+  }
+
+ private:
+  template <class Sink>
+  bool enter(const Placement& placement, std::size_t base, Sink& sink) {
+    const WideTree& tree = *scene_.trees[placement.tree];
+    const BoxRay box = placement.world_boxes
+                           ? make_box_ray(anchored_, tree.scale_exponent)
+                           : make_box_ray(anchored_, placement.space, tree.scale_exponent);
+    ++counts_.placements;
+    const auto blocks = [&]<bool kPlaced>(std::uint32_t ref) {
+      LeafVerdict verdict;
+      const LeafBlock* block = tree.blocks(ref);
+      for (const LeafBlock* end = block + ChildRef::blocks(ref); block != end; ++block) {
+        ++counts_.blocks;
+        filter_block<kPlaced>(*block, filter_, placement, sink.bound(), verdict);
+        if ((verdict.accept | verdict.examine) == 0) continue;
+        if (sink.take(*block, placement.instance, verdict)) return true;
+      }
+      return false;
+    };
+    if (placement.identity) {
+      return walk(tree, box, base, sink, [&](std::uint32_t ref, std::size_t) {
+        return blocks.template operator()<false>(ref);
+      });
+    }
+    return walk(tree, box, base, sink, [&](std::uint32_t ref, std::size_t) {
+      return blocks.template operator()<true>(ref);
+    });
+  }
+
+  /// Visits the leaves that the ray may meet, roughly front to back, until `leaf` says stop.
+  template <class Sink, class Leaf>
+  bool walk(const WideTree& tree, const BoxRay& box, std::size_t base, Sink& sink, Leaf leaf) {
+    std::size_t size = base;
+    stack_.ref[size] = tree.root;
+    stack_.near[size++] = box.tau_min;
+    float limit = box.limit(sink.bound());
+    while (size > base) {
+      --size;
+      if (!(stack_.near[size] <= limit)) continue;
+      const std::uint32_t ref = stack_.ref[size];
+      if (ChildRef::is_leaf(ref)) {
+        if (leaf(ref, size)) return true;
+        limit = box.limit(sink.bound());
+      } else {
+        ++counts_.nodes;
+        size += push_children(tree.node(ref), box, limit, stack_.ref + size, stack_.near + size);
+      }
+    }
+    return false;
+  }
+
+  const SceneTree& scene_;
+  Stack& stack_;
+  TraceCounts& counts_;
+  AnchoredRay anchored_;
+  FilterRay filter_;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace sightline
+HWY_AFTER_NAMESPACE();
+
+#endif
