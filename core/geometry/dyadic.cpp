@@ -31,6 +31,23 @@ Dyadic::Dyadic(double value) {
   trim();
 }
 
+// NOLINTNEXTLINE(cppcoreguidelines-pro-type-member-init)
+Dyadic::Dyadic(const Int256& value, int exponent) {
+  sign_ = value.sign();
+  if (sign_ == 0) return;
+  const Int256 magnitude = sign_ < 0 ? -value : value;
+  exponent_ = exponent >> 6;
+  const int shift = exponent & 63;
+  std::uint64_t carried = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    limb_[i] = shift == 0 ? magnitude.limb[i] : (magnitude.limb[i] << shift) | carried;
+    carried = shift == 0 ? 0 : magnitude.limb[i] >> (64 - shift);
+  }
+  limb_[4] = carried;
+  count_ = 5;
+  trim();
+}
+
 void Dyadic::copy(const Dyadic& other) {
   sign_ = other.sign_;
   exponent_ = other.exponent_;
@@ -144,20 +161,25 @@ double Dyadic::leading(int& exponent) const {
   return static_cast<double>(bits);
 }
 
+double approximate_quotient(const Dyadic& numerator, const Dyadic& denominator) {
+  if (numerator.sign_ == 0) return 0.0;
+  int n_exponent = 0;
+  int d_exponent = 0;
+  const double n = numerator.leading(n_exponent);
+  const double d = denominator.leading(d_exponent);
+  const double quotient = std::ldexp(n / d, n_exponent - d_exponent);
+  return numerator.sign_ * denominator.sign_ < 0 ? -quotient : quotient;
+}
+
 double round_quotient(const Dyadic& numerator, const Dyadic& denominator) {
   if (numerator.sign() == 0) return 0.0;
   const Dyadic n = numerator.abs();
   const Dyadic d = denominator.abs();
   const double sign = numerator.sign() * denominator.sign() < 0 ? -1.0 : 1.0;
 
-  // A first guess from the leading 64 bits is within a few units in the last place. Scaling in two
-  // steps keeps an exponent of several thousand from reaching ldexp's int range in one go.
-  int n_exponent = 0;
-  int d_exponent = 0;
-  const double n_lead = n.leading(n_exponent);
-  const double d_lead = d.leading(d_exponent);
+  // A first guess from the leading 64 bits is within a few units in the last place.
   const double kMax = std::numeric_limits<double>::max();
-  double guess = std::ldexp(n_lead / d_lead, n_exponent - d_exponent);
+  double guess = approximate_quotient(n, d);
   if (!(guess <= kMax)) guess = kMax;
 
   // Move the guess until the quotient lies between the midpoints on either side of it.

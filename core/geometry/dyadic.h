@@ -4,6 +4,8 @@
 
 #include <cstdint>
 
+#include "core/geometry/fixed_point.h"
+
 namespace sightline {
 
 /// Sign and magnitude; the magnitude is `count` limbs of 64 bits, the lowest weighing
@@ -27,6 +29,9 @@ class Dyadic {
     return *this;
   }
 
+  /// value * 2^exponent. Precondition: |exponent| < 10000.
+  Dyadic(const Int256& value, int exponent);
+
   /// -1, 0 or 1.
   int sign() const { return sign_; }
   Dyadic operator-() const {
@@ -49,6 +54,10 @@ class Dyadic {
   /// gradual underflow, and beyond the largest number an infinity. Zero is +0.
   /// Precondition: denominator is not zero.
   friend double round_quotient(const Dyadic& numerator, const Dyadic& denominator);
+
+  /// The same within 2^-50 of itself, or within 2^-1074 if that is more; not rounded correctly, but
+  /// quickly. Beyond the largest float64 an infinity.
+  friend double approximate_quotient(const Dyadic& numerator, const Dyadic& denominator);
 
  private:
   void copy(const Dyadic& other);

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 namespace sightline {
@@ -46,6 +47,7 @@ ExactT make_t(Dyadic numerator, Dyadic denominator) {
 /// Sign of t - limit, where the limit may be infinite.
 int compare_limit(const ExactT& t, double limit) {
   if (std::isinf(limit)) return limit > 0 ? -1 : 1;
+  if (limit == 0) return t.numerator.sign();
   return compare(t.numerator, Dyadic(limit) * t.denominator);
 }
 
@@ -97,6 +99,18 @@ bool is_degenerate(const Triangle& triangle) { return projection_axis(normal_of(
 bool exact_hit(const Vec3d& origin, const Vec3d& direction, double tmin, double tmax,
                const Triangle& triangle, ExactT& t) {
   if (!is_finite(triangle)) return false;
+  if (const std::optional<FixedHit> fixed = fixed_hit(origin, direction, triangle)) {
+    const int s0 = fixed->w0.sign();
+    const int s1 = fixed->w1.sign();
+    const int s2 = fixed->w2.sign();
+    if (s0 * s1 < 0 || s0 * s2 < 0 || s1 * s2 < 0) return false;
+    if ((s0 | s1 | s2) != 0) {
+      t = make_t(Dyadic(fixed->numerator, 3 * fixed->space_exponent),
+                 Dyadic(fixed->w0 + fixed->w1 + fixed->w2,
+                        2 * fixed->space_exponent + fixed->direction_exponent));
+      return compare_limit(t, tmin) >= 0 && compare_limit(t, tmax) <= 0;
+    }
+  }
   const std::array<Vector, 3> corner{difference(triangle.v0, origin),
                                      difference(triangle.v1, origin),
                                      difference(triangle.v2, origin)};

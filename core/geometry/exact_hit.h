@@ -20,6 +20,8 @@ struct ExactT {
   Dyadic denominator{1.0};
 
   double rounded() const { return round_quotient(numerator, denominator); }
+  /// Within 2^-50 of t or 2^-1074, whichever is more.
+  double approximate() const { return approximate_quotient(numerator, denominator); }
 };
 
 /// Sign of a - b.

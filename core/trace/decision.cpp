@@ -22,7 +22,7 @@ void ClosestHit::examine(const RayQuestion& question, const Candidate& other) {
   if (found() && id == candidate.id()) return;
   ExactT t;
   if (!exact_hit_of(question, id, t)) return;
-  const Interval own = question.anchored.tau_of(t.rounded());
+  const Interval own = question.anchored.tau_of(t.approximate());
   if (found() && !(own.high < tau.low)) {
     if (own.low > tau.high) return;
     // The intervals overlap: exact t decides, then the smaller id.
@@ -44,7 +44,7 @@ void AllHits::examine(TriangleId id) {
                       question_.scene.world_triangle(id))) {
     return;
   }
-  entries_.push_back({id, question_.anchored.tau_of(t->rounded()), std::move(t)});
+  entries_.push_back({id, question_.anchored.tau_of(t->approximate()), std::move(t)});
 }
 
 const ExactT& AllHits::exact_of(Entry& entry) {

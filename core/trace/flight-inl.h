@@ -44,6 +44,7 @@ class Flight {
       : scene_(scene),
         placement_(scene.tree().placements[0]),
         tree_(*scene.tree().trees[placement_.tree]),
+        base_(tree_.arena.at(0)),
         rays_(rays),
         next_(begin),
         end_(end),
@@ -89,12 +90,12 @@ class Flight {
   enum Class : std::uint32_t { kNode, kLeaf, kDone };
   struct Queues {
     std::uint32_t size[3] = {0, 0, 0};
-    std::uint32_t slot[3][kInFlight];
-    HWY_INLINE void add(std::uint32_t number, std::uint32_t next) {
+    Slot* slot[3][kInFlight];
+    HWY_INLINE void add(Slot& taken, std::uint32_t next) {
       const std::uint32_t leaf = next >> 31;
       const std::uint32_t done = (next >> 30) == 1 ? 2 : 0;
       const std::uint32_t which = leaf | done;
-      slot[which][size[which]++] = number;
+      slot[which][size[which]++] = &taken;
     }
   };
 
@@ -103,42 +104,44 @@ class Flight {
     Queues a, b;
     Queues* now = &a;
     Queues* then = &b;
-    for (std::uint32_t i = 0; i < kInFlight; ++i) free_[i] = kInFlight - 1 - i;
+    for (std::size_t i = 0; i < kInFlight; ++i) free_[i] = &slots_[i];
     free_count_ = kInFlight;
     std::uint64_t nodes = 0, blocks = 0;
     for (;;) {
       // New rays start in groups: one group is set up in about the time of two single rays.
       while (next_ != end_ && free_count_ >= GroupPreparation::kSize) start_group(*now);
-      if (now->size[kNode] + now->size[kLeaf] + now->size[kDone] == 0) break;
-      nodes += now->size[kNode];
-      blocks += now->size[kLeaf];
-      for (std::uint32_t i = 0; i < now->size[kNode]; ++i) {
-        const std::uint32_t number = now->slot[kNode][i];
-        Slot& slot = slots_[number];
-        slot.waiting += static_cast<std::uint32_t>(
-            push_children(tree_.node(slot.next), slot.ray.box, slot.limit, slot.ref + slot.waiting,
-                          slot.near + slot.waiting));
-        proceed(number, slot, slot.ref[--slot.waiting], *then);
+      const std::uint32_t node_count = now->size[kNode];
+      const std::uint32_t leaf_count = now->size[kLeaf];
+      const std::uint32_t done_count = now->size[kDone];
+      if (node_count + leaf_count + done_count == 0) break;
+      nodes += node_count;
+      blocks += leaf_count;
+      for (std::uint32_t i = 0; i < node_count; ++i) {
+        Slot& slot = *now->slot[kNode][i];
+        const std::uint32_t waiting = slot.waiting;
+        const auto found = static_cast<std::uint32_t>(
+            push_children(*reinterpret_cast<const WideNode*>(at(slot.next)), slot.ray.box,
+                          slot.limit, slot.ref + waiting, slot.near + waiting));
+        slot.waiting = waiting + found - 1;
+        proceed(slot, slot.ref[waiting + found - 1], *then);
       }
-      for (std::uint32_t i = 0; i < now->size[kLeaf]; ++i) {
-        const std::uint32_t number = now->slot[kLeaf][i];
-        Slot& slot = slots_[number];
+      for (std::uint32_t i = 0; i < leaf_count; ++i) {
+        Slot& slot = *now->slot[kLeaf][i];
         visit_block(slot);
         // A leaf of several blocks takes a round for each.
-        const std::uint32_t more = slot.next >> 28 & 7u;
-        const std::uint32_t rest = slot.next - (1u << 28) + sizeof(LeafBlock) / Arena::kGranule;
+        const bool more = (slot.next >> 28 & 7u) != 0;
+        const auto rest = static_cast<std::uint32_t>(slot.next - (1u << 28) +
+                                                     sizeof(LeafBlock) / Arena::kGranule);
         const std::uint32_t popped = slot.ref[slot.waiting - 1];
-        const bool stay = more != 0;
-        slot.waiting -= stay ? 0 : 1;
-        proceed(number, slot, stay ? rest : popped, *then);
+        slot.waiting -= more ? 0 : 1;
+        proceed(slot, more ? rest : popped, *then);
       }
-      for (std::uint32_t i = 0; i < now->size[kDone]; ++i) {
-        const std::uint32_t number = now->slot[kDone][i];
+      for (std::uint32_t i = 0; i < done_count; ++i) {
+        Slot* slot = now->slot[kDone][i];
         if constexpr (!kAny) {
-          Slot& slot = slots_[number];
-          if (slot.best.found()) finish.add(slot.number, slot.best.candidate);
+          if (slot->best.found()) finish.add(slot->number, slot->best.candidate);
         }
-        free_[free_count_++] = number;
+        free_[free_count_++] = slot;
       }
       now->size[kNode] = now->size[kLeaf] = now->size[kDone] = 0;
       std::swap(now, then);
@@ -152,36 +155,39 @@ class Flight {
     const std::size_t count =
         end_ - next_ < GroupPreparation::kSize ? end_ - next_ : GroupPreparation::kSize;
     PreparedRay* prepared[GroupPreparation::kSize] = {};
-    const std::uint32_t* numbers = free_ + (free_count_ - count);
-    for (std::size_t i = 0; i < count; ++i) prepared[i] = &slots_[numbers[i]].ray;
+    Slot* const* slots = free_ + (free_count_ - count);
+    for (std::size_t i = 0; i < count; ++i) prepared[i] = &slots[i]->ray;
     preparation_.prepare(rays_, next_, count, prepared);
     for (std::size_t i = 0; i < count; ++i) {
-      Slot& slot = slots_[numbers[i]];
+      Slot& slot = *slots[i];
       slot.number = next_ + i;
       slot.best = ClosestHit(slot.ray.tau_max);
       slot.limit = slot.ray.box.limit(slot.ray.tau_max);
       slot.ref[0] = kFinished;
       slot.near[0] = -kInfF;
       slot.waiting = 1;
-      proceed(numbers[i], slot, tree_.root, queues);
+      proceed(slot, tree_.root, queues);
     }
     next_ += count;
     free_count_ -= count;
   }
 
   /// Starts fetching the next node or leaf of a ray and queues the ray for it.
-  HWY_INLINE void proceed(std::uint32_t number, Slot& slot, std::uint32_t next, Queues& queues) {
+  HWY_INLINE void proceed(Slot& slot, std::uint32_t next, Queues& queues) const {
     slot.next = next;
-    const std::byte* target = tree_.arena.at(next & ChildRef::kGranuleMask);
+    const std::byte* target = at(next & ChildRef::kGranuleMask);
     hwy::Prefetch(target);
     hwy::Prefetch(target + 64);
     hwy::Prefetch(target + 128);
     hwy::Prefetch(target + 192);
-    queues.add(number, next);
+    queues.add(slot, next);
+  }
+  HWY_INLINE const std::byte* at(std::uint32_t granule) const {
+    return base_ + std::size_t{granule} * Arena::kGranule;
   }
 
   HWY_INLINE void visit_block(Slot& slot) {
-    const LeafBlock& block = *tree_.blocks(slot.next);
+    const LeafBlock& block = *reinterpret_cast<const LeafBlock*>(at(ChildRef::granule(slot.next)));
     LeafVerdict verdict;
     filter_block<kPlaced>(block, slot.ray.filter, placement_, slot.best.bound(), verdict);
     if ((verdict.accept | verdict.examine) == 0) return;
@@ -246,6 +252,7 @@ class Flight {
   const Scene& scene_;
   const Placement& placement_;
   const WideTree& tree_;
+  const std::byte* base_;
   const RayBatch& rays_;
   std::size_t next_;
   std::size_t end_;
@@ -253,7 +260,7 @@ class Flight {
   std::uint8_t* occluded_;
   TraceCounts& counts_;
   GroupPreparation preparation_;
-  std::uint32_t free_[kInFlight];
+  Slot* free_[kInFlight];
   std::size_t free_count_ = 0;
   Slot slots_[kInFlight];
 };

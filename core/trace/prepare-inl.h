@@ -173,8 +173,8 @@ class GroupPreparation {
         ray.box.far_inverse[k] = far_inverse[k][i];
         ray.filter.origin[k] = lane_of[k][i];
       }
-      ray.box.octant = (negative_bits[0] >> i & 1u) | (negative_bits[1] >> i & 1u) << 1 |
-                       (negative_bits[2] >> i & 1u) << 2;
+      ray.box.set_octant(negative_bits[0] >> i & 1u, negative_bits[1] >> i & 1u,
+                         negative_bits[2] >> i & 1u);
       ray.box.tau_min = box_min[i];
       ray.box.tau_scale = scale_;
       ray.filter.shear_x = lane_of[3][i];

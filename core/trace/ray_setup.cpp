@@ -79,7 +79,6 @@ BoxRay make_slabs(const std::array<double, 3>& origin, const std::array<double, 
     const float near_inverse = clamp_to_finite(float_below(inverse * (1 - 0x1p-21)));
     const float far_inverse = float_above(inverse * (1 + 0x1p-21));
     if (std::signbit(direction[k])) {
-      box.octant |= 1u << k;
       box.near_origin[k] = below;
       box.far_origin[k] = above;
       box.near_inverse[k] = -near_inverse;
@@ -91,24 +90,25 @@ BoxRay make_slabs(const std::array<double, 3>& origin, const std::array<double, 
       box.far_inverse[k] = far_inverse;
     }
   }
+  box.set_octant(std::signbit(direction[0]), std::signbit(direction[1]),
+                 std::signbit(direction[2]));
   return box;
 }
 
-/// A number of at most two roundings, widened by four.
-double below(double x) { return x - std::abs(x) * 0x1p-50; }
-double above(double x) { return x + std::abs(x) * 0x1p-50; }
+/// Widened by more than an approximation and two roundings can be off.
+double below(double x) { return x - std::abs(x) * 0x1p-48; }
+double above(double x) { return x + std::abs(x) * 0x1p-48; }
 
 }  // namespace
 
-Interval AnchoredRay::tau_of(double rounded_t) const {
+Interval AnchoredRay::tau_of(double t) const {
   constexpr double kMax = std::numeric_limits<double>::max();
-  if (std::isinf(rounded_t)) {
-    const double edge = (std::copysign(kMax, rounded_t) - anchor) * tau_per_t;
-    return rounded_t > 0 ? Interval{below(edge), kInfD} : Interval{-kInfD, above(edge)};
+  if (std::isinf(t)) {
+    const double edge = (std::copysign(kMax, t) - anchor) * tau_per_t;
+    return t > 0 ? Interval{below(edge), kInfD} : Interval{-kInfD, above(edge)};
   }
-  const double difference = rounded_t - anchor;
-  const double slack =
-      ((std::abs(rounded_t) + std::abs(difference)) * 0x1p-51) * tau_per_t + 0x1p-1060;
+  const double difference = t - anchor;
+  const double slack = ((std::abs(t) + std::abs(difference)) * 0x1p-49) * tau_per_t + 0x1p-1020;
   return {difference * tau_per_t - slack, difference * tau_per_t + slack};
 }
 

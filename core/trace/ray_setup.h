@@ -35,8 +35,8 @@ struct AnchoredRay {
   Interval tau_min;  ///< contains the tau of tmin
   Interval tau_max;  ///< contains the tau of tmax; may be infinite
 
-  /// Contains the tau of every t that rounds to `rounded_t`.
-  Interval tau_of(double rounded_t) const;
+  /// Contains the tau of every t that `t` approximates: within 2^-50 of it or 2^-1074.
+  Interval tau_of(double t) const;
 };
 
 /// `bounds` of the scene's finite triangles, not empty. The ray has passed check_rays.
@@ -59,6 +59,13 @@ inline constexpr double kSignFloor = 0x1p-960;
 FilterRay make_filter_ray(const AnchoredRay& ray);
 
 struct BoxRay {
+  /// Sets octant and near_row. `negative` is 0 or 1 per axis.
+  void set_octant(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
+    octant = x | y << 1 | z << 2;
+    near_row = {24 * x, 8 + 24 * y, 16 + 24 * z};
+  }
+  static constexpr std::array<std::uint32_t, 3> kBothRows{24, 40, 56};  ///< near_row + far row
+
   /// For the plane where the ray enters a slab and the one where it leaves:
   /// tau_enter >= (plane - near_origin) * near_inverse, tau_leave <= (plane - far_origin) *
   /// far_inverse as float32 arithmetic computes them, whenever tau_enter, tau_leave >= 0.
@@ -67,8 +74,11 @@ struct BoxRay {
   std::array<float, 3> near_inverse;
   std::array<float, 3> far_inverse;
   std::uint32_t octant = 0;  ///< bit k: direction component k is negative (-0 counts)
-  float tau_min = 0;         ///< tree units, rounded down, not below 0
-  double tau_scale = 1;      ///< tree tau = scene tau * tau_scale, a power of two
+  /// Where in a WideNode the near planes of each axis stand, in float32 from its start; the far
+  /// ones are at kBothRows - near_row: no branch chooses.
+  std::array<std::uint32_t, 3> near_row{};
+  float tau_min = 0;     ///< tree units, rounded down, not below 0
+  double tau_scale = 1;  ///< tree tau = scene tau * tau_scale, a power of two
 
   /// An upper bound for tree tau that has the scene's upper bound.
   float limit(double scene_tau) const {

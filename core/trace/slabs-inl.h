@@ -24,19 +24,12 @@ HWY_INLINE std::size_t push_children(const WideNode& node, const BoxRay& ray, fl
   const hn::CappedTag<float, kArity> df;
   const hn::RebindToUnsigned<decltype(df)> du;
   const std::uint32_t o = ray.octant;
-  const float* near_plane[3];
-  const float* far_plane[3];
-  SIGHTLINE_UNROLL
-  for (std::uint32_t k = 0; k < 3; ++k) {
-    const bool negative = (o >> k & 1u) != 0;
-    near_plane[k] = negative ? node.upper[k] : node.lower[k];
-    far_plane[k] = negative ? node.lower[k] : node.upper[k];
-  }
+  const float* planes = &node.lower[0][0];
   const auto slab_near = [&](std::size_t i) {
     auto near = hn::Set(df, ray.tau_min);
     SIGHTLINE_UNROLL
     for (std::size_t k = 0; k < 3; ++k) {
-      const auto plane = hn::Load(df, near_plane[k] + i);
+      const auto plane = hn::Load(df, planes + ray.near_row[k] + i);
       near = max_unless_nan(df,
                             hn::Mul(hn::Sub(plane, hn::Set(df, ray.near_origin[k])),
                                     hn::Set(df, ray.near_inverse[k])),
@@ -48,7 +41,7 @@ HWY_INLINE std::size_t push_children(const WideNode& node, const BoxRay& ray, fl
     auto far = hn::Set(df, limit);
     SIGHTLINE_UNROLL
     for (std::size_t k = 0; k < 3; ++k) {
-      const auto plane = hn::Load(df, far_plane[k] + i);
+      const auto plane = hn::Load(df, planes + (BoxRay::kBothRows[k] - ray.near_row[k]) + i);
       far = min_unless_nan(
           df,
           hn::Mul(hn::Sub(plane, hn::Set(df, ray.far_origin[k])), hn::Set(df, ray.far_inverse[k])),

@@ -1,0 +1,139 @@
+#include "core/geometry/fixed_point.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace sightline {
+
+namespace {
+
+__extension__ typedef unsigned __int128 UInt128;
+
+/// value = mantissa * 2^place, mantissa odd; place and top (its leading bit's weight) of all of
+/// them.
+struct Range {
+  int lowest = 1 << 20;
+  int highest = -(1 << 20);
+
+  void include(double value) {
+    const auto bits = std::bit_cast<std::uint64_t>(value) << 1 >> 1;
+    if (bits == 0) return;
+    const int biased = static_cast<int>(bits >> 52);
+    std::uint64_t mantissa = bits & ((1ull << 52) - 1);
+    int place = -1074;
+    if (biased != 0) {
+      mantissa |= 1ull << 52;
+      place = biased - 1075;
+    }
+    lowest = std::min(lowest, place + std::countr_zero(mantissa));
+    highest = std::max(highest, place + 63 - std::countl_zero(mantissa));
+  }
+  void include(const Vec3d& v) {
+    include(v.x);
+    include(v.y);
+    include(v.z);
+  }
+  /// All values are less than 2^61 of the lowest's unit: their differences are below 2^62.
+  bool fits() const { return highest - lowest < 61; }
+};
+
+std::int64_t on_grid(double value, int exponent) {
+  const auto bits = std::bit_cast<std::uint64_t>(value) << 1 >> 1;
+  if (bits == 0) return 0;
+  const int biased = static_cast<int>(bits >> 52);
+  std::uint64_t mantissa = bits & ((1ull << 52) - 1);
+  int place = -1074;
+  if (biased != 0) {
+    mantissa |= 1ull << 52;
+    place = biased - 1075;
+  }
+  const int shift = place - exponent;
+  const auto magnitude =
+      static_cast<std::int64_t>(shift >= 0 ? mantissa << shift : mantissa >> -shift);
+  return value < 0 ? -magnitude : magnitude;
+}
+
+using Vector = std::array<std::int64_t, 3>;
+using WideVector = std::array<Int128, 3>;
+
+Vector on_grid(const Vec3d& v, int exponent) {
+  return {on_grid(v.x, exponent), on_grid(v.y, exponent), on_grid(v.z, exponent)};
+}
+
+Vector minus(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+
+/// Components below 2^62 give products below 2^124 and their difference below 2^125.
+WideVector cross(const Vector& a, const Vector& b) {
+  return {Int128{a[1]} * b[2] - Int128{a[2]} * b[1], Int128{a[2]} * b[0] - Int128{a[0]} * b[2],
+          Int128{a[0]} * b[1] - Int128{a[1]} * b[0]};
+}
+
+/// Three products below 2^187: the sum is below 2^189.
+Int256 dot(const WideVector& a, const Vector& b) {
+  return multiply(a[0], b[0]) + multiply(a[1], b[1]) + multiply(a[2], b[2]);
+}
+
+}  // namespace
+
+Int256 operator+(const Int256& a, const Int256& b) {
+  Int256 sum;
+  UInt128 carry = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    carry += UInt128{a.limb[i]} + b.limb[i];
+    sum.limb[i] = static_cast<std::uint64_t>(carry);
+    carry >>= 64;
+  }
+  return sum;
+}
+
+Int256 Int256::operator-() const {
+  Int256 result;
+  UInt128 carry = 1;
+  for (std::size_t i = 0; i < 4; ++i) {
+    carry += UInt128{~limb[i]};
+    result.limb[i] = static_cast<std::uint64_t>(carry);
+    carry >>= 64;
+  }
+  return result;
+}
+
+Int256 multiply(Int128 a, std::int64_t b) {
+  const bool negative = (a < 0) != (b < 0);
+  const UInt128 x = a < 0 ? -static_cast<UInt128>(a) : static_cast<UInt128>(a);
+  const std::uint64_t y = b < 0 ? 0 - static_cast<std::uint64_t>(b) : static_cast<std::uint64_t>(b);
+  const UInt128 low = UInt128{static_cast<std::uint64_t>(x)} * y;
+  const UInt128 high = (x >> 64) * y + (low >> 64);
+  Int256 product;
+  product.limb = {static_cast<std::uint64_t>(low), static_cast<std::uint64_t>(high),
+                  static_cast<std::uint64_t>(high >> 64), 0};
+  return negative ? -product : product;
+}
+
+std::optional<FixedHit> fixed_hit(const Vec3d& origin, const Vec3d& direction,
+                                  const Triangle& triangle) {
+  Range space;
+  space.include(origin);
+  space.include(triangle.v0);
+  space.include(triangle.v1);
+  space.include(triangle.v2);
+  Range directions;
+  directions.include(direction);
+  if (!space.fits() || !directions.fits()) return std::nullopt;
+
+  FixedHit hit;
+  hit.space_exponent = space.lowest > space.highest ? 0 : space.lowest;
+  hit.direction_exponent = directions.lowest;
+  const Vector o = on_grid(origin, hit.space_exponent);
+  const Vector d = on_grid(direction, hit.direction_exponent);
+  const Vector a = minus(on_grid(triangle.v0, hit.space_exponent), o);
+  const Vector b = minus(on_grid(triangle.v1, hit.space_exponent), o);
+  const Vector c = minus(on_grid(triangle.v2, hit.space_exponent), o);
+  const WideVector bc = cross(b, c);
+  hit.w0 = dot(bc, d);
+  hit.w1 = dot(cross(c, a), d);
+  hit.w2 = dot(cross(a, b), d);
+  hit.numerator = dot(bc, a);
+  return hit;
+}
+
+}  // namespace sightline

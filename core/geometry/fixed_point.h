@@ -1,0 +1,46 @@
+#pragma once
+/// The exact predicate's quick stage: ray and triangle as integers on a common grid.
+///
+/// Twelve coordinates that are multiples of one power of two and less than 2^61 of it apart - all
+/// float32 scenes of ordinary extent, and nearly all float64 rays into them - give cross products
+/// of two differences in 128 bits and determinants in 256. Nothing is rounded, so nothing needs a
+/// proof beyond counting bits; what does not fit goes to Dyadic.
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "core/geometry/triangle.h"
+
+namespace sightline {
+
+__extension__ typedef __int128 Int128;
+
+/// Two's complement, lowest limb first.
+struct Int256 {
+  std::array<std::uint64_t, 4> limb{};
+
+  int sign() const {
+    if ((limb[3] >> 63) != 0) return -1;
+    return (limb[0] | limb[1] | limb[2] | limb[3]) != 0 ? 1 : 0;
+  }
+  friend Int256 operator+(const Int256& a, const Int256& b);
+  Int256 operator-() const;
+};
+
+/// Precondition: |a| < 2^127, |b| < 2^63.
+Int256 multiply(Int128 a, std::int64_t b);
+
+/// Signs and t of a line and a triangle, all as integers of one unit each.
+struct FixedHit {
+  Int256 w0, w1, w2;  ///< exact_hit.h; unit 2^(2 * space_exponent + direction_exponent)
+  Int256 numerator;   ///< A.(B x C); unit 2^(3 * space_exponent)
+  int space_exponent = 0;
+  int direction_exponent = 0;
+};
+
+/// Empty if the numbers do not fit the grid. Preconditions: everything finite, direction not zero.
+std::optional<FixedHit> fixed_hit(const Vec3d& origin, const Vec3d& direction,
+                                  const Triangle& triangle);
+
+}  // namespace sightline
