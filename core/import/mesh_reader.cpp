@@ -116,8 +116,10 @@ Status MeshReader::append_primitive(std::size_t number, const std::vector<double
   if (!range) return range.error();
   auto offset = append_positions(source, *base, *targets, *range, mesh, loaded);
   if (!offset) return offset.error();
-  for (std::size_t i = first_corner; i < mesh.indices.size(); ++i) {
-    mesh.indices[i] = mesh.indices[i] - range->low + *offset;
+  if (*offset != range->low) {
+    for (std::size_t i = first_corner; i < mesh.indices.size(); ++i) {
+      mesh.indices[i] = mesh.indices[i] - range->low + *offset;
+    }
   }
   Primitive primitive;
   primitive.first_triangle = static_cast<std::uint32_t>(first_corner / 3);

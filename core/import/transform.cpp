@@ -49,12 +49,11 @@ bool is_in_range(const Affine& matrix) {
 }
 
 Result<Affine> node_matrix(const tinygltf::Node& node, std::size_t index, std::string& warning) {
-  for (const auto& numbers : {node.matrix, node.translation, node.rotation, node.scale}) {
-    for (double value : numbers) {
-      if (!(std::fabs(value) <= kLargest)) {
-        return wrong(
-            index, "its transform holds " + decimal(value) + ", more than a float32 can hold", "");
-      }
+  for (const auto* numbers : {&node.matrix, &node.translation, &node.rotation, &node.scale}) {
+    for (double value : *numbers) {
+      if (std::fabs(value) <= kLargest) continue;
+      return wrong(index,
+                   "its transform holds " + decimal(value) + ", more than a float32 can hold", "");
     }
   }
   if (!node.matrix.empty()) {

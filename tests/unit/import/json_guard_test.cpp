@@ -1,0 +1,75 @@
+#include "core/import/json_guard.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace sightline::gltf {
+namespace {
+
+std::string code(std::string_view text, const ImportLimits& limits = {}) {
+  const Status status = guard_json(text, limits);
+  return status ? "" : status.error().code;
+}
+
+std::string pointer(std::string_view text, const ImportLimits& limits = {}) {
+  const Status status = guard_json(text, limits);
+  return status ? "ok" : status.error().pointer;
+}
+
+std::string nested(std::size_t depth) { return std::string(depth, '[') + std::string(depth, ']'); }
+
+TEST(JsonGuard, lets_proper_text_through) {
+  EXPECT_EQ(code(R"({"a":[1,2.5,-3,"x",null,true,{}],"b":{"a":1}})"), "");
+}
+
+TEST(JsonGuard, allows_nesting_up_to_the_limit_and_not_beyond) {
+  ImportLimits limits;
+  limits.json_depth = 8;
+  EXPECT_EQ(code(nested(8), limits), "");
+  EXPECT_EQ(code(nested(9), limits), "GLTF_LIMIT_JSON_DEPTH");
+}
+
+TEST(JsonGuard, survives_a_million_brackets) {
+  EXPECT_EQ(code(std::string(1000000, '[')), "GLTF_LIMIT_JSON_DEPTH");
+  EXPECT_EQ(code(std::string(1000000, '{')), "GLTF_JSON_INVALID");
+}
+
+TEST(JsonGuard, counts_values) {
+  ImportLimits limits;
+  limits.json_values = 4;
+  EXPECT_EQ(code("[1,2,3]", limits), "");
+  EXPECT_EQ(code("[1,2,3,4]", limits), "GLTF_LIMIT_JSON_VALUES");
+  EXPECT_EQ(pointer(R"({"a":[1,2,3,4]})", limits), "/a/2");
+}
+
+TEST(JsonGuard, bounds_the_text) {
+  ImportLimits limits;
+  limits.json_bytes = 3;
+  EXPECT_EQ(code("[1]", limits), "");
+  EXPECT_EQ(code("[1] ", limits), "GLTF_LIMIT_JSON_BYTES");
+}
+
+TEST(JsonGuard, refuses_a_key_that_an_object_names_twice) {
+  EXPECT_EQ(code(R"({"a":1,"b":{"c":1,"d":2,"c":3}})"), "GLTF_JSON_DUPLICATE_KEY");
+  EXPECT_EQ(pointer(R"({"a":1,"b":[0,{"c":1,"d":2,"c":3}]})"), "/b/1");
+  EXPECT_EQ(code(R"({"a":{"a":{"a":1}},"b":{"a":1}})"), "");
+  EXPECT_EQ(code(R"({"a":1,"\u0061":2})"), "GLTF_JSON_DUPLICATE_KEY");
+}
+
+TEST(JsonGuard, refuses_what_is_not_json) {
+  for (const char* text : {"", "{", "[1,]", "{\"a\":1,}", "// x\n{}", "[Infinity]", "[NaN]", "[01]",
+                           "{} {}", "[1e999]", "[\"\xff\"]", "[\"\\ud800\"]", "{a:1}"}) {
+    EXPECT_EQ(code(text), "GLTF_JSON_INVALID") << text;
+  }
+}
+
+TEST(JsonGuard, does_not_echo_the_text) {
+  const Status status = guard_json("[\"" + std::string(100000, 'x') + "\xff\"]", {});
+  ASSERT_FALSE(status.ok());
+  EXPECT_LT(status.error().message.size(), 300u);
+  EXPECT_EQ(status.error().message.find("xxxx"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace sightline::gltf

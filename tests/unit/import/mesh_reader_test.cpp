@@ -1,0 +1,236 @@
+#include "core/import/mesh_reader.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "tests/unit/import/tiny_gltf_file.h"
+
+namespace sightline {
+namespace {
+
+using test::json;
+using test::one_triangle;
+using test::TinyFile;
+
+/// Six vertices in a row, (i, i % 2, 0).
+TinyFile row_of_six(int mode, const std::vector<std::uint8_t>& indices = {}) {
+  TinyFile file = one_triangle();
+  std::vector<float> xyz;
+  for (int i = 0; i < 6; ++i) {
+    for (int value : {i, i % 2, 0}) xyz.push_back(static_cast<float>(value));
+  }
+  json primitive = {{"attributes", {{"POSITION", file.add_positions(xyz)}}}, {"mode", mode}};
+  if (!indices.empty()) {
+    primitive["indices"] = file.add<std::uint8_t>(indices, 5121, "SCALAR", indices.size());
+  }
+  file.root["meshes"][0]["primitives"] = json::array({primitive});
+  return file;
+}
+
+Column<std::uint32_t> corners(const TinyFile& file) {
+  const auto scene = file.import();
+  EXPECT_TRUE(scene.ok()) << scene.error().message;
+  if (!scene || scene->meshes.empty()) return {};
+  return scene->meshes[0]->indices;
+}
+
+TEST(Corners, of_plain_triangles_are_the_vertices_in_order) {
+  EXPECT_EQ(corners(row_of_six(4)), (Column<std::uint32_t>{0, 1, 2, 3, 4, 5}));
+  EXPECT_EQ(corners(row_of_six(4, {0, 5, 1, 2, 3, 4})), (Column<std::uint32_t>{0, 5, 1, 2, 3, 4}));
+}
+
+TEST(Corners, of_a_strip_turn_every_second_triangle) {
+  EXPECT_EQ(corners(row_of_six(5, {0, 1, 2, 3, 4, 5})),
+            (Column<std::uint32_t>{0, 1, 2, 1, 3, 2, 2, 3, 4, 3, 5, 4}));
+  EXPECT_EQ(corners(row_of_six(5)), (Column<std::uint32_t>{0, 1, 2, 1, 3, 2, 2, 3, 4, 3, 5, 4}));
+}
+
+TEST(Corners, of_a_fan_end_at_the_first_vertex) {
+  EXPECT_EQ(corners(row_of_six(6, {0, 2, 3, 4})), (Column<std::uint32_t>{2, 3, 0, 3, 4, 0}));
+}
+
+TEST(Corners, that_make_no_whole_triangle_are_left_out_and_said) {
+  for (int mode : {4, 5, 6}) {
+    const auto scene = row_of_six(mode, {0, 1}).import();
+    ASSERT_TRUE(scene.ok());
+    EXPECT_TRUE(scene->meshes.empty());
+    EXPECT_EQ(scene->warnings.size(), 1u);
+  }
+  const auto scene = row_of_six(4, {0, 1, 2, 3}).import();
+  ASSERT_TRUE(scene.ok());
+  EXPECT_EQ(scene->meshes[0]->triangle_count(), 1u);
+  EXPECT_EQ(scene->warnings.size(), 1u);
+}
+
+TEST(Corners, name_the_index_that_is_out_of_range) {
+  const auto scene = row_of_six(5, {0, 1, 2, 3, 200}).import();
+  ASSERT_FALSE(scene.ok());
+  EXPECT_EQ(scene.error().code, "GLTF_INDEX_OUT_OF_RANGE");
+  EXPECT_EQ(scene.error().message, "mesh 0, primitive 0: index 4 is 200, there are 6 vertices");
+}
+
+TEST(Mesh, reads_only_the_range_of_vertices_that_its_triangles_use) {
+  const TinyFile file = row_of_six(4, {3, 4, 5});
+  const auto scene = file.import();
+  ASSERT_TRUE(scene.ok());
+  const Mesh& mesh = *scene->meshes[0];
+  ASSERT_EQ(mesh.positions.size(), 3u);
+  EXPECT_EQ(mesh.positions[0].x, 3);
+  EXPECT_EQ(mesh.indices, (Column<std::uint32_t>{0, 1, 2}));
+}
+
+TEST(Mesh, keeps_shared_vertices_of_its_primitives_once) {
+  TinyFile file = row_of_six(4, {0, 4, 5});
+  json second = file.root["meshes"][0]["primitives"][0];
+  second["indices"] = file.add<std::uint8_t>({1, 2, 3}, 5121, "SCALAR", 3);
+  file.root["meshes"][0]["primitives"].push_back(second);
+  const auto scene = file.import();
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+  const Mesh& mesh = *scene->meshes[0];
+  EXPECT_EQ(mesh.positions.size(), 6u);
+  EXPECT_EQ(mesh.indices, (Column<std::uint32_t>{0, 4, 5, 1, 2, 3}));
+  ASSERT_EQ(mesh.primitives.size(), 2u);
+  EXPECT_EQ(mesh.primitives[1].first_triangle, 1u);
+  EXPECT_EQ(mesh.primitives[1].file_primitive, 1u);
+}
+
+TEST(Mesh, appends_the_vertices_of_its_primitives) {
+  TinyFile file = one_triangle();
+  const int other = file.add_positions({5, 5, 5, 6, 5, 5, 5, 6, 5});
+  json second = file.root["meshes"][0]["primitives"][0];
+  second["attributes"]["POSITION"] = other;
+  file.root["meshes"][0]["primitives"].push_back(second);
+  const auto scene = file.import();
+  ASSERT_TRUE(scene.ok());
+  EXPECT_EQ(scene->meshes[0]->indices, (Column<std::uint32_t>{0, 1, 2, 3, 4, 5}));
+  EXPECT_EQ(scene->meshes[0]->positions[3].x, 5);
+}
+
+TEST(Mesh, knows_its_materials) {
+  TinyFile file = one_triangle();
+  file.root["materials"] = {{{"name", "brick"}, {"doubleSided", true}}, json::object()};
+  file.root["meshes"][0]["primitives"][0]["material"] = 0;
+  const auto scene = file.import();
+  ASSERT_TRUE(scene.ok());
+  ASSERT_EQ(scene->materials.size(), 2u);
+  EXPECT_EQ(scene->materials[0].name, "brick");
+  EXPECT_TRUE(scene->materials[0].double_sided);
+  EXPECT_FALSE(scene->materials[1].double_sided);
+  EXPECT_EQ(scene->meshes[0]->primitives[0].material, 0u);
+}
+
+TEST(Mesh, counts_triangles_that_are_not_finite) {
+  TinyFile file = one_triangle();
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  file.root["accessors"][0]["bufferView"] = file.add_view<float>({0, 0, 0, nan, 0, 0, 0, 1, 0});
+  const auto scene = file.import();
+  ASSERT_TRUE(scene.ok());
+  EXPECT_EQ(scene->counts.nonfinite_triangles, 1u);
+  EXPECT_EQ(scene->warnings.size(), 1u);
+}
+
+TEST(QuantizedMesh, is_decoded_in_float64_and_rounded_once) {
+  TinyFile file = one_triangle();
+  const int view = file.add_view<std::int16_t>({0, 0, 0, 0, 1, 0, 0, 0, 0, -32768, 0, 0});
+  file.root["bufferViews"][static_cast<std::size_t>(view)]["byteStride"] = 8;
+  auto& accessor = file.root["accessors"][0];
+  accessor["bufferView"] = view;
+  accessor["componentType"] = 5122;
+  accessor["normalized"] = true;
+  EXPECT_EQ(file.code(), "GLTF_ACCESSOR_INVALID") << "the extension is not named";
+  file.root["extensionsUsed"] = {"KHR_mesh_quantization"};
+  file.root["extensionsRequired"] = {"KHR_mesh_quantization"};
+  const auto scene = file.import();
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+  EXPECT_EQ(scene->meshes[0]->positions[1].x, static_cast<float>(1.0 / 32767));
+  EXPECT_EQ(scene->meshes[0]->positions[2].y, -1);
+  accessor["normalized"] = false;
+  EXPECT_EQ(file.import()->meshes[0]->positions[2].y, -32768);
+}
+
+/// The triangle with two morph targets: +x by 1, and vertex 1 by (0,8,0) through a sparse accessor.
+TinyFile morphed_triangle() {
+  TinyFile file = one_triangle();
+  const int first = file.add_positions({1, 0, 0, 1, 0, 0, 1, 0, 0});
+  const int second = file.add_positions({0, 0, 0, 0, 0, 0, 0, 0, 0});
+  auto& sparse = file.root["accessors"][static_cast<std::size_t>(second)];
+  sparse.erase("bufferView");
+  const int indices = file.add_view<std::uint16_t>({1});
+  const int values = file.add_view<float>({0, 8, 0});
+  sparse["sparse"] = {{"count", 1},
+                      {"indices", {{"bufferView", indices}, {"componentType", 5123}}},
+                      {"values", {{"bufferView", values}}}};
+  file.root["meshes"][0]["primitives"][0]["targets"] = {{{"POSITION", first}},
+                                                        {{"POSITION", second}}};
+  return file;
+}
+
+TEST(MorphedMesh, stands_as_its_default_weights_say) {
+  TinyFile file = morphed_triangle();
+  file.root["meshes"][0]["weights"] = {0.5, 0.25};
+  const auto scene = file.import();
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+  EXPECT_EQ(scene->meshes[0]->positions,
+            (Column<Vec3f>{Vec3f{0.5f, 0, 0}, Vec3f{1.5f, 2, 0}, Vec3f{0.5f, 1, 0}}));
+}
+
+TEST(MorphedMesh, without_weights_stands_unmorphed) {
+  const auto scene = morphed_triangle().import();
+  ASSERT_TRUE(scene.ok());
+  EXPECT_EQ(scene->meshes[0]->positions[1], (Vec3f{1, 0, 0}));
+}
+
+TEST(MorphedMesh, takes_the_weights_of_its_node_first_and_is_stored_once_per_pose) {
+  TinyFile file = morphed_triangle();
+  file.root["meshes"][0]["weights"] = {0.5, 0};
+  file.root["nodes"] = {{{"mesh", 0}},
+                        {{"mesh", 0}, {"weights", {0, 1}}},
+                        {{"mesh", 0}},
+                        {{"mesh", 0}, {"weights", {0.5, 0}}}};
+  file.root["scenes"][0]["nodes"] = {0, 1, 2, 3};
+  const auto scene = file.import();
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+  EXPECT_EQ(scene->meshes.size(), 2u);
+  ASSERT_EQ(scene->instances.size(), 4u);
+  EXPECT_EQ(scene->instances[0].mesh, scene->instances[2].mesh);
+  EXPECT_EQ(scene->instances[0].mesh, scene->instances[3].mesh);
+  EXPECT_EQ(scene->meshes[scene->instances[1].mesh]->positions[1], (Vec3f{1, 8, 0}));
+}
+
+TEST(MorphedMesh, refuses_a_target_of_another_length) {
+  TinyFile file = morphed_triangle();
+  file.root["meshes"][0]["weights"] = {1};
+  file.root["accessors"][2]["count"] = 2;
+  EXPECT_EQ(file.code(), "GLTF_ACCESSOR_INVALID");
+  file.root["meshes"][0]["weights"] = {0};
+  EXPECT_EQ(file.code(), "") << "a target with weight zero is not read";
+}
+
+TEST(MeshLimits, hold_for_triangles_and_bytes) {
+  ImportOptions options;
+  options.limits.triangles = 1;
+  EXPECT_EQ(row_of_six(4, {0, 1, 2}).code(options), "");
+  EXPECT_EQ(row_of_six(4).code(options), "GLTF_LIMIT_TRIANGLES");
+  options = {};
+  options.limits.geometry_bytes = 100;
+  EXPECT_EQ(row_of_six(4).code(options), "GLTF_LIMIT_GEOMETRY_BYTES");
+}
+
+TEST(MeshLimits, stop_many_accessors_that_show_the_same_bytes) {
+  // A thousand primitives over one view: small in the file, large in memory.
+  TinyFile file = row_of_six(5);
+  json primitive = file.root["meshes"][0]["primitives"][0];
+  const json accessor = file.root["accessors"].back();
+  for (int i = 0; i < 1000; ++i) {
+    file.root["accessors"].push_back(accessor);
+    primitive["attributes"]["POSITION"] = file.root["accessors"].size() - 1;
+    file.root["meshes"][0]["primitives"].push_back(primitive);
+  }
+  ImportOptions options;
+  options.limits.geometry_bytes = 10000;
+  EXPECT_EQ(file.code(options), "GLTF_LIMIT_GEOMETRY_BYTES");
+}
+
+}  // namespace
+}  // namespace sightline
