@@ -84,7 +84,7 @@ bool map_space(const Affine& matrix, const MeshFacts& facts, const Box3d& bounds
     space.reach[j] = std::max(std::abs(bounds.min[j]), std::abs(bounds.max[j])) + std::abs(m[j][3]);
     double magnitude = std::abs(m[j][3]);
     for (int k = 0; k < 3; ++k) magnitude += std::abs(m[j][k]) * facts.largest[k];
-    world_error[j] = 6 * kU * magnitude;
+    world_error[j] = 6 * kU * magnitude + 0x1p-1070;
   }
   const double extent = std::max({facts.largest[0], facts.largest[1], facts.largest[2]});
   for (int k = 0; k < 3; ++k) {

@@ -10,6 +10,7 @@
 #include <cmath>
 
 #include "core/bvh/scene_tree.h"
+#include "core/trace/bounds.h"
 #include "core/trace/ray_setup.h"
 #include "core/trace/simd-inl.h"
 
@@ -41,7 +42,8 @@ HWY_INLINE void filter_block(const LeafBlock& block, const FilterRay& ray,
   const V shear_x = hn::Set(dd, ray.shear_x);
   const V shear_y = hn::Set(dd, ray.shear_y);
   const V zero = hn::Zero(dd);
-  constexpr double kU = 0x1p-53;
+  using namespace bounds;
+  const double unit = kU * ray.reach;
 
   double edge = static_cast<double>(block.edge_max);
   if constexpr (kPlaced) edge = (edge * placement.edge_scale + placement.edge_pad) * (1 + 0x1p-50);
@@ -85,8 +87,8 @@ HWY_INLINE void filter_block(const LeafBlock& block, const FilterRay& ray,
     // E bounds the error of each w; m bounds every sheared coordinate through corner 0 and the
     // edges.
     const V m =
-        hn::Add(hn::Max(hn::Abs(x[0]), hn::Abs(y[0])), hn::Set(dd, 2 * edge + 32 * kU * ray.reach));
-    const V e = hn::MulAdd(hn::Set(dd, 64 * kU * ray.reach), m, hn::Set(dd, kSignFloor));
+        hn::Add(hn::Max(hn::Abs(x[0]), hn::Abs(y[0])), hn::Set(dd, 2 * edge + kSlack * unit));
+    const V e = hn::MulAdd(hn::Set(dd, kSign * unit), m, hn::Set(dd, kSignFloor));
     const V least = hn::Min(w0, hn::Min(w1, w2));
     const V most = hn::Max(w0, hn::Max(w1, w2));
     const V minus_e = hn::Sub(zero, e);
@@ -104,8 +106,9 @@ HWY_INLINE void filter_block(const LeafBlock& block, const FilterRay& ray,
     const V sum = hn::MulAdd(w0, z[0], hn::MulAdd(w1, z[1], hn::Mul(w2, z[2])));
     const V tau = hn::Mul(hn::Mul(sum, inverse), hn::Set(dd, ray.inverse_z));
     const V width = hn::Mul(
-        hn::MulAdd(hn::Mul(e, hn::Abs(inverse)), hn::Set(dd, 12 * edge + 128 * kU * ray.reach),
-                   hn::Set(dd, 16 * kU * ray.reach)),
+        hn::MulAdd(
+            hn::MulAdd(e, hn::Set(dd, kTauEdge * edge + kTauReach * unit), hn::Set(dd, kSignFloor)),
+            hn::Abs(inverse), hn::Set(dd, kTau * unit)),
         hn::Set(dd, std::abs(ray.inverse_z) * (1 + 0x1p-40)));
     const V low = hn::Sub(tau, width);
     const V high = hn::Add(tau, width);

@@ -8,6 +8,7 @@
 #define SIGHTLINE_TRACE_FINISH_INL_H_
 #endif
 
+#include "core/trace/bounds.h"
 #include "core/trace/decision.h"
 #include "core/trace/simd-inl.h"
 
@@ -184,7 +185,7 @@ class Finisher {
                                hn::Sub(top.low, hn::Mul(q, bottom.low)));
     const V inverse = hn::Div(hn::Set(dd, 1.0), bottom.high);
     const DoubleDouble t = DoubleDouble::fast_two_sum(q, hn::Mul(residual, inverse));
-    const V error = hn::Mul(hn::Set(dd, 0x1p-100),
+    const V error = hn::Mul(hn::Set(dd, bounds::kDoubleDouble),
                             hn::MulAdd(hn::MulAdd(hn::Abs(t.high), bottom_size, top_size),
                                        hn::Abs(inverse), hn::Abs(t.high)));
     const auto same = hn::And(hn::Eq(hn::Add(t.high, hn::Add(t.low, error)), t.high),

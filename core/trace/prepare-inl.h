@@ -103,7 +103,7 @@ class GroupPreparation {
     const std::uint32_t simple_bits = mask_bits(dd, simple);
 
     const V one = hn::Set(dd, 1.0);
-    const V pad = hn::Set(dd, 0x1p-100);
+    const V pad = hn::Set(dd, bounds::kPad);
     V inverse[3];
     V reach = zero;
     HWY_ALIGN float near_origin[3][kMaxLanes], far_origin[3][kMaxLanes];
@@ -117,15 +117,15 @@ class GroupPreparation {
       inverse[k] = hn::CopySign(magnitude, d[k]);
       // To the nearest float32 after a step outwards that is larger than what rounding can undo.
       const V origin = hn::Mul(o[k], hn::Set(dd, scale_));
-      const V step = hn::MulAdd(hn::Abs(origin), hn::Set(dd, 0x1p-23), pad);
+      const V step = hn::MulAdd(hn::Abs(origin), hn::Set(dd, bounds::kOriginStep), pad);
       const auto below = hn::DemoteTo(df, hn::Sub(origin, step));
       const auto above = hn::DemoteTo(df, hn::Add(origin, step));
-      const auto near =
-          hn::DemoteTo(df, hn::CopySign(hn::Min(hn::Mul(magnitude, hn::Set(dd, 1 - 0x1p-21)),
-                                                hn::Set(dd, 0x1.fffffep127)),
-                                        d[k]));
-      const auto far =
-          hn::DemoteTo(df, hn::CopySign(hn::Mul(magnitude, hn::Set(dd, 1 + 0x1p-21)), d[k]));
+      const auto near = hn::DemoteTo(
+          df, hn::CopySign(hn::Min(hn::Mul(magnitude, hn::Set(dd, 1 - bounds::kInverseStep)),
+                                   hn::Set(dd, 0x1.fffffep127)),
+                           d[k]));
+      const auto far = hn::DemoteTo(
+          df, hn::CopySign(hn::Mul(magnitude, hn::Set(dd, 1 + bounds::kInverseStep)), d[k]));
       const auto negative =
           hn::MaskFromVec(hn::BroadcastSignBit(hn::BitCast(hn::RebindToSigned<D>(), d[k])));
       negative_bits[k] = mask_bits(hn::RebindToSigned<D>(), negative);
@@ -157,7 +157,8 @@ class GroupPreparation {
     const std::uint32_t x_bits = mask_bits(dd, z_is_x);
     const std::uint32_t y_bits = mask_bits(dd, z_is_y);
     HWY_ALIGN float box_min[kMaxLanes];
-    hn::Store(hn::DemoteTo(df, hn::Mul(tau_min, hn::Set(dd, scale_ * (1 - 0x1p-22)))), df, box_min);
+    hn::Store(hn::DemoteTo(df, hn::Mul(tau_min, hn::Set(dd, scale_ * (1 - bounds::kLimitStep)))),
+              df, box_min);
 
     for (std::size_t i = 0; i < lanes; ++i) {
       PreparedRay& ray = *out[i];

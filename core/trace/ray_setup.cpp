@@ -10,10 +10,7 @@ namespace sightline {
 
 namespace {
 
-constexpr double kU = 0x1p-53;
-/// In tree units, where the largest coordinate is at least 2^-41: keeps products of float32 away
-/// from gradual underflow (docs/exactness.md, "Boxes").
-constexpr double kUnderflowPad = 0x1p-100;
+using bounds::kU;
 
 double largest_magnitude(const std::array<double, 3>& v) {
   return std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
@@ -39,7 +36,7 @@ double enter_at_least(const Ray& ray, const Box3d& bounds) {
     const double plane = d > 0 ? bounds.min[k] : bounds.max[k];
     const double t = (plane - ray.origin[k]) / d;
     if (!std::isfinite(t)) continue;
-    enter = std::max(enter, next_below(t - std::abs(t) * 0x1p-40));
+    enter = std::max(enter, next_below(t - std::abs(t) * bounds::kEnter));
   }
   return enter;
 }
@@ -60,7 +57,8 @@ void move_origin(const Ray& ray, double anchor, AnchoredRay& out) {
     // nothing.
     out.origin[static_cast<std::size_t>(k)] =
         std::isfinite(sum + rest) ? sum + rest : std::numeric_limits<double>::quiet_NaN();
-    const double error = kU * std::abs(sum + rest) + 0x1p-102 * (std::abs(o) + std::abs(product)) +
+    const double error = kU * std::abs(sum + rest) +
+                         bounds::kAnchor * (std::abs(o) + std::abs(product)) +
                          std::numeric_limits<double>::min();
     out.error = std::max(out.error, error);
   }
@@ -76,8 +74,8 @@ BoxRay make_slabs(const std::array<double, 3>& origin, const std::array<double, 
     const float below = float_below(origin[k] - pad[k]);
     const float above = float_above(origin[k] + pad[k]);
     const double inverse = 1 / std::abs(direction[k]);
-    const float near_inverse = clamp_to_finite(float_below(inverse * (1 - 0x1p-21)));
-    const float far_inverse = float_above(inverse * (1 + 0x1p-21));
+    const float near_inverse = clamp_to_finite(float_below(inverse * (1 - bounds::kInverseStep)));
+    const float far_inverse = float_above(inverse * (1 + bounds::kInverseStep));
     if (std::signbit(direction[k])) {
       box.near_origin[k] = below;
       box.far_origin[k] = above;
@@ -108,7 +106,8 @@ Interval AnchoredRay::tau_of(double t) const {
     return t > 0 ? Interval{below(edge), kInfD} : Interval{-kInfD, above(edge)};
   }
   const double difference = t - anchor;
-  const double slack = ((std::abs(t) + std::abs(difference)) * 0x1p-49) * tau_per_t + 0x1p-1020;
+  const double slack =
+      ((std::abs(t) + std::abs(difference)) * 0x1p-49 + 0x1p-1072) * tau_per_t + 0x1p-1020;
   return {difference * tau_per_t - slack, difference * tau_per_t + slack};
 }
 
@@ -173,7 +172,7 @@ BoxRay make_box_ray(const AnchoredRay& ray, int scale_exponent) {
   const double scale = std::ldexp(1.0, scale_exponent);
   std::array<double, 3> origin = ray.origin;
   for (double& o : origin) o *= scale;
-  const double pad = ray.error * scale + kUnderflowPad;
+  const double pad = ray.error * scale + bounds::kPad;
   BoxRay box = make_slabs(origin, ray.direction, {pad, pad, pad});
   box.tau_scale = scale;
   box.tau_min = std::max(0.0f, float_below(ray.tau_min.low * box.tau_scale));
@@ -193,10 +192,10 @@ BoxRay make_box_ray(const AnchoredRay& ray, const TreeSpace& space, int scale_ex
     direction[k] = n[0] * ray.direction[0] + n[1] * ray.direction[1] + n[2] * ray.direction[2];
     double error = 0;
     for (std::size_t j = 0; j < 3; ++j) {
-      error += std::abs(n[j]) *
-               (12 * kU * (std::abs(ray.origin[j]) + space.reach[j]) + 1.0000001 * ray.error);
+      error += std::abs(n[j]) * (bounds::kMapped * kU * (std::abs(ray.origin[j]) + space.reach[j]) +
+                                 1.0000001 * ray.error);
     }
-    pad[k] = (space.pad[k] + error) * scale + kUnderflowPad;
+    pad[k] = (space.pad[k] + error) * scale + bounds::kPad;
   }
   if (!(largest_magnitude(direction) > 0) || !std::isfinite(largest_magnitude(direction))) {
     // Nothing is known in this space: boxes cannot exclude anything.

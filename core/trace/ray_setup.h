@@ -14,6 +14,7 @@
 
 #include "core/bvh/scene_tree.h"
 #include "core/query/ray_batch.h"
+#include "core/trace/bounds.h"
 
 namespace sightline {
 
@@ -53,9 +54,6 @@ struct FilterRay {
   std::uint32_t kx, ky, kz;
 };
 
-/// Below it a bound could be spoilt by underflow; such lanes go to the exact stage.
-inline constexpr double kSignFloor = 0x1p-960;
-
 FilterRay make_filter_ray(const AnchoredRay& ray);
 
 struct BoxRay {
@@ -85,7 +83,7 @@ struct BoxRay {
     const double tau = scene_tau * tau_scale;
     const double size = tau < 0 ? -tau : tau;
     // A step up that is larger than what rounding to float32 can take back, underflow included.
-    const auto limit = static_cast<float>(tau + (size * 0x1p-22 + 0x1p-126));
+    const auto limit = static_cast<float>(tau + (size * bounds::kLimitStep + bounds::kLimitFloor));
     return limit == limit ? limit : std::numeric_limits<float>::infinity();
   }
 };
