@@ -97,7 +97,8 @@ Result<ListenAddress> parse_listen_address(const std::string& text) {
       address.port > 65535) {
     return invalid;
   }
-  if (address.host.size() > 2 && address.host.front() == '[' && address.host.back() == ']') {
+  if (address.host.starts_with('[')) {
+    if (address.host.size() < 3 || address.host.back() != ']') return invalid;
     address.host = address.host.substr(1, address.host.size() - 2);
   } else if (address.host.find(':') != std::string::npos) {
     return invalid;

@@ -35,7 +35,7 @@ bool matches(const std::vector<std::string>& pattern, const std::vector<std::str
              std::string& id) {
   if (pattern.size() != path.size()) return false;
   for (std::size_t i = 0; i < pattern.size(); ++i) {
-    if (pattern[i] == kPlaceholder) {
+    if (pattern[i] == kPlaceholder && !path[i].empty()) {
       id = path[i];
     } else if (pattern[i] != path[i]) {
       return false;

@@ -19,7 +19,8 @@ class Router {
  public:
   using Handler = std::function<void(Exchange&)>;
 
-  /// pattern  "/v1/scenes/{id}/rays:closest": literal segments, and {id} for any one segment.
+  /// pattern  "/v1/scenes/{id}/rays:closest": literal segments, and {id} for any segment
+  ///          that is not empty.
   /// GET answers HEAD as well.
   void add(std::string_view method, std::string_view pattern, Handler handler);
 

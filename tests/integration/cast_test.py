@@ -1,0 +1,93 @@
+"""The command line without a server."""
+
+import json
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+import case_report
+from sightline_server import BINARY, PATIENCE, SOURCE
+
+FEATURES = SOURCE / "tests/data/scenes/features.glb"
+
+
+def sightline(*arguments):
+    return subprocess.run([BINARY, *map(str, arguments)], capture_output=True, text=True, timeout=PATIENCE, check=False)
+
+
+def cast(source, origin, direction, *arguments):
+    return sightline("cast", source, "--origin", origin, "--direction", direction, *arguments)
+
+
+class Cast(unittest.TestCase):
+    def test_a_hit_is_a_line_of_json_and_exit_code_0(self):
+        done = cast("demo:six", "-10,1,0", "1,0,0")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        hit = json.loads(done.stdout)
+        self.assertEqual((hit["t"], hit["position"], hit["node"], hit["mesh"]), (4.5, [-5.5, 1, 0], "left", "left"))
+
+    def test_a_miss_is_null_and_exit_code_1(self):
+        done = cast("demo:six", "1,10,0", "0,-1,0")
+        self.assertEqual((done.returncode, done.stdout, done.stderr), (1, "null\n", ""))
+        done = cast("demo:six", "-10,1,0", "1,0,0", "--tmax", "4.25")
+        self.assertEqual((done.returncode, done.stdout), (1, "null\n"))
+
+    def test_limits_and_fields_are_heeded(self):
+        done = cast("demo:six", "-10,1,0", "1,0,0", "--tmin", "5", "--fields", "t,triangle")
+        self.assertEqual((done.returncode, done.stdout), (0, '{"t":6.5,"triangle":1}\n'))
+
+    def test_any_is_true_or_false(self):
+        done = cast("demo:six", "-10,1,0", "1,0,0", "--any")
+        self.assertEqual((done.returncode, done.stdout), (0, "true\n"))
+        done = cast("demo:six", "1,10,0", "0,-1,0", "--any")
+        self.assertEqual((done.returncode, done.stdout), (1, "false\n"))
+
+    def test_a_file_is_read_from_disk(self):
+        self.assertIn(cast(FEATURES, "0,100,0", "0,-1,0").returncode, (0, 1))
+        self.assertIn(cast(SOURCE / "tests/data/scenes/features_external.gltf", "0,100,0", "0,-1,0").returncode, (0, 1))
+
+    def test_a_demo_can_be_written_and_read_back(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder, "six.glb")
+            self.assertEqual(sightline("demo", "six", file).returncode, 0)
+            self.assertEqual(cast(file, "-10,1,0", "1,0,0").stdout, cast("demo:six", "-10,1,0", "1,0,0").stdout)
+            self.assertEqual(sightline("demo", "none", file).returncode, 2)
+            self.assertEqual(sightline("demo", "six", Path(folder, "no/such/folder.glb")).returncode, 2)
+
+    def test_every_error_is_exit_code_2_and_silence_on_standard_output(self):
+        for arguments in [
+                ("demo:six", "1,2,3", "0,0,0"), ("demo:six", "1,2", "0,0,1"), ("demo:six", "1,2,3,4", "0,0,1"),
+                ("demo:six", "1,2,x", "0,0,1"), ("demo:six", "1,2,nan", "0,0,1"), ("demo:six", "1,2,", "0,0,1"),
+                ("demo:six", "1,2,inf", "0,0,1"), ("demo:six", "1,2,1e999", "0,0,1"),
+                ("demo:six", "1,2,3", "0,0,1", "--tmin", "2", "--tmax", "1"),
+                ("demo:six", "1,2,3", "0,0,1", "--fields", "t,weight"),
+                ("demo:six", "1,2,3", "0,0,1", "--kernel", "abacus"),
+                ("demo:none", "1,2,3", "0,0,1"), ("/no/such/file.glb", "1,2,3", "0,0,1"),
+                (SOURCE / "README.md", "1,2,3", "0,0,1"), (FEATURES, "1,2,3", "0,0,1", "--scene", "99")]:
+            with self.subTest(arguments=arguments):
+                done = cast(*arguments)
+                self.assertEqual((done.returncode, done.stdout), (2, ""))
+                self.assertTrue(done.stderr.strip())
+
+    def test_numbers_are_rounded_once(self):
+        # Halfway cases that go wrong by way of an 80-bit number.
+        done = cast("demo:six", "-10,1,0", "1,0,0", "--fields", "t", "--tmin",
+                    "4.500000000000000444089209850062616169452667236328125000000000000000000000000000001")
+        self.assertEqual(json.loads(done.stdout)["t"], 6.5)
+
+    def test_version_and_help(self):
+        done = sightline("--version")
+        self.assertEqual(done.returncode, 0)
+        self.assertRegex(done.stdout, r"^sightline \d+\.\d+\.\d+\nkernels: \w+")
+        for arguments in (["--help"], ["serve", "--help"], ["cast", "--help"], ["demo", "--help"]):
+            done = sightline(*arguments)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+        for arguments in ([], ["nonsense"], ["serve", "--listen", "nowhere"], ["serve", "--listen", "127.0.0.1:99999"],
+                          ["serve", "--workers", "0"], ["serve", "--kernel", "abacus", "--listen", "127.0.0.1:0"]):
+            done = sightline(*arguments)
+            self.assertEqual((done.returncode, done.stdout), (2, ""))
+
+
+if __name__ == "__main__":
+    case_report.main()

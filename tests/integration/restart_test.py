@@ -1,0 +1,140 @@
+"""What survives a stop, a kill and a damaged file; and how a stop goes."""
+
+import signal
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+import case_report
+from sightline_server import BINARY, PATIENCE, Server, curl, demo_glb, read_answer
+
+RAY = ([-10, 1, 0], [1, 0, 0])
+
+
+class Restart(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.data = Path(folder.name, "data")
+
+    def server(self, *arguments, **options):
+        server = Server("--data", self.data, *arguments, **options)
+        self.addCleanup(server.end)
+        return server
+
+    def test_scenes_are_there_after_a_stop_and_after_a_kill(self):
+        server = self.server()
+        put = server.put("six", demo_glb("six"))
+        self.assertEqual(put.status, 201)
+        self.assertEqual(server.stop(), 0)
+        server = self.server()
+        self.assertEqual(server.ask("/v1/scenes/six").body, put.body)
+        self.assertEqual(server.closest("six", RAY)[0]["t"], 4.5)
+        replaced = server.put("six", demo_glb("town"))
+        self.assertEqual(replaced.json()["revision"], 2)
+        self.assertEqual(server.put("other", demo_glb("six")).status, 201)
+        self.assertEqual(server.ask("/v1/scenes/other", "-X", "DELETE").status, 204)
+        server.kill()
+        server = self.server()
+        self.assertEqual(server.ask("/v1/scenes/six").body, replaced.body)
+        self.assertEqual(server.ask("/v1/scenes/other").status, 404)
+
+    def test_a_damaged_file_is_quarantined_and_named(self):
+        server = self.server()
+        for name in ("good", "bad"):
+            # Different bytes for each name: the JSON chunk of a GLB may be followed by nothing else.
+            self.assertEqual(server.put(name, demo_glb("six" if name == "bad" else "town")).status, 201)
+        sha256 = server.ask("/v1/scenes/bad").json()["sha256"]
+        server.stop()
+        blob = self.data / "blobs" / sha256
+        damaged = bytearray(blob.read_bytes())
+        damaged[-1] ^= 1
+        blob.write_bytes(damaged)
+        server = self.server()
+        ready = server.ask("/readyz").json()
+        self.assertEqual((ready["status"], ready["failed"]), ("ready", ["bad"]))
+        bad = server.ask("/v1/scenes/bad").json()
+        self.assertEqual((bad["state"], bad["reason"]["code"]), ("failed", "STORE_DAMAGED"))
+        self.assertNotIn(str(self.data), bad["reason"]["detail"])
+        self.assertEqual(server.ask("/v1/scenes/good").json()["state"], "ready")
+        self.assertEqual(len(list((self.data / "quarantine").iterdir())), 2)
+        self.assertIn("scene bad failed: STORE_DAMAGED", server.log_text())
+
+    def test_a_folder_belongs_to_one_server(self):
+        self.server()
+        second = subprocess.run([BINARY, "serve", "--listen", "127.0.0.1:0", "--data", self.data],
+                                capture_output=True, text=True, timeout=PATIENCE, check=False)
+        self.assertEqual((second.returncode, second.stdout), (2, ""))
+        self.assertIn("STORE_IN_USE", second.stderr)
+
+
+class Stop(unittest.TestCase):
+    def test_both_signals_end_the_server_with_exit_code_0(self):
+        for number in (signal.SIGTERM, signal.SIGINT):
+            with self.subTest(signal=number), Server() as server:
+                server.signal(number)
+                self.assertEqual(server.wait(), 0)
+                self.assertIn("stopped", server.log_text())
+
+    def test_an_idle_connection_does_not_delay_the_exit(self):
+        # Were the exit to wait for the connection, this would hang until the test's patience ends.
+        with Server("--idle-seconds", 100000, "--drain-seconds", 100000) as server:
+            connection = server.connect()
+            with connection, connection.makefile("rwb") as stream:
+                stream.write(b"GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n")
+                stream.flush()
+                self.assertEqual(read_answer(stream).status, 200)
+                self.assertEqual(server.stop(), 0)
+                self.assertIsNone(read_answer(stream))
+
+    def test_a_request_that_has_begun_is_answered(self):
+        with Server("--preload", "six=demo:six", "--drain-seconds", 100000) as server:
+            connection = server.connect()
+            with connection, connection.makefile("rwb") as stream:
+                body = b'{"rays":[{"origin":[-10,1,0],"direction":[1,0,0]}],"fields":["t"]}'
+                stream.write(b"POST /v1/scenes/six/rays:closest HTTP/1.1\r\nHost: x\r\nExpect: 100-continue\r\n"
+                             b"Content-Type: application/json\r\nContent-Length: %d\r\n\r\n" % len(body))
+                stream.flush()
+                self.assertEqual(read_answer(stream).status, 100)  # now a worker has it
+                server.signal()
+                while "stopping" not in server.log_text():
+                    pass
+                stream.write(body)
+                stream.flush()
+                answer = read_answer(stream)
+                self.assertEqual((answer.status, answer.body), (200, b'{"hits":[{"t":4.5}]}'))
+                self.assertIsNone(read_answer(stream))
+            self.assertEqual(server.wait(), 0)
+
+    def test_readyz_says_503_before_the_door_closes(self):
+        with Server("--notice-seconds", 100000) as server:
+            self.assertEqual(curl(server.url + "/readyz").json()["status"], "ready")
+            server.signal()
+            while "stopping" not in server.log_text():
+                pass
+            ready = curl(server.url + "/readyz")
+            while ready.status == 200:
+                ready = curl(server.url + "/readyz")
+            self.assertEqual((ready.status, ready.json()["status"]), (503, "stopping"))
+            self.assertIn("retry-after", ready.headers)
+            self.assertEqual(curl(server.url + "/healthz").status, 200)
+            server.signal()  # enough notice
+            self.assertEqual(server.wait(), 0)
+
+    def test_a_second_signal_breaks_off_what_would_go_on_for_ever(self):
+        with Server("--drain-seconds", 100000) as server:
+            connection = server.connect()
+            with connection, connection.makefile("rwb") as stream:
+                stream.write(b"PUT /v1/scenes/x HTTP/1.1\r\nHost: x\r\nExpect: 100-continue\r\nContent-Length: 99\r\n\r\n")
+                stream.flush()
+                self.assertEqual(read_answer(stream).status, 100)
+                server.signal()
+                while "stopping" not in server.log_text():
+                    pass
+                server.signal()
+                self.assertEqual(server.wait(), 0)
+
+
+if __name__ == "__main__":
+    case_report.main()

@@ -1,0 +1,123 @@
+"""Scenes put, listed, read, replaced and removed by curl."""
+
+import hashlib
+import unittest
+
+import case_report
+from sightline_server import SOURCE, Server, demo_glb
+
+SCENES = SOURCE / "tests/data/scenes"
+
+
+class Scenes(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.six = demo_glb("six")
+        cls.server = Server()
+        cls.addClassCleanup(cls.server.end)
+
+    def test_a_new_scene_is_201_and_a_replaced_one_200(self):
+        first = self.server.put("first", self.six)
+        self.assertEqual(first.status, 201, first.body)
+        self.assertEqual(first.headers["location"], "/v1/scenes/first")
+        self.assertEqual(first.headers["content-type"], "application/json")
+        self.assertEqual(first.headers["etag"], f'"{hashlib.sha256(self.six).hexdigest()}"')
+        scene = first.json()
+        self.assertEqual((scene["id"], scene["state"], scene["revision"]), ("first", "ready", 1))
+        self.assertEqual(scene["counts"]["triangles"], 6)
+        self.assertEqual(scene["bounds"], {"min": [-6, 0, -2], "max": [8, 4, 2]})
+        self.assertEqual(scene["warnings"], [])
+
+        second = self.server.put("first", demo_glb("town"))
+        self.assertEqual(second.status, 200)
+        self.assertEqual(second.json()["revision"], 2)
+        self.assertEqual(second.json()["counts"]["triangles"], 362254)
+        self.assertNotEqual(second.headers["etag"], first.headers["etag"])
+
+    def test_get_head_and_list_agree(self):
+        put = self.server.put("agree", self.six)
+        got, head = self.server.ask("/v1/scenes/agree"), self.server.ask("/v1/scenes/agree", "-I")
+        self.assertEqual(got.body, put.body)
+        self.assertEqual(head.status, 200)
+        for name in ("etag", "content-length", "content-type"):
+            self.assertEqual(head.headers[name], got.headers[name])
+        listed = [scene for scene in self.server.ask("/v1/scenes").json()["scenes"] if scene["id"] == "agree"]
+        self.assertEqual([(scene["state"], scene["triangles"], scene["sha256"]) for scene in listed],
+                         [("ready", 6, hashlib.sha256(self.six).hexdigest())])
+
+    def test_a_removed_scene_is_gone(self):
+        self.server.put("gone", self.six)
+        removed = self.server.ask("/v1/scenes/gone", "-X", "DELETE")
+        self.assertEqual((removed.status, removed.body), (204, b""))
+        self.assertEqual(self.server.ask("/v1/scenes/gone").status, 404)
+        self.assertEqual(self.server.ask("/v1/scenes/gone", "-X", "DELETE").status, 404)
+        self.assertEqual(self.server.put("gone", self.six).status, 201)
+
+    def test_names_may_use_the_whole_alphabet(self):
+        for name in ("A-Z_a.z-09", "x" * 128, "%41bc", "0"):
+            with self.subTest(name=name):
+                put = self.server.put(name, self.six)
+                self.assertEqual(put.status, 201, put.body)
+                self.assertEqual(self.server.ask("/v1/scenes/" + name).status, 200)
+        self.assertEqual(self.server.ask("/v1/scenes/Abc").status, 200)
+
+    def test_a_gltf_with_data_uris_is_taken_and_one_with_neighbours_refused(self):
+        file = SCENES / "features_datauri.gltf"
+        put = self.server.ask("/v1/scenes/text", "-X", "PUT", "-H", "Content-Type: model/gltf+json", body=file.read_bytes())
+        self.assertEqual(put.status, 201, put.body)
+        glb = self.server.put("binary", (SCENES / "features.glb").read_bytes())
+        self.assertEqual(put.json()["counts"]["triangles"], glb.json()["counts"]["triangles"])
+        self.assertEqual(put.json()["bounds"], glb.json()["bounds"])
+        external = (SCENES / "features_external.gltf").read_bytes()
+        refused = self.server.ask("/v1/scenes/external", "-X", "PUT", "-H", "Content-Type: model/gltf+json", body=external)
+        self.assertEqual(refused.status, 422, refused.body)
+        self.assertEqual(self.server.ask("/v1/scenes/external").status, 404)
+
+    def test_the_scene_of_a_file_can_be_chosen(self):
+        glb = (SCENES / "features.glb").read_bytes()
+        answers = {}
+        for number in ("0", "1"):
+            answers[number] = self.server.put(f"chosen?scene={number}", glb)
+        self.assertEqual(answers["0"].status, 201, answers["0"].body)
+        self.assertEqual(self.server.put("chosen?scene=999", glb).status, 422)
+
+    def test_upload_by_curl_T_and_chunked(self):
+        for name, arguments in (("untyped", ("-H", "Content-Type:")), ("chunked", ("-H", "Transfer-Encoding: chunked"))):
+            with self.subTest(how=name):
+                put = self.server.put(name, self.six, *arguments)
+                self.assertEqual(put.status, 201, put.body)
+                self.assertEqual(put.json()["bytes"], len(self.six))
+
+    def test_preloads_are_there_and_a_bad_one_is_refused_at_the_start(self):
+        with Server("--preload", "a=demo:six", "--preload", f"b={SCENES / 'features_external.gltf'}") as server:
+            states = {scene["id"]: scene["state"] for scene in server.ask("/v1/scenes").json()["scenes"]}
+            self.assertEqual(states, {"a": "ready", "b": "ready"})
+        for bad in ("x=demo:none", "x=/no/such/file.glb", "no_equals", "../x=demo:six"):
+            with self.subTest(preload=bad), self.assertRaises(AssertionError):
+                Server("--preload", bad)
+
+    def test_a_preload_that_is_no_scene_fails_alone(self):
+        with Server("--preload", f"bad={SOURCE / 'README.md'}", "--preload", "good=demo:six") as server:
+            ready = server.ask("/readyz").json()
+            self.assertEqual((ready["status"], ready["failed"]), ("ready", ["bad"]))
+            bad = server.ask("/v1/scenes/bad").json()
+            self.assertEqual(bad["state"], "failed")
+            self.assertTrue(bad["reason"]["code"])
+            self.assertNotIn(str(SOURCE), bad["reason"]["detail"])
+            refused = server.query("bad", "closest", {"rays": []})
+            self.assertEqual((refused.status, refused.json()["code"]), (409, "SCENE_FAILED"))
+            self.assertEqual(server.query("good", "closest", {"rays": []}).status, 200)
+            self.assertEqual(server.put("bad", self.six).status, 201)
+
+    def test_health_and_version(self):
+        self.assertEqual(self.server.ask("/healthz").json(), {"status": "ok"})
+        version = self.server.ask("/version").json()
+        self.assertEqual(version["name"], "sightline")
+        self.assertIn(version["kernel"], version["kernels"])
+        self.assertGreater(version["limits"]["rays"], 0)
+        self.assertEqual(self.server.ask("/healthz", "-I").status, 200)
+        self.assertEqual(self.server.ask("/healthz?x=1").status, 200)
+
+
+if __name__ == "__main__":
+    case_report.main()

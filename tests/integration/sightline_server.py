@@ -1,0 +1,161 @@
+"""A sightline server process for a test, and curl to ask it."""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+BINARY = sys.argv[1] if len(sys.argv) > 1 else "build/dev/sightline"
+SOURCE = Path(os.environ.get("SIGHTLINE_SOURCE") or Path(__file__).resolve().parents[2])
+DATA = Path(os.environ.get("SIGHTLINE_DATA") or SOURCE.parent / "shared/data")
+# Nothing here depends on how fast the machine is: this only ends what hangs.
+PATIENCE = 120
+
+JSON_TYPE = "Content-Type: application/json"
+GLB_TYPE = "Content-Type: model/gltf-binary"
+
+
+class Answer:
+    def __init__(self, status, headers, body):
+        self.status = status
+        self.headers = headers  # lower-case names
+        self.body = body
+
+    def json(self):
+        return json.loads(self.body)
+
+
+def parse_heads(text):
+    """Status and headers of the last answer in curl's header dump (100 Continue comes first)."""
+    blocks = [block for block in text.replace("\r\n", "\n").split("\n\n") if block.strip()]
+    lines = blocks[-1].splitlines()
+    headers = {}
+    for line in lines[1:]:
+        name, _, value = line.partition(":")
+        headers[name.strip().lower()] = value.strip()
+    return int(lines[0].split()[1]), headers
+
+
+def curl(url, *arguments, body=None):
+    """Runs curl; `body` is bytes or text, sent as it is."""
+    with tempfile.TemporaryDirectory() as folder:
+        heads, out, sent = Path(folder, "heads"), Path(folder, "body"), Path(folder, "sent")
+        command = ["curl", "-sS", "--globoff", "--max-time", str(PATIENCE), "-D", heads, "-o", out]
+        if body is not None:
+            sent.write_bytes(body.encode() if isinstance(body, str) else body)
+            command += ["--data-binary", f"@{sent}"]
+        done = subprocess.run([*command, *arguments, url], capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            raise AssertionError(f"curl {url}: {done.stderr.strip()}")
+        status, headers = parse_heads(heads.read_text(encoding="latin-1"))
+        return Answer(status, headers, out.read_bytes() if out.exists() else b"")
+
+
+class Server:
+    """`with Server("--preload", "six=demo:six") as server:` is ready, and ended by its own pid."""
+
+    def __init__(self, *arguments, wait=True):
+        self.log = tempfile.TemporaryFile()
+        self.process = subprocess.Popen([BINARY, "serve", "--listen", "127.0.0.1:0", "--log-level", "debug",
+                                         *map(str, arguments)], stdout=subprocess.PIPE, stderr=self.log, text=True)
+        first = self.process.stdout.readline()
+        if not first.startswith("listening on http://127.0.0.1:"):
+            self.end()
+            raise AssertionError(f"first line {first!r}; {self.log_text()}")
+        self.url = first.split()[-1]
+        self.port = int(self.url.rsplit(":", 1)[1])
+        if wait:
+            self.wait_ready()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.end()
+
+    def wait_ready(self):
+        end = time.monotonic() + PATIENCE
+        while curl(self.url + "/readyz").status != 200:
+            if time.monotonic() > end or self.process.poll() is not None:
+                raise AssertionError("the server did not become ready: " + self.log_text())
+
+    def log_text(self):
+        self.log.seek(0)
+        return self.log.read().decode("utf-8", "replace")
+
+    def signal(self, number=signal.SIGTERM):
+        self.process.send_signal(number)
+
+    def wait(self):
+        return self.process.wait(timeout=PATIENCE)
+
+    def stop(self):
+        """SIGTERM; returns the exit code."""
+        self.signal()
+        return self.wait()
+
+    def kill(self):
+        self.process.kill()
+        return self.wait()
+
+    def end(self):
+        """Whatever happened, nothing stays behind."""
+        if self.process.poll() is None:
+            self.process.terminate()
+            try:
+                self.process.wait(timeout=PATIENCE)
+            except subprocess.TimeoutExpired:
+                self.process.kill()
+                self.process.wait()
+        self.process.stdout.close()
+
+    def ask(self, path, *arguments, **options):
+        return curl(self.url + path, *arguments, **options)
+
+    def put(self, scene, body, *arguments):
+        return self.ask(f"/v1/scenes/{scene}", "-X", "PUT", "-H", GLB_TYPE, *arguments, body=body)
+
+    def query(self, scene, kind, body, *arguments):
+        if not isinstance(body, (str, bytes)):
+            body = json.dumps(body)
+        return self.ask(f"/v1/scenes/{scene}/rays:{kind}", "-H", JSON_TYPE, *arguments, body=body)
+
+    def closest(self, scene, *rays, fields=None):
+        """The hits of rays given as (origin, direction)."""
+        body = {"rays": [{"origin": origin, "direction": direction} for origin, direction in rays]}
+        if fields:
+            body["fields"] = fields
+        answer = self.query(scene, "closest", body)
+        if answer.status != 200:
+            raise AssertionError(f"{answer.status} {answer.body}")
+        return answer.json()["hits"]
+
+    def connect(self):
+        connection = socket.create_connection(("127.0.0.1", self.port), timeout=PATIENCE)
+        return connection
+
+
+def read_answer(stream):
+    """The next HTTP answer on a binary stream of a socket (with Content-Length, or without body);
+    None at its end."""
+    line = stream.readline()
+    if not line:
+        return None
+    status, headers = int(line.split()[1]), {}
+    while (line := stream.readline().strip()):
+        name, _, value = line.decode("latin-1").partition(":")
+        headers[name.lower()] = value.strip()
+    return Answer(status, headers, stream.read(int(headers.get("content-length", 0))))
+
+
+def demo_glb(name):
+    """The bytes of a demo scene, by the program itself."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, "demo.glb")
+        subprocess.run([BINARY, "demo", name, file], check=True, timeout=PATIENCE)
+        return file.read_bytes()

@@ -1,0 +1,57 @@
+#include "server/hit_terms.h"
+
+#include <gtest/gtest.h>
+
+namespace sightline {
+namespace {
+
+/// Two placements of one mesh of two primitives: file primitives 1 (two triangles) and 4 (one).
+std::shared_ptr<const Scene> sample() {
+  auto mesh = std::make_shared<Mesh>();
+  mesh->name = "chair";
+  mesh->file_mesh = 5;
+  mesh->positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  mesh->indices = {0, 1, 2, 0, 1, 3, 0, 2, 3};
+  mesh->primitives = {{0, 2, 1, kNone}, {2, 1, 4, 1}};
+  SceneDescription description;
+  description.meshes = {mesh};
+  description.nodes = {{"room", 2, 0xffffffffu, {}}, {"", 7, 0, {}}};
+  description.instances = {{0, 0, {}}, {0, 1, {}}};
+  description.materials = {{"wood", false}, {"cloth", true}};
+  auto scene = Scene::build(std::move(description));
+  return scene ? *scene : nullptr;
+}
+
+TEST(HitTerms, names_hits_as_the_file_does) {
+  HitBatch hits;
+  hits.resize(3);
+  hits.instance = {0, kNone, 1};
+  hits.triangle = {1, kNone, 2};
+  FieldSet all;
+  for (const HitField field : all_hit_fields()) all.add(field);
+  const auto scene = sample();
+  const HitTerms terms = hit_terms(*scene, hits, all);
+  EXPECT_EQ(terms.node_name, (std::vector<std::string_view>{"room", "", ""}));
+  EXPECT_EQ(terms.node, (Column<std::uint32_t>{2, kNone, 7}));
+  EXPECT_EQ(terms.mesh_name, (std::vector<std::string_view>{"chair", "", "chair"}));
+  EXPECT_EQ(terms.mesh, (Column<std::uint32_t>{5, kNone, 5}));
+  EXPECT_EQ(terms.primitive, (Column<std::uint32_t>{1, kNone, 4}));
+  EXPECT_EQ(terms.triangle, (Column<std::uint32_t>{1, kNone, 0}));
+  EXPECT_EQ(terms.material, (Column<std::uint32_t>{kNone, kNone, 1}));
+  EXPECT_EQ(terms.material_name, (std::vector<std::string_view>{"", "", "cloth"}));
+}
+
+TEST(HitTerms, fills_nothing_that_was_not_asked_for) {
+  HitBatch hits;
+  hits.resize(1);
+  hits.instance = {0};
+  hits.triangle = {0};
+  const auto scene = sample();
+  const HitTerms terms = hit_terms(*scene, hits, {HitField::kT, HitField::kMesh});
+  EXPECT_EQ(terms.mesh_name.size(), 1u);
+  EXPECT_TRUE(terms.mesh.empty() && terms.node.empty() && terms.node_name.empty());
+  EXPECT_TRUE(terms.primitive.empty() && terms.triangle.empty() && terms.material.empty());
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,154 @@
+#include "server/http_server.h"
+
+#include <gtest/gtest.h>
+#include <spdlog/logger.h>
+#include <spdlog/sinks/null_sink.h>
+
+#include <future>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <thread>
+
+#include "server/routes.h"
+
+namespace sightline {
+namespace {
+
+/// A server on a free port, ended with the object.
+class Running {
+ public:
+  explicit Running(HttpServer::Dispatch dispatch)
+      : server_({.workers = 8, .idle = std::chrono::seconds(60), .timeouts = {}},
+                std::move(dispatch),
+                [this](const std::string&, const std::string& what) { thrown_ = what; }) {
+    const auto port = server_.bind({"127.0.0.1", 0});
+    EXPECT_TRUE(port.ok());
+    port_ = port.ok() ? *port : 0;
+    thread_ = std::thread([this] { server_.serve(); });
+  }
+  ~Running() {
+    server_.stop();
+    thread_.join();
+  }
+  httplib::Client client() const { return httplib::Client("127.0.0.1", port_); }
+  const std::string& thrown() const { return thrown_; }
+
+ private:
+  HttpServer server_;
+  std::string thrown_;
+  int port_ = 0;
+  std::thread thread_;
+};
+
+TEST(HttpServer, lets_two_servers_live_in_one_process) {
+  Running first([](Exchange& exchange) { exchange.reply_json(200, "1"); });
+  Running second([](Exchange& exchange) { exchange.reply_json(200, "2"); });
+  EXPECT_EQ(first.client().Get("/")->body, "1");
+  EXPECT_EQ(second.client().Get("/")->body, "2");
+}
+
+TEST(HttpServer, tells_nobody_what_an_exception_said) {
+  Running server([](Exchange&) { throw std::runtime_error("the secret"); });
+  const auto answer = server.client().Get("/");
+  ASSERT_TRUE(answer);
+  EXPECT_EQ(answer->status, 500);
+  EXPECT_EQ(answer->get_header_value("Content-Type"), "application/problem+json");
+  EXPECT_EQ(nlohmann::json::parse(answer->body)["code"], "INTERNAL");
+  EXPECT_EQ(answer->body.find("secret"), std::string::npos);
+  for (const auto& [name, value] : answer->headers) {
+    EXPECT_EQ(value.find("secret"), std::string::npos) << name;
+  }
+  EXPECT_EQ(server.thrown(), "the secret");
+}
+
+TEST(HttpServer, says_507_when_memory_is_full) {
+  Running server([](Exchange&) { throw std::bad_alloc(); });
+  EXPECT_EQ(server.client().Get("/")->status, 507);
+}
+
+TEST(HttpServer, stops_before_it_has_begun_to_serve) {
+  HttpServer server(
+      {.workers = 8, .idle = std::chrono::seconds(60), .timeouts = {}}, [](Exchange&) {},
+      [](const auto&, const auto&) {});
+  ASSERT_TRUE(server.bind({"127.0.0.1", 0}).ok());
+  server.stop();
+  server.serve();  // returns
+}
+
+TEST(HttpServer, sends_large_answers_whole) {
+  const std::string large(20 << 20, 'x');
+  Running server([&](Exchange& exchange) { exchange.reply_json(200, large); });
+  EXPECT_TRUE(server.client().Get("/")->body == large);
+}
+
+/// The routes over a store whose loader waits until it is told to go on.
+class SlowStore : public testing::Test {
+ protected:
+  SlowStore() : log_("test", std::make_shared<spdlog::sinks::null_sink_mt>()) {
+    engine_ = std::move(*Engine::create({.threads = 1, .kernel = {}}));
+    store_ = std::move(*SceneStore::open({},
+                                         [this](std::span<const std::byte>, const SceneChoice&) {
+                                           begun_.set_value();
+                                           go_on_.get_future().wait();
+                                           return Scene::build({});
+                                         },
+                                         {}));
+    service_.reset(new Service{*engine_, *store_, log_, {}, {}, {}});
+    add_health_routes(router_, *service_);
+    add_scene_routes(router_, *service_);
+    add_ray_routes(router_, *service_);
+  }
+
+  std::promise<void> begun_, go_on_;
+  spdlog::logger log_;
+  std::unique_ptr<Engine> engine_;
+  std::unique_ptr<SceneStore> store_;
+  std::unique_ptr<Service> service_;
+  Router router_;
+};
+
+TEST_F(SlowStore, answers_409_with_retry_after_while_a_scene_is_loading) {
+  Running server([&](Exchange& exchange) { router_.dispatch(exchange); });
+  auto put = std::async(std::launch::async, [&] {
+    return server.client().Put("/v1/scenes/slow", "bytes", "model/gltf-binary")->status;
+  });
+  begun_.get_future().wait();
+  auto client = server.client();
+  const auto scene = client.Get("/v1/scenes/slow");
+  EXPECT_EQ(scene->status, 200);
+  EXPECT_EQ(nlohmann::json::parse(scene->body)["state"], "loading");
+  for (const char* kind : {"closest", "any"}) {
+    const auto asked = client.Post(std::string("/v1/scenes/slow/rays:") + kind, R"({"rays":[]})",
+                                   "application/json");
+    EXPECT_EQ(asked->status, 409);
+    EXPECT_EQ(nlohmann::json::parse(asked->body)["code"], "SCENE_LOADING");
+    EXPECT_EQ(asked->get_header_value("Retry-After"), "1");
+  }
+  const auto removed = client.Delete("/v1/scenes/slow");
+  EXPECT_EQ(removed->status, 409);
+  EXPECT_EQ(removed->get_header_value("Retry-After"), "1");
+  go_on_.set_value();
+  EXPECT_EQ(put.get(), 201);
+  EXPECT_EQ(client.Post("/v1/scenes/slow/rays:any", R"({"rays":[]})", "application/json")->status,
+            200);
+}
+
+TEST_F(SlowStore, answers_503_when_a_request_was_cancelled_and_504_when_it_took_too_long) {
+  Running server([&](Exchange& exchange) { router_.dispatch(exchange); });
+  go_on_.set_value();
+  ASSERT_EQ(server.client().Put("/v1/scenes/s", "bytes", "model/gltf-binary")->status, 201);
+  const auto ask = [&] {
+    return server.client().Post("/v1/scenes/s/rays:closest",
+                                R"({"rays":[{"origin":[0,0,0],"direction":[0,0,1]}]})",
+                                "application/json");
+  };
+  service_->limits.request = std::chrono::milliseconds(-1);
+  EXPECT_EQ(ask()->status, 504);
+  EXPECT_EQ(nlohmann::json::parse(ask()->body)["code"], "DEADLINE");
+  service_->cancelled.cancel();
+  EXPECT_EQ(ask()->status, 503);
+  EXPECT_EQ(nlohmann::json::parse(ask()->body)["code"], "CANCELLED");
+}
+
+}  // namespace
+}  // namespace sightline
