@@ -88,7 +88,7 @@ void add_tube(DemoMesh& mesh, const Vec3d* points, int count, double radius) {
   for (std::uint32_t i = 0; i + 1 < static_cast<std::uint32_t>(count); ++i) {
     for (std::uint32_t k = 0; k < 4; ++k) {
       const std::uint32_t p = first + i * 4 + k, q = first + i * 4 + (k + 1) % 4;
-      add_quad(mesh, p, p + 4, q + 4, q);
+      add_quad(mesh, p, q, q + 4, p + 4);
     }
   }
 }

@@ -8,6 +8,7 @@
 
 #include "core/demo/demo.h"
 #include "core/demo/random.h"
+#include "core/demo/shapes.h"
 #include "tests/support/golden_hash.h"
 
 namespace sightline::demo {
@@ -119,9 +120,28 @@ TEST(DemoScenes, are_the_same_bytes_on_every_machine_and_compiler) {
   EXPECT_EQ(hash(town()), 0x188a22eeac9055feu);
   EXPECT_EQ(hash(terrain(5000)), 0xe7867202ce336a37u);
   EXPECT_EQ(hash(soup(5000)), 0x7a0c173df5b3099fu);
-  EXPECT_EQ(hash(city(20000)), 0xe7ee8e0cb16f5392u);
+  EXPECT_EQ(hash(city(20000)), 0x84f22715569db1d2u);
   EXPECT_EQ(hash(sphere(1200)), 0x5859994648457b4au);
   EXPECT_EQ(hash(instances(100, 300)), 0xe37a25f623ce5e80u);
+}
+
+TEST(Shapes, are_wound_outwards) {
+  DemoMesh box, frustum, cone, tube;
+  add_box(box, {-1, -2, -3}, {4, 5, 6});
+  add_column(frustum, 4, 7, -7, 0, 3, 1, 0.5);
+  add_column(cone, 8, 7, -7, 0, 3, 1, 0);
+  for (const DemoMesh& mesh : {box, frustum, cone}) {
+    EXPECT_TRUE(closed(mesh));
+    EXPECT_GT(signed_volume(mesh), 0);
+  }
+  EXPECT_EQ(signed_volume(box), 6 * 5 * 7 * 9);
+  for (const Vec3d& end : {Vec3d{9, 1, 0}, Vec3d{-9, 1, 0}, Vec3d{1, 2, 9}, Vec3d{1, 2, -9}}) {
+    const Vec3d points[2] = {{0, 0, 0}, end};
+    tube = {};
+    add_tube(tube, points, 2, 0.5);
+    EXPECT_EQ(tube.indices.size() / 3, 8u);
+    EXPECT_GT(signed_volume(tube), 0);
+  }
 }
 
 TEST(Ball, is_closed_and_wound_outwards) {
