@@ -17,6 +17,34 @@ bool exact_hit_of(const RayQuestion& question, TriangleId id, ExactT& t) {
 
 }  // namespace
 
+namespace {
+
+/// Whether both triangles lie in one plane across an axis: a ray that meets both meets them at one
+/// t. Boxes that stand flush are the commonest tie there is, and this the cheapest way to see it.
+bool in_one_axis_plane(const Triangle& a, const Triangle& b) {
+  for (int k = 0; k < 3; ++k) {
+    const double x = a.v0[k];
+    if (a.v1[k] == x && a.v2[k] == x && b.v0[k] == x && b.v1[k] == x && b.v2[k] == x) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+void ClosestHit::settle(const RayQuestion& question, const Candidate& other, Interval other_tau) {
+  const TriangleId id = other.id();
+  if (id == candidate.id()) return;
+  // A ray inside that plane has no certain hits, so both t are the plane's.
+  if (found() && in_one_axis_plane(question.scene.world_triangle(id),
+                                   question.scene.world_triangle(candidate.id()))) {
+    if (id < candidate.id()) candidate = other;
+    // Either interval contains the common t.
+    tau = {std::max(tau.low, other_tau.low), std::min(tau.high, other_tau.high)};
+    return;
+  }
+  examine(question, other);
+}
+
 void ClosestHit::examine(const RayQuestion& question, const Candidate& other) {
   const TriangleId id = other.id();
   if (found() && id == candidate.id()) return;

@@ -51,7 +51,7 @@ struct ClosestHit {
   bool found() const { return candidate.instance != kNone; }
 
   /// Takes a triangle that is certainly met, at a tau inside the interval and certainly within the
-  /// limits, if the intervals tell. False if they do not: then `examine` does.
+  /// limits, if the intervals tell. False if they do not: then `settle` does.
   bool accept(const Candidate& other, Interval other_tau) {
     if (other_tau.high < tau.low) {
       tau = other_tau;
@@ -60,6 +60,8 @@ struct ClosestHit {
     }
     return other_tau.low > tau.high;
   }
+  /// Decides between the best and a certain hit whose intervals overlap.
+  void settle(const RayQuestion& question, const Candidate& other, Interval other_tau);
   /// Decides exactly whether a triangle is met and beats the best.
   void examine(const RayQuestion& question, const Candidate& other);
 };

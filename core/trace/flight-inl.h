@@ -203,14 +203,13 @@ class Flight {
   }
 
   HWY_INLINE void take_closest(Slot& slot, const LeafBlock& block, const LeafVerdict& verdict) {
-    std::uint32_t examine = verdict.examine;
     for (std::uint32_t rest = verdict.accept; rest != 0; rest &= rest - 1) {
       const auto lane = static_cast<std::uint32_t>(std::countr_zero(rest));
       const Candidate candidate{&block, lane, placement_.instance};
-      if (!slot.best.accept(candidate, {verdict.low[lane], verdict.high[lane]}))
-        examine |= 1u << lane;
+      const Interval tau{verdict.low[lane], verdict.high[lane]};
+      if (HWY_UNLIKELY(!slot.best.accept(candidate, tau))) settle_closest(slot, candidate, tau);
     }
-    if (HWY_UNLIKELY(examine != 0)) examine_closest(slot, block, examine);
+    if (HWY_UNLIKELY(verdict.examine != 0)) examine_closest(slot, block, verdict.examine);
 
     // Siblings that are now too far leave the stack, so that taking one needs no test.
     const float limit = slot.ray.box.limit(slot.best.bound());
@@ -223,6 +222,12 @@ class Flight {
       kept += slot.near[i] <= limit ? 1 : 0;
     }
     slot.waiting = kept;
+  }
+
+  HWY_NOINLINE void settle_closest(Slot& slot, const Candidate& candidate, Interval tau) {
+    const AnchoredRay anchored = anchor_ray(rays_[slot.number], scene_.tree().bounds);
+    const RayQuestion question{scene_, rays_[slot.number], anchored, counts_.decisions};
+    slot.best.settle(question, candidate, tau);
   }
 
   HWY_NOINLINE void examine_closest(Slot& slot, const LeafBlock& block, std::uint32_t examine) {

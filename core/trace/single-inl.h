@@ -34,16 +34,15 @@ struct TakeClosest {
 
   double bound() const { return best.bound(); }
   bool take(const LeafBlock& block, std::uint32_t instance, const LeafVerdict& verdict) {
-    std::uint32_t examine = verdict.examine;
     for (std::uint32_t rest = verdict.accept; rest != 0; rest &= rest - 1) {
       const auto lane = static_cast<std::uint32_t>(std::countr_zero(rest));
-      if (!best.accept({&block, lane, instance}, {verdict.low[lane], verdict.high[lane]})) {
-        examine |= 1u << lane;
-      }
+      const Candidate candidate{&block, lane, instance};
+      const Interval tau{verdict.low[lane], verdict.high[lane]};
+      if (!best.accept(candidate, tau)) best.settle(question, candidate, tau);
     }
-    for (; examine != 0; examine &= examine - 1) {
+    for (std::uint32_t rest = verdict.examine; rest != 0; rest &= rest - 1) {
       best.examine(question,
-                   {&block, static_cast<std::uint32_t>(std::countr_zero(examine)), instance});
+                   {&block, static_cast<std::uint32_t>(std::countr_zero(rest)), instance});
     }
     return false;
   }

@@ -194,5 +194,34 @@ TEST(Kernel, answers_like_the_exact_predicate_on_every_triangle) {
   }
 }
 
+TEST(Kernel, visits_no_more_for_a_ray_from_very_far_away) {
+  std::mt19937_64 random(9);
+  const auto scene = make_scene({"uniform", 1, 0, false, {}}, random);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (const double distance : {1e4, 1e8, 1e12}) {
+    RayBatch near, far;
+    for (int i = 0; i < 2000; ++i) {
+      const Vec3d target{uniform(random), uniform(random), uniform(random)};
+      const Vec3d d{uniform(random), uniform(random), uniform(random)};
+      near.push_back({{target.x - 3 * d.x, target.y - 3 * d.y, target.z - 3 * d.z}, d});
+      far.push_back(
+          {{target.x - distance * d.x, target.y - distance * d.y, target.z - distance * d.z}, d});
+    }
+    for (const Kernel& kernel : supported_kernels()) {
+      HitBatch hits;
+      hits.resize(near.size());
+      TraceCounts from_near, from_far;
+      kernel.closest(*scene, near, 0, near.size(), hits, from_near);
+      kernel.closest(*scene, far, 0, far.size(), hits, from_far);
+      EXPECT_LE(from_far.nodes, 4 * from_near.nodes) << kernel.name << " from " << distance;
+      EXPECT_LE(from_far.blocks, 4 * from_near.blocks) << kernel.name << " from " << distance;
+      std::printf("%-9s from %g: nodes %.2f times, blocks %.2f times those from nearby\n",
+                  std::string(kernel.name).c_str(), distance,
+                  static_cast<double>(from_far.nodes) / static_cast<double>(from_near.nodes),
+                  static_cast<double>(from_far.blocks) / static_cast<double>(from_near.blocks));
+    }
+  }
+}
+
 }  // namespace
 }  // namespace sightline
