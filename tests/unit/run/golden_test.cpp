@@ -142,7 +142,7 @@ struct Golden {
 
 const Golden kGolden[] = {
     {"town", [] { return demo::town(); }, 0xa6873cb9ab7991fa},
-    {"city", [] { return demo::city(20000); }, 0xbc1c99c145c5dce7},
+    {"city", [] { return demo::city(20000); }, 0x5ebe8ce5b5573489},
     {"terrain", [] { return demo::terrain(20000); }, 0x9d161d2537e332e4},
     {"instances", [] { return demo::instances(50, 300); }, 0xe0a1f6920213cdf8},
 };
