@@ -1,0 +1,88 @@
+#include <algorithm>
+#include <cstdio>
+
+#include "core/trace/kernel.h"
+#include "tests/bench/contestant.h"
+
+namespace sightline::bench {
+
+namespace {
+
+struct BatchSize {
+  const char* name;
+  std::size_t rays;
+};
+constexpr BatchSize kBatchSizes[] = {
+    {"sightline", 262'144}, {"sightline_1024", 1'024}, {"sightline_64", 64}, {"sightline_1", 1}};
+
+/// Calls the kernel as one thread of the engine does, a batch at a time.
+class SightlineContestant : public Contestant {
+ public:
+  SightlineContestant(std::string name, std::size_t batch, const Kernel& kernel, const Scene& scene)
+      : Contestant(std::move(name)), batch_(batch), kernel_(kernel), scene_(scene) {}
+
+  bool exact() const override { return true; }
+
+  void closest(const RaySet& rays, Answers& answers) const override {
+    TraceCounts counts;
+    run_closest(rays, answers.hits, counts);
+  }
+
+  void any(const RaySet& rays, Answers& answers) const override {
+    TraceCounts counts;
+    for (std::size_t i = 0; i < rays.size(); i += batch_) {
+      kernel_.any(scene_, rays.rays, i, std::min(i + batch_, rays.size()), answers.occluded.data(),
+                  counts);
+    }
+  }
+
+  std::string explain(const RaySet& rays) const override {
+    TraceCounts counts;
+    HitBatch hits;
+    hits.resize(rays.size());
+    run_closest(rays, hits, counts);
+    const auto per_ray = [&](std::uint64_t count) {
+      return static_cast<double>(count) / static_cast<double>(rays.size());
+    };
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "%.2f nodes, %.2f blocks, %.2f placements, %.4f exact hits, %.4f exact compares",
+                  per_ray(counts.nodes), per_ray(counts.blocks), per_ray(counts.placements),
+                  per_ray(counts.decisions.exact_hits), per_ray(counts.decisions.exact_compares));
+    return std::string(kernel_.name) + ": " + text;
+  }
+
+ private:
+  void run_closest(const RaySet& rays, HitBatch& hits, TraceCounts& counts) const {
+    for (std::size_t i = 0; i < rays.size(); i += batch_) {
+      kernel_.closest(scene_, rays.rays, i, std::min(i + batch_, rays.size()), hits, counts);
+    }
+  }
+
+  std::size_t batch_;
+  Kernel kernel_;
+  const Scene& scene_;
+};
+
+}  // namespace
+
+std::vector<std::string> sightline_names() {
+  std::vector<std::string> names;
+  for (const BatchSize& size : kBatchSizes) names.emplace_back(size.name);
+  return names;
+}
+
+std::unique_ptr<Contestant> make_sightline(const std::string& name, const std::string& kernel,
+                                           const BenchScene& scene) {
+  for (const Kernel& candidate : supported_kernels()) {
+    if (!kernel.empty() && candidate.name != kernel) continue;
+    for (const BatchSize& size : kBatchSizes) {
+      if (name == size.name) {
+        return std::make_unique<SightlineContestant>(name, size.rays, candidate, *scene.scene);
+      }
+    }
+  }
+  return nullptr;
+}
+
+}  // namespace sightline::bench
