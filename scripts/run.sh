@@ -43,10 +43,14 @@ mkdir -p "$data"
 # The first line that the server prints is its address; a pipe hands it over as soon as it is there.
 lines=$(mktemp -u)
 mkfifo -m 600 "$lines"
-build/release/sightline serve --listen "127.0.0.1:$port" --data "$data" \
+# A session of its own: Ctrl-C then reaches this script only, which tells the server once to stop.
+setsid build/release/sightline serve --listen "127.0.0.1:$port" --data "$data" \
   --preload town=demo:town --preload six=demo:six >"$lines" &
 server=$!
-trap 'kill -TERM "$server" 2>/dev/null || true' INT TERM
+interrupted=no
+stop() { kill -TERM "$server" 2>/dev/null || true; }
+trap 'interrupted=yes; stop' INT TERM HUP
+trap stop EXIT
 exec 4<"$lines"
 rm -f "$lines"
 if ! read -r first <&4; then
@@ -65,19 +69,18 @@ done
 
 cat <<TEXT
 
-Ready. Ask it from another terminal: what lies straight below a point above the town?
+Ready. From another terminal, ask what lies straight below a point above the town:
 
-curl -s $url/v1/scenes/town/rays:closest -H 'Content-Type: application/json' -d '{"rays":[{"origin":[3,200,5],"direction":[0,-1,0]}],"fields":["t","position","normal","node","mesh"]}'
+curl -s $url/v1/scenes/town/rays:closest -H 'Content-Type: application/json' -d '{"rays":[{"origin":[3,200,5],"direction":[0,-1,0]}]}'
 
-It answers with one hit: t, position, normal, and the names of the node and the mesh that were met.
-Scenes that you PUT are kept in $data. Ctrl-C stops the server.
+It answers with one hit: t 199.75, its position, the normal, and the names of the node ("market square")
+and the mesh. Scenes that you PUT are kept in $data. Ctrl-C stops the server.
 TEXT
 
-# A signal ends wait early; the server then finishes what it is answering.
-code=0
-wait "$server" || code=$?
-while kill -0 "$server" 2>/dev/null; do
+# A signal ends wait early; the server then finishes what it is answering, and is waited for again.
+while :; do
   code=0
   wait "$server" || code=$?
+  [ "$interrupted" = yes ] || exit "$code"
+  interrupted=no
 done
-exit "$code"
