@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Proves that the install step lacks no package: makes a Debian 12 root that has nothing but
 # debootstrap's minbase in it, puts a clone of the committed tree there, runs scripts/run.sh, pastes
-# the curl line that it prints, and runs scripts/test.sh. Prints how long each took.
+# the curl line that it prints, puts two larger scenes where there are any ($SIGHTLINE_DATA, default
+# ../shared/data), and runs scripts/test.sh without them. Prints how long each took.
 #
 #   scripts/bare_check.sh [--keep] [-- ARGUMENTS OF test.sh]
 #
@@ -39,6 +40,11 @@ debootstrap --variant=minbase bookworm "$root" "${mirror:-http://deb.debian.org/
 apt-config dump --format '%f "%v";%n' | grep -E '^Acquire::(https?|Check|Retries)' \
   >"$root/etc/apt/apt.conf.d/90host" || true
 cp -L /etc/resolv.conf /etc/hosts "$root/etc/"
+scenes=${SIGHTLINE_DATA:-../shared/data}/scenes
+mkdir -p "$root/root/scenes"
+for name in furnished_house jacksboro_dem; do
+  [ ! -f "$scenes/$name.glb" ] || cp "$scenes/$name.glb" "$root/root/scenes/"
+done
 git clone --quiet --no-hardlinks . "$root/root/sightline"
 echo "bare root with $(git rev-parse --short HEAD): $((SECONDS - started)) s, $(chroot "$root" dpkg-query -W | wc -l) packages"
 
@@ -72,6 +78,20 @@ inside '
     echo "$answer"
     for word in hits t position normal node mesh; do
       case $answer in *"\"$word\""*) ;; *) echo "no $word in the answer"; exit 1 ;; esac
+    done
+    url=$(grep -o "http://[0-9.:]*" /root/run.log | head -n 1)
+    for file in /root/scenes/*.glb; do
+      [ -f "$file" ] || continue
+      name=$(basename "$file" .glb)
+      curl -fsS -o /dev/null -X PUT -H "Content-Type: model/gltf-binary" --data-binary "@$file" "$url/v1/scenes/$name"
+      case $name in
+        furnished_house) origin=5.2,100,4.7 ;;
+        *) origin=15000,5000,15000 ;;
+      esac
+      answer=$(curl -fsS -H "Content-Type: application/json" "$url/v1/scenes/$name/rays:closest" \
+        -d "{\"rays\":[{\"origin\":[$origin],\"direction\":[0,-1,0]}]}")
+      echo "$name: $answer"
+      case $answer in *"\"t\""*) ;; *) echo "no hit"; exit 1 ;; esac
     done
     kill -TERM $run
     code=0
