@@ -1,0 +1,81 @@
+#include "tests/crosscheck/embree_scene.h"
+
+#include <cmath>
+#include <limits>
+
+namespace sightline::crosscheck {
+namespace {
+
+bool finite_as_float(const Vec3d& v) {
+  return std::isfinite(static_cast<float>(v.x)) && std::isfinite(static_cast<float>(v.y)) &&
+         std::isfinite(static_cast<float>(v.z));
+}
+
+RTCRay rounded(const Ray& ray) {
+  RTCRay result{};
+  result.org_x = static_cast<float>(ray.origin.x);
+  result.org_y = static_cast<float>(ray.origin.y);
+  result.org_z = static_cast<float>(ray.origin.z);
+  result.dir_x = static_cast<float>(ray.direction.x);
+  result.dir_y = static_cast<float>(ray.direction.y);
+  result.dir_z = static_cast<float>(ray.direction.z);
+  result.tnear = static_cast<float>(ray.tmin);
+  result.tfar = static_cast<float>(ray.tmax);
+  result.mask = 0xffffffffu;
+  return result;
+}
+
+}  // namespace
+
+EmbreeScene::EmbreeScene(std::span<const oracle::Triangle> triangles, bool robust)
+    : device_(rtcNewDevice("threads=2")), scene_(rtcNewScene(device_)) {
+  if (robust) rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
+  RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
+  const std::size_t count = triangles.size();
+  auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), 3 * count));
+  auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), count));
+  for (std::size_t i = 0; i < count; ++i) {
+    for (const Vec3d& v : {triangles[i].v0, triangles[i].v1, triangles[i].v2}) {
+      for (int axis = 0; axis < 3; ++axis) *vertices++ = static_cast<float>(v[axis]);
+    }
+    for (std::size_t k = 0; k < 3; ++k) *indices++ = static_cast<std::uint32_t>(3 * i + k);
+  }
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometry(scene_, geometry);
+  rtcReleaseGeometry(geometry);
+  rtcCommitScene(scene_);
+}
+
+EmbreeScene::~EmbreeScene() {
+  rtcReleaseScene(scene_);
+  rtcReleaseDevice(device_);
+}
+
+bool EmbreeScene::accepts(const Ray& ray) {
+  return finite_as_float(ray.origin) && finite_as_float(ray.direction) && ray.tmin >= 0 &&
+         std::isfinite(static_cast<float>(ray.tmin));
+}
+
+std::optional<EmbreeHit> EmbreeScene::closest(const Ray& ray) const {
+  RTCIntersectContext context{};
+  rtcInitIntersectContext(&context);
+  RTCRayHit query{};
+  query.ray = rounded(ray);
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  query.hit.primID = RTC_INVALID_GEOMETRY_ID;
+  rtcIntersect1(scene_, &context, &query);
+  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+  return EmbreeHit{query.hit.primID, query.ray.tfar};
+}
+
+bool EmbreeScene::any(const Ray& ray) const {
+  RTCIntersectContext context{};
+  rtcInitIntersectContext(&context);
+  RTCRay query = rounded(ray);
+  rtcOccluded1(scene_, &context, &query);
+  return query.tfar < 0;
+}
+
+}  // namespace sightline::crosscheck

@@ -1,0 +1,43 @@
+#pragma once
+/// Embree 3 over the same triangles, rounded to float32: a contestant, never a judge.
+
+#include <embree3/rtcore.h>
+
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "core/query/ray_batch.h"
+#include "tests/oracle/exact_triangle.h"
+
+namespace sightline::crosscheck {
+
+struct EmbreeHit {
+  std::size_t triangle = 0;
+  float t = 0;
+};
+
+/// One Embree scene; may be asked from many threads at once.
+class EmbreeScene {
+ public:
+  /// Every corner is rounded to float32. Non-finite ones stay as they are: Embree leaves their
+  /// triangles out.
+  EmbreeScene(std::span<const oracle::Triangle> triangles, bool robust);
+  ~EmbreeScene();
+  EmbreeScene(const EmbreeScene&) = delete;
+  EmbreeScene& operator=(const EmbreeScene&) = delete;
+
+  /// Debian builds Embree with its assertions on: a ray that is not finite in float32 or has a
+  /// negative tmin aborts the process. Such a ray must not be asked.
+  static bool accepts(const Ray& ray);
+
+  // Precondition: accepts(ray). The ray is rounded to float32.
+  std::optional<EmbreeHit> closest(const Ray& ray) const;
+  bool any(const Ray& ray) const;
+
+ private:
+  RTCDevice device_ = nullptr;
+  RTCScene scene_ = nullptr;
+};
+
+}  // namespace sightline::crosscheck
