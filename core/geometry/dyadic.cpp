@@ -1,5 +1,6 @@
 #include "core/geometry/dyadic.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -171,43 +172,54 @@ double approximate_quotient(const Dyadic& numerator, const Dyadic& denominator) 
   return numerator.sign_ * denominator.sign_ < 0 ? -quotient : quotient;
 }
 
+namespace {
+
+bool is_odd(double x) { return (std::bit_cast<std::uint64_t>(x) & 1) != 0; }
+
+/// Moves `guess` (not negative, finite) to the float64 nearest to a positive number that is known
+/// by comparison only: `order(x)` is the sign of the number minus x, for midpoints x of neighbours.
+/// Ties go to even; above the largest float64 the gap continues as if the next number were 2^1024.
+template <class Order>
+double settle(double guess, Order order) {
+  const Dyadic half(0.5);
+  for (;;) {
+    const double above = std::nextafter(guess, std::numeric_limits<double>::infinity());
+    const double gap = std::isinf(above) ? std::ldexp(1.0, 971) : above - guess;
+    const int over = order(Dyadic(guess) + Dyadic(gap) * half);
+    if (over > 0 || (over == 0 && is_odd(guess))) {
+      if (std::isinf(above)) return above;
+      guess = above;
+      continue;
+    }
+    if (guess == 0) return guess;
+    const double below = std::nextafter(guess, 0.0);
+    const int under = order(Dyadic(guess) - Dyadic(guess - below) * half);
+    if (under > 0 || (under == 0 && !is_odd(guess))) return guess;
+    guess = below;
+  }
+}
+
+}  // namespace
+
 double round_quotient(const Dyadic& numerator, const Dyadic& denominator) {
   if (numerator.sign() == 0) return 0.0;
   const Dyadic n = numerator.abs();
   const Dyadic d = denominator.abs();
-  const double sign = numerator.sign() * denominator.sign() < 0 ? -1.0 : 1.0;
-
   // A first guess from the leading 64 bits is within a few units in the last place.
-  const double kMax = std::numeric_limits<double>::max();
-  double guess = approximate_quotient(n, d);
-  if (!(guess <= kMax)) guess = kMax;
+  const double guess = std::min(approximate_quotient(n, d), std::numeric_limits<double>::max());
+  const double rounded = settle(guess, [&](const Dyadic& x) { return compare(n, x * d); });
+  if (rounded == 0) return 0.0;
+  return numerator.sign() * denominator.sign() < 0 ? -rounded : rounded;
+}
 
-  // Move the guess until the quotient lies between the midpoints on either side of it.
-  const auto odd = [](double x) { return (std::bit_cast<std::uint64_t>(x) & 1) != 0; };
-  const Dyadic half(0.5);
-  for (;;) {
-    // Half of the gap above: the gap is a power of two, so the midpoint is a dyadic number. Above
-    // the largest float64 the gap continues as if the next number were 2^1024.
-    const double above = std::nextafter(guess, std::numeric_limits<double>::infinity());
-    const double gap_above = std::isinf(above) ? std::ldexp(1.0, 971) : above - guess;
-    const Dyadic upper = Dyadic(guess) + Dyadic(gap_above) * half;
-    const int over = compare(n, upper * d);
-    if (over > 0 || (over == 0 && odd(guess))) {
-      if (std::isinf(above)) return sign * above;
-      guess = above;
-      continue;
-    }
-    if (guess == 0) break;
-    const double below = std::nextafter(guess, 0.0);
-    const Dyadic lower = Dyadic(guess) - Dyadic(guess - below) * half;
-    const int under = compare(n, lower * d);
-    if (under < 0 || (under == 0 && odd(guess))) {
-      guess = below;
-      continue;
-    }
-    break;
-  }
-  return guess == 0 ? 0.0 : sign * guess;
+double round_over_root(const Dyadic& numerator, const Dyadic& square) {
+  if (numerator.sign() == 0) return 0.0;
+  const Dyadic n2 = numerator * numerator;
+  const double guess = std::min(std::sqrt(approximate_quotient(n2, square)), 1.0);
+  const double rounded =
+      settle(guess, [&](const Dyadic& x) { return compare(n2, x * x * square); });
+  if (rounded == 0) return 0.0;
+  return numerator.sign() < 0 ? -rounded : rounded;
 }
 
 }  // namespace sightline

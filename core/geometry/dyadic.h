@@ -59,6 +59,10 @@ class Dyadic {
   /// quickly. Beyond the largest float64 an infinity.
   friend double approximate_quotient(const Dyadic& numerator, const Dyadic& denominator);
 
+  /// numerator / sqrt(square), of magnitude at most 1, rounded once to the nearest float64, ties to
+  /// even. Preconditions: square is positive and at least numerator squared.
+  friend double round_over_root(const Dyadic& numerator, const Dyadic& square);
+
  private:
   void copy(const Dyadic& other);
   void trim();

@@ -172,18 +172,10 @@ ExactDetail exact_detail(const Vec3d& origin, const Vec3d& direction, const Tria
   detail.position = {coordinate(origin.x, direction.x), coordinate(origin.y, direction.y),
                      coordinate(origin.z, direction.z)};
 
-  // The normal, scaled by its largest component before it is rounded: three correctly rounded
-  // numbers in [-1, 1], at least one of them +-1. Normalising adds at most five rounding errors.
   const Vector n = normal_of(triangle);
-  Dyadic largest = n[0].abs();
-  for (std::size_t k = 1; k < 3; ++k) {
-    if (largest < n[k].abs()) largest = n[k].abs();
-  }
-  const double x = round_quotient(n[0], largest);
-  const double y = round_quotient(n[1], largest);
-  const double z = round_quotient(n[2], largest);
-  const double length = std::sqrt(x * x + y * y + z * z);
-  detail.normal = {x / length, y / length, z / length};
+  const Dyadic square = dot(n, n);
+  detail.normal = {round_over_root(n[0], square), round_over_root(n[1], square),
+                   round_over_root(n[2], square)};
   const Vector d{Dyadic(direction.x), Dyadic(direction.y), Dyadic(direction.z)};
   detail.front = dot(d, n).sign() < 0;
 

@@ -48,9 +48,9 @@ bool is_degenerate(const Triangle& triangle);
 /// gave t for the same ray and triangle.
 struct ExactDetail {
   Vec3d position;  ///< each coordinate correctly rounded
-  Vec3d normal;
-  double u = 0;  ///< correctly rounded
-  double v = 0;  ///< correctly rounded
+  Vec3d normal;    ///< each component of n / |n| correctly rounded
+  double u = 0;    ///< correctly rounded
+  double v = 0;    ///< correctly rounded
   bool front = true;
 };
 ExactDetail exact_detail(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle,

@@ -150,10 +150,8 @@ Status Engine::details(const Scene& scene, const RayBatch& rays, const HitBatch&
                        const Deadline& deadline, Column<HitDetail>& out) const {
   out.assign(rays.size(), {});
   return state_->run(rays.size(), deadline, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      if (!hits.hit(i)) continue;
-      out[i] = hit_detail(scene, rays[i], hits.id(i));
-    }
+    TraceCounts counts;
+    state_->kernel.details(scene, rays, begin, end, hits, out.data(), counts);
   });
 }
 

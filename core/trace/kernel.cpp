@@ -12,6 +12,7 @@
 // Highway wants its own header after foreach_target.
 #include <hwy/highway.h>
 
+#include "core/trace/detail-inl.h"
 #include "core/trace/flight-inl.h"
 #include "core/trace/single-inl.h"
 
@@ -85,6 +86,15 @@ void trace_all(const Scene& scene, const RayBatch& rays, std::size_t begin, std:
   }
 }
 
+void trace_details(const Scene& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
+                   const HitBatch& hits, HitDetail* out, TraceCounts& counts) {
+  Details details(scene, rays, hits, out, counts);
+  for (std::size_t i = begin; i < end; ++i) {
+    if (hits.hit(i)) details.add(i);
+  }
+  details.flush();
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace sightline
 HWY_AFTER_NAMESPACE();
@@ -100,20 +110,24 @@ std::vector<Kernel> supported_kernels() {
   };
   // Named one by one, best first, so that a test or a flag can force each of them.
 #if HWY_TARGETS & HWY_AVX3
-  add(HWY_AVX3, {"avx512", N_AVX3::trace_closest, N_AVX3::trace_any, N_AVX3::trace_all});
+  add(HWY_AVX3, {"avx512", N_AVX3::trace_closest, N_AVX3::trace_any, N_AVX3::trace_all,
+                 N_AVX3::trace_details});
 #endif
 #if HWY_TARGETS & HWY_AVX2
-  add(HWY_AVX2, {"avx2", N_AVX2::trace_closest, N_AVX2::trace_any, N_AVX2::trace_all});
+  add(HWY_AVX2,
+      {"avx2", N_AVX2::trace_closest, N_AVX2::trace_any, N_AVX2::trace_all, N_AVX2::trace_details});
 #endif
 #if HWY_TARGETS & HWY_SSE4
-  add(HWY_SSE4, {"sse4", N_SSE4::trace_closest, N_SSE4::trace_any, N_SSE4::trace_all});
+  add(HWY_SSE4,
+      {"sse4", N_SSE4::trace_closest, N_SSE4::trace_any, N_SSE4::trace_all, N_SSE4::trace_details});
 #endif
 #if HWY_TARGETS & HWY_NEON
-  add(HWY_NEON, {"neon", N_NEON::trace_closest, N_NEON::trace_any, N_NEON::trace_all});
+  add(HWY_NEON,
+      {"neon", N_NEON::trace_closest, N_NEON::trace_any, N_NEON::trace_all, N_NEON::trace_details});
 #endif
   if (kernels.empty() || HWY_ARCH_X86 != 0) {
     kernels.push_back({"baseline", HWY_NAMESPACE::trace_closest, HWY_NAMESPACE::trace_any,
-                       HWY_NAMESPACE::trace_all});
+                       HWY_NAMESPACE::trace_all, HWY_NAMESPACE::trace_details});
   }
   return kernels;
 }

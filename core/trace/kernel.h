@@ -35,6 +35,9 @@ struct Kernel {
   void (*all)(const Scene& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
               Crossings crossings, std::size_t hits_max, std::uint64_t* totals, HitBatch* hits,
               TraceCounts& counts);
+  /// What the hits of the rays look like; slots of misses are left alone. out[i] belongs to ray i.
+  void (*details)(const Scene& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
+                  const HitBatch& hits, HitDetail* out, TraceCounts& counts);
 };
 
 /// Those that this machine can run, best first; never empty.

@@ -141,10 +141,10 @@ struct Golden {
 };
 
 const Golden kGolden[] = {
-    {"town", [] { return demo::town(); }, 0xa6873cb9ab7991fa},
-    {"city", [] { return demo::city(20000); }, 0x5ebe8ce5b5573489},
-    {"terrain", [] { return demo::terrain(20000); }, 0x9d161d2537e332e4},
-    {"instances", [] { return demo::instances(50, 300); }, 0xe0a1f6920213cdf8},
+    {"town", [] { return demo::town(); }, 0x0d91058372b3a1b1},
+    {"city", [] { return demo::city(20000); }, 0x400c1d30cc9b66d1},
+    {"terrain", [] { return demo::terrain(20000); }, 0x3f5e18c687f2fff2},
+    {"instances", [] { return demo::instances(50, 300); }, 0x132c42d41e1ad816},
 };
 
 TEST(Golden, every_kernel_and_number_of_threads_gives_the_same_bytes) {

@@ -163,6 +163,17 @@ TEST(Kernel, answers_like_the_exact_predicate_on_every_triangle) {
       kernel.closest(*scene, rays, 0, rays.size(), hits, counts);
       std::vector<std::uint8_t> occluded(rays.size());
       kernel.any(*scene, rays, 0, rays.size(), occluded.data(), counts);
+      std::vector<HitDetail> details(rays.size());
+      kernel.details(*scene, rays, 0, rays.size(), hits, details.data(), counts);
+      for (std::size_t i = 0; i < rays.size(); ++i) {
+        if (!truth.hit(i)) continue;
+        const HitDetail exact = hit_detail(*scene, rays[i], truth.id(i));
+        ASSERT_EQ(details[i].position, exact.position) << c.name << ", " << kernel.name;
+        ASSERT_EQ(details[i].normal, exact.normal) << c.name << ", " << kernel.name;
+        ASSERT_EQ(details[i].u, exact.u) << c.name << ", " << kernel.name;
+        ASSERT_EQ(details[i].v, exact.v) << c.name << ", " << kernel.name;
+        ASSERT_EQ(details[i].front, exact.front) << c.name << ", " << kernel.name;
+      }
       std::vector<std::uint64_t> totals(rays.size());
       std::vector<std::uint64_t> once(rays.size());
       HitBatch lists;

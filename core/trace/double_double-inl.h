@@ -1,0 +1,161 @@
+// Double-double arithmetic on lanes, and the intersection of ray and triangle in it.
+
+#if defined(SIGHTLINE_TRACE_DOUBLE_DOUBLE_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef SIGHTLINE_TRACE_DOUBLE_DOUBLE_INL_H_
+#undef SIGHTLINE_TRACE_DOUBLE_DOUBLE_INL_H_
+#else
+#define SIGHTLINE_TRACE_DOUBLE_DOUBLE_INL_H_
+#endif
+
+#include <cstddef>
+
+#include "core/trace/bounds.h"
+#include "core/trace/simd-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace sightline {
+namespace HWY_NAMESPACE {
+
+/// Unevaluated sums high + low of float64 lanes, |low| <= ulp(high) / 2. Error bounds:
+/// [Joldes2017].
+struct DoubleDouble {
+  using D = hn::CappedTag<double, 8>;
+  using V = hn::Vec<D>;
+  V high, low;
+
+  static HWY_INLINE DoubleDouble two_sum(V a, V b) {
+    const V s = hn::Add(a, b);
+    const V t = hn::Sub(s, a);
+    return {s, hn::Add(hn::Sub(a, hn::Sub(s, t)), hn::Sub(b, t))};
+  }
+  /// Precondition: |a| >= |b| or a is zero.
+  static HWY_INLINE DoubleDouble fast_two_sum(V a, V b) {
+    const V s = hn::Add(a, b);
+    return {s, hn::Sub(b, hn::Sub(s, a))};
+  }
+  static HWY_INLINE DoubleDouble two_difference(V a, V b) {
+    const V s = hn::Sub(a, b);
+    const V t = hn::Sub(s, a);
+    return {s, hn::Sub(hn::Sub(a, hn::Sub(s, t)), hn::Add(b, t))};
+  }
+  static HWY_INLINE DoubleDouble two_product(V a, V b) {
+    const V p = hn::Mul(a, b);
+#if HWY_NATIVE_FMA
+    return {p, hn::MulSub(a, b, p)};
+#else
+    // [Dekker1971] with Veltkamp's splitting.
+    const V splitter = hn::Set(D(), 134217729.0);
+    const V ac = hn::Mul(a, splitter);
+    const V bc = hn::Mul(b, splitter);
+    const V ah = hn::Sub(ac, hn::Sub(ac, a));
+    const V bh = hn::Sub(bc, hn::Sub(bc, b));
+    const V al = hn::Sub(a, ah);
+    const V bl = hn::Sub(b, bh);
+    V rest = hn::Sub(hn::Mul(ah, bh), p);
+    rest = hn::Add(rest, hn::Mul(ah, bl));
+    rest = hn::Add(rest, hn::Mul(al, bh));
+    return {p, hn::Add(rest, hn::Mul(al, bl))};
+#endif
+  }
+  friend HWY_INLINE DoubleDouble operator*(const DoubleDouble& a, const DoubleDouble& b) {
+    const DoubleDouble p = two_product(a.high, b.high);
+    const V cross = hn::Add(hn::Mul(a.high, b.low), hn::Mul(a.low, b.high));
+    return fast_two_sum(p.high, hn::Add(p.low, cross));
+  }
+  friend HWY_INLINE DoubleDouble operator*(V a, const DoubleDouble& b) {
+    const DoubleDouble p = two_product(a, b.high);
+    return fast_two_sum(p.high, hn::Add(p.low, hn::Mul(a, b.low)));
+  }
+  friend HWY_INLINE DoubleDouble operator+(const DoubleDouble& a, const DoubleDouble& b) {
+    const DoubleDouble s = two_sum(a.high, b.high);
+    return fast_two_sum(s.high, hn::Add(s.low, hn::Add(a.low, b.low)));
+  }
+  friend HWY_INLINE DoubleDouble operator-(const DoubleDouble& a, const DoubleDouble& b) {
+    const DoubleDouble s = two_difference(a.high, b.high);
+    return fast_two_sum(s.high, hn::Add(s.low, hn::Sub(a.low, b.low)));
+  }
+  /// high + low correctly rounded is `high`, if no error of up to `error` can change that; bit i:
+  /// so it is for lane i. Rounding is monotone: both ends of the interval must round to `high`.
+  HWY_INLINE hn::Mask<D> certain(V error) const {
+    return hn::And(hn::Eq(hn::Add(high, hn::Add(low, error)), high),
+                   hn::Eq(hn::Add(high, hn::Sub(low, error)), high));
+  }
+};
+
+/// What t and everything behind it is made of, for several rays and the triangles that they meet:
+/// sums with the magnitudes that bound their errors (docs/exactness.md, "Rounding t").
+struct Intersection {
+  using D = DoubleDouble::D;
+  using V = DoubleDouble::V;
+
+  DoubleDouble e1[3], e2[3];  ///< edges from corner 0, exact
+  DoubleDouble a[3];          ///< from the origin to corner 0, exact
+  V direction[3];
+  DoubleDouble n[3];    ///< e1 x e2
+  V size[3];            ///< n is off by at most 9 u^2 of it
+  DoubleDouble bottom;  ///< d.n
+  V bottom_size;
+  V inverse;  ///< 1 / bottom, a float64
+  DoubleDouble t;
+  V error;               ///< of t
+  hn::Mask<D> ordinary;  ///< nothing underflowed or overflowed that a bound would have to know of
+
+  /// From `lane` on. Columns are [axis][lane], corners [corner][axis][lane], aligned.
+  template <std::size_t kGroup>
+  HWY_INLINE Intersection(const double (&origin)[3][kGroup], const double (&directions)[3][kGroup],
+                          const double (&corner)[3][3][kGroup], std::size_t lane) {
+    const D dd;
+    SIGHTLINE_UNROLL
+    for (std::size_t k = 0; k < 3; ++k) {
+      const V v0 = hn::Load(dd, &corner[0][k][lane]);
+      e1[k] = DoubleDouble::two_difference(hn::Load(dd, &corner[1][k][lane]), v0);
+      e2[k] = DoubleDouble::two_difference(hn::Load(dd, &corner[2][k][lane]), v0);
+      a[k] = DoubleDouble::two_difference(v0, hn::Load(dd, &origin[k][lane]));
+      direction[k] = hn::Load(dd, &directions[k][lane]);
+    }
+    DoubleDouble top;
+    V top_size = hn::Zero(dd), largest = hn::Zero(dd);
+    bottom_size = hn::Zero(dd);
+    SIGHTLINE_UNROLL
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
+      n[k] = e1[i] * e2[j] - e1[j] * e2[i];
+      size[k] = hn::Add(hn::Abs(hn::Mul(e1[i].high, e2[j].high)),
+                        hn::Abs(hn::Mul(e1[j].high, e2[i].high)));
+      top_size = hn::MulAdd(hn::Abs(a[k].high), size[k], top_size);
+      bottom_size = hn::MulAdd(hn::Abs(direction[k]), size[k], bottom_size);
+      largest =
+          hn::Max(largest, hn::Max(size[k], hn::Max(hn::Abs(a[k].high), hn::Abs(direction[k]))));
+      top = k == 0 ? a[k] * n[k] : top + a[k] * n[k];
+      bottom = k == 0 ? direction[k] * n[k] : bottom + direction[k] * n[k];
+    }
+    inverse = hn::Div(hn::Set(dd, 1.0), bottom.high);
+    t = quotient(top);
+    error = bound(top_size, t.high);
+    const V small = hn::Set(dd, 0x1p-600);
+    ordinary = hn::And(hn::And(hn::Ge(top_size, small), hn::Ge(bottom_size, small)),
+                       hn::And(hn::Le(largest, hn::Set(dd, 0x1p300)),
+                               hn::Ge(hn::Abs(t.high), hn::Set(dd, 0x1p-900))));
+  }
+
+  /// top / bottom as q + r / bottom with the residual r = top - q bottom.
+  HWY_INLINE DoubleDouble quotient(const DoubleDouble& top) const {
+    const V q = hn::Div(top.high, bottom.high);
+    const DoubleDouble p = DoubleDouble::two_product(q, bottom.high);
+    const V residual = hn::Add(hn::Sub(hn::Sub(top.high, p.high), p.low),
+                               hn::Sub(top.low, hn::Mul(q, bottom.low)));
+    return DoubleDouble::fast_two_sum(q, hn::Mul(residual, inverse));
+  }
+  /// Of such a quotient, if the top is off by at most 24 u^2 top_size.
+  HWY_INLINE V bound(V top_size, V value) const {
+    return hn::Mul(hn::Set(D(), bounds::kDoubleDouble),
+                   hn::MulAdd(hn::MulAdd(hn::Abs(value), bottom_size, top_size), hn::Abs(inverse),
+                              hn::Abs(value)));
+  }
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace sightline
+HWY_AFTER_NAMESPACE();
+
+#endif
