@@ -1,0 +1,40 @@
+#pragma once
+/// Closed oriented boxes, defined by float64 numbers that anyone can recompute.
+
+#include <array>
+
+#include "core/geometry/vec3.h"
+
+namespace sightline {
+
+/// The points p with |axes[k] . (p - center)| <= half[k] for k = 0, 1, 2, in real arithmetic over
+/// these float64 numbers. The axes are taken as they are: they need not be unit (an axis twice as
+/// long makes the box half as thick) nor exactly orthogonal (float64 rotations never are), so the
+/// set is a parallelepiped. half is not negative; +inf leaves the box open along that axis.
+/// Border   check_boxes (core/query/box_batch.h) refuses what is not finite, and axes in one plane.
+struct OrientedBox {
+  Vec3d center;
+  Vec3d half;
+  std::array<Vec3d, 3> axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+};
+
+/// The axes of a box turned by a quaternion (x, y, z, w), in float64 without FMA, in this order:
+///   x2 = x + x    y2 = y + y    z2 = z + z
+///   xx = x * x2   xy = x * y2   xz = x * z2   yy = y * y2   yz = y * z2   zz = z * z2
+///   wx = w * x2   wy = w * y2   wz = w * z2
+///   axes[0] = (1 - (yy + zz), xy + wz, xz - wy)
+///   axes[1] = (xy - wz, 1 - (xx + zz), yz + wx)
+///   axes[2] = (xz + wy, yz - wx, 1 - (xx + yy))
+/// The quaternion is never normalised; the formula is that of node rotations
+/// (docs/exactness-boxes.md).
+std::array<Vec3d, 3> rotated_axes(double x, double y, double z, double w);
+
+/// Whether the axes lie in one plane (exactly), so that they enclose no volume. Precondition:
+/// finite.
+bool axes_are_dependent(const std::array<Vec3d, 3>& axes);
+
+/// axes[k] * sign scaled to unit length, each component within 1e-15; no component is -0.
+/// Precondition: finite and not zero.
+Vec3d unit_axis(const Vec3d& axis, bool negative);
+
+}  // namespace sightline

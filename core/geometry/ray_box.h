@@ -1,0 +1,93 @@
+#pragma once
+/// Ray against closed box: the slab test [Kay1986], decided exactly.
+///
+/// A slab k is entered at t_near(k) and left at t_far(k), quotients of numbers that are exact sums
+/// or products of the input. The line is in the box from the largest t_near to the smallest t_far.
+///
+/// Stages  Every comparison of two quotients first looks at their float64 values. For an
+///         axis-aligned plane T = (plane - origin) / d, two roundings, satisfies
+///             |t - T| <= (2u + u^2) |T| + 2^-1074,   u = 2^-53,
+///         so two of them (or one and a limit) that differ by more than
+///         2^-51 (|T1| + |T2|) + 2^-1072 are ordered as they look. What is closer is decided by
+///         products without error, and what those leave open by Dyadic numbers. Oriented boxes
+///         start with double-double values whose error is bounded as they are summed.
+/// Rounding  t is rounded once: plane - origin often is a float64 number, and then the IEEE
+/// division
+///         is the answer; else the quotient is refined to 100 bits and taken if all that its error
+///         bound leaves rounds alike; else Dyadic.
+/// Proofs  docs/exactness-boxes.md.
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "core/geometry/box3.h"
+#include "core/geometry/box_oriented.h"
+#include "core/geometry/vec3.h"
+
+namespace sightline {
+
+enum class RayBoxOutcome : std::uint8_t {
+  kHit,     ///< some point origin + t * direction, tmin <= t <= tmax, is in the box
+  kApart,   ///< a miss: one slab is left before another is entered
+  kBeside,  ///< a miss: the ray runs parallel to a slab, outside it
+  kBehind,  ///< the line meets the box, but leaves it before tmin
+  kBeyond,  ///< the line meets the box, but enters it after tmax
+};
+
+/// A face is a plane of slab `axis`, its lower (-) or upper (+) one. For an oriented box the lower
+/// one is where axes[axis] . (p - center) = -half[axis].
+struct BoxFace {
+  std::uint8_t axis = 0;
+  bool upper = false;
+  bool operator==(const BoxFace&) const = default;
+};
+
+struct BoxFaces {
+  std::uint8_t count = 0;
+  std::array<BoxFace, 6> face{};
+  void add(BoxFace f) { face[count++] = f; }
+};
+
+struct RayBoxAnswer {
+  RayBoxOutcome outcome = RayBoxOutcome::kApart;
+  bool inside = false;      ///< the origin (t = 0) lies in the interior
+  bool on_surface = false;  ///< the origin lies in the box, but not in its interior
+  /// kApart: the two slabs that exclude each other (of those entered last and left first), the
+  /// smaller first. kBeside: the first such slab, twice.
+  std::array<std::uint8_t, 2> apart{};
+  /// Of the line, rounded once each; infinite where the box is open or a finite t beyond float64
+  /// rounds so. Zero is +0. Set for hits, kBehind and kBeyond.
+  double t_enter = 0;
+  double t_exit = 0;
+  /// For a hit: where the ray meets the surface, within the limits. 0 if the origin lies on it; the
+  /// exit if the origin is inside; else the entry, or the exit if the entry is before tmin. +inf,
+  /// and no faces, if the ray runs and ends in the interior.
+  double t = 0;
+  /// For a hit: every face that holds the point at t, edges and corners included. First those that
+  /// the ray crosses there on its way in (if t is the exit of an origin inside: out), then those it
+  /// crosses the other way, then those that it runs along; each group in the order x, y, z. The
+  /// first one is the face whose normal is reported.
+  BoxFaces faces;
+};
+
+/// Law     exact: the answer is that of real arithmetic over the given float64 numbers.
+/// Preconditions: origin and direction finite, direction not zero, limits not NaN, tmin <= tmax;
+/// box.min <= box.max on every axis, min < +inf, max > -inf.
+RayBoxAnswer ray_box(const Vec3d& origin, const Vec3d& direction, double tmin, double tmax,
+                     const Box3d& box);
+/// Preconditions: as above; center and axes finite, half not negative and not NaN.
+RayBoxAnswer ray_box(const Vec3d& origin, const Vec3d& direction, double tmin, double tmax,
+                     const OrientedBox& box);
+
+/// The t of the six planes in the order -x +x -y +y -z +z, rounded once; nothing where the ray is
+/// parallel to the plane or the box is open.
+using PlaneTs = std::array<std::optional<double>, 6>;
+PlaneTs ray_box_planes(const Vec3d& origin, const Vec3d& direction, const Box3d& box);
+PlaneTs ray_box_planes(const Vec3d& origin, const Vec3d& direction, const OrientedBox& box);
+
+/// The outward unit normal of a face; for an oriented box within 1e-15.
+Vec3d face_normal(const Box3d& box, BoxFace face);
+Vec3d face_normal(const OrientedBox& box, BoxFace face);
+
+}  // namespace sightline
