@@ -15,6 +15,8 @@ library header may be included where. This script reads them and checks, over ev
   links      the CMake targets of a room link only rooms that it may include
   citations  a paper cited by key ([Ize2013]) in a source or a page of docs/ has its entry in
              docs/REFERENCES.md
+  packages   each package that scripts/install_packages.sh installs has a line in
+             docs/dependencies.md
   top level  nothing stands at the top but what ARCHITECTURE.md lists under "Top level"
 
 Prints what was checked; exit code 0 when every law holds, 1 with one line per violation.
@@ -109,7 +111,7 @@ class Laws:
         self.tables = Tables((self.root / "ARCHITECTURE.md").read_text(encoding="utf-8"))
         self.files = tracked_files(self.root)
         self.violations = []
-        self.counts = {"sources": 0, "includes": 0, "library includes": 0, "links": 0, "citations": 0}
+        self.counts = {"sources": 0, "includes": 0, "library includes": 0, "links": 0, "citations": 0, "packages": 0}
         references = self.root / "docs/REFERENCES.md"
         text = references.read_text(encoding="utf-8") if references.is_file() else ""
         self.known_papers = set(re.findall(r"^\*\*\[(\w+)\]\*\*", text, re.MULTILINE))
@@ -123,6 +125,7 @@ class Laws:
             return self.violations
         self.check_table()
         self.check_top_level()
+        self.check_packages()
         for name in self.files:
             path = PurePosixPath(name)
             if path.suffix in SOURCE_SUFFIXES:
@@ -157,6 +160,18 @@ class Laws:
         for top in sorted({PurePosixPath(name).parts[0] for name in self.files}):
             if not top.startswith(".") and top not in allowed:
                 self.fault(top, 'stands at the top level and is not listed in ARCHITECTURE.md under "Top level"')
+
+    def check_packages(self):
+        script = self.root / "scripts/install_packages.sh"
+        if not script.is_file():
+            return
+        groups = re.findall(r'^(\w+)="', script.read_text(encoding="utf-8"), re.MULTILINE)
+        listing = subprocess.run(["bash", str(script), "--print", *groups], capture_output=True, text=True, check=True)
+        known = set(re.findall(r"[\w.+-]+", (self.root / "docs/dependencies.md").read_text(encoding="utf-8")))
+        for package in listing.stdout.split():
+            self.counts["packages"] += 1
+            if package not in known:
+                self.fault("scripts/install_packages.sh", f"installs {package}, which docs/dependencies.md does not explain")
 
     def check_source(self, name):
         self.counts["sources"] += 1

@@ -98,6 +98,12 @@ class RoomLaws(unittest.TestCase):
         faults = self.violations({"core/base/bad.h": "\n// From [Nobody2001], section 2.\n"})
         self.assert_fault(faults, "core/base/bad.h:2", "Nobody2001")
 
+    def test_a_package_that_nothing_explains_fails(self):
+        script = 'build="g++ libsecret-dev"\n[ "$1" = --print ] && printf "%s\\n" $build\n'
+        faults = self.violations({"scripts/install_packages.sh": script, "docs/dependencies.md": "g++\n"},
+                                 ARCHITECTURE.replace("`docs`", "`docs` `scripts`"))
+        self.assert_fault(faults, "installs libsecret-dev")
+
     def test_a_circle_in_the_table_fails(self):
         circular = ARCHITECTURE.replace("| words | nothing |", "| words | scene |")
         faults = self.violations(architecture=circular)
