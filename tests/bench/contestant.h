@@ -38,6 +38,8 @@ class Contestant {
   /// Precondition: the answers have as many slots as there are rays.
   virtual void closest(const RaySet& rays, Answers& answers) const = 0;
   virtual void any(const RaySet& rays, Answers& answers) const = 0;
+  /// False if it must not be asked for any-hit here.
+  virtual bool knows_any() const { return true; }
   /// What one closest pass did per ray, for reading beside the time; empty if unknown.
   virtual std::string explain(const RaySet&) const { return {}; }
 

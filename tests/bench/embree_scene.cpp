@@ -52,6 +52,7 @@ EmbreeScene::EmbreeScene(const Scene& scene, const EmbreeOptions& options)
       rtcReleaseGeometry(geometry);
       continue;
     }
+    has_instances_ = true;
     RTCScene& below = unique[instance.mesh];
     if (below == nullptr) {
       below = new_scene(device_, options);

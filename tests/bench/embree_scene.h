@@ -24,6 +24,7 @@ class EmbreeScene {
   ~EmbreeScene();
 
   RTCScene top() const { return top_; }
+  bool has_instances() const { return has_instances_; }
   /// The number of the instance in the scene's file order.
   static std::uint32_t instance_of(unsigned geometry, unsigned instance) {
     return instance != RTC_INVALID_GEOMETRY_ID ? instance : geometry;
@@ -32,6 +33,7 @@ class EmbreeScene {
  private:
   RTCDevice device_ = nullptr;
   RTCScene top_ = nullptr;
+  bool has_instances_ = false;
 };
 
 }  // namespace sightline::bench

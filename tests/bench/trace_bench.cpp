@@ -123,7 +123,7 @@ class TraceBench {
       const auto run = [&](std::size_t i) {
         if (closest) {
           contestants[i]->closest(rays, answers[i]);
-        } else {
+        } else if (contestants[i]->knows_any()) {
           contestants[i]->any(rays, answers[i]);
         }
       };
@@ -134,6 +134,7 @@ class TraceBench {
         for (std::size_t k = 0; k < contestants.size(); ++k) {
           // Nobody always comes after the same neighbour's cache.
           const std::size_t i = repetition % 2 == 0 ? k : contestants.size() - 1 - k;
+          if (!closest && !contestants[i]->knows_any()) continue;
           const double start = thread_time_ns();
           run(i);
           const double time = thread_time_ns() - start;
