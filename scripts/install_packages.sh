@@ -7,7 +7,8 @@
 #   scripts/install_packages.sh --print GROUP...   print the list, one package per line
 #
 # Groups: build (compile the server), run (build, and ask it), test (build and run every test),
-#         lint (clang, clang-tidy), image (make a container image without docker).
+#         lint (clang, clang-tidy), image (make a container image without docker),
+#         bench (build every benchmark and draw its charts).
 set -euo pipefail
 
 build="g++ cmake ninja-build pkg-config ccache ca-certificates
@@ -15,6 +16,7 @@ build="g++ cmake ninja-build pkg-config ccache ca-certificates
   libcli11-dev libtbb-dev libhwy-dev libssl-dev zlib1g-dev libbrotli-dev"
 run="$build curl"
 test="$run libgtest-dev libgmp-dev libembree-dev python3 clang-format"
+bench="$test librsvg2-bin fonts-dejavu-core"
 lint="clang clang-format clang-tidy python3"
 image="buildah podman runc debootstrap ca-certificates curl python3"
 
@@ -25,7 +27,7 @@ packages=()
 for argument in "$@"; do
   case $argument in
     --print) print_only=yes ;;
-    build | run | test | lint | image) read -r -d '' -a group <<<"${!argument} " || true; packages+=("${group[@]}") ;;
+    build | run | test | bench | lint | image) read -r -d '' -a group <<<"${!argument} " || true; packages+=("${group[@]}") ;;
     -h | --help) usage; exit 0 ;;
     *) echo "$0: no group '$argument'" >&2; usage >&2; exit 2 ;;
   esac

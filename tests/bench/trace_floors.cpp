@@ -20,6 +20,10 @@ struct Figure {
   double least = 0;
 };
 
+bool is_generated(const TraceCell& cell) {
+  return is_mean_scene(cell) || cell.scene == "instances";
+}
+
 /// Speed of `ours` against `theirs(cell)` in the cells that pass; empty when something is missing.
 Figure ratios(const TraceResult& result, const std::string& ours,
               const std::function<bool(const TraceCell&)>& pass,
@@ -101,18 +105,16 @@ std::vector<std::string> trace_floors(const TraceResult& result) {
                                 },
                                 best_embree(false)),
                             1.2, "ao and incoherent, against Embree's best entry"));
-  lines.push_back(least_line(
-      2,
-      ratios(
-          result, "sightline", [&](const TraceCell& c) { return closest(c) && !packet_land(c); },
-          best_embree(true)),
-      0.9, "every cell, closest, against Embree's best robust entry"));
-  lines.push_back(least_line(
-      2,
-      ratios(
-          result, "sightline", [&](const TraceCell& c) { return closest(c) && packet_land(c); },
-          best_embree(true)),
-      0.7, "city camera and lidar"));
+  const auto against_robust = [&](const auto& pass, double needs, const std::string& what) {
+    const auto cells = [&](const TraceCell& c) { return closest(c) && pass(c); };
+    lines.push_back(least_line(2, ratios(result, "sightline", cells, best_embree(true)), needs,
+                               what + ", closest, against Embree's best robust entry"));
+  };
+  against_robust([&](const TraceCell& c) { return is_generated(c) && !packet_land(c); }, 0.9,
+                 "every cell of the generated scenes and the scan");
+  against_robust(packet_land, 0.7, "city camera and lidar");
+  against_robust([](const TraceCell& c) { return !is_generated(c); }, 0.9,
+                 "every cell of the other files");
   lines.push_back(mean_line(3, ratios(result, "sightline", mean_any, embree1), 1.4,
                             "batches of 262,144, any, against embree1"));
   lines.push_back(mean_line(3, ratios(result, "sightline_64", mean_closest, embree1), 1.3,

@@ -1,0 +1,33 @@
+#!/usr/bin/env bash
+# Runs one benchmark: builds it, measures, draws the chart, and closes with its floors.
+#
+#   scripts/bench.sh trace [--quick] [OPTION...]    Sightline beside Embree, ray by ray
+#
+# Writes build/bench/NAME.json, .csv, .md, .svg and .png. Every floor that the benchmark measures
+# is a line "floor N: FIGURE (needs FIGURE) ok|short" at the end. OPTIONs go to the program
+# (build/release/tests/bench/NAME_bench --help lists them).
+# Scenes from files are taken from $SIGHTLINE_DATA (default: ../shared/data beside the checkout).
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+usage() { sed -n '2,/^set/{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; }
+case ${1:-} in
+  trace) name=$1; shift ;;
+  -h | --help) usage; exit 0 ;;
+  *) usage >&2; exit 2 ;;
+esac
+
+scripts/install_packages.sh bench
+mkdir -p build/bench
+if ! grep -qs 'SIGHTLINE_TESTS:BOOL=ON' build/release/CMakeCache.txt; then
+  cmake --preset release -DSIGHTLINE_TESTS=ON >build/configure-release.log 2>&1 ||
+    { cat build/configure-release.log >&2; exit 1; }
+fi
+cmake --build --preset release --target "${name}_bench" >&2
+
+# The floors come last, after the chart.
+build/release/tests/bench/"${name}_bench" --out build/bench "$@" |
+  tee "build/bench/$name.log" | grep --line-buffered -v '^floor ' || true
+[ "${PIPESTATUS[0]}" = 0 ] || { echo "$0: the benchmark failed, see build/bench/$name.log" >&2; exit 1; }
+python3 -B scripts/plot_"$name".py build/bench
+grep '^floor ' "build/bench/$name.log"
