@@ -70,7 +70,11 @@ class Server:
         self.url = first.split()[-1]
         self.port = int(self.url.rsplit(":", 1)[1])
         if wait:
-            self.wait_ready()
+            try:
+                self.wait_ready()
+            except BaseException:
+                self.end()
+                raise
 
     def __enter__(self):
         return self
