@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/geometry/box_bounds.h"
 #include "core/geometry/dyadic.h"
 #include "core/geometry/error_free.h"
 #include "core/geometry/ray_box_decide.h"
@@ -9,6 +10,8 @@
 namespace sightline {
 
 namespace {
+
+namespace bounds = box_bounds;
 
 /// A plane of an axis-aligned box seen from a ray: t = (minuend - subtrahend) / rate, rate > 0.
 struct Crossing {
@@ -44,7 +47,7 @@ int compare_products(const Crossing& a, const Crossing& b) {
   const double rest = (left.low - right.low) + (a.low * b.rate - b.low * a.rate);
   const double gap = left.high - right.high;
   const double difference = gap + rest;
-  const double slack = size * 0x1p-100 + std::abs(gap) * 0x1p-51;
+  const double slack = size * bounds::kProductsSlack + std::abs(gap) * bounds::kGapSlack;
   return difference > slack ? 1 : difference < -slack ? -1 : 0;
 }
 
@@ -80,7 +83,7 @@ double round_crossing(const Crossing& c, double filter_t) {
   if (moderate(c.high) && moderate(c.rate) && moderate(filter_t)) {
     const double rest = std::fma(-filter_t, c.rate, c.high);
     const double correction = (rest + c.low) / c.rate;
-    const double slack = std::abs(correction) * 0x1p-50 + 0x1p-1073;
+    const double slack = std::abs(correction) * bounds::kRefineSlack + bounds::kRefineFloor;
     const double t = filter_t + correction;
     const double lost = (filter_t - t) + correction;
     if (t + (lost - slack) == t && t + (lost + slack) == t) return t;
@@ -112,7 +115,8 @@ class AlignedSlabs {
 
   int order(BoxFace a, BoxFace b) const {
     const double gap = t(a) - t(b);
-    const double slack = (std::abs(t(a)) + std::abs(t(b))) * 0x1p-51 + 0x1p-1072;
+    const double slack =
+        (std::abs(t(a)) + std::abs(t(b))) * bounds::kCrossingSlack + bounds::kCrossingFloor;
     // Ordered comparisons: what overflowed or is no number falls through.
     if (gap > slack) return 1;
     if (gap < -slack) return -1;
@@ -121,7 +125,7 @@ class AlignedSlabs {
   int order(BoxFace plane, double limit) const {
     if (std::isinf(limit)) return limit > 0 ? -1 : 1;
     const double gap = t(plane) - limit;
-    const double slack = std::abs(t(plane)) * 0x1p-51 + 0x1p-1072;
+    const double slack = std::abs(t(plane)) * bounds::kCrossingSlack + bounds::kCrossingFloor;
     if (gap > slack) return 1;
     if (gap < -slack) return -1;
     return compare_exactly(crossing(plane), limit);

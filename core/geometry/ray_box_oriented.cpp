@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "core/geometry/box_bounds.h"
 #include "core/geometry/dyadic.h"
 #include "core/geometry/error_free.h"
 #include "core/geometry/ray_box.h"
@@ -12,6 +13,8 @@
 namespace sightline {
 
 namespace {
+
+namespace bounds = box_bounds;
 
 /// A number known up to `error`: high + low, high being the sum rounded.
 struct Bounded {
@@ -43,7 +46,7 @@ class Sum {
     const TwoDouble product = two_product(a, b);
     add(product.high);
     low_ += product.low;
-    if (!(std::abs(product.high) >= kProductMin)) underflow_ += 0x1p-1073;
+    if (!(std::abs(product.high) >= kProductMin)) underflow_ += bounds::kSumFloor;
   }
   Sum operator-() const {
     Sum negative = *this;
@@ -53,7 +56,7 @@ class Sum {
   }
   Bounded value() const {
     const TwoDouble sum = two_sum(high_, low_);
-    return {sum.high, sum.low, magnitude_ * 0x1p-98 + underflow_};
+    return {sum.high, sum.low, magnitude_ * bounds::kSumSlack + underflow_};
   }
 
  private:
@@ -81,10 +84,11 @@ Quotient divide(const Bounded& n, const Bounded& rate) {
   const double rest = std::fma(-q.value, rate.high, n.high);
   q.correction = (rest + (n.low - q.value * rate.low)) / rate.high;
   const double magnitude = std::abs(q.value);
-  q.error = 0x1p-100 * magnitude + 1.25 * (n.error + magnitude * rate.error) / rate.high +
-            0x1p-1060 * (1 + 1 / rate.high);
-  // The factor 1.25 stands for rates that are known to a tenth.
-  if (!(rate.error <= rate.high * 0x1p-4)) q.error = kInfD;
+  q.error = bounds::kQuotientSlack * magnitude +
+            bounds::kQuotientFactor * (n.error + magnitude * rate.error) / rate.high +
+            bounds::kQuotientFloor * (1 + 1 / rate.high);
+  // The factor stands for rates that are known to a sixteenth.
+  if (!(rate.error <= rate.high * bounds::kRateError)) q.error = kInfD;
   return q;
 }
 
@@ -110,7 +114,7 @@ class OrientedSlabs {
     const double fine = a.correction - b.correction;
     const double slack =
         a.error + b.error +
-        0x1p-51 * (std::abs(gap) + std::abs(a.correction) + std::abs(b.correction));
+        bounds::kGapSlack * (std::abs(gap) + std::abs(a.correction) + std::abs(b.correction));
     if (gap + fine > slack) return 1;
     if (gap + fine < -slack) return -1;
     return compare(exact_numerator(first) * exact_rate(second.axis),
@@ -120,7 +124,7 @@ class OrientedSlabs {
     if (std::isinf(limit)) return limit > 0 ? -1 : 1;
     const Quotient& a = at(plane);
     const double gap = a.value - limit;
-    const double slack = a.error + 0x1p-51 * (std::abs(gap) + std::abs(a.correction));
+    const double slack = a.error + bounds::kGapSlack * (std::abs(gap) + std::abs(a.correction));
     if (gap + a.correction > slack) return 1;
     if (gap + a.correction < -slack) return -1;
     return compare(exact_numerator(plane), Dyadic(limit) * exact_rate(plane.axis));
