@@ -1,5 +1,7 @@
 #include "core/bvh/scene_tree.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -18,6 +20,7 @@ struct MeshFacts {
   bool finite = true;             ///< every position is
   double largest[3] = {0, 0, 0};  ///< |coordinate| of finite positions, per axis
   std::uint32_t uses = 0;
+  std::vector<std::uint32_t> corners;  ///< positions that triangles use, each once
 };
 
 MeshFacts facts_of(const MeshView& mesh) {
@@ -31,12 +34,26 @@ MeshFacts facts_of(const MeshView& mesh) {
       facts.largest[k] = std::max(facts.largest[k], std::abs(static_cast<double>(p[k])));
     }
   }
+  std::vector<bool> used(mesh.positions.size());
+  for (const std::uint32_t index : mesh.indices) used[index] = true;
+  for (std::uint32_t i = 0; i < used.size(); ++i) {
+    if (used[i]) facts.corners.push_back(i);
+  }
   return facts;
 }
 
 /// World bounds of the triangles whose three corners are finite in the world.
-Box3d world_bounds(const MeshView& mesh, const Affine& matrix) {
+Box3d world_bounds(const MeshView& mesh, const MeshFacts& facts, const Affine& matrix) {
   Box3d bounds;
+  bool finite = facts.finite;
+  for (const std::uint32_t i : facts.corners) {
+    const Vec3d p = matrix.apply(mesh.positions[i]);
+    finite = finite && is_finite(p);
+    bounds.include(p);
+  }
+  if (finite) return bounds;
+  // Rare: only the corners of triangles that are finite as a whole count.
+  bounds = {};
   for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
     const Vec3d a = matrix.apply(mesh.positions[mesh.indices[i]]);
     const Vec3d b = matrix.apply(mesh.positions[mesh.indices[i + 1]]);
@@ -165,6 +182,11 @@ Result<SceneTree> build_scene_tree(std::span<const MeshView> meshes,
     facts.push_back(facts_of(mesh));
   }
   for (const PlacementView& placement : placements) ++facts[placement.mesh].uses;
+  std::vector<Box3d> placed(placements.size());
+  tbb::parallel_for(std::size_t{0}, placements.size(), [&](std::size_t i) {
+    const PlacementView& view = placements[i];
+    placed[i] = world_bounds(meshes[view.mesh], facts[view.mesh], view.world_from_mesh);
+  });
 
   constexpr std::uint32_t kNoTree = 0xffffffffu;
   std::vector<std::uint32_t> shared(meshes.size(), kNoTree);
@@ -173,7 +195,7 @@ Result<SceneTree> build_scene_tree(std::span<const MeshView> meshes,
     const PlacementView& view = placements[i];
     const MeshView& mesh = meshes[view.mesh];
     const MeshFacts& mesh_facts = facts[view.mesh];
-    const Box3d box = world_bounds(mesh, view.world_from_mesh);
+    const Box3d& box = placed[i];
     if (box.empty()) continue;
 
     Placement placement;

@@ -12,7 +12,7 @@ bool exact_hit_of(const Scene& scene, const Ray& ray, TriangleId id, ExactT& t) 
 
 bool exact_hit_of(const RayQuestion& question, TriangleId id, ExactT& t) {
   ++question.counts.exact_hits;
-  return exact_hit_of(question.scene, question.ray, id, t);
+  return exact_hit_of(question.scene, question.ray(), id, t);
 }
 
 }  // namespace
@@ -50,7 +50,7 @@ void ClosestHit::examine(const RayQuestion& question, const Candidate& other) {
   if (found() && id == candidate.id()) return;
   ExactT t;
   if (!exact_hit_of(question, id, t)) return;
-  const Interval own = question.anchored.tau_of(t.approximate());
+  const Interval own = question.tau_of(t);
   if (found() && !(own.high < tau.low)) {
     if (own.low > tau.high) return;
     // The intervals overlap: exact t decides, then the smaller id.
@@ -68,11 +68,11 @@ void AllHits::examine(TriangleId id) {
   auto t = std::make_unique<ExactT>();
   if (!exact_hit_of(question_, id, *t)) return;
   if (crossings_ == Crossings::kOnce &&
-      !exact_crossing(question_.ray.origin, question_.ray.direction,
+      !exact_crossing(question_.ray().origin, question_.ray().direction,
                       question_.scene.world_triangle(id))) {
     return;
   }
-  entries_.push_back({id, question_.anchored.tau_of(t->approximate()), std::move(t)});
+  entries_.push_back({id, question_.tau_of(*t), std::move(t)});
 }
 
 const ExactT& AllHits::exact_of(Entry& entry) {

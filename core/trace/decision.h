@@ -20,12 +20,18 @@ struct DecisionCounts {
   std::uint64_t exact_roundings = 0;  ///< winners whose t was rounded by the exact predicate
 };
 
-/// What a decision needs to ask the exact predicate.
+/// What a decision needs to ask the exact predicate, for one ray of a batch.
 struct RayQuestion {
   const Scene& scene;
-  Ray ray;
-  const AnchoredRay& anchored;
+  const RayBatch& rays;
+  std::size_t number;
   DecisionCounts& counts;
+
+  Ray ray() const { return rays[number]; }
+  /// Contains the tau of an exact t.
+  Interval tau_of(const ExactT& t) const {
+    return anchor_ray(ray(), scene.tree().bounds).tau_of(t.approximate());
+  }
 };
 
 /// A triangle where a kernel found it.

@@ -109,7 +109,7 @@ class Flight {
     std::uint64_t nodes = 0, blocks = 0;
     for (;;) {
       // New rays start in groups: one group is set up in about the time of two single rays.
-      while (next_ != end_ && free_count_ >= GroupPreparation::kSize) start_group(*now);
+      while (next_ != end_ && free_count_ >= kGroupRays) start_group(*now);
       const std::uint32_t node_count = now->size[kNode];
       const std::uint32_t leaf_count = now->size[kLeaf];
       const std::uint32_t done_count = now->size[kDone];
@@ -152,9 +152,8 @@ class Flight {
 
   /// Puts the next rays of the batch into free slots.
   void start_group(Queues& queues) {
-    const std::size_t count =
-        end_ - next_ < GroupPreparation::kSize ? end_ - next_ : GroupPreparation::kSize;
-    PreparedRay* prepared[GroupPreparation::kSize] = {};
+    const std::size_t count = end_ - next_ < kGroupRays ? end_ - next_ : kGroupRays;
+    PreparedRay* prepared[kGroupRays] = {};
     Slot* const* slots = free_ + (free_count_ - count);
     for (std::size_t i = 0; i < count; ++i) prepared[i] = &slots[i]->ray;
     preparation_.prepare(rays_, next_, count, prepared);
@@ -225,14 +224,12 @@ class Flight {
   }
 
   HWY_NOINLINE void settle_closest(Slot& slot, const Candidate& candidate, Interval tau) {
-    const AnchoredRay anchored = anchor_ray(rays_[slot.number], scene_.tree().bounds);
-    const RayQuestion question{scene_, rays_[slot.number], anchored, counts_.decisions};
+    const RayQuestion question{scene_, rays_, slot.number, counts_.decisions};
     slot.best.settle(question, candidate, tau);
   }
 
   HWY_NOINLINE void examine_closest(Slot& slot, const LeafBlock& block, std::uint32_t examine) {
-    const AnchoredRay anchored = anchor_ray(rays_[slot.number], scene_.tree().bounds);
-    const RayQuestion question{scene_, rays_[slot.number], anchored, counts_.decisions};
+    const RayQuestion question{scene_, rays_, slot.number, counts_.decisions};
     for (; examine != 0; examine &= examine - 1) {
       slot.best.examine(question, {&block, static_cast<std::uint32_t>(std::countr_zero(examine)),
                                    placement_.instance});
@@ -244,8 +241,7 @@ class Flight {
   }
 
   HWY_NOINLINE bool examine_any_of(Slot& slot, const LeafBlock& block, std::uint32_t examine) {
-    const AnchoredRay anchored = anchor_ray(rays_[slot.number], scene_.tree().bounds);
-    const RayQuestion question{scene_, rays_[slot.number], anchored, counts_.decisions};
+    const RayQuestion question{scene_, rays_, slot.number, counts_.decisions};
     for (; examine != 0; examine &= examine - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(examine));
       if (sightline::examine_any(question, {placement_.instance, block.triangle[lane]}))

@@ -36,11 +36,12 @@ void trace_closest(const Scene& scene, const RayBatch& rays, std::size_t begin, 
     return;
   }
   Stack stack;
+  Traversal traversal(scene, rays, stack, counts);
   Finisher finisher(scene, rays, hits, counts.decisions);
   for (std::size_t i = begin; i < end; ++i) {
-    Traversal traversal(scene, rays[i], stack, counts);
-    const RayQuestion question{scene, rays[i], traversal.anchored(), counts.decisions};
-    TakeClosest sink{question, ClosestHit(traversal.anchored().tau_max.high)};
+    traversal.prepare(i);
+    const RayQuestion question{scene, rays, i, counts.decisions};
+    TakeClosest sink{question, ClosestHit(traversal.tau_max())};
     traversal.run(sink);
     if (sink.best.found()) finisher.add(i, sink.best.candidate);
   }
@@ -60,10 +61,11 @@ void trace_any(const Scene& scene, const RayBatch& rays, std::size_t begin, std:
     return;
   }
   Stack stack;
+  Traversal traversal(scene, rays, stack, counts);
   for (std::size_t i = begin; i < end; ++i) {
-    Traversal traversal(scene, rays[i], stack, counts);
-    const RayQuestion question{scene, rays[i], traversal.anchored(), counts.decisions};
-    TakeAny sink{question};
+    traversal.prepare(i);
+    const RayQuestion question{scene, rays, i, counts.decisions};
+    TakeAny sink{question, traversal.tau_max()};
     traversal.run(sink);
     occluded[i] = sink.found ? 1 : 0;
   }
@@ -72,14 +74,15 @@ void trace_any(const Scene& scene, const RayBatch& rays, std::size_t begin, std:
 void trace_all(const Scene& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
                Crossings crossings, std::size_t hits_max, std::uint64_t* totals, HitBatch* hits,
                TraceCounts& counts) {
+  for (std::size_t i = begin; i < end; ++i) totals[i] = 0;
+  if (scene.tree().placements.empty()) return;
   Stack stack;
+  Traversal traversal(scene, rays, stack, counts);
   for (std::size_t i = begin; i < end; ++i) {
-    totals[i] = 0;
-    if (scene.tree().placements.empty()) continue;
-    Traversal traversal(scene, rays[i], stack, counts);
-    const RayQuestion question{scene, rays[i], traversal.anchored(), counts.decisions};
+    traversal.prepare(i);
+    const RayQuestion question{scene, rays, i, counts.decisions};
     AllHits all(question, crossings);
-    TakeAll sink{question, all};
+    TakeAll sink{question, traversal.tau_max(), all};
     traversal.run(sink);
     totals[i] = all.size();
     if (hits != nullptr) all.append_sorted(hits_max, *hits);

@@ -36,13 +36,13 @@ inline void prepare_one(const Ray& ray, const Box3d& bounds, int scale_exponent,
   out.tau_max = anchored.tau_max.high;
 }
 
-/// Eight rays or what one vector holds, from `begin` on; `count` of them are real.
-class GroupPreparation {
+/// As many rays at a time as a vector holds, at most kMaxLanes.
+template <std::size_t kMaxLanes>
+class Preparation {
  public:
-  using D = hn::CappedTag<double, 8>;
-  static constexpr std::size_t kSize = 8;
+  using D = hn::CappedTag<double, kMaxLanes>;
 
-  GroupPreparation(const Box3d& bounds, int scale_exponent)
+  Preparation(const Box3d& bounds, int scale_exponent)
       : bounds_(bounds), scale_exponent_(scale_exponent), scale_(std::ldexp(1.0, scale_exponent)) {
     SIGHTLINE_UNROLL
     for (int k = 0; k < 3; ++k)
@@ -71,7 +71,6 @@ class GroupPreparation {
     using V = hn::Vec<D>;
     const hn::Rebind<float, D> df;
     const hn::RebindToUnsigned<D> du;
-    constexpr std::size_t kMaxLanes = 8;
     const std::size_t lanes = hn::Lanes(dd);
 
     const V o[3] = {hn::LoadU(dd, &rays.ox[at]), hn::LoadU(dd, &rays.oy[at]),
@@ -198,6 +197,11 @@ class GroupPreparation {
   double scene_[3];
   double far_;
 };
+
+constexpr std::size_t kGroupRays = 8;
+using GroupPreparation = Preparation<kGroupRays>;
+/// For requests of one ray: the same arithmetic in one lane.
+using SinglePreparation = Preparation<1>;
 
 }  // namespace HWY_NAMESPACE
 }  // namespace sightline

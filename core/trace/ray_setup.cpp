@@ -1,6 +1,7 @@
 #include "core/trace/ray_setup.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -17,10 +18,14 @@ double largest_magnitude(const std::array<double, 3>& v) {
 }
 
 /// Scales by a power of two so that the largest |component| is in [1, 2); returns the exponent.
-/// Precondition: some component is not zero.
+/// Precondition: some component is not zero, all are finite.
 int normalise(std::array<double, 3>& direction) {
   const int exponent = -std::ilogb(largest_magnitude(direction));
-  if (exponent != 0) {
+  if (exponent == 0) return 0;
+  if (std::abs(exponent) < 1000) {
+    const double scale = std::bit_cast<double>(static_cast<std::uint64_t>(1023 + exponent) << 52);
+    for (double& d : direction) d *= scale;
+  } else {
     for (double& d : direction) d = std::ldexp(d, exponent);
   }
   return exponent;
@@ -64,33 +69,38 @@ void move_origin(const Ray& ray, double anchor, AnchoredRay& out) {
   }
 }
 
-float clamp_to_finite(float x) { return std::min(x, std::numeric_limits<float>::max()); }
-
 /// Slabs for origin and direction in tree units, the origin known up to `pad` on each axis.
 BoxRay make_slabs(const std::array<double, 3>& origin, const std::array<double, 3>& direction,
                   const std::array<double, 3>& pad) {
+  constexpr double kMaxFloat = std::numeric_limits<float>::max();
   BoxRay box;
   for (std::size_t k = 0; k < 3; ++k) {
-    const float below = float_below(origin[k] - pad[k]);
-    const float above = float_above(origin[k] + pad[k]);
+    // To the nearest float32 after a step outwards that is larger than what rounding can undo. What
+    // is beyond float32 must not become an infinity on the wrong side.
+    const double step = std::abs(origin[k]) * bounds::kOriginStep + pad[k];
+    const auto below = static_cast<float>(std::min(origin[k] - step, kMaxFloat));
+    const auto above = static_cast<float>(std::max(origin[k] + step, -kMaxFloat));
     const double inverse = 1 / std::abs(direction[k]);
-    const float near_inverse = clamp_to_finite(float_below(inverse * (1 - bounds::kInverseStep)));
-    const float far_inverse = float_above(inverse * (1 + bounds::kInverseStep));
-    if (std::signbit(direction[k])) {
-      box.near_origin[k] = below;
-      box.far_origin[k] = above;
-      box.near_inverse[k] = -near_inverse;
-      box.far_inverse[k] = -far_inverse;
-    } else {
-      box.near_origin[k] = above;
-      box.far_origin[k] = below;
-      box.near_inverse[k] = near_inverse;
-      box.far_inverse[k] = far_inverse;
-    }
+    const auto near_inverse =
+        static_cast<float>(std::min(inverse * (1 - bounds::kInverseStep), kMaxFloat));
+    const auto far_inverse = static_cast<float>(inverse * (1 + bounds::kInverseStep));
+    const bool negative = std::signbit(direction[k]);
+    box.near_origin[k] = negative ? below : above;
+    box.far_origin[k] = negative ? above : below;
+    box.near_inverse[k] = negative ? -near_inverse : near_inverse;
+    box.far_inverse[k] = negative ? -far_inverse : far_inverse;
   }
   box.set_octant(std::signbit(direction[0]), std::signbit(direction[1]),
                  std::signbit(direction[2]));
   return box;
+}
+
+/// Tree units, rounded down, not below 0; a NaN says nothing.
+float lowest_tau(double scene_tau, double tau_scale) {
+  const double tau = scene_tau * tau_scale;
+  const auto low =
+      static_cast<float>(tau - (std::abs(tau) * bounds::kLimitStep + bounds::kLimitFloor));
+  return low > 0 ? low : 0.0f;
 }
 
 /// Widened by more than an approximation and two roundings can be off.
@@ -175,7 +185,7 @@ BoxRay make_box_ray(const AnchoredRay& ray, int scale_exponent) {
   const double pad = ray.error * scale + bounds::kPad;
   BoxRay box = make_slabs(origin, ray.direction, {pad, pad, pad});
   box.tau_scale = scale;
-  box.tau_min = std::max(0.0f, float_below(ray.tau_min.low * box.tau_scale));
+  box.tau_min = lowest_tau(ray.tau_min.low, box.tau_scale);
   return box;
 }
 
@@ -211,7 +221,7 @@ BoxRay make_box_ray(const AnchoredRay& ray, const TreeSpace& space, int scale_ex
   }
   BoxRay box = make_slabs(origin, direction, pad);
   box.tau_scale = tau_scale;
-  box.tau_min = std::max(0.0f, float_below(ray.tau_min.low * box.tau_scale));
+  box.tau_min = lowest_tau(ray.tau_min.low, box.tau_scale);
   return box;
 }
 

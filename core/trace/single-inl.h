@@ -13,6 +13,7 @@
 #include "core/trace/decision.h"
 #include "core/trace/filter-inl.h"
 #include "core/trace/kernel.h"
+#include "core/trace/prepare-inl.h"
 #include "core/trace/slabs-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -50,9 +51,10 @@ struct TakeClosest {
 
 struct TakeAny {
   const RayQuestion& question;
+  double tau_max;
   bool found = false;
 
-  double bound() const { return question.anchored.tau_max.high; }
+  double bound() const { return tau_max; }
   bool take(const LeafBlock& block, std::uint32_t instance, const LeafVerdict& verdict) {
     found = verdict.accept != 0;
     for (std::uint32_t rest = verdict.examine; rest != 0 && !found; rest &= rest - 1) {
@@ -65,9 +67,10 @@ struct TakeAny {
 
 struct TakeAll {
   const RayQuestion& question;
+  double tau_max;
   AllHits& hits;
 
-  double bound() const { return question.anchored.tau_max.high; }
+  double bound() const { return tau_max; }
   bool take(const LeafBlock& block, std::uint32_t instance, const LeafVerdict& verdict) {
     for (std::uint32_t rest = verdict.accept; rest != 0; rest &= rest - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
@@ -83,24 +86,34 @@ struct TakeAll {
 /// One ray through one tree or, at the top, through the tree over placements.
 class Traversal {
  public:
-  Traversal(const Scene& scene, const Ray& ray, Stack& stack, TraceCounts& counts)
+  Traversal(const Scene& scene, const RayBatch& rays, Stack& stack, TraceCounts& counts)
       : scene_(scene.tree()),
+        rays_(rays),
         stack_(stack),
         counts_(counts),
-        anchored_(anchor_ray(ray, scene.tree().bounds)),
-        filter_(make_filter_ray(anchored_)) {}
+        alone_(scene_.placements.size() == 1 && scene_.placements[0].world_boxes),
+        preparation_(scene_.bounds, alone_ ? scene_.trees[scene_.placements[0].tree]->scale_exponent
+                                           : scene_.top.scale_exponent) {}
 
-  const AnchoredRay& anchored() const { return anchored_; }
+  /// Sets up ray `number`. Precondition: the scene has placements.
+  void prepare(std::size_t number) {
+    PreparedRay* ray = &ray_;
+    preparation_.prepare(rays_, number, 1, &ray);
+    if (!alone_) anchored_ = anchor_ray(rays_[number], scene_.bounds);
+  }
+  double tau_max() const { return ray_.tau_max; }
 
   template <class Sink>
   void run(Sink& sink) {
-    if (scene_.placements.empty()) return;
+    if (alone_) {
+      enter(scene_.placements[0], ray_.box, 0, sink);
+      return;
+    }
     if (scene_.placements.size() == 1) {
       enter(scene_.placements[0], 0, sink);
       return;
     }
-    const BoxRay box = make_box_ray(anchored_, scene_.top.scale_exponent);
-    walk(scene_.top, box, 0, sink, [&](std::uint32_t ref, std::size_t base) {
+    walk(scene_.top, ray_.box, 0, sink, [&](std::uint32_t ref, std::size_t base) {
       const LeafBlock& block = *scene_.top.blocks(ref);
       for (std::uint32_t i = 0; i < block.lane_count; ++i) {
         if (enter(scene_.placements[block.triangle[i]], base, sink)) return true;
@@ -116,13 +129,19 @@ class Traversal {
     const BoxRay box = placement.world_boxes
                            ? make_box_ray(anchored_, tree.scale_exponent)
                            : make_box_ray(anchored_, placement.space, tree.scale_exponent);
+    return enter(placement, box, base, sink);
+  }
+
+  template <class Sink>
+  bool enter(const Placement& placement, const BoxRay& box, std::size_t base, Sink& sink) {
+    const WideTree& tree = *scene_.trees[placement.tree];
     ++counts_.placements;
     const auto blocks = [&]<bool kPlaced>(std::uint32_t ref) {
       LeafVerdict verdict;
       const LeafBlock* block = tree.blocks(ref);
       for (const LeafBlock* end = block + ChildRef::blocks(ref); block != end; ++block) {
         ++counts_.blocks;
-        filter_block<kPlaced>(*block, filter_, placement, sink.bound(), verdict);
+        filter_block<kPlaced>(*block, ray_.filter, placement, sink.bound(), verdict);
         if ((verdict.accept | verdict.examine) == 0) continue;
         if (sink.take(*block, placement.instance, verdict)) return true;
       }
@@ -161,10 +180,13 @@ class Traversal {
   }
 
   const SceneTree& scene_;
+  const RayBatch& rays_;
   Stack& stack_;
   TraceCounts& counts_;
-  AnchoredRay anchored_;
-  FilterRay filter_;
+  bool alone_;  ///< one tree, in world units: no top, no mapping
+  SinglePreparation preparation_;
+  PreparedRay ray_;
+  AnchoredRay anchored_;  ///< for mapping into trees; set only if !alone_
 };
 
 }  // namespace HWY_NAMESPACE
