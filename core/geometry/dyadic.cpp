@@ -6,6 +6,8 @@
 #include <cstring>
 #include <limits>
 
+#include "core/geometry/float64_parts.h"
+
 namespace sightline {
 
 namespace {
@@ -14,20 +16,14 @@ __extension__ typedef unsigned __int128 Wide;
 
 // NOLINTNEXTLINE(cppcoreguidelines-pro-type-member-init): limbs beyond count_ are never read
 Dyadic::Dyadic(double value) {
-  const auto bits = std::bit_cast<std::uint64_t>(value);
-  const int biased = static_cast<int>((bits >> 52) & 0x7ff);
-  std::uint64_t mantissa = bits & ((1ull << 52) - 1);
-  if (biased == 0 && mantissa == 0) return;
-  if (biased != 0) mantissa |= 1ull << 52;
-
-  // The lowest mantissa bit weighs 2^place; limb numbers are floor(place / 64).
-  const int place = (biased == 0 ? 1 : biased) - 1075;
-  const int limb = place >> 6;
-  const int shift = place & 63;
-  sign_ = (bits >> 63) != 0 ? -1 : 1;
-  exponent_ = limb;
-  limb_[0] = mantissa << shift;
-  limb_[1] = shift == 0 ? 0 : mantissa >> (64 - shift);
+  const Float64Parts parts(value);
+  if (parts.mantissa == 0) return;
+  // Limb numbers are floor(place / 64).
+  const int shift = parts.place & 63;
+  sign_ = parts.negative ? -1 : 1;
+  exponent_ = parts.place >> 6;
+  limb_[0] = parts.mantissa << shift;
+  limb_[1] = shift == 0 ? 0 : parts.mantissa >> (64 - shift);
   count_ = 2;
   trim();
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <bit>
 
+#include "core/geometry/float64_parts.h"
+
 namespace sightline {
 
 namespace {
@@ -16,17 +18,10 @@ struct Range {
   int highest = -(1 << 20);
 
   void include(double value) {
-    const auto bits = std::bit_cast<std::uint64_t>(value) << 1 >> 1;
-    if (bits == 0) return;
-    const int biased = static_cast<int>(bits >> 52);
-    std::uint64_t mantissa = bits & ((1ull << 52) - 1);
-    int place = -1074;
-    if (biased != 0) {
-      mantissa |= 1ull << 52;
-      place = biased - 1075;
-    }
-    lowest = std::min(lowest, place + std::countr_zero(mantissa));
-    highest = std::max(highest, place + 63 - std::countl_zero(mantissa));
+    const Float64Parts parts(value);
+    if (parts.mantissa == 0) return;
+    lowest = std::min(lowest, parts.place + std::countr_zero(parts.mantissa));
+    highest = std::max(highest, parts.place + 63 - std::countl_zero(parts.mantissa));
   }
   void include(const Vec3d& v) {
     include(v.x);
@@ -38,19 +33,12 @@ struct Range {
 };
 
 std::int64_t on_grid(double value, int exponent) {
-  const auto bits = std::bit_cast<std::uint64_t>(value) << 1 >> 1;
-  if (bits == 0) return 0;
-  const int biased = static_cast<int>(bits >> 52);
-  std::uint64_t mantissa = bits & ((1ull << 52) - 1);
-  int place = -1074;
-  if (biased != 0) {
-    mantissa |= 1ull << 52;
-    place = biased - 1075;
-  }
-  const int shift = place - exponent;
+  const Float64Parts parts(value);
+  if (parts.mantissa == 0) return 0;
+  const int shift = parts.place - exponent;
   const auto magnitude =
-      static_cast<std::int64_t>(shift >= 0 ? mantissa << shift : mantissa >> -shift);
-  return value < 0 ? -magnitude : magnitude;
+      static_cast<std::int64_t>(shift >= 0 ? parts.mantissa << shift : parts.mantissa >> -shift);
+  return parts.negative ? -magnitude : magnitude;
 }
 
 using Vector = std::array<std::int64_t, 3>;

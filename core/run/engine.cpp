@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <new>
 
 #include "core/trace/kernel.h"
 
@@ -35,6 +36,16 @@ struct Engine::State {
   /// Calls slice(begin, end) over [0, count) on the threads of this engine until the deadline.
   template <class Slice>
   Status run(std::size_t count, const Deadline& deadline, Slice slice) {
+    try {
+      return run_slices(count, deadline, slice);
+    } catch (const std::bad_alloc&) {
+      return Error{ErrorKind::kOutOfSpace, "MEMORY_EXHAUSTED", "there is no memory for the answer",
+                   ""};
+    }
+  }
+
+  template <class Slice>
+  Status run_slices(std::size_t count, const Deadline& deadline, const Slice& slice) {
     if (deadline.passed()) return out_of_time(deadline);
     if (count <= kSlice) {
       slice(std::size_t{0}, count);

@@ -22,7 +22,7 @@ struct EngineOptions {
 /// keeps a pointer to its arguments. Every answer is the same bytes for every number of threads,
 /// kernel and order of rays (CONTRACT.md).
 /// Rays must have passed check_rays. Errors: DEADLINE and CANCELLED (the output is then unusable),
-/// ENGINE_KERNEL_UNKNOWN from create.
+/// MEMORY_EXHAUSTED, ENGINE_KERNEL_UNKNOWN from create.
 class Engine {
  public:
   static Result<std::unique_ptr<Engine>> create(const EngineOptions& options);

@@ -1,6 +1,7 @@
 #include "core/scene/scene.h"
 
 #include <algorithm>
+#include <new>
 
 namespace sightline {
 
@@ -17,9 +18,14 @@ Result<std::shared_ptr<const Scene>> Scene::build(SceneDescription description) 
     scene->instanced_triangle_count_ += meshes[instance.mesh].triangle_count();
     placements.push_back({instance.mesh, instance.world_from_mesh});
   }
-  Result<SceneTree> tree = build_scene_tree(meshes, placements);
-  if (!tree) return std::move(tree).error();
-  scene->tree_ = std::move(*tree);
+  try {
+    Result<SceneTree> tree = build_scene_tree(meshes, placements);
+    if (!tree) return std::move(tree).error();
+    scene->tree_ = std::move(*tree);
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorKind::kOutOfSpace, "MEMORY_EXHAUSTED",
+                 "there is no memory for the scene's trees", ""};
+  }
   return std::shared_ptr<const Scene>(std::move(scene));
 }
 

@@ -20,7 +20,7 @@ using WorldTriangle = Triangle;
 /// Nothing in it ever changes; hold it by shared_ptr<const Scene> for as long as it is read.
 class Scene {
  public:
-  /// Builds the trees. Errors: SCENE_TOO_LARGE when an id or a node number would not fit.
+  /// Builds the trees. Errors: SCENE_TOO_LARGE when a tree would not fit, MEMORY_EXHAUSTED.
   static Result<std::shared_ptr<const Scene>> build(SceneDescription description);
 
   const SceneDescription& description() const { return description_; }

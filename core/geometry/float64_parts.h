@@ -1,0 +1,25 @@
+#pragma once
+/// A finite float64 taken apart.
+
+#include <bit>
+#include <cstdint>
+
+namespace sightline {
+
+/// |value| = mantissa * 2^place; mantissa is below 2^53, and 0 for zero of either sign.
+struct Float64Parts {
+  std::uint64_t mantissa = 0;
+  int place = 0;
+  bool negative = false;
+
+  explicit Float64Parts(double value) {
+    const auto bits = std::bit_cast<std::uint64_t>(value);
+    const int biased = static_cast<int>((bits >> 52) & 0x7ff);
+    negative = (bits >> 63) != 0;
+    mantissa = bits & ((1ull << 52) - 1);
+    if (biased != 0) mantissa |= 1ull << 52;
+    place = (biased == 0 ? 1 : biased) - 1075;
+  }
+};
+
+}  // namespace sightline
