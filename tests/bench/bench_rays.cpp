@@ -74,7 +74,7 @@ View view_of(const BenchScene& scene, const Place& place, unsigned index) {
     case Viewpoints::kGround: {
       constexpr double kHeights[] = {0.002, 0.01, 0.03, 0.08, 0.15};
       const std::vector<Vec3d> ground = open_ground(*scene.scene, place);
-      const Vec3d foot = ground[index * 3 % ground.size()];
+      const Vec3d foot = ground[std::size_t{index} * 3 % ground.size()];
       const Vec3d eye = add(foot, {0, kHeights[index % 5] * place.diagonal, 0});
       return {eye, {place.centre.x, foot.y, place.centre.z}};
     }
