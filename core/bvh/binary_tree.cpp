@@ -1,13 +1,10 @@
 #include "core/bvh/binary_tree.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_invoke.h>
-#include <tbb/parallel_reduce.h>
-
 #include <algorithm>
 #include <array>
 #include <limits>
 
+#include "core/base/parallel.h"
 #include "core/bvh/float4.h"
 
 namespace sightline {
@@ -127,7 +124,7 @@ class Builder {
     const auto build_left = [&] { build(slot + 1, first, left, depth + 1); };
     const auto build_right = [&] { build(slot + 2 * left, first + left, count - left, depth + 1); };
     if (count >= kParallelSubtrees) {
-      tbb::parallel_invoke(build_left, build_right);
+      parallel_invoke(build_left, build_right);
     } else {
       build_left();
       build_right();
@@ -143,16 +140,17 @@ class Builder {
   /// Over boxes [first, first + count): merging is exact, so any division of labour gives the same.
   template <class Value, class Add>
   Value reduce(std::uint32_t first, std::uint32_t count, const Value& empty, Add add) const {
-    const auto serial = [&](const tbb::blocked_range<std::uint32_t>& r, Value value) {
-      for (std::uint32_t i = r.begin(); i < r.end(); ++i) add(value, boxes_[i]);
+    const auto serial = [&](std::size_t begin, std::size_t end, Value value) {
+      for (std::size_t i = begin; i < end; ++i) add(value, boxes_[i]);
       return value;
     };
-    const tbb::blocked_range<std::uint32_t> all(first, first + count, kParallelBinning / 8);
-    if (count < kParallelBinning) return serial(all, empty);
-    return tbb::parallel_reduce(all, empty, serial, [](Value a, const Value& b) {
-      a.include(b);
-      return a;
-    });
+    const std::size_t end = std::size_t{first} + count;
+    if (count < kParallelBinning) return serial(first, end, empty);
+    return parallel_reduce(first, end, kParallelBinning / 8, empty, serial,
+                           [](Value a, const Value& b) {
+                             a.include(b);
+                             return a;
+                           });
   }
 
   RangeBounds bounds_of(std::uint32_t first, std::uint32_t count) const {

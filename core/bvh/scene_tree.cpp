@@ -1,10 +1,9 @@
 #include "core/bvh/scene_tree.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/parallel.h"
 #include "core/bvh/collapse.h"
 #include "core/bvh/triangle_tree.h"
 #include "core/geometry/rounding.h"
@@ -183,7 +182,7 @@ Result<SceneTree> build_scene_tree(std::span<const MeshView> meshes,
   }
   for (const PlacementView& placement : placements) ++facts[placement.mesh].uses;
   std::vector<Box3d> placed(placements.size());
-  tbb::parallel_for(std::size_t{0}, placements.size(), [&](std::size_t i) {
+  parallel_for(placements.size(), [&](std::size_t i) {
     const PlacementView& view = placements[i];
     placed[i] = world_bounds(meshes[view.mesh], facts[view.mesh], view.world_from_mesh);
   });

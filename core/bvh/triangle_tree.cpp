@@ -1,11 +1,10 @@
 #include "core/bvh/triangle_tree.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "core/base/parallel.h"
 #include "core/bvh/collapse.h"
 #include "core/geometry/rounding.h"
 
@@ -93,7 +92,8 @@ WideTree build_triangle_tree(const MeshView& mesh, const Affine* world_from_mesh
   const int scale_exponent = used == 0 ? 0 : choose_scale_exponent(largest_coordinate(bounds));
   const double scale = std::ldexp(1.0, scale_exponent);
 
-  tbb::parallel_for(std::uint32_t{0}, (used + 4095) / 4096, [&](std::uint32_t chunk) {
+  parallel_for((used + 4095) / 4096, [&](std::size_t index) {
+    const auto chunk = static_cast<std::uint32_t>(index);
     for (std::uint32_t i = chunk * 4096; i < std::min(used, (chunk + 1) * 4096); ++i) {
       const Corners corners = corners_of(mesh, boxes[i].id, world_from_mesh);
       for (int k = 0; k < 3; ++k) {

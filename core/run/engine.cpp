@@ -1,13 +1,10 @@
 #include "core/run/engine.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-
 #include <algorithm>
 #include <atomic>
 #include <new>
 
+#include "core/base/parallel.h"
 #include "core/trace/kernel.h"
 
 namespace sightline {
@@ -30,8 +27,7 @@ Error out_of_time(const Deadline& deadline) {
 struct Engine::State {
   Kernel kernel;
   std::string kernel_name;
-  int threads = 1;
-  tbb::task_arena arena;
+  ThreadGroup threads;
 
   /// Calls slice(begin, end) over [0, count) on the threads of this engine until the deadline.
   template <class Slice>
@@ -52,8 +48,8 @@ struct Engine::State {
       return success();
     }
     std::atomic<bool> stopped{false};
-    arena.execute([&] {
-      tbb::parallel_for(std::size_t{0}, (count + kSlice - 1) / kSlice, [&](std::size_t i) {
+    threads.execute([&] {
+      parallel_for((count + kSlice - 1) / kSlice, [&](std::size_t i) {
         if (stopped.load(std::memory_order_relaxed)) return;
         if (deadline.passed()) {
           stopped.store(true, std::memory_order_relaxed);
@@ -77,7 +73,7 @@ std::vector<std::string> Engine::kernels() {
 }
 
 const std::string& Engine::kernel() const { return state_->kernel_name; }
-int Engine::threads() const { return state_->threads; }
+int Engine::threads() const { return state_->threads.threads(); }
 
 Result<std::unique_ptr<Engine>> Engine::create(const EngineOptions& options) {
   auto state = std::make_unique<State>();
@@ -93,8 +89,7 @@ Result<std::unique_ptr<Engine>> Engine::create(const EngineOptions& options) {
   }
   state->kernel = *chosen;
   state->kernel_name = std::string(chosen->name);
-  state->threads = options.threads > 0 ? options.threads : tbb::this_task_arena::max_concurrency();
-  state->arena.initialize(state->threads);
+  state->threads.start(options.threads);
   return std::unique_ptr<Engine>(new Engine(std::move(state)));
 }
 

@@ -1,0 +1,156 @@
+#pragma once
+/// The shapes in which threads share work here, over oneTBB: a loop, two branches, a sum, and a
+/// group of threads to do it on.
+///
+/// ThreadSanitizer does not see what Debian's libtbb synchronises inside and calls every hand-over
+/// a race. In a build for it the same shapes stand on std::thread, so that it watches our code and
+/// only our code.
+///
+/// Laws    each call returns after all of its work; what a piece throws, the caller gets (of
+/// several
+///         exceptions one). Calls may nest.
+
+#include <cstddef>
+
+#if defined(__has_feature)
+#if __has_feature(thread_sanitizer)
+#define SIGHTLINE_WATCHED_THREADS
+#endif
+#endif
+#if defined(__SANITIZE_THREAD__)
+#define SIGHTLINE_WATCHED_THREADS
+#endif
+
+#if !defined(SIGHTLINE_WATCHED_THREADS)
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
+#include <tbb/parallel_reduce.h>
+#include <tbb/task_arena.h>
+
+namespace sightline {
+
+/// Calls piece(i) for every i below count, in any order.
+template <class Piece>
+void parallel_for(std::size_t count, const Piece& piece) {
+  tbb::parallel_for(std::size_t{0}, count, piece);
+}
+
+template <class First, class Second>
+void parallel_invoke(const First& first, const Second& second) {
+  tbb::parallel_invoke(first, second);
+}
+
+/// Joins, in order, add(begin, end, value) over ranges that cover [begin, end). How it is cut is
+/// not fixed: joining must be associative and `empty` neutral.
+template <class Value, class Add, class Join>
+Value parallel_reduce(std::size_t begin, std::size_t end, std::size_t grain, const Value& empty,
+                      const Add& add, const Join& join) {
+  return tbb::parallel_reduce(
+      tbb::blocked_range<std::size_t>(begin, end, grain), empty,
+      [&](const tbb::blocked_range<std::size_t>& range, const Value& value) {
+        return add(range.begin(), range.end(), value);
+      },
+      join);
+}
+
+/// How many threads run at once what execute calls in parallel.
+class ThreadGroup {
+ public:
+  /// 0: as many as the machine has. Precondition: called once, before execute.
+  void start(int threads) {
+    if (threads > 0) {
+      arena_.initialize(threads);
+    } else {
+      arena_.initialize();
+    }
+  }
+  int threads() const { return arena_.max_concurrency(); }
+  template <class Work>
+  void execute(const Work& work) {
+    arena_.execute(work);
+  }
+
+ private:
+  tbb::task_arena arena_;
+};
+
+}  // namespace sightline
+
+#else
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace sightline {
+
+template <class Piece>
+void parallel_for(std::size_t count, const Piece& piece) {
+  std::atomic<std::size_t> next{0};
+  std::mutex mutex;
+  std::exception_ptr thrown;
+  const auto work = [&] {
+    try {
+      for (std::size_t i = next++; i < count; i = next++) piece(i);
+    } catch (...) {
+      next = count;
+      const std::lock_guard lock(mutex);
+      thrown = std::current_exception();
+    }
+  };
+  constexpr std::size_t kThreads = 4;  // more than the machine may have: more orders are seen
+  std::vector<std::thread> threads;
+  for (std::size_t i = 1; i < std::min(count, kThreads); ++i) threads.emplace_back(work);
+  work();
+  for (std::thread& thread : threads) thread.join();
+  if (thrown) std::rethrow_exception(thrown);
+}
+
+template <class First, class Second>
+void parallel_invoke(const First& first, const Second& second) {
+  parallel_for(2, [&](std::size_t i) {
+    if (i == 0) {
+      first();
+    } else {
+      second();
+    }
+  });
+}
+
+template <class Value, class Add, class Join>
+Value parallel_reduce(std::size_t begin, std::size_t end, std::size_t grain, const Value& empty,
+                      const Add& add, const Join& join) {
+  if (begin >= end) return empty;
+  std::vector<Value> values((end - begin + grain - 1) / grain, empty);
+  parallel_for(values.size(), [&](std::size_t i) {
+    const std::size_t from = begin + i * grain;
+    values[i] = add(from, std::min(end, from + grain), empty);
+  });
+  Value sum = empty;
+  for (const Value& value : values) sum = join(sum, value);
+  return sum;
+}
+
+class ThreadGroup {
+ public:
+  void start(int threads) {
+    threads_ = threads > 0 ? threads : static_cast<int>(std::thread::hardware_concurrency());
+  }
+  int threads() const { return threads_; }
+  template <class Work>
+  void execute(const Work& work) {
+    work();
+  }
+
+ private:
+  int threads_ = 1;
+};
+
+}  // namespace sightline
+
+#endif
