@@ -35,6 +35,8 @@ class Contestant {
   const std::string& name() const { return name_; }
   /// True if its t and ids are promised to be exact.
   virtual bool exact() const { return false; }
+  /// True if its t is in Answers::hits, false if it is in Answers::t.
+  virtual bool float64() const { return exact(); }
   /// Precondition: the answers have as many slots as there are rays.
   virtual void closest(const RaySet& rays, Answers& answers) const = 0;
   virtual void any(const RaySet& rays, Answers& answers) const = 0;
@@ -60,5 +62,11 @@ std::vector<std::string> embree_names();
 /// built once, with all threads.
 std::vector<std::unique_ptr<Contestant>> make_embree(const std::vector<std::string>& names,
                                                      const BenchScene& scene);
+
+/// The triangle tests of the literature on the product's tree
+/// (tests/contestants/textbook_kernel.h); closest only.
+std::vector<std::string> textbook_names();
+/// Null for an unknown name, and for a scene that they cannot trace.
+std::unique_ptr<Contestant> make_textbook(const std::string& name, const BenchScene& scene);
 
 }  // namespace sightline::bench

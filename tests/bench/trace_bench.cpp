@@ -49,7 +49,10 @@ class TraceBench {
         options_.kernel.empty() ? std::string(supported_kernels().front().name) : options_.kernel;
     result_.quick = options_.quick;
     result_.repetitions = options_.repetitions;
-    for (const auto& names : {sightline_names(), embree_names()}) {
+    auto all = {sightline_names(), embree_names(), textbook_names()};
+    for (const auto& names : all) {
+      // Textbooks run only when they are named.
+      if (options_.contestants.empty() && names == textbook_names()) continue;
       for (const std::string& name : keep(names, options_.contestants)) {
         result_.contestants.push_back(name);
       }
@@ -90,6 +93,9 @@ class TraceBench {
       if (auto ours = make_sightline(wish, options_.kernel, *scene)) {
         contestants.push_back(std::move(ours));
       }
+    }
+    for (const std::string& wish : result_.contestants) {
+      if (auto theirs = make_textbook(wish, *scene)) contestants.push_back(std::move(theirs));
     }
     for (auto& theirs : make_embree(result_.contestants, *scene)) {
       contestants.push_back(std::move(theirs));
@@ -166,7 +172,7 @@ class TraceBench {
     const Answers* theirs = nullptr;
     for (std::size_t i = 0; i < contestants.size(); ++i) {
       if (contestants[i]->exact() && ours == nullptr) ours = &answers[i];
-      if (!contestants[i]->exact() && theirs == nullptr) theirs = &answers[i];
+      if (!contestants[i]->float64() && theirs == nullptr) theirs = &answers[i];
     }
     if (ours == nullptr) return;
     if (closest) check_closest(rays, *ours, theirs, judge, options_.judge, check);
