@@ -138,6 +138,27 @@ void write_column(JsonWriter& out, const Answer& answer, HitField field) {
   out.raw(']');
 }
 
+/// The columns of all fields asked for, with commas between them.
+void write_columns(JsonWriter& out, const Answer& answer, FieldSet fields) {
+  bool first = true;
+  for (const HitField field : all_hit_fields()) {
+    if (!fields.has(field)) continue;
+    if (!first) out.raw(',');
+    first = false;
+    write_column(out, answer, field);
+  }
+}
+
+template <class Number>
+void write_array(JsonWriter& out, std::span<const Number> numbers) {
+  out.raw('[');
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    if (i > 0) out.raw(',');
+    out.number(std::uint64_t{numbers[i]});
+  }
+  out.raw(']');
+}
+
 /// A guess at the bytes of one hit: 18 for each number, 12 for the rest.
 std::size_t expected_hit_bytes(FieldSet fields) {
   std::size_t bytes = 8;
@@ -162,15 +183,39 @@ std::string encode_hits(const HitBatch& hits, std::span<const HitDetail> details
     out.raw("]}");
     return out.take();
   }
-  char before = '{';
-  for (const HitField field : all_hit_fields()) {
-    if (!fields.has(field)) continue;
-    out.raw(before);
-    write_column(out, answer, field);
-    before = ',';
-  }
-  if (before == '{') out.raw('{');
+  out.raw('{');
+  write_columns(out, answer, fields);
   out.raw('}');
+  return out.take();
+}
+
+std::string encode_hit_lists(const HitLists& lists, std::span<const std::uint64_t> totals,
+                             std::span<const HitDetail> details, const HitTerms& terms,
+                             FieldSet fields, AnswerLayout layout) {
+  const Answer answer{lists.hits, details, terms};
+  JsonWriter out(32 + totals.size() * 24 + lists.hits.size() * expected_hit_bytes(fields));
+  if (layout == AnswerLayout::kColumns) {
+    out.raw("{\"totals\":");
+    write_array(out, totals);
+    out.raw(",\"first\":");
+    write_array(out, std::span<const std::size_t>(lists.first));
+    if (!fields.empty()) out.raw(',');
+    write_columns(out, answer, fields);
+    out.raw('}');
+    return out.take();
+  }
+  out.raw("{\"results\":[");
+  for (std::size_t ray = 0; ray < totals.size(); ++ray) {
+    out.raw(ray > 0 ? ",{\"total\":" : "{\"total\":");
+    out.number(totals[ray]);
+    out.raw(",\"hits\":[");
+    for (std::size_t i = lists.first[ray]; i < lists.first[ray + 1]; ++i) {
+      if (i > lists.first[ray]) out.raw(',');
+      write_row(out, answer, fields, i);
+    }
+    out.raw("]}");
+  }
+  out.raw("]}");
   return out.take();
 }
 
@@ -178,6 +223,14 @@ std::string encode_hit(const HitBatch& hits, std::span<const HitDetail> details,
                        const HitTerms& terms, FieldSet fields, std::size_t i) {
   JsonWriter out(expected_hit_bytes(fields));
   write_row(out, {hits, details, terms}, fields, i);
+  return out.take();
+}
+
+std::string encode_counts(std::span<const std::uint64_t> counts) {
+  JsonWriter out(16 + counts.size() * 4);
+  out.raw("{\"counts\":");
+  write_array(out, counts);
+  out.raw('}');
   return out.take();
 }
 

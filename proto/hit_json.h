@@ -38,6 +38,18 @@ std::string encode_hits(const HitBatch& hits, std::span<const HitDetail> details
 std::string encode_hit(const HitBatch& hits, std::span<const HitDetail> details,
                        const HitTerms& terms, FieldSet fields, std::size_t i);
 
+/// Lists of hits, each with the total of its ray, which is more than the list holds where max_hits
+/// cut it.
+/// rows     {"results":[{"total":2,"hits":[{"t":5},{"t":6}]},{"total":0,"hits":[]}]}
+/// columns  {"totals":[2,0],"first":[0,2,2],"t":[5,6]}: the hits of ray i are first[i]..first[i+1]
+/// details and terms have one slot for each of lists.hits.
+std::string encode_hit_lists(const HitLists& lists, std::span<const std::uint64_t> totals,
+                             std::span<const HitDetail> details, const HitTerms& terms,
+                             FieldSet fields, AnswerLayout layout);
+
+/// {"counts":[2,0]}, for rows and for columns.
+std::string encode_counts(std::span<const std::uint64_t> counts);
+
 /// {"hits":[true,false]}; 0 is false.
 std::string encode_occlusion(std::span<const std::uint8_t> occluded);
 

@@ -9,9 +9,10 @@
 namespace sightline {
 namespace {
 
-// "-1.7976931348623157e+308" has 24 characters, 4294967295 has 10.
+// "-1.7976931348623157e+308" has 24 characters, 4294967295 has 10, 2^64 - 1 has 20.
 constexpr std::size_t kLongestDouble = 24;
 constexpr std::size_t kLongestUint32 = 10;
+constexpr std::size_t kLongestUint64 = 20;
 
 bool needs_no_escape(std::string_view text) {
   return std::all_of(text.begin(), text.end(), [](char c) {
@@ -53,6 +54,12 @@ void JsonWriter::number(std::uint32_t value) {
   char* begin = room(kLongestUint32);
   size_ +=
       static_cast<std::size_t>(std::to_chars(begin, begin + kLongestUint32, value).ptr - begin);
+}
+
+void JsonWriter::number(std::uint64_t value) {
+  char* begin = room(kLongestUint64);
+  size_ +=
+      static_cast<std::size_t>(std::to_chars(begin, begin + kLongestUint64, value).ptr - begin);
 }
 
 void JsonWriter::string(std::string_view text) {

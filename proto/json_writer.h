@@ -21,6 +21,7 @@ class JsonWriter {
   /// have, become null.
   void number(double value);
   void number(std::uint32_t value);
+  void number(std::uint64_t value);
   void boolean(bool value) { raw(value ? std::string_view("true") : std::string_view("false")); }
   /// A quoted string; bytes that are not UTF-8 become U+FFFD.
   void string(std::string_view text);

@@ -8,8 +8,10 @@
 #include <array>
 #include <limits>
 #include <optional>
+#include <span>
 
 #include "proto/json_pointer.h"
+#include "proto/json_token.h"
 
 namespace sightline {
 namespace {
@@ -19,72 +21,6 @@ namespace od = simdjson::ondemand;
 constexpr double kInf = std::numeric_limits<double>::infinity();
 /// As a place in a tuple: the tuple itself.
 constexpr std::size_t kWhole = static_cast<std::size_t>(-1);
-
-/// What a token looks like, for messages: "found a string".
-std::string_view token_kind(std::string_view token) {
-  if (token.empty()) return "the end of the body";
-  switch (token.front()) {
-    case '"':
-      return "a string";
-    case '{':
-      return "an object";
-    case '[':
-      return "an array";
-    case 't':
-    case 'f':
-      return "true or false";
-    case 'n':
-      return "null";
-    default:
-      return "a number";
-  }
-}
-
-std::string_view trim(std::string_view token) {
-  const auto end = token.find_last_not_of(" \t\r\n");
-  return end == std::string_view::npos ? std::string_view{} : token.substr(0, end + 1);
-}
-
-/// number = [ "-" ] int [ frac ] [ exp ], RFC 8259 section 6.
-bool is_json_number(std::string_view text) {
-  std::size_t i = 0;
-  const auto digits = [&] {
-    const std::size_t begin = i;
-    while (i < text.size() && text[i] >= '0' && text[i] <= '9') ++i;
-    return i - begin;
-  };
-  if (i < text.size() && text[i] == '-') ++i;
-  const bool leading_zero = i < text.size() && text[i] == '0';
-  const std::size_t whole = digits();
-  if (whole == 0 || (leading_zero && whole > 1)) return false;
-  if (i < text.size() && text[i] == '.') {
-    ++i;
-    if (digits() == 0) return false;
-  }
-  if (i < text.size() && (text[i] == 'e' || text[i] == 'E')) {
-    ++i;
-    if (i < text.size() && (text[i] == '+' || text[i] == '-')) ++i;
-    if (digits() == 0) return false;
-  }
-  return i == text.size();
-}
-
-/// Whether a value of JSON begins with this token.
-bool looks_like_json(std::string_view token) {
-  if (token.empty()) return false;
-  return token.front() == '"' || token.front() == '{' || token.front() == '[' || token == "true" ||
-         token == "false" || token == "null" || is_json_number(token);
-}
-
-/// The ways in which programs write what JSON cannot say.
-bool is_non_finite_word(std::string_view text) {
-  if (!text.empty() && (text.front() == '-' || text.front() == '+')) text.remove_prefix(1);
-  std::string lower(text.substr(0, 16));
-  std::transform(lower.begin(), lower.end(), lower.begin(), [](char c) {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  });
-  return lower == "nan" || lower == "inf" || lower == "infinity";
-}
 
 std::string number_text(std::size_t number) { return std::to_string(number); }
 
@@ -107,6 +43,9 @@ class RayReader {
   bool read_row(od::value value, std::size_t ray);
   bool read_column(od::value value, Part part);
   bool read_fields(od::value value);
+  bool read_max_hits(od::value value);
+  bool read_crossings(od::value value);
+  unsigned known_top_keys() const;
   bool finish_rows_or_columns();
   bool check_limits_and_directions();
 
@@ -116,8 +55,7 @@ class RayReader {
   template <class Place>
   bool read_limit(od::value value, Part part, double& out, Place place);
   bool read_vector(od::value value, std::size_t ray, Part part, Vec3d& out);
-  template <std::size_t N>
-  bool read_key(od::field& field, const std::array<std::string_view, N>& known,
+  bool read_key(od::field& field, std::span<const std::string_view> keys, unsigned known,
                 const JsonPointer& parent, std::size_t& which);
   bool mark_seen(unsigned bit, unsigned& seen, const JsonPointer& place);
   template <class Place>
@@ -158,9 +96,12 @@ class RayReader {
   Error error_;
 };
 
-constexpr std::array<std::string_view, 6> kTopKeys{"rays", "origins", "directions",
-                                                   "tmin", "tmax",    "fields"};
-constexpr unsigned kRaysBit = 1u << 0, kColumnBits = 0x1eu, kFieldsBit = 1u << 5;
+constexpr std::array<std::string_view, 8> kTopKeys{"rays", "origins", "directions", "tmin",
+                                                   "tmax", "fields",  "max_hits",   "crossings"};
+constexpr unsigned kRaysBit = 1u << 0, kColumnBits = 0x1eu, kFieldsBit = 1u << 5,
+                   kMaxHitsBit = 1u << 6, kCrossingsBit = 1u << 7;
+/// Every key of a row.
+constexpr unsigned kRowBits = 0xfu;
 
 bool RayReader::wrong(od::value value, const JsonPointer& place, std::string_view expected) {
   const std::string_view token = trim(value.raw_json_token());
@@ -200,23 +141,25 @@ bool RayReader::check_end(simdjson::error_code code, Place place) {
   return malformed(place(), std::string("not well-formed here: ") + simdjson::error_message(code));
 }
 
-template <std::size_t N>
-bool RayReader::read_key(od::field& field, const std::array<std::string_view, N>& known,
+/// `known`: the bits of those of `keys` that may stand here.
+bool RayReader::read_key(od::field& field, std::span<const std::string_view> keys, unsigned known,
                          const JsonPointer& parent, std::size_t& which) {
+  const auto is_known = [&](std::size_t i) { return ((known >> i) & 1u) != 0; };
   const od::raw_json_string raw = field.key();
-  for (which = 0; which < N; ++which) {
-    if (raw.unsafe_is_equal(known[which])) return true;
+  for (which = 0; which < keys.size(); ++which) {
+    if (is_known(which) && raw.unsafe_is_equal(keys[which])) return true;
   }
   // The same name may be written with escapes.
   std::string_view name;
   if (field.unescaped_key().get(name) != simdjson::SUCCESS) {
     return malformed(parent, "a key here is not a valid string");
   }
-  for (which = 0; which < N; ++which) {
-    if (name == known[which]) return true;
-  }
   std::string list;
-  for (const std::string_view key : known) list += (list.empty() ? "" : ", ") + std::string(key);
+  for (which = 0; which < keys.size(); ++which) {
+    if (!is_known(which)) continue;
+    if (name == keys[which]) return true;
+    list += (list.empty() ? "" : ", ") + std::string(keys[which]);
+  }
   return fail(ErrorKind::kInvalid, "KEY_UNKNOWN",
               "unknown key \"" + std::string(cut_utf8(name, 64)) + "\"; known here: " + list,
               JsonPointer(parent).key(name));
@@ -275,7 +218,7 @@ bool RayReader::read_row(od::value value, std::size_t ray) {
     if (raw.unsafe_is_equal(kRowKeys[1])) {
       which = 1;
     } else if (!raw.unsafe_is_equal(kRowKeys[0]) &&
-               !read_key(field, kRowKeys, ray_place(ray), which)) {
+               !read_key(field, kRowKeys, kRowBits, ray_place(ray), which)) {
       return false;
     }
     const auto part = static_cast<Part>(which);
@@ -418,20 +361,52 @@ bool RayReader::read_fields(od::value value) {
   return true;
 }
 
+bool RayReader::read_max_hits(od::value value) {
+  const JsonPointer place = JsonPointer().key("max_hits");
+  const std::string expected = "an integer from 0 to " + number_text(rules_.max_hits);
+  std::uint64_t count = 0;
+  const bool integer = value.get_uint64().get(count) == simdjson::SUCCESS;
+  if (!integer && !is_json_number(trim(value.raw_json_token()))) {
+    return wrong(value, place, expected);
+  }
+  if (!integer || count > rules_.max_hits) {
+    return fail(ErrorKind::kInvalid, "NUMBER_OUT_OF_RANGE", "expected " + expected, place);
+  }
+  query_.max_hits = count;
+  return true;
+}
+
+bool RayReader::read_crossings(od::value value) {
+  const JsonPointer place = JsonPointer().key("crossings");
+  std::string_view name;
+  if (const auto code = value.get_string().get(name); code != simdjson::SUCCESS) {
+    if (code == simdjson::INCORRECT_TYPE) return wrong(value, place, "\"every\" or \"once\"");
+    return malformed(place, "this is not a valid string");
+  }
+  if (name != "every" && name != "once") {
+    return fail(ErrorKind::kInvalid, "VALUE_UNKNOWN", "expected \"every\" or \"once\"", place);
+  }
+  query_.crossings = name == "once" ? Crossings::kOnce : Crossings::kEvery;
+  return true;
+}
+
+unsigned RayReader::known_top_keys() const {
+  unsigned known = kRaysBit | kColumnBits;
+  if (rules_.has_fields) known |= kFieldsBit;
+  if (rules_.has_max_hits) known |= kMaxHitsBit;
+  if (rules_.has_crossings) known |= kCrossingsBit;
+  return known;
+}
+
 bool RayReader::read_top(od::object object) {
+  const unsigned known = known_top_keys();
   for (auto entry : object) {
     od::field field;
     if (const auto code = std::move(entry).get(field); code != simdjson::SUCCESS) {
       return check_end(code, [] { return JsonPointer(); });
     }
     std::size_t which = 0;
-    if (rules_.has_fields) {
-      if (!read_key(field, kTopKeys, JsonPointer(), which)) return false;
-    } else {
-      std::array<std::string_view, 5> known{};
-      std::copy_n(kTopKeys.begin(), known.size(), known.begin());
-      if (!read_key(field, known, JsonPointer(), which)) return false;
-    }
+    if (!read_key(field, kTopKeys, known, JsonPointer(), which)) return false;
     const unsigned bit = 1u << which;
     const JsonPointer place = JsonPointer().key(kTopKeys[which]);
     if (!mark_seen(bit, seen_, place)) return false;
@@ -442,9 +417,11 @@ bool RayReader::read_top(od::object object) {
                   place);
     }
     const od::value value = field.value();
-    const bool good = bit == kRaysBit     ? read_rows(value)
-                      : bit == kFieldsBit ? read_fields(value)
-                                          : read_column(value, static_cast<Part>(which - 1));
+    const bool good = bit == kRaysBit        ? read_rows(value)
+                      : bit == kFieldsBit    ? read_fields(value)
+                      : bit == kMaxHitsBit   ? read_max_hits(value)
+                      : bit == kCrossingsBit ? read_crossings(value)
+                                             : read_column(value, static_cast<Part>(which - 1));
     if (!good) return false;
   }
   return true;

@@ -7,11 +7,15 @@
 ///
 /// Keys in any order; tmin, tmax and fields may be left out; null as a tmax means no limit. Numbers
 /// become the nearest float64: -0.0, denormals and 17 digits survive.
+/// Where hits are listed or counted, also "crossings": "every" (or "once"), and where they are
+/// listed "max_hits": 1000, for each ray.
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 
 #include "core/base/result.h"
+#include "core/query/hit_batch.h"
 #include "core/query/ray_batch.h"
 #include "proto/hit_fields.h"
 #include "proto/hit_json.h"
@@ -22,12 +26,18 @@ struct RayJsonRules {
   std::size_t max_rays = 10'000'000;
   /// Whether the answer has fields to choose from; without, the key "fields" is unknown.
   bool has_fields = true;
+  /// The same for "crossings" and "max_hits".
+  bool has_crossings = false;
+  bool has_max_hits = false;
+  std::uint64_t max_hits = 10'000'000;  ///< the largest max_hits that may be asked for
 };
 
 struct RayQuery {
   RayBatch rays;  ///< checked by check_rays
   FieldSet fields = kDefaultHitFields;
   AnswerLayout layout = AnswerLayout::kRows;
+  Crossings crossings = Crossings::kEvery;
+  std::uint64_t max_hits = 1000;  ///< of each ray; may be more than the rules' when left out
 };
 
 /// Capacity behind its end that a body needs, because the parser reads in blocks.
@@ -37,8 +47,9 @@ inline constexpr std::size_t kRayJsonPadding = 64;
 /// The batch does not point into it.
 /// Errors, 400: JSON_MALFORMED. 422: KEY_UNKNOWN, KEY_DUPLICATE, KEY_MISSING, KEYS_MIXED (rows and
 /// columns in one body), TYPE_WRONG, LENGTH_WRONG, NUMBER_NOT_FINITE (NaN, Infinity, 1e999),
-/// FIELD_UNKNOWN (names the known ones), FIELD_DUPLICATE, FIELDS_EMPTY, and the codes of
-/// check_rays. 413: RAYS_TOO_MANY, BODY_TOO_LARGE (4 GiB and more).
+/// FIELD_UNKNOWN (names the known ones), FIELD_DUPLICATE, FIELDS_EMPTY, NUMBER_OUT_OF_RANGE
+/// (max_hits), VALUE_UNKNOWN (crossings), and the codes of check_rays. 413: RAYS_TOO_MANY,
+/// BODY_TOO_LARGE (4 GiB and more).
 Result<RayQuery> decode_rays(std::string& body, const RayJsonRules& rules);
 
 }  // namespace sightline

@@ -71,7 +71,7 @@ cat <<TEXT
 
 Ready. From another terminal, ask what lies straight below a point above the town:
 
-curl -s $url/v1/scenes/town/rays:closest -H 'Content-Type: application/json' -d '{"rays":[{"origin":[3,200,5],"direction":[0,-1,0]}]}'
+curl -s $url/v1/scenes/town/rays:closest -d '{"rays":[{"origin":[3,200,5],"direction":[0,-1,0]}]}'
 
 It answers with one hit: t 199.75, its position, the normal, and the names of the node ("market square")
 and the mesh. Scenes that you PUT are kept in $data. Ctrl-C stops the server.

@@ -1,5 +1,7 @@
 #include "server/cast.h"
 
+#include <limits>
+
 #include "core/run/engine.h"
 #include "proto/hit_json.h"
 #include "server/hit_terms.h"
@@ -15,6 +17,76 @@ int complain(std::ostream& complaints, const Error& error) {
   return kError;
 }
 
+/// Each prints its answer and says in `hit` whether there was any.
+Status cast_any(const Engine& engine, const Scene& scene, const RayBatch& rays, std::ostream& out,
+                bool& hit) {
+  Column<std::uint8_t> occluded;
+  if (Status status = engine.any(scene, rays, Deadline::never(), occluded); !status) return status;
+  hit = occluded[0] != 0;
+  out << (hit ? "true" : "false") << "\n";
+  return success();
+}
+
+Status cast_count(const Engine& engine, const Scene& scene, const RayBatch& rays,
+                  Crossings crossings, std::ostream& out, bool& hit) {
+  Column<std::uint64_t> totals;
+  if (Status status = engine.count(scene, rays, crossings, Deadline::never(), totals); !status) {
+    return status;
+  }
+  hit = totals[0] != 0;
+  out << totals[0] << "\n";
+  return success();
+}
+
+Status cast_all(const Engine& engine, const Scene& scene, const RayBatch& rays,
+                const CastCommand& command, std::ostream& out, bool& hit) {
+  constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
+  HitLists lists;
+  Column<std::uint64_t> totals;
+  Column<HitDetail> details;
+  Status status = engine.all(scene, rays, command.crossings, kNoLimit, kNoLimit, Deadline::never(),
+                             lists, totals);
+  if (status) {
+    status =
+        engine.details(scene, rays_of_hits(rays, lists), lists.hits, Deadline::never(), details);
+  }
+  if (!status) return status;
+  const HitTerms terms = hit_terms(scene, lists.hits, command.fields);
+  for (std::size_t i = 0; i < lists.hits.size(); ++i) {
+    out << encode_hit(lists.hits, details, terms, command.fields, i) << "\n";
+  }
+  hit = lists.hits.size() > 0;
+  return success();
+}
+
+Status cast_closest(const Engine& engine, const Scene& scene, const RayBatch& rays, FieldSet fields,
+                    std::ostream& out, bool& hit) {
+  HitBatch hits;
+  Column<HitDetail> details;
+  Status status = engine.closest(scene, rays, Deadline::never(), hits);
+  if (status) status = engine.details(scene, rays, hits, Deadline::never(), details);
+  if (!status) return status;
+  const HitTerms terms = hit_terms(scene, hits, fields);
+  out << encode_hit(hits, details, terms, fields, 0) << "\n";
+  hit = hits.hit(0);
+  return success();
+}
+
+Status cast(const Engine& engine, const Scene& scene, const RayBatch& rays,
+            const CastCommand& command, std::ostream& out, bool& hit) {
+  switch (command.mode) {
+    case CastMode::kClosest:
+      return cast_closest(engine, scene, rays, command.fields, out, hit);
+    case CastMode::kAny:
+      return cast_any(engine, scene, rays, out, hit);
+    case CastMode::kAll:
+      return cast_all(engine, scene, rays, command, out, hit);
+    case CastMode::kCount:
+      return cast_count(engine, scene, rays, command.crossings, out, hit);
+  }
+  return success();
+}
+
 }  // namespace
 
 int run_cast(const CastCommand& command, std::ostream& out, std::ostream& complaints) {
@@ -28,24 +100,12 @@ int run_cast(const CastCommand& command, std::ostream& out, std::ostream& compla
   if (!loaded) return complain(complaints, loaded.error());
   auto engine = Engine::create({.threads = 1, .kernel = command.kernel});
   if (!engine) return complain(complaints, engine.error());
-  const Scene& scene = *loaded->scene;
 
-  if (command.any) {
-    Column<std::uint8_t> occluded;
-    if (Status status = (*engine)->any(scene, rays, Deadline::never(), occluded); !status) {
-      return complain(complaints, status.error());
-    }
-    out << (occluded[0] != 0 ? "true" : "false") << "\n";
-    return occluded[0] != 0 ? kHit : kMiss;
+  bool hit = false;
+  if (Status status = cast(**engine, *loaded->scene, rays, command, out, hit); !status) {
+    return complain(complaints, status.error());
   }
-  HitBatch hits;
-  Column<HitDetail> details;
-  Status status = (*engine)->closest(scene, rays, Deadline::never(), hits);
-  if (status) status = (*engine)->details(scene, rays, hits, Deadline::never(), details);
-  if (!status) return complain(complaints, status.error());
-  const HitTerms terms = hit_terms(scene, hits, command.fields);
-  out << encode_hit(hits, details, terms, command.fields, 0) << "\n";
-  return hits.hit(0) ? kHit : kMiss;
+  return hit ? kHit : kMiss;
 }
 
 }  // namespace sightline

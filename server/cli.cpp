@@ -101,6 +101,8 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
   app.add_option("--max-query-bytes", command.limits.query_bytes, "of a query's body")
       ->capture_default_str();
   app.add_option("--max-rays", command.limits.rays, "in one request")->capture_default_str();
+  app.add_option("--max-hits", command.limits.hits, "listed in one answer to rays:all")
+      ->capture_default_str();
   const auto seconds = CLI::Range(0.0, 1e6);
   app.add_option("--request-seconds", flags.request_seconds, "how long one request may trace")
       ->check(seconds)
@@ -132,7 +134,8 @@ void finish_serve(ServeCommand& command, const ServeFlags& flags) {
 }
 
 struct CastFlags {
-  std::string origin, direction, tmin, tmax, fields;
+  std::string origin, direction, tmin, tmax, fields, crossings = "every";
+  bool any = false, all = false, count = false;
 };
 
 void define_cast(CLI::App& app, CastCommand& command, CastFlags& flags) {
@@ -146,7 +149,16 @@ void define_cast(CLI::App& app, CastCommand& command, CastFlags& flags) {
                  "number of the file's scene (default: the file's choice)");
   app.add_option("--fields", flags.fields, "what to print of the hit, comma-separated");
   app.add_option("--kernel", command.kernel, "traversal kernel (see --version); default: the best");
-  app.add_flag("--any", command.any, "only whether there is a hit: true or false");
+  CLI::App* modes = app.add_option_group("mode", "what to print; default: the closest hit");
+  modes->add_flag("--any", flags.any, "only whether there is a hit: true or false");
+  modes->add_flag("--all", flags.all, "every hit, one line each, in the order of t");
+  modes->add_flag("--count", flags.count, "only how many hits there are");
+  modes->require_option(0, 1);
+  app.add_option("--crossings", flags.crossings,
+                 "what --all and --count take for a hit: 'every' triangle that is met, or each "
+                 "passage through a surface 'once', though it be at an edge or a corner")
+      ->check(CLI::IsMember({"every", "once"}))
+      ->capture_default_str();
 }
 
 void finish_cast(CastCommand& command, const CastFlags& flags) {
@@ -155,6 +167,16 @@ void finish_cast(CastCommand& command, const CastFlags& flags) {
   if (!flags.tmin.empty()) command.ray.tmin = parse_number(flags.tmin, "--tmin");
   if (!flags.tmax.empty()) command.ray.tmax = parse_number(flags.tmax, "--tmax");
   if (!flags.fields.empty()) command.fields = parse_fields(flags.fields);
+  command.mode = flags.any     ? CastMode::kAny
+                 : flags.all   ? CastMode::kAll
+                 : flags.count ? CastMode::kCount
+                               : CastMode::kClosest;
+  if (flags.crossings == "once") {
+    if (!flags.all && !flags.count) {
+      throw CLI::ValidationError("--crossings", "once belongs to --all or --count");
+    }
+    command.crossings = Crossings::kOnce;
+  }
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/query/hit_batch.h"
 #include "core/query/ray_batch.h"
 #include "proto/hit_fields.h"
 #include "server/http_server.h"
@@ -29,11 +30,15 @@ struct ServeCommand {
   std::chrono::milliseconds notice{0};      ///< between /readyz saying 503 and the stop
 };
 
+/// What is asked of a ray.
+enum class CastMode { kClosest, kAny, kAll, kCount };
+
 /// sightline cast
 struct CastCommand {
   std::string source;
   Ray ray;
-  bool any = false;
+  CastMode mode = CastMode::kClosest;
+  Crossings crossings = Crossings::kEvery;
   std::optional<std::uint32_t> scene;
   FieldSet fields = kDefaultHitFields;
   std::string kernel;

@@ -1,6 +1,7 @@
 #include "server/hit_terms.h"
 
 namespace sightline {
+
 HitTerms hit_terms(const Scene& scene, const HitBatch& hits, FieldSet fields) {
   HitTerms terms;
   const SceneDescription& description = scene.description();
@@ -43,6 +44,17 @@ HitTerms hit_terms(const Scene& scene, const HitBatch& hits, FieldSet fields) {
     }
   }
   return terms;
+}
+
+RayBatch rays_of_hits(const RayBatch& rays, const HitLists& lists) {
+  RayBatch repeated;
+  repeated.reserve(lists.hits.size());
+  for (std::size_t ray = 0; ray < rays.size(); ++ray) {
+    for (std::size_t i = lists.first[ray]; i < lists.first[ray + 1]; ++i) {
+      repeated.push_back(rays[ray]);
+    }
+  }
+  return repeated;
 }
 
 }  // namespace sightline

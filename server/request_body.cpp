@@ -43,7 +43,8 @@ bool admit_body(Exchange& exchange, std::uint64_t limit) {
   return true;
 }
 
-bool admit_media_type(Exchange& exchange, std::initializer_list<std::string_view> accepted) {
+bool admit_media_type(Exchange& exchange, std::initializer_list<std::string_view> accepted,
+                      std::initializer_list<std::string_view> tolerated) {
   if (!exchange.request.has_header("Content-Type")) return true;
   std::string type = exchange.request.get_header_value("Content-Type");
   type.resize(std::min(type.find(';'), type.size()));
@@ -56,8 +57,13 @@ bool admit_media_type(Exchange& exchange, std::initializer_list<std::string_view
     if (type == each) return true;
     list += (list.empty() ? "" : " or ") + std::string(each);
   }
+  if (std::find(tolerated.begin(), tolerated.end(), type) != tolerated.end()) return true;
   exchange.reply_problem(415, "MEDIA_TYPE_UNSUPPORTED", "send Content-Type: " + list);
   return false;
+}
+
+bool admit_query_type(Exchange& exchange) {
+  return admit_media_type(exchange, {"application/json"}, {kFormMediaType});
 }
 
 bool read_body(Exchange& exchange, std::uint64_t limit,

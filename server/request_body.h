@@ -18,9 +18,19 @@ namespace sightline {
 /// false after it has answered.
 bool admit_body(Exchange& exchange, std::uint64_t limit);
 
-/// 415 MEDIA_TYPE_UNSUPPORTED unless Content-Type is one of `accepted` (parameters are ignored) or
-/// is left out. Returns false after it has answered.
-bool admit_media_type(Exchange& exchange, std::initializer_list<std::string_view> accepted);
+/// 415 MEDIA_TYPE_UNSUPPORTED unless Content-Type is one of `accepted` (parameters are ignored), is
+/// left out, or is one of `tolerated`, which the answer does not advertise. Returns false after it
+/// has answered.
+bool admit_media_type(Exchange& exchange, std::initializer_list<std::string_view> accepted,
+                      std::initializer_list<std::string_view> tolerated = {});
+
+/// What `curl -d` sends when nobody tells it otherwise.
+inline constexpr std::string_view kFormMediaType = "application/x-www-form-urlencoded";
+
+/// The media types of queries: JSON, also when it comes as a form. A browser sends forms across
+/// sites without asking; that can do no harm here, because a query changes nothing and its answer
+/// is not shown to the site. Returns false after it has answered.
+bool admit_query_type(Exchange& exchange);
 
 /// Hands the body on in pieces. Returns false after it has answered: BODY_TOO_LARGE,
 /// BODY_INCOMPLETE (the client stopped, or broke the framing), or what `sink` said.

@@ -49,6 +49,7 @@ void reply_version(Exchange& exchange, const Service& service) {
                        {{"scene_bytes", service.limits.scene_bytes},
                         {"query_bytes", service.limits.query_bytes},
                         {"rays", service.limits.rays},
+                        {"hits", service.limits.hits},
                         {"request_ms", service.limits.request.count()}}}};
   exchange.reply_json(200, document.dump() + "\n");
 }

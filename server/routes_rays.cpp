@@ -32,10 +32,13 @@ std::shared_ptr<const Scene> admit_scene(Exchange& exchange, const Service& serv
   return nullptr;
 }
 
-bool read_rays(Exchange& exchange, const Service& service, bool has_fields, RayQuery& query) {
+/// The limits are the service's, the keys are the caller's.
+bool read_rays(Exchange& exchange, const Service& service, RayJsonRules rules, RayQuery& query) {
   std::string body;
   if (!read_body(exchange, service.limits.query_bytes, kRayJsonPadding, body)) return false;
-  auto decoded = decode_rays(body, {.max_rays = service.limits.rays, .has_fields = has_fields});
+  rules.max_rays = service.limits.rays;
+  rules.max_hits = service.limits.hits;
+  auto decoded = decode_rays(body, rules);
   if (!decoded) {
     exchange.reply_error(decoded.error());
     return false;
@@ -45,8 +48,7 @@ bool read_rays(Exchange& exchange, const Service& service, bool has_fields, RayQ
 }
 
 std::shared_ptr<const Scene> admit(Exchange& exchange, const Service& service) {
-  if (!admit_media_type(exchange, {"application/json"}) ||
-      !admit_body(exchange, service.limits.query_bytes)) {
+  if (!admit_query_type(exchange) || !admit_body(exchange, service.limits.query_bytes)) {
     return nullptr;
   }
   return admit_scene(exchange, service);
@@ -55,7 +57,7 @@ std::shared_ptr<const Scene> admit(Exchange& exchange, const Service& service) {
 void closest(Exchange& exchange, const Service& service) {
   const auto scene = admit(exchange, service);
   RayQuery query;
-  if (!scene || !read_rays(exchange, service, true, query)) return;
+  if (!scene || !read_rays(exchange, service, {}, query)) return;
 
   const Deadline deadline = service.deadline();
   HitBatch hits;
@@ -76,7 +78,7 @@ void closest(Exchange& exchange, const Service& service) {
 void any(Exchange& exchange, const Service& service) {
   const auto scene = admit(exchange, service);
   RayQuery query;
-  if (!scene || !read_rays(exchange, service, false, query)) return;
+  if (!scene || !read_rays(exchange, service, {.has_fields = false}, query)) return;
 
   Column<std::uint8_t> occluded;
   if (Status status = service.engine.any(*scene, query.rays, service.deadline(), occluded);
@@ -86,6 +88,45 @@ void any(Exchange& exchange, const Service& service) {
   exchange.reply_json(200, encode_occlusion(occluded));
 }
 
+void all(Exchange& exchange, const Service& service) {
+  const auto scene = admit(exchange, service);
+  RayQuery query;
+  if (!scene ||
+      !read_rays(exchange, service, {.has_crossings = true, .has_max_hits = true}, query)) {
+    return;
+  }
+  const Deadline deadline = service.deadline();
+  HitLists lists;
+  Column<std::uint64_t> totals;
+  Status status = service.engine.all(*scene, query.rays, query.crossings, query.max_hits,
+                                     service.limits.hits, deadline, lists, totals);
+  Column<HitDetail> details;
+  if (status && query.fields.has_any_of(kDetailFields)) {
+    status = service.engine.details(*scene, rays_of_hits(query.rays, lists), lists.hits, deadline,
+                                    details);
+  }
+  if (!status) return exchange.reply_error(status.error());
+  const HitTerms terms = hit_terms(*scene, lists.hits, query.fields);
+  exchange.reply_json(200,
+                      encode_hit_lists(lists, totals, details, terms, query.fields, query.layout));
+}
+
+void count(Exchange& exchange, const Service& service) {
+  const auto scene = admit(exchange, service);
+  RayQuery query;
+  if (!scene ||
+      !read_rays(exchange, service, {.has_fields = false, .has_crossings = true}, query)) {
+    return;
+  }
+  Column<std::uint64_t> totals;
+  if (Status status =
+          service.engine.count(*scene, query.rays, query.crossings, service.deadline(), totals);
+      !status) {
+    return exchange.reply_error(status.error());
+  }
+  exchange.reply_json(200, encode_counts(totals));
+}
+
 }  // namespace
 
 void add_ray_routes(Router& router, const Service& service) {
@@ -93,6 +134,10 @@ void add_ray_routes(Router& router, const Service& service) {
              [&service](Exchange& exchange) { closest(exchange, service); });
   router.add("POST", "/v1/scenes/{id}/rays:any",
              [&service](Exchange& exchange) { any(exchange, service); });
+  router.add("POST", "/v1/scenes/{id}/rays:all",
+             [&service](Exchange& exchange) { all(exchange, service); });
+  router.add("POST", "/v1/scenes/{id}/rays:count",
+             [&service](Exchange& exchange) { count(exchange, service); });
 }
 
 }  // namespace sightline

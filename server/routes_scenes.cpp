@@ -38,7 +38,10 @@ bool read_choice(Exchange& exchange, SceneChoice& choice) {
 
 void put_scene(Exchange& exchange, Service& service) {
   SceneChoice choice;
-  if (!admit_media_type(exchange, {"model/gltf-binary", "model/gltf+json"}) ||
+  // What curl says by itself is taken as well: the importer goes by the first bytes in any case,
+  // and a browser's form, which could come from another site, cannot PUT.
+  if (!admit_media_type(exchange, {"model/gltf-binary", "model/gltf+json"},
+                        {"application/octet-stream", kFormMediaType}) ||
       !admit_body(exchange, service.limits.scene_bytes) || !read_choice(exchange, choice)) {
     return;
   }

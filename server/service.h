@@ -21,6 +21,7 @@ struct ServiceLimits {
   std::uint64_t scene_bytes = std::uint64_t{4} << 30;
   std::uint64_t query_bytes = std::uint64_t{256} << 20;
   std::size_t rays = 10'000'000;
+  std::size_t hits = 10'000'000;              ///< listed in one answer
   std::chrono::milliseconds request{60'000};  ///< for tracing
 };
 

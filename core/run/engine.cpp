@@ -14,6 +14,8 @@ namespace {
 /// Rays that one thread takes at a time: enough to hide the cost of taking them, few enough that a
 /// deadline is noticed within a millisecond or so.
 constexpr std::size_t kSlice = 1024;
+/// The same for rays of which every hit is wanted: one of them may meet a whole scene.
+constexpr std::size_t kListSlice = 64;
 
 Error out_of_time(const Deadline& deadline) {
   if (deadline.cancelled()) {
@@ -31,9 +33,10 @@ struct Engine::State {
 
   /// Calls slice(begin, end) over [0, count) on the threads of this engine until the deadline.
   template <class Slice>
-  Status run(std::size_t count, const Deadline& deadline, Slice slice) {
+  Status run(std::size_t count, const Deadline& deadline, Slice slice,
+             std::size_t slice_size = kSlice) {
     try {
-      return run_slices(count, deadline, slice);
+      return run_slices(count, deadline, slice, slice_size);
     } catch (const std::bad_alloc&) {
       return Error{ErrorKind::kOutOfSpace, "MEMORY_EXHAUSTED", "there is no memory for the answer",
                    ""};
@@ -41,21 +44,23 @@ struct Engine::State {
   }
 
   template <class Slice>
-  Status run_slices(std::size_t count, const Deadline& deadline, const Slice& slice) {
+  Status run_slices(std::size_t count, const Deadline& deadline, const Slice& slice,
+                    std::size_t slice_size) {
     if (deadline.passed()) return out_of_time(deadline);
-    if (count <= kSlice) {
+    if (count == 0) return success();
+    if (count <= slice_size) {
       slice(std::size_t{0}, count);
       return success();
     }
     std::atomic<bool> stopped{false};
     threads.execute([&] {
-      parallel_for((count + kSlice - 1) / kSlice, [&](std::size_t i) {
+      parallel_for((count + slice_size - 1) / slice_size, [&](std::size_t i) {
         if (stopped.load(std::memory_order_relaxed)) return;
         if (deadline.passed()) {
           stopped.store(true, std::memory_order_relaxed);
           return;
         }
-        slice(i * kSlice, std::min(count, (i + 1) * kSlice));
+        slice(i * slice_size, std::min(count, (i + 1) * slice_size));
       });
     });
     if (stopped.load()) return out_of_time(deadline);
@@ -114,26 +119,31 @@ Status Engine::any(const Scene& scene, const RayBatch& rays, const Deadline& dea
 Status Engine::count(const Scene& scene, const RayBatch& rays, Crossings crossings,
                      const Deadline& deadline, Column<std::uint64_t>& totals) const {
   totals.resize(rays.size());
-  return state_->run(rays.size(), deadline, [&](std::size_t begin, std::size_t end) {
+  const auto slice = [&](std::size_t begin, std::size_t end) {
     TraceCounts counts;
     state_->kernel.all(scene, rays, begin, end, crossings, 0, totals.data(), nullptr, counts);
-  });
+  };
+  return state_->run(rays.size(), deadline, slice, kListSlice);
 }
 
 Status Engine::all(const Scene& scene, const RayBatch& rays, Crossings crossings,
                    std::size_t hits_max, std::size_t hits_total_max, const Deadline& deadline,
                    HitLists& lists, Column<std::uint64_t>& totals) const {
   // Every slice fills a list of its own; they are joined in the order of rays.
-  std::vector<HitBatch> slices((rays.size() + kSlice - 1) / kSlice);
+  std::vector<HitBatch> slices((rays.size() + kListSlice - 1) / kListSlice);
   std::atomic<std::size_t> gathered{0};
   totals.assign(rays.size(), 0);
-  const Status status = state_->run(rays.size(), deadline, [&](std::size_t begin, std::size_t end) {
-    if (gathered.load(std::memory_order_relaxed) > hits_total_max) return;
+  const auto gather = [&](std::size_t begin, std::size_t end) {
     TraceCounts counts;
-    HitBatch& slice = slices[begin / kSlice];
-    state_->kernel.all(scene, rays, begin, end, crossings, hits_max, totals.data(), &slice, counts);
-    gathered.fetch_add(slice.size(), std::memory_order_relaxed);
-  });
+    HitBatch& slice = slices[begin / kListSlice];
+    // One by one: beyond the limit there is at most one ray's list for each thread.
+    for (std::size_t i = begin; i < end; ++i) {
+      if (gathered.load(std::memory_order_relaxed) > hits_total_max) return;
+      state_->kernel.all(scene, rays, i, i + 1, crossings, hits_max, totals.data(), &slice, counts);
+      gathered.fetch_add(std::min<std::size_t>(totals[i], hits_max), std::memory_order_relaxed);
+    }
+  };
+  Status status = state_->run(rays.size(), deadline, gather, kListSlice);
   if (!status) return status;
   if (gathered.load() > hits_total_max) {
     return Error{ErrorKind::kTooLarge, "TOO_MANY_HITS",

@@ -43,6 +43,21 @@ class Cast(unittest.TestCase):
         done = cast("demo:six", "1,10,0", "0,-1,0", "--any")
         self.assertEqual((done.returncode, done.stdout), (1, "false\n"))
 
+    def test_all_is_a_line_for_each_hit_and_count_their_number(self):
+        ray = ("demo:town", "0,100,0", "0,-1,0", "--tmax", "76")
+        done = cast(*ray, "--all", "--fields", "t,node")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        # The tip of the spire, then the diagonals of the tower's top and of the spire's bottom.
+        self.assertEqual(done.stdout, '{"t":68,"node":"spire"}\n' * 4 + '{"t":76,"node":"clock tower"}\n' * 2
+                         + '{"t":76,"node":"spire"}\n' * 2)
+        self.assertEqual(cast(*ray, "--count").stdout, "8\n")
+        once = cast(*ray, "--all", "--crossings", "once", "--fields", "t,node")
+        self.assertEqual(once.stdout, '{"t":68,"node":"spire"}\n{"t":76,"node":"clock tower"}\n{"t":76,"node":"spire"}\n')
+        self.assertEqual(cast(*ray, "--count", "--crossings", "once").stdout, "3\n")
+        for mode, printed in (("--all", ""), ("--count", "0\n")):
+            done = cast("demo:six", "1,10,0", "0,-1,0", mode)
+            self.assertEqual((done.returncode, done.stdout, done.stderr), (1, printed, ""))
+
     def test_a_file_is_read_from_disk(self):
         self.assertIn(cast(FEATURES, "0,100,0", "0,-1,0").returncode, (0, 1))
         self.assertIn(cast(SOURCE / "tests/data/scenes/features_external.gltf", "0,100,0", "0,-1,0").returncode, (0, 1))

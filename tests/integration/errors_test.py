@@ -13,7 +13,7 @@ class Errors(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.server = Server("--preload", "six=demo:six", "--max-query-bytes", 20000, "--max-rays", 100,
-                            "--max-scene-bytes", 50000)
+                            "--max-scene-bytes", 50000, "--max-hits", 50)
         cls.addClassCleanup(cls.server.end)
 
     def expect(self, answer, status, code, pointer=None):
@@ -82,7 +82,7 @@ class Errors(unittest.TestCase):
                 self.expect(self.server.ask(f"/v1/scenes/{scene}", "-X", "DELETE"), 404, "SCENE_NOT_FOUND")
 
     def test_an_unknown_path_is_404(self):
-        for path in ("/", "/nothing", "/v1", "/v1/scenes/", "/v1/scenes/six/rays:all", "/v1/scenes/six/rays:closest/x",
+        for path in ("/", "/nothing", "/v1", "/v1/scenes/", "/v1/scenes/six/rays:most", "/v1/scenes/six/rays:closest/x",
                      "//v1/scenes", "/%2e%2e/etc/passwd", "/healthz/", "/v1/scenes/%zz"):
             with self.subTest(path=path):
                 self.expect(self.server.ask(path, "--path-as-is"), 404, "ROUTE_NOT_FOUND")
@@ -109,16 +109,57 @@ class Errors(unittest.TestCase):
         self.assertEqual(answer.headers["allow"], "GET, HEAD, PUT, DELETE, OPTIONS")
 
     def test_another_media_type_is_415(self):
-        for given in ("text/plain", "application/x-www-form-urlencoded", "multipart/form-data; boundary=x",
-                      "application/jsonx"):
+        for given in ("text/plain", "multipart/form-data; boundary=x", "application/jsonx", "application/octet-stream"):
             with self.subTest(type=given):
                 answer = self.server.ask("/v1/scenes/six/rays:closest", "-H", f"Content-Type: {given}", body=json.dumps(GOOD))
                 self.expect(answer, 415, "MEDIA_TYPE_UNSUPPORTED")
-        self.expect(self.server.ask("/v1/scenes/x", "-X", "PUT", "-H", JSON_TYPE, body="{}"), 415, "MEDIA_TYPE_UNSUPPORTED")
+        for given in (JSON_TYPE, "Content-Type: text/plain", "Content-Type: model/obj"):
+            with self.subTest(type=given):
+                self.expect(self.server.ask("/v1/scenes/x", "-X", "PUT", "-H", given, body="{}"), 415, "MEDIA_TYPE_UNSUPPORTED")
         for given in ("Content-Type: application/json; charset=utf-8", "Content-Type: APPLICATION/JSON", "Content-Type:"):
             with self.subTest(type=given):
                 answer = self.server.ask("/v1/scenes/six/rays:closest", "-H", given, body=json.dumps(GOOD))
                 self.assertEqual(answer.status, 200, answer.body)
+
+    def test_what_curl_sends_by_itself_is_read_as_json(self):
+        for kind in ("closest", "any", "all", "count"):
+            for arguments in ((), ("-H", "Content-Type:"), ("-H", "Content-Type: application/x-www-form-urlencoded; charset=UTF-8")):
+                with self.subTest(kind=kind, arguments=arguments):
+                    # Longer than what a form may be in some libraries.
+                    body = json.dumps(GOOD) + " " * 10000
+                    answer = self.server.ask(f"/v1/scenes/six/rays:{kind}", *arguments, body=body)
+                    self.assertEqual(answer.status, 200, answer.body)
+        self.expect(self.server.ask("/v1/scenes/six/rays:count", body="rays=1&fields=t"), 400, "JSON_MALFORMED")
+
+    def test_lists_and_counts_are_as_strict_as_the_rest(self):
+        for kind, more, code, pointer in [
+                ("all", {"max_hits": -1}, "NUMBER_OUT_OF_RANGE", "/max_hits"),
+                ("all", {"max_hits": 51}, "NUMBER_OUT_OF_RANGE", "/max_hits"),
+                ("all", {"max_hits": 2.5}, "NUMBER_OUT_OF_RANGE", "/max_hits"),
+                ("all", {"max_hits": "many"}, "TYPE_WRONG", "/max_hits"),
+                ("all", {"crossings": "twice"}, "VALUE_UNKNOWN", "/crossings"),
+                ("all", {"crossings": None}, "TYPE_WRONG", "/crossings"),
+                ("all", {"colour": 1}, "KEY_UNKNOWN", "/colour"),
+                ("all", {"fields": ["weight"]}, "FIELD_UNKNOWN", "/fields/0"),
+                ("count", {"crossings": "Once"}, "VALUE_UNKNOWN", "/crossings"),
+                ("count", {"max_hits": 1}, "KEY_UNKNOWN", "/max_hits"),
+                ("count", {"fields": ["t"]}, "KEY_UNKNOWN", "/fields"),
+                ("closest", {"max_hits": 1}, "KEY_UNKNOWN", "/max_hits"),
+                ("any", {"crossings": "once"}, "KEY_UNKNOWN", "/crossings"),
+        ]:
+            with self.subTest(kind=kind, more=more):
+                self.expect(self.server.query("six", kind, {**GOOD, **more}), 422, code, pointer)
+        self.expect(self.server.query("none", "all", GOOD), 404, "SCENE_NOT_FOUND")
+        self.expect(self.server.query("six", "count", {"rays": [{"origin": [0, 0, 0], "direction": [0, 0, 0]}]}), 422,
+                    "RAY_DIRECTION_ZERO", "/rays/0/direction")
+
+    def test_more_hits_than_an_answer_may_list_are_413(self):
+        # The ray meets all six triangles: 8 rays are 48 hits, 9 are 54 and may list 50.
+        self.assertEqual(self.server.query("six", "all", {"rays": GOOD["rays"] * 8}).status, 200)
+        self.expect(self.server.query("six", "all", {"rays": GOOD["rays"] * 9}), 413, "TOO_MANY_HITS")
+        answer = self.server.query("six", "all", {"rays": GOOD["rays"] * 9, "max_hits": 5})
+        self.assertEqual(answer.status, 200, answer.body)
+        self.assertEqual(self.server.query("six", "count", {"rays": GOOD["rays"] * 100}).json(), {"counts": [6] * 100})
 
     def test_a_compressed_body_is_415(self):
         for encoding in ("gzip", "br", "deflate", "zstd"):

@@ -88,6 +88,21 @@ class Scenes(unittest.TestCase):
                 self.assertEqual(put.status, 201, put.body)
                 self.assertEqual(put.json()["bytes"], len(self.six))
 
+    def test_what_curl_says_by_itself_is_taken_for_what_it_is(self):
+        text = (SCENES / "features_datauri.gltf").read_bytes()
+        for given in ("Content-Type:", "Content-Type: application/octet-stream", "Content-Type: application/x-www-form-urlencoded"):
+            with self.subTest(type=given):
+                path = "/v1/scenes/plain", "-X", "PUT", "-H", given
+                for body in (self.six, text):
+                    put = self.server.ask(*path, body=body)
+                    self.assertIn(put.status, (200, 201), put.body)
+                    self.assertEqual(put.json()["bytes"], len(body))
+                refused = self.server.ask(*path, body=b"\x89PNG\r\n\x1a\n")
+                self.assertEqual((refused.status, refused.json()["code"]), (400, "GLTF_CONTAINER_INVALID"))
+        # Nothing at all said about the body: the commonest line of all.
+        put = self.server.ask("/v1/scenes/plain", "-X", "PUT", body=self.six)
+        self.assertEqual(put.status, 200, put.body)
+
     def test_preloads_are_there_and_a_bad_one_is_refused_at_the_start(self):
         with Server("--preload", "a=demo:six", "--preload", f"b={SCENES / 'features_external.gltf'}") as server:
             states = {scene["id"]: scene["state"] for scene in server.ask("/v1/scenes").json()["scenes"]}

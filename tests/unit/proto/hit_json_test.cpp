@@ -94,5 +94,49 @@ TEST(HitJson, writes_occlusion_as_booleans) {
   EXPECT_EQ(encode_occlusion(occluded), R"({"hits":[true,false,true]})");
 }
 
+/// Two hits of a first ray that met three triangles, none of a second.
+struct SampleLists {
+  HitLists lists;
+  std::vector<std::uint64_t> totals{3, 0};
+  HitTerms terms;
+
+  SampleLists() {
+    lists.first = {0, 2, 2};
+    lists.hits.t = {5, 6.5};
+    lists.hits.instance = {3, 3};
+    lists.hits.triangle = {40, 41};
+    terms.triangle = {12, 13};
+  }
+  std::string encode(AnswerLayout layout) const {
+    return encode_hit_lists(lists, totals, {}, terms, {HitField::kT, HitField::kTriangle}, layout);
+  }
+};
+
+TEST(HitJson, writes_lists_as_rows_with_the_total_of_each_ray) {
+  EXPECT_EQ(SampleLists().encode(AnswerLayout::kRows),
+            R"({"results":[{"total":3,"hits":[{"t":5,"triangle":12},{"t":6.5,"triangle":13}]},)"
+            R"({"total":0,"hits":[]}]})");
+}
+
+TEST(HitJson, writes_lists_as_columns_with_the_first_hit_of_each_ray) {
+  EXPECT_EQ(SampleLists().encode(AnswerLayout::kColumns),
+            R"({"totals":[3,0],"first":[0,2,2],"t":[5,6.5],"triangle":[12,13]})");
+}
+
+TEST(HitJson, writes_lists_of_no_rays) {
+  HitLists none;
+  none.first = {0};
+  EXPECT_EQ(encode_hit_lists(none, {}, {}, {}, {HitField::kT}, AnswerLayout::kRows),
+            R"({"results":[]})");
+  EXPECT_EQ(encode_hit_lists(none, {}, {}, {}, {HitField::kT}, AnswerLayout::kColumns),
+            R"({"totals":[],"first":[0],"t":[]})");
+}
+
+TEST(HitJson, writes_counts_of_any_size) {
+  EXPECT_EQ(encode_counts({}), R"({"counts":[]})");
+  const std::vector<std::uint64_t> counts{0, 7, 18446744073709551615u};
+  EXPECT_EQ(encode_counts(counts), R"({"counts":[0,7,18446744073709551615]})");
+}
+
 }  // namespace
 }  // namespace sightline

@@ -271,5 +271,56 @@ TEST(RayJson, keeps_a_hostile_key_short_in_its_answer) {
   EXPECT_LT(query.error().pointer.size(), 300u);
 }
 
+constexpr RayJsonRules kListRules{
+    .max_rays = 10, .has_crossings = true, .has_max_hits = true, .max_hits = 5000};
+
+TEST(RayJson, reads_how_hits_are_listed) {
+  const RayQuery plain = accepted(R"({"rays":[]})", kListRules);
+  EXPECT_EQ(plain.crossings, Crossings::kEvery);
+  EXPECT_EQ(plain.max_hits, 1000u);
+  const RayQuery rows =
+      accepted(R"({"max_hits":0,"crossings":"once","rays":[],"fields":["t"]})", kListRules);
+  EXPECT_EQ(rows.crossings, Crossings::kOnce);
+  EXPECT_EQ(rows.max_hits, 0u);
+  EXPECT_EQ(rows.fields, (FieldSet{HitField::kT}));
+  const RayQuery columns =
+      accepted(R"({"origins":[],"crossings":"every","directions":[],"max_hits":5000})", kListRules);
+  EXPECT_EQ(columns.crossings, Crossings::kEvery);
+  EXPECT_EQ(columns.max_hits, 5000u);
+  EXPECT_EQ(columns.layout, AnswerLayout::kColumns);
+}
+
+TEST(RayJson, refuses_any_other_way_of_listing_hits) {
+  for (const Refusal& refusal : {
+           Refusal{R"({"rays":[],"max_hits":-1})", "NUMBER_OUT_OF_RANGE", "/max_hits"},
+           Refusal{R"({"rays":[],"max_hits":5001})", "NUMBER_OUT_OF_RANGE", "/max_hits"},
+           Refusal{R"({"rays":[],"max_hits":1.5})", "NUMBER_OUT_OF_RANGE", "/max_hits"},
+           Refusal{R"({"rays":[],"max_hits":1e3})", "NUMBER_OUT_OF_RANGE", "/max_hits"},
+           Refusal{R"({"rays":[],"max_hits":99999999999999999999})", "NUMBER_OUT_OF_RANGE",
+                   "/max_hits"},
+           Refusal{R"({"rays":[],"max_hits":"7"})", "TYPE_WRONG", "/max_hits"},
+           Refusal{R"({"rays":[],"max_hits":null})", "TYPE_WRONG", "/max_hits"},
+           Refusal{R"({"rays":[],"max_hits":[7]})", "TYPE_WRONG", "/max_hits"},
+           Refusal{R"({"rays":[],"max_hits":NaN})", "NUMBER_NOT_FINITE", "/max_hits"},
+           Refusal{R"({"rays":[],"max_hits":1,"max_hits":1})", "KEY_DUPLICATE", "/max_hits"},
+           Refusal{R"({"rays":[],"crossings":"twice"})", "VALUE_UNKNOWN", "/crossings"},
+           Refusal{R"({"rays":[],"crossings":""})", "VALUE_UNKNOWN", "/crossings"},
+           Refusal{R"({"rays":[],"crossings":1})", "TYPE_WRONG", "/crossings"},
+           Refusal{R"({"rays":[],"crossings":true})", "TYPE_WRONG", "/crossings"},
+           Refusal{R"({"rays":[],"crossings":once})", "JSON_MALFORMED", "/crossings"},
+       }) {
+    expect_refusal(refusal, kListRules);
+  }
+}
+
+TEST(RayJson, knows_max_hits_and_crossings_only_where_they_mean_something) {
+  expect_refusal({R"({"rays":[],"max_hits":1})", "KEY_UNKNOWN", "/max_hits"});
+  expect_refusal({R"({"rays":[],"crossings":"once"})", "KEY_UNKNOWN", "/crossings"});
+  const RayJsonRules count{.has_fields = false, .has_crossings = true};
+  EXPECT_EQ(accepted(R"({"rays":[],"crossings":"once"})", count).crossings, Crossings::kOnce);
+  expect_refusal({R"({"rays":[],"max_hits":1})", "KEY_UNKNOWN", "/max_hits"}, count);
+  expect_refusal({R"({"rays":[],"fields":["t"]})", "KEY_UNKNOWN", "/fields"}, count);
+}
+
 }  // namespace
 }  // namespace sightline

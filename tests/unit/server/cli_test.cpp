@@ -39,6 +39,19 @@ TEST(CommandLine, reads_numbers_of_a_ray_exactly) {
   EXPECT_TRUE(std::isinf(cast.ray.tmax));
 }
 
+TEST(CommandLine, reads_what_is_asked_of_a_ray) {
+  const auto cast = [](std::vector<const char*> more) {
+    more.insert(more.begin(), {"cast", "f", "--origin", "0,0,0", "--direction", "0,0,1"});
+    return std::get<CastCommand>(parse(more));
+  };
+  EXPECT_EQ(cast({}).mode, CastMode::kClosest);
+  EXPECT_EQ(cast({"--any"}).mode, CastMode::kAny);
+  EXPECT_EQ(cast({"--all"}).mode, CastMode::kAll);
+  EXPECT_EQ(cast({"--all"}).crossings, Crossings::kEvery);
+  EXPECT_EQ(cast({"--count", "--crossings", "once"}).mode, CastMode::kCount);
+  EXPECT_EQ(cast({"--count", "--crossings", "once"}).crossings, Crossings::kOnce);
+}
+
 TEST(CommandLine, refuses_with_exit_code_2) {
   for (const std::vector<const char*>& bad : std::vector<std::vector<const char*>>{
            {},
@@ -48,7 +61,11 @@ TEST(CommandLine, refuses_with_exit_code_2) {
            {"serve", "--preload", ".x=demo:six"},
            {"serve", "--log-level", "loud"},
            {"cast", "f"},
-           {"cast", "f", "--origin", "1,2", "--direction", "1,2,3"}}) {
+           {"cast", "f", "--origin", "1,2", "--direction", "1,2,3"},
+           {"cast", "f", "--origin", "1,2,3", "--direction", "1,2,3", "--all", "--count"},
+           {"cast", "f", "--origin", "1,2,3", "--direction", "1,2,3", "--crossings", "once"},
+           {"cast", "f", "--origin", "1,2,3", "--direction", "1,2,3", "--all", "--crossings",
+            "twice"}}) {
     const Command command = parse(bad);
     ASSERT_TRUE(std::holds_alternative<ShowText>(command));
     EXPECT_EQ(std::get<ShowText>(command).exit_code, 2);
