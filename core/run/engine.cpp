@@ -1,72 +1,9 @@
-#include "core/run/engine.h"
-
 #include <algorithm>
 #include <atomic>
-#include <new>
 
-#include "core/base/parallel.h"
-#include "core/trace/kernel.h"
+#include "core/run/engine_state.h"
 
 namespace sightline {
-
-namespace {
-
-/// Rays that one thread takes at a time: enough to hide the cost of taking them, few enough that a
-/// deadline is noticed within a millisecond or so.
-constexpr std::size_t kSlice = 1024;
-/// The same for rays of which every hit is wanted: one of them may meet a whole scene.
-constexpr std::size_t kListSlice = 64;
-
-Error out_of_time(const Deadline& deadline) {
-  if (deadline.cancelled()) {
-    return {ErrorKind::kCancelled, "CANCELLED", "the request was cancelled", ""};
-  }
-  return {ErrorKind::kDeadline, "DEADLINE", "the time allowed was used up", ""};
-}
-
-}  // namespace
-
-struct Engine::State {
-  Kernel kernel;
-  std::string kernel_name;
-  ThreadGroup threads;
-
-  /// Calls slice(begin, end) over [0, count) on the threads of this engine until the deadline.
-  template <class Slice>
-  Status run(std::size_t count, const Deadline& deadline, Slice slice,
-             std::size_t slice_size = kSlice) {
-    try {
-      return run_slices(count, deadline, slice, slice_size);
-    } catch (const std::bad_alloc&) {
-      return Error{ErrorKind::kOutOfSpace, "MEMORY_EXHAUSTED", "there is no memory for the answer",
-                   ""};
-    }
-  }
-
-  template <class Slice>
-  Status run_slices(std::size_t count, const Deadline& deadline, const Slice& slice,
-                    std::size_t slice_size) {
-    if (deadline.passed()) return out_of_time(deadline);
-    if (count == 0) return success();
-    if (count <= slice_size) {
-      slice(std::size_t{0}, count);
-      return success();
-    }
-    std::atomic<bool> stopped{false};
-    threads.execute([&] {
-      parallel_for((count + slice_size - 1) / slice_size, [&](std::size_t i) {
-        if (stopped.load(std::memory_order_relaxed)) return;
-        if (deadline.passed()) {
-          stopped.store(true, std::memory_order_relaxed);
-          return;
-        }
-        slice(i * slice_size, std::min(count, (i + 1) * slice_size));
-      });
-    });
-    if (stopped.load()) return out_of_time(deadline);
-    return success();
-  }
-};
 
 Engine::Engine(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Engine::~Engine() = default;

@@ -7,8 +7,11 @@
 
 #include "core/base/deadline.h"
 #include "core/base/result.h"
+#include "core/query/box_answers.h"
+#include "core/query/box_batch.h"
 #include "core/query/hit_batch.h"
 #include "core/query/ray_batch.h"
+#include "core/query/ray_box_answers.h"
 #include "core/scene/scene.h"
 
 namespace sightline {
@@ -49,6 +52,26 @@ class Engine {
   /// left default. `rays[i]` belongs to `hits` slot i.
   Status details(const Scene& scene, const RayBatch& rays, const HitBatch& hits,
                  const Deadline& deadline, Column<HitDetail>& out) const;
+
+  // Boxes must have passed check_boxes. The same laws; see core/run/boxes.cpp.
+
+  /// Rays against boxes, no scene: of the ray and the box of each slot, or of all pairs (slot = ray
+  /// * boxes + box). `answers` is resized and overwritten. Precondition for kEach: as many boxes as
+  /// rays.
+  Status ray_boxes(const RayBatch& rays, const BoxBatch& boxes, BoxPairing pairing,
+                   bool with_planes, const Deadline& deadline, RayBoxAnswers& answers) const;
+  /// Whether each box touches any triangle: 1 or 0. `touched` is resized and overwritten.
+  Status boxes_any(const Scene& scene, const BoxBatch& boxes, const Deadline& deadline,
+                   Column<std::uint8_t>& touched) const;
+  /// How many triangles or nodes each box touches. `totals` is resized and overwritten.
+  Status boxes_count(const Scene& scene, const BoxBatch& boxes, BoxTargets targets,
+                     const Deadline& deadline, Column<std::uint64_t>& totals) const;
+  /// The triangles or nodes that each box touches, sorted by id; of each box the first `limit`.
+  /// `totals` counts them all. Both are resized and overwritten.
+  /// Errors: TOO_MANY_HITS if the lists together would pass `total_max`.
+  Status boxes_list(const Scene& scene, const BoxBatch& boxes, BoxTargets targets,
+                    std::size_t limit, std::size_t total_max, const Deadline& deadline,
+                    BoxLists& lists, Column<std::uint64_t>& totals) const;
 
   const std::string& kernel() const;
   int threads() const;

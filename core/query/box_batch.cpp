@@ -1,0 +1,88 @@
+#include "core/query/box_batch.h"
+
+#include <cmath>
+#include <limits>
+
+namespace sightline {
+
+namespace {
+
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+/// What is wrong with one box, without its number. An empty code: nothing.
+BoxFault fault_of(const Box3d& box) {
+  for (int k = 0; k < 3; ++k) {
+    if (!(box.min[k] < kInf)) {
+      return {0, "min", k, "BOX_NOT_FINITE", "a min must be a number, or nothing for an open side"};
+    }
+    if (!(box.max[k] > -kInf)) {
+      return {0, "max", k, "BOX_NOT_FINITE", "a max must be a number, or nothing for an open side"};
+    }
+  }
+  for (int k = 0; k < 3; ++k) {
+    if (box.min[k] > box.max[k]) {
+      return {0, "min", k, "BOX_REVERSED", "min must not be larger than max"};
+    }
+  }
+  return {};
+}
+
+BoxFault fault_of(const OrientedBox& box) {
+  for (int k = 0; k < 3; ++k) {
+    if (!std::isfinite(box.center[k])) {
+      return {0, "center", k, "BOX_NOT_FINITE", "a center must be three finite numbers"};
+    }
+    if (std::isnan(box.half[k])) {
+      return {0, "half", k, "BOX_NOT_FINITE",
+              "a half must be a number, or nothing for an open side"};
+    }
+    if (box.half[k] < 0) {
+      return {0, "half", k, "BOX_HALF_NEGATIVE", "a half must not be negative"};
+    }
+  }
+  for (int k = 0; k < 3; ++k) {
+    const Vec3d& axis = box.axes[static_cast<std::size_t>(k)];
+    if (!std::isfinite(axis.x) || !std::isfinite(axis.y) || !std::isfinite(axis.z)) {
+      return {0, "axes", k, "BOX_NOT_FINITE", "an axis must be three finite numbers"};
+    }
+    if (axis.x == 0 && axis.y == 0 && axis.z == 0) {
+      return {0, "axes", k, "BOX_AXIS_ZERO", "an axis must not be zero"};
+    }
+  }
+  if (axes_are_dependent(box.axes)) {
+    return {0, "axes", BoxFault::kWhole, "BOX_AXES_DEPENDENT",
+            "the three axes must not lie in one plane"};
+  }
+  return {};
+}
+
+}  // namespace
+
+void BoxBatch::push_back(const Box3d& box) {
+  aligned.push_back(box);
+  oriented.push_back(kAligned);
+}
+
+void BoxBatch::push_back(const OrientedBox& box) {
+  aligned.push_back({});
+  oriented.push_back(static_cast<std::uint32_t>(oriented_boxes.size()));
+  oriented_boxes.push_back(box);
+}
+
+bool check_boxes(const BoxBatch& boxes, BoxFault& fault) {
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    BoxFault found = boxes.visit(i, [](const auto& box) { return fault_of(box); });
+    if (*found.code == '\0') continue;
+    found.box = i;
+    fault = found;
+    return false;
+  }
+  return true;
+}
+
+bool is_rotation(double x, double y, double z, double w) {
+  const double length = x * x + y * y + z * z + w * w;
+  return length >= 0.99 && length <= 1.01;
+}
+
+}  // namespace sightline

@@ -1,0 +1,62 @@
+#pragma once
+/// Boxes against a scene: every triangle of it that a closed box touches, exactly.
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "core/base/deadline.h"
+#include "core/query/box_answers.h"
+#include "core/query/box_batch.h"
+#include "core/scene/scene.h"
+
+namespace sightline {
+
+/// Counted per call, added to what is there.
+struct OverlapCounts {
+  std::uint64_t nodes = 0;      ///< wide nodes whose eight boxes were tested
+  std::uint64_t triangles = 0;  ///< triangles decided
+};
+
+/// What one box touches, found in the order of the trees and sorted at the end.
+class BoxOverlaps {
+ public:
+  /// Both outlive this object.
+  BoxOverlaps(const Scene& scene, const Deadline& deadline)
+      : scene_(scene), deadline_(deadline), node_seen_(scene.description().nodes.size(), 0) {}
+
+  /// Whether box i touches anything.
+  bool any(const BoxBatch& boxes, std::size_t i);
+  /// How many triangles or nodes box i touches; the `limit` smallest ids among them are then in
+  /// triangles() or nodes(), ascending. Throws std::bad_alloc.
+  std::uint64_t list(const BoxBatch& boxes, std::size_t i, BoxTargets targets, std::size_t limit);
+
+  const std::vector<TriangleId>& triangles() const { return triangles_; }
+  const std::vector<std::uint32_t>& nodes() const { return nodes_; }
+  /// The deadline passed in the middle: what was found is unusable.
+  bool stopped() const { return stopped_; }
+  const OverlapCounts& counts() const { return counts_; }
+
+ private:
+  template <class Box, class Found>
+  void walk(const Box& box, Found found);
+  template <class Box, class Found>
+  bool walk_placement(const Box& box, const Placement& placement, Found& found);
+  template <class Box, class Found>
+  bool decide_leaf(const Box& box, const Placement& placement, const WideTree& tree,
+                   std::uint32_t leaf, Found& found);
+  bool out_of_time();
+  void keep_smallest(std::size_t limit);
+
+  const Scene& scene_;
+  const Deadline& deadline_;
+  std::vector<TriangleId> triangles_;
+  std::vector<std::uint32_t> nodes_;
+  std::vector<std::uint32_t> node_seen_;  ///< the query in which a node was found last
+  std::uint32_t query_ = 0;
+  std::uint64_t looks_ = 0;
+  bool stopped_ = false;
+  OverlapCounts counts_;
+};
+
+}  // namespace sightline

@@ -1,0 +1,38 @@
+#pragma once
+/// What traversal keeps of a query box: a region in the units of one tree that contains every point
+/// of the scene that the box contains. Conservative; triangles are decided in the world, exactly.
+
+#include <array>
+
+#include "core/bvh/scene_tree.h"
+#include "core/geometry/box3.h"
+#include "core/geometry/box_oriented.h"
+
+namespace sightline {
+
+struct TreeRegion {
+  std::array<float, 3> lower{}, upper{};
+  /// Slabs low <= normal . x <= high beside the bounds, for an oriented box in a tree with world
+  /// boxes. Errors of evaluating them on boxes of the tree are included.
+  struct Slab {
+    std::array<double, 3> normal{};
+    double low = 0, high = 0;
+  };
+  std::array<Slab, 3> slabs{};
+  int slab_count = 0;
+};
+
+/// For a tree in world units: that of the placements, or one with world boxes.
+TreeRegion world_region(const WideTree& tree, const Box3d& box);
+TreeRegion world_region(const WideTree& tree, const OrientedBox& box);
+/// For a tree in mesh units, entered through a placement.
+TreeRegion mapped_region(const WideTree& tree, const TreeSpace& space, const Box3d& box);
+TreeRegion mapped_region(const WideTree& tree, const TreeSpace& space, const OrientedBox& box);
+
+/// Which of the eight children may hold something of the region: bit i for child i.
+unsigned overlapped_children(const WideNode& node, const TreeRegion& region);
+
+/// Axis-aligned bounds that contain the box; infinite where nothing better is certain.
+Box3d outer_bounds(const OrientedBox& box);
+
+}  // namespace sightline

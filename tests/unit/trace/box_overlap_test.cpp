@@ -1,0 +1,293 @@
+// Boxes against scenes: the walk must find exactly the triangles that the exact predicate finds one
+// by one, and those are the oracle's.
+
+#include "core/trace/box_overlap.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "core/geometry/triangle_box.h"
+#include "core/trace/box_region.h"
+#include "tests/oracle/box_oracle.h"
+#include "tests/oracle/random.h"
+#include "tests/oracle/world_triangles.h"
+
+namespace sightline {
+namespace {
+
+using oracle::Random;
+constexpr double kInf = std::numeric_limits<double>::infinity();
+constexpr std::uint32_t kTriangles = 150;
+
+Affine affine(std::initializer_list<double> rows) {
+  Affine a;
+  auto it = rows.begin();
+  for (auto& row : a.m) {
+    for (double& x : row) x = *it++;
+  }
+  return a;
+}
+
+struct Case {
+  const char* name;
+  float scale = 1;
+  float shift = 0;
+  bool grid = false;
+  std::vector<Affine> places;  ///< empty: one identity
+};
+
+std::vector<Case> cases() {
+  const Affine same;
+  const Affine turned = affine({0.6, -0.8, 0, 5, 0.8, 0.6, 0, -1, 0, 0, 1, 2});
+  const Affine mirrored = affine({-1, 0, 0, 0, 0, 2, 0, 0, 0, 0, 0.5, 1});
+  const Affine sheared = affine({1, 1e4, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0});
+  const Affine flat = affine({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 3});
+  const Affine far = affine({1, 0, 0, 1e8, 0, 1, 0, -1e8, 0, 0, 1, 0});
+  return {{"one mesh", 1, 0, false, {}},
+          {"one mesh on a grid", 1, 0, true, {}},
+          {"one turned mesh", 1, 0, false, {turned}},
+          {"many placements on a grid", 1, 0, true, {same, turned, mirrored, same, flat}},
+          {"awkward placements", 1, 0, false, {sheared, mirrored, far, turned, flat, same}},
+          {"tiny", 1e-30f, 0, true, {}},
+          {"tiny placements", 1e-30f, 0, false, {same, mirrored}},
+          {"denormal", 1e-42f, 0, true, {}},
+          {"huge", 1e30f, 0, false, {same, turned}},
+          {"shifted", 1, 1e6f, false, {}}};
+}
+
+std::shared_ptr<const Scene> make_scene(const Case& c, Random& random) {
+  auto mesh = std::make_shared<Mesh>();
+  const auto coordinate = [&] {
+    const double x = c.grid ? random.integer(-3, 3) : random.between(-3, 3);
+    return static_cast<float>(x) * c.scale + c.shift;
+  };
+  for (std::uint32_t i = 0; i < 100; ++i) {
+    const float x = coordinate(), y = coordinate();
+    mesh->positions.push_back({x, y, coordinate()});
+  }
+  // Small triangles beside large ones, duplicates, and some without area.
+  for (std::uint32_t i = 0; i < kTriangles; ++i) {
+    for (int corner = 0; corner < 3; ++corner) {
+      mesh->indices.push_back(static_cast<std::uint32_t>(random.index(100)));
+    }
+  }
+  mesh->positions[7].x = std::numeric_limits<float>::quiet_NaN();
+  mesh->primitives.push_back({0, kTriangles, 0, 0xffffffffu});
+  SceneDescription description;
+  description.meshes.push_back(mesh);
+  const std::vector<Affine> places = c.places.empty() ? std::vector<Affine>{{}} : c.places;
+  for (const Affine& place : places) {
+    // Two instances share a node now and then.
+    if (description.nodes.empty() || random.chance(0.7)) description.nodes.push_back({});
+    description.instances.push_back(
+        {0, static_cast<std::uint32_t>(description.nodes.size() - 1), place});
+  }
+  auto scene = Scene::build(std::move(description));
+  EXPECT_TRUE(scene.ok());
+  return *scene;
+}
+
+BoxBatch make_boxes(const Case& c, const Scene& scene, Random& random, int count) {
+  BoxBatch boxes;
+  const auto instances = scene.description().instances.size();
+  const double s = static_cast<double>(c.scale);
+  while (boxes.size() < static_cast<std::size_t>(count)) {
+    const WorldTriangle w =
+        scene.world_triangle({static_cast<std::uint32_t>(random.index(instances)),
+                              static_cast<std::uint32_t>(random.index(kTriangles))});
+    if (!is_finite(w)) continue;
+    const double reach = s * std::exp2(random.integer(-8, 3));
+    const auto offset = [&] { return c.grid ? s * random.integer(0, 3) : reach * random.unit(); };
+    Box3d box;
+    for (int k = 0; k < 3; ++k) {
+      // A corner of the box in a corner of the triangle, every third time.
+      const double at = random.chance(0.3) ? w.v0[k] : w.v1[k] + reach * random.between(-1, 1);
+      box.min[k] = at - (random.chance(0.5) ? 0 : offset());
+      box.max[k] = at + (random.chance(0.5) ? 0 : offset());
+    }
+    switch (random.integer(0, 7)) {
+      case 0:
+        box.min[random.integer(0, 2)] = -kInf;
+        box.max[random.integer(0, 2)] = kInf;
+        break;
+      case 1:
+        box = {w.v2, w.v2};
+        break;
+      case 2:
+        box = {{-kInf, -kInf, -kInf}, {kInf, kInf, kInf}};
+        break;
+      case 3:
+      case 4:
+      case 5: {
+        OrientedBox oriented;
+        oriented.center = w.v0;
+        oriented.half = {offset(), offset(), offset()};
+        const Vec3d q = random.direction();
+        const double angle = random.between(0, 3);
+        const double sine = std::sin(angle);
+        oriented.axes = rotated_axes(q.x * sine, q.y * sine, q.z * sine, std::cos(angle));
+        if (random.chance(0.3)) oriented.axes = {{{1, 1, 0}, {1, -1, 0}, {0, 1, 2}}};
+        if (random.chance(0.1)) oriented.half[random.integer(0, 2)] = kInf;
+        boxes.push_back(oriented);
+        continue;
+      }
+      default:
+        break;
+    }
+    boxes.push_back(box);
+  }
+  BoxFault fault;
+  EXPECT_TRUE(check_boxes(boxes, fault)) << fault.code;
+  return boxes;
+}
+
+TEST(BoxOverlaps, finds_what_the_exact_predicate_finds_one_by_one) {
+  constexpr std::uint64_t kSeed = 55;
+  for (const Case& c : cases()) {
+    Random random(kSeed);
+    std::size_t found = 0;
+    for (int round = 0; round < 4; ++round) {
+      const auto scene = make_scene(c, random);
+      const BoxBatch boxes = make_boxes(c, *scene, random, 60);
+      const Deadline deadline = Deadline::never();
+      BoxOverlaps overlaps(*scene, deadline);
+      for (std::size_t i = 0; i < boxes.size(); ++i) {
+        std::vector<TriangleId> expected;
+        std::set<std::uint32_t> nodes;
+        for (std::uint32_t instance = 0; instance < scene->description().instances.size();
+             ++instance) {
+          for (std::uint32_t triangle = 0; triangle < kTriangles; ++triangle) {
+            const WorldTriangle w = scene->world_triangle({instance, triangle});
+            if (!boxes.visit(i, [&](const auto& box) { return triangle_meets_box(w, box); }))
+              continue;
+            expected.push_back({instance, triangle});
+            nodes.insert(scene->description().instances[instance].node);
+          }
+        }
+        found += expected.size();
+        ASSERT_EQ(overlaps.list(boxes, i, BoxTargets::kTriangles, 1000000), expected.size())
+            << c.name << " seed " << kSeed << " round " << round << " box " << i;
+        ASSERT_EQ(overlaps.triangles(), expected) << c.name;
+        ASSERT_EQ(overlaps.any(boxes, i), !expected.empty()) << c.name;
+        // A limit keeps the smallest ids, and the total.
+        ASSERT_EQ(overlaps.list(boxes, i, BoxTargets::kTriangles, 5), expected.size());
+        expected.resize(std::min<std::size_t>(expected.size(), 5));
+        ASSERT_EQ(overlaps.triangles(), expected) << c.name;
+        ASSERT_EQ(overlaps.list(boxes, i, BoxTargets::kNodes, 1000000), nodes.size());
+        ASSERT_EQ(overlaps.nodes(), std::vector<std::uint32_t>(nodes.begin(), nodes.end()));
+      }
+    }
+    EXPECT_GT(found, 1000u) << c.name;
+  }
+}
+
+TEST(BoxOverlaps, agrees_with_the_oracle) {
+  for (const Case& c : cases()) {
+    Random random(56);
+    const auto scene = make_scene(c, random);
+    const BoxBatch boxes = make_boxes(c, *scene, random, 12);
+    const oracle::WorldTriangles world(*scene);
+    const Deadline deadline = Deadline::never();
+    BoxOverlaps overlaps(*scene, deadline);
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      const oracle::ExactBox box =
+          boxes.is_aligned(i)
+              ? oracle::axis_aligned(boxes.aligned[i])
+              : oracle::oriented_by_slabs(boxes.oriented_boxes[boxes.oriented[i]].center,
+                                          boxes.oriented_boxes[boxes.oriented[i]].axes,
+                                          boxes.oriented_boxes[boxes.oriented[i]].half);
+      std::vector<TriangleId> expected;
+      for (std::size_t t = 0; t < world.triangles.size(); ++t) {
+        const oracle::Triangle& w = world.triangles[t];
+        if (oracle::is_finite(w) && !oracle::has_no_area(w) && oracle::overlap(box, w)) {
+          expected.push_back(world.id(t));
+        }
+      }
+      overlaps.list(boxes, i, BoxTargets::kTriangles, 1000000);
+      ASSERT_EQ(overlaps.triangles(), expected) << c.name << " box " << i;
+    }
+  }
+}
+
+TEST(BoxOverlaps, visits_little_of_a_large_scene_for_a_small_box) {
+  Random random(57);
+  auto mesh = std::make_shared<Mesh>();
+  for (std::uint32_t i = 0; i < 30000; ++i) {
+    const Vec3d p = random.point(-100, 100);
+    for (int corner = 0; corner < 3; ++corner) {
+      const Vec3d d = random.point(-0.5, 0.5);
+      mesh->positions.push_back({static_cast<float>(p.x + d.x), static_cast<float>(p.y + d.y),
+                                 static_cast<float>(p.z + d.z)});
+      mesh->indices.push_back(3 * i + static_cast<std::uint32_t>(corner));
+    }
+  }
+  mesh->primitives.push_back({0, 30000, 0, 0xffffffffu});
+  SceneDescription description;
+  description.meshes.push_back(mesh);
+  description.nodes.push_back({});
+  description.instances.push_back({});
+  const auto scene = *Scene::build(std::move(description));
+  BoxBatch boxes;
+  boxes.push_back(Box3d{{-5, -5, -5}, {5, 5, 5}});
+  // A long thin diagonal box: its bounds hold the whole scene, its slabs do not.
+  const double r = std::sqrt(0.5);
+  boxes.push_back(OrientedBox{{0, 0, 0}, {100, 1, 1}, {{{r, r, 0}, {-r, r, 0}, {0, 0, 1}}}});
+  const Deadline deadline = Deadline::never();
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    BoxOverlaps overlaps(*scene, deadline);
+    EXPECT_GT(overlaps.list(boxes, i, BoxTargets::kTriangles, 0), 0u);
+    EXPECT_LT(overlaps.counts().triangles, 1000u);
+    EXPECT_LT(overlaps.counts().nodes, 300u);
+  }
+}
+
+TEST(BoxOverlaps, stops_when_the_deadline_passes) {
+  Random random(58);
+  const auto scene = make_scene(cases()[4], random);
+  BoxBatch boxes;
+  boxes.push_back(Box3d{{-kInf, -kInf, -kInf}, {kInf, kInf, kInf}});
+  CancelFlag flag;
+  flag.cancel();
+  const Deadline deadline = Deadline::in(std::chrono::hours(1), &flag);
+  BoxOverlaps overlaps(*scene, deadline);
+  for (int i = 0; i < 10 && !overlaps.stopped(); ++i) {
+    overlaps.list(boxes, 0, BoxTargets::kTriangles, 10);
+  }
+  EXPECT_TRUE(overlaps.stopped());
+}
+
+TEST(BoxRegion, bounds_an_oriented_box_from_outside) {
+  Random random(59);
+  for (int i = 0; i < 1000; ++i) {
+    const Vec3d q = random.direction();
+    const double angle = random.between(0, 3), sine = std::sin(angle);
+    OrientedBox box{random.point(-10, 10), random.point(0, 4),
+                    rotated_axes(q.x * sine, q.y * sine, q.z * sine, std::cos(angle))};
+    const Box3d bounds = outer_bounds(box);
+    // A triangle at the very corner of the bounds' outside must not meet the box.
+    for (int k = 0; k < 3; ++k) {
+      Box3d beyond{{-kInf, -kInf, -kInf}, {kInf, kInf, kInf}};
+      beyond.min[k] = bounds.max[k];
+      const double gap = bounds.max[k] - bounds.min[k];
+      EXPECT_LE(gap, 2 * (box.half.x + box.half.y + box.half.z) * 1.000001);
+      Triangle wall{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
+      wall.v0[k] = wall.v1[k] = wall.v2[k] = bounds.max[k];
+      wall.v1[(k + 1) % 3] = 1e6;
+      wall.v2[(k + 2) % 3] = 1e6;
+      wall.v0[(k + 1) % 3] = wall.v0[(k + 2) % 3] = -2e6;
+      EXPECT_FALSE(triangle_meets_box(wall, box));
+    }
+  }
+  const Box3d open = outer_bounds({{0, 0, 0}, {1, kInf, 1}, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}});
+  EXPECT_EQ(open.max.y, kInf);
+  const Box3d singular =
+      outer_bounds({{0, 0, 0}, {1, 1, 1}, {{{1, 0, 0}, {1, 1e-30, 0}, {0, 0, 1}}}});
+  EXPECT_EQ(singular.max.y, kInf);
+}
+
+}  // namespace
+}  // namespace sightline
