@@ -72,26 +72,36 @@ void move_origin(const Ray& ray, double anchor, AnchoredRay& out) {
 /// Slabs for origin and direction in tree units, the origin known up to `pad` on each axis.
 BoxRay make_slabs(const std::array<double, 3>& origin, const std::array<double, 3>& direction,
                   const std::array<double, 3>& pad) {
-  constexpr double kMaxFloat = std::numeric_limits<float>::max();
+  constexpr float kMax = std::numeric_limits<float>::max();
+  constexpr double kMaxFloat = kMax;
   BoxRay box;
+  std::array<bool, 3> negative{};
   for (std::size_t k = 0; k < 3; ++k) {
-    // To the nearest float32 after a step outwards that is larger than what rounding can undo. What
-    // is beyond float32 must not become an infinity on the wrong side.
+    // To the nearest float32 after a step outwards that is larger than what rounding can undo.
     const double step = std::abs(origin[k]) * bounds::kOriginStep + pad[k];
-    const auto below = static_cast<float>(std::min(origin[k] - step, kMaxFloat));
-    const auto above = static_cast<float>(std::max(origin[k] + step, -kMaxFloat));
+    const auto below = static_cast<float>(origin[k] - step);
+    const auto above = static_cast<float>(origin[k] + step);
+    if (!std::isfinite(below) || !std::isfinite(above)) {
+      // Too large for float32, or not known at all: on this axis every box passes, but for an empty
+      // child (lower = +inf, upper = -inf), whose reference leads nowhere. An infinite or NaN
+      // origin would let that through as well.
+      box.near_origin[k] = kMax;
+      box.far_origin[k] = -kMax;
+      box.near_inverse[k] = kMax;
+      box.far_inverse[k] = kInfF;
+      continue;
+    }
     const double inverse = 1 / std::abs(direction[k]);
     const auto near_inverse =
         static_cast<float>(std::min(inverse * (1 - bounds::kInverseStep), kMaxFloat));
     const auto far_inverse = static_cast<float>(inverse * (1 + bounds::kInverseStep));
-    const bool negative = std::signbit(direction[k]);
-    box.near_origin[k] = negative ? below : above;
-    box.far_origin[k] = negative ? above : below;
-    box.near_inverse[k] = negative ? -near_inverse : near_inverse;
-    box.far_inverse[k] = negative ? -far_inverse : far_inverse;
+    negative[k] = std::signbit(direction[k]);
+    box.near_origin[k] = negative[k] ? below : above;
+    box.far_origin[k] = negative[k] ? above : below;
+    box.near_inverse[k] = negative[k] ? -near_inverse : near_inverse;
+    box.far_inverse[k] = negative[k] ? -far_inverse : far_inverse;
   }
-  box.set_octant(std::signbit(direction[0]), std::signbit(direction[1]),
-                 std::signbit(direction[2]));
+  box.set_octant(negative[0], negative[1], negative[2]);
   return box;
 }
 

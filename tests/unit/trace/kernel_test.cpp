@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
 #include <cstdio>
 #include <limits>
 #include <random>
@@ -59,7 +60,8 @@ RayBatch make_rays(const Case& c, const Scene& scene, std::mt19937_64& random, s
   std::uniform_int_distribution<std::uint32_t> instance(
       0, static_cast<std::uint32_t>(scene.description().instances.size()) - 1);
   std::uniform_int_distribution<std::uint32_t> triangle(0, 89);
-  std::uniform_int_distribution<int> kind(0, 9);
+  std::uniform_int_distribution<int> kind(0, 11);
+  const auto any_bits = [&] { return std::bit_cast<double>(random()); };
   const double s = static_cast<double>(c.scale);
   const double shift = static_cast<double>(c.shift);
   while (rays.size() < count) {
@@ -87,6 +89,11 @@ RayBatch make_rays(const Case& c, const Scene& scene, std::mt19937_64& random, s
                     ray.origin.z + ray.direction.z * -1e8};
     }
     if (k == 9) ray.tmin = -kInf;
+    if (k >= 10) {  // numbers of any size: much of this overflows
+      if (k == 10) ray.origin = {any_bits(), any_bits(), any_bits()};
+      ray.direction = {any_bits(), any_bits(), any_bits()};
+      ray.tmin = -kInf;
+    }
     RayBatch one;
     one.push_back(ray);
     RayFault fault;
