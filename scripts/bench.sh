@@ -2,6 +2,8 @@
 # Runs one benchmark: builds it, measures, draws the chart, and closes with its floors.
 #
 #   scripts/bench.sh trace [--quick] [OPTION...]    Sightline beside Embree, ray by ray
+#   scripts/bench.sh build [--quick] [OPTION...]    building trees beside Embree
+#   scripts/bench.sh scale [--quick] [OPTION...]    time and memory as scenes grow
 #
 # Writes build/bench/NAME.json, .csv, .md, .svg and .png. Every floor that the benchmark measures
 # is a line "floor N: FIGURE (needs FIGURE) ok|short" at the end. OPTIONs go to the program
@@ -12,7 +14,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 usage() { sed -n '2,/^set/{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; }
 case ${1:-} in
-  trace) name=$1; shift ;;
+  trace | build | scale) name=$1; shift ;;
   -h | --help) usage; exit 0 ;;
   *) usage >&2; exit 2 ;;
 esac

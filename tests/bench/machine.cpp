@@ -1,7 +1,9 @@
 #include "tests/bench/machine.h"
 
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <cstdio>
 #include <cstdlib>
 #include <ctime>
 #include <fstream>
@@ -14,6 +16,36 @@ double thread_time_ns() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) * 1e9 + static_cast<double>(now.tv_nsec);
+}
+
+double wall_time_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
+}
+
+std::string in_own_process(const std::function<std::string()>& work) {
+  int ends[2];
+  if (pipe(ends) != 0) return {};
+  std::fflush(nullptr);
+  const pid_t child = fork();
+  if (child == 0) {
+    const std::string answer = work();
+    std::fflush(nullptr);
+    const bool written =
+        write(ends[1], answer.data(), answer.size()) == static_cast<ssize_t>(answer.size());
+    _exit(written ? 0 : 1);
+  }
+  close(ends[1]);
+  std::string answer;
+  char piece[4096];
+  for (ssize_t n = 0; (n = read(ends[0], piece, sizeof piece)) > 0;) {
+    answer.append(piece, static_cast<std::size_t>(n));
+  }
+  close(ends[0]);
+  int status = 0;
+  const bool ended = child > 0 && waitpid(child, &status, 0) == child && status == 0;
+  return ended ? answer : std::string();
 }
 
 Pin::Pin(int cpu) : cpu_(cpu) {

@@ -3,12 +3,20 @@
 
 #include <sched.h>
 
+#include <functional>
 #include <string>
 
 namespace sightline::bench {
 
 /// CPU time of the calling thread in nanoseconds: what another process took is not in it.
 double thread_time_ns();
+
+/// Wall time from some fixed moment on.
+double wall_time_seconds();
+
+/// Calls work() in a process of its own and returns what it returned; empty if that failed. For
+/// what cannot be undone within a process: a peak of memory, a library's number of threads.
+std::string in_own_process(const std::function<std::string()>& work);
 
 /// Pins the calling thread while it lives. Builds run before, so that their threads are free.
 class Pin {
