@@ -5,10 +5,13 @@
 #
 # The exit code is 0 only if nothing failed and something ran.
 #
-#   scripts/test.sh [--preset NAME]... [--sanitizers] [--only REGEX]
+#   scripts/test.sh [--quick | --sanitizers | --preset NAME...] [--only REGEX]
 #
-# --preset NAME  build and test this preset of CMakePresets.json instead (may be repeated)
-# --sanitizers   test the presets asan and tsan as well
+# Without a choice it tests the presets release (what users run) and asan (AddressSanitizer and
+# UndefinedBehaviorSanitizer).
+# --quick        only release
+# --sanitizers   release, asan and tsan (ThreadSanitizer)
+# --preset NAME  this preset of CMakePresets.json (may be repeated)
 # --only REGEX   only the ctest entries whose name matches
 #
 # Tests that need the shared scenes look in $SIGHTLINE_DATA (default: ../shared/data beside this
@@ -17,19 +20,25 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 presets=()
-sanitizers=no
+default_presets=(release asan)
 only=()
 while [ $# -gt 0 ]; do
   case $1 in
     --preset) presets+=("${2:?--preset needs a name}"); shift 2 ;;
-    --sanitizers) sanitizers=yes; shift ;;
+    --quick) default_presets=(release); shift ;;
+    --sanitizers) default_presets=(release asan tsan); shift ;;
     --only) only=(--tests-regex "${2:?--only needs a regex}"); shift 2 ;;
     -h | --help) sed -n '2,/^set/{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; exit 0 ;;
     *) echo "$0: unknown argument '$1' (see --help)" >&2; exit 2 ;;
   esac
 done
-[ ${#presets[@]} -gt 0 ] || presets=(release)
-[ "$sanitizers" = no ] || presets+=(asan tsan)
+[ ${#presets[@]} -gt 0 ] || presets=("${default_presets[@]}")
+
+# Tests run in their own folders.
+if [ -n "${SIGHTLINE_DATA:-}" ]; then
+  SIGHTLINE_DATA=$(realpath -m "$SIGHTLINE_DATA")
+  export SIGHTLINE_DATA
+fi
 
 scripts/install_packages.sh test
 mkdir -p build

@@ -17,6 +17,7 @@ library header may be included where. This script reads them and checks, over ev
              docs/REFERENCES.md
   packages   each package that scripts/install_packages.sh installs has a line in
              docs/dependencies.md
+  routes     each route that the server adds has a row in README.md, and each row its route
   top level  nothing stands at the top but what ARCHITECTURE.md lists under "Top level"
 
 Prints what was checked; exit code 0 when every law holds, 1 with one line per violation.
@@ -111,7 +112,7 @@ class Laws:
         self.tables = Tables((self.root / "ARCHITECTURE.md").read_text(encoding="utf-8"))
         self.files = tracked_files(self.root)
         self.violations = []
-        self.counts = {"sources": 0, "includes": 0, "library includes": 0, "links": 0, "citations": 0, "packages": 0}
+        self.counts = {"sources": 0, "includes": 0, "library includes": 0, "links": 0, "citations": 0, "packages": 0, "routes": 0}
         references = self.root / "docs/REFERENCES.md"
         text = references.read_text(encoding="utf-8") if references.is_file() else ""
         self.known_papers = set(re.findall(r"^\*\*\[(\w+)\]\*\*", text, re.MULTILINE))
@@ -126,6 +127,7 @@ class Laws:
         self.check_table()
         self.check_top_level()
         self.check_packages()
+        self.check_routes()
         for name in self.files:
             path = PurePosixPath(name)
             if path.suffix in SOURCE_SUFFIXES:
@@ -172,6 +174,25 @@ class Laws:
             self.counts["packages"] += 1
             if package not in known:
                 self.fault("scripts/install_packages.sh", f"installs {package}, which docs/dependencies.md does not explain")
+
+    def check_routes(self):
+        readme = self.root / "README.md"
+        if not readme.is_file():
+            return
+        table = re.search(r"^## Routes$(.*?)^## ", readme.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+        rows = [row.split("|")[1] for row in (table.group(1) if table else "").splitlines() if row.startswith("|")]
+        told = set(re.findall(r"(/[^\s`]+)", " ".join(rows)))
+        added = {}
+        for name in self.files:
+            if name.startswith("server/") and name.endswith(".cpp"):
+                text = without_comments((self.root / name).read_text(encoding="utf-8", errors="replace"))
+                for path in re.findall(r'\badd\(\s*"[A-Z]+",\s*"(/[^"]*)"', text):
+                    added[path] = name
+        self.counts["routes"] += len(added)
+        for path in sorted(set(added) - told):
+            self.fault(added[path], f"adds the route {path}, which README.md does not list under Routes")
+        for path in sorted(told - set(added)):
+            self.fault("README.md", f"lists the route {path}, which the server does not add")
 
     def check_source(self, name):
         self.counts["sources"] += 1

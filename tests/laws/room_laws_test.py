@@ -104,6 +104,16 @@ class RoomLaws(unittest.TestCase):
                                  ARCHITECTURE.replace("`docs`", "`docs` `scripts`"))
         self.assert_fault(faults, "installs libsecret-dev")
 
+    def test_routes_and_their_rows_in_the_readme_agree(self):
+        top = ARCHITECTURE.replace("`docs`", "`docs` `README.md`")
+        server = {"server/routes.cpp": 'router.add("GET", "/readyz", reply);\nrouter.add("POST",\n  "/v1/x:any", any);\n'}
+        readme = "# S\n\n## Routes\n\n| request | answer |\n|---|---|\n| `GET /readyz` `{}` | ready |\n\n## More\n"
+        self.assertEqual(self.violations({**server, "README.md": readme.format("/v1/x:any")}, top), [])
+        faults = self.violations({**server, "README.md": readme.format("/readyz")}, top)
+        self.assert_fault(faults, "server/routes.cpp", "/v1/x:any")
+        faults = self.violations({**server, "README.md": readme.format("/v1/x:any` `/gone")}, top)
+        self.assert_fault(faults, "README.md", "/gone")
+
     def test_a_circle_in_the_table_fails(self):
         circular = ARCHITECTURE.replace("| words | nothing |", "| words | scene |")
         faults = self.violations(architecture=circular)
