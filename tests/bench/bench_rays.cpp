@@ -93,7 +93,9 @@ View view_of(const BenchScene& scene, const Place& place, unsigned index) {
       break;
   }
   const Vec3d direction = unit({std::cos(turn), 0.4, std::sin(turn)});
-  return {add(place.centre, scale(0.85 * place.diagonal, direction)), place.centre};
+  // An object with air around it, or a volume that fills the picture.
+  const double distance = scene.viewpoints == Viewpoints::kWithin ? 0.6 : 0.85;
+  return {add(place.centre, scale(distance * place.diagonal, direction)), place.centre};
 }
 
 void add_view(const View& view, unsigned rows, RaySet& set) {
