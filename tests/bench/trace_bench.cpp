@@ -241,5 +241,8 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "trace_bench: cannot write to %s\n", options.out.c_str());
     return 1;
   }
+  for (const auto& [name, check] : bench.result().checks) {
+    if (check.sightline_wrong + check.inconsistent > 0) return 1;
+  }
   return 0;
 }
