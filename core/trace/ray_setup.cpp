@@ -12,9 +12,16 @@ namespace sightline {
 namespace {
 
 using bounds::kU;
+constexpr double kMaxD = std::numeric_limits<double>::max();
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 double largest_magnitude(const std::array<double, 3>& v) {
   return std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
+}
+
+bool is_known(const AnchoredRay& ray) {
+  return std::isfinite(ray.origin[0]) && std::isfinite(ray.origin[1]) &&
+         std::isfinite(ray.origin[2]);
 }
 
 /// Scales by a power of two so that the largest |component| is in [1, 2); returns the exponent.
@@ -31,25 +38,27 @@ int normalise(std::array<double, 3>& direction) {
   return exponent;
 }
 
-/// A t that is not above the t of any point of the box on the ray: the latest entry into a slab,
-/// less its rounding errors. -inf if no slab says anything.
-double enter_at_least(const Ray& ray, const Box3d& bounds) {
-  double enter = -kInfD;
+/// A tau that is not above that of any point of the box on the line: the latest entry into a slab,
+/// less its rounding errors. Minus the largest float64 if no slab says anything. In tau, whose
+/// direction is scaled, a point of the scene cannot be out of range as its t can.
+double enter_at_least(const AnchoredRay& ray, const Box3d& bounds) {
+  double enter = -kMaxD;
   for (int k = 0; k < 3; ++k) {
-    const double d = ray.direction[k];
+    const auto axis = static_cast<std::size_t>(k);
+    const double d = ray.direction[axis];
     if (d == 0) continue;
     const double plane = d > 0 ? bounds.min[k] : bounds.max[k];
-    const double t = (plane - ray.origin[k]) / d;
-    if (!std::isfinite(t)) continue;
-    enter = std::max(enter, next_below(t - std::abs(t) * bounds::kEnter));
+    const double tau = (plane - ray.origin[axis]) / d;
+    if (!std::isfinite(tau)) continue;
+    enter = std::max(enter, next_below(tau - std::abs(tau) * bounds::kEnter));
   }
   return enter;
 }
 
-/// Moves the origin to t = anchor, in double-double, and bounds what the last rounding lost.
-void move_origin(const Ray& ray, double anchor, AnchoredRay& out) {
-  out.anchor = anchor;
-  for (int k = 0; k < 3; ++k) {
+/// Moves the origin to tau = anchor, in double-double, and bounds what the last rounding lost.
+void move_origin(double anchor, AnchoredRay& ray) {
+  ray.anchor = anchor;
+  for (std::size_t k = 0; k < 3; ++k) {
     const double o = ray.origin[k];
     const double d = ray.direction[k];
     const double product = anchor * d;
@@ -60,12 +69,12 @@ void move_origin(const Ray& ray, double anchor, AnchoredRay& out) {
     const double rest = sum_rest + product_rest;
     // What overflows is unknown, and NaN is how slabs and filters are told so: they exclude
     // nothing.
-    out.origin[static_cast<std::size_t>(k)] =
-        std::isfinite(sum + rest) ? sum + rest : std::numeric_limits<double>::quiet_NaN();
+    ray.origin[k] = std::isfinite(sum + rest) ? sum + rest : kUnknown;
+    // Scaling a component of the direction below the normal range may have rounded it.
     const double error = kU * std::abs(sum + rest) +
                          bounds::kAnchor * (std::abs(o) + std::abs(product)) +
-                         std::numeric_limits<double>::min();
-    out.error = std::max(out.error, error);
+                         std::abs(anchor) * 0x1p-1074 + std::numeric_limits<double>::min();
+    ray.error = std::max(ray.error, error);
   }
 }
 
@@ -113,22 +122,28 @@ float lowest_tau(double scene_tau, double tau_scale) {
   return low > 0 ? low : 0.0f;
 }
 
-/// Widened by more than an approximation and two roundings can be off.
-double below(double x) { return x - std::abs(x) * 0x1p-48; }
-double above(double x) { return x + std::abs(x) * 0x1p-48; }
+/// Of a tau that is not finite in float64.
+Interval beyond_range(bool positive) {
+  return positive ? Interval{kMaxD, kInfD} : Interval{-kInfD, -kMaxD};
+}
 
 }  // namespace
 
 Interval AnchoredRay::tau_of(double t) const {
-  constexpr double kMax = std::numeric_limits<double>::max();
-  if (std::isinf(t)) {
-    const double edge = (std::copysign(kMax, t) - anchor) * tau_per_t;
-    return t > 0 ? Interval{below(edge), kInfD} : Interval{-kInfD, above(edge)};
+  const double from_origin = t * tau_per_t;
+  // An infinite t stands for any that rounds to it.
+  if (std::isinf(t) && tau_per_t < 1) {
+    const double edge = kMaxD * tau_per_t * (1 - 0x1p-40);
+    const double other = anchor == 0 ? 0 : std::abs(anchor) * 0x1p-49;
+    return t > 0 ? Interval{edge - anchor - other, kInfD}
+                 : Interval{-kInfD, -edge - anchor + other};
   }
-  const double difference = t - anchor;
+  if (std::isinf(from_origin)) return beyond_range(from_origin > 0);
+  const double tau = from_origin - anchor;
+  if (std::isinf(tau)) return beyond_range(tau > 0);
   const double slack =
-      ((std::abs(t) + std::abs(difference)) * 0x1p-49 + 0x1p-1072) * tau_per_t + 0x1p-1020;
-  return {difference * tau_per_t - slack, difference * tau_per_t + slack};
+      (std::abs(from_origin) + std::abs(tau)) * 0x1p-49 + 0x1p-1072 * tau_per_t + 0x1p-1020;
+  return {tau - slack, tau + slack};
 }
 
 AnchoredRay anchor_ray(const Ray& ray, const Box3d& bounds) {
@@ -145,9 +160,9 @@ AnchoredRay anchor_ray(const Ray& ray, const Box3d& bounds) {
   // Rays from far away and rays that begin behind their origin start again at the scene's bounds.
   const bool far = !(largest_magnitude(out.origin) <= 4 * largest_magnitude(scene));
   if (far || ray.tmin < 0) {
-    const double anchor = std::max(ray.tmin, enter_at_least(ray, bounds));
-    // Nothing finite is known of where the scene begins: start below everything.
-    move_origin(ray, std::isfinite(anchor) ? anchor : -std::numeric_limits<double>::max(), out);
+    // next_below covers a limit so small that scaling it rounds.
+    const double limit = next_below(ray.tmin * out.tau_per_t);
+    move_origin(std::max(limit, enter_at_least(out, bounds)), out);
   }
 
   out.reach = 0;
@@ -194,7 +209,8 @@ BoxRay make_box_ray(const AnchoredRay& ray, int scale_exponent) {
   for (double& o : origin) o *= scale;
   const double pad = ray.error * scale + bounds::kPad;
   BoxRay box = make_slabs(origin, ray.direction, {pad, pad, pad});
-  box.tau_scale = scale;
+  // From an unknown origin tau may even be negative: no limit may exclude anything either.
+  box.tau_scale = is_known(ray) ? scale : kUnknown;
   box.tau_min = lowest_tau(ray.tau_min.low, box.tau_scale);
   return box;
 }
@@ -224,9 +240,9 @@ BoxRay make_box_ray(const AnchoredRay& ray, const TreeSpace& space, int scale_ex
   }
   const int exponent = normalise(direction);
   double tau_scale = std::ldexp(scale, -exponent);
-  if (!std::isnormal(tau_scale)) {
+  if (!std::isnormal(tau_scale) || !is_known(ray)) {
     // The two spaces count t so differently that no float64 relates them: exclude nothing.
-    tau_scale = std::numeric_limits<double>::quiet_NaN();
+    tau_scale = kUnknown;
     pad = {kInfD, kInfD, kInfD};
   }
   BoxRay box = make_slabs(origin, direction, pad);

@@ -27,10 +27,12 @@ struct Interval {
 struct AnchoredRay {
   std::array<double, 3> origin;
   std::array<double, 3>
-      direction;      ///< a power of two times the ray's; the largest |component| is in [1, 2)
-  double error = 0;   ///< on every axis at least |origin - (o + anchor * d)|
-  double anchor = 0;  ///< t at which tau = 0. No point of the scene within the limits has tau < 0
-  double tau_per_t = 1;  ///< a power of two: tau = (t - anchor) * tau_per_t
+      direction;     ///< a power of two times the ray's; the largest |component| is in [1, 2)
+  double error = 0;  ///< on every axis at least |origin - (o + anchor * direction)|
+  /// Of the ray's own origin, negated: no point of the scene within the limits has tau < 0, unless
+  /// the origin is unknown (NaN).
+  double anchor = 0;
+  double tau_per_t = 1;  ///< a power of two: tau = t * tau_per_t - anchor
   double reach =
       0;  ///< at least |v - origin| on every axis, for all points v of the scene, and 2^53 error
   Interval tau_min;  ///< contains the tau of tmin
