@@ -211,7 +211,17 @@ double round_quotient(const Dyadic& numerator, const Dyadic& denominator) {
 double round_over_root(const Dyadic& numerator, const Dyadic& square) {
   if (numerator.sign() == 0) return 0.0;
   const Dyadic n2 = numerator * numerator;
-  const double guess = std::min(std::sqrt(approximate_quotient(n2, square)), 1.0);
+  // The guess must be close, or finding the neighbour takes for ever: the square of a small
+  // component may underflow where the component does not.
+  int n_exponent = 0;
+  int s_exponent = 0;
+  double ratio = n2.leading(n_exponent) / square.leading(s_exponent);
+  int exponent = n_exponent - s_exponent;
+  if ((exponent & 1) != 0) {
+    ratio *= 2;
+    --exponent;
+  }
+  const double guess = std::min(std::ldexp(std::sqrt(ratio), exponent / 2), 1.0);
   const double rounded =
       settle(guess, [&](const Dyadic& x) { return compare(n2, x * x * square); });
   if (rounded == 0) return 0.0;

@@ -87,5 +87,26 @@ TEST(Dyadic, rounds_ties_to_even_and_underflows_gradually) {
   EXPECT_EQ(round_quotient(Dyadic(most) + Dyadic(1.0), one), most);
 }
 
+TEST(Dyadic, rounds_a_component_of_a_unit_vector_of_any_size) {
+  constexpr std::uint64_t kSeed = 8;
+  std::mt19937_64 random(kSeed);
+  for (int i = 0; i < 20000; ++i) {
+    const double a = any_finite(random), b = any_finite(random), c = any_finite(random);
+    if (a == 0 && b == 0 && c == 0) continue;
+    const Dyadic square = Dyadic(a) * Dyadic(a) + Dyadic(b) * Dyadic(b) + Dyadic(c) * Dyadic(c);
+    const double rounded = round_over_root(Dyadic(a), square);
+    // rounded^2 |v|^2 against a^2 at both midpoints tells that no other float64 is nearer.
+    const mpq_class a2 = mpq_class(a) * mpq_class(a);
+    const mpq_class s2 = a2 + mpq_class(b) * mpq_class(b) + mpq_class(c) * mpq_class(c);
+    const mpq_class size = abs(mpq_class(rounded));
+    const mpq_class above = (size + mpq_class(std::nextafter(std::abs(rounded), 2.0))) / 2;
+    ASSERT_LE(a2, above * above * s2) << a << ' ' << b << ' ' << c;
+    if (rounded == 0) continue;
+    ASSERT_EQ(std::signbit(rounded), std::signbit(a));
+    const mpq_class below = (size + mpq_class(std::nextafter(std::abs(rounded), 0.0))) / 2;
+    ASSERT_GE(a2, below * below * s2) << a << ' ' << b << ' ' << c;
+  }
+}
+
 }  // namespace
 }  // namespace sightline
