@@ -16,7 +16,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::string_view kFormatFamily = "sightline-store ";
 constexpr std::string_view kFormat = "sightline-store 1\n";
+constexpr const char* kFormatName = "format";
+constexpr const char* kNewFormatName = "format.new";
+constexpr const char* kLockName = "lock";
 constexpr std::size_t kRecordLimit = 64 << 10;
 constexpr std::string_view kRecordSuffix = ".json";
 
@@ -28,6 +32,12 @@ bool is_sha256(std::string_view text) {
   return text.size() == 64 && std::all_of(text.begin(), text.end(), [](char c) {
            return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
          });
+}
+
+/// As SceneFolder::new_temporary names its files.
+bool is_temporary_name(std::string_view name) {
+  return !name.empty() && name.size() <= 20 &&
+         std::all_of(name.begin(), name.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
 std::string encode_record(const SceneRecord& record) {
@@ -95,16 +105,48 @@ Result<std::unique_ptr<SceneFolder>> SceneFolder::open(const fs::path& folder) {
   return opened;
 }
 
+Result<bool> SceneFolder::has_format() const {
+  constexpr const char* kDoing = "open the data folder";
+  // A folder of somebody else may be full of names that the store uses too: nothing in it is
+  // touched before it is known to be the store's.
+  const Error foreign{ErrorKind::kConflict, "STORE_FOREIGN",
+                      "the data folder is not empty and was not made by this server: choose an "
+                      "empty or a new folder",
+                      ""};
+  std::error_code error;
+  bool others = false;
+  for (const auto& entry : fs::directory_iterator(folder_, error)) {
+    const std::string name = entry.path().filename().string();
+    // What a first start leaves that is cut off before it writes its format; and a file system's.
+    others |= name != kLockName && name != kNewFormatName && name != "lost+found";
+  }
+  if (error) return io_error(kDoing, error.value());
+  // After the listing: another server may be making the folder at this moment.
+  const fs::path format = folder_ / kFormatName;
+  if (!fs::exists(format, error)) {
+    if (error) return io_error(kDoing, error.value());
+    if (others) return foreign;
+    return false;
+  }
+  if (!fs::is_regular_file(format, error)) return foreign;
+  const auto text = read_small_file(format, 256, kDoing);
+  if (!text || !text->starts_with(kFormatFamily)) return foreign;
+  if (*text != kFormat) {
+    return Error{ErrorKind::kUnsupported, "STORE_FORMAT_UNKNOWN",
+                 "the data folder was written by another version of the store", ""};
+  }
+  return true;
+}
+
 Status SceneFolder::prepare() {
   constexpr const char* kDoing = "open the data folder";
-  for (const char* name : {"blobs", "scenes", "tmp", "quarantine"}) {
-    std::error_code error;
-    fs::create_directories(folder_ / name, error);
-    if (error) return io_error("make the data folder", error.value());
-  }
+  std::error_code error;
+  fs::create_directories(folder_, error);
+  if (error) return io_error("make the data folder", error.value());
+  if (auto ours = has_format(); !ours) return std::move(ours).error();
 
   // One process at a time; the lock goes with the process, however it ends.
-  auto lock = open_file(folder_ / "lock", O_RDWR | O_CREAT, kDoing);
+  auto lock = open_file(folder_ / kLockName, O_RDWR | O_CREAT, kDoing);
   if (!lock) return std::move(lock).error();
   lock_ = std::move(*lock);
   if (::flock(lock_.number(), LOCK_EX | LOCK_NB) != 0) {
@@ -113,25 +155,31 @@ Status SceneFolder::prepare() {
                  "the data folder is in use by another server", ""};
   }
 
-  // What was half written when the last process ended is nobody's.
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(folder_ / "tmp", error)) {
-    fs::remove(entry.path(), error);
+  // Again, now that no other server can change it.
+  auto ours = has_format();
+  if (!ours) return std::move(ours).error();
+  if (!*ours) {
+    fs::path path = folder_ / kNewFormatName;
+    auto file = open_file(path, O_RDWR | O_CREAT | O_TRUNC | O_NOFOLLOW, kDoing);
+    if (!file) return std::move(file).error();
+    TemporaryFile temporary(std::move(*file), std::move(path));
+    if (Status status = write_durably(temporary, kFormat, folder_ / kFormatName, kDoing); !status) {
+      return status;
+    }
+  }
+  for (const char* name : {"blobs", "scenes", "tmp", "quarantine"}) {
+    fs::create_directories(folder_ / name, error);
+    if (error) return io_error("make the data folder", error.value());
   }
 
-  const fs::path format = folder_ / "format";
-  if (fs::exists(format, error)) {
-    auto text = read_small_file(format, 256, kDoing);
-    if (!text) return std::move(text).error();
-    if (*text != kFormat) {
-      return Error{ErrorKind::kUnsupported, "STORE_FORMAT_UNKNOWN",
-                   "the data folder was written by another version of the store", ""};
+  // What was half written when the last process ended is nobody's.
+  for (const auto& entry : fs::directory_iterator(folder_ / "tmp", error)) {
+    if (!is_temporary_name(entry.path().filename().string())) continue;
+    if (entry.symlink_status(error).type() == fs::file_type::regular) {
+      fs::remove(entry.path(), error);
     }
-    return success();
   }
-  auto temporary = new_temporary();
-  if (!temporary) return std::move(temporary).error();
-  return write_durably(*temporary, kFormat, format, kDoing);
+  return success();
 }
 
 SceneFolder::Catalogue SceneFolder::read_catalogue() {

@@ -5,7 +5,7 @@
 ///   DIR/lock              held while a server uses the folder
 ///   DIR/blobs/<sha256>    the bytes of a scene, named by their content
 ///   DIR/scenes/<id>.json  which bytes the scene of that name has: the commit point
-///   DIR/tmp/              what is being written; emptied at start
+///   DIR/tmp/<number>      what is being written; removed at start
 ///   DIR/quarantine/       what was found damaged, for a person to look at
 ///
 /// A scene is replaced by renaming one small record over another, after its bytes are on the disk:
@@ -57,7 +57,8 @@ class TemporaryFile {
 /// May be used from many threads.
 class SceneFolder {
  public:
-  /// Makes the folder if there is none. Errors: STORE_IN_USE (another process holds it),
+  /// Makes the folder if there is none. Errors: STORE_FOREIGN (there is something in it, but no
+  /// `format` of a store: then nothing was changed), STORE_IN_USE (another process holds it),
   /// STORE_FORMAT_UNKNOWN (a newer version wrote it), STORE_IO, STORE_FULL.
   static Result<std::unique_ptr<SceneFolder>> open(const std::filesystem::path& folder);
 
@@ -88,6 +89,9 @@ class SceneFolder {
  private:
   explicit SceneFolder(std::filesystem::path folder) : folder_(std::move(folder)) {}
   Status prepare();
+  /// False for a folder that has nothing yet. Changes nothing. Errors: STORE_FOREIGN,
+  /// STORE_FORMAT_UNKNOWN, STORE_IO.
+  Result<bool> has_format() const;
   std::filesystem::path record_path(const std::string& id) const;
   std::filesystem::path blob_path(const std::string& sha256) const;
   void quarantine_file(const std::filesystem::path& file);

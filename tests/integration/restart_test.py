@@ -68,6 +68,15 @@ class Restart(unittest.TestCase):
         self.assertEqual((second.returncode, second.stdout), (2, ""))
         self.assertIn("STORE_IN_USE", second.stderr)
 
+    def test_a_folder_of_somebody_else_is_refused_and_left_alone(self):
+        (self.data / "tmp").mkdir(parents=True)
+        (self.data / "tmp" / "thesis.txt").write_text("the only copy")
+        refused = subprocess.run([BINARY, "serve", "--listen", "127.0.0.1:0", "--data", self.data],
+                                 capture_output=True, text=True, timeout=PATIENCE, check=False)
+        self.assertEqual((refused.returncode, refused.stdout), (2, ""))
+        self.assertIn("STORE_FOREIGN", refused.stderr)
+        self.assertEqual([file.name for file in self.data.rglob("*")], ["tmp", "thesis.txt"])
+
 
 class Stop(unittest.TestCase):
     def test_both_signals_end_the_server_with_exit_code_0(self):

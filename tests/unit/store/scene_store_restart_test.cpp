@@ -191,6 +191,47 @@ TEST(SceneStoreRestart, refuses_a_folder_of_an_unknown_format_and_touches_nothin
   EXPECT_EQ(folder.files("blobs").size(), 1u);
 }
 
+TEST(SceneStoreRestart, refuses_a_folder_of_somebody_else_and_touches_nothing) {
+  for (const char* format : {"", "a note about paper formats\n"}) {
+    const TemporaryFolder folder;
+    fs::create_directories(folder.path() / "tmp");
+    fs::create_directories(folder.path() / "scenes");
+    write_file(folder.path() / "tmp" / "thesis.txt", "the only copy");
+    write_file(folder.path() / "tmp" / "0", "a number");
+    write_file(folder.path() / "scenes" / "town.json", "{}");
+    if (*format != '\0') write_file(folder.path() / "format", format);
+    const auto before = folder.files("");
+    const auto store = SceneStore::open({.folder = folder.path()}, load_text, {});
+    ASSERT_FALSE(store.ok());
+    EXPECT_EQ(store.error().code, "STORE_FOREIGN");
+    EXPECT_EQ(store.error().message.find(folder.path().string()), std::string::npos);
+    EXPECT_EQ(folder.files(""), before);
+    EXPECT_EQ(folder.files("tmp"), (std::vector<std::string>{"0", "thesis.txt"}));
+    EXPECT_EQ(folder.files("scenes"), std::vector<std::string>{"town.json"});
+  }
+}
+
+TEST(SceneStoreRestart, starts_again_where_it_was_stopped_before_it_wrote_its_format) {
+  const TemporaryFolder folder;
+  fs::create_directories(folder.path() / "lost+found");  // a file system's own
+  write_file(folder.path() / "lock", "");
+  write_file(folder.path() / "format.new", "sight");
+  const auto store = open_store(folder.path());
+  EXPECT_TRUE(put_text(*store, "town", "first").ok());
+  EXPECT_FALSE(fs::exists(folder.path() / "format.new"));
+}
+
+TEST(SceneStoreRestart, deletes_only_its_own_temporary_files) {
+  const TemporaryFolder folder;
+  { const auto store = open_store(folder.path()); }
+  write_file(folder.path() / "tmp" / "7", "half written");
+  write_file(folder.path() / "tmp" / "x7", "not ours");
+  write_file(folder.path() / "tmp" / "notes", "not ours");
+  fs::create_directories(folder.path() / "tmp" / "8");
+  const auto store = open_store(folder.path());
+  EXPECT_EQ(folder.files("tmp"), (std::vector<std::string>{"8", "notes", "x7"}));
+}
+
 TEST(SceneStoreRestart, refuses_a_folder_that_cannot_be_made) {
   const TemporaryFolder folder;
   write_file(folder.path() / "file", "x");
