@@ -204,7 +204,6 @@ double round_quotient(const Dyadic& numerator, const Dyadic& denominator) {
   // A first guess from the leading 64 bits is within a few units in the last place.
   const double guess = std::min(approximate_quotient(n, d), std::numeric_limits<double>::max());
   const double rounded = settle(guess, [&](const Dyadic& x) { return compare(n, x * d); });
-  if (rounded == 0) return 0.0;
   return numerator.sign() * denominator.sign() < 0 ? -rounded : rounded;
 }
 
@@ -224,7 +223,6 @@ double round_over_root(const Dyadic& numerator, const Dyadic& square) {
   const double guess = std::min(std::ldexp(std::sqrt(ratio), exponent / 2), 1.0);
   const double rounded =
       settle(guess, [&](const Dyadic& x) { return compare(n2, x * x * square); });
-  if (rounded == 0) return 0.0;
   return numerator.sign() < 0 ? -rounded : rounded;
 }
 

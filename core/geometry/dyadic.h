@@ -51,8 +51,8 @@ class Dyadic {
   friend bool operator==(const Dyadic& a, const Dyadic& b) { return compare(a, b) == 0; }
 
   /// numerator / denominator rounded once to the nearest float64, ties to even, as IEEE 754 rounds:
-  /// gradual underflow, and beyond the largest number an infinity. Zero is +0.
-  /// Precondition: denominator is not zero.
+  /// gradual underflow (a negative quotient may become -0), and beyond the largest number an
+  /// infinity. Exactly zero is +0. Precondition: denominator is not zero.
   friend double round_quotient(const Dyadic& numerator, const Dyadic& denominator);
 
   /// The same within 2^-50 of itself, or within 2^-1074 if that is more; not rounded correctly, but

@@ -81,7 +81,8 @@ TEST(Dyadic, rounds_ties_to_even_and_underflows_gradually) {
   const double least = std::numeric_limits<double>::denorm_min();
   EXPECT_EQ(round_quotient(Dyadic(least), Dyadic(2.0)), 0.0);
   EXPECT_EQ(round_quotient(Dyadic(least) * Dyadic(3.0), Dyadic(2.0)), 2 * least);
-  EXPECT_FALSE(std::signbit(round_quotient(Dyadic(-least), Dyadic(2.0))));
+  EXPECT_TRUE(std::signbit(round_quotient(Dyadic(-least), Dyadic(2.0)))) << "as IEEE 754 rounds";
+  EXPECT_FALSE(std::signbit(round_quotient(Dyadic(-0.0), Dyadic(-2.0)))) << "exactly zero is +0";
   const double most = std::numeric_limits<double>::max();
   EXPECT_TRUE(std::isinf(round_quotient(Dyadic(most) * Dyadic(2.0), one)));
   EXPECT_EQ(round_quotient(Dyadic(most) + Dyadic(1.0), one), most);
