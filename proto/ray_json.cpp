@@ -1,100 +1,20 @@
 #include "proto/ray_json.h"
 
-// Checks of the end of the text inside the parser as well: this room trusts no body.
-#define SIMDJSON_CHECK_EOF 1
-#include <simdjson.h>
-
 #include <algorithm>
 #include <array>
 #include <limits>
 #include <optional>
-#include <span>
+#include <vector>
 
-#include "proto/json_pointer.h"
-#include "proto/json_token.h"
+#include "proto/ray_reader.h"
 
 namespace sightline {
 namespace {
 
-namespace od = simdjson::ondemand;
-
 constexpr double kInf = std::numeric_limits<double>::infinity();
-/// As a place in a tuple: the tuple itself.
-constexpr std::size_t kWhole = static_cast<std::size_t>(-1);
+static_assert(kRayJsonPadding >= kJsonPadding);
 
 std::string number_text(std::size_t number) { return std::to_string(number); }
-
-/// The parts of a ray, as rows and as columns call them.
-enum class Part { kOrigin, kDirection, kTmin, kTmax };
-constexpr std::array<std::string_view, 4> kRowKeys{"origin", "direction", "tmin", "tmax"};
-constexpr std::array<std::string_view, 4> kColumnKeys{"origins", "directions", "tmin", "tmax"};
-
-/// Reads one body. Every read_... returns false after it has filled error_; nothing is read then.
-class RayReader {
- public:
-  explicit RayReader(const RayJsonRules& rules) : rules_(rules) {}
-
-  Result<RayQuery> read(std::string& body);
-
- private:
-  // The top level, then one function for each form of rays.
-  bool read_top(od::object object);
-  bool read_rows(od::value value);
-  bool read_row(od::value value, std::size_t ray);
-  bool read_column(od::value value, Part part);
-  bool read_fields(od::value value);
-  bool read_max_hits(od::value value);
-  bool read_crossings(od::value value);
-  unsigned known_top_keys() const;
-  bool finish_rows_or_columns();
-  bool check_limits_and_directions();
-
-  // Single values. `place` makes the pointer, and is only called when there is something to say.
-  template <class Place>
-  bool read_number(od::value value, double& out, Place place);
-  template <class Place>
-  bool read_limit(od::value value, Part part, double& out, Place place);
-  bool read_vector(od::value value, std::size_t ray, Part part, Vec3d& out);
-  bool read_key(od::field& field, std::span<const std::string_view> keys, unsigned known,
-                const JsonPointer& parent, std::size_t& which);
-  bool mark_seen(unsigned bit, unsigned& seen, const JsonPointer& place);
-  template <class Place>
-  bool check_end(simdjson::error_code code, Place place);
-
-  bool fail(ErrorKind kind, std::string_view code, std::string message, const JsonPointer& place) {
-    error_ = Error{kind, std::string(code), std::move(message), place.text()};
-    return false;
-  }
-  bool malformed(const JsonPointer& place, std::string message) {
-    return fail(ErrorKind::kMalformed, "JSON_MALFORMED", std::move(message), place);
-  }
-  /// Says why `value` is not what was expected there.
-  bool wrong(od::value value, const JsonPointer& place, std::string_view expected);
-
-  static JsonPointer ray_place(std::size_t ray) { return JsonPointer().key("rays").index(ray); }
-  static JsonPointer row_place(std::size_t ray, Part part, std::size_t component = kWhole) {
-    JsonPointer place = ray_place(ray);
-    place.key(kRowKeys[static_cast<std::size_t>(part)]);
-    if (component != kWhole) place.index(component);
-    return place;
-  }
-  static JsonPointer column_place(Part part, std::size_t element = kWhole) {
-    JsonPointer place;
-    place.key(kColumnKeys[static_cast<std::size_t>(part)]);
-    if (element != kWhole) place.index(element);
-    return place;
-  }
-  bool too_many(const JsonPointer& place) {
-    return fail(ErrorKind::kTooLarge, "RAYS_TOO_MANY",
-                "a request may hold " + number_text(rules_.max_rays) + " rays", place);
-  }
-
-  RayJsonRules rules_;
-  RayQuery query_;
-  unsigned seen_ = 0;                         ///< top-level keys, by their number in kTopKeys
-  std::array<std::size_t, 4> column_size_{};  ///< numbers read, by Part
-  Error error_;
-};
 
 constexpr std::array<std::string_view, 8> kTopKeys{"rays", "origins", "directions", "tmin",
                                                    "tmax", "fields",  "max_hits",   "crossings"};
@@ -103,84 +23,22 @@ constexpr unsigned kRaysBit = 1u << 0, kColumnBits = 0x1eu, kFieldsBit = 1u << 5
 /// Every key of a row.
 constexpr unsigned kRowBits = 0xfu;
 
-bool RayReader::wrong(od::value value, const JsonPointer& place, std::string_view expected) {
-  const std::string_view token = trim(value.raw_json_token());
-  if (is_non_finite_word(token)) {
-    return fail(ErrorKind::kInvalid, "NUMBER_NOT_FINITE", "NaN and infinities are not JSON numbers",
-                place);
-  }
-  if (!looks_like_json(token)) return malformed(place, "this is not JSON");
-  if (is_json_number(token) && expected == "a number") {
-    return fail(ErrorKind::kInvalid, "NUMBER_NOT_FINITE", "this number overflows a float64", place);
-  }
-  return fail(ErrorKind::kInvalid, "TYPE_WRONG",
-              "expected " + std::string(expected) + ", found " + std::string(token_kind(token)),
-              place);
-}
+}  // namespace
 
 template <class Place>
-bool RayReader::read_number(od::value value, double& out, Place place) {
-  if (value.get_double().get(out) == simdjson::SUCCESS) return true;
-  return wrong(value, place(), "a number");
+bool RayReader::read_limit(Value value, RayPart part, double& out, Place place) {
+  return part == RayPart::kTmax ? read_number_or_null(value, kInf, out, place)
+                                : read_number(value, out, place);
 }
 
-template <class Place>
-bool RayReader::read_limit(od::value value, Part part, double& out, Place place) {
-  if (value.get_double().get(out) == simdjson::SUCCESS) return true;
-  if (part == Part::kTmax && trim(value.raw_json_token()) == "null") {
-    // get_double has stepped over the token already.
-    out = kInf;
-    return true;
-  }
-  return wrong(value, place(), "a number");
-}
-
-template <class Place>
-bool RayReader::check_end(simdjson::error_code code, Place place) {
-  if (code == simdjson::SUCCESS) return true;
-  return malformed(place(), std::string("not well-formed here: ") + simdjson::error_message(code));
-}
-
-/// `known`: the bits of those of `keys` that may stand here.
-bool RayReader::read_key(od::field& field, std::span<const std::string_view> keys, unsigned known,
-                         const JsonPointer& parent, std::size_t& which) {
-  const auto is_known = [&](std::size_t i) { return ((known >> i) & 1u) != 0; };
-  const od::raw_json_string raw = field.key();
-  for (which = 0; which < keys.size(); ++which) {
-    if (is_known(which) && raw.unsafe_is_equal(keys[which])) return true;
-  }
-  // The same name may be written with escapes.
-  std::string_view name;
-  if (field.unescaped_key().get(name) != simdjson::SUCCESS) {
-    return malformed(parent, "a key here is not a valid string");
-  }
-  std::string list;
-  for (which = 0; which < keys.size(); ++which) {
-    if (!is_known(which)) continue;
-    if (name == keys[which]) return true;
-    list += (list.empty() ? "" : ", ") + std::string(keys[which]);
-  }
-  return fail(ErrorKind::kInvalid, "KEY_UNKNOWN",
-              "unknown key \"" + std::string(cut_utf8(name, 64)) + "\"; known here: " + list,
-              JsonPointer(parent).key(name));
-}
-
-bool RayReader::mark_seen(unsigned bit, unsigned& seen, const JsonPointer& place) {
-  if ((seen & bit) != 0) {
-    return fail(ErrorKind::kInvalid, "KEY_DUPLICATE", "this key stands here twice", place);
-  }
-  seen |= bit;
-  return true;
-}
-
-bool RayReader::read_vector(od::value value, std::size_t ray, Part part, Vec3d& out) {
-  od::array array;
+bool RayReader::read_vector(Value value, std::size_t ray, RayPart part, Vec3d& out) {
+  Array array;
   if (value.get_array().get(array) != simdjson::SUCCESS) {
     return wrong(value, row_place(ray, part), "an array of three numbers");
   }
   int count = 0;
   for (auto element : array) {
-    od::value number;
+    Value number;
     if (const auto code = element.get(number); code != simdjson::SUCCESS) {
       return check_end(code, [&] { return row_place(ray, part); });
     }
@@ -200,46 +58,47 @@ bool RayReader::read_vector(od::value value, std::size_t ray, Part part, Vec3d& 
               "expected three numbers, found " + std::to_string(count), row_place(ray, part));
 }
 
-bool RayReader::read_row(od::value value, std::size_t ray) {
-  od::object object;
+bool RayReader::read_row(Value value, std::size_t ray) {
+  Object object;
   if (value.get_object().get(object) != simdjson::SUCCESS) {
     return wrong(value, ray_place(ray), "an object");
   }
   Ray row;
+  row.tmin = default_tmin_;
   unsigned seen = 0;
   for (auto entry : object) {
-    od::field field;
+    Field field;
     if (const auto code = std::move(entry).get(field); code != simdjson::SUCCESS) {
       return check_end(code, [&] { return ray_place(ray); });
     }
     // The usual order of keys is tried first.
     std::size_t which = 0;
-    const od::raw_json_string raw = field.key();
-    if (raw.unsafe_is_equal(kRowKeys[1])) {
+    const simdjson::ondemand::raw_json_string raw = field.key();
+    if (raw.unsafe_is_equal(kRayRowKeys[1])) {
       which = 1;
-    } else if (!raw.unsafe_is_equal(kRowKeys[0]) &&
-               !read_key(field, kRowKeys, kRowBits, ray_place(ray), which)) {
+    } else if (!raw.unsafe_is_equal(kRayRowKeys[0]) &&
+               !read_key(field, kRayRowKeys, kRowBits, ray_place(ray), which)) {
       return false;
     }
-    const auto part = static_cast<Part>(which);
+    const auto part = static_cast<RayPart>(which);
     if ((seen & (1u << which)) != 0) return mark_seen(1u << which, seen, row_place(ray, part));
     seen |= 1u << which;
 
-    if (part == Part::kOrigin || part == Part::kDirection) {
-      Vec3d& vector = part == Part::kOrigin ? row.origin : row.direction;
+    if (part == RayPart::kOrigin || part == RayPart::kDirection) {
+      Vec3d& vector = part == RayPart::kOrigin ? row.origin : row.direction;
       if (!read_vector(field.value(), ray, part, vector)) return false;
     } else {
-      double& limit = part == Part::kTmin ? row.tmin : row.tmax;
+      double& limit = part == RayPart::kTmin ? row.tmin : row.tmax;
       if (!read_limit(field.value(), part, limit, [&] { return row_place(ray, part); })) {
         return false;
       }
     }
   }
-  for (const Part part : {Part::kOrigin, Part::kDirection}) {
+  for (const RayPart part : {RayPart::kOrigin, RayPart::kDirection}) {
     if ((seen & (1u << static_cast<unsigned>(part))) == 0) {
       return fail(ErrorKind::kInvalid, "KEY_MISSING",
                   "a ray needs an origin and a direction; missing: " +
-                      std::string(kRowKeys[static_cast<std::size_t>(part)]),
+                      std::string(kRayRowKeys[static_cast<std::size_t>(part)]),
                   ray_place(ray));
     }
   }
@@ -247,14 +106,14 @@ bool RayReader::read_row(od::value value, std::size_t ray) {
   return true;
 }
 
-bool RayReader::read_rows(od::value value) {
-  od::array array;
+bool RayReader::read_rows(Value value) {
+  Array array;
   if (value.get_array().get(array) != simdjson::SUCCESS) {
     return wrong(value, JsonPointer().key("rays"), "an array of rays");
   }
   std::size_t ray = 0;
   for (auto element : array) {
-    od::value row;
+    Value row;
     if (const auto code = element.get(row); code != simdjson::SUCCESS) {
       return check_end(code, [&] { return ray_place(ray); });
     }
@@ -265,34 +124,35 @@ bool RayReader::read_rows(od::value value) {
   return true;
 }
 
-bool RayReader::read_column(od::value value, Part part) {
-  od::array array;
+bool RayReader::read_column(Value value, RayPart part) {
+  Array array;
   if (value.get_array().get(array) != simdjson::SUCCESS) {
     return wrong(value, column_place(part), "an array of numbers");
   }
   RayBatch& rays = query_.rays;
-  const bool vector = part == Part::kOrigin || part == Part::kDirection;
+  const bool vector = part == RayPart::kOrigin || part == RayPart::kDirection;
   const std::size_t width = vector ? 3 : 1;
   std::array<Column<double>*, 3> columns{};
   switch (part) {
-    case Part::kOrigin:
+    case RayPart::kOrigin:
       columns = {&rays.ox, &rays.oy, &rays.oz};
       break;
-    case Part::kDirection:
+    case RayPart::kDirection:
       columns = {&rays.dx, &rays.dy, &rays.dz};
       break;
-    case Part::kTmin:
+    case RayPart::kTmin:
       columns = {&rays.tmin, nullptr, nullptr};
       break;
-    case Part::kTmax:
+    case RayPart::kTmax:
       columns = {&rays.tmax, nullptr, nullptr};
       break;
   }
   // max_rays is a limit of memory: a column longer than that is refused while it is read.
-  const std::size_t most = rules_.max_rays > kWhole / width ? kWhole : rules_.max_rays * width;
+  const std::size_t most =
+      rules_.max_rays > kWholeTuple / width ? kWholeTuple : rules_.max_rays * width;
   std::size_t count = 0, component = 0;
   for (auto element : array) {
-    od::value number;
+    Value number;
     if (const auto code = element.get(number); code != simdjson::SUCCESS) {
       return check_end(code, [&] { return column_place(part, count); });
     }
@@ -314,7 +174,7 @@ bool RayReader::read_column(od::value value, Part part) {
   return true;
 }
 
-bool RayReader::read_fields(od::value value) {
+bool RayReader::read_fields(Value value) {
   const auto all_names = [] {
     std::string list;
     for (const HitField field : all_hit_fields()) {
@@ -323,14 +183,14 @@ bool RayReader::read_fields(od::value value) {
     return list;
   };
   const JsonPointer place = JsonPointer().key("fields");
-  od::array array;
+  Array array;
   if (value.get_array().get(array) != simdjson::SUCCESS) {
     return wrong(value, place, "an array of names");
   }
   FieldSet fields;
   std::size_t count = 0;
   for (auto element : array) {
-    od::value entry;
+    Value entry;
     if (const auto code = element.get(entry); code != simdjson::SUCCESS) {
       return check_end(code, [] { return JsonPointer().key("fields"); });
     }
@@ -361,32 +221,15 @@ bool RayReader::read_fields(od::value value) {
   return true;
 }
 
-bool RayReader::read_max_hits(od::value value) {
-  const JsonPointer place = JsonPointer().key("max_hits");
-  const std::string expected = "an integer from 0 to " + number_text(rules_.max_hits);
-  std::uint64_t count = 0;
-  const bool integer = value.get_uint64().get(count) == simdjson::SUCCESS;
-  if (!integer && !is_json_number(trim(value.raw_json_token()))) {
-    return wrong(value, place, expected);
-  }
-  if (!integer || count > rules_.max_hits) {
-    return fail(ErrorKind::kInvalid, "NUMBER_OUT_OF_RANGE", "expected " + expected, place);
-  }
-  query_.max_hits = count;
-  return true;
+bool RayReader::read_max_hits(Value value) {
+  return read_count(value, rules_.max_hits, query_.max_hits, JsonPointer().key("max_hits"));
 }
 
-bool RayReader::read_crossings(od::value value) {
-  const JsonPointer place = JsonPointer().key("crossings");
-  std::string_view name;
-  if (const auto code = value.get_string().get(name); code != simdjson::SUCCESS) {
-    if (code == simdjson::INCORRECT_TYPE) return wrong(value, place, "\"every\" or \"once\"");
-    return malformed(place, "this is not a valid string");
-  }
-  if (name != "every" && name != "once") {
-    return fail(ErrorKind::kInvalid, "VALUE_UNKNOWN", "expected \"every\" or \"once\"", place);
-  }
-  query_.crossings = name == "once" ? Crossings::kOnce : Crossings::kEvery;
+bool RayReader::read_crossings(Value value) {
+  constexpr std::array<std::string_view, 2> kWords{"every", "once"};
+  std::size_t which = 0;
+  if (!read_word(value, kWords, which, JsonPointer().key("crossings"))) return false;
+  query_.crossings = which == 1 ? Crossings::kOnce : Crossings::kEvery;
   return true;
 }
 
@@ -398,17 +241,20 @@ unsigned RayReader::known_top_keys() const {
   return known;
 }
 
-bool RayReader::read_top(od::object object) {
-  const unsigned known = known_top_keys();
+bool RayReader::read_top(Object object) {
+  // Keys of the kind of body follow those of rays.
+  std::vector<std::string_view> keys(kTopKeys.begin(), kTopKeys.end());
+  keys.insert(keys.end(), more_keys().begin(), more_keys().end());
+  const unsigned known = known_top_keys() | ((1u << keys.size()) - (1u << kTopKeys.size()));
   for (auto entry : object) {
-    od::field field;
+    Field field;
     if (const auto code = std::move(entry).get(field); code != simdjson::SUCCESS) {
       return check_end(code, [] { return JsonPointer(); });
     }
     std::size_t which = 0;
-    if (!read_key(field, kTopKeys, known, JsonPointer(), which)) return false;
+    if (!read_key(field, keys, known, JsonPointer(), which)) return false;
     const unsigned bit = 1u << which;
-    const JsonPointer place = JsonPointer().key(kTopKeys[which]);
+    const JsonPointer place = JsonPointer().key(keys[which]);
     if (!mark_seen(bit, seen_, place)) return false;
     if ((seen_ & kRaysBit) != 0 && (seen_ & kColumnBits) != 0) {
       return fail(ErrorKind::kInvalid, "KEYS_MIXED",
@@ -416,12 +262,16 @@ bool RayReader::read_top(od::object object) {
                   "as both",
                   place);
     }
-    const od::value value = field.value();
+    const Value value = field.value();
+    if (which >= kTopKeys.size()) {
+      if (!read_more(which - kTopKeys.size(), value)) return false;
+      continue;
+    }
     const bool good = bit == kRaysBit        ? read_rows(value)
                       : bit == kFieldsBit    ? read_fields(value)
                       : bit == kMaxHitsBit   ? read_max_hits(value)
                       : bit == kCrossingsBit ? read_crossings(value)
-                                             : read_column(value, static_cast<Part>(which - 1));
+                                             : read_column(value, static_cast<RayPart>(which - 1));
     if (!good) return false;
   }
   return true;
@@ -430,9 +280,9 @@ bool RayReader::read_top(od::object object) {
 bool RayReader::finish_rows_or_columns() {
   if ((seen_ & kRaysBit) != 0) return true;
   query_.layout = AnswerLayout::kColumns;
-  for (const Part part : {Part::kOrigin, Part::kDirection}) {
+  for (const RayPart part : {RayPart::kOrigin, RayPart::kDirection}) {
     if ((seen_ & (2u << static_cast<unsigned>(part))) == 0) {
-      const std::string key(kColumnKeys[static_cast<std::size_t>(part)]);
+      const std::string key(kRayColumnKeys[static_cast<std::size_t>(part)]);
       return fail(ErrorKind::kInvalid, "KEY_MISSING",
                   (seen_ & kColumnBits) == 0
                       ? "needs \"rays\", or \"origins\" and \"directions\""
@@ -445,13 +295,13 @@ bool RayReader::finish_rows_or_columns() {
     return fail(ErrorKind::kInvalid, "LENGTH_WRONG",
                 "has " + number_text(column_size_[1]) + " numbers, origins has " +
                     number_text(column_size_[0]),
-                column_place(Part::kDirection));
+                column_place(RayPart::kDirection));
   }
-  for (const Part part : {Part::kTmin, Part::kTmax}) {
-    Column<double>& column = part == Part::kTmin ? query_.rays.tmin : query_.rays.tmax;
+  for (const RayPart part : {RayPart::kTmin, RayPart::kTmax}) {
+    Column<double>& column = part == RayPart::kTmin ? query_.rays.tmin : query_.rays.tmax;
     if ((seen_ & (2u << static_cast<unsigned>(part))) == 0) {
-      if (part == Part::kTmin) {
-        column.assign(count, 0.0);
+      if (part == RayPart::kTmin) {
+        column.assign(count, default_tmin_);
       } else {
         column.assign(count, kInf);
       }
@@ -471,9 +321,9 @@ bool RayReader::check_limits_and_directions() {
   std::string_view part_name = fault.part;
   // A tmin of 0 may be the default: then what the client wrote is the tmax.
   if (part_name == "tmin" && query_.rays.tmin[fault.ray] == 0) part_name = "tmax";
-  const auto part =
-      static_cast<Part>(std::find(kRowKeys.begin(), kRowKeys.end(), part_name) - kRowKeys.begin());
-  const bool vector = part == Part::kOrigin || part == Part::kDirection;
+  const auto part = static_cast<RayPart>(
+      std::find(kRayRowKeys.begin(), kRayRowKeys.end(), part_name) - kRayRowKeys.begin());
+  const bool vector = part == RayPart::kOrigin || part == RayPart::kDirection;
   return fail(ErrorKind::kInvalid, fault.code, fault.message,
               query_.layout == AnswerLayout::kRows
                   ? row_place(fault.ray, part)
@@ -481,40 +331,13 @@ bool RayReader::check_limits_and_directions() {
 }
 
 Result<RayQuery> RayReader::read(std::string& body) {
-  // The on-demand front is compiled for any machine; its first stage, where the time goes, is
-  // chosen at run time for this one.
-  od::parser parser;
-  static_assert(kRayJsonPadding >= simdjson::SIMDJSON_PADDING);
-  body.reserve(body.size() + kRayJsonPadding);
-  od::document document;
-  if (const auto code = parser.iterate(body).get(document); code != simdjson::SUCCESS) {
-    if (code == simdjson::CAPACITY) {
-      return Error{ErrorKind::kTooLarge, "BODY_TOO_LARGE", "the body is too large for JSON", ""};
-    }
-    return Error{ErrorKind::kMalformed, "JSON_MALFORMED",
-                 code == simdjson::EMPTY ? "the body is empty" : simdjson::error_message(code), ""};
+  const auto read_object = [&](Object object) { return read_top(object); };
+  if (!read_body(body, read_object) || !finish_rows_or_columns() || !finish_more() ||
+      !check_limits_and_directions()) {
+    return error();
   }
-  od::object object;
-  if (const auto code = document.get_object().get(object); code != simdjson::SUCCESS) {
-    std::string_view token;
-    if (code == simdjson::INCORRECT_TYPE && document.raw_json_token().get(token) == 0 &&
-        looks_like_json(trim(token))) {
-      return Error{ErrorKind::kInvalid, "TYPE_WRONG", "expected an object as the whole body", ""};
-    }
-    return Error{
-        ErrorKind::kMalformed, "JSON_MALFORMED",
-        code == simdjson::INCORRECT_TYPE ? "this is not JSON" : simdjson::error_message(code), ""};
-  }
-  if (!read_top(object)) return error_;
-  if (document.current_location().error() != simdjson::OUT_OF_BOUNDS) {
-    return Error{ErrorKind::kMalformed, "JSON_MALFORMED", "there is text after the body's object",
-                 ""};
-  }
-  if (!finish_rows_or_columns() || !check_limits_and_directions()) return error_;
   return std::move(query_);
 }
-
-}  // namespace
 
 Result<RayQuery> decode_rays(std::string& body, const RayJsonRules& rules) {
   return RayReader(rules).read(body);

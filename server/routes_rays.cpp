@@ -3,34 +3,10 @@
 #include "server/hit_terms.h"
 #include "server/request_body.h"
 #include "server/routes.h"
+#include "server/scene_admission.h"
 
 namespace sightline {
 namespace {
-
-/// The scene, if it can be asked now. Null after it has answered.
-std::shared_ptr<const Scene> admit_scene(Exchange& exchange, const Service& service) {
-  const SceneSnapshot stored = service.store.find(exchange.scene_id);
-  if (!stored) {
-    exchange.reply_problem(404, "SCENE_NOT_FOUND", "there is no scene of this name");
-    return nullptr;
-  }
-  switch (stored->state) {
-    case SceneState::kReady:
-      // Which of the contents that this name has had gave the answer.
-      exchange.response.set_header("X-Scene-Revision", std::to_string(stored->revision));
-      return stored->scene;
-    case SceneState::kFailed:
-      exchange.reply_problem(409, "SCENE_FAILED",
-                             "the scene could not be loaded: " + stored->failure->message);
-      return nullptr;
-    case SceneState::kQueued:
-    case SceneState::kLoading:
-      exchange.reply_problem(409, "SCENE_LOADING", "the scene is still loading");
-      exchange.response.set_header("Retry-After", "1");
-      return nullptr;
-  }
-  return nullptr;
-}
 
 /// The limits are the service's, the keys are the caller's.
 bool read_rays(Exchange& exchange, const Service& service, RayJsonRules rules, RayQuery& query) {
@@ -47,15 +23,8 @@ bool read_rays(Exchange& exchange, const Service& service, RayJsonRules rules, R
   return true;
 }
 
-std::shared_ptr<const Scene> admit(Exchange& exchange, const Service& service) {
-  if (!admit_query_type(exchange) || !admit_body(exchange, service.limits.query_bytes)) {
-    return nullptr;
-  }
-  return admit_scene(exchange, service);
-}
-
 void closest(Exchange& exchange, const Service& service) {
-  const auto scene = admit(exchange, service);
+  const auto scene = admit_scene_query(exchange, service);
   RayQuery query;
   if (!scene || !read_rays(exchange, service, {}, query)) return;
 
@@ -76,7 +45,7 @@ void closest(Exchange& exchange, const Service& service) {
 }
 
 void any(Exchange& exchange, const Service& service) {
-  const auto scene = admit(exchange, service);
+  const auto scene = admit_scene_query(exchange, service);
   RayQuery query;
   if (!scene || !read_rays(exchange, service, {.has_fields = false}, query)) return;
 
@@ -89,7 +58,7 @@ void any(Exchange& exchange, const Service& service) {
 }
 
 void all(Exchange& exchange, const Service& service) {
-  const auto scene = admit(exchange, service);
+  const auto scene = admit_scene_query(exchange, service);
   RayQuery query;
   if (!scene ||
       !read_rays(exchange, service, {.has_crossings = true, .has_max_hits = true}, query)) {
@@ -112,7 +81,7 @@ void all(Exchange& exchange, const Service& service) {
 }
 
 void count(Exchange& exchange, const Service& service) {
-  const auto scene = admit(exchange, service);
+  const auto scene = admit_scene_query(exchange, service);
   RayQuery query;
   if (!scene ||
       !read_rays(exchange, service, {.has_fields = false, .has_crossings = true}, query)) {

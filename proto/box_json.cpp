@@ -1,0 +1,118 @@
+#include "proto/box_json.h"
+
+#include <array>
+
+#include "proto/box_rows.h"
+#include "proto/json_writer.h"
+
+namespace sightline {
+
+namespace {
+
+constexpr std::array<std::string_view, 3> kKeys{"boxes", "of", "limit"};
+
+class BoxQueryReader : private JsonReader {
+ public:
+  explicit BoxQueryReader(const BoxJsonRules& rules) : rules_(rules) {}
+
+  Result<BoxQuery> read(std::string& body) {
+    unsigned seen = 0;
+    const auto read_object = [&](Object object) { return read_top(object, seen); };
+    if (!read_body(body, read_object)) return error();
+    if ((seen & 1u) == 0 && !invalid("KEY_MISSING", "needs \"boxes\"", {})) return error();
+    return std::move(query_);
+  }
+
+ private:
+  bool read_top(Object object, unsigned& seen) {
+    const unsigned known = rules_.has_limit ? 7u : 3u;
+    for (auto entry : object) {
+      Field field;
+      if (const auto code = std::move(entry).get(field); code != simdjson::SUCCESS) {
+        return check_end(code, [] { return JsonPointer(); });
+      }
+      std::size_t which = 0;
+      if (!read_key(field, kKeys, known, {}, which) ||
+          !mark_seen(1u << which, seen, JsonPointer().key(kKeys[which])) ||
+          !read_part(which, field.value())) {
+        return false;
+      }
+    }
+    return true;
+  }
+
+  bool read_part(std::size_t which, Value value) {
+    const JsonPointer place = JsonPointer().key(kKeys[which]);
+    if (which == 0) return BoxRows(*this, rules_.max_boxes).read(value, query_.boxes);
+    if (which == 2) return read_count(value, rules_.limit, query_.limit, place);
+    constexpr std::array<std::string_view, 2> kWords{"triangles", "nodes"};
+    std::size_t word = 0;
+    if (!read_word(value, kWords, word, place)) return false;
+    query_.targets = word == 1 ? BoxTargets::kNodes : BoxTargets::kTriangles;
+    return true;
+  }
+
+  BoxJsonRules rules_;
+  BoxQuery query_;
+};
+
+void write_name(JsonWriter& out, std::string_view name) {
+  if (name.empty()) {
+    out.raw("null");
+  } else {
+    out.string(name);
+  }
+}
+
+void write_triangle(JsonWriter& out, const BoxLists& lists, const HitTerms& terms, std::size_t i) {
+  out.raw("{\"instance\":");
+  out.number(lists.triangles[i].instance);
+  out.raw(",\"primitive\":");
+  out.number(terms.primitive[i]);
+  out.raw(",\"triangle\":");
+  out.number(terms.triangle[i]);
+  out.raw(",\"node\":");
+  write_name(out, terms.node_name[i]);
+  out.raw(",\"mesh\":");
+  write_name(out, terms.mesh_name[i]);
+  out.raw('}');
+}
+
+void write_node(JsonWriter& out, const HitTerms& terms, std::size_t i) {
+  out.raw("{\"node\":");
+  write_name(out, terms.node_name[i]);
+  out.raw(",\"node_id\":");
+  out.number(terms.node[i]);
+  out.raw('}');
+}
+
+}  // namespace
+
+Result<BoxQuery> decode_boxes(std::string& body, const BoxJsonRules& rules) {
+  return BoxQueryReader(rules).read(body);
+}
+
+std::string encode_box_lists(const BoxLists& lists, std::span<const std::uint64_t> totals,
+                             BoxTargets targets, const HitTerms& terms) {
+  const bool of_nodes = targets == BoxTargets::kNodes;
+  JsonWriter out(32 + totals.size() * 32 + terms.node_name.size() * 64);
+  out.raw("{\"results\":[");
+  for (std::size_t box = 0; box < totals.size(); ++box) {
+    out.raw(box > 0 ? ",{\"total\":" : "{\"total\":");
+    out.number(totals[box]);
+    out.raw(of_nodes ? ",\"nodes\":[" : ",\"triangles\":[");
+    for (std::size_t i = lists.first[box]; i < lists.first[box + 1]; ++i) {
+      if (i > lists.first[box]) out.raw(',');
+      if (of_nodes) {
+        write_node(out, terms, i);
+      } else {
+        write_triangle(out, lists, terms, i);
+      }
+    }
+    out.raw("]}");
+  }
+  out.raw("]}");
+  return out.take();
+}
+
+}  // namespace sightline

@@ -1,0 +1,47 @@
+#pragma once
+/// Boxes against a scene, as JSON.
+///
+///   {"boxes":[...],"of":"triangles","limit":1000}
+///
+/// boxes as box_rows.h reads them. "of": what is counted and listed, "triangles" (the default) or
+/// "nodes"; "limit": how many of each box are listed (1000).
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "core/base/result.h"
+#include "core/query/box_answers.h"
+#include "core/query/box_batch.h"
+#include "proto/hit_json.h"
+
+namespace sightline {
+
+struct BoxJsonRules {
+  std::size_t max_boxes = 1'000'000;
+  bool has_targets = true;           ///< whether "of" may stand there
+  bool has_limit = true;             ///< the same for "limit"
+  std::uint64_t limit = 10'000'000;  ///< the largest limit that may be asked for
+};
+
+struct BoxQuery {
+  BoxBatch boxes;  ///< checked by check_boxes
+  BoxTargets targets = BoxTargets::kTriangles;
+  std::uint64_t limit = 1000;  ///< may be more than the rules' when left out
+};
+
+/// As decode_rays for the body. Errors: those of boxes (box_rows.h), VALUE_UNKNOWN (of),
+/// NUMBER_OUT_OF_RANGE (limit).
+Result<BoxQuery> decode_boxes(std::string& body, const BoxJsonRules& rules);
+
+/// {"results":[{"total":2,"triangles":[{"instance":0,"primitive":0,"triangle":7,"node":"house",
+///                                       "mesh":"walls"},..]}]}
+/// or, of nodes, {"results":[{"total":1,"nodes":[{"node":"house","node_id":3}]}]}; total is more
+/// than the list holds where the limit cut it. In the order of ids. terms    of each entry of the
+/// lists: primitive, triangle, node_name and mesh_name of triangles,
+///          node and node_name of nodes
+std::string encode_box_lists(const BoxLists& lists, std::span<const std::uint64_t> totals,
+                             BoxTargets targets, const HitTerms& terms);
+
+}  // namespace sightline

@@ -1,0 +1,168 @@
+#include "proto/box_rows.h"
+
+#include <array>
+#include <limits>
+#include <string>
+
+namespace sightline {
+
+namespace {
+
+constexpr double kInf = std::numeric_limits<double>::infinity();
+constexpr std::array<std::string_view, 6> kKeys{"min", "max", "center", "half", "rotation", "axes"};
+constexpr unsigned kMin = 1u, kMax = 2u, kCenter = 4u, kHalf = 8u, kRotation = 16u, kAxes = 32u;
+constexpr unsigned kCorners = kMin | kMax, kMiddle = kCenter | kHalf, kTurn = kRotation | kAxes;
+
+JsonPointer box_place(std::size_t box) { return JsonPointer().key("boxes").index(box); }
+JsonPointer part_place(std::size_t box, std::string_view part) {
+  JsonPointer place = box_place(box);
+  place.key(part);
+  return place;
+}
+
+Vec3d vector(const double* v) { return {v[0], v[1], v[2]}; }
+
+std::string_view number_name(int count) { return count == 3 ? "three" : "four"; }
+
+}  // namespace
+
+struct BoxRows::Row {
+  unsigned seen = 0;
+  std::array<double, 3> min{}, max{}, center{}, half{};
+  std::array<double, 4> rotation{};
+  std::array<std::array<double, 3>, 3> axes{};
+};
+
+bool BoxRows::read_numbers(JsonReader::Value value, const JsonPointer& place, double* out,
+                           int count, bool may_be_open, double open) {
+  const std::string expected = "an array of " + std::string(number_name(count)) + " numbers";
+  int found = 0;
+  const auto read_one = [&](std::size_t i, JsonReader::Value number) {
+    const auto number_place = [&] { return JsonPointer(place).index(i); };
+    if (found == count) {
+      return reader_.invalid("LENGTH_WRONG",
+                             "expected " + std::string(number_name(count)) + " numbers, found more",
+                             place);
+    }
+    double& slot = out[found++];
+    return may_be_open ? reader_.read_number_or_null(number, open, slot, number_place)
+                       : reader_.read_number(number, slot, number_place);
+  };
+  if (!reader_.read_array(value, expected, place, read_one)) return false;
+  if (found == count) return true;
+  return reader_.invalid(
+      "LENGTH_WRONG",
+      "expected " + std::string(number_name(count)) + " numbers, found " + std::to_string(found),
+      place);
+}
+
+bool BoxRows::read_part(std::size_t box, std::size_t which, JsonReader::Value value, Row& row) {
+  const JsonPointer place = part_place(box, kKeys[which]);
+  switch (1u << which) {
+    case kMin:
+      return read_numbers(value, place, row.min.data(), 3, true, -kInf);
+    case kMax:
+      return read_numbers(value, place, row.max.data(), 3, true, kInf);
+    case kCenter:
+      return read_numbers(value, place, row.center.data(), 3, false, 0);
+    case kHalf:
+      return read_numbers(value, place, row.half.data(), 3, true, kInf);
+    case kRotation:
+      return read_numbers(value, place, row.rotation.data(), 4, false, 0);
+    default:
+      break;
+  }
+  std::size_t axes = 0;
+  const auto read_axis = [&](std::size_t i, JsonReader::Value axis) {
+    if (i == 3) return reader_.invalid("LENGTH_WRONG", "expected three axes, found more", place);
+    ++axes;
+    return read_numbers(axis, JsonPointer(place).index(i), row.axes[i].data(), 3, false, 0);
+  };
+  if (!reader_.read_array(value, "an array of three axes", place, read_axis)) return false;
+  if (axes == 3) return true;
+  return reader_.invalid("LENGTH_WRONG", "expected three axes, found " + std::to_string(axes),
+                         place);
+}
+
+bool BoxRows::finish_row(std::size_t box, const Row& row, BoxBatch& boxes) {
+  const unsigned seen = row.seen;
+  if ((seen & kCorners) != 0 && (seen & ~kCorners) != 0) {
+    return reader_.invalid("KEYS_MIXED",
+                           "a box has min and max, or center, half and rotation or axes, not both",
+                           box_place(box));
+  }
+  if ((seen & kTurn) == kTurn) {
+    return reader_.invalid("KEYS_MIXED", "a box has a rotation or axes, not both", box_place(box));
+  }
+  if (seen == kCorners) {
+    forms_.push_back(Form::kCorners);
+    boxes.push_back(Box3d{vector(row.min.data()), vector(row.max.data())});
+    return true;
+  }
+  if ((seen & kMiddle) != kMiddle || (seen & kTurn) == 0) {
+    return reader_.invalid("KEY_MISSING",
+                           "a box needs min and max, or center, half and rotation or axes",
+                           box_place(box));
+  }
+  OrientedBox oriented{vector(row.center.data()), vector(row.half.data()), {}};
+  if ((seen & kAxes) != 0) {
+    for (std::size_t k = 0; k < 3; ++k) oriented.axes[k] = vector(row.axes[k].data());
+  } else {
+    const auto& q = row.rotation;
+    if (!is_rotation(q[0], q[1], q[2], q[3])) {
+      return reader_.invalid("BOX_ROTATION_NOT_UNIT",
+                             "the squared length of a rotation [x,y,z,w] must be within 1% of 1",
+                             part_place(box, "rotation"));
+    }
+    oriented.axes = rotated_axes(q[0], q[1], q[2], q[3]);
+  }
+  forms_.push_back((seen & kAxes) != 0 ? Form::kAxes : Form::kRotation);
+  boxes.push_back(oriented);
+  return true;
+}
+
+bool BoxRows::read_row(std::size_t box, JsonReader::Value value, BoxBatch& boxes) {
+  if (box == most_) {
+    return reader_.fail(ErrorKind::kTooLarge, "BOXES_TOO_MANY",
+                        "a request may hold " + std::to_string(most_) + " boxes", box_place(box));
+  }
+  JsonReader::Object object;
+  if (value.get_object().get(object) != simdjson::SUCCESS) {
+    return reader_.wrong(value, box_place(box), "an object");
+  }
+  Row row;
+  for (auto entry : object) {
+    JsonReader::Field field;
+    if (const auto code = std::move(entry).get(field); code != simdjson::SUCCESS) {
+      return reader_.check_end(code, [&] { return box_place(box); });
+    }
+    std::size_t which = 0;
+    if (!reader_.read_key(field, kKeys, 0x3fu, box_place(box), which) ||
+        !reader_.mark_seen(1u << which, row.seen, part_place(box, kKeys[which])) ||
+        !read_part(box, which, field.value(), row)) {
+      return false;
+    }
+  }
+  return finish_row(box, row, boxes);
+}
+
+bool BoxRows::read(JsonReader::Value value, BoxBatch& boxes) {
+  const auto read_one = [&](std::size_t i, JsonReader::Value row) {
+    return read_row(i, row, boxes);
+  };
+  if (!reader_.read_array(value, "an array of boxes", JsonPointer().key("boxes"), read_one)) {
+    return false;
+  }
+  BoxFault fault;
+  if (check_boxes(boxes, fault)) return true;
+  // Axes from a rotation are the rotation's fault; they have no place of their own.
+  const bool turned =
+      forms_[fault.box] == Form::kRotation && std::string_view(fault.part) == "axes";
+  JsonPointer place = part_place(fault.box, turned ? "rotation" : fault.part);
+  if (!turned && fault.component != BoxFault::kWhole) {
+    place.index(static_cast<std::size_t>(fault.component));
+  }
+  return reader_.invalid(fault.code, fault.message, place);
+}
+
+}  // namespace sightline

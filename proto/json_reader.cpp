@@ -1,0 +1,98 @@
+#include "proto/json_reader.h"
+
+#include "proto/json_token.h"
+
+namespace sightline {
+
+bool JsonReader::wrong(Value value, const JsonPointer& place, std::string_view expected) {
+  const std::string_view token = trim(value.raw_json_token());
+  if (is_non_finite_word(token)) {
+    return fail(ErrorKind::kInvalid, "NUMBER_NOT_FINITE", "NaN and infinities are not JSON numbers",
+                place);
+  }
+  if (!looks_like_json(token)) return malformed(place, "this is not JSON");
+  if (is_json_number(token) && expected == "a number") {
+    return fail(ErrorKind::kInvalid, "NUMBER_NOT_FINITE", "this number overflows a float64", place);
+  }
+  return fail(ErrorKind::kInvalid, "TYPE_WRONG",
+              "expected " + std::string(expected) + ", found " + std::string(token_kind(token)),
+              place);
+}
+
+bool JsonReader::is_null(Value value) { return trim(value.raw_json_token()) == "null"; }
+
+bool JsonReader::fail_document(simdjson::ondemand::document& document, simdjson::error_code code) {
+  std::string_view token;
+  if (code == simdjson::INCORRECT_TYPE && document.raw_json_token().get(token) == 0 &&
+      looks_like_json(trim(token))) {
+    return invalid("TYPE_WRONG", "expected an object as the whole body", {});
+  }
+  return malformed(
+      {}, code == simdjson::INCORRECT_TYPE ? "this is not JSON" : simdjson::error_message(code));
+}
+
+bool JsonReader::read_key(Field& field, std::span<const std::string_view> keys, unsigned known,
+                          const JsonPointer& parent, std::size_t& which) {
+  const auto is_known = [&](std::size_t i) { return ((known >> i) & 1u) != 0; };
+  const simdjson::ondemand::raw_json_string raw = field.key();
+  for (which = 0; which < keys.size(); ++which) {
+    if (is_known(which) && raw.unsafe_is_equal(keys[which])) return true;
+  }
+  // The same name may be written with escapes.
+  std::string_view name;
+  if (field.unescaped_key().get(name) != simdjson::SUCCESS) {
+    return malformed(parent, "a key here is not a valid string");
+  }
+  std::string list;
+  for (which = 0; which < keys.size(); ++which) {
+    if (!is_known(which)) continue;
+    if (name == keys[which]) return true;
+    list += (list.empty() ? "" : ", ") + std::string(keys[which]);
+  }
+  return fail(ErrorKind::kInvalid, "KEY_UNKNOWN",
+              "unknown key \"" + std::string(cut_utf8(name, 64)) + "\"; known here: " + list,
+              JsonPointer(parent).key(name));
+}
+
+bool JsonReader::mark_seen(unsigned bit, unsigned& seen, const JsonPointer& place) {
+  if ((seen & bit) != 0) {
+    return fail(ErrorKind::kInvalid, "KEY_DUPLICATE", "this key stands here twice", place);
+  }
+  seen |= bit;
+  return true;
+}
+
+bool JsonReader::read_boolean(Value value, bool& out, const JsonPointer& place) {
+  if (value.get_bool().get(out) == simdjson::SUCCESS) return true;
+  return wrong(value, place, "true or false");
+}
+
+bool JsonReader::read_count(Value value, std::uint64_t most, std::uint64_t& out,
+                            const JsonPointer& place) {
+  const std::string expected = "an integer from 0 to " + std::to_string(most);
+  const bool integer = value.get_uint64().get(out) == simdjson::SUCCESS;
+  if (!integer && !is_json_number(trim(value.raw_json_token()))) {
+    return wrong(value, place, expected);
+  }
+  if (!integer || out > most) return invalid("NUMBER_OUT_OF_RANGE", "expected " + expected, place);
+  return true;
+}
+
+bool JsonReader::read_word(Value value, std::span<const std::string_view> words, std::size_t& which,
+                           const JsonPointer& place) {
+  std::string expected;
+  for (const std::string_view word : words) {
+    expected += (expected.empty() ? "\"" : " or \"") + std::string(word) + "\"";
+  }
+  std::string_view name;
+  if (const auto code = value.get_string().get(name); code != simdjson::SUCCESS) {
+    if (code == simdjson::INCORRECT_TYPE) return wrong(value, place, expected);
+    return malformed(place, "this is not a valid string");
+  }
+  for (which = 0; which < words.size(); ++which) {
+    if (name == words[which]) return true;
+  }
+  return invalid("VALUE_UNKNOWN", "expected " + expected, place);
+}
+
+}  // namespace sightline

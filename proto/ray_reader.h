@@ -1,0 +1,88 @@
+#pragma once
+/// The reader of rays, for bodies that hold rays and something else. For files of this room only.
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <string_view>
+
+#include "proto/json_reader.h"
+#include "proto/ray_json.h"
+
+namespace sightline {
+
+/// As a place in a tuple: the tuple itself.
+inline constexpr std::size_t kWholeTuple = static_cast<std::size_t>(-1);
+
+/// The parts of a ray, as rows and as columns call them.
+enum class RayPart { kOrigin, kDirection, kTmin, kTmax };
+inline constexpr std::array<std::string_view, 4> kRayRowKeys{"origin", "direction", "tmin", "tmax"};
+inline constexpr std::array<std::string_view, 4> kRayColumnKeys{"origins", "directions", "tmin",
+                                                                "tmax"};
+
+/// Reads one body of rays.
+class RayReader : protected JsonReader {
+ public:
+  explicit RayReader(const RayJsonRules& rules) : rules_(rules) {}
+  virtual ~RayReader() = default;
+  RayReader(const RayReader&) = delete;
+  RayReader& operator=(const RayReader&) = delete;
+
+  Result<RayQuery> read(std::string& body);
+
+ protected:
+  /// Keys that a body of rays and something else has besides, and how to read them.
+  virtual std::span<const std::string_view> more_keys() const { return {}; }
+  virtual bool read_more(std::size_t which, Value value) {
+    static_cast<void>(which);
+    static_cast<void>(value);
+    return true;
+  }
+  /// After the last key, before the rays are checked.
+  virtual bool finish_more() { return true; }
+
+  /// What a ray without tmin gets.
+  double default_tmin_ = 0;
+  RayQuery query_;
+
+ private:
+  // The top level, then one function for each form of rays.
+  bool read_top(Object object);
+  bool read_rows(Value value);
+  bool read_row(Value value, std::size_t ray);
+  bool read_column(Value value, RayPart part);
+  bool read_fields(Value value);
+  bool read_max_hits(Value value);
+  bool read_crossings(Value value);
+  unsigned known_top_keys() const;
+  bool finish_rows_or_columns();
+  bool check_limits_and_directions();
+
+  template <class Place>
+  bool read_limit(Value value, RayPart part, double& out, Place place);
+  bool read_vector(Value value, std::size_t ray, RayPart part, Vec3d& out);
+
+  static JsonPointer ray_place(std::size_t ray) { return JsonPointer().key("rays").index(ray); }
+  static JsonPointer row_place(std::size_t ray, RayPart part, std::size_t component = kWholeTuple) {
+    JsonPointer place = ray_place(ray);
+    place.key(kRayRowKeys[static_cast<std::size_t>(part)]);
+    if (component != kWholeTuple) place.index(component);
+    return place;
+  }
+  static JsonPointer column_place(RayPart part, std::size_t element = kWholeTuple) {
+    JsonPointer place;
+    place.key(kRayColumnKeys[static_cast<std::size_t>(part)]);
+    if (element != kWholeTuple) place.index(element);
+    return place;
+  }
+  bool too_many(const JsonPointer& place) {
+    return fail(ErrorKind::kTooLarge, "RAYS_TOO_MANY",
+                "a request may hold " + std::to_string(rules_.max_rays) + " rays", place);
+  }
+
+  RayJsonRules rules_;
+  unsigned seen_ = 0;                         ///< top-level keys, by their number in kTopKeys
+  std::array<std::size_t, 4> column_size_{};  ///< numbers read, by Part
+};
+
+}  // namespace sightline

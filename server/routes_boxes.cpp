@@ -1,0 +1,123 @@
+#include "proto/box_json.h"
+#include "proto/hit_json.h"
+#include "proto/ray_box_json.h"
+#include "proto/ray_json.h"
+#include "server/hit_terms.h"
+#include "server/request_body.h"
+#include "server/routes.h"
+#include "server/scene_admission.h"
+
+namespace sightline {
+namespace {
+
+void rays_boxes(Exchange& exchange, const Service& service) {
+  std::string body;
+  if (!admit_query_type(exchange) || !admit_body(exchange, service.limits.query_bytes) ||
+      !read_body(exchange, service.limits.query_bytes, kRayJsonPadding, body)) {
+    return;
+  }
+  const auto query =
+      decode_ray_boxes(body, {.max_rays = service.limits.rays, .max_boxes = service.limits.rays});
+  if (!query) return exchange.reply_error(query.error());
+
+  RayBoxAnswers answers;
+  if (Status status = service.engine.ray_boxes(query->rays, query->boxes, query->pairing,
+                                               query->planes, service.deadline(), answers);
+      !status) {
+    return exchange.reply_error(status.error());
+  }
+  exchange.reply_json(200, encode_ray_boxes(answers));
+}
+
+bool read_boxes(Exchange& exchange, const Service& service, bool has_limit, BoxQuery& query) {
+  std::string body;
+  if (!read_body(exchange, service.limits.query_bytes, kRayJsonPadding, body)) return false;
+  auto decoded = decode_boxes(
+      body,
+      {.max_boxes = service.limits.rays, .has_limit = has_limit, .limit = service.limits.hits});
+  if (!decoded) {
+    exchange.reply_error(decoded.error());
+    return false;
+  }
+  query = std::move(*decoded);
+  return true;
+}
+
+void any(Exchange& exchange, const Service& service) {
+  const auto scene = admit_scene_query(exchange, service);
+  BoxQuery query;
+  if (!scene || !read_boxes(exchange, service, false, query)) return;
+
+  Column<std::uint8_t> touched;
+  if (Status status = service.engine.boxes_any(*scene, query.boxes, service.deadline(), touched);
+      !status) {
+    return exchange.reply_error(status.error());
+  }
+  exchange.reply_json(200, encode_occlusion(touched));
+}
+
+void count(Exchange& exchange, const Service& service) {
+  const auto scene = admit_scene_query(exchange, service);
+  BoxQuery query;
+  if (!scene || !read_boxes(exchange, service, false, query)) return;
+
+  Column<std::uint64_t> totals;
+  if (Status status = service.engine.boxes_count(*scene, query.boxes, query.targets,
+                                                 service.deadline(), totals);
+      !status) {
+    return exchange.reply_error(status.error());
+  }
+  exchange.reply_json(200, encode_counts(totals));
+}
+
+/// The listed triangles or nodes in the file's terms.
+HitTerms terms_of(const Scene& scene, const BoxLists& lists, BoxTargets targets) {
+  if (targets == BoxTargets::kTriangles) {
+    HitBatch hits;
+    hits.resize(lists.triangles.size());
+    for (std::size_t i = 0; i < lists.triangles.size(); ++i) {
+      hits.instance[i] = lists.triangles[i].instance;
+      hits.triangle[i] = lists.triangles[i].triangle;
+    }
+    return hit_terms(scene, hits,
+                     {HitField::kPrimitive, HitField::kTriangle, HitField::kNode, HitField::kMesh});
+  }
+  HitTerms terms;
+  for (const std::uint32_t node : lists.nodes) {
+    terms.node.push_back(scene.description().nodes[node].file_node);
+    terms.node_name.push_back(scene.description().nodes[node].name);
+  }
+  return terms;
+}
+
+void list(Exchange& exchange, const Service& service) {
+  const auto scene = admit_scene_query(exchange, service);
+  BoxQuery query;
+  if (!scene || !read_boxes(exchange, service, true, query)) return;
+
+  BoxLists lists;
+  Column<std::uint64_t> totals;
+  if (Status status =
+          service.engine.boxes_list(*scene, query.boxes, query.targets, query.limit,
+                                    service.limits.hits, service.deadline(), lists, totals);
+      !status) {
+    return exchange.reply_error(status.error());
+  }
+  const HitTerms terms = terms_of(*scene, lists, query.targets);
+  exchange.reply_json(200, encode_box_lists(lists, totals, query.targets, terms));
+}
+
+}  // namespace
+
+void add_box_routes(Router& router, const Service& service) {
+  router.add("POST", "/v1/rays-boxes",
+             [&service](Exchange& exchange) { rays_boxes(exchange, service); });
+  router.add("POST", "/v1/scenes/{id}/boxes:any",
+             [&service](Exchange& exchange) { any(exchange, service); });
+  router.add("POST", "/v1/scenes/{id}/boxes:list",
+             [&service](Exchange& exchange) { list(exchange, service); });
+  router.add("POST", "/v1/scenes/{id}/boxes:count",
+             [&service](Exchange& exchange) { count(exchange, service); });
+}
+
+}  // namespace sightline

@@ -1,0 +1,43 @@
+#include "server/scene_admission.h"
+
+#include "server/request_body.h"
+
+namespace sightline {
+
+namespace {
+
+/// The scene, if it can be asked now. Null after it has answered.
+std::shared_ptr<const Scene> admit_scene(Exchange& exchange, const Service& service) {
+  const SceneSnapshot stored = service.store.find(exchange.scene_id);
+  if (!stored) {
+    exchange.reply_problem(404, "SCENE_NOT_FOUND", "there is no scene of this name");
+    return nullptr;
+  }
+  switch (stored->state) {
+    case SceneState::kReady:
+      // Which of the contents that this name has had gave the answer.
+      exchange.response.set_header("X-Scene-Revision", std::to_string(stored->revision));
+      return stored->scene;
+    case SceneState::kFailed:
+      exchange.reply_problem(409, "SCENE_FAILED",
+                             "the scene could not be loaded: " + stored->failure->message);
+      return nullptr;
+    case SceneState::kQueued:
+    case SceneState::kLoading:
+      exchange.reply_problem(409, "SCENE_LOADING", "the scene is still loading");
+      exchange.response.set_header("Retry-After", "1");
+      return nullptr;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+std::shared_ptr<const Scene> admit_scene_query(Exchange& exchange, const Service& service) {
+  if (!admit_query_type(exchange) || !admit_body(exchange, service.limits.query_bytes)) {
+    return nullptr;
+  }
+  return admit_scene(exchange, service);
+}
+
+}  // namespace sightline

@@ -1,0 +1,17 @@
+#pragma once
+/// What every query of a scene passes before its body is read.
+
+#include <memory>
+
+#include "core/scene/scene.h"
+#include "server/exchange.h"
+#include "server/service.h"
+
+namespace sightline {
+
+/// The scene, if it can be asked now, and a body that may be read. Null after it has answered:
+/// MEDIA_TYPE_UNSUPPORTED and what admit_body says, 404 SCENE_NOT_FOUND, 409 SCENE_FAILED or
+/// SCENE_LOADING (with Retry-After).
+std::shared_ptr<const Scene> admit_scene_query(Exchange& exchange, const Service& service);
+
+}  // namespace sightline

@@ -1,0 +1,218 @@
+"""Boxes by curl: rays against boxes of the request, and boxes against scenes."""
+
+import json
+import unittest
+
+import case_report
+from sightline_server import JSON_TYPE, Server
+
+BOX = '{"min":[-2,-3,-4],"max":[4,3,2]}'
+# The golden cases: name, origin, direction, entry and exit of the line, t of the ray, faces at t. Text, so
+# that -0.0 reaches the server.
+GOLDEN = [
+    ("from the front, oblique", "[-10,0,0]", "[1,0.015625,0.015625]", (8, 14), 8, "-x"),
+    ("along +x", "[-10,0,0]", "[1,0,0]", (8, 14), 8, "-x"),
+    ("along -x", "[10,0,0]", "[-1,0,0]", (6, 12), 6, "+x"),
+    ("direction (1,-0,0)", "[-10,0,0]", "[1,-0.0,0]", (8, 14), 8, "-x"),
+    ("parallel, outside the slab", "[-10,5,0]", "[1,0,0]", None, None, ""),
+    ("in the plane y = 3 (touching)", "[-10,3,0]", "[1,0,0]", (8, 14), 8, "-x +y"),
+    ("in the plane y = 3 with -0", "[-10,3,0]", "[1,-0.0,0]", (8, 14), 8, "-x +y"),
+    ("origin inside, along +x", "[0,0,0]", "[1,0,0]", (-2, 4), 4, "+x"),
+    ("origin inside, negative diagonal", "[0,0,0]", "[-1,-0.5,-0.25]", (-4, 2), 2, "-x"),
+    ("box behind", "[10,0,0]", "[1,0.015625,0.015625]", (-12, -6), None, ""),
+    ("origin on the entry face", "[-2,0,0]", "[1,0.015625,0.015625]", (0, 6), 0, "-x"),
+    ("origin on the exit face, leaving", "[4,0,0]", "[1,0.015625,0.015625]", (-6, 0), 0, "+x"),
+    ("along an edge", "[-10,3,2]", "[1,0,0]", (8, 14), 8, "-x +y +z"),
+    ("through a corner", "[-3,-4,-5]", "[1,1,1]", (1, 7), 1, "-x -y -z"),
+    ("negative diagonal", "[10,1,1]", "[-1,-0.0625,-0.0625]", (6, 12), 6, "+x"),
+]
+NORMALS = {"-x": [-1, 0, 0], "+x": [1, 0, 0]}
+
+
+def ray(origin, direction):
+    return f'{{"origin":{origin},"direction":{direction}}}'
+
+
+class Boxes(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.server = Server("--preload", "six=demo:six", "--preload", "town=demo:town", "--max-rays", 2000,
+                            "--max-hits", 5000, "--max-query-bytes", 200000)
+        cls.addClassCleanup(cls.server.end)
+
+    def post(self, path, body):
+        return self.server.ask(path, "-H", JSON_TYPE, body=body if isinstance(body, str) else json.dumps(body))
+
+    def pairs(self, rays, boxes, **more):
+        options = "".join(f',"{key}":{json.dumps(value)}' for key, value in more.items())
+        answer = self.post("/v1/rays-boxes", f'{{"rays":[{",".join(rays)}],"boxes":[{",".join(boxes)}]{options}}}')
+        self.assertEqual(answer.status, 200, answer.body)
+        return answer.json()["results"]
+
+    def touch(self, scene, kind, *boxes, **more):
+        answer = self.post(f"/v1/scenes/{scene}/boxes:{kind}", {"boxes": boxes, **more})
+        self.assertEqual(answer.status, 200, answer.body)
+        return answer.json()
+
+    def expect(self, answer, status, code, pointer=None):
+        self.assertEqual(answer.status, status, answer.body)
+        self.assertEqual(answer.headers["content-type"], "application/problem+json")
+        self.assertEqual(answer.json()["code"], code)
+        if pointer is not None:
+            self.assertEqual([place["pointer"] for place in answer.json()["errors"]], [pointer])
+
+    def test_the_golden_cases(self):
+        rays = [ray(origin, direction) for _, origin, direction, *_ in GOLDEN]
+        results = self.pairs(rays, [BOX] * len(rays))
+        lines = self.pairs(rays, [BOX], pairing="all", line=True)
+        for (name, _, _, span, t, faces), result, line in zip(GOLDEN, results, lines):
+            with self.subTest(name):
+                self.assertEqual(line["hit"], span is not None)
+                if span:
+                    self.assertEqual((line["t_enter"], line["t_exit"]), span)
+                self.assertEqual(result["hit"], t is not None)
+                if t is not None:
+                    self.assertEqual((result["t"], result["t_enter"], result["t_exit"]), (t, *span))
+                    self.assertEqual(" ".join(result["faces"]), faces)
+                    self.assertEqual(result["face"], faces[:2])
+                    self.assertEqual(result["normal"], NORMALS[result["face"]])
+        by_name = {name: result for (name, *_), result in zip(GOLDEN, results)}
+        self.assertEqual(by_name["parallel, outside the slab"], {"hit": False, "miss": ["y"]})
+        self.assertEqual(by_name["box behind"]["miss"], "behind")
+        self.assertTrue(by_name["origin inside, along +x"]["inside"])
+        self.assertTrue(by_name["origin on the entry face"]["on_surface"])
+
+    def test_an_answer_of_every_shape_in_full(self):
+        self.assertEqual(self.pairs([ray("[-10,1,0]", "[1,-0.5,0]")], [BOX], planes=True), [
+            {"hit": True, "t": 8, "t_enter": 8, "t_exit": 8, "inside": False, "on_surface": False, "face": "-x",
+             "faces": ["-x", "-y"], "normal": [-1, 0, 0], "planes": [8, 14, 8, -4, None, None]}])
+        self.assertEqual(self.pairs([ray("[-10,-10,0]", "[1,4,0]")], [BOX]), [{"hit": False, "miss": ["x", "y"]}])
+        self.assertEqual(self.pairs(['{"origin":[-10,0,0],"direction":[1,0,0],"tmax":7}'], [BOX]), [
+            {"hit": False, "miss": "beyond", "t_enter": 8, "t_exit": 14, "inside": False, "on_surface": False}])
+        self.assertEqual(self.pairs(['{"origin":[0,0,0],"direction":[1,0,0],"tmax":3}'], [BOX]), [
+            {"hit": True, "t": None, "t_enter": -2, "t_exit": 4, "inside": True, "on_surface": False, "face": None,
+             "faces": [], "normal": None}])
+
+    def test_the_three_figures_in_two_dimensions(self):
+        square = '{"min":[1,1,null],"max":[3,3,null]}'
+        rays = [ray(origin, "[1,1,0]") for origin in ("[0,2.5,0]", "[0,0.5,0]", "[0,-2.5,0]")]
+        one, two, three = self.pairs(rays, [square], pairing="all")
+        self.assertEqual(one, {"hit": False, "miss": ["x", "y"]})
+        self.assertEqual((two["t_enter"], two["t_exit"]), (1, 2.5))
+        self.assertEqual(three, {"hit": False, "miss": ["x", "y"]})
+
+    def test_every_ray_with_every_box(self):
+        boxes = [f'{{"min":[0,{y},0],"max":[1,{y + 1},1]}}' for y in (0, 2, 4)]
+        rays = [ray(f"[-1,{y + 0.5},0.5]", "[1,0,0]") for y in (0, 2)]
+        hits = [result["hit"] for result in self.pairs(rays, boxes, pairing="all")]
+        self.assertEqual(hits, [True, False, False, False, True, False])
+
+    def test_oriented_boxes(self):
+        turned = '{"center":[0,0,0],"half":[1,5,1],"rotation":[0,0,0.7071067811865476,0.7071067811865476]}'
+        (result,) = self.pairs([ray("[-10,0,0]", "[1,0,0]")], [turned])
+        self.assertAlmostEqual(result["t"], 5, places=12)
+        self.assertEqual(result["face"], "+y")
+        diamond = '{"center":[0,0,0],"half":[1,1,1],"axes":[[1,1,0],[1,-1,0],[0,0,1]]}'
+        touch, miss = self.pairs([ray("[1,-10,0]", "[0,1,0]"), ray("[1.0000000000000002,-10,0]", "[0,1,0]")],
+                                 [diamond], pairing="all")
+        self.assertEqual((touch["t_enter"], touch["t_exit"], touch["faces"]), (10, 10, ["+y", "+x"]))
+        self.assertFalse(miss["hit"])
+
+    def test_no_epsilon_at_any_scale(self):
+        for scale in ("e-30", "e-6", "", "e6", "e30"):
+            with self.subTest(scale):
+                box = f'{{"min":[0,0,0],"max":[1{scale},1{scale},1{scale}]}}'
+                inside, beside = self.pairs([ray(f"[0,1{scale},0]", "[1,0,0]"),
+                                             ray(f"[0,1.0000000000000004{scale},0]", "[1,0,0]")], [box], pairing="all")
+                self.assertTrue(inside["on_surface"])
+                self.assertEqual(inside["t"], 0)
+                self.assertFalse(beside["hit"])
+
+    def test_which_triangles_a_box_touches(self):
+        # "left" has its triangles in the planes x = -6 + 2i + y/2, "right" with x = 2 + 2i.
+        at_feet = {"min": [-6, 0, -2], "max": [-4, 0, 2]}
+        answer = self.touch("six", "list", at_feet, {"min": [-0.5, 1, 0], "max": [0.5, 1, 0]})["results"]
+        self.assertEqual([(item["node"], item["triangle"]) for item in answer[0]["triangles"]], [("left", 0), ("left", 1)])
+        self.assertEqual(answer[0]["total"], 2)
+        self.assertEqual(answer[1], {"total": 0, "triangles": []})
+        self.assertEqual(self.touch("six", "count", at_feet), {"counts": [2]})
+        self.assertEqual(self.touch("six", "any", at_feet, {"min": [20, 0, 0], "max": [21, 1, 1]}), {"hits": [True, False]})
+
+    def test_which_nodes_a_box_touches(self):
+        everything = {"min": [None, None, None], "max": [None, None, None]}
+        (answer,) = self.touch("six", "list", everything, of="nodes")["results"]
+        self.assertEqual(answer["total"], 2)
+        self.assertEqual([node["node"] for node in answer["nodes"]], ["left", "right"])
+        self.assertEqual(self.touch("six", "count", everything, of="nodes"), {"counts": [2]})
+        (tower,) = self.touch("town", "list", {"min": [-4, 20, -4], "max": [4, 33, 4]}, of="nodes")["results"]
+        self.assertEqual([node["node"] for node in tower["nodes"]], ["clock tower", "spire"])
+
+    def test_touching_is_exact(self):
+        # The tip of the spire is (0, 32, 0).
+        tip, above = {"min": [0, 32, 0], "max": [9, 99, 9]}, {"min": [0, 32.00000000000001, 0], "max": [9, 99, 9]}
+        self.assertEqual(self.touch("town", "any", tip, above), {"hits": [True, False]})
+        (answer,) = self.touch("town", "list", tip)["results"]
+        self.assertEqual([(item["node"], item["triangle"]) for item in answer["triangles"]], [("spire", i) for i in range(4)])
+        diamond = {"center": [0, 33, 0], "half": [1, 1, 1], "axes": [[1, 1, 0], [1, -1, 0], [0, 0, 1]]}
+        self.assertEqual(self.touch("town", "count", diamond, {**diamond, "half": [0.9999999999999999, 1, 1]}),
+                         {"counts": [4, 0]})
+
+    def test_a_cut_list_says_how_many_there_were(self):
+        town = {"min": [None, None, None], "max": [None, None, None]}
+        (answer,) = self.touch("town", "list", town, limit=3)["results"]
+        self.assertEqual(answer["total"], 362254)
+        self.assertEqual([(item["instance"], item["triangle"]) for item in answer["triangles"]], [(0, 0), (0, 1), (0, 2)])
+        (answer,) = self.touch("town", "list", town, limit=0)["results"]
+        self.assertEqual(answer, {"total": 362254, "triangles": []})
+        self.assertEqual(self.touch("town", "count", town), {"counts": [362254]})
+
+    def test_no_boxes_have_no_answers(self):
+        self.assertEqual(self.touch("six", "any"), {"hits": []})
+        self.assertEqual(self.touch("six", "count"), {"counts": []})
+        self.assertEqual(self.touch("six", "list"), {"results": []})
+        self.assertEqual(self.pairs([], []), [])
+
+    def test_a_wrong_request_is_answered_with_its_place(self):
+        good = {"min": [0, 0, 0], "max": [1, 1, 1]}
+        one = {"origin": [0, 0, 0], "direction": [0, 0, 1]}
+        for path, body, status, code, pointer in [
+                ("/v1/rays-boxes", "", 400, "JSON_MALFORMED", None),
+                ("/v1/rays-boxes", {"rays": [one]}, 422, "KEY_MISSING", None),
+                ("/v1/rays-boxes", {"rays": [one], "boxes": [good, good]}, 422, "PAIRS_UNEQUAL", "/boxes"),
+                ("/v1/rays-boxes", {"rays": [one], "boxes": [{"min": [0, 0, 2], "max": [1, 1, 1]}]}, 422,
+                 "BOX_REVERSED", "/boxes/0/min/2"),
+                ("/v1/rays-boxes", {"rays": [{**one, "direction": [0, 0, 0]}], "boxes": [good]}, 422,
+                 "RAY_DIRECTION_ZERO", "/rays/0/direction"),
+                ("/v1/rays-boxes", {"rays": [one] * 1200, "boxes": [good] * 1200, "pairing": "all"}, 413,
+                 "PAIRS_TOO_MANY", "/boxes"),
+                ("/v1/rays-boxes", " " * 200001, 413, "BODY_TOO_LARGE", None),
+                ("/v1/scenes/six/boxes:any", {"boxes": [{"min": [0, 0, 0]}]}, 422, "KEY_MISSING", "/boxes/0"),
+                ("/v1/scenes/six/boxes:any", {"boxes": [], "limit": 1}, 422, "KEY_UNKNOWN", "/limit"),
+                ("/v1/scenes/six/boxes:list", {"boxes": [], "of": "meshes"}, 422, "VALUE_UNKNOWN", "/of"),
+                ("/v1/scenes/six/boxes:list", {"boxes": [], "limit": 5001}, 422, "NUMBER_OUT_OF_RANGE", "/limit"),
+                ("/v1/scenes/six/boxes:count", {"boxes": [good] * 2001}, 413, "BOXES_TOO_MANY", "/boxes/2000"),
+                ("/v1/scenes/town/boxes:list",
+                 {"boxes": [{"min": [None] * 3, "max": [None] * 3}] * 6, "limit": 1000}, 413, "TOO_MANY_HITS", None),
+                ("/v1/scenes/none/boxes:any", {"boxes": []}, 404, "SCENE_NOT_FOUND", None),
+                ("/v1/scenes/six/boxes:all", {"boxes": []}, 404, "ROUTE_NOT_FOUND", None),
+        ]:
+            with self.subTest(path=path, code=code):
+                self.expect(self.post(path, body), status, code, pointer)
+        self.expect(self.server.ask("/v1/rays-boxes"), 405, "METHOD_NOT_ALLOWED")
+        self.expect(self.server.ask("/v1/rays-boxes", "-H", "Content-Type: text/plain", body="{}"), 415,
+                    "MEDIA_TYPE_UNSUPPORTED")
+
+    def test_the_same_bytes_from_any_number_of_threads(self):
+        boxes = [{"min": [x * 20 - 300, 0, z * 20 - 300], "max": [x * 20 - 280, 8, z * 20 - 285]}
+                 for x in range(30) for z in range(30)]
+        expected = self.post("/v1/scenes/town/boxes:list", {"boxes": boxes, "limit": 5})
+        self.assertEqual(expected.status, 200)
+        self.assertGreater(sum(result["total"] for result in expected.json()["results"]), 1000)
+        with Server("--preload", "town=demo:town", "--threads", 3) as other:
+            answer = other.ask("/v1/scenes/town/boxes:list", "-H", JSON_TYPE,
+                               body=json.dumps({"boxes": boxes, "limit": 5}))
+            self.assertEqual(answer.body, expected.body)
+
+
+if __name__ == "__main__":
+    case_report.main()
