@@ -88,7 +88,7 @@ double round_crossing(const Crossing& c, double filter_t) {
     const double lost = (filter_t - t) + correction;
     if (t + (lost - slack) == t && t + (lost + slack) == t) return t;
   }
-  return round_quotient(exact_numerator(c), Dyadic(c.rate));
+  return round_quotient(exact_numerator(c), Dyadic(c.rate)) + 0.0;  // never -0
 }
 
 class AlignedSlabs {

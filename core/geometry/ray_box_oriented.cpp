@@ -139,7 +139,7 @@ class OrientedSlabs {
       const double slack = q.error * (1 + 0x1p-40) + std::abs(lost) * 0x1p-52;
       if (t + (lost - slack) == t && t + (lost + slack) == t) return t;
     }
-    return round_quotient(exact_numerator(plane), exact_rate(plane.axis));
+    return round_quotient(exact_numerator(plane), exact_rate(plane.axis)) + 0.0;  // never -0
   }
 
  private:
