@@ -6,9 +6,14 @@
 namespace sightline::crosscheck {
 namespace {
 
-bool finite_as_float(const Vec3d& v) {
-  return std::isfinite(static_cast<float>(v.x)) && std::isfinite(static_cast<float>(v.y)) &&
-         std::isfinite(static_cast<float>(v.z));
+/// Embree's own bound of a valid ray: the root of the largest float32.
+constexpr float kEmbreeLargest = 1.844e18F;
+
+bool in_range(const Vec3d& v) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(std::fabs(static_cast<float>(v[axis])) <= kEmbreeLargest)) return false;
+  }
+  return true;
 }
 
 RTCRay rounded(const Ray& ray) {
@@ -54,7 +59,7 @@ EmbreeScene::~EmbreeScene() {
 }
 
 bool EmbreeScene::accepts(const Ray& ray) {
-  return finite_as_float(ray.origin) && finite_as_float(ray.direction) && ray.tmin >= 0 &&
+  return in_range(ray.origin) && in_range(ray.direction) && ray.tmin >= 0 &&
          std::isfinite(static_cast<float>(ray.tmin));
 }
 

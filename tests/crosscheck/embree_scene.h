@@ -27,8 +27,8 @@ class EmbreeScene {
   EmbreeScene(const EmbreeScene&) = delete;
   EmbreeScene& operator=(const EmbreeScene&) = delete;
 
-  /// Debian builds Embree with its assertions on: a ray that is not finite in float32 or has a
-  /// negative tmin aborts the process. Such a ray must not be asked.
+  /// Debian builds Embree with its assertions on: a ray beyond 1.8e18, not finite in float32
+  /// or with a negative tmin aborts the process. Such a ray must not be asked.
   static bool accepts(const Ray& ray);
 
   // Precondition: accepts(ray). The ray is rounded to float32.

@@ -146,6 +146,28 @@ std::optional<Rational> least_t(const Ray& ray, const Triangle& triangle) {
   return result;
 }
 
+bool crosses_when_moved(const Ray& ray, const Triangle& triangle) {
+  const Whole<4> w({ray.origin, triangle.v0, triangle.v1, triangle.v2});
+  const Whole<1> line({ray.direction});
+  const Integers& direction = line.points[0];
+  const std::span<const Integers, 3> v(&w.points[1], 3);
+
+  // The moved line passes the edge from p to q on the side that the sign of
+  // d . ((p - o - m) x (q - o - m)) says, which is a polynomial in e with the coefficients below;
+  // for small e the first one that is not zero decides.
+  int side = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Integers p = v[i] - w.points[0];
+    const Integers q = v[(i + 1) % 3] - w.points[0];
+    const Integers slope = cross(p - q, direction);
+    int sign = sgn(dot(direction, cross(p, q)));
+    for (std::size_t k = 0; k < 3 && sign == 0; ++k) sign = sgn(slope[k]);
+    if (sign == 0 || (i > 0 && sign != side)) return false;
+    side = sign;
+  }
+  return true;
+}
+
 ExactDetail exact_detail(const Ray& ray, const Triangle& triangle, const Rational& t) {
   const mpq_class t_exact = to_mpq(t);
   const Rationals origin = rationals(ray.origin);

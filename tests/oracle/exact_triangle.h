@@ -25,6 +25,11 @@ bool has_no_area(const Triangle& triangle);
 /// Preconditions: the ray passes check_rays, the triangle is finite.
 std::optional<Rational> least_t(const Ray& ray, const Triangle& triangle);
 
+/// Whether the line, moved by (e, e^2, e^3) for every small enough e > 0, passes through the inside
+/// of the triangle: the rule by which a crossing of a shared edge or corner counts once (Crossings
+/// in core/query/hit_batch.h). Preconditions as above.
+bool crosses_when_moved(const Ray& ray, const Triangle& triangle);
+
 /// What else an answer says of a hit, exactly.
 struct ExactDetail {
   std::array<mpq_class, 3> position;

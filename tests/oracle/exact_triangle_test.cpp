@@ -82,6 +82,29 @@ TEST(ExactTriangle, may_be_met_at_a_t_beyond_the_float64_range) {
   EXPECT_EQ(t_of({{1, 1, 1e-300}, {0, 0, -1e300}}), 0.0);
 }
 
+TEST(ExactTriangle, is_crossed_once_over_a_shared_edge_or_corner) {
+  // A square of four triangles around its middle; the line through the middle, through an inner
+  // edge and through an outer edge.
+  const Vec3d corners[] = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};
+  const auto crossed = [&](const Ray& ray) {
+    int count = 0;
+    for (int i = 0; i < 4; ++i)
+      count += crosses_when_moved(ray, {{0, 0, 0}, corners[i], corners[(i + 1) % 4]}) ? 1 : 0;
+    return count;
+  };
+  for (const double dx : {0.0, 0.5, -0.25}) {
+    EXPECT_EQ(crossed({{-dx, 0, 1}, {dx, 0, -1}}), 1);
+    EXPECT_EQ(crossed({{0.5 - dx, 0.5, 1}, {dx, 0, -1}}), 1);
+  }
+  // The moved line lies at x + e, y + e^2: outside at the right and upper edges, inside at the
+  // others.
+  EXPECT_EQ(crossed({{1, 0.5, 1}, {0, 0, -1}}), 0);
+  EXPECT_EQ(crossed({{-1, 0.5, 1}, {0, 0, -1}}), 1);
+  EXPECT_EQ(crossed({{0.5, 1, 1}, {0, 0, -1}}), 0);
+  EXPECT_EQ(crossed({{0.5, -1, 1}, {0, 0, -1}}), 1);
+  EXPECT_EQ(crossed({{-3, 0, 0}, {1, 0, 0}}), 0);  // in the plane
+}
+
 TEST(DetailCheck, accepts_the_exact_detail_and_refuses_a_wrong_one) {
   const Ray ray{{1, 1, 3}, {0, 0, -2}};
   const auto t = least_t(ray, kFlat);

@@ -152,4 +152,24 @@ std::vector<OracleHit> SceneOracle::all(const Ray& ray) const {
   return hits;
 }
 
+void SceneOracle::near(const Ray& ray, std::vector<std::uint32_t>& ids) const {
+  ids.clear();
+  if (nodes_.empty()) return;
+  const Ray line{ray.origin, ray.direction, -kInf, kInf};
+  std::array<std::uint32_t, 64> stack{};
+  std::size_t depth = 0;
+  stack[depth++] = 0;
+  while (depth > 0) {
+    const std::uint32_t index = stack[--depth];
+    const Node& node = nodes_[index];
+    if (overlap(line, node.bounds, kInf).empty()) continue;
+    if (node.count == 0) {
+      stack[depth++] = index + 1;
+      stack[depth++] = node.first;
+    }
+    for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
+      ids.push_back(entries_[i].id);
+  }
+}
+
 }  // namespace sightline::oracle

@@ -34,6 +34,10 @@ class SceneOracle {
   std::vector<OracleHit> all(const Ray& ray) const;
   std::size_t count(const Ray& ray) const { return all(ray).size(); }
 
+  /// Every triangle in whose bounding box the whole line may be: what a textbook test would be
+  /// asked about under a perfect tree. `ids` is overwritten; in no order.
+  void near(const Ray& ray, std::vector<std::uint32_t>& ids) const;
+
   std::size_t dropped_not_finite() const { return dropped_not_finite_; }
   std::size_t dropped_no_area() const { return dropped_no_area_; }
 

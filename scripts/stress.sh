@@ -1,0 +1,42 @@
+#!/usr/bin/env bash
+# Families of hard rays with fresh seeds until the time is up, on Sightline, Embree (default and
+# robust) and the textbook tests, judged by rational arithmetic.
+#
+#   scripts/stress.sh [--minutes N] [--out FOLDER] [FLAG...]
+#
+# --minutes N   how long (default 20)
+# --out FOLDER  where stress.json, stress.md and trials.log go (default build/stress)
+# FLAG...       passed on: --seed S, --family NAME, --rays N, --kernel NAME, --threads N, ...
+#
+# The exit code is not 0 if Sightline was wrong once, or stopped. A wrong answer is printed with its
+# family and seed; `sightline_stress --family F --trial S --rays N --shrink` makes the smallest case
+# of it. After a crash the last lines of trials.log name the trials that were under way.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+minutes=20
+out=build/stress
+flags=()
+while [ $# -gt 0 ]; do
+  case $1 in
+    --minutes) minutes=${2:?--minutes needs a number}; shift 2 ;;
+    --out) out=${2:?--out needs a folder}; shift 2 ;;
+    -h | --help) sed -n '2,/^set/{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; exit 0 ;;
+    *) flags+=("$1"); shift ;;
+  esac
+done
+
+scripts/install_packages.sh test
+mkdir -p build "$out"
+cmake --preset release -DSIGHTLINE_TESTS=ON >build/configure-release.log 2>&1 ||
+  { cat build/configure-release.log; echo "$0: cannot configure" >&2; exit 1; }
+cmake --build --preset release --target stress_program
+
+code=0
+build/release/tests/stress/sightline_stress --minutes "$minutes" --log \
+  --json "$out/stress.json" --markdown "$out/stress.md" "${flags[@]}" 2>"$out/trials.log" || code=$?
+if [ "$code" -gt 2 ]; then
+  echo "sightline_stress stopped with code $code; under way were:" >&2
+  tail -n 3 "$out/trials.log" >&2
+fi
+exit "$code"
