@@ -78,6 +78,26 @@ std::chrono::milliseconds milliseconds_of(double seconds) {
   return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000));
 }
 
+/// The library reads "-1" into an unsigned number as the largest one there is.
+std::string check_positive_count(const std::string& text) {
+  std::uint64_t value = 0;
+  const char* end = text.data() + text.size();
+  const auto [last, error] = std::from_chars(text.data(), end, value);
+  const bool good = error == std::errc() && last == end && value > 0;
+  return good ? "" : "'" + text + "' is not a whole number from 1 on";
+}
+
+/// A NaN passes every comparison of a range that is written as two refusals.
+std::string check_seconds(const std::string& text, double least) {
+  double value = 0;
+  const char* end = text.data() + text.size();
+  const auto [last, error] = std::from_chars(text.data(), end, value);
+  const bool good = error == std::errc() && last == end && value >= least && value <= 1e6;
+  std::ostringstream range;
+  range << least << " to 1000000";
+  return good ? "" : "'" + text + "' is not a number of seconds from " + range.str();
+}
+
 void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
   app.add_option("--listen", flags.listen, "ADDR:PORT; port 0 takes a free one")
       ->capture_default_str();
@@ -96,27 +116,36 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
   app.add_option("--log-level", command.log_level, "of the log on standard error")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
       ->capture_default_str();
+  const CLI::Validator count(check_positive_count, "POSITIVE");
   app.add_option("--max-scene-bytes", command.limits.scene_bytes, "of an uploaded scene")
+      ->check(count)
       ->capture_default_str();
   app.add_option("--max-query-bytes", command.limits.query_bytes, "of a query's body")
+      ->check(count)
       ->capture_default_str();
-  app.add_option("--max-rays", command.limits.rays, "in one request")->capture_default_str();
+  app.add_option("--max-rays", command.limits.rays, "in one request")
+      ->check(count)
+      ->capture_default_str();
   app.add_option("--max-hits", command.limits.hits, "listed in one answer to rays:all")
+      ->check(count)
       ->capture_default_str();
-  const auto seconds = CLI::Range(0.0, 1e6);
+  // Below a millisecond a request or a connection would have no time at all.
+  const CLI::Validator span([](std::string& text) { return check_seconds(text, 0.001); },
+                            "SECONDS");
+  const CLI::Validator wait([](std::string& text) { return check_seconds(text, 0); }, "SECONDS");
   app.add_option("--request-seconds", flags.request_seconds, "how long one request may trace")
-      ->check(seconds)
+      ->check(span)
       ->capture_default_str();
   app.add_option("--idle-seconds", flags.idle_seconds, "how long a connection may be silent")
-      ->check(seconds)
+      ->check(span)
       ->capture_default_str();
   app.add_option("--drain-seconds", flags.drain_seconds,
                  "how long a stop waits for requests that have begun")
-      ->check(seconds)
+      ->check(wait)
       ->capture_default_str();
   app.add_option("--notice-seconds", flags.notice_seconds,
                  "how long /readyz says 503 before a stop, for load balancers")
-      ->check(seconds)
+      ->check(wait)
       ->capture_default_str();
 }
 

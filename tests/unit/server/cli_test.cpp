@@ -60,6 +60,18 @@ TEST(CommandLine, refuses_with_exit_code_2) {
            {"serve", "--preload", "x"},
            {"serve", "--preload", ".x=demo:six"},
            {"serve", "--log-level", "loud"},
+           {"serve", "--idle-seconds", "0"},
+           {"serve", "--idle-seconds", "nan"},
+           {"serve", "--idle-seconds", "inf"},
+           {"serve", "--request-seconds", "0"},
+           {"serve", "--request-seconds", "-1"},
+           {"serve", "--request-seconds", "1e-9"},
+           {"serve", "--drain-seconds", "nan"},
+           {"serve", "--max-rays", "-1"},
+           {"serve", "--max-rays", "0"},
+           {"serve", "--max-hits", "99999999999999999999"},
+           {"serve", "--max-query-bytes", "-1"},
+           {"serve", "--max-scene-bytes", "-1"},
            {"cast", "f"},
            {"cast", "f", "--origin", "1,2", "--direction", "1,2,3"},
            {"cast", "f", "--origin", "1,2,3", "--direction", "1,2,3", "--all", "--count"},
@@ -72,6 +84,7 @@ TEST(CommandLine, refuses_with_exit_code_2) {
     EXPECT_FALSE(std::get<ShowText>(command).text.empty());
   }
   EXPECT_EQ(std::get<ShowText>(parse({"--version"})).exit_code, 0);
+  EXPECT_TRUE(std::holds_alternative<ServeCommand>(parse({"serve", "--drain-seconds", "0"})));
 }
 
 TEST(CommandLine, reads_listen_addresses) {
