@@ -27,8 +27,33 @@ bool JsonReader::fail_document(simdjson::ondemand::document& document, simdjson:
       looks_like_json(trim(token))) {
     return invalid("TYPE_WRONG", "expected an object as the whole body", {});
   }
-  return malformed(
-      {}, code == simdjson::INCORRECT_TYPE ? "this is not JSON" : simdjson::error_message(code));
+  if (code == simdjson::INCORRECT_TYPE) return malformed({}, "this is not JSON");
+  return fail_parse(code, {});
+}
+
+bool JsonReader::fail_parse(simdjson::error_code code, const JsonPointer& place) {
+  // In our own words: the library's speak of its inside, and change with its version.
+  switch (code) {
+    case simdjson::MEMALLOC:
+      return fail(ErrorKind::kOutOfSpace, "MEMORY_FULL", "there is no memory left to read the body",
+                  {});
+    case simdjson::CAPACITY:
+      return fail(ErrorKind::kTooLarge, "BODY_TOO_LARGE", "the body is too large for JSON", {});
+    case simdjson::EMPTY:
+      return malformed(place, "the body is empty");
+    case simdjson::UTF8_ERROR:
+      return malformed(place, "the body is not UTF-8");
+    case simdjson::UNCLOSED_STRING:
+      return malformed(place, "a string has no end");
+    case simdjson::UNESCAPED_CHARS:
+      return malformed(place, "a string holds a control character that is not escaped");
+    case simdjson::INCOMPLETE_ARRAY_OR_OBJECT:
+      return malformed(place, "an array or an object has no end");
+    case simdjson::DEPTH_ERROR:
+      return malformed(place, "this is nested too deeply");
+    default:
+      return malformed(place, "this is not well-formed JSON");
+  }
 }
 
 bool JsonReader::read_key(Field& field, std::span<const std::string_view> keys, unsigned known,

@@ -52,6 +52,7 @@ class JsonReader {
   bool read_key(Field& field, std::span<const std::string_view> keys, unsigned known,
                 const JsonPointer& parent, std::size_t& which);
   bool mark_seen(unsigned bit, unsigned& seen, const JsonPointer& place);
+  /// False, with MEMORY_FULL, BODY_TOO_LARGE or JSON_MALFORMED, unless the parser was content.
   template <class Place>
   bool check_end(simdjson::error_code code, Place place);
 
@@ -72,6 +73,7 @@ class JsonReader {
 
  private:
   bool is_null(Value value);
+  bool fail_parse(simdjson::error_code code, const JsonPointer& place);
   bool fail_document(simdjson::ondemand::document& document, simdjson::error_code code);
 
   Error error_;
@@ -85,11 +87,7 @@ bool JsonReader::read_body(std::string& body, ReadObject read_object) {
   body.reserve(body.size() + kJsonPadding);
   simdjson::ondemand::document document;
   if (const auto code = parser.iterate(body).get(document); code != simdjson::SUCCESS) {
-    if (code == simdjson::CAPACITY) {
-      return fail(ErrorKind::kTooLarge, "BODY_TOO_LARGE", "the body is too large for JSON", {});
-    }
-    return malformed({},
-                     code == simdjson::EMPTY ? "the body is empty" : simdjson::error_message(code));
+    return fail_parse(code, {});
   }
   Object object;
   if (const auto code = document.get_object().get(object); code != simdjson::SUCCESS) {
@@ -122,7 +120,7 @@ bool JsonReader::read_number_or_null(Value value, double if_null, double& out, P
 template <class Place>
 bool JsonReader::check_end(simdjson::error_code code, Place place) {
   if (code == simdjson::SUCCESS) return true;
-  return malformed(place(), std::string("not well-formed here: ") + simdjson::error_message(code));
+  return fail_parse(code, place());
 }
 
 template <class ReadElement>

@@ -49,7 +49,7 @@ inline constexpr std::size_t kRayJsonPadding = 64;
 /// columns in one body), TYPE_WRONG, LENGTH_WRONG, NUMBER_NOT_FINITE (NaN, Infinity, 1e999),
 /// FIELD_UNKNOWN (names the known ones), FIELD_DUPLICATE, FIELDS_EMPTY, NUMBER_OUT_OF_RANGE
 /// (max_hits), VALUE_UNKNOWN (crossings), and the codes of check_rays. 413: RAYS_TOO_MANY,
-/// BODY_TOO_LARGE (4 GiB and more).
+/// BODY_TOO_LARGE (4 GiB and more). 507: MEMORY_FULL (the parser needs several times the body).
 Result<RayQuery> decode_rays(std::string& body, const RayJsonRules& rules);
 
 }  // namespace sightline
