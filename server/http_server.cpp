@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "server/http_status.h"
+#include "server/request_framing.h"
 
 namespace sightline {
 namespace {
@@ -25,23 +26,19 @@ constexpr std::size_t kLingerBytes = 1 << 20;
 constexpr std::chrono::milliseconds kLinger{1000};
 constexpr int kBacklog = 1024;
 
-/// What the head of a request says about its body.
-struct Framing {
-  bool parsed = false;
-  bool chunked = false;
-  std::uint64_t length = 0;
-  std::uint64_t begin = 0;  ///< bytes of the connection before the body
+/// Where the body of a request ends on its connection.
+struct BodyEnd {
+  bool known = false;  ///< not that of a chunked body: only reading it tells
+  std::uint64_t at = 0;
 };
 
-Framing framing_of(const httplib::Request& request, std::uint64_t begin) {
-  Framing framing{true, request.has_header("Transfer-Encoding"), 0, begin};
+BodyEnd body_end_of(const httplib::Request& request, std::uint64_t begin) {
+  if (find_framing_fault(request) || request.has_header("Transfer-Encoding")) return {};
+  // No fault: digits, if anything.
   const std::string text = request.get_header_value("Content-Length");
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), framing.length);
-  // A length that is none cannot be skipped: the connection ends after the answer.
-  if (!text.empty() && (error != std::errc() || end != text.data() + text.size())) {
-    framing.chunked = true;
-  }
-  return framing;
+  std::uint64_t length = 0;
+  std::from_chars(text.data(), text.data() + text.size(), length);
+  return {true, begin + length};
 }
 
 /// Whether all that is wrong with the request line is its method. The headers were not read then.
@@ -54,14 +51,17 @@ bool is_unknown_method(const httplib::Request& request) {
          std::find(kKnown.begin(), kKnown.end(), method) == kKnown.end();
 }
 
+/// Whether what is unread of a body is worth reading, to keep the connection.
+bool is_skippable(const ConnectionStream& stream, const BodyEnd& end) {
+  return end.known && stream.bytes_read() <= end.at && end.at - stream.bytes_read() <= kSkippedBody;
+}
+
 /// Takes the rest of a body out of the way. False when the connection has to end.
-bool skip_body(ConnectionStream& stream, const Framing& framing) {
-  if (!framing.parsed || framing.chunked) return false;
-  const std::uint64_t end = framing.begin + framing.length;
-  if (stream.bytes_read() > end || end - stream.bytes_read() > kSkippedBody) return false;
+bool skip_body(ConnectionStream& stream, const BodyEnd& end) {
+  if (!is_skippable(stream, end)) return false;
   std::array<char, 4096> buffer{};
-  while (stream.bytes_read() < end) {
-    const auto wanted = std::min<std::uint64_t>(buffer.size(), end - stream.bytes_read());
+  while (stream.bytes_read() < end.at) {
+    const auto wanted = std::min<std::uint64_t>(buffer.size(), end.at - stream.bytes_read());
     if (stream.read(buffer.data(), static_cast<std::size_t>(wanted)) <= 0) return false;
   }
   return true;
@@ -126,6 +126,11 @@ HttpServer::HttpServer(const HttpOptions& options, Dispatch dispatch, Thrown thr
   // Methods without a body end before the library's router; the others match this one pattern,
   // because only a pattern gives a route the means to read the body itself.
   set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
+    if (const auto fault = find_framing_fault(request)) {
+      Exchange exchange{request, response, nullptr, request_id_of(request), {}};
+      exchange.reply_problem(400, fault->code, fault->detail);
+      return HandlerResponse::Handled;
+    }
     for (const char* method : {"POST", "PUT", "PATCH", "DELETE"}) {
       if (request.method == method) return HandlerResponse::Unhandled;
     }
@@ -142,8 +147,12 @@ HttpServer::HttpServer(const HttpOptions& options, Dispatch dispatch, Thrown thr
   Delete(kAnything, with_body);
 
   // What the library adds to every answer, where it is not true.
-  set_post_routing_handler([](const httplib::Request&, httplib::Response& response) {
+  set_post_routing_handler([](const httplib::Request& request, httplib::Response& response) {
     response.headers.erase("Accept-Ranges");
+    if (request.response_handler && !request.response_handler(response)) {
+      response.headers.erase("Connection");
+      response.set_header("Connection", "close");
+    }
     if (response.status == 204) response.headers.erase("Content-Length");
     if (response.has_header("Connection")) response.headers.erase("Keep-Alive");
   });
@@ -230,16 +239,21 @@ bool HttpServer::wait_for_request(int socket, const ConnectionStream& stream) co
 
 void HttpServer::answer_requests(int socket, ConnectionStream& stream) {
   while (wait_for_request(socket, stream)) {
-    Framing framing;
+    BodyEnd end;
     bool wants_close = false;
     const bool answered =
         process_request(stream, stopping_, wants_close, [&](httplib::Request& request) {
-          framing = framing_of(request, stream.bytes_read());
+          end = body_end_of(request, stream.bytes_read());
+          // The library asks this only of its client; here the request takes the question to the
+          // place where the head of the answer is made: does the connection stay?
+          request.response_handler = [&](const httplib::Response&) {
+            return !wants_close && !stopping_ && is_skippable(stream, end);
+          };
           // No partial JSON, and no compression that costs more than the trace.
           request.ranges.clear();
           request.headers.erase("Accept-Encoding");
         });
-    const bool body_gone = answered && stream.flush() && skip_body(stream, framing);
+    const bool body_gone = answered && stream.flush() && skip_body(stream, end);
     if (!body_gone) return linger(socket);
     if (wants_close || stopping_) return;
   }

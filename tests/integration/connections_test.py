@@ -75,6 +75,46 @@ class Connections(unittest.TestCase):
                                 b"Content-Type: application/json\r\n\r\n", chunks)
         self.assertEqual([(answer.status, answer.body) for answer in answers], [(200, b'{"hits":[{"t":4.5}]}')])
 
+    def test_an_answer_says_when_the_connection_ends_after_it(self):
+        post = b"POST /v1/scenes/six/rays:any HTTP/1.1\r\nHost: x\r\n"
+        for head, status in [
+                (post + b"Content-Type: application/json\r\nContent-Length: 999999999999\r\n\r\n", 413),
+                (post + b"Content-Type: text/plain\r\nContent-Length: 1000000\r\n\r\n", 415),
+                (post + b"Transfer-Encoding: chunked\r\n\r\nc\r\n{\"rays\":[]]}\r\n0\r\n\r\n", 400),
+                (post + b"Transfer-Encoding: chunked\r\n\r\nb\r\n{\"rays\":[]}\r\n0\r\n\r\n", 200),
+                (b"GET /healthz HTTP/1.0\r\n\r\n", 200), (END, 200)]:
+            with self.subTest(head=head):
+                answers = self.exchange(head)
+                self.assertEqual([(answer.status, answer.headers.get("connection")) for answer in answers],
+                                 [(status, "close")])
+                self.assertNotIn("keep-alive", answers[0].headers)
+        # Nothing is left unread here, so the connection stays.
+        answers = self.exchange(post, b"\r\n", END)
+        self.assertEqual([(answer.status, answer.headers.get("connection")) for answer in answers],
+                         [(411, None), (200, "close")])
+
+    def test_a_request_that_could_be_read_in_two_ways_is_400_and_ends_the_connection(self):
+        post = b"POST /v1/scenes/six/rays:any HTTP/1.1\r\n"
+        host, length, chunked = b"Host: x\r\n", b"Content-Length: 11\r\n", b"Transfer-Encoding: chunked\r\n"
+        for head, code in [(host + length + length, "FRAMING_AMBIGUOUS"),
+                           (host + length + b"content-length: 5\r\n", "FRAMING_AMBIGUOUS"),
+                           (host + b"Content-Length: 11, 11\r\n", "FRAMING_AMBIGUOUS"),
+                           (host + b"Content-Length: +11\r\n", "FRAMING_AMBIGUOUS"),
+                           (host + b"Content-Length: 0x0b\r\n", "FRAMING_AMBIGUOUS"),
+                           (host + chunked + length, "FRAMING_AMBIGUOUS"),
+                           (host + chunked + chunked, "FRAMING_AMBIGUOUS"),
+                           (host + b"Transfer-Encoding: gzip, chunked\r\n", "FRAMING_AMBIGUOUS"),
+                           (host + b"Transfer-Encoding: identity\r\n", "FRAMING_AMBIGUOUS"),
+                           (host + b"Transfer-Encoding: xchunked\r\n", "FRAMING_AMBIGUOUS"),
+                           (length, "HOST_INVALID"), (host + host + length, "HOST_INVALID")]:
+            with self.subTest(head=head):
+                answers = self.exchange(post, head, b"\r\n", b'{"rays":[]}', ASK)
+                self.assertEqual([(answer.status, answer.json()["code"], answer.headers.get("connection"))
+                                  for answer in answers], [(400, code, "close")])
+        for method in (b"GET", b"DELETE", b"OPTIONS"):
+            answers = self.exchange(method + b" /healthz HTTP/1.1\r\n\r\n")
+            self.assertEqual([answer.status for answer in answers], [400])
+
     def test_a_range_or_an_accepted_encoding_changes_nothing(self):
         plain = curl(self.server.url + "/version")
         for header in ("Range: bytes=0-1", "Range: bytes=0-1,2-3", "Accept-Encoding: gzip, br"):
