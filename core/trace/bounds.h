@@ -12,6 +12,9 @@ inline constexpr double kSign = 64;
 inline constexpr double kSlack = 32;
 inline constexpr double kSignFloor = 0x1p-960;
 
+/// Beyond this reach products of four coordinates may overflow: nothing is decided by the filter.
+inline constexpr double kFilterReach = 0x1p320;
+
 // "Triangles", t: half width = (kTau u R + ((kTauEdge edge + kTauReach u R) E + kSignFloor) / |D|)
 // / |dz|.
 inline constexpr double kTau = 16;
@@ -29,8 +32,15 @@ inline constexpr double kLimitFloor = 0x1p-126;
 inline constexpr double kAnchor = 0x1p-102;
 inline constexpr double kEnter = 0x1p-40;
 
-// "Instances": what a mapped ray may be off, in u times |N| (|o| + reach).
+// "Anchors": what a component of the direction below the normal range may be off, per unit of tau.
+inline constexpr double kDirectionFloor = 0x1p-1074;
+
+// "Instances": what a mapped ray may be off, in u times |N| (|o| + reach), and what underflow in
+// its direction may add, per unit of tau.
 inline constexpr double kMapped = 12;
+inline constexpr double kMappedFloor = 0x1p-1070;
+/// Up to this |tau| kPad covers that floor, in the units of any mesh.
+inline constexpr double kMappedTau = 0x1p700;
 
 // "Rounding t": error of t in double-double.
 inline constexpr double kDoubleDouble = 0x1p-100;

@@ -48,6 +48,8 @@ class Preparation {
     for (int k = 0; k < 3; ++k)
       scene_[k] = std::max(std::abs(bounds.min[k]), std::abs(bounds.max[k]));
     far_ = 4 * std::max({scene_[0], scene_[1], scene_[2]});
+    // make_filter_ray knows what to do with a scene that large.
+    if (!(far_ < bounds::kFilterReach / 2)) far_ = -1;
   }
 
   void prepare(const RayBatch& rays, std::size_t begin, std::size_t count,

@@ -38,6 +38,16 @@ int normalise(std::array<double, 3>& direction) {
   return exponent;
 }
 
+/// Whether scaling may have cost a component its last bits, or all of them.
+bool is_rounded(const Vec3d& direction, const std::array<double, 3>& scaled) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (direction[static_cast<int>(k)] != 0 &&
+        std::abs(scaled[k]) < std::numeric_limits<double>::min())
+      return true;
+  }
+  return false;
+}
+
 /// A tau that is not above that of any point of the box on the line: the latest entry into a slab,
 /// less its rounding errors. Minus the largest float64 if no slab says anything. In tau, whose
 /// direction is scaled, a point of the scene cannot be out of range as its t can.
@@ -70,10 +80,9 @@ void move_origin(double anchor, AnchoredRay& ray) {
     // What overflows is unknown, and NaN is how slabs and filters are told so: they exclude
     // nothing.
     ray.origin[k] = std::isfinite(sum + rest) ? sum + rest : kUnknown;
-    // Scaling a component of the direction below the normal range may have rounded it.
-    const double error = kU * std::abs(sum + rest) +
-                         bounds::kAnchor * (std::abs(o) + std::abs(product)) +
-                         std::abs(anchor) * 0x1p-1074 + std::numeric_limits<double>::min();
+    const double error =
+        kU * std::abs(sum + rest) + bounds::kAnchor * (std::abs(o) + std::abs(product)) +
+        std::abs(anchor) * bounds::kDirectionFloor + std::numeric_limits<double>::min();
     ray.error = std::max(ray.error, error);
   }
 }
@@ -169,6 +178,9 @@ AnchoredRay anchor_ray(const Ray& ray, const Box3d& bounds) {
   for (std::size_t k = 0; k < 3; ++k) {
     out.reach = std::max(out.reach, (std::abs(out.origin[k]) + scene[k]) * (1 + 4 * kU));
   }
+  if (is_rounded(ray.direction, out.direction)) {
+    out.error += bounds::kDirectionFloor * out.reach;  // |tau| <= reach on the scene
+  }
   out.reach = std::max(out.reach, out.error * 0x1p53);
 
   const auto limit = [&](double t) {
@@ -196,7 +208,7 @@ FilterRay make_filter_ray(const AnchoredRay& ray) {
   filter.origin[0] = ray.origin[filter.kx];
   filter.origin[1] = ray.origin[filter.ky];
   filter.origin[2] = ray.origin[filter.kz];
-  filter.reach = ray.reach;
+  filter.reach = ray.reach <= bounds::kFilterReach ? ray.reach : kInfD;
   filter.tau_min_low = ray.tau_min.low;
   filter.tau_min_high = ray.tau_min.high;
   filter.tau_max_low = ray.tau_max.low;
@@ -222,6 +234,9 @@ BoxRay make_box_ray(const AnchoredRay& ray, const TreeSpace& space, int scale_ex
   std::array<double, 3> direction;
   std::array<double, 3> pad;
   const double scale = std::ldexp(1.0, scale_exponent);
+  double tau_most = 0;  // at least |tau| on the placed triangles
+  for (std::size_t j = 0; j < 3; ++j)
+    tau_most = std::max(tau_most, std::abs(ray.origin[j]) + space.reach[j]);
   for (std::size_t k = 0; k < 3; ++k) {
     const auto& n = space.inverse[k];
     origin[k] = (n[0] * from[0] + n[1] * from[1] + n[2] * from[2]) * scale;
@@ -231,6 +246,7 @@ BoxRay make_box_ray(const AnchoredRay& ray, const TreeSpace& space, int scale_ex
       error += std::abs(n[j]) * (bounds::kMapped * kU * (std::abs(ray.origin[j]) + space.reach[j]) +
                                  1.0000001 * ray.error);
     }
+    if (tau_most > bounds::kMappedTau) error += tau_most * bounds::kMappedFloor;
     pad[k] = (space.pad[k] + error) * scale + bounds::kPad;
   }
   if (!(largest_magnitude(direction) > 0) || !std::isfinite(largest_magnitude(direction))) {
@@ -240,7 +256,8 @@ BoxRay make_box_ray(const AnchoredRay& ray, const TreeSpace& space, int scale_ex
   }
   const int exponent = normalise(direction);
   double tau_scale = std::ldexp(scale, -exponent);
-  if (!std::isnormal(tau_scale) || !is_known(ray)) {
+  if (!std::isnormal(tau_scale) || !(tau_most * tau_scale <= bounds::kMappedTau) ||
+      !is_known(ray)) {
     // The two spaces count t so differently that no float64 relates them: exclude nothing.
     tau_scale = kUnknown;
     pad = {kInfD, kInfD, kInfD};

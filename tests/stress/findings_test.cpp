@@ -92,5 +92,42 @@ TEST(Findings, a_ray_from_beyond_float32_enters_no_empty_child) {
                 kInf});
 }
 
+TEST(Findings, a_mesh_scaled_almost_out_of_range_is_met) {
+  // scale_of_the_placement
+  MeshMaker maker;
+  maker.triangle({-0x1.d43286p-2, 0x1.d0adc6p-2, 0x1.f8212ep-2},
+                 {-0x1.80e90ep-2, 0x1.141bd4p-1, 0x1.7705fep-2},
+                 {-0x1.f57d24p-2, 0x1.f8ebdap-2, 0x1.80dff6p-2});
+  constexpr double kSize = 0x1.1062beb5683a1p+536;
+  expect_right(scene_of({maker.finish()}, {scaling(kSize, kSize, kSize)}),
+               {{0, 0, 0}, {-1, 1, 1}, 0, kInf});
+}
+
+TEST(Findings, two_placements_of_unlike_size_are_met) {
+  // float64_bit_patterns
+  MeshMaker maker;
+  for (const auto& [a, b, c] : {std::array<Vec3d, 3>{{{1, 2, 1}, {-2, 2, -1}, {-2, -1, -2}}},
+                                {{{2, 1, -1}, {0, -2, 0}, {0, -1, 2}}},
+                                {{{-2, 2, 1}, {-2, 0, 0}, {0, -2, 1}}},
+                                {{{1, -1, 2}, {-2, 2, 0}, {1, -2, 0}}},
+                                {{{-2, -2, -2}, {0, 2, 1}, {-1, -1, -2}}},
+                                {{{0, -1, -2}, {0, 2, -1}, {-1, 1, 2}}},
+                                {{{1, -2, 0}, {2, -1, 0}, {0, 0, 2}}},
+                                {{{1, 1, 2}, {1, -1, -1}, {0, 1, -2}}},
+                                {{{0, 0, -1}, {1, 2, 2}, {0, -2, -2}}}})
+    maker.triangle(a, b, c);
+  const Affine one{{{0, 1, 0x1.2348be1d499dp+552, 0x1.2348be1d499dp+552},
+                    {0x1.65db403a5a86cp+816, 0x1.32b6f1581ee79p-867, 0x1.88533668021fap+215, 0},
+                    {0x1.2348be1d499dp+552, 0, 0x1.32b6f1581ee79p-867, 0}}};
+  const Affine other{{{0x1.32b6f1581ee79p-867, 0, 0, 0x1.32b6f1581ee79p-867},
+                      {-0x1.f60f26a367535p-665, 0x1.88533668021fap+215, 0x1.9db248fd2a899p-982, 0},
+                      {0, 0x1.32b6f1581ee79p-867, 1, 1}}};
+  expect_right(scene_of({maker.finish()}, {one, other}),
+               {{0x1.9db248fd2a899p-982, 0, -0x1.f60f26a367535p-665},
+                {0x1.bf885fd4be4e3p-867, -0x1.7f8b6f511f4c2p+216, 0x1.3ca38d880997ap+1},
+                0,
+                kInf});
+}
+
 }  // namespace
 }  // namespace sightline::stress

@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 namespace sightline {
 namespace {
 
@@ -42,6 +44,21 @@ TEST(Bounds, floors_cover_underflow) {
   // Theorem 1: M 2^-1071 for M up to 2^110, twice over; beyond, the margin of the sign factor.
   EXPECT_GE(kSignFloor / 2, 0x1p110 * 0x1p-1071);
   EXPECT_GE((kSign - 56) * kU * 0x1p108, 0x1p-1071);
+}
+
+TEST(Bounds, nothing_overflows_within_the_reach_of_the_filter) {
+  // w is two products of X, Y <= 2 R, and sum w Z three products of w and Z <= R.
+  const double w = 2 * (2 * kFilterReach) * (2 * kFilterReach);
+  EXPECT_LT(3 * w * kFilterReach * kPlus, std::numeric_limits<double>::max());
+}
+
+TEST(Bounds, floors_cover_what_directions_lose_below_the_normal_range) {
+  EXPECT_GE(kDirectionFloor, 0x1p-1074);  // twice the half unit that rounding costs
+  // Three products of a component, each off by half a unit; sums do not underflow inexactly.
+  EXPECT_GE(kMappedFloor, 3 * 0x1p-1074);
+  // In the units of a float32 mesh, whose scale is at most 2^150; and once more after scaling.
+  EXPECT_GE(kPad, kMappedTau * kMappedFloor * 0x1p150);
+  EXPECT_GE(kPad, kMappedTau * kDirectionFloor);
 }
 
 TEST(Bounds, box_steps_cover_theorem_3) {
