@@ -3,7 +3,12 @@
 # robust) and the textbook tests, judged by rational arithmetic.
 #
 #   scripts/stress.sh [--minutes N] [--out FOLDER] [FLAG...]
+#   scripts/stress.sh --boxes [--out FOLDER] [FLAG...]
 #
+# --boxes       instead of rays in scenes, pairs of rays and boxes (10,000,000) and of triangles and
+#               boxes (2,000,000; at least a third of each touching exactly), beside the literature's
+#               tests; boxes.json and boxes.md, and "floor 5: ..." as the last line. About four CPU
+#               minutes. FLAGs: --pairs N, --triangle-pairs N, --seed S, --threads N
 # --minutes N   how long (default 20)
 # --out FOLDER  where stress.json, stress.md and trials.log go (default build/stress)
 # FLAG...       passed on: --seed S, --family NAME, --rays N, --kernel NAME, --threads N, ...
@@ -15,11 +20,13 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 minutes=20
+boxes=
 out=build/stress
 flags=()
 while [ $# -gt 0 ]; do
   case $1 in
     --minutes) minutes=${2:?--minutes needs a number}; shift 2 ;;
+    --boxes) boxes=yes; shift ;;
     --out) out=${2:?--out needs a folder}; shift 2 ;;
     -h | --help) sed -n '2,/^set/{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; exit 0 ;;
     *) flags+=("$1"); shift ;;
@@ -30,6 +37,11 @@ scripts/install_packages.sh test
 mkdir -p build "$out"
 cmake --preset release -DSIGHTLINE_TESTS=ON >build/configure-release.log 2>&1 ||
   { cat build/configure-release.log; echo "$0: cannot configure" >&2; exit 1; }
+if [ -n "$boxes" ]; then
+  cmake --build --preset release --target stress_boxes
+  exec build/release/tests/stress/sightline_stress_boxes --pairs 10000000 --triangle-pairs 2000000 \
+    --json "$out/boxes.json" --markdown "$out/boxes.md" "${flags[@]}"
+fi
 cmake --build --preset release --target stress_program
 
 code=0

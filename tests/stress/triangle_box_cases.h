@@ -31,6 +31,7 @@ struct TriangleBoxVerdict {
   bool meets = false;     ///< what the oracle says
   bool touching = false;  ///< they share points, and none if the box were a trifle smaller
   bool filtered = false;  ///< the filter decided
+  bool no_area = false;   ///< the triangle is none, and meets nothing
 };
 TriangleBoxVerdict judge(const TriangleBoxCase& test);
 

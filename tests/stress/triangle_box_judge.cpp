@@ -34,6 +34,7 @@ TriangleBoxVerdict judge_box(const Triangle& triangle, const Box& box,
                              const oracle::ExactBox& exact) {
   const oracle::Triangle same{triangle.v0, triangle.v1, triangle.v2};
   TriangleBoxVerdict verdict;
+  verdict.no_area = oracle::has_no_area(same);
   verdict.meets = meets(same, exact);
   verdict.touching = verdict.meets && !meets(same, shrunk(exact, same));
   const OverlapVerdict filter = filter_triangle_box(triangle, box);
