@@ -136,11 +136,7 @@ void bound_edges(const Affine& matrix, const MeshFacts& facts, Placement& placem
 /// Over the world bounds of the placements, in units in which float32 keeps its precision.
 WideTree build_top(const std::vector<Placement>& placements, const std::vector<Box3d>& bounds,
                    const Box3d& all) {
-  double largest = 0;
-  for (int k = 0; k < 3; ++k) {
-    largest = std::max({largest, std::abs(all.min[k]), std::abs(all.max[k])});
-  }
-  const int scale_exponent = choose_scale_exponent(largest);
+  const int scale_exponent = choose_scale_exponent(all);
   const double scale = std::ldexp(1.0, scale_exponent);
   Column<BuildBox> boxes(placements.size());
   for (std::uint32_t i = 0; i < placements.size(); ++i) {

@@ -6,45 +6,12 @@
 
 #include "core/base/parallel.h"
 #include "core/bvh/collapse.h"
+#include "core/bvh/tree_corners.h"
 #include "core/geometry/rounding.h"
 
 namespace sightline {
 
 namespace {
-
-/// The corners of one triangle in the tree's space.
-struct Corners {
-  std::array<Vec3d, 3> at;
-  bool usable = false;
-};
-
-Corners corners_of(const MeshView& mesh, std::uint32_t triangle, const Affine* world_from_mesh) {
-  Corners corners;
-  const std::uint32_t* index = &mesh.indices[std::size_t{triangle} * 3];
-  const Vec3f& a = mesh.positions[index[0]];
-  const Vec3f& b = mesh.positions[index[1]];
-  const Vec3f& c = mesh.positions[index[2]];
-  // Equal corners stay equal under every matrix; unequal ones in a line need not stay in it.
-  if (a == b || b == c || c == a) return corners;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Vec3f& p = mesh.positions[index[k]];
-    corners.at[k] =
-        world_from_mesh != nullptr
-            ? world_from_mesh->apply(p)
-            : Vec3d{static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z)};
-    if (!is_finite(corners.at[k])) return corners;
-  }
-  corners.usable = true;
-  return corners;
-}
-
-double largest_coordinate(const Box3d& box) {
-  double largest = 0;
-  for (int k = 0; k < 3; ++k) {
-    largest = std::max({largest, std::abs(box.min[k]), std::abs(box.max[k])});
-  }
-  return largest;
-}
 
 void write_block(const MeshView& mesh, std::span<const BuildBox> boxes, LeafBlock& block) {
   double edge_max = 0;
@@ -69,7 +36,11 @@ void write_block(const MeshView& mesh, std::span<const BuildBox> boxes, LeafBloc
 
 }  // namespace
 
-int choose_scale_exponent(double largest) {
+int choose_scale_exponent(const Box3d& bounds) {
+  double largest = 0;
+  for (int k = 0; k < 3; ++k) {
+    largest = std::max({largest, std::abs(bounds.min[k]), std::abs(bounds.max[k])});
+  }
   if (!(largest > 0)) return 0;
   // Capped so that the power itself is a finite float64.
   const int exponent = std::clamp(std::ilogb(largest), -1000, 1023);
@@ -83,19 +54,19 @@ WideTree build_triangle_tree(const MeshView& mesh, const Affine* world_from_mesh
   std::uint32_t used = 0;
   // Bounds first: they choose the units of the boxes.
   for (std::uint32_t i = 0; i < count; ++i) {
-    const Corners corners = corners_of(mesh, i, world_from_mesh);
+    const TreeCorners corners = tree_corners(mesh, i, world_from_mesh);
     if (!corners.usable) continue;
     boxes[used++].id = i;
     for (const Vec3d& p : corners.at) bounds.include(p);
   }
   boxes.resize(used);
-  const int scale_exponent = used == 0 ? 0 : choose_scale_exponent(largest_coordinate(bounds));
+  const int scale_exponent = used == 0 ? 0 : choose_scale_exponent(bounds);
   const double scale = std::ldexp(1.0, scale_exponent);
 
   parallel_for((used + 4095) / 4096, [&](std::size_t index) {
     const auto chunk = static_cast<std::uint32_t>(index);
     for (std::uint32_t i = chunk * 4096; i < std::min(used, (chunk + 1) * 4096); ++i) {
-      const Corners corners = corners_of(mesh, boxes[i].id, world_from_mesh);
+      const TreeCorners corners = tree_corners(mesh, boxes[i].id, world_from_mesh);
       for (int k = 0; k < 3; ++k) {
         const double a = corners.at[0][k] * scale;
         const double b = corners.at[1][k] * scale;

@@ -14,8 +14,8 @@ WideTree build_triangle_tree(const MeshView& mesh, const Affine* world_from_mesh
 inline constexpr std::uint64_t kMaxTriangles =
     (1ull << 34) / (sizeof(LeafBlock) + sizeof(WideNode));
 
-/// A power of two by which to multiply coordinates up to `largest` so that float32 boxes keep their
-/// precision: 0 for ordinary scenes.
-int choose_scale_exponent(double largest);
+/// The power of two by which to multiply coordinates within `bounds` so that float32 boxes keep
+/// their precision: 0 for ordinary scenes. `bounds` are finite and not empty.
+int choose_scale_exponent(const Box3d& bounds);
 
 }  // namespace sightline

@@ -18,6 +18,8 @@ namespace sightline {
 inline constexpr int kArity = 8;
 inline constexpr int kLanes = 4;
 inline constexpr int kMaxLeafBlocks = 8;
+/// Nodes on the longest way down that any builder may make; the stacks of the kernels count on it.
+inline constexpr std::uint32_t kMaxTreeDepth = 130;
 
 /// A reference to a child: a node, a leaf, or nothing.
 struct ChildRef {

@@ -1,0 +1,41 @@
+#pragma once
+/// The corners of a mesh's triangles in the space of a tree, and which triangles belong in one.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "core/bvh/scene_tree.h"
+
+namespace sightline {
+
+struct TreeCorners {
+  std::array<Vec3d, 3> at;
+  /// False for a triangle that nothing can hit under any matrix: a corner is not finite in the
+  /// tree's space, or two corners are equal. `at` is then not to be read.
+  bool usable = false;
+};
+
+/// `world_from_mesh` null: the mesh's own space.
+inline TreeCorners tree_corners(const MeshView& mesh, std::uint32_t triangle,
+                                const Affine* world_from_mesh) {
+  TreeCorners corners;
+  const std::uint32_t* index = &mesh.indices[std::size_t{triangle} * 3];
+  const Vec3f& a = mesh.positions[index[0]];
+  const Vec3f& b = mesh.positions[index[1]];
+  const Vec3f& c = mesh.positions[index[2]];
+  // Equal corners stay equal under every matrix; unequal ones in a line need not stay in it.
+  if (a == b || b == c || c == a) return corners;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3f& p = mesh.positions[index[k]];
+    corners.at[k] =
+        world_from_mesh != nullptr
+            ? world_from_mesh->apply(p)
+            : Vec3d{static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z)};
+    if (!is_finite(corners.at[k])) return corners;
+  }
+  corners.usable = true;
+  return corners;
+}
+
+}  // namespace sightline

@@ -1,0 +1,32 @@
+#pragma once
+/// Proves that a tree loses nothing. What it accepts, a kernel may walk without a further look:
+/// for tests, and for every tree that was read from a file.
+///
+/// Proved: every reference stays inside the arena; every node and every leaf is reached exactly
+/// once and the arena holds nothing else; boxes are finite and ordered, each inside the box its
+/// parent keeps for it; empty children are never hit; every octant's order names every child; every
+/// triangle stands in exactly one leaf, with the mesh's own corners, inside its leaf's box; units,
+/// bounds, counts and depth are what the content says.
+///
+/// Laws    the tree is hostile: nothing is read before its place is known to lie inside the arena,
+///         and there is no recursion. Mesh and placements are trusted.
+/// Errors  kMalformed, TREE_INVALID; the message names the node by its granule in the arena.
+///         Throws std::bad_alloc.
+/// Cost    time linear in tree and mesh; a bit per granule and one per triangle.
+
+#include <span>
+
+#include "core/base/result.h"
+#include "core/bvh/scene_tree.h"
+
+namespace sightline {
+
+/// For what build_triangle_tree(mesh, world_from_mesh) made.
+Status validate_triangle_tree(const WideTree& tree, const MeshView& mesh,
+                              const Affine* world_from_mesh);
+
+/// For SceneTree::top over placements whose world triangles have these bounds, finite and not
+/// empty.
+Status validate_top_tree(const WideTree& tree, std::span<const Box3d> placed);
+
+}  // namespace sightline
