@@ -127,36 +127,16 @@ Result<const std::byte*> AccessorReader::locate(std::size_t index, const char* p
                                                 const Extent& extent) {
   const auto& view = document_.model.bufferViews[static_cast<std::size_t>(extent.view)];
   const std::string place = "accessor " + std::to_string(index) + part;
-  if (view.extensions.count(kMeshopt) != 0) {
-    // A file that does not require the extension has readable fallback bytes in the same view; the
-    // buffer says when it has none.
-    if (document_.buffers[static_cast<std::size_t>(view.buffer)].fallback_only) {
-      return Error{
-          ErrorKind::kUnsupported, "GLTF_EXTENSION_UNSUPPORTED",
-          place + ": bufferView " + std::to_string(extent.view) + " is compressed by " + kMeshopt,
-          pointer_of(index)};
-    }
-  }
-  auto bytes = buffers_.bytes(static_cast<std::size_t>(view.buffer));
+  auto bytes = views_.bytes(static_cast<std::size_t>(extent.view));
   if (!bytes) return bytes.error();
-  const auto beyond = [&](const std::string& who, const char* verb, std::uint64_t needed,
-                          const std::string& whom, std::uint64_t has) {
-    return invalid(
-        "GLTF_ACCESSOR_OUT_OF_BOUNDS",
-        who + verb + std::to_string(needed) + " bytes, " + whom + " has " + std::to_string(has),
-        pointer_of(index));
-  };
   // No sum overflows: the checker bounds every number by 2^53 and strides by 252.
-  const std::uint64_t view_end = std::uint64_t{view.byteOffset} + view.byteLength;
-  if (view_end > bytes->size()) {
-    return beyond("bufferView " + std::to_string(extent.view), " reaches to ", view_end,
-                  "buffer " + std::to_string(view.buffer), bytes->size());
-  }
   const std::uint64_t stride = extent.stride_or_zero != 0 ? extent.stride_or_zero : extent.element;
   const std::uint64_t needed = extent.offset + (extent.count - 1) * stride + extent.element;
-  if (needed > view.byteLength) {
-    return beyond(place, ": needs ", needed, "bufferView " + std::to_string(extent.view),
-                  view.byteLength);
+  if (needed > bytes->size()) {
+    return invalid("GLTF_ACCESSOR_OUT_OF_BOUNDS",
+                   place + ": needs " + std::to_string(needed) + " bytes, bufferView " +
+                       std::to_string(extent.view) + " has " + std::to_string(bytes->size()),
+                   pointer_of(index));
   }
   if ((view.byteOffset + extent.offset) % extent.alignment != 0 || stride % extent.alignment != 0) {
     return wrong(index, std::string(part) + "starts at byte " +
@@ -164,7 +144,7 @@ Result<const std::byte*> AccessorReader::locate(std::size_t index, const char* p
                             std::to_string(stride) + ", its components need a multiple of " +
                             std::to_string(extent.alignment));
   }
-  return bytes->data() + view.byteOffset + extent.offset;
+  return bytes->data() + extent.offset;
 }
 
 Status AccessorReader::attach_sparse(std::size_t index, AccessorView& view) {
@@ -242,8 +222,7 @@ Result<AccessorView> AccessorReader::view(std::size_t index) {
 void AccessorReader::count_touched(const AccessorView& view, std::uint64_t elements) {
   const auto& accessor = document_.model.accessors[view.accessor];
   const auto is_mapped = [&](int number) {
-    const auto& source = document_.model.bufferViews[static_cast<std::size_t>(number)];
-    return buffers_.is_mapped(static_cast<std::size_t>(source.buffer));
+    return views_.is_mapped(static_cast<std::size_t>(number));
   };
   if (view.base != nullptr && is_mapped(accessor.bufferView)) {
     bytes_touched_ += elements * view.element_bytes();

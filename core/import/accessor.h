@@ -8,8 +8,8 @@
 
 #include "core/base/result.h"
 #include "core/geometry/vec3.h"
-#include "core/import/buffer_store.h"
 #include "core/import/gltf_document.h"
+#include "core/import/view_store.h"
 
 namespace sightline::gltf {
 
@@ -65,13 +65,13 @@ std::uint64_t sparse_index(const AccessorView& view, std::uint64_t entry);
 /// Makes views. Counts what it let out in bytes_touched().
 class AccessorReader {
  public:
-  AccessorReader(const GltfDocument& document, BufferStore& buffers, const ImportLimits& limits)
-      : document_(document), buffers_(buffers), limits_(limits) {}
+  AccessorReader(const GltfDocument& document, ViewStore& views, const ImportLimits& limits)
+      : document_(document), views_(views), limits_(limits) {}
 
   /// Checks view, offsets, stride, alignment, count and sparse parts against the bytes.
   /// Precondition: index is in range. Cost: sparse indices are read once.
   /// Errors: GLTF_ACCESSOR_INVALID, GLTF_ACCESSOR_OUT_OF_BOUNDS, GLTF_LIMIT_ZERO_FILLED,
-  /// GLTF_EXTENSION_UNSUPPORTED, those of BufferStore.
+  /// those of ViewStore.
   Result<AccessorView> view(std::size_t index);
 
   /// To be called by those who read `elements` of a view.
@@ -88,7 +88,7 @@ class AccessorReader {
   Status attach_sparse(std::size_t index, AccessorView& view);
 
   const GltfDocument& document_;
-  BufferStore& buffers_;
+  ViewStore& views_;
   const ImportLimits& limits_;
   std::uint64_t bytes_touched_ = 0;
 };

@@ -6,12 +6,14 @@
 #include <tiny_gltf.h>
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "core/base/result.h"
 #include "core/import/import.h"
+#include "core/import/meshopt_view.h"
 #include "core/scene/scene_description.h"
 
 namespace sightline::gltf {
@@ -30,6 +32,7 @@ struct GltfDocument {
   /// materials, animations, skins, cameras, extras, attributes other than POSITION.
   tinygltf::Model model;
   std::vector<BufferEntry> buffers;
+  std::map<std::size_t, MeshoptView> meshopt;  ///< by bufferView
   std::vector<Material> materials;
   std::size_t skin_count = 0;
   bool has_scene = false;     ///< false: the file names none, every root node is loaded

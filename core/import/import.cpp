@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "core/import/accessor.h"
+#include "core/import/budget.h"
 #include "core/import/buffer_store.h"
 #include "core/import/glb_container.h"
 #include "core/import/gltf_document.h"
@@ -14,6 +15,7 @@
 #include "core/import/mesh_reader.h"
 #include "core/import/refusal.h"
 #include "core/import/transform.h"
+#include "core/import/view_store.h"
 #include "core/import/warnings.h"
 
 namespace sightline {
@@ -46,7 +48,8 @@ Result<GlbChunks> open_container(std::span<const std::byte> bytes, Warnings& war
 
 /// Instances of every node that shows a mesh with triangles, in the order of the walk.
 Status place_meshes(const GltfDocument& document, AccessorReader& accessors, MeshReader& meshes,
-                    const ImportLimits& limits, SceneDescription& scene, Warnings& warnings) {
+                    const ImportLimits& limits, Budget& budget, SceneDescription& scene,
+                    Warnings& warnings) {
   for (std::uint32_t i = 0; i < scene.nodes.size(); ++i) {
     const std::uint32_t file_node = scene.nodes[i].file_node;
     const tinygltf::Node& source = document.model.nodes[file_node];
@@ -62,7 +65,7 @@ Status place_meshes(const GltfDocument& document, AccessorReader& accessors, Mes
       return beyond_limit("INSTANCES", "node " + std::to_string(file_node) + ": instances so far",
                           scene.instances.size() + count, limits.instances);
     }
-    if (Status status = meshes.spend(count * sizeof(Instance)); !status) return status;
+    if (Status status = budget.spend_bytes(count * sizeof(Instance)); !status) return status;
     if (source.skin >= 0) {
       warnings.add("node " + std::to_string(file_node) + " \"" + shortened(source.name) +
                    "\": its skin is not applied, the mesh stands unposed under the node");
@@ -109,13 +112,15 @@ Result<SceneDescription> import_checked(std::span<const std::byte> bytes,
   scene.nodes = *std::move(nodes);
 
   BufferStore buffers(document->buffers, chunks->binary, std::move(file), limits);
-  AccessorReader accessors(*document, buffers, limits);
-  MeshReader meshes(*document, accessors, limits, scene, warnings);
-  Status placed = place_meshes(*document, accessors, meshes, limits, scene, warnings);
+  Budget budget(limits);
+  ViewStore views(*document, buffers, budget);
+  AccessorReader accessors(*document, views, limits);
+  MeshReader meshes(*document, accessors, limits, budget, scene, warnings);
+  Status placed = place_meshes(*document, accessors, meshes, limits, budget, scene, warnings);
   if (!placed) return placed.error();
 
   scene.counts.file_bytes = bytes.size() + buffers.external_bytes();
-  scene.counts.bytes_touched = text.size() + accessors.bytes_touched();
+  scene.counts.bytes_touched = text.size() + accessors.bytes_touched() + views.compressed_bytes();
   scene.warnings = warnings.take();
   return scene;
 }

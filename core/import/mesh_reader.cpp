@@ -26,16 +26,6 @@ bool is_finite(const Vec3f& p) {
 
 }  // namespace
 
-Status MeshReader::spend(std::uint64_t bytes) {
-  if (bytes > budget_.geometry_bytes) {
-    return beyond_limit("GEOMETRY_BYTES", "bytes of positions, indices and instances in memory",
-                        limits_.geometry_bytes - budget_.geometry_bytes + bytes,
-                        limits_.geometry_bytes);
-  }
-  budget_.geometry_bytes -= bytes;
-  return success();
-}
-
 Result<std::optional<std::uint32_t>> MeshReader::mesh_of(const tinygltf::Node& node) {
   // A node's weights replace the mesh's; trailing zeros do not tell meshes apart.
   const tinygltf::Mesh& source = document_.model.meshes[static_cast<std::size_t>(node.mesh)];
@@ -101,13 +91,13 @@ Status MeshReader::append_primitive(std::size_t number, const std::vector<double
                   std::to_string(triangles) + " whole triangles");
     if (triangles == 0) return success();
   }
-  if (triangles > budget_.triangles || triangles + mesh.indices.size() / 3 > kMostTriangles) {
-    return beyond_limit("TRIANGLES", place + ": triangles so far",
-                        limits_.triangles - budget_.triangles + triangles,
+  if (triangles > budget_.triangles() || triangles + mesh.indices.size() / 3 > kMostTriangles) {
+    return beyond_limit("TRIANGLES", place + ": triangles so far", budget_.with(triangles),
                         std::min(limits_.triangles, kMostTriangles));
   }
-  budget_.triangles -= triangles;
-  if (Status status = spend(triangles * 3 * sizeof(std::uint32_t)); !status) return status;
+  budget_.spend_triangles(triangles);
+  if (Status status = budget_.spend_bytes(triangles * 3 * sizeof(std::uint32_t)); !status)
+    return status;
 
   // Corners first: they say which range of vertices is worth reading.
   const std::size_t first_corner = mesh.indices.size();
@@ -151,7 +141,7 @@ Result<std::uint32_t> MeshReader::append_positions(const tinygltf::Primitive& so
     return beyond_limit("GEOMETRY_BYTES", "mesh " + std::to_string(mesh.file_mesh) + ": vertices",
                         offset + count, kMostVertices);
   }
-  if (Status status = spend(count * sizeof(Vec3f)); !status) return status.error();
+  if (Status status = budget_.spend_bytes(count * sizeof(Vec3f)); !status) return status.error();
   mesh.positions.resize(offset + count);
   load_positions(base, targets, range.low, count, mesh.positions.data() + offset);
   accessors_.count_touched(base, count);

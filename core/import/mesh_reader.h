@@ -10,6 +10,7 @@
 
 #include "core/base/result.h"
 #include "core/import/accessor.h"
+#include "core/import/budget.h"
 #include "core/import/corners.h"
 #include "core/import/gltf_document.h"
 #include "core/import/positions.h"
@@ -18,20 +19,14 @@
 
 namespace sightline::gltf {
 
-/// What the limits still allow.
-struct Budget {
-  std::uint64_t triangles = 0;
-  std::uint64_t geometry_bytes = 0;
-};
-
 class MeshReader {
  public:
   MeshReader(const GltfDocument& document, AccessorReader& accessors, const ImportLimits& limits,
-             SceneDescription& scene, Warnings& warnings)
+             Budget& budget, SceneDescription& scene, Warnings& warnings)
       : document_(document),
         accessors_(accessors),
         limits_(limits),
-        budget_{limits.triangles, limits.geometry_bytes},
+        budget_(budget),
         scene_(scene),
         warnings_(warnings) {}
 
@@ -41,9 +36,6 @@ class MeshReader {
   /// Errors: GLTF_ACCESSOR_INVALID, GLTF_INDEX_OUT_OF_RANGE, GLTF_LIMIT_TRIANGLES,
   /// GLTF_LIMIT_GEOMETRY_BYTES, GLTF_EXTENSION_UNSUPPORTED, those of AccessorReader::view.
   Result<std::optional<std::uint32_t>> mesh_of(const tinygltf::Node& node);
-
-  /// Takes `bytes` for something else than meshes, e.g. instances.
-  Status spend(std::uint64_t bytes);
 
  private:
   /// Vertices of one accessor (with its targets) that stand in the mesh already.
@@ -71,7 +63,7 @@ class MeshReader {
   const GltfDocument& document_;
   AccessorReader& accessors_;
   const ImportLimits& limits_;
-  Budget budget_;
+  Budget& budget_;
   SceneDescription& scene_;
   Warnings& warnings_;
   std::map<std::pair<int, std::vector<double>>, std::optional<std::uint32_t>> known_;

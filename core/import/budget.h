@@ -1,0 +1,43 @@
+#pragma once
+/// What the limits of an import still allow. One budget is shared by all who fill memory.
+
+#include <cstdint>
+
+#include "core/base/result.h"
+#include "core/import/import.h"
+#include "core/import/refusal.h"
+
+namespace sightline::gltf {
+
+class Budget {
+ public:
+  explicit Budget(const ImportLimits& limits)
+      : limits_(limits), triangles_(limits.triangles), bytes_(limits.geometry_bytes) {}
+
+  std::uint64_t triangles() const { return triangles_; }
+  /// Triangles counted so far, these included.
+  std::uint64_t with(std::uint64_t more_triangles) const {
+    return limits_.triangles - triangles_ + more_triangles;
+  }
+  /// Precondition: count <= triangles().
+  void spend_triangles(std::uint64_t count) { triangles_ -= count; }
+
+  /// Errors: GLTF_LIMIT_GEOMETRY_BYTES.
+  Status spend_bytes(std::uint64_t count) {
+    if (count > bytes_) {
+      return beyond_limit("GEOMETRY_BYTES", "bytes of positions, indices and instances in memory",
+                          limits_.geometry_bytes - bytes_ + count, limits_.geometry_bytes);
+    }
+    bytes_ -= count;
+    return success();
+  }
+  /// What was spent on something that is no longer held.
+  void return_bytes(std::uint64_t count) { bytes_ += count; }
+
+ private:
+  const ImportLimits& limits_;
+  std::uint64_t triangles_;
+  std::uint64_t bytes_;
+};
+
+}  // namespace sightline::gltf

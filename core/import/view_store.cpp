@@ -1,0 +1,53 @@
+#include "core/import/view_store.h"
+
+#include "core/import/meshopt_view.h"
+#include "core/import/refusal.h"
+
+namespace sightline::gltf {
+
+Result<std::span<const std::byte>> ViewStore::bytes(std::size_t index) {
+  const auto meshopt = document_.meshopt.find(index);
+  if (meshopt != document_.meshopt.end()) return decoded(index, meshopt->second);
+  const auto& view = document_.model.bufferViews[index];
+  return part(static_cast<std::size_t>(view.buffer), view.byteOffset, view.byteLength,
+              "bufferView " + std::to_string(index), "/bufferViews/" + std::to_string(index));
+}
+
+bool ViewStore::is_mapped(std::size_t index) const {
+  const auto& view = document_.model.bufferViews[index];
+  return document_.meshopt.count(index) == 0 &&
+         buffers_.is_mapped(static_cast<std::size_t>(view.buffer));
+}
+
+Result<std::span<const std::byte>> ViewStore::part(std::size_t buffer, std::uint64_t offset,
+                                                   std::uint64_t length, const std::string& place,
+                                                   const std::string& pointer) {
+  auto bytes = buffers_.bytes(buffer);
+  if (!bytes) return bytes.error();
+  // The sum cannot overflow: the checker bounds every number by 2^53.
+  if (offset + length > bytes->size()) {
+    return invalid("GLTF_ACCESSOR_OUT_OF_BOUNDS",
+                   place + " reaches to " + std::to_string(offset + length) + " bytes, buffer " +
+                       std::to_string(buffer) + " has " + std::to_string(bytes->size()),
+                   pointer);
+  }
+  return bytes->subspan(offset, length);
+}
+
+Result<std::span<const std::byte>> ViewStore::decoded(std::size_t index, const MeshoptView& view) {
+  if (const auto found = decoded_.find(index); found != decoded_.end()) {
+    return std::span<const std::byte>(found->second.get(), view.decoded_bytes());
+  }
+  const std::string place = "bufferView " + std::to_string(index);
+  const std::string pointer = "/bufferViews/" + std::to_string(index) + "/extensions/" + kMeshopt;
+  auto compressed = part(view.buffer, view.offset, view.length, place, pointer);
+  if (!compressed) return compressed.error();
+  if (Status status = budget_.spend_bytes(view.decoded_bytes()); !status) return status.error();
+  auto bytes = decode_meshopt(view, *compressed, place, pointer);
+  if (!bytes) return bytes.error();
+  if (buffers_.is_mapped(view.buffer)) compressed_bytes_ += view.length;
+  const std::byte* const begin = decoded_.emplace(index, *std::move(bytes)).first->second.get();
+  return std::span<const std::byte>(begin, view.decoded_bytes());
+}
+
+}  // namespace sightline::gltf
