@@ -1,106 +1,26 @@
 #include "core/bvh/binary_tree.h"
 
-#include <algorithm>
-#include <array>
-#include <limits>
+#include <atomic>
+#include <utility>
 
 #include "core/base/parallel.h"
-#include "core/bvh/float4.h"
+#include "core/bvh/histogram.h"
+#include "core/bvh/sweep.h"
 
 namespace sightline {
 
 namespace {
 
-constexpr std::uint32_t kBins = 16;
 constexpr std::uint32_t kParallelBinning = 1u << 17;
 constexpr std::uint32_t kParallelSubtrees = 1u << 12;
-constexpr float kInf = std::numeric_limits<float>::infinity();
+constexpr std::uint32_t kFewBins = 8;
+constexpr std::uint32_t kFewBoxes = 64;  ///< below it few bins do
 
-/// Bounds whose fourth lane carries rubbish (an id reinterpreted) and is never looked at.
-struct Bounds {
-  Float4 lower = Float4::all(kInf);
-  Float4 upper = Float4::all(-kInf);
-
-  void include(Float4 low, Float4 high) {
-    lower = min(lower, low);
-    upper = max(upper, high);
-  }
-  void include(const Bounds& other) { include(other.lower, other.upper); }
-  float half_area() const {
-    alignas(16) std::array<float, 4> size;
-    (upper - lower).store(size.data());
-    return size[0] * size[1] + size[1] * size[2] + size[2] * size[0];
-  }
-};
-
-Float4 lower_of(const BuildBox& box) { return Float4::load(box.lower); }
-Float4 upper_of(const BuildBox& box) { return Float4::load(box.upper); }
-
-/// Of a range: its bounds and the bounds of its doubled centroids (lower + upper).
-struct RangeBounds {
-  Bounds boxes;
-  Bounds centroids;
-
-  void include(const BuildBox& box) {
-    const Float4 low = lower_of(box);
-    const Float4 high = upper_of(box);
-    boxes.include(low, high);
-    const Float4 centroid = low + high;
-    centroids.include(centroid, centroid);
-  }
-  void include(const RangeBounds& other) {
-    boxes.include(other.boxes);
-    centroids.include(other.centroids);
-  }
-};
-
-/// Where a centroid falls: bin = (centroid - origin) * scale, per axis.
-struct Binning {
-  Float4 origin;
-  Float4 scale;
-
-  explicit Binning(const Bounds& centroids) : origin(centroids.lower), scale(Float4::all(0)) {
-    alignas(16) std::array<float, 4> size;
-    (centroids.upper - centroids.lower).store(size.data());
-    for (float& s : size) s = s > 0 ? static_cast<float>(kBins) * 0.9999f / s : 0;
-    scale = Float4::load(size.data());
-  }
-  void bins_of(const BuildBox& box, std::array<int, 4>& bins) const {
-    ((lower_of(box) + upper_of(box) - origin) * scale).truncate(bins);
-    // An extent so small that the scale overflowed gives NaN: everything lands in one bin.
-    for (int& bin : bins) bin = std::clamp(bin, 0, static_cast<int>(kBins) - 1);
-  }
-};
-
-struct Histogram {
-  std::array<std::array<Bounds, kBins>, 3> bounds;
-  std::array<std::array<std::uint32_t, kBins>, 3> counts{};
-
-  void add(const Binning& binning, const BuildBox& box) {
-    std::array<int, 4> bins;
-    binning.bins_of(box, bins);
-    const Float4 low = lower_of(box);
-    const Float4 high = upper_of(box);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto bin = static_cast<std::size_t>(bins[axis]);
-      bounds[axis][bin].include(low, high);
-      ++counts[axis][bin];
-    }
-  }
-  void include(const Histogram& other) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      for (std::size_t bin = 0; bin < kBins; ++bin) {
-        bounds[axis][bin].include(other.bounds[axis][bin]);
-        counts[axis][bin] += other.counts[axis][bin];
-      }
-    }
-  }
-};
-
-struct Split {
-  float cost = kInf;
-  std::size_t axis = 0;
-  int bin = 0;  ///< boxes in bins below it go left
+/// A range of boxes on its way to be a node.
+struct Range {
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+  RangeBounds bounds;
 };
 
 class Builder {
@@ -108,133 +28,180 @@ class Builder {
   Builder(Column<BuildBox>& boxes, const BinaryOptions& options, BinaryNode* nodes)
       : boxes_(boxes), options_(options), nodes_(nodes) {}
 
-  void build(std::uint32_t slot, std::uint32_t first, std::uint32_t count, std::uint32_t depth) {
-    const RangeBounds range = bounds_of(first, count);
-    BinaryNode& node = nodes_[slot];
-    store(range.boxes, node);
-
-    std::uint32_t left = 0;
-    if (!choose_split(range, first, count, depth, left)) {
-      node.link = first;
-      node.count = count;
-      return;
-    }
-    node.count = 0;
-    node.link = slot + 2 * left;
-    const auto build_left = [&] { build(slot + 1, first, left, depth + 1); };
-    const auto build_right = [&] { build(slot + 2 * left, first + left, count - left, depth + 1); };
-    if (count >= kParallelSubtrees) {
-      parallel_invoke(build_left, build_right);
-    } else {
-      build_left();
-      build_right();
-    }
+  std::uint32_t run() {
+    const auto count = static_cast<std::uint32_t>(boxes_.size());
+    RangeBounds bounds;
+    gather(0, count, bounds, [](RangeBounds& sum, const BuildBox& box) { sum.include(box); });
+    build_parallel(0, {0, count, bounds}, 0);
+    return next_;
   }
 
  private:
-  static void store(const Bounds& bounds, BinaryNode& node) {
-    bounds.lower.store(node.lower);
-    bounds.upper.store(node.upper);
+  /// Nodes that one thread may give away: taken from the common store a handful at a time, because
+  /// most of the 2n - 2 that n boxes could need never are.
+  struct Pool {
+    std::uint32_t next = 0;
+    std::uint32_t end = 0;
+    std::uint32_t needed;  ///< at most so many more
+  };
+
+  void build_parallel(std::uint32_t slot, const Range& range, std::uint32_t depth) {
+    if (range.count < kParallelSubtrees) {
+      Pool pool{0, 0, 2 * range.count - 2};
+      build(slot, range, depth, pool);
+      return;
+    }
+    Range left, right;
+    divide(range, depth, left, right);
+    const std::uint32_t children = next_.fetch_add(2);
+    store_inner(slot, range, children);
+    parallel_invoke([&] { build_parallel(children, left, depth + 1); },
+                    [&] { build_parallel(children + 1, right, depth + 1); });
   }
 
-  /// Over boxes [first, first + count): merging is exact, so any division of labour gives the same.
+  void build(std::uint32_t slot, const Range& range, std::uint32_t depth, Pool& pool) {
+    if (range.count <= options_.leaf_max) {
+      store(slot, range, range.first, range.count);
+      return;
+    }
+    Range left, right;
+    divide(range, depth, left, right);
+    const std::uint32_t children = take_pair(pool);
+    store_inner(slot, range, children);
+    build(children, left, depth + 1, pool);
+    build(children + 1, right, depth + 1, pool);
+  }
+
+  std::uint32_t take_pair(Pool& pool) {
+    if (pool.next == pool.end) {
+      const std::uint32_t taken = std::min(pool.needed, 64u);
+      pool.needed -= taken;
+      pool.next = next_.fetch_add(taken);
+      pool.end = pool.next + taken;
+    }
+    return std::exchange(pool.next, pool.next + 2);
+  }
+
+  void store_inner(std::uint32_t slot, const Range& range, std::uint32_t children) {
+    store(slot, range, children, BinaryNode::kInner | range.count);
+  }
+  void store(std::uint32_t slot, const Range& range, std::uint32_t link, std::uint32_t mark) {
+    BinaryNode& node = nodes_[slot];
+    range.bounds.boxes.lower.store(node.lower);
+    range.bounds.boxes.upper.store(node.upper);
+    node.link = link;
+    node.mark = mark;
+  }
+
+  /// Adds boxes [first, first + count) to `sum`, which is empty. Merging is exact, so any division
+  /// of labour gives the same.
   template <class Value, class Add>
-  Value reduce(std::uint32_t first, std::uint32_t count, const Value& empty, Add add) const {
-    const auto serial = [&](std::size_t begin, std::size_t end, Value value) {
-      for (std::size_t i = begin; i < end; ++i) add(value, boxes_[i]);
-      return value;
-    };
+  void gather(std::uint32_t first, std::uint32_t count, Value& sum, Add add) const {
+    const BuildBox* boxes = boxes_.data();
     const std::size_t end = std::size_t{first} + count;
-    if (count < kParallelBinning) return serial(first, end, empty);
-    return parallel_reduce(first, end, kParallelBinning / 8, empty, serial,
-                           [](Value a, const Value& b) {
-                             a.include(b);
-                             return a;
-                           });
+    if (count < kParallelBinning) {
+      for (std::size_t i = first; i < end; ++i) add(sum, boxes[i]);
+      return;
+    }
+    sum = parallel_reduce(
+        first, end, kParallelBinning / 8, sum,
+        [&](std::size_t begin, std::size_t stop, Value value) {
+          for (std::size_t i = begin; i < stop; ++i) add(value, boxes[i]);
+          return value;
+        },
+        [](Value a, const Value& b) {
+          a.include(b);
+          return a;
+        });
   }
 
-  RangeBounds bounds_of(std::uint32_t first, std::uint32_t count) const {
-    return reduce(first, count, RangeBounds{},
-                  [](RangeBounds& range, const BuildBox& box) { range.include(box); });
-  }
-
-  float blocks(std::uint32_t count) const {
-    return static_cast<float>((count + options_.block - 1) / options_.block);
-  }
-
-  /// Partitions the range and tells how many boxes went left; false: the range should be a leaf.
-  bool choose_split(const RangeBounds& range, std::uint32_t first, std::uint32_t count,
-                    std::uint32_t depth, std::uint32_t& left) {
-    if (count <= options_.block) return false;
-    if (depth >= options_.max_depth) return halve(count, left);
-
-    const Binning binning(range.centroids);
-    const Histogram histogram = reduce(
-        first, count, Histogram{}, [&](Histogram& h, const BuildBox& box) { h.add(binning, box); });
-    const Split split = best_split(histogram, count);
-
-    // A leaf costs its blocks, a split one step and the blocks below, weighed by area.
-    const float area = range.boxes.half_area();
-    const float leaf_cost = blocks(count) * area;
-    if (count <= options_.leaf_max && leaf_cost <= options_.node_cost * area + split.cost)
-      return false;
-    if (split.cost == kInf) return count > options_.leaf_max && halve(count, left);
-
-    const auto goes_left = [&](const BuildBox& box) {
-      std::array<int, 4> bins;
-      binning.bins_of(box, bins);
-      return bins[split.axis] < split.bin;
-    };
-    const auto begin = boxes_.begin() + first;
-    left = static_cast<std::uint32_t>(std::partition(begin, begin + count, goes_left) - begin);
-    return true;
-  }
-
-  static bool halve(std::uint32_t count, std::uint32_t& left) {
-    left = count / 2;
-    return true;
-  }
-
-  Split best_split(const Histogram& histogram, std::uint32_t count) const {
-    Split best;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      std::array<float, kBins> right_cost{};
-      Bounds bounds;
-      std::uint32_t below = 0;
-      for (std::size_t bin = kBins - 1; bin > 0; --bin) {
-        bounds.include(histogram.bounds[axis][bin]);
-        below += histogram.counts[axis][bin];
-        right_cost[bin] = below == 0 ? 0 : blocks(below) * bounds.half_area();
-      }
-      bounds = Bounds{};
-      below = 0;
-      for (std::size_t bin = 1; bin < kBins; ++bin) {
-        bounds.include(histogram.bounds[axis][bin - 1]);
-        below += histogram.counts[axis][bin - 1];
-        if (below == 0 || below == count) continue;
-        const float cost = blocks(below) * bounds.half_area() + right_cost[bin];
-        if (cost < best.cost) best = {cost, axis, static_cast<int>(bin)};
+  /// Sorts the boxes of a range into two.
+  void divide(const Range& range, std::uint32_t depth, Range& left, Range& right) {
+    left.first = range.first;
+    left.count = range.count / 2;
+    if (depth < options_.max_depth) {
+      if (range.count <= Sweep::kMax) {
+        left.count = Sweep::cut(&boxes_[range.first], range.count, options_.block_size).place;
+      } else if (divide_by_bins(range, left, right)) {
+        return;
       }
     }
-    return best;
+    right.first = left.first + left.count;
+    right.count = range.count - left.count;
+    for (Range* side : {&left, &right}) {
+      for (std::uint32_t i = 0; i < side->count; ++i) side->bounds.include(boxes_[side->first + i]);
+    }
+  }
+
+  /// False if the centroids are too close to tell apart.
+  bool divide_by_bins(const Range& range, Range& left, Range& right) {
+    const std::size_t bins = range.count < kFewBoxes ? kFewBins : Histogram::kMaxBins;
+    const Binning binning(range.bounds.middles, bins);
+    Histogram histogram(bins);
+    gather(range.first, range.count, histogram,
+           [&](Histogram& sum, const BuildBox& box) { sum.add(binning, box); });
+    const Split split = histogram.best(range.count, options_.block_size);
+    if (split.cost == std::numeric_limits<float>::infinity()) return false;
+
+    left.bounds.boxes = histogram.bounds(split.axis, 0, split.place);
+    right.bounds.boxes = histogram.bounds(split.axis, split.place, bins);
+    const auto place = static_cast<float>(split.place);
+    switch (split.axis) {
+      case 0:
+        partition<0>(range, binning, place, left, right);
+        break;
+      case 1:
+        partition<1>(range, binning, place, left, right);
+        break;
+      default:
+        partition<2>(range, binning, place, left, right);
+    }
+    return true;
+  }
+
+  /// Without branches: which side a box falls to cannot be predicted.
+  template <int kAxis>
+  void partition(const Range& range, const Binning& binning, float place, Range& left,
+                 Range& right) {
+    const Float4 cut = Float4::all(place);
+    const Bounds nothing;
+    Bounds left_middles, right_middles;
+    BuildBox* to = &boxes_[range.first];
+    BuildBox* const end = to + range.count;
+    for (BuildBox* box = to; box != end; ++box) {
+      const Float4 middle = box->middle();
+      const Mask4 goes_left = less(binning.place(middle).spread<kAxis>(), cut);
+      left_middles.include(select(goes_left, middle, nothing.lower),
+                           select(goes_left, middle, nothing.upper));
+      right_middles.include(select(goes_left, nothing.lower, middle),
+                            select(goes_left, nothing.upper, middle));
+      swap(*box, *to);
+      to += goes_left.first() ? 1 : 0;
+    }
+    left.bounds.middles = left_middles;
+    right.bounds.middles = right_middles;
+    left.count = static_cast<std::uint32_t>(to - &boxes_[range.first]);
+    right.first = range.first + left.count;
+    right.count = range.count - left.count;
   }
 
   Column<BuildBox>& boxes_;
   const BinaryOptions& options_;
   BinaryNode* nodes_;
+  std::atomic<std::uint32_t> next_{1};
 };
 
 }  // namespace
 
-BinaryTree build_binary_tree(Column<BuildBox>& boxes, const BinaryOptions& options) {
+BinaryTree build_binary_tree(Column<BuildBox> boxes, const BinaryOptions& options) {
   BinaryTree tree;
-  tree.box_count = static_cast<std::uint32_t>(boxes.size());
   if (boxes.empty()) return tree;
   const std::size_t bytes = 2 * boxes.size() * sizeof(BinaryNode);
-  tree.slots = Arena(bytes);
-  tree.slots.take(bytes);
-  Builder builder(boxes, options, reinterpret_cast<BinaryNode*>(tree.slots.at(0)));
-  builder.build(0, 0, tree.box_count, 0);
+  tree.nodes = Arena(bytes);
+  tree.nodes.take(bytes);
+  tree.node_end = Builder(boxes, options, &tree[0]).run();
+  tree.ids.resize(boxes.size());
+  for (std::size_t i = 0; i < boxes.size(); ++i) tree.ids[i] = boxes[i].id;
   return tree;
 }
 

@@ -1,52 +1,52 @@
 #pragma once
-/// Binned SAH over boxes [Wald2007], the first of two steps: a binary tree that collapse turns into
-/// eight-wide nodes.
+/// A binary tree over boxes, built from the top by the surface-area heuristic: the first step of
+/// building. What follows improves it (reinsert) and makes it eight-wide (collapse).
 
 #include <cstdint>
 
 #include "core/base/arena.h"
 #include "core/base/column.h"
+#include "core/bvh/build_box.h"
+#include "core/bvh/histogram.h"
 
 namespace sightline {
 
-/// A box and what it bounds. 32 bytes, so that a partition moves whole vectors.
-struct alignas(32) BuildBox {
-  float lower[3];
-  std::uint32_t id;
-  float upper[3];
-  std::uint32_t padding;
-};
-
 struct alignas(32) BinaryNode {
+  static constexpr std::uint32_t kInner = 0x80000000u;
+
   float lower[3];
-  std::uint32_t
-      link;  ///< leaf: its first box; inner: its right child (the left one is the next node)
+  std::uint32_t link;  ///< leaf: its first box; inner: its left child (the right one is the next)
   float upper[3];
-  std::uint32_t count;  ///< boxes of a leaf; 0 for an inner node
-};
+  std::uint32_t mark;  ///< boxes below; kInner is set for an inner node
 
-/// A node over n boxes keeps 2n - 1 slots for itself and its descendants, left before right, so
-/// that subtrees can be built side by side and still land where they would have in sequence.
-struct BinaryTree {
-  Arena slots;
-  std::uint32_t box_count = 0;
-
-  bool empty() const { return box_count == 0; }
-  const BinaryNode& operator[](std::uint32_t i) const {
-    return reinterpret_cast<const BinaryNode*>(slots.at(0))[i];
+  bool is_leaf() const { return (mark & kInner) == 0; }
+  std::uint32_t box_count() const { return mark & ~kInner; }
+  float half_area() const {
+    return (Float4::load(upper) - Float4::load(lower)).without_last().product_sum();
   }
 };
 
-struct BinaryOptions {
-  std::uint32_t block = 4;     ///< boxes that are tested together: a leaf costs whole blocks
-  std::uint32_t leaf_max = 8;  ///< boxes in a leaf at most
-  float node_cost = 1.0f;      ///< of a binary step against one block
-  std::uint32_t max_depth =
-      96;  ///< beyond it ranges are halved in the middle, so that depth stays bounded
+struct BinaryTree {
+  Arena nodes;                 ///< the root is the first; which index another one has means nothing
+  std::uint32_t node_end = 0;  ///< above every index in use
+  Column<std::uint32_t> ids;   ///< of the boxes, so that every leaf is a range of them
+
+  bool empty() const { return ids.empty(); }
+  const BinaryNode& operator[](std::uint32_t i) const {
+    return reinterpret_cast<const BinaryNode*>(nodes.at(0))[i];
+  }
+  BinaryNode& operator[](std::uint32_t i) { return reinterpret_cast<BinaryNode*>(nodes.at(0))[i]; }
 };
 
-/// Sorts `boxes` so that every leaf is a range of it. Parallel for large inputs; the result does
-/// not depend on the number of threads. Boxes are finite and not empty.
-BinaryTree build_binary_tree(Column<BuildBox>& boxes, const BinaryOptions& options);
+struct BinaryOptions {
+  BlockSize block_size{2};
+  std::uint32_t leaf_max = 4;  ///< ranges are cut until they are not larger
+  /// Below it ranges are halved in the middle, so that depth stays bounded (kMaxTreeDepth).
+  std::uint32_t max_depth = 96;
+};
+
+/// Consumes `boxes`, which are finite and not empty. Parallel for large inputs; the tree does not
+/// depend on the number of threads.
+BinaryTree build_binary_tree(Column<BuildBox> boxes, const BinaryOptions& options);
 
 }  // namespace sightline

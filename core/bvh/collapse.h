@@ -1,5 +1,5 @@
 #pragma once
-/// The second step of building: a binary tree becomes eight-wide nodes in one arena.
+/// The last step of building: a binary tree becomes eight-wide nodes in one arena.
 
 #include <functional>
 
@@ -8,12 +8,25 @@
 
 namespace sightline {
 
-/// Fills `blocks` consecutive leaf blocks with the boxes [first, first + count) of the build.
+/// Fills consecutive leaf blocks with the boxes [first, first + count) of BinaryTree::ids. Called
+/// from several threads at once.
 using LeafWriter = std::function<void(std::uint32_t first, std::uint32_t count, LeafBlock* blocks)>;
 
-/// Opens the child with the largest surface until a node has eight [Wald2008], writes nodes depth
-/// first, each followed by its own leaves. Leaves hold ceil(count / kLanes) blocks.
-/// Sets everything of WideTree but scale_exponent and bounds. Throws std::bad_alloc.
-WideTree collapse(const BinaryTree& binary, const LeafWriter& write_leaf);
+/// What a step costs; only ratios matter.
+struct CollapseOptions {
+  float node_cost = 1.0f;
+  float block_cost = 1.2f;
+  /// For each granule of memory, spread over the boxes: what costs memory must be worth it.
+  float memory_cost = 0.0f;
+  std::uint32_t block = kLanes;  ///< boxes in a block
+  std::uint32_t leaf_max = 8;    ///< boxes in a leaf at most, if the binary leaves are not larger
+};
+
+/// Chooses which binary nodes become wide ones and which subtrees become leaves so that the
+/// expected cost of a ray is the least that this binary tree allows [Ylitie2017]. Writes nodes
+/// depth first, each followed by its own leaves. Sets everything of WideTree but scale_exponent and
+/// bounds. Parallel; the bytes do not depend on the number of threads. Throws std::bad_alloc.
+WideTree collapse(const BinaryTree& binary, const CollapseOptions& options,
+                  const LeafWriter& write_leaf);
 
 }  // namespace sightline

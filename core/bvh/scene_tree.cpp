@@ -148,14 +148,18 @@ WideTree build_top(const std::vector<Placement>& placements, const std::vector<B
   }
   // Entering a placement is dear: leaves of one.
   BinaryOptions options;
-  options.block = 1;
+  options.block_size = {0};
   options.leaf_max = 1;
-  const BinaryTree binary = build_binary_tree(boxes, options);
-  WideTree top = collapse(binary, [&](std::uint32_t first, std::uint32_t count, LeafBlock* block) {
-    for (std::uint32_t i = 0; i < kLanes; ++i)
-      block->triangle[i] = boxes[first + (i < count ? i : 0)].id;
-    block->lane_count = count;
-  });
+  CollapseOptions costs;
+  costs.block = 1;
+  costs.leaf_max = 1;
+  const BinaryTree binary = build_binary_tree(std::move(boxes), options);
+  WideTree top =
+      collapse(binary, costs, [&](std::uint32_t first, std::uint32_t count, LeafBlock* block) {
+        for (std::uint32_t i = 0; i < kLanes; ++i)
+          block->triangle[i] = binary.ids[first + (i < count ? i : 0)];
+        block->lane_count = count;
+      });
   top.scale_exponent = scale_exponent;
   top.bounds = all;
   return top;

@@ -10,23 +10,10 @@
 #include <random>
 
 #include "core/bvh/triangle_tree.h"
-#include "core/demo/demo.h"
+#include "tests/unit/bvh/test_mesh.h"
 
 namespace sightline {
 namespace {
-
-struct TestMesh {
-  std::vector<Vec3f> positions;
-  std::vector<std::uint32_t> indices;
-
-  explicit TestMesh(const demo::DemoMesh& mesh)
-      : indices(mesh.indices.begin(), mesh.indices.end()) {
-    for (std::size_t i = 0; i + 2 < mesh.positions.size(); i += 3) {
-      positions.push_back({mesh.positions[i], mesh.positions[i + 1], mesh.positions[i + 2]});
-    }
-  }
-  MeshView view() const { return {positions, indices}; }
-};
 
 WideTree copy_of(const WideTree& tree, std::size_t bytes) {
   WideTree copy;

@@ -1,0 +1,64 @@
+#pragma once
+/// What a tree is built from: boxes, and bounds of ranges of them.
+
+#include <cstdint>
+#include <limits>
+
+#include "core/bvh/float4.h"
+
+namespace sightline {
+
+/// A box and what it bounds. 32 bytes, so that a partition moves whole vectors.
+struct alignas(32) BuildBox {
+  float lower[3];
+  std::uint32_t id;
+  float upper[3];
+  std::uint32_t padding;
+
+  /// Twice the centroid.
+  Float4 middle() const {
+    // The id must not take part: as a float32 it is subnormal, and sums of those are slow.
+    return (Float4::load(lower) + Float4::load(upper)).without_last();
+  }
+  /// By whole vectors: one that is loaded soon after its numbers were stored one by one must wait.
+  friend void swap(BuildBox& a, BuildBox& b) {
+    const Float4 low = Float4::load(a.lower), high = Float4::load(a.upper);
+    Float4::load(b.lower).store(a.lower);
+    Float4::load(b.upper).store(a.upper);
+    low.store(b.lower);
+    high.store(b.upper);
+  }
+};
+
+/// Bounds whose fourth lane carries rubbish (an id reinterpreted) and is never looked at.
+struct Bounds {
+  Float4 lower = Float4::all(std::numeric_limits<float>::infinity());
+  Float4 upper = Float4::all(-std::numeric_limits<float>::infinity());
+
+  void include(Float4 low, Float4 high) {
+    lower = min(lower, low);
+    upper = max(upper, high);
+  }
+  void include(Float4 point) { include(point, point); }
+  void include(const Bounds& other) { include(other.lower, other.upper); }
+  void include(const BuildBox& box) { include(Float4::load(box.lower), Float4::load(box.upper)); }
+  /// Half the surface. Precondition: not empty.
+  float half_area() const { return (upper - lower).without_last().product_sum(); }
+};
+
+/// Of a range of boxes: its bounds, and those of its doubled centroids.
+struct RangeBounds {
+  Bounds boxes;
+  Bounds middles;
+
+  void include(const BuildBox& box) {
+    boxes.include(box);
+    middles.include(box.middle());
+  }
+  void include(const RangeBounds& other) {
+    boxes.include(other.boxes);
+    middles.include(other.middles);
+  }
+};
+
+}  // namespace sightline

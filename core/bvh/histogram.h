@@ -1,0 +1,145 @@
+#pragma once
+/// Binned SAH [Wald2007]: boxes sorted into bins by their centroids, on all three axes at once.
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+#include "core/bvh/build_box.h"
+
+namespace sightline {
+
+/// How many boxes are tested together, as a power of two: a leaf costs whole blocks.
+struct BlockSize {
+  std::uint32_t log2 = 0;
+  float blocks(std::uint32_t boxes) const {
+    return static_cast<float>(static_cast<int>((boxes + (1u << log2) - 1) >> log2));
+  }
+};
+
+/// Where to cut a range, and what the cut costs: for both sides half surface times blocks.
+struct Split {
+  float cost = std::numeric_limits<float>::infinity();
+  std::size_t axis = 0;
+  std::uint32_t place = 0;  ///< bins, or sorted boxes, below it go left
+};
+
+/// Where a centroid falls: bin = (middle - origin) * scale, on each axis.
+class Binning {
+ public:
+  Binning(const Bounds& middles, std::size_t bins) : origin_(middles.lower.without_last()) {
+    alignas(16) std::array<float, 4> size;
+    (middles.upper - middles.lower).store(size.data());
+    for (float& s : size) s = s > 0 ? static_cast<float>(bins) * 0.9999f / s : 0;
+    scale_ = Float4::load(size.data()).without_last();
+    last_ = Float4::all(static_cast<float>(bins - 1));
+  }
+  /// An extent so small that the scale overflowed gives NaN: then everything lands in bin 0.
+  Float4 place(Float4 middle) const {
+    return min(max((middle - origin_) * scale_, Float4::all(0)), last_);
+  }
+
+ private:
+  Float4 origin_;
+  Float4 scale_;
+  Float4 last_;
+};
+
+class Histogram {
+ public:
+  static constexpr std::size_t kMaxBins = 16;
+
+  explicit Histogram(std::size_t bins) : bins_(bins) {
+    for (std::size_t bin = 0; bin < bins; ++bin) {
+      bounds_[bin] = {};
+      counts_[bin] = {};
+    }
+  }
+  void add(const Binning& binning, const BuildBox& box) {
+    const std::array<int, 4> place = binning.place(box.middle()).truncated();
+    const Float4 low = Float4::load(box.lower);
+    const Float4 high = Float4::load(box.upper);
+    add<0>(place, low, high);
+    add<1>(place, low, high);
+    add<2>(place, low, high);
+  }
+  void include(const Histogram& other) {
+    for (std::size_t bin = 0; bin < bins_; ++bin) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        bounds_[bin].axis[axis].include(other.bounds_[bin].axis[axis]);
+        counts_[bin][axis] += other.counts_[bin][axis];
+      }
+    }
+  }
+
+  /// The cheapest cut between two bins; infinite if one bin has everything on every axis.
+  Split best(std::uint32_t count, BlockSize size) const {
+    std::array<std::array<float, 3>, kMaxBins> right_cost;
+    Side right;
+    for (std::size_t bin = bins_ - 1; bin > 0; --bin) {
+      right.include(*this, bin);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        right_cost[bin][axis] =
+            size.blocks(right.count[axis]) * right.bounds.axis[axis].half_area();
+      }
+    }
+    Split best;
+    Side left;
+    for (std::size_t bin = 1; bin < bins_; ++bin) {
+      left.include(*this, bin - 1);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const float cost = size.blocks(left.count[axis]) * left.bounds.axis[axis].half_area() +
+                           right_cost[bin][axis];
+        // A side without boxes has no surface: infinity times 0.
+        if (left.count[axis] != 0 && left.count[axis] != count && cost < best.cost)
+          best = {cost, axis, static_cast<std::uint32_t>(bin)};
+      }
+    }
+    return best;
+  }
+
+  /// The bounds of the boxes in bins [begin, end).
+  Bounds bounds(std::size_t axis, std::size_t begin, std::size_t end) const {
+    Bounds sum;
+    for (std::size_t bin = begin; bin < end; ++bin) sum.include(bounds_[bin].axis[axis]);
+    return sum;
+  }
+
+ private:
+  template <std::size_t kAxis>
+  void add(const std::array<int, 4>& place, Float4 low, Float4 high) {
+    const auto bin = static_cast<std::uint32_t>(place[kAxis]);
+    bounds_[bin].axis[kAxis].include(low, high);
+    ++counts_[bin][kAxis];
+  }
+
+  struct PerAxis {
+    std::array<Bounds, 3> axis;
+  };
+  /// All bins on one side of a cut, for each axis.
+  struct Side {
+    PerAxis bounds;
+    std::array<std::uint32_t, 3> count{};
+
+    void include(const Histogram& histogram, std::size_t bin) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        bounds.axis[axis].include(histogram.bounds_[bin].axis[axis]);
+        count[axis] += histogram.counts_[bin][axis];
+      }
+    }
+  };
+  struct Raw {
+    Raw() {}  // bins are set as far as they are used
+    PerAxis& operator[](std::size_t bin) { return bin_[bin]; }
+    const PerAxis& operator[](std::size_t bin) const { return bin_[bin]; }
+    union {
+      PerAxis bin_[kMaxBins];
+    };
+  };
+
+  std::size_t bins_;
+  Raw bounds_;
+  std::array<std::array<std::uint32_t, 3>, kMaxBins> counts_;
+};
+
+}  // namespace sightline

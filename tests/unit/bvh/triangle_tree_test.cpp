@@ -1,0 +1,65 @@
+// What the builder promises beyond soundness.
+
+#include "core/bvh/triangle_tree.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "core/base/parallel.h"
+#include "tests/unit/bvh/test_mesh.h"
+
+namespace sightline {
+namespace {
+
+WideTree build_on(int threads, const MeshView& mesh) {
+  ThreadGroup group;
+  group.start(threads);
+  WideTree tree;
+  group.execute([&] { tree = build_triangle_tree(mesh, nullptr); });
+  return tree;
+}
+
+TEST(TriangleTree, has_the_same_bytes_from_any_number_of_threads) {
+  // Enough triangles that every step shares its work.
+  for (const demo::DemoScene& scene : {demo::terrain(200'000), demo::city(150'000)}) {
+    const TestMesh mesh(scene.meshes[0]);
+    const WideTree one = build_on(1, mesh.view());
+    for (const int threads : {2, 3, 7}) {
+      const WideTree many = build_on(threads, mesh.view());
+      ASSERT_EQ(many.arena.used(), one.arena.used()) << scene.name;
+      EXPECT_EQ(std::memcmp(many.arena.at(0), one.arena.at(0), one.arena.used()), 0) << scene.name;
+      EXPECT_EQ(many.root, one.root);
+      EXPECT_EQ(many.node_count, one.node_count);
+      EXPECT_EQ(many.block_count, one.block_count);
+      EXPECT_EQ(many.depth, one.depth);
+    }
+  }
+}
+
+TEST(TriangleTree, stays_shallow_where_centroids_cannot_be_told_apart) {
+  // Nested boxes around one point, and many copies of one triangle.
+  std::vector<Vec3f> positions;
+  std::vector<std::uint32_t> indices;
+  for (int i = 0; i < 3000; ++i) {
+    const float size = i < 1500 ? std::ldexp(1.0f, i % 60 - 30) : 1.0f;
+    for (const Vec3f& p :
+         {Vec3f{-size, -size, -size}, Vec3f{size, size, -size}, Vec3f{size, -size, size}}) {
+      indices.push_back(static_cast<std::uint32_t>(positions.size()));
+      positions.push_back(p);
+    }
+  }
+  const WideTree tree = build_triangle_tree({positions, indices}, nullptr);
+  EXPECT_LE(tree.depth, 16u);
+}
+
+TEST(TriangleTree, fills_its_blocks) {
+  const TestMesh mesh(demo::terrain(100'000).meshes[0]);
+  const WideTree tree = build_triangle_tree(mesh.view(), nullptr);
+  const double lanes = 4.0 * tree.block_count;
+  EXPECT_GT(static_cast<double>(mesh.view().triangle_count()) / lanes, 0.75);
+}
+
+}  // namespace
+}  // namespace sightline
