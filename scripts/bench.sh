@@ -2,6 +2,7 @@
 # Runs one benchmark: builds it, measures, draws the chart, and closes with its floors.
 #
 #   scripts/bench.sh trace [--quick] [OPTION...]    Sightline beside Embree, ray by ray
+#   scripts/bench.sh accuracy [--quick] [OPTION...] run time against error
 #   scripts/bench.sh build [--quick] [OPTION...]    building trees beside Embree
 #   scripts/bench.sh scale [--quick] [OPTION...]    time and memory as scenes grow
 #
@@ -14,7 +15,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 usage() { sed -n '2,/^set/{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; }
 case ${1:-} in
-  trace | build | scale) name=$1; shift ;;
+  trace | accuracy | build | scale) name=$1; shift ;;
   -h | --help) usage; exit 0 ;;
   *) usage >&2; exit 2 ;;
 esac

@@ -2,7 +2,7 @@
 #include <limits>
 
 #include "tests/oracle/rational.h"
-#include "tests/stress/aims.h"
+#include "tests/stress/aimed_rays.h"
 #include "tests/stress/meshes.h"
 
 namespace sightline::stress {
@@ -19,6 +19,14 @@ Case scan_case(Random& random, std::size_t count, MakeRay&& make_ray) {
   return result;
 }
 
+/// One of aimed_families() at the closed scan.
+Family at_the_scan(const char* name, const char* what) {
+  const AimedFamily& family = aimed_family(name);
+  return {name, what, [&family](Random& random, std::size_t count) {
+            return scan_case(random, count, family.ray);
+          }};
+}
+
 Case camera(Random& random, std::size_t count) {
   Case result{scene_of(scan(random, 20000)), {}, true};
   const Aim aim(result.scene, random);
@@ -29,24 +37,6 @@ Case camera(Random& random, std::size_t count) {
     result.rays.push_back(aim.pixel(eye, i % view, view));
   }
   return result;
-}
-
-Case vertex_aims(Random& random, std::size_t count) {
-  return scan_case(random, count, [](const Aim& aim) { return aim.exactly_at(aim.corner()); });
-}
-
-Case edge_aims(Random& random, std::size_t count) {
-  return scan_case(random, count, [](const Aim& aim) { return aim.exactly_at(aim.edge_point()); });
-}
-
-Case near_edges(Random& random, std::size_t count) {
-  return scan_case(random, count, [](const Aim& aim) {
-    const Vec3d target = aim.random().chance(0.7) ? aim.edge_point() : aim.corner();
-    Ray ray = aim.at(target);
-    ray.direction = nudged(aim.random(), ray.direction, 3);
-    if (aim.random().chance(0.3)) ray.origin = nudged(aim.random(), ray.origin, 3);
-    return ray;
-  });
 }
 
 Case cube_faces(Random& random, std::size_t count) {
@@ -70,55 +60,6 @@ Case cube_faces(Random& random, std::size_t count) {
   return result;
 }
 
-Case origin_on_surface(Random& random, std::size_t count) {
-  return scan_case(random, count, [](const Aim& aim) {
-    Random& r = aim.random();
-    Vec3d origin = r.chance(0.3)   ? aim.corner()
-                   : r.chance(0.5) ? aim.edge_point()
-                                   : aim.inner_point();
-    if (r.chance(0.5)) origin = as_float32(origin);
-    Ray ray{origin, as_float32(r.direction())};
-    if (r.chance(0.3)) ray.direction = minus(aim.corner(), origin);
-    ensure_valid(ray);
-    return ray;
-  });
-}
-
-Case in_plane(Random& random, std::size_t count) {
-  return scan_case(random, count, [](const Aim& aim) {
-    Random& r = aim.random();
-    const Triangle& w = aim.triangle();
-    // Whole multiples of float32 edges are exact in float64: the ray lies in the plane exactly.
-    const Vec3d from = r.chance(0.8) ? point_of(w, r.integer(-3, 3), r.integer(-3, 3))
-                                     : point_of(w, r.between(-3, 3), r.between(-3, 3));
-    const Vec3d to = r.chance(0.8) ? point_of(w, 0.5 * r.integer(0, 2), 0.5 * r.integer(0, 2))
-                                   : point_of(w, r.unit(), r.unit());
-    Ray ray{from, minus(to, from)};
-    if (r.chance(0.2)) ray.tmin = -kInf;
-    if (r.chance(0.2)) ray.tmin = 0.25 * r.integer(0, 4);
-    if (r.chance(0.2)) ray.tmax = std::max(ray.tmin, 0.25 * r.integer(0, 6));
-    ensure_valid(ray);
-    return ray;
-  });
-}
-
-Case grazing(Random& random, std::size_t count) {
-  return scan_case(random, count, [](const Aim& aim) {
-    Random& r = aim.random();
-    const Triangle& w = aim.triangle();
-    const Vec3d normal = cross(minus(w.v1, w.v0), minus(w.v2, w.v0));
-    const double tilt = std::pow(10, r.between(-9, -2)) / length(normal);
-    const Vec3d target = point_of(w, r.between(-0.2, 1), r.between(-0.2, 1));
-    const Vec3d along = minus(point_of(w, r.between(-2, 2), r.between(-2, 2)), target);
-    Ray ray;
-    ray.direction = plus(scaled(along, 1 / length(along)), tilt, normal);
-    ray.origin = plus(target, -r.between(0.1, 2), ray.direction);
-    if (r.chance(0.7)) ray = {as_float32(ray.origin), as_float32(ray.direction)};
-    ensure_valid(ray);
-    return ray;
-  });
-}
-
 Case slivers(Random& random, std::size_t count) {
   MeshMaker maker;
   for (int i = 0; i < 1500; ++i) {
@@ -137,17 +78,6 @@ Case slivers(Random& random, std::size_t count) {
   return result;
 }
 
-Vec3d any_target(const Aim& aim) {
-  switch (aim.random().index(3)) {
-    case 0:
-      return aim.corner();
-    case 1:
-      return aim.edge_point();
-    default:
-      return aim.inner_point();
-  }
-}
-
 Case shifted(Random& random, std::size_t count) {
   const Affine away = translation(1e8 + random.integer(0, 1000), -1e8, 1e8 + random.unit());
   Case result{scene_of({scan(random, 6000)}, {away}), {}, true};
@@ -158,21 +88,6 @@ Case shifted(Random& random, std::size_t count) {
     result.rays.push_back(ray);
   }
   return result;
-}
-
-Case far_origin(Random& random, std::size_t count) {
-  return scan_case(random, count, [](const Aim& aim) {
-    Random& r = aim.random();
-    const Vec3d target = any_target(aim);
-    const double distance = std::pow(10, r.between(5, 8)) * aim.size();
-    Ray ray;
-    ray.origin = plus(target, distance, r.direction());
-    if (r.chance(0.5)) ray.origin = as_float32(ray.origin);
-    ray.direction = minus(target, ray.origin);
-    if (r.chance(0.5)) ray.direction = scaled(ray.direction, 1 / length(ray.direction));
-    ensure_valid(ray);
-    return ray;
-  });
 }
 
 Case limits_at_hit(Random& random, std::size_t count) {
@@ -206,17 +121,17 @@ Case limits_at_hit(Random& random, std::size_t count) {
 std::vector<Family> contract_families() {
   return {
       {"camera", "pinhole views of a closed scan", camera},
-      {"vertex_aims", "float32 rays exactly through a vertex", vertex_aims},
-      {"edge_aims", "float32 rays exactly through a point of an edge, where the numbers allow it",
-       edge_aims},
-      {"near_edges_float64", "float64 rays a few numbers beside an edge or a vertex", near_edges},
+      at_the_scan("vertex_aims", "float32 rays exactly through a vertex"),
+      at_the_scan("edge_aims",
+                  "float32 rays exactly through a point of an edge, where the numbers allow it"),
+      at_the_scan("near_edges_float64", "float64 rays a few numbers beside an edge or a vertex"),
       {"axis_rays_in_cube_faces", "axis rays in the faces of stacked cubes", cube_faces},
-      {"origin_on_surface", "the origin on a vertex, an edge or a triangle", origin_on_surface},
-      {"in_a_triangles_plane", "the ray lies exactly in a triangle's plane", in_plane},
-      {"grazing", "1e-9 to 1e-2 rad over a triangle", grazing},
+      at_the_scan("origin_on_surface", "the origin on a vertex, an edge or a triangle"),
+      at_the_scan("in_a_triangles_plane", "the ray lies exactly in a triangle's plane"),
+      at_the_scan("grazing", "1e-9 to 1e-2 rad over a triangle"),
       {"slivers_1e-6", "triangles a million times longer than wide", slivers},
       {"shifted_1e8_float64", "a scene shifted by 1e8, float64 rays", shifted},
-      {"origin_far_away", "the origin 1e5 to 1e8 scene sizes away", far_origin},
+      at_the_scan("origin_far_away", "the origin 1e5 to 1e8 scene sizes away"),
       {"limits_at_the_hit", "tmin or tmax at the rounded t of a hit or one number beside it",
        limits_at_hit},
   };
