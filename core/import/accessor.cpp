@@ -219,12 +219,34 @@ Result<AccessorView> AccessorReader::view(std::size_t index) {
   return view;
 }
 
+Result<AccessorView> AccessorReader::view(std::size_t index, const DecodedElements& decoded) {
+  const tinygltf::Accessor& accessor = document_.model.accessors[index];
+  AccessorView view;
+  view.accessor = static_cast<std::uint32_t>(index);
+  view.count = accessor.count;
+  view.component = static_cast<Component>(accessor.componentType);
+  view.components = components_of(accessor.type);
+  view.normalized = accessor.normalized;
+  view.base = decoded.bytes.data();
+  view.stride = view.element_bytes();
+  view.is_decoded = true;
+  if (view.component != decoded.component || view.components != decoded.components) {
+    return wrong(index, "the compressed elements are of another type");
+  }
+  if (view.count * view.stride != decoded.bytes.size()) {
+    return wrong(index, "its elements take " + std::to_string(view.count * view.stride) +
+                            " bytes, the compressed ones " + std::to_string(decoded.bytes.size()));
+  }
+  if (accessor.sparse.isSparse) return wrong(index, "compressed elements cannot be sparse");
+  return view;
+}
+
 void AccessorReader::count_touched(const AccessorView& view, std::uint64_t elements) {
   const auto& accessor = document_.model.accessors[view.accessor];
   const auto is_mapped = [&](int number) {
     return views_.is_mapped(static_cast<std::size_t>(number));
   };
-  if (view.base != nullptr && is_mapped(accessor.bufferView)) {
+  if (view.base != nullptr && !view.is_decoded && is_mapped(accessor.bufferView)) {
     bytes_touched_ += elements * view.element_bytes();
   }
   if (view.sparse_count > 0) {

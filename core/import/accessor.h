@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/base/result.h"
 #include "core/geometry/vec3.h"
@@ -31,6 +32,7 @@ struct AccessorView {
   bool normalized = false;
 
   const std::byte* base = nullptr;  ///< nullptr: all zeros
+  bool is_decoded = false;          ///< base does not lie in the file, it was decoded before
   std::size_t stride = 0;
 
   /// Replaced elements; their indices rise strictly and are below count.
@@ -42,6 +44,13 @@ struct AccessorView {
   std::size_t element_bytes() const;
   /// Packed float32 without replacements, as nearly every file has it.
   bool plain_float() const { return component == Component::kF32 && sparse_count == 0; }
+};
+
+/// Elements that a decoder made, packed.
+struct DecodedElements {
+  Component component = Component::kF32;
+  std::uint32_t components = 0;
+  std::vector<std::byte> bytes;
 };
 
 /// The number of bytes of one component.
@@ -73,6 +82,10 @@ class AccessorReader {
   /// Errors: GLTF_ACCESSOR_INVALID, GLTF_ACCESSOR_OUT_OF_BOUNDS, GLTF_LIMIT_ZERO_FILLED,
   /// those of ViewStore.
   Result<AccessorView> view(std::size_t index);
+
+  /// The same for an accessor whose elements were decoded before, which must be as many and of the
+  /// same type as it states. `decoded` must outlive the view. Errors: GLTF_ACCESSOR_INVALID.
+  Result<AccessorView> view(std::size_t index, const DecodedElements& decoded);
 
   /// To be called by those who read `elements` of a view.
   void count_touched(const AccessorView& view, std::uint64_t elements);

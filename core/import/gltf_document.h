@@ -9,6 +9,7 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/base/result.h"
@@ -26,17 +27,25 @@ struct BufferEntry {
   bool fallback_only = false;  ///< EXT_meshopt_compression: no bytes, only a place for decoded ones
 };
 
+/// KHR_draco_mesh_compression of a primitive.
+struct DracoEntry {
+  std::size_t view = 0;                             ///< bufferView of the compressed bytes
+  std::map<std::string, std::uint32_t> attributes;  ///< ids of the attributes that rays need
+};
+
 struct GltfDocument {
   /// Nodes, meshes, accessors and bufferViews as tinygltf read them; of the scenes only the one
   /// that was asked for. Everything that rays do not need was erased before: images, textures,
   /// materials, animations, skins, cameras, extras, attributes other than POSITION.
   tinygltf::Model model;
   std::vector<BufferEntry> buffers;
-  std::map<std::size_t, MeshoptView> meshopt;  ///< by bufferView
+  std::map<std::size_t, MeshoptView> meshopt;                       ///< by bufferView
+  std::map<std::pair<std::size_t, std::size_t>, DracoEntry> draco;  ///< by mesh and primitive
   std::vector<Material> materials;
   std::size_t skin_count = 0;
-  bool has_scene = false;     ///< false: the file names none, every root node is loaded
-  bool quantization = false;  ///< KHR_mesh_quantization is used or required
+  bool has_scene = false;       ///< false: the file names none, every root node is loaded
+  bool draco_required = false;  ///< KHR_draco_mesh_compression is required, there is no fallback
+  bool quantization = false;    ///< KHR_mesh_quantization is used or required
 
   /// tinygltf refuses indices without a bufferView, so such accessors name this view instead, which
   /// is one beyond the real ones.

@@ -75,15 +75,37 @@ void thin_sparse(json& accessor, const Counts& counts, JsonChecker& check, const
   }
 }
 
-void thin_primitive(json& object, const Counts& counts, std::size_t mesh, GltfDocument& document,
-                    JsonChecker& check, const Place& at) {
+/// Attributes of which a position depends.
+bool is_geometric(const std::string& attribute) { return attribute == "POSITION"; }
+
+DracoEntry read_draco(json& object, const Counts& counts, JsonChecker& check, const Place& at) {
+  DracoEntry entry;
+  const auto view = check.reference(object, "bufferView", at, counts.views, "bufferViews");
+  if (!view.has_value()) check.refuse(at.member("bufferView"), "is missing");
+  entry.view = view.value_or(0);
+  json* attributes = check.object(object, "attributes", at);
+  if (attributes == nullptr) {
+    check.refuse(at.member("attributes"), "is missing");
+    return entry;
+  }
+  const Place list = at.member("attributes");
+  for (auto& [name, id] : attributes->items()) {
+    if (!is_geometric(name)) continue;
+    const auto number = check.integer(id, list.member(name), 0xffffffffu);
+    entry.attributes[name] = static_cast<std::uint32_t>(number.value_or(0));
+  }
+  return entry;
+}
+
+void thin_primitive(json& object, const Counts& counts, std::size_t mesh, std::size_t number,
+                    GltfDocument& document, JsonChecker& check, const Place& at) {
   json* attributes = check.object(object, "attributes", at);
   if (attributes == nullptr) return check.refuse(at.member("attributes"), "is missing");
-  if (only_extension(object, kDraco, check, at) != nullptr) {
-    object["extensions"][kDraco] = json::object();
+  if (json* draco = only_extension(object, kDraco, check, at)) {
+    const Place extensions = at.member("extensions");
+    document.draco[{mesh, number}] = read_draco(*draco, counts, check, extensions.member(kDraco));
   }
-  JsonChecker::keep_only(object,
-                         {"attributes", "indices", "mode", "material", "targets", "extensions"});
+  JsonChecker::keep_only(object, {"attributes", "indices", "mode", "material", "targets"});
   JsonChecker::keep_only(*attributes, {"POSITION"});
   const Place positions = at.member("attributes");
   check.reference(*attributes, "POSITION", positions, counts.accessors, "accessors");
@@ -235,7 +257,7 @@ void thin_meshes(json* list, const Counts& counts, GltfDocument& document, JsonC
     for (std::size_t k = 0; k < primitives->size() && check.good(); ++k) {
       const Place part = parts.element(k);
       if (!check.is_object((*primitives)[k], part)) return;
-      thin_primitive((*primitives)[k], counts, i, document, check, part);
+      thin_primitive((*primitives)[k], counts, i, k, document, check, part);
     }
   }
 }

@@ -40,7 +40,9 @@ bool known_extension(std::string_view name) {
       "KHR_texture_transform", "KHR_animation_pointer",
       "MSFT_texture_dds",      "EXT_texture_webp",
       "EXT_texture_avif"};
-  if (name == kQuantization || name == kInstancing || name == kMeshopt) return true;
+  if (name == kQuantization || name == kInstancing || name == kMeshopt || name == kDraco) {
+    return true;
+  }
   return name.rfind("KHR_materials_", 0) == 0 ||
          std::find(kHarmless.begin(), kHarmless.end(), name) != kHarmless.end();
 }
@@ -55,7 +57,9 @@ void check_extensions(json& root, GltfDocument& document, JsonChecker& check, co
       if (!(*list)[i].is_string()) return check.refuse(element, "must be a string");
       const std::string& name = (*list)[i].get_ref<const std::string&>();
       if (name == kQuantization) document.quantization = true;
-      if (key == std::string_view("extensionsRequired") && !known_extension(name)) {
+      const bool is_required = key == std::string_view("extensionsRequired");
+      if (name == kDraco && is_required) document.draco_required = true;
+      if (is_required && !known_extension(name)) {
         check.refuse(Error{
             ErrorKind::kUnsupported, "GLTF_EXTENSION_UNSUPPORTED",
             "the file requires the extension " + shortened(name) + ", which is not known here",

@@ -115,7 +115,7 @@ Result<SceneDescription> import_checked(std::span<const std::byte> bytes,
   Budget budget(limits);
   ViewStore views(*document, buffers, budget);
   AccessorReader accessors(*document, views, limits);
-  MeshReader meshes(*document, accessors, limits, budget, scene, warnings);
+  MeshReader meshes(*document, views, accessors, limits, budget, scene, warnings);
   Status placed = place_meshes(*document, accessors, meshes, limits, budget, scene, warnings);
   if (!placed) return placed.error();
 

@@ -5,7 +5,8 @@
 /// and memory: limits below. Never opens a file outside the scene's own folder.
 ///
 /// What is applied: node matrices and TRS (transform.h has the formula), EXT_mesh_gpu_instancing,
-/// KHR_mesh_quantization, EXT_meshopt_compression, sparse accessors, morph targets with their
+/// KHR_mesh_quantization, EXT_meshopt_compression,
+/// KHR_draco_mesh_compression, sparse accessors, morph targets with their
 /// default weights (positions.h of this room has the formula). Skinned meshes stand unposed under
 /// their node, with a warning. What is left out: points, lines and primitives without POSITION
 /// (counted), images, materials except names and doubleSided, animations, cameras, lights, extras.

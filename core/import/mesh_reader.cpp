@@ -11,14 +11,7 @@ namespace sightline::gltf {
 
 namespace {
 
-constexpr std::uint64_t kMostVertices = 0xfffffffeu;   ///< of a mesh, so that an index is a u32
 constexpr std::uint64_t kMostTriangles = 0x55555554u;  ///< of a mesh, so that 3 * it fits in a u32
-
-Error wrong_accessor(int accessor, const std::string& place, const std::string& what) {
-  return invalid("GLTF_ACCESSOR_INVALID",
-                 place + ": accessor " + std::to_string(accessor) + " " + what,
-                 "/accessors/" + std::to_string(accessor));
-}
 
 bool is_finite(const Vec3f& p) {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
@@ -69,22 +62,12 @@ Status MeshReader::append_primitive(std::size_t number, const std::vector<double
   }
   const std::string place =
       "mesh " + std::to_string(mesh.file_mesh) + ", primitive " + std::to_string(number);
-  const int position_accessor = attribute->second;
-  if (source.extensions.count(kDraco) != 0 &&
-      !document_.has_view(document_.model.accessors[static_cast<std::size_t>(position_accessor)])) {
-    return Error{ErrorKind::kUnsupported, "GLTF_EXTENSION_UNSUPPORTED",
-                 place + " is compressed by " + kDraco, ""};
-  }
-
   // What it has, before anything is allocated for it.
-  auto base = position_view(position_accessor, place);
-  if (!base) return base.error();
-  check_stated_bounds(position_accessor, place);
-  auto indices = index_view(source.indices, place);
-  if (!indices) return indices.error();
-  auto targets = target_views(source, weights, base->count, place);
-  if (!targets) return targets.error();
-  const std::uint64_t listed = indices->has_value() ? (*indices)->count : base->count;
+  auto found = sources_.find(mesh.file_mesh, number, weights);
+  if (!found) return found.error();
+  const AccessorView& base = found->positions;
+  const std::optional<AccessorView>& indices = found->indices;
+  const std::uint64_t listed = indices.has_value() ? indices->count : base.count;
   const std::uint64_t triangles = triangle_count(source.mode, listed);
   if (triangles == 0 || (source.mode == TINYGLTF_MODE_TRIANGLES && listed % 3 != 0)) {
     warnings_.add(place + ": " + std::to_string(listed) + " vertices make " +
@@ -101,10 +84,10 @@ Status MeshReader::append_primitive(std::size_t number, const std::vector<double
 
   // Corners first: they say which range of vertices is worth reading.
   const std::size_t first_corner = mesh.indices.size();
-  if (indices->has_value()) accessors_.count_touched(**indices, listed);
-  auto range = append_corners(*indices, base->count, source.mode, place, mesh.indices);
+  if (indices.has_value()) accessors_.count_touched(*indices, listed);
+  auto range = append_corners(indices, base.count, source.mode, place, mesh.indices);
   if (!range) return range.error();
-  auto offset = append_positions(source, *base, *targets, *range, mesh, loaded);
+  auto offset = append_positions(source, *found, *range, mesh, loaded);
   if (!offset) return offset.error();
   if (*offset != range->low) {
     for (std::size_t i = first_corner; i < mesh.indices.size(); ++i) {
@@ -121,18 +104,18 @@ Status MeshReader::append_primitive(std::size_t number, const std::vector<double
 }
 
 Result<std::uint32_t> MeshReader::append_positions(const tinygltf::Primitive& source,
-                                                   const AccessorView& base,
-                                                   const std::vector<WeightedTarget>& targets,
+                                                   const PrimitiveSource& found,
                                                    const CornerRange& range, Mesh& mesh,
                                                    LoadedParts& loaded) {
   // Primitives of one mesh often share their vertices; what stands there already is used again.
-  std::vector<int> key = {static_cast<int>(base.accessor)};
+  std::vector<int> key = {static_cast<int>(found.positions.accessor)};
   for (const auto& target : source.targets) {
     const auto deltas = target.find("POSITION");
     key.push_back(deltas != target.end() ? deltas->second : -1);
   }
   const auto known = loaded.find(key);
-  if (known != loaded.end() && known->second.low <= range.low && range.high <= known->second.high) {
+  const bool is_shared = found.decoded == nullptr && known != loaded.end();
+  if (is_shared && known->second.low <= range.low && range.high <= known->second.high) {
     return known->second.base + (range.low - known->second.low);
   }
   const std::uint64_t count = std::uint64_t{range.high} - range.low + 1;
@@ -143,84 +126,12 @@ Result<std::uint32_t> MeshReader::append_positions(const tinygltf::Primitive& so
   }
   if (Status status = budget_.spend_bytes(count * sizeof(Vec3f)); !status) return status.error();
   mesh.positions.resize(offset + count);
-  load_positions(base, targets, range.low, count, mesh.positions.data() + offset);
-  accessors_.count_touched(base, count);
-  for (const WeightedTarget& target : targets) accessors_.count_touched(target.deltas, count);
-  loaded[key] = {range.low, range.high, static_cast<std::uint32_t>(offset)};
+  load_positions(found.positions, found.targets, range.low, count, mesh.positions.data() + offset);
+  accessors_.count_touched(found.positions, count);
+  for (const WeightedTarget& target : found.targets) accessors_.count_touched(target.deltas, count);
+  if (found.decoded == nullptr)
+    loaded[key] = {range.low, range.high, static_cast<std::uint32_t>(offset)};
   return static_cast<std::uint32_t>(offset);
-}
-
-Result<AccessorView> MeshReader::position_view(int accessor, const std::string& place) {
-  auto view = accessors_.view(static_cast<std::size_t>(accessor));
-  if (!view) return view;
-  if (view->components != 3) return wrong_accessor(accessor, place, "POSITION must be VEC3");
-  if (view->component == Component::kU32) {
-    return wrong_accessor(accessor, place, "POSITION cannot be uint32");
-  }
-  if (view->component != Component::kF32 && !document_.quantization) {
-    return wrong_accessor(accessor, place,
-                          std::string("POSITION is not float32, which needs ") + kQuantization);
-  }
-  if (view->count > kMostVertices) {
-    return beyond_limit("GEOMETRY_BYTES", place + ": vertices", view->count, kMostVertices);
-  }
-  return view;
-}
-
-Result<std::optional<AccessorView>> MeshReader::index_view(int accessor, const std::string& place) {
-  using Found = std::optional<AccessorView>;
-  if (accessor < 0) return Found();
-  auto view = accessors_.view(static_cast<std::size_t>(accessor));
-  if (!view) return view.error();
-  const bool is_index = view->component == Component::kU8 || view->component == Component::kU16 ||
-                        view->component == Component::kU32;
-  if (view->components != 1 || !is_index || view->normalized) {
-    return wrong_accessor(accessor, place,
-                          "indices must be plain SCALAR of uint8, uint16 or uint32");
-  }
-  if (view->base != nullptr && view->stride != view->element_bytes()) {
-    return wrong_accessor(
-        accessor, place, "indices must be packed, their stride is " + std::to_string(view->stride));
-  }
-  return Found(*view);
-}
-
-Result<std::vector<WeightedTarget>> MeshReader::target_views(const tinygltf::Primitive& primitive,
-                                                             const std::vector<double>& weights,
-                                                             std::uint64_t count,
-                                                             const std::string& place) {
-  std::vector<WeightedTarget> targets;
-  if (weights.size() > primitive.targets.size()) {
-    warnings_.add(place + ": " + std::to_string(weights.size()) + " morph weights for " +
-                  std::to_string(primitive.targets.size()) + " targets");
-  }
-  for (std::size_t k = 0; k < primitive.targets.size() && k < weights.size(); ++k) {
-    const auto deltas = primitive.targets[k].find("POSITION");
-    if (weights[k] == 0 || deltas == primitive.targets[k].end()) continue;
-    const std::string target = place + ", target " + std::to_string(k);
-    auto view = position_view(deltas->second, target);
-    if (!view) return view.error();
-    if (view->count != count) {
-      return wrong_accessor(deltas->second, target,
-                            "has " + std::to_string(view->count) + " elements, POSITION has " +
-                                std::to_string(count));
-    }
-    targets.push_back({*view, weights[k]});
-  }
-  return targets;
-}
-
-void MeshReader::check_stated_bounds(int accessor, const std::string& place) {
-  // The bounds that a file states are not used, but when they cannot be right the file's maker
-  // should know.
-  const auto& source = document_.model.accessors[static_cast<std::size_t>(accessor)];
-  const auto &low = source.minValues, &high = source.maxValues;
-  const std::string who = place + ": accessor " + std::to_string(accessor) + " (POSITION) ";
-  if (low.size() != 3 || high.size() != 3) {
-    warnings_.add(who + "does not state its min and max");
-  } else if (low[0] > high[0] || low[1] > high[1] || low[2] > high[2]) {
-    warnings_.add(who + "states a min that is larger than its max");
-  }
 }
 
 void MeshReader::count_nonfinite(const Mesh& mesh) {

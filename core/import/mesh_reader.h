@@ -13,7 +13,7 @@
 #include "core/import/budget.h"
 #include "core/import/corners.h"
 #include "core/import/gltf_document.h"
-#include "core/import/positions.h"
+#include "core/import/primitive_source.h"
 #include "core/import/warnings.h"
 #include "core/scene/scene_description.h"
 
@@ -21,20 +21,22 @@ namespace sightline::gltf {
 
 class MeshReader {
  public:
-  MeshReader(const GltfDocument& document, AccessorReader& accessors, const ImportLimits& limits,
-             Budget& budget, SceneDescription& scene, Warnings& warnings)
+  MeshReader(const GltfDocument& document, ViewStore& views, AccessorReader& accessors,
+             const ImportLimits& limits, Budget& budget, SceneDescription& scene,
+             Warnings& warnings)
       : document_(document),
         accessors_(accessors),
         limits_(limits),
         budget_(budget),
         scene_(scene),
-        warnings_(warnings) {}
+        warnings_(warnings),
+        sources_(document, views, accessors, budget, warnings) {}
 
   /// The mesh that a node shows, as an index in scene.meshes; nothing when it has no triangles.
   /// Nodes that show the same mesh with the same morph weights share it. Only the range of vertices
   /// that triangles use is read.
-  /// Errors: GLTF_ACCESSOR_INVALID, GLTF_INDEX_OUT_OF_RANGE, GLTF_LIMIT_TRIANGLES,
-  /// GLTF_LIMIT_GEOMETRY_BYTES, GLTF_EXTENSION_UNSUPPORTED, those of AccessorReader::view.
+  /// Errors: GLTF_INDEX_OUT_OF_RANGE, GLTF_LIMIT_TRIANGLES, GLTF_LIMIT_GEOMETRY_BYTES, those of
+  /// PrimitiveSources::find.
   Result<std::optional<std::uint32_t>> mesh_of(const tinygltf::Node& node);
 
  private:
@@ -47,17 +49,10 @@ class MeshReader {
   Result<Mesh> read(std::size_t index, const std::vector<double>& weights);
   Status append_primitive(std::size_t primitive, const std::vector<double>& weights, Mesh& mesh,
                           LoadedParts& loaded);
-  Result<AccessorView> position_view(int accessor, const std::string& place);
-  Result<std::optional<AccessorView>> index_view(int accessor, const std::string& place);
-  Result<std::vector<WeightedTarget>> target_views(const tinygltf::Primitive& primitive,
-                                                   const std::vector<double>& weights,
-                                                   std::uint64_t count, const std::string& place);
   /// Makes sure that the vertices of `range` stand in the mesh; says where the first of them is.
   Result<std::uint32_t> append_positions(const tinygltf::Primitive& source,
-                                         const AccessorView& base,
-                                         const std::vector<WeightedTarget>& targets,
-                                         const CornerRange& range, Mesh& mesh, LoadedParts& loaded);
-  void check_stated_bounds(int accessor, const std::string& place);
+                                         const PrimitiveSource& found, const CornerRange& range,
+                                         Mesh& mesh, LoadedParts& loaded);
   void count_nonfinite(const Mesh& mesh);
 
   const GltfDocument& document_;
@@ -66,6 +61,7 @@ class MeshReader {
   Budget& budget_;
   SceneDescription& scene_;
   Warnings& warnings_;
+  PrimitiveSources sources_;
   std::map<std::pair<int, std::vector<double>>, std::optional<std::uint32_t>> known_;
 };
 

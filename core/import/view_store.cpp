@@ -13,6 +13,12 @@ Result<std::span<const std::byte>> ViewStore::bytes(std::size_t index) {
               "bufferView " + std::to_string(index), "/bufferViews/" + std::to_string(index));
 }
 
+Result<std::span<const std::byte>> ViewStore::compressed(std::size_t index) {
+  auto found = bytes(index);
+  if (found && is_mapped(index)) compressed_bytes_ += found->size();
+  return found;
+}
+
 bool ViewStore::is_mapped(std::size_t index) const {
   const auto& view = document_.model.bufferViews[index];
   return document_.meshopt.count(index) == 0 &&

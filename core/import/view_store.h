@@ -27,6 +27,10 @@ class ViewStore {
   /// those of BufferStore.
   Result<std::span<const std::byte>> bytes(std::size_t index);
 
+  /// The same for bytes that are compressed as the extension of a primitive says; counts them as
+  /// read.
+  Result<std::span<const std::byte>> compressed(std::size_t index);
+
   /// Whether reading this view reads the file, rather than what was decoded before.
   bool is_mapped(std::size_t index) const;
   /// How many compressed bytes of the file were read.

@@ -142,15 +142,6 @@ TEST(GltfDocument, never_looks_at_what_rays_do_not_need) {
   EXPECT_EQ(file.code(), "");
 }
 
-TEST(GltfDocument, refuses_compressed_primitives_by_name_when_there_is_no_fallback) {
-  TinyFile file = one_triangle();
-  file.root["meshes"][0]["primitives"][0]["extensions"] = {
-      {"KHR_draco_mesh_compression", {{"bufferView", 0}, {"attributes", {{"POSITION", 0}}}}}};
-  EXPECT_EQ(file.code(), "") << "the plain accessors are there";
-  file.root["accessors"][0].erase("bufferView");
-  EXPECT_EQ(file.code(), "GLTF_EXTENSION_UNSUPPORTED");
-}
-
 TEST(GltfDocument, survives_the_loss_of_any_member) {
   // Every object and array element of a good file taken out once: an answer, never a crash.
   const json good = one_triangle().root;

@@ -99,27 +99,13 @@ TEST(SceneFiles, agree_with_what_other_readers_measured) {
   std::size_t files = 0;
   for (const auto& entry : read_json(*data / "scenes" / "scenes.json")) {
     const auto name = entry["file"].get<std::string>();
-    if (name == "spot_draco.glb") continue;
     const bool is_quantized = name == "spot_quantized.glb" || name == "spot_meshopt.glb";
     for (const auto& stats : entry["stats"]) {
       expect_measured(*data / "scenes" / name, stats, is_quantized);
     }
     ++files;
   }
-  EXPECT_EQ(files, 13u);
-}
-
-TEST(SceneFiles, of_compressed_kinds_are_refused_by_name) {
-  const auto data = test::data_folder();
-  if (!data) GTEST_SKIP() << "no shared data folder (set SIGHTLINE_DATA)";
-  for (const auto& [file, extension] :
-       {std::pair{"spot_draco.glb", "KHR_draco_mesh_compression"}}) {
-    const auto scene = import_file(*data / "scenes" / file, {});
-    ASSERT_FALSE(scene.ok());
-    EXPECT_EQ(scene.error().kind, ErrorKind::kUnsupported);
-    EXPECT_EQ(scene.error().code, "GLTF_EXTENSION_UNSUPPORTED");
-    EXPECT_NE(scene.error().message.find(extension), std::string::npos) << scene.error().message;
-  }
+  EXPECT_EQ(files, 14u);
 }
 
 }  // namespace

@@ -1,0 +1,69 @@
+#pragma once
+/// What a primitive of triangles has, found and checked before anything is allocated for it.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/import/accessor.h"
+#include "core/import/budget.h"
+#include "core/import/draco_mesh.h"
+#include "core/import/gltf_document.h"
+#include "core/import/positions.h"
+#include "core/import/view_store.h"
+#include "core/import/warnings.h"
+
+namespace sightline::gltf {
+
+inline constexpr std::uint64_t kMostVertices = 0xfffffffeu;  ///< so that an index is a u32
+
+struct PrimitiveSource {
+  AccessorView positions;
+  std::optional<AccessorView> indices;
+  std::vector<WeightedTarget> targets;
+  std::unique_ptr<const DracoMesh> decoded;  ///< what the views point into, when it was compressed
+};
+
+class PrimitiveSources {
+ public:
+  PrimitiveSources(const GltfDocument& document, ViewStore& views, AccessorReader& accessors,
+                   Budget& budget, Warnings& warnings)
+      : document_(document),
+        views_(views),
+        accessors_(accessors),
+        budget_(budget),
+        warnings_(warnings) {}
+
+  /// Precondition: the primitive has POSITION and is made of triangles.
+  /// weights  of morph targets
+  /// Errors: GLTF_ACCESSOR_INVALID, GLTF_COMPRESSION_INVALID, GLTF_EXTENSION_UNSUPPORTED,
+  /// GLTF_LIMIT_GEOMETRY_BYTES, those of AccessorReader::view.
+  Result<PrimitiveSource> find(std::size_t mesh, std::size_t primitive,
+                               const std::vector<double>& weights);
+
+ private:
+  /// What KHR_draco_mesh_compression holds. nullptr without the extension, and when the file does
+  /// not require it and the accessors have bytes of their own: those are what was compressed.
+  Result<std::unique_ptr<const DracoMesh>> decoded(std::size_t mesh, std::size_t primitive,
+                                                   const std::string& place);
+  /// The view of an attribute, decoded or in the file.
+  Result<AccessorView> attribute_view(int accessor, const DecodedElements* decoded);
+  Result<AccessorView> position_view(int accessor, const std::string& place,
+                                     const DecodedElements* decoded);
+  Result<std::optional<AccessorView>> index_view(int accessor, const std::string& place);
+  Result<std::vector<WeightedTarget>> target_views(const tinygltf::Primitive& primitive,
+                                                   const std::vector<double>& weights,
+                                                   std::uint64_t count, const std::string& place);
+  void check_stated_bounds(int accessor, const std::string& place);
+
+  const GltfDocument& document_;
+  ViewStore& views_;
+  AccessorReader& accessors_;
+  Budget& budget_;
+  Warnings& warnings_;
+};
+
+}  // namespace sightline::gltf
