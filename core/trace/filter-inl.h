@@ -27,104 +27,134 @@ struct LeafVerdict {
   HWY_ALIGN double high[kLanes];
 };
 
-/// The float64 filter of docs/exactness.md, "Triangles": [Woop2013]'s sheared edge functions with a
-/// proved bound. Decides nothing that the bound leaves open. `bound` is the ray's best tau so far.
+using FilterLanes = hn::CappedTag<double, kLanes>;
+
+/// Corners of as many lanes of a block as a vector holds, on the axes kx, ky, kz of a ray.
+struct BlockCorners {
+  hn::Vec<FilterLanes> x[3], y[3], z[3];
+};
+
+/// From lane `i` on. kPlaced: in the world, by the contract's own formula.
 template <bool kPlaced>
-HWY_INLINE void filter_block(const LeafBlock& block, const FilterRay& ray,
-                             const Placement& placement, double bound, LeafVerdict& verdict) {
-  const hn::CappedTag<double, kLanes> dd;
-  const hn::Rebind<float, decltype(dd)> df;
-  using V = hn::Vec<decltype(dd)>;
-  const std::uint32_t kx = ray.kx, ky = ray.ky, kz = ray.kz;
+HWY_INLINE BlockCorners load_corners(const LeafBlock& block, std::size_t i, const FilterRay& ray,
+                                     const Placement& placement) {
+  const FilterLanes dd;
+  const hn::Rebind<float, FilterLanes> df;
+  BlockCorners corners;
+  SIGHTLINE_UNROLL
+  for (std::size_t c = 0; c < 3; ++c) {
+    const auto load = [&](std::uint32_t k) {
+      return hn::PromoteTo(dd, hn::Load(df, block.corner[c][k] + i));
+    };
+    if constexpr (kPlaced) {
+      // Separate products and sums, left to right.
+      const auto mx = load(0), my = load(1), mz = load(2);
+      const auto world = [&](std::uint32_t k) {
+        const double* m = placement.world_from_mesh.m[k];
+        return hn::Add(
+            hn::Add(hn::Add(hn::Mul(hn::Set(dd, m[0]), mx), hn::Mul(hn::Set(dd, m[1]), my)),
+                    hn::Mul(hn::Set(dd, m[2]), mz)),
+            hn::Set(dd, m[3]));
+      };
+      corners.x[c] = world(ray.kx);
+      corners.y[c] = world(ray.ky);
+      corners.z[c] = world(ray.kz);
+    } else {
+      corners.x[c] = load(ray.kx);
+      corners.y[c] = load(ray.ky);
+      corners.z[c] = load(ray.kz);
+    }
+  }
+  return corners;
+}
+
+/// At least every |component| of the edges of a block in the world.
+template <bool kPlaced>
+HWY_INLINE double largest_edge(const LeafBlock& block, const Placement& placement) {
+  const auto edge = static_cast<double>(block.edge_max);
+  if constexpr (!kPlaced) return edge;
+  return (edge * placement.edge_scale + placement.edge_pad) * (1 + 0x1p-50);
+}
+
+/// The float64 filter of docs/exactness.md, "Triangles": [Woop2013]'s sheared edge functions with a
+/// proved bound. Decides nothing that the bound leaves open. `bound` is the ray's best tau so far,
+/// `edge` the block's largest_edge, `reach` at least the ray's. Adds to the verdict from lane `i`
+/// on, all lanes of a vector.
+HWY_INLINE void filter_corners(const BlockCorners& corners, double edge, const FilterRay& ray,
+                               double reach, double bound, std::size_t i, LeafVerdict& verdict) {
+  const FilterLanes dd;
+  using V = hn::Vec<FilterLanes>;
+  using namespace bounds;
   const V ox = hn::Set(dd, ray.origin[0]);
   const V oy = hn::Set(dd, ray.origin[1]);
   const V oz = hn::Set(dd, ray.origin[2]);
   const V shear_x = hn::Set(dd, ray.shear_x);
   const V shear_y = hn::Set(dd, ray.shear_y);
   const V zero = hn::Zero(dd);
-  using namespace bounds;
-  const double unit = kU * ray.reach;
+  const double unit = kU * reach;
 
-  double edge = static_cast<double>(block.edge_max);
-  if constexpr (kPlaced) edge = (edge * placement.edge_scale + placement.edge_pad) * (1 + 0x1p-50);
+  // Corners seen from the origin, sheared so that the ray is the z axis.
+  V x[3], y[3], z[3];
+  SIGHTLINE_UNROLL
+  for (std::size_t c = 0; c < 3; ++c) {
+    z[c] = hn::Sub(corners.z[c], oz);
+    x[c] = hn::NegMulAdd(shear_x, z[c], hn::Sub(corners.x[c], ox));
+    y[c] = hn::NegMulAdd(shear_y, z[c], hn::Sub(corners.y[c], oy));
+  }
+  const V w0 = hn::MulSub(x[2], y[1], hn::Mul(y[2], x[1]));
+  const V w1 = hn::MulSub(x[0], y[2], hn::Mul(y[0], x[2]));
+  const V w2 = hn::MulSub(x[1], y[0], hn::Mul(y[1], x[0]));
 
+  // E bounds the error of each w; m bounds every sheared coordinate through corner 0 and the
+  // edges.
+  const V m = hn::Add(hn::Max(hn::Abs(x[0]), hn::Abs(y[0])), hn::Set(dd, 2 * edge + kSlack * unit));
+  const V e = hn::MulAdd(hn::Set(dd, kSign * unit), m, hn::Set(dd, kSignFloor));
+  const V least = hn::Min(w0, hn::Min(w1, w2));
+  const V most = hn::Max(w0, hn::Max(w1, w2));
+  const V minus_e = hn::Sub(zero, e);
+  const auto out = hn::And(hn::Lt(least, minus_e), hn::Gt(most, e));
+  std::uint32_t left = ~mask_bits(dd, out) & ((1u << hn::Lanes(dd)) - 1u);
+  if (left == 0) return;
+
+  const auto in = hn::Or(hn::Gt(least, e), hn::Lt(most, minus_e));
+  std::uint32_t certain = mask_bits(dd, in);
+
+  // tau = z on the ray / direction z, as an interval; it holds for uncertain lanes too, if they
+  // are met at all.
+  const V determinant = hn::Add(hn::Add(w0, w1), w2);
+  const V inverse = hn::Div(hn::Set(dd, 1.0), determinant);
+  const V sum = hn::MulAdd(w0, z[0], hn::MulAdd(w1, z[1], hn::Mul(w2, z[2])));
+  const V tau = hn::Mul(hn::Mul(sum, inverse), hn::Set(dd, ray.inverse_z));
+  const V width = hn::Mul(hn::MulAdd(hn::MulAdd(e, hn::Set(dd, kTauEdge * edge + kTauReach * unit),
+                                                hn::Set(dd, kSignFloor)),
+                                     hn::Abs(inverse), hn::Set(dd, kTau * unit)),
+                          hn::Set(dd, std::abs(ray.inverse_z) * (1 + 0x1p-40)));
+  const V low = hn::Sub(tau, width);
+  const V high = hn::Add(tau, width);
+  hn::Store(low, dd, verdict.low + i);
+  hn::Store(high, dd, verdict.high + i);
+
+  // Certainly outside the limits or behind the best: out. Certainly inside the limits: as the
+  // signs say. NaN is neither.
+  const auto outside =
+      hn::Or(hn::Lt(high, hn::Set(dd, ray.tau_min_low)), hn::Gt(low, hn::Set(dd, bound)));
+  left &= ~mask_bits(dd, outside);
+  const auto inside = hn::And(hn::Ge(low, hn::Set(dd, ray.tau_min_high)),
+                              hn::Le(high, hn::Set(dd, ray.tau_max_low)));
+  certain &= mask_bits(dd, inside);
+  verdict.accept |= (left & certain) << i;
+  verdict.examine |= (left & ~certain) << i;
+}
+
+/// All lanes of a block.
+template <bool kPlaced>
+HWY_INLINE void filter_block(const LeafBlock& block, const FilterRay& ray,
+                             const Placement& placement, double bound, LeafVerdict& verdict) {
+  const double edge = largest_edge<kPlaced>(block, placement);
   verdict.accept = verdict.examine = 0;
-  for (std::size_t i = 0; i < kLanes; i += hn::Lanes(dd)) {
-    // Corners seen from the origin, sheared so that the ray is the z axis.
-    V x[3], y[3], z[3];
-    SIGHTLINE_UNROLL
-    for (std::size_t c = 0; c < 3; ++c) {
-      const auto load = [&](std::uint32_t k) {
-        return hn::PromoteTo(dd, hn::Load(df, block.corner[c][k] + i));
-      };
-      V px, py, pz;
-      if constexpr (kPlaced) {
-        // The contract's own formula: separate products and sums, left to right.
-        const V mx = load(0), my = load(1), mz = load(2);
-        const auto world = [&](std::uint32_t k) {
-          const double* m = placement.world_from_mesh.m[k];
-          return hn::Add(
-              hn::Add(hn::Add(hn::Mul(hn::Set(dd, m[0]), mx), hn::Mul(hn::Set(dd, m[1]), my)),
-                      hn::Mul(hn::Set(dd, m[2]), mz)),
-              hn::Set(dd, m[3]));
-        };
-        px = world(kx);
-        py = world(ky);
-        pz = world(kz);
-      } else {
-        px = load(kx);
-        py = load(ky);
-        pz = load(kz);
-      }
-      z[c] = hn::Sub(pz, oz);
-      x[c] = hn::NegMulAdd(shear_x, z[c], hn::Sub(px, ox));
-      y[c] = hn::NegMulAdd(shear_y, z[c], hn::Sub(py, oy));
-    }
-    const V w0 = hn::MulSub(x[2], y[1], hn::Mul(y[2], x[1]));
-    const V w1 = hn::MulSub(x[0], y[2], hn::Mul(y[0], x[2]));
-    const V w2 = hn::MulSub(x[1], y[0], hn::Mul(y[1], x[0]));
-
-    // E bounds the error of each w; m bounds every sheared coordinate through corner 0 and the
-    // edges.
-    const V m =
-        hn::Add(hn::Max(hn::Abs(x[0]), hn::Abs(y[0])), hn::Set(dd, 2 * edge + kSlack * unit));
-    const V e = hn::MulAdd(hn::Set(dd, kSign * unit), m, hn::Set(dd, kSignFloor));
-    const V least = hn::Min(w0, hn::Min(w1, w2));
-    const V most = hn::Max(w0, hn::Max(w1, w2));
-    const V minus_e = hn::Sub(zero, e);
-    const auto out = hn::And(hn::Lt(least, minus_e), hn::Gt(most, e));
-    std::uint32_t left = ~mask_bits(dd, out) & ((1u << hn::Lanes(dd)) - 1u);
-    if (left == 0) continue;
-
-    const auto in = hn::Or(hn::Gt(least, e), hn::Lt(most, minus_e));
-    std::uint32_t certain = mask_bits(dd, in);
-
-    // tau = z on the ray / direction z, as an interval; it holds for uncertain lanes too, if they
-    // are met at all.
-    const V determinant = hn::Add(hn::Add(w0, w1), w2);
-    const V inverse = hn::Div(hn::Set(dd, 1.0), determinant);
-    const V sum = hn::MulAdd(w0, z[0], hn::MulAdd(w1, z[1], hn::Mul(w2, z[2])));
-    const V tau = hn::Mul(hn::Mul(sum, inverse), hn::Set(dd, ray.inverse_z));
-    const V width = hn::Mul(
-        hn::MulAdd(
-            hn::MulAdd(e, hn::Set(dd, kTauEdge * edge + kTauReach * unit), hn::Set(dd, kSignFloor)),
-            hn::Abs(inverse), hn::Set(dd, kTau * unit)),
-        hn::Set(dd, std::abs(ray.inverse_z) * (1 + 0x1p-40)));
-    const V low = hn::Sub(tau, width);
-    const V high = hn::Add(tau, width);
-    hn::Store(low, dd, verdict.low + i);
-    hn::Store(high, dd, verdict.high + i);
-
-    // Certainly outside the limits or behind the best: out. Certainly inside the limits: as the
-    // signs say. NaN is neither.
-    const auto outside =
-        hn::Or(hn::Lt(high, hn::Set(dd, ray.tau_min_low)), hn::Gt(low, hn::Set(dd, bound)));
-    left &= ~mask_bits(dd, outside);
-    const auto inside = hn::And(hn::Ge(low, hn::Set(dd, ray.tau_min_high)),
-                                hn::Le(high, hn::Set(dd, ray.tau_max_low)));
-    certain &= mask_bits(dd, inside);
-    verdict.accept |= (left & certain) << i;
-    verdict.examine |= (left & ~certain) << i;
+  for (std::size_t i = 0; i < kLanes; i += hn::Lanes(FilterLanes())) {
+    filter_corners(load_corners<kPlaced>(block, i, ray, placement), edge, ray, ray.reach, bound, i,
+                   verdict);
   }
   const std::uint32_t lanes = (1u << block.lane_count) - 1u;
   verdict.accept &= lanes;

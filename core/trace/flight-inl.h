@@ -18,6 +18,7 @@
 #include <hwy/cache_control.h>
 
 #include <bit>
+#include <span>
 
 #include "core/geometry/rounding.h"
 #include "core/trace/decision.h"
@@ -36,40 +37,34 @@ constexpr std::size_t kInFlight = 32;
 constexpr std::size_t kWaiting = 248;
 constexpr std::uint32_t kMaxFlightDepth = (kWaiting - kArity - 1) / (kArity - 1);
 
+/// Neighbouring rays that are set up together, at most kGroupRays.
+struct RayGroup {
+  std::uint32_t first;
+  std::uint32_t count;
+};
+
 template <bool kAny, bool kPlaced>
 class Flight {
  public:
-  Flight(const Scene& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
-         HitBatch* hits, std::uint8_t* occluded, TraceCounts& counts)
+  Flight(const Scene& scene, const RayBatch& rays, std::uint8_t* occluded, TraceCounts& counts)
       : scene_(scene),
         placement_(scene.tree().placements[0]),
         tree_(*scene.tree().trees[placement_.tree]),
         base_(tree_.arena.at(0)),
         rays_(rays),
-        next_(begin),
-        end_(end),
-        hits_(hits),
         occluded_(occluded),
         counts_(counts),
         preparation_(scene.tree().bounds, tree_.scale_exponent) {}
 
-  void run() {
-    // The finisher exists for closest only; any has nothing to round.
-    if constexpr (kAny) {
-      NoFinisher none;
-      fly(none);
-    } else {
-      Finisher finisher(scene_, rays_, *hits_, counts_.decisions);
-      fly(finisher);
-      finisher.flush();
-    }
+  /// Traces the rays of the groups. `finish.add(ray, candidate)` is told of the closest hits; of
+  /// "any" only `occluded` tells.
+  template <class Finish>
+  void run(std::span<const RayGroup> groups, Finish& finish) {
+    groups_ = groups;
+    fly(finish);
   }
 
  private:
-  struct NoFinisher {
-    void add(std::size_t, const Candidate&) {}
-  };
-
   /// One ray on its way.
   struct alignas(64) Slot {
     PreparedRay ray;
@@ -109,7 +104,7 @@ class Flight {
     std::uint64_t nodes = 0, blocks = 0;
     for (;;) {
       // New rays start in groups: one group is set up in about the time of two single rays.
-      while (next_ != end_ && free_count_ >= kGroupRays) start_group(*now);
+      while (!groups_.empty() && free_count_ >= kGroupRays) start_group(*now);
       const std::uint32_t node_count = now->size[kNode];
       const std::uint32_t leaf_count = now->size[kLeaf];
       const std::uint32_t done_count = now->size[kDone];
@@ -150,16 +145,17 @@ class Flight {
     counts_.blocks += blocks;
   }
 
-  /// Puts the next rays of the batch into free slots.
+  /// Puts the next rays into free slots.
   void start_group(Queues& queues) {
-    const std::size_t count = end_ - next_ < kGroupRays ? end_ - next_ : kGroupRays;
+    const auto [first, count] = groups_.front();
+    groups_ = groups_.subspan(1);
     PreparedRay* prepared[kGroupRays] = {};
     Slot* const* slots = free_ + (free_count_ - count);
     for (std::size_t i = 0; i < count; ++i) prepared[i] = &slots[i]->ray;
-    preparation_.prepare(rays_, next_, count, prepared);
+    preparation_.prepare(rays_, first, count, prepared);
     for (std::size_t i = 0; i < count; ++i) {
       Slot& slot = *slots[i];
-      slot.number = next_ + i;
+      slot.number = first + i;
       slot.best = ClosestHit(slot.ray.tau_max);
       slot.limit = slot.ray.box.limit(slot.ray.tau_max);
       slot.ref[0] = kFinished;
@@ -167,7 +163,6 @@ class Flight {
       slot.waiting = 1;
       proceed(slot, tree_.root, queues);
     }
-    next_ += count;
     free_count_ -= count;
   }
 
@@ -255,9 +250,7 @@ class Flight {
   const WideTree& tree_;
   const std::byte* base_;
   const RayBatch& rays_;
-  std::size_t next_;
-  std::size_t end_;
-  HitBatch* hits_;
+  std::span<const RayGroup> groups_;
   std::uint8_t* occluded_;
   TraceCounts& counts_;
   GroupPreparation preparation_;
@@ -265,13 +258,6 @@ class Flight {
   std::size_t free_count_ = 0;
   Slot slots_[kInFlight];
 };
-
-/// Whether the rays of a batch of this size can fly together.
-inline bool can_fly(const Scene& scene, std::size_t count) {
-  const SceneTree& tree = scene.tree();
-  return count > 1 && tree.placements.size() == 1 && tree.placements[0].world_boxes &&
-         tree.trees[tree.placements[0].tree]->depth <= kMaxFlightDepth;
-}
 
 }  // namespace HWY_NAMESPACE
 }  // namespace sightline

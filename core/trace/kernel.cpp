@@ -13,8 +13,8 @@
 #include <hwy/highway.h>
 
 #include "core/trace/detail-inl.h"
-#include "core/trace/flight-inl.h"
 #include "core/trace/single-inl.h"
+#include "core/trace/together-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sightline {
@@ -27,17 +27,18 @@ void trace_closest(const Scene& scene, const RayBatch& rays, std::size_t begin, 
     hits.instance[i] = hits.triangle[i] = kNone;
   }
   if (scene.tree().placements.empty()) return;
-  if (can_fly(scene, end - begin)) {
+  Finisher finisher(scene, rays, hits, counts.decisions);
+  if (can_go_together(scene, end - begin)) {
     if (scene.tree().placements[0].identity) {
-      Flight<false, false>(scene, rays, begin, end, &hits, nullptr, counts).run();
+      Together<false, false>(scene, rays, nullptr, counts).run(begin, end, finisher);
     } else {
-      Flight<false, true>(scene, rays, begin, end, &hits, nullptr, counts).run();
+      Together<false, true>(scene, rays, nullptr, counts).run(begin, end, finisher);
     }
+    finisher.flush();
     return;
   }
   Stack stack;
   Traversal traversal(scene, rays, stack, counts);
-  Finisher finisher(scene, rays, hits, counts.decisions);
   for (std::size_t i = begin; i < end; ++i) {
     traversal.prepare(i);
     const RayQuestion question{scene, rays, i, counts.decisions};
@@ -52,11 +53,12 @@ void trace_any(const Scene& scene, const RayBatch& rays, std::size_t begin, std:
                std::uint8_t* occluded, TraceCounts& counts) {
   for (std::size_t i = begin; i < end; ++i) occluded[i] = 0;
   if (scene.tree().placements.empty()) return;
-  if (can_fly(scene, end - begin)) {
+  if (can_go_together(scene, end - begin)) {
+    NoFinisher none;
     if (scene.tree().placements[0].identity) {
-      Flight<true, false>(scene, rays, begin, end, nullptr, occluded, counts).run();
+      Together<true, false>(scene, rays, occluded, counts).run(begin, end, none);
     } else {
-      Flight<true, true>(scene, rays, begin, end, nullptr, occluded, counts).run();
+      Together<true, true>(scene, rays, occluded, counts).run(begin, end, none);
     }
     return;
   }

@@ -36,6 +36,39 @@ inline void prepare_one(const Ray& ray, const Box3d& bounds, int scale_exponent,
   out.tau_max = anchored.tau_max.high;
 }
 
+/// Rays side by side, as the vectors that set them up leave them: lane i is a ray.
+template <std::size_t kRays>
+struct PreparedColumns {
+  HWY_ALIGN float near_origin[3][kRays], far_origin[3][kRays];  ///< as in BoxRay
+  HWY_ALIGN float near_inverse[3][kRays], far_inverse[3][kRays];
+  HWY_ALIGN float box_min[kRays];
+  HWY_ALIGN double origin[3][kRays];  ///< on the axes kx, ky, kz of each ray
+  HWY_ALIGN double shear_x[kRays], shear_y[kRays], inverse_z[kRays], reach[kRays];
+  HWY_ALIGN double tau_min[kRays], tau_max[kRays];
+  /// Bit i: of lane i. The component is negative; the largest component is x, or y.
+  std::uint32_t negative[3] = {0, 0, 0}, largest_x = 0, largest_y = 0;
+
+  FilterRay filter(std::size_t i) const {
+    FilterRay ray;
+    SIGHTLINE_UNROLL
+    for (std::size_t k = 0; k < 3; ++k) ray.origin[k] = origin[k][i];
+    ray.shear_x = shear_x[i];
+    ray.shear_y = shear_y[i];
+    ray.inverse_z = inverse_z[i];
+    ray.reach = reach[i];
+    ray.tau_min_low = ray.tau_min_high = tau_min[i];
+    ray.tau_max_low = tau_max[i];
+    set_axes(largest_x >> i & 1u, largest_y >> i & 1u, ray);
+    return ray;
+  }
+  /// Each argument 0 or 1.
+  static void set_axes(std::uint32_t is_x, std::uint32_t is_y, FilterRay& ray) {
+    ray.kz = 2 - 2 * is_x - is_y;
+    ray.kx = is_x + 2 * is_y;
+    ray.ky = 1 + is_x - is_y;
+  }
+};
+
 /// As many rays at a time as a vector holds, at most kMaxLanes.
 template <std::size_t kMaxLanes>
 class Preparation {
@@ -66,14 +99,15 @@ class Preparation {
     }
   }
 
- private:
-  HWY_INLINE void prepare_vector(const RayBatch& rays, std::size_t at,
-                                 PreparedRay* const* out) const {
+  /// Fills as many lanes as a vector has from lane `lane` on with the rays from `at` on, and says
+  /// which of them came out right: bit i for ray at + i. The others are for prepare_one.
+  template <std::size_t kRays>
+  HWY_INLINE std::uint32_t prepare_columns(const RayBatch& rays, std::size_t at, std::size_t lane,
+                                           PreparedColumns<kRays>& out) const {
     const D dd;
     using V = hn::Vec<D>;
     const hn::Rebind<float, D> df;
     const hn::RebindToUnsigned<D> du;
-    const std::size_t lanes = hn::Lanes(dd);
 
     const V o[3] = {hn::LoadU(dd, &rays.ox[at]), hn::LoadU(dd, &rays.oy[at]),
                     hn::LoadU(dd, &rays.oz[at])};
@@ -101,15 +135,11 @@ class Preparation {
                                      hn::Le(largest, hn::Set(dd, 0x1p1000))));
     simple = hn::And(simple, hn::Or(hn::Ge(tau_min, tiny), hn::Eq(tmin, zero)));
     simple = hn::And(simple, hn::Ge(tau_max, tiny));
-    const std::uint32_t simple_bits = mask_bits(dd, simple);
 
     const V one = hn::Set(dd, 1.0);
     const V pad = hn::Set(dd, bounds::kPad);
     V inverse[3];
     V reach = zero;
-    HWY_ALIGN float near_origin[3][kMaxLanes], far_origin[3][kMaxLanes];
-    HWY_ALIGN float near_inverse[3][kMaxLanes], far_inverse[3][kMaxLanes];
-    std::uint32_t negative_bits[3];
     SIGHTLINE_UNROLL
     for (std::size_t k = 0; k < 3; ++k) {
       reach = hn::Max(
@@ -129,12 +159,12 @@ class Preparation {
           df, hn::CopySign(hn::Mul(magnitude, hn::Set(dd, 1 + bounds::kInverseStep)), d[k]));
       const auto negative =
           hn::MaskFromVec(hn::BroadcastSignBit(hn::BitCast(hn::RebindToSigned<D>(), d[k])));
-      negative_bits[k] = mask_bits(hn::RebindToSigned<D>(), negative);
+      out.negative[k] |= mask_bits(hn::RebindToSigned<D>(), negative) << lane;
       const auto negative_f = hn::Lt(far, hn::Zero(df));
-      hn::Store(hn::IfThenElse(negative_f, below, above), df, near_origin[k]);
-      hn::Store(hn::IfThenElse(negative_f, above, below), df, far_origin[k]);
-      hn::Store(near, df, near_inverse[k]);
-      hn::Store(far, df, far_inverse[k]);
+      hn::Store(hn::IfThenElse(negative_f, below, above), df, out.near_origin[k] + lane);
+      hn::Store(hn::IfThenElse(negative_f, above, below), df, out.far_origin[k] + lane);
+      hn::Store(near, df, out.near_inverse[k] + lane);
+      hn::Store(far, df, out.far_inverse[k] + lane);
     }
 
     // The axis of the largest component becomes z; ties as in make_filter_ray.
@@ -145,51 +175,46 @@ class Preparation {
       return hn::IfThenElse(z_is_x, if_x, hn::IfThenElse(z_is_y, if_y, if_z));
     };
     const V inverse_z = choose(inverse[0], inverse[1], inverse[2]);
-    HWY_ALIGN double lane_of[9][kMaxLanes];
-    hn::Store(choose(o[1], o[2], o[0]), dd, lane_of[0]);
-    hn::Store(choose(o[2], o[0], o[1]), dd, lane_of[1]);
-    hn::Store(choose(o[0], o[1], o[2]), dd, lane_of[2]);
-    hn::Store(hn::Mul(choose(d[1], d[2], d[0]), inverse_z), dd, lane_of[3]);
-    hn::Store(hn::Mul(choose(d[2], d[0], d[1]), inverse_z), dd, lane_of[4]);
-    hn::Store(inverse_z, dd, lane_of[5]);
-    hn::Store(reach, dd, lane_of[6]);
-    hn::Store(tau_min, dd, lane_of[7]);
-    hn::Store(tau_max, dd, lane_of[8]);
-    const std::uint32_t x_bits = mask_bits(dd, z_is_x);
-    const std::uint32_t y_bits = mask_bits(dd, z_is_y);
-    HWY_ALIGN float box_min[kMaxLanes];
+    hn::Store(choose(o[1], o[2], o[0]), dd, out.origin[0] + lane);
+    hn::Store(choose(o[2], o[0], o[1]), dd, out.origin[1] + lane);
+    hn::Store(choose(o[0], o[1], o[2]), dd, out.origin[2] + lane);
+    hn::Store(hn::Mul(choose(d[1], d[2], d[0]), inverse_z), dd, out.shear_x + lane);
+    hn::Store(hn::Mul(choose(d[2], d[0], d[1]), inverse_z), dd, out.shear_y + lane);
+    hn::Store(inverse_z, dd, out.inverse_z + lane);
+    hn::Store(reach, dd, out.reach + lane);
+    hn::Store(tau_min, dd, out.tau_min + lane);
+    hn::Store(tau_max, dd, out.tau_max + lane);
+    out.largest_x |= mask_bits(dd, z_is_x) << lane;
+    out.largest_y |= mask_bits(dd, z_is_y) << lane;
     hn::Store(hn::DemoteTo(df, hn::Mul(tau_min, hn::Set(dd, scale_ * (1 - bounds::kLimitStep)))),
-              df, box_min);
+              df, out.box_min + lane);
+    return mask_bits(dd, simple);
+  }
 
-    for (std::size_t i = 0; i < lanes; ++i) {
+ private:
+  HWY_INLINE void prepare_vector(const RayBatch& rays, std::size_t at,
+                                 PreparedRay* const* out) const {
+    PreparedColumns<kMaxLanes> columns;
+    const std::uint32_t simple = prepare_columns(rays, at, 0, columns);
+    for (std::size_t i = 0; i < hn::Lanes(D()); ++i) {
       PreparedRay& ray = *out[i];
-      if (HWY_UNLIKELY((simple_bits >> i & 1u) == 0)) {
+      if (HWY_UNLIKELY((simple >> i & 1u) == 0)) {
         prepare_one(rays[at + i], bounds_, scale_exponent_, ray);
         continue;
       }
+      ray.filter = columns.filter(i);
+      ray.tau_max = columns.tau_max[i];
       SIGHTLINE_UNROLL
       for (std::size_t k = 0; k < 3; ++k) {
-        ray.box.near_origin[k] = near_origin[k][i];
-        ray.box.far_origin[k] = far_origin[k][i];
-        ray.box.near_inverse[k] = near_inverse[k][i];
-        ray.box.far_inverse[k] = far_inverse[k][i];
-        ray.filter.origin[k] = lane_of[k][i];
+        ray.box.near_origin[k] = columns.near_origin[k][i];
+        ray.box.far_origin[k] = columns.far_origin[k][i];
+        ray.box.near_inverse[k] = columns.near_inverse[k][i];
+        ray.box.far_inverse[k] = columns.far_inverse[k][i];
       }
-      ray.box.set_octant(negative_bits[0] >> i & 1u, negative_bits[1] >> i & 1u,
-                         negative_bits[2] >> i & 1u);
-      ray.box.tau_min = box_min[i];
+      ray.box.set_octant(columns.negative[0] >> i & 1u, columns.negative[1] >> i & 1u,
+                         columns.negative[2] >> i & 1u);
+      ray.box.tau_min = columns.box_min[i];
       ray.box.tau_scale = scale_;
-      ray.filter.shear_x = lane_of[3][i];
-      ray.filter.shear_y = lane_of[4][i];
-      ray.filter.inverse_z = lane_of[5][i];
-      ray.filter.reach = lane_of[6][i];
-      ray.filter.tau_min_low = ray.filter.tau_min_high = lane_of[7][i];
-      ray.filter.tau_max_low = ray.tau_max = lane_of[8][i];
-      const std::uint32_t is_x = x_bits >> i & 1u;
-      const std::uint32_t is_y = y_bits >> i & 1u;
-      ray.filter.kz = 2 - 2 * is_x - is_y;
-      ray.filter.kx = is_x + 2 * is_y;
-      ray.filter.ky = 1 + is_x - is_y;
     }
   }
 

@@ -81,7 +81,8 @@ struct BoxRay {
   double tau_scale = 1;  ///< tree tau = scene tau * tau_scale, a power of two
 
   /// An upper bound for tree tau that has the scene's upper bound.
-  float limit(double scene_tau) const {
+  float limit(double scene_tau) const { return limit(scene_tau, tau_scale); }
+  static float limit(double scene_tau, double tau_scale) {
     const double tau = scene_tau * tau_scale;
     const double size = tau < 0 ? -tau : tau;
     // A step up that is larger than what rounding to float32 can take back, underflow included.

@@ -43,12 +43,19 @@ HWY_INLINE V min_unless_nan(D, V a, V b) {
 #endif
 }
 
-/// Bit i says lane i; at most eight lanes.
+/// The larger one; NaN if b is. Only products with two inverses of one sign may be given: if one of
+/// them is 0 * inf the other is 0, and b is to be the one with the larger inverse.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V nan_or_max(D d, V a, V b) {
+  return max_unless_nan(d, a, b);
+}
+
+/// Bit i says lane i; at most sixteen lanes.
 template <class D, class M>
 HWY_INLINE std::uint32_t mask_bits(D d, M mask) {
   HWY_ALIGN std::uint8_t bits[8] = {};
   hn::StoreMaskBits(d, mask, bits);
-  return bits[0];
+  return hn::MaxLanes(d) <= 8 ? bits[0] : bits[0] | static_cast<std::uint32_t>(bits[1]) << 8;
 }
 
 }  // namespace HWY_NAMESPACE

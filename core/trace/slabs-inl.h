@@ -15,6 +15,15 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
+/// The children of a node from far to near for rays of that octant: as many as a vector holds.
+HWY_INLINE hn::Vec<hn::CappedTag<std::uint32_t, kArity>> child_order(const WideNode& node,
+                                                                     std::uint32_t octant) {
+  const hn::CappedTag<std::uint32_t, kArity> du;
+  // The permutation is eight fields of three bits; table lookups look at the low three bits only.
+  return hn::And(hn::Shr(hn::Set(du, node.order[octant]), hn::Mul(hn::Iota(du, 0), hn::Set(du, 3))),
+                 hn::Set(du, 7));
+}
+
 /// Writes the children of a node that the ray meets before `limit`, the nearest last, and returns
 /// how many. Eight slots of both arrays may be overwritten. [Kay1986] slabs, conservative as BoxRay
 /// says; the order of children is the octant's.
@@ -52,10 +61,7 @@ HWY_INLINE std::size_t push_children(const WideNode& node, const BoxRay& ray, fl
 #if HWY_MAX_BYTES >= 32
   const auto near = slab_near(0);
   const auto far = slab_far(0);
-  // The permutation is eight fields of three bits; table lookups look at the low three bits only.
-  const auto rank =
-      hn::And(hn::Shr(hn::Set(du, node.order[o]), hn::Mul(hn::Iota(du, 0), hn::Set(du, 3))),
-              hn::Set(du, 7));
+  const auto rank = child_order(node, o);
   const auto index = hn::IndicesFromVec(df, rank);
   const auto near_sorted = hn::TableLookupLanes(near, index);
   const auto far_sorted = hn::TableLookupLanes(far, index);
