@@ -27,20 +27,96 @@ struct LeafVerdict {
   HWY_ALIGN double high[kLanes];
 };
 
-using FilterLanes = hn::CappedTag<double, kLanes>;
-
-/// Corners of as many lanes of a block as a vector holds, on the axes kx, ky, kz of a ray.
-struct BlockCorners {
-  hn::Vec<FilterLanes> x[3], y[3], z[3];
+/// What the filter asks of a ray, in every lane the same ray or in each its own.
+template <class D>
+struct LaneRays {
+  using V = hn::Vec<D>;
+  V origin[3];  ///< on the axes kx, ky, kz
+  V shear_x, shear_y, inverse_z;
+  V tau_min_low, tau_min_high, tau_max_low;
+  V bound;  ///< the best tau so far
 };
 
-/// From lane `i` on. kPlaced: in the world, by the contract's own formula.
+/// Corners on the axes kx, ky, kz, in every lane the same triangle or in each its own.
+template <class D>
+struct LaneCorners {
+  hn::Vec<D> x[3], y[3], z[3];
+};
+
+/// What is known of a lane after the filter.
+template <class D>
+struct LaneVerdicts {
+  hn::Mask<D> left;      ///< not out for sure
+  hn::Mask<D> certain;   ///< if left: met for sure, within the limits
+  hn::Vec<D> low, high;  ///< contains tau
+};
+
+/// The float64 filter of docs/exactness.md, "Triangles": [Woop2013]'s sheared edge functions with a
+/// proved bound. Decides nothing that the bound leaves open. `edge` is at least the largest
+/// |component| of any edge, `reach` at least any ray's. False if all lanes are out; then there are
+/// no verdicts.
+template <class D>
+HWY_INLINE bool filter_lanes(D dd, const LaneCorners<D>& corners, double edge,
+                             const LaneRays<D>& rays, double reach, LaneVerdicts<D>& verdicts) {
+  using V = hn::Vec<D>;
+  using namespace bounds;
+  const double unit = kU * reach;
+  // Corners seen from the origin, sheared so that the ray is the z axis.
+  V x[3], y[3], z[3];
+  SIGHTLINE_UNROLL
+  for (std::size_t c = 0; c < 3; ++c) {
+    z[c] = hn::Sub(corners.z[c], rays.origin[2]);
+    x[c] = hn::NegMulAdd(rays.shear_x, z[c], hn::Sub(corners.x[c], rays.origin[0]));
+    y[c] = hn::NegMulAdd(rays.shear_y, z[c], hn::Sub(corners.y[c], rays.origin[1]));
+  }
+  const V w0 = hn::MulSub(x[2], y[1], hn::Mul(y[2], x[1]));
+  const V w1 = hn::MulSub(x[0], y[2], hn::Mul(y[0], x[2]));
+  const V w2 = hn::MulSub(x[1], y[0], hn::Mul(y[1], x[0]));
+
+  // E bounds the error of each w; m bounds every sheared coordinate through corner 0 and the
+  // edges.
+  const V m = hn::Add(hn::Max(hn::Abs(x[0]), hn::Abs(y[0])), hn::Set(dd, 2 * edge + kSlack * unit));
+  const V e = hn::MulAdd(hn::Set(dd, kSign * unit), m, hn::Set(dd, kSignFloor));
+  const V least = hn::Min(w0, hn::Min(w1, w2));
+  const V most = hn::Max(w0, hn::Max(w1, w2));
+  const V minus_e = hn::Neg(e);
+  const auto out = hn::And(hn::Lt(least, minus_e), hn::Gt(most, e));
+  if (hn::AllTrue(dd, out)) return false;
+
+  // tau = z on the ray / direction z, as an interval; it holds for uncertain lanes too, if they
+  // are met at all.
+  const V determinant = hn::Add(hn::Add(w0, w1), w2);
+  const V inverse = hn::Div(hn::Set(dd, 1.0), determinant);
+  const V sum = hn::MulAdd(w0, z[0], hn::MulAdd(w1, z[1], hn::Mul(w2, z[2])));
+  const V tau = hn::Mul(hn::Mul(sum, inverse), rays.inverse_z);
+  const V width = hn::Mul(hn::MulAdd(hn::MulAdd(e, hn::Set(dd, kTauEdge * edge + kTauReach * unit),
+                                                hn::Set(dd, kSignFloor)),
+                                     hn::Abs(inverse), hn::Set(dd, kTau * unit)),
+                          hn::Mul(hn::Abs(rays.inverse_z), hn::Set(dd, 1 + 0x1p-40)));
+  verdicts.low = hn::Sub(tau, width);
+  verdicts.high = hn::Add(tau, width);
+
+  // Certainly outside the limits or behind the best: out. Certainly inside the limits: as the
+  // signs say. NaN is neither.
+  const auto outside =
+      hn::Or(hn::Lt(verdicts.high, rays.tau_min_low), hn::Gt(verdicts.low, rays.bound));
+  const auto inside =
+      hn::And(hn::Ge(verdicts.low, rays.tau_min_high), hn::Le(verdicts.high, rays.tau_max_low));
+  verdicts.left = hn::Not(hn::Or(out, outside));
+  verdicts.certain = hn::And(hn::Or(hn::Gt(least, e), hn::Lt(most, minus_e)), inside);
+  return true;
+}
+
+using FilterLanes = hn::CappedTag<double, kLanes>;
+
+/// Corners of as many triangles of a block as a vector holds, from lane `i` on, on the axes of
+/// `ray`. kPlaced: in the world, by the contract's own formula.
 template <bool kPlaced>
-HWY_INLINE BlockCorners load_corners(const LeafBlock& block, std::size_t i, const FilterRay& ray,
-                                     const Placement& placement) {
+HWY_INLINE LaneCorners<FilterLanes> load_corners(const LeafBlock& block, std::size_t i,
+                                                 const FilterRay& ray, const Placement& placement) {
   const FilterLanes dd;
   const hn::Rebind<float, FilterLanes> df;
-  BlockCorners corners;
+  LaneCorners<FilterLanes> corners;
   SIGHTLINE_UNROLL
   for (std::size_t c = 0; c < 3; ++c) {
     const auto load = [&](std::uint32_t k) {
@@ -76,72 +152,27 @@ HWY_INLINE double largest_edge(const LeafBlock& block, const Placement& placemen
   return (edge * placement.edge_scale + placement.edge_pad) * (1 + 0x1p-50);
 }
 
-/// The float64 filter of docs/exactness.md, "Triangles": [Woop2013]'s sheared edge functions with a
-/// proved bound. Decides nothing that the bound leaves open. `bound` is the ray's best tau so far,
-/// `edge` the block's largest_edge, `reach` at least the ray's. Adds to the verdict from lane `i`
-/// on, all lanes of a vector.
-HWY_INLINE void filter_corners(const BlockCorners& corners, double edge, const FilterRay& ray,
-                               double reach, double bound, std::size_t i, LeafVerdict& verdict) {
+/// One ray and the triangles of a block from lane `i` on, as many as a vector holds. `bound` is the
+/// ray's best tau so far, `reach` at least the ray's. Adds to the verdict.
+HWY_INLINE void filter_corners(const LaneCorners<FilterLanes>& corners, double edge,
+                               const FilterRay& ray, double reach, double bound, std::size_t i,
+                               LeafVerdict& verdict) {
   const FilterLanes dd;
-  using V = hn::Vec<FilterLanes>;
-  using namespace bounds;
-  const V ox = hn::Set(dd, ray.origin[0]);
-  const V oy = hn::Set(dd, ray.origin[1]);
-  const V oz = hn::Set(dd, ray.origin[2]);
-  const V shear_x = hn::Set(dd, ray.shear_x);
-  const V shear_y = hn::Set(dd, ray.shear_y);
-  const V zero = hn::Zero(dd);
-  const double unit = kU * reach;
-
-  // Corners seen from the origin, sheared so that the ray is the z axis.
-  V x[3], y[3], z[3];
-  SIGHTLINE_UNROLL
-  for (std::size_t c = 0; c < 3; ++c) {
-    z[c] = hn::Sub(corners.z[c], oz);
-    x[c] = hn::NegMulAdd(shear_x, z[c], hn::Sub(corners.x[c], ox));
-    y[c] = hn::NegMulAdd(shear_y, z[c], hn::Sub(corners.y[c], oy));
-  }
-  const V w0 = hn::MulSub(x[2], y[1], hn::Mul(y[2], x[1]));
-  const V w1 = hn::MulSub(x[0], y[2], hn::Mul(y[0], x[2]));
-  const V w2 = hn::MulSub(x[1], y[0], hn::Mul(y[1], x[0]));
-
-  // E bounds the error of each w; m bounds every sheared coordinate through corner 0 and the
-  // edges.
-  const V m = hn::Add(hn::Max(hn::Abs(x[0]), hn::Abs(y[0])), hn::Set(dd, 2 * edge + kSlack * unit));
-  const V e = hn::MulAdd(hn::Set(dd, kSign * unit), m, hn::Set(dd, kSignFloor));
-  const V least = hn::Min(w0, hn::Min(w1, w2));
-  const V most = hn::Max(w0, hn::Max(w1, w2));
-  const V minus_e = hn::Sub(zero, e);
-  const auto out = hn::And(hn::Lt(least, minus_e), hn::Gt(most, e));
-  std::uint32_t left = ~mask_bits(dd, out) & ((1u << hn::Lanes(dd)) - 1u);
-  if (left == 0) return;
-
-  const auto in = hn::Or(hn::Gt(least, e), hn::Lt(most, minus_e));
-  std::uint32_t certain = mask_bits(dd, in);
-
-  // tau = z on the ray / direction z, as an interval; it holds for uncertain lanes too, if they
-  // are met at all.
-  const V determinant = hn::Add(hn::Add(w0, w1), w2);
-  const V inverse = hn::Div(hn::Set(dd, 1.0), determinant);
-  const V sum = hn::MulAdd(w0, z[0], hn::MulAdd(w1, z[1], hn::Mul(w2, z[2])));
-  const V tau = hn::Mul(hn::Mul(sum, inverse), hn::Set(dd, ray.inverse_z));
-  const V width = hn::Mul(hn::MulAdd(hn::MulAdd(e, hn::Set(dd, kTauEdge * edge + kTauReach * unit),
-                                                hn::Set(dd, kSignFloor)),
-                                     hn::Abs(inverse), hn::Set(dd, kTau * unit)),
-                          hn::Set(dd, std::abs(ray.inverse_z) * (1 + 0x1p-40)));
-  const V low = hn::Sub(tau, width);
-  const V high = hn::Add(tau, width);
-  hn::Store(low, dd, verdict.low + i);
-  hn::Store(high, dd, verdict.high + i);
-
-  // Certainly outside the limits or behind the best: out. Certainly inside the limits: as the
-  // signs say. NaN is neither.
-  const auto outside =
-      hn::Or(hn::Lt(high, hn::Set(dd, ray.tau_min_low)), hn::Gt(low, hn::Set(dd, bound)));
-  left &= ~mask_bits(dd, outside);
-  const auto inside = hn::And(hn::Ge(low, hn::Set(dd, ray.tau_min_high)),
-                              hn::Le(high, hn::Set(dd, ray.tau_max_low)));
-  certain &= mask_bits(dd, inside);
+  const auto all = [&](double value) { return hn::Set(dd, value); };
+  const LaneRays<FilterLanes> rays{{all(ray.origin[0]), all(ray.origin[1]), all(ray.origin[2])},
+                                   all(ray.shear_x),
+                                   all(ray.shear_y),
+                                   all(ray.inverse_z),
+                                   all(ray.tau_min_low),
+                                   all(ray.tau_min_high),
+                                   all(ray.tau_max_low),
+                                   all(bound)};
+  LaneVerdicts<FilterLanes> found;
+  if (!filter_lanes(dd, corners, edge, rays, reach, found)) return;
+  hn::Store(found.low, dd, verdict.low + i);
+  hn::Store(found.high, dd, verdict.high + i);
+  const std::uint32_t left = mask_bits(dd, found.left);
+  const std::uint32_t certain = mask_bits(dd, found.certain);
   verdict.accept |= (left & certain) << i;
   verdict.examine |= (left & ~certain) << i;
 }

@@ -21,7 +21,10 @@ class Finisher {
   static constexpr std::size_t kGroup = 8;
 
   Finisher(const Scene& scene, const RayBatch& rays, HitBatch& hits, DecisionCounts& counts)
-      : scene_(scene), rays_(rays), hits_(hits), counts_(counts) {}
+      : scene_(scene), rays_(rays), hits_(hits), counts_(counts) {
+    for (const Placement& placement : scene.tree().placements)
+      plain_ = plain_ && placement.identity;
+  }
 
   void add(std::size_t ray, const Candidate& winner) {
     ray_[size_] = ray;
@@ -76,6 +79,10 @@ class Finisher {
   Triangle corners(const Candidate& winner) const {
     const auto& c = winner.block->corner;
     const std::uint32_t i = winner.lane;
+    if (plain_) {
+      const auto corner = [&](int k) { return Vec3d{c[k][0][i], c[k][1][i], c[k][2][i]}; };
+      return {corner(0), corner(1), corner(2)};
+    }
     const Affine& matrix = scene_.description().instances[winner.instance].world_from_mesh;
     return {matrix.apply(Vec3f{c[0][0][i], c[0][1][i], c[0][2][i]}),
             matrix.apply(Vec3f{c[1][0][i], c[1][1][i], c[1][2][i]}),
@@ -94,6 +101,7 @@ class Finisher {
   const RayBatch& rays_;
   HitBatch& hits_;
   DecisionCounts& counts_;
+  bool plain_ = true;  ///< all placements leave the corners as they are
   std::size_t size_ = 0;
   std::size_t ray_[kGroup];
   TriangleId id_[kGroup];

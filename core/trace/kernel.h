@@ -15,9 +15,13 @@ namespace sightline {
 
 /// Counted per call, added to what is there.
 struct TraceCounts {
-  std::uint64_t nodes = 0;       ///< wide nodes whose eight boxes were tested
-  std::uint64_t blocks = 0;      ///< leaf blocks of four triangles that were tested
-  std::uint64_t placements = 0;  ///< placements entered
+  std::uint64_t nodes = 0;          ///< wide nodes whose eight boxes were tested
+  std::uint64_t blocks = 0;         ///< leaf blocks of four triangles that were tested
+  std::uint64_t placements = 0;     ///< placements entered
+  std::uint64_t packet_rays = 0;    ///< rays that went in packets
+  std::uint64_t packet_nodes = 0;   ///< nodes that packets opened
+  std::uint64_t packet_boxes = 0;   ///< boxes that the rays of a packet were asked for together
+  std::uint64_t packet_leaves = 0;  ///< leaves that packets visited
   DecisionCounts decisions;
 };
 

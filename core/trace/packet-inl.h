@@ -4,7 +4,7 @@
 //   beam    the box of all sixteen rays' slabs: culls the eight children of a node at once
 //   rays    a child that the beam meets is asked for by each ray when its turn comes, by then with
 //           the limits that earlier leaves have left
-//   leaf    the corners of a block are loaded once and filtered for each ray that meets its box
+//   leaf    the corners of a block are loaded once and filtered for all rays that meet its box
 //
 // Where rays do not stay together this is slower than the flight; the packet counts what both would
 // have cost.
@@ -62,9 +62,11 @@ class Packet {
       return false;
     }
     for (std::size_t i = 0; i < kPacketRays; ++i) {
-      best_[i] = ClosestHit(columns_.tau_max[i]);
-      limit_[i] = BoxRay::limit(columns_.tau_max[i], scale_);
+      low_[i] = ClosestHit::kNever;
+      bound_[i] = columns_.tau_max[i];
+      candidate_[i] = 0;
     }
+    set_limits();
     set_beam();
     return true;
   }
@@ -78,10 +80,11 @@ class Packet {
       if constexpr (kAny) {
         occluded_[first_ + i] = limit_[i] == -kInfF ? 1 : 0;
       } else {
-        if (best_[i].found()) finish.add(first_ + i, best_[i].candidate);
+        if (candidate_[i] != 0) finish.add(first_ + i, decode(candidate_[i]));
       }
     }
     counts_.nodes += ray_steps_;
+    counts_.packet_rays += kPacketRays;
     return steps_ < ray_steps_;
   }
 
@@ -165,6 +168,7 @@ class Packet {
       const std::uint32_t ref = parent.child[slot];
       const std::uint32_t met = rays_that_meet(parent, slot);
       ++steps_;
+      ++counts_.packet_boxes;
       if (met == 0) continue;
       if (ChildRef::is_leaf(ref)) {
         visit_leaf(ref, met);
@@ -182,6 +186,7 @@ class Packet {
     const hn::RebindToUnsigned<decltype(df)> du;
     const float* planes = &node.lower[0][0];
     ++steps_;
+    ++counts_.packet_nodes;
     auto near = hn::Set(df, beam_.tau_min);
     auto far = hn::Set(df, beam_.limit);
     SIGHTLINE_UNROLL
@@ -234,33 +239,169 @@ class Packet {
 
   HWY_INLINE void visit_leaf(std::uint32_t ref, std::uint32_t met) {
     const LeafBlock* block = tree_.blocks(ref);
-    bool nearer = false;
-    for (const LeafBlock* end = block + ChildRef::blocks(ref); block != end; ++block) {
-      counts_.blocks += static_cast<std::uint32_t>(std::popcount(met));
-      const BlockCorners corners = load_corners<kPlaced>(*block, 0, axes_, placement_);
+    changed_ = false;
+    ++counts_.packet_leaves;
+    for (const LeafBlock* end = block + ChildRef::blocks(ref); block != end && met != 0; ++block) {
+      const auto count = static_cast<std::uint32_t>(std::popcount(met));
+      counts_.blocks += count;
+      const LaneCorners<FilterLanes> corners = load_corners<kPlaced>(*block, 0, axes_, placement_);
       const double edge = largest_edge<kPlaced>(*block, placement_);
-      const std::uint32_t lanes = (1u << block->lane_count) - 1u;
-      for (std::uint32_t rest = met; rest != 0; rest &= rest - 1) {
-        const auto i = static_cast<std::uint32_t>(std::countr_zero(rest));
-        LeafVerdict verdict;
-        filter_corners(corners, edge, columns_.filter(i), reach_, best_[i].bound(), 0, verdict);
-        verdict.accept &= lanes;
-        verdict.examine &= lanes;
-        if ((verdict.accept | verdict.examine) == 0) continue;
+      met = is_full(met, count, block->lane_count) ? many_rays(*block, corners, edge, met)
+                                                   : few_rays(*block, corners, edge, met);
+    }
+    if (!changed_) return;
+    if constexpr (!kAny) set_limits();
+    beam_.limit = most(limit_);
+  }
+
+  /// Whether rays side by side fill the vectors that they need at least to three quarters of what
+  /// `triangles` side by side fill.
+  static bool is_full(std::uint32_t met, std::uint32_t count, std::uint32_t triangles) {
+    constexpr std::size_t kWide = hn::MaxLanes(GroupPreparation::D());
+    std::uint32_t room = 0;
+    for (std::size_t i = 0; i < kPacketRays; i += kWide)
+      room += (met >> i & ((1u << kWide) - 1u)) != 0 ? kWide : 0;
+    return 4 * kLanes * count >= 3 * triangles * room;
+  }
+
+  /// Each ray with four triangles at a time. Returns the rays that are still looking.
+  HWY_INLINE std::uint32_t few_rays(const LeafBlock& block, const LaneCorners<FilterLanes>& corners,
+                                    double edge, std::uint32_t met) {
+    const std::uint32_t lanes = (1u << block.lane_count) - 1u;
+    for (std::uint32_t rest = met; rest != 0; rest &= rest - 1) {
+      const auto i = static_cast<std::uint32_t>(std::countr_zero(rest));
+      LeafVerdict verdict;
+      filter_corners(corners, edge, columns_.filter(i), reach_, bound_[i], 0, verdict);
+      verdict.accept &= lanes;
+      verdict.examine &= lanes;
+      if ((verdict.accept | verdict.examine) == 0) continue;
+      changed_ = true;
+      if constexpr (kAny) {
+        if (verdict.accept != 0 || examine_any_of(i, block, verdict.examine)) met &= ~leave(i);
+      } else {
+        take_closest(i, block, verdict);
+      }
+    }
+    return met;
+  }
+
+  /// Each triangle with as many rays at a time as a vector holds.
+  HWY_INLINE std::uint32_t many_rays(const LeafBlock& block,
+                                     const LaneCorners<FilterLanes>& corners, double edge,
+                                     std::uint32_t met) {
+    const FilterLanes d4;
+    HWY_ALIGN double x[3][kLanes], y[3][kLanes], z[3][kLanes];
+    SIGHTLINE_UNROLL
+    for (std::size_t c = 0; c < 3; ++c) {
+      hn::Store(corners.x[c], d4, x[c]);
+      hn::Store(corners.y[c], d4, y[c]);
+      hn::Store(corners.z[c], d4, z[c]);
+    }
+    const GroupPreparation::D dd;
+    for (std::uint32_t lane = 0; lane < block.lane_count; ++lane) {
+      LaneCorners<GroupPreparation::D> triangle;
+      SIGHTLINE_UNROLL
+      for (std::size_t c = 0; c < 3; ++c) {
+        triangle.x[c] = hn::Set(dd, x[c][lane]);
+        triangle.y[c] = hn::Set(dd, y[c][lane]);
+        triangle.z[c] = hn::Set(dd, z[c][lane]);
+      }
+      for (std::size_t i = 0; i < kPacketRays; i += hn::Lanes(dd)) {
+        const std::uint32_t wanted = met >> i & ((1u << hn::Lanes(dd)) - 1u);
+        if (wanted == 0) continue;
+        LaneVerdicts<GroupPreparation::D> found;
+        if (!filter_lanes(dd, triangle, edge, load_rays(i), reach_, found)) continue;
+        const std::uint32_t left = mask_bits(dd, found.left) & wanted;
+        if (left == 0) continue;
+        const std::uint32_t certain = mask_bits(dd, found.certain) & left;
+        changed_ = true;
         if constexpr (kAny) {
-          if (verdict.accept == 0 && !examine_any_of(i, *block, verdict.examine)) continue;
-          limit_[i] = -kInfF;  // meets no box any more
-          met &= ~(1u << i);
-          nearer = true;
+          met &= ~some_leave(block, lane, i, certain, left & ~certain);
         } else {
-          take_closest(i, *block, verdict);
-          const float limit = BoxRay::limit(best_[i].bound(), scale_);
-          nearer = nearer || limit < limit_[i];
-          limit_[i] = limit;
+          take_nearer(block, lane, i, found, certain, left & ~certain);
         }
       }
     }
-    if (nearer) beam_.limit = most(limit_);
+    return met;
+  }
+
+  HWY_INLINE LaneRays<GroupPreparation::D> load_rays(std::size_t i) const {
+    const GroupPreparation::D dd;
+    const auto& c = columns_;
+    const auto tau_min = hn::Load(dd, c.tau_min + i);
+    return {{hn::Load(dd, c.origin[0] + i), hn::Load(dd, c.origin[1] + i),
+             hn::Load(dd, c.origin[2] + i)},
+            hn::Load(dd, c.shear_x + i),
+            hn::Load(dd, c.shear_y + i),
+            hn::Load(dd, c.inverse_z + i),
+            tau_min,
+            tau_min,
+            hn::Load(dd, c.tau_max + i),
+            hn::Load(dd, bound_ + i)};
+  }
+
+  /// The same as `take_closest` for one triangle and the rays from `first` on: bit j of the masks
+  /// is ray first + j.
+  HWY_INLINE void take_nearer(const LeafBlock& block, std::uint32_t lane, std::size_t first,
+                              const LaneVerdicts<GroupPreparation::D>& found, std::uint32_t certain,
+                              std::uint32_t examine) {
+    const GroupPreparation::D dd;
+    const hn::RebindToUnsigned<GroupPreparation::D> du;
+    const auto best_low = hn::Load(dd, low_ + first);
+    const auto best_high = hn::Load(dd, bound_ + first);
+    const std::uint32_t nearer = mask_bits(dd, hn::Lt(found.high, best_low)) & certain;
+    const std::uint32_t farther = mask_bits(dd, hn::Gt(found.low, best_high)) & certain;
+    const auto bits = static_cast<std::uint8_t>(nearer);
+    const auto take = hn::LoadMaskBits(dd, &bits);
+    hn::Store(hn::IfThenElse(take, found.low, best_low), dd, low_ + first);
+    hn::Store(hn::IfThenElse(take, found.high, best_high), dd, bound_ + first);
+    hn::Store(hn::IfThenElse(hn::RebindMask(du, take), hn::Set(du, encode({&block, lane, 0})),
+                             hn::Load(du, candidate_ + first)),
+              du, candidate_ + first);
+    const std::uint32_t clash = certain & ~nearer & ~farther;
+    if (HWY_UNLIKELY((clash | examine) != 0)) {
+      HWY_ALIGN double low[kGroupRays], high[kGroupRays];
+      hn::Store(found.low, dd, low);
+      hn::Store(found.high, dd, high);
+      for (std::uint32_t rest = clash; rest != 0; rest &= rest - 1) {
+        const auto j = static_cast<std::uint32_t>(std::countr_zero(rest));
+        settle(static_cast<std::uint32_t>(first) + j, {&block, lane, placement_.instance},
+               {low[j], high[j]});
+      }
+      for (std::uint32_t rest = examine; rest != 0; rest &= rest - 1) {
+        const auto j = static_cast<std::uint32_t>(std::countr_zero(rest));
+        examine_closest(static_cast<std::uint32_t>(first) + j, block, 1u << lane);
+      }
+    }
+  }
+
+  /// Marks rays that need no more; returns their bits in the packet.
+  HWY_INLINE std::uint32_t some_leave(const LeafBlock& block, std::uint32_t lane, std::size_t first,
+                                      std::uint32_t certain, std::uint32_t examine) {
+    std::uint32_t left = 0;
+    for (std::uint32_t rest = certain | examine; rest != 0; rest &= rest - 1) {
+      const auto j = static_cast<std::uint32_t>(std::countr_zero(rest));
+      const auto i = static_cast<std::uint32_t>(first) + j;
+      if ((certain >> j & 1u) != 0 || examine_any_of(i, block, 1u << lane)) left |= leave(i);
+    }
+    return left;
+  }
+  std::uint32_t leave(std::uint32_t i) {
+    limit_[i] = -kInfF;  // meets no box any more
+    return 1u << i;
+  }
+
+  /// BoxRay::limit of all bounds.
+  HWY_INLINE void set_limits() {
+    const GroupPreparation::D dd;
+    const hn::Rebind<float, GroupPreparation::D> df;
+    for (std::size_t i = 0; i < kPacketRays; i += hn::Lanes(dd)) {
+      const auto tau = hn::Mul(hn::Load(dd, bound_ + i), hn::Set(dd, scale_));
+      const auto step = hn::MulAdd(hn::Abs(tau), hn::Set(dd, bounds::kLimitStep),
+                                   hn::Set(dd, bounds::kLimitFloor));
+      // What is infinite stays so; bounds of a packet's rays are never NaN or minus infinity.
+      hn::Store(hn::DemoteTo(df, hn::Add(tau, step)), df, limit_ + i);
+    }
   }
 
   HWY_INLINE void take_closest(std::uint32_t i, const LeafBlock& block,
@@ -269,23 +410,53 @@ class Packet {
       const auto lane = static_cast<std::uint32_t>(std::countr_zero(rest));
       const Candidate candidate{&block, lane, placement_.instance};
       const Interval tau{verdict.low[lane], verdict.high[lane]};
-      if (HWY_UNLIKELY(!best_[i].accept(candidate, tau))) settle(i, candidate, tau);
+      if (tau.high < low_[i]) {
+        low_[i] = tau.low;
+        bound_[i] = tau.high;
+        candidate_[i] = encode(candidate);
+      } else if (HWY_UNLIKELY(!(tau.low > bound_[i]))) {
+        settle(i, candidate, tau);
+      }
     }
     if (HWY_UNLIKELY(verdict.examine != 0)) examine_closest(i, block, verdict.examine);
   }
 
   HWY_NOINLINE void settle(std::uint32_t i, const Candidate& candidate, Interval tau) {
     const RayQuestion question{scene_, rays_, first_ + i, counts_.decisions};
-    best_[i].settle(question, candidate, tau);
+    ClosestHit best = best_of(i);
+    best.settle(question, candidate, tau);
+    keep(i, best);
   }
 
   HWY_NOINLINE void examine_closest(std::uint32_t i, const LeafBlock& block,
                                     std::uint32_t examine) {
     const RayQuestion question{scene_, rays_, first_ + i, counts_.decisions};
+    ClosestHit best = best_of(i);
     for (; examine != 0; examine &= examine - 1) {
-      best_[i].examine(question, {&block, static_cast<std::uint32_t>(std::countr_zero(examine)),
-                                  placement_.instance});
+      best.examine(question, {&block, static_cast<std::uint32_t>(std::countr_zero(examine)),
+                              placement_.instance});
     }
+    keep(i, best);
+  }
+
+  /// A candidate of this placement in one number, 0 for none: blocks lie on 64 bytes.
+  static std::uint64_t encode(const Candidate& candidate) {
+    return reinterpret_cast<std::uintptr_t>(candidate.block) | candidate.lane;
+  }
+  Candidate decode(std::uint64_t code) const {
+    return {reinterpret_cast<const LeafBlock*>(code & ~std::uint64_t{kLanes - 1}),
+            static_cast<std::uint32_t>(code) & (kLanes - 1), placement_.instance};
+  }
+  ClosestHit best_of(std::uint32_t i) const {
+    ClosestHit best;
+    best.tau = {low_[i], bound_[i]};
+    if (candidate_[i] != 0) best.candidate = decode(candidate_[i]);
+    return best;
+  }
+  void keep(std::uint32_t i, const ClosestHit& best) {
+    low_[i] = best.tau.low;
+    bound_[i] = best.tau.high;
+    candidate_[i] = best.found() ? encode(best.candidate) : 0;
   }
 
   HWY_NOINLINE bool examine_any_of(std::uint32_t i, const LeafBlock& block, std::uint32_t examine) {
@@ -308,10 +479,14 @@ class Packet {
   double scale_;
   std::size_t first_ = 0;
   PreparedColumns<kPacketRays> columns_;
-  HWY_ALIGN float limit_[kPacketRays];  ///< minus infinity: this ray needs no more
-  ClosestHit best_[kPacketRays];
-  FilterRay axes_;    ///< kx, ky, kz of all rays
-  double reach_ = 0;  ///< at least that of every ray
+  /// The ClosestHit of each ray, side by side.
+  HWY_ALIGN double low_[kPacketRays];
+  HWY_ALIGN double bound_[kPacketRays];
+  HWY_ALIGN std::uint64_t candidate_[kPacketRays];
+  HWY_ALIGN float limit_[kPacketRays];  ///< of bound_; minus infinity: this ray needs no more
+  bool changed_ = false;                ///< some limit, since it was last looked at
+  FilterRay axes_;                      ///< kx, ky, kz of all rays
+  double reach_ = 0;                    ///< at least that of every ray
   std::uint32_t octant_ = 0;
   std::array<std::uint32_t, 3> near_row_{}, far_row_{};
   struct {

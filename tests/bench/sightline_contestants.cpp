@@ -44,11 +44,18 @@ class SightlineContestant : public Contestant {
     const auto per_ray = [&](std::uint64_t count) {
       return static_cast<double>(count) / static_cast<double>(rays.size());
     };
-    char text[160];
+    const auto per_packet = [&](std::uint64_t count) {
+      return static_cast<double>(count) * 16 /
+             static_cast<double>(std::max<std::uint64_t>(1, counts.packet_rays));
+    };
+    char text[320];
     std::snprintf(text, sizeof text,
-                  "%.2f nodes, %.2f blocks, %.2f placements, %.4f exact hits, %.4f exact compares",
+                  "%.2f nodes, %.2f blocks, %.2f placements, %.4f exact hits, %.4f exact compares, "
+                  "%.2f in packets of %.1f nodes, %.1f boxes, %.1f leaves",
                   per_ray(counts.nodes), per_ray(counts.blocks), per_ray(counts.placements),
-                  per_ray(counts.decisions.exact_hits), per_ray(counts.decisions.exact_compares));
+                  per_ray(counts.decisions.exact_hits), per_ray(counts.decisions.exact_compares),
+                  per_ray(counts.packet_rays), per_packet(counts.packet_nodes),
+                  per_packet(counts.packet_boxes), per_packet(counts.packet_leaves));
     return std::string(kernel_.name) + ": " + text;
   }
 
