@@ -1,7 +1,7 @@
-// Sixteen neighbouring rays through one tree together: rays of a camera or a scanner that run side
+// Up to 32 neighbouring rays through one tree together: rays of a camera or a scanner that run side
 // by side meet the same nodes.
 //
-//   beam    the box of all sixteen rays' slabs: culls the eight children of a node at once
+//   beam    bounds the slabs of all rays: culls the eight children of a node at once
 //   rays    a child that the beam meets is asked for by each ray when its turn comes, by then with
 //           the limits that earlier leaves have left
 //   leaf    the corners of a block are loaded once and filtered for all rays that meet its box
@@ -28,9 +28,10 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-constexpr std::size_t kPacketRays = 16;
+constexpr std::size_t kPacketRays = 32;
 /// Below eight lanes there is nothing to win.
 constexpr bool kPacketsWork = HWY_MAX_BYTES >= 32;
+constexpr std::size_t kFewestRays = 4;
 
 template <bool kAny, bool kPlaced>
 class Packet {
@@ -45,30 +46,52 @@ class Packet {
         preparation_(scene.tree().bounds, tree_.scale_exponent),
         scale_(std::ldexp(1.0, tree_.scale_exponent)) {}
 
-  /// Sets up the rays from `first` on; false if they cannot go together.
-  bool prepare(std::size_t first) {
+  /// How many rays from `first` on to leave to the flight before a packet is worth a try: a quick
+  /// look at the octants of the next few, of which there must be kPacketRays.
+  std::size_t rays_before(std::size_t first) const {
+    const auto octant = [&](std::size_t i) {
+      return (std::signbit(rays_.dx[i]) ? 1 : 0) | (std::signbit(rays_.dy[i]) ? 2 : 0) |
+             (std::signbit(rays_.dz[i]) ? 4 : 0);
+    };
+    int last = octant(first);
+    std::size_t alike = 1;
+    for (std::size_t i = 1; i < 2 * kFewestRays - 1; ++i) {
+      const int next = octant(first + i);
+      alike = next == last ? alike + 1 : 1;
+      last = next;
+      if (alike == kFewestRays) return i + 1 - kFewestRays;
+    }
+    return kPacketRays;
+  }
+
+  /// Sets up the rays from `first` on, of which there must be kPacketRays. Returns how many can go
+  /// together; fewer than kFewestRays are not to be traced so.
+  std::size_t prepare(std::size_t first) {
     first_ = first;
-    if (!look_alike()) return false;
     for (std::uint32_t& bits : columns_.negative) bits = 0;
     columns_.largest_x = columns_.largest_y = 0;
     constexpr std::size_t kStep = hn::MaxLanes(GroupPreparation::D());
-    std::uint32_t simple = 0;
+    std::uint32_t alike = 0;
     for (std::size_t i = 0; i < kPacketRays; i += kStep) {
-      simple |= preparation_.prepare_columns(rays_, first + i, i, columns_) << i;
+      alike |= preparation_.prepare_columns(rays_, first + i, i, columns_) << i;
     }
-    const auto agree = [](std::uint32_t bits) { return bits == 0 || bits == kAllRays; };
-    if (simple != kAllRays || !agree(columns_.negative[0]) || !agree(columns_.negative[1]) ||
-        !agree(columns_.negative[2]) || !agree(columns_.largest_x) || !agree(columns_.largest_y)) {
-      return false;
-    }
+    // One octant, one largest axis: those of the first ray.
+    for (const std::uint32_t bits : {columns_.negative[0], columns_.negative[1],
+                                     columns_.negative[2], columns_.largest_x, columns_.largest_y})
+      alike &= (bits & 1u) != 0 ? bits : ~bits;
+    const auto count = static_cast<std::size_t>(std::countr_one(alike));
+    if (count < kFewestRays) return count;
+    if (count < kPacketRays) repeat_first(count);
     for (std::size_t i = 0; i < kPacketRays; ++i) {
       low_[i] = ClosestHit::kNever;
       bound_[i] = columns_.tau_max[i];
       candidate_[i] = 0;
     }
     set_limits();
+    for (std::size_t i = count; i < kPacketRays; ++i) limit_[i] = -kInfF;
     set_beam();
-    return true;
+    count_ = count;
+    return count;
   }
 
   /// Traces what `prepare` has set up. True if the flight would have cost more.
@@ -76,7 +99,7 @@ class Packet {
   bool trace(Finish& finish) {
     steps_ = ray_steps_ = 0;
     walk();
-    for (std::size_t i = 0; i < kPacketRays; ++i) {
+    for (std::size_t i = 0; i < count_; ++i) {
       if constexpr (kAny) {
         occluded_[first_ + i] = limit_[i] == -kInfF ? 1 : 0;
       } else {
@@ -84,13 +107,13 @@ class Packet {
       }
     }
     counts_.nodes += ray_steps_;
-    counts_.packet_rays += kPacketRays;
+    counts_.packet_rays += count_;
     return steps_ < ray_steps_;
   }
 
  private:
   using D = hn::CappedTag<float, kPacketRays>;
-  static constexpr std::uint32_t kAllRays = (1u << kPacketRays) - 1u;
+  static constexpr std::uint32_t kAllRays = ~0u >> (32 - kPacketRays);
 
   /// A child that waits for its turn.
   struct Waiting {
@@ -99,14 +122,19 @@ class Packet {
     HWY_ALIGN float near[kWaiting];  ///< of the beam
   };
 
-  /// A quick look at three of the rays, before anything is computed.
-  bool look_alike() const {
-    const auto octant = [&](std::size_t i) {
-      return (std::signbit(rays_.dx[i]) ? 1 : 0) | (std::signbit(rays_.dy[i]) ? 2 : 0) |
-             (std::signbit(rays_.dz[i]) ? 4 : 0);
-    };
-    const int one = octant(first_);
-    return one == octant(first_ + kPacketRays / 2) && one == octant(first_ + kPacketRays - 1);
+  /// Fills the lanes from `count` on with the first ray, so that they widen no beam.
+  void repeat_first(std::size_t count) {
+    for (std::size_t i = count; i < kPacketRays; ++i) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        columns_.near_origin[k][i] = columns_.near_origin[k][0];
+        columns_.far_origin[k][i] = columns_.far_origin[k][0];
+        columns_.near_inverse[k][i] = columns_.near_inverse[k][0];
+        columns_.far_inverse[k][i] = columns_.far_inverse[k][0];
+      }
+      columns_.box_min[i] = columns_.box_min[0];
+      columns_.reach[i] = columns_.reach[0];
+      columns_.tau_max[i] = columns_.tau_max[0];
+    }
   }
 
   static float least(const float* values) {
@@ -127,8 +155,8 @@ class Packet {
   /// The beam enters a slab no later, and leaves it no earlier, than any of its rays: rounded
   /// differences and products are monotone, so the extremes of origins and inverses say so.
   void set_beam() {
-    const bool negative[3] = {columns_.negative[0] != 0, columns_.negative[1] != 0,
-                              columns_.negative[2] != 0};
+    const bool negative[3] = {(columns_.negative[0] & 1u) != 0, (columns_.negative[1] & 1u) != 0,
+                              (columns_.negative[2] & 1u) != 0};
     axes_ = columns_.filter(0);
     BoxRay rows;
     rows.set_octant(negative[0], negative[1], negative[2]);
@@ -153,13 +181,12 @@ class Packet {
   }
 
   void walk() {
-    std::size_t size = 0;
     if (ChildRef::is_leaf(tree_.root)) {
-      visit_leaf(tree_.root, kAllRays);
+      visit_leaf(tree_.root, kAllRays >> (kPacketRays - count_));
       return;
     }
-    size = expand(tree_.root, size);
-    ray_steps_ += kPacketRays;
+    std::size_t size = expand(tree_.root, 0);
+    ray_steps_ += count_;
     while (size > 0) {
       --size;
       if (!(waiting_.near[size] <= beam_.limit)) continue;
@@ -477,7 +504,7 @@ class Packet {
   TraceCounts& counts_;
   GroupPreparation preparation_;
   double scale_;
-  std::size_t first_ = 0;
+  std::size_t first_ = 0, count_ = 0;
   PreparedColumns<kPacketRays> columns_;
   /// The ClosestHit of each ray, side by side.
   HWY_ALIGN double low_[kPacketRays];

@@ -23,8 +23,8 @@ inline bool can_go_together(const Scene& scene, std::size_t count) {
          tree.trees[tree.placements[0].tree]->depth <= kMaxFlightDepth;
 }
 
-/// Takes sixteen rays at a time as a packet while that is the cheaper way, and the others, some
-/// thousands at a time, as a flight.
+/// Takes neighbouring rays as packets while that is the cheaper way, and the others, some thousands
+/// at a time, as a flight.
 template <bool kAny, bool kPlaced>
 class Together {
  public:
@@ -34,45 +34,52 @@ class Together {
   template <class Finish>
   void run(std::size_t begin, std::size_t end, Finish& finish) {
     while (begin < end) {
-      const std::size_t stop = std::min(end, begin + kChunk);
-      while (begin < stop) begin = take(begin, stop, finish);
-      flight_.run({groups_, group_count_}, finish);
-      group_count_ = 0;
+      begin += step(begin, end - begin, finish);
+      if (group_count_ + kPacketRays / kGroupRays > kGroups || begin == end) {
+        flight_.run({groups_, group_count_}, finish);
+        group_count_ = 0;
+      }
     }
   }
 
  private:
-  static constexpr std::size_t kChunk = 4096;
+  static constexpr std::size_t kGroups = 512;
   /// Packets are tried again after a while, later every time they have not paid.
   static constexpr std::size_t kLongestPause = 64;
 
-  /// Traces or puts off the next rays; returns the first that is left.
+  /// Traces some rays from `begin` on as a packet, or puts them off until the next flight. Returns
+  /// how many.
   template <class Finish>
-  HWY_INLINE std::size_t take(std::size_t begin, std::size_t stop, Finish& finish) {
+  HWY_INLINE std::size_t step(std::size_t begin, std::size_t left, Finish& finish) {
+    std::size_t alone = std::min(left, kPacketRays);
     if constexpr (kPacketsWork) {
       if (wait_ > 0) {
         --wait_;
-      } else if (begin + kPacketRays <= stop) {
-        if (packet_.prepare(begin)) {
-          pause_ = packet_.trace(finish) ? 0 : std::min(2 * pause_ + 2, kLongestPause);
-          wait_ = pause_;
-          return begin + kPacketRays;
+      } else if (left >= kPacketRays) {
+        alone = packet_.rays_before(begin);
+        if (alone == 0) {
+          const std::size_t count = packet_.prepare(begin);
+          if (count >= kFewestRays) {
+            pause_ = packet_.trace(finish) ? 0 : std::min(2 * pause_ + 2, kLongestPause);
+            wait_ = pause_;
+            return count;
+          }
+          alone = count > 0 ? count : kPacketRays;
         }
       }
     }
-    const std::size_t last = std::min(stop, begin + kPacketRays);
-    for (; begin < last; begin += kGroupRays) {
-      groups_[group_count_++] = {static_cast<std::uint32_t>(begin),
-                                 static_cast<std::uint32_t>(std::min(kGroupRays, last - begin))};
+    for (std::size_t i = 0; i < alone; i += kGroupRays) {
+      groups_[group_count_++] = {static_cast<std::uint32_t>(begin + i),
+                                 static_cast<std::uint32_t>(std::min(kGroupRays, alone - i))};
     }
-    return last;
+    return alone;
   }
 
   Packet<kAny, kPlaced> packet_;
   Flight<kAny, kPlaced> flight_;
   std::size_t wait_ = 0, pause_ = 0;
   std::size_t group_count_ = 0;
-  RayGroup groups_[kChunk / kGroupRays];
+  RayGroup groups_[kGroups];
 };
 
 /// The finisher of "any", which has nothing to round.
