@@ -83,7 +83,15 @@ class Details {
     const D dd;
     const V zero = hn::Zero(dd);
     const V unit = hn::Set(dd, bounds::kDoubleDouble);
-    const Intersection meeting(origin_, direction_, corner_, at);
+    MeetingColumns columns;
+    SIGHTLINE_UNROLL
+    for (std::size_t k = 0; k < 3; ++k) {
+      columns.origin[k] = origin_[k] + at;
+      columns.direction[k] = direction_[k] + at;
+      SIGHTLINE_UNROLL
+      for (std::size_t c = 0; c < 3; ++c) columns.corner[c][k] = corner_[c][k] + at;
+    }
+    const Intersection meeting(columns);
     const DoubleDouble& t = meeting.t;
     M good = meeting.ordinary;
 

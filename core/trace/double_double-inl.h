@@ -82,6 +82,14 @@ struct DoubleDouble {
   }
 };
 
+/// Rays and the triangles that they meet, side by side: each pointer to as many numbers as a vector
+/// holds.
+struct MeetingColumns {
+  const double* origin[3];
+  const double* direction[3];
+  const double* corner[3][3];  ///< [corner][axis], in the world
+};
+
 /// What t and everything behind it is made of, for several rays and the triangles that they meet:
 /// sums with the magnitudes that bound their errors (docs/exactness.md, "Rounding t").
 struct Intersection {
@@ -100,18 +108,27 @@ struct Intersection {
   V error;               ///< of t
   hn::Mask<D> ordinary;  ///< nothing underflowed or overflowed that a bound would have to know of
 
-  /// From `lane` on. Columns are [axis][lane], corners [corner][axis][lane], aligned.
-  template <std::size_t kGroup>
-  HWY_INLINE Intersection(const double (&origin)[3][kGroup], const double (&directions)[3][kGroup],
-                          const double (&corner)[3][3][kGroup], std::size_t lane) {
+  /// Of the lanes that the columns begin with.
+  HWY_INLINE explicit Intersection(const MeetingColumns& columns) {
     const D dd;
+    V rest = hn::Zero(dd);
     SIGHTLINE_UNROLL
     for (std::size_t k = 0; k < 3; ++k) {
-      const V v0 = hn::Load(dd, &corner[0][k][lane]);
-      e1[k] = DoubleDouble::two_difference(hn::Load(dd, &corner[1][k][lane]), v0);
-      e2[k] = DoubleDouble::two_difference(hn::Load(dd, &corner[2][k][lane]), v0);
-      a[k] = DoubleDouble::two_difference(v0, hn::Load(dd, &origin[k][lane]));
-      direction[k] = hn::Load(dd, &directions[k][lane]);
+      const V v0 = hn::LoadU(dd, columns.corner[0][k]);
+      e1[k] = DoubleDouble::two_difference(hn::LoadU(dd, columns.corner[1][k]), v0);
+      e2[k] = DoubleDouble::two_difference(hn::LoadU(dd, columns.corner[2][k]), v0);
+      a[k] = DoubleDouble::two_difference(v0, hn::LoadU(dd, columns.origin[k]));
+      direction[k] = hn::LoadU(dd, columns.direction[k]);
+      rest = hn::Or(rest, hn::Or(e1[k].low, e2[k].low));
+    }
+    // Edges of float32 corners are float64 numbers, but for corners of very different size.
+    const bool short_edges = hn::AllTrue(dd, hn::Eq(rest, hn::Zero(dd)));
+    SIGHTLINE_UNROLL
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
+      n[k] = short_edges ? DoubleDouble::two_product(e1[i].high, e2[j].high) -
+                               DoubleDouble::two_product(e1[j].high, e2[i].high)
+                         : e1[i] * e2[j] - e1[j] * e2[i];
     }
     DoubleDouble top;
     V top_size = hn::Zero(dd), largest = hn::Zero(dd);
@@ -119,7 +136,6 @@ struct Intersection {
     SIGHTLINE_UNROLL
     for (std::size_t k = 0; k < 3; ++k) {
       const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
-      n[k] = e1[i] * e2[j] - e1[j] * e2[i];
       size[k] = hn::Add(hn::Abs(hn::Mul(e1[i].high, e2[j].high)),
                         hn::Abs(hn::Mul(e1[j].high, e2[i].high)));
       top_size = hn::MulAdd(hn::Abs(a[k].high), size[k], top_size);

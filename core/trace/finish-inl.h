@@ -8,6 +8,8 @@
 #define SIGHTLINE_TRACE_FINISH_INL_H_
 #endif
 
+#include <bit>
+
 #include "core/trace/decision.h"
 #include "core/trace/double_double-inl.h"
 
@@ -28,14 +30,7 @@ class Finisher {
 
   void add(std::size_t ray, const Candidate& winner) {
     ray_[size_] = ray;
-    id_[size_] = winner.id();
-    const Triangle triangle = corners(winner);
-    const Vec3d* corner[3] = {&triangle.v0, &triangle.v1, &triangle.v2};
-    SIGHTLINE_UNROLL
-    for (int c = 0; c < 3; ++c) {
-      SIGHTLINE_UNROLL
-      for (int k = 0; k < 3; ++k) corner_[c][k][size_] = (*corner[c])[k];
-    }
+    set_corners(winner, size_, waiting_);
     const double o[3] = {rays_.ox[ray], rays_.oy[ray], rays_.oz[ray]};
     const double d[3] = {rays_.dx[ray], rays_.dy[ray], rays_.dz[ray]};
     SIGHTLINE_UNROLL
@@ -46,9 +41,34 @@ class Finisher {
     if (++size_ == kGroup) flush();
   }
 
+  /// The winners of kGroup neighbouring rays from `first` on; those that miss have none.
+  void add_neighbours(std::size_t first, const Candidate (&winner)[kGroup]) {
+    const Candidate* some = nullptr;
+    std::uint32_t found = 0;
+    for (std::uint32_t i = 0; i < kGroup; ++i) {
+      if (winner[i].block == nullptr) continue;
+      some = &winner[i];
+      found |= 1u << i;
+    }
+    if (std::popcount(found) <= static_cast<int>(kGroup / 2)) {
+      for (std::uint32_t i = 0; i < kGroup; ++i) {
+        if ((found >> i & 1u) != 0) add(first + i, winner[i]);
+      }
+      return;
+    }
+    // Lanes without a winner repeat some other one's triangle.
+    for (std::uint32_t i = 0; i < kGroup; ++i)
+      set_corners((found >> i & 1u) != 0 ? winner[i] : *some, i, neighbours_);
+    const double* origin[3] = {&rays_.ox[first], &rays_.oy[first], &rays_.oz[first]};
+    const double* direction[3] = {&rays_.dx[first], &rays_.dy[first], &rays_.dz[first]};
+    const std::uint32_t certain = round(origin, direction, neighbours_);
+    for (std::uint32_t i = 0; i < kGroup; ++i) {
+      if ((found >> i & 1u) != 0) write(first + i, i, (certain >> i & 1u) != 0, neighbours_);
+    }
+  }
+
   void flush() {
     if (size_ == 0) return;
-    const DoubleDouble::D d;
     // Lanes without a winner repeat the first one.
     for (std::size_t i = size_; i < kGroup; ++i) {
       SIGHTLINE_UNROLL
@@ -56,45 +76,72 @@ class Finisher {
         origin_[k][i] = origin_[k][0];
         direction_[k][i] = direction_[k][0];
         SIGHTLINE_UNROLL
-        for (int c = 0; c < 3; ++c) corner_[c][k][i] = corner_[c][k][0];
+        for (int c = 0; c < 3; ++c) waiting_.corner[c][k][i] = waiting_.corner[c][k][0];
       }
     }
-    std::uint32_t certain = 0;
-    for (std::size_t i = 0; i < kGroup; i += hn::Lanes(d)) certain |= round(i) << i;
-    for (std::size_t i = 0; i < size_; ++i) {
-      const std::size_t ray = ray_[i];
-      hits_.instance[ray] = id_[i].instance;
-      hits_.triangle[ray] = id_[i].triangle;
-      if ((certain >> i & 1u) != 0) {
-        hits_.t[ray] = t_[i];
-      } else {
-        ++counts_.exact_roundings;
-        hits_.t[ray] = exact_t(scene_, rays_[ray], id_[i]);
-      }
-    }
+    const double* origin[3] = {origin_[0], origin_[1], origin_[2]};
+    const double* direction[3] = {direction_[0], direction_[1], direction_[2]};
+    const std::uint32_t certain = round(origin, direction, waiting_);
+    for (std::size_t i = 0; i < size_; ++i) write(ray_[i], i, (certain >> i & 1u) != 0, waiting_);
     size_ = 0;
   }
 
  private:
-  Triangle corners(const Candidate& winner) const {
-    const auto& c = winner.block->corner;
-    const std::uint32_t i = winner.lane;
-    if (plain_) {
-      const auto corner = [&](int k) { return Vec3d{c[k][0][i], c[k][1][i], c[k][2][i]}; };
-      return {corner(0), corner(1), corner(2)};
+  struct Winners {
+    TriangleId id[kGroup];
+    HWY_ALIGN double corner[3][3][kGroup];  ///< in the world
+  };
+
+  HWY_INLINE void set_corners(const Candidate& winner, std::size_t i, Winners& winners) const {
+    winners.id[i] = winner.id();
+    const auto& mesh = winner.block->corner;
+    const std::uint32_t lane = winner.lane;
+    if (HWY_LIKELY(plain_)) {
+      SIGHTLINE_UNROLL
+      for (int c = 0; c < 3; ++c) {
+        SIGHTLINE_UNROLL
+        for (int k = 0; k < 3; ++k) winners.corner[c][k][i] = static_cast<double>(mesh[c][k][lane]);
+      }
+      return;
     }
     const Affine& matrix = scene_.description().instances[winner.instance].world_from_mesh;
-    return {matrix.apply(Vec3f{c[0][0][i], c[0][1][i], c[0][2][i]}),
-            matrix.apply(Vec3f{c[1][0][i], c[1][1][i], c[1][2][i]}),
-            matrix.apply(Vec3f{c[2][0][i], c[2][1][i], c[2][2][i]})};
+    for (int c = 0; c < 3; ++c) {
+      const Vec3d corner =
+          matrix.apply(Vec3f{mesh[c][0][lane], mesh[c][1][lane], mesh[c][2][lane]});
+      for (int k = 0; k < 3; ++k) winners.corner[c][k][i] = corner[k];
+    }
   }
 
-  /// Fills t_ from lane `at` on; bit i: lane at + i is certainly the nearest float64.
-  HWY_INLINE std::uint32_t round(std::size_t at) {
-    const Intersection meeting(origin_, direction_, corner_, at);
-    hn::Store(meeting.t.high, DoubleDouble::D(), t_ + at);
-    return mask_bits(DoubleDouble::D(),
-                     hn::And(meeting.t.certain(meeting.error), meeting.ordinary));
+  /// Fills t_; bit i: lane i is certainly the nearest float64.
+  HWY_INLINE std::uint32_t round(const double* const (&origin)[3],
+                                 const double* const (&direction)[3], const Winners& winners) {
+    const DoubleDouble::D dd;
+    std::uint32_t certain = 0;
+    for (std::size_t i = 0; i < kGroup; i += hn::Lanes(dd)) {
+      MeetingColumns columns;
+      SIGHTLINE_UNROLL
+      for (std::size_t k = 0; k < 3; ++k) {
+        columns.origin[k] = origin[k] + i;
+        columns.direction[k] = direction[k] + i;
+        SIGHTLINE_UNROLL
+        for (std::size_t c = 0; c < 3; ++c) columns.corner[c][k] = winners.corner[c][k] + i;
+      }
+      const Intersection meeting(columns);
+      hn::Store(meeting.t.high, dd, t_ + i);
+      certain |= mask_bits(dd, hn::And(meeting.t.certain(meeting.error), meeting.ordinary)) << i;
+    }
+    return certain;
+  }
+
+  HWY_INLINE void write(std::size_t ray, std::size_t i, bool certain, const Winners& winners) {
+    hits_.instance[ray] = winners.id[i].instance;
+    hits_.triangle[ray] = winners.id[i].triangle;
+    if (HWY_LIKELY(certain)) {
+      hits_.t[ray] = t_[i];
+    } else {
+      ++counts_.exact_roundings;
+      hits_.t[ray] = exact_t(scene_, rays_[ray], winners.id[i]);
+    }
   }
 
   const Scene& scene_;
@@ -104,10 +151,9 @@ class Finisher {
   bool plain_ = true;  ///< all placements leave the corners as they are
   std::size_t size_ = 0;
   std::size_t ray_[kGroup];
-  TriangleId id_[kGroup];
   HWY_ALIGN double origin_[3][kGroup];
   HWY_ALIGN double direction_[3][kGroup];
-  HWY_ALIGN double corner_[3][3][kGroup];
+  Winners waiting_, neighbours_;
   HWY_ALIGN double t_[kGroup];
 };
 

@@ -99,10 +99,16 @@ class Packet {
   bool trace(Finish& finish) {
     steps_ = ray_steps_ = 0;
     walk();
-    for (std::size_t i = 0; i < count_; ++i) {
-      if constexpr (kAny) {
-        occluded_[first_ + i] = limit_[i] == -kInfF ? 1 : 0;
-      } else {
+    if constexpr (kAny) {
+      for (std::size_t i = 0; i < count_; ++i) occluded_[first_ + i] = limit_[i] == -kInfF ? 1 : 0;
+    } else {
+      std::size_t i = 0;
+      for (; i + kGroupRays <= count_; i += kGroupRays) {
+        Candidate winners[kGroupRays];
+        for (std::size_t j = 0; j < kGroupRays; ++j) winners[j] = decode(candidate_[i + j]);
+        finish.add_neighbours(first_ + i, winners);
+      }
+      for (; i < count_; ++i) {
         if (candidate_[i] != 0) finish.add(first_ + i, decode(candidate_[i]));
       }
     }
