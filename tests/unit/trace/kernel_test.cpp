@@ -212,6 +212,72 @@ TEST(Kernel, answers_like_the_exact_predicate_on_every_triangle) {
   }
 }
 
+/// Rows of a picture that looks along -z from in front of the scene, some of them with rays that
+/// are parallel, some with limits of their own, one with a ray that goes elsewhere. Directions meet
+/// zeros of both signs, octants and largest axes change inside a row.
+RayBatch make_rows(const Case& c, std::size_t rows, std::size_t columns) {
+  const double s = static_cast<double>(c.scale) * (c.integer ? 3 : 1);
+  const double shift = static_cast<double>(c.shift);
+  RayBatch rays;
+  for (std::size_t row = 0; row < rows; ++row) {
+    for (std::size_t column = 0; column < columns; ++column) {
+      const double x = (static_cast<double>(column) - static_cast<double>(columns / 2)) / 64;
+      const double y = (static_cast<double>(row) - static_cast<double>(rows / 2)) / 16;
+      Ray ray{{shift, shift, shift + 2 * s}, {x * s, y * s, -s}};
+      if (row % 5 == 1) ray = {{shift + x * s, shift + y * s, shift + 2 * s}, {0, -0.0, -s}};
+      if (row % 5 == 2) ray.tmin = 1 + x, ray.tmax = 2.5 - x / 2;
+      if (row % 5 == 3) ray.direction = {-0.0, y * s, x * s - s / 4};
+      if (row % 5 == 4 && column == 70) ray.origin.z = shift + 1e9 * s;
+      rays.push_back(ray);
+    }
+  }
+  return rays;
+}
+
+TEST(Kernel, answers_neighbouring_rays_together_as_each_alone) {
+  const std::vector<Case> cases = {
+      {"uniform", 1, 0, false, {}},
+      {"grid", 1, 0, true, {}},
+      {"tiny", 1e-30f, 0, false, {}},
+      {"huge", 1e30f, 0, false, {}},
+      {"shifted", 1, 1e6f, false, {}},
+      {"grid in one place", 1, 0, true, {affine({1, 0.5, 0, 0, 0, 1, 0.25, 0, 0, 0, 0.5, 0})}},
+  };
+  for (const Case& c : cases) {
+    std::mt19937_64 random(7);
+    const auto scene = make_scene(c, random);
+    const RayBatch rays = make_rows(c, 33, 150);
+    for (const Kernel& kernel : supported_kernels()) {
+      HitBatch together, alone;
+      together.resize(rays.size());
+      alone.resize(rays.size());
+      std::vector<std::uint8_t> any_together(rays.size()), any_alone(rays.size());
+      TraceCounts counts, ignored;
+      kernel.closest(*scene, rays, 0, rays.size(), together, counts);
+      kernel.any(*scene, rays, 0, rays.size(), any_together.data(), ignored);
+      for (std::size_t i = 0; i < rays.size(); ++i) {
+        kernel.closest(*scene, rays, i, i + 1, alone, ignored);
+        kernel.any(*scene, rays, i, i + 1, any_alone.data(), ignored);
+      }
+      std::size_t met = 0;
+      for (std::size_t i = 0; i < rays.size(); ++i) {
+        met += alone.hit(i) ? 1u : 0u;
+        ASSERT_EQ(together.id(i), alone.id(i)) << c.name << ", " << kernel.name << ", ray " << i;
+        ASSERT_EQ(together.t[i], alone.t[i]) << c.name << ", " << kernel.name << ", ray " << i;
+        ASSERT_EQ(any_together[i], any_alone[i]) << c.name << ", " << kernel.name << ", ray " << i;
+        ASSERT_EQ(any_alone[i], alone.hit(i) ? 1 : 0) << c.name << ", ray " << i;
+      }
+      EXPECT_GT(met, rays.size() / 4) << c.name;
+      if (kernel.name.starts_with("avx")) {
+        EXPECT_GT(counts.packet_rays, rays.size() / 4) << c.name << ", " << kernel.name;
+      }
+      std::printf("%-24s %-9s %zu of %zu rays meet something, %llu went in packets\n", c.name,
+                  std::string(kernel.name).c_str(), met, rays.size(),
+                  static_cast<unsigned long long>(counts.packet_rays));
+    }
+  }
+}
+
 TEST(Kernel, visits_no_more_for_a_ray_from_very_far_away) {
   std::mt19937_64 random(9);
   const auto scene = make_scene({"uniform", 1, 0, false, {}}, random);
