@@ -38,6 +38,8 @@ std::vector<Family> contact_families();
 std::vector<Family> magnitude_families();
 /// Placements: sheared, mirrored, flattened, flush, far.
 std::vector<Family> placement_families();
+/// Rays side by side.
+std::vector<Family> neighbour_families();
 /// Failures of Embree that its users published, rebuilt from the words of the threads.
 std::vector<Family> published_families();
 

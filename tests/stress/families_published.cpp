@@ -201,7 +201,7 @@ std::vector<Family> published_families() {
 std::vector<Family> families() {
   std::vector<Family> all;
   for (auto part : {contract_families(), contact_families(), magnitude_families(),
-                    placement_families(), published_families()})
+                    placement_families(), neighbour_families(), published_families()})
     all.insert(all.end(), part.begin(), part.end());
   return all;
 }
