@@ -13,8 +13,11 @@ namespace {
 
 constexpr std::uint32_t kParallelBinning = 1u << 17;
 constexpr std::uint32_t kParallelSubtrees = 1u << 12;
-constexpr std::uint32_t kFewBins = 8;
-constexpr std::uint32_t kFewBoxes = 64;  ///< below it few bins do
+
+/// Where many boxes are cut a bad place costs much, and bins cost little: there are more of them.
+std::size_t bins_for(std::uint32_t count) {
+  return count < 64 ? 8 : count < 2048 ? 16 : Histogram::kMaxBins;
+}
 
 /// A range of boxes on its way to be a node.
 struct Range {
@@ -135,7 +138,7 @@ class Builder {
 
   /// False if the centroids are too close to tell apart.
   bool divide_by_bins(const Range& range, Range& left, Range& right) {
-    const std::size_t bins = range.count < kFewBoxes ? kFewBins : Histogram::kMaxBins;
+    const std::size_t bins = bins_for(range.count);
     const Binning binning(range.bounds.middles, bins);
     Histogram histogram(bins);
     gather(range.first, range.count, histogram,

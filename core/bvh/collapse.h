@@ -17,7 +17,7 @@ struct CollapseOptions {
   float node_cost = 1.0f;
   float block_cost = 1.2f;
   /// For each granule of memory, spread over the boxes: what costs memory must be worth it.
-  float memory_cost = 0.0f;
+  float memory_cost = 3.0f;
   std::uint32_t block = kLanes;  ///< boxes in a block
   std::uint32_t leaf_max = 8;    ///< boxes in a leaf at most, if the binary leaves are not larger
 };

@@ -47,7 +47,7 @@ class Binning {
 
 class Histogram {
  public:
-  static constexpr std::size_t kMaxBins = 16;
+  static constexpr std::size_t kMaxBins = 32;
 
   explicit Histogram(std::size_t bins) : bins_(bins) {
     for (std::size_t bin = 0; bin < bins; ++bin) {

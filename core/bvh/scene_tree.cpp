@@ -5,6 +5,7 @@
 
 #include "core/base/parallel.h"
 #include "core/bvh/collapse.h"
+#include "core/bvh/reinsert.h"
 #include "core/bvh/triangle_tree.h"
 #include "core/geometry/rounding.h"
 
@@ -135,7 +136,7 @@ void bound_edges(const Affine& matrix, const MeshFacts& facts, Placement& placem
 
 /// Over the world bounds of the placements, in units in which float32 keeps its precision.
 WideTree build_top(const std::vector<Placement>& placements, const std::vector<Box3d>& bounds,
-                   const Box3d& all) {
+                   const Box3d& all, TreeQuality quality) {
   const int scale_exponent = choose_scale_exponent(all);
   const double scale = std::ldexp(1.0, scale_exponent);
   Column<BuildBox> boxes(placements.size());
@@ -153,7 +154,8 @@ WideTree build_top(const std::vector<Placement>& placements, const std::vector<B
   CollapseOptions costs;
   costs.block = 1;
   costs.leaf_max = 1;
-  const BinaryTree binary = build_binary_tree(std::move(boxes), options);
+  BinaryTree binary = build_binary_tree(std::move(boxes), options);
+  if (quality == TreeQuality::kHigh) reinsert(binary, {});
   WideTree top =
       collapse(binary, costs, [&](std::uint32_t first, std::uint32_t count, LeafBlock* block) {
         for (std::uint32_t i = 0; i < kLanes; ++i)
@@ -168,7 +170,7 @@ WideTree build_top(const std::vector<Placement>& placements, const std::vector<B
 }  // namespace
 
 Result<SceneTree> build_scene_tree(std::span<const MeshView> meshes,
-                                   std::span<const PlacementView> placements) {
+                                   std::span<const PlacementView> placements, TreeQuality quality) {
   SceneTree scene;
   std::vector<MeshFacts> facts;
   for (const MeshView& mesh : meshes) {
@@ -209,7 +211,7 @@ Result<SceneTree> build_scene_tree(std::span<const MeshView> meshes,
     std::uint32_t& tree = shared[view.mesh];
     if (own || tree == kNoTree) {
       scene.trees.push_back(std::make_unique<WideTree>(
-          build_triangle_tree(mesh, own ? &view.world_from_mesh : nullptr)));
+          build_triangle_tree(mesh, own ? &view.world_from_mesh : nullptr, quality)));
       placement.tree = static_cast<std::uint32_t>(scene.trees.size() - 1);
       if (!own) tree = placement.tree;
     } else {
@@ -220,7 +222,8 @@ Result<SceneTree> build_scene_tree(std::span<const MeshView> meshes,
     bounds.push_back(box);
     scene.bounds.include(box);
   }
-  if (scene.placements.size() > 1) scene.top = build_top(scene.placements, bounds, scene.bounds);
+  if (scene.placements.size() > 1)
+    scene.top = build_top(scene.placements, bounds, scene.bounds, quality);
   return scene;
 }
 

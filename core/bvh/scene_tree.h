@@ -14,6 +14,12 @@
 
 namespace sightline {
 
+/// How much time a tree may take.
+enum class TreeQuality {
+  kFast,  ///< soon
+  kHigh,  ///< subtrees moved to better places: docs/decisions/0008
+};
+
 /// A mesh as the builder sees it; the arrays belong to the caller and are not kept.
 struct MeshView {
   std::span<const Vec3f> positions;
@@ -66,6 +72,7 @@ struct PlacementView {
 /// cost their precision: then that placement has a tree of its own. Errors: SCENE_TOO_LARGE if a
 /// tree would pass 16 GiB.
 Result<SceneTree> build_scene_tree(std::span<const MeshView> meshes,
-                                   std::span<const PlacementView> placements);
+                                   std::span<const PlacementView> placements,
+                                   TreeQuality quality = TreeQuality::kHigh);
 
 }  // namespace sightline

@@ -8,6 +8,7 @@
 
 #include "core/base/parallel.h"
 #include "core/bvh/collapse.h"
+#include "core/bvh/reinsert.h"
 #include "core/bvh/tree_corners.h"
 #include "core/geometry/rounding.h"
 
@@ -112,11 +113,13 @@ int choose_scale_exponent(const Box3d& bounds) {
   return exponent > 40 || exponent < -40 ? -exponent : 0;
 }
 
-WideTree build_triangle_tree(const MeshView& mesh, const Affine* world_from_mesh) {
+WideTree build_triangle_tree(const MeshView& mesh, const Affine* world_from_mesh,
+                             TreeQuality quality) {
   BuildBoxes made(mesh, world_from_mesh);
   const Box3d bounds = made.bounds;
   const int scale_exponent = made.scale_exponent;
   BinaryTree binary = build_binary_tree(std::move(made.boxes), {});
+  if (quality == TreeQuality::kHigh) reinsert(binary, {});
   WideTree tree =
       collapse(binary, {}, [&](std::uint32_t first, std::uint32_t count, LeafBlock* blocks) {
         const std::span<const std::uint32_t> leaf(&binary.ids[first], count);

@@ -9,7 +9,8 @@ namespace sightline {
 /// Leaves hold the mesh's float32 corners in both cases. Triangles with a corner that is not finite
 /// in the tree's space, or with two equal corners, are left out: nothing can hit them under any
 /// matrix. Precondition: at most kMaxTriangles.
-WideTree build_triangle_tree(const MeshView& mesh, const Affine* world_from_mesh);
+WideTree build_triangle_tree(const MeshView& mesh, const Affine* world_from_mesh,
+                             TreeQuality quality);
 
 inline constexpr std::uint64_t kMaxTriangles =
     (1ull << 34) / (sizeof(LeafBlock) + sizeof(WideNode));

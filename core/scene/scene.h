@@ -21,7 +21,8 @@ using WorldTriangle = Triangle;
 class Scene {
  public:
   /// Builds the trees. Errors: SCENE_TOO_LARGE when a tree would not fit, MEMORY_EXHAUSTED.
-  static Result<std::shared_ptr<const Scene>> build(SceneDescription description);
+  static Result<std::shared_ptr<const Scene>> build(SceneDescription description,
+                                                    TreeQuality quality = TreeQuality::kHigh);
 
   const SceneDescription& description() const { return description_; }
   const SceneTree& tree() const { return tree_; }

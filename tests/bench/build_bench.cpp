@@ -70,15 +70,16 @@ class BuildBench {
     medium.emplace(description, threads_, RTC_BUILD_QUALITY_MEDIUM);
     high.emplace(description, threads_, RTC_BUILD_QUALITY_HIGH);
     std::shared_ptr<const Scene> built;
+    const auto ours = [&](TreeQuality quality) {
+      SceneDescription copy = description;  // meshes are shared, not copied
+      group_.execute([&] {
+        if (auto result = Scene::build(std::move(copy), quality)) built = std::move(*result);
+      });
+      return (tree_bytes(built->tree()) + geometry) / triangles;
+    };
     const std::vector<Builder> builders{
-        {"sightline",
-         [&] {
-           SceneDescription copy = description;  // meshes are shared, not copied
-           group_.execute([&] {
-             if (auto result = Scene::build(std::move(copy))) built = std::move(*result);
-           });
-           return (tree_bytes(built->tree()) + geometry) / triangles;
-         }},
+        {"sightline_fast", [&] { return ours(TreeQuality::kFast); }},
+        {"sightline_high", [&] { return ours(TreeQuality::kHigh); }},
         {"embree_medium", [&] { return (medium->build() + geometry) / triangles; }},
         {"embree_high", [&] { return (high->build() + geometry) / triangles; }}};
 
@@ -136,22 +137,25 @@ std::vector<std::string> floors(const std::vector<Row>& rows) {
   for (int threads : {1, 2}) {
     std::vector<double> ratios;
     for (const std::string& scene : kScenes) {
-      const Row* ours = find(rows, scene, "sightline", threads);
+      const Row* ours = find(rows, scene, "sightline_fast", threads);
+      const Row* high = find(rows, scene, "sightline_high", threads);
       const Row* theirs = find(rows, scene, "embree_medium", threads);
       if (ours == nullptr || theirs == nullptr) continue;
       ratios.push_back(ours->speed() / theirs->speed());
       most_bytes = std::max(most_bytes, ours->bytes_per_triangle);
+      if (high != nullptr) most_bytes = std::max(most_bytes, high->bytes_per_triangle);
     }
     const double mean = geometric_mean(ratios);
     std::snprintf(text, sizeof text,
-                  "floor 6: %.2f (needs 0.80) %s  build speed against Embree medium, %d threads, "
+                  "floor 6: %.2f (needs 0.80) %s  build speed of the fast preset against Embree "
+                  "medium, %d threads, "
                   "mean of %zu scenes",
                   mean, mean >= 0.8 ? "ok" : "short", threads, ratios.size());
     lines.emplace_back(text);
   }
   std::snprintf(text, sizeof text,
                 "floor 6: %.1f (needs at most 96) %s  bytes per triangle, positions and indices "
-                "included, the most of all scenes",
+                "included, the most of all scenes and both presets",
                 most_bytes, most_bytes > 0 && most_bytes <= 96 ? "ok" : "short");
   lines.emplace_back(text);
   return lines;

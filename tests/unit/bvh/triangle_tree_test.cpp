@@ -13,11 +13,11 @@
 namespace sightline {
 namespace {
 
-WideTree build_on(int threads, const MeshView& mesh) {
+WideTree build_on(int threads, const MeshView& mesh, TreeQuality quality) {
   ThreadGroup group;
   group.start(threads);
   WideTree tree;
-  group.execute([&] { tree = build_triangle_tree(mesh, nullptr); });
+  group.execute([&] { tree = build_triangle_tree(mesh, nullptr, quality); });
   return tree;
 }
 
@@ -25,15 +25,18 @@ TEST(TriangleTree, has_the_same_bytes_from_any_number_of_threads) {
   // Enough triangles that every step shares its work.
   for (const demo::DemoScene& scene : {demo::terrain(200'000), demo::city(150'000)}) {
     const TestMesh mesh(scene.meshes[0]);
-    const WideTree one = build_on(1, mesh.view());
-    for (const int threads : {2, 3, 7}) {
-      const WideTree many = build_on(threads, mesh.view());
-      ASSERT_EQ(many.arena.used(), one.arena.used()) << scene.name;
-      EXPECT_EQ(std::memcmp(many.arena.at(0), one.arena.at(0), one.arena.used()), 0) << scene.name;
-      EXPECT_EQ(many.root, one.root);
-      EXPECT_EQ(many.node_count, one.node_count);
-      EXPECT_EQ(many.block_count, one.block_count);
-      EXPECT_EQ(many.depth, one.depth);
+    for (const TreeQuality quality : {TreeQuality::kFast, TreeQuality::kHigh}) {
+      const WideTree one = build_on(1, mesh.view(), quality);
+      for (const int threads : {2, 3, 7}) {
+        const WideTree many = build_on(threads, mesh.view(), quality);
+        ASSERT_EQ(many.arena.used(), one.arena.used()) << scene.name;
+        EXPECT_EQ(std::memcmp(many.arena.at(0), one.arena.at(0), one.arena.used()), 0)
+            << scene.name;
+        EXPECT_EQ(many.root, one.root);
+        EXPECT_EQ(many.node_count, one.node_count);
+        EXPECT_EQ(many.block_count, one.block_count);
+        EXPECT_EQ(many.depth, one.depth);
+      }
     }
   }
 }
@@ -50,13 +53,13 @@ TEST(TriangleTree, stays_shallow_where_centroids_cannot_be_told_apart) {
       positions.push_back(p);
     }
   }
-  const WideTree tree = build_triangle_tree({positions, indices}, nullptr);
+  const WideTree tree = build_triangle_tree({positions, indices}, nullptr, TreeQuality::kFast);
   EXPECT_LE(tree.depth, 16u);
 }
 
 TEST(TriangleTree, fills_its_blocks) {
   const TestMesh mesh(demo::terrain(100'000).meshes[0]);
-  const WideTree tree = build_triangle_tree(mesh.view(), nullptr);
+  const WideTree tree = build_triangle_tree(mesh.view(), nullptr, TreeQuality::kFast);
   const double lanes = 4.0 * tree.block_count;
   EXPECT_GT(static_cast<double>(mesh.view().triangle_count()) / lanes, 0.75);
 }

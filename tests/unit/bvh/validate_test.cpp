@@ -33,7 +33,7 @@ std::string reason(const Status& status) { return status ? "sound" : status.erro
 
 class DamagedTree : public testing::Test {
  protected:
-  DamagedTree() : tree_(build_triangle_tree(mesh_.view(), nullptr)) {}
+  DamagedTree() : tree_(build_triangle_tree(mesh_.view(), nullptr, TreeQuality::kFast)) {}
 
   WideNode& node(std::uint32_t ref) { return *reinterpret_cast<WideNode*>(tree_.arena.at(ref)); }
   WideNode& root() { return node(tree_.root); }
@@ -260,7 +260,8 @@ TEST(Validate, refuses_a_tree_deeper_than_kernels_walk) {
   std::vector<std::uint32_t> indices;
   for (std::uint32_t i = 0; i < kLevels; ++i) indices.insert(indices.end(), {0, 1, 2});
   const MeshView mesh{positions, indices};
-  WideTree shallow = build_triangle_tree({positions, std::span(indices).first(3)}, nullptr);
+  WideTree shallow =
+      build_triangle_tree({positions, std::span(indices).first(3)}, nullptr, TreeQuality::kFast);
   WideTree tree;
   tree.bounds = shallow.bounds;
   tree.arena = Arena(kLevels * (sizeof(WideNode) + sizeof(LeafBlock)));
@@ -303,12 +304,15 @@ TEST(Validate, accepts_what_the_builder_makes) {
       mesh.indices.insert(mesh.indices.end(),
                           {0, 1, static_cast<std::uint32_t>(mesh.positions.size() - 1)});
       for (const Affine* world : {static_cast<const Affine*>(nullptr), &turned, &huge}) {
-        const WideTree tree = build_triangle_tree(mesh.view(), world);
-        EXPECT_EQ(reason(validate_triangle_tree(tree, mesh.view(), world)), "sound") << scene.name;
+        for (const TreeQuality quality : {TreeQuality::kFast, TreeQuality::kHigh}) {
+          const WideTree tree = build_triangle_tree(mesh.view(), world, quality);
+          EXPECT_EQ(reason(validate_triangle_tree(tree, mesh.view(), world)), "sound")
+              << scene.name;
+        }
       }
     }
   }
-  const WideTree empty = build_triangle_tree({}, nullptr);
+  const WideTree empty = build_triangle_tree({}, nullptr, TreeQuality::kFast);
   EXPECT_EQ(reason(validate_triangle_tree(empty, {}, nullptr)), "sound");
 }
 
