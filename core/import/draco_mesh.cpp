@@ -30,8 +30,7 @@ constexpr std::uint64_t kBytesPerTriangle = 128;
 constexpr std::uint64_t kBytesPerSeamTriangle = 48;
 constexpr std::uint64_t kBytesPerValue = 16;
 
-/// Asked twice by the decoder below: before it takes memory for triangles, and before it takes
-/// memory for attributes.
+/// Asked by the decoder below before it takes memory for triangles, and for attributes.
 class Gate {
  public:
   Gate(const DracoClaim& claim, std::uint64_t compressed_bytes, Budget& budget)
@@ -65,16 +64,19 @@ class Gate {
     return spend(triangles * (kBytesPerTriangle + seam_groups * kBytesPerSeamTriangle));
   }
 
-  bool admits_attributes(const draco::PointCloud& cloud) {
-    if (cloud.num_points() != claim_.points) {
-      return refuse("its bytes hold " + std::to_string(cloud.num_points()) +
-                    " points, the accessors " + std::to_string(claim_.points));
-    }
-    std::uint64_t values = 0;
-    for (int i = 0; i < cloud.num_attributes(); ++i) {
-      values += static_cast<std::uint64_t>(cloud.attribute(i)->num_components()) + 1;
-    }
-    return spend(values * claim_.points * kBytesPerValue);
+  bool admits_points(std::uint64_t points) {
+    if (points == claim_.points) return true;
+    return refuse("its bytes hold " + std::to_string(points) + " points, the accessors " +
+                  std::to_string(claim_.points));
+  }
+
+  bool admits_values(std::uint64_t per_point) {
+    return spend(per_point * claim_.points * kBytesPerValue);
+  }
+
+  bool wants(std::uint32_t attribute) const {
+    return std::find(claim_.attributes.begin(), claim_.attributes.end(), attribute) !=
+           claim_.attributes.end();
   }
 
   const std::optional<Error>& over_budget() const { return over_budget_; }
@@ -125,11 +127,41 @@ class GatedDecoder : public Base {
     return gate_.admits_triangles(sizes->triangles, sizes->seam_groups) &&
            Base::DecodeGeometryData();
   }
+  /// Attributes stand one after the other; those behind the last one that is wanted stay as they
+  /// are.
   bool DecodeAllAttributes() override {
-    return gate_.admits_attributes(*this->point_cloud()) && Base::DecodeAllAttributes();
+    if (!gate_.admits_points(this->point_cloud()->num_points())) return false;
+    for (int i = 0; i <= last_wanted(); ++i) {
+      // The library decodes through the same pointer, and keeps it where a subclass cannot see it.
+      auto* decoder = const_cast<draco::AttributesDecoderInterface*>(this->attributes_decoder(i));
+      if (!gate_.admits_values(values_per_point(*decoder))) return false;
+      if (!decoder->DecodeAttributes(this->buffer())) return false;
+    }
+    return true;
   }
 
  private:
+  const draco::PointAttribute& attribute(const draco::AttributesDecoderInterface& decoder, int i) {
+    return *this->point_cloud()->attribute(decoder.GetAttributeId(i));
+  }
+  int last_wanted() {
+    int last = -1;
+    for (int i = 0; i < this->num_attributes_decoders(); ++i) {
+      const auto& decoder = *this->attributes_decoder(i);
+      for (int k = 0; k < decoder.GetNumAttributes(); ++k) {
+        if (gate_.wants(attribute(decoder, k).unique_id())) last = i;
+      }
+    }
+    return last;
+  }
+  std::uint64_t values_per_point(const draco::AttributesDecoderInterface& decoder) {
+    std::uint64_t values = 0;
+    for (int k = 0; k < decoder.GetNumAttributes(); ++k) {
+      values += static_cast<std::uint64_t>(attribute(decoder, k).num_components()) + 1;
+    }
+    return values;
+  }
+
   Gate& gate_;
   ReadSizes read_sizes_;
 };

@@ -26,7 +26,8 @@ struct DracoMesh {
 struct DracoClaim {
   std::uint64_t triangles = 0;
   std::uint64_t points = 0;
-  std::vector<std::uint32_t> attributes;  ///< ids that are wanted; others are decoded and dropped
+  std::vector<std::uint32_t> attributes;  ///< ids that are wanted; others are decoded only when one
+                                          ///< of these stands behind them
 };
 
 /// Nothing is allocated before the sizes in the compressed bytes agree with the claim, are possible
