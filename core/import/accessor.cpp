@@ -16,7 +16,7 @@ T load(const std::byte* at) {
   return value;
 }
 
-/// Numbers per element; the matrix types are never read.
+/// Numbers per element; the smaller matrices, whose columns may be padded, are never read.
 std::uint32_t components_of(int type) {
   switch (type) {
     case TINYGLTF_TYPE_SCALAR:
@@ -27,6 +27,8 @@ std::uint32_t components_of(int type) {
       return 3;
     case TINYGLTF_TYPE_VEC4:
       return 4;
+    case TINYGLTF_TYPE_MAT4:
+      return 16;
     default:
       return 0;
   }

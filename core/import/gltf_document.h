@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -27,6 +28,11 @@ struct BufferEntry {
   bool fallback_only = false;  ///< EXT_meshopt_compression: no bytes, only a place for decoded ones
 };
 
+struct SkinEntry {
+  std::vector<std::uint32_t> joints;         ///< indices in the file's "nodes"
+  std::optional<std::size_t> inverse_binds;  ///< accessor; nothing: identities
+};
+
 /// KHR_draco_mesh_compression of a primitive.
 struct DracoEntry {
   std::size_t view = 0;                             ///< bufferView of the compressed bytes
@@ -36,13 +42,13 @@ struct DracoEntry {
 struct GltfDocument {
   /// Nodes, meshes, accessors and bufferViews as tinygltf read them; of the scenes only the one
   /// that was asked for. Everything that rays do not need was erased before: images, textures,
-  /// materials, animations, skins, cameras, extras, attributes other than POSITION.
+  /// materials, animations, cameras, extras, attributes that move no position.
   tinygltf::Model model;
   std::vector<BufferEntry> buffers;
   std::map<std::size_t, MeshoptView> meshopt;                       ///< by bufferView
   std::map<std::pair<std::size_t, std::size_t>, DracoEntry> draco;  ///< by mesh and primitive
   std::vector<Material> materials;
-  std::size_t skin_count = 0;
+  std::vector<SkinEntry> skins;
   bool has_scene = false;       ///< false: the file names none, every root node is loaded
   bool draco_required = false;  ///< KHR_draco_mesh_compression is required, there is no fallback
   bool quantization = false;    ///< KHR_mesh_quantization is used or required

@@ -76,7 +76,18 @@ void thin_sparse(json& accessor, const Counts& counts, JsonChecker& check, const
 }
 
 /// Attributes of which a position depends.
-bool is_geometric(const std::string& attribute) { return attribute == "POSITION"; }
+bool is_geometric(const std::string& attribute) {
+  return attribute == "POSITION" || attribute.rfind("JOINTS_", 0) == 0 ||
+         attribute.rfind("WEIGHTS_", 0) == 0;
+}
+
+/// Erases the others, and those of skins where there is no skin.
+void keep_geometric(json& attributes, bool has_skins) {
+  for (auto member = attributes.begin(); member != attributes.end();) {
+    const bool keep = member.key() == "POSITION" || (has_skins && is_geometric(member.key()));
+    member = keep ? std::next(member) : attributes.erase(member);
+  }
+}
 
 DracoEntry read_draco(json& object, const Counts& counts, JsonChecker& check, const Place& at) {
   DracoEntry entry;
@@ -106,9 +117,11 @@ void thin_primitive(json& object, const Counts& counts, std::size_t mesh, std::s
     document.draco[{mesh, number}] = read_draco(*draco, counts, check, extensions.member(kDraco));
   }
   JsonChecker::keep_only(object, {"attributes", "indices", "mode", "material", "targets"});
-  JsonChecker::keep_only(*attributes, {"POSITION"});
-  const Place positions = at.member("attributes");
-  check.reference(*attributes, "POSITION", positions, counts.accessors, "accessors");
+  keep_geometric(*attributes, !document.skins.empty());
+  const Place list = at.member("attributes");
+  for (auto& [name, accessor] : attributes->items()) {
+    check.reference(accessor, list.member(name), counts.accessors, "accessors");
+  }
   check.reference(object, "indices", at, counts.accessors, "accessors");
   check.integer(object, "mode", at, 6);
   if (const auto material = check.integer(object, "material", at);
@@ -119,9 +132,9 @@ void thin_primitive(json& object, const Counts& counts, std::size_t mesh, std::s
     object.erase("material");
   }
   if (json* targets = check.array(object, "targets", at)) {
-    const Place list = at.member("targets");
+    const Place listed = at.member("targets");
     for (std::size_t i = 0; i < targets->size(); ++i) {
-      const Place target = list.element(i);
+      const Place target = listed.element(i);
       if (!check.is_object((*targets)[i], target)) return;
       JsonChecker::keep_only((*targets)[i], {"POSITION"});
       check.reference((*targets)[i], "POSITION", target, counts.accessors, "accessors");
@@ -161,6 +174,26 @@ void take_buffers(json* list, GltfDocument& document, JsonChecker& check, const 
       entry.fallback_only = meshopt->value("fallback", json()) == true;
     }
     document.buffers.push_back(std::move(entry));
+  }
+}
+
+void take_skins(json* list, const Counts& counts, GltfDocument& document, JsonChecker& check,
+                const Place& at) {
+  if (list == nullptr) return;
+  for (std::size_t i = 0; i < list->size() && check.good(); ++i) {
+    json& object = (*list)[i];
+    const Place place = at.element(i);
+    SkinEntry skin;
+    json* joints = check.array(object, "joints", place);
+    const Place listed = place.member("joints");
+    if (joints == nullptr || joints->empty()) return check.refuse(listed, "must name a node");
+    for (std::size_t k = 0; k < joints->size() && check.good(); ++k) {
+      check.reference((*joints)[k], listed.element(k), counts.nodes, "nodes");
+      if (check.good()) skin.joints.push_back((*joints)[k].get<std::uint32_t>());
+    }
+    skin.inverse_binds =
+        check.reference(object, "inverseBindMatrices", place, counts.accessors, "accessors");
+    document.skins.push_back(std::move(skin));
   }
 }
 

@@ -21,6 +21,8 @@ nlohmann::json* only_extension(nlohmann::json& object, const char* name, JsonChe
 // Each takes a section (nullptr: the file has none), and leaves what is wrong in `check`.
 void take_buffers(nlohmann::json* list, GltfDocument& document, JsonChecker& check,
                   const Place& at);
+void take_skins(nlohmann::json* list, const Counts& counts, GltfDocument& document,
+                JsonChecker& check, const Place& at);
 void thin_views(nlohmann::json* list, const Counts& counts, GltfDocument& document,
                 JsonChecker& check, const Place& at);
 void thin_accessors(nlohmann::json* list, const Counts& counts, JsonChecker& check,

@@ -118,10 +118,10 @@ void thin_nodes(json* list, const Counts& counts, GltfDocument& document, JsonCh
     check.text(object, "name", place);
     check.reference(object, "mesh", place, counts.meshes, "meshes");
     if (const auto skin = check.integer(object, "skin", place);
-        skin.has_value() && *skin >= document.skin_count) {
+        skin.has_value() && *skin >= document.skins.size()) {
       document.warnings.push_back("node " + std::to_string(i) + ": skin " + std::to_string(*skin) +
                                   " does not exist, the file has " +
-                                  std::to_string(document.skin_count));
+                                  std::to_string(document.skins.size()));
       object.erase("skin");
     }
     check.numbers(object, "matrix", place, 16);
@@ -197,7 +197,6 @@ void thin_gltf(json& root, const ImportOptions& options, GltfDocument& document,
 
   const auto size = [](const json* list) { return list != nullptr ? list->size() : 0; };
   const Counts counts = {size(nodes), size(meshes), size(accessors), size(views), size(buffers)};
-  document.skin_count = size(skins);
   document.absent_view = static_cast<int>(counts.views);
   if (counts.nodes > options.limits.nodes) {
     return check.refuse(
@@ -206,6 +205,7 @@ void thin_gltf(json& root, const ImportOptions& options, GltfDocument& document,
   choose_scene(root, scenes, options, counts, document, check, file);
   take_buffers(buffers, document, check, file.member("buffers"));
   take_materials(materials, document, check, file.member("materials"));
+  take_skins(skins, counts, document, check, file.member("skins"));
   thin_views(views, counts, document, check, file.member("bufferViews"));
   thin_accessors(accessors, counts, check, file.member("accessors"));
   thin_meshes(meshes, counts, document, check, file.member("meshes"));

@@ -48,8 +48,7 @@ Result<GlbChunks> open_container(std::span<const std::byte> bytes, Warnings& war
 
 /// Instances of every node that shows a mesh with triangles, in the order of the walk.
 Status place_meshes(const GltfDocument& document, AccessorReader& accessors, MeshReader& meshes,
-                    const ImportLimits& limits, Budget& budget, SceneDescription& scene,
-                    Warnings& warnings) {
+                    const ImportLimits& limits, Budget& budget, SceneDescription& scene) {
   for (std::uint32_t i = 0; i < scene.nodes.size(); ++i) {
     const std::uint32_t file_node = scene.nodes[i].file_node;
     const tinygltf::Node& source = document.model.nodes[file_node];
@@ -57,6 +56,7 @@ Status place_meshes(const GltfDocument& document, AccessorReader& accessors, Mes
     auto mesh = meshes.mesh_of(source);
     if (!mesh) return mesh.error();
     const std::uint64_t room = limits.instances - scene.instances.size();
+    const bool is_posed = source.skin >= 0;  // then the mesh stands in the world already
     auto placements = read_placements(document, file_node, accessors, room);
     if (!placements) return placements.error();
     const std::uint64_t count = placements->has_value() ? (*placements)->size() : 1;
@@ -66,14 +66,15 @@ Status place_meshes(const GltfDocument& document, AccessorReader& accessors, Mes
                           scene.instances.size() + count, limits.instances);
     }
     if (Status status = budget.spend_bytes(count * sizeof(Instance)); !status) return status;
-    if (source.skin >= 0) {
-      warnings.add("node " + std::to_string(file_node) + " \"" + shortened(source.name) +
-                   "\": its skin is not applied, the mesh stands unposed under the node");
-    }
     const Affine& node = scene.nodes[i].world_from_node;
     if (!placements->has_value()) {
-      scene.instances.push_back({**mesh, i, node});
+      scene.instances.push_back({**mesh, i, is_posed ? Affine{} : node});
       continue;
+    }
+    if (is_posed) {
+      return invalid("GLTF_INSTANCING_INVALID",
+                     "node " + std::to_string(file_node) + ": has both a skin and instances",
+                     "/nodes/" + std::to_string(file_node));
     }
     for (const Affine& placement : **placements) {
       scene.instances.push_back({**mesh, i, node * placement});
@@ -116,7 +117,7 @@ Result<SceneDescription> import_checked(std::span<const std::byte> bytes,
   ViewStore views(*document, buffers, budget);
   AccessorReader accessors(*document, views, limits);
   MeshReader meshes(*document, views, accessors, limits, budget, scene, warnings);
-  Status placed = place_meshes(*document, accessors, meshes, limits, budget, scene, warnings);
+  Status placed = place_meshes(*document, accessors, meshes, limits, budget, scene);
   if (!placed) return placed.error();
 
   scene.counts.file_bytes = bytes.size() + buffers.external_bytes();

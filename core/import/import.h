@@ -5,12 +5,12 @@
 /// and memory: limits below. Never opens a file outside the scene's own folder.
 ///
 /// What is applied: node matrices and TRS (transform.h has the formula), EXT_mesh_gpu_instancing,
-/// KHR_mesh_quantization, EXT_meshopt_compression,
-/// KHR_draco_mesh_compression, sparse accessors, morph targets with their
-/// default weights (positions.h of this room has the formula). Skinned meshes stand unposed under
-/// their node, with a warning. What is left out: points, lines and primitives without POSITION
-/// (counted), images, materials except names and doubleSided, animations, cameras, lights, extras.
-/// An extension that the file requires and that is not known here is refused by name.
+/// KHR_mesh_quantization, EXT_meshopt_compression, KHR_draco_mesh_compression, sparse accessors,
+/// morph targets with their default weights (positions.h has the formula), skins as posed by the
+/// file's own nodes (skinning.h has the formula).
+/// What is left out: points, lines and primitives without POSITION (counted), images, materials
+/// except names and doubleSided, animations, cameras, lights, extras. An extension that the file
+/// requires and that is not known here is refused by name.
 
 #include <cstddef>
 #include <cstdint>
@@ -59,7 +59,8 @@ struct ImportOptions {
 ///                 GLTF_SCENE_UNKNOWN, GLTF_HIERARCHY_INVALID, GLTF_TRANSFORM_INVALID,
 ///                 GLTF_URI_REFUSED, GLTF_BUFFER_INVALID, GLTF_ACCESSOR_INVALID,
 ///                 GLTF_ACCESSOR_OUT_OF_BOUNDS, GLTF_INDEX_OUT_OF_RANGE, GLTF_INSTANCING_INVALID,
-///                 GLTF_COMPRESSION_INVALID, GLTF_STRUCTURE_INVALID (tinygltf's own verdict)
+///                 GLTF_SKIN_INVALID, GLTF_COMPRESSION_INVALID, GLTF_STRUCTURE_INVALID (tinygltf's
+///                 own verdict)
 ///   kInternal     GLTF_INTERNAL
 /// Error::pointer points into the file's own JSON.
 Result<SceneDescription> import_file(const std::filesystem::path& file,

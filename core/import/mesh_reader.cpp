@@ -24,10 +24,16 @@ Result<std::optional<std::uint32_t>> MeshReader::mesh_of(const tinygltf::Node& n
   const tinygltf::Mesh& source = document_.model.meshes[static_cast<std::size_t>(node.mesh)];
   std::vector<double> weights = !node.weights.empty() ? node.weights : source.weights;
   while (!weights.empty() && weights.back() == 0) weights.pop_back();
-  auto key = std::make_pair(node.mesh, std::move(weights));
+  const auto key = std::make_tuple(node.mesh, weights, node.skin);
   if (const auto found = known_.find(key); found != known_.end()) return found->second;
 
-  auto mesh = read(static_cast<std::size_t>(node.mesh), key.second);
+  Pose pose = {std::move(weights), nullptr};
+  if (node.skin >= 0) {
+    auto joints = skins_.joints(static_cast<std::size_t>(node.skin));
+    if (!joints) return joints.error();
+    pose.joints = *joints;
+  }
+  auto mesh = read(static_cast<std::size_t>(node.mesh), pose);
   if (!mesh) return mesh.error();
   std::optional<std::uint32_t> index;
   if (!mesh->primitives.empty()) {
@@ -35,24 +41,24 @@ Result<std::optional<std::uint32_t>> MeshReader::mesh_of(const tinygltf::Node& n
     index = static_cast<std::uint32_t>(scene_.meshes.size());
     scene_.meshes.push_back(std::make_shared<const Mesh>(*std::move(mesh)));
   }
-  known_.emplace(std::move(key), index);
+  known_.emplace(key, index);
   return index;
 }
 
-Result<Mesh> MeshReader::read(std::size_t index, const std::vector<double>& weights) {
+Result<Mesh> MeshReader::read(std::size_t index, const Pose& pose) {
   const tinygltf::Mesh& source = document_.model.meshes[index];
   Mesh mesh;
   mesh.name = source.name;
   mesh.file_mesh = static_cast<std::uint32_t>(index);
   LoadedParts loaded;
   for (std::size_t i = 0; i < source.primitives.size(); ++i) {
-    if (Status status = append_primitive(i, weights, mesh, loaded); !status) return status.error();
+    if (Status status = append_primitive(i, pose, mesh, loaded); !status) return status.error();
   }
   return mesh;
 }
 
-Status MeshReader::append_primitive(std::size_t number, const std::vector<double>& weights,
-                                    Mesh& mesh, LoadedParts& loaded) {
+Status MeshReader::append_primitive(std::size_t number, const Pose& pose, Mesh& mesh,
+                                    LoadedParts& loaded) {
   const tinygltf::Primitive& source = document_.model.meshes[mesh.file_mesh].primitives[number];
   const auto attribute = source.attributes.find("POSITION");
   const bool has_triangles = source.mode >= TINYGLTF_MODE_TRIANGLES;
@@ -63,7 +69,7 @@ Status MeshReader::append_primitive(std::size_t number, const std::vector<double
   const std::string place =
       "mesh " + std::to_string(mesh.file_mesh) + ", primitive " + std::to_string(number);
   // What it has, before anything is allocated for it.
-  auto found = sources_.find(mesh.file_mesh, number, weights);
+  auto found = sources_.find(mesh.file_mesh, number, pose);
   if (!found) return found.error();
   const AccessorView& base = found->positions;
   const std::optional<AccessorView>& indices = found->indices;
@@ -113,6 +119,10 @@ Result<std::uint32_t> MeshReader::append_positions(const tinygltf::Primitive& so
     const auto deltas = target.find("POSITION");
     key.push_back(deltas != target.end() ? deltas->second : -1);
   }
+  for (const InfluenceSet& set : found.skinning.sets) {
+    key.push_back(static_cast<int>(set.joints.accessor));
+    key.push_back(static_cast<int>(set.weights.accessor));
+  }
   const auto known = loaded.find(key);
   const bool is_shared = found.decoded == nullptr && known != loaded.end();
   if (is_shared && known->second.low <= range.low && range.high <= known->second.high) {
@@ -126,9 +136,19 @@ Result<std::uint32_t> MeshReader::append_positions(const tinygltf::Primitive& so
   }
   if (Status status = budget_.spend_bytes(count * sizeof(Vec3f)); !status) return status.error();
   mesh.positions.resize(offset + count);
-  load_positions(found.positions, found.targets, range.low, count, mesh.positions.data() + offset);
+  auto unbalanced = load_positions(found.positions, found.targets, found.skinning, range.low, count,
+                                   found.place, mesh.positions.data() + offset);
+  if (!unbalanced) return unbalanced.error();
+  if (*unbalanced > 0) {
+    warnings_.add(found.place + ": the skin's weights of " + std::to_string(*unbalanced) +
+                  " vertices do not sum to 1 and were used as they stand");
+  }
   accessors_.count_touched(found.positions, count);
   for (const WeightedTarget& target : found.targets) accessors_.count_touched(target.deltas, count);
+  for (const InfluenceSet& set : found.skinning.sets) {
+    accessors_.count_touched(set.joints, count);
+    accessors_.count_touched(set.weights, count);
+  }
   if (found.decoded == nullptr)
     loaded[key] = {range.low, range.high, static_cast<std::uint32_t>(offset)};
   return static_cast<std::uint32_t>(offset);

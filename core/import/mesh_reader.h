@@ -5,7 +5,7 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <utility>
+#include <tuple>
 #include <vector>
 
 #include "core/base/result.h"
@@ -14,6 +14,7 @@
 #include "core/import/corners.h"
 #include "core/import/gltf_document.h"
 #include "core/import/primitive_source.h"
+#include "core/import/skinning.h"
 #include "core/import/warnings.h"
 #include "core/scene/scene_description.h"
 
@@ -30,13 +31,15 @@ class MeshReader {
         budget_(budget),
         scene_(scene),
         warnings_(warnings),
-        sources_(document, views, accessors, budget, warnings) {}
+        sources_(document, views, accessors, budget, warnings),
+        skins_(document, accessors, budget, scene.nodes, warnings) {}
 
   /// The mesh that a node shows, as an index in scene.meshes; nothing when it has no triangles.
-  /// Nodes that show the same mesh with the same morph weights share it. Only the range of vertices
-  /// that triangles use is read.
+  /// Nodes that show the same mesh with the same morph weights and skin share it. With a skin, its
+  /// positions are the world's, whatever the node's matrix says. Only the range of vertices that
+  /// triangles use is read. Precondition: scene.nodes is complete.
   /// Errors: GLTF_INDEX_OUT_OF_RANGE, GLTF_LIMIT_TRIANGLES, GLTF_LIMIT_GEOMETRY_BYTES, those of
-  /// PrimitiveSources::find.
+  /// PrimitiveSources::find and SkinReader::joints.
   Result<std::optional<std::uint32_t>> mesh_of(const tinygltf::Node& node);
 
  private:
@@ -46,9 +49,8 @@ class MeshReader {
   };
   using LoadedParts = std::map<std::vector<int>, Loaded>;
 
-  Result<Mesh> read(std::size_t index, const std::vector<double>& weights);
-  Status append_primitive(std::size_t primitive, const std::vector<double>& weights, Mesh& mesh,
-                          LoadedParts& loaded);
+  Result<Mesh> read(std::size_t index, const Pose& pose);
+  Status append_primitive(std::size_t primitive, const Pose& pose, Mesh& mesh, LoadedParts& loaded);
   /// Makes sure that the vertices of `range` stand in the mesh; says where the first of them is.
   Result<std::uint32_t> append_positions(const tinygltf::Primitive& source,
                                          const PrimitiveSource& found, const CornerRange& range,
@@ -62,7 +64,9 @@ class MeshReader {
   SceneDescription& scene_;
   Warnings& warnings_;
   PrimitiveSources sources_;
-  std::map<std::pair<int, std::vector<double>>, std::optional<std::uint32_t>> known_;
+  SkinReader skins_;
+  /// By mesh, morph weights and skin.
+  std::map<std::tuple<int, std::vector<double>, int>, std::optional<std::uint32_t>> known_;
 };
 
 }  // namespace sightline::gltf

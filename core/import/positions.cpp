@@ -42,9 +42,15 @@ void copy_floats(const AccessorView& view, std::uint64_t first, std::uint64_t co
 
 }  // namespace
 
-void load_positions(const AccessorView& base, const std::vector<WeightedTarget>& targets,
-                    std::uint64_t first, std::uint64_t count, Vec3f* out) {
-  if (base.plain_float() && targets.empty()) return copy_floats(base, first, count, out);
+Result<std::uint64_t> load_positions(const AccessorView& base,
+                                     const std::vector<WeightedTarget>& targets,
+                                     const Skinning& skinning, std::uint64_t first,
+                                     std::uint64_t count, const std::string& place, Vec3f* out) {
+  if (base.plain_float() && targets.empty() && skinning.sets.empty()) {
+    copy_floats(base, first, count, out);
+    return std::uint64_t{0};
+  }
+  std::uint64_t unbalanced = 0;
   Vec3d p[kBlock], d[kBlock];
   for (std::uint64_t done = 0; done < count; done += kBlock) {
     const std::uint64_t n = std::min(kBlock, count - done);
@@ -57,11 +63,17 @@ void load_positions(const AccessorView& base, const std::vector<WeightedTarget>&
         p[i].z = p[i].z + target.weight * d[i].z;
       }
     }
+    if (!skinning.sets.empty()) {
+      auto posed = pose(skinning, first + done, n, place, p);
+      if (!posed) return posed;
+      unbalanced += *posed;
+    }
     for (std::uint64_t i = 0; i < n; ++i) {
       out[done + i] = {static_cast<float>(p[i].x), static_cast<float>(p[i].y),
                        static_cast<float>(p[i].z)};
     }
   }
+  return unbalanced;
 }
 
 }  // namespace sightline::gltf

@@ -6,6 +6,7 @@
 
 #include "core/geometry/vec3.h"
 #include "core/import/accessor.h"
+#include "core/import/skinning.h"
 
 namespace sightline::gltf {
 
@@ -16,10 +17,14 @@ struct WeightedTarget {
 };
 
 /// Writes positions first .. first + count - 1. Per component, in float64 without FMA:
-///   p = base;  p = p + w_k * d_k  for each target k in file order;  round p once to float32
+///   p = base;  p = p + w_k * d_k  for each target k in file order;  p is posed by the skin when
+///   there is one (skinning.h);  round p once to float32
 /// base and d_k are float32 widened, or integers decoded by glTF's formula (accessor.h). A float32
-/// position without targets is copied as it stands. Targets whose weight is zero are left out.
-void load_positions(const AccessorView& base, const std::vector<WeightedTarget>& targets,
-                    std::uint64_t first, std::uint64_t count, Vec3f* out);
+/// position without targets and skin is copied as it stands. Targets whose weight is zero are left
+/// out. What it gives and its errors are those of pose().
+Result<std::uint64_t> load_positions(const AccessorView& base,
+                                     const std::vector<WeightedTarget>& targets,
+                                     const Skinning& skinning, std::uint64_t first,
+                                     std::uint64_t count, const std::string& place, Vec3f* out);
 
 }  // namespace sightline::gltf

@@ -24,25 +24,44 @@ AccessorView corners_view(const DracoMesh& decoded, int accessor) {
   return view;
 }
 
+/// nullptr: the attribute is not among the compressed ones.
+const DecodedElements* decoded_attribute(const PrimitiveSource& found, const DracoEntry* draco,
+                                         const std::string& name) {
+  if (draco == nullptr) return nullptr;
+  const auto id = draco->attributes.find(name);
+  return id != draco->attributes.end() ? &found.decoded->attributes.at(id->second) : nullptr;
+}
+
+bool are_joints(const AccessorView& view) {
+  return view.components == 4 && !view.normalized &&
+         (view.component == Component::kU8 || view.component == Component::kU16);
+}
+
+bool are_weights(const AccessorView& view) {
+  if (view.components != 4) return false;
+  return view.component == Component::kF32 ||
+         (view.normalized &&
+          (view.component == Component::kU8 || view.component == Component::kU16));
+}
+
 }  // namespace
 
 Result<PrimitiveSource> PrimitiveSources::find(std::size_t mesh, std::size_t number,
-                                               const std::vector<double>& weights) {
+                                               const Pose& pose) {
   const tinygltf::Primitive& source = document_.model.meshes[mesh].primitives[number];
   const std::string place =
       "mesh " + std::to_string(mesh) + ", primitive " + std::to_string(number);
   PrimitiveSource found;
+  found.place = place;
   auto unpacked = decoded(mesh, number, place);
   if (!unpacked) return unpacked.error();
   found.decoded = *std::move(unpacked);
 
   const int position_accessor = source.attributes.at("POSITION");
-  const DecodedElements* decoded_positions = nullptr;
-  if (found.decoded != nullptr) {
-    const auto& ids = document_.draco.at({mesh, number}).attributes;
-    decoded_positions = &found.decoded->attributes.at(ids.at("POSITION"));
-  }
-  auto positions = position_view(position_accessor, place, decoded_positions);
+  const DracoEntry* const draco =
+      found.decoded != nullptr ? &document_.draco.at({mesh, number}) : nullptr;
+  auto positions =
+      position_view(position_accessor, place, decoded_attribute(found, draco, "POSITION"));
   if (!positions) return positions.error();
   found.positions = *positions;
   check_stated_bounds(position_accessor, place);
@@ -53,9 +72,14 @@ Result<PrimitiveSource> PrimitiveSources::find(std::size_t mesh, std::size_t num
     if (!indices) return indices.error();
     found.indices = *indices;
   }
-  auto targets = target_views(source, weights, found.positions.count, place);
+  auto targets = target_views(source, pose.weights, found.positions.count, place);
   if (!targets) return targets.error();
   found.targets = *std::move(targets);
+  if (pose.joints != nullptr) {
+    auto sets = influence_sets(source, found, draco);
+    if (!sets) return sets.error();
+    found.skinning = {pose.joints, *std::move(sets)};
+  }
   return found;
 }
 
@@ -162,6 +186,48 @@ Result<std::vector<WeightedTarget>> PrimitiveSources::target_views(
     targets.push_back({*view, weights[k]});
   }
   return targets;
+}
+
+Result<std::vector<InfluenceSet>> PrimitiveSources::influence_sets(
+    const tinygltf::Primitive& primitive, const PrimitiveSource& found, const DracoEntry* draco) {
+  const auto refuse = [&](const std::string& what) {
+    return invalid("GLTF_SKIN_INVALID", found.place + ": " + what);
+  };
+  const auto find = [&](const std::string& name) {
+    const auto attribute = primitive.attributes.find(name);
+    return attribute != primitive.attributes.end() ? attribute->second : -1;
+  };
+  std::vector<InfluenceSet> sets;
+  for (std::size_t n = 0;; ++n) {
+    const std::string joints_name = "JOINTS_" + std::to_string(n);
+    const std::string weights_name = "WEIGHTS_" + std::to_string(n);
+    const int joints = find(joints_name), weights = find(weights_name);
+    if (joints < 0 && weights < 0 && n > 0) return sets;
+    if (joints < 0 || weights < 0) {
+      return refuse("a node shows it with a skin, it has no " +
+                    (joints < 0 ? joints_name : weights_name));
+    }
+    auto joints_view = attribute_view(joints, decoded_attribute(found, draco, joints_name));
+    if (!joints_view) return joints_view.error();
+    auto weights_view = attribute_view(weights, decoded_attribute(found, draco, weights_name));
+    if (!weights_view) return weights_view.error();
+    if (!are_joints(*joints_view)) {
+      return wrong_accessor(joints, found.place,
+                            "(" + joints_name + ") must be plain VEC4 of uint8 or uint16");
+    }
+    if (!are_weights(*weights_view)) {
+      return wrong_accessor(
+          weights, found.place,
+          "(" + weights_name + ") must be VEC4 of float32 or of normalised uint8 or uint16");
+    }
+    for (const AccessorView& view : {*joints_view, *weights_view}) {
+      if (view.count == found.positions.count) continue;
+      return wrong_accessor(static_cast<int>(view.accessor), found.place,
+                            "has " + std::to_string(view.count) + " elements, POSITION has " +
+                                std::to_string(found.positions.count));
+    }
+    sets.push_back({*joints_view, *weights_view});
+  }
 }
 
 void PrimitiveSources::check_stated_bounds(int accessor, const std::string& place) {

@@ -13,6 +13,7 @@
 #include "core/import/draco_mesh.h"
 #include "core/import/gltf_document.h"
 #include "core/import/positions.h"
+#include "core/import/skinning.h"
 #include "core/import/view_store.h"
 #include "core/import/warnings.h"
 
@@ -20,10 +21,18 @@ namespace sightline::gltf {
 
 inline constexpr std::uint64_t kMostVertices = 0xfffffffeu;  ///< so that an index is a u32
 
+/// How a node shows a mesh.
+struct Pose {
+  std::vector<double> weights;            ///< of morph targets
+  const JointMatrices* joints = nullptr;  ///< of its skin, if it has one
+};
+
 struct PrimitiveSource {
+  std::string place;  ///< "mesh 3, primitive 0"
   AccessorView positions;
   std::optional<AccessorView> indices;
   std::vector<WeightedTarget> targets;
+  Skinning skinning;
   std::unique_ptr<const DracoMesh> decoded;  ///< what the views point into, when it was compressed
 };
 
@@ -38,11 +47,9 @@ class PrimitiveSources {
         warnings_(warnings) {}
 
   /// Precondition: the primitive has POSITION and is made of triangles.
-  /// weights  of morph targets
-  /// Errors: GLTF_ACCESSOR_INVALID, GLTF_COMPRESSION_INVALID, GLTF_EXTENSION_UNSUPPORTED,
-  /// GLTF_LIMIT_GEOMETRY_BYTES, those of AccessorReader::view.
-  Result<PrimitiveSource> find(std::size_t mesh, std::size_t primitive,
-                               const std::vector<double>& weights);
+  /// Errors: GLTF_ACCESSOR_INVALID, GLTF_SKIN_INVALID, GLTF_COMPRESSION_INVALID,
+  /// GLTF_EXTENSION_UNSUPPORTED, GLTF_LIMIT_GEOMETRY_BYTES, those of AccessorReader::view.
+  Result<PrimitiveSource> find(std::size_t mesh, std::size_t primitive, const Pose& pose);
 
  private:
   /// What KHR_draco_mesh_compression holds. nullptr without the extension, and when the file does
@@ -57,6 +64,10 @@ class PrimitiveSources {
   Result<std::vector<WeightedTarget>> target_views(const tinygltf::Primitive& primitive,
                                                    const std::vector<double>& weights,
                                                    std::uint64_t count, const std::string& place);
+  /// JOINTS_n and WEIGHTS_n for n = 0, 1, ... as far as there are any.
+  Result<std::vector<InfluenceSet>> influence_sets(const tinygltf::Primitive& primitive,
+                                                   const PrimitiveSource& found,
+                                                   const DracoEntry* draco);
   void check_stated_bounds(int accessor, const std::string& place);
 
   const GltfDocument& document_;

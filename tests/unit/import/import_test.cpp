@@ -43,16 +43,6 @@ TEST(Import, gives_back_the_demo_town) {
   }
 }
 
-TEST(Import, warns_of_a_skin_that_it_does_not_apply) {
-  TinyFile file = one_triangle();
-  file.root["skins"] = {{{"joints", {0}}}};
-  file.root["nodes"][0]["skin"] = 0;
-  const auto scene = file.import();
-  ASSERT_TRUE(scene.ok());
-  ASSERT_EQ(scene->warnings.size(), 1u);
-  EXPECT_NE(scene->warnings[0].find("node 0 \"only\""), std::string::npos) << scene->warnings[0];
-}
-
 TEST(Import, never_warns_without_end) {
   TinyFile file = one_triangle();
   file.root["nodes"] = json::array();

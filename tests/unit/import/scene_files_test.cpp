@@ -61,6 +61,13 @@ bool is_without_shear(const std::string& name, const nlohmann::json& stats) {
   return name.rfind("features", 0) == 0 && stats["scene"] == 1;
 }
 
+/// The knight stands in the pose that it was bound in, so its skin gives back the vertices that the
+/// readers behind scenes.json leave unskinned, but for inverse bind matrices of float32.
+/// SkinnedFile (skinning_test.cpp) computes it from the file's bytes, to the last bit of float32.
+double lost_by_binding(const std::string& name, const Box3d& bounds) {
+  return name == "knight_skinned.glb" ? 0x1p-21 * (bounds.max.y - bounds.min.y) : 0;
+}
+
 void expect_measured(const std::filesystem::path& file, nlohmann::json stats, bool is_quantized) {
   ImportOptions options;
   options.scene = stats["scene"].get<std::uint32_t>();
@@ -77,8 +84,10 @@ void expect_measured(const std::filesystem::path& file, nlohmann::json stats, bo
     EXPECT_TRUE(m.bounds.empty());
   } else {
     if (is_without_shear(file.filename().string(), stats)) stats["min"][1] = m.bounds.min.y;
-    expect_near_printed(m.bounds.min, stats["min"], is_quantized ? m.decoding : 0);
-    expect_near_printed(m.bounds.max, stats["max"], is_quantized ? m.decoding : 0);
+    const double lost =
+        (is_quantized ? m.decoding : 0) + lost_by_binding(file.filename().string(), m.bounds);
+    expect_near_printed(m.bounds.min, stats["min"], lost);
+    expect_near_printed(m.bounds.max, stats["max"], lost);
   }
   if (stats["default"].get<bool>()) {
     const auto by_default = import_file(file, {});
