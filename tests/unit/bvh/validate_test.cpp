@@ -19,7 +19,10 @@ WideTree copy_of(const WideTree& tree, std::size_t bytes) {
   WideTree copy;
   copy.arena = Arena(bytes);
   copy.arena.take(bytes);
-  std::memcpy(copy.arena.at(0), tree.arena.at(0), std::min(bytes, tree.arena.used()));
+  // An empty arena has no address to copy to.
+  if (bytes > 0) {
+    std::memcpy(copy.arena.at(0), tree.arena.at(0), std::min(bytes, tree.arena.used()));
+  }
   copy.root = tree.root;
   copy.scale_exponent = tree.scale_exponent;
   copy.bounds = tree.bounds;
