@@ -6,6 +6,7 @@
 #include "core/import/gltf_thinning.h"
 #include "core/import/json_checker.h"
 #include "core/import/json_guard.h"
+#include "core/import/json_memory.h"
 #include "core/import/refusal.h"
 
 namespace sightline::gltf {
@@ -56,10 +57,23 @@ Parts parts_of(const tinygltf::Model& model) {
   return parts;
 }
 
+/// A bound of what tinygltf's model of these parts takes beside the document that it is read from.
+std::uint64_t model_bytes(const Parts& parts, const JsonSize& size) {
+  std::uint64_t bytes =
+      parts.nodes * sizeof(tinygltf::Node) + parts.accessors * sizeof(tinygltf::Accessor) +
+      parts.views * sizeof(tinygltf::BufferView) + parts.primitives.size() * sizeof(tinygltf::Mesh);
+  for (const std::size_t count : parts.primitives) bytes += count * sizeof(tinygltf::Primitive);
+  // Its vectors grow by doubling; the text of names and the numbers in lists are no larger than in
+  // the document.
+  return 3 * bytes + document_bytes(size);
+}
+
 }  // namespace
 
 Result<GltfDocument> read_document(std::string_view text, const ImportOptions& options) {
-  if (Status status = guard_json(text, options.limits); !status) return status.error();
+  auto size = guard_json(text, options.limits);
+  if (!size) return std::move(size).error();
+  if (Status status = try_memory(document_bytes(*size)); !status) return std::move(status).error();
   nlohmann::json root = nlohmann::json::parse(text.begin(), text.end());
   GltfDocument document;
   JsonChecker check;
@@ -74,6 +88,10 @@ Result<GltfDocument> read_document(std::string_view text, const ImportOptions& o
   if (thin.size() > std::numeric_limits<unsigned>::max()) {
     return beyond_limit("JSON_BYTES", "bytes of JSON", thin.size(),
                         std::numeric_limits<unsigned>::max());
+  }
+  // What was erased is not there to be read again, so the size of the whole text is a bound.
+  if (Status status = try_memory(document_bytes(*size) + model_bytes(expected, *size)); !status) {
+    return std::move(status).error();
   }
   tinygltf::TinyGLTF reader;
   reader.SetFsCallbacks(no_files());

@@ -21,10 +21,10 @@ class Guard {
   using string_t = nlohmann::json::string_t;
   using binary_t = nlohmann::json::binary_t;
 
-  explicit Guard(const ImportLimits& limits) : limits_(limits) {}
+  Guard(const ImportLimits& limits, std::size_t bytes) : limits_(limits) { size_.bytes = bytes; }
 
-  Status verdict() && {
-    if (error_.code.empty()) return success();
+  Result<JsonSize> verdict() && {
+    if (error_.code.empty()) return size_;
     return std::move(error_);
   }
 
@@ -33,14 +33,24 @@ class Guard {
   bool number_integer(number_integer_t) { return value(); }
   bool number_unsigned(number_unsigned_t) { return value(); }
   bool number_float(number_float_t, const string_t&) { return value(); }
-  bool string(string_t&) { return value(); }
+  bool string(string_t&) {
+    ++size_.strings;
+    return value();
+  }
   bool binary(binary_t&) { return value(); }
-  bool start_object(std::size_t) { return value() && open(false); }
-  bool start_array(std::size_t) { return value() && open(true); }
+  bool start_object(std::size_t) {
+    ++size_.objects;
+    return value() && open(false);
+  }
+  bool start_array(std::size_t) {
+    ++size_.arrays;
+    return value() && open(true);
+  }
 
   bool key(string_t& name) {
     open_.back().key = keys_.size();
     keys_.push_back(name);
+    ++size_.members;
     return true;
   }
 
@@ -88,10 +98,13 @@ class Guard {
   };
 
   bool value() {
-    if (!open_.empty() && open_.back().array) ++open_.back().index;
-    if (++values_ <= limits_.json_values) return true;
-    error_ = beyond_limit("JSON_VALUES", "values in the JSON text", values_, limits_.json_values,
-                          pointer());
+    if (!open_.empty() && open_.back().array) {
+      ++open_.back().index;
+      ++size_.elements;
+    }
+    if (++size_.values <= limits_.json_values) return true;
+    error_ = beyond_limit("JSON_VALUES", "values in the JSON text", size_.values,
+                          limits_.json_values, pointer());
     return false;
   }
 
@@ -116,7 +129,7 @@ class Guard {
   }
 
   const ImportLimits& limits_;
-  std::uint64_t values_ = 0;
+  JsonSize size_;
   std::vector<Frame> open_;
   std::vector<std::string> keys_;  ///< of all open objects
   Error error_;
@@ -124,11 +137,11 @@ class Guard {
 
 }  // namespace
 
-Status guard_json(std::string_view text, const ImportLimits& limits) {
+Result<JsonSize> guard_json(std::string_view text, const ImportLimits& limits) {
   if (text.size() > limits.json_bytes) {
     return beyond_limit("JSON_BYTES", "bytes of JSON", text.size(), limits.json_bytes);
   }
-  Guard guard(limits);
+  Guard guard(limits, text.size());
   nlohmann::json::sax_parse(text.begin(), text.end(), &guard);
   return std::move(guard).verdict();
 }

@@ -8,13 +8,13 @@ namespace sightline::gltf {
 namespace {
 
 std::string code(std::string_view text, const ImportLimits& limits = {}) {
-  const Status status = guard_json(text, limits);
-  return status ? "" : status.error().code;
+  const auto size = guard_json(text, limits);
+  return size ? "" : size.error().code;
 }
 
 std::string pointer(std::string_view text, const ImportLimits& limits = {}) {
-  const Status status = guard_json(text, limits);
-  return status ? "ok" : status.error().pointer;
+  const auto size = guard_json(text, limits);
+  return size ? "ok" : size.error().pointer;
 }
 
 std::string nested(std::size_t depth) { return std::string(depth, '[') + std::string(depth, ']'); }
@@ -43,6 +43,30 @@ TEST(JsonGuard, counts_values) {
   EXPECT_EQ(pointer(R"({"a":[1,2,3,4]})", limits), "/a/2");
 }
 
+TEST(JsonGuard, says_what_the_text_is_made_of) {
+  const std::string_view text = R"({"a":[1,"x",[]],"b":{"c":null}})";
+  const auto size = guard_json(text, {});
+  ASSERT_TRUE(size.ok());
+  EXPECT_EQ(size->values, 7u);
+  EXPECT_EQ(size->elements, 3u);
+  EXPECT_EQ(size->members, 3u);
+  EXPECT_EQ(size->arrays, 2u);
+  EXPECT_EQ(size->objects, 2u);
+  EXPECT_EQ(size->strings, 1u);
+  EXPECT_EQ(size->bytes, text.size());
+}
+
+TEST(JsonMemory, is_refused_where_there_is_none_and_grows_with_the_text) {
+  EXPECT_TRUE(try_memory(0).ok());
+  const Status refused = try_memory(std::uint64_t{1} << 60);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, "GLTF_OUT_OF_MEMORY");
+  EXPECT_EQ(refused.error().kind, ErrorKind::kOutOfSpace);
+  const auto small = guard_json("[[],[]]", {}), large = guard_json("[[],[],[],{\"a\":\"b\"}]", {});
+  EXPECT_GT(document_bytes(*small), 0u);
+  EXPECT_GT(document_bytes(*large), document_bytes(*small));
+}
+
 TEST(JsonGuard, bounds_the_text) {
   ImportLimits limits;
   limits.json_bytes = 3;
@@ -65,10 +89,10 @@ TEST(JsonGuard, refuses_what_is_not_json) {
 }
 
 TEST(JsonGuard, does_not_echo_the_text) {
-  const Status status = guard_json("[\"" + std::string(100000, 'x') + "\xff\"]", {});
-  ASSERT_FALSE(status.ok());
-  EXPECT_LT(status.error().message.size(), 300u);
-  EXPECT_EQ(status.error().message.find("xxxx"), std::string::npos);
+  const auto size = guard_json("[\"" + std::string(100000, 'x') + "\xff\"]", {});
+  ASSERT_FALSE(size.ok());
+  EXPECT_LT(size.error().message.size(), 300u);
+  EXPECT_EQ(size.error().message.find("xxxx"), std::string::npos);
 }
 
 }  // namespace
