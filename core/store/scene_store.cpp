@@ -4,6 +4,7 @@
 #include <atomic>
 #include <new>
 
+#include "core/store/free_memory.h"
 #include "core/store/scene_id.h"
 
 namespace sightline {
@@ -37,7 +38,8 @@ const char* scene_state_name(SceneState state) {
   return "";
 }
 
-/// The right to load one scene; waits until there is one.
+/// The right to load one scene; waits until there is one. What the load needed for itself goes back
+/// to the system at its end.
 class SceneStore::LoadSlot {
  public:
   explicit LoadSlot(SceneStore& store) : store_(store) {
@@ -53,6 +55,7 @@ class SceneStore::LoadSlot {
       --store_.loads_;
     }
     store_.slot_free_.notify_one();
+    give_back_free_memory();
   }
 
  private:
@@ -142,7 +145,9 @@ void SceneStore::load_in_background(std::vector<std::function<void()>> jobs) {
 Result<std::shared_ptr<const Scene>> SceneStore::load(std::span<const std::byte> bytes,
                                                       const SceneChoice& choice) const {
   try {
-    return loader_(bytes, choice);
+    auto scene = loader_(bytes, choice);
+    if (scene) *scene = giving_back_memory(std::move(*scene));
+    return scene;
   } catch (const std::bad_alloc&) {
     return Error{ErrorKind::kOutOfSpace, "MEMORY_FULL", "there is no memory left for the scene",
                  ""};
@@ -216,7 +221,9 @@ void SceneStore::load_preload(const Preload& preload, std::uint64_t ticket) {
   }
   auto loaded = [&]() -> Result<PreloadedScene> {
     try {
-      return preload.load();
+      auto made = preload.load();
+      if (made) made->scene = giving_back_memory(std::move(made->scene));
+      return made;
     } catch (...) {
       return Error{ErrorKind::kInternal, "SCENE_LOAD_FAILED", "the scene could not be loaded", ""};
     }
@@ -265,7 +272,11 @@ Result<std::shared_ptr<const Scene>> SceneStore::load_upload(const std::string& 
   if (ticket != 0) {
     advance(id, ticket, [](StoredScene& scene) { scene.state = SceneState::kLoading; });
   }
-  if (!upload.file()) return load(upload.memory(), choice);
+  if (!upload.file()) {
+    auto scene = load(upload.memory(), choice);
+    upload.forget_memory();
+    return scene;
+  }
   auto mapped = MappedFile::map(upload.file()->file(), "read the scene's bytes");
   if (!mapped) return std::move(mapped).error();
   return load(mapped->bytes(), choice);

@@ -30,6 +30,7 @@ class SceneUpload {
   /// Empty for an upload in memory.
   std::optional<TemporaryFile>& file() { return file_; }
   std::span<const std::byte> memory() const { return memory_; }
+  void forget_memory() { memory_ = {}; }
 
  private:
   std::optional<TemporaryFile> file_;

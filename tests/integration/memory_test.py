@@ -1,6 +1,10 @@
 """A server that has too little memory says so and lives on."""
 
+import array
+import json
 import resource
+import struct
+import tempfile
 import unittest
 
 import case_report
@@ -28,6 +32,68 @@ def many_arrays_in_nodes(count):
 
 def many_nodes(count):
     return b'{"asset":{"version":"2.0"},"nodes":[' + b",".join([b"{}"] * count) + b"]}"
+
+
+def grid_glb(side):
+    """2 * side * side triangles over a plane, as a GLB."""
+    positions = array.array("f", (c for y in range(side + 1) for x in range(side + 1) for c in (x, (x * 7 + y * 13) % 5, y)))
+    indices = array.array("I")
+    for y in range(side):
+        for corner in range(y * (side + 1), y * (side + 1) + side):
+            indices.extend((corner, corner + 1, corner + side + 2, corner, corner + side + 2, corner + side + 1))
+    binary = positions.tobytes() + indices.tobytes()
+    text = json.dumps({
+        "asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "buffers": [{"byteLength": len(binary)}],
+        "bufferViews": [{"buffer": 0, "byteLength": 4 * len(positions)},
+                        {"buffer": 0, "byteOffset": 4 * len(positions), "byteLength": 4 * len(indices)}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": len(positions) // 3,
+                       "min": [0, 0, 0], "max": [side, 4, side]},
+                      {"bufferView": 1, "componentType": 5125, "type": "SCALAR", "count": len(indices)}]}).encode()
+    text += b" " * (-len(text) % 4)
+    return (struct.pack("<III", 0x46546C67, 2, 28 + len(text) + len(binary)) + struct.pack("<II", len(text), 0x4E4F534A)
+            + text + struct.pack("<II", len(binary), 0x004E4942) + binary)
+
+
+class MemoryGoesBack(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        # What is uploaded goes to a file, so that only the scene itself is in memory.
+        self.server = Server("--data", self.folder.name, "--workers", 8)
+        self.addCleanup(self.server.end)
+        self.server.put("six", demo_glb("six"))
+        if status_bytes(self.server, "VmSize") > 1 << 40:
+            self.skipTest("a sanitizer keeps what is freed")
+
+    def resident(self):
+        return status_bytes(self.server, "VmRSS")
+
+    def test_a_scene_that_is_removed_gives_its_memory_back(self):
+        body = grid_glb(708)
+        before = self.resident()
+        put = self.server.put("grid", body)
+        self.assertEqual((put.status, put.json()["counts"]["triangles"]), (201, 2 * 708 * 708), put.body)
+        loaded = self.resident()
+        self.assertEqual(self.server.ask("/v1/scenes/grid", "-X", "DELETE").status, 204)
+        removed = self.resident()
+        print(f"resident MiB: {before / MIB:.0f} before, {loaded / MIB:.0f} loaded, {removed / MIB:.0f} removed")
+        self.assertGreater(loaded - before, 50 * MIB)
+        self.assertLess(removed - before, (loaded - before) / 2)
+
+    def test_what_a_load_needed_for_itself_goes_back_when_it_has_ended(self):
+        # JSON is all that these files have: of the memory that reading them takes nothing should stay.
+        body = many_arrays_in_nodes(150000)
+        before = self.resident()
+        self.assertEqual(self.server.put("nodes", body).status, 201)
+        self.assertEqual(self.server.ask("/v1/scenes/nodes", "-X", "DELETE").status, 204)
+        broken = body[:-2] + b',{"mesh":7}]}'
+        self.assertEqual(self.server.put("nodes", broken).status, 422)
+        peak, now = status_bytes(self.server, "VmHWM"), self.resident()
+        print(f"resident MiB: {before / MIB:.0f} before, {peak / MIB:.0f} at most, {now / MIB:.0f} after")
+        self.assertGreater(peak - before, 50 * MIB)
+        self.assertLess(now - before, (peak - before) / 4)
 
 
 class LittleMemory(unittest.TestCase):

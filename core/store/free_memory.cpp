@@ -1,0 +1,23 @@
+#include "core/store/free_memory.h"
+
+#include <malloc.h>
+
+#include <utility>
+
+namespace sightline {
+
+void give_back_free_memory() {
+#if defined(__GLIBC__)
+  ::malloc_trim(0);
+#endif
+}
+
+std::shared_ptr<const Scene> giving_back_memory(std::shared_ptr<const Scene> scene) {
+  const Scene* const pointer = scene.get();
+  return {pointer, [held = std::move(scene)](const Scene*) mutable {
+            held.reset();
+            give_back_free_memory();
+          }};
+}
+
+}  // namespace sightline
