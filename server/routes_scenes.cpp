@@ -15,7 +15,7 @@ void reply_not_found(Exchange& exchange) {
 
 void reply_scene(Exchange& exchange, int status, const StoredScene& scene) {
   exchange.reply_json(status, encode_scene(scene));
-  if (!scene.sha256.empty()) exchange.response.set_header("ETag", '"' + scene.sha256 + '"');
+  if (!scene.etag.empty()) exchange.response.set_header("ETag", '"' + scene.etag + '"');
 }
 
 /// ?scene=N, nothing else. False after it has answered.

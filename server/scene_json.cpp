@@ -29,6 +29,7 @@ Json summary_of(const StoredScene& scene) {
     document["sha256"] = scene.sha256;
     document["bytes"] = scene.bytes;
   }
+  if (scene.chosen) document["scene"] = *scene.chosen;
   document["persistent"] = scene.persistent;
   if (scene.scene) document["triangles"] = scene.scene->instanced_triangle_count();
   return document;

@@ -23,6 +23,19 @@ Result<std::shared_ptr<const Scene>> build(Result<SceneDescription> description)
   return Scene::build(std::move(*description));
 }
 
+/// Of all that can come from other files than the one that was named.
+std::string hash_of_geometry(const SceneDescription& description) {
+  Sha256 hash;
+  for (const auto& mesh : description.meshes) {
+    hash.update(std::as_bytes(std::span(mesh->positions)));
+    hash.update(std::as_bytes(std::span(mesh->indices)));
+  }
+  for (const Instance& instance : description.instances) {
+    hash.update(std::as_bytes(std::span(instance.world_from_mesh.m)));
+  }
+  return hash.finish();
+}
+
 }  // namespace
 
 Result<std::shared_ptr<const Scene>> load_scene(std::span<const std::byte> bytes,
@@ -66,7 +79,11 @@ Result<PreloadedScene> load_source(const std::string& source, const SceneChoice&
     loaded.bytes = mapped->bytes().size();
     loaded.sha256 = sha256_of(mapped->bytes());
     // By name and not from these bytes: a .gltf may have neighbours.
-    scene = build(import_file(source, {.limits = {}, .scene = choice.scene}));
+    auto description = import_file(source, {.limits = {}, .scene = choice.scene});
+    if (description && description->counts.file_bytes > loaded.bytes) {
+      loaded.neighbours = hash_of_geometry(*description);
+    }
+    scene = build(std::move(description));
   }
   if (!scene) return std::move(scene).error();
   loaded.scene = std::move(*scene);

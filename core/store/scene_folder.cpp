@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <nlohmann/json.hpp>
 
+#include "core/store/revision_counter.h"
 #include "core/store/scene_id.h"
 #include "core/store/sha256.h"
 
@@ -23,10 +24,6 @@ constexpr const char* kNewFormatName = "format.new";
 constexpr const char* kLockName = "lock";
 constexpr std::size_t kRecordLimit = 64 << 10;
 constexpr std::string_view kRecordSuffix = ".json";
-
-std::span<const std::byte> bytes_of(std::string_view text) {
-  return std::as_bytes(std::span(text.data(), text.size()));
-}
 
 bool is_sha256(std::string_view text) {
   return text.size() == 64 && std::all_of(text.begin(), text.end(), [](char c) {
@@ -70,26 +67,14 @@ std::optional<SceneRecord> decode_record(const std::string& text, const std::str
   record.sha256 = word("sha256");
   const auto bytes = number("bytes"), revision = number("revision"), scene = number("scene");
   if (record.id != id || !is_sha256(record.sha256) || !bytes || !revision) return std::nullopt;
+  if (*revision > kMostRevision) return std::nullopt;
   record.bytes = *bytes;
   record.revision = *revision;
   if (scene) record.scene = static_cast<std::uint32_t>(*scene);
   return record;
 }
 
-Status write_durably(TemporaryFile& temporary, std::string_view text, const fs::path& target,
-                     const char* doing) {
-  if (Status status = write_all(temporary.file(), bytes_of(text), doing); !status) return status;
-  if (Status status = sync_file(temporary.file(), doing); !status) return status;
-  if (Status status = rename_file(temporary.path(), target, doing); !status) return status;
-  temporary.release();
-  return sync_folder(target.parent_path(), doing);
-}
-
 }  // namespace
-
-TemporaryFile::~TemporaryFile() {
-  if (!path_.empty()) ::unlink(path_.c_str());
-}
 
 fs::path SceneFolder::record_path(const std::string& id) const {
   return folder_ / "scenes" / (id + std::string(kRecordSuffix));
@@ -159,11 +144,10 @@ Status SceneFolder::prepare() {
   auto ours = has_format();
   if (!ours) return std::move(ours).error();
   if (!*ours) {
-    fs::path path = folder_ / kNewFormatName;
-    auto file = open_file(path, O_RDWR | O_CREAT | O_TRUNC | O_NOFOLLOW, kDoing);
-    if (!file) return std::move(file).error();
-    TemporaryFile temporary(std::move(*file), std::move(path));
-    if (Status status = write_durably(temporary, kFormat, folder_ / kFormatName, kDoing); !status) {
+    auto temporary = make_temporary(folder_ / kNewFormatName, kDoing);
+    if (!temporary) return std::move(temporary).error();
+    if (Status status = write_durably(*temporary, kFormat, folder_ / kFormatName, kDoing);
+        !status) {
       return status;
     }
   }
@@ -223,10 +207,7 @@ Result<TemporaryFile> SceneFolder::new_temporary() {
     const std::lock_guard hold(mutex_);
     number = next_temporary_++;
   }
-  fs::path path = folder_ / "tmp" / std::to_string(number);
-  auto file = open_file(path, O_RDWR | O_CREAT | O_TRUNC, "write to the data folder");
-  if (!file) return std::move(file).error();
-  return TemporaryFile(std::move(*file), std::move(path));
+  return make_temporary(folder_ / "tmp" / std::to_string(number), "write to the data folder");
 }
 
 Status SceneFolder::commit(TemporaryFile& bytes, const SceneRecord& record) {

@@ -2,6 +2,7 @@
 /// Where scenes stay between two runs.
 ///
 ///   DIR/format            "sightline-store 1"
+///   DIR/revision          the last number that a content was given (revision_counter.h)
 ///   DIR/lock              held while a server uses the folder
 ///   DIR/blobs/<sha256>    the bytes of a scene, named by their content
 ///   DIR/scenes/<id>.json  which bytes the scene of that name has: the commit point
@@ -23,6 +24,7 @@
 
 #include "core/base/result.h"
 #include "core/store/posix_file.h"
+#include "core/store/temporary_file.h"
 
 namespace sightline {
 
@@ -32,26 +34,6 @@ struct SceneRecord {
   std::uint64_t bytes = 0;
   std::uint64_t revision = 0;
   std::optional<std::uint32_t> scene;  ///< which scene of the file; empty: the file's choice
-};
-
-/// A new file in DIR/tmp; gone with this object unless it was committed.
-class TemporaryFile {
- public:
-  TemporaryFile(FileDescriptor file, std::filesystem::path path)
-      : file_(std::move(file)), path_(std::move(path)) {}
-  TemporaryFile(TemporaryFile&& other) noexcept
-      : file_(std::move(other.file_)), path_(std::exchange(other.path_, {})) {}
-  TemporaryFile& operator=(TemporaryFile&&) = delete;
-  ~TemporaryFile();
-
-  const FileDescriptor& file() const { return file_; }
-  const std::filesystem::path& path() const { return path_; }
-  /// It has another name now and stays.
-  void release() { path_.clear(); }
-
- private:
-  FileDescriptor file_;
-  std::filesystem::path path_;
 };
 
 /// May be used from many threads.

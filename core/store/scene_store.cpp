@@ -22,6 +22,10 @@ StoredScene queued_scene(const std::string& id) {
   return scene;
 }
 
+std::string tag_of(const std::string& sha256, const SceneChoice& choice) {
+  return choice.scene ? sha256 + "-scene-" + std::to_string(*choice.scene) : sha256;
+}
+
 }  // namespace
 
 const char* scene_state_name(SceneState state) {
@@ -78,6 +82,9 @@ Result<std::unique_ptr<SceneStore>> SceneStore::open(const StoreOptions& options
     if (!folder) return std::move(folder).error();
     store->folder_ = std::move(*folder);
     catalogue = store->folder_->read_catalogue();
+    std::uint64_t seen = 0;
+    for (const SceneRecord& record : catalogue.records) seen = std::max(seen, record.revision);
+    store->revisions_ = RevisionCounter(options.folder, seen);
   }
 
   // No thread runs yet; the lock of add() is free.
@@ -92,6 +99,8 @@ Result<std::unique_ptr<SceneStore>> SceneStore::open(const StoreOptions& options
     StoredScene scene = queued_scene(record.id);
     scene.revision = record.revision;
     scene.sha256 = record.sha256;
+    scene.etag = tag_of(record.sha256, {record.scene});
+    scene.chosen = record.scene;
     scene.bytes = record.bytes;
     scene.persistent = true;
     const std::uint64_t ticket = store->add(std::move(scene));
@@ -192,52 +201,6 @@ void SceneStore::give_up(const std::string& id, std::uint64_t ticket) {
   if (is_waiting(*found->second.snapshot)) entries_.erase(found);
 }
 
-void SceneStore::load_record(const SceneRecord& record, std::uint64_t ticket) {
-  const auto begin = [](StoredScene& scene) { scene.state = SceneState::kLoading; };
-  if (!advance(record.id, ticket, begin)) return;
-  auto mapped = folder_->map(record);
-  if (!mapped) {
-    // A put may have replaced these bytes while they were read: then they are not damaged, but
-    // gone.
-    const std::lock_guard commit(commit_mutex_);
-    if (!advance(record.id, ticket, begin)) return;
-    folder_->quarantine(record);
-    Error error = std::move(mapped).error();
-    error.message += "; it was moved to quarantine";
-    return fail(record.id, ticket, error);
-  }
-  auto scene = load(mapped->bytes(), {record.scene});
-  if (!scene) return fail(record.id, ticket, scene.error());
-  advance(record.id, ticket, [&](StoredScene& stored) {
-    stored.state = SceneState::kReady;
-    stored.scene = std::move(*scene);
-  });
-}
-
-void SceneStore::load_preload(const Preload& preload, std::uint64_t ticket) {
-  if (!advance(preload.id, ticket,
-               [](StoredScene& scene) { scene.state = SceneState::kLoading; })) {
-    return;
-  }
-  auto loaded = [&]() -> Result<PreloadedScene> {
-    try {
-      auto made = preload.load();
-      if (made) made->scene = giving_back_memory(std::move(made->scene));
-      return made;
-    } catch (...) {
-      return Error{ErrorKind::kInternal, "SCENE_LOAD_FAILED", "the scene could not be loaded", ""};
-    }
-  }();
-  if (!loaded) return fail(preload.id, ticket, loaded.error());
-  advance(preload.id, ticket, [&](StoredScene& scene) {
-    scene.state = SceneState::kReady;
-    scene.revision = 1;
-    scene.sha256 = loaded->sha256;
-    scene.bytes = loaded->bytes;
-    scene.scene = loaded->scene;
-  });
-}
-
 SceneSnapshot SceneStore::find(const std::string& id) const {
   const std::lock_guard hold(mutex_);
   const auto found = entries_.find(id);
@@ -287,6 +250,8 @@ Result<SceneStore::Put> SceneStore::put(const std::string& id, SceneUpload uploa
   if (!is_scene_id(id)) return scene_id_invalid();
   StoredScene next = queued_scene(id);
   next.sha256 = upload.finish_hash();
+  next.etag = tag_of(next.sha256, choice);
+  next.chosen = choice.scene;
   next.bytes = upload.size();
   next.persistent = folder_ != nullptr;
   if (next.sha256.empty()) {
@@ -305,10 +270,15 @@ Result<SceneStore::Put> SceneStore::put(const std::string& id, SceneUpload uploa
 
   const std::lock_guard commit(commit_mutex_);
   const SceneSnapshot before = find(id);
-  next.revision = before ? before->revision + 1 : 1;
+  const bool created = !before || before->revision == 0;
+  const auto revision = revisions_.next();
+  if (!revision) {
+    give_up(id, ticket);
+    return revision.error();
+  }
+  next.revision = *revision;
   next.state = SceneState::kReady;
   next.scene = std::move(*scene);
-  const bool created = next.revision == 1;
   if (folder_) {
     const SceneRecord record{id, next.sha256, next.bytes, next.revision, choice.scene};
     if (Status status = folder_->commit(*upload.file(), record); !status) {

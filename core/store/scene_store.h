@@ -17,6 +17,7 @@
 
 #include "core/base/result.h"
 #include "core/scene/scene.h"
+#include "core/store/revision_counter.h"
 #include "core/store/scene_folder.h"
 #include "core/store/scene_upload.h"
 
@@ -30,8 +31,13 @@ const char* scene_state_name(SceneState state);
 struct StoredScene {
   std::string id;
   SceneState state = SceneState::kQueued;
-  std::uint64_t revision = 0;  ///< counts the contents that this name has had; 0 before the first
-  std::string sha256;          ///< of the file's bytes, 64 hexadecimal digits; its ETag
+  /// No two contents of a store have the same number, in no run of it; 0 before the first content.
+  std::uint64_t revision = 0;
+  std::string sha256;  ///< of the file's bytes, 64 hexadecimal digits
+  /// Equal only where the content is: the hash, and what else the content depends on (the scene
+  /// that was chosen, the bytes of other files).
+  std::string etag;
+  std::optional<std::uint32_t> chosen;  ///< of the file's scenes; empty: the file's choice
   std::uint64_t bytes = 0;
   bool persistent = false;             ///< survives a restart
   std::shared_ptr<const Scene> scene;  ///< when ready
@@ -51,7 +57,8 @@ using SceneLoader = std::function<Result<std::shared_ptr<const Scene>>(
 /// A scene that does not come by upload: made or read by `load` on a thread of the store.
 struct PreloadedScene {
   std::shared_ptr<const Scene> scene;
-  std::string sha256;
+  std::string sha256;      ///< of the file
+  std::string neighbours;  ///< a hash of what came from other files; empty where nothing did
   std::uint64_t bytes = 0;
 };
 struct Preload {
@@ -137,7 +144,8 @@ class SceneStore {
   bool stopping_ = false;
   std::condition_variable slot_free_;
 
-  std::mutex commit_mutex_;  ///< disk and memory see puts and removals in the same order
+  std::mutex commit_mutex_;    ///< disk and memory see puts and removals in the same order
+  RevisionCounter revisions_;  ///< under commit_mutex_
   std::vector<std::thread> threads_;
 };
 

@@ -1,7 +1,9 @@
 """Scenes put, listed, read, replaced and removed by curl."""
 
 import hashlib
+import tempfile
 import unittest
+from pathlib import Path
 
 import case_report
 from sightline_server import SOURCE, Server, demo_glb
@@ -23,14 +25,14 @@ class Scenes(unittest.TestCase):
         self.assertEqual(first.headers["content-type"], "application/json")
         self.assertEqual(first.headers["etag"], f'"{hashlib.sha256(self.six).hexdigest()}"')
         scene = first.json()
-        self.assertEqual((scene["id"], scene["state"], scene["revision"]), ("first", "ready", 1))
+        self.assertEqual((scene["id"], scene["state"]), ("first", "ready"))
         self.assertEqual(scene["counts"]["triangles"], 6)
         self.assertEqual(scene["bounds"], {"min": [-6, 0, -2], "max": [8, 4, 2]})
         self.assertEqual(scene["warnings"], [])
 
         second = self.server.put("first", demo_glb("town"))
         self.assertEqual(second.status, 200)
-        self.assertEqual(second.json()["revision"], 2)
+        self.assertGreater(second.json()["revision"], scene["revision"])
         self.assertEqual(second.json()["counts"]["triangles"], 362254)
         self.assertNotEqual(second.headers["etag"], first.headers["etag"])
 
@@ -52,6 +54,29 @@ class Scenes(unittest.TestCase):
         self.assertEqual(self.server.ask("/v1/scenes/gone").status, 404)
         self.assertEqual(self.server.ask("/v1/scenes/gone", "-X", "DELETE").status, 404)
         self.assertEqual(self.server.put("gone", self.six).status, 201)
+
+    def test_no_two_contents_have_the_same_revision(self):
+        revisions = [self.server.put(name, self.six).json()["revision"] for name in ("one", "two", "one")]
+        self.server.ask("/v1/scenes/one", "-X", "DELETE")
+        revisions.append(self.server.put("one", self.six).json()["revision"])
+        self.assertEqual(revisions, sorted(set(revisions)))
+        answer = self.server.query("one", "any", {"rays": []})
+        self.assertEqual(answer.headers["x-scene-revision"], str(revisions[-1]))
+
+    def test_a_preload_whose_neighbour_changed_has_another_tag(self):
+        # The hash of the file that was named does not say so.
+        with tempfile.TemporaryDirectory() as folder:
+            for name in ("features_external.gltf", "features data.bin"):
+                Path(folder, name).write_bytes((SCENES / name).read_bytes())
+            tags = []
+            for change in (0, 0, 1):
+                buffer = bytearray((SCENES / "features data.bin").read_bytes())
+                buffer[0] ^= change  # the lowest bit of a coordinate
+                Path(folder, "features data.bin").write_bytes(buffer)
+                with Server("--preload", f"b={folder}/features_external.gltf") as server:
+                    tags.append(server.ask("/v1/scenes/b").headers["etag"])
+            self.assertEqual(tags[0], tags[1])
+            self.assertNotEqual(tags[1], tags[2])
 
     def test_names_may_use_the_whole_alphabet(self):
         for name in ("A-Z_a.z-09", "x" * 128, "%41bc", "0"):
@@ -79,6 +104,11 @@ class Scenes(unittest.TestCase):
         for number in ("0", "1"):
             answers[number] = self.server.put(f"chosen?scene={number}", glb)
         self.assertEqual(answers["0"].status, 201, answers["0"].body)
+        self.assertEqual([answers[number].json()["scene"] for number in ("0", "1")], [0, 1])
+        # The same file, but not the same triangles.
+        tags = {answer.headers["etag"] for answer in [self.server.put("file", glb), *answers.values()]}
+        self.assertEqual(len(tags), 3, tags)
+        self.assertEqual(self.server.ask("/v1/scenes/chosen").headers["etag"], answers["1"].headers["etag"])
         self.assertEqual(self.server.put("chosen?scene=999", glb).status, 422)
 
     def test_upload_by_curl_T_and_chunked(self):

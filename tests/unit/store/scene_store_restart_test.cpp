@@ -40,9 +40,31 @@ TEST(SceneStoreRestart, brings_every_acknowledged_scene_back) {
   EXPECT_EQ(text_of(*store, "chosen"), "file scene 3");
   const SceneSnapshot town = store->find("town");
   EXPECT_EQ(town->revision, 2u);
+  EXPECT_EQ(town->etag, hash("second"));
   EXPECT_EQ(town->sha256, hash("second"));
+  EXPECT_EQ(store->find("chosen")->etag, hash("file") + "-scene-3");
   EXPECT_EQ(town->bytes, 6u);
   EXPECT_TRUE(town->persistent);
+}
+
+TEST(SceneStoreRestart, never_gives_a_revision_twice) {
+  const TemporaryFolder folder;
+  std::vector<std::uint64_t> given;
+  const auto preload = [] {
+    return Result<PreloadedScene>(PreloadedScene{*load_text({}, {}), hash(""), "", 0});
+  };
+  // The last start finds the file that counts damaged.
+  for (const bool damaged : {false, false, true}) {
+    if (damaged) write_file(folder.path() / "revision", "x");
+    const auto store = open_settled(folder.path(), {{"made", preload}});
+    given.push_back(store->find("made")->revision);
+    ASSERT_TRUE(put_text(*store, "kept", "a").ok());
+    given.push_back(store->find("kept")->revision);
+    ASSERT_TRUE(put_text(*store, "gone", "b").ok());
+    given.push_back(store->find("gone")->revision);
+    ASSERT_TRUE(store->remove("gone").ok());
+  }
+  for (std::size_t i = 1; i < given.size(); ++i) EXPECT_GT(given[i], given[i - 1]) << i;
 }
 
 TEST(SceneStoreRestart, keeps_bytes_exactly_as_long_as_a_name_has_them) {
@@ -156,7 +178,7 @@ TEST(SceneStoreRestart, keeps_a_file_that_the_loader_no_longer_takes) {
 TEST(SceneStoreRestart, gives_an_acknowledged_scene_precedence_over_a_preload) {
   const TemporaryFolder folder;
   const auto make = []() -> Result<PreloadedScene> {
-    return PreloadedScene{*load_text(std::as_bytes(std::span("demo", 4)), {}), "00", 4};
+    return PreloadedScene{*load_text(std::as_bytes(std::span("demo", 4)), {}), "00", "", 4};
   };
   {
     const auto store = open_settled(folder.path(), {{"town", make}});

@@ -41,6 +41,18 @@ TEST(SceneStore, replaces_a_scene_under_readers_who_keep_theirs) {
   EXPECT_EQ(text_of(*store, "town"), "new");
 }
 
+TEST(SceneStore, counts_revisions_over_all_names_and_removals) {
+  const auto store = open_store({});
+  std::uint64_t last = 0;
+  for (const char* id : {"a", "b", "a", "b"}) {
+    const auto put = put_text(*store, id, "text");
+    ASSERT_TRUE(put.ok());
+    EXPECT_GT(put->scene->revision, last);
+    last = put->scene->revision;
+    ASSERT_TRUE(store->remove(id).ok());
+  }
+}
+
 TEST(SceneStore, changes_nothing_when_a_put_fails) {
   for (const bool on_disk : {false, true}) {
     const TemporaryFolder folder;
@@ -128,7 +140,7 @@ TEST(SceneStore, loads_preloads_in_the_background_and_survives_a_bad_one) {
   std::promise<void> may_end;
   const auto make = [&]() -> Result<PreloadedScene> {
     may_end.get_future().wait();
-    return PreloadedScene{*load_text(std::as_bytes(std::span("demo", 4)), {}), "00", 4};
+    return PreloadedScene{*load_text(std::as_bytes(std::span("demo", 4)), {}), "00", "", 4};
   };
   const auto fail = []() -> Result<PreloadedScene> {
     return Error{ErrorKind::kInvalid, "TEXT_BAD", "this text is bad", ""};

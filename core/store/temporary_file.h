@@ -1,0 +1,41 @@
+#pragma once
+/// A file that is nobody's until it gets its real name.
+
+#include <filesystem>
+#include <string_view>
+#include <utility>
+
+#include "core/base/result.h"
+#include "core/store/posix_file.h"
+
+namespace sightline {
+
+/// Gone with this object unless it was released.
+class TemporaryFile {
+ public:
+  TemporaryFile(FileDescriptor file, std::filesystem::path path)
+      : file_(std::move(file)), path_(std::move(path)) {}
+  TemporaryFile(TemporaryFile&& other) noexcept
+      : file_(std::move(other.file_)), path_(std::exchange(other.path_, {})) {}
+  TemporaryFile& operator=(TemporaryFile&&) = delete;
+  ~TemporaryFile();
+
+  const FileDescriptor& file() const { return file_; }
+  const std::filesystem::path& path() const { return path_; }
+  /// It has another name now and stays.
+  void release() { path_.clear(); }
+
+ private:
+  FileDescriptor file_;
+  std::filesystem::path path_;
+};
+
+/// A file of this name, empty, in place of whatever file had it. Errors: STORE_IO, STORE_FULL.
+Result<TemporaryFile> make_temporary(std::filesystem::path path, const char* doing);
+
+/// Fills `temporary` with the text and gives it the name `target`, in place of what had it; returns
+/// when that is durable. Errors: STORE_IO, STORE_FULL; `target` is then what it was.
+Status write_durably(TemporaryFile& temporary, std::string_view text,
+                     const std::filesystem::path& target, const char* doing);
+
+}  // namespace sightline
