@@ -13,6 +13,7 @@
 #include "core/import/instancing.h"
 #include "core/import/mapped_file.h"
 #include "core/import/mesh_reader.h"
+#include "core/import/pov_scene.h"
 #include "core/import/refusal.h"
 #include "core/import/transform.h"
 #include "core/import/view_store.h"
@@ -95,6 +96,14 @@ Result<SceneDescription> import_checked(std::span<const std::byte> bytes,
   const ImportLimits& limits = options.limits;
   if (bytes.size() > limits.file_bytes) {
     return beyond_limit("FILE_BYTES", "bytes of the file", bytes.size(), limits.file_bytes);
+  }
+  if (const std::string_view whole(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+      !has_glb_magic(bytes) && pov::looks_like_pov(whole)) {
+    if (options.scene.value_or(0) != 0) {
+      return invalid("GLTF_SCENE_UNKNOWN", "scene " + std::to_string(*options.scene) +
+                                               " was asked for, a .pov file has 1");
+    }
+    return pov::import_boxes(whole, limits);
   }
   Warnings warnings;
   auto chunks = open_container(bytes, warnings);

@@ -44,8 +44,9 @@ struct ImportOptions {
   std::optional<std::uint32_t> scene;
 };
 
-/// Reads a mapped .glb or a .gltf with its neighbours. External buffers must lie in the file's own
-/// folder (symbolic links included). The name does not matter: GLB is known by its magic.
+/// Reads a mapped .glb, a .gltf with its neighbours, or a .pov made of boxes, told apart by how
+/// they begin. External buffers must lie in the file's own folder (symbolic links included). The
+/// name does not matter: GLB is known by its magic.
 ///
 /// Errors, by kind:
 ///   kNotFound     GLTF_FILE_UNREADABLE
@@ -61,6 +62,7 @@ struct ImportOptions {
 ///                 GLTF_ACCESSOR_OUT_OF_BOUNDS, GLTF_INDEX_OUT_OF_RANGE, GLTF_INSTANCING_INVALID,
 ///                 GLTF_SKIN_INVALID, GLTF_COMPRESSION_INVALID, GLTF_STRUCTURE_INVALID (tinygltf's
 ///                 own verdict)
+///   kMalformed, kUnsupported  POV_SYNTAX_INVALID, POV_FEATURE_UNSUPPORTED (pov_scene.h)
 ///   kInternal     GLTF_INTERNAL
 /// Error::pointer points into the file's own JSON.
 Result<SceneDescription> import_file(const std::filesystem::path& file,
