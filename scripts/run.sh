@@ -5,12 +5,14 @@
 #   scripts/run.sh [--port N] [--data DIR]
 #
 # --port N    TCP port on 127.0.0.1 (default: $PORT, else 8080; 0 takes a free one)
-# --data DIR  where scenes that you PUT are kept (default: build/data in this checkout)
+# --data DIR  where scenes that you PUT are kept; relative to where you stand (default: build/data in
+#             this checkout)
 set -euo pipefail
+called_from=$PWD
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 port=${PORT:-8080}
-data=build/data
+data=$PWD/build/data
 while [ $# -gt 0 ]; do
   case $1 in
     --port) port=${2:?--port needs a number}; shift 2 ;;
@@ -19,6 +21,7 @@ while [ $# -gt 0 ]; do
     *) echo "$0: unknown argument '$1' (see --help)" >&2; exit 2 ;;
   esac
 done
+case $data in /*) ;; *) data=$called_from/$data ;; esac
 case $port in
   *[!0-9]* | '') echo "$0: '$port' is no port number" >&2; exit 2 ;;
 esac
@@ -66,6 +69,22 @@ until curl -fsS -o /dev/null "$url/readyz" 2>/dev/null; do
   kill -0 "$server" 2>/dev/null || { echo "$0: the server stopped before it was ready" >&2; exit 1; }
   sleep 0.1
 done
+
+# A scene of this name in the data folder goes before the demo's: whoever put another one there would
+# wonder at the answer.
+demo=$(mktemp)
+build/release/sightline demo town "$demo"
+hash=$(sha256sum <"$demo")
+rm -f "$demo"
+if ! curl -sS "$url/v1/scenes/town" | grep -q "\"sha256\":\"${hash%% *}\""; then
+  cat >&2 <<TEXT
+
+$0: warning: the scene "town" in $data is not the demo town (of this version), so
+the line below will answer otherwise than said here. For a fresh one remove it and start again,
+    curl -X DELETE $url/v1/scenes/town
+or start with another folder: $0 --data ANOTHER
+TEXT
+fi
 
 cat <<TEXT
 
