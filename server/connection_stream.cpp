@@ -80,7 +80,34 @@ ssize_t ConnectionStream::read(char* data, std::size_t size) {
   std::memcpy(data, read_buffer_.data() + read_at_, count);
   read_at_ += count;
   bytes_read_ += count;
+  if (in_head_) hide_range(data, count);
   return static_cast<ssize_t>(count);
+}
+
+void ConnectionStream::begin_head() {
+  in_head_ = true;
+  line_size_ = 0;
+  may_be_range_ = true;
+}
+
+void ConnectionStream::hide_range(char* data, std::size_t size) {
+  constexpr std::string_view kName = "range:";
+  for (std::size_t i = 0; i < size && in_head_; ++i) {
+    const char c = data[i];
+    if (c == '\r') continue;
+    if (c == '\n') {
+      in_head_ = line_size_ > 0;
+      line_size_ = 0;
+      may_be_range_ = true;
+      continue;
+    }
+    const char lower = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    may_be_range_ = may_be_range_ && line_size_ < kName.size() && lower == kName[line_size_];
+    // The letters have been read already; with another byte for the colon they are no longer a name
+    // that anybody asks for.
+    if (may_be_range_ && c == ':') data[i] = '-';
+    ++line_size_;
+  }
 }
 
 ssize_t ConnectionStream::write(const char* data, std::size_t size) {

@@ -30,6 +30,12 @@ class ConnectionStream final : public httplib::Stream {
   void get_local_ip_and_port(std::string& ip, int& port) const override;
   socket_t socket() const override;
 
+  /// With the next byte a request begins. Of its head a Range is not shown to the reader: the
+  /// library refuses a malformed one, and one of an unknown unit, before anybody can tell it that
+  /// there are no ranges here. A server may leave any Range alone, and of other methods than GET it
+  /// must [RFC9110] 14.2.
+  void begin_head();
+
   bool flush();
   /// Whether bytes are here that no request has taken yet.
   bool has_buffered() const { return read_at_ < read_end_; }
@@ -38,6 +44,7 @@ class ConnectionStream final : public httplib::Stream {
 
  private:
   bool fill();
+  void hide_range(char* data, std::size_t size);
 
   int socket_;
   Timeouts timeouts_;
@@ -45,6 +52,9 @@ class ConnectionStream final : public httplib::Stream {
   std::size_t read_at_ = 0, read_end_ = 0;
   std::uint64_t bytes_read_ = 0;
   std::string write_buffer_;
+  bool in_head_ = false;
+  std::size_t line_size_ = 0;  ///< of the head's line so far, without its end
+  bool may_be_range_ = false;
 };
 
 /// Waits until one of the two can be read (or is closed). `second` may be -1.

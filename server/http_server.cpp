@@ -241,6 +241,7 @@ void HttpServer::answer_requests(int socket, ConnectionStream& stream) {
   while (wait_for_request(socket, stream)) {
     BodyEnd end;
     bool wants_close = false;
+    stream.begin_head();
     const bool answered =
         process_request(stream, stopping_, wants_close, [&](httplib::Request& request) {
           end = body_end_of(request, stream.bytes_read());
@@ -249,8 +250,7 @@ void HttpServer::answer_requests(int socket, ConnectionStream& stream) {
           request.response_handler = [&](const httplib::Response&) {
             return !wants_close && !stopping_ && is_skippable(stream, end);
           };
-          // No partial JSON, and no compression that costs more than the trace.
-          request.ranges.clear();
+          // No compression that costs more than the trace.
           request.headers.erase("Accept-Encoding");
         });
     const bool body_gone = answered && stream.flush() && skip_body(stream, end);
@@ -292,8 +292,6 @@ void HttpServer::answer_unparsed(const httplib::Request& request,
   switch (response.status) {
     case 414:
       return exchange.reply_problem(414, "URI_TOO_LONG", "the request's path is too long");
-    case 416:
-      return exchange.reply_problem(416, "RANGE_INVALID", "the Range header is not well-formed");
     default:
       return exchange.reply_problem(response.status >= 500 ? 500 : 400, "REQUEST_MALFORMED",
                                     "this is not an HTTP/1.1 request that the server understands");

@@ -1,5 +1,6 @@
+#include <algorithm>
 #include <charconv>
-#include <optional>
+#include <string_view>
 
 #include "core/store/scene_id.h"
 #include "server/request_body.h"
@@ -18,17 +19,26 @@ void reply_scene(Exchange& exchange, int status, const StoredScene& scene) {
   if (!scene.etag.empty()) exchange.response.set_header("ETag", '"' + scene.etag + '"');
 }
 
-/// ?scene=N, nothing else. False after it has answered.
+/// ?scene=N, nothing else. Read from the target itself: the library's own reader takes
+/// "scene=0;x=1" for scene 1. False after it has answered.
 bool read_choice(Exchange& exchange, SceneChoice& choice) {
-  for (const auto& [name, value] : exchange.request.params) {
+  constexpr std::string_view kScene = "scene=";
+  std::string_view query = exchange.request.target;
+  query.remove_prefix(std::min(query.find('?'), query.size()));
+  while (!query.empty()) {
+    query.remove_prefix(1);  // the '?' or '&'
+    const std::string_view part = query.substr(0, query.find('&'));
+    query.remove_prefix(part.size());
+    if (part.empty()) continue;
     std::uint32_t number = 0;
-    const char* end = value.data() + value.size();
-    const auto [last, error] = std::from_chars(value.data(), end, number);
-    const bool good = error == std::errc() && last == end && !value.empty();
-    if (name != "scene" || !good || choice.scene) {
+    const char* begin = part.data() + std::min(kScene.size(), part.size());
+    const char* end = part.data() + part.size();
+    const auto [last, error] = std::from_chars(begin, end, number);
+    const bool good = part.starts_with(kScene) && error == std::errc() && last == end;
+    if (!good || choice.scene) {
       exchange.reply_problem(422, "QUERY_INVALID",
-                             "the only query parameter here is scene=N, the number of a scene of "
-                             "the file");
+                             "the only query parameter here is scene=N, once, with the number of a "
+                             "scene of the file in digits; there is no other separator than &");
       return false;
     }
     choice.scene = number;

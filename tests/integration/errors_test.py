@@ -184,9 +184,23 @@ class Errors(unittest.TestCase):
                 self.expect(self.server.put(name, b"x"), 422, "SCENE_ID_INVALID")
 
     def test_a_bad_query_parameter_is_422(self):
-        for query in ("scene=", "scene=-1", "scene=x", "scene=1&scene=2", "scen=1", "scene=4294967296"):
+        for query in ("scene=", "scene=-1", "scene=x", "scene=1&scene=2", "scen=1", "scene=4294967296", "scene=0;x=1",
+                      "scene=1=0", "scene=0&scene=0", "scene=%30", "scene=0&x"):
             with self.subTest(query=query):
                 self.expect(self.server.put("x?" + query, b"x"), 422, "QUERY_INVALID")
+
+    def test_a_range_is_ignored_whatever_it_says(self):
+        # RFC 9110, 14.2: ranges are an offer that a server may leave alone, and of other methods than GET it must.
+        whole = self.server.ask("/v1/scenes/six")
+        hits = self.closest(GOOD)
+        for given in ("bytes=0-1", "bytes=x", "bytes=5-2", "bytes=0-1,5-2", "bytes=-", "lines=1-2", "x", "bytes:0-1",
+                      "bytes=99999999999999999999-"):
+            for name in ("Range", "RANGE"):
+                with self.subTest(range=given, name=name):
+                    got = self.server.ask("/v1/scenes/six", "-H", f"{name}: {given}")
+                    self.assertEqual((got.status, got.body), (200, whole.body))
+                    got = self.closest(GOOD, "-H", f"{name}:{given}")
+                    self.assertEqual((got.status, got.body), (200, hits.body))
 
     def test_a_request_line_that_is_none_is_400(self):
         connection = self.server.connect()
