@@ -59,7 +59,8 @@ struct SceneTree {
   /// Over the placements; leaf blocks hold indices of placements in `triangle`. Empty if there are
   /// fewer than two placements.
   WideTree top;
-  Box3d bounds;  ///< of all finite world triangles
+  Box3d bounds;             ///< of all finite world triangles
+  std::uint32_t depth = 0;  ///< nodes on the longest way down: through the top, then a tree
 };
 
 struct PlacementView {

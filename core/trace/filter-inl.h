@@ -18,6 +18,10 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
+/// What a kernel is compiled for: one placement whose world triangles are the mesh's, one with a
+/// matrix, or several, each with a tree of its own or a shared one.
+enum class Layout { kAsItIs, kPlaced, kMany };
+
 /// Four triangles after the filter: lane i is met for sure (accept), may be met (examine), or is
 /// out.
 struct LeafVerdict {

@@ -24,8 +24,8 @@ class Finisher {
 
   Finisher(const Scene& scene, const RayBatch& rays, HitBatch& hits, DecisionCounts& counts)
       : scene_(scene), rays_(rays), hits_(hits), counts_(counts) {
-    for (const Placement& placement : scene.tree().placements)
-      plain_ = plain_ && placement.identity;
+    const auto& placements = scene.tree().placements;
+    plain_ = placements.size() == 1 && placements[0].identity;
   }
 
   void add(std::size_t ray, const Candidate& winner) {
@@ -148,7 +148,7 @@ class Finisher {
   const RayBatch& rays_;
   HitBatch& hits_;
   DecisionCounts& counts_;
-  bool plain_ = true;  ///< all placements leave the corners as they are
+  bool plain_;  ///< the only placement leaves the corners as they are
   std::size_t size_ = 0;
   std::size_t ray_[kGroup];
   HWY_ALIGN double origin_[3][kGroup];

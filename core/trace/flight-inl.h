@@ -19,9 +19,11 @@
 
 #include <bit>
 #include <span>
+#include <type_traits>
 
 #include "core/geometry/rounding.h"
 #include "core/trace/decision.h"
+#include "core/trace/enter-inl.h"
 #include "core/trace/filter-inl.h"
 #include "core/trace/finish-inl.h"
 #include "core/trace/kernel.h"
@@ -35,7 +37,19 @@ namespace HWY_NAMESPACE {
 constexpr std::size_t kInFlight = 32;
 /// Waiting siblings of one ray. Trees that are too deep for it go through the single-ray kernel.
 constexpr std::size_t kWaiting = 248;
-constexpr std::uint32_t kMaxFlightDepth = (kWaiting - kArity - 1) / (kArity - 1);
+constexpr std::uint32_t kMaxFlightDepth = (kWaiting - kArity - 2) / (kArity - 1);
+
+/// Where a ray is in a scene of several placements: in the tree over them, or in one of them.
+struct Whereabouts {
+  AnchoredRay ray;             ///< what placements map
+  BoxRay top;                  ///< in the units of the tree over the placements
+  const std::byte* base;       ///< of the tree that the ray is in
+  const Placement* placement;  ///< that it is in, or that is being fetched
+  std::uint32_t at_top;        ///< 1 in the tree over the placements
+  std::uint32_t arriving;      ///< 1: the placement is being fetched
+  std::uint32_t first;         ///< on the stack, of the tree that the ray is in
+};
+struct Nowhere {};
 
 /// Neighbouring rays that are set up together, at most kGroupRays.
 struct RayGroup {
@@ -43,18 +57,22 @@ struct RayGroup {
   std::uint32_t count;
 };
 
-template <bool kAny, bool kPlaced>
+template <bool kAny, Layout kLayout>
 class Flight {
+  static constexpr bool kPlaced = kLayout != Layout::kAsItIs;
+  static constexpr bool kMany = kLayout == Layout::kMany;
+
  public:
   Flight(const Scene& scene, const RayBatch& rays, std::uint8_t* occluded, TraceCounts& counts)
       : scene_(scene),
-        placement_(scene.tree().placements[0]),
-        tree_(*scene.tree().trees[placement_.tree]),
-        base_(tree_.arena.at(0)),
+        tree_(scene.tree()),
+        root_(root_of(scene.tree())),
+        base_(root_.arena.at(0)),
+        only_placement_(scene.tree().placements[0]),
         rays_(rays),
         occluded_(occluded),
         counts_(counts),
-        preparation_(scene.tree().bounds, tree_.scale_exponent) {}
+        preparation_(tree_.bounds, root_.scale_exponent) {}
 
   /// Traces the rays of the groups. `finish.add(ray, candidate)` is told of the closest hits; of
   /// "any" only `occluded` tells.
@@ -65,31 +83,39 @@ class Flight {
   }
 
  private:
+  static const WideTree& root_of(const SceneTree& tree) {
+    return tree.placements.size() > 1 ? tree.top : *tree.trees[tree.placements[0].tree];
+  }
+
   /// One ray on its way.
   struct alignas(64) Slot {
     PreparedRay ray;
     float limit;
-    std::uint32_t waiting;  ///< siblings on the stack, the finishing mark included
+    std::uint32_t waiting;  ///< siblings on the stack, marks included
     std::uint32_t next;     ///< the node or leaf that is being fetched
     ClosestHit best;
     std::size_t number;  ///< of the ray in its batch
+    std::conditional_t<kMany, Whereabouts, Nowhere> where;
     std::uint32_t ref[kWaiting];
     float near[kWaiting];
   };
 
-  /// On the bottom of every stack; neither a leaf nor a granule that a tree has.
+  /// On the bottom of every stack, and below what waits inside a placement; neither a leaf nor a
+  /// granule that a tree has.
   static constexpr std::uint32_t kFinished = 0x40000000u;
+  static constexpr std::uint32_t kLeave = 0x40000001u;
 
   /// Which slots do what in the next round. A ray is put into the queue of its class by index, not
   /// by a branch: whether the next step is a node or a leaf cannot be predicted.
-  enum Class : std::uint32_t { kNode, kLeaf, kDone };
+  enum Class : std::uint32_t { kNode, kLeaf, kDone, kCross };
   struct Queues {
-    std::uint32_t size[3] = {0, 0, 0};
-    Slot* slot[3][kInFlight];
+    std::uint32_t size[4] = {0, 0, 0, 0};
+    Slot* slot[4][kInFlight];
     HWY_INLINE void add(Slot& taken, std::uint32_t next) {
-      const std::uint32_t leaf = next >> 31;
-      const std::uint32_t done = (next >> 30) == 1 ? 2 : 0;
-      const std::uint32_t which = leaf | done;
+      std::uint32_t leaf = next >> 31;
+      if constexpr (kMany) leaf |= (leaf & taken.where.at_top) << 1;
+      const std::uint32_t mark = (next >> 30) == 1 ? 2 | (next & 1u) : 0;
+      const std::uint32_t which = leaf | mark;
       slot[which][size[which]++] = &taken;
     }
   };
@@ -108,14 +134,15 @@ class Flight {
       const std::uint32_t node_count = now->size[kNode];
       const std::uint32_t leaf_count = now->size[kLeaf];
       const std::uint32_t done_count = now->size[kDone];
-      if (node_count + leaf_count + done_count == 0) break;
+      const std::uint32_t cross_count = kMany ? now->size[kCross] : 0;
+      if (node_count + leaf_count + done_count + cross_count == 0) break;
       nodes += node_count;
       blocks += leaf_count;
       for (std::uint32_t i = 0; i < node_count; ++i) {
         Slot& slot = *now->slot[kNode][i];
         const std::uint32_t waiting = slot.waiting;
         const auto found = static_cast<std::uint32_t>(
-            push_children(*reinterpret_cast<const WideNode*>(at(slot.next)), slot.ray.box,
+            push_children(*reinterpret_cast<const WideNode*>(at(slot, slot.next)), slot.ray.box,
                           slot.limit, slot.ref + waiting, slot.near + waiting));
         slot.waiting = waiting + found - 1;
         proceed(slot, slot.ref[waiting + found - 1], *then);
@@ -131,6 +158,9 @@ class Flight {
         slot.waiting -= more ? 0 : 1;
         proceed(slot, more ? rest : popped, *then);
       }
+      if constexpr (kMany) {
+        for (std::uint32_t i = 0; i < cross_count; ++i) cross(*now->slot[kCross][i], *then);
+      }
       for (std::uint32_t i = 0; i < done_count; ++i) {
         Slot* slot = now->slot[kDone][i];
         if constexpr (!kAny) {
@@ -138,7 +168,7 @@ class Flight {
         }
         free_[free_count_++] = slot;
       }
-      now->size[kNode] = now->size[kLeaf] = now->size[kDone] = 0;
+      now->size[kNode] = now->size[kLeaf] = now->size[kDone] = now->size[kCross] = 0;
       std::swap(now, then);
     }
     counts_.nodes += nodes;
@@ -161,29 +191,81 @@ class Flight {
       slot.ref[0] = kFinished;
       slot.near[0] = -kInfF;
       slot.waiting = 1;
-      proceed(slot, tree_.root, queues);
+      if constexpr (kMany) {
+        slot.where.ray = anchored(rays_[slot.number], slot.ray, tree_.bounds);
+        slot.where.top = slot.ray.box;
+        slot.where.base = root_.arena.at(0);
+        slot.where.at_top = slot.where.first = 1;
+        slot.where.arriving = 0;
+      }
+      proceed(slot, root_.root, queues);
     }
     free_count_ -= count;
+  }
+
+  /// From the tree over the placements into one of them, or back. A placement is fetched in one
+  /// round and entered in the next.
+  HWY_INLINE void cross(Slot& slot, Queues& queues) {
+    Whereabouts& where = slot.where;
+    if (slot.next == kLeave) {
+      slot.ray.box = where.top;
+      where.base = root_.arena.at(0);
+      where.at_top = where.first = 1;
+      slot.limit = slot.ray.box.limit(slot.best.bound());
+      drop_farther(slot);
+      proceed(slot, slot.ref[--slot.waiting], queues);
+    } else if (where.arriving == 0) {
+      const auto& block =
+          *reinterpret_cast<const LeafBlock*>(at(slot, ChildRef::granule(slot.next)));
+      where.placement = &tree_.placements[block.triangle[0]];
+      where.arriving = 1;
+      const auto* target = reinterpret_cast<const std::byte*>(where.placement);
+      for (std::size_t i = 0; i < sizeof(Placement); i += 64) hwy::Prefetch(target + i);
+      queues.add(slot, slot.next);
+    } else {
+      ++counts_.placements;
+      const Placement& placement = *where.placement;
+      const WideTree& tree = *tree_.trees[placement.tree];
+      enter_placement(where.ray, placement, tree, root_, where.top, slot.ray.box);
+      slot.ref[slot.waiting] = kLeave;
+      slot.near[slot.waiting++] = -kInfF;
+      where.base = tree.arena.at(0);
+      where.at_top = where.arriving = 0;
+      where.first = slot.waiting;
+      slot.limit = slot.ray.box.limit(slot.best.bound());
+      proceed(slot, tree.root, queues);
+    }
   }
 
   /// Starts fetching the next node or leaf of a ray and queues the ray for it.
   HWY_INLINE void proceed(Slot& slot, std::uint32_t next, Queues& queues) const {
     slot.next = next;
-    const std::byte* target = at(next & ChildRef::kGranuleMask);
+    const std::byte* target = at(slot, next & ChildRef::kGranuleMask);
     hwy::Prefetch(target);
     hwy::Prefetch(target + 64);
     hwy::Prefetch(target + 128);
     hwy::Prefetch(target + 192);
     queues.add(slot, next);
   }
-  HWY_INLINE const std::byte* at(std::uint32_t granule) const {
+  HWY_INLINE const std::byte* at(const Slot& slot, std::uint32_t granule) const {
+    if constexpr (kMany) return slot.where.base + std::size_t{granule} * Arena::kGranule;
     return base_ + std::size_t{granule} * Arena::kGranule;
+  }
+  HWY_INLINE const Placement& placement(const Slot& slot) const {
+    if constexpr (kMany) return *slot.where.placement;
+    return only_placement_;
+  }
+  /// Where on the stack the tree begins that the ray is in.
+  HWY_INLINE std::uint32_t first(const Slot& slot) const {
+    if constexpr (kMany) return slot.where.first;
+    return 1;
   }
 
   HWY_INLINE void visit_block(Slot& slot) {
-    const LeafBlock& block = *reinterpret_cast<const LeafBlock*>(at(ChildRef::granule(slot.next)));
+    const LeafBlock& block =
+        *reinterpret_cast<const LeafBlock*>(at(slot, ChildRef::granule(slot.next)));
     LeafVerdict verdict;
-    filter_block<kPlaced>(block, slot.ray.filter, placement_, slot.best.bound(), verdict);
+    filter_block<kPlaced>(block, slot.ray.filter, placement(slot), slot.best.bound(), verdict);
     if ((verdict.accept | verdict.examine) == 0) return;
     if constexpr (kAny) {
       if (meets_any(slot, block, verdict)) {
@@ -199,7 +281,7 @@ class Flight {
   HWY_INLINE void take_closest(Slot& slot, const LeafBlock& block, const LeafVerdict& verdict) {
     for (std::uint32_t rest = verdict.accept; rest != 0; rest &= rest - 1) {
       const auto lane = static_cast<std::uint32_t>(std::countr_zero(rest));
-      const Candidate candidate{&block, lane, placement_.instance};
+      const Candidate candidate{&block, lane, placement(slot).instance};
       const Interval tau{verdict.low[lane], verdict.high[lane]};
       if (HWY_UNLIKELY(!slot.best.accept(candidate, tau))) settle_closest(slot, candidate, tau);
     }
@@ -209,8 +291,14 @@ class Flight {
     const float limit = slot.ray.box.limit(slot.best.bound());
     if (!(limit < slot.limit)) return;
     slot.limit = limit;
-    std::uint32_t kept = 1;
-    for (std::uint32_t i = 1; i < slot.waiting; ++i) {
+    drop_farther(slot);
+  }
+
+  /// Of the tree that the ray is in.
+  HWY_INLINE void drop_farther(Slot& slot) const {
+    const float limit = slot.limit;
+    std::uint32_t kept = first(slot);
+    for (std::uint32_t i = kept; i < slot.waiting; ++i) {
       slot.ref[kept] = slot.ref[i];
       slot.near[kept] = slot.near[i];
       kept += slot.near[i] <= limit ? 1 : 0;
@@ -227,7 +315,7 @@ class Flight {
     const RayQuestion question{scene_, rays_, slot.number, counts_.decisions};
     for (; examine != 0; examine &= examine - 1) {
       slot.best.examine(question, {&block, static_cast<std::uint32_t>(std::countr_zero(examine)),
-                                   placement_.instance});
+                                   placement(slot).instance});
     }
   }
 
@@ -239,16 +327,17 @@ class Flight {
     const RayQuestion question{scene_, rays_, slot.number, counts_.decisions};
     for (; examine != 0; examine &= examine - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(examine));
-      if (sightline::examine_any(question, {placement_.instance, block.triangle[lane]}))
+      if (sightline::examine_any(question, {placement(slot).instance, block.triangle[lane]}))
         return true;
     }
     return false;
   }
 
   const Scene& scene_;
-  const Placement& placement_;
-  const WideTree& tree_;
-  const std::byte* base_;
+  const SceneTree& tree_;
+  const WideTree& root_;             ///< over the placements, or of the only one
+  const std::byte* base_;            ///< of root_
+  const Placement& only_placement_;  ///< the first of many
   const RayBatch& rays_;
   std::span<const RayGroup> groups_;
   std::uint8_t* occluded_;

@@ -29,11 +29,9 @@ void trace_closest(const Scene& scene, const RayBatch& rays, std::size_t begin, 
   if (scene.tree().placements.empty()) return;
   Finisher finisher(scene, rays, hits, counts.decisions);
   if (can_go_together(scene, end - begin)) {
-    if (scene.tree().placements[0].identity) {
-      Together<false, false>(scene, rays, nullptr, counts).run(begin, end, finisher);
-    } else {
-      Together<false, true>(scene, rays, nullptr, counts).run(begin, end, finisher);
-    }
+    with_layout(scene, [&]<Layout kLayout>() {
+      Together<false, kLayout>(scene, rays, nullptr, counts).run(begin, end, finisher);
+    });
     finisher.flush();
     return;
   }
@@ -55,11 +53,9 @@ void trace_any(const Scene& scene, const RayBatch& rays, std::size_t begin, std:
   if (scene.tree().placements.empty()) return;
   if (can_go_together(scene, end - begin)) {
     NoFinisher none;
-    if (scene.tree().placements[0].identity) {
-      Together<true, false>(scene, rays, occluded, counts).run(begin, end, none);
-    } else {
-      Together<true, true>(scene, rays, occluded, counts).run(begin, end, none);
-    }
+    with_layout(scene, [&]<Layout kLayout>() {
+      Together<true, kLayout>(scene, rays, occluded, counts).run(begin, end, none);
+    });
     return;
   }
   Stack stack;

@@ -33,8 +33,10 @@ constexpr std::size_t kPacketRays = 32;
 constexpr bool kPacketsWork = HWY_MAX_BYTES >= 32;
 constexpr std::size_t kFewestRays = 4;
 
-template <bool kAny, bool kPlaced>
+template <bool kAny, Layout kLayout>
 class Packet {
+  static constexpr bool kPlaced = kLayout != Layout::kAsItIs;
+
  public:
   Packet(const Scene& scene, const RayBatch& rays, std::uint8_t* occluded, TraceCounts& counts)
       : scene_(scene),

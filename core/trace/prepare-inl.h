@@ -26,6 +26,7 @@ struct PreparedRay {
   BoxRay box;
   FilterRay filter;
   double tau_max;  ///< upper end of the limit's interval
+  bool simple;     ///< origin, tau = t times a power of two, and limits are the ray's own
 };
 
 /// Scalar, for any ray.
@@ -34,6 +35,7 @@ inline void prepare_one(const Ray& ray, const Box3d& bounds, int scale_exponent,
   out.box = make_box_ray(anchored, scale_exponent);
   out.filter = make_filter_ray(anchored);
   out.tau_max = anchored.tau_max.high;
+  out.simple = false;
 }
 
 /// Rays side by side, as the vectors that set them up leave them: lane i is a ray.
@@ -202,6 +204,7 @@ class Preparation {
         prepare_one(rays[at + i], bounds_, scale_exponent_, ray);
         continue;
       }
+      ray.simple = true;
       ray.filter = columns.filter(i);
       ray.tau_max = columns.tau_max[i];
       SIGHTLINE_UNROLL

@@ -38,16 +38,6 @@ int normalise(std::array<double, 3>& direction) {
   return exponent;
 }
 
-/// Whether scaling may have cost a component its last bits, or all of them.
-bool is_rounded(const Vec3d& direction, const std::array<double, 3>& scaled) {
-  for (std::size_t k = 0; k < 3; ++k) {
-    if (direction[static_cast<int>(k)] != 0 &&
-        std::abs(scaled[k]) < std::numeric_limits<double>::min())
-      return true;
-  }
-  return false;
-}
-
 /// A tau that is not above that of any point of the box on the line: the latest entry into a slab,
 /// less its rounding errors. Minus the largest float64 if no slab says anything. In tau, whose
 /// direction is scaled, a point of the scene cannot be out of range as its t can.
@@ -123,14 +113,6 @@ BoxRay make_slabs(const std::array<double, 3>& origin, const std::array<double, 
   return box;
 }
 
-/// Tree units, rounded down, not below 0; a NaN says nothing.
-float lowest_tau(double scene_tau, double tau_scale) {
-  const double tau = scene_tau * tau_scale;
-  const auto low =
-      static_cast<float>(tau - (std::abs(tau) * bounds::kLimitStep + bounds::kLimitFloor));
-  return low > 0 ? low : 0.0f;
-}
-
 /// Of a tau that is not finite in float64.
 Interval beyond_range(bool positive) {
   return positive ? Interval{kMaxD, kInfD} : Interval{-kInfD, -kMaxD};
@@ -153,6 +135,15 @@ Interval AnchoredRay::tau_of(double t) const {
   const double slack =
       (std::abs(from_origin) + std::abs(tau)) * 0x1p-49 + 0x1p-1072 * tau_per_t + 0x1p-1020;
   return {tau - slack, tau + slack};
+}
+
+bool is_rounded(const Vec3d& direction, const std::array<double, 3>& scaled) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (direction[static_cast<int>(k)] != 0 &&
+        std::abs(scaled[k]) < std::numeric_limits<double>::min())
+      return true;
+  }
+  return false;
 }
 
 AnchoredRay anchor_ray(const Ray& ray, const Box3d& bounds) {
@@ -223,7 +214,7 @@ BoxRay make_box_ray(const AnchoredRay& ray, int scale_exponent) {
   BoxRay box = make_slabs(origin, ray.direction, {pad, pad, pad});
   // From an unknown origin tau may even be negative: no limit may exclude anything either.
   box.tau_scale = is_known(ray) ? scale : kUnknown;
-  box.tau_min = lowest_tau(ray.tau_min.low, box.tau_scale);
+  box.tau_min = BoxRay::lowest_tau(ray.tau_min.low, box.tau_scale);
   return box;
 }
 
@@ -264,7 +255,7 @@ BoxRay make_box_ray(const AnchoredRay& ray, const TreeSpace& space, int scale_ex
   }
   BoxRay box = make_slabs(origin, direction, pad);
   box.tau_scale = tau_scale;
-  box.tau_min = lowest_tau(ray.tau_min.low, box.tau_scale);
+  box.tau_min = BoxRay::lowest_tau(ray.tau_min.low, box.tau_scale);
   return box;
 }
 

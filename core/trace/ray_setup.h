@@ -42,6 +42,9 @@ struct AnchoredRay {
   Interval tau_of(double t) const;
 };
 
+/// Whether scaling a direction by a power of two may have cost a component its last bits, or all.
+bool is_rounded(const Vec3d& direction, const std::array<double, 3>& scaled);
+
 /// `bounds` of the scene's finite triangles, not empty. The ray has passed check_rays.
 AnchoredRay anchor_ray(const Ray& ray, const Box3d& bounds);
 
@@ -80,6 +83,13 @@ struct BoxRay {
   float tau_min = 0;     ///< tree units, rounded down, not below 0
   double tau_scale = 1;  ///< tree tau = scene tau * tau_scale, a power of two
 
+  /// A lower bound for tree tau, not below 0; a NaN says nothing.
+  static float lowest_tau(double scene_tau, double tau_scale) {
+    const double tau = scene_tau * tau_scale;
+    const double size = tau < 0 ? -tau : tau;
+    const auto low = static_cast<float>(tau - (size * bounds::kLimitStep + bounds::kLimitFloor));
+    return low > 0 ? low : 0.0f;
+  }
   /// An upper bound for tree tau that has the scene's upper bound.
   float limit(double scene_tau) const { return limit(scene_tau, tau_scale); }
   static float limit(double scene_tau, double tau_scale) {

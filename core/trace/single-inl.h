@@ -11,6 +11,7 @@
 #include <limits>
 
 #include "core/trace/decision.h"
+#include "core/trace/enter-inl.h"
 #include "core/trace/filter-inl.h"
 #include "core/trace/kernel.h"
 #include "core/trace/prepare-inl.h"
@@ -99,7 +100,7 @@ class Traversal {
   void prepare(std::size_t number) {
     PreparedRay* ray = &ray_;
     preparation_.prepare(rays_, number, 1, &ray);
-    if (!alone_) anchored_ = anchor_ray(rays_[number], scene_.bounds);
+    if (!alone_) anchored_ = anchored(rays_[number], ray_, scene_.bounds);
   }
   double tau_max() const { return ray_.tau_max; }
 
@@ -126,9 +127,8 @@ class Traversal {
   template <class Sink>
   bool enter(const Placement& placement, std::size_t base, Sink& sink) {
     const WideTree& tree = *scene_.trees[placement.tree];
-    const BoxRay box = placement.world_boxes
-                           ? make_box_ray(anchored_, tree.scale_exponent)
-                           : make_box_ray(anchored_, placement.space, tree.scale_exponent);
+    BoxRay box;
+    enter_placement(anchored_, placement, tree, scene_.top, ray_.box, box);
     return enter(placement, box, base, sink);
   }
 

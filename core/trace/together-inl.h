@@ -19,13 +19,27 @@ namespace HWY_NAMESPACE {
 /// Whether the rays of a batch of this size can go together.
 inline bool can_go_together(const Scene& scene, std::size_t count) {
   const SceneTree& tree = scene.tree();
-  return count > 1 && tree.placements.size() == 1 && tree.placements[0].world_boxes &&
-         tree.trees[tree.placements[0].tree]->depth <= kMaxFlightDepth;
+  const auto& placements = tree.placements;
+  return count > 1 && tree.depth <= kMaxFlightDepth &&
+         (placements.size() > 1 || placements[0].world_boxes);
+}
+
+/// Calls `call` for the layout of a scene that can go together.
+template <class Call>
+void with_layout(const Scene& scene, Call&& call) {
+  const auto& placements = scene.tree().placements;
+  if (placements.size() > 1) {
+    call.template operator()<Layout::kMany>();
+  } else if (placements[0].identity) {
+    call.template operator()<Layout::kAsItIs>();
+  } else {
+    call.template operator()<Layout::kPlaced>();
+  }
 }
 
 /// Takes neighbouring rays as packets while that is the cheaper way, and the others, some thousands
 /// at a time, as a flight.
-template <bool kAny, bool kPlaced>
+template <bool kAny, Layout kLayout>
 class Together {
  public:
   Together(const Scene& scene, const RayBatch& rays, std::uint8_t* occluded, TraceCounts& counts)
@@ -52,7 +66,7 @@ class Together {
   template <class Finish>
   HWY_INLINE std::size_t step(std::size_t begin, std::size_t left, Finish& finish) {
     std::size_t alone = std::min(left, kPacketRays);
-    if constexpr (kPacketsWork) {
+    if constexpr (kPacketsWork && kLayout != Layout::kMany) {
       if (wait_ > 0) {
         --wait_;
       } else if (left >= kPacketRays) {
@@ -75,8 +89,8 @@ class Together {
     return alone;
   }
 
-  Packet<kAny, kPlaced> packet_;
-  Flight<kAny, kPlaced> flight_;
+  Packet<kAny, kLayout> packet_;
+  Flight<kAny, kLayout> flight_;
   std::size_t wait_ = 0, pause_ = 0;
   std::size_t group_count_ = 0;
   RayGroup groups_[kGroups];

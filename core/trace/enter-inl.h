@@ -1,0 +1,135 @@
+// A ray into the space of a placement's tree: make_box_ray of ray_setup, the three axes of the mesh
+// side by side.
+
+#if defined(SIGHTLINE_TRACE_ENTER_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef SIGHTLINE_TRACE_ENTER_INL_H_
+#undef SIGHTLINE_TRACE_ENTER_INL_H_
+#else
+#define SIGHTLINE_TRACE_ENTER_INL_H_
+#endif
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "core/bvh/scene_tree.h"
+#include "core/trace/prepare-inl.h"
+#include "core/trace/ray_setup.h"
+#include "core/trace/simd-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace sightline {
+namespace HWY_NAMESPACE {
+
+#if HWY_MAX_BYTES >= 32
+/// False where magnitudes are so extreme that make_box_ray must look closer. The bounds are those
+/// of docs/exactness.md, "Instances" and "Boxes".
+HWY_INLINE bool map_box_ray(const AnchoredRay& ray, const TreeSpace& space, int scale_exponent,
+                            BoxRay& box) {
+  const hn::CappedTag<double, 4> dd;
+  const hn::Rebind<float, decltype(dd)> df;
+  using V = hn::Vec<decltype(dd)>;
+  // Column j of the inverse; the fourth lane repeats the third.
+  const auto column = [&](std::size_t j) {
+    HWY_ALIGN const double lanes[4] = {space.inverse[0][j], space.inverse[1][j],
+                                       space.inverse[2][j], space.inverse[2][j]};
+    return hn::Load(dd, lanes);
+  };
+  V origin = hn::Zero(dd), direction = hn::Zero(dd), error = hn::Zero(dd);
+  double tau_most = 0;
+  SIGHTLINE_UNROLL
+  for (std::size_t j = 0; j < 3; ++j) {
+    const V n = column(j);
+    const double seen = std::abs(ray.origin[j]) + space.reach[j];
+    tau_most = std::max(tau_most, seen);
+    origin = hn::MulAdd(n, hn::Set(dd, ray.origin[j] - space.translation[j]), origin);
+    direction = hn::MulAdd(n, hn::Set(dd, ray.direction[j]), direction);
+    error =
+        hn::MulAdd(hn::Abs(n),
+                   hn::Set(dd, bounds::kMapped * bounds::kU * seen + 1.0000001 * ray.error), error);
+  }
+  const double largest = hn::GetLane(hn::MaxOfLanes(dd, hn::Abs(direction)));
+  // NaN passes no comparison.
+  if (!(largest >= 0x1p-400 && largest <= 0x1p400 && tau_most <= 0x1p300)) return false;
+
+  const double scale =
+      std::bit_cast<double>(static_cast<std::uint64_t>(1023 + scale_exponent) << 52);
+  const auto exponent = std::bit_cast<std::uint64_t>(largest) & 0x7ff0000000000000ull;
+  const double per_tree = std::bit_cast<double>(exponent);
+  const double shrink = std::bit_cast<double>((2046ull << 52) - exponent);
+  direction = hn::Mul(direction, hn::Set(dd, shrink));
+  HWY_ALIGN const double pads[4] = {space.pad[0], space.pad[1], space.pad[2], space.pad[2]};
+  const V pad = hn::MulAdd(hn::Add(hn::Load(dd, pads), error), hn::Set(dd, scale * (1 + 0x1p-40)),
+                           hn::Set(dd, bounds::kPad));
+  origin = hn::Mul(origin, hn::Set(dd, scale));
+  const V size = hn::Abs(origin);
+  const V step = hn::MulAdd(size, hn::Set(dd, bounds::kOriginStep), pad);
+  // What would not fit float32 excludes nothing: make_box_ray knows how.
+  if (!hn::AllTrue(dd, hn::Lt(hn::Add(size, step), hn::Set(dd, 0x1p127)))) return false;
+
+  const V inverse = hn::Div(hn::Set(dd, 1.0), hn::Abs(direction));
+  const auto below = hn::DemoteTo(df, hn::Sub(origin, step));
+  const auto above = hn::DemoteTo(df, hn::Add(origin, step));
+  const auto near =
+      hn::DemoteTo(df, hn::CopySign(hn::Min(hn::Mul(inverse, hn::Set(dd, 1 - bounds::kInverseStep)),
+                                            hn::Set(dd, 0x1.fffffep127)),
+                                    direction));
+  const auto far = hn::DemoteTo(
+      df, hn::CopySign(hn::Mul(inverse, hn::Set(dd, 1 + bounds::kInverseStep)), direction));
+  const auto negative = hn::Lt(far, hn::Zero(df));
+  HWY_ALIGN float lanes[4][4];
+  hn::Store(hn::IfThenElse(negative, below, above), df, lanes[0]);
+  hn::Store(hn::IfThenElse(negative, above, below), df, lanes[1]);
+  hn::Store(near, df, lanes[2]);
+  hn::Store(far, df, lanes[3]);
+  SIGHTLINE_UNROLL
+  for (std::size_t k = 0; k < 3; ++k) {
+    box.near_origin[k] = lanes[0][k];
+    box.far_origin[k] = lanes[1][k];
+    box.near_inverse[k] = lanes[2][k];
+    box.far_inverse[k] = lanes[3][k];
+  }
+  const std::uint32_t bits = mask_bits(df, negative);
+  box.set_octant(bits & 1u, bits >> 1 & 1u, bits >> 2 & 1u);
+  box.tau_scale = scale * per_tree;
+  box.tau_min = BoxRay::lowest_tau(ray.tau_min.low, box.tau_scale);
+  return true;
+}
+#endif
+
+/// What make_box_ray asks of an AnchoredRay, for a ray that has been set up with others.
+HWY_INLINE AnchoredRay anchored(const Ray& ray, const PreparedRay& prepared, const Box3d& bounds) {
+  if (HWY_UNLIKELY(!prepared.simple)) return anchor_ray(ray, bounds);
+  const Vec3d& d = ray.direction;
+  const double largest = std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)});
+  const auto exponent = std::bit_cast<std::uint64_t>(largest) & 0x7ff0000000000000ull;
+  const double shrink = std::bit_cast<double>((2046ull << 52) - exponent);
+  AnchoredRay out;
+  out.origin = {ray.origin.x, ray.origin.y, ray.origin.z};
+  out.direction = {d.x * shrink, d.y * shrink, d.z * shrink};
+  out.tau_min.low = prepared.filter.tau_min_low;
+  if (HWY_UNLIKELY(is_rounded(d, out.direction))) return anchor_ray(ray, bounds);
+  return out;
+}
+
+/// The ray for the tree of a placement. `top` is the same ray in the units of the tree over the
+/// placements.
+HWY_INLINE void enter_placement(const AnchoredRay& ray, const Placement& placement,
+                                const WideTree& tree, const WideTree& top_tree, const BoxRay& top,
+                                BoxRay& box) {
+  if (placement.world_boxes) {
+    box = tree.scale_exponent == top_tree.scale_exponent ? top
+                                                         : make_box_ray(ray, tree.scale_exponent);
+    return;
+  }
+#if HWY_MAX_BYTES >= 32
+  if (HWY_LIKELY(map_box_ray(ray, placement.space, tree.scale_exponent, box))) return;
+#endif
+  box = make_box_ray(ray, placement.space, tree.scale_exponent);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace sightline
+HWY_AFTER_NAMESPACE();
+
+#endif
