@@ -109,7 +109,7 @@ int choose_scale_exponent(const Box3d& bounds) {
   }
   if (!(largest > 0)) return 0;
   // Capped so that the power itself is a finite float64.
-  const int exponent = std::clamp(std::ilogb(largest), -1000, 1023);
+  const int exponent = std::clamp(std::ilogb(largest), -1000, 1022);
   return exponent > 40 || exponent < -40 ? -exponent : 0;
 }
 

@@ -18,9 +18,11 @@ namespace HWY_NAMESPACE {
 
 /// Unevaluated sums high + low of float64 lanes, |low| <= ulp(high) / 2. Error bounds:
 /// [Joldes2017].
-struct DoubleDouble {
-  using D = hn::CappedTag<double, 8>;
+template <class Tag>
+struct DoubleDoubleOf {
+  using D = Tag;
   using V = hn::Vec<D>;
+  using DoubleDouble = DoubleDoubleOf;
   V high, low;
 
   static HWY_INLINE DoubleDouble two_sum(V a, V b) {
@@ -82,6 +84,8 @@ struct DoubleDouble {
   }
 };
 
+using DoubleDouble = DoubleDoubleOf<hn::CappedTag<double, 8>>;
+
 /// Rays and the triangles that they meet, side by side: each pointer to as many numbers as a vector
 /// holds.
 struct MeetingColumns {
@@ -92,9 +96,11 @@ struct MeetingColumns {
 
 /// What t and everything behind it is made of, for several rays and the triangles that they meet:
 /// sums with the magnitudes that bound their errors (docs/exactness.md, "Rounding t").
-struct Intersection {
-  using D = DoubleDouble::D;
-  using V = DoubleDouble::V;
+template <class Tag>
+struct IntersectionOf {
+  using D = Tag;
+  using V = hn::Vec<D>;
+  using DoubleDouble = DoubleDoubleOf<Tag>;
 
   DoubleDouble e1[3], e2[3];  ///< edges from corner 0, exact
   DoubleDouble a[3];          ///< from the origin to corner 0, exact
@@ -109,7 +115,7 @@ struct Intersection {
   hn::Mask<D> ordinary;  ///< nothing underflowed or overflowed that a bound would have to know of
 
   /// Of the lanes that the columns begin with.
-  HWY_INLINE explicit Intersection(const MeetingColumns& columns) {
+  HWY_INLINE explicit IntersectionOf(const MeetingColumns& columns) {
     const D dd;
     V rest = hn::Zero(dd);
     SIGHTLINE_UNROLL
@@ -169,6 +175,8 @@ struct Intersection {
                               hn::Abs(value)));
   }
 };
+
+using Intersection = IntersectionOf<hn::CappedTag<double, 8>>;
 
 }  // namespace HWY_NAMESPACE
 }  // namespace sightline

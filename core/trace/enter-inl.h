@@ -52,8 +52,7 @@ HWY_INLINE bool map_box_ray(const AnchoredRay& ray, const TreeSpace& space, int 
   // NaN passes no comparison.
   if (!(largest >= 0x1p-400 && largest <= 0x1p400 && tau_most <= 0x1p300)) return false;
 
-  const double scale =
-      std::bit_cast<double>(static_cast<std::uint64_t>(1023 + scale_exponent) << 52);
+  const double scale = power_of_two(scale_exponent);
   const auto exponent = std::bit_cast<std::uint64_t>(largest) & 0x7ff0000000000000ull;
   const double per_tree = std::bit_cast<double>(exponent);
   const double shrink = std::bit_cast<double>((2046ull << 52) - exponent);

@@ -61,7 +61,7 @@ class Finisher {
       set_corners((found >> i & 1u) != 0 ? winner[i] : *some, i, neighbours_);
     const double* origin[3] = {&rays_.ox[first], &rays_.oy[first], &rays_.oz[first]};
     const double* direction[3] = {&rays_.dx[first], &rays_.dy[first], &rays_.dz[first]};
-    const std::uint32_t certain = round(origin, direction, neighbours_);
+    const std::uint32_t certain = round<DoubleDouble::D>(origin, direction, neighbours_);
     for (std::uint32_t i = 0; i < kGroup; ++i) {
       if ((found >> i & 1u) != 0) write(first + i, i, (certain >> i & 1u) != 0, neighbours_);
     }
@@ -69,19 +69,23 @@ class Finisher {
 
   void flush() {
     if (size_ == 0) return;
-    // Lanes without a winner repeat the first one.
-    for (std::size_t i = size_; i < kGroup; ++i) {
-      SIGHTLINE_UNROLL
-      for (int k = 0; k < 3; ++k) {
-        origin_[k][i] = origin_[k][0];
-        direction_[k][i] = direction_[k][0];
-        SIGHTLINE_UNROLL
-        for (int c = 0; c < 3; ++c) waiting_.corner[c][k][i] = waiting_.corner[c][k][0];
-      }
-    }
     const double* origin[3] = {origin_[0], origin_[1], origin_[2]};
     const double* direction[3] = {direction_[0], direction_[1], direction_[2]};
-    const std::uint32_t certain = round(origin, direction, waiting_);
+    if (size_ == 1) {
+      // A request of one ray need not wait for eight.
+      const std::uint32_t certain = round<hn::CappedTag<double, 1>>(origin, direction, waiting_);
+      write(ray_[0], 0, certain != 0, waiting_);
+      size_ = 0;
+      return;
+    }
+    SIGHTLINE_UNROLL
+    for (int k = 0; k < 3; ++k) {
+      repeat_first(origin_[k]);
+      repeat_first(direction_[k]);
+      SIGHTLINE_UNROLL
+      for (int c = 0; c < 3; ++c) repeat_first(waiting_.corner[c][k]);
+    }
+    const std::uint32_t certain = round<DoubleDouble::D>(origin, direction, waiting_);
     for (std::size_t i = 0; i < size_; ++i) write(ray_[i], i, (certain >> i & 1u) != 0, waiting_);
     size_ = 0;
   }
@@ -91,6 +95,16 @@ class Finisher {
     TriangleId id[kGroup];
     HWY_ALIGN double corner[3][3][kGroup];  ///< in the world
   };
+
+  /// Lanes without a winner repeat the first one.
+  HWY_INLINE void repeat_first(double (&lanes)[kGroup]) const {
+    const DoubleDouble::D dd;
+    const auto first = hn::Set(dd, lanes[0]);
+    for (std::size_t i = 0; i < kGroup; i += hn::Lanes(dd)) {
+      const auto kept = hn::FirstN(dd, size_ > i ? size_ - i : 0);
+      hn::Store(hn::IfThenElse(kept, hn::Load(dd, lanes + i), first), dd, lanes + i);
+    }
+  }
 
   HWY_INLINE void set_corners(const Candidate& winner, std::size_t i, Winners& winners) const {
     winners.id[i] = winner.id();
@@ -112,12 +126,13 @@ class Finisher {
     }
   }
 
-  /// Fills t_; bit i: lane i is certainly the nearest float64.
+  /// Fills t_; bit i: lane i is certainly the nearest float64. Only the first lane if Tag has one.
+  template <class Tag>
   HWY_INLINE std::uint32_t round(const double* const (&origin)[3],
                                  const double* const (&direction)[3], const Winners& winners) {
-    const DoubleDouble::D dd;
+    const Tag dd;
     std::uint32_t certain = 0;
-    for (std::size_t i = 0; i < kGroup; i += hn::Lanes(dd)) {
+    for (std::size_t i = 0; i < (hn::MaxLanes(dd) == 1 ? 1 : kGroup); i += hn::Lanes(dd)) {
       MeetingColumns columns;
       SIGHTLINE_UNROLL
       for (std::size_t k = 0; k < 3; ++k) {
@@ -126,7 +141,7 @@ class Finisher {
         SIGHTLINE_UNROLL
         for (std::size_t c = 0; c < 3; ++c) columns.corner[c][k] = winners.corner[c][k] + i;
       }
-      const Intersection meeting(columns);
+      const IntersectionOf<Tag> meeting(columns);
       hn::Store(meeting.t.high, dd, t_ + i);
       certain |= mask_bits(dd, hn::And(meeting.t.certain(meeting.error), meeting.ordinary)) << i;
     }

@@ -46,7 +46,7 @@ class Packet {
         occluded_(occluded),
         counts_(counts),
         preparation_(scene.tree().bounds, tree_.scale_exponent),
-        scale_(std::ldexp(1.0, tree_.scale_exponent)) {}
+        scale_(power_of_two(tree_.scale_exponent)) {}
 
   /// How many rays from `first` on to leave to the flight before a packet is worth a try: a quick
   /// look at the octants of the next few, of which there must be kPacketRays.

@@ -78,7 +78,7 @@ class Preparation {
   using D = hn::CappedTag<double, kMaxLanes>;
 
   Preparation(const Box3d& bounds, int scale_exponent)
-      : bounds_(bounds), scale_exponent_(scale_exponent), scale_(std::ldexp(1.0, scale_exponent)) {
+      : bounds_(bounds), scale_exponent_(scale_exponent), scale_(power_of_two(scale_exponent)) {
     SIGHTLINE_UNROLL
     for (int k = 0; k < 3; ++k)
       scene_[k] = std::max(std::abs(bounds.min[k]), std::abs(bounds.max[k]));

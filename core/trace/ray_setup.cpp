@@ -30,7 +30,7 @@ int normalise(std::array<double, 3>& direction) {
   const int exponent = -std::ilogb(largest_magnitude(direction));
   if (exponent == 0) return 0;
   if (std::abs(exponent) < 1000) {
-    const double scale = std::bit_cast<double>(static_cast<std::uint64_t>(1023 + exponent) << 52);
+    const double scale = power_of_two(exponent);
     for (double& d : direction) d *= scale;
   } else {
     for (double& d : direction) d = std::ldexp(d, exponent);
@@ -207,7 +207,7 @@ FilterRay make_filter_ray(const AnchoredRay& ray) {
 }
 
 BoxRay make_box_ray(const AnchoredRay& ray, int scale_exponent) {
-  const double scale = std::ldexp(1.0, scale_exponent);
+  const double scale = power_of_two(scale_exponent);
   std::array<double, 3> origin = ray.origin;
   for (double& o : origin) o *= scale;
   const double pad = ray.error * scale + bounds::kPad;
@@ -224,7 +224,7 @@ BoxRay make_box_ray(const AnchoredRay& ray, const TreeSpace& space, int scale_ex
   std::array<double, 3> origin;
   std::array<double, 3> direction;
   std::array<double, 3> pad;
-  const double scale = std::ldexp(1.0, scale_exponent);
+  const double scale = power_of_two(scale_exponent);
   double tau_most = 0;  // at least |tau| on the placed triangles
   for (std::size_t j = 0; j < 3; ++j)
     tau_most = std::max(tau_most, std::abs(ray.origin[j]) + space.reach[j]);

@@ -9,6 +9,7 @@
 /// Proofs are in docs/exactness.md; the numbers there are the numbers here.
 
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <limits>
 
@@ -17,6 +18,11 @@
 #include "core/trace/bounds.h"
 
 namespace sightline {
+
+/// 2^exponent. Precondition: it is a normal float64, as it is for every tree's scale_exponent.
+inline double power_of_two(int exponent) {
+  return std::bit_cast<double>(static_cast<std::uint64_t>(1023 + exponent) << 52);
+}
 
 /// A closed range that contains a number which is not known exactly.
 struct Interval {

@@ -161,22 +161,24 @@ class Traversal {
   template <class Sink, class Leaf>
   bool walk(const WideTree& tree, const BoxRay& box, std::size_t base, Sink& sink, Leaf leaf) {
     std::size_t size = base;
-    stack_.ref[size] = tree.root;
-    stack_.near[size++] = box.tau_min;
+    std::uint32_t ref = tree.root;
     float limit = box.limit(sink.bound());
-    while (size > base) {
-      --size;
-      if (!(stack_.near[size] <= limit)) continue;
-      const std::uint32_t ref = stack_.ref[size];
+    for (;;) {
       if (ChildRef::is_leaf(ref)) {
         if (leaf(ref, size)) return true;
         limit = box.limit(sink.bound());
+        ref = kNoChild;
       } else {
         ++counts_.nodes;
-        size += push_children(tree.node(ref), box, limit, stack_.ref + size, stack_.near + size);
+        size += push_all_but_nearest(tree.node(ref), box, limit, stack_.ref + size,
+                                     stack_.near + size, ref);
+      }
+      while (ref == kNoChild) {
+        if (size == base) return false;
+        --size;
+        if (stack_.near[size] <= limit) ref = stack_.ref[size];
       }
     }
-    return false;
   }
 
   const SceneTree& scene_;

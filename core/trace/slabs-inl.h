@@ -7,6 +7,8 @@
 #define SIGHTLINE_TRACE_SLABS_INL_H_
 #endif
 
+#include <bit>
+
 #include "core/bvh/wide_tree.h"
 #include "core/trace/ray_setup.h"
 #include "core/trace/simd-inl.h"
@@ -24,63 +26,80 @@ HWY_INLINE hn::Vec<hn::CappedTag<std::uint32_t, kArity>> child_order(const WideN
                  hn::Set(du, 7));
 }
 
+using BoxLanes = hn::CappedTag<float, kArity>;
+
+/// Where the ray enters and leaves the boxes of a node, from box `i` on: [Kay1986] slabs,
+/// conservative as BoxRay says.
+HWY_INLINE hn::Vec<BoxLanes> slab_near(const WideNode& node, const BoxRay& ray, std::size_t i) {
+  const BoxLanes df;
+  const float* planes = &node.lower[0][0];
+  auto near = hn::Set(df, ray.tau_min);
+  SIGHTLINE_UNROLL
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto plane = hn::Load(df, planes + ray.near_row[k] + i);
+    near = max_unless_nan(
+        df,
+        hn::Mul(hn::Sub(plane, hn::Set(df, ray.near_origin[k])), hn::Set(df, ray.near_inverse[k])),
+        near);
+  }
+  return near;
+}
+HWY_INLINE hn::Vec<BoxLanes> slab_far(const WideNode& node, const BoxRay& ray, float limit,
+                                      std::size_t i) {
+  const BoxLanes df;
+  const float* planes = &node.lower[0][0];
+  auto far = hn::Set(df, limit);
+  SIGHTLINE_UNROLL
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto plane = hn::Load(df, planes + (BoxRay::kBothRows[k] - ray.near_row[k]) + i);
+    far = min_unless_nan(
+        df,
+        hn::Mul(hn::Sub(plane, hn::Set(df, ray.far_origin[k])), hn::Set(df, ray.far_inverse[k])),
+        far);
+  }
+  return far;
+}
+
+#if HWY_MAX_BYTES >= 32
+/// The children of a node from far to near, and which of them the ray meets.
+struct SortedChildren {
+  hn::Vec<BoxLanes> near;
+  hn::Vec<hn::RebindToUnsigned<BoxLanes>> ref;
+  hn::Mask<BoxLanes> met;
+};
+HWY_INLINE SortedChildren sorted_children(const WideNode& node, const BoxRay& ray, float limit) {
+  const BoxLanes df;
+  const hn::RebindToUnsigned<BoxLanes> du;
+  const auto rank = child_order(node, ray.octant);
+  const auto index = hn::IndicesFromVec(df, rank);
+  const auto near = hn::TableLookupLanes(slab_near(node, ray, 0), index);
+  const auto far = hn::TableLookupLanes(slab_far(node, ray, limit, 0), index);
+  return {near, hn::TableLookupLanes(hn::Load(du, node.child), hn::IndicesFromVec(du, rank)),
+          hn::Le(near, far)};
+}
+#endif
+
 /// Writes the children of a node that the ray meets before `limit`, the nearest last, and returns
-/// how many. Eight slots of both arrays may be overwritten. [Kay1986] slabs, conservative as BoxRay
-/// says; the order of children is the octant's.
+/// how many. Eight slots of both arrays may be overwritten. The order of children is the octant's.
 HWY_INLINE std::size_t push_children(const WideNode& node, const BoxRay& ray, float limit,
                                      std::uint32_t* HWY_RESTRICT ref_out,
                                      float* HWY_RESTRICT near_out) {
-  const hn::CappedTag<float, kArity> df;
-  const hn::RebindToUnsigned<decltype(df)> du;
-  const std::uint32_t o = ray.octant;
-  const float* planes = &node.lower[0][0];
-  const auto slab_near = [&](std::size_t i) {
-    auto near = hn::Set(df, ray.tau_min);
-    SIGHTLINE_UNROLL
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto plane = hn::Load(df, planes + ray.near_row[k] + i);
-      near = max_unless_nan(df,
-                            hn::Mul(hn::Sub(plane, hn::Set(df, ray.near_origin[k])),
-                                    hn::Set(df, ray.near_inverse[k])),
-                            near);
-    }
-    return near;
-  };
-  const auto slab_far = [&](std::size_t i) {
-    auto far = hn::Set(df, limit);
-    SIGHTLINE_UNROLL
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto plane = hn::Load(df, planes + (BoxRay::kBothRows[k] - ray.near_row[k]) + i);
-      far = min_unless_nan(
-          df,
-          hn::Mul(hn::Sub(plane, hn::Set(df, ray.far_origin[k])), hn::Set(df, ray.far_inverse[k])),
-          far);
-    }
-    return far;
-  };
+  const BoxLanes df;
 #if HWY_MAX_BYTES >= 32
-  const auto near = slab_near(0);
-  const auto far = slab_far(0);
-  const auto rank = child_order(node, o);
-  const auto index = hn::IndicesFromVec(df, rank);
-  const auto near_sorted = hn::TableLookupLanes(near, index);
-  const auto far_sorted = hn::TableLookupLanes(far, index);
-  const auto ref_sorted =
-      hn::TableLookupLanes(hn::Load(du, node.child), hn::IndicesFromVec(du, rank));
-  const auto hit = hn::Le(near_sorted, far_sorted);
+  const hn::RebindToUnsigned<BoxLanes> du;
+  const SortedChildren children = sorted_children(node, ray, limit);
   // Compressed in registers: a compressing store would keep the next pop waiting.
-  hn::StoreU(hn::Compress(near_sorted, hit), df, near_out);
-  hn::StoreU(hn::Compress(ref_sorted, hn::RebindMask(du, hit)), du, ref_out);
-  return hn::CountTrue(df, hit);
+  hn::StoreU(hn::Compress(children.near, children.met), df, near_out);
+  hn::StoreU(hn::Compress(children.ref, hn::RebindMask(du, children.met)), du, ref_out);
+  return hn::CountTrue(df, children.met);
 #else
   HWY_ALIGN float near[kArity];
   HWY_ALIGN float far[kArity];
-  (void)du;
   for (std::size_t i = 0; i < kArity; i += hn::Lanes(df)) {
-    hn::Store(slab_near(i), df, near + i);
-    hn::Store(slab_far(i), df, far + i);
+    hn::Store(slab_near(node, ray, i), df, near + i);
+    hn::Store(slab_far(node, ray, limit, i), df, far + i);
   }
-  std::uint32_t order = node.order[o];
+  std::uint32_t order = node.order[ray.octant];
   std::size_t size = 0;
   for (std::size_t i = 0; i < kArity; ++i, order >>= 3) {
     const std::uint32_t child = order & 7u;
@@ -89,6 +108,34 @@ HWY_INLINE std::size_t push_children(const WideNode& node, const BoxRay& ray, fl
     size += near[child] <= far[child] ? 1 : 0;
   }
   return size;
+#endif
+}
+
+/// The same but for the nearest child, which goes to `next`: a ray on its own need not wait for the
+/// stack. Returns how many were written; `next` is kNoChild if the ray meets none.
+constexpr std::uint32_t kNoChild = 0xffffffffu;
+HWY_INLINE std::size_t push_all_but_nearest(const WideNode& node, const BoxRay& ray, float limit,
+                                            std::uint32_t* HWY_RESTRICT ref_out,
+                                            float* HWY_RESTRICT near_out, std::uint32_t& next) {
+#if HWY_MAX_BYTES >= 32
+  const BoxLanes df;
+  const hn::RebindToUnsigned<BoxLanes> du;
+  const SortedChildren children = sorted_children(node, ray, limit);
+  const std::uint32_t met = mask_bits(df, children.met);
+  next = kNoChild;
+  if (met == 0) return 0;
+  const auto nearest = static_cast<std::uint32_t>(31 - std::countl_zero(met));
+  next = node.child[node.order[ray.octant] >> (3 * nearest) & 7u];
+  const auto others = static_cast<std::uint8_t>(met ^ 1u << nearest);
+  if (others == 0) return 0;
+  const auto waiting = hn::LoadMaskBits(df, &others);
+  hn::StoreU(hn::Compress(children.near, waiting), df, near_out);
+  hn::StoreU(hn::Compress(children.ref, hn::RebindMask(du, waiting)), du, ref_out);
+  return static_cast<std::size_t>(std::popcount(met)) - 1;
+#else
+  const std::size_t found = push_children(node, ray, limit, ref_out, near_out);
+  next = found > 0 ? ref_out[found - 1] : kNoChild;
+  return found > 0 ? found - 1 : 0;
 #endif
 }
 
