@@ -26,20 +26,13 @@ namespace HWY_NAMESPACE {
 /// of docs/exactness.md, "Instances" and "Boxes".
 HWY_INLINE bool map_box_ray(const AnchoredRay& ray, const TreeSpace& space, int scale_exponent,
                             BoxRay& box) {
-  const hn::CappedTag<double, 4> dd;
-  const hn::Rebind<float, decltype(dd)> df;
-  using V = hn::Vec<decltype(dd)>;
-  // Column j of the inverse; the fourth lane repeats the third.
-  const auto column = [&](std::size_t j) {
-    HWY_ALIGN const double lanes[4] = {space.inverse[0][j], space.inverse[1][j],
-                                       space.inverse[2][j], space.inverse[2][j]};
-    return hn::Load(dd, lanes);
-  };
+  const Axes dd;
+  using V = hn::Vec<Axes>;
   V origin = hn::Zero(dd), direction = hn::Zero(dd), error = hn::Zero(dd);
   double tau_most = 0;
   SIGHTLINE_UNROLL
   for (std::size_t j = 0; j < 3; ++j) {
-    const V n = column(j);
+    const V n = axes_of(space.inverse[0][j], space.inverse[1][j], space.inverse[2][j]);
     const double seen = std::abs(ray.origin[j]) + space.reach[j];
     tau_most = std::max(tau_most, seen);
     origin = hn::MulAdd(n, hn::Set(dd, ray.origin[j] - space.translation[j]), origin);
@@ -57,39 +50,10 @@ HWY_INLINE bool map_box_ray(const AnchoredRay& ray, const TreeSpace& space, int 
   const double per_tree = std::bit_cast<double>(exponent);
   const double shrink = std::bit_cast<double>((2046ull << 52) - exponent);
   direction = hn::Mul(direction, hn::Set(dd, shrink));
-  HWY_ALIGN const double pads[4] = {space.pad[0], space.pad[1], space.pad[2], space.pad[2]};
-  const V pad = hn::MulAdd(hn::Add(hn::Load(dd, pads), error), hn::Set(dd, scale * (1 + 0x1p-40)),
-                           hn::Set(dd, bounds::kPad));
-  origin = hn::Mul(origin, hn::Set(dd, scale));
-  const V size = hn::Abs(origin);
-  const V step = hn::MulAdd(size, hn::Set(dd, bounds::kOriginStep), pad);
-  // What would not fit float32 excludes nothing: make_box_ray knows how.
-  if (!hn::AllTrue(dd, hn::Lt(hn::Add(size, step), hn::Set(dd, 0x1p127)))) return false;
-
-  const V inverse = hn::Div(hn::Set(dd, 1.0), hn::Abs(direction));
-  const auto below = hn::DemoteTo(df, hn::Sub(origin, step));
-  const auto above = hn::DemoteTo(df, hn::Add(origin, step));
-  const auto near =
-      hn::DemoteTo(df, hn::CopySign(hn::Min(hn::Mul(inverse, hn::Set(dd, 1 - bounds::kInverseStep)),
-                                            hn::Set(dd, 0x1.fffffep127)),
-                                    direction));
-  const auto far = hn::DemoteTo(
-      df, hn::CopySign(hn::Mul(inverse, hn::Set(dd, 1 + bounds::kInverseStep)), direction));
-  const auto negative = hn::Lt(far, hn::Zero(df));
-  HWY_ALIGN float lanes[4][4];
-  hn::Store(hn::IfThenElse(negative, below, above), df, lanes[0]);
-  hn::Store(hn::IfThenElse(negative, above, below), df, lanes[1]);
-  hn::Store(near, df, lanes[2]);
-  hn::Store(far, df, lanes[3]);
-  SIGHTLINE_UNROLL
-  for (std::size_t k = 0; k < 3; ++k) {
-    box.near_origin[k] = lanes[0][k];
-    box.far_origin[k] = lanes[1][k];
-    box.near_inverse[k] = lanes[2][k];
-    box.far_inverse[k] = lanes[3][k];
-  }
-  const std::uint32_t bits = mask_bits(df, negative);
-  box.set_octant(bits & 1u, bits >> 1 & 1u, bits >> 2 & 1u);
+  const V pad = hn::MulAdd(hn::Add(axes_of(space.pad[0], space.pad[1], space.pad[2]), error),
+                           hn::Set(dd, scale * (1 + 0x1p-40)), hn::Set(dd, bounds::kPad));
+  // What does not fit float32 excludes nothing: make_box_ray knows how.
+  if (!set_slabs(hn::Mul(origin, hn::Set(dd, scale)), direction, pad, box)) return false;
   box.tau_scale = scale * per_tree;
   box.tau_min = BoxRay::lowest_tau(ray.tau_min.low, box.tau_scale);
   return true;

@@ -9,6 +9,7 @@
 #endif
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -230,8 +231,121 @@ class Preparation {
 
 constexpr std::size_t kGroupRays = 8;
 using GroupPreparation = Preparation<kGroupRays>;
-/// For requests of one ray: the same arithmetic in one lane.
-using SinglePreparation = Preparation<1>;
+
+#if HWY_MAX_BYTES >= 32
+/// The three axes of one ray side by side; the fourth lane repeats the third.
+using Axes = hn::CappedTag<double, 4>;
+HWY_INLINE hn::Vec<Axes> axes_of(double x, double y, double z) {
+  // Put together in registers: a vector load of what has just been stored one by one is slow.
+  const hn::CappedTag<double, 2> d2;
+  return hn::Combine(Axes(), hn::Set(d2, z),
+                     hn::InterleaveLower(d2, hn::Set(d2, x), hn::Set(d2, y)));
+}
+
+/// Slabs for an origin in tree units that is known up to `pad`, and a direction whose largest
+/// component is in [1, 2). False, and nothing set, if the origin does not fit float32.
+HWY_INLINE bool set_slabs(hn::Vec<Axes> origin, hn::Vec<Axes> direction, hn::Vec<Axes> pad,
+                          BoxRay& box) {
+  const Axes dd;
+  const hn::Rebind<float, Axes> df;
+  const auto size = hn::Abs(origin);
+  const auto step = hn::MulAdd(size, hn::Set(dd, bounds::kOriginStep), pad);
+  if (!hn::AllTrue(dd, hn::Lt(hn::Add(size, step), hn::Set(dd, 0x1p127)))) return false;
+  const auto inverse = hn::Div(hn::Set(dd, 1.0), hn::Abs(direction));
+  const auto below = hn::DemoteTo(df, hn::Sub(origin, step));
+  const auto above = hn::DemoteTo(df, hn::Add(origin, step));
+  const auto near =
+      hn::DemoteTo(df, hn::CopySign(hn::Min(hn::Mul(inverse, hn::Set(dd, 1 - bounds::kInverseStep)),
+                                            hn::Set(dd, 0x1.fffffep127)),
+                                    direction));
+  const auto far = hn::DemoteTo(
+      df, hn::CopySign(hn::Mul(inverse, hn::Set(dd, 1 + bounds::kInverseStep)), direction));
+  const auto negative = hn::Lt(far, hn::Zero(df));
+  HWY_ALIGN float lanes[4][4];
+  hn::Store(hn::IfThenElse(negative, below, above), df, lanes[0]);
+  hn::Store(hn::IfThenElse(negative, above, below), df, lanes[1]);
+  hn::Store(near, df, lanes[2]);
+  hn::Store(far, df, lanes[3]);
+  SIGHTLINE_UNROLL
+  for (std::size_t k = 0; k < 3; ++k) {
+    box.near_origin[k] = lanes[0][k];
+    box.far_origin[k] = lanes[1][k];
+    box.near_inverse[k] = lanes[2][k];
+    box.far_inverse[k] = lanes[3][k];
+  }
+  const std::uint32_t bits = mask_bits(df, negative);
+  box.set_octant(bits & 1u, bits >> 1 & 1u, bits >> 2 & 1u);
+  return true;
+}
+#endif
+
+/// The same as Preparation for a ray on its own.
+class SinglePreparation {
+ public:
+  SinglePreparation(const Box3d& bounds, int scale_exponent)
+      : bounds_(bounds), scale_exponent_(scale_exponent) {}
+
+  void prepare(const Ray& ray, PreparedRay& out) const {
+#if HWY_MAX_BYTES >= 32
+    if (HWY_LIKELY(prepare_axes(ray, out))) return;
+#endif
+    prepare_one(ray, bounds_, scale_exponent_, out);
+  }
+
+ private:
+#if HWY_MAX_BYTES >= 32
+  /// False for the rays that Preparation leaves to prepare_one, and for the few that set_slabs
+  /// does not like.
+  HWY_INLINE bool prepare_axes(const Ray& ray, PreparedRay& out) const {
+    const Axes dd;
+    const auto most = [&](hn::Vec<Axes> v) { return hn::GetLane(hn::MaxOfLanes(dd, v)); };
+    const auto o = axes_of(ray.origin.x, ray.origin.y, ray.origin.z);
+    const auto d = axes_of(ray.direction.x, ray.direction.y, ray.direction.z);
+    const auto scene = hn::Max(hn::Abs(axes_of(bounds_.min.x, bounds_.min.y, bounds_.min.z)),
+                               hn::Abs(axes_of(bounds_.max.x, bounds_.max.y, bounds_.max.z)));
+    const double largest = most(hn::Abs(d));
+    const double far = 4 * most(scene);
+    const auto exponent = std::bit_cast<std::uint64_t>(largest) & 0x7ff0000000000000ull;
+    const double tau_per_t = std::bit_cast<double>(exponent);
+    const double shrink = std::bit_cast<double>((2046ull << 52) - exponent);
+    const double tau_min = ray.tmin * tau_per_t;
+    const double tau_max = ray.tmax * tau_per_t;
+    const bool simple = most(hn::Abs(o)) <= far && far < bounds::kFilterReach / 2 &&
+                        ray.tmin >= 0 && largest >= 0x1p-1000 && largest <= 0x1p1000 &&
+                        (tau_min >= 0x1p-1000 || ray.tmin == 0) && tau_max >= 0x1p-1000;
+    if (!simple) return false;
+    const double scale = power_of_two(scale_exponent_);
+    const auto scaled = hn::Mul(d, hn::Set(dd, shrink));
+    if (!set_slabs(hn::Mul(o, hn::Set(dd, scale)), scaled, hn::Set(dd, bounds::kPad), out.box))
+      return false;
+    out.box.tau_scale = scale;
+    out.box.tau_min = BoxRay::lowest_tau(tau_min, scale);
+    out.tau_max = tau_max;
+    out.simple = true;
+
+    HWY_ALIGN double direction[4];
+    hn::Store(scaled, dd, direction);
+    const double x = std::abs(direction[0]), y = std::abs(direction[1]), z = std::abs(direction[2]);
+    const std::uint32_t is_x = x >= y && x >= z ? 1u : 0u;
+    FilterRay& filter = out.filter;
+    PreparedColumns<1>::set_axes(is_x, is_x == 0 && y >= z ? 1u : 0u, filter);
+    filter.inverse_z = 1 / direction[filter.kz];
+    filter.shear_x = direction[filter.kx] * filter.inverse_z;
+    filter.shear_y = direction[filter.ky] * filter.inverse_z;
+    const double origin[3] = {ray.origin.x, ray.origin.y, ray.origin.z};
+    filter.origin[0] = origin[filter.kx];
+    filter.origin[1] = origin[filter.ky];
+    filter.origin[2] = origin[filter.kz];
+    filter.reach = most(hn::Add(hn::Abs(o), scene)) * (1 + 0x1p-50);
+    filter.tau_min_low = filter.tau_min_high = tau_min;
+    filter.tau_max_low = tau_max;
+    return true;
+  }
+#endif
+
+  const Box3d& bounds_;
+  int scale_exponent_;
+};
 
 }  // namespace HWY_NAMESPACE
 }  // namespace sightline

@@ -98,9 +98,9 @@ class Traversal {
 
   /// Sets up ray `number`. Precondition: the scene has placements.
   void prepare(std::size_t number) {
-    PreparedRay* ray = &ray_;
-    preparation_.prepare(rays_, number, 1, &ray);
-    if (!alone_) anchored_ = anchored(rays_[number], ray_, scene_.bounds);
+    const Ray ray = rays_[number];
+    preparation_.prepare(ray, ray_);
+    if (!alone_) anchored_ = anchored(ray, ray_, scene_.bounds);
   }
   double tau_max() const { return ray_.tau_max; }
 
