@@ -10,7 +10,7 @@ bool JsonReader::wrong(Value value, const JsonPointer& place, std::string_view e
     return fail(ErrorKind::kInvalid, "NUMBER_NOT_FINITE", "NaN and infinities are not JSON numbers",
                 place);
   }
-  if (!looks_like_json(token)) return malformed(place, "this is not JSON");
+  if (!looks_like_json(token)) return malformed(place, "no value of JSON begins like this");
   if (is_json_number(token) && expected == "a number") {
     return fail(ErrorKind::kInvalid, "NUMBER_NOT_FINITE", "this number overflows a float64", place);
   }
@@ -27,7 +27,7 @@ bool JsonReader::fail_document(simdjson::ondemand::document& document, simdjson:
       looks_like_json(trim(token))) {
     return invalid("TYPE_WRONG", "expected an object as the whole body", {});
   }
-  if (code == simdjson::INCORRECT_TYPE) return malformed({}, "this is not JSON");
+  if (code == simdjson::INCORRECT_TYPE) return malformed({}, "the body does not begin like JSON");
   return fail_parse(code, {});
 }
 
@@ -48,11 +48,13 @@ bool JsonReader::fail_parse(simdjson::error_code code, const JsonPointer& place)
     case simdjson::UNESCAPED_CHARS:
       return malformed(place, "a string holds a control character that is not escaped");
     case simdjson::INCOMPLETE_ARRAY_OR_OBJECT:
-      return malformed(place, "an array or an object has no end");
+      // The parser says so of text behind the object as well: it looks at the last bracket only.
+      return malformed(place, "the body does not end with the bracket that its object needs");
     case simdjson::DEPTH_ERROR:
       return malformed(place, "this is nested too deeply");
     default:
-      return malformed(place, "this is not well-formed JSON");
+      return malformed(place,
+                       "a comma, a colon, a quote or a bracket here is missing, or one too many");
   }
 }
 

@@ -151,7 +151,8 @@ void choose_scene(json& root, json* list, const ImportOptions& options, const Co
   if (options.scene.has_value() && *options.scene >= count) {
     return check.refuse(invalid("GLTF_SCENE_UNKNOWN", "scene " + std::to_string(*options.scene) +
                                                           " was asked for, the file has " +
-                                                          std::to_string(count)));
+                                                          std::to_string(count) +
+                                                          ", counted from 0"));
   }
   root.erase("scene");
   if (count == 0) {

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -11,6 +13,30 @@
 namespace sightline::gltf {
 
 namespace {
+
+/// What nlohmann found, in our own words: its own speak of its inside and echo the text.
+std::string_view fault_of(const nlohmann::json::exception& e) {
+  constexpr int kOutOfRange = 406;
+  if (e.id == kOutOfRange) return "a number here overflows a float64";
+  constexpr std::pair<std::string_view, std::string_view> kFaults[] = {
+      {"missing closing quote", "a string has no end"},
+      {"ill-formed UTF-8", "a string is not UTF-8"},
+      {"control character", "a string holds a control character that is not escaped"},
+      {"invalid string", "a string has an escape that JSON does not know"},
+      {"invalid number", "a number is not written as JSON writes numbers"},
+      {"invalid BOM", "the byte order mark is incomplete"},
+      {"unexpected end of input", "the text ends before its last bracket is closed"},
+      {"expected end of input", "there is text after the end of the file's object"},
+      {"object key", "a key in double quotes is expected here"},
+      {"invalid literal", "no value of JSON begins like this"},
+  };
+  std::string_view what = e.what();
+  what = what.substr(0, what.find("; last read"));
+  for (const auto& [theirs, ours] : kFaults) {
+    if (what.find(theirs) != std::string_view::npos) return ours;
+  }
+  return "a comma, a colon, a bracket or a value is missing, or one too many";
+}
 
 /// nlohmann's SAX interface: a handler that returns false ends the parse.
 class Guard {
@@ -49,6 +75,7 @@ class Guard {
 
   bool key(string_t& name) {
     open_.back().key = keys_.size();
+    open_.back().awaits_value = true;
     keys_.push_back(name);
     ++size_.members;
     return true;
@@ -78,14 +105,10 @@ class Guard {
   }
 
   bool parse_error(std::size_t position, const std::string&, const nlohmann::json::exception& e) {
-    // "[json.exception.parse_error.101] parse error at line 1, column 2: ...; last read: '...'"
-    // minus its number and the bytes that it echoes.
-    std::string_view what = e.what();
-    what = what.substr(0, what.find("; last read"));
-    if (const auto end = what.find("] "); end != std::string_view::npos)
-      what.remove_prefix(end + 2);
     error_ = malformed("GLTF_JSON_INVALID",
-                       "JSON, byte " + std::to_string(position) + ": " + shortened(what, 200));
+                       "the file's JSON is broken at byte " + std::to_string(position) + ": " +
+                           std::string(fault_of(e)),
+                       pointer_of_fault());
     return false;
   }
 
@@ -95,9 +118,11 @@ class Guard {
     std::size_t index = 0;      ///< of the current element, counted from 1 once it began
     std::size_t key = 0;        ///< of the current member, in keys_; beyond it before the first
     std::size_t first_key = 0;  ///< of this object, in keys_
+    bool awaits_value = false;  ///< a key stands there, its value does not yet
   };
 
   bool value() {
+    if (!open_.empty()) open_.back().awaits_value = false;
     if (!open_.empty() && open_.back().array) {
       ++open_.back().index;
       ++size_.elements;
@@ -114,13 +139,21 @@ class Guard {
                             limits_.json_depth, pointer());
       return false;
     }
-    open_.push_back({array, 0, static_cast<std::size_t>(-1), keys_.size()});
+    open_.push_back({array, 0, static_cast<std::size_t>(-1), keys_.size(), false});
     return true;
   }
 
-  std::string pointer() const {
+  std::string pointer() const { return pointer_of(open_); }
+
+  /// The member whose value is broken, else the array or object in which something is.
+  std::string pointer_of_fault() const {
+    const std::size_t known = open_.empty() || open_.back().awaits_value ? 0 : 1;
+    return pointer_of(std::span(open_).first(open_.size() - known));
+  }
+
+  std::string pointer_of(std::span<const Frame> frames) const {
     std::string out;
-    for (const Frame& frame : open_) {
+    for (const Frame& frame : frames) {
       if (frame.array && frame.index > 0) out += "/" + std::to_string(frame.index - 1);
       if (!frame.array && frame.key < keys_.size()) out += "/" + shortened(keys_[frame.key]);
       if (out.size() > 200) break;

@@ -88,6 +88,41 @@ TEST(JsonGuard, refuses_what_is_not_json) {
   }
 }
 
+TEST(JsonGuard, says_what_is_wrong_in_its_own_words_and_where) {
+  const struct {
+    std::string_view text, words, pointer;
+  } cases[] = {
+      {"{\"a\":1,", "the text ends", ""},
+      {"{\"a\":[1,2", "the text ends", "/a"},
+      {"{\"a\":[{\"b\":[1,2,x]}]}", "no value", "/a/0/b"},
+      {"{\"a\":{\"b\":1} \"c\":2}", "comma", ""},
+      {"{\"a\":{\"b\":\xff}}", "no value", "/a/b"},
+      {"{\"a\":[1 2]}", "comma", "/a"},
+      {"{\"a\":1,b:2}", "key", ""},
+      {"{\"a\":1,\"b\":1e999}", "float64", "/b"},
+      {"{\"a\":-}", "number", "/a"},
+      {"{\"a\":\"\n\"}", "control character", "/a"},
+      {"{\"a\":\"\\q\"}", "escape", "/a"},
+      {"{\"a\":\"\\ud800\"}", "escape", "/a"},
+      {"{\"a\":\"\xff\"}", "UTF-8", "/a"},
+      {"{\"a\":\"b", "no end", "/a"},
+      {"{}}", "after the end", ""},
+      {"\xef\xbb{}", "byte order mark", ""},
+  };
+  for (const auto& [text, words, pointer] : cases) {
+    const auto size = guard_json(text, {});
+    ASSERT_FALSE(size.ok()) << text;
+    const Error& error = size.error();
+    EXPECT_EQ(error.code, "GLTF_JSON_INVALID") << text;
+    EXPECT_EQ(error.pointer, pointer) << text;
+    EXPECT_NE(error.message.find(words), std::string::npos) << text << ": " << error.message;
+    EXPECT_EQ(error.message.find("the file's JSON is broken at byte "), 0u) << error.message;
+    for (const char* foreign : {"parse error", "syntax", "literal", "column", "parsing"}) {
+      EXPECT_EQ(error.message.find(foreign), std::string::npos) << text << ": " << error.message;
+    }
+  }
+}
+
 TEST(JsonGuard, does_not_echo_the_text) {
   const auto size = guard_json("[\"" + std::string(100000, 'x') + "\xff\"]", {});
   ASSERT_FALSE(size.ok());
