@@ -10,7 +10,7 @@ bool JsonReader::wrong(Value value, const JsonPointer& place, std::string_view e
     return fail(ErrorKind::kInvalid, "NUMBER_NOT_FINITE", "NaN and infinities are not JSON numbers",
                 place);
   }
-  if (!looks_like_json(token)) return malformed(place, "no value of JSON begins like this");
+  if (!looks_like_json(token)) return malformed(place, "no value of JSON is written like this");
   if (is_json_number(token) && expected == "a number") {
     return fail(ErrorKind::kInvalid, "NUMBER_NOT_FINITE", "this number overflows a float64", place);
   }

@@ -94,7 +94,8 @@ int run_cast(const CastCommand& command, std::ostream& out, std::ostream& compla
   rays.push_back(command.ray);
   RayFault fault;
   if (!check_rays(rays, fault)) {
-    return complain(complaints, {ErrorKind::kInvalid, fault.code, fault.message, fault.part});
+    return complain(complaints, {ErrorKind::kInvalid, fault.code,
+                                 "--" + std::string(fault.part) + ": " + fault.message, ""});
   }
   auto loaded = load_source(command.source, {command.scene});
   if (!loaded) return complain(complaints, loaded.error());

@@ -18,6 +18,9 @@ double parse_number(const std::string& text, const char* flag) {
   double value = 0;
   const char* end = text.data() + text.size();
   const auto [last, error] = std::from_chars(text.data(), end, value);
+  if (error == std::errc::result_out_of_range && last == end) {
+    throw CLI::ValidationError(flag, "'" + text + "' is beyond a float64");
+  }
   if (text.empty() || error != std::errc() || last != end) {
     throw CLI::ValidationError(flag, "'" + text + "' is not a number");
   }
@@ -48,7 +51,10 @@ FieldSet parse_fields(const std::string& text) {
   }
   while (std::getline(names, name, ',')) {
     const auto field = find_hit_field(name);
-    if (!field) throw CLI::ValidationError("--fields", "knows " + known);
+    if (!field) {
+      throw CLI::ValidationError("--fields",
+                                 "'" + name + "' is not a field of a hit; there are " + known);
+    }
     fields.add(*field);
   }
   return fields;
@@ -76,6 +82,14 @@ struct ServeFlags {
 
 std::chrono::milliseconds milliseconds_of(double seconds) {
   return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000));
+}
+
+std::string check_scene_number(const std::string& text) {
+  std::uint32_t value = 0;
+  const char* end = text.data() + text.size();
+  const auto [last, error] = std::from_chars(text.data(), end, value);
+  const bool good = error == std::errc() && last == end;
+  return good ? "" : "'" + text + "' is not the number of a scene: 0, 1, 2, ...";
 }
 
 /// The library reads "-1" into an unsigned number as the largest one there is.
@@ -170,19 +184,26 @@ struct CastFlags {
 void define_cast(CLI::App& app, CastCommand& command, CastFlags& flags) {
   app.add_option("FILE", command.source, "a .glb or .gltf file, or demo:town, demo:six")
       ->required();
-  app.add_option("--origin", flags.origin, "x,y,z")->required();
-  app.add_option("--direction", flags.direction, "x,y,z; need not be of unit length")->required();
-  app.add_option("--tmin", flags.tmin, "least t, counted in |direction| (default 0)");
-  app.add_option("--tmax", flags.tmax, "largest t (default: no limit)");
-  app.add_option("--scene", command.scene,
-                 "number of the file's scene (default: the file's choice)");
+  app.add_option("--origin", flags.origin, "where the ray starts")->required()->type_name("X,Y,Z");
+  app.add_option("--direction", flags.direction, "need not be of unit length")
+      ->required()
+      ->type_name("X,Y,Z");
+  app.add_option("--tmin", flags.tmin, "least t, counted in |direction| (default 0)")
+      ->type_name("T");
+  app.add_option("--tmax", flags.tmax, "largest t (default: no limit)")->type_name("T");
+  app.add_option("--scene", command.scene, "which scene of the file (default: the file's choice)")
+      ->check(CLI::Validator(check_scene_number, "NUMBER"))
+      ->type_name("");
   app.add_option("--fields", flags.fields, "what to print of the hit, comma-separated");
   app.add_option("--kernel", command.kernel, "traversal kernel (see --version); default: the best");
   CLI::App* modes = app.add_option_group("mode", "what to print; default: the closest hit");
-  modes->add_flag("--any", flags.any, "only whether there is a hit: true or false");
-  modes->add_flag("--all", flags.all, "every hit, one line each, in the order of t");
-  modes->add_flag("--count", flags.count, "only how many hits there are");
-  modes->require_option(0, 1);
+  CLI::Option* any =
+      modes->add_flag("--any", flags.any, "only whether there is a hit: true or false");
+  CLI::Option* all =
+      modes->add_flag("--all", flags.all, "every hit, one line each, in the order of t");
+  CLI::Option* count = modes->add_flag("--count", flags.count, "only how many hits there are");
+  all->excludes(any);
+  count->excludes(any, all);
   app.add_option("--crossings", flags.crossings,
                  "what --all and --count take for a hit: 'every' triangle that is met, or each "
                  "passage through a surface 'once', though it be at an edge or a corner")
@@ -243,10 +264,15 @@ Command parse_command_line(int argc, const char* const* argv) {
     }
     return demo;
   } catch (const CLI::ParseError& error) {
-    std::ostringstream out, complaint;
-    const int code = app.exit(error, out, complaint);
+    if (error.get_exit_code() == 0) {
+      std::ostringstream out;
+      app.exit(error, out, out);
+      return ShowText{out.str(), 0};
+    }
+    std::string asked = "sightline";
+    for (const CLI::App* command : app.get_subcommands()) asked += " " + command->get_name();
     // 1 is taken: a ray that misses.
-    return code == 0 ? ShowText{out.str(), 0} : ShowText{complaint.str(), 2};
+    return ShowText{"sightline: " + std::string(error.what()) + "\nSee " + asked + " --help\n", 2};
   }
 }
 

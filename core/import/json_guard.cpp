@@ -28,7 +28,7 @@ std::string_view fault_of(const nlohmann::json::exception& e) {
       {"unexpected end of input", "the text ends before its last bracket is closed"},
       {"expected end of input", "there is text after the end of the file's object"},
       {"object key", "a key in double quotes is expected here"},
-      {"invalid literal", "no value of JSON begins like this"},
+      {"invalid literal", "no value of JSON is written like this"},
   };
   std::string_view what = e.what();
   what = what.substr(0, what.find("; last read"));

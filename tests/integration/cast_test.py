@@ -85,6 +85,32 @@ class Cast(unittest.TestCase):
                 self.assertEqual((done.returncode, done.stdout), (2, ""))
                 self.assertTrue(done.stderr.strip())
 
+    def test_an_error_names_the_flag_and_says_what_it_wants(self):
+        ray = ("--origin", "1,2,3", "--direction", "0,0,1")
+        for arguments, words in [
+                (("--origin", "1,2,3", "--direction", "0,0,0"), ("RAY_DIRECTION_ZERO", "--direction")),
+                (("--origin", "1,2,nan", "--direction", "0,0,1"), ("RAY_NOT_FINITE", "--origin")),
+                ((*ray, "--tmin", "2", "--tmax", "1"), ("RAY_LIMITS_REVERSED", "--tmin")),
+                (("--origin", "1,2,1e999", "--direction", "0,0,1"), ("--origin", "'1e999'", "float64")),
+                (("--origin", "1,2", "--direction", "0,0,1"), ("--origin", "three numbers")),
+                ((*ray, "--fields", "t,weight"), ("--fields", "'weight'", "barycentrics")),
+                ((*ray, "--fields", ","), ("--fields", "''")),
+                ((*ray, "--scene", "-1"), ("--scene", "'-1'", "number of a scene")),
+                ((*ray, "--scene", "x"), ("--scene", "'x'", "number of a scene")),
+                ((*ray, "--any", "--all"), ("--any", "--all", "excludes")),
+                ((*ray, "--crossings", "once"), ("--crossings", "--all or --count")),
+                ((*ray, "--nothing"), ("--nothing",)),
+                (("--direction", "0,0,1"), ("--origin", "required")),
+                (("--origin",), ("--origin", "X,Y,Z"))]:
+            with self.subTest(arguments=arguments):
+                done = sightline("cast", "demo:six", *arguments)
+                self.assertEqual((done.returncode, done.stdout), (2, ""))
+                self.assertTrue(done.stderr.startswith("sightline: "), done.stderr)
+                for word in words:
+                    self.assertIn(word, done.stderr)
+                if not words[0].startswith("RAY_"):
+                    self.assertIn("sightline cast --help", done.stderr)
+
     def test_numbers_are_rounded_once(self):
         # Halfway cases that go wrong by way of an 80-bit number.
         done = cast("demo:six", "-10,1,0", "1,0,0", "--fields", "t", "--tmin",
