@@ -192,8 +192,8 @@ void define_cast(CLI::App& app, CastCommand& command, CastFlags& flags) {
       ->type_name("T");
   app.add_option("--tmax", flags.tmax, "largest t (default: no limit)")->type_name("T");
   app.add_option("--scene", command.scene, "which scene of the file (default: the file's choice)")
-      ->check(CLI::Validator(check_scene_number, "NUMBER"))
-      ->type_name("");
+      ->check(CLI::Validator(check_scene_number, ""))
+      ->type_name("N");
   app.add_option("--fields", flags.fields, "what to print of the hit, comma-separated");
   app.add_option("--kernel", command.kernel, "traversal kernel (see --version); default: the best");
   CLI::App* modes = app.add_option_group("mode", "what to print; default: the closest hit");

@@ -20,82 +20,91 @@ constexpr std::size_t kBoxSlice = 8;
 
 Status Engine::ray_boxes(const RayBatch& rays, const BoxBatch& boxes, BoxPairing pairing,
                          bool with_planes, const Deadline& deadline, RayBoxAnswers& answers) const {
-  const std::size_t count = pairing == BoxPairing::kEach ? rays.size() : rays.size() * boxes.size();
-  answers.resize(count, with_planes);
-  return state_->run(count, deadline, [&](std::size_t begin, std::size_t end) {
-    answer_ray_boxes(rays, boxes, pairing, begin, end, answers);
+  return within_memory([&]() -> Status {
+    const std::size_t count =
+        pairing == BoxPairing::kEach ? rays.size() : rays.size() * boxes.size();
+    answers.resize(count, with_planes);
+    return state_->run(count, deadline, [&](std::size_t begin, std::size_t end) {
+      answer_ray_boxes(rays, boxes, pairing, begin, end, answers);
+    });
   });
 }
 
 Status Engine::boxes_any(const Scene& scene, const BoxBatch& boxes, const Deadline& deadline,
                          Column<std::uint8_t>& touched) const {
-  touched.assign(boxes.size(), 0);
-  std::atomic<bool> stopped{false};
-  const auto part = [&](std::size_t begin, std::size_t end) {
-    BoxOverlaps overlaps(scene, deadline);
-    for (std::size_t i = begin; i < end; ++i) touched[i] = overlaps.any(boxes, i) ? 1 : 0;
-    if (overlaps.stopped()) stopped.store(true);
-  };
-  Status status = state_->run(boxes.size(), deadline, part, kBoxSlice);
-  if (status && stopped.load()) return out_of_time(deadline);
-  return status;
+  return within_memory([&]() -> Status {
+    touched.assign(boxes.size(), 0);
+    std::atomic<bool> stopped{false};
+    const auto part = [&](std::size_t begin, std::size_t end) {
+      BoxOverlaps overlaps(scene, deadline);
+      for (std::size_t i = begin; i < end; ++i) touched[i] = overlaps.any(boxes, i) ? 1 : 0;
+      if (overlaps.stopped()) stopped.store(true);
+    };
+    Status status = state_->run(boxes.size(), deadline, part, kBoxSlice);
+    if (status && stopped.load()) return out_of_time(deadline);
+    return status;
+  });
 }
 
 Status Engine::boxes_count(const Scene& scene, const BoxBatch& boxes, BoxTargets targets,
                            const Deadline& deadline, Column<std::uint64_t>& totals) const {
-  BoxLists lists;
-  return boxes_list(scene, boxes, targets, 0, 0, deadline, lists, totals);
+  return within_memory([&]() -> Status {
+    BoxLists lists;
+    return boxes_list(scene, boxes, targets, 0, 0, deadline, lists, totals);
+  });
 }
 
 Status Engine::boxes_list(const Scene& scene, const BoxBatch& boxes, BoxTargets targets,
                           std::size_t limit, std::size_t total_max, const Deadline& deadline,
                           BoxLists& lists, Column<std::uint64_t>& totals) const {
-  // Every slice fills a list of its own; they are joined in the order of boxes.
-  std::vector<BoxLists> slices((boxes.size() + kBoxSlice - 1) / kBoxSlice);
-  std::atomic<std::size_t> gathered{0};
-  std::atomic<bool> stopped{false};
-  totals.assign(boxes.size(), 0);
-  // One more than may be answered is enough to know that it is too many.
-  const std::size_t kept = limit > total_max ? total_max + 1 : limit;
-  const auto part = [&](std::size_t begin, std::size_t end) {
-    BoxOverlaps overlaps(scene, deadline);
-    BoxLists& slice = slices[begin / kBoxSlice];
-    for (std::size_t i = begin; i < end; ++i) {
-      if (gathered.load(std::memory_order_relaxed) > total_max) return;
-      totals[i] = overlaps.list(boxes, i, targets, kept);
-      if (overlaps.stopped()) {
-        stopped.store(true);
-        return;
+  return within_memory([&]() -> Status {
+    // Every slice fills a list of its own; they are joined in the order of boxes.
+    std::vector<BoxLists> slices((boxes.size() + kBoxSlice - 1) / kBoxSlice);
+    std::atomic<std::size_t> gathered{0};
+    std::atomic<bool> stopped{false};
+    totals.assign(boxes.size(), 0);
+    // One more than may be answered is enough to know that it is too many.
+    const std::size_t kept = limit > total_max ? total_max + 1 : limit;
+    const auto part = [&](std::size_t begin, std::size_t end) {
+      BoxOverlaps overlaps(scene, deadline);
+      BoxLists& slice = slices[begin / kBoxSlice];
+      for (std::size_t i = begin; i < end; ++i) {
+        if (gathered.load(std::memory_order_relaxed) > total_max) return;
+        totals[i] = overlaps.list(boxes, i, targets, kept);
+        if (overlaps.stopped()) {
+          stopped.store(true);
+          return;
+        }
+        slice.triangles.insert(slice.triangles.end(), overlaps.triangles().begin(),
+                               overlaps.triangles().end());
+        slice.nodes.insert(slice.nodes.end(), overlaps.nodes().begin(), overlaps.nodes().end());
+        gathered.fetch_add(overlaps.triangles().size() + overlaps.nodes().size(),
+                           std::memory_order_relaxed);
       }
-      slice.triangles.insert(slice.triangles.end(), overlaps.triangles().begin(),
-                             overlaps.triangles().end());
-      slice.nodes.insert(slice.nodes.end(), overlaps.nodes().begin(), overlaps.nodes().end());
-      gathered.fetch_add(overlaps.triangles().size() + overlaps.nodes().size(),
-                         std::memory_order_relaxed);
+    };
+    Status status = state_->run(boxes.size(), deadline, part, kBoxSlice);
+    if (!status) return status;
+    if (stopped.load()) return out_of_time(deadline);
+    if (gathered.load() > total_max) {
+      return Error{ErrorKind::kTooLarge, "TOO_MANY_HITS",
+                   "the boxes touch more than " + std::to_string(total_max) +
+                       " things; send fewer boxes or a smaller limit",
+                   ""};
     }
-  };
-  Status status = state_->run(boxes.size(), deadline, part, kBoxSlice);
-  if (!status) return status;
-  if (stopped.load()) return out_of_time(deadline);
-  if (gathered.load() > total_max) {
-    return Error{ErrorKind::kTooLarge, "TOO_MANY_HITS",
-                 "the boxes touch more than " + std::to_string(total_max) +
-                     " things; send fewer boxes or a smaller limit",
-                 ""};
-  }
 
-  lists.first.assign(1, 0);
-  lists.first.reserve(boxes.size() + 1);
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
-    lists.first.push_back(lists.first.back() + std::min<std::size_t>(totals[i], limit));
-  }
-  lists.triangles.clear();
-  lists.nodes.clear();
-  for (const BoxLists& slice : slices) {
-    lists.triangles.insert(lists.triangles.end(), slice.triangles.begin(), slice.triangles.end());
-    lists.nodes.insert(lists.nodes.end(), slice.nodes.begin(), slice.nodes.end());
-  }
-  return success();
+    lists.first.assign(1, 0);
+    lists.first.reserve(boxes.size() + 1);
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      lists.first.push_back(lists.first.back() + std::min<std::size_t>(totals[i], limit));
+    }
+    lists.triangles.clear();
+    lists.nodes.clear();
+    for (const BoxLists& slice : slices) {
+      lists.triangles.insert(lists.triangles.end(), slice.triangles.begin(), slice.triangles.end());
+      lists.nodes.insert(lists.nodes.end(), slice.nodes.begin(), slice.nodes.end());
+    }
+    return success();
+  });
 }
 
 }  // namespace sightline

@@ -37,74 +37,85 @@ Result<std::unique_ptr<Engine>> Engine::create(const EngineOptions& options) {
 
 Status Engine::closest(const Scene& scene, const RayBatch& rays, const Deadline& deadline,
                        HitBatch& hits) const {
-  hits.resize(rays.size());
-  return state_->run(rays.size(), deadline, [&](std::size_t begin, std::size_t end) {
-    TraceCounts counts;
-    state_->kernel.closest(scene, rays, begin, end, hits, counts);
+  return within_memory([&]() -> Status {
+    hits.resize(rays.size());
+    return state_->run(rays.size(), deadline, [&](std::size_t begin, std::size_t end) {
+      TraceCounts counts;
+      state_->kernel.closest(scene, rays, begin, end, hits, counts);
+    });
   });
 }
 
 Status Engine::any(const Scene& scene, const RayBatch& rays, const Deadline& deadline,
                    Column<std::uint8_t>& occluded) const {
-  occluded.resize(rays.size());
-  return state_->run(rays.size(), deadline, [&](std::size_t begin, std::size_t end) {
-    TraceCounts counts;
-    state_->kernel.any(scene, rays, begin, end, occluded.data(), counts);
+  return within_memory([&]() -> Status {
+    occluded.resize(rays.size());
+    return state_->run(rays.size(), deadline, [&](std::size_t begin, std::size_t end) {
+      TraceCounts counts;
+      state_->kernel.any(scene, rays, begin, end, occluded.data(), counts);
+    });
   });
 }
 
 Status Engine::count(const Scene& scene, const RayBatch& rays, Crossings crossings,
                      const Deadline& deadline, Column<std::uint64_t>& totals) const {
-  totals.resize(rays.size());
-  const auto slice = [&](std::size_t begin, std::size_t end) {
-    TraceCounts counts;
-    state_->kernel.all(scene, rays, begin, end, crossings, 0, totals.data(), nullptr, counts);
-  };
-  return state_->run(rays.size(), deadline, slice, kListSlice);
+  return within_memory([&]() -> Status {
+    totals.resize(rays.size());
+    const auto slice = [&](std::size_t begin, std::size_t end) {
+      TraceCounts counts;
+      state_->kernel.all(scene, rays, begin, end, crossings, 0, totals.data(), nullptr, counts);
+    };
+    return state_->run(rays.size(), deadline, slice, kListSlice);
+  });
 }
 
 Status Engine::all(const Scene& scene, const RayBatch& rays, Crossings crossings,
                    std::size_t hits_max, std::size_t hits_total_max, const Deadline& deadline,
                    HitLists& lists, Column<std::uint64_t>& totals) const {
-  // Every slice fills a list of its own; they are joined in the order of rays.
-  std::vector<HitBatch> slices((rays.size() + kListSlice - 1) / kListSlice);
-  std::atomic<std::size_t> gathered{0};
-  totals.assign(rays.size(), 0);
-  const auto gather = [&](std::size_t begin, std::size_t end) {
-    TraceCounts counts;
-    HitBatch& slice = slices[begin / kListSlice];
-    // One by one: beyond the limit there is at most one ray's list for each thread.
-    for (std::size_t i = begin; i < end; ++i) {
-      if (gathered.load(std::memory_order_relaxed) > hits_total_max) return;
-      state_->kernel.all(scene, rays, i, i + 1, crossings, hits_max, totals.data(), &slice, counts);
-      gathered.fetch_add(std::min<std::size_t>(totals[i], hits_max), std::memory_order_relaxed);
+  return within_memory([&]() -> Status {
+    // Every slice fills a list of its own; they are joined in the order of rays.
+    std::vector<HitBatch> slices((rays.size() + kListSlice - 1) / kListSlice);
+    std::atomic<std::size_t> gathered{0};
+    totals.assign(rays.size(), 0);
+    const auto gather = [&](std::size_t begin, std::size_t end) {
+      TraceCounts counts;
+      HitBatch& slice = slices[begin / kListSlice];
+      // One by one: beyond the limit there is at most one ray's list for each thread.
+      for (std::size_t i = begin; i < end; ++i) {
+        if (gathered.load(std::memory_order_relaxed) > hits_total_max) return;
+        state_->kernel.all(scene, rays, i, i + 1, crossings, hits_max, totals.data(), &slice,
+                           counts);
+        gathered.fetch_add(std::min<std::size_t>(totals[i], hits_max), std::memory_order_relaxed);
+      }
+    };
+    Status status = state_->run(rays.size(), deadline, gather, kListSlice);
+    if (!status) return status;
+    if (gathered.load() > hits_total_max) {
+      return Error{ErrorKind::kTooLarge, "TOO_MANY_HITS",
+                   "the rays meet more than " + std::to_string(hits_total_max) +
+                       " triangles; send fewer rays or a smaller max_hits",
+                   ""};
     }
-  };
-  Status status = state_->run(rays.size(), deadline, gather, kListSlice);
-  if (!status) return status;
-  if (gathered.load() > hits_total_max) {
-    return Error{ErrorKind::kTooLarge, "TOO_MANY_HITS",
-                 "the rays meet more than " + std::to_string(hits_total_max) +
-                     " triangles; send fewer rays or a smaller max_hits",
-                 ""};
-  }
 
-  lists.first.assign(1, 0);
-  lists.first.reserve(rays.size() + 1);
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    lists.first.push_back(lists.first.back() + std::min<std::size_t>(totals[i], hits_max));
-  }
-  lists.hits.resize(0);
-  for (const HitBatch& slice : slices) lists.hits.append(slice);
-  return success();
+    lists.first.assign(1, 0);
+    lists.first.reserve(rays.size() + 1);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      lists.first.push_back(lists.first.back() + std::min<std::size_t>(totals[i], hits_max));
+    }
+    lists.hits.resize(0);
+    for (const HitBatch& slice : slices) lists.hits.append(slice);
+    return success();
+  });
 }
 
 Status Engine::details(const Scene& scene, const RayBatch& rays, const HitBatch& hits,
                        const Deadline& deadline, Column<HitDetail>& out) const {
-  out.assign(rays.size(), {});
-  return state_->run(rays.size(), deadline, [&](std::size_t begin, std::size_t end) {
-    TraceCounts counts;
-    state_->kernel.details(scene, rays, begin, end, hits, out.data(), counts);
+  return within_memory([&]() -> Status {
+    out.assign(rays.size(), {});
+    return state_->run(rays.size(), deadline, [&](std::size_t begin, std::size_t end) {
+      TraceCounts counts;
+      state_->kernel.details(scene, rays, begin, end, hits, out.data(), counts);
+    });
   });
 }
 

@@ -25,26 +25,29 @@ inline Error out_of_time(const Deadline& deadline) {
   return {ErrorKind::kDeadline, "DEADLINE", "the time allowed was used up", ""};
 }
 
+/// Calls answer(), which returns a Status; what it could not allocate is an Error. Around the whole
+/// of an answer: the columns that it resizes before and the lists that it joins after the threads'
+/// work are the largest that it has.
+template <class Answer>
+Status within_memory(const Answer& answer) {
+  try {
+    return answer();
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorKind::kOutOfSpace, "MEMORY_EXHAUSTED", "there is no memory for the answer",
+                 ""};
+  }
+}
+
 struct Engine::State {
   Kernel kernel;
   std::string kernel_name;
   ThreadGroup threads;
 
   /// Calls slice(begin, end) over [0, count) on the threads of this engine until the deadline.
+  /// Throws what a slice throws.
   template <class Slice>
   Status run(std::size_t count, const Deadline& deadline, Slice slice,
              std::size_t slice_size = kSlice) {
-    try {
-      return run_slices(count, deadline, slice, slice_size);
-    } catch (const std::bad_alloc&) {
-      return Error{ErrorKind::kOutOfSpace, "MEMORY_EXHAUSTED", "there is no memory for the answer",
-                   ""};
-    }
-  }
-
-  template <class Slice>
-  Status run_slices(std::size_t count, const Deadline& deadline, const Slice& slice,
-                    std::size_t slice_size) {
     if (deadline.passed()) return out_of_time(deadline);
     if (count == 0) return success();
     if (count <= slice_size) {
