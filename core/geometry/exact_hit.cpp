@@ -1,7 +1,9 @@
 #include "core/geometry/exact_hit.h"
 
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstdlib>
 #include <optional>
 #include <utility>
 
@@ -89,6 +91,34 @@ bool coplanar_hit(const std::array<Vector, 3>& corner, const Vector& d, const Ve
 }
 
 }  // namespace
+
+CornerSet met_edge(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle) {
+  if (!is_finite(triangle)) return 0;
+  const std::optional<FixedHit> fixed = fixed_hit(origin, direction, triangle);
+  if (!fixed) return 0;
+  const std::array<int, 3> sign{fixed->w0.sign(), fixed->w1.sign(), fixed->w2.sign()};
+  CornerSet corners = 0;
+  int sum = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    corners |= sign[i] != 0 ? 1u << i : 0u;
+    sum += sign[i];
+  }
+  const int count = std::popcount(corners);
+  return count < 3 && std::abs(sum) == count ? corners : 0;
+}
+
+bool same_corners(const Triangle& a, CornerSet in_a, const Triangle& b, CornerSet in_b) {
+  if (std::popcount(in_a) != std::popcount(in_b)) return false;
+  const std::array<const Vec3d*, 3> from{&a.v0, &a.v1, &a.v2}, to{&b.v0, &b.v1, &b.v2};
+  for (std::size_t i = 0; i < 3; ++i) {
+    if ((in_a >> i & 1u) == 0) continue;
+    bool found = false;
+    for (std::size_t j = 0; j < 3; ++j)
+      found = found || ((in_b >> j & 1u) != 0 && *from[i] == *to[j]);
+    if (!found) return false;
+  }
+  return true;
+}
 
 int compare(const ExactT& a, const ExactT& b) {
   return compare(a.numerator * b.denominator, b.numerator * a.denominator);

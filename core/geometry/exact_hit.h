@@ -9,6 +9,8 @@
 /// disagree, all three are zero and the line lies in the triangle's plane: then t is where the line
 /// enters the triangle (CONTRACT, "The answers").
 
+#include <cstdint>
+
 #include "core/geometry/dyadic.h"
 #include "core/geometry/triangle.h"
 
@@ -32,6 +34,18 @@ int compare(const ExactT& a, const ExactT& b);
 /// not finite. Preconditions: origin and direction finite, direction not zero, limits not NaN.
 bool exact_hit(const Vec3d& origin, const Vec3d& direction, double tmin, double tmax,
                const Triangle& triangle, ExactT& t);
+
+/// Corners of a triangle, bit i for corner i.
+using CornerSet = std::uint32_t;
+
+/// On which corner or edge the line meets the triangle: one corner, or the two ends of an edge. 0
+/// if it misses, passes through the inside, lies in the plane, or the numbers do not fit integers
+/// of 256 bits. Preconditions as above.
+CornerSet met_edge(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle);
+
+/// Whether these corners of `a` are, number by number, those of `b`. What a line meets there is
+/// then one point with one t.
+bool same_corners(const Triangle& a, CornerSet in_a, const Triangle& b, CornerSet in_b);
 
 /// Whether the line crosses the triangle properly after it was moved by an infinitely small
 /// (e, e^2, e^3), e > 0, at an unchanged direction. A moved line meets no edge, no corner and no

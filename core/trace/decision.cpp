@@ -15,6 +15,24 @@ bool exact_hit_of(const RayQuestion& question, TriangleId id, ExactT& t) {
   return exact_hit_of(question.scene, question.ray(), id, t);
 }
 
+bool exact_hit_of(const RayQuestion& question, const Triangle& triangle, ExactT& t) {
+  ++question.counts.exact_hits;
+  const Ray ray = question.ray();
+  return exact_hit(ray.origin, ray.direction, ray.tmin, ray.tmax, triangle, t);
+}
+
+/// The world triangle of a candidate, from its block, which the kernel has just read: the mesh is
+/// far away.
+Triangle triangle_of(const Scene& scene, const Candidate& candidate) {
+  const auto& corner = candidate.block->corner;
+  const Affine& matrix = scene.description().instances[candidate.instance].world_from_mesh;
+  const auto world = [&](int c) {
+    return matrix.apply(Vec3f{corner[c][0][candidate.lane], corner[c][1][candidate.lane],
+                              corner[c][2][candidate.lane]});
+  };
+  return {world(0), world(1), world(2)};
+}
+
 }  // namespace
 
 namespace {
@@ -35,8 +53,8 @@ void ClosestHit::settle(const RayQuestion& question, const Candidate& other, Int
   const TriangleId id = other.id();
   if (id == candidate.id()) return;
   // A ray inside that plane has no certain hits, so both t are the plane's.
-  if (found() && in_one_axis_plane(question.scene.world_triangle(id),
-                                   question.scene.world_triangle(candidate.id()))) {
+  if (found() && in_one_axis_plane(triangle_of(question.scene, other),
+                                   triangle_of(question.scene, candidate))) {
     if (id < candidate.id()) candidate = other;
     // Either interval contains the common t.
     tau = {std::max(tau.low, other_tau.low), std::min(tau.high, other_tau.high)};
@@ -45,18 +63,27 @@ void ClosestHit::settle(const RayQuestion& question, const Candidate& other, Int
   examine(question, other);
 }
 
-void ClosestHit::examine(const RayQuestion& question, const Candidate& other) {
+void ClosestHit::examine(const RayQuestion& question, Candidate other) {
   const TriangleId id = other.id();
   if (found() && id == candidate.id()) return;
+  const Ray ray = question.ray();
+  const Triangle triangle = triangle_of(question.scene, other);
+  other.edge = met_edge(ray.origin, ray.direction, triangle);
+  if (found() && candidate.edge != 0 &&
+      same_corners(triangle, other.edge, triangle_of(question.scene, candidate), candidate.edge)) {
+    // One point of both, so one t, which is within the limits.
+    if (id < candidate.id()) candidate = other;
+    return;
+  }
   ExactT t;
-  if (!exact_hit_of(question, id, t)) return;
+  if (!exact_hit_of(question, triangle, t)) return;
   const Interval own = question.tau_of(t);
   if (found() && !(own.high < tau.low)) {
     if (own.low > tau.high) return;
     // The intervals overlap: exact t decides, then the smaller id.
     ++question.counts.exact_compares;
     ExactT best;
-    exact_hit_of(question, candidate.id(), best);
+    exact_hit_of(question, triangle_of(question.scene, candidate), best);
     const int order = compare(t, best);
     if (order > 0 || (order == 0 && candidate.id() < id)) return;
   }

@@ -39,6 +39,7 @@ struct Candidate {
   const LeafBlock* block = nullptr;
   std::uint32_t lane = 0;
   std::uint32_t instance = kNone;
+  CornerSet edge = 0;  ///< where the ray is known to meet an edge or a corner of it: met_edge
 
   TriangleId id() const { return {instance, block->triangle[lane]}; }
 };
@@ -69,7 +70,7 @@ struct ClosestHit {
   /// Decides between the best and a certain hit whose intervals overlap.
   void settle(const RayQuestion& question, const Candidate& other, Interval other_tau);
   /// Decides exactly whether a triangle is met and beats the best.
-  void examine(const RayQuestion& question, const Candidate& other);
+  void examine(const RayQuestion& question, Candidate other);
 };
 
 /// Every triangle that one ray meets, for "all" and "count".

@@ -281,7 +281,7 @@ class Flight {
   HWY_INLINE void take_closest(Slot& slot, const LeafBlock& block, const LeafVerdict& verdict) {
     for (std::uint32_t rest = verdict.accept; rest != 0; rest &= rest - 1) {
       const auto lane = static_cast<std::uint32_t>(std::countr_zero(rest));
-      const Candidate candidate{&block, lane, placement(slot).instance};
+      const Candidate candidate{&block, lane, placement(slot).instance, 0};
       const Interval tau{verdict.low[lane], verdict.high[lane]};
       if (HWY_UNLIKELY(!slot.best.accept(candidate, tau))) settle_closest(slot, candidate, tau);
     }

@@ -390,7 +390,7 @@ class Packet {
     const auto take = hn::LoadMaskBits(dd, &bits);
     hn::Store(hn::IfThenElse(take, found.low, best_low), dd, low_ + first);
     hn::Store(hn::IfThenElse(take, found.high, best_high), dd, bound_ + first);
-    hn::Store(hn::IfThenElse(hn::RebindMask(du, take), hn::Set(du, encode({&block, lane, 0})),
+    hn::Store(hn::IfThenElse(hn::RebindMask(du, take), hn::Set(du, encode({&block, lane, 0, 0})),
                              hn::Load(du, candidate_ + first)),
               du, candidate_ + first);
     const std::uint32_t clash = certain & ~nearer & ~farther;
@@ -400,7 +400,7 @@ class Packet {
       hn::Store(found.high, dd, high);
       for (std::uint32_t rest = clash; rest != 0; rest &= rest - 1) {
         const auto j = static_cast<std::uint32_t>(std::countr_zero(rest));
-        settle(static_cast<std::uint32_t>(first) + j, {&block, lane, placement_.instance},
+        settle(static_cast<std::uint32_t>(first) + j, {&block, lane, placement_.instance, 0},
                {low[j], high[j]});
       }
       for (std::uint32_t rest = examine; rest != 0; rest &= rest - 1) {
@@ -443,7 +443,7 @@ class Packet {
                                const LeafVerdict& verdict) {
     for (std::uint32_t rest = verdict.accept; rest != 0; rest &= rest - 1) {
       const auto lane = static_cast<std::uint32_t>(std::countr_zero(rest));
-      const Candidate candidate{&block, lane, placement_.instance};
+      const Candidate candidate{&block, lane, placement_.instance, 0};
       const Interval tau{verdict.low[lane], verdict.high[lane]};
       if (tau.high < low_[i]) {
         low_[i] = tau.low;
@@ -476,11 +476,12 @@ class Packet {
 
   /// A candidate of this placement in one number, 0 for none: blocks lie on 64 bytes.
   static std::uint64_t encode(const Candidate& candidate) {
-    return reinterpret_cast<std::uintptr_t>(candidate.block) | candidate.lane;
+    return reinterpret_cast<std::uintptr_t>(candidate.block) | candidate.edge << 2 | candidate.lane;
   }
   Candidate decode(std::uint64_t code) const {
-    return {reinterpret_cast<const LeafBlock*>(code & ~std::uint64_t{kLanes - 1}),
-            static_cast<std::uint32_t>(code) & (kLanes - 1), placement_.instance};
+    const auto low = static_cast<std::uint32_t>(code);
+    return {reinterpret_cast<const LeafBlock*>(code & ~std::uint64_t{63}), low & 3u,
+            placement_.instance, low >> 2 & 7u};
   }
   ClosestHit best_of(std::uint32_t i) const {
     ClosestHit best;

@@ -82,5 +82,35 @@ TEST(ExactHit, details_are_rounded_once) {
   EXPECT_FALSE(detail.front);
 }
 
+TEST(ExactHit, names_the_edge_or_corner_that_is_met) {
+  const Triangle triangle{{0, 0, 0}, {4, 0, 0}, {0, 4, 0}};
+  const auto met = [&](double x, double y) {
+    return met_edge({x + 1, y + 2, 3}, {-1, -2, -3}, triangle);
+  };
+  EXPECT_EQ(met(0, 0), 1u);
+  EXPECT_EQ(met(4, 0), 2u);
+  EXPECT_EQ(met(0, 4), 4u);
+  EXPECT_EQ(met(1, 0), 3u);
+  EXPECT_EQ(met(3, 1), 6u);
+  EXPECT_EQ(met(0, 3), 5u);
+  EXPECT_EQ(met(1, 1), 0u) << "inside";
+  EXPECT_EQ(met(5, 0), 0u) << "on the edge's line, beyond its end";
+  EXPECT_EQ(met(0, 0x1p-50), 5u);
+  EXPECT_EQ(met(-0x1p-50, 0), 0u);
+  EXPECT_EQ(met_edge({-1, 0, 0}, {1, 0, 0}, triangle), 0u) << "in the plane, along an edge";
+  EXPECT_EQ(met_edge({0, 0, 1}, {0, 0, -1}, {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}), 0u) << "no area";
+}
+
+TEST(ExactHit, knows_the_corners_that_two_triangles_share) {
+  const Triangle a{{0, 0, 0}, {4, 0, 0}, {0, 4, 0}};
+  const Triangle b{{0, 4, 0}, {4, 4, 1}, {4, 0, 0}};
+  EXPECT_TRUE(same_corners(a, 6u, b, 5u));
+  EXPECT_TRUE(same_corners(a, 4u, b, 1u));
+  EXPECT_FALSE(same_corners(a, 4u, b, 4u));
+  EXPECT_FALSE(same_corners(a, 3u, b, 5u));
+  EXPECT_FALSE(same_corners(a, 6u, b, 1u)) << "an edge is no corner";
+  EXPECT_TRUE(same_corners({{-0.0, 0, 0}, {}, {}}, 1u, a, 1u)) << "zeros are one number";
+}
+
 }  // namespace
 }  // namespace sightline
