@@ -11,7 +11,7 @@
 namespace sightline {
 
 namespace {
-__extension__ typedef unsigned __int128 Wide;
+__extension__ using Wide = unsigned __int128;
 }
 
 // NOLINTNEXTLINE(cppcoreguidelines-pro-type-member-init): limbs beyond count_ are never read

@@ -9,7 +9,7 @@ namespace sightline {
 
 namespace {
 
-__extension__ typedef unsigned __int128 UInt128;
+__extension__ using UInt128 = unsigned __int128;
 
 /// value = mantissa * 2^place, mantissa odd; place and top (its leading bit's weight) of all of
 /// them.

@@ -14,7 +14,7 @@
 
 namespace sightline {
 
-__extension__ typedef __int128 Int128;
+__extension__ using Int128 = __int128;
 
 /// Two's complement, lowest limb first.
 struct Int256 {
