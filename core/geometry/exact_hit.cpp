@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <optional>
-#include <utility>
 
 namespace sightline {
 
@@ -41,9 +40,9 @@ std::size_t projection_axis(const Vector& n) {
   return 3;
 }
 
-ExactT make_t(Dyadic numerator, Dyadic denominator) {
+ExactT make_t(const Dyadic& numerator, const Dyadic& denominator) {
   if (denominator.sign() < 0) return {-numerator, -denominator};
-  return {std::move(numerator), std::move(denominator)};
+  return {numerator, denominator};
 }
 
 /// Sign of t - limit, where the limit may be infinite.
