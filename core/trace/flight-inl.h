@@ -34,7 +34,7 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-constexpr std::size_t kInFlight = 32;
+constexpr std::size_t kInFlight = 24;
 /// Waiting siblings of one ray. Trees that are too deep for it go through the single-ray kernel.
 constexpr std::size_t kWaiting = 248;
 constexpr std::uint32_t kMaxFlightDepth = (kWaiting - kArity - 2) / (kArity - 1);
