@@ -47,13 +47,15 @@ FieldSet parse_fields(const std::string& text) {
   std::stringstream names(text);
   std::string name, known;
   for (const HitField field : all_hit_fields()) {
-    known += (known.empty() ? "" : ",") + std::string(hit_field_name(field));
+    if (!known.empty()) known += ",";
+    known += hit_field_name(field);
   }
   while (std::getline(names, name, ',')) {
     const auto field = find_hit_field(name);
     if (!field) {
-      throw CLI::ValidationError("--fields",
-                                 "'" + name + "' is not a field of a hit; there are " + known);
+      std::string refusal = "'" + name + "' is not a field of a hit; there are ";
+      refusal += known;
+      throw CLI::ValidationError("--fields", refusal);
     }
     fields.add(*field);
   }
@@ -270,7 +272,10 @@ Command parse_command_line(int argc, const char* const* argv) {
       return ShowText{out.str(), 0};
     }
     std::string asked = "sightline";
-    for (const CLI::App* command : app.get_subcommands()) asked += " " + command->get_name();
+    for (const CLI::App* command : app.get_subcommands()) {
+      asked += " ";
+      asked += command->get_name();
+    }
     // 1 is taken: a ray that misses.
     return ShowText{"sightline: " + std::string(error.what()) + "\nSee " + asked + " --help\n", 2};
   }
