@@ -224,6 +224,9 @@ Result<SceneTree> build_scene_tree(std::span<const MeshView> meshes,
   }
   if (scene.placements.size() > 1)
     scene.top = build_top(scene.placements, bounds, scene.bounds, quality);
+  std::uint32_t deepest = 0;
+  for (const auto& tree : scene.trees) deepest = std::max(deepest, tree->depth);
+  scene.depth = scene.top.depth + deepest;
   return scene;
 }
 

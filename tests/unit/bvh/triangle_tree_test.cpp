@@ -57,6 +57,24 @@ TEST(TriangleTree, stays_shallow_where_centroids_cannot_be_told_apart) {
   EXPECT_LE(tree.depth, 16u);
 }
 
+TEST(SceneTree, says_how_deep_it_is) {
+  const TestMesh large(demo::soup(3000).meshes[0]);
+  const MeshView view = large.view();
+  std::vector<PlacementView> placements(1);
+  Result<SceneTree> one = build_scene_tree({&view, 1}, placements);
+  ASSERT_TRUE(one.ok());
+  EXPECT_EQ(one->depth, one->trees[0]->depth);
+  EXPECT_GE(one->depth, 3u);
+
+  // So many copies that they stay apart.
+  placements.resize(600);
+  for (std::size_t i = 0; i < placements.size(); ++i)
+    placements[i].world_from_mesh.m[0][3] = 3.0 * static_cast<double>(i);
+  Result<SceneTree> many = build_scene_tree({&view, 1}, placements);
+  ASSERT_TRUE(many.ok());
+  EXPECT_EQ(many->depth, many->top.depth + many->trees[0]->depth);
+}
+
 TEST(TriangleTree, fills_its_blocks) {
   const TestMesh mesh(demo::terrain(100'000).meshes[0]);
   const WideTree tree = build_triangle_tree(mesh.view(), nullptr, TreeQuality::kFast);
