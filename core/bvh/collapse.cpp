@@ -67,11 +67,9 @@ class Emitter {
 
  private:
   std::uint32_t emit_leaf(std::uint32_t root, std::uint32_t granule, Counts& counts) {
-    std::uint32_t first = root;
-    while (!binary_[first].is_leaf()) first = binary_[first].link;
-    const std::uint32_t count = binary_[root].box_count();
-    const std::uint32_t blocks = plan_.blocks(count);
-    write_leaf_(binary_[first].link, count, reinterpret_cast<LeafBlock*>(arena_.at(granule)));
+    const std::uint32_t blocks = plan_.blocks(root);
+    write_leaf_(plan_.first_box(root), binary_[root].box_count(),
+                reinterpret_cast<LeafBlock*>(arena_.at(granule)));
     counts.blocks += blocks;
     return ChildRef::leaf(granule, blocks);
   }

@@ -12,6 +12,10 @@ namespace sightline {
 /// from several threads at once.
 using LeafWriter = std::function<void(std::uint32_t first, std::uint32_t count, LeafBlock* blocks)>;
 
+/// How many leaf blocks the boxes [first, first + count) of BinaryTree::ids need. Called from
+/// several threads at once.
+using BlockCounter = std::function<std::uint32_t(std::uint32_t first, std::uint32_t count)>;
+
 /// What a step costs; only ratios matter.
 struct CollapseOptions {
   float node_cost = 1.0f;
@@ -20,6 +24,9 @@ struct CollapseOptions {
   float memory_cost = 3.0f;
   std::uint32_t block = kLanes;  ///< boxes in a block
   std::uint32_t leaf_max = 8;    ///< boxes in a leaf at most, if the binary leaves are not larger
+  /// Where boxes cannot share a block with any other: at most kMaxLeafBlocks for a leaf. Empty: as
+  /// few blocks as hold the boxes.
+  BlockCounter count_blocks;
 };
 
 /// Chooses which binary nodes become wide ones and which subtrees become leaves so that the

@@ -5,6 +5,7 @@
 
 #include "core/base/parallel.h"
 #include "core/bvh/collapse.h"
+#include "core/bvh/joining.h"
 #include "core/bvh/reinsert.h"
 #include "core/bvh/triangle_tree.h"
 #include "core/geometry/rounding.h"
@@ -134,13 +135,12 @@ void bound_edges(const Affine& matrix, const MeshFacts& facts, Placement& placem
   }
 }
 
-/// Over the world bounds of the placements, in units in which float32 keeps its precision.
-WideTree build_top(const std::vector<Placement>& placements, const std::vector<Box3d>& bounds,
-                   const Box3d& all, TreeQuality quality) {
+/// Over the world bounds of what is entered, in units in which float32 keeps its precision.
+WideTree build_top(std::span<const Box3d> bounds, const Box3d& all, TreeQuality quality) {
   const int scale_exponent = choose_scale_exponent(all);
   const double scale = std::ldexp(1.0, scale_exponent);
-  Column<BuildBox> boxes(placements.size());
-  for (std::uint32_t i = 0; i < placements.size(); ++i) {
+  Column<BuildBox> boxes(bounds.size());
+  for (std::uint32_t i = 0; i < bounds.size(); ++i) {
     for (int k = 0; k < 3; ++k) {
       boxes[i].lower[k] = float_below(bounds[i].min[k] * scale);
       boxes[i].upper[k] = float_above(bounds[i].max[k] * scale);
@@ -167,10 +167,43 @@ WideTree build_top(const std::vector<Placement>& placements, const std::vector<B
   return top;
 }
 
+Placement make_placement(std::uint32_t instance, const PlacementView& view,
+                         const MeshFacts& facts) {
+  Placement placement;
+  placement.instance = instance;
+  placement.world_from_mesh = view.world_from_mesh;
+  placement.identity = view.world_from_mesh.is_identity();
+  bound_edges(view.world_from_mesh, facts, placement);
+  return placement;
+}
+
+/// Puts the placements together into one tree of the world, the last entry.
+void add_joined(std::span<const MeshView> meshes, std::span<const PlacementView> placements,
+                std::span<const MeshFacts> facts, std::span<const std::uint32_t> joined,
+                TreeQuality quality, SceneTree& scene) {
+  std::vector<TreePart> parts;
+  std::vector<Placement> behind;
+  bool identity = true;
+  for (const std::uint32_t i : joined) {
+    const PlacementView& view = placements[i];
+    behind.push_back(make_placement(i, view, facts[view.mesh]));
+    behind.back().tree = static_cast<std::uint32_t>(scene.trees.size());
+    identity = identity && behind.back().identity;
+    parts.push_back({meshes[view.mesh], behind.back().identity ? nullptr : &view.world_from_mesh});
+  }
+  auto tree = std::make_unique<WideTree>(build_triangle_tree(parts, quality));
+  if (tree->root == ChildRef::kEmpty) return;
+  for (Placement& placement : behind) placement.identity = identity;
+  scene.trees.push_back(std::move(tree));
+  scene.placements.insert(scene.placements.end(), behind.begin(), behind.end());
+  ++scene.entries;
+}
+
 }  // namespace
 
 Result<SceneTree> build_scene_tree(std::span<const MeshView> meshes,
-                                   std::span<const PlacementView> placements, TreeQuality quality) {
+                                   std::span<const PlacementView> placements, TreeQuality quality,
+                                   Joining joining) {
   SceneTree scene;
   std::vector<MeshFacts> facts;
   for (const MeshView& mesh : meshes) {
@@ -188,22 +221,28 @@ Result<SceneTree> build_scene_tree(std::span<const MeshView> meshes,
     const PlacementView& view = placements[i];
     placed[i] = world_bounds(meshes[view.mesh], facts[view.mesh], view.world_from_mesh);
   });
+  const std::vector<std::uint32_t> joined = joining == Joining::kMeasured
+                                                ? choose_joined(meshes, placements, placed)
+                                                : std::vector<std::uint32_t>{};
 
   constexpr std::uint32_t kNoTree = 0xffffffffu;
   std::vector<std::uint32_t> shared(meshes.size(), kNoTree);
   std::vector<Box3d> bounds;
+  Box3d joined_bounds;
+  std::size_t next_joined = 0;
   for (std::uint32_t i = 0; i < placements.size(); ++i) {
     const PlacementView& view = placements[i];
     const MeshView& mesh = meshes[view.mesh];
     const MeshFacts& mesh_facts = facts[view.mesh];
     const Box3d& box = placed[i];
+    if (next_joined < joined.size() && joined[next_joined] == i) {
+      joined_bounds.include(box);
+      ++next_joined;
+      continue;
+    }
     if (box.empty()) continue;
 
-    Placement placement;
-    placement.instance = i;
-    placement.world_from_mesh = view.world_from_mesh;
-    placement.identity = view.world_from_mesh.is_identity();
-    bound_edges(view.world_from_mesh, mesh_facts, placement);
+    Placement placement = make_placement(i, view, mesh_facts);
     const bool mapped = !placement.identity && mesh_facts.uses > 1 && mesh_facts.finite &&
                         map_space(view.world_from_mesh, mesh_facts, box, placement.space);
     placement.world_boxes = !mapped;
@@ -219,11 +258,19 @@ Result<SceneTree> build_scene_tree(std::span<const MeshView> meshes,
     }
     if (scene.trees[placement.tree]->root == ChildRef::kEmpty) continue;
     scene.placements.push_back(placement);
+    ++scene.entries;
     bounds.push_back(box);
     scene.bounds.include(box);
   }
-  if (scene.placements.size() > 1)
-    scene.top = build_top(scene.placements, bounds, scene.bounds, quality);
+  if (!joined.empty()) {
+    const std::uint32_t before = scene.entries;
+    add_joined(meshes, placements, facts, joined, quality, scene);
+    if (scene.entries > before) {
+      bounds.push_back(joined_bounds);
+      scene.bounds.include(joined_bounds);
+    }
+  }
+  if (scene.entries > 1) scene.top = build_top(bounds, scene.bounds, quality);
   std::uint32_t deepest = 0;
   for (const auto& tree : scene.trees) deepest = std::max(deepest, tree->depth);
   scene.depth = scene.top.depth + deepest;

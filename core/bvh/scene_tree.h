@@ -1,5 +1,6 @@
 #pragma once
-/// The trees of a scene: one per mesh, and one over the placements where there is more than one.
+/// The trees of a scene: one for all that is not worth sharing, one per shared mesh, and one over
+/// the placements of shared ones where there are any.
 
 #include <cstdint>
 #include <memory>
@@ -18,6 +19,12 @@ namespace sightline {
 enum class TreeQuality {
   kFast,  ///< soon
   kHigh,  ///< subtrees moved to better places: docs/decisions/0008
+};
+
+/// Which placements get one tree together, around their world triangles.
+enum class Joining {
+  kMeasured,  ///< those whose meshes are placed once, and more where memory allows: choose_joined
+  kNever,     ///< every placement is entered on its own
 };
 
 /// A mesh as the builder sees it; the arrays belong to the caller and are not kept.
@@ -42,8 +49,10 @@ struct TreeSpace {
 
 /// One placed mesh. The world triangles are world_from_mesh applied to the float32 corners.
 struct Placement {
-  std::uint32_t tree = 0;      ///< index in SceneTree::trees
-  bool identity = true;        ///< world_from_mesh changes no number
+  std::uint32_t tree = 0;  ///< index in SceneTree::trees
+  /// World corners are the mesh's: world_from_mesh changes no number, nor does that of any
+  /// placement that shares a tree of the world with this one.
+  bool identity = true;
   bool world_boxes = true;     ///< the tree's boxes are in world units: rays need no mapping
   std::uint32_t instance = 0;  ///< the scene's number for it
   Affine world_from_mesh;
@@ -55,9 +64,13 @@ struct Placement {
 
 struct SceneTree {
   std::vector<std::unique_ptr<WideTree>> trees;
-  std::vector<Placement> placements;  ///< those with something to hit
-  /// Over the placements; leaf blocks hold indices of placements in `triangle`. Empty if there are
-  /// fewer than two placements.
+  /// Those with something to hit. The first `entries` are entered one by one. All behind them
+  /// share the tree of the last of those, which has world boxes. In every tree a leaf block says by
+  /// `placement` how far behind the entered placement its own one stands.
+  std::vector<Placement> placements;
+  std::uint32_t entries = 0;
+  /// Over the entries; leaf blocks hold indices of placements in `triangle`. Empty if there are
+  /// fewer than two entries.
   WideTree top;
   Box3d bounds;             ///< of all finite world triangles
   std::uint32_t depth = 0;  ///< nodes on the longest way down: through the top, then a tree
@@ -68,12 +81,13 @@ struct PlacementView {
   Affine world_from_mesh;
 };
 
-/// Builds everything. A mesh placed once gets boxes around its world triangles; one placed often
-/// has one tree in its own space, unless a matrix is so nearly singular that mapping rays would
-/// cost their precision: then that placement has a tree of its own. Errors: SCENE_TOO_LARGE if a
-/// tree would pass 16 GiB.
+/// Builds everything. Placements of meshes that are placed once, or are small, have one tree
+/// together, around their world triangles. A larger mesh placed often has one tree in its own
+/// space, unless a matrix is so nearly singular that mapping rays would cost their precision: then
+/// that placement has a tree of its own. Errors: SCENE_TOO_LARGE if a tree would pass 16 GiB.
 Result<SceneTree> build_scene_tree(std::span<const MeshView> meshes,
                                    std::span<const PlacementView> placements,
-                                   TreeQuality quality = TreeQuality::kHigh);
+                                   TreeQuality quality = TreeQuality::kHigh,
+                                   Joining joining = Joining::kMeasured);
 
 }  // namespace sightline

@@ -16,10 +16,15 @@ namespace sightline {
 
 namespace {
 
-void write_block(const MeshView& mesh, std::span<const std::uint32_t> ids, LeafBlock& block) {
+/// The triangles `numbers` of one part, at most kLanes.
+void write_block(std::span<const TreePart> parts, const PartNumbers& numbering,
+                 std::span<const std::uint32_t> numbers, LeafBlock& block) {
   double edge_max = 0;
+  const PartNumbers::Place first = numbering.place_of(numbers[0]);
+  const MeshView& mesh = parts[first.part].mesh;
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
-    const std::uint32_t triangle = ids[lane < ids.size() ? lane : 0];
+    const std::uint32_t triangle =
+        first.triangle + (numbers[lane < numbers.size() ? lane : 0] - numbers[0]);
     const std::uint32_t* index = &mesh.indices[std::size_t{triangle} * 3];
     for (std::size_t corner = 0; corner < 3; ++corner) {
       const Vec3f& p = mesh.positions[index[corner]];
@@ -34,17 +39,18 @@ void write_block(const MeshView& mesh, std::span<const std::uint32_t> ids, LeafB
     block.triangle[lane] = triangle;
   }
   block.edge_max = float_above(next_above(edge_max));
-  block.lane_count = static_cast<std::uint32_t>(ids.size());
+  block.lane_count = static_cast<std::uint32_t>(numbers.size());
+  block.placement = first.part;
 }
 
-/// The boxes of a mesh's usable triangles, in tree units.
+/// The boxes of the parts' usable triangles, in tree units.
 struct BuildBoxes {
   Column<BuildBox> boxes;
   Box3d bounds;  ///< of the triangles, before units
   int scale_exponent = 0;
 
-  BuildBoxes(const MeshView& mesh, const Affine* world_from_mesh)
-      : boxes(mesh.triangle_count()), mesh_(mesh), world_from_mesh_(world_from_mesh) {
+  BuildBoxes(std::span<const TreePart> parts, const PartNumbers& numbering)
+      : boxes(numbering.count()), parts_(parts), numbering_(numbering) {
     make();
     scale_exponent = bounds.empty() ? 0 : choose_scale_exponent(bounds);
     // Rare: the bounds turn out to ask for other units.
@@ -56,7 +62,7 @@ struct BuildBoxes {
 
   /// Each chunk packs its own boxes; chunks move together only if one of them has gaps.
   void make() {
-    const std::uint32_t count = mesh_.triangle_count();
+    const std::uint32_t count = numbering_.count();
     boxes.resize(count);
     const std::uint32_t chunks = (count + kChunk - 1) / kChunk;
     std::vector<std::uint32_t> used(chunks);
@@ -78,8 +84,12 @@ struct BuildBoxes {
   std::uint32_t make_chunk(std::uint32_t first, std::uint32_t end, Box3d& within) {
     const double scale = std::ldexp(1.0, scale_exponent);
     BuildBox* to = &boxes[first];
-    for (std::uint32_t i = first; i < end; ++i) {
-      const TreeCorners corners = tree_corners(mesh_, i, world_from_mesh_);
+    PartNumbers::Place place = numbering_.place_of(first);
+    for (std::uint32_t i = first; i < end; ++i, ++place.triangle) {
+      while (place.triangle == parts_[place.part].mesh.triangle_count())
+        place = {place.part + 1, 0};
+      const TreePart& part = parts_[place.part];
+      const TreeCorners corners = tree_corners(part.mesh, place.triangle, part.world_from_mesh);
       if (!corners.usable) continue;
       for (const Vec3d& p : corners.at) within.include(p);
       for (int k = 0; k < 3; ++k) {
@@ -96,8 +106,44 @@ struct BuildBoxes {
     return static_cast<std::uint32_t>(to - &boxes[first]);
   }
 
-  const MeshView& mesh_;
-  const Affine* world_from_mesh_;
+  std::span<const TreePart> parts_;
+  const PartNumbers& numbering_;
+};
+
+/// The boxes of a leaf, part by part.
+class LeafParts {
+ public:
+  LeafParts(const PartNumbers& numbering, bool several, const std::uint32_t* numbers,
+            std::uint32_t count)
+      : numbering_(numbering), several_(several), count_(count) {
+    std::copy_n(numbers, count, numbers_.begin());
+    // Within a part the order of the tree stays.
+    if (several) {
+      std::stable_sort(numbers_.begin(), numbers_.begin() + count,
+                       [&](std::uint32_t a, std::uint32_t b) {
+                         return numbering.part_of(a) < numbering.part_of(b);
+                       });
+    }
+  }
+
+  /// Calls `block` with the numbers of each block.
+  template <class Block>
+  void blocks(Block block) const {
+    for (std::uint32_t first = 0; first < count_;) {
+      std::uint32_t end = std::min<std::uint32_t>(count_, first + kLanes);
+      while (several_ &&
+             numbering_.part_of(numbers_[end - 1]) != numbering_.part_of(numbers_[first]))
+        --end;
+      block(std::span<const std::uint32_t>(&numbers_[first], end - first));
+      first = end;
+    }
+  }
+
+ private:
+  const PartNumbers& numbering_;
+  bool several_;
+  std::uint32_t count_;
+  std::array<std::uint32_t, kMaxLeafBlocks> numbers_{};
 };
 
 }  // namespace
@@ -113,20 +159,48 @@ int choose_scale_exponent(const Box3d& bounds) {
   return exponent > 40 || exponent < -40 ? -exponent : 0;
 }
 
+PartNumbers::PartNumbers(std::span<const TreePart> parts) {
+  std::uint32_t end = 0;
+  for (const TreePart& part : parts) ends_.push_back(end += part.mesh.triangle_count());
+}
+
+std::uint32_t PartNumbers::part_of(std::uint32_t number) const {
+  return static_cast<std::uint32_t>(std::upper_bound(ends_.begin(), ends_.end() - 1, number) -
+                                    ends_.begin());
+}
+
 WideTree build_triangle_tree(const MeshView& mesh, const Affine* world_from_mesh,
                              TreeQuality quality) {
-  BuildBoxes made(mesh, world_from_mesh);
+  const TreePart part{mesh, world_from_mesh};
+  return build_triangle_tree({&part, 1}, quality);
+}
+
+WideTree build_triangle_tree(std::span<const TreePart> parts, TreeQuality quality) {
+  const PartNumbers numbering(parts);
+  const bool several = parts.size() > 1;
+  BuildBoxes made(parts, numbering);
   const Box3d bounds = made.bounds;
   const int scale_exponent = made.scale_exponent;
   BinaryTree binary = build_binary_tree(std::move(made.boxes), {});
   if (quality == TreeQuality::kHigh) reinsert(binary, {});
+  // A leaf has at most as many boxes as blocks: each may be of another part.
+  CollapseOptions options;
+  options.leaf_max = std::min<std::uint32_t>(options.leaf_max, kMaxLeafBlocks);
+  const auto leaf_parts = [&](std::uint32_t first, std::uint32_t count) {
+    return LeafParts(numbering, several, &binary.ids[first], count);
+  };
+  if (several) {
+    options.count_blocks = [&](std::uint32_t first, std::uint32_t count) {
+      std::uint32_t blocks = 0;
+      leaf_parts(first, count).blocks([&](std::span<const std::uint32_t>) { ++blocks; });
+      return blocks;
+    };
+  }
   WideTree tree =
-      collapse(binary, {}, [&](std::uint32_t first, std::uint32_t count, LeafBlock* blocks) {
-        const std::span<const std::uint32_t> leaf(&binary.ids[first], count);
-        for (std::size_t i = 0; i < leaf.size(); i += kLanes) {
-          write_block(mesh, leaf.subspan(i, std::min<std::size_t>(kLanes, leaf.size() - i)),
-                      *blocks++);
-        }
+      collapse(binary, options, [&](std::uint32_t first, std::uint32_t count, LeafBlock* block) {
+        leaf_parts(first, count).blocks([&](std::span<const std::uint32_t> numbers) {
+          write_block(parts, numbering, numbers, *block++);
+        });
       });
   tree.scale_exponent = scale_exponent;
   tree.bounds = bounds;

@@ -1,5 +1,10 @@
 #pragma once
-/// A tree over the triangles of one mesh, in the mesh's space or in the world's.
+/// A tree over the triangles of one mesh, in the mesh's space or in the world's, or over those of
+/// several placed meshes together.
+
+#include <cstdint>
+#include <span>
+#include <vector>
 
 #include "core/bvh/scene_tree.h"
 
@@ -11,6 +16,38 @@ namespace sightline {
 /// matrix. Precondition: at most kMaxTriangles.
 WideTree build_triangle_tree(const MeshView& mesh, const Affine* world_from_mesh,
                              TreeQuality quality);
+
+/// A mesh where its triangles stand in a tree.
+struct TreePart {
+  MeshView mesh;
+  const Affine* world_from_mesh = nullptr;  ///< as in build_triangle_tree
+};
+
+/// Around the triangles of all parts; a leaf block belongs to one part, whose index is its
+/// `placement`. Precondition: at most kMaxTriangles in all.
+WideTree build_triangle_tree(std::span<const TreePart> parts, TreeQuality quality);
+
+/// The triangles of several parts numbered one after the other.
+class PartNumbers {
+ public:
+  explicit PartNumbers(std::span<const TreePart> parts);
+
+  struct Place {
+    std::uint32_t part;
+    std::uint32_t triangle;
+  };
+  std::uint32_t count() const { return ends_.back(); }
+  std::uint32_t number(Place place) const { return begin(place.part) + place.triangle; }
+  std::uint32_t part_of(std::uint32_t number) const;
+  Place place_of(std::uint32_t number) const {
+    const std::uint32_t part = part_of(number);
+    return {part, number - begin(part)};
+  }
+
+ private:
+  std::uint32_t begin(std::uint32_t part) const { return part == 0 ? 0 : ends_[part - 1]; }
+  std::vector<std::uint32_t> ends_;  ///< one for each part
+};
 
 inline constexpr std::uint64_t kMaxTriangles =
     (1ull << 34) / (sizeof(LeafBlock) + sizeof(WideNode));

@@ -196,6 +196,7 @@ bool same_bits(float a, float b) {
   return std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b);
 }
 
+/// Precondition: the used lanes hold triangles of the mesh.
 Fault check_block(const LeafBlock& block, const MeshView& mesh) {
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
     const std::uint32_t triangle = block.triangle[lane];
@@ -232,26 +233,36 @@ Status verdict(Fault fault) {
   return Error{ErrorKind::kMalformed, "TREE_INVALID", "not a sound tree: " + *fault, ""};
 }
 
-Fault find_fault(const WideTree& tree, const MeshView& mesh, const Affine* world_from_mesh) {
-  // The mesh says what must be there, and in which units.
+Fault find_fault(const WideTree& tree, std::span<const TreePart> parts) {
+  const PartNumbers numbering(parts);
+  const auto corners_of = [&](PartNumbers::Place place) {
+    const TreePart& part = parts[place.part];
+    return tree_corners(part.mesh, place.triangle, part.world_from_mesh);
+  };
+  // The meshes say what must be there, and in which units.
   Box3d bounds;
-  for (std::uint32_t i = 0; i < mesh.triangle_count(); ++i) {
-    const TreeCorners corners = tree_corners(mesh, i, world_from_mesh);
+  for (std::uint32_t i = 0; i < numbering.count(); ++i) {
+    const TreeCorners corners = corners_of(numbering.place_of(i));
     if (!corners.usable) continue;
     for (const Vec3d& p : corners.at) bounds.include(p);
   }
   if (Fault fault = check_facts(tree, bounds)) return fault;
   const double scale = std::ldexp(1.0, tree.scale_exponent);
 
-  Attendance present("triangle", mesh.triangle_count());
-  const auto check_triangle = [&](std::uint32_t triangle, const StoredBox& box) -> Fault {
-    if (Fault fault = present.enter(triangle)) return fault;
-    const TreeCorners corners = tree_corners(mesh, triangle, world_from_mesh);
-    if (!corners.usable) return ": holds " + present.name(triangle) + ", which nothing can hit";
+  Attendance present("triangle", numbering.count());
+  const auto check_triangle = [&](PartNumbers::Place place, const StoredBox& box) -> Fault {
+    const std::uint32_t count = parts[place.part].mesh.triangle_count();
+    if (place.triangle >= count) {
+      return ": holds triangle " + std::to_string(place.triangle) + " of " + std::to_string(count);
+    }
+    const std::uint32_t number = numbering.number(place);
+    if (Fault fault = present.enter(number)) return fault;
+    const TreeCorners corners = corners_of(place);
+    if (!corners.usable) return ": holds " + present.name(number) + ", which nothing can hit";
     for (const Vec3d& p : corners.at) {
       for (int k = 0; k < 3; ++k) {
         if (!box.contains(k, p[k] * scale))
-          return ": its box does not contain " + present.name(triangle);
+          return ": its box does not contain " + present.name(number);
       }
     }
     return {};
@@ -260,16 +271,20 @@ Fault find_fault(const WideTree& tree, const MeshView& mesh, const Affine* world
       [&](const LeafBlock* blocks, std::uint32_t count, const StoredBox& box) -> Fault {
         for (const LeafBlock* block = blocks; block != blocks + count; ++block) {
           if (Fault f = check_lane_count(*block)) return f;
-          for (std::uint32_t lane = 0; lane < block->lane_count; ++lane) {
-            if (Fault f = check_triangle(block->triangle[lane], box)) return f;
+          if (block->placement >= parts.size()) {
+            return ": a block is of placement " + std::to_string(block->placement) + " of " +
+                   std::to_string(parts.size());
           }
-          if (Fault f = check_block(*block, mesh)) return f;
+          for (std::uint32_t lane = 0; lane < block->lane_count; ++lane) {
+            if (Fault f = check_triangle({block->placement, block->triangle[lane]}, box)) return f;
+          }
+          if (Fault f = check_block(*block, parts[block->placement].mesh)) return f;
         }
         return {};
       });
   if (fault) return fault;
-  for (std::uint32_t i = 0; i < mesh.triangle_count(); ++i) {
-    if (!present.seen(i) && tree_corners(mesh, i, world_from_mesh).usable)
+  for (std::uint32_t i = 0; i < numbering.count(); ++i) {
+    if (!present.seen(i) && corners_of(numbering.place_of(i)).usable)
       return present.name(i) + " is in no leaf";
   }
   return {};
@@ -311,7 +326,12 @@ Fault find_fault(const WideTree& tree, std::span<const Box3d> placed) {
 
 Status validate_triangle_tree(const WideTree& tree, const MeshView& mesh,
                               const Affine* world_from_mesh) {
-  return verdict(find_fault(tree, mesh, world_from_mesh));
+  const TreePart part{mesh, world_from_mesh};
+  return validate_triangle_tree(tree, {&part, 1});
+}
+
+Status validate_triangle_tree(const WideTree& tree, std::span<const TreePart> parts) {
+  return verdict(find_fault(tree, parts));
 }
 
 Status validate_top_tree(const WideTree& tree, std::span<const Box3d> placed) {

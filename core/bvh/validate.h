@@ -18,14 +18,18 @@
 
 #include "core/base/result.h"
 #include "core/bvh/scene_tree.h"
+#include "core/bvh/triangle_tree.h"
 
 namespace sightline {
 
 /// For what build_triangle_tree(mesh, world_from_mesh) made.
 Status validate_triangle_tree(const WideTree& tree, const MeshView& mesh,
                               const Affine* world_from_mesh);
+/// For what build_triangle_tree(parts) made: every block is of one part, and says which. Triangles
+/// are named by their number in all parts, one after the other.
+Status validate_triangle_tree(const WideTree& tree, std::span<const TreePart> parts);
 
-/// For SceneTree::top over placements whose world triangles have these bounds, finite and not
+/// For SceneTree::top over entries whose world triangles have these bounds, finite and not
 /// empty.
 Status validate_top_tree(const WideTree& tree, std::span<const Box3d> placed);
 

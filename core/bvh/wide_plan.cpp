@@ -22,8 +22,10 @@ WidePlan::Forest WidePlan::solve(std::uint32_t index) {
   const BinaryNode& node = binary_[index];
   const float area = node.half_area();
   const std::uint32_t boxes = node.box_count();
-  const std::uint32_t leaf_granules = blocks(boxes) * kBlockGranules;
-  const float leaf_cost = options_.block_cost * static_cast<float>(blocks(boxes)) * area +
+  const bool may_be_leaf = node.is_leaf() || boxes <= options_.leaf_max;
+  const std::uint32_t leaf_blocks = may_be_leaf ? blocks(index) : 0;
+  const std::uint32_t leaf_granules = leaf_blocks * kBlockGranules;
+  const float leaf_cost = options_.block_cost * static_cast<float>(leaf_blocks) * area +
                           memory_cost_ * static_cast<float>(leaf_granules);
   Forest forest;
   if (node.is_leaf()) {
@@ -60,7 +62,7 @@ WidePlan::Forest WidePlan::solve(std::uint32_t index) {
   forest.cost[0] = forest.cost[kArity - 1] + options_.node_cost * area +
                    memory_cost_ * static_cast<float>(kNodeGranules);
   forest.granules[0] = forest.granules[kArity - 1] + kNodeGranules;
-  if (boxes <= options_.leaf_max && leaf_cost <= forest.cost[0]) {
+  if (may_be_leaf && leaf_cost <= forest.cost[0]) {
     forest.cost[0] = leaf_cost;
     forest.granules[0] = leaf_granules;
     choice |= kLeaf;

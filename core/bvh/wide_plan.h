@@ -28,7 +28,15 @@ class WidePlan {
   /// Expected cost of a ray that meets the root's box, memory not counted.
   float cost() const { return cost_; }
 
-  std::uint32_t blocks(std::uint32_t boxes) const {
+  /// The boxes below a binary node are [first, first + count).
+  std::uint32_t first_box(std::uint32_t node) const {
+    while (!binary_[node].is_leaf()) node = binary_[node].link;
+    return binary_[node].link;
+  }
+  /// Leaf blocks for them. Precondition: a leaf of a wide tree may hold that many boxes.
+  std::uint32_t blocks(std::uint32_t node) const {
+    const std::uint32_t boxes = binary_[node].box_count();
+    if (options_.count_blocks) return options_.count_blocks(first_box(node), boxes);
     return (boxes + options_.block - 1) / options_.block;
   }
 

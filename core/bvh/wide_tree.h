@@ -4,6 +4,7 @@
 ///     node (256 bytes)                          leaf block (192 bytes), up to eight in a row
 ///     lower x[8] y[8] z[8]  upper x[8] y[8] z[8]   corners as columns: [corner][axis][lane],
 ///     float32 child[8]              order[8 octants]       triangle[4]  edge_max  lane_count
+///     placement
 ///
 /// Everything is addressed by granules of 64 bytes from the arena's start, so that a tree is
 /// position independent and can be mapped from a file.
@@ -47,13 +48,14 @@ struct alignas(64) WideNode {
 };
 static_assert(sizeof(WideNode) == 256);
 
-/// Four triangles. Lanes from lane_count on repeat lane 0 and are to be ignored.
+/// Four triangles of one placement. Lanes from lane_count on repeat lane 0 and are to be ignored.
 struct alignas(64) LeafBlock {
   float corner[3][3][kLanes];  ///< [corner][axis][lane], mesh space, float32 as the file has it
   std::uint32_t triangle[kLanes];
   float edge_max;  ///< at least every |component| of every edge of the lanes, mesh space
   std::uint32_t lane_count;
-  std::uint32_t padding[6];
+  std::uint32_t placement;  ///< counted from the one whose tree was entered: SceneTree
+  std::uint32_t padding[5];
 };
 static_assert(sizeof(LeafBlock) == 192);
 

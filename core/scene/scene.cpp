@@ -5,8 +5,8 @@
 
 namespace sightline {
 
-Result<std::shared_ptr<const Scene>> Scene::build(SceneDescription description,
-                                                  TreeQuality quality) {
+Result<std::shared_ptr<const Scene>> Scene::build(SceneDescription description, TreeQuality quality,
+                                                  Joining joining) {
   std::shared_ptr<Scene> scene(new Scene());
   scene->description_ = std::move(description);
   std::vector<MeshView> meshes;
@@ -20,7 +20,7 @@ Result<std::shared_ptr<const Scene>> Scene::build(SceneDescription description,
     placements.push_back({instance.mesh, instance.world_from_mesh});
   }
   try {
-    Result<SceneTree> tree = build_scene_tree(meshes, placements, quality);
+    Result<SceneTree> tree = build_scene_tree(meshes, placements, quality, joining);
     if (!tree) return std::move(tree).error();
     scene->tree_ = std::move(*tree);
   } catch (const std::bad_alloc&) {

@@ -22,7 +22,8 @@ class Scene {
  public:
   /// Builds the trees. Errors: SCENE_TOO_LARGE when a tree would not fit, MEMORY_EXHAUSTED.
   static Result<std::shared_ptr<const Scene>> build(SceneDescription description,
-                                                    TreeQuality quality = TreeQuality::kHigh);
+                                                    TreeQuality quality = TreeQuality::kHigh,
+                                                    Joining joining = Joining::kMeasured);
 
   const SceneDescription& description() const { return description_; }
   const SceneTree& tree() const { return tree_; }

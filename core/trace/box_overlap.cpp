@@ -10,12 +10,7 @@ namespace sightline {
 
 namespace {
 
-/// What the finder of a triangle wants next.
-enum class Next {
-  kOn,             ///< the next triangle
-  kNextPlacement,  ///< nothing more of this placement
-  kStop,
-};
+constexpr auto kNoneLeft = [](std::uint32_t) { return false; };
 
 /// Nodes between two looks at the clock: some microseconds.
 constexpr std::uint64_t kNodesPerLook = 64;
@@ -60,32 +55,45 @@ bool BoxOverlaps::out_of_time() {
   return stopped_;
 }
 
-template <class Box, class Found>
-bool BoxOverlaps::decide_leaf(const Box& box, const Placement& placement, const WideTree& tree,
-                              std::uint32_t leaf, Found& found) {
-  const LeafBlock* blocks = tree.blocks(leaf);
-  for (std::uint32_t b = 0; b < ChildRef::blocks(leaf); ++b) {
-    for (std::uint32_t lane = 0; lane < blocks[b].lane_count; ++lane) {
+/// `entered` is the placement whose tree this is, or the first of those that share it. Returns what
+/// the tree is to do next.
+template <class Box, class Found, class Left>
+BoxOverlaps::Next BoxOverlaps::decide_leaf(const Box& box, const Placement& entered,
+                                           const WideTree& tree, std::uint32_t leaf, Found& found,
+                                           Left& left) {
+  const LeafBlock* block = tree.blocks(leaf);
+  Next next = Next::kOn;
+  for (const LeafBlock* end = block + ChildRef::blocks(leaf); block != end; ++block) {
+    const Placement& placement = (&entered)[block->placement];
+    if (left(placement.instance)) continue;
+    next = Next::kOn;
+    for (std::uint32_t lane = 0; lane < block->lane_count && next == Next::kOn; ++lane) {
       ++counts_.triangles;
-      if (!triangle_meets_box(world_triangle(placement, blocks[b], lane), box)) continue;
-      if (found(TriangleId{placement.instance, blocks[b].triangle[lane]}) != Next::kOn)
-        return false;
+      if (!triangle_meets_box(world_triangle(placement, *block, lane), box)) continue;
+      next = found(TriangleId{placement.instance, block->triangle[lane]});
     }
+    if (next == Next::kStop) break;
   }
-  return true;
+  return next;
 }
 
 /// Returns false to end the whole walk. A placement that is left early ends only its own.
-template <class Box, class Found>
-bool BoxOverlaps::walk_placement(const Box& box, const Placement& placement, Found& found) {
-  const WideTree& tree = *scene_.tree().trees[placement.tree];
+template <class Box, class Found, class Left>
+bool BoxOverlaps::walk_placement(const Box& box, const Placement& placement, Found& found,
+                                 Left& left) {
+  const SceneTree& scene = scene_.tree();
+  const WideTree& tree = *scene.trees[placement.tree];
+  const bool shares_tree =
+      &placement == &scene.placements[scene.entries - 1] && scene.placements.size() > scene.entries;
   const TreeRegion region =
       placement.world_boxes ? world_region(tree, box) : mapped_region(tree, placement.space, box);
   Next last = Next::kOn;
-  const auto remember = [&](TriangleId id) { return last = found(id); };
   walk_tree(
       tree, region,
-      [&](std::uint32_t leaf) { return decide_leaf(box, placement, tree, leaf, remember); },
+      [&](std::uint32_t leaf) {
+        last = decide_leaf(box, placement, tree, leaf, found, left);
+        return last == Next::kOn || (last == Next::kNextPlacement && shares_tree);
+      },
       [&] {
         ++counts_.nodes;
         return !out_of_time();
@@ -93,11 +101,12 @@ bool BoxOverlaps::walk_placement(const Box& box, const Placement& placement, Fou
   return last != Next::kStop && !stopped_;
 }
 
-template <class Box, class Found>
-void BoxOverlaps::walk(const Box& box, Found found) {
+/// `left(instance)`: nothing more of that one is wanted.
+template <class Box, class Found, class Left>
+void BoxOverlaps::walk(const Box& box, Found found, Left left) {
   const SceneTree& tree = scene_.tree();
-  if (tree.placements.size() == 1) {
-    walk_placement(box, tree.placements[0], found);
+  if (tree.entries == 1) {
+    walk_placement(box, tree.placements[0], found, left);
     return;
   }
   walk_tree(
@@ -105,7 +114,8 @@ void BoxOverlaps::walk(const Box& box, Found found) {
       [&](std::uint32_t leaf) {
         const LeafBlock& block = *tree.top.blocks(leaf);
         for (std::uint32_t lane = 0; lane < block.lane_count; ++lane) {
-          if (!walk_placement(box, tree.placements[block.triangle[lane]], found)) return false;
+          if (!walk_placement(box, tree.placements[block.triangle[lane]], found, left))
+            return false;
         }
         return true;
       },
@@ -118,10 +128,13 @@ void BoxOverlaps::walk(const Box& box, Found found) {
 bool BoxOverlaps::any(const BoxBatch& boxes, std::size_t i) {
   bool touched = false;
   boxes.visit(i, [&](const auto& box) {
-    walk(box, [&](TriangleId) {
-      touched = true;
-      return Next::kStop;
-    });
+    walk(
+        box,
+        [&](TriangleId) {
+          touched = true;
+          return Next::kStop;
+        },
+        kNoneLeft);
   });
   return touched;
 }
@@ -143,14 +156,17 @@ std::uint64_t BoxOverlaps::list(const BoxBatch& boxes, std::size_t i, BoxTargets
     const std::size_t room = limit < (std::size_t{1} << 60) ? std::max<std::size_t>(2 * limit, 4096)
                                                             : static_cast<std::size_t>(-1);
     boxes.visit(i, [&](const auto& box) {
-      walk(box, [&](TriangleId id) {
-        ++total;
-        if (limit > 0) {
-          triangles_.push_back(id);
-          if (triangles_.size() >= room) keep_smallest(limit);
-        }
-        return Next::kOn;
-      });
+      walk(
+          box,
+          [&](TriangleId id) {
+            ++total;
+            if (limit > 0) {
+              triangles_.push_back(id);
+              if (triangles_.size() >= room) keep_smallest(limit);
+            }
+            return Next::kOn;
+          },
+          kNoneLeft);
     });
     keep_smallest(limit);
     std::sort(triangles_.begin(), triangles_.end());
@@ -161,15 +177,18 @@ std::uint64_t BoxOverlaps::list(const BoxBatch& boxes, std::size_t i, BoxTargets
     std::fill(node_seen_.begin(), node_seen_.end(), 0);
     query_ = 1;
   }
+  const auto node_of = [&](std::uint32_t instance) {
+    return scene_.description().instances[instance].node;
+  };
   boxes.visit(i, [&](const auto& box) {
-    walk(box, [&](TriangleId id) {
-      const std::uint32_t node = scene_.description().instances[id.instance].node;
-      if (node_seen_[node] != query_) {
-        node_seen_[node] = query_;
-        nodes_.push_back(node);
-      }
-      return Next::kNextPlacement;
-    });
+    walk(
+        box,
+        [&](TriangleId id) {
+          node_seen_[node_of(id.instance)] = query_;
+          nodes_.push_back(node_of(id.instance));
+          return Next::kNextPlacement;
+        },
+        [&](std::uint32_t instance) { return node_seen_[node_of(instance)] == query_; });
   });
   total = nodes_.size();
   std::sort(nodes_.begin(), nodes_.end());

@@ -38,13 +38,19 @@ class BoxOverlaps {
   const OverlapCounts& counts() const { return counts_; }
 
  private:
-  template <class Box, class Found>
-  void walk(const Box& box, Found found);
-  template <class Box, class Found>
-  bool walk_placement(const Box& box, const Placement& placement, Found& found);
-  template <class Box, class Found>
-  bool decide_leaf(const Box& box, const Placement& placement, const WideTree& tree,
-                   std::uint32_t leaf, Found& found);
+  /// What the finder of a triangle wants next.
+  enum class Next {
+    kOn,             ///< the next triangle
+    kNextPlacement,  ///< nothing more of this placement: `left` says so from now on
+    kStop,
+  };
+  template <class Box, class Found, class Left>
+  void walk(const Box& box, Found found, Left left);
+  template <class Box, class Found, class Left>
+  bool walk_placement(const Box& box, const Placement& placement, Found& found, Left& left);
+  template <class Box, class Found, class Left>
+  Next decide_leaf(const Box& box, const Placement& entered, const WideTree& tree,
+                   std::uint32_t leaf, Found& found, Left& left);
   bool out_of_time();
   void keep_smallest(std::size_t limit);
 

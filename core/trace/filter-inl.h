@@ -18,8 +18,8 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// What a kernel is compiled for: one placement whose world triangles are the mesh's, one with a
-/// matrix, or several, each with a tree of its own or a shared one.
+/// What a kernel is compiled for: one tree of the world whose placements leave the mesh's corners
+/// as they are, one whose placements have matrices, or a tree over several entries.
 enum class Layout { kAsItIs, kPlaced, kMany };
 
 /// Four triangles after the filter: lane i is met for sure (accept), may be met (examine), or is

@@ -24,8 +24,7 @@ class Finisher {
 
   Finisher(const Scene& scene, const RayBatch& rays, HitBatch& hits, DecisionCounts& counts)
       : scene_(scene), rays_(rays), hits_(hits), counts_(counts) {
-    const auto& placements = scene.tree().placements;
-    plain_ = placements.size() == 1 && placements[0].identity;
+    plain_ = scene.tree().entries == 1 && scene.tree().placements[0].identity;
   }
 
   void add(std::size_t ray, const Candidate& winner) {
@@ -163,7 +162,7 @@ class Finisher {
   const RayBatch& rays_;
   HitBatch& hits_;
   DecisionCounts& counts_;
-  bool plain_;  ///< the only placement leaves the corners as they are
+  bool plain_;  ///< every placement leaves the corners as they are
   std::size_t size_ = 0;
   std::size_t ray_[kGroup];
   HWY_ALIGN double origin_[3][kGroup];

@@ -39,12 +39,12 @@ constexpr std::size_t kInFlight = 24;
 constexpr std::size_t kWaiting = 248;
 constexpr std::uint32_t kMaxFlightDepth = (kWaiting - kArity - 2) / (kArity - 1);
 
-/// Where a ray is in a scene of several placements: in the tree over them, or in one of them.
+/// Where a ray is in a scene of several entries: in the tree over them, or in one of them.
 struct Whereabouts {
   AnchoredRay ray;             ///< what placements map
   BoxRay top;                  ///< in the units of the tree over the placements
   const std::byte* base;       ///< of the tree that the ray is in
-  const Placement* placement;  ///< that it is in, or that is being fetched
+  const Placement* placement;  ///< the entry that it is in, or that is being fetched
   std::uint32_t at_top;        ///< 1 in the tree over the placements
   std::uint32_t arriving;      ///< 1: the placement is being fetched
   std::uint32_t first;         ///< on the stack, of the tree that the ray is in
@@ -68,7 +68,7 @@ class Flight {
         tree_(scene.tree()),
         root_(root_of(scene.tree())),
         base_(root_.arena.at(0)),
-        only_placement_(scene.tree().placements[0]),
+        placements_(scene.tree().placements.data()),
         rays_(rays),
         occluded_(occluded),
         counts_(counts),
@@ -84,7 +84,7 @@ class Flight {
 
  private:
   static const WideTree& root_of(const SceneTree& tree) {
-    return tree.placements.size() > 1 ? tree.top : *tree.trees[tree.placements[0].tree];
+    return tree.entries > 1 ? tree.top : *tree.trees[tree.placements[0].tree];
   }
 
   /// One ray on its way.
@@ -251,9 +251,10 @@ class Flight {
     if constexpr (kMany) return slot.where.base + std::size_t{granule} * Arena::kGranule;
     return base_ + std::size_t{granule} * Arena::kGranule;
   }
-  HWY_INLINE const Placement& placement(const Slot& slot) const {
-    if constexpr (kMany) return *slot.where.placement;
-    return only_placement_;
+  /// Of a block of the tree that the ray is in.
+  HWY_INLINE const Placement& placement(const Slot& slot, const LeafBlock& block) const {
+    if constexpr (kMany) return slot.where.placement[block.placement];
+    return placements_[block.placement];
   }
   /// Where on the stack the tree begins that the ray is in.
   HWY_INLINE std::uint32_t first(const Slot& slot) const {
@@ -265,7 +266,8 @@ class Flight {
     const LeafBlock& block =
         *reinterpret_cast<const LeafBlock*>(at(slot, ChildRef::granule(slot.next)));
     LeafVerdict verdict;
-    filter_block<kPlaced>(block, slot.ray.filter, placement(slot), slot.best.bound(), verdict);
+    filter_block<kPlaced>(block, slot.ray.filter, placement(slot, block), slot.best.bound(),
+                          verdict);
     if ((verdict.accept | verdict.examine) == 0) return;
     if constexpr (kAny) {
       if (meets_any(slot, block, verdict)) {
@@ -281,7 +283,7 @@ class Flight {
   HWY_INLINE void take_closest(Slot& slot, const LeafBlock& block, const LeafVerdict& verdict) {
     for (std::uint32_t rest = verdict.accept; rest != 0; rest &= rest - 1) {
       const auto lane = static_cast<std::uint32_t>(std::countr_zero(rest));
-      const Candidate candidate{&block, lane, placement(slot).instance, 0};
+      const Candidate candidate{&block, lane, placement(slot, block).instance, 0};
       const Interval tau{verdict.low[lane], verdict.high[lane]};
       if (HWY_UNLIKELY(!slot.best.accept(candidate, tau))) settle_closest(slot, candidate, tau);
     }
@@ -315,7 +317,7 @@ class Flight {
     const RayQuestion question{scene_, rays_, slot.number, counts_.decisions};
     for (; examine != 0; examine &= examine - 1) {
       slot.best.examine(question, {&block, static_cast<std::uint32_t>(std::countr_zero(examine)),
-                                   placement(slot).instance});
+                                   placement(slot, block).instance});
     }
   }
 
@@ -327,7 +329,7 @@ class Flight {
     const RayQuestion question{scene_, rays_, slot.number, counts_.decisions};
     for (; examine != 0; examine &= examine - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(examine));
-      if (sightline::examine_any(question, {placement(slot).instance, block.triangle[lane]}))
+      if (sightline::examine_any(question, {placement(slot, block).instance, block.triangle[lane]}))
         return true;
     }
     return false;
@@ -335,9 +337,9 @@ class Flight {
 
   const Scene& scene_;
   const SceneTree& tree_;
-  const WideTree& root_;             ///< over the placements, or of the only one
-  const std::byte* base_;            ///< of root_
-  const Placement& only_placement_;  ///< the first of many
+  const WideTree& root_;         ///< over the entries, or of the only one
+  const std::byte* base_;        ///< of root_
+  const Placement* placements_;  ///< of the scene
   const RayBatch& rays_;
   std::span<const RayGroup> groups_;
   std::uint8_t* occluded_;

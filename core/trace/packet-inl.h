@@ -40,8 +40,8 @@ class Packet {
  public:
   Packet(const Scene& scene, const RayBatch& rays, std::uint8_t* occluded, TraceCounts& counts)
       : scene_(scene),
-        placement_(scene.tree().placements[0]),
-        tree_(*scene.tree().trees[placement_.tree]),
+        placements_(scene.tree().placements.data()),
+        tree_(*scene.tree().trees[placements_[0].tree]),
         rays_(rays),
         occluded_(occluded),
         counts_(counts),
@@ -279,8 +279,9 @@ class Packet {
     for (const LeafBlock* end = block + ChildRef::blocks(ref); block != end && met != 0; ++block) {
       const auto count = static_cast<std::uint32_t>(std::popcount(met));
       counts_.blocks += count;
-      const LaneCorners<FilterLanes> corners = load_corners<kPlaced>(*block, 0, axes_, placement_);
-      const double edge = largest_edge<kPlaced>(*block, placement_);
+      const Placement& placement = placements_[block->placement];
+      const LaneCorners<FilterLanes> corners = load_corners<kPlaced>(*block, 0, axes_, placement);
+      const double edge = largest_edge<kPlaced>(*block, placement);
       met = is_full(met, count, block->lane_count) ? many_rays(*block, corners, edge, met)
                                                    : few_rays(*block, corners, edge, met);
     }
@@ -400,7 +401,7 @@ class Packet {
       hn::Store(found.high, dd, high);
       for (std::uint32_t rest = clash; rest != 0; rest &= rest - 1) {
         const auto j = static_cast<std::uint32_t>(std::countr_zero(rest));
-        settle(static_cast<std::uint32_t>(first) + j, {&block, lane, placement_.instance, 0},
+        settle(static_cast<std::uint32_t>(first) + j, {&block, lane, instance_of(block), 0},
                {low[j], high[j]});
       }
       for (std::uint32_t rest = examine; rest != 0; rest &= rest - 1) {
@@ -443,7 +444,7 @@ class Packet {
                                const LeafVerdict& verdict) {
     for (std::uint32_t rest = verdict.accept; rest != 0; rest &= rest - 1) {
       const auto lane = static_cast<std::uint32_t>(std::countr_zero(rest));
-      const Candidate candidate{&block, lane, placement_.instance, 0};
+      const Candidate candidate{&block, lane, instance_of(block), 0};
       const Interval tau{verdict.low[lane], verdict.high[lane]};
       if (tau.high < low_[i]) {
         low_[i] = tau.low;
@@ -469,19 +470,23 @@ class Packet {
     ClosestHit best = best_of(i);
     for (; examine != 0; examine &= examine - 1) {
       best.examine(question, {&block, static_cast<std::uint32_t>(std::countr_zero(examine)),
-                              placement_.instance});
+                              instance_of(block)});
     }
     keep(i, best);
   }
 
-  /// A candidate of this placement in one number, 0 for none: blocks lie on 64 bytes.
+  std::uint32_t instance_of(const LeafBlock& block) const {
+    return placements_[block.placement].instance;
+  }
+  /// A candidate of this tree in one number, 0 for none: blocks lie on 64 bytes.
   static std::uint64_t encode(const Candidate& candidate) {
     return reinterpret_cast<std::uintptr_t>(candidate.block) | candidate.edge << 2 | candidate.lane;
   }
   Candidate decode(std::uint64_t code) const {
+    if (code == 0) return {};
+    const auto* block = reinterpret_cast<const LeafBlock*>(code & ~std::uint64_t{63});
     const auto low = static_cast<std::uint32_t>(code);
-    return {reinterpret_cast<const LeafBlock*>(code & ~std::uint64_t{63}), low & 3u,
-            placement_.instance, low >> 2 & 7u};
+    return {block, low & 3u, instance_of(*block), low >> 2 & 7u};
   }
   ClosestHit best_of(std::uint32_t i) const {
     ClosestHit best;
@@ -499,14 +504,13 @@ class Packet {
     const RayQuestion question{scene_, rays_, first_ + i, counts_.decisions};
     for (; examine != 0; examine &= examine - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(examine));
-      if (sightline::examine_any(question, {placement_.instance, block.triangle[lane]}))
-        return true;
+      if (sightline::examine_any(question, {instance_of(block), block.triangle[lane]})) return true;
     }
     return false;
   }
 
   const Scene& scene_;
-  const Placement& placement_;
+  const Placement* placements_;  ///< of the scene; all in tree_
   const WideTree& tree_;
   const RayBatch& rays_;
   std::uint8_t* occluded_;

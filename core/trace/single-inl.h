@@ -92,7 +92,7 @@ class Traversal {
         rays_(rays),
         stack_(stack),
         counts_(counts),
-        alone_(scene_.placements.size() == 1 && scene_.placements[0].world_boxes),
+        alone_(scene_.entries == 1 && scene_.placements[0].world_boxes),
         preparation_(scene_.bounds, alone_ ? scene_.trees[scene_.placements[0].tree]->scale_exponent
                                            : scene_.top.scale_exponent) {}
 
@@ -110,7 +110,7 @@ class Traversal {
       enter(scene_.placements[0], ray_.box, 0, sink);
       return;
     }
-    if (scene_.placements.size() == 1) {
+    if (scene_.entries == 1) {
       enter(scene_.placements[0], 0, sink);
       return;
     }
@@ -132,6 +132,7 @@ class Traversal {
     return enter(placement, box, base, sink);
   }
 
+  /// `placement` stands among the scene's: those that share its tree are behind it.
   template <class Sink>
   bool enter(const Placement& placement, const BoxRay& box, std::size_t base, Sink& sink) {
     const WideTree& tree = *scene_.trees[placement.tree];
@@ -141,9 +142,10 @@ class Traversal {
       const LeafBlock* block = tree.blocks(ref);
       for (const LeafBlock* end = block + ChildRef::blocks(ref); block != end; ++block) {
         ++counts_.blocks;
-        filter_block<kPlaced>(*block, ray_.filter, placement, sink.bound(), verdict);
+        const Placement& own = (&placement)[block->placement];
+        filter_block<kPlaced>(*block, ray_.filter, own, sink.bound(), verdict);
         if ((verdict.accept | verdict.examine) == 0) continue;
-        if (sink.take(*block, placement.instance, verdict)) return true;
+        if (sink.take(*block, own.instance, verdict)) return true;
       }
       return false;
     };

@@ -19,18 +19,17 @@ namespace HWY_NAMESPACE {
 /// Whether the rays of a batch of this size can go together.
 inline bool can_go_together(const Scene& scene, std::size_t count) {
   const SceneTree& tree = scene.tree();
-  const auto& placements = tree.placements;
   return count > 1 && tree.depth <= kMaxFlightDepth &&
-         (placements.size() > 1 || placements[0].world_boxes);
+         (tree.entries > 1 || tree.placements[0].world_boxes);
 }
 
 /// Calls `call` for the layout of a scene that can go together.
 template <class Call>
 void with_layout(const Scene& scene, Call&& call) {
-  const auto& placements = scene.tree().placements;
-  if (placements.size() > 1) {
+  const SceneTree& tree = scene.tree();
+  if (tree.entries > 1) {
     call.template operator()<Layout::kMany>();
-  } else if (placements[0].identity) {
+  } else if (tree.placements[0].identity) {
     call.template operator()<Layout::kAsItIs>();
   } else {
     call.template operator()<Layout::kPlaced>();

@@ -2,7 +2,7 @@
 ///
 ///   sightline_stress [--minutes N | --rounds N] [--rays N] [--seed S] [--family NAME]...
 ///                    [--without NAME]... [--kernel NAME] [--threads N] [--json FILE]
-///                    [--markdown FILE] [--list] [--log] [--trial S [--shrink]]
+///                    [--markdown FILE] [--list] [--log] [--apart] [--trial S [--shrink]]
 ///
 /// --minutes N    rounds of all families until the time is up (at least one round)
 /// --rounds N     so many rounds (default 1)
@@ -11,6 +11,7 @@
 /// --trial S      one trial with exactly this seed, as a failure names it; needs --family and the
 ///                same --rays
 /// --log          names every trial on standard error as it starts, so that a crash can be repeated
+/// --apart        every placement is entered on its own, none share a tree of the world
 /// --shrink       with --trial: the smallest scene and one ray that are still wrong, or still crash
 /// --kernel NAME  default: every kernel of this machine in turn
 /// --threads N    families at the same time (default 2)
@@ -49,6 +50,7 @@ struct Flags {
   std::string kernel, json_file, markdown_file;
   std::size_t threads = 2;
   bool list = false, shrink = false, log = false;
+  Joining joining = Joining::kMeasured;
 };
 
 template <class Number>
@@ -72,6 +74,10 @@ std::optional<Flags> parse_flags(const std::vector<std::string>& words) {
     }
     if (name == "--log") {
       flags.log = true;
+      continue;
+    }
+    if (name == "--apart") {
+      flags.joining = Joining::kNever;
       continue;
     }
     if (i + 1 == words.size()) return std::nullopt;
@@ -153,6 +159,7 @@ class Run {
       TrialOptions options;
       options.rays = flags_.rays;
       options.kernel = kernels_[round % kernels_.size()];
+      options.joining = flags_.joining;
       options.threads = round % 3 == 2 ? 2 : 1;
       const FamilyTally tally = run_trial(result.family, seed, options);
       const std::scoped_lock lock(mutex_);
@@ -193,7 +200,8 @@ int main_with(const std::vector<std::string>& words) {
   }
   if (flags->trial && flags->shrink) {
     Random random(*flags->trial);
-    const auto smallest = shrink(chosen[0].make(random, flags->rays), flags->kernel);
+    const auto smallest =
+        shrink(chosen[0].make(random, flags->rays), flags->kernel, flags->joining);
     std::cout << (smallest ? describe(*smallest) : "every ray is answered rightly\n");
     return smallest ? 1 : 0;
   }

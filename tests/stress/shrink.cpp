@@ -33,8 +33,8 @@ std::string hex(double value) {
 }
 
 std::string judge_here(const SceneDescription& description, const Ray& ray,
-                       const std::string& kernel) {
-  auto scene = Scene::build(description);
+                       const std::string& kernel, Joining joining) {
+  auto scene = Scene::build(description, TreeQuality::kHigh, joining);
   if (!scene) return "scene: " + scene.error().message;
   auto engine = Engine::create({1, kernel});
   if (!engine) return "engine: " + engine.error().message;
@@ -95,10 +95,11 @@ using Fault = std::string;
 struct Shrinker {
   Ray ray;
   std::string kernel;
+  Joining joining;
   Fault fault;
 
   bool still_wrong(const SceneDescription& scene) {
-    const Fault now = fault_of(scene, ray, kernel);
+    const Fault now = fault_of(scene, ray, kernel, joining);
     if (now.empty()) return false;
     fault = now;
     return true;
@@ -147,14 +148,15 @@ struct Shrinker {
 
 }  // namespace
 
-std::string fault_of(const SceneDescription& scene, const Ray& ray, const std::string& kernel) {
+std::string fault_of(const SceneDescription& scene, const Ray& ray, const std::string& kernel,
+                     Joining joining) {
   std::array<int, 2> ends{};
-  if (pipe(ends.data()) != 0) return judge_here(scene, ray, kernel);
+  if (pipe(ends.data()) != 0) return judge_here(scene, ray, kernel, joining);
   std::fflush(nullptr);
   const pid_t child = fork();
   if (child == 0) {
     alarm(kSecondsForARay);  // an answer that never comes is a fault as well
-    const std::string text = judge_here(scene, ray, kernel);
+    const std::string text = judge_here(scene, ray, kernel, joining);
     const auto written = write(ends[1], text.data(), text.size());
     _exit(written == static_cast<ssize_t>(text.size()) ? 0 : 1);
   }
@@ -170,7 +172,8 @@ std::string fault_of(const SceneDescription& scene, const Ray& ray, const std::s
   return text;
 }
 
-std::optional<SmallestCase> shrink(const Case& failing, const std::string& kernel) {
+std::optional<SmallestCase> shrink(const Case& failing, const std::string& kernel,
+                                   Joining joining) {
   for (std::size_t i = 0; i < failing.rays.size(); ++i) {
     for (const bool whole_line : {false, true}) {
       Ray ray = failing.rays[i];
@@ -178,10 +181,10 @@ std::optional<SmallestCase> shrink(const Case& failing, const std::string& kerne
         ray.tmin = -kInf;
         ray.tmax = kInf;
       }
-      const std::string fault = fault_of(failing.scene, ray, kernel);
+      const std::string fault = fault_of(failing.scene, ray, kernel, joining);
       if (fault.empty()) continue;
       SmallestCase smallest{failing.scene, ray, fault};
-      Shrinker shrinker{ray, kernel, fault};
+      Shrinker shrinker{ray, kernel, joining, fault};
       shrinker.run(smallest.scene);
       smallest.fault = shrinker.fault;
       return smallest;

@@ -63,7 +63,7 @@ class Trial {
     RayFault ray_fault;
     if (!check_rays(case_.rays, ray_fault))
       return std::string("the family made a bad ray: ") + ray_fault.code;
-    auto scene = Scene::build(case_.scene);
+    auto scene = Scene::build(case_.scene, TreeQuality::kHigh, options_.joining);
     if (!scene) return "scene: " + scene.error().message;
     auto engine = Engine::create({options_.threads, options_.kernel});
     if (!engine) return "engine: " + engine.error().message;

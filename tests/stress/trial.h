@@ -11,6 +11,7 @@ struct TrialOptions {
   std::size_t rays = 4000;
   std::string kernel;  ///< of Engine::kernels(); empty: the best
   int threads = 1;
+  Joining joining = Joining::kMeasured;
   std::size_t list_every = 4;  ///< one ray in so many is judged in the modes all and count
 };
 

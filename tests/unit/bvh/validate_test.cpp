@@ -319,6 +319,39 @@ TEST(Validate, accepts_what_the_builder_makes) {
   EXPECT_EQ(reason(validate_triangle_tree(empty, {}, nullptr)), "sound");
 }
 
+TEST(Validate, accepts_every_tree_of_several_parts_and_nothing_else) {
+  std::vector<TestMesh> meshes;
+  for (const demo::DemoScene& scene : {demo::soup(700), demo::town(), demo::six_triangles()}) {
+    for (const demo::DemoMesh& mesh : scene.meshes) meshes.emplace_back(mesh);
+  }
+  // Parts that lie in one another, an empty one, and the last mesh three times.
+  std::vector<Affine> places(meshes.size() + 3);
+  std::vector<TreePart> parts;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    places[i].m[0][0] = 1 + 0.125 * static_cast<double>(i % 3);
+    places[i].m[0][3] = 0.01 * static_cast<double>(i);
+    const Affine* world = i % 2 == 0 ? &places[i] : nullptr;
+    parts.push_back({meshes[std::min(i, meshes.size() - 1)].view(), world});
+  }
+  parts.insert(parts.begin() + 1, TreePart{});
+  for (const TreeQuality quality : {TreeQuality::kFast, TreeQuality::kHigh}) {
+    WideTree tree = build_triangle_tree(parts, quality);
+    ASSERT_EQ(reason(validate_triangle_tree(tree, parts)), "sound");
+
+    std::uint32_t leaf = tree.root;
+    while (!ChildRef::is_leaf(leaf)) leaf = tree.node(leaf).child[0];
+    auto& block = *reinterpret_cast<LeafBlock*>(tree.arena.at(ChildRef::granule(leaf)));
+    const std::uint32_t own = block.placement;
+    for (const std::uint32_t other : {1u, own == 0 ? 2u : 0u}) {
+      block.placement = other;
+      EXPECT_NE(reason(validate_triangle_tree(tree, parts)), "sound");
+    }
+    block.placement = static_cast<std::uint32_t>(parts.size());
+    EXPECT_NE(reason(validate_triangle_tree(tree, parts)).find("a block is of placement"),
+              std::string::npos);
+  }
+}
+
 TEST(Validate, judges_the_tree_over_placements) {
   const TestMesh mesh(demo::soup(50).meshes[0]);
   const MeshView view = mesh.view();
@@ -333,7 +366,8 @@ TEST(Validate, judges_the_tree_over_placements) {
     for (const std::uint32_t index : mesh.indices)
       box.include(one.world_from_mesh.apply(mesh.positions[index]));
   }
-  Result<SceneTree> scene = build_scene_tree({&view, 1}, placements);
+  Result<SceneTree> scene =
+      build_scene_tree({&view, 1}, placements, TreeQuality::kHigh, Joining::kNever);
   ASSERT_TRUE(scene.ok());
   const auto judge = [&] { return reason(validate_top_tree(scene->top, placed)); };
   EXPECT_EQ(judge(), "sound");

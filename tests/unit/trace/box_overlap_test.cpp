@@ -38,6 +38,7 @@ struct Case {
   float shift = 0;
   bool grid = false;
   std::vector<Affine> places;  ///< empty: one identity
+  Joining joining = Joining::kMeasured;
 };
 
 std::vector<Case> cases() {
@@ -56,7 +57,19 @@ std::vector<Case> cases() {
           {"tiny placements", 1e-30f, 0, false, {same, mirrored}},
           {"denormal", 1e-42f, 0, true, {}},
           {"huge", 1e30f, 0, false, {same, turned}},
-          {"shifted", 1, 1e6f, false, {}}};
+          {"shifted", 1, 1e6f, false, {}},
+          {"many placements on a grid, each on its own",
+           1,
+           0,
+           true,
+           {same, turned, mirrored, same, flat},
+           Joining::kNever},
+          {"awkward placements, each on its own",
+           1,
+           0,
+           false,
+           {sheared, mirrored, far, turned, flat, same},
+           Joining::kNever}};
 }
 
 std::shared_ptr<const Scene> make_scene(const Case& c, Random& random) {
@@ -86,7 +99,7 @@ std::shared_ptr<const Scene> make_scene(const Case& c, Random& random) {
     description.instances.push_back(
         {0, static_cast<std::uint32_t>(description.nodes.size() - 1), place});
   }
-  auto scene = Scene::build(std::move(description));
+  auto scene = Scene::build(std::move(description), TreeQuality::kHigh, c.joining);
   EXPECT_TRUE(scene.ok());
   return *scene;
 }

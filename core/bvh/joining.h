@@ -1,0 +1,27 @@
+#pragma once
+/// Which placements are better off in one tree of the world than in trees of their own.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/bvh/scene_tree.h"
+
+namespace sightline {
+
+/// Indices of the placements to put together, ascending; none if one tree cannot hold them.
+/// `placed` are the bounds of their finite world triangles; an empty one is never chosen.
+///
+/// Every placement of a mesh that is placed once is chosen. Those of a mesh placed more often are,
+/// all or none, if the copies they cost are few: the cheapest meshes first, until the copies of all
+/// of them would pass the triangles that the scene has anyway, or kFreeCopies if that is more.
+/// Coordinates must be of a size: a placement whose largest is beyond 2^40 times, or below 2^-40
+/// times, that of the median stays out, so that one scale serves all (docs/exactness.md, "Boxes").
+std::vector<std::uint32_t> choose_joined(std::span<const MeshView> meshes,
+                                         std::span<const PlacementView> placements,
+                                         std::span<const Box3d> placed);
+
+/// Triangles, at some 90 bytes each.
+inline constexpr std::uint64_t kFreeCopies = 1u << 20;
+
+}  // namespace sightline
