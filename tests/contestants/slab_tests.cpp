@@ -193,7 +193,27 @@ SlabAnswer pairwise_2d(const Ray& ray, const Box3d& box) {
           span.exit};
 }
 
-constexpr std::array<SlabTest, 11> kTests{{
+/// The interactive example of the Graphics Compendium (graphicscompendium.com, chapter 36,
+/// "Boxes"), which is two-dimensional and JavaScript, with the third axis added: one NaN makes the
+/// whole minimum or maximum NaN, which is then neither a miss nor positive. The text's -1 is our
+/// miss.
+SlabAnswer example_code_3d(const Ray& ray, const Box3d& box) {
+  const auto larger = [](double a, double b) { return std::isnan(a) ? a : !(a > b) ? b : a; };
+  const auto smaller = [](double a, double b) { return std::isnan(a) ? a : !(a < b) ? b : a; };
+  double largest_min = -kInf;
+  double smallest_max = kInf;
+  for (int k = 0; k < 3; ++k) {
+    double min = (box.min[k] - ray.origin[k]) / ray.direction[k];
+    double max = (box.max[k] - ray.origin[k]) / ray.direction[k];
+    if (min > max) std::swap(min, max);
+    largest_min = larger(largest_min, min);
+    smallest_max = smaller(smallest_max, max);
+  }
+  if (smallest_max < largest_min || smallest_max < 0) return {};
+  return {true, largest_min > 0 ? largest_min : smallest_max, largest_min, smallest_max};
+}
+
+constexpr std::array<SlabTest, 12> kTests{{
     {"slab_swap_divide", "divide, swap, largest entry, smallest exit", slab_swap_divide},
     {"williams2005", "inverse and sign once per ray", williams2005},
     {"branchless_min_max", "min and max of both planes", branchless_min_max},
@@ -205,6 +225,7 @@ constexpr std::array<SlabTest, 11> kTests{{
     {"tgmin_positive", "mistake: an entry of 0 counts as behind", tgmin_positive},
     {"entry_returned", "mistake: the entry is the answer from inside", entry_returned},
     {"pairwise_2d", "pairs of slabs, x and y only", pairwise_2d},
+    {"example_code_3d", "mistake: 0 / 0 silences the test for a miss", example_code_3d},
 }};
 
 }  // namespace

@@ -25,7 +25,7 @@ struct SlabTest {
 
 /// In order: slab_swap_divide, williams2005, branchless_min_max, fma_inverse, ize2013_padded, then
 /// those with a known mistake: inverted_parallel, slide_iteration_2, d_ge_0, tgmin_positive,
-/// entry_returned, pairwise_2d (x and y only).
+/// entry_returned, pairwise_2d (x and y only), example_code_3d.
 std::span<const SlabTest> slab_tests();
 /// Precondition: the name is one of the list.
 const SlabTest& slab_test(std::string_view name);

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -79,6 +80,16 @@ TEST(SlabTests, asking_for_a_positive_entry_answers_the_far_face_on_the_near_one
 TEST(SlabTests, returning_the_entry_answers_behind_the_origin) {
   EXPECT_EQ(ask("entry_returned", "origin inside, negative diagonal").t, -4);
   EXPECT_EQ(ask("entry_returned", "origin on the exit face, leaving").t, -6);
+}
+
+TEST(SlabTests, the_example_code_in_three_dimensions_answers_infinity_in_a_plane_with_minus_zero) {
+  const SlabAnswer answer = ask("example_code_3d", "in the plane y = 3 with -0");
+  EXPECT_TRUE(answer.hit) << "the exit is NaN, which no comparison calls a miss";
+  EXPECT_EQ(answer.t, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(ask("example_code_3d", "in the plane y = 3 (touching)").t, 8) << "+0 is right";
+  EXPECT_EQ(failures_of("example_code_3d"),
+            (Names{"in the plane y = 3 with -0", "origin on the entry face"}))
+      << "it asks for a positive entry too";
 }
 
 TEST(SlabTests, williams_loses_an_origin_on_the_exit_face) {
