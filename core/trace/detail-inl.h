@@ -73,10 +73,12 @@ class Details {
   using V = DoubleDouble::V;
   using M = hn::Mask<D>;
 
-  static HWY_INLINE M nowhere_near_underflow(V value, V exactly_zero_if_zero) {
-    return hn::Or(hn::Ge(hn::Abs(value), hn::Set(D(), 0x1p-900)),
-                  hn::Eq(exactly_zero_if_zero, hn::Zero(D())));
+  static HWY_INLINE M nowhere_near_underflow(V value, M is_zero) {
+    return hn::Or(hn::Ge(hn::Abs(value), hn::Set(D(), 0x1p-900)), is_zero);
   }
+  static HWY_INLINE M is_zero(V value) { return hn::Eq(value, hn::Zero(D())); }
+  /// Whether a product is zero because a factor is, not because it underflowed.
+  static HWY_INLINE M is_zero(V a, V b) { return hn::Or(is_zero(a), is_zero(b)); }
 
   /// Bit i: everything of lane at + i is certainly the exact value rounded once.
   HWY_INLINE std::uint32_t compute(std::size_t at) {
@@ -112,7 +114,7 @@ class Details {
                                  hn::Mul(unit, hn::Add(hn::Abs(o), hn::Abs(way.high))));
       const M flat = hn::And(hn::Eq(v0, hn::Load(dd, &corner_[1][k][at])),
                              hn::Eq(v0, hn::Load(dd, &corner_[2][k][at])));
-      const M computed = hn::And(p.certain(error), nowhere_near_underflow(p.high, d));
+      const M computed = hn::And(p.certain(error), nowhere_near_underflow(p.high, is_zero(d)));
       good = hn::And(good, hn::Or(flat, computed));
       hn::Store(hn::Add(hn::IfThenElse(flat, v0, p.high), zero), dd, &position_[k][at]);
     }
@@ -124,19 +126,23 @@ class Details {
       const DoubleDouble* second = w == 0 ? meeting.a : meeting.e1;
       DoubleDouble top;
       V top_size = zero;
+      M vanishes = hn::Eq(zero, zero);
       SIGHTLINE_UNROLL
       for (std::size_t k = 0; k < 3; ++k) {
         const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
         const DoubleDouble c = first[i] * second[j] - first[j] * second[i];
         const V size = hn::Add(hn::Abs(hn::Mul(first[i].high, second[j].high)),
                                hn::Abs(hn::Mul(first[j].high, second[i].high)));
+        vanishes = hn::And(vanishes, hn::Or(is_zero(meeting.direction[k]),
+                                            hn::And(is_zero(first[i].high, second[j].high),
+                                                    is_zero(first[j].high, second[i].high))));
         top_size = hn::MulAdd(hn::Abs(meeting.direction[k]), size, top_size);
         top = k == 0 ? meeting.direction[k] * c : top + meeting.direction[k] * c;
       }
       const DoubleDouble weight = meeting.quotient(top);
-      const M sized = hn::Or(hn::Ge(top_size, hn::Set(dd, 0x1p-600)), hn::Eq(top_size, zero));
+      const M sized = hn::Or(hn::Ge(top_size, hn::Set(dd, 0x1p-600)), vanishes);
       good = hn::And(good, hn::And(sized, weight.certain(meeting.bound(top_size, weight.high))));
-      good = hn::And(good, nowhere_near_underflow(weight.high, top_size));
+      good = hn::And(good, nowhere_near_underflow(weight.high, vanishes));
       hn::Store(hn::Add(weight.high, zero), dd, &weight_[w][at]);
     }
 
@@ -165,8 +171,11 @@ class Details {
       const DoubleDouble component = DoubleDouble::fast_two_sum(q, hn::Mul(rest, inverse_root));
       const V error = hn::Mul(unit, hn::MulAdd(meeting.size[k], inverse_root,
                                                hn::Mul(hn::Abs(component.high), relative)));
+      const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
+      const M vanishes = hn::And(is_zero(meeting.e1[i].high, meeting.e2[j].high),
+                                 is_zero(meeting.e1[j].high, meeting.e2[i].high));
       good = hn::And(good, hn::And(component.certain(error),
-                                   nowhere_near_underflow(component.high, meeting.size[k])));
+                                   nowhere_near_underflow(component.high, vanishes)));
       hn::Store(hn::Add(component.high, zero), dd, &normal_[k][at]);
     }
     return mask_bits(dd, good);

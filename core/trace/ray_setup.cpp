@@ -46,7 +46,8 @@ double enter_at_least(const AnchoredRay& ray, const Box3d& bounds) {
   for (int k = 0; k < 3; ++k) {
     const auto axis = static_cast<std::size_t>(k);
     const double d = ray.direction[axis];
-    if (d == 0) continue;
+    // A component below the normal range may have been rounded, by half of itself: it says nothing.
+    if (std::abs(d) < std::numeric_limits<double>::min()) continue;
     const double plane = d > 0 ? bounds.min[k] : bounds.max[k];
     const double tau = (plane - ray.origin[axis]) / d;
     if (!std::isfinite(tau)) continue;

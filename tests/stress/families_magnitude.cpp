@@ -172,6 +172,39 @@ Case beyond_the_range(Random& random, std::size_t count) {
   return result;
 }
 
+/// Triangles of small integers, flattened by a power of two so that a ray from 2^50 to 2^900 away
+/// needs a few of the least float64 as a component of its direction to meet them: all of it exact.
+Case least_components_from_afar(Random& random, std::size_t count) {
+  MeshMaker maker;
+  const auto corner = [&] {
+    const double x = random.integer(-5, 5), y = random.integer(-5, 5);
+    return Vec3d{x, y, static_cast<double>(random.integer(-20, 20))};
+  };
+  for (int i = 0; i < 300; ++i) maker.triangle(corner(), corner(), corner());
+  const int away = random.integer(50, 900);
+  const int flat = random.integer(0, 2);  // this axis is flattened, the ray comes along another
+  const int along = (flat + random.integer(1, 2)) % 3;
+  Affine placement = scaling(1, 1, 1);
+  placement.m[flat][flat] = std::ldexp(1.0, away - 1074);
+  Case result{scene_of({maker.finish()}, {placement}), {}, false};
+  const Aim aim(result.scene, random);
+  const double unit = placement.m[flat][flat];
+  while (result.rays.size() < count) {
+    const Vec3d target = aim.corner();
+    Ray ray{target, {0, 0, 0}};
+    const double toward = (random.chance(0.5) ? 1 : -1) * random.integer(1, 7);
+    const int steps = random.integer(-15, 15);
+    ray.direction[along] = toward;
+    ray.direction[flat] = steps * 0x1p-1074;
+    ray.origin[along] = std::ldexp(-toward, away);
+    ray.origin[flat] = target[flat] - steps * unit;
+    if (random.chance(0.3)) ray.tmax = std::ldexp(1.0, away);
+    if (random.chance(0.3)) ray.tmin = random.chance(0.5) ? -kInf : std::ldexp(0.5, away);
+    result.rays.push_back(ray);
+  }
+  return result;
+}
+
 }  // namespace
 
 std::vector<Family> magnitude_families() {
@@ -189,6 +222,9 @@ std::vector<Family> magnitude_families() {
       {"float64_bit_patterns", "random float64 bit patterns in matrices, rays and limits",
        double_bits},
       {"mixed_magnitudes", "2^-120 beside 2^120", mixed_magnitudes},
+      {"least_components_from_afar",
+       "directions with a few of the least float64 as a component, from 2^50 to 2^900 away",
+       least_components_from_afar},
       {"beyond_the_range", "corners near 1.8e308 and placements that overflow", beyond_the_range},
   };
 }

@@ -299,6 +299,34 @@ TEST(Kernel, answers_neighbouring_rays_together_as_each_alone) {
   }
 }
 
+TEST(Kernel, details_that_underflow_are_not_taken_for_zero) {
+  // The weight of corner 1 is y, and every product on the way to it underflows.
+  auto mesh = std::make_shared<Mesh>();
+  mesh->positions = {{0.25f, 0, 0}, {0.25f, 0.25f, 0}, {0.25f, 0, 0.25f},
+                     {2, 0, 0},     {2, 0x1p-149f, 0}, {2, 0, 1}};
+  mesh->indices = {0, 1, 2, 3, 4, 5};
+  mesh->primitives.push_back({0, 2, 0, 0xffffffffu});
+  SceneDescription description;
+  description.meshes.push_back(mesh);
+  description.nodes.push_back({});
+  description.instances.push_back({});
+  const auto scene = Scene::build(std::move(description));
+  ASSERT_TRUE(scene.ok());
+  RayBatch rays;
+  rays.push_back({{0, 0, 0.0625}, {0.125, 0x1p-1074, 0}, 0, 1e3});
+  rays.push_back({{1.5, 0, 0.25}, {0.5, 0x1p-1074, 0}, 0, kInf});
+  HitBatch hits;
+  hits.resize(rays.size());
+  for (const Kernel& kernel : supported_kernels()) {
+    TraceCounts counts;
+    kernel.closest(**scene, rays, 0, rays.size(), hits, counts);
+    std::vector<HitDetail> details(rays.size());
+    kernel.details(**scene, rays, 0, rays.size(), hits, details.data(), counts);
+    EXPECT_EQ(details[0].u, 0x1p-1071) << kernel.name;
+    EXPECT_EQ(details[1].u, hit_detail(**scene, rays[1], hits.id(1)).u) << kernel.name;
+  }
+}
+
 TEST(Kernel, visits_no_more_for_a_ray_from_very_far_away) {
   std::mt19937_64 random(9);
   const auto scene = make_scene({"uniform", 1, 0, false, {}}, random);
