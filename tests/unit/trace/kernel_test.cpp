@@ -302,8 +302,8 @@ TEST(Kernel, answers_neighbouring_rays_together_as_each_alone) {
 TEST(Kernel, details_that_underflow_are_not_taken_for_zero) {
   // The weight of corner 1 is y, and every product on the way to it underflows.
   auto mesh = std::make_shared<Mesh>();
-  mesh->positions = {{0.25f, 0, 0}, {0.25f, 0.25f, 0}, {0.25f, 0, 0.25f},
-                     {2, 0, 0},     {2, 0x1p-149f, 0}, {2, 0, 1}};
+  mesh->positions = {{0.25f, 1, 0}, {0.25f, 1.25f, 0}, {0.25f, 1, 0.25f},
+                     {2, 1, 0},     {2, 1.25f, 0},     {2, 1, 0.25f}};
   mesh->indices = {0, 1, 2, 3, 4, 5};
   mesh->primitives.push_back({0, 2, 0, 0xffffffffu});
   SceneDescription description;
@@ -313,8 +313,8 @@ TEST(Kernel, details_that_underflow_are_not_taken_for_zero) {
   const auto scene = Scene::build(std::move(description));
   ASSERT_TRUE(scene.ok());
   RayBatch rays;
-  rays.push_back({{0, 0, 0.0625}, {0.125, 0x1p-1074, 0}, 0, 1e3});
-  rays.push_back({{1.5, 0, 0.25}, {0.5, 0x1p-1074, 0}, 0, kInf});
+  rays.push_back({{0, 1, 0.0625}, {0.125, 0x1p-1074, 0}, 0, kInf});
+  rays.push_back({{1.5, 1, 0.0625}, {0.25, 3 * 0x1p-1074, 0}, 0, kInf});
   HitBatch hits;
   hits.resize(rays.size());
   for (const Kernel& kernel : supported_kernels()) {
