@@ -15,6 +15,7 @@ from svg_chart import FAINT, GREY, INK, Drawing, LogScale
 LABELS = {
     "scene": {
         "sightline": ("Sightline", "#0b6e4f"),
+        "sightline_unrounded": ("Sightline without the final rounding", "#6cbf8f"),
         "embree1": ("Embree 3.13.5", "#8f4b0e"),
         "embree1_robust": ("Embree, robust", "#e08a2e"),
         "moeller_trumbore_float32": ("Möller-Trumbore, float32", "#2f6fb2"),

@@ -57,9 +57,12 @@ class AccuracyBench {
     result_.triangles = scene->scene->unique_triangle_count();
     Contestants contestants;
     contestants.push_back(make_sightline(kOurs, result_.kernel, *scene));
+    contestants.push_back(make_unrounded(*scene));
     for (const std::string& name : textbook_names()) {
       contestants.push_back(make_textbook(name, *scene));
-      if (contestants.back() == nullptr) {
+    }
+    for (const auto& contestant : contestants) {
+      if (contestant == nullptr) {
         std::fprintf(stderr, "accuracy_bench: textbooks cannot trace %s\n", options_.scene.c_str());
         return false;
       }

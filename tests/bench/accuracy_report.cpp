@@ -150,10 +150,12 @@ void write_markdown(const AccuracyResult& result, std::ostream& out) {
          "wrong.\n\n## Rays and a scene of "
       << result.triangles << " triangles (" << result.scene
       << ")\n\nThe textbook tests run on Sightline's own tree and traversal: what differs is the "
-         "triangle test and what it needs. `ordinary` and `hard_float32` rays are float32 numbers, "
-         "the same for all; `hard_float64` rays are rounded by who computes in float32. The `far` "
-         "groups, with origins 1e5 to 1e8 scene sizes away, are not in the picture: float32 boxes "
-         "let such rays into most of the tree, which takes a thousand times as long.\n";
+         "triangle test and what it needs. `sightline_unrounded` is Sightline without the final "
+         "rounding: its kernel and its decisions, but t as n.(v0 - o) / n.d in float64. `ordinary` "
+         "and `hard_float32` rays are float32 numbers, the same for all; `hard_float64` rays are "
+         "rounded by who computes in float32. The `far` groups, with origins 1e5 to 1e8 scene "
+         "sizes away, are not in the picture: float32 boxes let such rays into most of the tree, "
+         "which takes a thousand times as long.\n";
   write_points(result, "scene", out);
   write_families(result, "scene", out);
   out << "\n## Rays and boxes\n\nOne pair at a time, in float64. Sightline's answer has entry, "

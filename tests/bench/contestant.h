@@ -69,4 +69,8 @@ std::vector<std::string> textbook_names();
 /// Null for an unknown name, and for a scene that they cannot trace.
 std::unique_ptr<Contestant> make_textbook(const std::string& name, const BenchScene& scene);
 
+/// "sightline_unrounded": Sightline's decisions, t as plain float64 arithmetic gives it
+/// (tests/contestants/unrounded_kernel.h); closest only. Null for a scene that it cannot trace.
+std::unique_ptr<Contestant> make_unrounded(const BenchScene& scene);
+
 }  // namespace sightline::bench

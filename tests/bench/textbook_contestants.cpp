@@ -1,5 +1,6 @@
 #include "tests/bench/contestant.h"
 #include "tests/contestants/textbook_kernel.h"
+#include "tests/contestants/unrounded_kernel.h"
 
 namespace sightline::bench {
 
@@ -36,6 +37,11 @@ std::unique_ptr<Contestant> make_textbook(const std::string& name, const BenchSc
     if (kernel.name == name) return std::make_unique<TextbookContestant>(kernel, *scene.scene);
   }
   return nullptr;
+}
+
+std::unique_ptr<Contestant> make_unrounded(const BenchScene& scene) {
+  if (!contestants::can_trace_unrounded(*scene.scene)) return nullptr;
+  return std::make_unique<TextbookContestant>(contestants::unrounded_kernel(), *scene.scene);
 }
 
 }  // namespace sightline::bench
