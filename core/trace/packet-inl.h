@@ -16,13 +16,14 @@
 #define SIGHTLINE_TRACE_PACKET_INL_H_
 #endif
 
+#include <algorithm>
 #include <bit>
 
+#include "core/trace/beam-inl.h"
 #include "core/trace/decision.h"
 #include "core/trace/filter-inl.h"
 #include "core/trace/kernel.h"
 #include "core/trace/prepare-inl.h"
-#include "core/trace/slabs-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sightline {
@@ -89,9 +90,11 @@ class Packet {
       bound_[i] = columns_.tau_max[i];
       candidate_[i] = 0;
     }
+    for (std::size_t i = count; i < kPacketRays; ++i) bound_[i] = -1 / scale_;  // meets no box
     set_limits();
-    for (std::size_t i = count; i < kPacketRays; ++i) limit_[i] = -kInfF;
-    set_beam();
+    beam_.set(columns_, limit_);
+    axes_ = columns_.filter(0);
+    reach_ = *std::max_element(columns_.reach, columns_.reach + kPacketRays);
     count_ = count;
     return count;
   }
@@ -120,7 +123,6 @@ class Packet {
   }
 
  private:
-  using D = hn::CappedTag<float, kPacketRays>;
   static constexpr std::uint32_t kAllRays = ~0u >> (32 - kPacketRays);
 
   /// A child that waits for its turn.
@@ -145,49 +147,6 @@ class Packet {
     }
   }
 
-  static float least(const float* values) {
-    const D d;
-    auto low = hn::Load(d, values);
-    for (std::size_t i = hn::Lanes(d); i < kPacketRays; i += hn::Lanes(d))
-      low = hn::Min(low, hn::Load(d, values + i));
-    return hn::GetLane(hn::MinOfLanes(d, low));
-  }
-  static float most(const float* values) {
-    const D d;
-    auto high = hn::Load(d, values);
-    for (std::size_t i = hn::Lanes(d); i < kPacketRays; i += hn::Lanes(d))
-      high = hn::Max(high, hn::Load(d, values + i));
-    return hn::GetLane(hn::MaxOfLanes(d, high));
-  }
-
-  /// The beam enters a slab no later, and leaves it no earlier, than any of its rays: rounded
-  /// differences and products are monotone, so the extremes of origins and inverses say so.
-  void set_beam() {
-    const bool negative[3] = {(columns_.negative[0] & 1u) != 0, (columns_.negative[1] & 1u) != 0,
-                              (columns_.negative[2] & 1u) != 0};
-    axes_ = columns_.filter(0);
-    BoxRay rows;
-    rows.set_octant(negative[0], negative[1], negative[2]);
-    octant_ = rows.octant;
-    for (std::size_t k = 0; k < 3; ++k) {
-      near_row_[k] = rows.near_row[k];
-      far_row_[k] = BoxRay::kBothRows[k] - rows.near_row[k];
-      beam_.near_origin[k] =
-          negative[k] ? least(columns_.near_origin[k]) : most(columns_.near_origin[k]);
-      beam_.far_origin[k] =
-          negative[k] ? most(columns_.far_origin[k]) : least(columns_.far_origin[k]);
-      beam_.near_inverse[k][0] = least(columns_.near_inverse[k]);
-      beam_.near_inverse[k][1] = most(columns_.near_inverse[k]);
-      // The larger |inverse| last: it may be infinite.
-      beam_.far_inverse[k][negative[k] ? 1 : 0] = least(columns_.far_inverse[k]);
-      beam_.far_inverse[k][negative[k] ? 0 : 1] = most(columns_.far_inverse[k]);
-    }
-    beam_.tau_min = least(columns_.box_min);
-    beam_.limit = most(limit_);
-    reach_ = 0;
-    for (const double reach : columns_.reach) reach_ = std::max(reach_, reach);
-  }
-
   void walk() {
     if (ChildRef::is_leaf(tree_.root)) {
       visit_leaf(tree_.root, kAllRays >> (kPacketRays - count_));
@@ -197,11 +156,11 @@ class Packet {
     ray_steps_ += count_;
     while (size > 0) {
       --size;
-      if (!(waiting_.near[size] <= beam_.limit)) continue;
+      if (!(waiting_.near[size] <= beam_.limit())) continue;
       const WideNode& parent = tree_.node(waiting_.parent[size]);
       const std::uint32_t slot = waiting_.slot[size];
       const std::uint32_t ref = parent.child[slot];
-      const std::uint32_t met = rays_that_meet(parent, slot);
+      const std::uint32_t met = beam_.rays_that_meet(parent, slot, columns_, limit_);
       ++steps_;
       ++counts_.packet_boxes;
       if (met == 0) continue;
@@ -216,60 +175,11 @@ class Packet {
 
   /// Puts the children of a node that the beam meets on the stack, the nearest last.
   HWY_INLINE std::size_t expand(std::uint32_t ref, std::size_t size) {
-    const WideNode& node = tree_.node(ref);
-    const hn::CappedTag<float, kArity> df;
-    const hn::RebindToUnsigned<decltype(df)> du;
-    const float* planes = &node.lower[0][0];
+    const hn::CappedTag<std::uint32_t, kArity> du;
     ++steps_;
     ++counts_.packet_nodes;
-    auto near = hn::Set(df, beam_.tau_min);
-    auto far = hn::Set(df, beam_.limit);
-    SIGHTLINE_UNROLL
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto before =
-          hn::Sub(hn::Load(df, planes + near_row_[k]), hn::Set(df, beam_.near_origin[k]));
-      const auto behind =
-          hn::Sub(hn::Load(df, planes + far_row_[k]), hn::Set(df, beam_.far_origin[k]));
-      near = max_unless_nan(df,
-                            hn::Min(hn::Mul(before, hn::Set(df, beam_.near_inverse[k][0])),
-                                    hn::Mul(before, hn::Set(df, beam_.near_inverse[k][1]))),
-                            near);
-      // 0 * inf is NaN and says nothing.
-      far = min_unless_nan(df,
-                           nan_or_max(df, hn::Mul(behind, hn::Set(df, beam_.far_inverse[k][0])),
-                                      hn::Mul(behind, hn::Set(df, beam_.far_inverse[k][1]))),
-                           far);
-    }
-    const auto rank = child_order(node, octant_);
-    const auto index = hn::IndicesFromVec(df, rank);
-    const auto near_sorted = hn::TableLookupLanes(near, index);
-    const auto hit = hn::Le(near_sorted, hn::TableLookupLanes(far, index));
-    hn::StoreU(hn::Compress(near_sorted, hit), df, waiting_.near + size);
-    hn::StoreU(hn::Compress(rank, hn::RebindMask(du, hit)), du, waiting_.slot + size);
     hn::StoreU(hn::Set(du, ref), du, waiting_.parent + size);
-    return size + hn::CountTrue(df, hit);
-  }
-
-  /// Bit i: ray i meets the box of that child before its limit.
-  HWY_INLINE std::uint32_t rays_that_meet(const WideNode& node, std::uint32_t slot) const {
-    const D d;
-    const float* planes = &node.lower[0][slot];
-    std::uint32_t met = 0;
-    for (std::size_t i = 0; i < kPacketRays; i += hn::Lanes(d)) {
-      auto near = hn::Load(d, columns_.box_min + i);
-      auto far = hn::Load(d, limit_ + i);
-      SIGHTLINE_UNROLL
-      for (std::size_t k = 0; k < 3; ++k) {
-        const auto before =
-            hn::Sub(hn::Set(d, planes[near_row_[k]]), hn::Load(d, columns_.near_origin[k] + i));
-        const auto behind =
-            hn::Sub(hn::Set(d, planes[far_row_[k]]), hn::Load(d, columns_.far_origin[k] + i));
-        near = max_unless_nan(d, hn::Mul(before, hn::Load(d, columns_.near_inverse[k] + i)), near);
-        far = min_unless_nan(d, hn::Mul(behind, hn::Load(d, columns_.far_inverse[k] + i)), far);
-      }
-      met |= mask_bits(d, hn::Le(near, far)) << i;
-    }
-    return met;
+    return size + beam_.children(tree_.node(ref), waiting_.slot + size, waiting_.near + size);
   }
 
   HWY_INLINE void visit_leaf(std::uint32_t ref, std::uint32_t met) {
@@ -287,7 +197,7 @@ class Packet {
     }
     if (!changed_) return;
     if constexpr (!kAny) set_limits();
-    beam_.limit = most(limit_);
+    beam_.set_limit(limit_);
   }
 
   /// Whether rays side by side fill the vectors that they need at least to three quarters of what
@@ -478,13 +388,17 @@ class Packet {
   std::uint32_t instance_of(const LeafBlock& block) const {
     return placements_[block.placement].instance;
   }
-  /// A candidate of this tree in one number, 0 for none: blocks lie on 64 bytes.
-  static std::uint64_t encode(const Candidate& candidate) {
-    return reinterpret_cast<std::uintptr_t>(candidate.block) | candidate.edge << 2 | candidate.lane;
+  /// A candidate of this tree in one number, 0 for none: its block's granule, the first being 1,
+  /// its edge and its lane.
+  std::uint64_t encode(const Candidate& candidate) const {
+    const auto* block = reinterpret_cast<const std::byte*>(candidate.block);
+    const auto granule = static_cast<std::uint64_t>(block - tree_.arena.at(0)) / Arena::kGranule;
+    return (granule + 1) << 5 | candidate.edge << 2 | candidate.lane;
   }
   Candidate decode(std::uint64_t code) const {
     if (code == 0) return {};
-    const auto* block = reinterpret_cast<const LeafBlock*>(code & ~std::uint64_t{63});
+    const std::byte* at = tree_.arena.at(static_cast<std::uint32_t>((code >> 5) - 1));
+    const auto* block = reinterpret_cast<const LeafBlock*>(at);
     const auto low = static_cast<std::uint32_t>(code);
     return {block, low & 3u, instance_of(*block), low >> 2 & 7u};
   }
@@ -527,12 +441,7 @@ class Packet {
   bool changed_ = false;                ///< some limit, since it was last looked at
   FilterRay axes_;                      ///< kx, ky, kz of all rays
   double reach_ = 0;                    ///< at least that of every ray
-  std::uint32_t octant_ = 0;
-  std::array<std::uint32_t, 3> near_row_{}, far_row_{};
-  struct {
-    float near_origin[3], far_origin[3], near_inverse[3][2], far_inverse[3][2];
-    float tau_min, limit;
-  } beam_;
+  Beam<kPacketRays> beam_;
   Waiting waiting_;
   std::uint64_t steps_ = 0;      ///< of the packet: nodes opened and boxes asked for by rays
   std::uint64_t ray_steps_ = 0;  ///< nodes that the rays would have visited one by one

@@ -1,0 +1,133 @@
+// What bounds the rays of a packet together, and what a box is asked by each of them.
+
+#if defined(SIGHTLINE_TRACE_BEAM_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef SIGHTLINE_TRACE_BEAM_INL_H_
+#undef SIGHTLINE_TRACE_BEAM_INL_H_
+#else
+#define SIGHTLINE_TRACE_BEAM_INL_H_
+#endif
+
+#include "core/trace/prepare-inl.h"
+#include "core/trace/slabs-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace sightline {
+namespace HWY_NAMESPACE {
+
+/// kRays rays of one octant. Enters a slab no later, and leaves it no earlier, than any of them:
+/// rounded differences and products are monotone, so the extremes of origins and inverses say so
+/// (docs/exactness.md, "Boxes").
+template <std::size_t kRays>
+class Beam {
+ public:
+  /// `limits` of the rays in tree units; minus infinity for a ray that meets no box any more.
+  void set(const PreparedColumns<kRays>& columns, const float* limits) {
+    const bool negative[3] = {(columns.negative[0] & 1u) != 0, (columns.negative[1] & 1u) != 0,
+                              (columns.negative[2] & 1u) != 0};
+    BoxRay rows;
+    rows.set_octant(negative[0], negative[1], negative[2]);
+    octant_ = rows.octant;
+    for (std::size_t k = 0; k < 3; ++k) {
+      near_row_[k] = rows.near_row[k];
+      far_row_[k] = BoxRay::kBothRows[k] - rows.near_row[k];
+      near_origin_[k] = negative[k] ? least(columns.near_origin[k]) : most(columns.near_origin[k]);
+      far_origin_[k] = negative[k] ? most(columns.far_origin[k]) : least(columns.far_origin[k]);
+      near_inverse_[k][0] = least(columns.near_inverse[k]);
+      near_inverse_[k][1] = most(columns.near_inverse[k]);
+      // The larger |inverse| last: it may be infinite.
+      far_inverse_[k][negative[k] ? 1 : 0] = least(columns.far_inverse[k]);
+      far_inverse_[k][negative[k] ? 0 : 1] = most(columns.far_inverse[k]);
+    }
+    tau_min_ = least(columns.box_min);
+    set_limit(limits);
+  }
+  void set_limit(const float* limits) { limit_ = most(limits); }
+  float limit() const { return limit_; }
+
+  /// Writes which children of a node the beam meets, the nearest last, and where it enters them.
+  /// Returns how many; eight slots of both arrays may be overwritten.
+  HWY_INLINE std::size_t children(const WideNode& node, std::uint32_t* HWY_RESTRICT slot_out,
+                                  float* HWY_RESTRICT near_out) const {
+    const BoxLanes df;
+    const hn::RebindToUnsigned<BoxLanes> du;
+    const float* planes = &node.lower[0][0];
+    auto near = hn::Set(df, tau_min_);
+    auto far = hn::Set(df, limit_);
+    SIGHTLINE_UNROLL
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto before =
+          hn::Sub(hn::Load(df, planes + near_row_[k]), hn::Set(df, near_origin_[k]));
+      const auto behind = hn::Sub(hn::Load(df, planes + far_row_[k]), hn::Set(df, far_origin_[k]));
+      near = max_unless_nan(df,
+                            hn::Min(hn::Mul(before, hn::Set(df, near_inverse_[k][0])),
+                                    hn::Mul(before, hn::Set(df, near_inverse_[k][1]))),
+                            near);
+      // 0 * inf is NaN and says nothing.
+      far = min_unless_nan(df,
+                           nan_or_max(df, hn::Mul(behind, hn::Set(df, far_inverse_[k][0])),
+                                      hn::Mul(behind, hn::Set(df, far_inverse_[k][1]))),
+                           far);
+    }
+    const auto rank = child_order(node, octant_);
+    const auto index = hn::IndicesFromVec(df, rank);
+    const auto near_sorted = hn::TableLookupLanes(near, index);
+    const auto hit = hn::Le(near_sorted, hn::TableLookupLanes(far, index));
+    hn::StoreU(hn::Compress(near_sorted, hit), df, near_out);
+    hn::StoreU(hn::Compress(rank, hn::RebindMask(du, hit)), du, slot_out);
+    return hn::CountTrue(df, hit);
+  }
+
+  /// Bit i: ray i meets the box of that child before its limit.
+  HWY_INLINE std::uint32_t rays_that_meet(const WideNode& node, std::uint32_t slot,
+                                          const PreparedColumns<kRays>& columns,
+                                          const float* limits) const {
+    const D d;
+    const float* planes = &node.lower[0][slot];
+    std::uint32_t met = 0;
+    for (std::size_t i = 0; i < kRays; i += hn::Lanes(d)) {
+      auto near = hn::Load(d, columns.box_min + i);
+      auto far = hn::Load(d, limits + i);
+      SIGHTLINE_UNROLL
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto before =
+            hn::Sub(hn::Set(d, planes[near_row_[k]]), hn::Load(d, columns.near_origin[k] + i));
+        const auto behind =
+            hn::Sub(hn::Set(d, planes[far_row_[k]]), hn::Load(d, columns.far_origin[k] + i));
+        near = max_unless_nan(d, hn::Mul(before, hn::Load(d, columns.near_inverse[k] + i)), near);
+        far = min_unless_nan(d, hn::Mul(behind, hn::Load(d, columns.far_inverse[k] + i)), far);
+      }
+      met |= mask_bits(d, hn::Le(near, far)) << i;
+    }
+    return met;
+  }
+
+ private:
+  using D = hn::CappedTag<float, kRays>;
+
+  static float least(const float* values) {
+    const D d;
+    auto low = hn::Load(d, values);
+    for (std::size_t i = hn::Lanes(d); i < kRays; i += hn::Lanes(d))
+      low = hn::Min(low, hn::Load(d, values + i));
+    return hn::GetLane(hn::MinOfLanes(d, low));
+  }
+  static float most(const float* values) {
+    const D d;
+    auto high = hn::Load(d, values);
+    for (std::size_t i = hn::Lanes(d); i < kRays; i += hn::Lanes(d))
+      high = hn::Max(high, hn::Load(d, values + i));
+    return hn::GetLane(hn::MaxOfLanes(d, high));
+  }
+
+  std::uint32_t octant_ = 0;
+  std::uint32_t near_row_[3], far_row_[3];  ///< as in BoxRay
+  float near_origin_[3], far_origin_[3];
+  float near_inverse_[3][2], far_inverse_[3][2];  ///< the extremes
+  float tau_min_, limit_;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace sightline
+HWY_AFTER_NAMESPACE();
+
+#endif
