@@ -35,8 +35,7 @@ namespace sightline {
 namespace HWY_NAMESPACE {
 
 constexpr std::size_t kInFlight = 24;
-/// Waiting siblings of one ray. Trees that are too deep for it go through the single-ray kernel.
-constexpr std::size_t kWaiting = 248;
+/// Trees that are deeper go through the single-ray kernel.
 constexpr std::uint32_t kMaxFlightDepth = (kWaiting - kArity - 2) / (kArity - 1);
 
 /// Where a ray is in a scene of several entries: in the tree over them, or in one of them.

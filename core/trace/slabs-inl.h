@@ -26,6 +26,9 @@ HWY_INLINE hn::Vec<hn::CappedTag<std::uint32_t, kArity>> child_order(const WideN
                  hn::Set(du, 7));
 }
 
+/// Siblings that may wait, of one ray in flight or one packet.
+constexpr std::size_t kWaiting = 248;
+
 using BoxLanes = hn::CappedTag<float, kArity>;
 
 /// Where the ray enters and leaves the boxes of a node, from box `i` on: [Kay1986] slabs,
