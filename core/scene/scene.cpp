@@ -22,7 +22,7 @@ Result<std::shared_ptr<const Scene>> Scene::build(SceneDescription description, 
   try {
     Result<SceneTree> tree = build_scene_tree(meshes, placements, quality, joining);
     if (!tree) return std::move(tree).error();
-    scene->tree_ = std::move(*tree);
+    scene->tree_ = std::make_shared<const SceneTree>(std::move(*tree));
   } catch (const std::bad_alloc&) {
     return Error{ErrorKind::kOutOfSpace, "MEMORY_EXHAUSTED",
                  "there is no memory for the scene's trees", ""};

@@ -26,14 +26,15 @@ class Scene {
                                                     Joining joining = Joining::kMeasured);
 
   const SceneDescription& description() const { return description_; }
-  const SceneTree& tree() const { return tree_; }
+  /// Never null. A query takes it once, in a SceneView.
+  std::shared_ptr<const SceneTree> tree() const { return tree_; }
 
   /// Every triangle of every instance, dropped ones included.
   std::uint64_t instanced_triangle_count() const { return instanced_triangle_count_; }
   /// Every triangle of every mesh, dropped ones included.
   std::uint64_t unique_triangle_count() const { return unique_triangle_count_; }
   /// Of the world positions that finite triangles use (area or not); empty if there is none.
-  const Box3d& bounds() const { return tree_.bounds; }
+  const Box3d& bounds() const { return tree_->bounds; }
 
   /// Precondition: id names a triangle of this scene.
   WorldTriangle world_triangle(TriangleId id) const;
@@ -44,7 +45,7 @@ class Scene {
  private:
   Scene() = default;
   SceneDescription description_;
-  SceneTree tree_;
+  std::shared_ptr<const SceneTree> tree_;
   std::uint64_t unique_triangle_count_ = 0;
   std::uint64_t instanced_triangle_count_ = 0;
 };

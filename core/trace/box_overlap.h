@@ -3,12 +3,13 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "core/base/deadline.h"
 #include "core/query/box_answers.h"
 #include "core/query/box_batch.h"
-#include "core/scene/scene.h"
+#include "core/scene/scene_view.h"
 
 namespace sightline {
 
@@ -21,9 +22,11 @@ struct OverlapCounts {
 /// What one box touches, found in the order of the trees and sorted at the end.
 class BoxOverlaps {
  public:
-  /// Both outlive this object.
-  BoxOverlaps(const Scene& scene, const Deadline& deadline)
-      : scene_(scene), deadline_(deadline), node_seen_(scene.description().nodes.size(), 0) {}
+  /// The scene and the deadline outlive this object.
+  BoxOverlaps(SceneView scene, const Deadline& deadline)
+      : scene_(std::move(scene)),
+        deadline_(deadline),
+        node_seen_(scene_.description().nodes.size(), 0) {}
 
   /// Whether box i touches anything.
   bool any(const BoxBatch& boxes, std::size_t i);
@@ -54,7 +57,7 @@ class BoxOverlaps {
   bool out_of_time();
   void keep_smallest(std::size_t limit);
 
-  const Scene& scene_;
+  const SceneView scene_;
   const Deadline& deadline_;
   std::vector<TriangleId> triangles_;
   std::vector<std::uint32_t> nodes_;

@@ -12,7 +12,7 @@ bool exact_hit_of(const Scene& scene, const Ray& ray, TriangleId id, ExactT& t) 
 
 bool exact_hit_of(const RayQuestion& question, TriangleId id, ExactT& t) {
   ++question.counts.exact_hits;
-  return exact_hit_of(question.scene, question.ray(), id, t);
+  return exact_hit_of(question.scene.scene(), question.ray(), id, t);
 }
 
 bool exact_hit_of(const RayQuestion& question, const Triangle& triangle, ExactT& t) {
@@ -23,7 +23,7 @@ bool exact_hit_of(const RayQuestion& question, const Triangle& triangle, ExactT&
 
 /// The world triangle of a candidate, from its block, which the kernel has just read: the mesh is
 /// far away.
-Triangle triangle_of(const Scene& scene, const Candidate& candidate) {
+Triangle triangle_of(const SceneView& scene, const Candidate& candidate) {
   const auto& corner = candidate.block->corner;
   const Affine& matrix = scene.description().instances[candidate.instance].world_from_mesh;
   const auto world = [&](int c) {

@@ -8,7 +8,7 @@
 
 #include "core/geometry/exact_hit.h"
 #include "core/query/hit_batch.h"
-#include "core/scene/scene.h"
+#include "core/scene/scene_view.h"
 #include "core/trace/ray_setup.h"
 
 namespace sightline {
@@ -22,7 +22,7 @@ struct DecisionCounts {
 
 /// What a decision needs to ask the exact predicate, for one ray of a batch.
 struct RayQuestion {
-  const Scene& scene;
+  const SceneView& scene;
   const RayBatch& rays;
   std::size_t number;
   DecisionCounts& counts;

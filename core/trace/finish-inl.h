@@ -22,7 +22,7 @@ class Finisher {
  public:
   static constexpr std::size_t kGroup = 8;
 
-  Finisher(const Scene& scene, const RayBatch& rays, HitBatch& hits, DecisionCounts& counts)
+  Finisher(const SceneView& scene, const RayBatch& rays, HitBatch& hits, DecisionCounts& counts)
       : scene_(scene), rays_(rays), hits_(hits), counts_(counts) {
     plain_ = scene.tree().entries == 1 && scene.tree().placements[0].identity;
   }
@@ -154,11 +154,11 @@ class Finisher {
       hits_.t[ray] = t_[i];
     } else {
       ++counts_.exact_roundings;
-      hits_.t[ray] = exact_t(scene_, rays_[ray], winners.id[i]);
+      hits_.t[ray] = exact_t(scene_.scene(), rays_[ray], winners.id[i]);
     }
   }
 
-  const Scene& scene_;
+  const SceneView& scene_;
   const RayBatch& rays_;
   HitBatch& hits_;
   DecisionCounts& counts_;

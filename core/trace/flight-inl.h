@@ -62,7 +62,7 @@ class Flight {
   static constexpr bool kMany = kLayout == Layout::kMany;
 
  public:
-  Flight(const Scene& scene, const RayBatch& rays, std::uint8_t* occluded, TraceCounts& counts)
+  Flight(const SceneView& scene, const RayBatch& rays, std::uint8_t* occluded, TraceCounts& counts)
       : scene_(scene),
         tree_(scene.tree()),
         root_(root_of(scene.tree())),
@@ -334,7 +334,7 @@ class Flight {
     return false;
   }
 
-  const Scene& scene_;
+  const SceneView& scene_;
   const SceneTree& tree_;
   const WideTree& root_;         ///< over the entries, or of the only one
   const std::byte* base_;        ///< of root_

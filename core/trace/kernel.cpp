@@ -20,7 +20,7 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-void trace_closest(const Scene& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
+void trace_closest(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
                    HitBatch& hits, TraceCounts& counts) {
   for (std::size_t i = begin; i < end; ++i) {
     hits.t[i] = std::numeric_limits<double>::infinity();
@@ -47,7 +47,7 @@ void trace_closest(const Scene& scene, const RayBatch& rays, std::size_t begin, 
   finisher.flush();
 }
 
-void trace_any(const Scene& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
+void trace_any(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
                std::uint8_t* occluded, TraceCounts& counts) {
   for (std::size_t i = begin; i < end; ++i) occluded[i] = 0;
   if (scene.tree().placements.empty()) return;
@@ -69,7 +69,7 @@ void trace_any(const Scene& scene, const RayBatch& rays, std::size_t begin, std:
   }
 }
 
-void trace_all(const Scene& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
+void trace_all(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
                Crossings crossings, std::size_t hits_max, std::uint64_t* totals, HitBatch* hits,
                TraceCounts& counts) {
   for (std::size_t i = begin; i < end; ++i) totals[i] = 0;

@@ -8,7 +8,7 @@
 
 #include "core/query/hit_batch.h"
 #include "core/query/ray_batch.h"
-#include "core/scene/scene.h"
+#include "core/scene/scene_view.h"
 #include "core/trace/decision.h"
 
 namespace sightline {
@@ -30,13 +30,13 @@ struct TraceCounts {
 /// std::bad_alloc.
 struct Kernel {
   std::string_view name;  ///< "avx512", "avx2", "sse4", "baseline", "neon"
-  void (*closest)(const Scene& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
+  void (*closest)(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
                   HitBatch& hits, TraceCounts& counts);
-  void (*any)(const Scene& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
+  void (*any)(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
               std::uint8_t* occluded, TraceCounts& counts);
   /// How many triangles each ray meets: slots of `totals`. If `hits` is not null the first
   /// `hits_max` of every ray are appended to it in order of (t, id).
-  void (*all)(const Scene& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
+  void (*all)(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
               Crossings crossings, std::size_t hits_max, std::uint64_t* totals, HitBatch* hits,
               TraceCounts& counts);
   /// What the hits of the rays look like; slots of misses are left alone. out[i] belongs to ray i.

@@ -39,7 +39,7 @@ class Packet {
   static constexpr bool kPlaced = kLayout != Layout::kAsItIs;
 
  public:
-  Packet(const Scene& scene, const RayBatch& rays, std::uint8_t* occluded, TraceCounts& counts)
+  Packet(const SceneView& scene, const RayBatch& rays, std::uint8_t* occluded, TraceCounts& counts)
       : scene_(scene),
         placements_(scene.tree().placements.data()),
         tree_(*scene.tree().trees[placements_[0].tree]),
@@ -423,7 +423,7 @@ class Packet {
     return false;
   }
 
-  const Scene& scene_;
+  const SceneView& scene_;
   const Placement* placements_;  ///< of the scene; all in tree_
   const WideTree& tree_;
   const RayBatch& rays_;

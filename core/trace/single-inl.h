@@ -87,7 +87,7 @@ struct TakeAll {
 /// One ray through one tree or, at the top, through the tree over placements.
 class Traversal {
  public:
-  Traversal(const Scene& scene, const RayBatch& rays, Stack& stack, TraceCounts& counts)
+  Traversal(const SceneView& scene, const RayBatch& rays, Stack& stack, TraceCounts& counts)
       : scene_(scene.tree()),
         rays_(rays),
         stack_(stack),

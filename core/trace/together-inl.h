@@ -17,7 +17,7 @@ namespace sightline {
 namespace HWY_NAMESPACE {
 
 /// Whether the rays of a batch of this size can go together.
-inline bool can_go_together(const Scene& scene, std::size_t count) {
+inline bool can_go_together(const SceneView& scene, std::size_t count) {
   const SceneTree& tree = scene.tree();
   return count > 1 && tree.depth <= kMaxFlightDepth &&
          (tree.entries > 1 || tree.placements[0].world_boxes);
@@ -25,7 +25,7 @@ inline bool can_go_together(const Scene& scene, std::size_t count) {
 
 /// Calls `call` for the layout of a scene that can go together.
 template <class Call>
-void with_layout(const Scene& scene, Call&& call) {
+void with_layout(const SceneView& scene, Call&& call) {
   const SceneTree& tree = scene.tree();
   if (tree.entries > 1) {
     call.template operator()<Layout::kMany>();
@@ -41,7 +41,8 @@ void with_layout(const Scene& scene, Call&& call) {
 template <bool kAny, Layout kLayout>
 class Together {
  public:
-  Together(const Scene& scene, const RayBatch& rays, std::uint8_t* occluded, TraceCounts& counts)
+  Together(const SceneView& scene, const RayBatch& rays, std::uint8_t* occluded,
+           TraceCounts& counts)
       : packet_(scene, rays, occluded, counts), flight_(scene, rays, occluded, counts) {}
 
   template <class Finish>

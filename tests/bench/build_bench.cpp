@@ -75,7 +75,7 @@ class BuildBench {
       group_.execute([&] {
         if (auto result = Scene::build(std::move(copy), quality)) built = std::move(*result);
       });
-      return (tree_bytes(built->tree()) + geometry) / triangles;
+      return (tree_bytes(*built->tree()) + geometry) / triangles;
     };
     const std::vector<Builder> builders{
         {"sightline_fast", [&] { return ours(TreeQuality::kFast); }},

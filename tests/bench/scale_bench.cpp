@@ -74,8 +74,9 @@ std::vector<Row> measure(const std::string& subject, std::uint64_t size, int rep
   if (!built) return {};
   const BenchScene scene{subject, triangles ? Viewpoints::kGround : Viewpoints::kWithin,
                          std::move(*built), build_seconds};
-  double tree_bytes = static_cast<double>(scene.scene->tree().top.arena.used());
-  for (const auto& tree : scene.scene->tree().trees) {
+  const std::shared_ptr<const SceneTree> trees = scene.scene->tree();
+  double tree_bytes = static_cast<double>(trees->top.arena.used());
+  for (const auto& tree : trees->trees) {
     tree_bytes += static_cast<double>(tree->arena.used());
   }
 

@@ -24,8 +24,8 @@ template <class Test>
 class TextbookFlight {
  public:
   TextbookFlight(const Scene& scene, const RayBatch& rays, HitBatch& hits)
-      : tree_(*scene.tree().trees[scene.tree().placements[0].tree]),
-        instance_(scene.tree().placements[0].instance),
+      : tree_(*scene.tree()->trees[scene.tree()->placements[0].tree]),
+        instance_(scene.tree()->placements[0].instance),
         rays_(rays),
         hits_(hits) {}
 
@@ -229,7 +229,8 @@ std::span<const TextbookKernel> textbook_kernels() {
 }
 
 bool can_trace(const Scene& scene) {
-  const SceneTree& tree = scene.tree();
+  const auto held = scene.tree();
+  const SceneTree& tree = *held;
   const WideTree* only =
       tree.placements.size() == 1 ? tree.trees[tree.placements[0].tree].get() : nullptr;
   // Seven siblings wait on each level of a slot's stack.

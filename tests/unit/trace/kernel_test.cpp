@@ -289,7 +289,7 @@ TEST(Kernel, answers_neighbouring_rays_together_as_each_alone) {
         ASSERT_EQ(any_alone[i], alone.hit(i) ? 1 : 0) << c.name << ", ray " << i;
       }
       EXPECT_GT(met, rays.size() / 4) << c.name;
-      if (kernel.name.starts_with("avx") && scene->tree().entries == 1) {
+      if (kernel.name.starts_with("avx") && scene->tree()->entries == 1) {
         EXPECT_GT(counts.packet_rays, rays.size() / 4) << c.name << ", " << kernel.name;
       }
       std::printf("%-24s %-9s %zu of %zu rays meet something, %llu went in packets\n", c.name,

@@ -1,0 +1,30 @@
+#pragma once
+/// A scene and the trees that it had when a query began.
+
+#include <memory>
+#include <utility>
+
+#include "core/scene/scene.h"
+
+namespace sightline {
+
+/// What a kernel reads. The trees of a scene may be replaced while queries run: a view keeps those
+/// that it was made with. The scene outlives it.
+class SceneView {
+ public:
+  /// The trees that the scene has now. Implicit: a scene can be asked without further ado.
+  SceneView(const Scene& scene) : SceneView(scene, scene.tree()) {}  // NOLINT(*-explicit-*)
+  SceneView(const Scene& scene, std::shared_ptr<const SceneTree> tree)
+      : scene_(scene), tree_(std::move(tree)) {}
+
+  const SceneTree& tree() const { return *tree_; }
+  const Scene& scene() const { return scene_; }
+  const SceneDescription& description() const { return scene_.description(); }
+  WorldTriangle world_triangle(TriangleId id) const { return scene_.world_triangle(id); }
+
+ private:
+  const Scene& scene_;
+  std::shared_ptr<const SceneTree> tree_;
+};
+
+}  // namespace sightline
