@@ -10,6 +10,7 @@
 #include <cstring>
 #include <optional>
 
+#include "core/import/draco_orientations.h"
 #include "core/import/gltf_document.h"
 #include "core/import/refusal.h"
 
@@ -74,6 +75,12 @@ class Gate {
     return spend(per_point * claim_.points * kBytesPerValue);
   }
 
+  bool admits_orientations(std::uint64_t orientations, std::uint64_t entries) {
+    if (orientations <= entries) return true;
+    return refuse("its bytes hold " + std::to_string(orientations) + " orientations of " +
+                  std::to_string(entries) + " texture coordinates");
+  }
+
   bool wants(std::uint32_t attribute) const {
     return std::find(claim_.attributes.begin(), claim_.attributes.end(), attribute) !=
            claim_.attributes.end();
@@ -113,12 +120,23 @@ std::optional<Sizes> sequential_sizes(draco::DecoderBuffer buffer) {
   return Sizes{triangles, 0};
 }
 
-/// A decoder of the library that asks the gate at the two places where it would take memory.
+/// A decoder of the library that asks the gate where it would take memory or time.
 template <class Base>
 class GatedDecoder : public Base {
  public:
   using ReadSizes = std::optional<Sizes> (*)(draco::DecoderBuffer);
   GatedDecoder(Gate& gate, ReadSizes read_sizes) : gate_(gate), read_sizes_(read_sizes) {}
+
+  /// Asked by the library for each attribute of which it sets up a prediction from the mesh.
+  /// Without this it takes another prediction, which costs little; what comes out is thrown away.
+  const draco::MeshAttributeIndicesEncodingData* GetAttributeEncodingData(int id) const override {
+    const auto* const data = Base::GetAttributeEncodingData(id);
+    if (data == nullptr || attribute_bytes_ == nullptr) return data;
+    const auto entries = static_cast<std::uint64_t>(data->num_values);
+    const int components = this->point_cloud()->attribute(id)->num_components();
+    const std::uint64_t orientations = claimed_orientations(*attribute_bytes_, entries, components);
+    return gate_.admits_orientations(orientations, entries) ? data : nullptr;
+  }
 
  protected:
   bool DecodeGeometryData() override {
@@ -135,7 +153,8 @@ class GatedDecoder : public Base {
       // The library decodes through the same pointer, and keeps it where a subclass cannot see it.
       auto* decoder = const_cast<draco::AttributesDecoderInterface*>(this->attributes_decoder(i));
       if (!gate_.admits_values(values_per_point(*decoder))) return false;
-      if (!decoder->DecodeAttributes(this->buffer())) return false;
+      attribute_bytes_ = this->buffer();
+      if (!decoder->DecodeAttributes(this->buffer()) || !gate_.why().empty()) return false;
     }
     return true;
   }
@@ -164,6 +183,7 @@ class GatedDecoder : public Base {
 
   Gate& gate_;
   ReadSizes read_sizes_;
+  const draco::DecoderBuffer* attribute_bytes_ = nullptr;  ///< while attributes are decoded
 };
 
 /// The part of Draco's header that decides which decoder reads the rest.

@@ -31,7 +31,8 @@ struct Encoded {
 struct Options {
   int method = draco::MESH_EDGEBREAKER_ENCODING;
   int speed = 5;
-  int bits = 0;  ///< of quantised positions; 0: float32 as they are
+  int bits = 0;                          ///< of quantised positions; 0: float32 as they are
+  bool has_texture_coordinates = false;  ///< attribute 1, of 10 bits
 };
 
 /// A grid of n * n squares, z = height(x, y).
@@ -44,12 +45,22 @@ Encoded encode_grid(int n, const Height& height, const Options& options) {
   const auto point = [&](int x, int y) {
     return std::array<float, 3>{static_cast<float>(x), static_cast<float>(y), height(x, y)};
   };
-  std::uint32_t face = 0;
+  const int coordinates =
+      options.has_texture_coordinates
+          ? builder.AddAttribute(draco::GeometryAttribute::TEX_COORD, 2, draco::DT_FLOAT32)
+          : -1;
+  auto add_face = [&, face = 0u](const auto& p, const auto& q, const auto& r) mutable {
+    builder.SetAttributeValuesForFace(positions, draco::FaceIndex(face), &p, &q, &r);
+    if (coordinates >= 0) {
+      builder.SetAttributeValuesForFace(coordinates, draco::FaceIndex(face), &p, &q, &r);
+    }
+    ++face;
+  };
   for (int y = 0; y < n; ++y) {
     for (int x = 0; x < n; ++x) {
       const auto a = point(x, y), b = point(x + 1, y), c = point(x + 1, y + 1), d = point(x, y + 1);
-      builder.SetAttributeValuesForFace(positions, draco::FaceIndex(face++), &a, &b, &c);
-      builder.SetAttributeValuesForFace(positions, draco::FaceIndex(face++), &a, &c, &d);
+      add_face(a, b, c);
+      add_face(a, c, d);
     }
   }
   const std::unique_ptr<draco::Mesh> mesh = builder.Finalize();
@@ -59,6 +70,7 @@ Encoded encode_grid(int n, const Height& height, const Options& options) {
   if (options.bits > 0) {
     encoder.SetAttributeQuantization(draco::GeometryAttribute::POSITION, options.bits);
   }
+  if (coordinates >= 0) encoder.SetAttributeQuantization(draco::GeometryAttribute::TEX_COORD, 10);
   draco::EncoderBuffer buffer;
   EXPECT_TRUE(encoder.EncodeMeshToBuffer(*mesh, &buffer).ok());
   return {{buffer.data(), buffer.data() + buffer.size()}, mesh->num_faces(), mesh->num_points()};
@@ -218,6 +230,33 @@ TEST(DracoMesh, reads_the_most_regular_mesh_there_is) {
   Budget budget(limits);
   EXPECT_TRUE(decode_draco(grid.span(), grid.claim(), budget, "here", "").ok());
   RecordProperty("triangles_per_byte", static_cast<int>(grid.triangles / grid.bytes.size()));
+}
+
+TEST(DracoMesh, refuses_more_orientations_than_there_are_texture_coordinates) {
+  // A bit for each texture coordinate says on which side of an edge it lies. Their number is stated
+  // on its own, and entropy coding makes 2^31 of them from no bytes.
+  const Encoded good = encode_grid(6, wavy, {1, 0, 11, true});
+  DracoClaim claim = good.claim();
+  claim.attributes = {0, 1};
+  const ImportLimits limits;
+  Budget budget(limits);
+  ASSERT_TRUE(decode_draco(good.span(), claim, budget, "here", "").ok());
+  std::size_t refused = 0;
+  for (std::size_t at = 0; at + 4 <= good.bytes.size(); ++at) {
+    // Where four bytes are a small number, it may be theirs.
+    if (good.bytes[at] == 0 || good.bytes[at + 1] + good.bytes[at + 2] + good.bytes[at + 3] != 0) {
+      continue;
+    }
+    Encoded bad = good;
+    for (const std::size_t i : {0u, 1u, 2u}) bad.bytes[at + i] = 0xff;
+    bad.bytes[at + 3] = 0x7f;
+    const auto mesh = decode_draco(bad.span(), claim, budget, "here", "");
+    if (mesh.ok()) continue;
+    refused += mesh.error().message ==
+               "here: KHR_draco_mesh_compression: its bytes hold 2147483647 orientations of " +
+                   std::to_string(good.points) + " texture coordinates";
+  }
+  EXPECT_EQ(refused, 1u);
 }
 
 TEST(DracoMesh, answers_every_damage_with_an_error_or_a_mesh_in_range) {
