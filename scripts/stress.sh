@@ -4,6 +4,7 @@
 #
 #   scripts/stress.sh [--minutes N] [--out FOLDER] [FLAG...]
 #   scripts/stress.sh --boxes [--out FOLDER] [FLAG...]
+#   scripts/stress.sh fuzz [--minutes N] [--jobs N] [--target NAME]... [--list]
 #
 # --boxes       instead of rays in scenes, pairs of rays and boxes (10,000,000) and of triangles and
 #               boxes (2,000,000; at least a third of each touching exactly), beside the literature's
@@ -13,11 +14,32 @@
 # --out FOLDER  where stress.json, stress.md and trials.log go (default build/stress)
 # FLAG...       passed on: --seed S, --family NAME, --rays N, --kernel NAME, --threads N, ...
 #
+# fuzz runs every libFuzzer target, 10 minutes each and two at once unless told otherwise, with
+# AddressSanitizer and UndefinedBehaviorSanitizer (tests/fuzz/run_fuzz.py --help). A crash, leak, hang
+# or broken promise in one of them fails it.
+#
 # The exit code is not 0 if Sightline was wrong once, or stopped. A wrong answer is printed with its
 # family and seed; `sightline_stress --family F --trial S --rays N --shrink` makes the smallest case
 # of it. After a crash the last lines of trials.log name the trials that were under way.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+configure() {  # PRESET
+  mkdir -p build
+  cmake --preset "$1" -DSIGHTLINE_TESTS=ON >"build/configure-$1.log" 2>&1 ||
+    { cat "build/configure-$1.log"; echo "$0: cannot configure" >&2; exit 1; }
+}
+
+case ${1:-} in
+  fuzz)
+    shift
+    scripts/install_packages.sh test lint
+    configure fuzz
+    mapfile -t targets < <(python3 tests/fuzz/run_fuzz.py --list)
+    cmake --build --preset fuzz --target "${targets[@]}"
+    exec python3 tests/fuzz/run_fuzz.py "$@"
+    ;;
+esac
 
 minutes=20
 boxes=
@@ -34,9 +56,8 @@ while [ $# -gt 0 ]; do
 done
 
 scripts/install_packages.sh test
-mkdir -p build "$out"
-cmake --preset release -DSIGHTLINE_TESTS=ON >build/configure-release.log 2>&1 ||
-  { cat build/configure-release.log; echo "$0: cannot configure" >&2; exit 1; }
+mkdir -p "$out"
+configure release
 if [ -n "$boxes" ]; then
   cmake --build --preset release --target stress_boxes
   exec build/release/tests/stress/sightline_stress_boxes --pairs 10000000 --triangle-pairs 2000000 \

@@ -2,8 +2,7 @@
 // right: positions, indices, joints, weights, bind matrices and instances all go through them.
 // Input: 24 bytes for each of the accessors until half of the input is used; the rest is the BIN
 // chunk.
-// Run:  build/fuzz/tests/fuzz/accessor_fuzz -max_len=1024 -max_total_time=600
-//       build/accessor_corpus tests/data/accessor
+// Run:  scripts/stress.sh fuzz --target accessor_fuzz
 
 #include <algorithm>
 #include <array>

@@ -1,9 +1,6 @@
 // Bodies of boxes of any kind, for scenes and for rays: an error with a place, or boxes that have
 // passed the border and that the exact predicates can answer.
-// Run:  cmake --preset fuzz && cmake --build --preset fuzz --target box_json_fuzz
-// and then, from the root, build/fuzz/tests/fuzz/box_json_fuzz with
-//       -dict=tests/fuzz/box_json.dict -max_len=4096 -max_total_time=600
-//       build/box_json_corpus tests/data/box_json
+// Run:  scripts/stress.sh fuzz --target box_json_fuzz
 
 #include <cmath>
 #include <cstdint>

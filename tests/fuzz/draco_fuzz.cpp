@@ -1,8 +1,7 @@
 // Bytes of KHR_draco_mesh_compression: a mesh in range that agrees with the claim, or an error.
 // Input: the claim (triangles and points little-endian, an attribute), three more bytes, then the
 // compressed bytes.
-// Run:  build/fuzz/tests/fuzz/draco_fuzz -max_len=2048 -max_total_time=600
-//       build/draco_corpus tests/data/draco
+// Run:  scripts/stress.sh fuzz --target draco_fuzz
 
 #include <cstdint>
 #include <span>

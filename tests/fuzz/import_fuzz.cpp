@@ -1,8 +1,5 @@
 // glTF bytes of any kind: an answer, and when it is a scene, one whose every index is in range.
-// Run:  cmake --preset fuzz && cmake --build --preset fuzz --target import_fuzz
-// and then, from the root, build/fuzz/tests/fuzz/import_fuzz with
-//       -dict=tests/fuzz/gltf.dict -max_len=8192 -max_total_time=600
-//       build/import_corpus tests/data/hostile/cases tests/data/scenes
+// Run:  scripts/stress.sh fuzz --target import_fuzz
 
 #include <cstdint>
 #include <cstring>

@@ -1,7 +1,6 @@
 // Bytes of EXT_meshopt_compression: elements or an error, for every mode, filter, stride and count.
 // Input: mode and filter, stride, count (little-endian), then the compressed bytes.
-// Run:  build/fuzz/tests/fuzz/meshopt_fuzz -max_len=4096 -max_total_time=600
-//       build/meshopt_corpus tests/data/meshopt
+// Run:  scripts/stress.sh fuzz --target meshopt_fuzz
 
 #include <cstdint>
 #include <span>

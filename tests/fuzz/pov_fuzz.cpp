@@ -1,6 +1,5 @@
 // Text of POV-Ray: boxes or an error.
-// Run:  build/fuzz/tests/fuzz/pov_fuzz -max_len=2048 -max_total_time=600
-//       build/pov_corpus tests/data/pov
+// Run:  scripts/stress.sh fuzz --target pov_fuzz
 
 #include <cstdint>
 #include <string_view>

@@ -1,8 +1,5 @@
 // Ray bodies of any kind: an error with a place, or rays that another parser reads alike.
-// Run:  cmake --preset fuzz && cmake --build --preset fuzz --target ray_json_fuzz
-// and then, from the root, build/fuzz/tests/fuzz/ray_json_fuzz with
-//       -dict=tests/fuzz/ray_json.dict -max_len=4096 -max_total_time=600
-//       build/ray_json_corpus tests/data/ray_json
+// Run:  scripts/stress.sh fuzz --target ray_json_fuzz
 
 #include <bit>
 #include <cstdint>

@@ -1,0 +1,102 @@
+"""Runs the libFuzzer targets of a build folder, each for as long as it is told, and says what came of it.
+
+Prints one line per target (runs, edges covered, inputs found) and "N targets, N failed" alone on the
+last line. A crash, a leak, a broken promise or an input that takes too long ends a target and fails it;
+the input lies in --out, and `BUILD/tests/fuzz/TARGET INPUT` shows it again. What was found stays in
+BUILD/corpus/TARGET, where the next run begins.
+"""
+
+import argparse
+import concurrent.futures
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+SOURCE = Path(__file__).resolve().parents[2]
+
+# target: largest input, stored inputs below tests/data, dictionary
+TARGETS = {
+    "glb_fuzz": (4096, ["hostile/cases"], None),
+    "json_fuzz": (8192, ["hostile/cases", "scenes"], "gltf.dict"),
+    "import_fuzz": (8192, ["hostile/cases", "scenes"], "gltf.dict"),
+    "accessor_fuzz": (1024, ["accessor"], None),
+    "meshopt_fuzz": (4096, ["meshopt"], None),
+    "draco_fuzz": (2048, ["draco"], None),
+    "pov_fuzz": (2048, ["pov"], None),
+    "ray_json_fuzz": (4096, ["ray_json"], "ray_json.dict"),
+    "box_json_fuzz": (4096, ["box_json"], "box_json.dict"),
+}
+
+# A hang is what is a hundred times slower than the slowest stored input, with the sanitizers in it.
+SLOWEST_SECONDS = 10
+MEMORY_MIB = 1024
+
+
+def run(target, options):
+    longest, stored, words = TARGETS[target]
+    found, out = options.build / "corpus" / target, options.out / target
+    found.mkdir(parents=True, exist_ok=True)
+    out.mkdir(parents=True, exist_ok=True)
+    command = [options.build / "tests/fuzz" / target, f"-max_total_time={options.seconds}", f"-max_len={longest}",
+               f"-timeout={SLOWEST_SECONDS}", f"-rss_limit_mb={MEMORY_MIB}", f"-artifact_prefix={out}/",
+               "-print_final_stats=1", "-reload=0"]
+    if words:
+        command.append(f"-dict={SOURCE / 'tests/fuzz' / words}")
+    if options.seed:
+        command.append(f"-seed={options.seed}")
+    command += [found, *(SOURCE / "tests/data" / folder for folder in stored)]
+    began = time.monotonic()
+    with open(out / "log", "w", encoding="utf-8") as log:
+        code = subprocess.run(list(map(str, command)), stdout=log, stderr=subprocess.STDOUT, cwd=out,
+                              check=False).returncode
+    return describe(target, code, (out / "log").read_text(encoding="utf-8", errors="replace"),
+                    time.monotonic() - began, out), code == 0
+
+
+def describe(target, code, log, seconds, out):
+    def last(pattern):
+        matches = re.findall(pattern, log)
+        return matches[-1] if matches else "?"
+
+    runs = last(r"stat::number_of_executed_units:\s*(\d+)")
+    if runs == "?":
+        runs = last(r"^#(\d+)\s(?m:)") if code == 0 else last(r"#(\d+)\s")
+    verdict = "no crash, leak or hang"
+    if code != 0:
+        artifacts = [file for file in out.iterdir() if file.name != "log"]
+        newest = max(artifacts, key=lambda file: file.stat().st_mtime, default=out / "log")
+        verdict = f"FAILED with code {code}: {last(r'(?:ERROR|SUMMARY): ([^/]*?)(?: /| in |$)').strip()}; see {newest}"
+    slowest = last(r"stat::slowest_unit_time_sec:\s*(\d+)")
+    return (f"{target:14} {int(seconds):4} s  {runs:>10} runs  {last(r'cov: ([0-9]+)'):>6} edges  "
+            f"{last(r'corp: ([0-9]+)/'):>5} inputs  slowest {slowest} s  {verdict}")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--build", type=Path, default=SOURCE / "build/fuzz")
+    parser.add_argument("--out", type=Path, default=SOURCE / "build/stress/fuzz", help="logs and failing inputs")
+    parser.add_argument("--minutes", type=float, default=10, help="for each target")
+    parser.add_argument("--jobs", type=int, default=2, help="targets at once")
+    parser.add_argument("--target", action="append", choices=sorted(TARGETS), help="only this one; may be repeated")
+    parser.add_argument("--seed", type=int, default=0, help="of libFuzzer; 0: another one each time")
+    parser.add_argument("--list", action="store_true", help="print the targets' names and end")
+    options = parser.parse_args()
+    names = options.target or list(TARGETS)
+    if options.list:
+        print(*names, sep="\n")
+        return 0
+    options.build, options.out = options.build.resolve(), options.out.resolve()
+    options.seconds = max(1, round(options.minutes * 60))
+    failed = 0
+    with concurrent.futures.ThreadPoolExecutor(max_workers=options.jobs) as pool:
+        for line, is_good in pool.map(lambda name: run(name, options), names):
+            print(line, flush=True)
+            failed += not is_good
+    print(f"{len(names)} targets, {failed} failed", flush=True)
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
