@@ -1,5 +1,7 @@
 #include "proto/json_reader.h"
 
+#include <charconv>
+
 #include "proto/json_token.h"
 
 namespace sightline {
@@ -17,6 +19,19 @@ bool JsonReader::wrong(Value value, const JsonPointer& place, std::string_view e
   return fail(ErrorKind::kInvalid, "TYPE_WRONG",
               "expected " + std::string(expected) + ", found " + std::string(token_kind(token)),
               place);
+}
+
+/// simdjson 3.0.1 takes 0.1000000000000000055511151231257827 for a number near 1e-16: where a zero
+/// stands before the point, it counts the zeros behind it instead of the digits after them to see
+/// whether these fit in 64 bits. So such a number is read once more.
+void JsonReader::read_long_fraction(std::string_view token, double& out) {
+  const std::size_t first = token.front() == '-' ? 1 : 0;
+  if (token[first] != '0') return;
+  double again = 0;
+  // Out of range is what is too small for a float64 (simdjson has refused what is too large); its
+  // many zeros are what makes simdjson look closely.
+  const auto [end, error] = std::from_chars(token.data(), token.data() + token.size(), again);
+  if (error == std::errc()) out = again;
 }
 
 bool JsonReader::is_null(Value value) { return trim(value.raw_json_token()) == "null"; }

@@ -72,6 +72,16 @@ class JsonReader {
   const Error& error() const { return error_; }
 
  private:
+  /// False, and nothing in error(), for what is not a number of float64.
+  static bool read_float64(Value value, double& out) {
+    // "0." and 20 digits: fewer bytes cannot be a number that the library reads wrongly.
+    constexpr std::size_t kLong = 22;
+    const std::string_view token = value.raw_json_token();
+    if (value.get_double().get(out) != simdjson::SUCCESS) return false;
+    if (token.size() >= kLong) read_long_fraction(token, out);
+    return true;
+  }
+  static void read_long_fraction(std::string_view token, double& out);
   bool is_null(Value value);
   bool fail_parse(simdjson::error_code code, const JsonPointer& place);
   bool fail_document(simdjson::ondemand::document& document, simdjson::error_code code);
@@ -102,15 +112,15 @@ bool JsonReader::read_body(std::string& body, ReadObject read_object) {
 
 template <class Place>
 bool JsonReader::read_number(Value value, double& out, Place place) {
-  if (value.get_double().get(out) == simdjson::SUCCESS) return true;
+  if (read_float64(value, out)) return true;
   return wrong(value, place(), "a number");
 }
 
 template <class Place>
 bool JsonReader::read_number_or_null(Value value, double if_null, double& out, Place place) {
-  if (value.get_double().get(out) == simdjson::SUCCESS) return true;
+  if (read_float64(value, out)) return true;
   if (is_null(value)) {
-    // get_double has stepped over the token already.
+    // The try has stepped over the token already.
     out = if_null;
     return true;
   }

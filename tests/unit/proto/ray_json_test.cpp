@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <string>
+#include <vector>
 
 namespace sightline {
 namespace {
@@ -49,6 +51,36 @@ TEST(RayJson, reads_rows_with_defaults) {
   EXPECT_EQ(second.direction, (Vec3d{1000, -4, 5.25}));
   EXPECT_EQ(second.tmin, -2);
   EXPECT_EQ(second.tmax, 7.5);
+}
+
+TEST(RayJson, reads_numbers_of_any_length_as_the_nearest_float64) {
+  std::vector<std::string> numbers = {
+      "0.1000000000000000055511151231257827021181583404541015625",  // what some programs print of
+                                                                    // 0.1
+      "-0.22222222222222222222222222222222201",
+      "0.00000000000000000000000000000012345678901234567890123456789",
+      "0.99999999999999999999999999999999999999999",
+      "0.30000000000000000000000000000000000000000e-300",
+      "0.00000000000000000001844674407370955161500000000000000001e+20",
+      "123456789012345678901234567890.5",
+      "1.00000000000000011102230246251565404236316680908203125",
+      "1.00000000000000011102230246251565404236316680908203126"};
+  // Every number of digits, with and without zeros behind the point, and an exponent.
+  for (std::size_t digits = 1; digits < 60; ++digits) {
+    for (const std::size_t zeros : {0u, 1u, 5u, 18u, 19u, 20u, 21u, 300u}) {
+      std::string number = "0." + std::string(zeros, '0');
+      for (std::size_t i = 0; i < digits; ++i) number += static_cast<char>('1' + (7 * i + 3) % 9);
+      numbers.push_back(number);
+      numbers.push_back("-" + number + "E-3");
+      numbers.push_back(number + "e7");
+    }
+  }
+  for (const std::string& number : numbers) {
+    const RayQuery query =
+        accepted(R"({"rays":[{"origin":[)" + number + R"(,0,0],"direction":[0,0,-1]}]})");
+    ASSERT_EQ(query.rays.size(), 1u);
+    EXPECT_EQ(query.rays[0].origin.x, std::strtod(number.c_str(), nullptr)) << number;
+  }
 }
 
 TEST(RayJson, reads_flat_columns) {
