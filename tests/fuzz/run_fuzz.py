@@ -67,7 +67,8 @@ def describe(target, code, log, seconds, out):
     if code != 0:
         artifacts = [file for file in out.iterdir() if file.name != "log"]
         newest = max(artifacts, key=lambda file: file.stat().st_mtime, default=out / "log")
-        verdict = f"FAILED with code {code}: {last(r'(?:ERROR|SUMMARY): ([^/]*?)(?: /| in |$)').strip()}; see {newest}"
+        why = re.search(r"broken promise: .*|ERROR: .*?(?= on | \(|$)", log, re.MULTILINE)
+        verdict = f"FAILED with code {code}: {why.group(0) if why else '?'}; see {newest}"
     slowest = last(r"stat::slowest_unit_time_sec:\s*(\d+)")
     return (f"{target:14} {int(seconds):4} s  {runs:>10} runs  {last(r'cov: ([0-9]+)'):>6} edges  "
             f"{last(r'corp: ([0-9]+)/'):>5} inputs  slowest {slowest} s  {verdict}")
