@@ -243,20 +243,23 @@ Result<AccessorView> AccessorReader::view(std::size_t index, const DecodedElemen
   return view;
 }
 
-void AccessorReader::count_touched(const AccessorView& view, std::uint64_t elements) {
+void AccessorReader::announce(const AccessorView& view, std::uint64_t first, std::uint64_t count,
+                              std::uint64_t TouchedBytes::*kind) {
   const auto& accessor = document_.model.accessors[view.accessor];
+  const std::size_t element = view.element_bytes();
   const auto is_mapped = [&](int number) {
     return views_.is_mapped(static_cast<std::size_t>(number));
   };
-  if (view.base != nullptr && !view.is_decoded && is_mapped(accessor.bufferView)) {
-    bytes_touched_ += elements * view.element_bytes();
+  if (count > 0 && view.base != nullptr && !view.is_decoded && is_mapped(accessor.bufferView)) {
+    touched_.*kind += count * element;
+    will_need({view.base + first * view.stride, (count - 1) * view.stride + element});
   }
   if (view.sparse_count > 0) {
     if (is_mapped(accessor.sparse.indices.bufferView)) {
-      bytes_touched_ += view.sparse_count * component_bytes(view.sparse_component);
+      touched_.*kind += view.sparse_count * component_bytes(view.sparse_component);
     }
     if (is_mapped(accessor.sparse.values.bufferView)) {
-      bytes_touched_ += view.sparse_count * view.element_bytes();
+      touched_.*kind += view.sparse_count * element;
     }
   }
 }

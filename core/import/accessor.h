@@ -11,6 +11,7 @@
 #include "core/geometry/vec3.h"
 #include "core/import/gltf_document.h"
 #include "core/import/view_store.h"
+#include "core/scene/scene_description.h"
 
 namespace sightline::gltf {
 
@@ -71,7 +72,7 @@ void load_element(const AccessorView& view, std::uint64_t index, std::uint32_t w
 std::uint64_t sparse_lower_bound(const AccessorView& view, std::uint64_t index);
 std::uint64_t sparse_index(const AccessorView& view, std::uint64_t entry);
 
-/// Makes views. Counts what it let out in bytes_touched().
+/// Makes views, and counts what is read through them.
 class AccessorReader {
  public:
   AccessorReader(const GltfDocument& document, ViewStore& views, const ImportLimits& limits)
@@ -87,9 +88,11 @@ class AccessorReader {
   /// same type as it states. `decoded` must outlive the view. Errors: GLTF_ACCESSOR_INVALID.
   Result<AccessorView> view(std::size_t index, const DecodedElements& decoded);
 
-  /// To be called by those who read `elements` of a view.
-  void count_touched(const AccessorView& view, std::uint64_t elements);
-  std::uint64_t bytes_touched() const { return bytes_touched_; }
+  /// To be called before elements first .. first + count - 1 of a view are read: counts them as
+  /// `kind`, and has the file's pages fetched together.
+  void announce(const AccessorView& view, std::uint64_t first, std::uint64_t count,
+                std::uint64_t TouchedBytes::*kind);
+  const TouchedBytes& touched() const { return touched_; }
 
  private:
   struct Extent {
@@ -103,7 +106,7 @@ class AccessorReader {
   const GltfDocument& document_;
   ViewStore& views_;
   const ImportLimits& limits_;
-  std::uint64_t bytes_touched_ = 0;
+  TouchedBytes touched_;
 };
 
 }  // namespace sightline::gltf

@@ -52,13 +52,7 @@ Result<std::span<const std::byte>> BufferStore::bytes(std::size_t index) {
 
 Result<std::span<const std::byte>> BufferStore::find(std::size_t index) {
   const BufferEntry& entry = entries_[index];
-  if (is_data_uri_[index]) {
-    auto decoded = decode_data_uri(entry.uri);
-    if (!decoded) return decoded.error();
-    decoded_.push_back(std::make_unique<std::vector<std::byte>>(*std::move(decoded)));
-    return std::span<const std::byte>(*decoded_.back());
-  }
-  if (entry.has_uri) return open_external(entry.uri);
+  if (entry.has_uri) return neighbour(entry.uri);
   if (entry.fallback_only) {
     return Error{ErrorKind::kUnsupported, "GLTF_EXTENSION_UNSUPPORTED",
                  std::string("its bytes must be decoded by ") + kMeshopt, ""};
@@ -66,6 +60,14 @@ Result<std::span<const std::byte>> BufferStore::find(std::size_t index) {
   // [glTF2] 4.4.3.3: the BIN chunk is the first buffer, and only when that has no uri.
   if (index == 0 && binary_.has_value()) return *binary_;
   return invalid("GLTF_BUFFER_INVALID", "it has no uri and is not a GLB file's BIN chunk");
+}
+
+Result<std::span<const std::byte>> BufferStore::neighbour(const std::string& uri) {
+  if (!is_data_uri(uri)) return open_external(uri);
+  auto decoded = decode_data_uri(uri);
+  if (!decoded) return decoded.error();
+  decoded_.push_back(std::make_unique<std::vector<std::byte>>(*std::move(decoded)));
+  return std::span<const std::byte>(*decoded_.back());
 }
 
 Result<std::span<const std::byte>> BufferStore::open_external(const std::string& uri) {
@@ -94,6 +96,7 @@ Result<std::span<const std::byte>> BufferStore::open_external(const std::string&
   }
   auto mapped = MappedFile::open(resolved, limits_.file_bytes, name);
   if (!mapped) return mapped.error();
+  mapped->read_sparsely();
   files_.push_back(*std::move(mapped));
   external_bytes_ += files_.back().bytes().size();
   return files_.back().bytes();

@@ -26,6 +26,9 @@ class BufferStore {
   /// GLTF_EXTENSION_UNSUPPORTED (a buffer that only EXT_meshopt_compression could fill).
   Result<std::span<const std::byte>> bytes(std::size_t index);
 
+  /// The bytes of a data URI, or of a file beside the scene's: an image. Errors: as above.
+  Result<std::span<const std::byte>> neighbour(const std::string& uri);
+
   /// Whether reading this buffer reads the file, rather than text that was decoded before.
   bool is_mapped(std::size_t index) const { return !is_data_uri_[index]; }
   /// Sizes of the external files that were opened.

@@ -60,6 +60,11 @@ struct GltfDocument {
     return accessor.bufferView >= 0 && accessor.bufferView < absent_view;
   }
 
+  /// Of the scenes, images, animations and attributes that were erased; nodes and meshes are
+  /// counted by those who follow them.
+  ImportSkips skipped;
+  std::vector<std::string> image_uris;  ///< only when nothing is to be skipped
+
   std::vector<std::string> warnings;
 };
 

@@ -81,12 +81,14 @@ bool is_geometric(const std::string& attribute) {
          attribute.rfind("WEIGHTS_", 0) == 0;
 }
 
-/// Erases the others, and those of skins where there is no skin.
-void keep_geometric(json& attributes, bool has_skins) {
+/// Erases the others, and those of skins where there is no skin; says how many.
+std::size_t keep_geometric(json& attributes, bool has_skins) {
+  const std::size_t before = attributes.size();
   for (auto member = attributes.begin(); member != attributes.end();) {
     const bool keep = member.key() == "POSITION" || (has_skins && is_geometric(member.key()));
     member = keep ? std::next(member) : attributes.erase(member);
   }
+  return before - attributes.size();
 }
 
 DracoEntry read_draco(json& object, const Counts& counts, JsonChecker& check, const Place& at) {
@@ -117,7 +119,7 @@ void thin_primitive(json& object, const Counts& counts, std::size_t mesh, std::s
     document.draco[{mesh, number}] = read_draco(*draco, counts, check, extensions.member(kDraco));
   }
   JsonChecker::keep_only(object, {"attributes", "indices", "mode", "material", "targets"});
-  keep_geometric(*attributes, !document.skins.empty());
+  document.skipped.attributes += keep_geometric(*attributes, !document.skins.empty());
   const Place list = at.member("attributes");
   for (auto& [name, accessor] : attributes->items()) {
     check.reference(accessor, list.member(name), counts.accessors, "accessors");

@@ -80,15 +80,27 @@ json* section(json& root, const char* key, JsonChecker& check, const Place& file
   return list;
 }
 
+AlphaMode read_alpha_mode(const json& material, std::size_t number, GltfDocument& document) {
+  const auto stated = material.value("alphaMode", std::string("OPAQUE"));
+  for (const AlphaMode mode : {AlphaMode::kOpaque, AlphaMode::kMask, AlphaMode::kBlend}) {
+    if (stated == alpha_mode_name(mode)) return mode;
+  }
+  document.warnings.push_back("material " + std::to_string(number) + ": alphaMode \"" +
+                              shortened(stated) + "\" is not known and was taken for OPAQUE");
+  return AlphaMode::kOpaque;
+}
+
 void take_materials(json* list, GltfDocument& document, JsonChecker& check, const Place& at) {
   if (list == nullptr) return;
   for (std::size_t i = 0; i < list->size() && check.good(); ++i) {
     json& object = (*list)[i];
     check.text(object, "name", at.element(i));
     check.boolean(object, "doubleSided", at.element(i));
+    check.text(object, "alphaMode", at.element(i));
     if (!check.good()) return;
-    document.materials.push_back(
-        {object.value("name", std::string()), object.value("doubleSided", false)});
+    document.materials.push_back({object.value("name", std::string()),
+                                  object.value("doubleSided", false),
+                                  read_alpha_mode(object, i, document)});
   }
 }
 
@@ -155,6 +167,7 @@ void choose_scene(json& root, json* list, const ImportOptions& options, const Co
                                                           ", counted from 0"));
   }
   root.erase("scene");
+  document.skipped.scenes = count > 0 ? count - 1 : 0;
   if (count == 0) {
     document.warnings.emplace_back("the file has no scenes: all root nodes were loaded");
     root.erase("scenes");
@@ -175,6 +188,26 @@ void choose_scene(json& root, json* list, const ImportOptions& options, const Co
   root["scenes"] = json::array({std::move(scene)});
 }
 
+/// Looks at nothing in it: what is wrong there is nobody's error.
+void count_what_is_left_out(const json& root, const ImportOptions& options,
+                            GltfDocument& document) {
+  const auto list = [&](const char* key) -> const json* {
+    const auto found = root.find(key);
+    return found != root.end() && found->is_array() ? &*found : nullptr;
+  };
+  if (const json* animations = list("animations")) document.skipped.animations = animations->size();
+  const json* const images = list("images");
+  if (images == nullptr) return;
+  document.skipped.images = images->size();
+  if (options.skip) return;
+  for (const json& image : *images) {
+    const auto uri = image.is_object() ? image.find("uri") : image.end();
+    if (uri != image.end() && uri->is_string()) {
+      document.image_uris.push_back(uri->get<std::string>());
+    }
+  }
+}
+
 }  // namespace
 
 void thin_gltf(json& root, const ImportOptions& options, GltfDocument& document,
@@ -183,6 +216,7 @@ void thin_gltf(json& root, const ImportOptions& options, GltfDocument& document,
   if (!root.is_object()) return check.refuse(file.member("the file"), "must be a JSON object");
   check_version(root, check, file);
   check_extensions(root, document, check, file);
+  count_what_is_left_out(root, options, document);
   JsonChecker::keep_only(root, {"asset", "scene", "scenes", "nodes", "meshes", "accessors",
                                 "bufferViews", "buffers", "materials", "skins"});
 

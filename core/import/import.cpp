@@ -1,5 +1,6 @@
 #include "core/import/import.h"
 
+#include <algorithm>
 #include <exception>
 #include <new>
 #include <string_view>
@@ -16,6 +17,7 @@
 #include "core/import/pov_scene.h"
 #include "core/import/refusal.h"
 #include "core/import/transform.h"
+#include "core/import/unskipped.h"
 #include "core/import/view_store.h"
 #include "core/import/warnings.h"
 
@@ -110,6 +112,7 @@ Result<SceneDescription> import_checked(std::span<const std::byte> bytes,
   if (!chunks) return chunks.error();
   const std::string_view text(reinterpret_cast<const char*>(chunks->json.data()),
                               chunks->json.size());
+  will_need(chunks->json);
   auto document = read_document(text, options);
   if (!document) return document.error();
   for (std::string& warning : document->warnings) warnings.add(std::move(warning));
@@ -129,8 +132,20 @@ Result<SceneDescription> import_checked(std::span<const std::byte> bytes,
   Status placed = place_meshes(*document, accessors, meshes, limits, budget, scene);
   if (!placed) return placed.error();
 
-  scene.counts.file_bytes = bytes.size() + buffers.external_bytes();
-  scene.counts.bytes_touched = text.size() + accessors.bytes_touched() + views.compressed_bytes();
+  ImportCounts& counts = scene.counts;
+  counts.skipped = document->skipped;
+  counts.skipped.nodes = document->model.nodes.size() - scene.nodes.size();
+  counts.skipped.meshes = document->model.meshes.size() - meshes.shown();
+  counts.touched = accessors.touched();
+  counts.touched.json = text.size();
+  counts.touched.compressed = views.compressed_bytes();
+  counts.file_bytes = bytes.size() + buffers.external_bytes();
+  if (!options.skip) {
+    read_what_was_skipped(*document, bytes, buffers, views, accessors, limits, scene);
+    counts.file_bytes = bytes.size() + buffers.external_bytes();
+    counts.touched.others = counts.file_bytes - std::min(counts.touched.total(), counts.file_bytes);
+  }
+  counts.bytes_touched = counts.touched.total();
   scene.warnings = warnings.take();
   return scene;
 }
@@ -156,6 +171,7 @@ Result<SceneDescription> import_file(const std::filesystem::path& file,
     auto mapped = MappedFile::open(file, options.limits.file_bytes,
                                    "\"" + shortened(file.filename().string()) + "\"");
     if (!mapped) return mapped.error();
+    mapped->read_sparsely();
     return import_checked(mapped->bytes(), file, options);
   });
 }

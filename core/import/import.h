@@ -42,6 +42,9 @@ struct ImportOptions {
   ImportLimits limits;
   /// Empty: the file's default scene, else its first, else (a file without scenes) every root node.
   std::optional<std::uint32_t> scene;
+  /// False: everything that a ray does not need is read as well, and thrown away (unskipped.h). The
+  /// description is the same but for counts.touched; what is wrong in the rest is no error.
+  bool skip = true;
 };
 
 /// Reads a mapped .glb, a .gltf with its neighbours, or a .pov made of boxes, told apart by how

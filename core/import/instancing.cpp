@@ -68,7 +68,7 @@ Result<std::optional<std::vector<Affine>>> read_placements(const GltfDocument& d
                         attributes->count, room, place);
   }
   for (const auto& view : attributes->views) {
-    if (view.has_value()) accessors.count_touched(*view, view->count);
+    if (view.has_value()) accessors.announce(*view, 0, view->count, &TouchedBytes::placements);
   }
 
   std::vector<Affine> placements;

@@ -25,10 +25,21 @@ class MappedFile {
 
   std::span<const std::byte> bytes() const { return {data_, size_}; }
 
+  /// From now on the system reads the pages that are touched, or announced by will_need, and none
+  /// around them.
+  void read_sparsely() const;
+
  private:
   MappedFile(const std::byte* data, std::size_t size) : data_(data), size_(size) {}
   const std::byte* data_ = nullptr;
   std::size_t size_ = 0;
 };
+
+/// Tells the system that these bytes are about to be read, all of them: where they are a mapped
+/// file's, they are fetched together. Bytes of other memory are left as they are.
+void will_need(std::span<const std::byte> bytes);
+
+/// Reads every byte, in order.
+void read_all(std::span<const std::byte> bytes);
 
 }  // namespace sightline::gltf

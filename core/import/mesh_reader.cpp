@@ -1,21 +1,18 @@
 #include "core/import/mesh_reader.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
+#include <set>
 
 #include "core/import/positions.h"
 #include "core/import/refusal.h"
+#include "core/import/unhittable.h"
 
 namespace sightline::gltf {
 
 namespace {
 
 constexpr std::uint64_t kMostTriangles = 0x55555554u;  ///< of a mesh, so that 3 * it fits in a u32
-
-bool is_finite(const Vec3f& p) {
-  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
-}
 
 }  // namespace
 
@@ -37,7 +34,7 @@ Result<std::optional<std::uint32_t>> MeshReader::mesh_of(const tinygltf::Node& n
   if (!mesh) return mesh.error();
   std::optional<std::uint32_t> index;
   if (!mesh->primitives.empty()) {
-    count_nonfinite(*mesh);
+    count_triangles(*mesh);
     index = static_cast<std::uint32_t>(scene_.meshes.size());
     scene_.meshes.push_back(std::make_shared<const Mesh>(*std::move(mesh)));
   }
@@ -90,7 +87,7 @@ Status MeshReader::append_primitive(std::size_t number, const Pose& pose, Mesh& 
 
   // Corners first: they say which range of vertices is worth reading.
   const std::size_t first_corner = mesh.indices.size();
-  if (indices.has_value()) accessors_.count_touched(*indices, listed);
+  if (indices.has_value()) accessors_.announce(*indices, 0, listed, &TouchedBytes::indices);
   auto range = append_corners(indices, base.count, source.mode, place, mesh.indices);
   if (!range) return range.error();
   auto offset = append_positions(source, *found, *range, mesh, loaded);
@@ -135,6 +132,14 @@ Result<std::uint32_t> MeshReader::append_positions(const tinygltf::Primitive& so
                         offset + count, kMostVertices);
   }
   if (Status status = budget_.spend_bytes(count * sizeof(Vec3f)); !status) return status.error();
+  accessors_.announce(found.positions, range.low, count, &TouchedBytes::positions);
+  for (const WeightedTarget& target : found.targets) {
+    accessors_.announce(target.deltas, range.low, count, &TouchedBytes::poses);
+  }
+  for (const InfluenceSet& set : found.skinning.sets) {
+    accessors_.announce(set.joints, range.low, count, &TouchedBytes::poses);
+    accessors_.announce(set.weights, range.low, count, &TouchedBytes::poses);
+  }
   mesh.positions.resize(offset + count);
   auto unbalanced = load_positions(found.positions, found.targets, found.skinning, range.low, count,
                                    found.place, mesh.positions.data() + offset);
@@ -143,29 +148,23 @@ Result<std::uint32_t> MeshReader::append_positions(const tinygltf::Primitive& so
     warnings_.add(found.place + ": the skin's weights of " + std::to_string(*unbalanced) +
                   " vertices do not sum to 1 and were used as they stand");
   }
-  accessors_.count_touched(found.positions, count);
-  for (const WeightedTarget& target : found.targets) accessors_.count_touched(target.deltas, count);
-  for (const InfluenceSet& set : found.skinning.sets) {
-    accessors_.count_touched(set.joints, count);
-    accessors_.count_touched(set.weights, count);
-  }
   if (found.decoded == nullptr)
     loaded[key] = {range.low, range.high, static_cast<std::uint32_t>(offset)};
   return static_cast<std::uint32_t>(offset);
 }
 
-void MeshReader::count_nonfinite(const Mesh& mesh) {
-  if (std::all_of(mesh.positions.begin(), mesh.positions.end(), is_finite)) return;
-  std::uint64_t count = 0;
-  for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
-    const bool finite = is_finite(mesh.positions[mesh.indices[i]]) &&
-                        is_finite(mesh.positions[mesh.indices[i + 1]]) &&
-                        is_finite(mesh.positions[mesh.indices[i + 2]]);
-    count += finite ? 0 : 1;
-  }
-  if (count == 0) return;
-  scene_.counts.nonfinite_triangles += count;
-  warnings_.add("mesh " + std::to_string(mesh.file_mesh) + ": " + std::to_string(count) +
+std::size_t MeshReader::shown() const {
+  std::set<int> meshes;
+  for (const auto& [key, index] : known_) meshes.insert(std::get<0>(key));
+  return meshes.size();
+}
+
+void MeshReader::count_triangles(const Mesh& mesh) {
+  const Unhittable count = count_unhittable(mesh);
+  scene_.counts.degenerate_triangles += count.degenerate;
+  scene_.counts.nonfinite_triangles += count.nonfinite;
+  if (count.nonfinite == 0) return;
+  warnings_.add("mesh " + std::to_string(mesh.file_mesh) + ": " + std::to_string(count.nonfinite) +
                 " triangles have a corner that is not finite and are never hit");
 }
 

@@ -41,6 +41,8 @@ class MeshReader {
   /// Errors: GLTF_INDEX_OUT_OF_RANGE, GLTF_LIMIT_TRIANGLES, GLTF_LIMIT_GEOMETRY_BYTES, those of
   /// PrimitiveSources::find and SkinReader::joints.
   Result<std::optional<std::uint32_t>> mesh_of(const tinygltf::Node& node);
+  /// How many meshes of the file it was asked for.
+  std::size_t shown() const;
 
  private:
   /// Vertices of one accessor (with its targets) that stand in the mesh already.
@@ -55,7 +57,7 @@ class MeshReader {
   Result<std::uint32_t> append_positions(const tinygltf::Primitive& source,
                                          const PrimitiveSource& found, const CornerRange& range,
                                          Mesh& mesh, LoadedParts& loaded);
-  void count_nonfinite(const Mesh& mesh);
+  void count_triangles(const Mesh& mesh);
 
   const GltfDocument& document_;
   AccessorReader& accessors_;

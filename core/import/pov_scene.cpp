@@ -247,6 +247,7 @@ Result<SceneDescription> import_boxes(std::string_view text, const ImportLimits&
   auto scene = Reader(text, limits).read();
   if (!scene) return scene;
   scene->counts.file_bytes = text.size();
+  scene->counts.touched.json = text.size();
   scene->counts.bytes_touched = text.size();
   return scene;
 }

@@ -84,7 +84,7 @@ Result<JointMatrices> SkinReader::read(std::size_t index) {
       return wrong_skin(index, "it has " + std::to_string(skin.joints.size()) + " joints and " +
                                    std::to_string(view->count) + " inverse bind matrices");
     }
-    accessors_.count_touched(*view, skin.joints.size());
+    accessors_.announce(*view, 0, skin.joints.size(), &TouchedBytes::poses);
     binds = *view;
   }
   if (Status status = budget_.spend_bytes(skin.joints.size() * sizeof(Affine)); !status) {

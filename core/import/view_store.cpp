@@ -15,7 +15,10 @@ Result<std::span<const std::byte>> ViewStore::bytes(std::size_t index) {
 
 Result<std::span<const std::byte>> ViewStore::compressed(std::size_t index) {
   auto found = bytes(index);
-  if (found && is_mapped(index)) compressed_bytes_ += found->size();
+  if (found && is_mapped(index)) {
+    compressed_bytes_ += found->size();
+    will_need(*found);
+  }
   return found;
 }
 
@@ -49,6 +52,7 @@ Result<std::span<const std::byte>> ViewStore::decoded(std::size_t index, const M
   auto compressed = part(view.buffer, view.offset, view.length, place, pointer);
   if (!compressed) return compressed.error();
   if (Status status = budget_.spend_bytes(view.decoded_bytes()); !status) return status.error();
+  if (buffers_.is_mapped(view.buffer)) will_need(*compressed);
   auto bytes = decode_meshopt(view, *compressed, place, pointer);
   if (!bytes) return bytes.error();
   if (buffers_.is_mapped(view.buffer)) compressed_bytes_ += view.length;

@@ -1,0 +1,22 @@
+#pragma once
+/// The twin of an import that skips nothing, to measure what skipping saves.
+
+#include <cstddef>
+#include <span>
+
+#include "core/import/accessor.h"
+#include "core/import/buffer_store.h"
+#include "core/import/gltf_document.h"
+#include "core/import/view_store.h"
+#include "core/scene/scene_description.h"
+
+namespace sightline::gltf {
+
+/// Reads what the import of `scene` left out: every byte of the file, of its buffers and of its
+/// images, and the positions and indices of every mesh that the scene does not show. Nothing of it
+/// is kept, and what is wrong with it is nobody's error: the description stays as it is.
+void read_what_was_skipped(const GltfDocument& document, std::span<const std::byte> file,
+                           BufferStore& buffers, ViewStore& views, AccessorReader& accessors,
+                           const ImportLimits& limits, const SceneDescription& scene);
+
+}  // namespace sightline::gltf
