@@ -52,6 +52,7 @@ std::string encode_scene(const StoredScene& stored) {
                         {"unique_triangles", scene.unique_triangle_count()},
                         {"skipped_primitives", description.counts.skipped_primitives},
                         {"nonfinite_triangles", description.counts.nonfinite_triangles},
+                        {"degenerate_triangles", description.counts.degenerate_triangles},
                         {"bytes_touched", description.counts.bytes_touched}};
   document["bounds"] = nullptr;
   if (!scene.bounds().empty()) {
