@@ -59,9 +59,10 @@ def curl(url, *arguments, body=None):
 class Server:
     """`with Server("--preload", "six=demo:six") as server:` is ready, and ended by its own pid."""
 
-    def __init__(self, *arguments, wait=True):
+    def __init__(self, *arguments, wait=True, prefix=()):
+        """`prefix` runs the server's command line in its own process: "strace -D", not "strace"."""
         self.log = tempfile.TemporaryFile()
-        self.process = subprocess.Popen([BINARY, "serve", "--listen", "127.0.0.1:0", "--log-level", "debug",
+        self.process = subprocess.Popen([*map(str, prefix), BINARY, "serve", "--listen", "127.0.0.1:0", "--log-level", "debug",
                                          *map(str, arguments)], stdout=subprocess.PIPE, stderr=self.log, text=True)
         first = self.process.stdout.readline()
         if not first.startswith("listening on http://127.0.0.1:"):
