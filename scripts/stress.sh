@@ -5,6 +5,7 @@
 #   scripts/stress.sh [--minutes N] [--out FOLDER] [FLAG...]
 #   scripts/stress.sh --boxes [--out FOLDER] [FLAG...]
 #   scripts/stress.sh fuzz [--minutes N] [--jobs N] [--target NAME]... [--list]
+#   scripts/stress.sh kills [--times N] [--seed S]
 #
 # --boxes       instead of rays in scenes, pairs of rays and boxes (10,000,000) and of triangles and
 #               boxes (2,000,000; at least a third of each touching exactly), beside the literature's
@@ -17,6 +18,10 @@
 # fuzz runs every libFuzzer target, 10 minutes each and two at once unless told otherwise, with
 # AddressSanitizer and UndefinedBehaviorSanitizer (tests/fuzz/run_fuzz.py --help). A crash, leak, hang
 # or broken promise in one of them fails it.
+#
+# kills ends a server with kill -9, 100 times unless told otherwise, at random moments of uploads,
+# builds and writes, and looks whether every acknowledged scene is there and right afterwards, and
+# nothing else (tests/integration/kills.py).
 #
 # The exit code is not 0 if Sightline was wrong once, or stopped. A wrong answer is printed with its
 # family and seed; `sightline_stress --family F --trial S --rays N --shrink` makes the smallest case
@@ -38,6 +43,13 @@ case ${1:-} in
     mapfile -t targets < <(python3 tests/fuzz/run_fuzz.py --list)
     cmake --build --preset fuzz --target "${targets[@]}"
     exec python3 tests/fuzz/run_fuzz.py "$@"
+    ;;
+  kills)
+    shift
+    scripts/install_packages.sh test
+    configure release
+    cmake --build --preset release --target sightline
+    exec python3 -B tests/integration/kills.py build/release/sightline "$@"
     ;;
 esac
 
