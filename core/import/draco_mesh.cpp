@@ -31,6 +31,10 @@ constexpr std::uint64_t kBytesPerTriangle = 128;
 constexpr std::uint64_t kBytesPerSeamTriangle = 48;
 constexpr std::uint64_t kBytesPerValue = 16;
 
+/// Each attribute may make the library fill tables of a million entries, whatever is in them: about
+/// 20 bytes for 3 ms. glTF's primitives have a handful.
+constexpr std::uint64_t kMostAttributes = 64;
+
 /// Asked by the decoder below before it takes memory for triangles, and for attributes.
 class Gate {
  public:
@@ -69,6 +73,12 @@ class Gate {
     if (points == claim_.points) return true;
     return refuse("its bytes hold " + std::to_string(points) + " points, the accessors " +
                   std::to_string(claim_.points));
+  }
+
+  bool admits_attributes(std::uint64_t attributes) {
+    if (attributes <= kMostAttributes) return true;
+    return refuse("its bytes hold " + std::to_string(attributes) + " attributes, the limit is " +
+                  std::to_string(kMostAttributes));
   }
 
   bool admits_values(std::uint64_t per_point) {
@@ -148,7 +158,9 @@ class GatedDecoder : public Base {
   /// Attributes stand one after the other; those behind the last one that is wanted stay as they
   /// are.
   bool DecodeAllAttributes() override {
+    const auto attributes = static_cast<std::uint64_t>(this->point_cloud()->num_attributes());
     if (!gate_.admits_points(this->point_cloud()->num_points())) return false;
+    if (!gate_.admits_attributes(attributes)) return false;
     for (int i = 0; i <= last_wanted(); ++i) {
       // The library decodes through the same pointer, and keeps it where a subclass cannot see it.
       auto* decoder = const_cast<draco::AttributesDecoderInterface*>(this->attributes_decoder(i));

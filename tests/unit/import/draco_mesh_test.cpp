@@ -33,6 +33,7 @@ struct Options {
   int speed = 5;
   int bits = 0;                          ///< of quantised positions; 0: float32 as they are
   bool has_texture_coordinates = false;  ///< attribute 1, of 10 bits
+  int more_attributes = 0;               ///< of one uint8 each
 };
 
 /// A grid of n * n squares, z = height(x, y).
@@ -42,6 +43,10 @@ Encoded encode_grid(int n, const Height& height, const Options& options) {
   builder.Start(2 * n * n);
   const int positions =
       builder.AddAttribute(draco::GeometryAttribute::POSITION, 3, draco::DT_FLOAT32);
+  std::vector<int> others;
+  for (int i = 0; i < options.more_attributes; ++i) {
+    others.push_back(builder.AddAttribute(draco::GeometryAttribute::GENERIC, 1, draco::DT_UINT8));
+  }
   const auto point = [&](int x, int y) {
     return std::array<float, 3>{static_cast<float>(x), static_cast<float>(y), height(x, y)};
   };
@@ -53,6 +58,9 @@ Encoded encode_grid(int n, const Height& height, const Options& options) {
     builder.SetAttributeValuesForFace(positions, draco::FaceIndex(face), &p, &q, &r);
     if (coordinates >= 0) {
       builder.SetAttributeValuesForFace(coordinates, draco::FaceIndex(face), &p, &q, &r);
+    }
+    for (const int other : others) {
+      builder.SetAttributeValuesForFace(other, draco::FaceIndex(face), "1", "1", "1");
     }
     ++face;
   };
@@ -230,6 +238,18 @@ TEST(DracoMesh, reads_the_most_regular_mesh_there_is) {
   Budget budget(limits);
   EXPECT_TRUE(decode_draco(grid.span(), grid.claim(), budget, "here", "").ok());
   RecordProperty("triangles_per_byte", static_cast<int>(grid.triangles / grid.bytes.size()));
+}
+
+TEST(DracoMesh, refuses_more_attributes_than_any_primitive_has) {
+  const ImportLimits limits;
+  Budget budget(limits);
+  const Encoded many = encode_grid(2, flat, {1, 5, 11, false, 63});
+  EXPECT_TRUE(decode_draco(many.span(), many.claim(), budget, "here", "").ok());
+  const Encoded more = encode_grid(2, flat, {1, 5, 11, false, 64});
+  const auto refused = decode_draco(more.span(), more.claim(), budget, "here", "");
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().message,
+            "here: KHR_draco_mesh_compression: its bytes hold 65 attributes, the limit is 64");
 }
 
 TEST(DracoMesh, refuses_more_orientations_than_there_are_texture_coordinates) {

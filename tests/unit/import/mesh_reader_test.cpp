@@ -217,6 +217,47 @@ TEST(MeshLimits, hold_for_triangles_and_bytes) {
   EXPECT_EQ(row_of_six(4).code(options), "GLTF_LIMIT_GEOMETRY_BYTES");
 }
 
+TEST(ImportLimits, name_the_place_and_both_numbers) {
+  const TinyFile row = row_of_six(4);
+  TinyFile deep = test::one_triangle();
+  deep.root["nodes"] = {{{"children", {1}}}, {{"mesh", 0}}};
+  TinyFile zeros = test::one_triangle();
+  zeros.root["accessors"][0].erase("bufferView");
+  struct Case {
+    const TinyFile& file;
+    void (*lower)(ImportLimits&);
+    const char* code;
+    const char* message;
+    const char* pointer;
+  };
+  const auto size = std::to_string(row.bytes().size());
+  const std::string too_large = "bytes of the file: " + size + ", the limit is 99";
+  const Case cases[] = {
+      {row, [](ImportLimits& l) { l.file_bytes = 99; }, "FILE_BYTES", too_large.c_str(), ""},
+      {row, [](ImportLimits& l) { l.triangles = 1; }, "TRIANGLES",
+       "mesh 0, primitive 0: triangles so far: 2, the limit is 1", ""},
+      {deep, [](ImportLimits& l) { l.nodes = 1; }, "NODES", "nodes: 2, the limit is 1", "/nodes"},
+      {deep, [](ImportLimits& l) { l.node_depth = 1; }, "NODE_DEPTH",
+       "node 1: depth below its root: 2, the limit is 1", "/nodes/1"},
+      {row, [](ImportLimits& l) { l.instances = 0; }, "INSTANCES",
+       "node 0: instances so far: 1, the limit is 0", ""},
+      {row, [](ImportLimits& l) { l.geometry_bytes = 71; }, "GEOMETRY_BYTES",
+       "bytes of positions, indices and instances in memory: 96, the limit is 71", ""},
+      {zeros, [](ImportLimits& l) { l.zero_filled = 2; }, "ZERO_FILLED",
+       "accessor 0: elements without bytes in the file: 3, the limit is 2", "/accessors/0"},
+  };
+  for (const Case& c : cases) {
+    ImportOptions options;
+    c.lower(options.limits);
+    const auto scene = c.file.import(options);
+    ASSERT_FALSE(scene.ok()) << c.code;
+    EXPECT_EQ(scene.error().kind, ErrorKind::kTooLarge);
+    EXPECT_EQ(scene.error().code, std::string("GLTF_LIMIT_") + c.code);
+    EXPECT_EQ(scene.error().message, c.message);
+    EXPECT_EQ(scene.error().pointer, c.pointer);
+  }
+}
+
 TEST(MeshLimits, stop_many_accessors_that_show_the_same_bytes) {
   // A thousand primitives over one view: small in the file, large in memory.
   TinyFile file = row_of_six(5);
