@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/base/parallel.h"
 #include "core/bvh/wide_plan.h"
@@ -35,7 +37,8 @@ class Emitter {
   /// Writes what was chosen below binary node `root` from `granule` on and says how to refer to it.
   std::uint32_t emit(std::uint32_t root, std::uint32_t granule, Counts& counts) {
     if (plan_.is_leaf(root)) return emit_leaf(root, granule, counts);
-    const WideChildren children = plan_.children(root);
+    WideChildren children = plan_.children(root);
+    sort_by_yield(children);
     WideNode& node = *reinterpret_cast<WideNode*>(arena_.at(granule));
     write_boxes(children, node);
     write_orders(children.count, node);
@@ -72,6 +75,20 @@ class Emitter {
                 reinterpret_cast<LeafBlock*>(arena_.at(granule)));
     counts.blocks += blocks;
     return ChildRef::leaf(granule, blocks);
+  }
+
+  /// Last comes what promises a hit for the least work, for those to whom any hit will do: a large
+  /// box over few triangles, a wall before a heap of furniture (docs/decisions/0012).
+  void sort_by_yield(WideChildren& children) const {
+    std::array<std::pair<float, std::uint32_t>, kArity> keyed;
+    for (std::size_t i = 0; i < children.count; ++i) {
+      const BinaryNode& child = binary_[children.index[i]];
+      const float yield = child.half_area() / std::sqrt(static_cast<float>(child.box_count()));
+      // Areas may overflow; NaN would confuse the sorting.
+      keyed[i] = {yield >= 0 ? yield : 0.0f, children.index[i]};
+    }
+    std::sort(keyed.begin(), keyed.begin() + static_cast<std::ptrdiff_t>(children.count));
+    for (std::size_t i = 0; i < children.count; ++i) children.index[i] = keyed[i].second;
   }
 
   void write_boxes(const WideChildren& children, WideNode& node) const {

@@ -38,6 +38,7 @@ struct ChildRef {
 };
 
 struct alignas(64) WideNode {
+  /// Slots: who looks for any hit visits the children from the last to the first.
   /// Closed boxes in tree units, rounded outwards. An empty child has lower = +inf, upper = -inf.
   float lower[3][kArity];
   float upper[3][kArity];

@@ -60,6 +60,7 @@ template <bool kAny, Layout kLayout>
 class Flight {
   static constexpr bool kPlaced = kLayout != Layout::kAsItIs;
   static constexpr bool kMany = kLayout == Layout::kMany;
+  static constexpr Wanted kWanted = kAny ? Wanted::kAny : Wanted::kNearest;
 
  public:
   Flight(const SceneView& scene, const RayBatch& rays, std::uint8_t* occluded, TraceCounts& counts)
@@ -140,9 +141,9 @@ class Flight {
       for (std::uint32_t i = 0; i < node_count; ++i) {
         Slot& slot = *now->slot[kNode][i];
         const std::uint32_t waiting = slot.waiting;
-        const auto found = static_cast<std::uint32_t>(
-            push_children(*reinterpret_cast<const WideNode*>(at(slot, slot.next)), slot.ray.box,
-                          slot.limit, slot.ref + waiting, slot.near + waiting));
+        const auto& node = *reinterpret_cast<const WideNode*>(at(slot, slot.next));
+        const auto found = static_cast<std::uint32_t>(push_children<kWanted>(
+            node, slot.ray.box, slot.limit, slot.ref + waiting, slot.near + waiting));
         slot.waiting = waiting + found - 1;
         proceed(slot, slot.ref[waiting + found - 1], *then);
       }

@@ -31,6 +31,7 @@ struct Stack {
 
 /// What a traversal does with the triangles of a leaf; `take` is true if it may stop.
 struct TakeClosest {
+  static constexpr Wanted kWanted = Wanted::kNearest;
   const RayQuestion& question;
   ClosestHit best;
 
@@ -51,6 +52,7 @@ struct TakeClosest {
 };
 
 struct TakeAny {
+  static constexpr Wanted kWanted = Wanted::kAny;
   const RayQuestion& question;
   double tau_max;
   bool found = false;
@@ -67,6 +69,7 @@ struct TakeAny {
 };
 
 struct TakeAll {
+  static constexpr Wanted kWanted = Wanted::kAny;
   const RayQuestion& question;
   double tau_max;
   AllHits& hits;
@@ -159,7 +162,7 @@ class Traversal {
     });
   }
 
-  /// Visits the leaves that the ray may meet, roughly front to back, until `leaf` says stop.
+  /// Visits the leaves that the ray may meet, in the order that Sink wants, until `leaf` says stop.
   template <class Sink, class Leaf>
   bool walk(const WideTree& tree, const BoxRay& box, std::size_t base, Sink& sink, Leaf leaf) {
     std::size_t size = base;
@@ -172,8 +175,8 @@ class Traversal {
         ref = kNoChild;
       } else {
         ++counts_.nodes;
-        size += push_all_but_nearest(tree.node(ref), box, limit, stack_.ref + size,
-                                     stack_.near + size, ref);
+        size += push_all_but_first<Sink::kWanted>(tree.node(ref), box, limit, stack_.ref + size,
+                                                  stack_.near + size, ref);
       }
       while (ref == kNoChild) {
         if (size == base) return false;

@@ -63,34 +63,45 @@ HWY_INLINE hn::Vec<BoxLanes> slab_far(const WideNode& node, const BoxRay& ray, f
   return far;
 }
 
+/// Which child is visited first: the nearest one, as the ray's octant has it, or the one in the
+/// last slot, where builders put what is most likely worth a look if any hit will do.
+enum class Wanted { kNearest, kAny };
+
 #if HWY_MAX_BYTES >= 32
-/// The children of a node from far to near, and which of them the ray meets.
+/// The children of a node, the first to visit last, and which of them the ray meets.
 struct SortedChildren {
   hn::Vec<BoxLanes> near;
   hn::Vec<hn::RebindToUnsigned<BoxLanes>> ref;
   hn::Mask<BoxLanes> met;
 };
+template <Wanted kWanted>
 HWY_INLINE SortedChildren sorted_children(const WideNode& node, const BoxRay& ray, float limit) {
   const BoxLanes df;
   const hn::RebindToUnsigned<BoxLanes> du;
-  const auto rank = child_order(node, ray.octant);
-  const auto index = hn::IndicesFromVec(df, rank);
-  const auto near = hn::TableLookupLanes(slab_near(node, ray, 0), index);
-  const auto far = hn::TableLookupLanes(slab_far(node, ray, limit, 0), index);
-  return {near, hn::TableLookupLanes(hn::Load(du, node.child), hn::IndicesFromVec(du, rank)),
-          hn::Le(near, far)};
+  auto near = slab_near(node, ray, 0);
+  auto far = slab_far(node, ray, limit, 0);
+  auto ref = hn::Load(du, node.child);
+  if constexpr (kWanted == Wanted::kNearest) {
+    const auto rank = child_order(node, ray.octant);
+    const auto index = hn::IndicesFromVec(df, rank);
+    near = hn::TableLookupLanes(near, index);
+    far = hn::TableLookupLanes(far, index);
+    ref = hn::TableLookupLanes(ref, hn::IndicesFromVec(du, rank));
+  }
+  return {near, ref, hn::Le(near, far)};
 }
 #endif
 
-/// Writes the children of a node that the ray meets before `limit`, the nearest last, and returns
-/// how many. Eight slots of both arrays may be overwritten. The order of children is the octant's.
+/// Writes the children of a node that the ray meets before `limit`, the first to visit last, and
+/// returns how many. Eight slots of both arrays may be overwritten.
+template <Wanted kWanted>
 HWY_INLINE std::size_t push_children(const WideNode& node, const BoxRay& ray, float limit,
                                      std::uint32_t* HWY_RESTRICT ref_out,
                                      float* HWY_RESTRICT near_out) {
   const BoxLanes df;
 #if HWY_MAX_BYTES >= 32
   const hn::RebindToUnsigned<BoxLanes> du;
-  const SortedChildren children = sorted_children(node, ray, limit);
+  const SortedChildren children = sorted_children<kWanted>(node, ray, limit);
   // Compressed in registers: a compressing store would keep the next pop waiting.
   hn::StoreU(hn::Compress(children.near, children.met), df, near_out);
   hn::StoreU(hn::Compress(children.ref, hn::RebindMask(du, children.met)), du, ref_out);
@@ -102,7 +113,7 @@ HWY_INLINE std::size_t push_children(const WideNode& node, const BoxRay& ray, fl
     hn::Store(slab_near(node, ray, i), df, near + i);
     hn::Store(slab_far(node, ray, limit, i), df, far + i);
   }
-  std::uint32_t order = node.order[ray.octant];
+  std::uint32_t order = kWanted == Wanted::kNearest ? node.order[ray.octant] : 076543210u;
   std::size_t size = 0;
   for (std::size_t i = 0; i < kArity; ++i, order >>= 3) {
     const std::uint32_t child = order & 7u;
@@ -114,29 +125,31 @@ HWY_INLINE std::size_t push_children(const WideNode& node, const BoxRay& ray, fl
 #endif
 }
 
-/// The same but for the nearest child, which goes to `next`: a ray on its own need not wait for the
-/// stack. Returns how many were written; `next` is kNoChild if the ray meets none.
+/// The same but for the first to visit, which goes to `next`: a ray on its own need not wait for
+/// the stack. Returns how many were written; `next` is kNoChild if the ray meets none.
 constexpr std::uint32_t kNoChild = 0xffffffffu;
-HWY_INLINE std::size_t push_all_but_nearest(const WideNode& node, const BoxRay& ray, float limit,
-                                            std::uint32_t* HWY_RESTRICT ref_out,
-                                            float* HWY_RESTRICT near_out, std::uint32_t& next) {
+template <Wanted kWanted>
+HWY_INLINE std::size_t push_all_but_first(const WideNode& node, const BoxRay& ray, float limit,
+                                          std::uint32_t* HWY_RESTRICT ref_out,
+                                          float* HWY_RESTRICT near_out, std::uint32_t& next) {
 #if HWY_MAX_BYTES >= 32
   const BoxLanes df;
   const hn::RebindToUnsigned<BoxLanes> du;
-  const SortedChildren children = sorted_children(node, ray, limit);
+  const SortedChildren children = sorted_children<kWanted>(node, ray, limit);
   const std::uint32_t met = mask_bits(df, children.met);
   next = kNoChild;
   if (met == 0) return 0;
-  const auto nearest = static_cast<std::uint32_t>(31 - std::countl_zero(met));
-  next = node.child[node.order[ray.octant] >> (3 * nearest) & 7u];
-  const auto others = static_cast<std::uint8_t>(met ^ 1u << nearest);
+  auto first = static_cast<std::uint32_t>(31 - std::countl_zero(met));
+  const auto others = static_cast<std::uint8_t>(met ^ 1u << first);
+  if (kWanted == Wanted::kNearest) first = node.order[ray.octant] >> (3 * first) & 7u;
+  next = node.child[first];
   if (others == 0) return 0;
   const auto waiting = hn::LoadMaskBits(df, &others);
   hn::StoreU(hn::Compress(children.near, waiting), df, near_out);
   hn::StoreU(hn::Compress(children.ref, hn::RebindMask(du, waiting)), du, ref_out);
   return static_cast<std::size_t>(std::popcount(met)) - 1;
 #else
-  const std::size_t found = push_children(node, ray, limit, ref_out, near_out);
+  const std::size_t found = push_children<kWanted>(node, ray, limit, ref_out, near_out);
   next = found > 0 ? ref_out[found - 1] : kNoChild;
   return found > 0 ? found - 1 : 0;
 #endif

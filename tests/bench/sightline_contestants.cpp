@@ -30,10 +30,7 @@ class SightlineContestant : public Contestant {
 
   void any(const RaySet& rays, Answers& answers) const override {
     TraceCounts counts;
-    for (std::size_t i = 0; i < rays.size(); i += batch_) {
-      kernel_.any(scene_, rays.rays, i, std::min(i + batch_, rays.size()), answers.occluded.data(),
-                  counts);
-    }
+    run_any(rays, answers.occluded.data(), counts);
   }
 
   std::string explain(const RaySet& rays) const override {
@@ -56,13 +53,24 @@ class SightlineContestant : public Contestant {
                   per_ray(counts.decisions.exact_hits), per_ray(counts.decisions.exact_compares),
                   per_ray(counts.packet_rays), per_packet(counts.packet_nodes),
                   per_packet(counts.packet_boxes), per_packet(counts.packet_leaves));
-    return std::string(kernel_.name) + ": " + text;
+    TraceCounts any_counts;
+    Column<std::uint8_t> occluded(rays.size());
+    run_any(rays, occluded.data(), any_counts);
+    char any_text[80];
+    std::snprintf(any_text, sizeof any_text, "; any: %.2f nodes, %.2f blocks",
+                  per_ray(any_counts.nodes), per_ray(any_counts.blocks));
+    return std::string(kernel_.name) + ": " + text + any_text;
   }
 
  private:
   void run_closest(const RaySet& rays, HitBatch& hits, TraceCounts& counts) const {
     for (std::size_t i = 0; i < rays.size(); i += batch_) {
       kernel_.closest(scene_, rays.rays, i, std::min(i + batch_, rays.size()), hits, counts);
+    }
+  }
+  void run_any(const RaySet& rays, std::uint8_t* occluded, TraceCounts& counts) const {
+    for (std::size_t i = 0; i < rays.size(); i += batch_) {
+      kernel_.any(scene_, rays.rays, i, std::min(i + batch_, rays.size()), occluded, counts);
     }
   }
 
