@@ -97,7 +97,8 @@ int run_cast(const CastCommand& command, std::ostream& out, std::ostream& compla
     return complain(complaints, {ErrorKind::kInvalid, fault.code,
                                  "--" + std::string(fault.part) + ": " + fault.message, ""});
   }
-  auto loaded = load_source(command.source, {command.scene});
+  Progress progress;
+  auto loaded = load_source(command.source, {command.scene}, progress);
   if (!loaded) return complain(complaints, loaded.error());
   auto engine = Engine::create({.threads = 1, .kernel = command.kernel});
   if (!engine) return complain(complaints, engine.error());

@@ -145,6 +145,10 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
   app.add_option("--max-hits", command.limits.hits, "listed in one answer to rays:all")
       ->check(count)
       ->capture_default_str();
+  app.add_option("--max-loads", command.limits.loads,
+                 "scenes that may be on their way at once; two of them are built at a time")
+      ->check(count)
+      ->capture_default_str();
   // Below a millisecond a request or a connection would have no time at all.
   const CLI::Validator span([](std::string& text) { return check_seconds(text, 0.001); },
                             "SECONDS");
@@ -172,6 +176,9 @@ void finish_serve(ServeCommand& command, const ServeFlags& flags) {
   for (const std::string& preload : flags.preloads) {
     command.preloads.push_back(parse_preload(preload));
   }
+  // Each of these holds a worker: half of all may wait, a quarter more may listen.
+  command.limits.waiters = command.http.workers / 2;
+  command.limits.listeners = command.http.workers / 4;
   command.limits.request = milliseconds_of(flags.request_seconds);
   command.http.idle = milliseconds_of(flags.idle_seconds);
   command.drain = milliseconds_of(flags.drain_seconds);

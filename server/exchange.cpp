@@ -27,6 +27,28 @@ void Exchange::reply_empty(int status) {
   response.set_header("X-Request-Id", request_id);
 }
 
+void Exchange::reply_stream(std::string_view media_type,
+                            std::function<bool(const Send& send)> next) {
+  reply_empty(200);
+  // See HttpServer::answer_requests: what was written leaves now, not when the buffer is full.
+  const httplib::Progress& flush = request.progress;
+  const auto provide = [next = std::move(next), &flush](std::size_t, httplib::DataSink& sink) {
+    bool good = true;
+    const Send send = [&](std::string_view text) {
+      good = sink.write(text.data(), text.size()) && (!flush || flush(0, 0));
+      return good;
+    };
+    if (!next(send)) sink.done();
+    return good;
+  };
+  if (request.version == "HTTP/1.0") {
+    // It knows no chunks: the end of the connection is the end of the stream.
+    response.set_content_provider(std::string(media_type), provide);
+  } else {
+    response.set_chunked_content_provider(std::string(media_type), provide);
+  }
+}
+
 void Exchange::reply_problem(Problem problem) {
   problem.request_id = request_id;
   const int status = problem.status;
@@ -45,6 +67,7 @@ void Exchange::reply_problem(int status, std::string_view code, std::string deta
 void Exchange::reply_error(const Error& error) {
   const int status = http_status(error.kind);
   reply_problem(make_problem(error, status, status_title(status)));
+  if (error.kind == ErrorKind::kBusy) response.set_header("Retry-After", "1");
 }
 
 std::string request_id_of(const httplib::Request& request) {

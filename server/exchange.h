@@ -3,6 +3,7 @@
 
 #include <httplib.h>
 
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,6 +26,11 @@ struct Exchange {
     reply(status, std::move(content), "application/json");
   }
   void reply_empty(int status);
+  /// Sends what `next` sends, piece by piece, until it returns false. It is called on the worker of
+  /// this request, and may wait. `send` is false when the client is gone.
+  using Send = std::function<bool(std::string_view)>;
+  void reply_stream(std::string_view media_type, std::function<bool(const Send& send)> next);
+  /// Of too much at once (kBusy) it also says when to try again.
   void reply_error(const Error& error);
   void reply_problem(int status, std::string_view code, std::string detail);
   void reply_problem(Problem problem);

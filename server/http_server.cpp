@@ -250,6 +250,11 @@ void HttpServer::answer_requests(int socket, ConnectionStream& stream) {
           request.response_handler = [&](const httplib::Response&) {
             return !wants_close && !stopping_ && is_skippable(stream, end);
           };
+          // This too is a question of its client; here it lets a stream of events out of the
+          // buffer.
+          request.progress = [&](std::uint64_t, std::uint64_t) { return stream.flush(); };
+          // Where HTTP/1.0 asks to keep the connection it would not know where a stream ends.
+          if (request.version == "HTTP/1.0") wants_close = true;
           // No compression that costs more than the trace.
           request.headers.erase("Accept-Encoding");
         });

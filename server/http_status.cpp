@@ -17,6 +17,7 @@ int http_status(ErrorKind kind) {
     case ErrorKind::kConflict:
       return 409;
     case ErrorKind::kCancelled:
+    case ErrorKind::kBusy:
       return 503;
     case ErrorKind::kDeadline:
       return 504;

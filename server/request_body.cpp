@@ -24,6 +24,10 @@ void reply_too_large(Exchange& exchange, std::uint64_t limit) {
 
 }  // namespace
 
+std::optional<std::uint64_t> body_length(const Exchange& exchange) {
+  return content_length(exchange.request);
+}
+
 bool admit_body(Exchange& exchange, std::uint64_t limit) {
   const std::string encoding = exchange.request.get_header_value("Content-Encoding");
   if (!encoding.empty() && encoding != "identity") {

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -12,6 +13,9 @@
 #include "server/exchange.h"
 
 namespace sightline {
+
+/// What the request says of its length; empty for a chunked body.
+std::optional<std::uint64_t> body_length(const Exchange& exchange);
 
 /// What can be said of a body before it is read. Errors: LENGTH_REQUIRED (neither Content-Length
 /// nor chunked; status 411, so it is answered here), BODY_TOO_LARGE, ENCODING_UNSUPPORTED. Returns

@@ -50,6 +50,9 @@ void reply_version(Exchange& exchange, const Service& service) {
                         {"query_bytes", service.limits.query_bytes},
                         {"rays", service.limits.rays},
                         {"hits", service.limits.hits},
+                        {"loads", service.limits.loads},
+                        {"waiters", service.limits.waiters},
+                        {"listeners", service.limits.listeners},
                         {"request_ms", service.limits.request.count()}}}};
   exchange.reply_json(200, document.dump() + "\n");
 }

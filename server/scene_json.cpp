@@ -17,13 +17,21 @@ std::string text_of(const Json& document) {
 
 Json vector_of(const Vec3d& v) { return Json::array({v.x, v.y, v.z}); }
 
+Json reason_of(const Error& error) { return {{"code", error.code}, {"detail", error.message}}; }
+
+void add_progress(Json& document, SceneState state, const Progress::Reading& progress) {
+  if (state != SceneState::kLoading) return;
+  document["stage"] = progress.stage;
+  document["progress"] = nullptr;
+  if (progress.percent) document["progress"] = *progress.percent;
+}
+
 Json summary_of(const StoredScene& scene) {
   Json document;
   document["id"] = scene.id;
   document["state"] = scene_state_name(scene.state);
-  if (scene.failure) {
-    document["reason"] = {{"code", scene.failure->code}, {"detail", scene.failure->message}};
-  }
+  add_progress(document, scene.state, scene.progress);
+  if (scene.failure) document["reason"] = reason_of(*scene.failure);
   if (scene.revision > 0) document["revision"] = scene.revision;
   if (!scene.sha256.empty()) {
     document["sha256"] = scene.sha256;
@@ -32,6 +40,12 @@ Json summary_of(const StoredScene& scene) {
   if (scene.chosen) document["scene"] = *scene.chosen;
   document["persistent"] = scene.persistent;
   if (scene.scene) document["triangles"] = scene.scene->instanced_triangle_count();
+  if (const auto& update = scene.update) {
+    Json& next = document["update"];
+    next["state"] = scene_state_name(update->state);
+    add_progress(next, update->state, update->progress);
+    if (update->failure) next["reason"] = reason_of(*update->failure);
+  }
   return document;
 }
 
@@ -67,6 +81,8 @@ std::string encode_scene(const StoredScene& stored) {
   if (warnings.size() > kWarnings) document["warnings_total"] = warnings.size();
   return text_of(document);
 }
+
+std::string encode_scene_summary(const StoredScene& scene) { return text_of(summary_of(scene)); }
 
 std::string encode_scene_list(const std::vector<SceneSnapshot>& scenes) {
   Json list = Json::array();

@@ -9,10 +9,14 @@
 namespace sightline {
 
 /// {"id","state","revision","sha256","bytes","scene","persistent","name","counts","bounds",
-/// "warnings"}; of a failed scene {"id","state","reason":{"code","detail"}}. "scene" is there when
-/// ?scene=N chose it. Bounds are null for a scene without
-/// finite triangles. At most 100 warnings; "warnings_total" counts them all.
+/// "warnings"}; of a failed scene {"id","state","reason":{"code","detail"}}; of one that is loading
+/// {"id","state","stage","progress"}, where progress is that of the stage in percent, or null.
+/// "update" says the same of a newer content of a ready scene, while it is on its way or when it
+/// failed. "scene" is there when ?scene=N chose it. Bounds are null for a scene without finite
+/// triangles. At most 100 warnings; "warnings_total" counts them all.
 std::string encode_scene(const StoredScene& scene);
+/// The same without name, counts, bounds and warnings, in one line.
+std::string encode_scene_summary(const StoredScene& scene);
 /// {"scenes":[...]}, each without bounds and warnings.
 std::string encode_scene_list(const std::vector<SceneSnapshot>& scenes);
 

@@ -18,8 +18,11 @@ Error not_found(std::string message) {
   return {ErrorKind::kNotFound, "SOURCE_NOT_FOUND", std::move(message), ""};
 }
 
-Result<std::shared_ptr<const Scene>> build(Result<SceneDescription> description) {
+Result<std::shared_ptr<const Scene>> build(Result<SceneDescription> description,
+                                           Progress& progress) {
   if (!description) return std::move(description).error();
+  if (progress.cancelled()) return load_cancelled();
+  progress.begin("building");
   return Scene::build(std::move(*description));
 }
 
@@ -38,9 +41,11 @@ std::string hash_of_geometry(const SceneDescription& description) {
 
 }  // namespace
 
-Result<std::shared_ptr<const Scene>> load_scene(std::span<const std::byte> bytes,
-                                                const SceneChoice& choice) {
-  return build(import_bytes(bytes, {.limits = {}, .scene = choice.scene}));
+Result<std::shared_ptr<const Scene>> load_scene(const LoadInput& input) {
+  input.progress.begin("importing");
+  return build(
+      import_bytes(input.bytes, {.scene = input.choice.scene, .progress = &input.progress}),
+      input.progress);
 }
 
 Result<std::vector<std::byte>> demo_glb(const std::string& name) {
@@ -60,7 +65,8 @@ Status check_source(const std::string& source) {
   return not_found("there is no file '" + source + "'");
 }
 
-Result<PreloadedScene> load_source(const std::string& source, const SceneChoice& choice) {
+Result<PreloadedScene> load_source(const std::string& source, const SceneChoice& choice,
+                                   Progress& progress) {
   if (Status found = check_source(source); !found) return std::move(found).error();
   PreloadedScene loaded;
   Result<std::shared_ptr<const Scene>> scene = loaded.scene;
@@ -69,7 +75,7 @@ Result<PreloadedScene> load_source(const std::string& source, const SceneChoice&
     if (!glb) return std::move(glb).error();
     loaded.bytes = glb->size();
     loaded.sha256 = sha256_of(*glb);
-    scene = load_scene(*glb, choice);
+    scene = load_scene({*glb, choice, progress});
   } else {
     constexpr const char* kDoing = "read the scene's file";
     auto file = open_file(source, O_RDONLY, kDoing);
@@ -77,13 +83,15 @@ Result<PreloadedScene> load_source(const std::string& source, const SceneChoice&
     auto mapped = MappedFile::map(*file, kDoing);
     if (!mapped) return std::move(mapped).error();
     loaded.bytes = mapped->bytes().size();
+    progress.begin("checking");
     loaded.sha256 = sha256_of(mapped->bytes());
     // By name and not from these bytes: a .gltf may have neighbours.
-    auto description = import_file(source, {.limits = {}, .scene = choice.scene});
+    progress.begin("importing");
+    auto description = import_file(source, {.scene = choice.scene, .progress = &progress});
     if (description && description->counts.file_bytes > loaded.bytes) {
       loaded.neighbours = hash_of_geometry(*description);
     }
-    scene = build(std::move(description));
+    scene = build(std::move(description), progress);
   }
   if (!scene) return std::move(scene).error();
   loaded.scene = std::move(*scene);

@@ -12,13 +12,13 @@ namespace sightline {
 
 /// The bytes of a .glb, or of a .gltf without neighbours, as a scene. Errors: those of import and
 /// of Scene::build.
-Result<std::shared_ptr<const Scene>> load_scene(std::span<const std::byte> bytes,
-                                                const SceneChoice& choice);
+Result<std::shared_ptr<const Scene>> load_scene(const LoadInput& input);
 
 /// Errors: SOURCE_NOT_FOUND (no such file, no demo of that name). Cheap: reads nothing.
 Status check_source(const std::string& source);
 /// Errors: also those of import and of Scene::build.
-Result<PreloadedScene> load_source(const std::string& source, const SceneChoice& choice);
+Result<PreloadedScene> load_source(const std::string& source, const SceneChoice& choice,
+                                   Progress& progress);
 
 /// The GLB of a demo by its name without "demo:". Errors: SOURCE_NOT_FOUND.
 Result<std::vector<std::byte>> demo_glb(const std::string& name);

@@ -18,7 +18,8 @@ namespace {
 std::vector<Preload> preloads_of(const ServeCommand& command) {
   std::vector<Preload> preloads;
   for (const auto& [id, source] : command.preloads) {
-    preloads.push_back({id, [source = source] { return load_source(source, {}); }});
+    preloads.push_back(
+        {id, [source = source](Progress& progress) { return load_source(source, {}, progress); }});
   }
   return preloads;
 }
@@ -70,6 +71,7 @@ int run_serve(const ServeCommand& command, std::ostream& out, std::ostream& comp
   if (!engine) return complain(engine.error());
   StoreOptions options;
   options.folder = command.data;
+  options.loads_max = command.limits.loads;
   options.report = [&log](const std::string& id, const Error& error) {
     log.error("scene {} failed: {} {}", id, error.code, error.message);
   };

@@ -9,6 +9,7 @@
 #include "core/base/deadline.h"
 #include "core/run/engine.h"
 #include "core/store/scene_store.h"
+#include "server/places.h"
 
 namespace spdlog {
 class logger;
@@ -23,15 +24,20 @@ struct ServiceLimits {
   std::size_t rays = 10'000'000;
   std::size_t hits = 10'000'000;              ///< listed in one answer
   std::chrono::milliseconds request{60'000};  ///< for tracing
+  std::size_t loads = 100;                    ///< under way or waiting
+  std::size_t waiters = 16;                   ///< requests that wait for a load, each on a worker
+  std::size_t listeners = 8;                  ///< to events, each on a worker
 };
 
 struct Service {
   const Engine& engine;
   SceneStore& store;
   spdlog::logger& log;
-  ServiceLimits limits;
+  ServiceLimits limits{};
   std::atomic<bool> stopping{false};
-  CancelFlag cancelled;  ///< set when even requests that have begun must end
+  CancelFlag cancelled{};  ///< set when even requests that have begun must end
+  Places waiters{limits.waiters};
+  Places listeners{limits.listeners};
 
   Deadline deadline() const { return Deadline::in(limits.request, &cancelled); }
 };

@@ -19,6 +19,7 @@ enum class ErrorKind {
   kConflict,     ///< not in this state, try again later (409)
   kCancelled,    ///< the caller went away or asked to stop
   kDeadline,     ///< the time allowed was used up (504)
+  kBusy,         ///< too much is under way: try again later (503)
   kOutOfSpace,   ///< disk or memory budget is full (507)
   kInternal,     ///< our fault (500)
 };

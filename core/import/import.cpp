@@ -51,8 +51,16 @@ Result<GlbChunks> open_container(std::span<const std::byte> bytes, Warnings& war
 
 /// Instances of every node that shows a mesh with triangles, in the order of the walk.
 Status place_meshes(const GltfDocument& document, AccessorReader& accessors, MeshReader& meshes,
-                    const ImportLimits& limits, Budget& budget, SceneDescription& scene) {
+                    const ImportLimits& limits, Progress* progress, Budget& budget,
+                    SceneDescription& scene) {
+  if (progress != nullptr) progress->begin("importing", scene.nodes.size());
   for (std::uint32_t i = 0; i < scene.nodes.size(); ++i) {
+    if (progress != nullptr) {
+      if (progress->cancelled()) {
+        return Error{ErrorKind::kCancelled, "CANCELLED", "the import was cancelled", ""};
+      }
+      progress->reach(i);
+    }
     const std::uint32_t file_node = scene.nodes[i].file_node;
     const tinygltf::Node& source = document.model.nodes[file_node];
     if (source.mesh < 0) continue;
@@ -129,7 +137,8 @@ Result<SceneDescription> import_checked(std::span<const std::byte> bytes,
   ViewStore views(*document, buffers, budget);
   AccessorReader accessors(*document, views, limits);
   MeshReader meshes(*document, views, accessors, limits, budget, scene, warnings);
-  Status placed = place_meshes(*document, accessors, meshes, limits, budget, scene);
+  Status placed =
+      place_meshes(*document, accessors, meshes, limits, options.progress, budget, scene);
   if (!placed) return placed.error();
 
   ImportCounts& counts = scene.counts;

@@ -18,6 +18,7 @@
 #include <optional>
 #include <span>
 
+#include "core/base/progress.h"
 #include "core/base/result.h"
 #include "core/scene/scene_description.h"
 
@@ -39,12 +40,15 @@ struct ImportLimits {
 };
 
 struct ImportOptions {
-  ImportLimits limits;
+  ImportLimits limits = {};
   /// Empty: the file's default scene, else its first, else (a file without scenes) every root node.
-  std::optional<std::uint32_t> scene;
+  std::optional<std::uint32_t> scene = {};
   /// False: everything that a ray does not need is read as well, and thrown away (unskipped.h). The
   /// description is the same but for counts.touched; what is wrong in the rest is no error.
   bool skip = true;
+  /// Told of the stage "importing", by nodes; the import ends early (CANCELLED) when it is
+  /// cancelled. May be null.
+  Progress* progress = nullptr;
 };
 
 /// Reads a mapped .glb, a .gltf with its neighbours, or a .pov made of boxes, told apart by how

@@ -1,8 +1,7 @@
 #include "core/store/scene_store.h"
 
 #include <algorithm>
-#include <atomic>
-#include <new>
+#include <utility>
 
 #include "core/store/free_memory.h"
 #include "core/store/scene_id.h"
@@ -10,20 +9,25 @@
 namespace sightline {
 namespace {
 
-/// Whether its first content is still on its way.
-bool is_waiting(const StoredScene& scene) {
-  return scene.state == SceneState::kQueued || scene.state == SceneState::kLoading;
-}
-
 /// A name whose content is still to come.
-StoredScene queued_scene(const std::string& id) {
-  StoredScene scene;
-  scene.id = id;
+SceneSnapshot bare_scene(const std::string& id) {
+  auto scene = std::make_shared<StoredScene>();
+  scene->id = id;
   return scene;
 }
 
-std::string tag_of(const std::string& sha256, const SceneChoice& choice) {
-  return choice.scene ? sha256 + "-scene-" + std::to_string(*choice.scene) : sha256;
+/// How often a wait looks at its deadline's flag, which wakes nobody.
+constexpr std::chrono::milliseconds kLook{100};
+
+/// Waits until `done()` or the deadline. The mutex of `hold` guards what done() reads.
+template <class Done>
+bool wait_until(std::condition_variable& changed, std::unique_lock<std::mutex>& hold,
+                const Deadline& deadline, const Done& done) {
+  while (!done()) {
+    if (deadline.passed()) return false;
+    changed.wait_until(hold, std::min(deadline.at, Deadline::Clock::now() + kLook));
+  }
+  return true;
 }
 
 }  // namespace
@@ -41,30 +45,6 @@ const char* scene_state_name(SceneState state) {
   }
   return "";
 }
-
-/// The right to load one scene; waits until there is one. What the load needed for itself goes back
-/// to the system at its end.
-class SceneStore::LoadSlot {
- public:
-  explicit LoadSlot(SceneStore& store) : store_(store) {
-    std::unique_lock hold(store_.mutex_);
-    store_.slot_free_.wait(hold, [&] { return store_.loads_ < store_.options_.loads_at_once; });
-    ++store_.loads_;
-  }
-  LoadSlot(const LoadSlot&) = delete;
-  LoadSlot& operator=(const LoadSlot&) = delete;
-  ~LoadSlot() {
-    {
-      const std::lock_guard hold(store_.mutex_);
-      --store_.loads_;
-    }
-    store_.slot_free_.notify_one();
-    give_back_free_memory();
-  }
-
- private:
-  SceneStore& store_;
-};
 
 SceneStore::SceneStore(const StoreOptions& options, SceneLoader loader)
     : options_(options), loader_(std::move(loader)) {}
@@ -86,224 +66,259 @@ Result<std::unique_ptr<SceneStore>> SceneStore::open(const StoreOptions& options
     for (const SceneRecord& record : catalogue.records) seen = std::max(seen, record.revision);
     store->revisions_ = RevisionCounter(options.folder, seen);
   }
-
-  // No thread runs yet; the lock of add() is free.
-  std::vector<std::function<void()>> jobs;
-  for (SceneFolder::Damage& damage : catalogue.damaged) {
-    const std::uint64_t ticket = store->add(queued_scene(damage.id));
-    store->fail(damage.id, ticket,
-                {ErrorKind::kInternal, "STORE_DAMAGED",
-                 std::move(damage.reason) + "; it was moved to quarantine", ""});
-  }
-  for (SceneRecord& record : catalogue.records) {
-    StoredScene scene = queued_scene(record.id);
-    scene.revision = record.revision;
-    scene.sha256 = record.sha256;
-    scene.etag = tag_of(record.sha256, {record.scene});
-    scene.chosen = record.scene;
-    scene.bytes = record.bytes;
-    scene.persistent = true;
-    const std::uint64_t ticket = store->add(std::move(scene));
-    jobs.push_back([self = store.get(), ticket, record = std::move(record)] {
-      self->load_record(record, ticket);
-    });
-  }
-  for (Preload& preload : preloads) {
-    const std::uint64_t ticket = store->add(queued_scene(preload.id));
-    if (ticket == 0) continue;
-    jobs.push_back([self = store.get(), ticket, preload = std::move(preload)] {
-      self->load_preload(preload, ticket);
-    });
-  }
-  store->load_in_background(std::move(jobs));
+  store->builds_.emplace(options.loads_at_once);
+  store->start(std::move(catalogue), std::move(preloads));
   return store;
 }
 
 SceneStore::~SceneStore() {
   {
     const std::lock_guard hold(mutex_);
-    stopping_ = true;
+    for (auto& [id, entry] : entries_) {
+      for (const LoadPointer& load : entry.loads) load->progress_.cancel();
+    }
   }
-  for (std::thread& thread : threads_) thread.join();
+  builds_.reset();
 }
 
-void SceneStore::load_in_background(std::vector<std::function<void()>> jobs) {
-  jobs_left_ = jobs.size();
-  const auto threads = std::min<std::size_t>(
-      jobs.size(), static_cast<std::size_t>(std::max(options_.loads_at_once, 1)));
-  const auto shared = std::make_shared<const std::vector<std::function<void()>>>(std::move(jobs));
-  const auto next = std::make_shared<std::atomic<std::size_t>>(0);
-  for (std::size_t i = 0; i < threads; ++i) {
-    threads_.emplace_back([this, shared, next] {
-      for (std::size_t job = (*next)++; job < shared->size(); job = (*next)++) {
-        {
-          const std::lock_guard hold(mutex_);
-          if (stopping_) return;
-        }
-        {
-          const LoadSlot slot(*this);
-          (*shared)[job]();
-        }
-        const std::lock_guard hold(mutex_);
-        --jobs_left_;
-      }
-    });
+SceneSnapshot SceneStore::snapshot_of(const Entry& entry) {
+  if (entry.loads.empty()) return entry.content;
+  const SceneLoad& load = *entry.loads.back();
+  auto scene = std::make_shared<StoredScene>(*entry.content);
+  if (scene->scene) {
+    scene->update = {load.state_, load.progress_.reading(), std::nullopt};
+  } else {
+    scene->state = load.state_;
+    scene->progress = load.progress_.reading();
+    scene->failure.reset();
   }
-}
-
-Result<std::shared_ptr<const Scene>> SceneStore::load(std::span<const std::byte> bytes,
-                                                      const SceneChoice& choice) const {
-  try {
-    auto scene = loader_(bytes, choice);
-    if (scene) *scene = giving_back_memory(std::move(*scene));
-    return scene;
-  } catch (const std::bad_alloc&) {
-    return Error{ErrorKind::kOutOfSpace, "MEMORY_FULL", "there is no memory left for the scene",
-                 ""};
-  } catch (...) {
-    return Error{ErrorKind::kInternal, "SCENE_LOAD_FAILED", "the scene could not be loaded", ""};
-  }
-}
-
-std::uint64_t SceneStore::add(StoredScene scene) {
-  const std::lock_guard hold(mutex_);
-  std::string id = scene.id;
-  const auto [place, added] = entries_.try_emplace(std::move(id));
-  if (!added) return 0;
-  place->second = {std::make_shared<const StoredScene>(std::move(scene)), next_ticket_++};
-  return place->second.ticket;
-}
-
-bool SceneStore::advance(const std::string& id, std::uint64_t ticket,
-                         const std::function<void(StoredScene&)>& change) {
-  const std::lock_guard hold(mutex_);
-  const auto found = entries_.find(id);
-  if (found == entries_.end() || found->second.ticket != ticket) return false;
-  if (!is_waiting(*found->second.snapshot)) return false;
-  StoredScene next = *found->second.snapshot;
-  change(next);
-  found->second.snapshot = std::make_shared<const StoredScene>(std::move(next));
-  return true;
-}
-
-void SceneStore::fail(const std::string& id, std::uint64_t ticket, const Error& error) {
-  const bool failed = advance(id, ticket, [&](StoredScene& scene) {
-    scene.state = SceneState::kFailed;
-    scene.failure = error;
-  });
-  if (failed && options_.report) options_.report(id, error);
-}
-
-void SceneStore::give_up(const std::string& id, std::uint64_t ticket) {
-  const std::lock_guard hold(mutex_);
-  const auto found = entries_.find(id);
-  if (found == entries_.end() || found->second.ticket != ticket) return;
-  if (is_waiting(*found->second.snapshot)) entries_.erase(found);
+  return scene;
 }
 
 SceneSnapshot SceneStore::find(const std::string& id) const {
   const std::lock_guard hold(mutex_);
   const auto found = entries_.find(id);
-  return found == entries_.end() ? nullptr : found->second.snapshot;
+  return found == entries_.end() ? nullptr : snapshot_of(found->second);
 }
 
 std::vector<SceneSnapshot> SceneStore::list() const {
   const std::lock_guard hold(mutex_);
   std::vector<SceneSnapshot> scenes;
   scenes.reserve(entries_.size());
-  for (const auto& [id, entry] : entries_) scenes.push_back(entry.snapshot);
+  for (const auto& [id, entry] : entries_) scenes.push_back(snapshot_of(entry));
   return scenes;
 }
 
 bool SceneStore::settled() const {
   const std::lock_guard hold(mutex_);
-  return jobs_left_ == 0;
+  return starts_left_ == 0;
 }
 
-Result<SceneUpload> SceneStore::begin_upload() {
-  if (!folder_) return SceneUpload();
-  auto file = folder_->new_temporary();
-  if (!file) return std::move(file).error();
-  return SceneUpload(std::move(*file));
+std::uint64_t SceneStore::changes() const {
+  const std::lock_guard hold(mutex_);
+  return changes_;
 }
 
-Result<std::shared_ptr<const Scene>> SceneStore::load_upload(const std::string& id,
-                                                             std::uint64_t ticket,
-                                                             SceneUpload& upload,
-                                                             const SceneChoice& choice) {
-  const LoadSlot slot(*this);
-  if (ticket != 0) {
-    advance(id, ticket, [](StoredScene& scene) { scene.state = SceneState::kLoading; });
-  }
-  if (!upload.file()) {
-    auto scene = load(upload.memory(), choice);
-    upload.forget_memory();
-    return scene;
-  }
-  auto mapped = MappedFile::map(upload.file()->file(), "read the scene's bytes");
-  if (!mapped) return std::move(mapped).error();
-  return load(mapped->bytes(), choice);
+void SceneStore::wait_for_change(std::uint64_t seen, const Deadline& deadline) const {
+  std::unique_lock hold(mutex_);
+  wait_until(changed_, hold, deadline, [&] { return changes_ != seen; });
 }
 
-Result<SceneStore::Put> SceneStore::put(const std::string& id, SceneUpload upload,
-                                        const SceneChoice& choice) {
+void SceneStore::note_change() {
+  ++changes_;
+  changed_.notify_all();
+}
+
+SceneStore::LoadPointer SceneStore::add_load(Entry& entry, const std::string& id,
+                                             const SceneChoice& choice,
+                                             std::atomic<std::size_t>& alive) {
+  if (!entry.content) entry.content = bare_scene(id);
+  entry.loads.push_back(std::make_shared<SceneLoad>(id, choice, next_number_++, alive));
+  note_change();
+  return entry.loads.back();
+}
+
+SceneStore::Entry* SceneStore::entry_of(const SceneLoad& load) {
+  const auto found = entries_.find(load.id_);
+  if (found == entries_.end()) return nullptr;
+  const auto& loads = found->second.loads;
+  const bool on_its_way = std::any_of(loads.begin(), loads.end(),
+                                      [&](const auto& each) { return each.get() == &load; });
+  return on_its_way ? &found->second : nullptr;
+}
+
+void SceneStore::end(Entry& entry, SceneLoad& load, Result<Put> outcome) {
+  load.outcome_ = std::move(outcome);
+  const auto same = [&](const auto& each) { return each.get() == &load; };
+  entry.loads.erase(std::remove_if(entry.loads.begin(), entry.loads.end(), same),
+                    entry.loads.end());
+  note_change();
+}
+
+void SceneStore::drop_if_bare(const std::string& id) {
+  const auto found = entries_.find(id);
+  if (found == entries_.end() || !found->second.loads.empty()) return;
+  if (found->second.content->state == SceneState::kQueued) entries_.erase(found);
+}
+
+Result<IncomingScene> SceneStore::begin(const std::string& id, const SceneChoice& choice) {
   if (!is_scene_id(id)) return scene_id_invalid();
-  StoredScene next = queued_scene(id);
-  next.sha256 = upload.finish_hash();
-  next.etag = tag_of(next.sha256, choice);
-  next.chosen = choice.scene;
-  next.bytes = upload.size();
-  next.persistent = folder_ != nullptr;
-  if (next.sha256.empty()) {
-    return Error{ErrorKind::kInternal, "HASH_FAILED", "the scene's SHA-256 could not be computed",
+  if (requests_alive_ >= options_.loads_max) {
+    return Error{ErrorKind::kBusy, "LOADS_TOO_MANY",
+                 "as many scenes are being loaded as may be: " + std::to_string(options_.loads_max),
                  ""};
   }
+  auto upload = [&]() -> Result<SceneUpload> {
+    if (!folder_) return SceneUpload();
+    auto file = folder_->new_temporary();
+    if (!file) return std::move(file).error();
+    return SceneUpload(std::move(*file));
+  }();
+  if (!upload) return std::move(upload).error();
+  const std::lock_guard hold(mutex_);
+  LoadPointer load = add_load(entries_[id], id, choice, requests_alive_);
+  load->upload_.emplace(std::move(*upload));
+  load->busy_ = true;
+  load->state_ = SceneState::kLoading;
+  load->progress_.begin("receiving");
+  return IncomingScene(*this, std::move(load));
+}
 
-  // A new name is seen as queued from now on; an old one keeps its content until the end.
-  StoredScene queued = next;
-  const std::uint64_t ticket = add(std::move(queued));
-  auto scene = load_upload(id, ticket, upload, choice);
-  if (!scene) {
-    give_up(id, ticket);
-    return std::move(scene).error();
+std::shared_ptr<SceneLoad> SceneStore::submit(IncomingScene incoming, bool awaited) {
+  LoadPointer load = std::move(incoming.load_);
+  {
+    const std::lock_guard hold(mutex_);
+    load->busy_ = false;
+    load->awaited_ = awaited;
+    load->progress_.begin("waiting");
+    if (load->outcome_) load->upload_.reset();
   }
+  builds_->push(WorkQueue::Lane::kRequest, [this, load] {
+    guarded(load, [&] { load_upload(load); });
+    load->upload_.reset();
+    give_back_free_memory();
+  });
+  return load;
+}
 
+std::optional<Result<Put>> SceneStore::wait(SceneLoad& load, const Deadline& deadline) {
+  std::unique_lock hold(mutex_);
+  if (wait_until(changed_, hold, deadline, [&] { return load.outcome_.has_value(); })) {
+    return load.outcome_;
+  }
+  load.awaited_ = false;
+  return std::nullopt;
+}
+
+bool SceneStore::enter(const LoadPointer& load) {
+  const std::lock_guard hold(mutex_);
+  if (entry_of(*load) == nullptr) return false;
+  load->busy_ = true;
+  load->state_ = SceneState::kLoading;
+  note_change();
+  return true;
+}
+
+bool SceneStore::is_wanted(const LoadPointer& load) const {
+  const std::lock_guard hold(mutex_);
+  const auto found = entries_.find(load->id_);
+  return !load->outcome_ && found != entries_.end() && found->second.standing < load->number_;
+}
+
+void SceneStore::fail(const LoadPointer& load, const Error& error) {
+  bool told = false;
+  {
+    const std::lock_guard hold(mutex_);
+    Entry* const entry = entry_of(*load);
+    if (entry == nullptr) return;
+    told = load->awaited_;
+    // A failure that is older than the content is of no interest.
+    if (!told && entry->standing < load->number_) {
+      StoredScene next = *entry->content;
+      if (next.scene) {
+        next.update = {SceneState::kFailed, {}, error};
+      } else {
+        next.state = SceneState::kFailed;
+        next.failure = error;
+      }
+      entry->content = std::make_shared<const StoredScene>(std::move(next));
+    }
+    end(*entry, *load, error);
+    drop_if_bare(load->id_);
+  }
+  // What a stop breaks off has not failed.
+  if (!told && options_.report && !load->progress_.cancelled()) options_.report(load->id_, error);
+}
+
+void SceneStore::guarded(const LoadPointer& load, const std::function<void()>& work) {
+  try {
+    work();
+  } catch (...) {
+    fail(load,
+         {ErrorKind::kOutOfSpace, "MEMORY_FULL", "there is no memory left for the scene", ""});
+  }
+}
+
+void SceneStore::abandon(const LoadPointer& load) {
+  load->upload_.reset();
+  const std::lock_guard hold(mutex_);
+  Entry* const entry = entry_of(*load);
+  if (entry == nullptr) return;
+  end(*entry, *load, load_cancelled());
+  drop_if_bare(load->id_);
+}
+
+void SceneStore::commit(const LoadPointer& load, StoredScene next) {
   const std::lock_guard commit(commit_mutex_);
-  const SceneSnapshot before = find(id);
-  const bool created = !before || before->revision == 0;
-  const auto revision = revisions_.next();
-  if (!revision) {
-    give_up(id, ticket);
-    return revision.error();
+  bool created = false;
+  {
+    const std::lock_guard hold(mutex_);
+    Entry* const entry = entry_of(*load);
+    if (entry == nullptr) return;
+    if (entry->standing > load->number_) {
+      // What was asked for later is there already: it replaced this content at once.
+      return end(*entry, *load, Put{entry->content, false});
+    }
+    created = entry->content->revision == 0;
   }
+  const auto revision = revisions_.next();
+  if (!revision) return fail(load, revision.error());
   next.revision = *revision;
   next.state = SceneState::kReady;
-  next.scene = std::move(*scene);
-  if (folder_) {
-    const SceneRecord record{id, next.sha256, next.bytes, next.revision, choice.scene};
-    if (Status status = folder_->commit(*upload.file(), record); !status) {
-      give_up(id, ticket);
-      return std::move(status).error();
-    }
+  if (folder_ && load->upload_) {
+    const SceneRecord record{next.id, next.sha256, next.bytes, next.revision, next.chosen};
+    Status status = folder_->commit(*load->upload_->file(), record);
+    if (!status) return fail(load, status.error());
+    next.persistent = true;
   }
   const auto snapshot = std::make_shared<const StoredScene>(std::move(next));
   const std::lock_guard hold(mutex_);
-  entries_[id] = {snapshot, next_ticket_++};
-  return Put{snapshot, created};
+  // Removals wait for commit_mutex_: what was there above is there now.
+  Entry& entry = *entry_of(*load);
+  entry.content = snapshot;
+  entry.standing = load->number_;
+  end(entry, *load, Put{snapshot, created});
 }
 
 Status SceneStore::remove(const std::string& id) {
   const std::lock_guard commit(commit_mutex_);
-  const SceneSnapshot now = find(id);
-  if (!now) return Error{ErrorKind::kNotFound, "SCENE_NOT_FOUND", "there is no such scene", ""};
-  if (is_waiting(*now)) {
-    return Error{ErrorKind::kConflict, "SCENE_LOADING", "the scene is still loading", ""};
+  if (!find(id)) {
+    return Error{ErrorKind::kNotFound, "SCENE_NOT_FOUND", "there is no such scene", ""};
   }
   if (folder_) {
     if (Status status = folder_->remove(id); !status) return status;
   }
   const std::lock_guard hold(mutex_);
-  entries_.erase(id);
+  const auto found = entries_.find(id);
+  if (found == entries_.end()) return success();  // all that it had was a load, which failed
+  while (!found->second.loads.empty()) {
+    const LoadPointer load = found->second.loads.back();
+    load->progress_.cancel();
+    if (!load->busy_) load->upload_.reset();
+    end(found->second, *load, load_cancelled());
+  }
+  entries_.erase(found);
+  note_change();
   return success();
 }
 

@@ -1,7 +1,8 @@
 #pragma once
 /// Named scenes, each an immutable revision that readers share; persistent where there is a data
-/// folder.
+/// folder. Contents are loaded in the background, a few at once.
 
+#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <filesystem>
@@ -12,47 +13,28 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <thread>
 #include <vector>
 
+#include "core/base/deadline.h"
+#include "core/base/progress.h"
 #include "core/base/result.h"
 #include "core/scene/scene.h"
 #include "core/store/revision_counter.h"
 #include "core/store/scene_folder.h"
-#include "core/store/scene_upload.h"
+#include "core/store/scene_load.h"
+#include "core/store/stored_scene.h"
+#include "core/store/work_queue.h"
 
 namespace sightline {
 
-enum class SceneState { kQueued, kLoading, kReady, kFailed };
-/// "queued", "loading", "ready", "failed"
-const char* scene_state_name(SceneState state);
-
-/// What is known of a scene at one moment. Never changes: a later moment is another object.
-struct StoredScene {
-  std::string id;
-  SceneState state = SceneState::kQueued;
-  /// No two contents of a store have the same number, in no run of it; 0 before the first content.
-  std::uint64_t revision = 0;
-  std::string sha256;  ///< of the file's bytes, 64 hexadecimal digits
-  /// Equal only where the content is: the hash, and what else the content depends on (the scene
-  /// that was chosen, the bytes of other files).
-  std::string etag;
-  std::optional<std::uint32_t> chosen;  ///< of the file's scenes; empty: the file's choice
-  std::uint64_t bytes = 0;
-  bool persistent = false;             ///< survives a restart
-  std::shared_ptr<const Scene> scene;  ///< when ready
-  std::optional<Error> failure;        ///< when failed
+struct LoadInput {
+  std::span<const std::byte> bytes;  ///< gone when the loader returns
+  SceneChoice choice;
+  Progress& progress;  ///< a loader tells its stages, and may end early once it is cancelled
 };
-using SceneSnapshot = std::shared_ptr<const StoredScene>;
-
-struct SceneChoice {
-  std::optional<std::uint32_t> scene;  ///< of the file's scenes; empty: the file's choice
-};
-
 /// Turns the bytes of a file into a scene. Handed in, because this room knows no file format. May
-/// be called from several threads at once; the bytes are gone when it returns.
-using SceneLoader = std::function<Result<std::shared_ptr<const Scene>>(
-    std::span<const std::byte> bytes, const SceneChoice& choice)>;
+/// be called from several threads at once.
+using SceneLoader = std::function<Result<std::shared_ptr<const Scene>>(const LoadInput& input)>;
 
 /// A scene that does not come by upload: made or read by `load` on a thread of the store.
 struct PreloadedScene {
@@ -63,13 +45,14 @@ struct PreloadedScene {
 };
 struct Preload {
   std::string id;
-  std::function<Result<PreloadedScene>()> load;
+  std::function<Result<PreloadedScene>(Progress& progress)> load;
 };
 
 struct StoreOptions {
-  std::filesystem::path folder;  ///< empty: scenes live in memory only
-  int loads_at_once = 2;         ///< building needs several times the memory of the built scene
-  /// Told of each scene of the start that fails, once; from threads of the store.
+  std::filesystem::path folder = {};  ///< empty: scenes live in memory only
+  int loads_at_once = 2;        ///< building needs several times the memory of the built scene
+  std::size_t loads_max = 100;  ///< requests to load that are under way or waiting
+  /// Told of each load that fails with nobody waiting for it, once; from threads of the store.
   std::function<void(const std::string& id, const Error& error)> report = {};
 };
 
@@ -81,7 +64,7 @@ class SceneStore {
   /// the same name. Errors: those of SceneFolder::open, SCENE_ID_INVALID of a preload.
   static Result<std::unique_ptr<SceneStore>> open(const StoreOptions& options, SceneLoader loader,
                                                   std::vector<Preload> preloads);
-  /// Waits for the load that is running; the rest of the queue is left.
+  /// Cancels what is being loaded, and waits for its threads. Nobody waits for a load any more.
   ~SceneStore();
 
   /// Null when there is no scene of this name.
@@ -91,62 +74,83 @@ class SceneStore {
   /// Whether everything that was there at the start is ready or failed.
   bool settled() const;
 
-  /// Errors: STORE_FULL, STORE_IO.
-  Result<SceneUpload> begin_upload();
-
-  struct Put {
-    SceneSnapshot scene;
-    bool created = false;  ///< there was no content of this name before
-  };
-  /// Loads the upload and makes it the content of `id`: readers see the old revision until the new
-  /// one is ready and durable. Returns when that is so. The last of several puts at once stands.
-  /// Errors: SCENE_ID_INVALID, those of the loader, STORE_FULL, STORE_IO; then nothing has changed.
-  Result<Put> put(const std::string& id, SceneUpload upload, const SceneChoice& choice);
-  /// Errors: SCENE_NOT_FOUND, SCENE_LOADING (its first content is still on its way), STORE_IO.
+  /// From here on the name is known as loading, its old content stays until the new one is ready.
+  /// Errors: SCENE_ID_INVALID, LOADS_TOO_MANY, STORE_FULL, STORE_IO.
+  Result<IncomingScene> begin(const std::string& id, const SceneChoice& choice);
+  /// Makes what came the content of its name, in the background: readers see the old revision until
+  /// the new one is ready and durable. Of several at once the one that began last stands.
+  /// awaited  whether wait() will be called: else its failure is kept from the beginning
+  std::shared_ptr<SceneLoad> submit(IncomingScene incoming, bool awaited = true);
+  /// Waits for the outcome: the content is ready and durable, or (LOAD_CANCELLED, errors of the
+  /// loader, STORE_FULL, STORE_IO) nothing has changed. Empty at the deadline: then the load goes
+  /// on by itself, and its failure will be shown by find(). Call once for each load.
+  std::optional<Result<Put>> wait(SceneLoad& load, const Deadline& deadline);
+  /// Also cancels what is on its way to this name. Errors: SCENE_NOT_FOUND, STORE_IO.
   Status remove(const std::string& id);
 
+  /// Counts the changes of states, of all scenes.
+  std::uint64_t changes() const;
+  /// Returns once changes() is not `seen` any more, or at the deadline.
+  void wait_for_change(std::uint64_t seen, const Deadline& deadline) const;
+
  private:
-  /// A name's time from its first mention to its removal has one ticket: work that was begun for
-  /// an earlier time of the same name finds another ticket and changes nothing.
+  friend class IncomingScene;
+  using LoadPointer = std::shared_ptr<SceneLoad>;
+
+  /// A name's time from its first mention to its removal.
   struct Entry {
-    SceneSnapshot snapshot;
-    std::uint64_t ticket = 0;
+    SceneSnapshot content;           ///< never null: at first it says no more than the name
+    std::vector<LoadPointer> loads;  ///< on their way, in the order in which they began
+    std::uint64_t standing = 0;      ///< the number of the load that the content came by
   };
-  class LoadSlot;
 
   SceneStore(const StoreOptions& options, SceneLoader loader);
-  void load_in_background(std::vector<std::function<void()>> jobs);
-  void load_record(const SceneRecord& record, std::uint64_t ticket);
-  void load_preload(const Preload& preload, std::uint64_t ticket);
-  Result<std::shared_ptr<const Scene>> load(std::span<const std::byte> bytes,
-                                            const SceneChoice& choice) const;
-  Result<std::shared_ptr<const Scene>> load_upload(const std::string& id, std::uint64_t ticket,
-                                                   SceneUpload& upload, const SceneChoice& choice);
-  /// Makes an entry of this name, unless there is one; returns its ticket, or 0.
-  std::uint64_t add(StoredScene scene);
-  /// Changes the snapshot of a scene that has no content yet. False, and nothing happens, when its
-  /// time is over or it got content from elsewhere.
-  bool advance(const std::string& id, std::uint64_t ticket,
-               const std::function<void(StoredScene&)>& change);
-  void fail(const std::string& id, std::uint64_t ticket, const Error& error);
-  /// Removes a name that never got content.
-  void give_up(const std::string& id, std::uint64_t ticket);
+  void start(SceneFolder::Catalogue catalogue, std::vector<Preload> preloads);
+  /// Null when there is a scene of this name already.
+  LoadPointer add_start(StoredScene scene, const SceneChoice& choice);
+  void push_start(const LoadPointer& load, std::function<void()> job);
+  /// Fails the load where the work throws, as it does without memory.
+  void guarded(const LoadPointer& load, const std::function<void()>& work);
+  void load_record(const SceneRecord& record, const LoadPointer& load);
+  void load_preload(const Preload& preload, const LoadPointer& load);
+  void load_upload(const LoadPointer& load);
+  /// The border to the loader: what it throws becomes an Error.
+  Result<std::shared_ptr<const Scene>> run_loader(const LoadInput& input) const;
+  /// Makes `next` the content of the load's name, durably, and ends the load.
+  void commit(const LoadPointer& load, StoredScene next);
+  void fail(const LoadPointer& load, const Error& error);
+  /// Nothing has come of it, and nobody is told.
+  void abandon(const LoadPointer& load);
+  /// Marks the load as worked on. False when it has ended already.
+  bool enter(const LoadPointer& load);
+  bool is_wanted(const LoadPointer& load) const;
+
+  // Precondition for these: mutex_ is held.
+  LoadPointer add_load(Entry& entry, const std::string& id, const SceneChoice& choice,
+                       std::atomic<std::size_t>& alive);
+  /// Null when the load has ended.
+  Entry* entry_of(const SceneLoad& load);
+  void end(Entry& entry, SceneLoad& load, Result<Put> outcome);
+  /// Forgets a name that never had content and has none on its way.
+  void drop_if_bare(const std::string& id);
+  static SceneSnapshot snapshot_of(const Entry& entry);
+  void note_change();
 
   const StoreOptions options_;
   const SceneLoader loader_;
   std::unique_ptr<SceneFolder> folder_;
+  std::atomic<std::size_t> requests_alive_{0}, starts_alive_{0};
 
   mutable std::mutex mutex_;  ///< for what follows; never held while a file is touched
+  mutable std::condition_variable changed_;
+  std::uint64_t changes_ = 0;
   std::map<std::string, Entry, std::less<>> entries_;
-  std::uint64_t next_ticket_ = 1;
-  std::size_t jobs_left_ = 0;
-  int loads_ = 0;
-  bool stopping_ = false;
-  std::condition_variable slot_free_;
+  std::uint64_t next_number_ = 1;
+  std::size_t starts_left_ = 0;
 
-  std::mutex commit_mutex_;    ///< disk and memory see puts and removals in the same order
-  RevisionCounter revisions_;  ///< under commit_mutex_
-  std::vector<std::thread> threads_;
+  std::mutex commit_mutex_;          ///< disk and memory see puts and removals in the same order
+  RevisionCounter revisions_;        ///< under commit_mutex_
+  std::optional<WorkQueue> builds_;  ///< last: its threads use what stands above
 };
 
 }  // namespace sightline

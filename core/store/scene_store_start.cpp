@@ -1,58 +1,120 @@
-/// What a store loads at its start, on its own threads.
+/// What a store loads at its start.
+
+#include <new>
 
 #include "core/store/free_memory.h"
 #include "core/store/scene_store.h"
 
 namespace sightline {
+namespace {
 
-void SceneStore::load_record(const SceneRecord& record, std::uint64_t ticket) {
-  const auto begin = [](StoredScene& scene) { scene.state = SceneState::kLoading; };
-  if (!advance(record.id, ticket, begin)) return;
-  auto mapped = folder_->map(record);
-  if (!mapped) {
-    // A put may have replaced these bytes while they were read: then they are not damaged, but
-    // gone.
-    const std::lock_guard commit(commit_mutex_);
-    if (!advance(record.id, ticket, begin)) return;
-    folder_->quarantine(record);
-    Error error = std::move(mapped).error();
-    error.message += "; it was moved to quarantine";
-    return fail(record.id, ticket, error);
+std::string with_suffix(const std::string& tag, const std::string& suffix) {
+  return suffix.empty() ? tag : tag + "-" + suffix;
+}
+
+}  // namespace
+
+void SceneStore::start(SceneFolder::Catalogue catalogue, std::vector<Preload> preloads) {
+  for (SceneFolder::Damage& damage : catalogue.damaged) {
+    StoredScene scene;
+    scene.id = damage.id;
+    const LoadPointer load = add_start(std::move(scene), {});
+    fail(load, {ErrorKind::kInternal, "STORE_DAMAGED",
+                std::move(damage.reason) + "; it was moved to quarantine", ""});
   }
-  auto scene = load(mapped->bytes(), {record.scene});
-  if (!scene) return fail(record.id, ticket, scene.error());
-  advance(record.id, ticket, [&](StoredScene& stored) {
-    stored.state = SceneState::kReady;
-    stored.scene = std::move(*scene);
+  for (SceneRecord& record : catalogue.records) {
+    StoredScene scene;
+    scene.id = record.id;
+    scene.revision = record.revision;
+    scene.sha256 = record.sha256;
+    scene.etag = tag_of(record.sha256, {record.scene});
+    scene.chosen = record.scene;
+    scene.bytes = record.bytes;
+    scene.persistent = true;
+    LoadPointer load = add_start(std::move(scene), {record.scene});
+    push_start(load, [this, record = std::move(record), load] { load_record(record, load); });
+  }
+  for (Preload& preload : preloads) {
+    StoredScene scene;
+    scene.id = preload.id;
+    LoadPointer load = add_start(std::move(scene), {});
+    if (!load) continue;
+    push_start(load, [this, preload = std::move(preload), load] { load_preload(preload, load); });
+  }
+}
+
+SceneStore::LoadPointer SceneStore::add_start(StoredScene scene, const SceneChoice& choice) {
+  const std::lock_guard hold(mutex_);
+  const auto [place, added] = entries_.try_emplace(scene.id);
+  if (!added) return nullptr;
+  const std::string id = scene.id;
+  place->second.content = std::make_shared<const StoredScene>(std::move(scene));
+  LoadPointer load = add_load(place->second, id, choice, starts_alive_);
+  load->awaited_ = false;
+  return load;
+}
+
+void SceneStore::push_start(const LoadPointer& load, std::function<void()> job) {
+  {
+    const std::lock_guard hold(mutex_);
+    ++starts_left_;
+  }
+  builds_->push(WorkQueue::Lane::kStart, [this, load, job = std::move(job)] {
+    guarded(load, job);
+    give_back_free_memory();
+    const std::lock_guard hold(mutex_);
+    --starts_left_;
   });
 }
 
-void SceneStore::load_preload(const Preload& preload, std::uint64_t ticket) {
-  if (!advance(preload.id, ticket,
-               [](StoredScene& scene) { scene.state = SceneState::kLoading; })) {
-    return;
+void SceneStore::load_record(const SceneRecord& record, const LoadPointer& load) {
+  if (!enter(load)) return;
+  load->progress_.begin("checking");
+  auto mapped = folder_->map(record);
+  if (!mapped) {
+    // A put may have replaced these bytes while they were read, or a removal dropped them: then
+    // they are not damaged, but gone.
+    const std::lock_guard commit(commit_mutex_);
+    if (!is_wanted(load)) return fail(load, mapped.error());
+    folder_->quarantine(record);
+    Error error = std::move(mapped).error();
+    error.message += "; it was moved to quarantine";
+    return fail(load, error);
   }
+  auto scene = run_loader({mapped->bytes(), load->choice_, load->progress_});
+  if (!scene) return fail(load, scene.error());
+  const std::lock_guard hold(mutex_);
+  Entry* const entry = entry_of(*load);
+  if (entry == nullptr) return;
+  if (entry->standing < load->number_) {
+    StoredScene next = *entry->content;
+    next.state = SceneState::kReady;
+    next.scene = std::move(*scene);
+    entry->content = std::make_shared<const StoredScene>(std::move(next));
+    entry->standing = load->number_;
+  }
+  end(*entry, *load, Put{entry->content, false});
+}
+
+void SceneStore::load_preload(const Preload& preload, const LoadPointer& load) {
+  if (!enter(load)) return;
   auto loaded = [&]() -> Result<PreloadedScene> {
     try {
-      auto made = preload.load();
+      auto made = preload.load(load->progress_);
       if (made) made->scene = giving_back_memory(std::move(made->scene));
       return made;
     } catch (...) {
       return Error{ErrorKind::kInternal, "SCENE_LOAD_FAILED", "the scene could not be loaded", ""};
     }
   }();
-  if (!loaded) return fail(preload.id, ticket, loaded.error());
-  const std::lock_guard commit(commit_mutex_);
-  const auto revision = revisions_.next();
-  if (!revision) return fail(preload.id, ticket, revision.error());
-  advance(preload.id, ticket, [&](StoredScene& scene) {
-    scene.state = SceneState::kReady;
-    scene.revision = *revision;
-    scene.sha256 = loaded->sha256;
-    scene.etag = loaded->sha256 + (loaded->neighbours.empty() ? "" : "-" + loaded->neighbours);
-    scene.bytes = loaded->bytes;
-    scene.scene = loaded->scene;
-  });
+  if (!loaded) return fail(load, loaded.error());
+  StoredScene next;
+  next.id = load->id_;
+  next.sha256 = loaded->sha256;
+  next.etag = with_suffix(loaded->sha256, loaded->neighbours);
+  next.bytes = loaded->bytes;
+  next.scene = std::move(loaded->scene);
+  commit(load, std::move(next));
 }
 
 }  // namespace sightline

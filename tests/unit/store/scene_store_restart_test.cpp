@@ -29,10 +29,7 @@ TEST(SceneStoreRestart, brings_every_acknowledged_scene_back) {
     ASSERT_TRUE(put_text(*store, "town", "second").ok());
     ASSERT_TRUE(put_text(*store, "gone", "third").ok());
     ASSERT_TRUE(store->remove("gone").ok());
-    auto upload = store->begin_upload();
-    ASSERT_TRUE(upload.ok());
-    ASSERT_TRUE(upload->append(std::as_bytes(std::span("file", 4))).ok());
-    ASSERT_TRUE(store->put("chosen", std::move(*upload), {.scene = 3}).ok());
+    ASSERT_TRUE(put_text(*store, "chosen", "file", {.scene = 3}).ok());
   }
   const auto store = open_settled(folder.path());
   EXPECT_EQ(store->list().size(), 2u);
@@ -50,8 +47,8 @@ TEST(SceneStoreRestart, brings_every_acknowledged_scene_back) {
 TEST(SceneStoreRestart, never_gives_a_revision_twice) {
   const TemporaryFolder folder;
   std::vector<std::uint64_t> given;
-  const auto preload = [] {
-    return Result<PreloadedScene>(PreloadedScene{*load_text({}, {}), hash(""), "", 0});
+  const auto preload = [](Progress&) {
+    return Result<PreloadedScene>(PreloadedScene{text_scene(""), hash(""), "", 0});
   };
   // The last start finds the file that counts damaged.
   for (const bool damaged : {false, false, true}) {
@@ -165,7 +162,7 @@ TEST(SceneStoreRestart, keeps_a_file_that_the_loader_no_longer_takes) {
   {
     auto opened =
         SceneStore::open({.folder = folder.path(), .loads_at_once = 1},
-                         [](auto, const auto&) -> Result<std::shared_ptr<const Scene>> {
+                         [](const LoadInput&) -> Result<std::shared_ptr<const Scene>> {
                            return Error{ErrorKind::kTooLarge, "TOO_LARGE", "too large today", ""};
                          },
                          {});
@@ -177,8 +174,8 @@ TEST(SceneStoreRestart, keeps_a_file_that_the_loader_no_longer_takes) {
 
 TEST(SceneStoreRestart, gives_an_acknowledged_scene_precedence_over_a_preload) {
   const TemporaryFolder folder;
-  const auto make = []() -> Result<PreloadedScene> {
-    return PreloadedScene{*load_text(std::as_bytes(std::span("demo", 4)), {}), "00", "", 4};
+  const auto make = [](Progress&) -> Result<PreloadedScene> {
+    return PreloadedScene{text_scene("demo"), "00", "", 4};
   };
   {
     const auto store = open_settled(folder.path(), {{"town", make}});

@@ -78,7 +78,7 @@ TEST(SceneStore, lets_no_exception_of_the_loader_out_and_nothing_of_its_text) {
 TEST(SceneStore, refuses_names_that_are_not_names) {
   const auto store = open_store({});
   EXPECT_EQ(put_text(*store, "../town", "x").error().code, "SCENE_ID_INVALID");
-  auto opened = SceneStore::open({}, load_text, {{"", [] { return PreloadedScene{}; }}});
+  auto opened = SceneStore::open({}, load_text, {{"", [](Progress&) { return PreloadedScene{}; }}});
   ASSERT_FALSE(opened.ok());
   EXPECT_EQ(opened.error().code, "SCENE_ID_INVALID");
 }
@@ -97,17 +97,16 @@ TEST(SceneStore, lists_by_name_and_forgets_what_is_removed) {
 TEST(SceneStore, shows_a_scene_that_is_on_its_way_as_loading) {
   std::promise<void> begun, may_end;
   auto opened = SceneStore::open({},
-                                 [&](std::span<const std::byte> bytes, const SceneChoice& choice) {
+                                 [&](const LoadInput& input) {
                                    begun.set_value();
                                    may_end.get_future().wait();
-                                   return load_text(bytes, choice);
+                                   return load_text(input);
                                  },
                                  {});
   SceneStore& store = **opened;
   auto put = std::async(std::launch::async, [&] { return put_text(store, "town", "slow"); });
   begun.get_future().wait();
   EXPECT_EQ(text_of(store, "town"), "[loading]");
-  EXPECT_EQ(store.remove("town").error().code, "SCENE_LOADING");
   may_end.set_value();
   EXPECT_TRUE(put.get().ok());
   EXPECT_EQ(text_of(store, "town"), "slow");
@@ -117,14 +116,14 @@ TEST(SceneStore, loads_no_more_at_once_than_it_may) {
   std::atomic<int> now{0}, most{0};
   auto opened =
       SceneStore::open({.folder = {}, .loads_at_once = 2},
-                       [&](std::span<const std::byte> bytes, const SceneChoice& choice) {
+                       [&](const LoadInput& input) {
                          const int count = ++now;
                          int seen = most;
                          while (count > seen && !most.compare_exchange_weak(seen, count)) {
                          }
                          for (int i = 0; i < 100; ++i) std::this_thread::yield();
                          --now;
-                         return load_text(bytes, choice);
+                         return load_text(input);
                        },
                        {});
   std::vector<std::thread> threads;
@@ -138,11 +137,11 @@ TEST(SceneStore, loads_no_more_at_once_than_it_may) {
 
 TEST(SceneStore, loads_preloads_in_the_background_and_survives_a_bad_one) {
   std::promise<void> may_end;
-  const auto make = [&]() -> Result<PreloadedScene> {
+  const auto make = [&](Progress&) -> Result<PreloadedScene> {
     may_end.get_future().wait();
-    return PreloadedScene{*load_text(std::as_bytes(std::span("demo", 4)), {}), "00", "", 4};
+    return PreloadedScene{text_scene("demo"), "00", "", 4};
   };
-  const auto fail = []() -> Result<PreloadedScene> {
+  const auto fail = [](Progress&) -> Result<PreloadedScene> {
     return Error{ErrorKind::kInvalid, "TEXT_BAD", "this text is bad", ""};
   };
   const auto store = open_store({}, {{"demo", make}, {"broken", fail}, {"demo", fail}});
@@ -193,7 +192,9 @@ TEST(SceneStore, stays_whole_under_puts_removals_and_readers_at_once) {
             (void)store->remove(id);
           } else {
             // Few texts, so that names share bytes.
-            EXPECT_TRUE(put_text(*store, id, "text " + std::to_string(random() % 4)).ok());
+            const auto put = put_text(*store, id, "text " + std::to_string(random() % 4));
+            // Another writer may remove the name under it.
+            EXPECT_TRUE(put.ok() || put.error().code == "LOAD_CANCELLED");
           }
         }
       });

@@ -11,27 +11,42 @@ namespace sightline {
 
 namespace fs = std::filesystem;
 
-Result<std::shared_ptr<const Scene>> load_text(std::span<const std::byte> bytes,
-                                               const SceneChoice& choice) {
+Result<std::shared_ptr<const Scene>> load_text(const LoadInput& input) {
   SceneDescription description;
-  for (const std::byte byte : bytes) description.name += static_cast<char>(byte);
+  for (const std::byte byte : input.bytes) description.name += static_cast<char>(byte);
   if (description.name.starts_with("bad")) {
     return Error{ErrorKind::kInvalid, "TEXT_BAD", "this text is bad", ""};
   }
   if (description.name.starts_with("throw")) throw std::runtime_error("secret");
-  if (choice.scene) description.name += " scene " + std::to_string(*choice.scene);
+  if (const auto chosen = input.choice.scene) {
+    description.name += " scene " + std::to_string(*chosen);
+  }
   return Scene::build(std::move(description));
 }
 
-Result<SceneStore::Put> put_text(SceneStore& store, const std::string& id, std::string_view text) {
-  auto upload = store.begin_upload();
-  if (!upload) return std::move(upload).error();
+std::shared_ptr<const Scene> text_scene(std::string_view text) {
+  SceneDescription description;
+  description.name = text;
+  return *Scene::build(std::move(description));
+}
+
+Result<IncomingScene> send_text(SceneStore& store, const std::string& id, std::string_view text,
+                                const SceneChoice& choice) {
+  auto incoming = store.begin(id, choice);
+  if (!incoming) return incoming;
   // In two pieces, as bodies come.
   const auto bytes = std::as_bytes(std::span(text.data(), text.size()));
   for (const auto piece : {bytes.first(bytes.size() / 2), bytes.subspan(bytes.size() / 2)}) {
-    if (Status status = upload->append(piece); !status) return std::move(status).error();
+    if (Status status = incoming->append(piece); !status) return std::move(status).error();
   }
-  return store.put(id, std::move(*upload), {});
+  return incoming;
+}
+
+Result<Put> put_text(SceneStore& store, const std::string& id, std::string_view text,
+                     const SceneChoice& choice) {
+  auto incoming = send_text(store, id, text, choice);
+  if (!incoming) return std::move(incoming).error();
+  return *store.wait(*store.submit(std::move(*incoming)), Deadline::never());
 }
 
 std::string text_of(const SceneStore& store, const std::string& id) {

@@ -12,10 +12,16 @@
 namespace sightline {
 
 /// Refuses text that begins with "bad" (code TEXT_BAD) and throws at text that begins with "throw".
-Result<std::shared_ptr<const Scene>> load_text(std::span<const std::byte> bytes,
-                                               const SceneChoice& choice);
+Result<std::shared_ptr<const Scene>> load_text(const LoadInput& input);
+/// The scene of a text that is not in any store.
+std::shared_ptr<const Scene> text_scene(std::string_view text);
 
-Result<SceneStore::Put> put_text(SceneStore& store, const std::string& id, std::string_view text);
+/// The text on its way to the store.
+Result<IncomingScene> send_text(SceneStore& store, const std::string& id, std::string_view text,
+                                const SceneChoice& choice = {});
+/// The same, until the outcome.
+Result<Put> put_text(SceneStore& store, const std::string& id, std::string_view text,
+                     const SceneChoice& choice = {});
 /// The text of a ready scene, else its state in brackets: "[failed]", "[none]".
 std::string text_of(const SceneStore& store, const std::string& id);
 std::unique_ptr<SceneStore> open_store(const std::filesystem::path& folder,

@@ -1,0 +1,51 @@
+#pragma once
+/// How far a long piece of work is, told by its worker and read by others, who may ask it to end.
+
+#include <algorithm>
+#include <atomic>
+#include <cstdint>
+#include <mutex>
+#include <optional>
+
+#include "core/base/deadline.h"
+
+namespace sightline {
+
+/// One worker tells; any thread may read and cancel.
+class Progress {
+ public:
+  struct Reading {
+    const char* stage = "";      ///< of static storage; "" before the first stage
+    std::optional<int> percent;  ///< of the stage, 0 to 100; empty where its end is not known
+  };
+
+  /// `stage` has static storage. `total` is what reach() counts up to; 0: nobody knows.
+  void begin(const char* stage, std::uint64_t total = 0) {
+    const std::lock_guard hold(mutex_);
+    stage_ = stage;
+    total_ = total;
+    done_.store(0, std::memory_order_relaxed);
+  }
+  /// Cheap enough for an inner loop.
+  void reach(std::uint64_t done) { done_.store(done, std::memory_order_relaxed); }
+  Reading reading() const {
+    const std::lock_guard hold(mutex_);
+    if (total_ == 0) return {stage_, std::nullopt};
+    const std::uint64_t done = std::min(done_.load(std::memory_order_relaxed), total_);
+    return {stage_,
+            static_cast<int>(100.0 * static_cast<double>(done) / static_cast<double>(total_))};
+  }
+
+  /// The worker is asked to end; it may be done before it hears of it.
+  void cancel() { flag_.cancel(); }
+  bool cancelled() const { return flag_.cancelled(); }
+
+ private:
+  mutable std::mutex mutex_;
+  const char* stage_ = "";
+  std::uint64_t total_ = 0;
+  std::atomic<std::uint64_t> done_{0};
+  CancelFlag flag_;
+};
+
+}  // namespace sightline

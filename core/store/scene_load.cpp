@@ -1,0 +1,26 @@
+#include "core/store/scene_load.h"
+
+#include "core/store/scene_store.h"
+
+namespace sightline {
+
+IncomingScene::~IncomingScene() {
+  if (load_) store_->abandon(load_);
+}
+
+Status IncomingScene::append(std::span<const std::byte> piece) {
+  if (load_->progress_.cancelled()) return load_cancelled();
+  if (Status status = load_->upload_->append(piece); !status) return status;
+  load_->progress_.reach(load_->upload_->size());
+  return success();
+}
+
+std::string tag_of(const std::string& sha256, const SceneChoice& choice) {
+  return choice.scene ? sha256 + "-scene-" + std::to_string(*choice.scene) : sha256;
+}
+
+Error load_cancelled() {
+  return {ErrorKind::kConflict, "LOAD_CANCELLED", "the scene was removed while it was loading", ""};
+}
+
+}  // namespace sightline
