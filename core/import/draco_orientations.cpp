@@ -33,7 +33,7 @@ bool pass_corrections(draco::DecoderBuffer& buffer, std::uint64_t entries, int c
 std::uint64_t claimed_orientations(draco::DecoderBuffer buffer, std::uint64_t entries,
                                    int components) {
   if (buffer.decoded_size() < 2) return 0;
-  const int method = *(buffer.data_head() - 2);
+  const auto method = static_cast<unsigned char>(*(buffer.data_head() - 2));
   if (method == draco::MESH_PREDICTION_TEX_COORDS_PORTABLE) {
     std::int32_t count = 0;
     const bool is_there = pass_corrections(buffer, entries, components) && buffer.Decode(&count);

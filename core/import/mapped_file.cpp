@@ -71,11 +71,12 @@ void will_need(std::span<const std::byte> bytes) {
   constexpr std::size_t kWindow = 128 << 10;
   const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
   if (bytes.size() <= 2 * page) return;
-  const auto begin = reinterpret_cast<std::uintptr_t>(bytes.data()) / page * page;
-  const auto end = reinterpret_cast<std::uintptr_t>(bytes.data()) + bytes.size();
-  for (std::uintptr_t at = begin; at < end; at += kWindow) {
-    ::madvise(reinterpret_cast<void*>(at), std::min<std::uintptr_t>(kWindow, end - at),
-              MADV_WILLNEED);
+  // From the beginning of a page, as madvise wants it.
+  const std::size_t before = reinterpret_cast<std::uintptr_t>(bytes.data()) % page;
+  auto* const begin = const_cast<std::byte*>(bytes.data()) - before;
+  const std::size_t size = bytes.size() + before;
+  for (std::size_t at = 0; at < size; at += kWindow) {
+    ::madvise(begin + at, std::min(kWindow, size - at), MADV_WILLNEED);
   }
 }
 

@@ -9,6 +9,7 @@ BUILD/corpus/TARGET, where the next run begins.
 import argparse
 import concurrent.futures
 import re
+import resource
 import subprocess
 import sys
 import time
@@ -31,6 +32,7 @@ TARGETS = {
 
 # A hang is what is a hundred times slower than the slowest stored input, with the sanitizers in it.
 SLOWEST_SECONDS = 10
+TIMEOUT_CODE = 70
 MEMORY_MIB = 1024
 
 
@@ -39,8 +41,8 @@ def run(target, options):
     found, out = options.build / "corpus" / target, options.out / target
     found.mkdir(parents=True, exist_ok=True)
     out.mkdir(parents=True, exist_ok=True)
-    command = [options.build / "tests/fuzz" / target, f"-max_total_time={options.seconds}", f"-max_len={longest}",
-               f"-timeout={SLOWEST_SECONDS}", f"-rss_limit_mb={MEMORY_MIB}", f"-artifact_prefix={out}/",
+    program = options.build / "tests/fuzz" / target
+    command = [program, f"-max_len={longest}", f"-timeout={SLOWEST_SECONDS}", f"-rss_limit_mb={MEMORY_MIB}", f"-artifact_prefix={out}/",
                "-print_final_stats=1", "-reload=0"]
     if words:
         command.append(f"-dict={SOURCE / 'tests/fuzz' / words}")
@@ -48,11 +50,32 @@ def run(target, options):
         command.append(f"-seed={options.seed}")
     command += [found, *(SOURCE / "tests/data" / folder for folder in stored)]
     began = time.monotonic()
-    with open(out / "log", "w", encoding="utf-8") as log:
-        code = subprocess.run(list(map(str, command)), stdout=log, stderr=subprocess.STDOUT, cwd=out,
-                              check=False).returncode
+    (out / "log").write_text("")
+    while True:
+        left = max(1, options.seconds - int(time.monotonic() - began))
+        with open(out / "log", "a", encoding="utf-8") as log:
+            code = subprocess.run([*map(str, command[:1]), f"-max_total_time={left}", *map(str, command[1:])],
+                                  stdout=log, stderr=subprocess.STDOUT, cwd=out, check=False).returncode
+        if code != TIMEOUT_CODE or is_slow_again(program, out):
+            break
+        # The machine stood still: nothing was found.
+        if time.monotonic() - began >= options.seconds:
+            code = 0
+            break
     return describe(target, code, (out / "log").read_text(encoding="utf-8", errors="replace"),
                     time.monotonic() - began, out), code == 0
+
+
+def is_slow_again(program, out):
+    """Whether the newest input that took too long takes too long alone as well, by processor time."""
+    slow = max(out.glob("timeout-*"), key=lambda file: file.stat().st_mtime)
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    done = subprocess.run([str(program), f"-timeout={100 * SLOWEST_SECONDS}", str(slow)], capture_output=True, check=False)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    if done.returncode == 0 and after.ru_utime - before.ru_utime < SLOWEST_SECONDS:
+        slow.unlink()
+        return False
+    return True
 
 
 def describe(target, code, log, seconds, out):

@@ -44,6 +44,7 @@ Encoded encode_grid(int n, const Height& height, const Options& options) {
   const int positions =
       builder.AddAttribute(draco::GeometryAttribute::POSITION, 3, draco::DT_FLOAT32);
   std::vector<int> others;
+  others.reserve(static_cast<std::size_t>(options.more_attributes));
   for (int i = 0; i < options.more_attributes; ++i) {
     others.push_back(builder.AddAttribute(draco::GeometryAttribute::GENERIC, 1, draco::DT_UINT8));
   }
@@ -113,7 +114,9 @@ TEST(DracoMesh, gives_the_triangles_that_were_compressed_by_either_method) {
       std::vector<int> seen(50, 0);
       for (std::uint32_t i = 0; i < 50; ++i) {
         Vec3f sum = {0, 0, 0};
-        const auto corner = [&](std::size_t k) { return mesh.positions[mesh.indices[3 * i + k]]; };
+        const auto corner = [&](std::size_t k) {
+          return mesh.positions[mesh.indices[std::size_t{3} * i + k]];
+        };
         for (std::size_t k = 0; k < 3; ++k) {
           const Vec3f p = corner(k);
           EXPECT_EQ(p.z, wavy(static_cast<int>(p.x), static_cast<int>(p.y)));
@@ -123,9 +126,9 @@ TEST(DracoMesh, gives_the_triangles_that_were_compressed_by_either_method) {
         EXPECT_GT((corner(1).x - corner(0).x) * (corner(2).y - corner(0).y) -
                       (corner(2).x - corner(0).x) * (corner(1).y - corner(0).y),
                   0);
-        const int x = static_cast<int>(sum.x / 3), y = static_cast<int>(sum.y / 3);
+        const auto x = static_cast<std::size_t>(sum.x / 3), y = static_cast<std::size_t>(sum.y / 3);
         const bool lower = sum.x / 3 - static_cast<float>(x) > sum.y / 3 - static_cast<float>(y);
-        ++seen[static_cast<std::size_t>(2 * (5 * y + x) + (lower ? 0 : 1))];
+        ++seen[2 * (5 * y + x) + (lower ? 0 : 1)];
       }
       EXPECT_EQ(seen, std::vector<int>(50, 1));
     }
