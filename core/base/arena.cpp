@@ -23,8 +23,11 @@ Arena::Arena(std::size_t capacity) : capacity_(whole_pages(capacity)) {
   if (capacity_ >= 4 * kHuge) madvise(data_, capacity_, MADV_HUGEPAGE);
 }
 
+Arena::Arena(const std::byte* data, std::size_t used, std::shared_ptr<const void> keeper)
+    : data_(const_cast<std::byte*>(data)), used_(used), keeper_(std::move(keeper)) {}
+
 Arena::~Arena() {
-  if (data_ != nullptr) munmap(data_, capacity_);
+  if (data_ != nullptr && keeper_ == nullptr) munmap(data_, capacity_);
 }
 
 std::uint32_t Arena::take(std::size_t bytes) {

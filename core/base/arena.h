@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <utility>
 
 namespace sightline {
@@ -16,6 +17,8 @@ class Arena {
   Arena() = default;
   /// Reserves `capacity` bytes of address space, none of it touched. Throws std::bad_alloc.
   explicit Arena(std::size_t capacity);
+  /// Looks at memory that `keeper` keeps: a file, or another arena. Nothing may be taken from it.
+  Arena(const std::byte* data, std::size_t used, std::shared_ptr<const void> keeper);
   Arena(Arena&& other) noexcept { swap(other); }
   Arena& operator=(Arena&& other) noexcept {
     swap(other);
@@ -42,10 +45,12 @@ class Arena {
     std::swap(data_, other.data_);
     std::swap(used_, other.used_);
     std::swap(capacity_, other.capacity_);
+    std::swap(keeper_, other.keeper_);
   }
   std::byte* data_ = nullptr;
   std::size_t used_ = 0;
   std::size_t capacity_ = 0;
+  std::shared_ptr<const void> keeper_;  ///< of memory that is not the arena's own
 };
 
 }  // namespace sightline

@@ -4,6 +4,8 @@
 #include <atomic>
 #include <chrono>
 
+#include "core/base/result.h"
+
 namespace sightline {
 
 /// Set by one thread, read by others; a flag outlives every Deadline that looks at it.
@@ -30,5 +32,13 @@ struct Deadline {
     return cancelled() || (at != Clock::time_point::max() && Clock::now() >= at);
   }
 };
+
+/// Precondition: it has passed.
+inline Error out_of_time(const Deadline& deadline) {
+  if (deadline.cancelled()) {
+    return {ErrorKind::kCancelled, "CANCELLED", "the request was cancelled", ""};
+  }
+  return {ErrorKind::kDeadline, "DEADLINE", "the time allowed was used up", ""};
+}
 
 }  // namespace sightline

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/base/result.h"
+#include "core/bvh/scene_plan.h"
 #include "core/bvh/wide_tree.h"
 #include "core/geometry/affine.h"
 #include "core/geometry/box3.h"
@@ -25,14 +26,6 @@ enum class TreeQuality {
 enum class Joining {
   kMeasured,  ///< those whose meshes are placed once, and more where memory allows: choose_joined
   kNever,     ///< every placement is entered on its own
-};
-
-/// A mesh as the builder sees it; the arrays belong to the caller and are not kept.
-struct MeshView {
-  std::span<const Vec3f> positions;
-  std::span<const std::uint32_t> indices;  ///< three per triangle, all in range
-
-  std::uint32_t triangle_count() const { return static_cast<std::uint32_t>(indices.size() / 3); }
 };
 
 /// How a ray gets from the world into the space of a placement's tree, and how far off it may then
@@ -62,29 +55,41 @@ struct Placement {
   double edge_pad = 0;
 };
 
+/// Never changes once it is shared.
 struct SceneTree {
-  std::vector<std::unique_ptr<WideTree>> trees;
+  std::vector<std::shared_ptr<const WideTree>> trees;
   /// Those with something to hit. The first `entries` are entered one by one. All behind them
   /// share the tree of the last of those, which has world boxes. In every tree a leaf block says by
   /// `placement` how far behind the entered placement its own one stands.
-  std::vector<Placement> placements;
+  std::span<const Placement> placements;
+  std::shared_ptr<const std::vector<Placement>> placement_memory;
   std::uint32_t entries = 0;
-  /// Over the entries; leaf blocks hold indices of placements in `triangle`. Empty if there are
+  /// Over the entries; leaf blocks hold indices of placements in `triangle`. Need not be there for
   /// fewer than two entries.
   WideTree top;
-  Box3d bounds;             ///< of all finite world triangles
+  std::shared_ptr<const WideTree> top_memory;  ///< what `top` is an alias of, if it is one
+  Box3d bounds;             ///< of all finite world triangles, whether they can be hit or not
   std::uint32_t depth = 0;  ///< nodes on the longest way down: through the top, then a tree
-};
+  /// Stands in `trees` for each that is not built yet, and has nothing to hit. Null where all are.
+  std::shared_ptr<const WideTree> unbuilt;
+  std::uint32_t pending = 0;  ///< how many are not built
 
-struct PlacementView {
-  std::uint32_t mesh = 0;
-  Affine world_from_mesh;
+  bool complete() const { return pending == 0; }
+  bool is_pending(std::uint32_t tree) const { return pending > 0 && trees[tree] == unbuilt; }
+  void set_placements(std::vector<Placement> all) {
+    placement_memory = std::make_shared<const std::vector<Placement>>(std::move(all));
+    placements = *placement_memory;
+  }
+  /// Bytes of all trees.
+  std::uint64_t bytes() const;
 };
 
 /// Builds everything. Placements of meshes that are placed once, or are small, have one tree
 /// together, around their world triangles. A larger mesh placed often has one tree in its own
 /// space, unless a matrix is so nearly singular that mapping rays would cost their precision: then
 /// that placement has a tree of its own. Errors: SCENE_TOO_LARGE if a tree would pass 16 GiB.
+Result<SceneTree> build_scene_tree(const ScenePlan& plan, TreeQuality quality = TreeQuality::kHigh,
+                                   Joining joining = Joining::kMeasured);
 Result<SceneTree> build_scene_tree(std::span<const MeshView> meshes,
                                    std::span<const PlacementView> placements,
                                    TreeQuality quality = TreeQuality::kHigh,

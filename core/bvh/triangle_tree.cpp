@@ -175,6 +175,34 @@ WideTree build_triangle_tree(const MeshView& mesh, const Affine* world_from_mesh
   return build_triangle_tree({&part, 1}, quality);
 }
 
+WideTree build_triangle_tree(const MeshView& mesh, std::span<const std::uint32_t> triangles,
+                             const Affine* world_from_mesh, TreeQuality quality) {
+  std::vector<std::uint32_t> indices;
+  indices.reserve(triangles.size() * 3);
+  for (const std::uint32_t triangle : triangles) {
+    const std::uint32_t* corner = &mesh.indices[std::size_t{triangle} * 3];
+    indices.insert(indices.end(), corner, corner + 3);
+  }
+  WideTree tree = build_triangle_tree({mesh.positions, indices}, world_from_mesh, quality);
+  std::vector<std::uint32_t> waiting;
+  if (tree.root != ChildRef::kEmpty) waiting.push_back(tree.root);
+  while (!waiting.empty()) {
+    const std::uint32_t ref = waiting.back();
+    waiting.pop_back();
+    if (ChildRef::is_leaf(ref)) {
+      auto* block = reinterpret_cast<LeafBlock*>(tree.arena.at(ChildRef::granule(ref)));
+      for (const LeafBlock* end = block + ChildRef::blocks(ref); block != end; ++block) {
+        for (std::uint32_t& triangle : block->triangle) triangle = triangles[triangle];
+      }
+      continue;
+    }
+    for (const std::uint32_t child : tree.node(ref).child) {
+      if (child != ChildRef::kEmpty) waiting.push_back(child);
+    }
+  }
+  return tree;
+}
+
 WideTree build_triangle_tree(std::span<const TreePart> parts, TreeQuality quality) {
   const PartNumbers numbering(parts);
   const bool several = parts.size() > 1;

@@ -17,6 +17,10 @@ namespace sightline {
 WideTree build_triangle_tree(const MeshView& mesh, const Affine* world_from_mesh,
                              TreeQuality quality);
 
+/// Only of these triangles of the mesh, by which leaves call them.
+WideTree build_triangle_tree(const MeshView& mesh, std::span<const std::uint32_t> triangles,
+                             const Affine* world_from_mesh, TreeQuality quality);
+
 /// A mesh where its triangles stand in a tree.
 struct TreePart {
   MeshView mesh;

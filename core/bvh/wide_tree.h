@@ -10,6 +10,7 @@
 /// position independent and can be mapped from a file.
 
 #include <cstdint>
+#include <memory>
 
 #include "core/base/arena.h"
 #include "core/geometry/box3.h"
@@ -71,6 +72,18 @@ struct WideTree {
   std::uint32_t block_count = 0;
   std::uint32_t depth = 0;  ///< nodes on the longest way down
 
+  /// The same tree over the same memory, which `tree` keeps.
+  static WideTree alias(const std::shared_ptr<const WideTree>& tree) {
+    WideTree same;
+    same.arena = Arena(tree->arena.at(0), tree->arena.used(), tree);
+    same.root = tree->root;
+    same.scale_exponent = tree->scale_exponent;
+    same.bounds = tree->bounds;
+    same.node_count = tree->node_count;
+    same.block_count = tree->block_count;
+    same.depth = tree->depth;
+    return same;
+  }
   const WideNode& node(std::uint32_t ref) const {
     return *reinterpret_cast<const WideNode*>(arena.at(ref));
   }

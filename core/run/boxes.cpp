@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/run/engine_state.h"
+#include "core/run/pending_rounds.h"
 #include "core/trace/box_overlap.h"
 #include "core/trace/ray_boxes.h"
 
@@ -15,6 +16,13 @@ namespace {
 /// Boxes that one thread takes at a time. A box may touch the whole scene, so it looks at the clock
 /// itself.
 constexpr std::size_t kBoxSlice = 8;
+
+/// Which trees each box comes near.
+auto near_boxes(const BoxBatch& boxes) {
+  return [&](PendingTrees& pending, std::size_t i, std::vector<std::uint32_t>& trees) {
+    pending.touched(boxes, i, trees);
+  };
+}
 
 }  // namespace
 
@@ -34,9 +42,11 @@ Status Engine::boxes_any(const Scene& scene, const BoxBatch& boxes, const Deadli
                          Column<std::uint8_t>& touched) const {
   return within_memory([&]() -> Status {
     touched.assign(boxes.size(), 0);
+    const auto view = state_->with_trees(scene, boxes.size(), deadline, near_boxes(boxes));
+    if (!view) return view.error();
     std::atomic<bool> stopped{false};
     const auto part = [&](std::size_t begin, std::size_t end) {
-      BoxOverlaps overlaps(scene, deadline);
+      BoxOverlaps overlaps(*view, deadline);
       for (std::size_t i = begin; i < end; ++i) touched[i] = overlaps.any(boxes, i) ? 1 : 0;
       if (overlaps.stopped()) stopped.store(true);
     };
@@ -65,8 +75,10 @@ Status Engine::boxes_list(const Scene& scene, const BoxBatch& boxes, BoxTargets 
     totals.assign(boxes.size(), 0);
     // One more than may be answered is enough to know that it is too many.
     const std::size_t kept = limit > total_max ? total_max + 1 : limit;
+    const auto view = state_->with_trees(scene, boxes.size(), deadline, near_boxes(boxes));
+    if (!view) return view.error();
     const auto part = [&](std::size_t begin, std::size_t end) {
-      BoxOverlaps overlaps(scene, deadline);
+      BoxOverlaps overlaps(*view, deadline);
       BoxLists& slice = slices[begin / kBoxSlice];
       for (std::size_t i = begin; i < end; ++i) {
         if (gathered.load(std::memory_order_relaxed) > total_max) return;

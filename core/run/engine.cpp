@@ -2,6 +2,7 @@
 #include <atomic>
 
 #include "core/run/engine_state.h"
+#include "core/run/pending_rounds.h"
 
 namespace sightline {
 
@@ -39,10 +40,29 @@ Status Engine::closest(const Scene& scene, const RayBatch& rays, const Deadline&
                        HitBatch& hits) const {
   return within_memory([&]() -> Status {
     hits.resize(rays.size());
-    return state_->run(rays.size(), deadline, [&](std::size_t begin, std::size_t end) {
-      TraceCounts counts;
-      state_->kernel.closest(scene, rays, begin, end, hits, counts);
-    });
+    const auto trace = [&](const SceneView& view, const RayBatch& some, HitBatch& found) {
+      return state_->run(some.size(), deadline, [&](std::size_t begin, std::size_t end) {
+        TraceCounts counts;
+        state_->kernel.closest(view, some, begin, end, found, counts);
+      });
+    };
+    const SceneView view(scene);
+    Status status = trace(view, rays, hits);
+    if (!status || view.tree().complete()) return status;
+    return state_->trace_again(
+        view, rays.size(), deadline,
+        [&](PendingTrees& pending, std::size_t i) { return pending.nearest(rays[i], hits.t[i]); },
+        [&](const SceneView& later, std::span<const std::size_t> numbers) -> Status {
+          HitBatch found;
+          found.resize(numbers.size());
+          Status again = trace(later, rays_of(rays, numbers), found);
+          for (std::size_t i = 0; i < numbers.size(); ++i) {
+            hits.t[numbers[i]] = found.t[i];
+            hits.instance[numbers[i]] = found.instance[i];
+            hits.triangle[numbers[i]] = found.triangle[i];
+          }
+          return again;
+        });
   });
 }
 
@@ -50,10 +70,26 @@ Status Engine::any(const Scene& scene, const RayBatch& rays, const Deadline& dea
                    Column<std::uint8_t>& occluded) const {
   return within_memory([&]() -> Status {
     occluded.resize(rays.size());
-    return state_->run(rays.size(), deadline, [&](std::size_t begin, std::size_t end) {
-      TraceCounts counts;
-      state_->kernel.any(scene, rays, begin, end, occluded.data(), counts);
-    });
+    const auto trace = [&](const SceneView& view, const RayBatch& some, std::uint8_t* found) {
+      return state_->run(some.size(), deadline, [&](std::size_t begin, std::size_t end) {
+        TraceCounts counts;
+        state_->kernel.any(view, some, begin, end, found, counts);
+      });
+    };
+    const SceneView view(scene);
+    Status status = trace(view, rays, occluded.data());
+    if (!status || view.tree().complete()) return status;
+    return state_->trace_again(
+        view, rays.size(), deadline,
+        [&](PendingTrees& pending, std::size_t i) {
+          return occluded[i] != 0 ? kNone : pending.nearest(rays[i], rays.tmax[i]);
+        },
+        [&](const SceneView& later, std::span<const std::size_t> numbers) -> Status {
+          Column<std::uint8_t> found(numbers.size());
+          Status again = trace(later, rays_of(rays, numbers), found.data());
+          for (std::size_t i = 0; i < numbers.size(); ++i) occluded[numbers[i]] = found[i];
+          return again;
+        });
   });
 }
 
@@ -61,9 +97,14 @@ Status Engine::count(const Scene& scene, const RayBatch& rays, Crossings crossin
                      const Deadline& deadline, Column<std::uint64_t>& totals) const {
   return within_memory([&]() -> Status {
     totals.resize(rays.size());
+    const auto met = [&](PendingTrees& pending, std::size_t i, std::vector<std::uint32_t>& trees) {
+      pending.met(rays[i], trees);
+    };
+    const auto view = state_->with_trees(scene, rays.size(), deadline, met);
+    if (!view) return view.error();
     const auto slice = [&](std::size_t begin, std::size_t end) {
       TraceCounts counts;
-      state_->kernel.all(scene, rays, begin, end, crossings, 0, totals.data(), nullptr, counts);
+      state_->kernel.all(*view, rays, begin, end, crossings, 0, totals.data(), nullptr, counts);
     };
     return state_->run(rays.size(), deadline, slice, kListSlice);
   });
@@ -77,13 +118,18 @@ Status Engine::all(const Scene& scene, const RayBatch& rays, Crossings crossings
     std::vector<HitBatch> slices((rays.size() + kListSlice - 1) / kListSlice);
     std::atomic<std::size_t> gathered{0};
     totals.assign(rays.size(), 0);
+    const auto met = [&](PendingTrees& pending, std::size_t i, std::vector<std::uint32_t>& trees) {
+      pending.met(rays[i], trees);
+    };
+    const auto view = state_->with_trees(scene, rays.size(), deadline, met);
+    if (!view) return view.error();
     const auto gather = [&](std::size_t begin, std::size_t end) {
       TraceCounts counts;
       HitBatch& slice = slices[begin / kListSlice];
       // One by one: beyond the limit there is at most one ray's list for each thread.
       for (std::size_t i = begin; i < end; ++i) {
         if (gathered.load(std::memory_order_relaxed) > hits_total_max) return;
-        state_->kernel.all(scene, rays, i, i + 1, crossings, hits_max, totals.data(), &slice,
+        state_->kernel.all(*view, rays, i, i + 1, crossings, hits_max, totals.data(), &slice,
                            counts);
         gathered.fetch_add(std::min<std::size_t>(totals[i], hits_max), std::memory_order_relaxed);
       }

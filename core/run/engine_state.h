@@ -18,13 +18,6 @@ inline constexpr std::size_t kSlice = 1024;
 /// The same for rays of which every hit is wanted: one of them may meet a whole scene.
 inline constexpr std::size_t kListSlice = 64;
 
-inline Error out_of_time(const Deadline& deadline) {
-  if (deadline.cancelled()) {
-    return {ErrorKind::kCancelled, "CANCELLED", "the request was cancelled", ""};
-  }
-  return {ErrorKind::kDeadline, "DEADLINE", "the time allowed was used up", ""};
-}
-
 /// Calls answer(), which returns a Status; what it could not allocate is an Error. Around the whole
 /// of an answer: the columns that it resizes before and the lists that it joins after the threads'
 /// work are the largest that it has.
@@ -68,6 +61,19 @@ struct Engine::State {
     if (stopped.load()) return out_of_time(deadline);
     return success();
   }
+
+  /// For queries whose answer asks every tree that they come near: a view in which those of
+  /// [0, count) are all built. find(pending, i, trees) appends what query i comes near.
+  template <class Find>
+  Result<SceneView> with_trees(const Scene& scene, std::size_t count, const Deadline& deadline,
+                               Find find);
+
+  /// For rays that were traced while trees were pending. nearest(pending, i) names the tree that
+  /// ray i must be asked of next, or kNone; again(view, numbers) answers those rays anew. Returns
+  /// when no ray wants a tree.
+  template <class Nearest, class Again>
+  Status trace_again(SceneView view, std::size_t count, const Deadline& deadline, Nearest nearest,
+                     Again again);
 };
 
 }  // namespace sightline

@@ -5,29 +5,55 @@
 
 namespace sightline {
 
-Result<std::shared_ptr<const Scene>> Scene::build(SceneDescription description, TreeQuality quality,
-                                                  Joining joining) {
-  std::shared_ptr<Scene> scene(new Scene());
-  scene->description_ = std::move(description);
-  std::vector<MeshView> meshes;
-  for (const auto& mesh : scene->description_.meshes) {
-    scene->unique_triangle_count_ += mesh->triangle_count();
-    meshes.push_back({mesh->positions, mesh->indices});
-  }
-  std::vector<PlacementView> placements;
-  for (const Instance& instance : scene->description_.instances) {
-    scene->instanced_triangle_count_ += meshes[instance.mesh].triangle_count();
-    placements.push_back({instance.mesh, instance.world_from_mesh});
-  }
+namespace {
+
+/// What `work` could not allocate is an Error.
+template <class Work>
+auto within_memory(const Work& work) -> decltype(work()) {
   try {
-    Result<SceneTree> tree = build_scene_tree(meshes, placements, quality, joining);
-    if (!tree) return std::move(tree).error();
-    scene->tree_ = std::make_shared<const SceneTree>(std::move(*tree));
+    return work();
   } catch (const std::bad_alloc&) {
     return Error{ErrorKind::kOutOfSpace, "MEMORY_EXHAUSTED",
                  "there is no memory for the scene's trees", ""};
   }
-  return std::shared_ptr<const Scene>(std::move(scene));
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const Scene>> Scene::prepare(SceneDescription description) {
+  return within_memory([&]() -> Result<std::shared_ptr<const Scene>> {
+    std::shared_ptr<Scene> scene(new Scene());
+    scene->description_ = std::move(description);
+    std::vector<MeshView> meshes;
+    std::uint64_t bytes = 0;
+    for (const auto& mesh : scene->description_.meshes) {
+      scene->unique_triangle_count_ += mesh->triangle_count();
+      meshes.push_back({mesh->positions, mesh->indices});
+      bytes += meshes.back().positions.size_bytes() + meshes.back().indices.size_bytes();
+    }
+    std::vector<PlacementView> placements;
+    for (const Instance& instance : scene->description_.instances) {
+      scene->instanced_triangle_count_ += meshes[instance.mesh].triangle_count();
+      placements.push_back({instance.mesh, instance.world_from_mesh});
+    }
+    Result<ScenePlan> plan = plan_scene(std::move(meshes), std::move(placements));
+    if (!plan) return std::move(plan).error();
+    scene->plan_ = std::move(*plan);
+    scene->trees_ = std::make_unique<SceneTrees>(scene->plan_, bytes);
+    return std::shared_ptr<const Scene>(std::move(scene));
+  });
+}
+
+Result<std::shared_ptr<const Scene>> Scene::build(SceneDescription description, TreeQuality quality,
+                                                  Joining joining) {
+  auto scene = prepare(std::move(description));
+  if (!scene) return scene;
+  return within_memory([&]() -> Result<std::shared_ptr<const Scene>> {
+    Result<SceneTree> tree = build_scene_tree((*scene)->plan_, quality, joining);
+    if (!tree) return std::move(tree).error();
+    (*scene)->trees_->complete(std::move(*tree), SceneTrees::Origin::kBuilt);
+    return scene;
+  });
 }
 
 WorldTriangle Scene::world_triangle(TriangleId id) const {

@@ -11,30 +11,39 @@
 #include "core/geometry/triangle.h"
 #include "core/query/hit_batch.h"
 #include "core/scene/scene_description.h"
+#include "core/scene/scene_trees.h"
 
 namespace sightline {
 
 /// A triangle of the scene in the world: the truth that every answer is about.
 using WorldTriangle = Triangle;
 
-/// Nothing in it ever changes; hold it by shared_ptr<const Scene> for as long as it is read.
+/// Nothing that an answer depends on ever changes; hold it by shared_ptr<const Scene> for as long
+/// as it is read. Its trees are a cache that fills while it is used.
 class Scene {
  public:
-  /// Builds the trees. Errors: SCENE_TOO_LARGE when a tree would not fit, MEMORY_EXHAUSTED.
+  /// Knows its bounds and has no tree yet. Errors: SCENE_TOO_LARGE when a tree would not fit,
+  /// MEMORY_EXHAUSTED.
+  static Result<std::shared_ptr<const Scene>> prepare(SceneDescription description);
+  /// Has all trees. Errors: as prepare.
   static Result<std::shared_ptr<const Scene>> build(SceneDescription description,
                                                     TreeQuality quality = TreeQuality::kHigh,
                                                     Joining joining = Joining::kMeasured);
+  Scene(const Scene&) = delete;
+  Scene& operator=(const Scene&) = delete;
 
   const SceneDescription& description() const { return description_; }
   /// Never null. A query takes it once, in a SceneView.
-  std::shared_ptr<const SceneTree> tree() const { return tree_; }
+  std::shared_ptr<const SceneTree> tree() const { return trees_->now(); }
+  /// To build them, drop them, or ask what they cost: nothing of it changes an answer.
+  SceneTrees& trees() const { return *trees_; }
 
   /// Every triangle of every instance, dropped ones included.
   std::uint64_t instanced_triangle_count() const { return instanced_triangle_count_; }
   /// Every triangle of every mesh, dropped ones included.
   std::uint64_t unique_triangle_count() const { return unique_triangle_count_; }
   /// Of the world positions that finite triangles use (area or not); empty if there is none.
-  const Box3d& bounds() const { return tree_->bounds; }
+  const Box3d& bounds() const { return plan_.bounds; }
 
   /// Precondition: id names a triangle of this scene.
   WorldTriangle world_triangle(TriangleId id) const;
@@ -45,7 +54,8 @@ class Scene {
  private:
   Scene() = default;
   SceneDescription description_;
-  std::shared_ptr<const SceneTree> tree_;
+  ScenePlan plan_;
+  std::unique_ptr<SceneTrees> trees_;  ///< looks at plan_
   std::uint64_t unique_triangle_count_ = 0;
   std::uint64_t instanced_triangle_count_ = 0;
 };

@@ -15,15 +15,16 @@ class SceneView {
   /// The trees that the scene has now. Implicit: a scene can be asked without further ado.
   SceneView(const Scene& scene) : SceneView(scene, scene.tree()) {}  // NOLINT(*-explicit-*)
   SceneView(const Scene& scene, std::shared_ptr<const SceneTree> tree)
-      : scene_(scene), tree_(std::move(tree)) {}
+      : scene_(&scene), tree_(std::move(tree)) {}
 
   const SceneTree& tree() const { return *tree_; }
-  const Scene& scene() const { return scene_; }
-  const SceneDescription& description() const { return scene_.description(); }
-  WorldTriangle world_triangle(TriangleId id) const { return scene_.world_triangle(id); }
+  const std::shared_ptr<const SceneTree>& shared_tree() const { return tree_; }
+  const Scene& scene() const { return *scene_; }
+  const SceneDescription& description() const { return scene_->description(); }
+  WorldTriangle world_triangle(TriangleId id) const { return scene_->world_triangle(id); }
 
  private:
-  const Scene& scene_;
+  const Scene* scene_;
   std::shared_ptr<const SceneTree> tree_;
 };
 

@@ -1,0 +1,52 @@
+#pragma once
+/// A quick 64-bit hash of bytes: finds what may be equal, and damage that nobody made on purpose.
+/// Not for anything that an adversary must not be able to forge.
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+
+namespace sightline {
+
+/// Four lanes of multiply and rotate, as in xxHash64 (same rounds, other finish).
+class ContentHash {
+ public:
+  void add(std::span<const std::byte> bytes) {
+    length_ += bytes.size();
+    const std::byte* at = bytes.data();
+    std::size_t rest = bytes.size();
+    for (; rest >= 32; at += 32, rest -= 32) {
+      for (std::size_t lane = 0; lane < 4; ++lane) lane_[lane] = mix(lane_[lane], word(at, lane));
+    }
+    std::byte last[32] = {};
+    if (rest > 0) {
+      std::memcpy(last, at, rest);
+      for (std::size_t lane = 0; lane < 4; ++lane) lane_[lane] = mix(lane_[lane], word(last, lane));
+    }
+  }
+  std::uint64_t value() const {
+    std::uint64_t hash = length_ * kB;
+    for (const std::uint64_t lane : lane_) hash = (hash ^ mix(0, lane)) * kA + kB;
+    hash = (hash ^ hash >> 33) * kB;
+    hash = (hash ^ hash >> 29) * kA;
+    return hash ^ hash >> 32;
+  }
+
+ private:
+  static constexpr std::uint64_t kA = 0x9e3779b185ebca87ull;
+  static constexpr std::uint64_t kB = 0xc2b2ae3d27d4eb4full;
+  static std::uint64_t mix(std::uint64_t lane, std::uint64_t word) {
+    return std::rotl(lane + word * kB, 31) * kA;
+  }
+  static std::uint64_t word(const std::byte* at, std::size_t lane) {
+    std::uint64_t word;
+    std::memcpy(&word, at + 8 * lane, sizeof word);
+    return word;
+  }
+  std::uint64_t lane_[4] = {kA + kB, kB, 0, 0 - kA};
+  std::uint64_t length_ = 0;
+};
+
+}  // namespace sightline

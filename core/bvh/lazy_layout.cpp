@@ -1,0 +1,157 @@
+#include "core/bvh/lazy_layout.h"
+
+#include <algorithm>
+
+#include "core/bvh/placing.h"
+#include "core/bvh/top_tree.h"
+#include "core/bvh/triangle_tree.h"
+#include "core/geometry/rounding.h"
+
+namespace sightline {
+
+namespace {
+
+/// Smaller meshes are built sooner than cut.
+constexpr std::uint32_t kSplitAbove = 8 * kPartTriangles;
+
+const Affine* matrix_of(const ScenePlan& plan, const TreeSlot& slot) {
+  return slot.placement == TreeSlot::kOwnSpace ? nullptr
+                                               : &plan.placements[slot.placement].world_from_mesh;
+}
+
+}  // namespace
+
+LazyLayout::LazyLayout(const ScenePlan& plan) : plan_(plan) {
+  constexpr std::uint32_t kNoSlot = 0xffffffffu;
+  std::vector<std::uint32_t> shared(plan.meshes.size(), kNoSlot);
+  for (std::uint32_t i = 0; i < plan.placements.size(); ++i) {
+    const PlacementView& view = plan.placements[i];
+    if (plan.placed[i].empty()) continue;
+    Placement placement = make_placement(i, view, plan.facts[view.mesh]);
+    const bool mapped = is_mapped(plan, i, placement.space);
+    placement.world_boxes = !mapped;
+    const bool own = !placement.identity && !mapped;
+    std::uint32_t& slot = shared[view.mesh];
+    if (own || slot == kNoSlot) {
+      placement.tree = static_cast<std::uint32_t>(slots_.size());
+      slots_.push_back({.mesh = view.mesh,
+                        .placement = own ? i : TreeSlot::kOwnSpace,
+                        .triangle_count = plan.meshes[view.mesh].triangle_count()});
+      if (!own) slot = placement.tree;
+    } else {
+      placement.tree = slot;
+    }
+    ++slots_[placement.tree].entries;
+    placements_.push_back(placement);
+    boxes_.push_back(plan.placed[i]);
+  }
+}
+
+void LazyLayout::place(SceneTree& tree) const {
+  tree.bounds = plan_.bounds;
+  tree.entries = static_cast<std::uint32_t>(placements_.size());
+  tree.set_placements(placements_);
+  tree.top = {};
+  // Rays look for what is pending in it even where there is one entry only.
+  if (tree.entries == 0) return;
+  tree.top_memory =
+      std::make_shared<const WideTree>(build_top(boxes_, tree.bounds, TreeQuality::kFast));
+  tree.top = WideTree::alias(tree.top_memory);
+}
+
+SceneTree LazyLayout::unbuilt() const {
+  SceneTree tree;
+  place(tree);
+  tree.unbuilt = make_barren_tree();
+  tree.trees.assign(slots_.size(), tree.unbuilt);
+  tree.pending = static_cast<std::uint32_t>(slots_.size());
+  tree.depth = tree.top.depth + tree.unbuilt->depth;
+  return tree;
+}
+
+SceneTree LazyLayout::split(std::uint32_t slot, std::vector<MeshPart> parts,
+                            const SceneTree& tree) {
+  const auto entry = static_cast<std::size_t>(
+      std::find_if(placements_.begin(), placements_.end(),
+                   [&](const Placement& placement) { return placement.tree == slot; }) -
+      placements_.begin());
+  const TreeSlot whole = slots_[slot];
+  const Placement placement = placements_[entry];
+  SceneTree next = share(tree);
+  placements_.erase(placements_.begin() + static_cast<std::ptrdiff_t>(entry));
+  boxes_.erase(boxes_.begin() + static_cast<std::ptrdiff_t>(entry));
+  for (MeshPart& part : parts) {
+    placements_.push_back(placement);
+    placements_.back().tree = static_cast<std::uint32_t>(slots_.size());
+    boxes_.push_back(part.box);
+    slots_.push_back(whole);
+    slots_.back().triangle_count = static_cast<std::uint32_t>(part.triangles.size());
+    slots_.back().in_one_place = parts.size() < 2;
+    slots_.back().triangles =
+        std::make_shared<const std::vector<std::uint32_t>>(std::move(part.triangles));
+    next.trees.push_back(next.unbuilt);
+    ++next.pending;
+  }
+  slots_[slot] = {};
+  next.trees[slot] = make_barren_tree();
+  --next.pending;
+  place(next);
+  next.depth += next.top.depth - tree.top.depth;
+  return next;
+}
+
+bool can_split(const TreeSlot& slot) {
+  return slot.entries == 1 && !slot.in_one_place && slot.triangle_count > kSplitAbove;
+}
+
+std::vector<MeshPart> split_slot(const ScenePlan& plan, const TreeSlot& slot) {
+  const MeshView& mesh = plan.meshes[slot.mesh];
+  const Affine* matrix = matrix_of(plan, slot);
+  if (!slot.triangles) return split_mesh(mesh, matrix, {});
+  return split_mesh(mesh, matrix, *slot.triangles);
+}
+
+WideTree build_slot(const ScenePlan& plan, const TreeSlot& slot, TreeQuality quality) {
+  const MeshView& mesh = plan.meshes[slot.mesh];
+  const Affine* matrix = matrix_of(plan, slot);
+  return slot.triangles ? build_triangle_tree(mesh, *slot.triangles, matrix, quality)
+                        : build_triangle_tree(mesh, matrix, quality);
+}
+
+SceneTree share(const SceneTree& tree) {
+  SceneTree same;
+  same.trees = tree.trees;
+  same.placement_memory = tree.placement_memory;
+  same.placements = tree.placements;
+  same.entries = tree.entries;
+  same.top_memory = tree.top_memory;
+  if (tree.top_memory) same.top = WideTree::alias(tree.top_memory);
+  same.bounds = tree.bounds;
+  same.depth = tree.depth;
+  same.unbuilt = tree.unbuilt;
+  same.pending = tree.pending;
+  return same;
+}
+
+std::shared_ptr<const WideTree> make_barren_tree() {
+  auto tree = std::make_shared<WideTree>();
+  tree->arena = Arena(sizeof(WideNode));
+  tree->arena.take(sizeof(WideNode));
+  auto& node = *reinterpret_cast<WideNode*>(tree->arena.at(0));
+  std::uint32_t forward = 0;
+  for (std::uint32_t i = 0; i < kArity; ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      node.lower[k][i] = kInfF;
+      node.upper[k][i] = -kInfF;
+    }
+    node.child[i] = ChildRef::kEmpty;
+    forward |= i << (3 * i);
+  }
+  for (std::uint32_t& order : node.order) order = forward;
+  tree->root = ChildRef::node(0);
+  tree->node_count = 1;
+  tree->depth = 1;
+  return tree;
+}
+
+}  // namespace sightline

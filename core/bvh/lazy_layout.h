@@ -1,0 +1,63 @@
+#pragma once
+/// Which trees a scene may build one by one, when rays come near them, and what is entered for
+/// each.
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/bvh/scene_tree.h"
+#include "core/bvh/split.h"
+
+namespace sightline {
+
+/// A tree that can be built on its own: of a mesh in its own space, of a placed mesh in the world,
+/// or of a part of one.
+struct TreeSlot {
+  static constexpr std::uint32_t kOwnSpace = 0xffffffffu;
+
+  std::uint32_t mesh = 0;
+  /// Of the plan's placements, whose world triangles the tree is around.
+  std::uint32_t placement = kOwnSpace;
+  std::uint32_t triangle_count = 0;
+  std::uint32_t entries = 0;                                         ///< that enter it
+  bool in_one_place = false;                                         ///< no cut parts it
+  std::shared_ptr<const std::vector<std::uint32_t>> triangles = {};  ///< null: all of the mesh
+};
+
+/// Slots are never renumbered: those of a split are added at the end. The plan outlives it.
+class LazyLayout {
+ public:
+  /// Every placement with something finite is entered on its own. Throws std::bad_alloc.
+  explicit LazyLayout(const ScenePlan& plan);
+
+  const std::vector<TreeSlot>& slots() const { return slots_; }
+  /// Nothing built: every slot is pending.
+  SceneTree unbuilt() const;
+  /// Enters the parts in place of the slot, which nothing enters any more. `tree` is a state of
+  /// this layout; returned is the same with the parts pending. Precondition: can_split.
+  SceneTree split(std::uint32_t slot, std::vector<MeshPart> parts, const SceneTree& tree);
+
+ private:
+  void place(SceneTree& tree) const;
+
+  const ScenePlan& plan_;
+  std::vector<TreeSlot> slots_;
+  std::vector<Placement> placements_;  ///< one for each entry
+  std::vector<Box3d> boxes_;           ///< likewise, in the world
+};
+
+/// Whether what a first ray needs of it is little of the whole.
+bool can_split(const TreeSlot& slot);
+/// Parallel. Precondition: can_split.
+std::vector<MeshPart> split_slot(const ScenePlan& plan, const TreeSlot& slot);
+/// Parallel. Leaves name triangles by their number in the mesh.
+WideTree build_slot(const ScenePlan& plan, const TreeSlot& slot, TreeQuality quality);
+
+/// The same trees: a state that differs in nothing yet.
+SceneTree share(const SceneTree& tree);
+
+/// A tree that is entered in vain.
+std::shared_ptr<const WideTree> make_barren_tree();
+
+}  // namespace sightline

@@ -1,0 +1,188 @@
+#include "core/bvh/scene_plan.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstring>
+#include <string>
+#include <unordered_map>
+
+#include "core/base/column.h"
+#include "core/base/parallel.h"
+#include "core/bvh/content_hash.h"
+#include "core/bvh/triangle_tree.h"
+
+namespace sightline {
+
+namespace {
+
+/// Positions or indices that one thread looks at by itself.
+constexpr std::size_t kGrain = 1u << 16;
+
+MeshFacts join(const MeshFacts& a, const MeshFacts& b) {
+  MeshFacts both = a;
+  both.finite = a.finite && b.finite;
+  for (int k = 0; k < 3; ++k) both.largest[k] = std::max(a.largest[k], b.largest[k]);
+  return both;
+}
+
+MeshFacts facts_of(std::span<const Vec3f> positions) {
+  return parallel_reduce(
+      0, positions.size(), kGrain, MeshFacts{},
+      [&](std::size_t begin, std::size_t end, MeshFacts facts) {
+        for (const Vec3f& p : positions.subspan(begin, end - begin)) {
+          if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) {
+            facts.finite = false;
+            continue;
+          }
+          for (int k = 0; k < 3; ++k) {
+            facts.largest[k] = std::max(facts.largest[k], std::abs(static_cast<double>(p[k])));
+          }
+        }
+        return facts;
+      },
+      join);
+}
+
+/// The positions that no triangle uses must not widen a box. Empty: all are used.
+std::vector<std::uint32_t> corners_of(const MeshView& mesh) {
+  Column<std::uint8_t> used(mesh.positions.size(), 0);
+  const std::size_t chunks = (mesh.indices.size() + kGrain - 1) / kGrain;
+  parallel_for(chunks, [&](std::size_t chunk) {
+    const std::size_t begin = chunk * kGrain;
+    const std::size_t end = std::min(mesh.indices.size(), begin + kGrain);
+    for (const std::uint32_t index : mesh.indices.subspan(begin, end - begin)) {
+      std::atomic_ref(used[index]).store(1, std::memory_order_relaxed);
+    }
+  });
+  if (std::find(used.begin(), used.end(), 0) == used.end()) return {};
+  std::vector<std::uint32_t> corners;
+  for (std::uint32_t i = 0; i < used.size(); ++i) {
+    if (used[i] != 0) corners.push_back(i);
+  }
+  return corners;
+}
+
+struct PlacedBounds {
+  Box3d box;
+  bool finite = true;
+};
+
+/// World bounds of the triangles whose three corners are finite in the world.
+Box3d world_bounds(const MeshView& mesh, bool all_finite, std::span<const std::uint32_t> corners,
+                   const Affine& matrix) {
+  if (mesh.indices.empty()) return {};
+  const std::size_t count = corners.empty() ? mesh.positions.size() : corners.size();
+  const PlacedBounds placed = parallel_reduce(
+      0, count, kGrain, PlacedBounds{},
+      [&](std::size_t begin, std::size_t end, PlacedBounds within) {
+        for (std::size_t i = begin; i < end; ++i) {
+          const Vec3d p = matrix.apply(mesh.positions[corners.empty() ? i : corners[i]]);
+          within.finite = within.finite && is_finite(p);
+          within.box.include(p);
+        }
+        return within;
+      },
+      [](PlacedBounds a, const PlacedBounds& b) {
+        a.finite = a.finite && b.finite;
+        a.box.include(b.box);
+        return a;
+      });
+  if (all_finite && placed.finite) return placed.box;
+  // Rare: only the corners of triangles that are finite as a whole count.
+  Box3d bounds;
+  for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
+    const Vec3d a = matrix.apply(mesh.positions[mesh.indices[i]]);
+    const Vec3d b = matrix.apply(mesh.positions[mesh.indices[i + 1]]);
+    const Vec3d c = matrix.apply(mesh.positions[mesh.indices[i + 2]]);
+    if (!is_finite(Triangle{a, b, c})) continue;
+    bounds.include(a);
+    bounds.include(b);
+    bounds.include(c);
+  }
+  return bounds;
+}
+
+template <class T>
+bool same_bytes(std::span<const T> a, std::span<const T> b) {
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(a.data(), b.data(), a.size_bytes()) == 0);
+}
+
+/// For each mesh the first with the same content. Only meshes that agree in what is known of them
+/// anyway are read, and a hash decides nothing by itself.
+std::vector<std::uint32_t> first_with_same_content(std::span<const MeshView> meshes,
+                                                   std::span<const MeshFacts> facts) {
+  std::vector<std::uint32_t> first(meshes.size());
+  std::unordered_multimap<std::uint64_t, std::uint32_t> by_look;
+  const auto look_of = [&](std::uint32_t i) {
+    ContentHash hash;
+    const std::size_t sizes[] = {meshes[i].positions.size(), meshes[i].indices.size()};
+    hash.add(std::as_bytes(std::span(sizes)));
+    hash.add(std::as_bytes(std::span(facts[i].largest)));
+    return hash.value();
+  };
+  std::vector<std::uint64_t> looks(meshes.size());
+  for (std::uint32_t i = 0; i < meshes.size(); ++i) {
+    first[i] = i;
+    by_look.emplace(looks[i] = look_of(i), i);
+  }
+  std::vector<std::uint64_t> content(meshes.size());
+  parallel_for(meshes.size(), [&](std::size_t i) {
+    if (by_look.count(looks[i]) < 2) return;
+    ContentHash hash;
+    hash.add(std::as_bytes(meshes[i].positions));
+    hash.add(std::as_bytes(meshes[i].indices));
+    content[i] = hash.value();
+  });
+  std::unordered_map<std::uint64_t, std::uint32_t> by_content;
+  for (std::uint32_t i = 0; i < meshes.size(); ++i) {
+    if (by_look.count(looks[i]) < 2) continue;
+    const auto [place, is_new] = by_content.try_emplace(content[i], i);
+    const MeshView& known = meshes[place->second];
+    if (!is_new && same_bytes(known.positions, meshes[i].positions) &&
+        same_bytes(known.indices, meshes[i].indices)) {
+      first[i] = place->second;
+    }
+  }
+  return first;
+}
+
+}  // namespace
+
+Result<ScenePlan> plan_scene(std::vector<MeshView> meshes, std::vector<PlacementView> placements) {
+  ScenePlan plan;
+  plan.meshes = std::move(meshes);
+  plan.placements = std::move(placements);
+  for (const MeshView& mesh : plan.meshes) {
+    if (mesh.triangle_count() > kMaxTriangles) {
+      return Error{ErrorKind::kTooLarge, "SCENE_TOO_LARGE",
+                   "a mesh has " + std::to_string(mesh.triangle_count()) +
+                       " triangles, a tree holds at most " + std::to_string(kMaxTriangles),
+                   ""};
+    }
+  }
+  plan.facts.resize(plan.meshes.size());
+  parallel_for(plan.meshes.size(),
+               [&](std::size_t i) { plan.facts[i] = facts_of(plan.meshes[i].positions); });
+  const auto first = first_with_same_content(plan.meshes, plan.facts);
+  for (PlacementView& placement : plan.placements) {
+    placement.mesh = first[placement.mesh];
+    if (plan.facts[placement.mesh].uses++ == 0) ++plan.distinct;
+  }
+
+  std::vector<std::vector<std::uint32_t>> corners(plan.meshes.size());
+  parallel_for(plan.meshes.size(), [&](std::size_t i) {
+    if (plan.facts[i].uses > 0) corners[i] = corners_of(plan.meshes[i]);
+  });
+  plan.placed.resize(plan.placements.size());
+  parallel_for(plan.placements.size(), [&](std::size_t i) {
+    const PlacementView& view = plan.placements[i];
+    plan.placed[i] = world_bounds(plan.meshes[view.mesh], plan.facts[view.mesh].finite,
+                                  corners[view.mesh], view.world_from_mesh);
+  });
+  for (const Box3d& box : plan.placed) plan.bounds.include(box);
+  return plan;
+}
+
+}  // namespace sightline

@@ -1,0 +1,52 @@
+#pragma once
+/// What is known of a scene before any tree is built: its bounds, and what its trees will be made
+/// of.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/geometry/affine.h"
+#include "core/geometry/box3.h"
+#include "core/geometry/triangle.h"
+
+namespace sightline {
+
+/// A mesh as the builder sees it; the arrays belong to the caller.
+struct MeshView {
+  std::span<const Vec3f> positions;
+  std::span<const std::uint32_t> indices;  ///< three per triangle, all in range
+
+  std::uint32_t triangle_count() const { return static_cast<std::uint32_t>(indices.size() / 3); }
+};
+
+struct PlacementView {
+  std::uint32_t mesh = 0;
+  Affine world_from_mesh;
+};
+
+struct MeshFacts {
+  bool finite = true;             ///< every position is
+  double largest[3] = {0, 0, 0};  ///< |coordinate| of finite positions, per axis
+  std::uint32_t uses = 0;         ///< placements
+};
+
+/// Holds views: the arrays of the meshes outlive it.
+struct ScenePlan {
+  std::vector<MeshView> meshes;
+  /// As given, but for meshes with the same content, which are all called by the first of them.
+  std::vector<PlacementView> placements;
+  std::vector<MeshFacts> facts;  ///< one for each mesh
+  /// One for each placement: bounds of the world triangles whose three corners are finite.
+  std::vector<Box3d> placed;
+  Box3d bounds;                ///< of all of them
+  std::uint32_t distinct = 0;  ///< meshes that are placed under their own number
+};
+
+/// Parallel. Cost: every position and index is read once for each mesh, every position that a
+/// triangle uses once more for each placement. Errors: SCENE_TOO_LARGE for a mesh that no tree
+/// holds.
+Result<ScenePlan> plan_scene(std::vector<MeshView> meshes, std::vector<PlacementView> placements);
+
+}  // namespace sightline

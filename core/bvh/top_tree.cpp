@@ -1,0 +1,43 @@
+#include "core/bvh/top_tree.h"
+
+#include <cmath>
+
+#include "core/bvh/collapse.h"
+#include "core/bvh/reinsert.h"
+#include "core/bvh/triangle_tree.h"
+#include "core/geometry/rounding.h"
+
+namespace sightline {
+
+WideTree build_top(std::span<const Box3d> bounds, const Box3d& all, TreeQuality quality) {
+  const int scale_exponent = choose_scale_exponent(all);
+  const double scale = std::ldexp(1.0, scale_exponent);
+  Column<BuildBox> boxes(bounds.size());
+  for (std::uint32_t i = 0; i < bounds.size(); ++i) {
+    for (int k = 0; k < 3; ++k) {
+      boxes[i].lower[k] = float_below(bounds[i].min[k] * scale);
+      boxes[i].upper[k] = float_above(bounds[i].max[k] * scale);
+    }
+    boxes[i].id = i;
+  }
+  // Entering a placement is dear: leaves of one.
+  BinaryOptions options;
+  options.block_size = {0};
+  options.leaf_max = 1;
+  CollapseOptions costs;
+  costs.block = 1;
+  costs.leaf_max = 1;
+  BinaryTree binary = build_binary_tree(std::move(boxes), options);
+  if (quality == TreeQuality::kHigh) reinsert(binary, {});
+  WideTree top =
+      collapse(binary, costs, [&](std::uint32_t first, std::uint32_t count, LeafBlock* block) {
+        for (std::uint32_t i = 0; i < kLanes; ++i)
+          block->triangle[i] = binary.ids[first + (i < count ? i : 0)];
+        block->lane_count = count;
+      });
+  top.scale_exponent = scale_exponent;
+  top.bounds = all;
+  return top;
+}
+
+}  // namespace sightline

@@ -1,0 +1,14 @@
+#pragma once
+/// The tree over what is entered one by one.
+
+#include <span>
+
+#include "core/bvh/scene_tree.h"
+
+namespace sightline {
+
+/// Over the world bounds of what is entered, in units in which float32 keeps its precision. Leaf
+/// blocks hold indices of `bounds`, one each. `all` contains them.
+WideTree build_top(std::span<const Box3d> bounds, const Box3d& all, TreeQuality quality);
+
+}  // namespace sightline

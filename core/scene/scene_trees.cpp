@@ -1,0 +1,150 @@
+#include "core/scene/scene_trees.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+namespace sightline {
+
+SceneTrees::SceneTrees(const ScenePlan& plan, std::uint64_t geometry_bytes)
+    : plan_(plan), geometry_bytes_(geometry_bytes) {
+  stats_.meshes_total = plan.distinct;
+  stats_.geometry_bytes = geometry_bytes;
+  drop();
+  stats_.evictions = 0;
+}
+
+std::shared_ptr<const SceneTree> SceneTrees::now() const {
+  const std::lock_guard hold(mutex_);
+  return now_;
+}
+
+void SceneTrees::drop() {
+  LazyLayout layout(plan_);
+  auto none = std::make_shared<const SceneTree>(layout.unbuilt());
+  const std::lock_guard hold(mutex_);
+  states_.assign(layout.slots().size(), SlotState::kPending);
+  layout_.emplace(std::move(layout));
+  now_ = std::move(none);
+  mesh_built_.assign(plan_.meshes.size(), false);
+  ++stats_.evictions;
+  changed_.notify_all();
+}
+
+void SceneTrees::complete(SceneTree tree, Origin origin) {
+  auto all = std::make_shared<const SceneTree>(std::move(tree));
+  const std::lock_guard hold(mutex_);
+  now_ = std::move(all);
+  layout_.reset();
+  states_ = {};
+  ++(origin == Origin::kBuilt ? stats_.full_builds : stats_.cache_hits);
+  changed_.notify_all();
+}
+
+TreeStats SceneTrees::stats() const {
+  const std::lock_guard hold(mutex_);
+  TreeStats stats = stats_;
+  stats.queries_waited = waited_.load();
+  stats.cache_rejects = rejects_.load();
+  stats.complete = now_->complete();
+  stats.tree_bytes = now_->bytes();
+  stats.meshes_built =
+      layout_ ? static_cast<std::uint64_t>(std::count(mesh_built_.begin(), mesh_built_.end(), true))
+              : stats.meshes_total;
+  return stats;
+}
+
+/// Precondition for these: mutex_ is held, and `wanted` are slots of the present layout.
+std::vector<SceneTrees::Claim> SceneTrees::claim(std::span<const std::uint32_t> wanted) {
+  std::vector<Claim> claims;
+  for (const std::uint32_t number : wanted) {
+    if (states_[number] != SlotState::kPending) continue;
+    claims.push_back({number, layout_->slots()[number], {}, {}});
+  }
+  for (const Claim& claim : claims) states_[claim.number] = SlotState::kBuilding;
+  return claims;
+}
+
+void SceneTrees::publish(std::vector<Claim>& claims) {
+  // Everything that may fail comes before everything that is seen.
+  SceneTree next = share(*now_);
+  std::optional<LazyLayout> layout;
+  for (Claim& claim : claims) {
+    if (claim.tree) {
+      next.trees[claim.number] = claim.tree;
+      next.depth = std::max(next.depth, next.top.depth + claim.tree->depth);
+      --next.pending;
+      continue;
+    }
+    if (!layout) layout.emplace(*layout_);
+    next = layout->split(claim.number, std::move(claim.parts), next);
+  }
+  auto state = std::make_shared<const SceneTree>(std::move(next));
+  states_.resize(state->trees.size(), SlotState::kPending);
+  if (layout) layout_.emplace(std::move(*layout));
+  now_ = std::move(state);
+  for (const Claim& claim : claims) {
+    states_[claim.number] = SlotState::kDone;
+    ++(claim.tree ? stats_.trees_built : stats_.meshes_split);
+    if (claim.tree) mesh_built_[claim.slot.mesh] = true;
+  }
+}
+
+void SceneTrees::give_back(const std::vector<Claim>& claims) {
+  for (const Claim& claim : claims) states_[claim.number] = SlotState::kPending;
+}
+
+void SceneTrees::make(Claim& claim) const {
+  if (can_split(claim.slot)) {
+    claim.parts = split_slot(plan_, claim.slot);
+    return;
+  }
+  claim.tree = std::make_shared<const WideTree>(build_slot(plan_, claim.slot, TreeQuality::kFast));
+  if (claim.tree->root == ChildRef::kEmpty) claim.tree = make_barren_tree();
+}
+
+/// False when the time is up.
+bool SceneTrees::wait(const SceneTree& seen, std::span<const std::uint32_t> wanted,
+                      const Deadline& deadline) {
+  std::unique_lock hold(mutex_);
+  const auto is_there = [&] {
+    return !is_present(seen) ||
+           std::none_of(wanted.begin(), wanted.end(), [&](std::uint32_t number) {
+             return states_[number] == SlotState::kBuilding;
+           });
+  };
+  while (!is_there()) {
+    if (deadline.passed()) return false;
+    // A flag wakes nobody: look again soon.
+    const auto soon = Deadline::Clock::now() + std::chrono::milliseconds(20);
+    changed_.wait_until(hold, std::min(deadline.at, soon));
+  }
+  return true;
+}
+
+Result<std::shared_ptr<const SceneTree>> SceneTrees::build(
+    const std::shared_ptr<const SceneTree>& seen, std::span<const std::uint32_t> wanted,
+    const Deadline& deadline, ThreadGroup& threads) {
+  std::vector<Claim> claims;
+  {
+    const std::lock_guard hold(mutex_);
+    if (!is_present(*seen)) return now_;
+    claims = claim(wanted);
+  }
+  try {
+    threads.execute([&] { parallel_for(claims.size(), [&](std::size_t i) { make(claims[i]); }); });
+    const std::lock_guard hold(mutex_);
+    if (!is_present(*seen)) return now_;
+    if (!claims.empty()) publish(claims);
+  } catch (...) {
+    const std::lock_guard hold(mutex_);
+    if (is_present(*seen)) give_back(claims);
+    changed_.notify_all();
+    throw;
+  }
+  changed_.notify_all();
+  if (!wait(*seen, wanted, deadline)) return out_of_time(deadline);
+  return now();
+}
+
+}  // namespace sightline

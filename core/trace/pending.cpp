@@ -1,0 +1,129 @@
+#include "core/trace/pending.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/geometry/rounding.h"
+#include "core/trace/box_region.h"
+#include "core/trace/ray_setup.h"
+
+namespace sightline {
+
+namespace {
+
+/// Where the ray enters child i, or NaN if it does not meet it up to `limit`: the slabs of
+/// slabs-inl.h, one box at a time. A NaN among the planes excludes nothing.
+float enter_child(const WideNode& node, std::size_t i, const BoxRay& ray, float limit) {
+  const float* planes = &node.lower[0][0];
+  float near = ray.tau_min;
+  float far = limit;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const float enter = (planes[ray.near_row[k] + i] - ray.near_origin[k]) * ray.near_inverse[k];
+    const float leave = (planes[BoxRay::kBothRows[k] - ray.near_row[k] + i] - ray.far_origin[k]) *
+                        ray.far_inverse[k];
+    near = enter > near ? enter : near;
+    far = leave < far ? leave : far;
+  }
+  return near <= far ? near : std::numeric_limits<float>::quiet_NaN();
+}
+
+/// A node above the root, which may be a leaf and then has no box of its own.
+WideNode above_root(const SceneTree& tree) {
+  WideNode node{};
+  const double scale = std::ldexp(1.0, tree.top.scale_exponent);
+  for (int k = 0; k < 3; ++k) {
+    node.lower[k][0] = float_below(tree.bounds.min[k] * scale);
+    node.upper[k][0] = float_above(tree.bounds.max[k] * scale);
+  }
+  node.child[0] = tree.top.root;
+  return node;
+}
+
+}  // namespace
+
+template <class Found>
+void PendingTrees::pending_of(std::uint32_t leaf, Found found) const {
+  const LeafBlock* block = tree_.top.blocks(leaf);
+  for (const LeafBlock* end = block + ChildRef::blocks(leaf); block != end; ++block) {
+    for (std::uint32_t lane = 0; lane < block->lane_count; ++lane) {
+      const std::uint32_t tree = tree_.placements[block->triangle[lane]].tree;
+      if (tree_.is_pending(tree)) found(tree);
+    }
+  }
+}
+
+/// found(tree, near) returns up to where boxes are of interest from then on, in units of the top.
+template <class Found>
+void PendingTrees::walk(const Ray& ray, double t, Found found) {
+  if (tree_.pending == 0 || tree_.top.root == ChildRef::kEmpty) return;
+  const AnchoredRay anchored = anchor_ray(ray, tree_.bounds);
+  const BoxRay box = make_box_ray(anchored, tree_.top.scale_exponent);
+  const Interval end = t < ray.tmax ? anchored.tau_of(t) : anchored.tau_max;
+  float limit = box.limit(end.high);
+  waiting_.clear();
+  const float first = enter_child(above_root(tree_), 0, box, limit);
+  if (first == first) waiting_.push_back({tree_.top.root, first});
+  while (!waiting_.empty()) {
+    const Waiting next = waiting_.back();
+    waiting_.pop_back();
+    if (next.near > limit) continue;
+    if (ChildRef::is_leaf(next.ref)) {
+      pending_of(next.ref, [&](std::uint32_t tree) { limit = found(tree, next.near, limit); });
+      continue;
+    }
+    const WideNode& node = tree_.top.node(next.ref);
+    // Far to near, so that the nearest is looked at next.
+    for (std::size_t i = 0; i < kArity; ++i) {
+      const std::size_t child = node.order[box.octant] >> (3 * i) & 7u;
+      if (node.child[child] == ChildRef::kEmpty) continue;
+      const float near = enter_child(node, child, box, limit);
+      if (near == near) waiting_.push_back({node.child[child], near});
+    }
+  }
+}
+
+std::uint32_t PendingTrees::nearest(const Ray& ray, double t) {
+  std::uint32_t nearest = kNone;
+  float nearest_near = std::numeric_limits<float>::infinity();
+  walk(ray, t, [&](std::uint32_t tree, float near, float limit) {
+    if (nearest != kNone && near >= nearest_near) return limit;
+    nearest = tree;
+    nearest_near = near;
+    return near < limit ? near : limit;
+  });
+  return nearest;
+}
+
+void PendingTrees::met(const Ray& ray, std::vector<std::uint32_t>& trees) {
+  walk(ray, std::numeric_limits<double>::infinity(), [&](std::uint32_t tree, float, float limit) {
+    trees.push_back(tree);
+    return limit;
+  });
+}
+
+void PendingTrees::touched(const BoxBatch& boxes, std::size_t i,
+                           std::vector<std::uint32_t>& trees) {
+  if (tree_.pending == 0 || tree_.top.root == ChildRef::kEmpty) return;
+  TreeRegion region;
+  boxes.visit(i, [&](const auto& box) { region = world_region(tree_.top, box); });
+  waiting_.clear();
+  WideNode above = above_root(tree_);
+  std::fill(above.child + 1, above.child + kArity, ChildRef::kEmpty);
+  if ((overlapped_children(above, region) & 1u) != 0) waiting_.push_back({tree_.top.root, 0});
+  while (!waiting_.empty()) {
+    const std::uint32_t ref = waiting_.back().ref;
+    waiting_.pop_back();
+    if (ChildRef::is_leaf(ref)) {
+      pending_of(ref, [&](std::uint32_t tree) { trees.push_back(tree); });
+      continue;
+    }
+    const WideNode& node = tree_.top.node(ref);
+    const unsigned mask = overlapped_children(node, region);
+    for (std::size_t child = 0; child < kArity; ++child) {
+      if ((mask >> child & 1u) != 0) waiting_.push_back({node.child[child], 0});
+    }
+  }
+}
+
+}  // namespace sightline

@@ -1,0 +1,43 @@
+#pragma once
+/// Which trees that are not built yet a query comes near: conservative, never one too few.
+
+#include <cstdint>
+#include <vector>
+
+#include "core/query/box_batch.h"
+#include "core/query/hit_batch.h"
+#include "core/query/ray_batch.h"
+#include "core/scene/scene_view.h"
+
+namespace sightline {
+
+/// Looks through the tree over the placements, one query at a time. Trees are called by their index
+/// in SceneTree::trees. Makes no use of vectors: it runs while a scene is new, not when it is fast.
+class PendingTrees {
+ public:
+  /// The view outlives it.
+  explicit PendingTrees(const SceneView& scene) : tree_(scene.tree()) {}
+
+  /// The one whose box the ray enters first, of those that may hold a hit with at most this t, the
+  /// limits of the ray considered; kNone if there is none. t as rounded by Sightline, or +inf.
+  std::uint32_t nearest(const Ray& ray, double t);
+  /// Appends all whose boxes the ray may meet within its limits.
+  void met(const Ray& ray, std::vector<std::uint32_t>& trees);
+  /// Appends all whose boxes the box may touch.
+  void touched(const BoxBatch& boxes, std::size_t i, std::vector<std::uint32_t>& trees);
+
+ private:
+  template <class Found>
+  void walk(const Ray& ray, double t, Found found);
+  template <class Found>
+  void pending_of(std::uint32_t leaf, Found found) const;
+
+  struct Waiting {
+    std::uint32_t ref;
+    float near;
+  };
+  const SceneTree& tree_;
+  std::vector<Waiting> waiting_;
+};
+
+}  // namespace sightline

@@ -1,0 +1,263 @@
+// Trees that are built when rays come near: the same bytes, and no more trees than were needed.
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <thread>
+
+#include "tests/unit/run/golden_answers.h"
+
+namespace sightline {
+namespace {
+
+using test::ask;
+using test::description_of;
+using test::engine_of;
+using test::rays_into;
+
+std::shared_ptr<const Scene> lazy_scene_of(const demo::DemoScene& scene) {
+  return *Scene::prepare(description_of(scene));
+}
+
+/// `side` times `side` small boxes with a mesh of its own each, one unit apart in the plane z = 0.
+demo::DemoScene boxes_apart(std::uint32_t side) {
+  demo::DemoScene scene;
+  for (std::uint32_t i = 0; i < side * side; ++i) {
+    demo::DemoMesh mesh;
+    const auto height = static_cast<float>(0.1 + 0.0001 * i);  // no two have the same content
+    for (const float z : {0.0f, height}) {
+      for (const float y : {0.0f, 0.5f}) {
+        for (const float x : {0.0f, 0.5f}) {
+          mesh.positions.insert(mesh.positions.end(), {x, y, z});
+        }
+      }
+    }
+    mesh.indices = {0, 1, 2, 1, 3, 2, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
+                    2, 3, 6, 3, 7, 6, 0, 2, 4, 2, 6, 4, 1, 3, 5, 3, 7, 5};
+    demo::DemoNode node;
+    node.mesh = static_cast<int>(i);
+    node.parent_from_node.m[0][3] = i % side;
+    node.parent_from_node.m[1][3] = i / side;
+    scene.meshes.push_back(std::move(mesh));
+    scene.nodes.push_back(std::move(node));
+  }
+  return scene;
+}
+
+RayBatch one_ray(const Vec3d& origin, const Vec3d& direction) {
+  RayBatch rays;
+  rays.push_back({origin, direction});
+  return rays;
+}
+
+BoxBatch boxes_within(const Scene& scene, std::size_t count) {
+  std::mt19937_64 random(5);
+  const auto unit = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
+  BoxBatch boxes;
+  while (boxes.size() < count) {
+    Vec3d at, far;
+    for (int k = 0; k < 3; ++k) {
+      const double width = scene.bounds().max[k] - scene.bounds().min[k];
+      at[k] = scene.bounds().min[k] + unit() * width;
+      far[k] = at[k] + unit() * width / 20;
+    }
+    if (boxes.size() % 2 == 0) {
+      boxes.push_back(Box3d{at, far});
+    } else {
+      boxes.push_back(OrientedBox{at, {far.x - at.x, 0.5, 2}, rotated_axes(0, 0.6, 0, 0.8)});
+    }
+  }
+  return boxes;
+}
+
+TEST(LazyScene, answers_the_golden_bytes) {
+  for (const test::Golden& golden : test::kGolden) {
+    const auto scene = lazy_scene_of(golden.make());
+    EXPECT_FALSE(scene->tree()->complete());
+    const RayBatch rays = rays_into(*scene);
+    EXPECT_EQ(ask(*engine_of("", 2), *scene, rays).hash(), golden.hash) << golden.name;
+    EXPECT_GT(scene->trees().stats().trees_built, 0u);
+  }
+}
+
+TEST(LazyScene, answers_every_kind_of_question_first_as_it_does_last) {
+  const auto make = [] { return demo::town(); };
+  const auto whole = test::scene_of(make());
+  const RayBatch rays = rays_into(*whole);
+  const BoxBatch boxes = boxes_within(*whole, 100);
+  const auto engine = engine_of("", 2);
+  const Deadline never = Deadline::never();
+  Column<std::uint8_t> any, lazy_any;
+  ASSERT_TRUE(engine->any(*whole, rays, never, any));
+  ASSERT_TRUE(engine->any(*lazy_scene_of(make()), rays, never, lazy_any));
+  EXPECT_EQ(any, lazy_any);
+  Column<std::uint64_t> count, lazy_count;
+  ASSERT_TRUE(engine->count(*whole, rays, Crossings::kEvery, never, count));
+  ASSERT_TRUE(engine->count(*lazy_scene_of(make()), rays, Crossings::kEvery, never, lazy_count));
+  EXPECT_EQ(count, lazy_count);
+  ASSERT_TRUE(engine->boxes_any(*whole, boxes, never, any));
+  ASSERT_TRUE(engine->boxes_any(*lazy_scene_of(make()), boxes, never, lazy_any));
+  EXPECT_EQ(any, lazy_any);
+  for (const BoxTargets targets : {BoxTargets::kTriangles, BoxTargets::kNodes}) {
+    BoxLists lists, lazy_lists;
+    ASSERT_TRUE(engine->boxes_list(*whole, boxes, targets, 50, 1u << 20, never, lists, count));
+    ASSERT_TRUE(engine->boxes_list(*lazy_scene_of(make()), boxes, targets, 50, 1u << 20, never,
+                                   lazy_lists, lazy_count));
+    EXPECT_EQ(count, lazy_count);
+    EXPECT_EQ(lists.first, lazy_lists.first);
+    EXPECT_EQ(lists.triangles, lazy_lists.triangles);
+    EXPECT_EQ(lists.nodes, lazy_lists.nodes);
+  }
+}
+
+TEST(LazyScene, builds_one_tree_for_a_ray_into_one_box_of_many) {
+  const auto scene = lazy_scene_of(boxes_apart(100));
+  EXPECT_EQ(scene->trees().stats().meshes_total, 10000u);
+  const auto engine = engine_of("", 2);
+  HitBatch hits;
+  const RayBatch ray = one_ray({40.25, 30.25, 5}, {0, 0, -1});
+  ASSERT_TRUE(engine->closest(*scene, ray, Deadline::never(), hits));
+  EXPECT_EQ(hits.instance[0], 3040u);
+  EXPECT_EQ(scene->trees().stats().trees_built, 1u);
+  EXPECT_EQ(scene->trees().stats().meshes_built, 1u);
+  EXPECT_EQ(scene->trees().stats().queries_waited, 1u);
+  ASSERT_TRUE(engine->closest(*scene, ray, Deadline::never(), hits));
+  EXPECT_EQ(scene->trees().stats().queries_waited, 1u);
+}
+
+TEST(LazyScene, builds_nothing_behind_a_hit_nor_beyond_a_limit) {
+  const auto scene = lazy_scene_of(boxes_apart(10));
+  const auto engine = engine_of("", 1);
+  HitBatch hits;
+  // Along a row of ten boxes: the first one stops it.
+  ASSERT_TRUE(
+      engine->closest(*scene, one_ray({-1, 3.25, 0.05}, {1, 0, 0}), Deadline::never(), hits));
+  EXPECT_EQ(hits.instance[0], 30u);
+  EXPECT_EQ(scene->trees().stats().trees_built, 1u);
+  Column<std::uint8_t> any;
+  ASSERT_TRUE(engine->any(*scene, one_ray({-1, 4.25, 0.05}, {1, 0, 0}), Deadline::never(), any));
+  EXPECT_EQ(scene->trees().stats().trees_built, 2u);
+  RayBatch shorter = one_ray({-1, 5.25, 0.05}, {1, 0, 0});
+  shorter.tmax[0] = 0.75;
+  ASSERT_TRUE(engine->closest(*scene, shorter, Deadline::never(), hits));
+  EXPECT_FALSE(hits.hit(0));
+  EXPECT_EQ(scene->trees().stats().trees_built, 2u);
+  Column<std::uint64_t> totals;
+  ASSERT_TRUE(engine->count(*scene, one_ray({-1, 6.25, 0.05}, {1, 0, 0}), Crossings::kEvery,
+                            Deadline::never(), totals));
+  EXPECT_EQ(totals[0], 20u);
+  EXPECT_EQ(scene->trees().stats().trees_built, 12u);
+}
+
+TEST(LazyScene, builds_nothing_for_a_ray_that_misses) {
+  const auto scene = lazy_scene_of(demo::terrain(2000));
+  HitBatch hits;
+  ASSERT_TRUE(
+      engine_of("", 1)->closest(*scene, one_ray({0, 5000, 0}, {0, 1, 0}), Deadline::never(), hits));
+  EXPECT_EQ(scene->trees().stats().queries_waited, 0u);
+}
+
+TEST(LazyScene, cuts_a_large_mesh_and_builds_the_parts_that_are_met) {
+  const auto make = [] { return demo::terrain(400000); };
+  const auto scene = lazy_scene_of(make());
+  const auto engine = engine_of("", 2);
+  HitBatch hits;
+  ASSERT_TRUE(
+      engine->closest(*scene, one_ray({111, 5000, 222}, {0, -1, 0}), Deadline::never(), hits));
+  EXPECT_TRUE(hits.hit(0));
+  EXPECT_EQ(scene->trees().stats().meshes_split, 1u);
+  EXPECT_LE(scene->trees().stats().trees_built, 4u);
+  EXPECT_LT(scene->trees().stats().tree_bytes, 400000u * 20);
+
+  const auto whole = test::scene_of(make());
+  const RayBatch rays = rays_into(*whole);
+  EXPECT_EQ(ask(*engine, *scene, rays).hash(), ask(*engine, *whole, rays).hash());
+}
+
+TEST(LazyScene, builds_meshes_of_the_same_content_once) {
+  demo::DemoScene twice = boxes_apart(2);
+  for (demo::DemoMesh& mesh : twice.meshes) mesh = twice.meshes[0];
+  const auto scene = lazy_scene_of(twice);
+  EXPECT_EQ(scene->trees().stats().meshes_total, 1u);
+  Column<std::uint64_t> totals;
+  RayBatch rays;
+  for (const double x : {0.25, 1.25}) rays.push_back({{x, 0.25, 5}, {0, 0, -1}});
+  ASSERT_TRUE(engine_of("", 1)->count(*scene, rays, Crossings::kEvery, Deadline::never(), totals));
+  EXPECT_EQ(totals, (Column<std::uint64_t>{2 + 2, 2 + 2}));
+  EXPECT_EQ(scene->trees().stats().trees_built, 1u);
+}
+
+TEST(LazyScene, answers_the_same_while_many_threads_build_and_trees_come_and_go) {
+  const auto make = [] { return demo::town(); };
+  const auto whole = test::scene_of(make());
+  const RayBatch rays = rays_into(*whole);
+  const auto engine = engine_of("", 2);
+  HitBatch truth;
+  Column<std::uint8_t> occluded;
+  ASSERT_TRUE(engine->closest(*whole, rays, Deadline::never(), truth));
+  ASSERT_TRUE(engine->any(*whole, rays, Deadline::never(), occluded));
+
+  const auto scene = lazy_scene_of(make());
+  std::atomic<int> wrong{0};
+  std::atomic<int> running{4};
+  std::vector<std::thread> threads;
+  for (std::size_t t = 0; t < 4; ++t) {
+    threads.emplace_back([&, t] {
+      for (std::size_t begin = t * 40; begin + 200 <= rays.size(); begin += 400) {
+        RayBatch some;
+        for (std::size_t i = 0; i < 200; ++i) some.push_back(rays[begin + i]);
+        HitBatch hits;
+        Column<std::uint8_t> any;
+        const bool good = engine->closest(*scene, some, Deadline::never(), hits).ok() &&
+                          engine->any(*scene, some, Deadline::never(), any).ok();
+        for (std::size_t i = 0; i < 200; ++i) {
+          if (!good || hits.id(i) != truth.id(begin + i) || any[i] != occluded[begin + i]) ++wrong;
+        }
+      }
+      --running;
+    });
+  }
+  // Everything is dropped, and everything is there at once, again and again.
+  for (int round = 0; running.load() > 0; ++round) {
+    if (round % 2 == 0) {
+      scene->trees().drop();
+    } else {
+      scene->trees().complete(*build_scene_tree(scene->trees().plan(), TreeQuality::kFast),
+                              SceneTrees::Origin::kBuilt);
+    }
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(wrong.load(), 0);
+}
+
+TEST(LazyScene, builds_each_tree_once_whoever_asks) {
+  const auto scene = lazy_scene_of(boxes_apart(20));
+  const auto engine = engine_of("", 2);
+  RayBatch rays;
+  for (int i = 0; i < 400; ++i) rays.push_back({{i % 20 + 0.25, i / 20 + 0.25, 5}, {0, 0, -1}});
+  std::vector<std::thread> threads;
+  std::atomic<int> misses{0};
+  for (int t = 0; t < 4; ++t) {
+    threads.emplace_back([&] {
+      HitBatch hits;
+      if (!engine->closest(*scene, rays, Deadline::never(), hits)) ++misses;
+      for (std::size_t i = 0; i < rays.size(); ++i) misses += hits.instance[i] == i ? 0 : 1;
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(misses.load(), 0);
+  EXPECT_EQ(scene->trees().stats().trees_built, 400u);
+  EXPECT_TRUE(scene->trees().stats().complete);
+}
+
+TEST(LazyScene, keeps_a_deadline_that_passed) {
+  const auto scene = lazy_scene_of(demo::terrain(2000));
+  HitBatch hits;
+  const auto status = engine_of("", 1)->closest(*scene, one_ray({111, 5000, 222}, {0, -1, 0}),
+                                                Deadline::in(std::chrono::seconds(-1)), hits);
+  ASSERT_FALSE(status);
+  EXPECT_EQ(status.error().code, "DEADLINE");
+}
+
+}  // namespace
+}  // namespace sightline
