@@ -78,6 +78,7 @@ std::pair<std::string, std::string> parse_preload(const std::string& text) {
 /// Flags as they are written, and what becomes of them after the parse.
 struct ServeFlags {
   std::string listen = "127.0.0.1:8080";
+  std::string skip = "all";
   std::vector<std::string> preloads;
   double drain_seconds = 30, notice_seconds = 0, request_seconds = 60, idle_seconds = 30;
 };
@@ -149,6 +150,15 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
                  "scenes that may be on their way at once; two of them are built at a time")
       ->check(count)
       ->capture_default_str();
+  app.add_option("--skip", flags.skip,
+                 "'all': trees are built when rays come near, or ahead of them; 'none': before a "
+                 "scene is ready. No answer depends on it")
+      ->check(CLI::IsMember({"all", "none"}))
+      ->capture_default_str();
+  app.add_option("--memory-budget", command.memory_budget,
+                 "bytes of all scenes with their trees; the trees that were asked the longest ago "
+                 "go first (default: no limit)")
+      ->check(count);
   // Below a millisecond a request or a connection would have no time at all.
   const CLI::Validator span([](std::string& text) { return check_seconds(text, 0.001); },
                             "SECONDS");
@@ -179,6 +189,7 @@ void finish_serve(ServeCommand& command, const ServeFlags& flags) {
   // Each of these holds a worker: half of all may wait, a quarter more may listen.
   command.limits.waiters = command.http.workers / 2;
   command.limits.listeners = command.http.workers / 4;
+  command.laziness = flags.skip == "none" ? Laziness::kEager : Laziness::kWhenNeeded;
   command.limits.request = milliseconds_of(flags.request_seconds);
   command.http.idle = milliseconds_of(flags.idle_seconds);
   command.drain = milliseconds_of(flags.drain_seconds);

@@ -12,6 +12,7 @@
 #include "core/query/ray_batch.h"
 #include "proto/hit_fields.h"
 #include "server/http_server.h"
+#include "server/scene_source.h"
 #include "server/service.h"
 
 namespace sightline {
@@ -26,6 +27,8 @@ struct ServeCommand {
   std::string log_level = "info";
   HttpOptions http;
   ServiceLimits limits;
+  Laziness laziness = Laziness::kWhenNeeded;
+  std::uint64_t memory_budget = 0;          ///< bytes of all scenes; 0: no limit
   std::chrono::milliseconds drain{30'000};  ///< how long a stop waits for what has begun
   std::chrono::milliseconds notice{0};      ///< between /readyz saying 503 and the stop
 };

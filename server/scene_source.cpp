@@ -18,12 +18,21 @@ Error not_found(std::string message) {
   return {ErrorKind::kNotFound, "SOURCE_NOT_FOUND", std::move(message), ""};
 }
 
-Result<std::shared_ptr<const Scene>> build(Result<SceneDescription> description,
-                                           Progress& progress) {
+Result<std::shared_ptr<const Scene>> make(Result<SceneDescription> description, Progress& progress,
+                                          Laziness laziness) {
   if (!description) return std::move(description).error();
   if (progress.cancelled()) return load_cancelled();
   progress.begin("building");
-  return Scene::build(std::move(*description));
+  return laziness == Laziness::kEager ? Scene::build(std::move(*description))
+                                      : Scene::prepare(std::move(*description));
+}
+
+ImportOptions options_of(const SceneChoice& choice, Progress& progress, Laziness laziness) {
+  ImportOptions options;
+  options.scene = choice.scene;
+  options.skip = laziness != Laziness::kEager;
+  options.progress = &progress;
+  return options;
 }
 
 /// Of all that can come from other files than the one that was named.
@@ -41,11 +50,10 @@ std::string hash_of_geometry(const SceneDescription& description) {
 
 }  // namespace
 
-Result<std::shared_ptr<const Scene>> load_scene(const LoadInput& input) {
+Result<std::shared_ptr<const Scene>> load_scene(const LoadInput& input, Laziness laziness) {
   input.progress.begin("importing");
-  return build(
-      import_bytes(input.bytes, {.scene = input.choice.scene, .progress = &input.progress}),
-      input.progress);
+  return make(import_bytes(input.bytes, options_of(input.choice, input.progress, laziness)),
+              input.progress, laziness);
 }
 
 Result<std::vector<std::byte>> demo_glb(const std::string& name) {
@@ -66,7 +74,7 @@ Status check_source(const std::string& source) {
 }
 
 Result<PreloadedScene> load_source(const std::string& source, const SceneChoice& choice,
-                                   Progress& progress) {
+                                   Progress& progress, Laziness laziness) {
   if (Status found = check_source(source); !found) return std::move(found).error();
   PreloadedScene loaded;
   Result<std::shared_ptr<const Scene>> scene = loaded.scene;
@@ -75,7 +83,7 @@ Result<PreloadedScene> load_source(const std::string& source, const SceneChoice&
     if (!glb) return std::move(glb).error();
     loaded.bytes = glb->size();
     loaded.sha256 = sha256_of(*glb);
-    scene = load_scene({*glb, choice, progress});
+    scene = load_scene({*glb, choice, progress, loaded.sha256}, laziness);
   } else {
     constexpr const char* kDoing = "read the scene's file";
     auto file = open_file(source, O_RDONLY, kDoing);
@@ -87,11 +95,11 @@ Result<PreloadedScene> load_source(const std::string& source, const SceneChoice&
     loaded.sha256 = sha256_of(mapped->bytes());
     // By name and not from these bytes: a .gltf may have neighbours.
     progress.begin("importing");
-    auto description = import_file(source, {.scene = choice.scene, .progress = &progress});
+    auto description = import_file(source, options_of(choice, progress, laziness));
     if (description && description->counts.file_bytes > loaded.bytes) {
       loaded.neighbours = hash_of_geometry(*description);
     }
-    scene = build(std::move(description), progress);
+    scene = make(std::move(description), progress, laziness);
   }
   if (!scene) return std::move(scene).error();
   loaded.scene = std::move(*scene);

@@ -3,10 +3,13 @@
 #include <spdlog/logger.h>
 #include <spdlog/sinks/stdout_sinks.h>
 
+#include <algorithm>
+#include <filesystem>
 #include <thread>
 
 #include "core/run/engine.h"
 #include "core/store/scene_store.h"
+#include "core/store/tree_keeper.h"
 #include "server/routes.h"
 #include "server/scene_source.h"
 #include "server/stop_signals.h"
@@ -15,11 +18,35 @@
 namespace sightline {
 namespace {
 
-std::vector<Preload> preloads_of(const ServeCommand& command) {
+TreeKeeperOptions keeper_options(const ServeCommand& command, spdlog::logger& log) {
+  TreeKeeperOptions options;
+  options.ahead = command.laziness == Laziness::kWhenNeeded;
+  options.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / 4);
+  if (!command.data.empty()) options.folder = std::filesystem::path(command.data) / "trees";
+  options.memory_budget = command.memory_budget;
+  options.report = [&log](const std::string& line) { log.warn("{}", line); };
+  return options;
+}
+
+/// The scene, when the keeper has room for it.
+Result<std::shared_ptr<const Scene>> kept(TreeKeeper& keeper,
+                                          Result<std::shared_ptr<const Scene>> scene,
+                                          const std::string& sha256) {
+  if (!scene) return scene;
+  if (Status status = keeper.adopt(*scene, sha256); !status) return std::move(status).error();
+  return scene;
+}
+
+std::vector<Preload> preloads_of(const ServeCommand& command, TreeKeeper& keeper) {
   std::vector<Preload> preloads;
   for (const auto& [id, source] : command.preloads) {
-    preloads.push_back(
-        {id, [source = source](Progress& progress) { return load_source(source, {}, progress); }});
+    preloads.push_back({id, [&, source = source](Progress& progress) -> Result<PreloadedScene> {
+                          auto loaded = load_source(source, {}, progress, command.laziness);
+                          if (!loaded) return loaded;
+                          auto scene = kept(keeper, loaded->scene, {});
+                          if (!scene) return std::move(scene).error();
+                          return loaded;
+                        }});
   }
   return preloads;
 }
@@ -75,7 +102,11 @@ int run_serve(const ServeCommand& command, std::ostream& out, std::ostream& comp
   options.report = [&log](const std::string& id, const Error& error) {
     log.error("scene {} failed: {} {}", id, error.code, error.message);
   };
-  auto store = SceneStore::open(options, load_scene, preloads_of(command));
+  TreeKeeper keeper(keeper_options(command, log));
+  const auto load = [&](const LoadInput& input) {
+    return kept(keeper, load_scene(input, command.laziness), input.sha256);
+  };
+  auto store = SceneStore::open(options, load, preloads_of(command, keeper));
   if (!store) return complain(store.error());
 
   Service service{**engine, **store, log, command.limits, {}, {}};

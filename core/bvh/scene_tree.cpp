@@ -5,15 +5,15 @@
 #include "core/bvh/joining.h"
 #include "core/bvh/placing.h"
 #include "core/bvh/top_tree.h"
-#include "core/bvh/triangle_tree.h"
+#include "core/bvh/tree_source.h"
 
 namespace sightline {
 
 namespace {
 
 /// Puts the placements together into one tree of the world, the last entry.
-void add_joined(const ScenePlan& plan, std::span<const std::uint32_t> joined, TreeQuality quality,
-                SceneTree& scene, std::vector<Placement>& placements) {
+Status add_joined(const ScenePlan& plan, std::span<const std::uint32_t> joined,
+                  const TreeSource& source, SceneTree& scene, std::vector<Placement>& placements) {
   std::vector<TreePart> parts;
   std::vector<Placement> behind;
   bool identity = true;
@@ -25,12 +25,14 @@ void add_joined(const ScenePlan& plan, std::span<const std::uint32_t> joined, Tr
     parts.push_back(
         {plan.meshes[view.mesh], behind.back().identity ? nullptr : &view.world_from_mesh});
   }
-  auto tree = std::make_shared<const WideTree>(build_triangle_tree(parts, quality));
-  if (tree->root == ChildRef::kEmpty) return;
+  auto tree = source.triangles(parts);
+  if (!tree) return std::move(tree).error();
+  scene.trees.push_back(std::move(*tree));
+  if (scene.trees.back()->root == ChildRef::kEmpty) return success();
   for (Placement& placement : behind) placement.identity = identity;
-  scene.trees.push_back(std::move(tree));
   placements.insert(placements.end(), behind.begin(), behind.end());
   ++scene.entries;
+  return success();
 }
 
 }  // namespace
@@ -43,7 +45,8 @@ std::uint64_t SceneTree::bytes() const {
   return sum;
 }
 
-Result<SceneTree> build_scene_tree(const ScenePlan& plan, TreeQuality quality, Joining joining) {
+Result<SceneTree> assemble_scene_tree(const ScenePlan& plan, Joining joining,
+                                      const TreeSource& source) {
   SceneTree scene;
   const std::vector<std::uint32_t> joined =
       joining == Joining::kMeasured ? choose_joined(plan.meshes, plan.placements, plan.placed)
@@ -52,15 +55,14 @@ Result<SceneTree> build_scene_tree(const ScenePlan& plan, TreeQuality quality, J
   constexpr std::uint32_t kNoTree = 0xffffffffu;
   std::vector<std::uint32_t> shared(plan.meshes.size(), kNoTree);
   std::vector<Placement> placements;
-  std::vector<Box3d> bounds;
-  Box3d joined_bounds;
+  std::vector<Box3d> boxes;
+  Box3d joined_box;
   std::size_t next_joined = 0;
   for (std::uint32_t i = 0; i < plan.placements.size(); ++i) {
     const PlacementView& view = plan.placements[i];
-    const MeshView& mesh = plan.meshes[view.mesh];
     const Box3d& box = plan.placed[i];
     if (next_joined < joined.size() && joined[next_joined] == i) {
-      joined_bounds.include(box);
+      joined_box.include(box);
       ++next_joined;
       continue;
     }
@@ -72,9 +74,11 @@ Result<SceneTree> build_scene_tree(const ScenePlan& plan, TreeQuality quality, J
     const bool own = !placement.identity && !mapped;
     std::uint32_t& tree = shared[view.mesh];
     if (own || tree == kNoTree) {
-      scene.trees.push_back(std::make_shared<const WideTree>(
-          build_triangle_tree(mesh, own ? &view.world_from_mesh : nullptr, quality)));
-      placement.tree = static_cast<std::uint32_t>(scene.trees.size() - 1);
+      const TreePart part{plan.meshes[view.mesh], own ? &view.world_from_mesh : nullptr};
+      auto made = source.triangles({&part, 1});
+      if (!made) return std::move(made).error();
+      placement.tree = static_cast<std::uint32_t>(scene.trees.size());
+      scene.trees.push_back(std::move(*made));
       if (!own) tree = placement.tree;
     } else {
       placement.tree = tree;
@@ -82,20 +86,38 @@ Result<SceneTree> build_scene_tree(const ScenePlan& plan, TreeQuality quality, J
     if (scene.trees[placement.tree]->root == ChildRef::kEmpty) continue;
     placements.push_back(placement);
     ++scene.entries;
-    bounds.push_back(box);
+    boxes.push_back(box);
   }
   if (!joined.empty()) {
-    const std::uint32_t before = scene.entries;
-    add_joined(plan, joined, quality, scene, placements);
-    if (scene.entries > before) bounds.push_back(joined_bounds);
+    if (Status status = add_joined(plan, joined, source, scene, placements); !status)
+      return std::move(status).error();
+    if (scene.entries > boxes.size()) boxes.push_back(joined_box);
+  }
+  if (scene.entries > 1) {
+    Box3d entered;
+    for (const Box3d& box : boxes) entered.include(box);
+    auto top = source.top(boxes, entered);
+    if (!top) return std::move(top).error();
+    scene.top = std::move(*top);
   }
   scene.bounds = plan.bounds;
-  if (scene.entries > 1) scene.top = build_top(bounds, scene.bounds, quality);
   std::uint32_t deepest = 0;
   for (const auto& tree : scene.trees) deepest = std::max(deepest, tree->depth);
   scene.depth = scene.top.depth + deepest;
   scene.set_placements(std::move(placements));
   return scene;
+}
+
+Result<SceneTree> build_scene_tree(const ScenePlan& plan, TreeQuality quality, Joining joining) {
+  TreeSource source;
+  source.triangles =
+      [&](std::span<const TreePart> parts) -> Result<std::shared_ptr<const WideTree>> {
+    return std::make_shared<const WideTree>(build_triangle_tree(parts, quality));
+  };
+  source.top = [&](std::span<const Box3d> boxes, const Box3d& all) -> Result<WideTree> {
+    return build_top(boxes, all, quality);
+  };
+  return assemble_scene_tree(plan, joining, source);
 }
 
 Result<SceneTree> build_scene_tree(std::span<const MeshView> meshes,

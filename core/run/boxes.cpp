@@ -40,6 +40,7 @@ Status Engine::ray_boxes(const RayBatch& rays, const BoxBatch& boxes, BoxPairing
 
 Status Engine::boxes_any(const Scene& scene, const BoxBatch& boxes, const Deadline& deadline,
                          Column<std::uint8_t>& touched) const {
+  const SceneTrees::Use use(scene.trees());
   return within_memory([&]() -> Status {
     touched.assign(boxes.size(), 0);
     const auto view = state_->with_trees(scene, boxes.size(), deadline, near_boxes(boxes));
@@ -67,6 +68,7 @@ Status Engine::boxes_count(const Scene& scene, const BoxBatch& boxes, BoxTargets
 Status Engine::boxes_list(const Scene& scene, const BoxBatch& boxes, BoxTargets targets,
                           std::size_t limit, std::size_t total_max, const Deadline& deadline,
                           BoxLists& lists, Column<std::uint64_t>& totals) const {
+  const SceneTrees::Use use(scene.trees());
   return within_memory([&]() -> Status {
     // Every slice fills a list of its own; they are joined in the order of boxes.
     std::vector<BoxLists> slices((boxes.size() + kBoxSlice - 1) / kBoxSlice);

@@ -38,6 +38,7 @@ Result<std::unique_ptr<Engine>> Engine::create(const EngineOptions& options) {
 
 Status Engine::closest(const Scene& scene, const RayBatch& rays, const Deadline& deadline,
                        HitBatch& hits) const {
+  const SceneTrees::Use use(scene.trees());
   return within_memory([&]() -> Status {
     hits.resize(rays.size());
     const auto trace = [&](const SceneView& view, const RayBatch& some, HitBatch& found) {
@@ -68,6 +69,7 @@ Status Engine::closest(const Scene& scene, const RayBatch& rays, const Deadline&
 
 Status Engine::any(const Scene& scene, const RayBatch& rays, const Deadline& deadline,
                    Column<std::uint8_t>& occluded) const {
+  const SceneTrees::Use use(scene.trees());
   return within_memory([&]() -> Status {
     occluded.resize(rays.size());
     const auto trace = [&](const SceneView& view, const RayBatch& some, std::uint8_t* found) {
@@ -95,6 +97,7 @@ Status Engine::any(const Scene& scene, const RayBatch& rays, const Deadline& dea
 
 Status Engine::count(const Scene& scene, const RayBatch& rays, Crossings crossings,
                      const Deadline& deadline, Column<std::uint64_t>& totals) const {
+  const SceneTrees::Use use(scene.trees());
   return within_memory([&]() -> Status {
     totals.resize(rays.size());
     const auto met = [&](PendingTrees& pending, std::size_t i, std::vector<std::uint32_t>& trees) {
@@ -113,6 +116,7 @@ Status Engine::count(const Scene& scene, const RayBatch& rays, Crossings crossin
 Status Engine::all(const Scene& scene, const RayBatch& rays, Crossings crossings,
                    std::size_t hits_max, std::size_t hits_total_max, const Deadline& deadline,
                    HitLists& lists, Column<std::uint64_t>& totals) const {
+  const SceneTrees::Use use(scene.trees());
   return within_memory([&]() -> Status {
     // Every slice fills a list of its own; they are joined in the order of rays.
     std::vector<HitBatch> slices((rays.size() + kListSlice - 1) / kListSlice);

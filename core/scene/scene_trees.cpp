@@ -6,12 +6,52 @@
 
 namespace sightline {
 
+namespace {
+
+/// Nodes and leaves of what a builder makes, for each triangle.
+constexpr std::uint64_t kBytesPerTriangle = 80;
+
+}  // namespace
+
+SceneTrees::Use::Use(SceneTrees& trees) : trees_(trees) {
+  trees_.users_.fetch_add(1);
+  trees_.last_use_.store(Deadline::Clock::now().time_since_epoch().count());
+}
+
+SceneTrees::Use::~Use() {
+  if (trees_.users_.fetch_sub(1) > 1) return;
+  if (const auto budget = trees_.budget(); budget && budget->is_exceeded()) budget->settle();
+}
+
 SceneTrees::SceneTrees(const ScenePlan& plan, std::uint64_t geometry_bytes)
     : plan_(plan), geometry_bytes_(geometry_bytes) {
   stats_.meshes_total = plan.distinct;
   stats_.geometry_bytes = geometry_bytes;
   drop();
+  last_drop_.store(0);
   stats_.evictions = 0;
+  for (const TreeSlot& slot : layout_->slots()) {
+    const std::uint64_t first = can_split(slot) ? 8 * kPartTriangles : slot.triangle_count;
+    least_bytes_ = std::max(least_bytes_, first * kBytesPerTriangle);
+    full_bytes_ += slot.triangle_count * kBytesPerTriangle;
+  }
+  least_bytes_ += bytes_.load();
+}
+
+SceneTrees::~SceneTrees() {
+  if (budget_) budget_->dismiss(*this);
+}
+
+Status SceneTrees::join(std::shared_ptr<TreeBudget> budget) {
+  if (Status status = budget->admit(*this); !status) return status;
+  const std::lock_guard hold(mutex_);
+  budget_ = std::move(budget);
+  return success();
+}
+
+std::shared_ptr<TreeBudget> SceneTrees::budget() const {
+  const std::lock_guard hold(mutex_);
+  return budget_;
 }
 
 std::shared_ptr<const SceneTree> SceneTrees::now() const {
@@ -19,26 +59,41 @@ std::shared_ptr<const SceneTree> SceneTrees::now() const {
   return now_;
 }
 
+void SceneTrees::show(std::shared_ptr<const SceneTree> tree, bool droppable) {
+  now_ = std::move(tree);
+  bytes_.store(now_->bytes(), std::memory_order_relaxed);
+  droppable_.store(droppable);
+}
+
 void SceneTrees::drop() {
   LazyLayout layout(plan_);
   auto none = std::make_shared<const SceneTree>(layout.unbuilt());
   const std::lock_guard hold(mutex_);
   states_.assign(layout.slots().size(), SlotState::kPending);
-  layout_.emplace(std::move(layout));
-  now_ = std::move(none);
   mesh_built_.assign(plan_.meshes.size(), false);
+  layout_.emplace(std::move(layout));
+  show(std::move(none), false);
   ++stats_.evictions;
+  last_drop_.store(Deadline::Clock::now().time_since_epoch().count());
   changed_.notify_all();
+}
+
+bool SceneTrees::wants_all() const {
+  const std::lock_guard hold(mutex_);
+  return layout_ && last_use_.load() >= last_drop_.load();
 }
 
 void SceneTrees::complete(SceneTree tree, Origin origin) {
   auto all = std::make_shared<const SceneTree>(std::move(tree));
-  const std::lock_guard hold(mutex_);
-  now_ = std::move(all);
-  layout_.reset();
-  states_ = {};
-  ++(origin == Origin::kBuilt ? stats_.full_builds : stats_.cache_hits);
-  changed_.notify_all();
+  {
+    const std::lock_guard hold(mutex_);
+    show(std::move(all), true);
+    layout_.reset();
+    states_ = {};
+    ++(origin == Origin::kBuilt ? stats_.full_builds : stats_.cache_hits);
+    changed_.notify_all();
+  }
+  if (const auto all_scenes = budget()) all_scenes->settle();
 }
 
 TreeStats SceneTrees::stats() const {
@@ -47,7 +102,7 @@ TreeStats SceneTrees::stats() const {
   stats.queries_waited = waited_.load();
   stats.cache_rejects = rejects_.load();
   stats.complete = now_->complete();
-  stats.tree_bytes = now_->bytes();
+  stats.tree_bytes = tree_bytes();
   stats.meshes_built =
       layout_ ? static_cast<std::uint64_t>(std::count(mesh_built_.begin(), mesh_built_.end(), true))
               : stats.meshes_total;
@@ -82,7 +137,7 @@ void SceneTrees::publish(std::vector<Claim>& claims) {
   auto state = std::make_shared<const SceneTree>(std::move(next));
   states_.resize(state->trees.size(), SlotState::kPending);
   if (layout) layout_.emplace(std::move(*layout));
-  now_ = std::move(state);
+  show(std::move(state), true);
   for (const Claim& claim : claims) {
     states_[claim.number] = SlotState::kDone;
     ++(claim.tree ? stats_.trees_built : stats_.meshes_split);
@@ -143,6 +198,7 @@ Result<std::shared_ptr<const SceneTree>> SceneTrees::build(
     throw;
   }
   changed_.notify_all();
+  if (const auto all_scenes = budget()) all_scenes->settle();
   if (!wait(*seen, wanted, deadline)) return out_of_time(deadline);
   return now();
 }

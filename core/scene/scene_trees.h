@@ -16,6 +16,7 @@
 #include "core/base/result.h"
 #include "core/bvh/lazy_layout.h"
 #include "core/bvh/scene_tree.h"
+#include "core/scene/tree_budget.h"
 #include "core/scene/tree_stats.h"
 
 namespace sightline {
@@ -24,7 +25,22 @@ namespace sightline {
 class SceneTrees {
  public:
   /// Nothing is built. The plan outlives it.
-  explicit SceneTrees(const ScenePlan& plan, std::uint64_t geometry_bytes);
+  SceneTrees(const ScenePlan& plan, std::uint64_t geometry_bytes);
+  ~SceneTrees();
+  SceneTrees(const SceneTrees&) = delete;
+  SceneTrees& operator=(const SceneTrees&) = delete;
+
+  /// Held while a query runs: its trees stay.
+  class Use {
+   public:
+    explicit Use(SceneTrees& trees);
+    ~Use();
+    Use(const Use&) = delete;
+    Use& operator=(const Use&) = delete;
+
+   private:
+    SceneTrees& trees_;
+  };
 
   std::shared_ptr<const SceneTree> now() const;
 
@@ -40,10 +56,25 @@ class SceneTrees {
 
   /// How all trees came to be there.
   enum class Origin { kBuilt, kRead };
-  /// Puts all trees in the place of what is there.
+  /// Puts all trees, in their lasting form, in the place of what is there.
   void complete(SceneTree tree, Origin origin);
   /// Lets go of all trees: everything is pending again. Throws std::bad_alloc.
   void drop();
+
+  /// From now on this scene counts. Errors: SCENE_OVER_BUDGET. Precondition: called once at most.
+  Status join(std::shared_ptr<TreeBudget> budget);
+  // What a budget asks.
+  std::uint64_t geometry_bytes() const { return geometry_bytes_; }
+  std::uint64_t tree_bytes() const { return bytes_.load(std::memory_order_relaxed); }
+  /// An estimate: of the largest tree that a first ray may need.
+  std::uint64_t least_tree_bytes() const { return least_bytes_; }
+  /// An estimate: of all of them.
+  std::uint64_t full_tree_bytes() const { return full_bytes_; }
+  bool can_drop() const { return users_.load() == 0 && droppable_.load(); }
+  /// On the steady clock; 0: never.
+  Deadline::Clock::rep last_use() const { return last_use_.load(); }
+  /// Whether they are not yet in their lasting form, and have been of use since they were dropped.
+  bool wants_all() const;
 
   void count_waiting(std::uint64_t queries) { waited_.fetch_add(queries); }
   void count_rejected_file() { rejects_.fetch_add(1); }
@@ -60,6 +91,9 @@ class SceneTrees {
     std::vector<MeshPart> parts;           ///< when cut
   };
 
+  /// Precondition for this: mutex_ is held.
+  void show(std::shared_ptr<const SceneTree> tree, bool droppable);
+  std::shared_ptr<TreeBudget> budget() const;
   bool is_present(const SceneTree& seen) const { return layout_ && seen.unbuilt == now_->unbuilt; }
   std::vector<Claim> claim(std::span<const std::uint32_t> wanted);
   void make(Claim& claim) const;
@@ -69,16 +103,24 @@ class SceneTrees {
 
   const ScenePlan& plan_;
   const std::uint64_t geometry_bytes_;
+  std::uint64_t least_bytes_ = 0;
+  std::uint64_t full_bytes_ = 0;
   std::atomic<std::uint64_t> waited_{0};
   std::atomic<std::uint64_t> rejects_{0};
+  std::atomic<std::uint64_t> bytes_{0};
+  std::atomic<bool> droppable_{false};
+  std::atomic<int> users_{0};
+  std::atomic<Deadline::Clock::rep> last_use_{0};
+  std::atomic<Deadline::Clock::rep> last_drop_{0};
 
   mutable std::mutex mutex_;  ///< for what follows; not held while a tree is built
   std::condition_variable changed_;
   std::shared_ptr<const SceneTree> now_;
-  std::optional<LazyLayout> layout_;  ///< none once all trees are there
+  std::optional<LazyLayout> layout_;  ///< none while trees have their lasting form
   std::vector<SlotState> states_;
   std::vector<bool> mesh_built_;
   TreeStats stats_;
+  std::shared_ptr<TreeBudget> budget_;
 };
 
 }  // namespace sightline

@@ -11,6 +11,7 @@
 #include "core/store/revision_counter.h"
 #include "core/store/scene_id.h"
 #include "core/store/sha256.h"
+#include "core/store/tree_folder.h"
 
 namespace sightline {
 namespace {
@@ -190,12 +191,17 @@ SceneFolder::Catalogue SceneFolder::read_catalogue() {
     catalogue.records.push_back(std::move(*record));
   }
 
+  fs::remove(folder_ / "trees" / "writing", error);
   // Bytes without a record: a crash between the two steps of a commit, or of a removal. Not while
   // a record is damaged: it may be the one that named them.
   if (catalogue.damaged.empty()) {
     for (const auto& entry : fs::directory_iterator(folder_ / "blobs", error)) {
       const std::string name = entry.path().filename().string();
       if (is_sha256(name) && !has_record(name)) fs::remove(entry.path(), error);
+    }
+    for (const auto& entry : fs::directory_iterator(folder_ / "trees", error)) {
+      const std::string owner = TreeFolder::owner_of(entry.path());
+      if (!owner.empty() && !has_record(owner)) fs::remove(entry.path(), error);
     }
   }
   return catalogue;
@@ -298,7 +304,9 @@ bool SceneFolder::has_record(const std::string& sha256) const {
 }
 
 void SceneFolder::drop_bytes_without_record(const std::string& sha256) {
-  if (!has_record(sha256)) ::unlink(blob_path(sha256).c_str());
+  if (has_record(sha256)) return;
+  ::unlink(blob_path(sha256).c_str());
+  TreeFolder::forget(folder_ / "trees", sha256);
 }
 
 }  // namespace sightline

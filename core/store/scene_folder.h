@@ -6,6 +6,7 @@
 ///   DIR/lock              held while a server uses the folder
 ///   DIR/blobs/<sha256>    the bytes of a scene, named by their content
 ///   DIR/scenes/<id>.json  which bytes the scene of that name has: the commit point
+///   DIR/trees/            what was built of them (tree_folder.h); goes with the bytes
 ///   DIR/tmp/<number>      what is being written; removed at start
 ///   DIR/quarantine/       what was found damaged, for a person to look at
 ///

@@ -30,7 +30,8 @@ namespace sightline {
 struct LoadInput {
   std::span<const std::byte> bytes;  ///< gone when the loader returns
   SceneChoice choice;
-  Progress& progress;  ///< a loader tells its stages, and may end early once it is cancelled
+  Progress& progress;       ///< a loader tells its stages, and may end early once it is cancelled
+  std::string sha256 = {};  ///< of the bytes; empty where no data folder keeps them
 };
 /// Turns the bytes of a file into a scene. Handed in, because this room knows no file format. May
 /// be called from several threads at once.

@@ -42,7 +42,7 @@ void SceneStore::load_upload(const LoadPointer& load) {
     }
     auto mapped = MappedFile::map(upload.file()->file(), "read the scene's bytes");
     if (!mapped) return std::move(mapped).error();
-    return run_loader({mapped->bytes(), load->choice_, load->progress_});
+    return run_loader({mapped->bytes(), load->choice_, load->progress_, next.sha256});
   }();
   // Nothing is left of the work when its end is announced.
   if (!scene) load->upload_.reset();

@@ -81,7 +81,7 @@ void SceneStore::load_record(const SceneRecord& record, const LoadPointer& load)
     error.message += "; it was moved to quarantine";
     return fail(load, error);
   }
-  auto scene = run_loader({mapped->bytes(), load->choice_, load->progress_});
+  auto scene = run_loader({mapped->bytes(), load->choice_, load->progress_, record.sha256});
   if (!scene) return fail(load, scene.error());
   const std::lock_guard hold(mutex_);
   Entry* const entry = entry_of(*load);

@@ -26,6 +26,7 @@ TARGETS = {
     "meshopt_fuzz": (4096, ["meshopt"], None),
     "draco_fuzz": (2048, ["draco"], None),
     "pov_fuzz": (2048, ["pov"], None),
+    "trees_fuzz": (8192, ["trees"], None),
     "ray_json_fuzz": (4096, ["ray_json"], "ray_json.dict"),
     "box_json_fuzz": (4096, ["box_json"], "box_json.dict"),
 }

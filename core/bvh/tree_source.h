@@ -1,0 +1,25 @@
+#pragma once
+/// Where the trees of a scene come from: a builder, or a file that an earlier one wrote.
+
+#include <functional>
+#include <memory>
+#include <span>
+
+#include "core/bvh/scene_tree.h"
+#include "core/bvh/triangle_tree.h"
+
+namespace sightline {
+
+/// Asked for every tree of a scene, always in the same order, the top last.
+struct TreeSource {
+  /// Around the triangles of all parts, as build_triangle_tree makes it.
+  std::function<Result<std::shared_ptr<const WideTree>>(std::span<const TreePart> parts)> triangles;
+  /// As build_top makes it.
+  std::function<Result<WideTree>(std::span<const Box3d> boxes, const Box3d& all)> top;
+};
+
+/// Puts the trees together. Errors: those of the source.
+Result<SceneTree> assemble_scene_tree(const ScenePlan& plan, Joining joining,
+                                      const TreeSource& source);
+
+}  // namespace sightline

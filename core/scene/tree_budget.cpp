@@ -1,0 +1,71 @@
+#include "core/scene/tree_budget.h"
+
+#include <algorithm>
+#include <new>
+#include <string>
+
+#include "core/scene/scene_trees.h"
+
+namespace sightline {
+
+/// Precondition: mutex_ is held.
+std::uint64_t TreeBudget::sum() const {
+  std::uint64_t sum = 0;
+  for (const SceneTrees* trees : scenes_) sum += trees->geometry_bytes() + trees->tree_bytes();
+  return sum;
+}
+
+std::uint64_t TreeBudget::used() const {
+  const std::lock_guard hold(mutex_);
+  return sum();
+}
+
+bool TreeBudget::has_room(std::uint64_t bytes) const {
+  return limit_ == 0 || used() + bytes <= limit_;
+}
+
+Status TreeBudget::admit(SceneTrees& trees) {
+  const std::lock_guard hold(mutex_);
+  if (limit_ > 0) {
+    std::uint64_t fixed = 0;
+    for (const SceneTrees* others : scenes_) fixed += others->geometry_bytes();
+    const std::uint64_t needed = trees.geometry_bytes() + trees.least_tree_bytes();
+    if (fixed + needed > limit_) {
+      return Error{ErrorKind::kOutOfSpace, "SCENE_OVER_BUDGET",
+                   "the scene needs " + std::to_string(trees.geometry_bytes()) +
+                       " bytes for its geometry and about " +
+                       std::to_string(trees.least_tree_bytes()) +
+                       " for its largest tree; of the memory budget of " + std::to_string(limit_) +
+                       " bytes, " + std::to_string(limit_ - std::min(limit_, fixed)) + " are left",
+                   ""};
+    }
+  }
+  scenes_.push_back(&trees);
+  return success();
+}
+
+void TreeBudget::dismiss(SceneTrees& trees) {
+  const std::lock_guard hold(mutex_);
+  std::erase(scenes_, &trees);
+}
+
+void TreeBudget::settle() {
+  if (limit_ == 0) return;
+  const std::lock_guard hold(mutex_);
+  while (sum() > limit_) {
+    SceneTrees* oldest = nullptr;
+    for (SceneTrees* trees : scenes_) {
+      if (!trees->can_drop()) continue;
+      if (oldest == nullptr || trees->last_use() < oldest->last_use()) oldest = trees;
+    }
+    if (oldest == nullptr) break;
+    try {
+      oldest->drop();
+    } catch (const std::bad_alloc&) {
+      break;
+    }
+  }
+  exceeded_.store(sum() > limit_, std::memory_order_relaxed);
+}
+
+}  // namespace sightline

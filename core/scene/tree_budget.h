@@ -1,0 +1,45 @@
+#pragma once
+/// How much memory the scenes of a process may take together; whose trees go when it is too much.
+
+#include <atomic>
+#include <cstdint>
+#include <mutex>
+#include <vector>
+
+#include "core/base/result.h"
+
+namespace sightline {
+
+class SceneTrees;
+
+/// Counts positions, indices and trees. May be used from many threads.
+class TreeBudget {
+ public:
+  /// In bytes; 0: no limit.
+  explicit TreeBudget(std::uint64_t limit) : limit_(limit) {}
+
+  /// Takes the trees of a scene in. Errors: SCENE_OVER_BUDGET when the scene's geometry and its
+  /// largest tree do not fit beside the geometry of the others.
+  Status admit(SceneTrees& trees);
+  /// Precondition: they were admitted.
+  void dismiss(SceneTrees& trees);
+  /// While there is too much: drops the trees of the scene that was asked the longest ago, of those
+  /// that are not being asked.
+  void settle();
+  /// Whether so many bytes more would fit.
+  bool has_room(std::uint64_t bytes) const;
+  /// Whether settle() left too much.
+  bool is_exceeded() const { return exceeded_.load(std::memory_order_relaxed); }
+  std::uint64_t limit() const { return limit_; }
+  std::uint64_t used() const;
+
+ private:
+  std::uint64_t sum() const;
+
+  const std::uint64_t limit_;
+  std::atomic<bool> exceeded_{false};
+  mutable std::mutex mutex_;
+  std::vector<SceneTrees*> scenes_;
+};
+
+}  // namespace sightline

@@ -1,0 +1,80 @@
+#pragma once
+/// What stands in a file of trees (tree_cache.h), for its writer, its reader and their tests.
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <span>
+#include <vector>
+
+#include "core/base/parallel.h"
+#include "core/bvh/content_hash.h"
+#include "core/bvh/wide_tree.h"
+
+namespace sightline::tree_cache {
+
+/// To be raised with every change of what builders make or of how it is laid out.
+inline constexpr std::uint32_t kVersion = 1;
+inline constexpr char kMagic[8] = {'S', 'L', 't', 'r', 'e', 'e', 's', '\n'};
+inline constexpr std::size_t kAlign = Arena::kGranule;
+
+struct Header {
+  char magic[8];
+  std::uint32_t version;
+  std::uint32_t byte_order;
+  std::uint32_t node_bytes, block_bytes, arity, lanes;
+  std::uint64_t content;
+  std::uint64_t file_bytes;
+  std::uint64_t tree_count;  ///< the top included
+  std::uint64_t records_hash;
+  std::uint64_t reserved[7];
+  std::uint64_t hash;  ///< of what stands before
+};
+static_assert(sizeof(Header) == 128);
+
+struct Record {
+  std::uint64_t offset, bytes;
+  std::uint32_t root;
+  std::int32_t scale_exponent;
+  double lower[3], upper[3];
+  std::uint32_t node_count, block_count, depth;
+  std::uint32_t reserved[5];
+  std::uint64_t reserved_too[2];
+  std::uint64_t hash;  ///< of the arena
+};
+static_assert(sizeof(Record) == 128);
+
+inline std::uint64_t hash_of(std::span<const std::byte> bytes) {
+  ContentHash hash;
+  hash.add(bytes);
+  return hash.value();
+}
+
+/// In pieces, so that threads can share the work.
+inline std::uint64_t hash_in_pieces(std::span<const std::byte> bytes) {
+  constexpr std::size_t kPiece = 1u << 22;
+  std::vector<std::uint64_t> pieces((bytes.size() + kPiece - 1) / kPiece);
+  parallel_for(pieces.size(), [&](std::size_t i) {
+    pieces[i] = hash_of(bytes.subspan(i * kPiece, std::min(kPiece, bytes.size() - i * kPiece)));
+  });
+  return hash_of(std::as_bytes(std::span(pieces)));
+}
+
+inline Header make_header() {
+  Header header{};
+  std::copy(std::begin(kMagic), std::end(kMagic), header.magic);
+  header.version = kVersion;
+  header.byte_order = 0x01020304;
+  header.node_bytes = sizeof(WideNode);
+  header.block_bytes = sizeof(LeafBlock);
+  header.arity = kArity;
+  header.lanes = kLanes;
+  return header;
+}
+
+inline std::uint64_t hash_of(const Header& header) {
+  return hash_of(std::as_bytes(std::span(&header, 1)).first(offsetof(Header, hash)));
+}
+
+}  // namespace sightline::tree_cache

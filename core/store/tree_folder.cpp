@@ -1,0 +1,111 @@
+#include "core/store/tree_folder.h"
+
+#include <fcntl.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <system_error>
+#include <vector>
+
+#include "core/scene/tree_cache.h"
+#include "core/store/temporary_file.h"
+
+namespace sightline {
+
+namespace {
+
+constexpr const char* kDoing = "keep a scene's trees";
+constexpr const char* kSuffix = ".trees";
+
+}  // namespace
+
+std::filesystem::path TreeFolder::path_of(std::uint64_t content, const std::string& sha256) const {
+  char name[32];
+  std::snprintf(name, sizeof name, "%016llx%s", static_cast<unsigned long long>(content), kSuffix);
+  return folder_ / (sha256.empty() ? name : sha256 + "-" + name);
+}
+
+std::string TreeFolder::owner_of(const std::filesystem::path& file) {
+  const std::string name = file.filename().string();
+  const std::size_t dash = name.find('-');
+  return dash == std::string::npos ? "" : name.substr(0, dash);
+}
+
+void TreeFolder::forget(const std::filesystem::path& folder, const std::string& sha256) {
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    if (owner_of(entry.path()) == sha256) std::filesystem::remove(entry.path(), error);
+  }
+}
+
+Result<std::optional<SceneTree>> TreeFolder::read(const ScenePlan& plan, std::uint64_t content,
+                                                  const std::string& sha256) const {
+  const std::filesystem::path path = path_of(content, sha256);
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(std::filesystem::symlink_status(path, error)))
+    return std::optional<SceneTree>();
+  auto file = open_file(path, O_RDONLY | O_NOFOLLOW, kDoing);
+  if (!file) return std::move(file).error();
+  auto mapped = MappedFile::map(*file, kDoing);
+  if (!mapped) return std::move(mapped).error();
+  const auto keeper = std::make_shared<const MappedFile>(std::move(*mapped));
+  auto tree = decode_trees(plan, content, keeper->bytes(), keeper);
+  if (!tree) {
+    std::filesystem::remove(path, error);
+    return std::move(tree).error();
+  }
+  // The time says when it was of use last.
+  std::filesystem::last_write_time(path, std::filesystem::file_time_type::clock::now(), error);
+  return std::optional<SceneTree>(std::move(*tree));
+}
+
+void TreeFolder::make_room(std::uint64_t bytes) const {
+  struct File {
+    std::filesystem::file_time_type used;
+    std::uint64_t bytes;
+    std::filesystem::path path;
+  };
+  std::vector<File> files;
+  std::uint64_t sum = bytes;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder_, error)) {
+    if (entry.path().extension() != kSuffix || !entry.is_regular_file(error)) continue;
+    files.push_back({entry.last_write_time(error), entry.file_size(error), entry.path()});
+    sum += files.back().bytes;
+  }
+  std::sort(files.begin(), files.end(),
+            [](const File& a, const File& b) { return a.used < b.used; });
+  for (const File& file : files) {
+    if (sum <= bytes_max_) break;
+    std::filesystem::remove(file.path, error);
+    sum -= file.bytes;
+  }
+}
+
+Status TreeFolder::write(const SceneTree& tree, std::uint64_t content,
+                         const std::string& sha256) const {
+  const EncodedTrees encoded = encode_trees(tree, content);
+  std::uint64_t bytes = encoded.head.size();
+  for (const auto& arena : encoded.arenas) bytes += arena.size();
+  if (bytes > bytes_max_) return success();
+  std::error_code error;
+  std::filesystem::create_directories(folder_, error);
+  if (error) return io_error(kDoing, error.value());
+  make_room(bytes);
+  // One writer at a time, by precondition: what a stopped run left under this name is replaced.
+  auto temporary = make_temporary(folder_ / "writing", kDoing);
+  if (!temporary) return std::move(temporary).error();
+  const FileDescriptor& file = temporary->file();
+  if (Status status = write_all(file, encoded.head, kDoing); !status) return status;
+  for (const auto& arena : encoded.arenas) {
+    if (Status status = write_all(file, arena, kDoing); !status) return status;
+  }
+  if (Status status = sync_file(file, kDoing); !status) return status;
+  if (Status status = rename_file(temporary->path(), path_of(content, sha256), kDoing); !status)
+    return status;
+  temporary->release();
+  return sync_folder(folder_, kDoing);
+}
+
+}  // namespace sightline

@@ -1,0 +1,77 @@
+#pragma once
+/// Builds the trees of scenes ahead of their rays, on a thread of its own; keeps them in files
+/// between two runs and in memory within a budget.
+
+#include <condition_variable>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "core/base/parallel.h"
+#include "core/base/result.h"
+#include "core/scene/scene.h"
+#include "core/store/tree_folder.h"
+
+namespace sightline {
+
+struct TreeKeeperOptions {
+  bool ahead = true;                ///< false: trees are built when rays come near, and only then
+  int threads = 1;                  ///< that build ahead
+  std::filesystem::path folder;     ///< of files of trees; empty: there are none
+  std::uint64_t memory_budget = 0;  ///< bytes of geometry and trees together; 0: no limit
+  /// Told of files that were refused or could not be written; from the keeper's thread.
+  std::function<void(const std::string& line)> report = {};
+};
+
+/// May be used from many threads. Holds no scene alive.
+class TreeKeeper {
+ public:
+  explicit TreeKeeper(TreeKeeperOptions options);
+  /// Waits for the tree that is being built; the rest is left.
+  ~TreeKeeper();
+
+  /// sha256  of the bytes in the data folder that the scene was made of; empty: of no such bytes
+  /// Errors: SCENE_OVER_BUDGET.
+  Status adopt(const std::shared_ptr<const Scene>& scene, const std::string& sha256 = {});
+  /// Returns when nothing is left that could be built ahead.
+  void wait_until_idle();
+
+ private:
+  struct Adopted {
+    std::weak_ptr<const Scene> scene;
+    std::string sha256;
+    bool failed = false;  ///< is not tried again
+  };
+
+  void run();
+  struct Job {
+    std::shared_ptr<const Scene> scene;
+    std::string sha256;
+  };
+  Job next();
+  bool complete(const Job& job);
+  void give_up(const Scene& scene);
+  bool read(const Job& job, std::uint64_t content);
+  void write(const Job& job, std::uint64_t content);
+  void say(const std::string& line) const;
+
+  const TreeKeeperOptions options_;
+  const std::shared_ptr<TreeBudget> budget_;
+  std::optional<TreeFolder> folder_;
+  ThreadGroup builders_;
+
+  std::mutex mutex_;  ///< for what follows
+  std::condition_variable changed_;
+  std::vector<Adopted> scenes_;
+  bool working_ = false;
+  bool stopping_ = false;
+  std::thread thread_;
+};
+
+}  // namespace sightline

@@ -1,0 +1,83 @@
+// Large meshes in parts: each triangle in one of them, inside its box.
+
+#include "core/bvh/split.h"
+
+#include <gtest/gtest.h>
+
+#include "core/bvh/tree_corners.h"
+#include "core/bvh/validate.h"
+#include "tests/unit/scene/small_scenes.h"
+
+namespace sightline {
+namespace {
+
+using test::description_of;
+
+void expect_partition(const MeshView& mesh, const Affine* matrix,
+                      const std::vector<MeshPart>& parts) {
+  std::vector<int> seen(mesh.triangle_count());
+  for (const MeshPart& part : parts) {
+    for (const std::uint32_t triangle : part.triangles) {
+      ++seen[triangle];
+      for (const Vec3d& p : tree_corners(mesh, triangle, matrix).at) {
+        for (int k = 0; k < 3; ++k) {
+          EXPECT_LE(part.box.min[k], p[k]);
+          EXPECT_GE(part.box.max[k], p[k]);
+        }
+      }
+    }
+  }
+  for (std::uint32_t i = 0; i < mesh.triangle_count(); ++i) {
+    EXPECT_EQ(seen[i], tree_corners(mesh, i, matrix).usable ? 1 : 0) << i;
+  }
+}
+
+TEST(Split, puts_every_triangle_into_one_part) {
+  const SceneDescription description = description_of(demo::terrain(200000));
+  const MeshView mesh{description.meshes[0]->positions, description.meshes[0]->indices};
+  const auto parts = split_mesh(mesh, nullptr, {});
+  EXPECT_GE(parts.size(), 12u);
+  for (const MeshPart& part : parts) EXPECT_LE(part.triangles.size(), kPartTriangles);
+  expect_partition(mesh, nullptr, parts);
+  Affine matrix;
+  matrix.m[0][1] = 1e200;
+  matrix.m[2][2] = 1e-200;
+  expect_partition(mesh, &matrix, split_mesh(mesh, &matrix, {}));
+}
+
+TEST(Split, cuts_a_part_of_a_mesh_again) {
+  const SceneDescription description = description_of(demo::soup(100000));
+  const MeshView mesh{description.meshes[0]->positions, description.meshes[0]->indices};
+  const auto parts = split_mesh(mesh, nullptr, {});
+  std::vector<int> seen(mesh.triangle_count());
+  for (const MeshPart& part : parts) {
+    const auto smaller = split_mesh(mesh, nullptr, part.triangles);
+    for (const MeshPart& one : smaller) {
+      for (const std::uint32_t triangle : one.triangles) ++seen[triangle];
+    }
+  }
+  EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), mesh.triangle_count());
+}
+
+TEST(Split, leaves_together_what_lies_in_one_place_and_drops_what_nothing_hits) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const std::vector<Vec3f> positions{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {nan, 0, 0}};
+  std::vector<std::uint32_t> indices;
+  for (int i = 0; i < 50; ++i) indices.insert(indices.end(), {0, 1, 2, 0, 1, 3, 0, 0, 1});
+  const auto parts = split_mesh({positions, indices}, nullptr, {});
+  ASSERT_EQ(parts.size(), 1u);
+  EXPECT_EQ(parts[0].triangles.size(), 50u);
+  EXPECT_TRUE(split_mesh({positions, {}}, nullptr, {}).empty());
+}
+
+TEST(Split, builds_a_tree_that_calls_triangles_by_their_number_in_the_mesh) {
+  const SceneDescription description = description_of(demo::terrain(2000));
+  const MeshView mesh{description.meshes[0]->positions, description.meshes[0]->indices};
+  std::vector<std::uint32_t> all(mesh.triangle_count());
+  for (std::uint32_t i = 0; i < all.size(); ++i) all[i] = i;
+  const WideTree tree = build_triangle_tree(mesh, all, nullptr, TreeQuality::kFast);
+  EXPECT_TRUE(validate_triangle_tree(tree, mesh, nullptr));
+}
+
+}  // namespace
+}  // namespace sightline
