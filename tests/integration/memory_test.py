@@ -60,8 +60,8 @@ class MemoryGoesBack(unittest.TestCase):
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory()
         self.addCleanup(self.folder.cleanup)
-        # What is uploaded goes to a file, so that only the scene itself is in memory.
-        self.server = Server("--data", self.folder.name, "--workers", 8)
+        # What is uploaded goes to a file, so that only the scene itself is in memory, with all of its trees.
+        self.server = Server("--data", self.folder.name, "--workers", 8, "--skip", "none")
         self.addCleanup(self.server.end)
         self.server.put("six", demo_glb("six"))
         if status_bytes(self.server, "VmSize") > 1 << 40:
