@@ -22,6 +22,7 @@ from pathlib import Path
 CLIENTS = 3
 NAMES_EACH = 3
 RAYS = 64
+WRITING = "trees/writing"  # where a server writes trees before they get their name
 LONGEST_SECONDS = 1.2  # from the start of the clients to the kill
 
 
@@ -213,10 +214,13 @@ class Trial:
         for client in clients:
             client.start()
         time.sleep(self.chance.uniform(0, LONGEST_SECONDS))
+        writing_before = self.written_last()
         # Half of the times whatever they do; else as soon as one of them does this.
-        moment = self.chance.choice((None, None, None, "uploading", "building or writing", "removing"))
+        moment = self.chance.choice((None, None, None, "uploading", "building or writing", "removing", WRITING))
         patience = time.monotonic() + LONGEST_SECONDS
         while moment and time.monotonic() < patience and moment not in (client.doing for client in clients):
+            if moment == WRITING and self.written_last() != writing_before:
+                break
             time.sleep(0)
         moments = [client.doing for client in clients]
         server.kill()
@@ -228,9 +232,18 @@ class Trial:
         self.kills += 1
         for moment in moments:
             self.note_kill(moment)
+        if self.written_last() not in (None, writing_before):
+            self.note_kill("writing trees")
         tmp = self.data / "tmp"
         self.half_written += sum(1 for _ in tmp.iterdir()) if tmp.is_dir() else 0
         return dict(client.pending for client in clients if client.pending)
+
+    def written_last(self):
+        """When the file that lies half-written, if there is one, was written last."""
+        try:
+            return (self.data / WRITING).stat().st_mtime_ns
+        except FileNotFoundError:
+            return None
 
     def check(self, server, pending):
         connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=60)
@@ -279,14 +292,14 @@ class Trial:
             if hashlib.sha256((self.data / "blobs" / sha256).read_bytes()).hexdigest() != sha256:
                 raise AssertionError(f"blobs/{sha256} has other bytes")
         # Caches are named by the content that they belong to; those of no content are left over.
-        # The next write of a number begins revision.new anew: there is never more than one.
-        known = {"format", "lock", "revision", "revision.new", *wanted}
-        for entry in self.data.iterdir():
-            if entry.name in known:
+        # The next write begins revision.new and trees/writing anew: there is never more than one.
+        known = {"format", "lock", "revision", "revision.new", WRITING}
+        for file in self.data.rglob("*"):
+            name = str(file.relative_to(self.data))
+            if file.is_dir() or name in known or name.split("/")[0] in wanted:
                 continue
-            for file in [entry] if entry.is_file() else [file for file in entry.rglob("*") if file.is_file()]:
-                if not any(sha256 in file.name for sha256 in held):
-                    raise AssertionError(f"left over: {file.relative_to(self.data)}")
+            if not any(sha256 in file.name for sha256 in held):
+                raise AssertionError(f"left over: {name}")
 
     def text(self):
         moments = ", ".join(f"{moment} {count}" for moment, count in sorted(self.moments.items()))
