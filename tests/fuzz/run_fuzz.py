@@ -20,8 +20,8 @@ SOURCE = Path(__file__).resolve().parents[2]
 # target: largest input, stored inputs below tests/data, dictionary
 TARGETS = {
     "glb_fuzz": (4096, ["hostile/cases"], None),
-    "json_fuzz": (8192, ["hostile/cases", "scenes"], "gltf.dict"),
-    "import_fuzz": (8192, ["hostile/cases", "scenes"], "gltf.dict"),
+    "json_fuzz": (8192, ["hostile/cases", "scenes", "import"], "gltf.dict"),
+    "import_fuzz": (8192, ["hostile/cases", "scenes", "import"], "gltf.dict"),
     "accessor_fuzz": (1024, ["accessor"], None),
     "meshopt_fuzz": (4096, ["meshopt"], None),
     "draco_fuzz": (2048, ["draco"], None),
