@@ -85,6 +85,7 @@ Placement make_placement(std::uint32_t instance, const PlacementView& view,
   placement.instance = instance;
   placement.world_from_mesh = view.world_from_mesh;
   placement.identity = view.world_from_mesh.is_identity();
+  placement.diagonal = view.world_from_mesh.is_diagonal();
   bound_edges(view.world_from_mesh, facts, placement);
   return placement;
 }

@@ -46,6 +46,7 @@ struct Placement {
   /// World corners are the mesh's: world_from_mesh changes no number, nor does that of any
   /// placement that shares a tree of the world with this one.
   bool identity = true;
+  bool diagonal = true;        ///< world_from_mesh is: world corners cost a third
   bool world_boxes = true;     ///< the tree's boxes are in world units: rays need no mapping
   std::uint32_t instance = 0;  ///< the scene's number for it
   Affine world_from_mesh;

@@ -33,6 +33,15 @@ struct Affine {
   }
   bool operator==(const Affine&) const = default;
   bool is_identity() const { return *this == Affine{}; }
+  /// Only scales the axes and moves: each world coordinate comes from one mesh coordinate.
+  bool is_diagonal() const {
+    for (std::size_t k = 0; k < 3; ++k) {
+      for (std::size_t j = 0; j < 3; ++j) {
+        if (j != k && m[k][j] != 0) return false;
+      }
+    }
+    return true;
+  }
 };
 
 }  // namespace sightline

@@ -22,6 +22,11 @@ namespace HWY_NAMESPACE {
 /// as they are, one whose placements have matrices, or a tree over several entries.
 enum class Layout { kAsItIs, kPlaced, kMany };
 
+/// Whether somebody waits for the verdict, who is better off without the division for triangles
+/// that are out, or many are asked for one after the other: then a branch that nobody can foresee
+/// costs more than the division.
+enum class Pace { kLatency, kThroughput };
+
 /// Four triangles after the filter: lane i is met for sure (accept), may be met (examine), or is
 /// out.
 struct LeafVerdict {
@@ -57,9 +62,9 @@ struct LaneVerdicts {
 
 /// The float64 filter of docs/exactness.md, "Triangles": [Woop2013]'s sheared edge functions with a
 /// proved bound. Decides nothing that the bound leaves open. `edge` is at least the largest
-/// |component| of any edge, `reach` at least any ray's. False if all lanes are out; then there are
-/// no verdicts.
-template <class D>
+/// |component| of any edge, `reach` at least any ray's. False, with no verdicts, only if all lanes
+/// are out.
+template <Pace kPace, class D>
 HWY_INLINE bool filter_lanes(D dd, const LaneCorners<D>& corners, double edge,
                              const LaneRays<D>& rays, double reach, LaneVerdicts<D>& verdicts) {
   using V = hn::Vec<D>;
@@ -85,7 +90,7 @@ HWY_INLINE bool filter_lanes(D dd, const LaneCorners<D>& corners, double edge,
   const V most = hn::Max(w0, hn::Max(w1, w2));
   const V minus_e = hn::Neg(e);
   const auto out = hn::And(hn::Lt(least, minus_e), hn::Gt(most, e));
-  if (hn::AllTrue(dd, out)) return false;
+  if (kPace == Pace::kLatency && hn::AllTrue(dd, out)) return false;
 
   // tau = z on the ray / direction z, as an interval; it holds for uncertain lanes too, if they
   // are met at all.
@@ -120,30 +125,35 @@ HWY_INLINE LaneCorners<FilterLanes> load_corners(const LeafBlock& block, std::si
                                                  const FilterRay& ray, const Placement& placement) {
   const FilterLanes dd;
   const hn::Rebind<float, FilterLanes> df;
+  const auto load = [&](std::size_t c, std::uint32_t k) {
+    return hn::PromoteTo(dd, hn::Load(df, block.corner[c][k] + i));
+  };
   LaneCorners<FilterLanes> corners;
-  SIGHTLINE_UNROLL
-  for (std::size_t c = 0; c < 3; ++c) {
-    const auto load = [&](std::uint32_t k) {
-      return hn::PromoteTo(dd, hn::Load(df, block.corner[c][k] + i));
-    };
-    if constexpr (kPlaced) {
-      // Separate products and sums, left to right.
-      const auto mx = load(0), my = load(1), mz = load(2);
-      const auto world = [&](std::uint32_t k) {
-        const double* m = placement.world_from_mesh.m[k];
-        return hn::Add(
-            hn::Add(hn::Add(hn::Mul(hn::Set(dd, m[0]), mx), hn::Mul(hn::Set(dd, m[1]), my)),
-                    hn::Mul(hn::Set(dd, m[2]), mz)),
-            hn::Set(dd, m[3]));
-      };
-      corners.x[c] = world(ray.kx);
-      corners.y[c] = world(ray.ky);
-      corners.z[c] = world(ray.kz);
-    } else {
-      corners.x[c] = load(ray.kx);
-      corners.y[c] = load(ray.ky);
-      corners.z[c] = load(ray.kz);
+  const auto fill = [&](auto&& corner) {
+    SIGHTLINE_UNROLL
+    for (std::size_t c = 0; c < 3; ++c) {
+      corners.x[c] = corner(c, ray.kx);
+      corners.y[c] = corner(c, ray.ky);
+      corners.z[c] = corner(c, ray.kz);
     }
+  };
+  if constexpr (!kPlaced) {
+    fill(load);
+  } else if (placement.diagonal) {
+    // What is left of the sums below: adding zeros changes no more than the sign of a zero.
+    fill([&](std::size_t c, std::uint32_t k) {
+      const double* m = placement.world_from_mesh.m[k];
+      return hn::Add(hn::Mul(hn::Set(dd, m[k]), load(c, k)), hn::Set(dd, m[3]));
+    });
+  } else {
+    // Separate products and sums, left to right.
+    fill([&](std::size_t c, std::uint32_t k) {
+      const double* m = placement.world_from_mesh.m[k];
+      return hn::Add(hn::Add(hn::Add(hn::Mul(hn::Set(dd, m[0]), load(c, 0)),
+                                     hn::Mul(hn::Set(dd, m[1]), load(c, 1))),
+                             hn::Mul(hn::Set(dd, m[2]), load(c, 2))),
+                     hn::Set(dd, m[3]));
+    });
   }
   return corners;
 }
@@ -158,6 +168,7 @@ HWY_INLINE double largest_edge(const LeafBlock& block, const Placement& placemen
 
 /// One ray and the triangles of a block from lane `i` on, as many as a vector holds. `bound` is the
 /// ray's best tau so far, `reach` at least the ray's. Adds to the verdict.
+template <Pace kPace>
 HWY_INLINE void filter_corners(const LaneCorners<FilterLanes>& corners, double edge,
                                const FilterRay& ray, double reach, double bound, std::size_t i,
                                LeafVerdict& verdict) {
@@ -172,7 +183,7 @@ HWY_INLINE void filter_corners(const LaneCorners<FilterLanes>& corners, double e
                                    all(ray.tau_max_low),
                                    all(bound)};
   LaneVerdicts<FilterLanes> found;
-  if (!filter_lanes(dd, corners, edge, rays, reach, found)) return;
+  if (!filter_lanes<kPace>(dd, corners, edge, rays, reach, found)) return;
   hn::Store(found.low, dd, verdict.low + i);
   hn::Store(found.high, dd, verdict.high + i);
   const std::uint32_t left = mask_bits(dd, found.left);
@@ -182,14 +193,14 @@ HWY_INLINE void filter_corners(const LaneCorners<FilterLanes>& corners, double e
 }
 
 /// All lanes of a block.
-template <bool kPlaced>
+template <bool kPlaced, Pace kPace>
 HWY_INLINE void filter_block(const LeafBlock& block, const FilterRay& ray,
                              const Placement& placement, double bound, LeafVerdict& verdict) {
   const double edge = largest_edge<kPlaced>(block, placement);
   verdict.accept = verdict.examine = 0;
   for (std::size_t i = 0; i < kLanes; i += hn::Lanes(FilterLanes())) {
-    filter_corners(load_corners<kPlaced>(block, i, ray, placement), edge, ray, ray.reach, bound, i,
-                   verdict);
+    filter_corners<kPace>(load_corners<kPlaced>(block, i, ray, placement), edge, ray, ray.reach,
+                          bound, i, verdict);
   }
   const std::uint32_t lanes = (1u << block.lane_count) - 1u;
   verdict.accept &= lanes;

@@ -217,7 +217,8 @@ class Packet {
     for (std::uint32_t rest = met; rest != 0; rest &= rest - 1) {
       const auto i = static_cast<std::uint32_t>(std::countr_zero(rest));
       LeafVerdict verdict;
-      filter_corners(corners, edge, columns_.filter(i), reach_, bound_[i], 0, verdict);
+      filter_corners<Pace::kLatency>(corners, edge, columns_.filter(i), reach_, bound_[i], 0,
+                                     verdict);
       verdict.accept &= lanes;
       verdict.examine &= lanes;
       if ((verdict.accept | verdict.examine) == 0) continue;
@@ -256,7 +257,8 @@ class Packet {
         const std::uint32_t wanted = met >> i & ((1u << hn::Lanes(dd)) - 1u);
         if (wanted == 0) continue;
         LaneVerdicts<GroupPreparation::D> found;
-        if (!filter_lanes(dd, triangle, edge, load_rays(i), reach_, found)) continue;
+        if (!filter_lanes<Pace::kLatency>(dd, triangle, edge, load_rays(i), reach_, found))
+          continue;
         const std::uint32_t left = mask_bits(dd, found.left) & wanted;
         if (left == 0) continue;
         const std::uint32_t certain = mask_bits(dd, found.certain) & left;

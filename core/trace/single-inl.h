@@ -146,7 +146,7 @@ class Traversal {
       for (const LeafBlock* end = block + ChildRef::blocks(ref); block != end; ++block) {
         ++counts_.blocks;
         const Placement& own = (&placement)[block->placement];
-        filter_block<kPlaced>(*block, ray_.filter, own, sink.bound(), verdict);
+        filter_block<kPlaced, Pace::kLatency>(*block, ray_.filter, own, sink.bound(), verdict);
         if ((verdict.accept | verdict.examine) == 0) continue;
         if (sink.take(*block, own.instance, verdict)) return true;
       }
