@@ -20,8 +20,8 @@
 # or broken promise in one of them fails it.
 #
 # kills ends a server with kill -9, 100 times unless told otherwise, at random moments of uploads,
-# builds and writes, and looks whether every acknowledged scene is there and right afterwards, and
-# nothing else (tests/integration/kills.py).
+# builds and writes, half of them on a disk that strace slows down, and looks whether every
+# acknowledged scene is there and right afterwards, and nothing else (tests/integration/kills.py).
 #
 # The exit code is not 0 if Sightline was wrong once, or stopped. A wrong answer is printed with its
 # family and seed; `sightline_stress --family F --trial S --rays N --shrink` makes the smallest case

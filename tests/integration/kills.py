@@ -19,10 +19,17 @@ import threading
 import time
 from pathlib import Path
 
+import opened_files
+
 CLIENTS = 3
 NAMES_EACH = 3
 RAYS = 64
 WRITING = "trees/writing"  # where a server writes trees before they get their name
+# A disk as slow as this leaves time to die between any two steps of a commit. (A kill at a random moment
+# of a fast disk hardly ever falls between a rename and the next call.)
+STEPS = "rename,renameat,renameat2,fsync,fdatasync,unlink,unlinkat"
+SLOW_DISK = ["strace", "-D", "-f", "-qq", "--seccomp-bpf", "-o", "/dev/null", "-e", f"trace={STEPS}",
+             "-e", f"inject={STEPS}:delay_exit=20000"]
 LONGEST_SECONDS = 1.2  # from the start of the clients to the kill
 
 
@@ -175,6 +182,8 @@ class Trial:
         self.largest_revision = 0
         self.kills = self.half_written = self.unsure_done = self.unsure_not_done = self.checked = 0
         self.moments = {}
+        self.can_slow = opened_files.why_not() == ""
+        self.is_slow = False
         self.learn_answers()
 
     def learn_answers(self):
@@ -188,8 +197,12 @@ class Trial:
                     raise AssertionError(content.answers)
             connection.close()
 
+    def new_server(self):
+        self.is_slow = self.can_slow and self.chance.random() < 0.5
+        return self.make_server("--data", self.data, prefix=SLOW_DISK if self.is_slow else ())
+
     def run(self, times):
-        server = self.make_server("--data", self.data)
+        server = self.new_server()
         try:
             for _ in range(times):
                 pending = self.work_and_kill(server)
@@ -200,7 +213,7 @@ class Trial:
                     server.kill()
                     server.end()
                     self.note_kill("starting")
-                server = self.make_server("--data", self.data)
+                server = self.new_server()
                 self.check(server, pending)
         finally:
             server.end()
@@ -230,6 +243,8 @@ class Trial:
                 raise client.fault
         server.end()
         self.kills += 1
+        if self.is_slow:
+            self.note_kill("on a slow disk")
         for moment in moments:
             self.note_kill(moment)
         if self.written_last() not in (None, writing_before):
