@@ -79,7 +79,8 @@ std::pair<std::string, std::string> parse_preload(const std::string& text) {
 struct ServeFlags {
   std::string listen = "127.0.0.1:8080";
   std::string skip = "all";
-  std::vector<std::string> preloads;
+  std::vector<std::string> preloads, allow_urls, allow_addresses;
+  double fetch_seconds = 300;
   double drain_seconds = 30, notice_seconds = 0, request_seconds = 60, idle_seconds = 30;
 };
 
@@ -159,11 +160,29 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
                  "bytes of all scenes with their trees; the trees that were asked the longest ago "
                  "go first (default: no limit)")
       ->check(count);
+  app.add_option("--scene-root", command.scene_root,
+                 "folder below which clients may name files to load (POST /v1/scenes with a path)")
+      ->check(CLI::ExistingDirectory);
+  app.add_option(
+         "--allow-url", flags.allow_urls,
+         "URLs that clients may name: SCHEME://HOST[:PORT][/PATH] with *.example.org, * and "
+         ":* as wildcards; a PATH that ends with / allows all below (repeatable)")
+      ->take_all()
+      ->type_name("PATTERN");
+  app.add_option("--allow-address", flags.allow_addresses,
+                 "addresses like 10.0.0.0/8 that those URLs may lead to; without it only public "
+                 "ones (repeatable)")
+      ->take_all()
+      ->type_name("RANGE");
   // Below a millisecond a request or a connection would have no time at all.
   const CLI::Validator span([](std::string& text) { return check_seconds(text, 0.001); },
                             "SECONDS");
   const CLI::Validator wait([](std::string& text) { return check_seconds(text, 0); }, "SECONDS");
   app.add_option("--request-seconds", flags.request_seconds, "how long one request may trace")
+      ->check(span)
+      ->capture_default_str();
+  app.add_option("--fetch-seconds", flags.fetch_seconds,
+                 "how long it may take to fetch a URL, with all redirects")
       ->check(span)
       ->capture_default_str();
   app.add_option("--idle-seconds", flags.idle_seconds, "how long a connection may be silent")
@@ -179,6 +198,17 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
       ->capture_default_str();
 }
 
+template <class Parsed>
+std::vector<Parsed> parse_each(const std::vector<std::string>& texts, const char* flag) {
+  std::vector<Parsed> list;
+  for (const std::string& text : texts) {
+    auto parsed = Parsed::parse(text);
+    if (!parsed) throw CLI::ValidationError(flag, parsed.error().message);
+    list.push_back(std::move(*parsed));
+  }
+  return list;
+}
+
 void finish_serve(ServeCommand& command, const ServeFlags& flags) {
   auto listen = parse_listen_address(flags.listen);
   if (!listen) throw CLI::ValidationError("--listen", listen.error().message);
@@ -186,6 +216,9 @@ void finish_serve(ServeCommand& command, const ServeFlags& flags) {
   for (const std::string& preload : flags.preloads) {
     command.preloads.push_back(parse_preload(preload));
   }
+  command.urls.patterns = parse_each<UrlPattern>(flags.allow_urls, "--allow-url");
+  command.urls.addresses = parse_each<AddressRange>(flags.allow_addresses, "--allow-address");
+  command.urls.time = milliseconds_of(flags.fetch_seconds);
   // Each of these holds a worker: half of all may wait, a quarter more may listen.
   command.limits.waiters = command.http.workers / 2;
   command.limits.listeners = command.http.workers / 4;

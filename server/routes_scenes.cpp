@@ -1,3 +1,6 @@
+#include "core/store/scene_id.h"
+#include "proto/load_json.h"
+#include "server/http_status.h"
 #include "server/request_body.h"
 #include "server/routes.h"
 #include "server/scene_events.h"
@@ -28,21 +31,23 @@ void reply_accepted(Exchange& exchange, const Service& service, const std::strin
   exchange.response.set_header("Retry-After", "1");
 }
 
-/// Answers with the outcome of the load if it comes in time, else with 202.
-void finish_load(Exchange& exchange, Service& service, IncomingScene incoming,
-                 const Deadline& deadline) {
-  const Claim claim = deadline.passed() ? Claim() : service.waiters.claim();
-  const bool waits = static_cast<bool>(claim);
-  const auto load = service.store.submit(std::move(incoming), waits);
-  const auto put = waits ? service.store.wait(*load, deadline) : std::nullopt;
-  if (!put) return reply_accepted(exchange, service, load->id());
-  if (!*put) return exchange.reply_error(put->error());
-  reply_scene(exchange, (*put)->created ? 201 : 200, *(*put)->scene);
-  exchange.response.set_header("Location", "/v1/scenes/" + load->id());
-}
-
 Deadline deadline_of(const Service& service, std::chrono::milliseconds wait) {
   return Deadline::in(wait, &service.cancelled);
+}
+
+/// A place to wait at; none where there is no time to wait, or no place.
+Claim claim_wait(Service& service, const Deadline& deadline) {
+  return deadline.passed() ? Claim() : service.waiters.claim();
+}
+
+/// Answers with the outcome of the load if it comes in time, else with 202.
+void finish_load(Exchange& exchange, Service& service, SceneLoad& load, const Claim& claim,
+                 const Deadline& deadline) {
+  const auto put = claim ? service.store.wait(load, deadline) : std::nullopt;
+  if (!put) return reply_accepted(exchange, service, load.id());
+  if (!*put) return exchange.reply_error(put->error());
+  reply_scene(exchange, (*put)->created ? 201 : 200, *(*put)->scene);
+  exchange.response.set_header("Location", "/v1/scenes/" + load.id());
 }
 
 void put_scene(Exchange& exchange, Service& service) {
@@ -64,9 +69,54 @@ void put_scene(Exchange& exchange, Service& service) {
       })) {
     return;
   }
-  finish_load(exchange, service, std::move(*incoming),
-              parameters.wait ? deadline_of(service, *parameters.wait)
-                              : Deadline{.flag = &service.cancelled});
+  const Deadline deadline = parameters.wait ? deadline_of(service, *parameters.wait)
+                                            : Deadline{.flag = &service.cancelled};
+  const Claim claim = claim_wait(service, deadline);
+  const auto load = service.store.submit(std::move(*incoming), static_cast<bool>(claim));
+  finish_load(exchange, service, *load, claim, deadline);
+}
+
+/// What the operator does not allow is 403, and the other faults of a source what they are.
+void reply_source_error(Exchange& exchange, const Error& error) {
+  for (const char* code : {"PATH_NOT_ALLOWED", "PATH_REFUSED", "URL_NOT_ALLOWED"}) {
+    if (error.code == code) {
+      return exchange.reply_problem(make_problem(error, 403, status_title(403)));
+    }
+  }
+  exchange.reply_error(error);
+}
+
+void post_scene(Exchange& exchange, Service& service) {
+  constexpr std::uint64_t kMostBytes = 64 << 10;
+  SceneParameters parameters;
+  // This changes something and makes the server ask others: so, other than for queries, no type
+  // that a page of another site could send without being allowed to.
+  if (!exchange.request.has_header("Content-Type")) {
+    return exchange.reply_problem(415, "MEDIA_TYPE_UNSUPPORTED",
+                                  "send Content-Type: application/json");
+  }
+  if (!admit_media_type(exchange, {"application/json"}) || !admit_body(exchange, kMostBytes) ||
+      !read_parameters(exchange, KnownParameters::kWait, parameters)) {
+    return;
+  }
+  std::string body;
+  if (!read_body(exchange, kMostBytes, 0, body)) return;
+  const auto request = decode_load_request(body);
+  if (!request) return exchange.reply_error(request.error());
+  if (!is_scene_id(request->id)) {
+    Error error = scene_id_invalid();
+    error.pointer = "/id";
+    return exchange.reply_error(error);
+  }
+  auto fetch = fetch_of(*request, service.sources, service.limits.scene_bytes);
+  if (!fetch) return reply_source_error(exchange, fetch.error());
+  const Deadline deadline =
+      deadline_of(service, parameters.wait.value_or(std::chrono::milliseconds(0)));
+  const Claim claim = claim_wait(service, deadline);
+  auto load = service.store.fetch(request->id, {request->scene}, std::move(*fetch),
+                                  static_cast<bool>(claim));
+  if (!load) return exchange.reply_error(load.error());
+  finish_load(exchange, service, **load, claim, deadline);
 }
 
 void get_scene(Exchange& exchange, Service& service) {
@@ -96,6 +146,8 @@ void add_scene_routes(Router& router, Service& service) {
   router.add("GET", "/v1/scenes", [&service](Exchange& exchange) {
     exchange.reply_json(200, encode_scene_list(service.store.list()));
   });
+  router.add("POST", "/v1/scenes",
+             [&service](Exchange& exchange) { post_scene(exchange, service); });
   router.add("GET", "/v1/scenes/{id}",
              [&service](Exchange& exchange) { get_scene(exchange, service); });
   router.add("GET", "/v1/scenes/{id}/events",

@@ -52,8 +52,9 @@ std::string hash_of_geometry(const SceneDescription& description) {
 
 Result<std::shared_ptr<const Scene>> load_scene(const LoadInput& input, Laziness laziness) {
   input.progress.begin("importing");
-  return make(import_bytes(input.bytes, options_of(input.choice, input.progress, laziness)),
-              input.progress, laziness);
+  ImportOptions options = options_of(input.choice, input.progress, laziness);
+  options.neighbour = input.neighbour;
+  return make(import_bytes(input.bytes, options), input.progress, laziness);
 }
 
 Result<std::vector<std::byte>> demo_glb(const std::string& name) {

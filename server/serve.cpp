@@ -51,6 +51,17 @@ std::vector<Preload> preloads_of(const ServeCommand& command, TreeKeeper& keeper
   return preloads;
 }
 
+Result<std::shared_ptr<const SourceRules>> sources_of(const ServeCommand& command) {
+  auto rules = std::make_shared<SourceRules>();
+  rules->urls = command.urls;
+  if (!command.scene_root.empty()) {
+    auto root = SceneRoot::open(command.scene_root);
+    if (!root) return std::move(root).error();
+    rules->root.emplace(std::move(*root));
+  }
+  return std::shared_ptr<const SourceRules>(std::move(rules));
+}
+
 /// One request, from its route to its line in the log.
 void answer(const Router& router, Service& service, Exchange& exchange) {
   const auto begin = std::chrono::steady_clock::now();
@@ -110,6 +121,9 @@ int run_serve(const ServeCommand& command, std::ostream& out, std::ostream& comp
   if (!store) return complain(store.error());
 
   Service service{**engine, **store, log, command.limits, {}, {}};
+  auto sources = sources_of(command);
+  if (!sources) return complain(sources.error());
+  service.sources = std::move(*sources);
   Router router;
   add_health_routes(router, service);
   add_scene_routes(router, service);

@@ -10,6 +10,7 @@
 #include "core/run/engine.h"
 #include "core/store/scene_store.h"
 #include "server/places.h"
+#include "server/scene_sources.h"
 
 namespace spdlog {
 class logger;
@@ -38,6 +39,8 @@ struct Service {
   CancelFlag cancelled{};  ///< set when even requests that have begun must end
   Places waiters{limits.waiters};
   Places listeners{limits.listeners};
+  /// Loads that are under way share it.
+  std::shared_ptr<const SourceRules> sources = std::make_shared<const SourceRules>();
 
   Deadline deadline() const { return Deadline::in(limits.request, &cancelled); }
 };

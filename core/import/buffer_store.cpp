@@ -19,11 +19,13 @@ bool lies_below(const std::filesystem::path& inner, const std::filesystem::path&
 
 BufferStore::BufferStore(const std::vector<BufferEntry>& entries,
                          std::optional<std::span<const std::byte>> binary,
-                         std::optional<std::filesystem::path> file, const ImportLimits& limits)
+                         std::optional<std::filesystem::path> file, const ImportLimits& limits,
+                         NeighbourFinder neighbour)
     : entries_(entries),
       binary_(binary),
       file_(std::move(file)),
       limits_(limits),
+      neighbour_(std::move(neighbour)),
       found_(entries.size()),
       is_data_uri_(entries.size()) {
   for (std::size_t i = 0; i < entries.size(); ++i) is_data_uri_[i] = is_data_uri(entries[i].uri);
@@ -74,6 +76,11 @@ Result<std::span<const std::byte>> BufferStore::open_external(const std::string&
   auto relative = relative_path(uri);
   if (!relative) return relative.error();
   const std::string name = "\"" + shortened(uri) + "\"";
+  if (!file_.has_value() && neighbour_) {
+    auto found = neighbour_(relative->string());
+    if (found) external_bytes_ += found->size();
+    return found;
+  }
   if (!file_.has_value()) {
     return invalid("GLTF_URI_REFUSED",
                    name +

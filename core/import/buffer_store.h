@@ -16,10 +16,12 @@ namespace sightline::gltf {
 class BufferStore {
  public:
   /// binary  the BIN chunk, when there is one; must outlive the store
-  /// file    the scene's own file; nothing when it came from memory and has no neighbours
+  /// file    the scene's own file; nothing when it came from memory
+  /// neighbour  where the files beside it are then, if anywhere
   BufferStore(const std::vector<BufferEntry>& entries,
               std::optional<std::span<const std::byte>> binary,
-              std::optional<std::filesystem::path> file, const ImportLimits& limits);
+              std::optional<std::filesystem::path> file, const ImportLimits& limits,
+              NeighbourFinder neighbour = {});
 
   /// Exactly byte_length bytes. Precondition: index is in range.
   /// Errors: GLTF_URI_REFUSED, GLTF_BUFFER_INVALID, GLTF_FILE_UNREADABLE, GLTF_LIMIT_FILE_BYTES,
@@ -42,6 +44,7 @@ class BufferStore {
   std::optional<std::span<const std::byte>> binary_;
   std::optional<std::filesystem::path> file_;
   const ImportLimits& limits_;
+  NeighbourFinder neighbour_;
   std::vector<std::optional<std::span<const std::byte>>> found_;
   std::vector<bool> is_data_uri_;
   std::vector<MappedFile> files_;

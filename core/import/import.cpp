@@ -132,7 +132,8 @@ Result<SceneDescription> import_checked(std::span<const std::byte> bytes,
   if (!nodes) return nodes.error();
   scene.nodes = *std::move(nodes);
 
-  BufferStore buffers(document->buffers, chunks->binary, std::move(file), limits);
+  BufferStore buffers(document->buffers, chunks->binary, std::move(file), limits,
+                      options.neighbour);
   Budget budget(limits);
   ViewStore views(*document, buffers, budget);
   AccessorReader accessors(*document, views, limits);

@@ -15,8 +15,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <span>
+#include <string>
 
 #include "core/base/progress.h"
 #include "core/base/result.h"
@@ -39,6 +41,10 @@ struct ImportLimits {
   std::uint32_t zero_filled = 1u << 22;  ///< elements of an accessor that has no bytes in the file
 };
 
+/// The bytes of a file beside the scene's, by its relative path, which has passed all checks of its
+/// text; they outlive the import.
+using NeighbourFinder = std::function<Result<std::span<const std::byte>>(const std::string& path)>;
+
 struct ImportOptions {
   ImportLimits limits = {};
   /// Empty: the file's default scene, else its first, else (a file without scenes) every root node.
@@ -46,6 +52,8 @@ struct ImportOptions {
   /// False: everything that a ray does not need is read as well, and thrown away (unskipped.h). The
   /// description is the same but for counts.touched; what is wrong in the rest is no error.
   bool skip = true;
+  /// For import_bytes. Empty: there are no other files.
+  NeighbourFinder neighbour = {};
   /// Told of the stage "importing", by nodes; the import ends early (CANCELLED) when it is
   /// cancelled. May be null.
   Progress* progress = nullptr;

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <nlohmann/json.hpp>
 
 #include "core/store/revision_counter.h"
 #include "core/store/scene_id.h"
@@ -23,56 +22,12 @@ constexpr std::string_view kFormat = "sightline-store 1\n";
 constexpr const char* kFormatName = "format";
 constexpr const char* kNewFormatName = "format.new";
 constexpr const char* kLockName = "lock";
-constexpr std::size_t kRecordLimit = 64 << 10;
 constexpr std::string_view kRecordSuffix = ".json";
-
-bool is_sha256(std::string_view text) {
-  return text.size() == 64 && std::all_of(text.begin(), text.end(), [](char c) {
-           return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
-         });
-}
 
 /// As SceneFolder::new_temporary names its files.
 bool is_temporary_name(std::string_view name) {
   return !name.empty() && name.size() <= 20 &&
          std::all_of(name.begin(), name.end(), [](char c) { return c >= '0' && c <= '9'; });
-}
-
-std::string encode_record(const SceneRecord& record) {
-  nlohmann::ordered_json document;
-  document["id"] = record.id;
-  document["sha256"] = record.sha256;
-  document["bytes"] = record.bytes;
-  document["revision"] = record.revision;
-  document["scene"] = nullptr;
-  if (record.scene) document["scene"] = *record.scene;
-  return document.dump() + "\n";
-}
-
-/// Empty when the text is not a record of this id.
-std::optional<SceneRecord> decode_record(const std::string& text, const std::string& id) {
-  const auto document = nlohmann::json::parse(text, nullptr, false);
-  if (!document.is_object()) return std::nullopt;
-  const auto number = [&](const char* key) -> std::optional<std::uint64_t> {
-    const auto found = document.find(key);
-    if (found == document.end() || !found->is_number_unsigned()) return std::nullopt;
-    return found->get<std::uint64_t>();
-  };
-  const auto word = [&](const char* key) {
-    const auto found = document.find(key);
-    return found != document.end() && found->is_string() ? found->get<std::string>()
-                                                         : std::string();
-  };
-  SceneRecord record;
-  record.id = word("id");
-  record.sha256 = word("sha256");
-  const auto bytes = number("bytes"), revision = number("revision"), scene = number("scene");
-  if (record.id != id || !is_sha256(record.sha256) || !bytes || !revision) return std::nullopt;
-  if (*revision > kMostRevision) return std::nullopt;
-  record.bytes = *bytes;
-  record.revision = *revision;
-  if (scene) record.scene = static_cast<std::uint32_t>(*scene);
-  return record;
 }
 
 }  // namespace
@@ -187,7 +142,7 @@ SceneFolder::Catalogue SceneFolder::read_catalogue() {
           {id, text.ok() ? "the scene's record is damaged" : text.error().message});
       continue;
     }
-    set_reference(record->id, record->sha256);
+    set_reference(*record);
     catalogue.records.push_back(std::move(*record));
   }
 
@@ -216,24 +171,33 @@ Result<TemporaryFile> SceneFolder::new_temporary() {
   return make_temporary(folder_ / "tmp" / std::to_string(number), "write to the data folder");
 }
 
-Status SceneFolder::commit(TemporaryFile& bytes, const SceneRecord& record) {
+Status SceneFolder::commit(TemporaryFile& bytes, std::span<TemporaryFile* const> neighbours,
+                           const SceneRecord& record) {
   constexpr const char* kDoing = "store the scene";
   // The slow part, before anybody has to wait.
   if (Status status = sync_file(bytes.file(), kDoing); !status) return status;
   auto temporary = new_temporary();
   if (!temporary) return std::move(temporary).error();
+  const std::string text = encode_record(record);
+  if (text.size() > kRecordLimit) {
+    return Error{ErrorKind::kTooLarge, "NEIGHBOURS_TOO_MANY",
+                 "the names of the scene's other files are too many or too long", ""};
+  }
 
   const std::lock_guard hold(mutex_);
   const fs::path blob = blob_path(record.sha256);
   if (Status status = rename_file(bytes.path(), blob, kDoing); !status) return status;
   bytes.release();
+  for (std::size_t i = 0; i < neighbours.size(); ++i) {
+    const fs::path target = blob_path(record.neighbours[i].sha256);
+    if (Status status = rename_file(neighbours[i]->path(), target, kDoing); !status) return status;
+    neighbours[i]->release();
+  }
   if (Status status = sync_folder(blob.parent_path(), kDoing); !status) return status;
-  if (Status status =
-          write_durably(*temporary, encode_record(record), record_path(record.id), kDoing);
-      !status) {
+  if (Status status = write_durably(*temporary, text, record_path(record.id), kDoing); !status) {
     return status;
   }
-  set_reference(record.id, record.sha256);
+  set_reference(record);
   return success();
 }
 
@@ -246,19 +210,19 @@ Status SceneFolder::remove(const std::string& id) {
   return success();
 }
 
-Result<MappedFile> SceneFolder::map(const SceneRecord& record) {
+Result<MappedFile> SceneFolder::map(const std::string& sha256, std::uint64_t bytes) {
   const auto damaged = [](std::string reason) {
     return Error{ErrorKind::kInternal, "STORE_DAMAGED", std::move(reason), ""};
   };
-  auto file = open_file(blob_path(record.sha256), O_RDONLY, "read the scene's bytes");
+  auto file = open_file(blob_path(sha256), O_RDONLY, "read the scene's bytes");
   if (!file) return damaged(file.error().message);
   auto mapped = MappedFile::map(*file, "read the scene's bytes");
   if (!mapped) return mapped;
-  if (mapped->bytes().size() != record.bytes) {
+  if (mapped->bytes().size() != bytes) {
     return damaged("the scene's file has " + std::to_string(mapped->bytes().size()) +
-                   " bytes, its record says " + std::to_string(record.bytes));
+                   " bytes, its record says " + std::to_string(bytes));
   }
-  if (sha256_of(mapped->bytes()) != record.sha256) {
+  if (sha256_of(mapped->bytes()) != sha256) {
     return damaged("the bytes of the scene's file changed: their SHA-256 is another one");
   }
   return mapped;
@@ -283,24 +247,26 @@ void SceneFolder::quarantine_file(const fs::path& file) {
   }
 }
 
-void SceneFolder::set_reference(const std::string& id, const std::string& sha256) {
-  const auto found = references_.find(id);
-  const std::string before = found == references_.end() ? sha256 : found->second;
-  references_.insert_or_assign(id, sha256);
-  if (before != sha256) drop_bytes_without_record(before);
+void SceneFolder::set_reference(const SceneRecord& record) {
+  std::vector<std::string> now{record.sha256};
+  for (const NeighbourRecord& each : record.neighbours) now.push_back(each.sha256);
+  std::swap(references_[record.id], now);
+  for (const std::string& before : now) drop_bytes_without_record(before);
 }
 
 void SceneFolder::drop_reference(const std::string& id) {
   const auto found = references_.find(id);
   if (found == references_.end()) return;
-  const std::string before = found->second;
+  const std::vector<std::string> before = std::move(found->second);
   references_.erase(found);
-  drop_bytes_without_record(before);
+  for (const std::string& each : before) drop_bytes_without_record(each);
 }
 
 bool SceneFolder::has_record(const std::string& sha256) const {
-  return std::any_of(references_.begin(), references_.end(),
-                     [&](const auto& reference) { return reference.second == sha256; });
+  return std::any_of(references_.begin(), references_.end(), [&](const auto& reference) {
+    const auto& hashes = reference.second;
+    return std::find(hashes.begin(), hashes.end(), sha256) != hashes.end();
+  });
 }
 
 void SceneFolder::drop_bytes_without_record(const std::string& sha256) {

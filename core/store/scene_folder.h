@@ -19,23 +19,17 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "core/base/result.h"
 #include "core/store/posix_file.h"
+#include "core/store/scene_record.h"
 #include "core/store/temporary_file.h"
 
 namespace sightline {
-
-struct SceneRecord {
-  std::string id;
-  std::string sha256;
-  std::uint64_t bytes = 0;
-  std::uint64_t revision = 0;
-  std::optional<std::uint32_t> scene;  ///< which scene of the file; empty: the file's choice
-};
 
 /// May be used from many threads.
 class SceneFolder {
@@ -57,15 +51,16 @@ class SceneFolder {
   Catalogue read_catalogue();
 
   Result<TemporaryFile> new_temporary();
-  /// Makes `bytes` the content of the scene, durably, and returns when it is. The bytes that the
-  /// scene had before are dropped once no record names them. Errors: STORE_FULL, STORE_IO; the old
-  /// record then still stands.
-  Status commit(TemporaryFile& bytes, const SceneRecord& record);
+  /// Makes `bytes` and the neighbours (already synced, in the order of the record) the content of
+  /// the scene, durably, and returns when it is. The bytes that the scene had before are dropped
+  /// once no record names them. Errors: STORE_FULL, STORE_IO; the old record then still stands.
+  Status commit(TemporaryFile& bytes, std::span<TemporaryFile* const> neighbours,
+                const SceneRecord& record);
   /// Forgets the scene, durably. No such record is no error.
   Status remove(const std::string& id);
-  /// The bytes of a record. Errors: STORE_DAMAGED when they are missing, have another size or
-  /// another hash.
-  Result<MappedFile> map(const SceneRecord& record);
+  /// The bytes that have this hash. Errors: STORE_DAMAGED when they are missing, have another size
+  /// or another hash.
+  Result<MappedFile> map(const std::string& sha256, std::uint64_t bytes);
   /// Moves record and bytes out of the way.
   void quarantine(const SceneRecord& record);
 
@@ -79,15 +74,16 @@ class SceneFolder {
   std::filesystem::path blob_path(const std::string& sha256) const;
   void quarantine_file(const std::filesystem::path& file);
   // Precondition for these: mutex_ is held.
-  void set_reference(const std::string& id, const std::string& sha256);
+  void set_reference(const SceneRecord& record);
   void drop_reference(const std::string& id);
   bool has_record(const std::string& sha256) const;
   void drop_bytes_without_record(const std::string& sha256);
 
   std::filesystem::path folder_;
   FileDescriptor lock_;
-  std::mutex mutex_;                               ///< orders commits and removals
-  std::map<std::string, std::string> references_;  ///< id to sha256, as the records on disk say
+  std::mutex mutex_;  ///< orders commits and removals
+  /// Which bytes each id has, as the records on disk say.
+  std::map<std::string, std::vector<std::string>> references_;
   std::uint64_t next_temporary_ = 0;
 };
 

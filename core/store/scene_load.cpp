@@ -15,8 +15,16 @@ Status IncomingScene::append(std::span<const std::byte> piece) {
   return success();
 }
 
+void IncomingScene::find_neighbours(NeighbourSource source) {
+  load_->neighbours_.emplace(std::move(source), store_->folder_.get());
+}
+
 std::string tag_of(const std::string& sha256, const SceneChoice& choice) {
   return choice.scene ? sha256 + "-scene-" + std::to_string(*choice.scene) : sha256;
+}
+
+std::string with_neighbours(const std::string& tag, const std::string& neighbours) {
+  return neighbours.empty() ? tag : tag + "-" + neighbours;
 }
 
 Error load_cancelled() {

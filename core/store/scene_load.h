@@ -11,6 +11,7 @@
 
 #include "core/base/progress.h"
 #include "core/base/result.h"
+#include "core/store/scene_neighbours.h"
 #include "core/store/scene_upload.h"
 #include "core/store/stored_scene.h"
 
@@ -50,8 +51,10 @@ class SceneLoad {
   const std::uint64_t number_;
   std::atomic<std::size_t>& alive_;
   Progress progress_;
-  /// Belongs to who receives, then to the thread that loads; between them to the store.
+  std::string demanded_sha256_;  ///< empty: any will do
+  /// These belong to who receives, then to the thread that loads; between them to the store.
   std::optional<SceneUpload> upload_;
+  std::optional<CopiedNeighbours> neighbours_;  ///< empty: the file has to be whole
 
   // Under the store's mutex.
   SceneState state_ = SceneState::kQueued;
@@ -75,6 +78,13 @@ class IncomingScene {
   /// then only letting go is left.
   Status append(std::span<const std::byte> piece);
   std::uint64_t size() const { return load_->upload_->size(); }
+  bool cancelled() const { return load_->progress_.cancelled(); }
+  /// Where the file's neighbours come from, while it is loaded; `source` is called on the thread
+  /// that loads.
+  void find_neighbours(NeighbourSource source);
+  /// SOURCE_HASH_MISMATCH at the end, before anything is loaded, unless the bytes have this
+  /// SHA-256.
+  void demand_sha256(std::string sha256) { load_->demanded_sha256_ = std::move(sha256); }
 
  private:
   friend class SceneStore;
@@ -84,6 +94,8 @@ class IncomingScene {
 
 /// Equal only where the content is, as far as the file and the choice decide it.
 std::string tag_of(const std::string& sha256, const SceneChoice& choice);
+/// The same for a file with others beside it, whose tag is empty where there are none.
+std::string with_neighbours(const std::string& tag, const std::string& neighbours);
 
 /// LOAD_CANCELLED: the answer to who waits for a load that was removed.
 Error load_cancelled();

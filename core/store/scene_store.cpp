@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/store/free_memory.h"
 #include "core/store/scene_id.h"
 
 namespace sightline {
@@ -67,6 +66,7 @@ Result<std::unique_ptr<SceneStore>> SceneStore::open(const StoreOptions& options
     store->revisions_ = RevisionCounter(options.folder, seen);
   }
   store->builds_.emplace(options.loads_at_once);
+  store->fetches_.emplace(options.fetches_at_once);
   store->start(std::move(catalogue), std::move(preloads));
   return store;
 }
@@ -78,6 +78,7 @@ SceneStore::~SceneStore() {
       for (const LoadPointer& load : entry.loads) load->progress_.cancel();
     }
   }
+  fetches_.reset();
   builds_.reset();
 }
 
@@ -168,12 +169,7 @@ Result<IncomingScene> SceneStore::begin(const std::string& id, const SceneChoice
                  "as many scenes are being loaded as may be: " + std::to_string(options_.loads_max),
                  ""};
   }
-  auto upload = [&]() -> Result<SceneUpload> {
-    if (!folder_) return SceneUpload();
-    auto file = folder_->new_temporary();
-    if (!file) return std::move(file).error();
-    return SceneUpload(std::move(*file));
-  }();
+  auto upload = begin_upload(folder_.get());
   if (!upload) return std::move(upload).error();
   const std::lock_guard hold(mutex_);
   LoadPointer load = add_load(entries_[id], id, choice, requests_alive_);
@@ -182,23 +178,6 @@ Result<IncomingScene> SceneStore::begin(const std::string& id, const SceneChoice
   load->state_ = SceneState::kLoading;
   load->progress_.begin("receiving");
   return IncomingScene(*this, std::move(load));
-}
-
-std::shared_ptr<SceneLoad> SceneStore::submit(IncomingScene incoming, bool awaited) {
-  LoadPointer load = std::move(incoming.load_);
-  {
-    const std::lock_guard hold(mutex_);
-    load->busy_ = false;
-    load->awaited_ = awaited;
-    load->progress_.begin("waiting");
-    if (load->outcome_) load->upload_.reset();
-  }
-  builds_->push(WorkQueue::Lane::kRequest, [this, load] {
-    guarded(load, [&] { load_upload(load); });
-    load->upload_.reset();
-    give_back_free_memory();
-  });
-  return load;
 }
 
 std::optional<Result<Put>> SceneStore::wait(SceneLoad& load, const Deadline& deadline) {
@@ -286,8 +265,13 @@ void SceneStore::commit(const LoadPointer& load, StoredScene next) {
   next.revision = *revision;
   next.state = SceneState::kReady;
   if (folder_ && load->upload_) {
-    const SceneRecord record{next.id, next.sha256, next.bytes, next.revision, next.chosen};
-    Status status = folder_->commit(*load->upload_->file(), record);
+    SceneRecord record{next.id, next.sha256, next.bytes, next.revision, next.chosen};
+    std::vector<TemporaryFile*> neighbours;
+    if (load->neighbours_) {
+      record.neighbours = load->neighbours_->records();
+      neighbours = load->neighbours_->files();
+    }
+    Status status = folder_->commit(*load->upload_->file(), neighbours, record);
     if (!status) return fail(load, status.error());
     next.persistent = true;
   }

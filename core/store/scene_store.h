@@ -32,10 +32,15 @@ struct LoadInput {
   SceneChoice choice;
   Progress& progress;       ///< a loader tells its stages, and may end early once it is cancelled
   std::string sha256 = {};  ///< of the bytes; empty where no data folder keeps them
+  /// The bytes of a file beside the scene's, gone like the others; empty where there are none.
+  std::function<Result<std::span<const std::byte>>(const std::string& name)> neighbour = {};
 };
 /// Turns the bytes of a file into a scene. Handed in, because this room knows no file format. May
 /// be called from several threads at once.
 using SceneLoader = std::function<Result<std::shared_ptr<const Scene>>(const LoadInput& input)>;
+
+/// Gets the bytes of a scene from elsewhere, on a thread of the store. Throws nothing.
+using SceneFetch = std::function<Status(IncomingScene& incoming)>;
 
 /// A scene that does not come by upload: made or read by `load` on a thread of the store.
 struct PreloadedScene {
@@ -52,6 +57,7 @@ struct Preload {
 struct StoreOptions {
   std::filesystem::path folder = {};  ///< empty: scenes live in memory only
   int loads_at_once = 2;        ///< building needs several times the memory of the built scene
+  int fetches_at_once = 4;      ///< each may have to wait for a slow source
   std::size_t loads_max = 100;  ///< requests to load that are under way or waiting
   /// Told of each load that fails with nobody waiting for it, once; from threads of the store.
   std::function<void(const std::string& id, const Error& error)> report = {};
@@ -82,6 +88,9 @@ class SceneStore {
   /// the new one is ready and durable. Of several at once the one that began last stands.
   /// awaited  whether wait() will be called: else its failure is kept from the beginning
   std::shared_ptr<SceneLoad> submit(IncomingScene incoming, bool awaited = true);
+  /// The same for bytes that `source` gets, in the background as well. Errors: as begin.
+  Result<std::shared_ptr<SceneLoad>> fetch(const std::string& id, const SceneChoice& choice,
+                                           SceneFetch source, bool awaited);
   /// Waits for the outcome: the content is ready and durable, or (LOAD_CANCELLED, errors of the
   /// loader, STORE_FULL, STORE_IO) nothing has changed. Empty at the deadline: then the load goes
   /// on by itself, and its failure will be shown by find(). Call once for each load.
@@ -115,6 +124,9 @@ class SceneStore {
   void load_record(const SceneRecord& record, const LoadPointer& load);
   void load_preload(const Preload& preload, const LoadPointer& load);
   void load_upload(const LoadPointer& load);
+  Result<std::shared_ptr<const Scene>> read_upload(SceneLoad& load, const std::string& sha256);
+  void run_fetch(const LoadPointer& load, const SceneFetch& source);
+  void push_load(const LoadPointer& load);
   /// The border to the loader: what it throws becomes an Error.
   Result<std::shared_ptr<const Scene>> run_loader(const LoadInput& input) const;
   /// Makes `next` the content of the load's name, durably, and ends the load.
@@ -149,9 +161,10 @@ class SceneStore {
   std::uint64_t next_number_ = 1;
   std::size_t starts_left_ = 0;
 
-  std::mutex commit_mutex_;          ///< disk and memory see puts and removals in the same order
-  RevisionCounter revisions_;        ///< under commit_mutex_
-  std::optional<WorkQueue> builds_;  ///< last: its threads use what stands above
+  std::mutex commit_mutex_;    ///< disk and memory see puts and removals in the same order
+  RevisionCounter revisions_;  ///< under commit_mutex_
+  // Last: their threads use what stands above, and those that fetch use those that build.
+  std::optional<WorkQueue> builds_, fetches_;
 };
 
 }  // namespace sightline

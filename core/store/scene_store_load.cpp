@@ -1,4 +1,4 @@
-/// How a store loads what was uploaded.
+/// How a store loads what was uploaded or fetched.
 
 #include <new>
 
@@ -21,31 +21,103 @@ Result<std::shared_ptr<const Scene>> SceneStore::run_loader(const LoadInput& inp
   }
 }
 
+std::shared_ptr<SceneLoad> SceneStore::submit(IncomingScene incoming, bool awaited) {
+  LoadPointer load = std::move(incoming.load_);
+  {
+    const std::lock_guard hold(mutex_);
+    load->awaited_ = awaited;
+  }
+  push_load(load);
+  return load;
+}
+
+void SceneStore::push_load(const LoadPointer& load) {
+  {
+    const std::lock_guard hold(mutex_);
+    load->busy_ = false;
+    load->progress_.begin("waiting");
+    if (load->outcome_) load->upload_.reset();
+  }
+  builds_->push(WorkQueue::Lane::kRequest, [this, load] {
+    guarded(load, [&] { load_upload(load); });
+    load->upload_.reset();
+    load->neighbours_.reset();
+    give_back_free_memory();
+  });
+}
+
+Result<std::shared_ptr<SceneLoad>> SceneStore::fetch(const std::string& id,
+                                                     const SceneChoice& choice, SceneFetch source,
+                                                     bool awaited) {
+  auto incoming = begin(id, choice);
+  if (!incoming) return std::move(incoming).error();
+  LoadPointer load = std::move(incoming->load_);
+  {
+    const std::lock_guard hold(mutex_);
+    load->awaited_ = awaited;
+    load->state_ = SceneState::kQueued;
+  }
+  fetches_->push(WorkQueue::Lane::kRequest, [this, load, source = std::move(source)] {
+    guarded(load, [&] { run_fetch(load, source); });
+  });
+  return load;
+}
+
+void SceneStore::run_fetch(const LoadPointer& load, const SceneFetch& source) {
+  if (!enter(load)) return load->upload_.reset();
+  IncomingScene incoming(*this, load);
+  Status fetched = source(incoming);
+  incoming.load_ = nullptr;
+  if (fetched) return push_load(load);
+  load->upload_.reset();
+  fail(load, fetched.error());
+}
+
+Result<std::shared_ptr<const Scene>> SceneStore::read_upload(SceneLoad& load,
+                                                             const std::string& sha256) {
+  LoadInput input{{}, load.choice_, load.progress_};
+  if (load.neighbours_) {
+    input.neighbour = [&](const std::string& name) { return load.neighbours_->find(name); };
+  }
+  SceneUpload& upload = *load.upload_;
+  if (!upload.file()) {
+    input.bytes = upload.memory();
+    auto scene = run_loader(input);
+    upload.forget_memory();
+    return scene;
+  }
+  auto mapped = MappedFile::map(upload.file()->file(), "read the scene's bytes");
+  if (!mapped) return std::move(mapped).error();
+  input.bytes = mapped->bytes();
+  input.sha256 = sha256;
+  return run_loader(input);
+}
+
 void SceneStore::load_upload(const LoadPointer& load) {
   if (!enter(load)) return;
-  SceneUpload& upload = *load->upload_;
   StoredScene next;
   next.id = load->id_;
-  next.sha256 = upload.finish_hash();
-  next.etag = tag_of(next.sha256, load->choice_);
+  next.sha256 = load->upload_->finish_hash();
   next.chosen = load->choice_.scene;
-  next.bytes = upload.size();
+  next.bytes = load->upload_->size();
   const auto scene = [&]() -> Result<std::shared_ptr<const Scene>> {
     if (next.sha256.empty()) {
       return Error{ErrorKind::kInternal, "HASH_FAILED", "the scene's SHA-256 could not be computed",
                    ""};
     }
-    if (!upload.file()) {
-      auto loaded = run_loader({upload.memory(), load->choice_, load->progress_});
-      upload.forget_memory();
-      return loaded;
+    if (!load->demanded_sha256_.empty() && load->demanded_sha256_ != next.sha256) {
+      return Error{ErrorKind::kInvalid, "SOURCE_HASH_MISMATCH",
+                   "the source has the SHA-256 " + next.sha256, "/source/sha256"};
     }
-    auto mapped = MappedFile::map(upload.file()->file(), "read the scene's bytes");
-    if (!mapped) return std::move(mapped).error();
-    return run_loader({mapped->bytes(), load->choice_, load->progress_, next.sha256});
+    return read_upload(*load, next.sha256);
   }();
+  next.etag = with_neighbours(tag_of(next.sha256, load->choice_),
+                              load->neighbours_ ? tag_of(load->neighbours_->records()) : "");
   // Nothing is left of the work when its end is announced.
-  if (!scene) load->upload_.reset();
+  if (!scene) {
+    load->upload_.reset();
+    load->neighbours_.reset();
+  }
   give_back_free_memory();
   if (!scene) return fail(load, scene.error());
   load->progress_.begin("storing");

@@ -6,14 +6,6 @@
 #include "core/store/scene_store.h"
 
 namespace sightline {
-namespace {
-
-std::string with_suffix(const std::string& tag, const std::string& suffix) {
-  return suffix.empty() ? tag : tag + "-" + suffix;
-}
-
-}  // namespace
-
 void SceneStore::start(SceneFolder::Catalogue catalogue, std::vector<Preload> preloads) {
   for (SceneFolder::Damage& damage : catalogue.damaged) {
     StoredScene scene;
@@ -27,7 +19,7 @@ void SceneStore::start(SceneFolder::Catalogue catalogue, std::vector<Preload> pr
     scene.id = record.id;
     scene.revision = record.revision;
     scene.sha256 = record.sha256;
-    scene.etag = tag_of(record.sha256, {record.scene});
+    scene.etag = with_neighbours(tag_of(record.sha256, {record.scene}), tag_of(record.neighbours));
     scene.chosen = record.scene;
     scene.bytes = record.bytes;
     scene.persistent = true;
@@ -70,18 +62,20 @@ void SceneStore::push_start(const LoadPointer& load, std::function<void()> job) 
 void SceneStore::load_record(const SceneRecord& record, const LoadPointer& load) {
   if (!enter(load)) return;
   load->progress_.begin("checking");
-  auto mapped = folder_->map(record);
-  if (!mapped) {
+  auto mapped = folder_->map(record.sha256, record.bytes);
+  auto neighbours = StoredNeighbours::map(*folder_, record);
+  if (!mapped || !neighbours) {
+    Error error = mapped ? neighbours.error() : mapped.error();
     // A put may have replaced these bytes while they were read, or a removal dropped them: then
     // they are not damaged, but gone.
     const std::lock_guard commit(commit_mutex_);
-    if (!is_wanted(load)) return fail(load, mapped.error());
+    if (!is_wanted(load)) return fail(load, error);
     folder_->quarantine(record);
-    Error error = std::move(mapped).error();
     error.message += "; it was moved to quarantine";
     return fail(load, error);
   }
-  auto scene = run_loader({mapped->bytes(), load->choice_, load->progress_, record.sha256});
+  auto scene = run_loader({mapped->bytes(), load->choice_, load->progress_, record.sha256,
+                           [&](const std::string& name) { return neighbours->find(name); }});
   if (!scene) return fail(load, scene.error());
   const std::lock_guard hold(mutex_);
   Entry* const entry = entry_of(*load);
@@ -111,7 +105,7 @@ void SceneStore::load_preload(const Preload& preload, const LoadPointer& load) {
   StoredScene next;
   next.id = load->id_;
   next.sha256 = loaded->sha256;
-  next.etag = with_suffix(loaded->sha256, loaded->neighbours);
+  next.etag = with_neighbours(loaded->sha256, loaded->neighbours);
   next.bytes = loaded->bytes;
   next.scene = std::move(loaded->scene);
   commit(load, std::move(next));

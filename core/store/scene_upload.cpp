@@ -20,4 +20,11 @@ Status SceneUpload::append(std::span<const std::byte> piece) {
   return success();
 }
 
+Result<SceneUpload> begin_upload(SceneFolder* folder) {
+  if (folder == nullptr) return SceneUpload();
+  auto file = folder->new_temporary();
+  if (!file) return std::move(file).error();
+  return SceneUpload(std::move(*file));
+}
+
 }  // namespace sightline

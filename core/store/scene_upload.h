@@ -39,4 +39,7 @@ class SceneUpload {
   Sha256 hash_;
 };
 
+/// Into a temporary file of the folder; into memory where it is null. Errors: STORE_IO, STORE_FULL.
+Result<SceneUpload> begin_upload(SceneFolder* folder);
+
 }  // namespace sightline

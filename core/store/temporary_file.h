@@ -22,6 +22,8 @@ class TemporaryFile {
 
   const FileDescriptor& file() const { return file_; }
   const std::filesystem::path& path() const { return path_; }
+  /// The name stays until release() or the end of this object.
+  void close() { file_.close(); }
   /// It has another name now and stays.
   void release() { path_.clear(); }
 

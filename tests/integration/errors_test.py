@@ -92,7 +92,7 @@ class Errors(unittest.TestCase):
         for method, path, allowed in [
                 ("GET", "/v1/scenes/six/rays:closest", {"POST", "OPTIONS"}),
                 ("PUT", "/v1/scenes/six/rays:any", {"POST", "OPTIONS"}),
-                ("POST", "/v1/scenes", {"GET", "HEAD", "OPTIONS"}),
+                ("PUT", "/v1/scenes", {"GET", "HEAD", "POST", "OPTIONS"}),
                 ("PATCH", "/v1/scenes/six", {"GET", "HEAD", "PUT", "DELETE", "OPTIONS"}),
                 ("TRACE", "/healthz", {"GET", "HEAD", "OPTIONS"}),
                 ("DELETE", "/version", {"GET", "HEAD", "OPTIONS"}),

@@ -160,17 +160,20 @@ class Loads(unittest.TestCase):
     def test_delete_cancels_whatever_stage_a_load_has_come_to(self):
         names = [f"many{number}" for number in range(12)]
         seen = set()
-        for name in names:
-            self.assertEqual(self.server.put(name + "?wait=0", self.town).status, 202)
-        for name in names:
-            scene = state_of(self.server, name)
-            seen.add((scene["state"], scene.get("stage")))
-            self.assertEqual(self.server.ask("/v1/scenes/" + name, "-X", "DELETE").status, 204)
-        print(f"cancelled in {sorted(str(stage) for stage in seen)}")
-        self.assertIn(("loading", "waiting"), seen)
-        for name in names:
-            self.assertEqual(self.server.ask("/v1/scenes/" + name).status, 404)
-        self.assertEqual(self.server.put(names[0], self.six).status, 201)
+        # Where all trees are built before a scene is ready, there is something to wait for.
+        with Server("--skip", "none") as server:
+            for name in names:
+                self.assertEqual(server.put(name + "?wait=0", self.town).status, 202)
+            for name in names:
+                scene = state_of(server, name)
+                seen.add((scene["state"], scene.get("stage")))
+                self.assertEqual(server.ask("/v1/scenes/" + name, "-X", "DELETE").status, 204)
+            print(f"cancelled in {sorted(str(stage) for stage in seen)}")
+            self.assertIn(("loading", "waiting"), seen)
+            self.assertEqual(server.ask("/v1/scenes").json(), {"scenes": []})
+            for name in names:
+                self.assertEqual(server.ask("/v1/scenes/" + name).status, 404)
+            self.assertEqual(server.put(names[0], self.six).status, 201)
 
     def test_50_loads_at_once_all_end_well(self):
         answers = {}

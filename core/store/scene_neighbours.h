@@ -1,0 +1,64 @@
+#pragma once
+/// The files beside a scene's file that its load asked for.
+
+#include <deque>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/store/posix_file.h"
+#include "core/store/scene_folder.h"
+#include "core/store/scene_upload.h"
+
+namespace sightline {
+
+/// Hands the bytes of the neighbour on, in pieces. Whatever it says of them is the place where they
+/// come from to decide.
+using NeighbourSource = std::function<Status(
+    const std::string& name, const std::function<Status(std::span<const std::byte>)>& sink)>;
+
+/// Equal only where all of them are; empty where there are none.
+std::string tag_of(const std::vector<NeighbourRecord>& neighbours);
+
+/// Copies each neighbour when it is first asked for, so that what was loaded is what is kept, and
+/// stays when the files change.
+class CopiedNeighbours {
+ public:
+  /// `folder` may be null: then the copies are in memory.
+  CopiedNeighbours(NeighbourSource source, SceneFolder* folder)
+      : source_(std::move(source)), folder_(folder) {}
+
+  /// Valid as long as this object. Errors: those of the source, NEIGHBOURS_TOO_MANY, STORE_IO,
+  /// STORE_FULL, MEMORY_FULL.
+  Result<std::span<const std::byte>> find(const std::string& name);
+  std::vector<NeighbourRecord> records() const;
+  /// The copies on disk, in the order of records(); none in memory.
+  std::vector<TemporaryFile*> files();
+
+ private:
+  struct Copy {
+    NeighbourRecord record;
+    SceneUpload upload;
+    std::optional<MappedFile> mapped;
+  };
+  NeighbourSource source_;
+  SceneFolder* folder_;
+  std::deque<Copy> copies_;
+};
+
+/// Those that a record names, whole and checked.
+class StoredNeighbours {
+ public:
+  /// Errors: STORE_DAMAGED.
+  static Result<StoredNeighbours> map(SceneFolder& folder, const SceneRecord& record);
+  /// Errors: SOURCE_NOT_FOUND.
+  Result<std::span<const std::byte>> find(const std::string& name) const;
+
+ private:
+  std::vector<std::pair<std::string, MappedFile>> files_;
+};
+
+}  // namespace sightline

@@ -1,0 +1,38 @@
+#pragma once
+/// What a data folder says of a scene: which bytes its name has.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace sightline {
+
+/// A file beside the scene's, by the name that the scene's file has for it.
+struct NeighbourRecord {
+  std::string name;
+  std::string sha256;
+  std::uint64_t bytes = 0;
+};
+
+struct SceneRecord {
+  std::string id;
+  std::string sha256;
+  std::uint64_t bytes = 0;
+  std::uint64_t revision = 0;
+  std::optional<std::uint32_t> scene;  ///< which scene of the file; empty: the file's choice
+  std::vector<NeighbourRecord> neighbours = {};
+};
+
+/// A longer text is no record.
+inline constexpr std::size_t kRecordLimit = 1 << 20;
+
+/// 64 lower-case hexadecimal digits.
+bool is_sha256(std::string_view text);
+
+std::string encode_record(const SceneRecord& record);
+/// Empty when the text is not a record of this id.
+std::optional<SceneRecord> decode_record(const std::string& text, const std::string& id);
+
+}  // namespace sightline

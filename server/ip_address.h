@@ -1,0 +1,43 @@
+#pragma once
+/// Addresses of the internet, and which of them a server may be sent to by a stranger.
+
+#include <sys/socket.h>
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "core/base/result.h"
+
+namespace sightline {
+
+struct IpAddress {
+  bool is_v4 = false;
+  std::array<std::uint8_t, 16> bytes{};  ///< network order; of IPv4 the first four
+
+  static std::optional<IpAddress> parse(const std::string& text);
+  /// Empty for another family.
+  static std::optional<IpAddress> of(const sockaddr* address);
+  /// The IPv4 address inside ::ffff:a.b.c.d, else itself.
+  IpAddress unmapped() const;
+};
+
+/// Whether anybody on the internet could reach it. Not: private, loopback, link-local, shared
+/// (CGNAT), multicast, reserved and documentation addresses of either version, and IPv6 addresses
+/// that carry an IPv4 address (mapped, translated, 6to4, Teredo). [RFC6890] and its registries.
+bool is_public(const IpAddress& address);
+
+/// "10.0.0.0/8", "fd00::/8", or one address.
+class AddressRange {
+ public:
+  /// Errors: ADDRESS_RANGE_INVALID.
+  static Result<AddressRange> parse(const std::string& text);
+  bool contains(const IpAddress& address) const;
+
+ private:
+  IpAddress base_;
+  int bits_ = 0;
+};
+
+}  // namespace sightline
