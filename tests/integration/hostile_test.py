@@ -126,6 +126,7 @@ class HostileFiles(unittest.TestCase):
         server.ask("/v1/scenes/first", "-X", "DELETE")
         self.check_alive(server)
         before = opened.paths() if opened else set()
+        self.assertTrue(before or not opened, "strace saw nothing")
         costs = Costs(server)
         for entry in MANIFEST:
             with self.subTest(entry["file"]):
