@@ -11,7 +11,7 @@ from pathlib import Path
 
 import case_report
 import opened_files
-from sightline_server import GLB_TYPE, SOURCE, Server
+from sightline_server import GLB_TYPE, JSON_TYPE, SOURCE, Server
 
 CASES = SOURCE / "tests/data/hostile/cases"
 MANIFEST = json.loads((CASES / "manifest.json").read_text())
@@ -180,6 +180,40 @@ class HostileFiles(unittest.TestCase):
                   if not path.startswith(("/proc/", "/sys/"))}
         self.assertEqual(others, set(), "a file outside the scene's folder was opened")
         self.assertIn(str(CASES / "my data.bin"), opened.paths(), "strace saw nothing")
+
+
+    def test_named_below_a_root_end_as_the_manifest_allows_and_no_other_folder_is_opened(self):
+        reason = opened_files.why_not()
+        opened = None if reason else opened_files.OpenedFiles(self)
+        server = Server("--preload", "six=demo:six", "--scene-root", CASES, prefix=opened.prefix if opened else ())
+        self.addCleanup(server.end)
+        self.check_alive(server)
+        before = opened.opened() if opened else set()
+        costs = Costs(server)
+        for entry in MANIFEST:
+            with self.subTest(entry["file"]):
+                costs.begin()
+                answer = server.ask("/v1/scenes?wait=60", "-H", JSON_TYPE,
+                                    body=json.dumps({"id": "hostile", "source": {"path": entry["file"]}}))
+                memory, seconds = costs.end(entry["file"])
+                self.check_alive(server)
+                self.check_costs(server, memory, seconds)
+                scene = None
+                if answer.status == 201:
+                    scene = server.ask("/v1/scenes/hostile").json()
+                    self.check_count(entry, scene)
+                    self.assertEqual(server.ask("/v1/scenes/hostile", "-X", "DELETE").status, 204)
+                else:
+                    self.assertIn(answer.status, range(400, 500), answer.body)
+                    self.assertEqual(server.ask("/v1/scenes/hostile").status, 404, "something was registered")
+                self.assertIn(outcome_of(scene), allowed(entry), answer.body)
+        print(f"147 files by POST: {costs}")
+        if not opened:
+            self.skipTest(f"not shown which files were opened: {reason}")
+        there = opened.opened() - before
+        others = {path for path in there if not path.startswith(("/proc/", "/sys/", f"{CASES}/")) and path != str(CASES)}
+        self.assertEqual(others, set(), "a file outside the scene's folder was opened")
+        self.assertIn(str(CASES / "my data.bin"), there, "strace saw nothing")
 
 
 def png(side, seed):
