@@ -36,12 +36,15 @@ LazyLayout::LazyLayout(const ScenePlan& plan) : plan_(plan) {
       placement.tree = static_cast<std::uint32_t>(slots_.size());
       slots_.push_back({.mesh = view.mesh,
                         .placement = own ? i : TreeSlot::kOwnSpace,
-                        .triangle_count = plan.meshes[view.mesh].triangle_count()});
+                        .triangle_count = plan.meshes[view.mesh].triangle_count(),
+                        .whole = mapped,
+                        .box = plan.placed[i]});
       if (!own) slot = placement.tree;
     } else {
       placement.tree = slot;
     }
     ++slots_[placement.tree].entries;
+    slots_[placement.tree].whole |= mapped;
     placements_.push_back(placement);
     boxes_.push_back(plan.placed[i]);
   }
@@ -86,7 +89,8 @@ SceneTree LazyLayout::split(std::uint32_t slot, std::vector<MeshPart> parts,
     boxes_.push_back(part.box);
     slots_.push_back(whole);
     slots_.back().triangle_count = static_cast<std::uint32_t>(part.triangles.size());
-    slots_.back().in_one_place = parts.size() < 2;
+    slots_.back().whole = parts.size() < 2;
+    slots_.back().box = part.box;
     slots_.back().triangles =
         std::make_shared<const std::vector<std::uint32_t>>(std::move(part.triangles));
     next.trees.push_back(next.unbuilt);
@@ -101,14 +105,14 @@ SceneTree LazyLayout::split(std::uint32_t slot, std::vector<MeshPart> parts,
 }
 
 bool can_split(const TreeSlot& slot) {
-  return slot.entries == 1 && !slot.in_one_place && slot.triangle_count > kSplitAbove;
+  return slot.entries == 1 && !slot.whole && slot.triangle_count > kSplitAbove;
 }
 
 std::vector<MeshPart> split_slot(const ScenePlan& plan, const TreeSlot& slot) {
   const MeshView& mesh = plan.meshes[slot.mesh];
   const Affine* matrix = matrix_of(plan, slot);
-  if (!slot.triangles) return split_mesh(mesh, matrix, {});
-  return split_mesh(mesh, matrix, *slot.triangles);
+  if (!slot.triangles) return split_mesh(mesh, matrix, {}, slot.box);
+  return split_mesh(mesh, matrix, *slot.triangles, slot.box);
 }
 
 WideTree build_slot(const ScenePlan& plan, const TreeSlot& slot, TreeQuality quality) {

@@ -20,8 +20,10 @@ struct TreeSlot {
   /// Of the plan's placements, whose world triangles the tree is around.
   std::uint32_t placement = kOwnSpace;
   std::uint32_t triangle_count = 0;
-  std::uint32_t entries = 0;                                         ///< that enter it
-  bool in_one_place = false;                                         ///< no cut parts it
+  std::uint32_t entries = 0;  ///< that enter it
+  /// Never cut: rays are mapped into its space, or its triangles lie around one place.
+  bool whole = false;
+  Box3d box = {};  ///< of what the one entry may hit, in the world
   std::shared_ptr<const std::vector<std::uint32_t>> triangles = {};  ///< null: all of the mesh
 };
 

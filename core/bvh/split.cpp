@@ -17,8 +17,6 @@ constexpr std::uint32_t kCells = kSide * kSide * kSide;
 constexpr std::uint16_t kNoCell = 0xffff;
 /// Triangles that one thread counts together.
 constexpr std::size_t kChunk = 1u << 19;
-/// Triangles whose centres one thread bounds together.
-constexpr std::size_t kGrain = 1u << 15;
 
 /// Two zero bits before every bit of a number below kSide.
 constexpr std::uint32_t spread(std::uint32_t x) {
@@ -37,29 +35,15 @@ Vec3d center_of(const std::array<Vec3d, 3>& at) {
   return center;
 }
 
-Box3d center_bounds(const MeshView& mesh, const Affine* world_from_mesh,
-                    std::span<const std::uint32_t> given) {
-  return parallel_reduce(
-      0, given.empty() ? mesh.triangle_count() : given.size(), kGrain, Box3d{},
-      [&](std::size_t begin, std::size_t end, Box3d box) {
-        for (std::size_t i = begin; i < end; ++i) {
-          const TreeCorners corners = tree_corners(
-              mesh, given.empty() ? static_cast<std::uint32_t>(i) : given[i], world_from_mesh);
-          if (corners.usable) box.include(center_of(corners.at));
-        }
-        return box;
-      },
-      [](Box3d a, const Box3d& b) {
-        a.include(b);
-        return a;
-      });
-}
+/// In the units of center_of.
+Vec3d halved(const Vec3d& p) { return {p.x / 2, p.y / 2, p.z / 2}; }
 
 class Grid {
  public:
-  explicit Grid(const Box3d& centers) : low_(centers.min) {
+  /// `bounds` of the triangles.
+  explicit Grid(const Box3d& bounds) : low_(halved(bounds.min)) {
     for (int k = 0; k < 3; ++k) {
-      const double width = centers.max[k] - low_[k];
+      const double width = bounds.max[k] / 2 - low_[k];
       scale_[k] = width > 0 ? kSide / width : 0;
     }
     for (std::uint32_t i = 0; i < kSide; ++i) spread_[i] = spread(i);
@@ -81,10 +65,17 @@ class Grid {
   std::uint32_t spread_[kSide];
 };
 
-/// Triangles sorted by cell, those of a cell in their order.
+/// Triangles sorted by cell.
 struct Sorted {
   Column<std::uint32_t> triangles;
   std::vector<std::uint32_t> ends;  ///< one for each cell
+  std::vector<Box3d> boxes;         ///< likewise
+};
+
+/// What one thread knows of some triangles.
+struct Counted {
+  std::vector<std::uint32_t> next = std::vector<std::uint32_t>(kCells);
+  std::vector<Box3d> boxes = std::vector<Box3d>(kCells);
 };
 
 Sorted sort_by_cell(const MeshView& mesh, const Affine* world_from_mesh,
@@ -95,22 +86,27 @@ Sorted sort_by_cell(const MeshView& mesh, const Affine* world_from_mesh,
   };
   const std::size_t chunks = (count + kChunk - 1) / kChunk;
   Column<std::uint16_t> cells(count);
-  std::vector<std::vector<std::uint32_t>> next(chunks);
+  std::vector<Counted> counted(chunks);
+  // Corners are read here and never again: they lie all over the mesh.
   parallel_for(chunks, [&](std::size_t chunk) {
-    next[chunk].assign(kCells, 0);
+    Counted& own = counted[chunk];
     for (std::size_t i = chunk * kChunk; i < std::min(count, (chunk + 1) * kChunk); ++i) {
       const TreeCorners corners = tree_corners(mesh, triangle(i), world_from_mesh);
       cells[i] = corners.usable ? grid.cell(center_of(corners.at)) : kNoCell;
-      if (corners.usable) ++next[chunk][cells[i]];
+      if (!corners.usable) continue;
+      ++own.next[cells[i]];
+      for (const Vec3d& p : corners.at) own.boxes[cells[i]].include(p);
     }
   });
   Sorted sorted;
   sorted.ends.resize(kCells);
+  sorted.boxes.resize(kCells);
   std::uint32_t end = 0;
   for (std::uint32_t cell = 0; cell < kCells; ++cell) {
-    for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
-      const std::uint32_t here = next[chunk][cell];
-      next[chunk][cell] = end;
+    for (Counted& one : counted) {
+      const std::uint32_t here = one.next[cell];
+      if (here > 0) sorted.boxes[cell].include(one.boxes[cell]);
+      one.next[cell] = end;
       end += here;
     }
     sorted.ends[cell] = end;
@@ -118,7 +114,7 @@ Sorted sort_by_cell(const MeshView& mesh, const Affine* world_from_mesh,
   sorted.triangles.resize(end);
   parallel_for(chunks, [&](std::size_t chunk) {
     for (std::size_t i = chunk * kChunk; i < std::min(count, (chunk + 1) * kChunk); ++i) {
-      if (cells[i] != kNoCell) sorted.triangles[next[chunk][cells[i]]++] = triangle(i);
+      if (cells[i] != kNoCell) sorted.triangles[counted[chunk].next[cells[i]]++] = triangle(i);
     }
   });
   return sorted;
@@ -127,33 +123,31 @@ Sorted sort_by_cell(const MeshView& mesh, const Affine* world_from_mesh,
 }  // namespace
 
 std::vector<MeshPart> split_mesh(const MeshView& mesh, const Affine* world_from_mesh,
-                                 std::span<const std::uint32_t> triangles) {
-  const Grid grid(center_bounds(mesh, world_from_mesh, triangles));
-  const Sorted sorted = sort_by_cell(mesh, world_from_mesh, triangles, grid);
+                                 std::span<const std::uint32_t> triangles, const Box3d& bounds) {
+  const Sorted sorted = sort_by_cell(mesh, world_from_mesh, triangles, Grid(bounds));
   // Neighbours along the curve go together while there is room.
   struct Range {
     std::uint32_t begin, end;
+    Box3d box;
   };
   std::vector<Range> ranges;
-  std::uint32_t begin = 0, end = 0;
+  Range range{};
   for (std::uint32_t cell = 0; cell < kCells; ++cell) {
-    if (sorted.ends[cell] - begin > kPartTriangles && end > begin) {
-      ranges.push_back({begin, end});
-      begin = end;
+    if (sorted.ends[cell] == range.end) continue;
+    if (sorted.ends[cell] - range.begin > kPartTriangles && range.end > range.begin) {
+      ranges.push_back(range);
+      range = {range.end, range.end, {}};
     }
-    end = sorted.ends[cell];
+    range.end = sorted.ends[cell];
+    range.box.include(sorted.boxes[cell]);
   }
-  if (end > begin) ranges.push_back({begin, end});
+  if (range.end > range.begin) ranges.push_back(range);
 
   std::vector<MeshPart> parts(ranges.size());
   parallel_for(ranges.size(), [&](std::size_t i) {
-    MeshPart& part = parts[i];
-    part.triangles.assign(sorted.triangles.begin() + ranges[i].begin,
-                          sorted.triangles.begin() + ranges[i].end);
-    std::sort(part.triangles.begin(), part.triangles.end());
-    for (const std::uint32_t triangle : part.triangles) {
-      for (const Vec3d& p : tree_corners(mesh, triangle, world_from_mesh).at) part.box.include(p);
-    }
+    parts[i].triangles.assign(sorted.triangles.begin() + ranges[i].begin,
+                              sorted.triangles.begin() + ranges[i].end);
+    parts[i].box = ranges[i].box;
   });
   return parts;
 }

@@ -16,14 +16,14 @@ namespace sightline {
 inline constexpr std::uint32_t kPartTriangles = 1u << 14;
 
 struct MeshPart {
-  std::vector<std::uint32_t> triangles;  ///< ascending
-  Box3d box;                             ///< of them, in the space of the trees
+  std::vector<std::uint32_t> triangles;
+  Box3d box;  ///< of them, in the space of the trees
 };
 
 /// Of `triangles` of the mesh, or of all where that is empty. Those that nothing can hit are left
-/// out (tree_corners). At least two parts, unless all triangles lie around one place. Parallel;
-/// does not depend on the number of threads.
+/// out (tree_corners). `bounds` contain their corners. At least two parts, unless all triangles lie
+/// around one place. Parallel; does not depend on the number of threads.
 std::vector<MeshPart> split_mesh(const MeshView& mesh, const Affine* world_from_mesh,
-                                 std::span<const std::uint32_t> triangles);
+                                 std::span<const std::uint32_t> triangles, const Box3d& bounds);
 
 }  // namespace sightline

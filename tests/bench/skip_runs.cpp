@@ -184,7 +184,7 @@ bool make_file(const std::filesystem::path& file, unsigned smaller) {
   } else {
     const std::uint32_t side = smaller > 1 ? 30 : 100;
     for (std::uint32_t i = 0; i < side * side; ++i) {
-      demo::DemoScene ball = demo::sphere(1200, i + 1);
+      demo::DemoScene ball = demo::sphere(2000, i + 1);
       // A seed may draw the same ball again; no two have this size.
       for (float& x : ball.meshes[0].positions) x *= 1.0f + static_cast<float>(i) * 0x1p-20f;
       demo::DemoNode node;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <limits>
 #include <thread>
 
 #include "tests/unit/run/golden_answers.h"
@@ -172,6 +173,27 @@ TEST(LazyScene, cuts_a_large_mesh_and_builds_the_parts_that_are_met) {
   const auto whole = test::scene_of(make());
   const RayBatch rays = rays_into(*whole);
   EXPECT_EQ(ask(*engine, *scene, rays).hash(), ask(*engine, *whole, rays).hash());
+}
+
+TEST(LazyScene, does_not_cut_a_mesh_that_rays_are_mapped_into) {
+  // Placed twice, but one placement has nothing finite: the other is alone and mapped.
+  SceneDescription description = description_of(demo::terrain(200000));
+  description.instances.push_back(description.instances[0]);
+  for (int k = 0; k < 3; ++k) {
+    description.instances[0].world_from_mesh.m[k][(k + 1) % 3] = k == 0 ? -2 : 2;
+    description.instances[0].world_from_mesh.m[k][k] = 0.5;
+  }
+  description.instances[1].world_from_mesh.m[0][3] = std::numeric_limits<double>::infinity();
+  const auto whole = *Scene::build(description);
+  const auto scene = *Scene::prepare(description);
+  const RayBatch rays = rays_into(*whole);
+  const auto engine = engine_of("", 2);
+  HitBatch truth, hits;
+  ASSERT_TRUE(engine->closest(*whole, rays, Deadline::never(), truth));
+  ASSERT_TRUE(engine->closest(*scene, rays, Deadline::never(), hits));
+  EXPECT_EQ(hits.instance, truth.instance);
+  EXPECT_EQ(hits.triangle, truth.triangle);
+  EXPECT_EQ(scene->trees().stats().meshes_split, 0u);
 }
 
 TEST(LazyScene, builds_meshes_of_the_same_content_once) {

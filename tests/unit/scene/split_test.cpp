@@ -13,6 +13,16 @@ namespace {
 
 using test::description_of;
 
+Box3d bounds_of(const MeshView& mesh, const Affine* matrix) {
+  Box3d bounds;
+  for (std::uint32_t i = 0; i < mesh.triangle_count(); ++i) {
+    const TreeCorners corners = tree_corners(mesh, i, matrix);
+    if (!corners.usable) continue;
+    for (const Vec3d& p : corners.at) bounds.include(p);
+  }
+  return bounds;
+}
+
 void expect_partition(const MeshView& mesh, const Affine* matrix,
                       const std::vector<MeshPart>& parts) {
   std::vector<int> seen(mesh.triangle_count());
@@ -35,23 +45,23 @@ void expect_partition(const MeshView& mesh, const Affine* matrix,
 TEST(Split, puts_every_triangle_into_one_part) {
   const SceneDescription description = description_of(demo::terrain(200000));
   const MeshView mesh{description.meshes[0]->positions, description.meshes[0]->indices};
-  const auto parts = split_mesh(mesh, nullptr, {});
+  const auto parts = split_mesh(mesh, nullptr, {}, bounds_of(mesh, nullptr));
   EXPECT_GE(parts.size(), 12u);
   for (const MeshPart& part : parts) EXPECT_LE(part.triangles.size(), kPartTriangles);
   expect_partition(mesh, nullptr, parts);
   Affine matrix;
   matrix.m[0][1] = 1e200;
   matrix.m[2][2] = 1e-200;
-  expect_partition(mesh, &matrix, split_mesh(mesh, &matrix, {}));
+  expect_partition(mesh, &matrix, split_mesh(mesh, &matrix, {}, bounds_of(mesh, &matrix)));
 }
 
 TEST(Split, cuts_a_part_of_a_mesh_again) {
   const SceneDescription description = description_of(demo::soup(100000));
   const MeshView mesh{description.meshes[0]->positions, description.meshes[0]->indices};
-  const auto parts = split_mesh(mesh, nullptr, {});
+  const auto parts = split_mesh(mesh, nullptr, {}, bounds_of(mesh, nullptr));
   std::vector<int> seen(mesh.triangle_count());
   for (const MeshPart& part : parts) {
-    const auto smaller = split_mesh(mesh, nullptr, part.triangles);
+    const auto smaller = split_mesh(mesh, nullptr, part.triangles, part.box);
     for (const MeshPart& one : smaller) {
       for (const std::uint32_t triangle : one.triangles) ++seen[triangle];
     }
@@ -64,10 +74,10 @@ TEST(Split, leaves_together_what_lies_in_one_place_and_drops_what_nothing_hits) 
   const std::vector<Vec3f> positions{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {nan, 0, 0}};
   std::vector<std::uint32_t> indices;
   for (int i = 0; i < 50; ++i) indices.insert(indices.end(), {0, 1, 2, 0, 1, 3, 0, 0, 1});
-  const auto parts = split_mesh({positions, indices}, nullptr, {});
+  const auto parts = split_mesh({positions, indices}, nullptr, {}, {{0, 0, 0}, {1, 1, 0}});
   ASSERT_EQ(parts.size(), 1u);
   EXPECT_EQ(parts[0].triangles.size(), 50u);
-  EXPECT_TRUE(split_mesh({positions, {}}, nullptr, {}).empty());
+  EXPECT_TRUE(split_mesh({positions, {}}, nullptr, {}, {}).empty());
 }
 
 TEST(Split, builds_a_tree_that_calls_triangles_by_their_number_in_the_mesh) {
