@@ -5,6 +5,7 @@
 #include "core/run/engine.h"
 #include "proto/hit_json.h"
 #include "server/hit_terms.h"
+#include "server/progress_bar.h"
 #include "server/scene_source.h"
 
 namespace sightline {
@@ -98,7 +99,10 @@ int run_cast(const CastCommand& command, std::ostream& out, std::ostream& compla
                                  "--" + std::string(fault.part) + ": " + fault.message, ""});
   }
   Progress progress;
-  auto loaded = load_source(command.source, {command.scene}, progress);
+  auto loaded = [&] {
+    const ProgressBar bar([&] { return progress_line(progress.reading()); });
+    return load_source(command.source, {command.scene}, progress);
+  }();
   if (!loaded) return complain(complaints, loaded.error());
   auto engine = Engine::create({.threads = 1, .kernel = command.kernel});
   if (!engine) return complain(complaints, engine.error());

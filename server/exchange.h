@@ -3,6 +3,7 @@
 
 #include <httplib.h>
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <string_view>
@@ -20,6 +21,9 @@ struct Exchange {
   const httplib::ContentReader* body;
   std::string request_id;
   std::string scene_id;  ///< the {id} of the path, percent-decoded, not checked
+  // For the metrics: the pattern of the route, which outlives this, and what was asked.
+  std::string_view route = {};
+  std::uint64_t rays = 0, boxes = 0;
 
   void reply(int status, std::string content, std::string_view media_type);
   void reply_json(int status, std::string content) {

@@ -62,7 +62,7 @@ bool split_path(std::string_view target, std::vector<std::string>& segments) {
 }
 
 void Router::add(std::string_view method, std::string_view pattern, Handler handler) {
-  Route route{std::string(method), {}, std::move(handler)};
+  Route route{std::string(method), std::string(pattern), {}, std::move(handler)};
   split_path(pattern, route.segments);
   routes_.push_back(std::move(route));
 }
@@ -75,6 +75,7 @@ void Router::dispatch(Exchange& exchange) const {
   for (const Route& route : routes_) {
     if (!is_path || !matches(route.segments, path, exchange.scene_id)) continue;
     if (route.method == method || (route.method == "GET" && method == "HEAD")) {
+      exchange.route = route.pattern;
       return route.handler(exchange);
     }
     allowed += (allowed.empty() ? "" : ", ") + route.method;

@@ -40,6 +40,7 @@ bool read_boxes(Exchange& exchange, const Service& service, bool has_limit, BoxQ
     return false;
   }
   query = std::move(*decoded);
+  exchange.boxes = query.boxes.size();
   return true;
 }
 

@@ -63,6 +63,10 @@ void add_health_routes(Router& router, const Service& service) {
   router.add("GET", "/healthz", reply_health);
   router.add("GET", "/readyz",
              [&service](Exchange& exchange) { reply_readiness(exchange, service); });
+  router.add("GET", "/metrics", [&service](Exchange& exchange) {
+    exchange.reply(200, service.metrics.text(service.store),
+                   "text/plain; version=0.0.4; charset=utf-8");
+  });
   router.add("GET", "/version",
              [&service](Exchange& exchange) { reply_version(exchange, service); });
 }

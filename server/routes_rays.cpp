@@ -20,6 +20,7 @@ bool read_rays(Exchange& exchange, const Service& service, RayJsonRules rules, R
     return false;
   }
   query = std::move(*decoded);
+  exchange.rays = query.rays.size();
   return true;
 }
 

@@ -3,9 +3,11 @@
 #include "server/http_status.h"
 #include "server/request_body.h"
 #include "server/routes.h"
+#include "server/scene_admission.h"
 #include "server/scene_events.h"
 #include "server/scene_json.h"
 #include "server/scene_parameters.h"
+#include "server/scene_stats.h"
 
 namespace sightline {
 namespace {
@@ -152,6 +154,10 @@ void add_scene_routes(Router& router, Service& service) {
              [&service](Exchange& exchange) { get_scene(exchange, service); });
   router.add("GET", "/v1/scenes/{id}/events",
              [&service](Exchange& exchange) { reply_scene_events(exchange, service); });
+  router.add("GET", "/v1/scenes/{id}/stats", [&service](Exchange& exchange) {
+    const SceneSnapshot scene = admit_scene(exchange, service);
+    if (scene) exchange.reply_json(200, encode_stats(*scene));
+  });
   router.add("PUT", "/v1/scenes/{id}",
              [&service](Exchange& exchange) { put_scene(exchange, service); });
   router.add("DELETE", "/v1/scenes/{id}",

@@ -4,10 +4,7 @@
 
 namespace sightline {
 
-namespace {
-
-/// The scene, if it can be asked now. Null after it has answered.
-std::shared_ptr<const Scene> admit_scene(Exchange& exchange, const Service& service) {
+SceneSnapshot admit_scene(Exchange& exchange, const Service& service) {
   const SceneSnapshot stored = service.store.find(exchange.scene_id);
   if (!stored) {
     exchange.reply_problem(404, "SCENE_NOT_FOUND", "there is no scene of this name");
@@ -17,7 +14,7 @@ std::shared_ptr<const Scene> admit_scene(Exchange& exchange, const Service& serv
     case SceneState::kReady:
       // Which of the contents that this name has had gave the answer.
       exchange.response.set_header("X-Scene-Revision", std::to_string(stored->revision));
-      return stored->scene;
+      return stored;
     case SceneState::kFailed:
       exchange.reply_problem(409, "SCENE_FAILED",
                              "the scene could not be loaded: " + stored->failure->message);
@@ -31,13 +28,12 @@ std::shared_ptr<const Scene> admit_scene(Exchange& exchange, const Service& serv
   return nullptr;
 }
 
-}  // namespace
-
 std::shared_ptr<const Scene> admit_scene_query(Exchange& exchange, const Service& service) {
   if (!admit_query_type(exchange) || !admit_body(exchange, service.limits.query_bytes)) {
     return nullptr;
   }
-  return admit_scene(exchange, service);
+  const SceneSnapshot stored = admit_scene(exchange, service);
+  return stored ? stored->scene : nullptr;
 }
 
 }  // namespace sightline

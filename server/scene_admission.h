@@ -9,7 +9,11 @@
 
 namespace sightline {
 
-/// The scene, if it can be asked now, and a body that may be read. Null after it has answered:
+/// The scene, if it can be asked now. Null after it has answered: 404 SCENE_NOT_FOUND, 409
+/// SCENE_FAILED or SCENE_LOADING (with Retry-After).
+SceneSnapshot admit_scene(Exchange& exchange, const Service& service);
+
+/// Its scene, and a body that may be read. Null after it has answered:
 /// MEDIA_TYPE_UNSUPPORTED and what admit_body says, 404 SCENE_NOT_FOUND, 409 SCENE_FAILED or
 /// SCENE_LOADING (with Retry-After).
 std::shared_ptr<const Scene> admit_scene_query(Exchange& exchange, const Service& service);

@@ -10,6 +10,7 @@
 #include "core/run/engine.h"
 #include "core/store/scene_store.h"
 #include "core/store/tree_keeper.h"
+#include "server/progress_bar.h"
 #include "server/routes.h"
 #include "server/scene_source.h"
 #include "server/stop_signals.h"
@@ -62,11 +63,27 @@ Result<std::shared_ptr<const SourceRules>> sources_of(const ServeCommand& comman
   return std::shared_ptr<const SourceRules>(std::move(rules));
 }
 
+/// Of the first scene of the start that is still on its way, and how many there are.
+std::optional<std::string> loading_line(const SceneStore& store) {
+  if (store.settled()) return std::nullopt;
+  std::string line;
+  std::size_t moving = 0;
+  for (const SceneSnapshot& scene : store.list()) {
+    if (scene->state == SceneState::kLoading && line.empty()) {
+      line = scene->id + ": " + progress_line(scene->progress);
+    }
+    if (scene->is_moving()) ++moving;
+  }
+  return moving > 1 ? line + " (" + std::to_string(moving) + " scenes to come)" : line;
+}
+
 /// One request, from its route to its line in the log.
 void answer(const Router& router, Service& service, Exchange& exchange) {
   const auto begin = std::chrono::steady_clock::now();
   router.dispatch(exchange);
   const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - begin;
+  service.metrics.count({exchange.request.method, exchange.route, exchange.response.status, time,
+                         exchange.rays, exchange.boxes});
   // The target is the client's text: only its printable part belongs in a log, and no query.
   std::string path;
   for (const char c : exchange.request.target.substr(0, 200)) {
@@ -121,6 +138,7 @@ int run_serve(const ServeCommand& command, std::ostream& out, std::ostream& comp
   if (!store) return complain(store.error());
 
   Service service{**engine, **store, log, command.limits, {}, {}};
+  const ProgressBar bar([&store] { return loading_line(**store); });
   auto sources = sources_of(command);
   if (!sources) return complain(sources.error());
   service.sources = std::move(*sources);

@@ -9,6 +9,7 @@
 #include "core/base/deadline.h"
 #include "core/run/engine.h"
 #include "core/store/scene_store.h"
+#include "server/metrics.h"
 #include "server/places.h"
 #include "server/scene_sources.h"
 
@@ -41,6 +42,7 @@ struct Service {
   Places listeners{limits.listeners};
   /// Loads that are under way share it.
   std::shared_ptr<const SourceRules> sources = std::make_shared<const SourceRules>();
+  Metrics metrics{};
 
   Deadline deadline() const { return Deadline::in(limits.request, &cancelled); }
 };

@@ -115,6 +115,11 @@ bool SceneStore::settled() const {
   return starts_left_ == 0;
 }
 
+std::vector<std::pair<std::string, std::uint64_t>> SceneStore::load_counts() const {
+  const std::lock_guard hold(mutex_);
+  return {{"ready", loads_ready_}, {"failed", loads_failed_}, {"cancelled", loads_cancelled_}};
+}
+
 std::uint64_t SceneStore::changes() const {
   const std::lock_guard hold(mutex_);
   return changes_;
@@ -149,6 +154,8 @@ SceneStore::Entry* SceneStore::entry_of(const SceneLoad& load) {
 }
 
 void SceneStore::end(Entry& entry, SceneLoad& load, Result<Put> outcome) {
+  const bool cancelled = !outcome && outcome.error().code == load_cancelled().code;
+  ++(outcome ? loads_ready_ : cancelled ? loads_cancelled_ : loads_failed_);
   load.outcome_ = std::move(outcome);
   const auto same = [&](const auto& each) { return each.get() == &load; };
   entry.loads.erase(std::remove_if(entry.loads.begin(), entry.loads.end(), same),

@@ -98,6 +98,9 @@ class SceneStore {
   /// Also cancels what is on its way to this name. Errors: SCENE_NOT_FOUND, STORE_IO.
   Status remove(const std::string& id);
 
+  /// How many loads have ended so far, by outcome: "ready", "failed", "cancelled".
+  std::vector<std::pair<std::string, std::uint64_t>> load_counts() const;
+
   /// Counts the changes of states, of all scenes.
   std::uint64_t changes() const;
   /// Returns once changes() is not `seen` any more, or at the deadline.
@@ -160,6 +163,7 @@ class SceneStore {
   std::map<std::string, Entry, std::less<>> entries_;
   std::uint64_t next_number_ = 1;
   std::size_t starts_left_ = 0;
+  std::uint64_t loads_ready_ = 0, loads_failed_ = 0, loads_cancelled_ = 0;
 
   std::mutex commit_mutex_;    ///< disk and memory see puts and removals in the same order
   RevisionCounter revisions_;  ///< under commit_mutex_

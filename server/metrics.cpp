@@ -1,0 +1,148 @@
+#include "server/metrics.h"
+
+#include <prometheus/counter.h>
+#include <prometheus/histogram.h>
+#include <prometheus/registry.h>
+#include <prometheus/text_serializer.h>
+
+#include <map>
+#include <vector>
+
+#include "core/store/scene_store.h"
+#include "server/scene_stats.h"
+
+namespace sightline {
+namespace {
+
+using prometheus::MetricFamily;
+using prometheus::MetricType;
+
+/// From a trivial request to the longest that tracing may take.
+const prometheus::Histogram::BucketBoundaries& buckets() {
+  static const prometheus::Histogram::BucketBoundaries kBuckets{
+      0.0001, 0.00025, 0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05,
+      0.1,    0.25,    0.5,    1,     2.5,    5,     10,   30,    60};
+  return kBuckets;
+}
+
+/// A gauge (or counter) with one label, made at the moment of asking.
+MetricFamily family(const char* name, const char* help, MetricType type, const char* label,
+                    const std::vector<std::pair<std::string, double>>& values) {
+  MetricFamily result;
+  result.name = name;
+  result.help = help;
+  result.type = type;
+  for (const auto& [value_of_label, value] : values) {
+    prometheus::ClientMetric metric;
+    if (*label != '\0') metric.label = {{label, value_of_label}};
+    if (type == MetricType::Counter) {
+      metric.counter.value = value;
+    } else {
+      metric.gauge.value = value;
+    }
+    result.metric.push_back(std::move(metric));
+  }
+  return result;
+}
+
+std::vector<std::pair<std::string, double>> as_values(const NamedCounts& counts) {
+  std::vector<std::pair<std::string, double>> values;
+  for (const auto& [name, count] : counts) values.emplace_back(name, static_cast<double>(count));
+  return values;
+}
+
+void add(std::vector<std::pair<std::string, double>>& sums, const NamedCounts& counts) {
+  if (sums.empty()) sums = as_values(NamedCounts(counts.size()));
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    sums[i].first = counts[i].first;
+    sums[i].second += static_cast<double>(counts[i].second);
+  }
+}
+
+void add_store(const SceneStore& store, std::vector<MetricFamily>& families) {
+  std::vector<std::pair<std::string, double>> states{
+      {"queued", 0}, {"loading", 0}, {"ready", 0}, {"failed", 0}};
+  std::vector<std::pair<std::string, double>> touched, skipped, trees;
+  double triangles = 0;
+  for (const SceneSnapshot& scene : store.list()) {
+    ++states[static_cast<std::size_t>(scene->state)].second;
+    if (!scene->scene) continue;
+    triangles += static_cast<double>(scene->scene->instanced_triangle_count());
+    add(touched, touched_counts(*scene->scene));
+    add(skipped, skipped_counts(*scene->scene));
+    add(trees, tree_counts(*scene->scene));
+  }
+  const MetricType gauge = MetricType::Gauge;
+  families.push_back(family("sightline_scenes", "Scenes by state.", gauge, "state", states));
+  families.push_back(family("sightline_triangles", "Of all ready scenes, each placement counted.",
+                            gauge, "", {{"", triangles}}));
+  families.push_back(family("sightline_bytes_touched",
+                            "Bytes of the files of ready scenes that were read, by what they are.",
+                            gauge, "kind", touched));
+  families.push_back(family("sightline_skipped",
+                            "What the files of ready scenes have and nobody read.", gauge, "what",
+                            skipped));
+  families.push_back(family("sightline_trees",
+                            "Trees of ready scenes: what was built, skipped, kept and dropped.",
+                            gauge, "what", trees));
+  families.push_back(family("sightline_loads_total", "Loads that ended, by outcome.",
+                            MetricType::Counter, "outcome", as_values(store.load_counts())));
+}
+
+/// The methods that exist; a client may send any word.
+std::string known(std::string_view method) {
+  for (const char* each : {"GET", "HEAD", "PUT", "POST", "DELETE", "OPTIONS"}) {
+    if (method == each) return each;
+  }
+  return "other";
+}
+
+}  // namespace
+
+struct Metrics::State {
+  prometheus::Registry registry;
+  prometheus::Family<prometheus::Counter>& requests =
+      prometheus::BuildCounter()
+          .Name("sightline_requests_total")
+          .Help("Requests answered, by route and status.")
+          .Register(registry);
+  prometheus::Family<prometheus::Histogram>& seconds =
+      prometheus::BuildHistogram()
+          .Name("sightline_request_seconds")
+          .Help(
+              "From the head of a request to its answer, by route. A stream of events ends later.")
+          .Register(registry);
+  prometheus::Counter& rays = prometheus::BuildCounter()
+                                  .Name("sightline_rays_total")
+                                  .Help("Rays asked about.")
+                                  .Register(registry)
+                                  .Add({});
+  prometheus::Counter& boxes = prometheus::BuildCounter()
+                                   .Name("sightline_boxes_total")
+                                   .Help("Boxes asked about.")
+                                   .Register(registry)
+                                   .Add({});
+};
+
+Metrics::Metrics() : state_(std::make_unique<State>()) {}
+Metrics::~Metrics() = default;
+
+void Metrics::count(const Request& request) {
+  const std::string route(request.route.empty() ? "none" : request.route);
+  state_->requests
+      .Add({{"method", known(request.method)},
+            {"route", route},
+            {"status", std::to_string(request.status)}})
+      .Increment();
+  state_->seconds.Add({{"route", route}}, buckets()).Observe(request.time.count());
+  state_->rays.Increment(static_cast<double>(request.rays));
+  state_->boxes.Increment(static_cast<double>(request.boxes));
+}
+
+std::string Metrics::text(const SceneStore& store) const {
+  std::vector<MetricFamily> families = state_->registry.Collect();
+  add_store(store, families);
+  return prometheus::TextSerializer().Serialize(families);
+}
+
+}  // namespace sightline

@@ -1,0 +1,37 @@
+#pragma once
+/// What a server has done and holds, in the text format that Prometheus reads.
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+
+namespace sightline {
+
+class SceneStore;
+
+/// May be used from many threads.
+class Metrics {
+ public:
+  Metrics();
+  ~Metrics();
+
+  struct Request {
+    std::string_view method;
+    std::string_view route;  ///< the pattern, not the path: a client must not make series
+    int status = 0;
+    std::chrono::duration<double> time{};
+    std::uint64_t rays = 0;
+    std::uint64_t boxes = 0;
+  };
+  void count(const Request& request);
+  /// All of it, and what the store says now.
+  std::string text(const SceneStore& store) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace sightline

@@ -1,0 +1,24 @@
+#pragma once
+/// What a scene has cost and saved, as names and numbers: for /v1/scenes/{id}/stats and /metrics.
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/store/stored_scene.h"
+
+namespace sightline {
+
+using NamedCounts = std::vector<std::pair<std::string, std::uint64_t>>;
+
+/// Always the same names in the same order.
+NamedCounts touched_counts(const Scene& scene);
+NamedCounts skipped_counts(const Scene& scene);
+NamedCounts tree_counts(const Scene& scene);
+
+/// {"id","revision","counts":{...},"bytes":{"files","touched","by_kind":{...}},"skipped":{...},
+/// "trees":{...,"complete"}}. Precondition: the scene is ready.
+std::string encode_stats(const StoredScene& scene);
+
+}  // namespace sightline

@@ -1,0 +1,96 @@
+"""What a server says of its scenes' costs and of its own work."""
+
+import unittest
+
+import case_report
+from sightline_server import SOURCE, Server, demo_glb
+
+SCENES = SOURCE / "tests/data/scenes"
+DOWN = {"rays": [{"origin": [-10, 1, 0], "direction": [1, 0, 0]}]}
+
+
+def series(text):
+    """{'name{labels}': value}; every line that is no comment must be one."""
+    values = {}
+    for line in text.decode().splitlines():
+        if line and not line.startswith("#"):
+            name, _, value = line.rpartition(" ")
+            values[name] = float(value)
+    return values
+
+
+class Metrics(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.server = Server()
+        cls.addClassCleanup(cls.server.end)
+
+    def ask(self):
+        answer = self.server.ask("/metrics")
+        self.assertEqual((answer.status, answer.headers["content-type"]), (200, "text/plain; version=0.0.4; charset=utf-8"))
+        for line in answer.body.decode().splitlines():
+            self.assertRegex(line, r'^(# (HELP|TYPE) sightline_\w+ .+|sightline_\w+(\{\w+="[^"]*"(,\w+="[^"]*")*\})? [0-9.e+-]+)$')
+        return series(answer.body)
+
+    def test_requests_rays_and_loads_are_counted(self):
+        before = self.ask()
+        self.assertEqual(self.server.put("six", demo_glb("six")).status, 201)
+        for _ in range(3):
+            self.assertEqual(self.server.query("six", "closest", {"rays": DOWN["rays"] * 5}).status, 200)
+        self.assertEqual(self.server.ask("/v1/scenes/six/boxes:any", "-H", "Content-Type: application/json",
+                                         body='{"boxes":[{"min":[0,0,0],"max":[1,1,1]}]}').status, 200)
+        self.server.put("bad", b"no scene")
+        for path in ("/none", "/none2", "/v1/scenes/none", "/v1/scenes/none3"):
+            self.server.ask(path)
+        self.server.ask("/none", "-X", "BREW")
+        after = self.ask()
+
+        def grown(name):
+            return after.get(name, 0) - before.get(name, 0)
+
+        closest = 'route="/v1/scenes/{id}/rays:closest"'
+        self.assertEqual(grown("sightline_rays_total"), 15)
+        self.assertEqual(grown("sightline_boxes_total"), 1)
+        self.assertEqual(grown('sightline_requests_total{method="POST",%s,status="200"}' % closest), 3)
+        self.assertEqual(grown('sightline_requests_total{method="GET",route="none",status="404"}'), 2)
+        self.assertEqual(grown('sightline_requests_total{method="GET",route="/v1/scenes/{id}",status="404"}'), 2)
+        self.assertEqual(grown('sightline_request_seconds_count{%s}' % closest), 3)
+        self.assertEqual(grown('sightline_request_seconds_bucket{%s,le="+Inf"}' % closest), 3)
+        self.assertEqual(grown('sightline_loads_total{outcome="ready"}'), 1)
+        self.assertEqual(grown('sightline_loads_total{outcome="failed"}'), 1)
+        self.assertEqual(after['sightline_scenes{state="ready"}'], 1)
+        self.assertFalse([name for name in after if "none2" in name or "BREW" in name])
+
+    def test_stats_tell_what_was_read_skipped_and_built(self):
+        put = self.server.put("features", (SCENES / "features.glb").read_bytes()).json()
+        stats = self.server.ask("/v1/scenes/features/stats").json()
+        self.assertEqual((stats["id"], stats["revision"]), ("features", put["revision"]))
+        for name in ("nodes", "instances", "meshes", "triangles"):
+            self.assertEqual(stats["counts"][name], put["counts"][name])
+        self.assertEqual(stats["counts"]["warnings"], len(put["warnings"]))
+        self.assertEqual(stats["bytes"]["touched"], sum(stats["bytes"]["by_kind"].values()))
+        self.assertEqual(stats["bytes"]["touched"], put["counts"]["bytes_touched"])
+        self.assertEqual(stats["bytes"]["by_kind"]["others"], 0)
+        self.assertGreater(sum(stats["skipped"].values()), 0)
+        self.server.query("features", "any", DOWN)
+        metrics = self.ask()
+        for scene in self.server.ask("/v1/scenes").json()["scenes"]:
+            if scene["id"] != "features":
+                self.server.ask("/v1/scenes/" + scene["id"], "-X", "DELETE")
+        metrics = self.ask()
+        for name, count in stats["skipped"].items():
+            self.assertEqual(metrics[f'sightline_skipped{{what="{name}"}}'], count)
+        self.assertEqual(metrics['sightline_bytes_touched{kind="positions"}'], stats["bytes"]["by_kind"]["positions"])
+        self.assertEqual(metrics["sightline_triangles"], put["counts"]["triangles"])
+        self.assertEqual(self.server.ask("/v1/scenes/none/stats").status, 404)
+
+    def test_what_is_not_skipped_is_counted_as_read(self):
+        with Server("--skip", "none") as server:
+            server.put("features", (SCENES / "features.glb").read_bytes())
+            stats = server.ask("/v1/scenes/features/stats").json()
+            self.assertEqual(stats["trees"]["complete"], True)
+            self.assertEqual(stats["bytes"]["touched"], sum(stats["bytes"]["by_kind"].values()))
+
+
+if __name__ == "__main__":
+    case_report.main()
