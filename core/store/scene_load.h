@@ -29,15 +29,16 @@ struct Put {
 class SceneLoad {
  public:
   /// number  loads that begin later have a larger one
-  /// alive   counts the loads that there are
+  /// alive   counts the loads that there are; shared, since who waits may let go of a load after
+  ///         the store has gone
   SceneLoad(std::string id, const SceneChoice& choice, std::uint64_t number,
-            std::atomic<std::size_t>& alive)
-      : id_(std::move(id)), choice_(choice), number_(number), alive_(alive) {
-    ++alive_;
+            std::shared_ptr<std::atomic<std::size_t>> alive)
+      : id_(std::move(id)), choice_(choice), number_(number), alive_(std::move(alive)) {
+    ++*alive_;
   }
   SceneLoad(const SceneLoad&) = delete;
   SceneLoad& operator=(const SceneLoad&) = delete;
-  ~SceneLoad() { --alive_; }
+  ~SceneLoad() { --*alive_; }
 
   const std::string& id() const { return id_; }
   Progress& progress() { return progress_; }
@@ -49,7 +50,7 @@ class SceneLoad {
   const std::string id_;
   const SceneChoice choice_;
   const std::uint64_t number_;
-  std::atomic<std::size_t>& alive_;
+  const std::shared_ptr<std::atomic<std::size_t>> alive_;
   Progress progress_;
   std::string demanded_sha256_;  ///< empty: any will do
   /// These belong to who receives, then to the thread that loads; between them to the store.

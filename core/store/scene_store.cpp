@@ -136,8 +136,7 @@ void SceneStore::note_change() {
 }
 
 SceneStore::LoadPointer SceneStore::add_load(Entry& entry, const std::string& id,
-                                             const SceneChoice& choice,
-                                             std::atomic<std::size_t>& alive) {
+                                             const SceneChoice& choice, const LoadCount& alive) {
   if (!entry.content) entry.content = bare_scene(id);
   entry.loads.push_back(std::make_shared<SceneLoad>(id, choice, next_number_++, alive));
   note_change();
@@ -171,7 +170,7 @@ void SceneStore::drop_if_bare(const std::string& id) {
 
 Result<IncomingScene> SceneStore::begin(const std::string& id, const SceneChoice& choice) {
   if (!is_scene_id(id)) return scene_id_invalid();
-  if (requests_alive_ >= options_.loads_max) {
+  if (*requests_alive_ >= options_.loads_max) {
     return Error{ErrorKind::kBusy, "LOADS_TOO_MANY",
                  "as many scenes are being loaded as may be: " + std::to_string(options_.loads_max),
                  ""};

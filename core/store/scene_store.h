@@ -109,6 +109,7 @@ class SceneStore {
  private:
   friend class IncomingScene;
   using LoadPointer = std::shared_ptr<SceneLoad>;
+  using LoadCount = std::shared_ptr<std::atomic<std::size_t>>;
 
   /// A name's time from its first mention to its removal.
   struct Entry {
@@ -143,7 +144,7 @@ class SceneStore {
 
   // Precondition for these: mutex_ is held.
   LoadPointer add_load(Entry& entry, const std::string& id, const SceneChoice& choice,
-                       std::atomic<std::size_t>& alive);
+                       const LoadCount& alive);
   /// Null when the load has ended.
   Entry* entry_of(const SceneLoad& load);
   void end(Entry& entry, SceneLoad& load, Result<Put> outcome);
@@ -155,7 +156,8 @@ class SceneStore {
   const StoreOptions options_;
   const SceneLoader loader_;
   std::unique_ptr<SceneFolder> folder_;
-  std::atomic<std::size_t> requests_alive_{0}, starts_alive_{0};
+  const LoadCount requests_alive_ = std::make_shared<std::atomic<std::size_t>>(0);
+  const LoadCount starts_alive_ = std::make_shared<std::atomic<std::size_t>>(0);
 
   mutable std::mutex mutex_;  ///< for what follows; never held while a file is touched
   mutable std::condition_variable changed_;
