@@ -7,7 +7,9 @@
 namespace sightline {
 
 void give_back_free_memory() {
-#if defined(__GLIBC__)
+  // A sanitizer brings its own allocator; glibc's was never set up then, and two threads that trim
+  // it both begin to do so.
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   ::malloc_trim(0);
 #endif
 }

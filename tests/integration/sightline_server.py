@@ -85,9 +85,13 @@ class Server:
 
     def wait_ready(self):
         end = time.monotonic() + PATIENCE
-        while curl(self.url + "/readyz").status != 200:
-            if time.monotonic() > end or self.process.poll() is not None:
-                raise AssertionError("the server did not become ready: " + self.log_text())
+        try:
+            while curl(self.url + "/readyz").status != 200:
+                if time.monotonic() > end or self.process.poll() is not None:
+                    raise AssertionError("it takes too long")
+        except AssertionError as fault:
+            raise AssertionError(f"the server did not become ready: {fault}; exit code {self.process.poll()}; "
+                                 f"its log: {self.log_text()}") from fault
 
     def log_text(self):
         self.log.seek(0)
