@@ -27,24 +27,22 @@ LazyLayout::LazyLayout(const ScenePlan& plan) : plan_(plan) {
   for (std::uint32_t i = 0; i < plan.placements.size(); ++i) {
     const PlacementView& view = plan.placements[i];
     if (plan.placed[i].empty()) continue;
-    Placement placement = make_placement(i, view, plan.facts[view.mesh]);
-    const bool mapped = is_mapped(plan, i, placement.space);
-    placement.world_boxes = !mapped;
-    const bool own = !placement.identity && !mapped;
+    Placement placement = place_alone(plan, i);
+    const bool own = has_own_tree(placement);
     std::uint32_t& slot = shared[view.mesh];
     if (own || slot == kNoSlot) {
       placement.tree = static_cast<std::uint32_t>(slots_.size());
       slots_.push_back({.mesh = view.mesh,
                         .placement = own ? i : TreeSlot::kOwnSpace,
                         .triangle_count = plan.meshes[view.mesh].triangle_count(),
-                        .whole = mapped,
+                        .whole = !placement.world_boxes,
                         .box = plan.placed[i]});
       if (!own) slot = placement.tree;
     } else {
       placement.tree = slot;
     }
     ++slots_[placement.tree].entries;
-    slots_[placement.tree].whole |= mapped;
+    slots_[placement.tree].whole |= !placement.world_boxes;
     placements_.push_back(placement);
     boxes_.push_back(plan.placed[i]);
   }

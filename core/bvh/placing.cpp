@@ -90,11 +90,13 @@ Placement make_placement(std::uint32_t instance, const PlacementView& view,
   return placement;
 }
 
-bool is_mapped(const ScenePlan& plan, std::uint32_t i, TreeSpace& space) {
+Placement place_alone(const ScenePlan& plan, std::uint32_t i) {
   const PlacementView& view = plan.placements[i];
   const MeshFacts& facts = plan.facts[view.mesh];
-  return !view.world_from_mesh.is_identity() && facts.uses > 1 && facts.finite &&
-         map_space(view.world_from_mesh, facts, plan.placed[i], space);
+  Placement placement = make_placement(i, view, facts);
+  placement.world_boxes = placement.identity || facts.uses < 2 || !facts.finite ||
+                          !map_space(view.world_from_mesh, facts, plan.placed[i], placement.space);
+  return placement;
 }
 
 }  // namespace sightline

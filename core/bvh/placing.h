@@ -8,9 +8,16 @@ namespace sightline {
 /// Everything of a Placement but its tree, as if its tree had world boxes.
 Placement make_placement(std::uint32_t instance, const PlacementView& view, const MeshFacts& facts);
 
-/// Whether placement i of the plan shares its mesh's tree and rays are mapped into its space; then
-/// `space` says how, with every error bounded (docs/exactness.md, "Instances"). A mesh that is
-/// placed once, or whose boxes would have to grow by more than a 2^-24th of it, is not.
-bool is_mapped(const ScenePlan& plan, std::uint32_t i, TreeSpace& space);
+/// Everything of placement i of the plan but its tree, if it does not share one of the world: rays
+/// are mapped into the tree of its mesh, with every error bounded (docs/exactness.md, "Instances"),
+/// or has_own_tree. A mesh that is placed once, or whose boxes would have to grow by more than a
+/// 2^-24th of it, is not mapped into.
+Placement place_alone(const ScenePlan& plan, std::uint32_t i);
+
+/// Whether the tree is to be around this placement's world triangles and nobody else's; else it is
+/// that of the mesh. Precondition: it comes from place_alone.
+inline bool has_own_tree(const Placement& placement) {
+  return placement.world_boxes && !placement.identity;
+}
 
 }  // namespace sightline

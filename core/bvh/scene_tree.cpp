@@ -68,10 +68,8 @@ Result<SceneTree> assemble_scene_tree(const ScenePlan& plan, Joining joining,
     }
     if (box.empty()) continue;
 
-    Placement placement = make_placement(i, view, plan.facts[view.mesh]);
-    const bool mapped = is_mapped(plan, i, placement.space);
-    placement.world_boxes = !mapped;
-    const bool own = !placement.identity && !mapped;
+    Placement placement = place_alone(plan, i);
+    const bool own = has_own_tree(placement);
     std::uint32_t& tree = shared[view.mesh];
     if (own || tree == kNoTree) {
       const TreePart part{plan.meshes[view.mesh], own ? &view.world_from_mesh : nullptr};

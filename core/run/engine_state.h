@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <atomic>
-#include <new>
 #include <string>
 
 #include "core/base/parallel.h"
+#include "core/base/within_memory.h"
 #include "core/run/engine.h"
 #include "core/trace/kernel.h"
 
@@ -18,17 +18,11 @@ inline constexpr std::size_t kSlice = 1024;
 /// The same for rays of which every hit is wanted: one of them may meet a whole scene.
 inline constexpr std::size_t kListSlice = 64;
 
-/// Calls answer(), which returns a Status; what it could not allocate is an Error. Around the whole
-/// of an answer: the columns that it resizes before and the lists that it joins after the threads'
-/// work are the largest that it has.
+/// Around the whole of an answer: the columns that it resizes before and the lists that it joins
+/// after the threads' work are the largest that it has.
 template <class Answer>
 Status within_memory(const Answer& answer) {
-  try {
-    return answer();
-  } catch (const std::bad_alloc&) {
-    return Error{ErrorKind::kOutOfSpace, "MEMORY_EXHAUSTED", "there is no memory for the answer",
-                 ""};
-  }
+  return within_memory("there is no memory for the answer", answer);
 }
 
 struct Engine::State {

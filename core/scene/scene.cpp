@@ -1,27 +1,19 @@
 #include "core/scene/scene.h"
 
 #include <algorithm>
-#include <new>
+
+#include "core/base/within_memory.h"
 
 namespace sightline {
 
 namespace {
 
-/// What `work` could not allocate is an Error.
-template <class Work>
-auto within_memory(const Work& work) -> decltype(work()) {
-  try {
-    return work();
-  } catch (const std::bad_alloc&) {
-    return Error{ErrorKind::kOutOfSpace, "MEMORY_EXHAUSTED",
-                 "there is no memory for the scene's trees", ""};
-  }
-}
+constexpr const char* kNoMemory = "there is no memory for the scene's trees";
 
 }  // namespace
 
 Result<std::shared_ptr<const Scene>> Scene::prepare(SceneDescription description) {
-  return within_memory([&]() -> Result<std::shared_ptr<const Scene>> {
+  return within_memory(kNoMemory, [&]() -> Result<std::shared_ptr<const Scene>> {
     std::shared_ptr<Scene> scene(new Scene());
     scene->description_ = std::move(description);
     std::vector<MeshView> meshes;
@@ -48,7 +40,7 @@ Result<std::shared_ptr<const Scene>> Scene::build(SceneDescription description, 
                                                   Joining joining) {
   auto scene = prepare(std::move(description));
   if (!scene) return scene;
-  return within_memory([&]() -> Result<std::shared_ptr<const Scene>> {
+  return within_memory(kNoMemory, [&]() -> Result<std::shared_ptr<const Scene>> {
     Result<SceneTree> tree = build_scene_tree((*scene)->plan_, quality, joining);
     if (!tree) return std::move(tree).error();
     (*scene)->trees_->complete(std::move(*tree), SceneTrees::Origin::kBuilt);
