@@ -6,8 +6,9 @@ namespace sightline {
 namespace {
 
 constexpr std::array<std::string_view, kHitFieldCount> kNames{
-    "t",     "instance", "primitive", "triangle", "position", "normal",   "barycentrics",
-    "front", "node",     "node_id",   "mesh",     "mesh_id",  "material", "material_id"};
+    "t",         "distance",     "instance", "primitive", "triangle",   "position",
+    "normal",    "barycentrics", "front",    "on_edge",   "node",       "node_id",
+    "node_path", "mesh",         "mesh_id",  "material",  "material_id"};
 
 constexpr auto kAll = [] {
   std::array<HitField, kHitFieldCount> all{};

@@ -11,6 +11,7 @@ namespace sightline {
 /// In the order in which an answer writes them.
 enum class HitField : std::uint8_t {
   kT,             ///< number; counts in |direction|
+  kDistance,      ///< number; counts in scene units
   kInstance,      ///< placement of a mesh, in file order
   kPrimitive,     ///< index in the file's mesh
   kTriangle,      ///< index in the primitive, strips and fans unrolled
@@ -18,14 +19,16 @@ enum class HitField : std::uint8_t {
   kNormal,        ///< [x, y, z], geometric, unit, world
   kBarycentrics,  ///< [u, v], the weights of the second and third corner
   kFront,         ///< whether the ray meets the counter-clockwise side
+  kOnEdge,        ///< whether it meets an edge or a corner, exactly
   kNode,          ///< name, null when the file gives none
   kNodeId,        ///< index in the file's "nodes"
+  kNodePath,      ///< names from the root down: "/house/roof"
   kMesh,          ///< name, null when the file gives none
   kMeshId,        ///< index in the file's "meshes"
   kMaterial,      ///< name, null when the file gives none
   kMaterialId,    ///< index in the file's "materials"
 };
-inline constexpr std::size_t kHitFieldCount = 14;
+inline constexpr std::size_t kHitFieldCount = 17;
 
 std::string_view hit_field_name(HitField field);
 std::optional<HitField> find_hit_field(std::string_view name);
@@ -57,6 +60,7 @@ inline constexpr FieldSet kDefaultHitFields{
     HitField::kPosition, HitField::kNormal,   HitField::kNode,      HitField::kMesh};
 /// Those that need a HitDetail of each hit.
 inline constexpr FieldSet kDetailFields{HitField::kPosition, HitField::kNormal,
-                                        HitField::kBarycentrics, HitField::kFront};
+                                        HitField::kBarycentrics, HitField::kFront,
+                                        HitField::kOnEdge};
 
 }  // namespace sightline

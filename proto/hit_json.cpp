@@ -70,7 +70,9 @@ void write_value(JsonWriter& out, const Answer& answer, HitField field, std::siz
   const HitTerms& terms = answer.terms;
   switch (field) {
     case HitField::kT:
-      return out.number(answer.hits.t[i]);
+      return out.number(terms.t_is_distance ? terms.distance[i] : answer.hits.t[i]);
+    case HitField::kDistance:
+      return out.number(terms.distance[i]);
     case HitField::kInstance:
       return write_id(out, answer.hits.instance[i], no_id);
     case HitField::kPrimitive:
@@ -87,10 +89,14 @@ void write_value(JsonWriter& out, const Answer& answer, HitField field, std::siz
       return out.number(answer.details[i].v);
     case HitField::kFront:
       return out.boolean(answer.details[i].front);
+    case HitField::kOnEdge:
+      return out.boolean(answer.details[i].on_edge);
     case HitField::kNode:
       return write_name(out, terms.node_name[i]);
     case HitField::kNodeId:
       return write_id(out, terms.node[i], no_id);
+    case HitField::kNodePath:
+      return write_name(out, terms.node_path[i]);
     case HitField::kMesh:
       return write_name(out, terms.mesh_name[i]);
     case HitField::kMeshId:

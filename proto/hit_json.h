@@ -2,6 +2,7 @@
 /// Answers to rays as JSON.
 
 #include <cstdint>
+#include <deque>
 #include <span>
 #include <string>
 #include <string_view>
@@ -18,12 +19,15 @@ enum class AnswerLayout {
   kColumns,  ///< {"t":[5,null],"triangle":[12,-1]}
 };
 
-/// What the ids of hits mean in the file's own terms. Columns of n slots, one for each hit; a
-/// column whose field is not asked for may be empty. Numbers that do not apply are kNone, names
-/// that the file does not give are empty. The texts live elsewhere, as long as the scene.
+/// What hits mean in the file's own terms and units. Columns of n slots, one for each hit; a column
+/// whose field is not asked for may be empty. Numbers that do not apply are kNone, names that the
+/// file does not give are empty. Names live elsewhere, as long as the scene.
 struct HitTerms {
   Column<std::uint32_t> primitive, triangle, node, mesh, material;
-  std::vector<std::string_view> node_name, mesh_name, material_name;
+  std::vector<std::string_view> node_name, node_path, mesh_name, material_name;
+  Column<double> distance;            ///< t * |direction|
+  bool t_is_distance = false;         ///< what stands as t is the distance too
+  std::deque<std::string> own_texts;  ///< that node_path looks at; moving this moves none of them
 };
 
 /// hits     n slots

@@ -16,10 +16,11 @@ static_assert(kRayJsonPadding >= kJsonPadding);
 
 std::string number_text(std::size_t number) { return std::to_string(number); }
 
-constexpr std::array<std::string_view, 8> kTopKeys{"rays", "origins", "directions", "tmin",
-                                                   "tmax", "fields",  "max_hits",   "crossings"};
+constexpr std::array<std::string_view, 9> kTopKeys{"rays",     "origins",   "directions",
+                                                   "tmin",     "tmax",      "fields",
+                                                   "max_hits", "crossings", "normalize"};
 constexpr unsigned kRaysBit = 1u << 0, kColumnBits = 0x1eu, kFieldsBit = 1u << 5,
-                   kMaxHitsBit = 1u << 6, kCrossingsBit = 1u << 7;
+                   kMaxHitsBit = 1u << 6, kCrossingsBit = 1u << 7, kNormalizeBit = 1u << 8;
 /// Every key of a row.
 constexpr unsigned kRowBits = 0xfu;
 
@@ -238,6 +239,7 @@ unsigned RayReader::known_top_keys() const {
   if (rules_.has_fields) known |= kFieldsBit;
   if (rules_.has_max_hits) known |= kMaxHitsBit;
   if (rules_.has_crossings) known |= kCrossingsBit;
+  if (rules_.has_scene) known |= kNormalizeBit;
   return known;
 }
 
@@ -271,6 +273,7 @@ bool RayReader::read_top(Object object) {
                       : bit == kFieldsBit    ? read_fields(value)
                       : bit == kMaxHitsBit   ? read_max_hits(value)
                       : bit == kCrossingsBit ? read_crossings(value)
+                      : bit == kNormalizeBit ? read_boolean(value, query_.normalize, place)
                                              : read_column(value, static_cast<RayPart>(which - 1));
     if (!good) return false;
   }
@@ -336,6 +339,7 @@ Result<RayQuery> RayReader::read(std::string& body) {
       !check_limits_and_directions()) {
     return error();
   }
+  if (query_.normalize) scale_limits_to_t(query_.rays);
   return std::move(query_);
 }
 

@@ -7,6 +7,7 @@
 ///
 /// Keys in any order; tmin, tmax and fields may be left out; null as a tmax means no limit. Numbers
 /// become the nearest float64: -0.0, denormals and 17 digits survive.
+/// "normalize": true: tmin, tmax and the t of the answer count in scene units, not in |direction|.
 /// Where hits are listed or counted, also "crossings": "every" (or "once"), and where they are
 /// listed "max_hits": 1000, for each ray.
 
@@ -26,6 +27,8 @@ struct RayJsonRules {
   std::size_t max_rays = 10'000'000;
   /// Whether the answer has fields to choose from; without, the key "fields" is unknown.
   bool has_fields = true;
+  /// The same for "normalize".
+  bool has_scene = true;
   /// The same for "crossings" and "max_hits".
   bool has_crossings = false;
   bool has_max_hits = false;
@@ -37,6 +40,8 @@ struct RayQuery {
   FieldSet fields = kDefaultHitFields;
   AnswerLayout layout = AnswerLayout::kRows;
   Crossings crossings = Crossings::kEvery;
+  /// Limits came in scene units (they are limits of t here), and t is to be answered so.
+  bool normalize = false;
   std::uint64_t max_hits = 1000;  ///< of each ray; may be more than the rules' when left out
 };
 

@@ -44,17 +44,17 @@ Status cast_all(const Engine& engine, const Scene& scene, const RayBatch& rays,
   constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
   HitLists lists;
   Column<std::uint64_t> totals;
-  Column<HitDetail> details;
+  HitDescription description;
   Status status = engine.all(scene, rays, command.crossings, kNoLimit, kNoLimit, Deadline::never(),
                              lists, totals);
   if (status) {
-    status =
-        engine.details(scene, rays_of_hits(rays, lists), lists.hits, Deadline::never(), details);
+    status = describe_hits(engine, scene, rays_of_hits(rays, lists), lists.hits, command.fields,
+                           false, Deadline::never(), description);
   }
   if (!status) return status;
-  const HitTerms terms = hit_terms(scene, lists.hits, command.fields);
   for (std::size_t i = 0; i < lists.hits.size(); ++i) {
-    out << encode_hit(lists.hits, details, terms, command.fields, i) << "\n";
+    out << encode_hit(lists.hits, description.details, description.terms, command.fields, i)
+        << "\n";
   }
   hit = lists.hits.size() > 0;
   return success();
@@ -63,12 +63,14 @@ Status cast_all(const Engine& engine, const Scene& scene, const RayBatch& rays,
 Status cast_closest(const Engine& engine, const Scene& scene, const RayBatch& rays, FieldSet fields,
                     std::ostream& out, bool& hit) {
   HitBatch hits;
-  Column<HitDetail> details;
+  HitDescription description;
   Status status = engine.closest(scene, rays, Deadline::never(), hits);
-  if (status) status = engine.details(scene, rays, hits, Deadline::never(), details);
+  if (status) {
+    status =
+        describe_hits(engine, scene, rays, hits, fields, false, Deadline::never(), description);
+  }
   if (!status) return status;
-  const HitTerms terms = hit_terms(scene, hits, fields);
-  out << encode_hit(hits, details, terms, fields, 0) << "\n";
+  out << encode_hit(hits, description.details, description.terms, fields, 0) << "\n";
   hit = hits.hit(0);
   return success();
 }

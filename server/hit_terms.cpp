@@ -1,6 +1,38 @@
 #include "server/hit_terms.h"
 
+#include <unordered_map>
+
 namespace sightline {
+
+namespace {
+
+/// "/house/roof"; a node without a name is "#7", its index in the file. Of deep hierarchies only
+/// the last part, after "...", so that no file makes it long.
+std::string path_of(const SceneDescription& description, std::uint32_t node) {
+  constexpr std::size_t kLongest = 4096;
+  std::string path;
+  for (; node != kNone; node = description.nodes[node].parent) {
+    const Node& its = description.nodes[node];
+    const std::string name = its.name.empty() ? "#" + std::to_string(its.file_node) : its.name;
+    if (!path.empty() && path.size() + name.size() > kLongest) return "..." + path;
+    path = "/" + name + path;
+  }
+  return path;
+}
+
+void fill_paths(const SceneDescription& description, const HitBatch& hits, HitTerms& terms) {
+  std::unordered_map<std::uint32_t, std::string_view> known;
+  terms.node_path.assign(hits.size(), {});
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    if (!hits.hit(i)) continue;
+    const std::uint32_t node = description.instances[hits.instance[i]].node;
+    const auto [at, is_new] = known.try_emplace(node);
+    if (is_new) at->second = terms.own_texts.emplace_back(path_of(description, node));
+    terms.node_path[i] = at->second;
+  }
+}
+
+}  // namespace
 
 HitTerms hit_terms(const Scene& scene, const HitBatch& hits, FieldSet fields) {
   HitTerms terms;
@@ -24,6 +56,7 @@ HitTerms hit_terms(const Scene& scene, const HitBatch& hits, FieldSet fields) {
   make(terms.mesh_name, mesh, std::string_view());
   make(terms.material_name, material, std::string_view());
 
+  if (fields.has(HitField::kNodePath)) fill_paths(description, hits, terms);
   for (std::size_t i = 0; i < hits.size(); ++i) {
     if (!hits.hit(i)) continue;
     const TriangleId id = hits.id(i);
@@ -44,6 +77,28 @@ HitTerms hit_terms(const Scene& scene, const HitBatch& hits, FieldSet fields) {
     }
   }
   return terms;
+}
+
+Status describe_hits(const Engine& engine, const Scene& scene, const RayBatch& rays,
+                     const HitBatch& hits, FieldSet fields, bool normalize,
+                     const Deadline& deadline, HitDescription& description) {
+  Status status = success();
+  if (fields.has_any_of(kDetailFields)) {
+    status = engine.details(scene, rays, hits, deadline, description.details);
+  }
+  if (status && fields.has(HitField::kOnEdge)) {
+    status = engine.mark_edges(scene, rays, hits, deadline, description.details);
+  }
+  if (!status) return status;
+  HitTerms& terms = description.terms;
+  terms = hit_terms(scene, hits, fields);
+  terms.t_is_distance = normalize;
+  if (normalize || fields.has(HitField::kDistance)) {
+    terms.distance.resize(hits.size());
+    for (std::size_t i = 0; i < hits.size(); ++i)
+      terms.distance[i] = distance_of(hits.t[i], rays[i].direction);
+  }
+  return success();
 }
 
 RayBatch rays_of_hits(const RayBatch& rays, const HitLists& lists) {

@@ -1,8 +1,10 @@
 #pragma once
 /// What the ids of hits mean in the scene's own terms.
 
+#include "core/base/deadline.h"
 #include "core/query/hit_batch.h"
 #include "core/query/ray_batch.h"
+#include "core/run/engine.h"
 #include "core/scene/scene.h"
 #include "proto/hit_json.h"
 
@@ -10,6 +12,18 @@ namespace sightline {
 
 /// Fills the columns that `fields` asks for, and no others. The names point into the scene.
 HitTerms hit_terms(const Scene& scene, const HitBatch& hits, FieldSet fields);
+
+/// All that an answer says of hits beside their ids and t.
+struct HitDescription {
+  Column<HitDetail> details;
+  HitTerms terms;
+};
+
+/// Computes what `fields` asks for. `rays[i]` belongs to slot i of `hits`; with `normalize` the
+/// answer's t is the distance. Errors: those of Engine::details.
+Status describe_hits(const Engine& engine, const Scene& scene, const RayBatch& rays,
+                     const HitBatch& hits, FieldSet fields, bool normalize,
+                     const Deadline& deadline, HitDescription& description);
 
 /// The ray of every hit in the lists: what Engine::details wants beside lists.hits.
 RayBatch rays_of_hits(const RayBatch& rays, const HitLists& lists);

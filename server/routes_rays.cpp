@@ -34,15 +34,14 @@ void closest(Exchange& exchange, const Service& service) {
   if (Status status = service.engine.closest(*scene, query.rays, deadline, hits); !status) {
     return exchange.reply_error(status.error());
   }
-  Column<HitDetail> details;
-  if (query.fields.has_any_of(kDetailFields)) {
-    if (Status status = service.engine.details(*scene, query.rays, hits, deadline, details);
-        !status) {
-      return exchange.reply_error(status.error());
-    }
+  HitDescription description;
+  if (Status status = describe_hits(service.engine, *scene, query.rays, hits, query.fields,
+                                    query.normalize, deadline, description);
+      !status) {
+    return exchange.reply_error(status.error());
   }
-  const HitTerms terms = hit_terms(*scene, hits, query.fields);
-  exchange.reply_json(200, encode_hits(hits, details, terms, query.fields, query.layout));
+  exchange.reply_json(
+      200, encode_hits(hits, description.details, description.terms, query.fields, query.layout));
 }
 
 void any(Exchange& exchange, const Service& service) {
@@ -70,15 +69,17 @@ void all(Exchange& exchange, const Service& service) {
   Column<std::uint64_t> totals;
   Status status = service.engine.all(*scene, query.rays, query.crossings, query.max_hits,
                                      service.limits.hits, deadline, lists, totals);
-  Column<HitDetail> details;
-  if (status && query.fields.has_any_of(kDetailFields)) {
-    status = service.engine.details(*scene, rays_of_hits(query.rays, lists), lists.hits, deadline,
-                                    details);
+  HitDescription description;
+  if (status) {
+    const bool needs_rays = query.normalize || query.fields.has(HitField::kDistance) ||
+                            query.fields.has_any_of(kDetailFields);
+    status = describe_hits(service.engine, *scene,
+                           needs_rays ? rays_of_hits(query.rays, lists) : RayBatch(), lists.hits,
+                           query.fields, query.normalize, deadline, description);
   }
   if (!status) return exchange.reply_error(status.error());
-  const HitTerms terms = hit_terms(*scene, lists.hits, query.fields);
-  exchange.reply_json(200,
-                      encode_hit_lists(lists, totals, details, terms, query.fields, query.layout));
+  exchange.reply_json(200, encode_hit_lists(lists, totals, description.details, description.terms,
+                                            query.fields, query.layout));
 }
 
 void count(Exchange& exchange, const Service& service) {

@@ -192,6 +192,24 @@ bool exact_crossing(const Vec3d& origin, const Vec3d& direction, const Triangle&
   return side == moved_side(d, b, c) && side == moved_side(d, c, a);
 }
 
+bool is_on_edge(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle,
+                const ExactT& t) {
+  // In a projection that keeps the area: the sides of the point to the three edges, one of which is
+  // zero on the border. The point is t * d as seen from the origin, here multiplied by t's
+  // denominator, so that rays inside the plane need no case of their own.
+  const std::size_t k = projection_axis(normal_of(triangle));
+  const Vector d{Dyadic(direction.x), Dyadic(direction.y), Dyadic(direction.z)};
+  const std::array<const Vec3d*, 3> corner{&triangle.v0, &triangle.v1, &triangle.v2};
+  for (std::size_t c = 0; c < 3; ++c) {
+    const Vector a = difference(*corner[c], origin);
+    const Vector edge = difference(*corner[(c + 1) % 3], *corner[c]);
+    Vector p;
+    for (std::size_t i = 0; i < 3; ++i) p[i] = t.numerator * d[i] - t.denominator * a[i];
+    if (cross_component(edge, p, k).sign() == 0) return true;
+  }
+  return false;
+}
+
 ExactDetail exact_detail(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle,
                          const ExactT& t) {
   ExactDetail detail;

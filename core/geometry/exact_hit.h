@@ -55,6 +55,11 @@ bool same_corners(const Triangle& a, CornerSet in_a, const Triangle& b, CornerSe
 /// edges and corners and in the plane. Source: [Edelsbrunner1990], applied to the ray alone.
 bool exact_crossing(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle);
 
+/// Whether the point of the triangle at t lies on one of its edges, corners included, exactly.
+/// Precondition: exact_hit gave t for the same ray and triangle.
+bool is_on_edge(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle,
+                const ExactT& t);
+
 /// Whether the triangle has exactly no area.
 bool is_degenerate(const Triangle& triangle);
 

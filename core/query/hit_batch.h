@@ -56,11 +56,12 @@ enum class Crossings {
 
 /// Computed for the winner only, and only when asked.
 struct HitDetail {
-  Vec3d position;     ///< within one ulp per coordinate of the exact point
-  Vec3d normal;       ///< geometric, unit, (v1-v0)x(v2-v0) of the world triangle; within 1e-15
-  double u = 0;       ///< weight of v1, within 2^-50
-  double v = 0;       ///< weight of v2, within 2^-50
-  bool front = true;  ///< direction . normal < 0 exactly; false when the ray lies in the plane
+  Vec3d position;        ///< within one ulp per coordinate of the exact point
+  Vec3d normal;          ///< geometric, unit, (v1-v0)x(v2-v0) of the world triangle; within 1e-15
+  double u = 0;          ///< weight of v1, within 2^-50
+  double v = 0;          ///< weight of v2, within 2^-50
+  bool front = true;     ///< direction . normal < 0 exactly; false when the ray lies in the plane
+  bool on_edge = false;  ///< exactly on an edge or a corner; only if asked for (Engine::mark_edges)
 };
 
 }  // namespace sightline

@@ -4,6 +4,33 @@
 
 namespace sightline {
 
+namespace {
+
+/// part * 2^exponent, with 1 <= part < 4: beyond the range of float64 too.
+struct Length {
+  double part = 1;
+  int exponent = 0;
+};
+
+/// Within one unit in the last place.
+Length length_of(const Vec3d& direction) {
+  const double largest =
+      std::fmax(std::fabs(direction.x), std::fmax(std::fabs(direction.y), std::fabs(direction.z)));
+  const int exponent = std::ilogb(largest);
+  double sum = 0, rest = 0;
+  for (int k = 0; k < 3; ++k) {
+    const double c = std::scalbn(direction[k], -exponent);
+    const double square = c * c;
+    const double next = sum + square, back = next - sum;
+    // What the product and the sum have rounded away.
+    rest += std::fma(c, c, -square) + ((sum - (next - back)) + (square - back));
+    sum = next;
+  }
+  return {std::sqrt(sum + rest), exponent};
+}
+
+}  // namespace
+
 void RayBatch::reserve(std::size_t count) {
   for (Column<double>* column : {&ox, &oy, &oz, &dx, &dy, &dz, &tmin, &tmax})
     column->reserve(count);
@@ -23,6 +50,19 @@ void RayBatch::push_back(const Ray& ray) {
   dz.push_back(ray.direction.z);
   tmin.push_back(ray.tmin);
   tmax.push_back(ray.tmax);
+}
+
+double distance_of(double t, const Vec3d& direction) {
+  const Length length = length_of(direction);
+  return std::scalbn(t * length.part, length.exponent);
+}
+
+void scale_limits_to_t(RayBatch& rays) {
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const Length length = length_of({rays.dx[i], rays.dy[i], rays.dz[i]});
+    for (Column<double>* limit : {&rays.tmin, &rays.tmax})
+      (*limit)[i] = std::scalbn((*limit)[i] / length.part, -length.exponent);
+  }
 }
 
 bool check_rays(const RayBatch& rays, RayFault& fault) {

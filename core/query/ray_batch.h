@@ -46,4 +46,12 @@ struct RayFault {
 /// allowed. Returns true and leaves `fault` alone when every ray is good.
 bool check_rays(const RayBatch& rays, RayFault& fault);
 
+/// t * |direction|, what t is in scene units, within 2^-51 of itself whatever the scale (unless it
+/// underflows). Precondition: the direction is finite and not zero. An infinite t stays so.
+double distance_of(double t, const Vec3d& direction);
+
+/// Turns limits that count in scene units into limits of t: divides each by |direction|, with the
+/// same accuracy.
+void scale_limits_to_t(RayBatch& rays);
+
 }  // namespace sightline

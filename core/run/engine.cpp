@@ -169,4 +169,13 @@ Status Engine::details(const Scene& scene, const RayBatch& rays, const HitBatch&
   });
 }
 
+Status Engine::mark_edges(const Scene& scene, const RayBatch& rays, const HitBatch& hits,
+                          const Deadline& deadline, Column<HitDetail>& details) const {
+  return state_->run(rays.size(), deadline, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (hits.hit(i)) details[i].on_edge = hit_on_edge(scene, rays[i], hits.id(i), details[i]);
+    }
+  });
+}
+
 }  // namespace sightline

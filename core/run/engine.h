@@ -52,6 +52,9 @@ class Engine {
   /// left default. `rays[i]` belongs to `hits` slot i.
   Status details(const Scene& scene, const RayBatch& rays, const HitBatch& hits,
                  const Deadline& deadline, Column<HitDetail>& out) const;
+  /// Fills HitDetail::on_edge of what `details` has filled. The same preconditions.
+  Status mark_edges(const Scene& scene, const RayBatch& rays, const HitBatch& hits,
+                    const Deadline& deadline, Column<HitDetail>& details) const;
 
   // Boxes must have passed check_boxes. The same laws; see core/run/boxes.cpp.
 

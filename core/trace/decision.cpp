@@ -148,4 +148,13 @@ HitDetail hit_detail(const Scene& scene, const Ray& ray, TriangleId id) {
   return {detail.position, detail.normal, detail.u, detail.v, detail.front};
 }
 
+bool hit_on_edge(const Scene& scene, const Ray& ray, TriangleId id, const HitDetail& detail) {
+  // Weights are within 2^-50, so these are three that are certainly positive.
+  constexpr double kApart = 0x1p-48;
+  if (detail.u > kApart && detail.v > kApart && detail.u + detail.v < 1 - kApart) return false;
+  ExactT t;
+  return exact_hit_of(scene, ray, id, t) &&
+         is_on_edge(ray.origin, ray.direction, scene.world_triangle(id), t);
+}
+
 }  // namespace sightline

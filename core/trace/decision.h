@@ -109,4 +109,8 @@ double exact_t(const Scene& scene, const Ray& ray, TriangleId id);
 /// once. Default values if it does not meet it.
 HitDetail hit_detail(const Scene& scene, const Ray& ray, TriangleId id);
 
+/// Whether the ray meets the triangle on an edge or a corner, exactly. `detail` is what hit_detail
+/// says of it, within the bounds that HitDetail promises.
+bool hit_on_edge(const Scene& scene, const Ray& ray, TriangleId id, const HitDetail& detail);
+
 }  // namespace sightline

@@ -27,7 +27,7 @@ class Rays(unittest.TestCase):
 
     def test_every_field_of_a_hit(self):
         fields = ["t", "instance", "primitive", "triangle", "position", "normal", "barycentrics", "front", "node",
-                  "node_id", "mesh", "mesh_id", "material", "material_id"]
+                  "distance", "on_edge", "node_path", "node_id", "mesh", "mesh_id", "material", "material_id"]
         hit = self.server.closest("six", BOTH, fields=fields)[0]
         self.assertEqual(sorted(hit), sorted(fields))
         self.assertEqual(hit["position"], [-5.5, 1, 0])
@@ -39,6 +39,33 @@ class Rays(unittest.TestCase):
         self.assertIs(hit["front"], True)
         self.assertEqual((hit["instance"], hit["primitive"], hit["triangle"]), (0, 0, 0))
         self.assertEqual((hit["node"], hit["mesh"]), ("left", "left"))
+        self.assertEqual(hit["distance"], 4.5)
+        self.assertIs(hit["on_edge"], False)
+        self.assertTrue(hit["node_path"].endswith("/left"), hit["node_path"])
+
+    def test_edges_and_corners_are_told_exactly(self):
+        # Triangle 0 of "left" has the corners (-6,0,2) (-4,4,0) (-6,0,-2): its side at height y spans |z| <= 2 - y/2.
+        def on_edge(z, y=1):
+            return self.server.closest("six", ([-10, y, z], [1, 0, 0]), fields=["on_edge"])[0]["on_edge"]
+
+        self.assertEqual([on_edge(1.5), on_edge(-1.5), on_edge(0, y=0), on_edge(0, y=4), on_edge(2, y=0)], [True] * 5)
+        self.assertEqual([on_edge(1.4999999999999998), on_edge(0), on_edge(0, y=3.9999999999999996)], [False] * 3)
+
+    def test_normalize_counts_in_scene_units(self):
+        # The same ray with a direction of length 8: t = 4.5/8, and 4.5 units away.
+        ray = {"origin": BOTH[0], "direction": [8, 0, 0]}
+        fields = ["t", "distance"]
+        plain = self.server.query("six", "closest", {"rays": [ray], "fields": fields}).json()["hits"]
+        self.assertEqual(plain, [{"t": 0.5625, "distance": 4.5}])
+        for tmin, tmax, expected in [(0, 4.5, 4.5), (4.5, 100, 4.5), (4.6, 100, 6.5), (0, 4.4, None)]:
+            with self.subTest(tmin=tmin, tmax=tmax):
+                body = {"rays": [{**ray, "tmin": tmin, "tmax": tmax}], "fields": fields, "normalize": True}
+                hit = self.server.query("six", "closest", body).json()["hits"][0]
+                self.assertEqual(hit, expected and {"t": expected, "distance": expected})
+        body = {"rays": [{**ray, "tmax": 6.5}], "normalize": True}
+        self.assertEqual(self.server.query("six", "count", body).json(), {"counts": [2]})
+        lists = self.server.query("six", "all", {**body, "fields": ["t"]}).json()
+        self.assertEqual(lists, {"results": [{"total": 2, "hits": [{"t": 4.5}, {"t": 6.5}]}]})
 
     def test_a_hit_has_by_default_what_a_person_wants_to_know(self):
         hit = self.server.closest("town", ([-40, 12, 1], [1, 0, 0]))[0]

@@ -19,7 +19,9 @@ struct Sample {
     hits.t = {5, std::numeric_limits<double>::infinity()};
     hits.instance = {3, kNone};
     hits.triangle = {40, kNone};
-    details = {{{1, 2, -0.0}, {0, 0, 1}, 0.25, 0.5, true}, {}};
+    details = {{{1, 2, -0.0}, {0, 0, 1}, 0.25, 0.5, true, true}, {}};
+    terms.distance = {10, std::numeric_limits<double>::infinity()};
+    terms.node_path = {"/town/roof", ""};
     terms.primitive = {1, kNone};
     terms.triangle = {12, kNone};
     terms.node = {7, kNone};
@@ -55,9 +57,10 @@ TEST(HitJson, writes_columns_with_null_or_minus_one_for_a_miss) {
 
 TEST(HitJson, writes_every_field_in_its_order) {
   EXPECT_EQ(Sample().encode(every_field(), AnswerLayout::kRows),
-            R"({"hits":[{"t":5,"instance":3,"primitive":1,"triangle":12,"position":[1,2,-0.0],)"
-            R"("normal":[0,0,1],"barycentrics":[0.25,0.5],"front":true,"node":"roof \"east\"",)"
-            R"("node_id":7,"mesh":"house","mesh_id":8,"material":"tile","material_id":9},null]})");
+            R"({"hits":[{"t":5,"distance":10,"instance":3,"primitive":1,"triangle":12,)"
+            R"("position":[1,2,-0.0],"normal":[0,0,1],"barycentrics":[0.25,0.5],"front":true,)"
+            R"("on_edge":true,"node":"roof \"east\"","node_id":7,"node_path":"/town/roof",)"
+            R"("mesh":"house","mesh_id":8,"material":"tile","material_id":9},null]})");
   const auto columns =
       nlohmann::json::parse(Sample().encode(every_field(), AnswerLayout::kColumns));
   EXPECT_EQ(columns.size(), kHitFieldCount);
@@ -81,6 +84,12 @@ TEST(HitJson, says_null_for_a_name_that_the_file_does_not_give) {
             R"({"hits":[{"mesh":null,"material_id":null},null]})");
   EXPECT_EQ(sample.encode({HitField::kMesh, HitField::kMaterialId}, AnswerLayout::kColumns),
             R"({"mesh":[null,null],"material_id":[-1,-1]})");
+}
+
+TEST(HitJson, says_the_distance_where_t_is_to_be_one) {
+  Sample sample;
+  sample.terms.t_is_distance = true;
+  EXPECT_EQ(sample.encode({HitField::kT}, AnswerLayout::kColumns), R"({"t":[10,null]})");
 }
 
 TEST(HitJson, answers_no_rays_with_nothing) {

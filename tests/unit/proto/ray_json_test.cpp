@@ -302,6 +302,19 @@ TEST(RayJson, keeps_a_hostile_key_short_in_its_answer) {
   EXPECT_LT(query.error().pointer.size(), 300u);
 }
 
+TEST(RayJson, reads_limits_as_distances_when_told_to_normalize) {
+  const RayQuery query = accepted(
+      R"({"normalize":true,"rays":[{"origin":[0,0,0],"direction":[3,0,4],"tmin":5,"tmax":10}]})");
+  EXPECT_TRUE(query.normalize);
+  EXPECT_EQ(query.rays[0].direction, (Vec3d{3, 0, 4})) << "the ray stays as it was sent";
+  EXPECT_EQ(query.rays.tmin[0], 1);
+  EXPECT_EQ(query.rays.tmax[0], 2);
+  EXPECT_FALSE(accepted(R"({"rays":[]})").normalize);
+  expect_refusal({R"({"rays":[],"normalize":1})", "TYPE_WRONG", "/normalize"});
+  expect_refusal({R"({"rays":[],"normalize":true})", "KEY_UNKNOWN", "/normalize"},
+                 {.has_scene = false});
+}
+
 constexpr RayJsonRules kListRules{
     .max_rays = 10, .has_crossings = true, .has_max_hits = true, .max_hits = 5000};
 

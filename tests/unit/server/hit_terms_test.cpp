@@ -33,12 +33,31 @@ TEST(HitTerms, names_hits_as_the_file_does) {
   const HitTerms terms = hit_terms(*scene, hits, all);
   EXPECT_EQ(terms.node_name, (std::vector<std::string_view>{"room", "", ""}));
   EXPECT_EQ(terms.node, (Column<std::uint32_t>{2, kNone, 7}));
+  EXPECT_EQ(terms.node_path, (std::vector<std::string_view>{"/room", "", "/room/#7"}));
   EXPECT_EQ(terms.mesh_name, (std::vector<std::string_view>{"chair", "", "chair"}));
   EXPECT_EQ(terms.mesh, (Column<std::uint32_t>{5, kNone, 5}));
   EXPECT_EQ(terms.primitive, (Column<std::uint32_t>{1, kNone, 4}));
   EXPECT_EQ(terms.triangle, (Column<std::uint32_t>{1, kNone, 0}));
   EXPECT_EQ(terms.material, (Column<std::uint32_t>{kNone, kNone, 1}));
   EXPECT_EQ(terms.material_name, (std::vector<std::string_view>{"", "", "cloth"}));
+}
+
+TEST(HitTerms, keep_the_end_of_a_long_path) {
+  SceneDescription description = sample()->description();
+  for (std::uint32_t i = 2; i < 2000; ++i) {
+    description.nodes.push_back({"node " + std::to_string(i), i, i - 1, {}});
+  }
+  description.instances.push_back({0, 1999, {}});
+  const auto scene = Scene::build(std::move(description));
+  ASSERT_TRUE(scene);
+  HitBatch hits;
+  hits.resize(1);
+  hits.instance = {2};
+  hits.triangle = {0};
+  const HitTerms terms = hit_terms(**scene, hits, {HitField::kNodePath});
+  EXPECT_TRUE(terms.node_path[0].starts_with(".../node "));
+  EXPECT_TRUE(terms.node_path[0].ends_with("/node 1998/node 1999"));
+  EXPECT_LT(terms.node_path[0].size(), 4200u);
 }
 
 TEST(HitTerms, fills_nothing_that_was_not_asked_for) {

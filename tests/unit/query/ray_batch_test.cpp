@@ -1,0 +1,54 @@
+#include "core/query/ray_batch.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "tests/oracle/random.h"
+#include "tests/oracle/rational.h"
+
+namespace sightline {
+namespace {
+
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+TEST(RayDistance, is_t_times_the_length_of_the_direction) {
+  EXPECT_EQ(distance_of(2, {3, 0, 4}), 10);
+  EXPECT_EQ(distance_of(-2, {0, -5, 0}), -10);
+  EXPECT_EQ(distance_of(kInf, {3, 0, 4}), kInf);
+  EXPECT_EQ(distance_of(0x1p-1000, {3 * 0x1p1000, 0, 4 * 0x1p1000}), 5);
+  EXPECT_EQ(distance_of(0x1p1000, {0, 0x1p-1074, 0}), 0x1p-74);
+  const double most = std::numeric_limits<double>::max();
+  EXPECT_NEAR(distance_of(0x1p-1023, {most, most, most}), 2 * std::sqrt(3.0), 1e-15);
+}
+
+TEST(RayDistance, is_within_its_bound_of_the_exact_length) {
+  oracle::Random random(4);
+  for (int i = 0; i < 20000; ++i) {
+    const double scale = std::ldexp(1.0, random.integer(-300, 300));
+    const Vec3d d{random.between(-1, 1) * scale, random.between(-1, 1) * scale,
+                  random.between(-1, 1) * scale * (i % 2 == 0 ? 1 : 0x1p-30)};
+    const double t = random.between(0.1, 1) / scale;
+    const mpq_class exact_square =
+        mpq_class(t) * t * (mpq_class(d.x) * d.x + mpq_class(d.y) * d.y + mpq_class(d.z) * d.z);
+    const mpq_class got(distance_of(t, d));
+    // |got / exact - 1| <= 2^-51 follows from |got^2 / exact^2 - 1| <= 2^-50.
+    const mpq_class error = abs(mpq_class(got * got / exact_square - 1));
+    ASSERT_LE(error, mpq_class(0x1p-50)) << i;
+  }
+}
+
+TEST(RayDistance, turns_limits_into_limits_of_t) {
+  RayBatch rays;
+  rays.push_back({{0, 0, 0}, {3, 0, 4}, -5, 10});
+  rays.push_back({{0, 0, 0}, {1e308, 1e308, 1e308}, 0, kInf});
+  scale_limits_to_t(rays);
+  EXPECT_EQ(rays.tmin[0], -1);
+  EXPECT_EQ(rays.tmax[0], 2);
+  EXPECT_EQ(rays.tmin[1], 0);
+  EXPECT_EQ(rays.tmax[1], kInf);
+}
+
+}  // namespace
+}  // namespace sightline
