@@ -16,11 +16,13 @@ static_assert(kRayJsonPadding >= kJsonPadding);
 
 std::string number_text(std::size_t number) { return std::to_string(number); }
 
-constexpr std::array<std::string_view, 9> kTopKeys{"rays",     "origins",   "directions",
-                                                   "tmin",     "tmax",      "fields",
-                                                   "max_hits", "crossings", "normalize"};
+constexpr std::array<std::string_view, 12> kTopKeys{
+    "rays",     "origins",   "directions", "tmin", "tmax",    "fields",
+    "max_hits", "crossings", "normalize",  "cull", "include", "exclude"};
 constexpr unsigned kRaysBit = 1u << 0, kColumnBits = 0x1eu, kFieldsBit = 1u << 5,
-                   kMaxHitsBit = 1u << 6, kCrossingsBit = 1u << 7, kNormalizeBit = 1u << 8;
+                   kMaxHitsBit = 1u << 6, kCrossingsBit = 1u << 7, kSceneBits = 0xf00u;
+/// The first key that is an option.
+constexpr std::size_t kFirstOption = 5;
 /// Every key of a row.
 constexpr unsigned kRowBits = 0xfu;
 
@@ -175,71 +177,12 @@ bool RayReader::read_column(Value value, RayPart part) {
   return true;
 }
 
-bool RayReader::read_fields(Value value) {
-  const auto all_names = [] {
-    std::string list;
-    for (const HitField field : all_hit_fields()) {
-      list += (list.empty() ? "" : ", ") + std::string(hit_field_name(field));
-    }
-    return list;
-  };
-  const JsonPointer place = JsonPointer().key("fields");
-  Array array;
-  if (value.get_array().get(array) != simdjson::SUCCESS) {
-    return wrong(value, place, "an array of names");
-  }
-  FieldSet fields;
-  std::size_t count = 0;
-  for (auto element : array) {
-    Value entry;
-    if (const auto code = element.get(entry); code != simdjson::SUCCESS) {
-      return check_end(code, [] { return JsonPointer().key("fields"); });
-    }
-    const JsonPointer entry_place = JsonPointer(place).index(count++);
-    std::string_view name;
-    if (const auto code = entry.get_string().get(name); code != simdjson::SUCCESS) {
-      if (code == simdjson::INCORRECT_TYPE) return wrong(entry, entry_place, "a name");
-      return malformed(entry_place, "this is not a valid string");
-    }
-    const std::optional<HitField> field = find_hit_field(name);
-    if (!field) {
-      return fail(
-          ErrorKind::kInvalid, "FIELD_UNKNOWN",
-          "unknown field \"" + std::string(cut_utf8(name, 64)) + "\"; known: " + all_names(),
-          entry_place);
-    }
-    if (fields.has(*field)) {
-      return fail(ErrorKind::kInvalid, "FIELD_DUPLICATE", "this field is asked for twice",
-                  entry_place);
-    }
-    fields.add(*field);
-  }
-  if (fields.empty()) {
-    return fail(ErrorKind::kInvalid, "FIELDS_EMPTY",
-                "leave \"fields\" out, or name some of: " + all_names(), place);
-  }
-  query_.fields = fields;
-  return true;
-}
-
-bool RayReader::read_max_hits(Value value) {
-  return read_count(value, rules_.max_hits, query_.max_hits, JsonPointer().key("max_hits"));
-}
-
-bool RayReader::read_crossings(Value value) {
-  constexpr std::array<std::string_view, 2> kWords{"every", "once"};
-  std::size_t which = 0;
-  if (!read_word(value, kWords, which, JsonPointer().key("crossings"))) return false;
-  query_.crossings = which == 1 ? Crossings::kOnce : Crossings::kEvery;
-  return true;
-}
-
 unsigned RayReader::known_top_keys() const {
   unsigned known = kRaysBit | kColumnBits;
   if (rules_.has_fields) known |= kFieldsBit;
   if (rules_.has_max_hits) known |= kMaxHitsBit;
   if (rules_.has_crossings) known |= kCrossingsBit;
-  if (rules_.has_scene) known |= kNormalizeBit;
+  if (rules_.has_scene) known |= kSceneBits;
   return known;
 }
 
@@ -269,12 +212,9 @@ bool RayReader::read_top(Object object) {
       if (!read_more(which - kTopKeys.size(), value)) return false;
       continue;
     }
-    const bool good = bit == kRaysBit        ? read_rows(value)
-                      : bit == kFieldsBit    ? read_fields(value)
-                      : bit == kMaxHitsBit   ? read_max_hits(value)
-                      : bit == kCrossingsBit ? read_crossings(value)
-                      : bit == kNormalizeBit ? read_boolean(value, query_.normalize, place)
-                                             : read_column(value, static_cast<RayPart>(which - 1));
+    const bool good = which == 0             ? read_rows(value)
+                      : which < kFirstOption ? read_column(value, static_cast<RayPart>(which - 1))
+                                             : read_option(keys[which], value);
     if (!good) return false;
   }
   return true;

@@ -7,6 +7,8 @@
 ///
 /// Keys in any order; tmin, tmax and fields may be left out; null as a tmax means no limit. Numbers
 /// become the nearest float64: -0.0, denormals and 17 digits survive.
+/// "cull": "none" ("back", "front", "material"), "include" and "exclude": {"nodes":[3],
+/// "names":["tree*"],"materials":["leaves"]}, any of the three: see core/query/hit_filter.h.
 /// "normalize": true: tmin, tmax and the t of the answer count in scene units, not in |direction|.
 /// Where hits are listed or counted, also "crossings": "every" (or "once"), and where they are
 /// listed "max_hits": 1000, for each ray.
@@ -17,6 +19,7 @@
 
 #include "core/base/result.h"
 #include "core/query/hit_batch.h"
+#include "core/query/hit_filter.h"
 #include "core/query/ray_batch.h"
 #include "proto/hit_fields.h"
 #include "proto/hit_json.h"
@@ -27,7 +30,7 @@ struct RayJsonRules {
   std::size_t max_rays = 10'000'000;
   /// Whether the answer has fields to choose from; without, the key "fields" is unknown.
   bool has_fields = true;
-  /// The same for "normalize".
+  /// The same for "normalize", "cull", "include" and "exclude".
   bool has_scene = true;
   /// The same for "crossings" and "max_hits".
   bool has_crossings = false;
@@ -42,6 +45,7 @@ struct RayQuery {
   Crossings crossings = Crossings::kEvery;
   /// Limits came in scene units (they are limits of t here), and t is to be answered so.
   bool normalize = false;
+  HitFilter filter;
   std::uint64_t max_hits = 1000;  ///< of each ray; may be more than the rules' when left out
 };
 
@@ -53,8 +57,9 @@ inline constexpr std::size_t kRayJsonPadding = 64;
 /// Errors, 400: JSON_MALFORMED. 422: KEY_UNKNOWN, KEY_DUPLICATE, KEY_MISSING, KEYS_MIXED (rows and
 /// columns in one body), TYPE_WRONG, LENGTH_WRONG, NUMBER_NOT_FINITE (NaN, Infinity, 1e999),
 /// FIELD_UNKNOWN (names the known ones), FIELD_DUPLICATE, FIELDS_EMPTY, NUMBER_OUT_OF_RANGE
-/// (max_hits), VALUE_UNKNOWN (crossings), and the codes of check_rays. 413: RAYS_TOO_MANY,
-/// BODY_TOO_LARGE (4 GiB and more). 507: MEMORY_FULL (the parser needs several times the body).
+/// (max_hits, nodes), VALUE_UNKNOWN (crossings, cull), and the codes of check_rays. 413:
+/// RAYS_TOO_MANY, FILTER_TOO_LARGE, BODY_TOO_LARGE (4 GiB and more). 507: MEMORY_FULL (the parser
+/// needs several times the body).
 Result<RayQuery> decode_rays(std::string& body, const RayJsonRules& rules);
 
 }  // namespace sightline

@@ -3,8 +3,11 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "proto/json_reader.h"
 #include "proto/ray_json.h"
@@ -51,9 +54,14 @@ class RayReader : protected JsonReader {
   bool read_rows(Value value);
   bool read_row(Value value, std::size_t ray);
   bool read_column(Value value, RayPart part);
+  // Options, in ray_options.cpp.
+  bool read_option(std::string_view key, Value value);
   bool read_fields(Value value);
   bool read_max_hits(Value value);
   bool read_crossings(Value value);
+  bool read_cull(Value value);
+  bool read_patterns(Value value, const JsonPointer& place, std::vector<std::string>& patterns);
+  bool read_choice(std::string_view name, Value value, std::optional<TriangleChoice>& choice);
   unsigned known_top_keys() const;
   bool finish_rows_or_columns();
   bool check_limits_and_directions();

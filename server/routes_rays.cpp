@@ -1,3 +1,6 @@
+#include <optional>
+
+#include "core/run/kept_sides.h"
 #include "proto/hit_json.h"
 #include "proto/ray_json.h"
 #include "server/hit_terms.h"
@@ -7,6 +10,22 @@
 
 namespace sightline {
 namespace {
+
+/// What a query's filter means for the scene; null when it keeps all. Returns false after it has
+/// answered.
+bool read_filter(Exchange& exchange, const Scene& scene, const HitFilter& filter,
+                 std::optional<KeptSides>& kept) {
+  if (filter.keeps_all()) return true;
+  auto sides = kept_sides(scene, filter);
+  if (!sides) {
+    exchange.reply_error(sides.error());
+    return false;
+  }
+  kept = std::move(*sides);
+  return true;
+}
+
+const KeptSides* pointer(const std::optional<KeptSides>& kept) { return kept ? &*kept : nullptr; }
 
 /// The limits are the service's, the keys are the caller's.
 bool read_rays(Exchange& exchange, const Service& service, RayJsonRules rules, RayQuery& query) {
@@ -27,11 +46,16 @@ bool read_rays(Exchange& exchange, const Service& service, RayJsonRules rules, R
 void closest(Exchange& exchange, const Service& service) {
   const auto scene = admit_scene_query(exchange, service);
   RayQuery query;
-  if (!scene || !read_rays(exchange, service, {}, query)) return;
+  std::optional<KeptSides> kept;
+  if (!scene || !read_rays(exchange, service, {}, query) ||
+      !read_filter(exchange, *scene, query.filter, kept)) {
+    return;
+  }
 
   const Deadline deadline = service.deadline();
   HitBatch hits;
-  if (Status status = service.engine.closest(*scene, query.rays, deadline, hits); !status) {
+  if (Status status = service.engine.closest(*scene, query.rays, deadline, hits, pointer(kept));
+      !status) {
     return exchange.reply_error(status.error());
   }
   HitDescription description;
@@ -47,10 +71,15 @@ void closest(Exchange& exchange, const Service& service) {
 void any(Exchange& exchange, const Service& service) {
   const auto scene = admit_scene_query(exchange, service);
   RayQuery query;
-  if (!scene || !read_rays(exchange, service, {.has_fields = false}, query)) return;
+  std::optional<KeptSides> kept;
+  if (!scene || !read_rays(exchange, service, {.has_fields = false}, query) ||
+      !read_filter(exchange, *scene, query.filter, kept)) {
+    return;
+  }
 
   Column<std::uint8_t> occluded;
-  if (Status status = service.engine.any(*scene, query.rays, service.deadline(), occluded);
+  if (Status status =
+          service.engine.any(*scene, query.rays, service.deadline(), occluded, pointer(kept));
       !status) {
     return exchange.reply_error(status.error());
   }
@@ -60,15 +89,17 @@ void any(Exchange& exchange, const Service& service) {
 void all(Exchange& exchange, const Service& service) {
   const auto scene = admit_scene_query(exchange, service);
   RayQuery query;
+  std::optional<KeptSides> kept;
   if (!scene ||
-      !read_rays(exchange, service, {.has_crossings = true, .has_max_hits = true}, query)) {
+      !read_rays(exchange, service, {.has_crossings = true, .has_max_hits = true}, query) ||
+      !read_filter(exchange, *scene, query.filter, kept)) {
     return;
   }
   const Deadline deadline = service.deadline();
   HitLists lists;
   Column<std::uint64_t> totals;
   Status status = service.engine.all(*scene, query.rays, query.crossings, query.max_hits,
-                                     service.limits.hits, deadline, lists, totals);
+                                     service.limits.hits, deadline, lists, totals, pointer(kept));
   HitDescription description;
   if (status) {
     const bool needs_rays = query.normalize || query.fields.has(HitField::kDistance) ||
@@ -85,13 +116,15 @@ void all(Exchange& exchange, const Service& service) {
 void count(Exchange& exchange, const Service& service) {
   const auto scene = admit_scene_query(exchange, service);
   RayQuery query;
+  std::optional<KeptSides> kept;
   if (!scene ||
-      !read_rays(exchange, service, {.has_fields = false, .has_crossings = true}, query)) {
+      !read_rays(exchange, service, {.has_fields = false, .has_crossings = true}, query) ||
+      !read_filter(exchange, *scene, query.filter, kept)) {
     return;
   }
   Column<std::uint64_t> totals;
-  if (Status status =
-          service.engine.count(*scene, query.rays, query.crossings, service.deadline(), totals);
+  if (Status status = service.engine.count(*scene, query.rays, query.crossings, service.deadline(),
+                                           totals, pointer(kept));
       !status) {
     return exchange.reply_error(status.error());
   }

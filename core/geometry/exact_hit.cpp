@@ -192,6 +192,28 @@ bool exact_crossing(const Vec3d& origin, const Vec3d& direction, const Triangle&
   return side == moved_side(d, b, c) && side == moved_side(d, c, a);
 }
 
+int side_sign(const Vec3d& direction, const Triangle& triangle) {
+  double e1[3], e2[3], sum = 0, size = 0, largest = 0;
+  for (int k = 0; k < 3; ++k) {
+    e1[k] = triangle.v1[k] - triangle.v0[k];
+    e2[k] = triangle.v2[k] - triangle.v0[k];
+    largest = std::fmax(largest, std::fabs(direction[k]));
+  }
+  for (int k = 0; k < 3; ++k) {
+    const int i = (k + 1) % 3, j = (k + 2) % 3;
+    const double a = e1[i] * e2[j], b = e1[j] * e2[i];
+    sum += direction[k] * (a - b);
+    size += std::fabs(direction[k]) * (std::fabs(a) + std::fabs(b));
+  }
+  // No term passes more than eight roundings of 2^-53 (differences, products, sums); what underflow
+  // takes from a product is below 2^-1074 and is multiplied by at most 2^100. Overflow makes the
+  // comparison false.
+  constexpr double kError = 0x1p-49, kUnderflow = 0x1p-960, kLargest = 0x1p100;
+  if (largest < kLargest && std::fabs(sum) > size * kError + kUnderflow) return sum < 0 ? -1 : 1;
+  const Vector d{Dyadic(direction.x), Dyadic(direction.y), Dyadic(direction.z)};
+  return dot(d, normal_of(triangle)).sign();
+}
+
 bool is_on_edge(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle,
                 const ExactT& t) {
   // In a projection that keeps the area: the sides of the point to the three edges, one of which is

@@ -60,6 +60,10 @@ bool exact_crossing(const Vec3d& origin, const Vec3d& direction, const Triangle&
 bool is_on_edge(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle,
                 const ExactT& t);
 
+/// Sign of direction . normal, exactly: -1 where the counter-clockwise side is met, 0 in the plane
+/// or parallel to it. Preconditions: all finite.
+int side_sign(const Vec3d& direction, const Triangle& triangle);
+
 /// Whether the triangle has exactly no area.
 bool is_degenerate(const Triangle& triangle);
 

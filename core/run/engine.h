@@ -10,6 +10,7 @@
 #include "core/query/box_answers.h"
 #include "core/query/box_batch.h"
 #include "core/query/hit_batch.h"
+#include "core/query/hit_filter.h"
 #include "core/query/ray_batch.h"
 #include "core/query/ray_box_answers.h"
 #include "core/scene/scene.h"
@@ -33,21 +34,24 @@ class Engine {
   static std::vector<std::string> kernels();
   ~Engine();
 
+  // `kept` of the four that follow: what counts (kept_sides.h); null: everything.
+
   /// The nearest triangle of every ray. `hits` is resized and overwritten.
-  Status closest(const Scene& scene, const RayBatch& rays, const Deadline& deadline,
-                 HitBatch& hits) const;
+  Status closest(const Scene& scene, const RayBatch& rays, const Deadline& deadline, HitBatch& hits,
+                 const KeptSides* kept = nullptr) const;
   /// Whether each ray meets anything: 1 or 0. `occluded` is resized and overwritten.
   Status any(const Scene& scene, const RayBatch& rays, const Deadline& deadline,
-             Column<std::uint8_t>& occluded) const;
+             Column<std::uint8_t>& occluded, const KeptSides* kept = nullptr) const;
   /// How many triangles each ray meets. `totals` is resized and overwritten.
   Status count(const Scene& scene, const RayBatch& rays, Crossings crossings,
-               const Deadline& deadline, Column<std::uint64_t>& totals) const;
+               const Deadline& deadline, Column<std::uint64_t>& totals,
+               const KeptSides* kept = nullptr) const;
   /// Every triangle that each ray meets, sorted by (exact t, id); of each ray the first `hits_max`.
   /// `totals` counts them all, so that a cut is visible. Both are resized and overwritten.
   /// Errors: TOO_MANY_HITS if the lists together would pass `hits_total_max`.
   Status all(const Scene& scene, const RayBatch& rays, Crossings crossings, std::size_t hits_max,
              std::size_t hits_total_max, const Deadline& deadline, HitLists& lists,
-             Column<std::uint64_t>& totals) const;
+             Column<std::uint64_t>& totals, const KeptSides* kept = nullptr) const;
   /// Position, normal and barycentrics of hits that closest (or all) reported; slots of misses are
   /// left default. `rays[i]` belongs to `hits` slot i.
   Status details(const Scene& scene, const RayBatch& rays, const HitBatch& hits,

@@ -30,6 +30,17 @@ struct Engine::State {
   std::string kernel_name;
   ThreadGroup threads;
 
+  void all(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
+           const KeptSides* kept, Crossings crossings, std::size_t hits_max, std::uint64_t* totals,
+           HitBatch* hits, TraceCounts& counts) const {
+    if (kept != nullptr) {
+      kernel.all_filtered(scene, rays, begin, end, *kept, crossings, hits_max, totals, hits,
+                          counts);
+    } else {
+      kernel.all(scene, rays, begin, end, crossings, hits_max, totals, hits, counts);
+    }
+  }
+
   /// Calls slice(begin, end) over [0, count) on the threads of this engine until the deadline.
   /// Throws what a slice throws.
   template <class Slice>

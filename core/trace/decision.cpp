@@ -130,6 +130,18 @@ void AllHits::append_sorted(std::size_t limit, HitBatch& hits) {
   }
 }
 
+bool counts(const RayQuestion& question, const KeptSides& kept, TriangleId id) {
+  const Scene& scene = question.scene.scene();
+  const std::uint8_t sides = kept.sides[kept.first[id.instance] + scene.primitive_of(id)];
+  if (sides == 0 || sides == KeptSides::kAll) return sides != 0;
+  const WorldTriangle triangle = scene.world_triangle(id);
+  if (!is_finite(triangle)) return false;
+  const int sign = side_sign(question.ray().direction, triangle);
+  return (sides & (sign < 0   ? KeptSides::kFront
+                   : sign > 0 ? KeptSides::kBack
+                              : KeptSides::kEdgeOn)) != 0;
+}
+
 bool examine_any(const RayQuestion& question, TriangleId id) {
   ExactT t;
   return exact_hit_of(question, id, t);

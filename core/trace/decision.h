@@ -8,6 +8,7 @@
 
 #include "core/geometry/exact_hit.h"
 #include "core/query/hit_batch.h"
+#include "core/query/hit_filter.h"
 #include "core/scene/scene_view.h"
 #include "core/trace/ray_setup.h"
 
@@ -98,6 +99,9 @@ class AllHits {
   Crossings crossings_;
   std::vector<Entry> entries_;
 };
+
+/// Whether hits of this triangle on the side that the ray meets count.
+bool counts(const RayQuestion& question, const KeptSides& kept, TriangleId id);
 
 /// Whether the exact predicate finds the triangle within the ray's limits.
 bool examine_any(const RayQuestion& question, TriangleId id);

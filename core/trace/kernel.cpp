@@ -3,6 +3,7 @@
 #include "core/trace/kernel.h"
 
 #include <limits>
+#include <optional>
 
 // Three x86 levels are worth their code: SSSE3 adds nothing to SSE4 here.
 #define HWY_DISABLED_TARGETS HWY_SSSE3
@@ -13,6 +14,7 @@
 #include <hwy/highway.h>
 
 #include "core/trace/detail-inl.h"
+#include "core/trace/filtered-inl.h"
 #include "core/trace/single-inl.h"
 #include "core/trace/together-inl.h"
 
@@ -87,6 +89,57 @@ void trace_all(const SceneView& scene, const RayBatch& rays, std::size_t begin, 
   }
 }
 
+void trace_closest_filtered(const SceneView& scene, const RayBatch& rays, std::size_t begin,
+                            std::size_t end, const KeptSides& kept, HitBatch& hits,
+                            TraceCounts& counts) {
+  for (std::size_t i = begin; i < end; ++i) {
+    hits.t[i] = std::numeric_limits<double>::infinity();
+    hits.instance[i] = hits.triangle[i] = kNone;
+  }
+  if (scene.tree().placements.empty()) return;
+  Finisher finisher(scene, rays, hits, counts.decisions);
+  trace_filtered(
+      scene, rays, begin, end, kept, counts,
+      [](const RayQuestion& question, double tau_max) {
+        return TakeClosest{question, ClosestHit(tau_max)};
+      },
+      [&](std::size_t i, const TakeClosest& sink) {
+        if (sink.best.found()) finisher.add(i, sink.best.candidate);
+      });
+  finisher.flush();
+}
+
+void trace_any_filtered(const SceneView& scene, const RayBatch& rays, std::size_t begin,
+                        std::size_t end, const KeptSides& kept, std::uint8_t* occluded,
+                        TraceCounts& counts) {
+  for (std::size_t i = begin; i < end; ++i) occluded[i] = 0;
+  if (scene.tree().placements.empty()) return;
+  trace_filtered(
+      scene, rays, begin, end, kept, counts,
+      [](const RayQuestion& question, double tau_max) {
+        return TakeAny{question, tau_max};
+      },
+      [&](std::size_t i, const TakeAny& sink) { occluded[i] = sink.found ? 1 : 0; });
+}
+
+void trace_all_filtered(const SceneView& scene, const RayBatch& rays, std::size_t begin,
+                        std::size_t end, const KeptSides& kept, Crossings crossings,
+                        std::size_t hits_max, std::uint64_t* totals, HitBatch* hits,
+                        TraceCounts& counts) {
+  for (std::size_t i = begin; i < end; ++i) totals[i] = 0;
+  if (scene.tree().placements.empty()) return;
+  std::optional<AllHits> all;
+  trace_filtered(
+      scene, rays, begin, end, kept, counts,
+      [&](const RayQuestion& question, double tau_max) {
+        return TakeAll{question, tau_max, all.emplace(question, crossings)};
+      },
+      [&](std::size_t i, const TakeAll&) {
+        totals[i] = all->size();
+        if (hits != nullptr) all->append_sorted(hits_max, *hits);
+      });
+}
+
 void trace_details(const Scene& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
                    const HitBatch& hits, HitDetail* out, TraceCounts& counts) {
   Details details(scene, rays, hits, out, counts);
@@ -110,26 +163,31 @@ std::vector<Kernel> supported_kernels() {
     if ((can & target) != 0) kernels.push_back(kernel);
   };
   // Named one by one, best first, so that a test or a flag can force each of them.
+#define SIGHTLINE_KERNEL(name, target) \
+  {name,                               \
+   target::trace_closest,              \
+   target::trace_any,                  \
+   target::trace_all,                  \
+   target::trace_closest_filtered,     \
+   target::trace_any_filtered,         \
+   target::trace_all_filtered,         \
+   target::trace_details}
 #if HWY_TARGETS & HWY_AVX3
-  add(HWY_AVX3, {"avx512", N_AVX3::trace_closest, N_AVX3::trace_any, N_AVX3::trace_all,
-                 N_AVX3::trace_details});
+  add(HWY_AVX3, SIGHTLINE_KERNEL("avx512", N_AVX3));
 #endif
 #if HWY_TARGETS & HWY_AVX2
-  add(HWY_AVX2,
-      {"avx2", N_AVX2::trace_closest, N_AVX2::trace_any, N_AVX2::trace_all, N_AVX2::trace_details});
+  add(HWY_AVX2, SIGHTLINE_KERNEL("avx2", N_AVX2));
 #endif
 #if HWY_TARGETS & HWY_SSE4
-  add(HWY_SSE4,
-      {"sse4", N_SSE4::trace_closest, N_SSE4::trace_any, N_SSE4::trace_all, N_SSE4::trace_details});
+  add(HWY_SSE4, SIGHTLINE_KERNEL("sse4", N_SSE4));
 #endif
 #if HWY_TARGETS & HWY_NEON
-  add(HWY_NEON,
-      {"neon", N_NEON::trace_closest, N_NEON::trace_any, N_NEON::trace_all, N_NEON::trace_details});
+  add(HWY_NEON, SIGHTLINE_KERNEL("neon", N_NEON));
 #endif
   if (kernels.empty() || HWY_ARCH_X86 != 0) {
-    kernels.push_back({"baseline", HWY_NAMESPACE::trace_closest, HWY_NAMESPACE::trace_any,
-                       HWY_NAMESPACE::trace_all, HWY_NAMESPACE::trace_details});
+    kernels.push_back(SIGHTLINE_KERNEL("baseline", HWY_NAMESPACE));
   }
+#undef SIGHTLINE_KERNEL
   return kernels;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/query/hit_batch.h"
+#include "core/query/hit_filter.h"
 #include "core/query/ray_batch.h"
 #include "core/scene/scene_view.h"
 #include "core/trace/decision.h"
@@ -39,6 +40,17 @@ struct Kernel {
   void (*all)(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
               Crossings crossings, std::size_t hits_max, std::uint64_t* totals, HitBatch* hits,
               TraceCounts& counts);
+  // The same three among the triangles that count, one ray at a time.
+  void (*closest_filtered)(const SceneView& scene, const RayBatch& rays, std::size_t begin,
+                           std::size_t end, const KeptSides& kept, HitBatch& hits,
+                           TraceCounts& counts);
+  void (*any_filtered)(const SceneView& scene, const RayBatch& rays, std::size_t begin,
+                       std::size_t end, const KeptSides& kept, std::uint8_t* occluded,
+                       TraceCounts& counts);
+  void (*all_filtered)(const SceneView& scene, const RayBatch& rays, std::size_t begin,
+                       std::size_t end, const KeptSides& kept, Crossings crossings,
+                       std::size_t hits_max, std::uint64_t* totals, HitBatch* hits,
+                       TraceCounts& counts);
   /// What the hits of the rays look like; slots of misses are left alone. out[i] belongs to ray i.
   void (*details)(const Scene& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
                   const HitBatch& hits, HitDetail* out, TraceCounts& counts);

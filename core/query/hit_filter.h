@@ -1,0 +1,53 @@
+#pragma once
+/// Which triangles of a scene count: by the side that a ray meets, by node and by material.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/column.h"
+#include "core/query/hit_batch.h"
+
+namespace sightline {
+
+/// Of which triangles hits are left out. A triangle's front is its counter-clockwise side; the sign
+/// of direction . normal decides, exactly. A ray in the plane of a triangle meets neither side, so
+/// only kNothing keeps that hit.
+enum class Culling {
+  kNothing,
+  kBack,      ///< keeps those whose front is met
+  kFront,     ///< keeps those whose back is met
+  kMaterial,  ///< as kBack, except where the material is double-sided [glTF2]
+};
+
+/// Some of a scene's triangles: those below any of the named nodes (anywhere, if none of `nodes`
+/// and `names` is given) with any of the named materials (any, if not given).
+struct TriangleChoice {
+  std::optional<std::vector<std::uint32_t>> nodes;    ///< indices in the file, with all below them
+  std::optional<std::vector<std::string>> names;      ///< globs of node names, with all below them
+  std::optional<std::vector<std::string>> materials;  ///< globs of material names
+};
+
+/// What a client asks for.
+struct HitFilter {
+  Culling culling = Culling::kNothing;
+  std::optional<TriangleChoice> include;  ///< nothing else counts
+  std::optional<TriangleChoice> exclude;  ///< does not count, included or not
+
+  bool keeps_all() const { return culling == Culling::kNothing && !include && !exclude; }
+};
+
+/// The same for one scene: which sides of every primitive of every instance count.
+struct KeptSides {
+  static constexpr std::uint8_t kFront = 1, kBack = 2, kEdgeOn = 4, kAll = 7;
+
+  Column<std::size_t> first;   ///< of each instance in `sides`
+  Column<std::uint8_t> sides;  ///< by instance and primitive
+};
+
+/// `*` stands for any text, `?` for one character of UTF-8; everything else for itself.
+bool glob_matches(std::string_view pattern, std::string_view text);
+
+}  // namespace sightline

@@ -1,0 +1,100 @@
+#include "core/run/kept_sides.h"
+
+#include <algorithm>
+#include <unordered_map>
+
+namespace sightline {
+
+namespace {
+
+/// Which nodes and materials a choice names.
+struct Chosen {
+  Column<std::uint8_t> node;      ///< 1 or 0, by SceneDescription::nodes
+  Column<std::uint8_t> material;  ///< by SceneDescription::materials; the last one: no material
+
+  bool holds(const Instance& instance, std::uint32_t its_material) const {
+    const std::size_t none = material.size() - 1;
+    return node[instance.node] != 0 && material[std::min<std::size_t>(its_material, none)] != 0;
+  }
+};
+
+bool matches_any(const std::vector<std::string>& patterns, const std::string& name) {
+  return std::any_of(patterns.begin(), patterns.end(),
+                     [&](const std::string& pattern) { return glob_matches(pattern, name); });
+}
+
+Result<Chosen> choose(const SceneDescription& scene, const TriangleChoice& choice,
+                      const std::string& key) {
+  Chosen chosen;
+  chosen.node.assign(scene.nodes.size(), choice.nodes || choice.names ? 0 : 1);
+  if (choice.nodes) {
+    std::unordered_map<std::uint32_t, std::size_t> by_file;
+    for (std::size_t i = 0; i < scene.nodes.size(); ++i) by_file[scene.nodes[i].file_node] = i;
+    for (std::size_t i = 0; i < choice.nodes->size(); ++i) {
+      const auto found = by_file.find((*choice.nodes)[i]);
+      if (found == by_file.end()) {
+        return Error{ErrorKind::kInvalid, "FILTER_NODE_UNKNOWN",
+                     "the loaded scene has no node " + std::to_string((*choice.nodes)[i]),
+                     "/" + key + "/nodes/" + std::to_string(i)};
+      }
+      chosen.node[found->second] = 1;
+    }
+  }
+  for (std::size_t i = 0; i < scene.nodes.size(); ++i) {
+    // Parents stand before their children.
+    const Node& node = scene.nodes[i];
+    if ((choice.names && matches_any(*choice.names, node.name)) ||
+        (node.parent != kNone && chosen.node[node.parent] != 0)) {
+      chosen.node[i] = 1;
+    }
+  }
+  chosen.material.assign(scene.materials.size() + 1, choice.materials ? 0 : 1);
+  for (std::size_t i = 0; choice.materials && i < scene.materials.size(); ++i) {
+    chosen.material[i] = matches_any(*choice.materials, scene.materials[i].name) ? 1 : 0;
+  }
+  return chosen;
+}
+
+std::uint8_t sides_of(Culling culling, const SceneDescription& scene, std::uint32_t material) {
+  switch (culling) {
+    case Culling::kNothing:
+      return KeptSides::kAll;
+    case Culling::kBack:
+      return KeptSides::kFront;
+    case Culling::kFront:
+      return KeptSides::kBack;
+    case Culling::kMaterial:
+      return material < scene.materials.size() && scene.materials[material].double_sided
+                 ? KeptSides::kAll
+                 : KeptSides::kFront;
+  }
+  return KeptSides::kAll;
+}
+
+}  // namespace
+
+Result<KeptSides> kept_sides(const Scene& scene, const HitFilter& filter) {
+  const SceneDescription& description = scene.description();
+  Chosen include, exclude;
+  for (const auto& [choice, chosen, key] : {std::tuple{&filter.include, &include, "include"},
+                                            std::tuple{&filter.exclude, &exclude, "exclude"}}) {
+    if (!*choice) continue;
+    auto found = choose(description, **choice, key);
+    if (!found) return std::move(found).error();
+    *chosen = std::move(*found);
+  }
+  KeptSides kept;
+  kept.first.reserve(description.instances.size());
+  for (const Instance& instance : description.instances) {
+    kept.first.push_back(kept.sides.size());
+    for (const Primitive& primitive : description.meshes[instance.mesh]->primitives) {
+      const bool counts = (!filter.include || include.holds(instance, primitive.material)) &&
+                          !(filter.exclude && exclude.holds(instance, primitive.material));
+      kept.sides.push_back(counts ? sides_of(filter.culling, description, primitive.material)
+                                  : std::uint8_t{0});
+    }
+  }
+  return kept;
+}
+
+}  // namespace sightline

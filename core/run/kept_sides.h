@@ -1,0 +1,15 @@
+#pragma once
+/// A filter of hits, worked out for one scene.
+
+#include "core/base/result.h"
+#include "core/query/hit_filter.h"
+#include "core/scene/scene.h"
+
+namespace sightline {
+
+/// Errors: FILTER_NODE_UNKNOWN, with a pointer to the number in "include" or "exclude". A glob may
+/// match nothing. Throws std::bad_alloc.
+/// Cost: linear in nodes times patterns, and in instances.
+Result<KeptSides> kept_sides(const Scene& scene, const HitFilter& filter);
+
+}  // namespace sightline

@@ -1,0 +1,92 @@
+"""Hits left out by side, node and material, against answers that were worked out by hand."""
+
+import unittest
+
+import case_report
+from sightline_server import Server
+
+# Triangle i of "left" stands at x + y/2 with x = -6 + 2i, of "right" with x = 2 + 2i, see rays_test.py. Both show
+# their fronts to a ray along +x, their backs to one along -x.
+THROUGH = {"origin": [-10, 1, 0], "direction": [1, 0, 0]}
+BACK = {"origin": [10, 1, 0], "direction": [-1, 0, 0]}
+# Down the axis of the clock tower: the tip of the spire, the top of the tower, see lists_test.py.
+DOWN = {"origin": [0, 100, 0], "direction": [0, -1, 0], "tmax": 99}
+
+
+class Filters(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.server = Server("--preload", "six=demo:six", "--preload", "town=demo:town")
+        cls.addClassCleanup(cls.server.end)
+
+    def hits(self, scene, *rays, **options):
+        answer = self.server.query(scene, "closest", {"rays": list(rays), "fields": ["t", "node"], **options})
+        self.assertEqual(answer.status, 200, answer.body)
+        return [hit and (hit["t"], hit["node"]) for hit in answer.json()["hits"]]
+
+    def test_sides(self):
+        for cull, expected in [("none", [(4.5, "left"), (3.5, "right")]), ("back", [(4.5, "left"), None]),
+                               ("front", [None, (3.5, "right")]), ("material", [(4.5, "left"), None])]:
+            with self.subTest(cull=cull):
+                self.assertEqual(self.hits("six", THROUGH, BACK, cull=cull), expected)
+
+    def test_what_is_left_out_hides_nothing(self):
+        self.assertEqual(self.hits("six", THROUGH, exclude={"names": ["left"]}), [(12.5, "right")])
+        self.assertEqual(self.hits("six", THROUGH, include={"names": ["r?ght"]}), [(12.5, "right")])
+        self.assertEqual(self.hits("six", THROUGH, include={"names": []}), [None])
+        self.assertEqual(self.hits("town", DOWN), [(68, "spire")])
+        self.assertEqual(self.hits("town", DOWN, exclude={"names": ["sp*"]}), [(76, "clock tower")])
+
+    def test_a_node_stands_for_all_below_it(self):
+        ids = self.server.closest("six", ([-10, 1, 0], [1, 0, 0]), ([3, 10, 0], [0, -1, 0]), fields=["node_id", "node_path"])
+        self.assertEqual([hit["node_path"].count("/") for hit in ids], [2, 2])
+        left, right = (hit["node_id"] for hit in ids)
+        (root,) = {0, 1, 2} - {left, right}
+        self.assertEqual(self.hits("six", THROUGH, exclude={"nodes": [left]}), [(12.5, "right")])
+        self.assertEqual(self.hits("six", THROUGH, exclude={"nodes": [root]}), [None])
+        self.assertEqual(self.hits("six", THROUGH, include={"nodes": [root]}, exclude={"nodes": [left]}), [(12.5, "right")])
+
+    def test_materials(self):
+        # A tree of the town seen from above: its first hit is made of leaves.
+        rays = [{"origin": [x, 60, z], "direction": [0, -1, 0]} for x in range(-200, 200, 20) for z in range(-200, 200, 20)]
+        fields = ["material", "node", "t"]
+
+        def ask(**options):
+            return self.server.query("town", "closest", {"rays": rays, "fields": fields, **options}).json()["hits"]
+
+        plain, bare, leaves = ask(), ask(exclude={"materials": ["leaves"]}), ask(include={"materials": ["leaves"]})
+        met = [i for i, hit in enumerate(plain) if hit and hit["material"] == "leaves"]
+        self.assertTrue(met)
+        for i, hit in enumerate(plain):
+            if i in met:
+                self.assertEqual(leaves[i], hit)
+                self.assertTrue(bare[i] is None or bare[i]["t"] > hit["t"] and bare[i]["material"] != "leaves")
+            else:
+                self.assertEqual(bare[i], hit)
+
+    def test_every_kind_of_ray_query_filters(self):
+        options = {"rays": [THROUGH], "exclude": {"names": ["left"]}}
+        self.assertEqual(self.server.query("six", "any", options).json(), {"hits": [True]})
+        self.assertEqual(self.server.query("six", "any", {**options, "cull": "front"}).json(), {"hits": [False]})
+        self.assertEqual(self.server.query("six", "count", options).json(), {"counts": [3]})
+        (result,) = self.server.query("six", "all", {**options, "fields": ["t"]}).json()["results"]
+        self.assertEqual(result, {"total": 3, "hits": [{"t": 12.5}, {"t": 14.5}, {"t": 16.5}]})
+
+    def test_faults_are_named(self):
+        for options, status, code, pointer in [
+                ({"cull": "both"}, 422, "VALUE_UNKNOWN", "/cull"),
+                ({"include": {}}, 422, "KEY_MISSING", "/include"),
+                ({"include": {"node": [1]}}, 422, "KEY_UNKNOWN", "/include/node"),
+                ({"exclude": {"nodes": [0, 99]}}, 422, "FILTER_NODE_UNKNOWN", "/exclude/nodes/1"),
+                ({"exclude": {"nodes": [-1]}}, 422, "NUMBER_OUT_OF_RANGE", "/exclude/nodes/0"),
+                ({"exclude": {"names": [7]}}, 422, "TYPE_WRONG", "/exclude/names/0"),
+                ({"exclude": {"names": ["*"] * 65}}, 413, "FILTER_TOO_LARGE", "/exclude/names/64"),
+                ({"exclude": {"materials": ["x" * 257]}}, 413, "FILTER_TOO_LARGE", "/exclude/materials/0")]:
+            with self.subTest(options=options):
+                answer = self.server.query("six", "closest", {"rays": [THROUGH], **options})
+                self.assertEqual((answer.status, answer.json()["code"]), (status, code))
+                self.assertEqual(answer.json()["errors"][0]["pointer"], pointer)
+
+
+if __name__ == "__main__":
+    case_report.main()

@@ -1,0 +1,213 @@
+// Hits that are filtered by side, node and material, against rational arithmetic.
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <memory>
+
+#include "core/run/engine.h"
+#include "core/run/kept_sides.h"
+#include "tests/oracle/random.h"
+#include "tests/oracle/scene_oracle.h"
+#include "tests/oracle/world_triangles.h"
+
+namespace sightline {
+namespace {
+
+constexpr std::uint64_t kSeed = 62;
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+/// Random triangles on a small grid, so that many rays meet edges, lie in planes or find ties;
+/// three primitives with the materials "glass" (double-sided), "steel" and none.
+std::shared_ptr<const Mesh> grid_mesh(oracle::Random& random) {
+  auto mesh = std::make_shared<Mesh>();
+  for (int i = 0; i < 40; ++i) {
+    const auto x = [&] { return static_cast<float>(random.integer(-3, 3)); };
+    mesh->positions.push_back({x(), x(), x()});
+  }
+  for (int i = 0; i < 3 * 60; ++i)
+    mesh->indices.push_back(static_cast<std::uint32_t>(random.index(40)));
+  mesh->primitives = {{0, 20, 0, 0}, {20, 20, 1, 1}, {40, 20, 2, kNone}};
+  return mesh;
+}
+
+/// root (10) has left (11) and right (12); right has leaf (13).
+std::shared_ptr<const Scene> sample(oracle::Random& random, Joining joining) {
+  SceneDescription description;
+  description.meshes = {grid_mesh(random), grid_mesh(random)};
+  description.nodes = {
+      {"root", 10, kNone, {}}, {"left", 11, 0, {}}, {"right", 12, 0, {}}, {"leaf", 13, 2, {}}};
+  description.materials = {{"glass", true}, {"steel", false}};
+  Affine moved, mirrored;
+  moved.m[0][3] = 2;
+  mirrored.m[2][2] = -1;
+  description.instances = {{0, 1, {}}, {1, 2, moved}, {0, 3, mirrored}};
+  return *Scene::build(std::move(description), TreeQuality::kHigh, joining);
+}
+
+/// What a filter keeps, said once more: by file node and material of the hit.
+struct Expectation {
+  const char* name;
+  HitFilter filter;
+  bool (*keeps)(std::uint32_t file_node, std::uint32_t material);
+};
+
+std::vector<Expectation> expectations() {
+  const auto always = [](std::uint32_t, std::uint32_t) { return true; };
+  using Names = std::vector<std::string>;
+  using Nodes = std::vector<std::uint32_t>;
+  return {
+      {"back", {Culling::kBack, {}, {}}, always},
+      {"front", {Culling::kFront, {}, {}}, always},
+      {"material", {Culling::kMaterial, {}, {}}, always},
+      {"include a node",
+       {Culling::kNothing, TriangleChoice{Nodes{12}, {}, {}}, {}},
+       [](std::uint32_t node, std::uint32_t) { return node == 12 || node == 13; }},
+      {"exclude a glob",
+       {Culling::kNothing, {}, TriangleChoice{{}, Names{"l*"}, {}}},
+       [](std::uint32_t node, std::uint32_t) { return node == 12; }},
+      {"exclude a material",
+       {Culling::kBack, {}, TriangleChoice{{}, {}, Names{"gl?ss"}}},
+       [](std::uint32_t, std::uint32_t material) { return material != 0; }},
+      {"include and exclude",
+       {Culling::kNothing, TriangleChoice{Nodes{10}, {}, Names{"*"}},
+        TriangleChoice{Nodes{11}, {}, Names{"steel"}}},
+       [](std::uint32_t node, std::uint32_t material) {
+         return material != kNone && !(node == 11 && material == 1);
+       }},
+      {"nothing",
+       {Culling::kNothing, TriangleChoice{{}, Names{}, {}}, {}},
+       [](std::uint32_t, std::uint32_t) { return false; }},
+  };
+}
+
+RayBatch grid_rays(oracle::Random& random, std::size_t count) {
+  RayBatch rays;
+  while (rays.size() < count) {
+    const bool is_grid = random.chance(0.7);
+    const auto x = [&] {
+      return is_grid ? static_cast<double>(random.integer(-4, 4)) : random.between(-4, 4);
+    };
+    Ray ray{{x(), x(), x()}, {x(), x(), x()}};
+    if (random.chance(0.3)) ray.tmin = -1;
+    if (random.chance(0.3)) ray.tmax = 1;
+    if (ray.direction.x == 0 && ray.direction.y == 0 && ray.direction.z == 0) continue;
+    rays.push_back(ray);
+  }
+  return rays;
+}
+
+class FilteredTruth {
+ public:
+  explicit FilteredTruth(const Scene& scene)
+      : scene_(scene), world_(scene), oracle_(world_.triangles) {}
+
+  std::vector<std::pair<TriangleId, double>> all(const Ray& ray,
+                                                 const Expectation& expected) const {
+    std::vector<std::pair<TriangleId, double>> kept;
+    for (const oracle::OracleHit& hit : oracle_.all(ray)) {
+      const TriangleId id = world_.id(hit.triangle);
+      const SceneDescription& description = scene_.description();
+      const Instance& instance = description.instances[id.instance];
+      const std::uint32_t material =
+          description.meshes[instance.mesh]->primitives[id.triangle / 20].material;
+      if (!expected.keeps(description.nodes[instance.node].file_node, material)) continue;
+      const oracle::ExactDetail detail =
+          oracle::exact_detail(ray, world_.triangles[hit.triangle], hit.t);
+      const mpq_class side = detail.normal[0] * ray.direction.x +
+                             detail.normal[1] * ray.direction.y +
+                             detail.normal[2] * ray.direction.z;
+      const Culling culling = expected.filter.culling;
+      const bool culls =
+          culling != Culling::kNothing && !(culling == Culling::kMaterial && material == 0);
+      if (culls && !(culling == Culling::kFront ? side > 0 : side < 0)) continue;
+      kept.emplace_back(id, hit.t_rounded);
+    }
+    return kept;
+  }
+
+ private:
+  const Scene& scene_;
+  oracle::WorldTriangles world_;
+  oracle::SceneOracle oracle_;
+};
+
+TEST(Filter, gives_what_rational_arithmetic_keeps_on_every_kernel) {
+  std::printf("seed %llu\n", static_cast<unsigned long long>(kSeed));
+  oracle::Random random(kSeed);
+  std::size_t kept_hits = 0, hidden = 0;
+  for (const Joining joining : {Joining::kMeasured, Joining::kNever}) {
+    const auto scene = sample(random, joining);
+    const FilteredTruth truth(*scene);
+    const RayBatch rays = grid_rays(random, 600);
+    for (const Expectation& expected : expectations()) {
+      const auto kept = kept_sides(*scene, expected.filter);
+      ASSERT_TRUE(kept.ok());
+      for (const std::string& kernel : Engine::kernels()) {
+        const auto engine = *Engine::create({2, kernel});
+        HitBatch closest, unfiltered;
+        Column<std::uint8_t> any;
+        Column<std::uint64_t> counts, totals;
+        HitLists lists;
+        const Deadline never = Deadline::never();
+        ASSERT_TRUE(engine->closest(*scene, rays, never, closest, &*kept));
+        ASSERT_TRUE(engine->closest(*scene, rays, never, unfiltered));
+        ASSERT_TRUE(engine->any(*scene, rays, never, any, &*kept));
+        ASSERT_TRUE(engine->count(*scene, rays, Crossings::kEvery, never, counts, &*kept));
+        ASSERT_TRUE(engine->all(*scene, rays, Crossings::kEvery, 100, 1000000, never, lists, totals,
+                                &*kept));
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+          SCOPED_TRACE(std::string(expected.name) + ", " + kernel + ", ray " + std::to_string(i));
+          const auto exact = truth.all(rays[i], expected);
+          ASSERT_EQ(counts[i], exact.size());
+          ASSERT_EQ(totals[i], exact.size());
+          ASSERT_EQ(any[i] != 0, !exact.empty());
+          ASSERT_EQ(closest.t[i], exact.empty() ? kInf : exact[0].second);
+          ASSERT_EQ(closest.id(i), exact.empty() ? TriangleId() : exact[0].first);
+          for (std::size_t k = 0; k < exact.size(); ++k) {
+            ASSERT_EQ(lists.hits.id(lists.first[i] + k), exact[k].first);
+            ASSERT_EQ(lists.hits.t[lists.first[i] + k], exact[k].second);
+          }
+          kept_hits += exact.size();
+          hidden += !exact.empty() && closest.id(i) != unfiltered.id(i) ? 1u : 0u;
+        }
+      }
+    }
+  }
+  std::printf("hits kept %zu, rays with a nearer hit that does not count %zu\n", kept_hits, hidden);
+  EXPECT_GT(hidden, 1000u);
+}
+
+TEST(Filter, names_a_node_that_the_scene_does_not_have) {
+  oracle::Random random(kSeed);
+  const auto scene = sample(random, Joining::kMeasured);
+  HitFilter filter;
+  filter.exclude = TriangleChoice{std::vector<std::uint32_t>{11, 7}, {}, {}};
+  const auto kept = kept_sides(*scene, filter);
+  ASSERT_FALSE(kept.ok());
+  EXPECT_EQ(kept.error().code, "FILTER_NODE_UNKNOWN");
+  EXPECT_EQ(kept.error().pointer, "/exclude/nodes/1");
+}
+
+TEST(Filter, patterns_match_as_shells_do) {
+  for (const auto& [pattern, text, matches] : {std::tuple{"", "", true},
+                                               {"", "a", false},
+                                               {"*", "", true},
+                                               {"tree*", "tree 17", true},
+                                               {"tree*", "a tree", false},
+                                               {"*tree*", "a tree 7", true},
+                                               {"a?c", "abc", true},
+                                               {"a?c", "ac", false},
+                                               {"?", "\xc3\xa4", true},
+                                               {"??", "\xc3\xa4", false},
+                                               {"a*b*c", "a b b c", true},
+                                               {"a*b*c", "a c b", false},
+                                               {"*a", "aaaa", true},
+                                               {"[a]", "a", false},
+                                               {"**", "xyz", true}}) {
+    EXPECT_EQ(glob_matches(pattern, text), matches) << pattern << " " << text;
+  }
+}
+
+}  // namespace
+}  // namespace sightline
