@@ -16,11 +16,11 @@ static_assert(kRayJsonPadding >= kJsonPadding);
 
 std::string number_text(std::size_t number) { return std::to_string(number); }
 
-constexpr std::array<std::string_view, 12> kTopKeys{
-    "rays",     "origins",   "directions", "tmin", "tmax",    "fields",
-    "max_hits", "crossings", "normalize",  "cull", "include", "exclude"};
+constexpr std::array<std::string_view, 14> kTopKeys{
+    "rays",      "origins",   "directions", "tmin",    "tmax",    "fields",     "max_hits",
+    "crossings", "normalize", "cull",       "include", "exclude", "on_invalid", "work"};
 constexpr unsigned kRaysBit = 1u << 0, kColumnBits = 0x1eu, kFieldsBit = 1u << 5,
-                   kMaxHitsBit = 1u << 6, kCrossingsBit = 1u << 7, kSceneBits = 0xf00u;
+                   kMaxHitsBit = 1u << 6, kCrossingsBit = 1u << 7, kSceneBits = 0x3f00u;
 /// The first key that is an option.
 constexpr std::size_t kFirstOption = 5;
 /// Every key of a row.
@@ -178,7 +178,7 @@ bool RayReader::read_column(Value value, RayPart part) {
 }
 
 unsigned RayReader::known_top_keys() const {
-  unsigned known = kRaysBit | kColumnBits;
+  unsigned known = rules_.has_rays ? kRaysBit | kColumnBits : 0;
   if (rules_.has_fields) known |= kFieldsBit;
   if (rules_.has_max_hits) known |= kMaxHitsBit;
   if (rules_.has_crossings) known |= kCrossingsBit;
@@ -221,7 +221,7 @@ bool RayReader::read_top(Object object) {
 }
 
 bool RayReader::finish_rows_or_columns() {
-  if ((seen_ & kRaysBit) != 0) return true;
+  if ((seen_ & kRaysBit) != 0 || !rules_.has_rays) return true;
   query_.layout = AnswerLayout::kColumns;
   for (const RayPart part : {RayPart::kOrigin, RayPart::kDirection}) {
     if ((seen_ & (2u << static_cast<unsigned>(part))) == 0) {
@@ -260,7 +260,7 @@ bool RayReader::finish_rows_or_columns() {
 
 bool RayReader::check_limits_and_directions() {
   RayFault fault;
-  if (check_rays(query_.rays, fault)) return true;
+  if (query_.marks_invalid || check_rays(query_.rays, fault)) return true;
   std::string_view part_name = fault.part;
   // A tmin of 0 may be the default: then what the client wrote is the tmax.
   if (part_name == "tmin" && query_.rays.tmin[fault.ray] == 0) part_name = "tmax";
@@ -279,12 +279,17 @@ Result<RayQuery> RayReader::read(std::string& body) {
       !check_limits_and_directions()) {
     return error();
   }
-  if (query_.normalize) scale_limits_to_t(query_.rays);
+  finish_rays(query_);
   return std::move(query_);
 }
 
 Result<RayQuery> decode_rays(std::string& body, const RayJsonRules& rules) {
   return RayReader(rules).read(body);
+}
+
+void finish_rays(RayQuery& query) {
+  if (query.marks_invalid) query.invalid = replace_invalid(query.rays);
+  if (query.normalize) scale_limits_to_t(query.rays);
 }
 
 }  // namespace sightline

@@ -9,9 +9,10 @@
 /// become the nearest float64: -0.0, denormals and 17 digits survive.
 /// "cull": "none" ("back", "front", "material"), "include" and "exclude": {"nodes":[3],
 /// "names":["tree*"],"materials":["leaves"]}, any of the three: see core/query/hit_filter.h.
-/// "normalize": true: tmin, tmax and the t of the answer count in scene units, not in |direction|.
-/// Where hits are listed or counted, also "crossings": "every" (or "once"), and where they are
-/// listed "max_hits": 1000, for each ray.
+/// "on_invalid": "refuse" (or "mark"): what a bad ray does to the others. "work": true: what it
+/// cost. "normalize": true: tmin, tmax and the t of the answer count in scene units, not in
+/// |direction|. Where hits are listed or counted, also "crossings": "every" (or "once"), and where
+/// they are listed "max_hits": 1000, for each ray.
 
 #include <cstddef>
 #include <cstdint>
@@ -30,7 +31,11 @@ struct RayJsonRules {
   std::size_t max_rays = 10'000'000;
   /// Whether the answer has fields to choose from; without, the key "fields" is unknown.
   bool has_fields = true;
-  /// The same for "normalize", "cull", "include" and "exclude".
+  /// Without, the body has options only.
+  bool has_rays = true;
+  FieldSet default_fields = kDefaultHitFields;
+  /// As has_fields for what is said of rays through a scene: "normalize", "cull", "include",
+  /// "exclude", "on_invalid", "work".
   bool has_scene = true;
   /// The same for "crossings" and "max_hits".
   bool has_crossings = false;
@@ -46,6 +51,9 @@ struct RayQuery {
   /// Limits came in scene units (they are limits of t here), and t is to be answered so.
   bool normalize = false;
   HitFilter filter;
+  bool marks_invalid = false;  ///< "on_invalid":"mark": bad rays miss, and are named in `invalid`
+  InvalidRays invalid;
+  bool wants_work = false;
   std::uint64_t max_hits = 1000;  ///< of each ray; may be more than the rules' when left out
 };
 
@@ -57,9 +65,14 @@ inline constexpr std::size_t kRayJsonPadding = 64;
 /// Errors, 400: JSON_MALFORMED. 422: KEY_UNKNOWN, KEY_DUPLICATE, KEY_MISSING, KEYS_MIXED (rows and
 /// columns in one body), TYPE_WRONG, LENGTH_WRONG, NUMBER_NOT_FINITE (NaN, Infinity, 1e999),
 /// FIELD_UNKNOWN (names the known ones), FIELD_DUPLICATE, FIELDS_EMPTY, NUMBER_OUT_OF_RANGE
-/// (max_hits, nodes), VALUE_UNKNOWN (crossings, cull), and the codes of check_rays. 413:
-/// RAYS_TOO_MANY, FILTER_TOO_LARGE, BODY_TOO_LARGE (4 GiB and more). 507: MEMORY_FULL (the parser
-/// needs several times the body).
+/// (max_hits, nodes), VALUE_UNKNOWN (crossings, cull, on_invalid), and the codes of check_rays.
+/// 413: RAYS_TOO_MANY, FILTER_TOO_LARGE, BODY_TOO_LARGE (4 GiB and more). 507: MEMORY_FULL (the
+/// parser needs several times the body).
 Result<RayQuery> decode_rays(std::string& body, const RayJsonRules& rules);
+
+/// The last step of every decoder: puts rays that miss in the place of bad ones where those are to
+/// be marked, and turns limits into limits of t. Precondition: they are to be marked, or all are
+/// good.
+void finish_rays(RayQuery& query);
 
 }  // namespace sightline

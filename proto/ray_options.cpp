@@ -83,6 +83,14 @@ bool RayReader::read_cull(Value value) {
   return true;
 }
 
+bool RayReader::read_on_invalid(Value value) {
+  constexpr std::array<std::string_view, 2> kWords{"refuse", "mark"};
+  std::size_t which = 0;
+  if (!read_word(value, kWords, which, JsonPointer().key("on_invalid"))) return false;
+  query_.marks_invalid = which == 1;
+  return true;
+}
+
 bool RayReader::read_patterns(Value value, const JsonPointer& place,
                               std::vector<std::string>& patterns) {
   const auto read_one = [&](std::size_t i, Value entry) {
@@ -160,6 +168,8 @@ bool RayReader::read_option(std::string_view key, Value value) {
   if (key == "crossings") return read_crossings(value);
   if (key == "normalize") return read_boolean(value, query_.normalize, JsonPointer().key(key));
   if (key == "cull") return read_cull(value);
+  if (key == "on_invalid") return read_on_invalid(value);
+  if (key == "work") return read_boolean(value, query_.wants_work, JsonPointer().key(key));
   return read_choice(key, value, key == "include" ? query_.filter.include : query_.filter.exclude);
 }
 

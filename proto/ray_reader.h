@@ -26,7 +26,9 @@ inline constexpr std::array<std::string_view, 4> kRayColumnKeys{"origins", "dire
 /// Reads one body of rays.
 class RayReader : protected JsonReader {
  public:
-  explicit RayReader(const RayJsonRules& rules) : rules_(rules) {}
+  explicit RayReader(const RayJsonRules& rules) : rules_(rules) {
+    query_.fields = rules.default_fields;
+  }
   virtual ~RayReader() = default;
   RayReader(const RayReader&) = delete;
   RayReader& operator=(const RayReader&) = delete;
@@ -60,6 +62,7 @@ class RayReader : protected JsonReader {
   bool read_max_hits(Value value);
   bool read_crossings(Value value);
   bool read_cull(Value value);
+  bool read_on_invalid(Value value);
   bool read_patterns(Value value, const JsonPointer& place, std::vector<std::string>& patterns);
   bool read_choice(std::string_view name, Value value, std::optional<TriangleChoice>& choice);
   unsigned known_top_keys() const;

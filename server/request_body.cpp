@@ -47,15 +47,25 @@ bool admit_body(Exchange& exchange, std::uint64_t limit) {
   return true;
 }
 
-bool admit_media_type(Exchange& exchange, std::initializer_list<std::string_view> accepted,
-                      std::initializer_list<std::string_view> tolerated) {
-  if (!exchange.request.has_header("Content-Type")) return true;
+namespace {
+
+/// The media type without its parameters, in lower case.
+std::string media_type(const Exchange& exchange) {
   std::string type = exchange.request.get_header_value("Content-Type");
   type.resize(std::min(type.find(';'), type.size()));
   while (!type.empty() && type.back() == ' ') type.pop_back();
   std::transform(type.begin(), type.end(), type.begin(), [](char c) {
     return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   });
+  return type;
+}
+
+}  // namespace
+
+bool admit_media_type(Exchange& exchange, std::initializer_list<std::string_view> accepted,
+                      std::initializer_list<std::string_view> tolerated) {
+  if (!exchange.request.has_header("Content-Type")) return true;
+  const std::string type = media_type(exchange);
   std::string list;
   for (const std::string_view each : accepted) {
     if (type == each) return true;
@@ -68,6 +78,14 @@ bool admit_media_type(Exchange& exchange, std::initializer_list<std::string_view
 
 bool admit_query_type(Exchange& exchange) {
   return admit_media_type(exchange, {"application/json"}, {kFormMediaType});
+}
+
+std::optional<QueryType> admit_rays_type(Exchange& exchange) {
+  constexpr std::string_view kBinary = "application/octet-stream";
+  if (!admit_media_type(exchange, {"application/json", kBinary}, {kFormMediaType})) {
+    return std::nullopt;
+  }
+  return media_type(exchange) == kBinary ? QueryType::kBinary : QueryType::kJson;
 }
 
 bool read_body(Exchange& exchange, std::uint64_t limit,

@@ -36,6 +36,10 @@ inline constexpr std::string_view kFormMediaType = "application/x-www-form-urlen
 /// is not shown to the site. Returns false after it has answered.
 bool admit_query_type(Exchange& exchange);
 
+/// The same for rays, which come as bytes too. Nothing after it has answered.
+enum class QueryType { kJson, kBinary };
+std::optional<QueryType> admit_rays_type(Exchange& exchange);
+
 /// Hands the body on in pieces. Returns false after it has answered: BODY_TOO_LARGE,
 /// BODY_INCOMPLETE (the client stopped, or broke the framing), or what `sink` said.
 /// Precondition: admit_body was true.

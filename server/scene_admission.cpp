@@ -29,9 +29,11 @@ SceneSnapshot admit_scene(Exchange& exchange, const Service& service) {
 }
 
 std::shared_ptr<const Scene> admit_scene_query(Exchange& exchange, const Service& service) {
-  if (!admit_query_type(exchange) || !admit_body(exchange, service.limits.query_bytes)) {
-    return nullptr;
-  }
+  return admit_query_type(exchange) ? admit_query_of_scene(exchange, service) : nullptr;
+}
+
+std::shared_ptr<const Scene> admit_query_of_scene(Exchange& exchange, const Service& service) {
+  if (!admit_body(exchange, service.limits.query_bytes)) return nullptr;
   const SceneSnapshot stored = admit_scene(exchange, service);
   return stored ? stored->scene : nullptr;
 }

@@ -1,6 +1,9 @@
 #include "core/query/ray_batch.h"
 
 #include <cmath>
+#include <limits>
+
+#include "core/geometry/triangle.h"
 
 namespace sightline {
 
@@ -65,34 +68,54 @@ void scale_limits_to_t(RayBatch& rays) {
   }
 }
 
+namespace {
+
+/// What is wrong with one ray, without its number. An empty code: nothing.
+RayFault fault_of(const Ray& ray) {
+  if (!is_finite(ray.origin)) {
+    return {0, "origin", "RAY_NOT_FINITE", "an origin must be three finite numbers"};
+  }
+  if (!is_finite(ray.direction)) {
+    return {0, "direction", "RAY_NOT_FINITE", "a direction must be three finite numbers"};
+  }
+  if (ray.direction.x == 0 && ray.direction.y == 0 && ray.direction.z == 0) {
+    return {0, "direction", "RAY_DIRECTION_ZERO", "a direction must not be zero"};
+  }
+  if (std::isnan(ray.tmin)) return {0, "tmin", "RAY_LIMIT_NAN", "tmin must be a number"};
+  if (std::isnan(ray.tmax)) return {0, "tmax", "RAY_LIMIT_NAN", "tmax must be a number"};
+  if (ray.tmin > ray.tmax) {
+    return {0, "tmin", "RAY_LIMITS_REVERSED", "tmin must not be larger than tmax"};
+  }
+  return {};
+}
+
+}  // namespace
+
 bool check_rays(const RayBatch& rays, RayFault& fault) {
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    if (!std::isfinite(rays.ox[i]) || !std::isfinite(rays.oy[i]) || !std::isfinite(rays.oz[i])) {
-      fault = {i, "origin", "RAY_NOT_FINITE", "an origin must be three finite numbers"};
-      return false;
-    }
-    if (!std::isfinite(rays.dx[i]) || !std::isfinite(rays.dy[i]) || !std::isfinite(rays.dz[i])) {
-      fault = {i, "direction", "RAY_NOT_FINITE", "a direction must be three finite numbers"};
-      return false;
-    }
-    if (rays.dx[i] == 0 && rays.dy[i] == 0 && rays.dz[i] == 0) {
-      fault = {i, "direction", "RAY_DIRECTION_ZERO", "a direction must not be zero"};
-      return false;
-    }
-    if (std::isnan(rays.tmin[i])) {
-      fault = {i, "tmin", "RAY_LIMIT_NAN", "tmin must be a number"};
-      return false;
-    }
-    if (std::isnan(rays.tmax[i])) {
-      fault = {i, "tmax", "RAY_LIMIT_NAN", "tmax must be a number"};
-      return false;
-    }
-    if (rays.tmin[i] > rays.tmax[i]) {
-      fault = {i, "tmin", "RAY_LIMITS_REVERSED", "tmin must not be larger than tmax"};
-      return false;
-    }
+    RayFault found = fault_of(rays[i]);
+    if (*found.code == '\0') continue;
+    found.ray = i;
+    fault = found;
+    return false;
   }
   return true;
+}
+
+InvalidRays replace_invalid(RayBatch& rays) {
+  // No real t is infinite.
+  constexpr double kInf = std::numeric_limits<double>::infinity();
+  InvalidRays invalid;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const RayFault found = fault_of(rays[i]);
+    if (*found.code == '\0') continue;
+    invalid.number.push_back(i);
+    invalid.code.push_back(found.code);
+    rays.ox[i] = rays.oy[i] = rays.oz[i] = rays.dy[i] = rays.dz[i] = 0;
+    rays.dx[i] = 1;
+    rays.tmin[i] = rays.tmax[i] = kInf;
+  }
+  return invalid;
 }
 
 }  // namespace sightline

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <limits>
+#include <vector>
 
 #include "core/base/column.h"
 #include "core/base/result.h"
@@ -45,6 +46,16 @@ struct RayFault {
 /// direction, a direction of exactly zero, a NaN limit, or tmin > tmax. Infinite limits are
 /// allowed. Returns true and leaves `fault` alone when every ray is good.
 bool check_rays(const RayBatch& rays, RayFault& fault);
+
+/// The bad rays of a batch.
+struct InvalidRays {
+  Column<std::size_t> number;  ///< ascending
+  std::vector<const char*> code;
+};
+
+/// As check_rays, for batches whose good rays are to be answered whatever the others are: puts a
+/// ray that meets nothing in the place of each bad one, and says which.
+InvalidRays replace_invalid(RayBatch& rays);
 
 /// t * |direction|, what t is in scene units, within 2^-51 of itself whatever the scale (unless it
 /// underflows). Precondition: the direction is finite and not zero. An infinite t stays so.

@@ -37,15 +37,17 @@ Result<std::unique_ptr<Engine>> Engine::create(const EngineOptions& options) {
 }
 
 Status Engine::closest(const Scene& scene, const RayBatch& rays, const Deadline& deadline,
-                       HitBatch& hits, const KeptSides* kept) const {
+                       HitBatch& hits, const RayOptions& options) const {
   const SceneTrees::Use use(scene.trees());
+  WorkLog log(scene, options.work);
   return within_memory([&]() -> Status {
     hits.resize(rays.size());
     const auto trace = [&](const SceneView& view, const RayBatch& some, HitBatch& found) {
       return state_->run(some.size(), deadline, [&](std::size_t begin, std::size_t end) {
         TraceCounts counts;
-        if (kept != nullptr) {
-          state_->kernel.closest_filtered(view, some, begin, end, *kept, found, counts);
+        const WorkLog::Entry entry(log, counts);
+        if (options.kept != nullptr) {
+          state_->kernel.closest_filtered(view, some, begin, end, *options.kept, found, counts);
         } else {
           state_->kernel.closest(view, some, begin, end, found, counts);
         }
@@ -72,15 +74,17 @@ Status Engine::closest(const Scene& scene, const RayBatch& rays, const Deadline&
 }
 
 Status Engine::any(const Scene& scene, const RayBatch& rays, const Deadline& deadline,
-                   Column<std::uint8_t>& occluded, const KeptSides* kept) const {
+                   Column<std::uint8_t>& occluded, const RayOptions& options) const {
   const SceneTrees::Use use(scene.trees());
+  WorkLog log(scene, options.work);
   return within_memory([&]() -> Status {
     occluded.resize(rays.size());
     const auto trace = [&](const SceneView& view, const RayBatch& some, std::uint8_t* found) {
       return state_->run(some.size(), deadline, [&](std::size_t begin, std::size_t end) {
         TraceCounts counts;
-        if (kept != nullptr) {
-          state_->kernel.any_filtered(view, some, begin, end, *kept, found, counts);
+        const WorkLog::Entry entry(log, counts);
+        if (options.kept != nullptr) {
+          state_->kernel.any_filtered(view, some, begin, end, *options.kept, found, counts);
         } else {
           state_->kernel.any(view, some, begin, end, found, counts);
         }
@@ -105,8 +109,9 @@ Status Engine::any(const Scene& scene, const RayBatch& rays, const Deadline& dea
 
 Status Engine::count(const Scene& scene, const RayBatch& rays, Crossings crossings,
                      const Deadline& deadline, Column<std::uint64_t>& totals,
-                     const KeptSides* kept) const {
+                     const RayOptions& options) const {
   const SceneTrees::Use use(scene.trees());
+  WorkLog log(scene, options.work);
   return within_memory([&]() -> Status {
     totals.resize(rays.size());
     const auto met = [&](PendingTrees& pending, std::size_t i, std::vector<std::uint32_t>& trees) {
@@ -116,7 +121,8 @@ Status Engine::count(const Scene& scene, const RayBatch& rays, Crossings crossin
     if (!view) return view.error();
     const auto slice = [&](std::size_t begin, std::size_t end) {
       TraceCounts counts;
-      state_->all(*view, rays, begin, end, kept, crossings, 0, totals.data(), nullptr, counts);
+      const WorkLog::Entry entry(log, counts);
+      state_->all(*view, rays, begin, end, options, crossings, 0, totals.data(), nullptr, counts);
     };
     return state_->run(rays.size(), deadline, slice, kListSlice);
   });
@@ -124,8 +130,10 @@ Status Engine::count(const Scene& scene, const RayBatch& rays, Crossings crossin
 
 Status Engine::all(const Scene& scene, const RayBatch& rays, Crossings crossings,
                    std::size_t hits_max, std::size_t hits_total_max, const Deadline& deadline,
-                   HitLists& lists, Column<std::uint64_t>& totals, const KeptSides* kept) const {
+                   HitLists& lists, Column<std::uint64_t>& totals,
+                   const RayOptions& options) const {
   const SceneTrees::Use use(scene.trees());
+  WorkLog log(scene, options.work);
   return within_memory([&]() -> Status {
     // Every slice fills a list of its own; they are joined in the order of rays.
     std::vector<HitBatch> slices((rays.size() + kListSlice - 1) / kListSlice);
@@ -138,11 +146,12 @@ Status Engine::all(const Scene& scene, const RayBatch& rays, Crossings crossings
     if (!view) return view.error();
     const auto gather = [&](std::size_t begin, std::size_t end) {
       TraceCounts counts;
+      const WorkLog::Entry entry(log, counts);
       HitBatch& slice = slices[begin / kListSlice];
       // One by one: beyond the limit there is at most one ray's list for each thread.
       for (std::size_t i = begin; i < end; ++i) {
         if (gathered.load(std::memory_order_relaxed) > hits_total_max) return;
-        state_->all(*view, rays, i, i + 1, kept, crossings, hits_max, totals.data(), &slice,
+        state_->all(*view, rays, i, i + 1, options, crossings, hits_max, totals.data(), &slice,
                     counts);
         gathered.fetch_add(std::min<std::size_t>(totals[i], hits_max), std::memory_order_relaxed);
       }

@@ -11,6 +11,7 @@
 #include "core/query/box_batch.h"
 #include "core/query/hit_batch.h"
 #include "core/query/hit_filter.h"
+#include "core/query/query_work.h"
 #include "core/query/ray_batch.h"
 #include "core/query/ray_box_answers.h"
 #include "core/scene/scene.h"
@@ -20,6 +21,12 @@ namespace sightline {
 struct EngineOptions {
   int threads = 0;     ///< 0: as many as the machine has
   std::string kernel;  ///< empty: the best that this machine can run; else one of Engine::kernels()
+};
+
+/// How rays are asked for.
+struct RayOptions {
+  const KeptSides* kept = nullptr;  ///< what counts (kept_sides.h); null: everything
+  QueryWork* work = nullptr;        ///< what it cost is added, if not null
 };
 
 /// Made once by main and handed down. All methods may be called from many threads at once; none
@@ -34,24 +41,22 @@ class Engine {
   static std::vector<std::string> kernels();
   ~Engine();
 
-  // `kept` of the four that follow: what counts (kept_sides.h); null: everything.
-
   /// The nearest triangle of every ray. `hits` is resized and overwritten.
   Status closest(const Scene& scene, const RayBatch& rays, const Deadline& deadline, HitBatch& hits,
-                 const KeptSides* kept = nullptr) const;
+                 const RayOptions& options = {}) const;
   /// Whether each ray meets anything: 1 or 0. `occluded` is resized and overwritten.
   Status any(const Scene& scene, const RayBatch& rays, const Deadline& deadline,
-             Column<std::uint8_t>& occluded, const KeptSides* kept = nullptr) const;
+             Column<std::uint8_t>& occluded, const RayOptions& options = {}) const;
   /// How many triangles each ray meets. `totals` is resized and overwritten.
   Status count(const Scene& scene, const RayBatch& rays, Crossings crossings,
                const Deadline& deadline, Column<std::uint64_t>& totals,
-               const KeptSides* kept = nullptr) const;
+               const RayOptions& options = {}) const;
   /// Every triangle that each ray meets, sorted by (exact t, id); of each ray the first `hits_max`.
   /// `totals` counts them all, so that a cut is visible. Both are resized and overwritten.
   /// Errors: TOO_MANY_HITS if the lists together would pass `hits_total_max`.
   Status all(const Scene& scene, const RayBatch& rays, Crossings crossings, std::size_t hits_max,
              std::size_t hits_total_max, const Deadline& deadline, HitLists& lists,
-             Column<std::uint64_t>& totals, const KeptSides* kept = nullptr) const;
+             Column<std::uint64_t>& totals, const RayOptions& options = {}) const;
   /// Position, normal and barycentrics of hits that closest (or all) reported; slots of misses are
   /// left default. `rays[i]` belongs to `hits` slot i.
   Status details(const Scene& scene, const RayBatch& rays, const HitBatch& hits,

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <mutex>
 #include <string>
 
 #include "core/base/parallel.h"
@@ -25,16 +26,59 @@ Status within_memory(const Answer& answer) {
   return within_memory("there is no memory for the answer", answer);
 }
 
+/// Adds up what the slices of a query have cost, when someone wants to know.
+class WorkLog {
+ public:
+  WorkLog(const Scene& scene, QueryWork* work) : scene_(scene), work_(work) {
+    if (work_ != nullptr) trees_before_ = scene_.trees().stats().trees_built;
+  }
+  ~WorkLog() {
+    if (work_ != nullptr) work_->trees_built += scene_.trees().stats().trees_built - trees_before_;
+  }
+  WorkLog(const WorkLog&) = delete;
+  WorkLog& operator=(const WorkLog&) = delete;
+
+  /// Adds the counts of a slice when the slice is over.
+  class Entry {
+   public:
+    Entry(WorkLog& log, const TraceCounts& counts) : log_(log), counts_(counts) {}
+    ~Entry() {
+      if (log_.work_ != nullptr) log_.add(counts_);
+    }
+    Entry(const Entry&) = delete;
+    Entry& operator=(const Entry&) = delete;
+
+   private:
+    WorkLog& log_;
+    const TraceCounts& counts_;
+  };
+
+ private:
+  void add(const TraceCounts& counts) {
+    const std::lock_guard hold(mutex_);
+    work_->nodes += counts.nodes + counts.packet_nodes;
+    work_->blocks += counts.blocks;
+    work_->placements += counts.placements;
+    work_->exact += counts.decisions.exact_hits + counts.decisions.exact_compares +
+                    counts.decisions.exact_roundings;
+  }
+
+  const Scene& scene_;
+  QueryWork* work_;
+  std::uint64_t trees_before_ = 0;
+  std::mutex mutex_;
+};
+
 struct Engine::State {
   Kernel kernel;
   std::string kernel_name;
   ThreadGroup threads;
 
   void all(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
-           const KeptSides* kept, Crossings crossings, std::size_t hits_max, std::uint64_t* totals,
-           HitBatch* hits, TraceCounts& counts) const {
-    if (kept != nullptr) {
-      kernel.all_filtered(scene, rays, begin, end, *kept, crossings, hits_max, totals, hits,
+           const RayOptions& options, Crossings crossings, std::size_t hits_max,
+           std::uint64_t* totals, HitBatch* hits, TraceCounts& counts) const {
+    if (options.kept != nullptr) {
+      kernel.all_filtered(scene, rays, begin, end, *options.kept, crossings, hits_max, totals, hits,
                           counts);
     } else {
       kernel.all(scene, rays, begin, end, crossings, hits_max, totals, hits, counts);

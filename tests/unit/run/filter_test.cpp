@@ -145,17 +145,18 @@ TEST(Filter, gives_what_rational_arithmetic_keeps_on_every_kernel) {
       ASSERT_TRUE(kept.ok());
       for (const std::string& kernel : Engine::kernels()) {
         const auto engine = *Engine::create({2, kernel});
+        const RayOptions options{&*kept, nullptr};
         HitBatch closest, unfiltered;
         Column<std::uint8_t> any;
         Column<std::uint64_t> counts, totals;
         HitLists lists;
         const Deadline never = Deadline::never();
-        ASSERT_TRUE(engine->closest(*scene, rays, never, closest, &*kept));
+        ASSERT_TRUE(engine->closest(*scene, rays, never, closest, options));
         ASSERT_TRUE(engine->closest(*scene, rays, never, unfiltered));
-        ASSERT_TRUE(engine->any(*scene, rays, never, any, &*kept));
-        ASSERT_TRUE(engine->count(*scene, rays, Crossings::kEvery, never, counts, &*kept));
+        ASSERT_TRUE(engine->any(*scene, rays, never, any, options));
+        ASSERT_TRUE(engine->count(*scene, rays, Crossings::kEvery, never, counts, options));
         ASSERT_TRUE(engine->all(*scene, rays, Crossings::kEvery, 100, 1000000, never, lists, totals,
-                                &*kept));
+                                options));
         for (std::size_t i = 0; i < rays.size(); ++i) {
           SCOPED_TRACE(std::string(expected.name) + ", " + kernel + ", ray " + std::to_string(i));
           const auto exact = truth.all(rays[i], expected);

@@ -1,0 +1,17 @@
+#pragma once
+/// What a query has cost.
+
+#include <cstdint>
+
+namespace sightline {
+
+struct QueryWork {
+  std::uint64_t nodes = 0;       ///< of trees, whose eight boxes were looked at
+  std::uint64_t blocks = 0;      ///< of up to four triangles that were tested
+  std::uint64_t placements = 0;  ///< of meshes that were entered
+  std::uint64_t exact = 0;       ///< decisions that float64 left open, taken by integers
+  /// In this scene while the query ran, by whomever.
+  std::uint64_t trees_built = 0;
+};
+
+}  // namespace sightline

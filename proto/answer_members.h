@@ -1,0 +1,27 @@
+#pragma once
+/// What stands in an answer beside the answer itself, when it was asked for.
+
+#include <string>
+
+#include "core/query/query_work.h"
+#include "core/query/ray_batch.h"
+
+namespace sightline {
+
+/// Of one request.
+struct WorkReport {
+  QueryWork work;
+  std::uint64_t parse_us = 0, trace_us = 0, describe_us = 0, print_us = 0;
+};
+
+/// {"nodes":..,"blocks":..,"placements":..,"exact":..,"trees_built":..,"microseconds":{"parse":..,
+/// "trace":..,"describe":..,"print":..}}
+std::string encode_work(const WorkReport& report);
+
+/// [{"ray":17,"code":"RAY_DIRECTION_ZERO"}]
+std::string encode_invalid(const InvalidRays& invalid);
+
+/// Adds a member behind those of an object that has some already.
+void add_member(std::string& object, std::string_view name, std::string_view json);
+
+}  // namespace sightline

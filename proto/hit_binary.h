@@ -1,0 +1,27 @@
+#pragma once
+/// Answers to rays as bytes: proto/BINARY.md has the table.
+
+#include <span>
+#include <string>
+
+#include "core/query/ray_batch.h"
+#include "proto/hit_json.h"
+
+namespace sightline {
+
+/// Whether `fields` can be told without texts. Errors: FIELD_IS_TEXT, naming the first that cannot.
+Status check_binary_fields(FieldSet fields);
+
+// As the functions of the same names in hit_json.h; columns of texts are left out. `invalid`: the
+// bad rays, or null when the whole batch is good by itself.
+
+std::string encode_hits_binary(const HitBatch& hits, std::span<const HitDetail> details,
+                               const HitTerms& terms, FieldSet fields, const InvalidRays* invalid);
+std::string encode_hit_lists_binary(const HitLists& lists, std::span<const std::uint64_t> totals,
+                                    std::span<const HitDetail> details, const HitTerms& terms,
+                                    FieldSet fields, const InvalidRays* invalid);
+std::string encode_counts_binary(std::span<const std::uint64_t> counts, const InvalidRays* invalid);
+std::string encode_occlusion_binary(std::span<const std::uint8_t> occluded,
+                                    const InvalidRays* invalid);
+
+}  // namespace sightline

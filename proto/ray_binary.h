@@ -1,0 +1,26 @@
+#pragma once
+/// Rays as bytes, for those who have them as numbers: proto/BINARY.md has the table.
+
+#include <string_view>
+
+#include "core/base/result.h"
+#include "proto/ray_json.h"
+
+namespace sightline {
+
+inline constexpr std::string_view kBinaryMediaType = "application/octet-stream";
+
+/// What a binary request without "fields" gets: no texts.
+inline constexpr FieldSet kDefaultBinaryFields{HitField::kT, HitField::kInstance,
+                                               HitField::kPrimitive, HitField::kTriangle};
+/// Fields that a binary answer cannot have.
+inline constexpr FieldSet kTextFields{HitField::kNode, HitField::kNodePath, HitField::kMesh,
+                                      HitField::kMaterial};
+
+/// The body is only read. Any numbers are good as float32 too: they become the same float64.
+/// Errors, 400: BINARY_MALFORMED (magic, flags, or a length that is not the one the header says;
+/// with both numbers). 422: FIELD_IS_TEXT, the codes of the options' JSON and of check_rays, whose
+/// pointer is /rays/N/... . 413: RAYS_TOO_MANY.
+Result<RayQuery> decode_rays_binary(std::string_view body, const RayJsonRules& rules);
+
+}  // namespace sightline

@@ -1,0 +1,68 @@
+#include "server/ray_request.h"
+
+#include "core/run/kept_sides.h"
+#include "proto/hit_binary.h"
+#include "proto/ray_binary.h"
+#include "server/request_body.h"
+#include "server/scene_admission.h"
+
+namespace sightline {
+
+bool RayRequest::read_query(const RayJsonRules& rules, bool is_binary) {
+  std::string body;
+  if (!read_body(exchange_, service_.limits.query_bytes, kRayJsonPadding, body)) return false;
+  last_ = Clock::now();
+  auto decoded = is_binary ? decode_rays_binary(body, rules) : decode_rays(body, rules);
+  if (!decoded) {
+    exchange_.reply_error(decoded.error());
+    return false;
+  }
+  query_ = std::move(*decoded);
+  exchange_.rays = query_.rays.size();
+  return true;
+}
+
+bool RayRequest::read(RayJsonRules rules) {
+  rules.max_rays = service_.limits.rays;
+  rules.max_hits = service_.limits.hits;
+  const std::optional<QueryType> type = admit_rays_type(exchange_);
+  if (!type) return false;
+  scene_ = admit_query_of_scene(exchange_, service_);
+  if (!scene_ || !read_query(rules, *type == QueryType::kBinary)) return false;
+  if (!query_.filter.keeps_all()) {
+    auto kept = kept_sides(*scene_, query_.filter);
+    if (!kept) {
+      exchange_.reply_error(kept.error());
+      return false;
+    }
+    kept_ = std::move(*kept);
+  }
+  deadline_ = service_.deadline();
+  add_time(&WorkReport::parse_us);
+  return true;
+}
+
+void RayRequest::add_time(std::uint64_t WorkReport::*step) {
+  const Clock::time_point now = Clock::now();
+  report_.*step += static_cast<std::uint64_t>(
+      std::chrono::duration_cast<std::chrono::microseconds>(now - last_).count());
+  last_ = now;
+}
+
+bool RayRequest::went_well(const Status& status) {
+  if (!status) exchange_.reply_error(status.error());
+  return static_cast<bool>(status);
+}
+
+void RayRequest::reply(std::string encoded) {
+  add_time(&WorkReport::print_us);
+  if (is_binary()) {
+    if (query_.wants_work) exchange_.response.set_header("X-Sightline-Work", encode_work(report_));
+    return exchange_.reply(200, std::move(encoded), kBinaryMediaType);
+  }
+  if (invalid() != nullptr) add_member(encoded, "invalid", encode_invalid(query_.invalid));
+  if (query_.wants_work) add_member(encoded, "work", encode_work(report_));
+  exchange_.reply_json(200, std::move(encoded));
+}
+
+}  // namespace sightline

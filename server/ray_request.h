@@ -1,0 +1,57 @@
+#pragma once
+/// What the routes of rays share: a request on its way to an answer.
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/run/engine.h"
+#include "proto/answer_members.h"
+#include "proto/ray_json.h"
+#include "server/exchange.h"
+#include "server/service.h"
+
+namespace sightline {
+
+class RayRequest {
+ public:
+  RayRequest(Exchange& exchange, const Service& service) : exchange_(exchange), service_(service) {}
+
+  /// Admits the request, finds the scene, reads the body, JSON or binary, and works its filter out.
+  /// The limits are the service's, the keys are the caller's. Returns false after it has answered.
+  bool read(RayJsonRules rules);
+
+  const Scene& scene() const { return *scene_; }
+  const RayQuery& query() const { return query_; }
+  const Deadline& deadline() const { return deadline_; }
+  RayOptions options() {
+    return {kept_ ? &*kept_ : nullptr, query_.wants_work ? &report_.work : nullptr};
+  }
+  bool is_binary() const { return query_.layout == AnswerLayout::kBinary; }
+  /// The bad rays, where they are to be marked; else null.
+  const InvalidRays* invalid() const { return query_.marks_invalid ? &query_.invalid : nullptr; }
+
+  /// Adds the time since the last call to one of WorkReport's.
+  void add_time(std::uint64_t WorkReport::*step);
+
+  /// Answers with `status`'s error. Returns whether there was none.
+  bool went_well(const Status& status);
+  /// Sends what was encoded, JSON or binary as the query came, with what was asked for beside it.
+  void reply(std::string encoded);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  bool read_query(const RayJsonRules& rules, bool is_binary);
+
+  Exchange& exchange_;
+  const Service& service_;
+  std::shared_ptr<const Scene> scene_;
+  RayQuery query_;
+  std::optional<KeptSides> kept_;
+  Deadline deadline_ = Deadline::never();
+  WorkReport report_;
+  Clock::time_point last_ = Clock::now();
+};
+
+}  // namespace sightline
