@@ -20,7 +20,8 @@ constexpr std::array<std::string_view, 14> kTopKeys{
     "rays",      "origins",   "directions", "tmin",    "tmax",    "fields",     "max_hits",
     "crossings", "normalize", "cull",       "include", "exclude", "on_invalid", "work"};
 constexpr unsigned kRaysBit = 1u << 0, kColumnBits = 0x1eu, kFieldsBit = 1u << 5,
-                   kMaxHitsBit = 1u << 6, kCrossingsBit = 1u << 7, kSceneBits = 0x3f00u;
+                   kMaxHitsBit = 1u << 6, kCrossingsBit = 1u << 7, kSceneBits = 0x3f00u,
+                   kMarkBits = 1u << 8 | 1u << 12;
 /// The first key that is an option.
 constexpr std::size_t kFirstOption = 5;
 /// Every key of a row.
@@ -183,6 +184,7 @@ unsigned RayReader::known_top_keys() const {
   if (rules_.has_max_hits) known |= kMaxHitsBit;
   if (rules_.has_crossings) known |= kCrossingsBit;
   if (rules_.has_scene) known |= kSceneBits;
+  if (!rules_.has_marks) known &= ~kMarkBits;
   return known;
 }
 
@@ -286,6 +288,8 @@ Result<RayQuery> RayReader::read(std::string& body) {
 Result<RayQuery> decode_rays(std::string& body, const RayJsonRules& rules) {
   return RayReader(rules).read(body);
 }
+
+bool RayReader::asks_for_fields() const { return (seen_ & kFieldsBit) != 0; }
 
 void finish_rays(RayQuery& query) {
   if (query.marks_invalid) query.invalid = replace_invalid(query.rays);

@@ -37,6 +37,8 @@ struct RayJsonRules {
   /// As has_fields for what is said of rays through a scene: "normalize", "cull", "include",
   /// "exclude", "on_invalid", "work".
   bool has_scene = true;
+  /// Of these "normalize" and "on_invalid".
+  bool has_marks = true;
   /// The same for "crossings" and "max_hits".
   bool has_crossings = false;
   bool has_max_hits = false;

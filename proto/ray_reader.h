@@ -46,6 +46,8 @@ class RayReader : protected JsonReader {
   /// After the last key, before the rays are checked.
   virtual bool finish_more() { return true; }
 
+  bool asks_for_fields() const;
+
   /// What a ray without tmin gets.
   double default_tmin_ = 0;
   RayQuery query_;

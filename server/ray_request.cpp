@@ -8,27 +8,14 @@
 
 namespace sightline {
 
-bool RayRequest::read_query(const RayJsonRules& rules, bool is_binary) {
+bool RayRequest::read_query(const Decode& decode) {
+  scene_ = admit_query_of_scene(exchange_, service_);
   std::string body;
-  if (!read_body(exchange_, service_.limits.query_bytes, kRayJsonPadding, body)) return false;
-  last_ = Clock::now();
-  auto decoded = is_binary ? decode_rays_binary(body, rules) : decode_rays(body, rules);
-  if (!decoded) {
-    exchange_.reply_error(decoded.error());
+  if (!scene_ || !read_body(exchange_, service_.limits.query_bytes, kRayJsonPadding, body)) {
     return false;
   }
-  query_ = std::move(*decoded);
-  exchange_.rays = query_.rays.size();
-  return true;
-}
-
-bool RayRequest::read(RayJsonRules rules) {
-  rules.max_rays = service_.limits.rays;
-  rules.max_hits = service_.limits.hits;
-  const std::optional<QueryType> type = admit_rays_type(exchange_);
-  if (!type) return false;
-  scene_ = admit_query_of_scene(exchange_, service_);
-  if (!scene_ || !read_query(rules, *type == QueryType::kBinary)) return false;
+  last_ = Clock::now();
+  if (!went_well(decode(body, query_))) return false;
   if (!query_.filter.keeps_all()) {
     auto kept = kept_sides(*scene_, query_.filter);
     if (!kept) {
@@ -40,6 +27,25 @@ bool RayRequest::read(RayJsonRules rules) {
   deadline_ = service_.deadline();
   add_time(&WorkReport::parse_us);
   return true;
+}
+
+bool RayRequest::read(RayJsonRules rules) {
+  rules.max_rays = service_.limits.rays;
+  rules.max_hits = service_.limits.hits;
+  const std::optional<QueryType> type = admit_rays_type(exchange_);
+  if (!type) return false;
+  return read_query([&](std::string& body, RayQuery& query) -> Status {
+    auto decoded =
+        *type == QueryType::kBinary ? decode_rays_binary(body, rules) : decode_rays(body, rules);
+    if (!decoded) return decoded.error();
+    query = std::move(*decoded);
+    exchange_.rays = query.rays.size();
+    return success();
+  });
+}
+
+bool RayRequest::read_json(const Decode& decode) {
+  return admit_query_type(exchange_) && read_query(decode);
 }
 
 void RayRequest::add_time(std::uint64_t WorkReport::*step) {

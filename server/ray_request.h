@@ -2,6 +2,7 @@
 /// What the routes of rays share: a request on its way to an answer.
 
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -21,6 +22,10 @@ class RayRequest {
   /// Admits the request, finds the scene, reads the body, JSON or binary, and works its filter out.
   /// The limits are the service's, the keys are the caller's. Returns false after it has answered.
   bool read(RayJsonRules rules);
+  /// The same for a query that comes as JSON and is more than rays: decode(body, options) fills the
+  /// options and returns a Status.
+  using Decode = std::function<Status(std::string& body, RayQuery& options)>;
+  bool read_json(const Decode& decode);
 
   const Scene& scene() const { return *scene_; }
   const RayQuery& query() const { return query_; }
@@ -42,7 +47,7 @@ class RayRequest {
 
  private:
   using Clock = std::chrono::steady_clock;
-  bool read_query(const RayJsonRules& rules, bool is_binary);
+  bool read_query(const Decode& decode);
 
   Exchange& exchange_;
   const Service& service_;

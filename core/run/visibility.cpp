@@ -1,0 +1,40 @@
+#include "core/run/visibility.h"
+
+#include <algorithm>
+#include <new>
+
+namespace sightline {
+
+namespace {
+
+constexpr std::size_t kPairsAtOnce = 131072;
+
+}  // namespace
+
+Status visibility(const Engine& engine, const Scene& scene, const PointPairs& pairs,
+                  const Deadline& deadline, const RayOptions& options,
+                  Column<std::uint8_t>& visible, HitBatch* blockers) try {
+  visible.resize(pairs.size());
+  if (blockers != nullptr) blockers->resize(0);
+  RayBatch rays;
+  HitBatch hits;
+  Column<std::uint8_t> blocked;
+  for (std::size_t begin = 0; begin < pairs.size(); begin += kPairsAtOnce) {
+    const std::size_t count = std::min(kPairsAtOnce, pairs.size() - begin);
+    rays.resize(0);
+    for (std::size_t i = 0; i < count; ++i) rays.push_back(pairs.ray(begin + i));
+    const Status status = blockers != nullptr ? engine.closest(scene, rays, deadline, hits, options)
+                                              : engine.any(scene, rays, deadline, blocked, options);
+    if (!status) return status;
+    for (std::size_t i = 0; i < count; ++i) {
+      const bool met = blockers != nullptr ? hits.hit(i) : blocked[i] != 0;
+      visible[begin + i] = met ? 0 : 1;
+    }
+    if (blockers != nullptr) blockers->append(hits);
+  }
+  return success();
+} catch (const std::bad_alloc&) {
+  return Error{ErrorKind::kOutOfSpace, "MEMORY_EXHAUSTED", "there is no memory for the answer", ""};
+}
+
+}  // namespace sightline

@@ -1,0 +1,17 @@
+#pragma once
+/// What stands between points.
+
+#include "core/query/point_pairs.h"
+#include "core/run/engine.h"
+
+namespace sightline {
+
+/// Whether nothing of the scene stands between the points of each pair: 1 or 0. `visible` is
+/// resized and overwritten. With `blockers` also what is met first from `from`, t being the part of
+/// the way; of visible pairs a miss. Errors: those of Engine::any. Precondition: the pairs have
+/// passed check_pairs. Cost: rays for some 100,000 pairs at a time, whatever their number.
+Status visibility(const Engine& engine, const Scene& scene, const PointPairs& pairs,
+                  const Deadline& deadline, const RayOptions& options,
+                  Column<std::uint8_t>& visible, HitBatch* blockers);
+
+}  // namespace sightline
