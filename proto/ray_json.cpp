@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "proto/generator_json.h"
 #include "proto/ray_reader.h"
 
 namespace sightline {
@@ -16,12 +17,13 @@ static_assert(kRayJsonPadding >= kJsonPadding);
 
 std::string number_text(std::size_t number) { return std::to_string(number); }
 
-constexpr std::array<std::string_view, 14> kTopKeys{
-    "rays",      "origins",   "directions", "tmin",    "tmax",    "fields",     "max_hits",
-    "crossings", "normalize", "cull",       "include", "exclude", "on_invalid", "work"};
+constexpr std::array<std::string_view, 15> kTopKeys{
+    "rays",    "origins",  "directions", "tmin",      "tmax",
+    "fields",  "max_hits", "crossings",  "normalize", "cull",
+    "include", "exclude",  "on_invalid", "work",      "generator"};
 constexpr unsigned kRaysBit = 1u << 0, kColumnBits = 0x1eu, kFieldsBit = 1u << 5,
                    kMaxHitsBit = 1u << 6, kCrossingsBit = 1u << 7, kSceneBits = 0x3f00u,
-                   kMarkBits = 1u << 8 | 1u << 12;
+                   kMarkBits = 1u << 8 | 1u << 12, kGeneratorBit = 1u << 14;
 /// The first key that is an option.
 constexpr std::size_t kFirstOption = 5;
 /// Every key of a row.
@@ -185,6 +187,7 @@ unsigned RayReader::known_top_keys() const {
   if (rules_.has_crossings) known |= kCrossingsBit;
   if (rules_.has_scene) known |= kSceneBits;
   if (!rules_.has_marks) known &= ~kMarkBits;
+  if (rules_.has_rays && rules_.has_scene) known |= kGeneratorBit;
   return known;
 }
 
@@ -203,11 +206,13 @@ bool RayReader::read_top(Object object) {
     const unsigned bit = 1u << which;
     const JsonPointer place = JsonPointer().key(keys[which]);
     if (!mark_seen(bit, seen_, place)) return false;
-    if ((seen_ & kRaysBit) != 0 && (seen_ & kColumnBits) != 0) {
-      return fail(ErrorKind::kInvalid, "KEYS_MIXED",
-                  "rays come as rows (\"rays\") or as columns (\"origins\", \"directions\"), not "
-                  "as both",
-                  place);
+    if (((seen_ & kRaysBit) != 0) + ((seen_ & kColumnBits) != 0) + ((seen_ & kGeneratorBit) != 0) >
+        1) {
+      return fail(
+          ErrorKind::kInvalid, "KEYS_MIXED",
+          "rays come as rows (\"rays\"), as columns (\"origins\", \"directions\") or from a "
+          "generator, not as two of these",
+          place);
     }
     const Value value = field.value();
     if (which >= kTopKeys.size()) {
@@ -216,6 +221,7 @@ bool RayReader::read_top(Object object) {
     }
     const bool good = which == 0             ? read_rows(value)
                       : which < kFirstOption ? read_column(value, static_cast<RayPart>(which - 1))
+                      : bit == kGeneratorBit ? read_generator(value)
                                              : read_option(keys[which], value);
     if (!good) return false;
   }
@@ -225,6 +231,7 @@ bool RayReader::read_top(Object object) {
 bool RayReader::finish_rows_or_columns() {
   if ((seen_ & kRaysBit) != 0 || !rules_.has_rays) return true;
   query_.layout = AnswerLayout::kColumns;
+  if ((seen_ & kGeneratorBit) != 0) return true;
   for (const RayPart part : {RayPart::kOrigin, RayPart::kDirection}) {
     if ((seen_ & (2u << static_cast<unsigned>(part))) == 0) {
       const std::string key(kRayColumnKeys[static_cast<std::size_t>(part)]);
@@ -289,7 +296,18 @@ Result<RayQuery> decode_rays(std::string& body, const RayJsonRules& rules) {
   return RayReader(rules).read(body);
 }
 
-bool RayReader::asks_for_fields() const { return (seen_ & kFieldsBit) != 0; }
+bool RayReader::read_generator(Value value) {
+  // Few bytes ask for these: no more memory than the largest body may ask for by itself.
+  constexpr std::size_t kMostMade = std::size_t{1} << 22;
+  RayGenerator generator;
+  if (!GeneratorReader(*this, std::min(rules_.max_rays, kMostMade)).read(value, generator))
+    return false;
+  auto rays = generate_rays(generator);
+  if (!rays)
+    return invalid(rays.error().code, rays.error().message, JsonPointer().key("generator"));
+  query_.rays = std::move(*rays);
+  return true;
+}
 
 void finish_rays(RayQuery& query) {
   if (query.marks_invalid) query.invalid = replace_invalid(query.rays);

@@ -5,6 +5,8 @@
 ///   rows     {"rays":[{"origin":[x,y,z],"direction":[x,y,z],"tmin":0,"tmax":10}],"fields":["t"]}
 ///   columns {"origins":[x,y,z,...],"directions":[x,y,z,...],"tmin":[...],"tmax":[...],"fields":..}
 ///
+///   made    {"generator":{"kind":"pinhole",...}}, see generator_json.h; the answer has columns
+///
 /// Keys in any order; tmin, tmax and fields may be left out; null as a tmax means no limit. Numbers
 /// become the nearest float64: -0.0, denormals and 17 digits survive.
 /// "cull": "none" ("back", "front", "material"), "include" and "exclude": {"nodes":[3],
@@ -56,6 +58,7 @@ struct RayQuery {
   bool marks_invalid = false;  ///< "on_invalid":"mark": bad rays miss, and are named in `invalid`
   InvalidRays invalid;
   bool wants_work = false;
+  bool chose_fields = false;      ///< else they are the default
   std::uint64_t max_hits = 1000;  ///< of each ray; may be more than the rules' when left out
 };
 

@@ -60,6 +60,7 @@ bool RayReader::read_fields(Value value) {
                 "leave \"fields\" out, or name some of: " + known_fields(), place);
   }
   query_.fields = fields;
+  query_.chose_fields = true;
   return true;
 }
 

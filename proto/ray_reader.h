@@ -46,8 +46,6 @@ class RayReader : protected JsonReader {
   /// After the last key, before the rays are checked.
   virtual bool finish_more() { return true; }
 
-  bool asks_for_fields() const;
-
   /// What a ray without tmin gets.
   double default_tmin_ = 0;
   RayQuery query_;
@@ -58,6 +56,7 @@ class RayReader : protected JsonReader {
   bool read_rows(Value value);
   bool read_row(Value value, std::size_t ray);
   bool read_column(Value value, RayPart part);
+  bool read_generator(Value value);
   // Options, in ray_options.cpp.
   bool read_option(std::string_view key, Value value);
   bool read_fields(Value value);

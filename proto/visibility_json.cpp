@@ -92,7 +92,7 @@ class VisibilityReader : public RayReader {
         pairs.pairing == BoxPairing::kAll) {
       return too_many_points(to);
     }
-    if (asks_for_fields() && !visibility_.first_blocker) {
+    if (query_.chose_fields && !visibility_.first_blocker) {
       return invalid("FIELDS_WITHOUT_BLOCKER", "fields are those of \"first_blocker\":true",
                      JsonPointer().key("fields"));
     }

@@ -40,7 +40,10 @@ bool RayRequest::read(RayJsonRules rules) {
     if (!decoded) return decoded.error();
     query = std::move(*decoded);
     exchange_.rays = query.rays.size();
-    return success();
+    if (exchange_.request.get_header_value("Accept") != kBinaryMediaType) return success();
+    query.layout = AnswerLayout::kBinary;
+    if (!query.chose_fields) query.fields = kDefaultBinaryFields;
+    return check_binary_fields(query.fields);
   });
 }
 

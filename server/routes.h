@@ -10,7 +10,7 @@ namespace sightline {
 void add_health_routes(Router& router, const Service& service);
 /// PUT GET HEAD DELETE /v1/scenes/{id}, GET /v1/scenes/{id}/events and stats, GET POST /v1/scenes
 void add_scene_routes(Router& router, Service& service);
-/// POST /v1/scenes/{id}/rays:closest, rays:any, rays:all and rays:count
+/// POST /v1/rays:generate, /v1/scenes/{id}/rays:closest, rays:any, rays:all and rays:count
 void add_ray_routes(Router& router, const Service& service);
 /// POST /v1/scenes/{id}/visibility
 void add_visibility_routes(Router& router, const Service& service);

@@ -1,7 +1,10 @@
 #include "proto/hit_binary.h"
 #include "proto/hit_json.h"
+#include "proto/ray_binary.h"
+#include "proto/ray_columns.h"
 #include "server/hit_terms.h"
 #include "server/ray_request.h"
+#include "server/request_body.h"
 #include "server/routes.h"
 
 namespace sightline {
@@ -85,9 +88,28 @@ void count(Exchange& exchange, const Service& service) {
                                     : encode_counts(totals));
 }
 
+/// No scene: the rays themselves.
+void generate(Exchange& exchange, const Service& service) {
+  std::string body;
+  if (!admit_query_type(exchange) || !admit_body(exchange, service.limits.query_bytes) ||
+      !read_body(exchange, service.limits.query_bytes, kRayJsonPadding, body)) {
+    return;
+  }
+  const auto query =
+      decode_rays(body, {.max_rays = service.limits.rays, .has_fields = false, .has_marks = false});
+  if (!query) return exchange.reply_error(query.error());
+  exchange.rays = query->rays.size();
+  if (exchange.request.get_header_value("Accept") == kBinaryMediaType) {
+    return exchange.reply(200, encode_rays_binary(query->rays), kBinaryMediaType);
+  }
+  exchange.reply_json(200, encode_ray_columns(query->rays));
+}
+
 }  // namespace
 
 void add_ray_routes(Router& router, const Service& service) {
+  router.add("POST", "/v1/rays:generate",
+             [&service](Exchange& exchange) { generate(exchange, service); });
   router.add("POST", "/v1/scenes/{id}/rays:closest",
              [&service](Exchange& exchange) { closest(exchange, service); });
   router.add("POST", "/v1/scenes/{id}/rays:any",

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/query/ray_generators.h"
 #include "tests/oracle/random.h"
 #include "tests/oracle/rational.h"
 
@@ -48,6 +49,27 @@ TEST(RayDistance, turns_limits_into_limits_of_t) {
   EXPECT_EQ(rays.tmax[0], 2);
   EXPECT_EQ(rays.tmin[1], 0);
   EXPECT_EQ(rays.tmax[1], kInf);
+}
+
+TEST(SinCosDegrees, are_within_their_bound_and_exact_at_right_angles) {
+  for (const auto& [degrees, sine, cosine] : {std::tuple{0.0, 0.0, 1.0},
+                                              {90.0, 1.0, 0.0},
+                                              {180.0, 0.0, -1.0},
+                                              {-90.0, -1.0, 0.0},
+                                              {270.0, -1.0, 0.0},
+                                              {3600.0, 0.0, 1.0},
+                                              {-450.0, -1.0, 0.0}}) {
+    EXPECT_EQ(sin_cos_degrees(degrees).sin, sine) << degrees;
+    EXPECT_EQ(sin_cos_degrees(degrees).cos, cosine) << degrees;
+  }
+  oracle::Random random(5);
+  constexpr long double kPi = 3.14159265358979323846264338327950288L;
+  for (int i = 0; i < 100000; ++i) {
+    const double degrees = random.between(-720, 720);
+    const long double radians = static_cast<long double>(degrees) * kPi / 180;
+    ASSERT_NEAR(static_cast<double>(sin_cos_degrees(degrees).sin - std::sin(radians)), 0, 0x1p-52);
+    ASSERT_NEAR(static_cast<double>(sin_cos_degrees(degrees).cos - std::cos(radians)), 0, 0x1p-52);
+  }
 }
 
 }  // namespace

@@ -1,0 +1,47 @@
+#pragma once
+/// The part of a JSON body that describes rays to be made. For the files of this room that read
+/// with simdjson, and no others.
+///
+///   {"kind":"pinhole","position":[0,2,9],"look_at":[0,1,0],"fov_y":60,"width":640,"height":480}
+///
+/// kind              keys besides "range":[tmin,tmax], tmax null for none
+/// pinhole           pose, fov_y (60), width, height
+/// orthographic      pose, extent_y, width, height
+/// equirectangular   pose, width, height
+/// lidar             pose or "poses":[{pose}], elevations, azimuths
+/// hemisphere        points, normals, count, seed (0), distribution: "cosine" or "uniform"
+/// A pose is "position", "forward" (or "look_at"), "up"; 0, (0,0,-1) and (0,1,0) when left out.
+
+#include "core/query/ray_generators.h"
+#include "proto/json_reader.h"
+
+namespace sightline {
+
+class GeneratorReader {
+ public:
+  /// `most`: rays that it may make, and entries that its lists may have.
+  GeneratorReader(JsonReader& reader, std::uint64_t most) : reader_(reader), most_(most) {}
+
+  /// Errors: as everywhere in a body, 422 KEY_MISSING, KEY_UNKNOWN (in this kind), and 413
+  /// RAYS_TOO_MANY. Returns false after it has filled the reader's error.
+  bool read(JsonReader::Value value, RayGenerator& generator);
+
+ private:
+  struct Parts;
+  bool read_part(std::size_t which, JsonReader::Value value, Parts& parts);
+  bool read_pose(JsonReader::Value value, const JsonPointer& place, Pose& pose);
+  bool read_pose_part(std::size_t which, JsonReader::Value value, const JsonPointer& place,
+                      Pose& pose);
+  bool read_numbers(JsonReader::Value value, const JsonPointer& place, std::size_t count,
+                    double* out);
+  bool read_points(JsonReader::Value value, const JsonPointer& place, std::vector<Vec3d>& points);
+  bool read_range(JsonReader::Value value, const JsonPointer& place, RayRange& range);
+  bool finish_pose(unsigned seen, const JsonPointer& place, Pose& pose);
+  bool assemble(const Parts& parts, RayGenerator& generator);
+  bool too_many(const JsonPointer& place);
+
+  JsonReader& reader_;
+  std::uint64_t most_;
+};
+
+}  // namespace sightline
