@@ -1,0 +1,131 @@
+#include "core/run/self_check.h"
+
+#include <new>
+
+#include "core/trace/decision.h"
+
+namespace sightline {
+
+namespace {
+
+/// splitmix64 [Steele2014].
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : state_(seed) {}
+  std::uint64_t below(std::uint64_t count) { return bits() % count; }
+  double unit() { return static_cast<double>(bits() >> 11) * 0x1p-53; }
+
+ private:
+  std::uint64_t bits() {
+    std::uint64_t z = (state_ += 0x9e3779b97f4a7c15ull);
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
+    return z ^ (z >> 31);
+  }
+  std::uint64_t state_;
+};
+
+TriangleId some_triangle(const Scene& scene, Random& random) {
+  const SceneDescription& description = scene.description();
+  for (;;) {
+    const auto instance = static_cast<std::uint32_t>(random.below(description.instances.size()));
+    const Mesh& mesh = *description.meshes[description.instances[instance].mesh];
+    if (mesh.triangle_count() == 0) continue;
+    return {instance, static_cast<std::uint32_t>(random.below(mesh.triangle_count()))};
+  }
+}
+
+/// A corner, a point near an edge, one near the inside, or one beside the triangle.
+Vec3d aim(const WorldTriangle& triangle, Random& random) {
+  const std::uint64_t kind = random.below(4);
+  if (kind == 0) return triangle.v0;
+  const double a = random.unit() * (kind == 3 ? 2 : 1), b = kind == 1 ? 0 : random.unit() * (1 - a);
+  Vec3d point;
+  for (int k = 0; k < 3; ++k) {
+    point[k] = triangle.v0[k] + a * (triangle.v1[k] - triangle.v0[k]) +
+               b * (triangle.v2[k] - triangle.v0[k]);
+  }
+  return point;
+}
+
+RayBatch random_rays(const Scene& scene, std::uint64_t count, Random& random) {
+  RayBatch rays;
+  const Box3d& bounds = scene.bounds();
+  // A ray may be none (a triangle with a position that is not finite, an aim at the origin itself):
+  // it is drawn anew, but not for ever.
+  for (std::uint64_t tries = 0; rays.size() < count && tries < 16 * count; ++tries) {
+    Ray ray;
+    const Vec3d target = aim(scene.world_triangle(some_triangle(scene, random)), random);
+    for (int k = 0; k < 3; ++k) {
+      const double size = bounds.max[k] - bounds.min[k];
+      ray.origin[k] = bounds.min[k] + (2 * random.unit() - 0.5) * size;
+      ray.direction[k] = target[k] - ray.origin[k];
+    }
+    if (random.below(4) == 0) ray.tmin = 0.5;
+    if (random.below(4) == 0) ray.tmax = 1;
+    RayBatch one;
+    one.push_back(ray);
+    RayFault fault;
+    if (check_rays(one, fault)) rays.push_back(ray);
+  }
+  return rays;
+}
+
+struct BruteForce {
+  TriangleId closest;
+  ExactT t;
+  std::uint64_t count = 0;
+};
+
+/// Nothing when the time was used up.
+bool try_all(const Scene& scene, const Ray& ray, const Deadline& deadline, BruteForce& brute,
+             std::uint64_t& decided) {
+  const SceneDescription& description = scene.description();
+  for (std::uint32_t i = 0; i < description.instances.size(); ++i) {
+    const std::uint32_t triangles =
+        description.meshes[description.instances[i].mesh]->triangle_count();
+    for (std::uint32_t k = 0; k < triangles; ++k) {
+      if (++decided % 1024 == 0 && deadline.passed()) return false;
+      const TriangleId id{i, k};
+      ExactT t;
+      if (!exact_hit(ray.origin, ray.direction, ray.tmin, ray.tmax, scene.world_triangle(id), t)) {
+        continue;
+      }
+      // In the order of ids: of equal t the first stays.
+      if (brute.count++ == 0 || compare(t, brute.t) < 0) {
+        brute.closest = id;
+        brute.t = t;
+      }
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+Result<SelfCheck> self_check(const Engine& engine, const Scene& scene, std::uint64_t rays,
+                             std::uint64_t seed, const Deadline& deadline) try {
+  SelfCheck check;
+  if (scene.bounds().empty()) return check;
+  Random random(seed);
+  const RayBatch batch = random_rays(scene, rays, random);
+  check.rays = batch.size();
+  HitBatch hits;
+  Column<std::uint64_t> counts;
+  Status status = engine.closest(scene, batch, deadline, hits);
+  if (status) status = engine.count(scene, batch, Crossings::kEvery, deadline, counts);
+  if (!status) return status.error();
+  for (std::size_t i = 0; i < batch.size(); ++i) {
+    BruteForce brute;
+    if (!try_all(scene, batch[i], deadline, brute, check.triangles)) return out_of_time(deadline);
+    check.hits += brute.count > 0 ? 1u : 0u;
+    const bool same = counts[i] == brute.count && hits.id(i) == brute.closest &&
+                      (brute.count == 0 || hits.t[i] == brute.t.rounded());
+    if (!same) check.different.push_back(i);
+  }
+  return check;
+} catch (const std::bad_alloc&) {
+  return Error{ErrorKind::kOutOfSpace, "MEMORY_EXHAUSTED", "there is no memory for the check", ""};
+}
+
+}  // namespace sightline

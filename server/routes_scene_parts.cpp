@@ -1,0 +1,57 @@
+#include "server/query_parameters.h"
+#include "server/routes.h"
+#include "server/scene_admission.h"
+#include "server/scene_parts.h"
+
+namespace sightline {
+namespace {
+
+void nodes(Exchange& exchange, const Service& service) {
+  constexpr std::uint64_t kMost = 100'000, kMostFirst = 0xffffffffu;
+  const auto parameters = QueryParameters::read(exchange, {"first", "limit"});
+  std::uint64_t first = 0, limit = 1000;
+  if (!parameters || !parameters->number(exchange, "first", kMostFirst, first) ||
+      !parameters->number(exchange, "limit", kMost, limit)) {
+    return;
+  }
+  const SceneSnapshot stored = admit_scene(exchange, service);
+  if (stored) exchange.reply_json(200, encode_nodes(*stored->scene, first, limit));
+}
+
+void triangles(Exchange& exchange, const Service& service) {
+  const auto parameters = QueryParameters::read(exchange, {"ids"});
+  if (!parameters) return;
+  const SceneSnapshot stored = admit_scene(exchange, service);
+  if (!stored) return;
+  auto text = encode_triangles(*stored->scene, parameters->text("ids").value_or(""));
+  if (!text) return exchange.reply_error(text.error());
+  exchange.reply_json(200, std::move(*text));
+}
+
+void check(Exchange& exchange, const Service& service) {
+  constexpr std::uint64_t kMostRays = 100'000;
+  const auto parameters = QueryParameters::read(exchange, {"rays", "seed"});
+  std::uint64_t rays = 16, seed = 1;
+  if (!parameters || !parameters->number(exchange, "rays", kMostRays, rays) ||
+      !parameters->number(exchange, "seed", ~std::uint64_t{0}, seed)) {
+    return;
+  }
+  const SceneSnapshot stored = admit_scene(exchange, service);
+  if (!stored) return;
+  const auto found = self_check(service.engine, *stored->scene, rays, seed, service.deadline());
+  if (!found) return exchange.reply_error(found.error());
+  exchange.reply_json(200, encode_self_check(*found));
+}
+
+}  // namespace
+
+void add_scene_part_routes(Router& router, const Service& service) {
+  router.add("GET", "/v1/scenes/{id}/nodes",
+             [&service](Exchange& exchange) { nodes(exchange, service); });
+  router.add("GET", "/v1/scenes/{id}/triangles",
+             [&service](Exchange& exchange) { triangles(exchange, service); });
+  router.add("GET", "/v1/scenes/{id}/selfcheck",
+             [&service](Exchange& exchange) { check(exchange, service); });
+}
+
+}  // namespace sightline
