@@ -29,14 +29,16 @@ void write_node(JsonWriter& out, const Scene& scene, std::uint32_t number) {
   const SceneDescription& description = scene.description();
   const Node& node = description.nodes[number];
   // Instances stand in the order of their nodes.
-  const auto of_node = std::ranges::equal_range(description.instances, number, {}, &Instance::node);
+  const auto& instances = description.instances;
+  const auto begin =
+      std::lower_bound(instances.begin(), instances.end(), number,
+                       [](const Instance& instance, std::uint32_t n) { return instance.node < n; });
+  auto end = begin;
   std::uint64_t triangles = 0;
   Box3d bounds;
-  for (const Instance& instance : of_node) {
-    triangles += description.meshes[instance.mesh]->triangle_count();
-    bounds.include(scene.trees()
-                       .plan()
-                       .placed[static_cast<std::size_t>(&instance - description.instances.data())]);
+  for (; end != instances.end() && end->node == number; ++end) {
+    triangles += description.meshes[end->mesh]->triangle_count();
+    bounds.include(scene.trees().plan().placed[static_cast<std::size_t>(end - instances.begin())]);
   }
   out.raw("{\"node_id\":");
   out.number(node.file_node);
@@ -45,7 +47,7 @@ void write_node(JsonWriter& out, const Scene& scene, std::uint32_t number) {
   out.raw(",\"parent\":");
   write_id(out, node.parent == kNone ? kNone : description.nodes[node.parent].file_node);
   out.raw(",\"instances\":");
-  out.number(static_cast<std::uint64_t>(of_node.size()));
+  out.number(static_cast<std::uint64_t>(end - begin));
   out.raw(",\"triangles\":");
   out.number(triangles);
   out.raw(",\"bounds\":");
