@@ -18,7 +18,10 @@ constexpr std::array<std::string_view, 4> kMoreKeys{"boxes", "pairing", "line", 
 class RayBoxReader : public RayReader {
  public:
   explicit RayBoxReader(const RayBoxJsonRules& rules)
-      : RayReader({.max_rays = rules.max_rays, .has_fields = false, .has_scene = false}),
+      : RayReader({.max_rays = rules.max_rays,
+                   .has_fields = false,
+                   .has_scene = false,
+                   .has_generator = false}),
         rules_(rules) {
     // Which limit stands for none is known when "line" has been read.
     default_tmin_ = std::numeric_limits<double>::quiet_NaN();

@@ -187,7 +187,7 @@ unsigned RayReader::known_top_keys() const {
   if (rules_.has_crossings) known |= kCrossingsBit;
   if (rules_.has_scene) known |= kSceneBits;
   if (!rules_.has_marks) known &= ~kMarkBits;
-  if (rules_.has_rays && rules_.has_scene) known |= kGeneratorBit;
+  if (rules_.has_rays && rules_.has_generator) known |= kGeneratorBit;
   return known;
 }
 

@@ -41,6 +41,7 @@ struct RayJsonRules {
   bool has_scene = true;
   /// Of these "normalize" and "on_invalid".
   bool has_marks = true;
+  bool has_generator = true;
   /// The same for "crossings" and "max_hits".
   bool has_crossings = false;
   bool has_max_hits = false;

@@ -6,7 +6,7 @@
 
 namespace sightline {
 
-/// GET /healthz /readyz /metrics /version
+/// GET /healthz /readyz /metrics /version /openapi.json
 void add_health_routes(Router& router, const Service& service);
 /// PUT GET HEAD DELETE /v1/scenes/{id}, GET /v1/scenes/{id}/events and stats, GET POST /v1/scenes
 void add_scene_routes(Router& router, Service& service);

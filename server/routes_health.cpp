@@ -1,5 +1,6 @@
 #include <nlohmann/json.hpp>
 
+#include "proto/openapi_document.h"
 #include "server/routes.h"
 #include "server/version.h"
 
@@ -66,6 +67,9 @@ void add_health_routes(Router& router, const Service& service) {
   router.add("GET", "/metrics", [&service](Exchange& exchange) {
     exchange.reply(200, service.metrics.text(service.store),
                    "text/plain; version=0.0.4; charset=utf-8");
+  });
+  router.add("GET", "/openapi.json", [](Exchange& exchange) {
+    exchange.reply_json(200, std::string(openapi_document()));
   });
   router.add("GET", "/version",
              [&service](Exchange& exchange) { reply_version(exchange, service); });

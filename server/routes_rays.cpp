@@ -96,7 +96,7 @@ void generate(Exchange& exchange, const Service& service) {
     return;
   }
   const auto query =
-      decode_rays(body, {.max_rays = service.limits.rays, .has_fields = false, .has_marks = false});
+      decode_rays(body, {.max_rays = service.limits.rays, .has_fields = false, .has_scene = false});
   if (!query) return exchange.reply_error(query.error());
   exchange.rays = query->rays.size();
   if (exchange.request.get_header_value("Accept") == kBinaryMediaType) {

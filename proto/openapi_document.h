@@ -1,0 +1,11 @@
+#pragma once
+/// What the service can be asked, for machines: proto/openapi.json as it stands there.
+
+#include <string_view>
+
+namespace sightline {
+
+/// OpenAPI 3.1; JSON, so that it is sent as it stands and read without a library. A test holds it against the routes and the keys that the server knows.
+std::string_view openapi_document();
+
+}  // namespace sightline

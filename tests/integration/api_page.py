@@ -1,0 +1,87 @@
+"""docs/api.md: one curl line for each question and the answer that a server gives to it.
+
+Usage: api_page.py BINARY [--write]; api_page_test.py holds the page against the server.
+"""
+
+import json
+import shlex
+import subprocess
+import sys
+
+DOWN = {"origin": [0, 100, 0], "direction": [0, -1, 0]}
+SQUARE = {"origin": [3, 200, 5], "direction": [0, -1, 0]}
+MISS = {"origin": [3, 200, 5], "direction": [0, 1, 0]}
+TOWN, SIX = "/v1/scenes/town/", "/v1/scenes/six/"
+
+# Title, path, body or None for GET.
+QUESTIONS = [
+    ("The first triangle that each ray meets", TOWN + "rays:closest", {"rays": [SQUARE, MISS]}),
+    ("The same as columns, with chosen fields", TOWN + "rays:closest",
+     {"origins": [3, 200, 5, 3, 200, 5], "directions": [0, -1, 0, 0, 1, 0], "fields": ["t", "node_path", "front", "on_edge"]}),
+    ("In scene units", TOWN + "rays:closest",
+     {"rays": [{"origin": [3, 200, 5], "direction": [0, -4, 0], "tmax": 199.75}], "normalize": True, "fields": ["t", "distance", "node"]}),
+    ("Whether each ray meets anything", TOWN + "rays:any", {"rays": [SQUARE, MISS]}),
+    ("Every hit", TOWN + "rays:all", {"rays": [DOWN], "max_hits": 5, "fields": ["t", "node", "triangle"]}),
+    ("Every surface once", TOWN + "rays:all", {"rays": [{**DOWN, "tmax": 99}], "crossings": "once", "fields": ["t", "node"]}),
+    ("How many", TOWN + "rays:count", {"rays": [DOWN, SQUARE, MISS]}),
+    ("Without what stands in the way", TOWN + "rays:closest",
+     {"rays": [DOWN], "exclude": {"names": ["spire"]}, "cull": "back", "fields": ["t", "node", "material"]}),
+    ("With bad rays marked", TOWN + "rays:any",
+     {"rays": [SQUARE, {"origin": [0, 0, 0], "direction": [0, 0, 0]}], "on_invalid": "mark"}),
+    ("What a scanner sees", TOWN + "rays:closest",
+     {"generator": {"kind": "lidar", "position": [3, 2, 5], "elevations": [-5, 5], "azimuths": 4, "range": [0, 100]},
+      "fields": ["distance", "node_id"]}),
+    ("The rays of a camera", "/v1/rays:generate",
+     {"generator": {"kind": "orthographic", "position": [0, 50, 0], "forward": [0, -1, 0], "up": [0, 0, -1], "extent_y": 4, "width": 2,
+                    "height": 2, "range": [0, 60]}}),
+    ("Which points see which", TOWN + "visibility", {"from": [[-40, 12, 1], [40, 12, 1]], "to": [[-20, 12, 1], [20, 12, 1]]}),
+    ("And what stands between", TOWN + "visibility",
+     {"from": [[-40, 12, 1]], "to": [[40, 12, 1]], "pairing": "each", "first_blocker": True, "fields": ["t", "distance", "node"]}),
+    ("What a box touches", TOWN + "boxes:list",
+     {"boxes": [{"min": [-4, 20, -4], "max": [4, 33, 4]}, {"min": [None, 97, None], "max": [None, None, None]}], "of": "nodes"}),
+    ("How many triangles", TOWN + "boxes:count",
+     {"boxes": [{"center": [0, 28, 0], "half": [5, 5, 5], "rotation": [0, 0.6, 0, 0.8]}]}),
+    ("Whether any", TOWN + "boxes:any", {"boxes": [{"min": [-1, 500, -1], "max": [1, 501, 1]}]}),
+    ("Rays against boxes, without a scene", "/v1/rays-boxes",
+     {"rays": [{"origin": [-10, 3, 0], "direction": [1, 0, 0]}], "boxes": [{"min": [-2, -3, -4], "max": [4, 3, 2]}]}),
+    ("The nodes of a scene", SIX + "nodes", None),
+    ("Exact corners", SIX + "triangles?ids=0.0.0,1.0.2", None),
+    ("Exact brute force", SIX + "selfcheck?rays=100", None),
+    ("A fault", TOWN + "rays:any", {"rays": [{"origin": [0, 0], "direction": [1, 0, 0]}]}),
+]
+
+HEAD = """# Questions and answers
+
+Each of these lines was sent to a server, and this is what it said; a test sends them again. They ask the two demo
+scenes: `sightline serve --preload town=demo:town --preload six=demo:six`. What the words mean is in
+[queries.md](queries.md), every key in [openapi.json](../proto/openapi.json).
+"""
+
+
+def ask(url, path, body):
+    command = ["curl", "-s", url + path]
+    if body is not None:
+        command += ["-d", json.dumps(body, separators=(",", ":"))]
+    shown = "curl -s " + shlex.quote("http://127.0.0.1:8080" + path) + (f" -d {shlex.quote(command[-1])}" if body is not None else "")
+    answer = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120).stdout.strip()
+    if '"request_id"' in answer:
+        answer = answer[:answer.index(',"request_id"')] + "}"
+    return shown, answer
+
+
+def page(url):
+    parts = [HEAD]
+    for title, path, body in QUESTIONS:
+        shown, answer = ask(url, path, body)
+        parts.append(f"## {title}\n\n    {shown}\n\n    {answer}\n")
+    return "\n".join(parts)
+
+
+if __name__ == "__main__":
+    from sightline_server import SOURCE, Server
+
+    with Server("--preload", "town=demo:town", "--preload", "six=demo:six") as server:
+        if "--write" in sys.argv:
+            (SOURCE / "docs/api.md").write_text(page(server.url), encoding="utf-8")
+        else:
+            print(page(server.url))

@@ -1,0 +1,193 @@
+"""proto/openapi.json against the server: every route, every key, every field, and real answers."""
+
+import json
+import re
+import unittest
+
+import case_report
+from sightline_server import SOURCE, Server, demo_glb
+
+DOCUMENT = json.loads((SOURCE / "proto/openapi.json").read_text(encoding="utf-8"))
+RAY = {"origin": [-10, 1, 0], "direction": [1, 0, 0]}
+MISS = {"origin": [-10, 50, 0], "direction": [1, 0, 0]}
+COLUMNS = {"origins": RAY["origin"] + MISS["origin"], "directions": RAY["direction"] * 2}
+LIDAR = {"kind": "lidar", "position": [0, 1, 0], "elevations": [0, -5], "azimuths": 8, "range": [0, None]}
+BOX = {"min": [-10, None, -10], "max": [0, 3, 3]}
+BESIDE = {"on_invalid": "mark", "work": True, "cull": "none", "exclude": {"names": ["nobody"]}}
+
+# By operationId: bodies that are good, so that requests and answers can be held against their schemas.
+BODIES = {
+    "raysClosest": [{"rays": [RAY, MISS]}, {**COLUMNS, **BESIDE}, {"generator": LIDAR},
+                    {"rays": [RAY, MISS], "fields": "all"}, {**COLUMNS, "fields": "all", "normalize": True}],
+    "raysAny": [{"rays": [RAY, MISS]}, {"generator": {"kind": "pinhole", "width": 3, "height": 2}, **BESIDE}],
+    "raysAll": [{"rays": [RAY, MISS], "max_hits": 2, "crossings": "once"}, {**COLUMNS, "fields": "all"}],
+    "raysCount": [{"rays": [RAY, MISS], **BESIDE}],
+    "raysGenerate": [{"generator": LIDAR}, {"generator": {"kind": "hemisphere", "points": [[0, 0, 0]], "normals": [[0, 1, 0]],
+                                                          "count": 3, "seed": 9, "distribution": "uniform"}},
+                     {"generator": {"kind": "orthographic", "extent_y": 2, "width": 2, "height": 2, "look_at": [1, 0, 0]}},
+                     {"generator": {"kind": "equirectangular", "width": 2, "height": 2, "up": [0, 0, 1], "forward": [1, 0, 0]}}],
+    "visibility": [{"from": [RAY["origin"]], "to": [[0, 1, 0], [-8, 1, 0]]},
+                   {"from": [RAY["origin"]], "to": [[0, 1, 0]], "pairing": "each", "first_blocker": True, "fields": ["t"], "work": True}],
+    "raysBoxes": [{"rays": [RAY, MISS], "boxes": [BOX, {"center": [0, 1, 0], "half": [1, None, 1], "rotation": [0, 0, 0, 1]}],
+                   "pairing": "all", "planes": True}],
+    "boxesAny": [{"boxes": [BOX]}],
+    "boxesList": [{"boxes": [BOX], "limit": 2}, {"boxes": [BOX], "of": "nodes"}],
+    "boxesCount": [{"boxes": [BOX], "of": "nodes"}],
+}
+GETS = {"listScenes": "/v1/scenes", "getScene": "/v1/scenes/six", "sceneStats": "/v1/scenes/six/stats",
+        "sceneNodes": "/v1/scenes/six/nodes?limit=2", "sceneTriangles": "/v1/scenes/six/triangles?ids=0.0.1",
+        "selfCheck": "/v1/scenes/six/selfcheck?rays=3", "health": "/healthz", "readiness": "/readyz", "version": "/version",
+        "openapi": "/openapi.json", "metrics": "/metrics"}
+# What has no answer to be held against a schema here.
+OTHERS = {"sceneEvents", "putScene", "loadScene", "deleteScene"}
+
+# Every keyword that the document uses must be one that `faults` knows, or says nothing of what is good.
+KNOWN = {"$ref", "type", "enum", "const", "anyOf", "oneOf", "properties", "required", "additionalProperties", "minProperties",
+         "items", "prefixItems", "minItems", "maxItems", "uniqueItems", "minimum", "maximum", "exclusiveMinimum",
+         "exclusiveMaximum", "maxLength", "pattern", "default", "description"}
+TYPES = {"object": dict, "array": list, "string": str, "boolean": bool, "null": type(None)}
+
+
+def resolve(schema):
+    while "$ref" in schema:
+        name = schema["$ref"].removeprefix("#/components/schemas/")
+        schema = DOCUMENT["components"]["schemas"][name]
+    return schema
+
+
+def is_type(value, name):
+    if name in ("number", "integer"):
+        return isinstance(value, (int, float)) and not isinstance(value, bool) and (name == "number" or value == int(value))
+    return isinstance(value, TYPES[name])
+
+
+def faults(value, schema, place=""):
+    """What of `value` is not as `schema` says: the part of JSON Schema that the document uses."""
+    schema = resolve(schema)
+    assert set(schema) <= KNOWN, set(schema) - KNOWN
+    for word, fewest in (("anyOf", 1), ("oneOf", 1)):
+        if word in schema:
+            good = [not faults(value, each, place) for each in schema[word]]
+            if sum(good) < fewest or (word == "oneOf" and sum(good) > 1):
+                return [f"{place}: {sum(good)} of {word} match {value!r:.80}"]
+    found = []
+    types = schema.get("type", [])
+    if types and not any(is_type(value, each) for each in ([types] if isinstance(types, str) else types)):
+        return [f"{place}: {value!r:.80} is no {types}"]
+    if value not in schema.get("enum", [value]) or value != schema.get("const", value):
+        found.append(f"{place}: {value!r:.80} is none of the words")
+    if isinstance(value, dict):
+        properties, more = schema.get("properties", {}), schema.get("additionalProperties", True)
+        found += [f"{place}: no {name}" for name in schema.get("required", []) if name not in value]
+        if len(value) < schema.get("minProperties", 0):
+            found.append(f"{place}: too few members")
+        for name, member in value.items():
+            if name in properties:
+                found += faults(member, properties[name], f"{place}/{name}")
+            elif more is False:
+                found.append(f"{place}: {name} is not in the schema")
+            elif isinstance(more, dict):
+                found += faults(member, more, f"{place}/{name}")
+    elif isinstance(value, list):
+        if not schema.get("minItems", 0) <= len(value) <= schema.get("maxItems", len(value)):
+            found.append(f"{place}: {len(value)} elements")
+        first = schema.get("prefixItems", [])
+        for i, element in enumerate(value):
+            rest = schema.get("items", {})
+            if i >= len(first) and rest is False:
+                found.append(f"{place}: too many elements")
+            else:
+                found += faults(element, first[i] if i < len(first) else rest, f"{place}/{i}")
+    elif isinstance(value, (int, float)) and not isinstance(value, bool):
+        if not schema.get("minimum", value) <= value <= schema.get("maximum", value):
+            found.append(f"{place}: {value} is out of range")
+    return found
+
+
+def operations():
+    for path, item in DOCUMENT["paths"].items():
+        for method, operation in item.items():
+            if method != "parameters":
+                yield method.upper(), path, operation
+
+
+class OpenApi(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.server = Server("--preload", "six=demo:six")
+        cls.addClassCleanup(cls.server.end)
+        cls.fields = DOCUMENT["components"]["schemas"]["Field"]["enum"]
+
+    def post(self, path, body):
+        path = path.replace("{id}", "six")
+        return self.server.ask(path, "-H", "Content-Type: application/json", body=json.dumps(body))
+
+    def test_every_route_is_in_the_document_and_the_other_way_round(self):
+        added = set()
+        for file in (SOURCE / "server").glob("*.cpp"):
+            added |= set(re.findall(r'\badd\(\s*"([A-Z]+)",\s*"(/[^"]*)"', file.read_text(encoding="utf-8")))
+        self.assertEqual(added, {(method, path) for method, path, _ in operations()})
+
+    def test_every_operation_is_tried_here(self):
+        names = {operation["operationId"] for _, _, operation in operations()}
+        self.assertEqual(names, set(BODIES) | set(GETS) | OTHERS)
+
+    def test_every_key_is_in_the_document_and_the_other_way_round(self):
+        for method, path, operation in operations():
+            if method != "POST":
+                continue
+            with self.subTest(path=path):
+                schema = resolve(operation["requestBody"]["content"]["application/json"]["schema"])
+                detail = self.post(path, {"?": 1}).json()["detail"]
+                known = re.search(r"(?:known here:|there are) (.*)$", detail).group(1).split(", ")
+                self.assertEqual(set(known), set(schema["properties"]))
+
+    def test_every_field_is_in_the_document_and_the_other_way_round(self):
+        detail = self.post("/v1/scenes/{id}/rays:closest", {"rays": [], "fields": ["?"]}).json()["detail"]
+        self.assertEqual(detail.split("known: ")[1].split(", "), self.fields)
+        for name in ("Hit", "HitColumns", "HitListColumns"):
+            self.assertLessEqual(set(self.fields), set(DOCUMENT["components"]["schemas"][name]["properties"]))
+
+    def test_requests_and_answers_are_as_the_document_says(self):
+        for method, path, operation in operations():
+            for body in BODIES.get(operation["operationId"], []):
+                if body.get("fields") == "all":
+                    body = {**body, "fields": self.fields}
+                with self.subTest(path=path, body=body):
+                    self.assertEqual(faults(body, operation["requestBody"]["content"]["application/json"]["schema"]), [])
+                    answer = self.post(path, body)
+                    self.assertEqual(answer.status, 200, answer.body)
+                    schema = operation["responses"]["200"]["content"]["application/json"]["schema"]
+                    self.assertEqual(faults(answer.json(), schema), [])
+            if operation["operationId"] in GETS:
+                with self.subTest(path=path):
+                    answer = self.server.ask(GETS[operation["operationId"]])
+                    (kind, content), = operation["responses"]["200"]["content"].items()
+                    self.assertEqual(answer.headers["content-type"].split(";")[0], kind)
+                    if kind == "application/json":
+                        self.assertEqual(faults(answer.json(), content["schema"]), [])
+
+    def test_scenes_come_and_go_as_the_document_says(self):
+        schema = {"$ref": "#/components/schemas/Scene"}
+        for status in (201, 200):
+            put = self.server.put("other", demo_glb("six"))
+            self.assertEqual((put.status, faults(put.json(), schema)), (status, []))
+        self.assertEqual(self.server.ask("/v1/scenes/other", "-X", "DELETE").status, 204)
+        refused = self.post("/v1/scenes", {"id": "x", "source": {"path": "x.glb"}})
+        self.assertEqual((refused.status, faults(refused.json(), {"$ref": "#/components/schemas/Problem"})), (403, []))
+
+    def test_problems_are_as_the_document_says(self):
+        schema = {"$ref": "#/components/schemas/Problem"}
+        for path, body in [("/v1/scenes/{id}/rays:any", {"rays": [{}]}), ("/v1/scenes/none/rays:any", {"rays": []}), ("/none", {}),
+                           ("/v1/scenes/{id}/visibility", {"from": 1})]:
+            with self.subTest(path=path):
+                problem = self.post(path, body)
+                self.assertGreaterEqual(problem.status, 400)
+                self.assertEqual(faults(problem.json(), schema), [])
+
+    def test_the_server_shows_this_very_document(self):
+        self.assertEqual(self.server.ask("/openapi.json").json(), DOCUMENT)
+
+
+if __name__ == "__main__":
+    case_report.main()
