@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "proto/point_rows.h"
+
 namespace sightline {
 
 namespace {
@@ -130,21 +132,9 @@ bool GeneratorReader::finish_pose(unsigned seen, const JsonPointer& place, Pose&
   return true;
 }
 
-bool GeneratorReader::read_points(JsonReader::Value value, const JsonPointer& place,
-                                  std::vector<Vec3d>& points) {
-  return reader_.read_array(value, "an array of points", place,
-                            [&](std::size_t i, JsonReader::Value entry) {
-                              const JsonPointer point_place = JsonPointer(place).index(i);
-                              if (i == most_) return too_many(point_place);
-                              double v[3] = {};
-                              if (!read_numbers(entry, point_place, 3, v)) return false;
-                              points.push_back({v[0], v[1], v[2]});
-                              return true;
-                            });
-}
-
 bool GeneratorReader::read_part(std::size_t which, JsonReader::Value value, Parts& parts) {
   const JsonPointer place = place_of(which);
+  const auto too_many_entries = [&](const JsonPointer& entry) { return too_many(entry); };
   const auto number = [&](double& out) {
     return reader_.read_number(value, out, [&] { return place; });
   };
@@ -184,9 +174,9 @@ bool GeneratorReader::read_part(std::size_t which, JsonReader::Value value, Part
     case kAzimuths:
       return reader_.read_count(value, most_, parts.azimuths, place);
     case kPoints:
-      return read_points(value, place, parts.points);
+      return read_points(reader_, value, place, most_, parts.points, too_many_entries);
     case kNormals:
-      return read_points(value, place, parts.normals);
+      return read_points(reader_, value, place, most_, parts.normals, too_many_entries);
     case kCount:
       return reader_.read_count(value, most_, parts.count, place);
     case kSeed:

@@ -34,7 +34,6 @@ class GeneratorReader {
                       Pose& pose);
   bool read_numbers(JsonReader::Value value, const JsonPointer& place, std::size_t count,
                     double* out);
-  bool read_points(JsonReader::Value value, const JsonPointer& place, std::vector<Vec3d>& points);
   bool read_range(JsonReader::Value value, const JsonPointer& place, RayRange& range);
   bool finish_pose(unsigned seen, const JsonPointer& place, Pose& pose);
   bool assemble(const Parts& parts, RayGenerator& generator);

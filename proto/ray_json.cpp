@@ -23,7 +23,7 @@ constexpr std::array<std::string_view, 15> kTopKeys{
     "include", "exclude",  "on_invalid", "work",      "generator"};
 constexpr unsigned kRaysBit = 1u << 0, kColumnBits = 0x1eu, kFieldsBit = 1u << 5,
                    kMaxHitsBit = 1u << 6, kCrossingsBit = 1u << 7, kSceneBits = 0x3f00u,
-                   kMarkBits = 1u << 8 | 1u << 12, kGeneratorBit = 1u << 14;
+                   kMarkBits = 1u << 8 | 1u << 12, kGeneratorBit = 1u << 14, kCullBit = 1u << 9;
 /// The first key that is an option.
 constexpr std::size_t kFirstOption = 5;
 /// Every key of a row.
@@ -187,6 +187,7 @@ unsigned RayReader::known_top_keys() const {
   if (rules_.has_crossings) known |= kCrossingsBit;
   if (rules_.has_scene) known |= kSceneBits;
   if (!rules_.has_marks) known &= ~kMarkBits;
+  if (!rules_.has_culling) known &= ~kCullBit;
   if (rules_.has_rays && rules_.has_generator) known |= kGeneratorBit;
   return known;
 }

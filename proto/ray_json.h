@@ -42,6 +42,7 @@ struct RayJsonRules {
   /// Of these "normalize" and "on_invalid".
   bool has_marks = true;
   bool has_generator = true;
+  bool has_culling = true;
   /// The same for "crossings" and "max_hits".
   bool has_crossings = false;
   bool has_max_hits = false;

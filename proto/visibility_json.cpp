@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "proto/point_rows.h"
 #include "proto/ray_reader.h"
 
 namespace sightline {
@@ -29,7 +30,10 @@ class VisibilityReader : public RayReader {
     seen_ |= 1u << which;
     PointPairs& pairs = visibility_.pairs;
     const JsonPointer place = JsonPointer().key(kMoreKeys[which]);
-    if (which < 2) return read_points(value, place, which == 0 ? pairs.from : pairs.to);
+    if (which < 2) {
+      return read_points(*this, value, place, max_pairs_, which == 0 ? pairs.from : pairs.to,
+                         [&](const JsonPointer& point) { return too_many_points(point); });
+    }
     if (which == 4) return read_boolean(value, visibility_.first_blocker, place);
     constexpr std::array<std::string_view, 2> kPairings{"each", "all"}, kEnds{"open", "closed"};
     std::size_t word = 0;
@@ -40,32 +44,6 @@ class VisibilityReader : public RayReader {
       pairs.closed = word == 1;
     }
     return true;
-  }
-
-  bool read_points(Value value, const JsonPointer& place, Column<Vec3d>& points) {
-    const auto read_point = [&](std::size_t i, Value entry) {
-      const JsonPointer point_place = JsonPointer(place).index(i);
-      if (i == max_pairs_) return too_many_points(point_place);
-      Vec3d point;
-      int count = 0;
-      const auto read_coordinate = [&](std::size_t k, Value number) {
-        if (count == 3) {
-          return invalid("LENGTH_WRONG", "expected three numbers, found more", point_place);
-        }
-        return read_number(number, point[count++],
-                           [&] { return JsonPointer(point_place).index(k); });
-      };
-      if (!read_array(entry, "an array of three numbers", point_place, read_coordinate)) {
-        return false;
-      }
-      if (count != 3) {
-        return invalid("LENGTH_WRONG", "expected three numbers, found " + std::to_string(count),
-                       point_place);
-      }
-      points.push_back(point);
-      return true;
-    };
-    return read_array(value, "an array of points", place, read_point);
   }
 
   bool too_many_points(const JsonPointer& place) {

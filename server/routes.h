@@ -12,6 +12,8 @@ void add_health_routes(Router& router, const Service& service);
 void add_scene_routes(Router& router, Service& service);
 /// POST /v1/rays:generate, /v1/scenes/{id}/rays:closest, rays:any, rays:all and rays:count
 void add_ray_routes(Router& router, const Service& service);
+/// POST /v1/scenes/{id}/points:inside
+void add_point_routes(Router& router, const Service& service);
 /// GET /v1/scenes/{id}/nodes, triangles and selfcheck
 void add_scene_part_routes(Router& router, const Service& service);
 /// POST /v1/scenes/{id}/visibility

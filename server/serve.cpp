@@ -147,6 +147,7 @@ int run_serve(const ServeCommand& command, std::ostream& out, std::ostream& comp
   add_scene_routes(router, service);
   add_ray_routes(router, service);
   add_visibility_routes(router, service);
+  add_point_routes(router, service);
   add_scene_part_routes(router, service);
   add_box_routes(router, service);
   HttpServer server(

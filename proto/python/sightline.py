@@ -134,6 +134,9 @@ class Sightline:
     def visibility(self, scene: str, points_from: Points, points_to: Points, **options: Any) -> dict:
         return self.ask(scene, "visibility", {"from": _lists(points_from), "to": _lists(points_to), **options})
 
+    def inside(self, scene: str, points: Points, **options: Any) -> dict:
+        return self.ask(scene, "points:inside", {"points": _lists(points), **options})
+
     def boxes(self, scene: str, kind: str, boxes: Sequence[Mapping], **options: Any) -> dict:
         """`kind`: any, list or count."""
         return self.ask(scene, f"boxes:{kind}", {"boxes": list(boxes), **options})

@@ -37,6 +37,8 @@ QUESTIONS = [
     ("Which points see which", TOWN + "visibility", {"from": [[-40, 12, 1], [40, 12, 1]], "to": [[-20, 12, 1], [20, 12, 1]]}),
     ("And what stands between", TOWN + "visibility",
      {"from": [[-40, 12, 1]], "to": [[40, 12, 1]], "pairing": "each", "first_blocker": True, "fields": ["t", "distance", "node"]}),
+    ("Which points lie inside", TOWN + "points:inside",
+     {"points": [[0, 10, 0.5], [0.5, 18.25, 1], [-3, 12, 1], [0, 33, 0]], "method": "winding", "include": {"names": ["clock tower", "spire"]}}),
     ("What a box touches", TOWN + "boxes:list",
      {"boxes": [{"min": [-4, 20, -4], "max": [4, 33, 4]}, {"min": [None, 97, None], "max": [None, None, None]}], "of": "nodes"}),
     ("How many triangles", TOWN + "boxes:count",

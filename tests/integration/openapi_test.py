@@ -28,6 +28,8 @@ BODIES = {
                      {"generator": {"kind": "equirectangular", "width": 2, "height": 2, "up": [0, 0, 1], "forward": [1, 0, 0]}}],
     "visibility": [{"from": [RAY["origin"]], "to": [[0, 1, 0], [-8, 1, 0]]},
                    {"from": [RAY["origin"]], "to": [[0, 1, 0]], "pairing": "each", "first_blocker": True, "fields": ["t"], "work": True}],
+    "pointsInside": [{"points": [[0, 1, 0], [-5.5, 1, 0]]}, {"points": [[0, 1, 0]], "method": "winding", "work": True,
+                                                           "include": {"materials": ["*"]}}],
     "raysBoxes": [{"rays": [RAY, MISS], "boxes": [BOX, {"center": [0, 1, 0], "half": [1, None, 1], "rotation": [0, 0, 0, 1]}],
                    "pairing": "all", "planes": True}],
     "boxesAny": [{"boxes": [BOX]}],

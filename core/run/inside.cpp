@@ -1,0 +1,92 @@
+#include "core/run/inside.h"
+
+#include <array>
+#include <new>
+#include <optional>
+
+#include "core/run/kept_sides.h"
+
+namespace sightline {
+
+namespace {
+
+/// Along no axis and in no diagonal plane, where what people build has its walls.
+constexpr std::array<Vec3d, 3> kDirections{Vec3d{0.8125, 0.28125, 0.515625},
+                                           Vec3d{-0.34375, 0.90625, -0.234375},
+                                           Vec3d{-0.421875, -0.578125, 0.703125}};
+
+RayBatch rays_from(const Column<Vec3d>& points, const Vec3d& direction) {
+  RayBatch rays;
+  rays.reserve(points.size());
+  for (const Vec3d& point : points) rays.push_back({point, direction});
+  return rays;
+}
+
+/// The same instances, of their sides only these.
+KeptSides only(const KeptSides& kept, std::uint8_t sides) {
+  KeptSides some = kept;
+  for (std::uint8_t& its : some.sides) its = its & sides;
+  return some;
+}
+
+}  // namespace
+
+Status points_inside(const Engine& engine, const Scene& scene, const Column<Vec3d>& points,
+                     InsideMethod method, const Deadline& deadline, const RayOptions& options,
+                     InsideAnswers& answers) try {
+  const std::size_t n = points.size();
+  answers.inside.assign(n, 0);
+  answers.reliable.assign(n, 1);
+  answers.winding.assign(method == InsideMethod::kWinding ? n : 0, 0);
+
+  // On the surface: the ray that is the point alone meets something.
+  RayBatch rays = rays_from(points, kDirections[0]);
+  rays.tmax.assign(n, 0);
+  if (Status status = engine.any(scene, rays, deadline, answers.on_surface, options); !status) {
+    return status;
+  }
+
+  std::optional<KeptSides> fronts, backs;
+  if (method == InsideMethod::kWinding) {
+    // Of no filter: all sides.
+    auto all = options.kept != nullptr ? Result<KeptSides>(*options.kept) : kept_sides(scene, {});
+    if (!all) return all.error();
+    fronts = only(*all, KeptSides::kFront);
+    backs = only(*all, KeptSides::kBack);
+  }
+  Column<std::uint64_t> totals, minus;
+  for (std::size_t k = 0; k < kDirections.size(); ++k) {
+    rays = rays_from(points, kDirections[k]);
+    RayOptions counted = options;
+    if (backs) counted.kept = &*backs;
+    Status status = engine.count(scene, rays, Crossings::kOnce, deadline, totals, counted);
+    if (status && fronts) {
+      counted.kept = &*fronts;
+      status = engine.count(scene, rays, Crossings::kOnce, deadline, minus, counted);
+    }
+    if (!status) return status;
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto winding =
+          static_cast<std::int64_t>(totals[i]) - static_cast<std::int64_t>(fronts ? minus[i] : 0);
+      const std::uint8_t inside = (fronts ? winding != 0 : totals[i] % 2 != 0) ? 1 : 0;
+      const bool same = fronts ? winding == answers.winding[i] : inside == answers.inside[i];
+      if (k == 0) {
+        answers.inside[i] = inside;
+        if (fronts) answers.winding[i] = winding;
+      } else if (!same) {
+        answers.reliable[i] = 0;
+      }
+    }
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    if (answers.on_surface[i] == 0) continue;
+    answers.inside[i] = 0;
+    answers.reliable[i] = 1;
+    if (fronts) answers.winding[i] = 0;
+  }
+  return success();
+} catch (const std::bad_alloc&) {
+  return Error{ErrorKind::kOutOfSpace, "MEMORY_EXHAUSTED", "there is no memory for the answer", ""};
+}
+
+}  // namespace sightline

@@ -1,0 +1,30 @@
+#pragma once
+/// Which points lie inside of what a scene's triangles enclose, exactly.
+
+#include "core/run/engine.h"
+
+namespace sightline {
+
+enum class InsideMethod {
+  kParity,   ///< inside: a ray that leaves crosses an odd number of triangles
+  kWinding,  ///< inside: it crosses not as many fronts as backs
+};
+
+/// Columns of n slots.
+struct InsideAnswers {
+  Column<std::uint8_t> inside;      ///< 1 or 0; of a point on a triangle 0
+  Column<std::uint8_t> on_surface;  ///< 1: exactly on a triangle
+  /// 1: rays in three directions say the same. Around a closed mesh they always do (for the
+  /// winding number if its triangles are oriented alike); where they do not it has holes.
+  Column<std::uint8_t> reliable;
+  Column<std::int64_t> winding;  ///< backs less fronts, of the first direction; only for kWinding
+};
+
+/// Crossings are counted once (Crossings::kOnce), so that edges and corners on the way do no harm.
+/// `options.kept` says which instances count; its sides must be all or none. Points are finite.
+/// Errors: those of Engine::count.
+Status points_inside(const Engine& engine, const Scene& scene, const Column<Vec3d>& points,
+                     InsideMethod method, const Deadline& deadline, const RayOptions& options,
+                     InsideAnswers& answers);
+
+}  // namespace sightline

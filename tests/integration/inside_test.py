@@ -1,0 +1,67 @@
+"""Which points lie inside, against answers that were worked out by hand."""
+
+import json
+import unittest
+
+import case_report
+from sightline_server import Server
+
+# The clock tower is a box with |x|, |z| <= 3 from y = 0 to 24 with a ledge, a box around it from y = 18 to 18.5; the
+# spire on it a pyramid up to y = 32. See lists_test.py.
+BUILDING = {"include": {"names": ["clock tower", "spire"]}}
+IN_TOWER, IN_SPIRE, IN_BOTH_BOXES, ABOVE, BESIDE = [0, 10, 0.5], [0.25, 28, 0], [0.5, 18.25, 1], [0, 33, 0], [9, 10, 0]
+ON_WALL, ON_TIP, ON_TOP = [-3, 12, 1], [0, 32, 0], [0.5, 24, 0]
+
+
+class Inside(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.server = Server("--preload", "six=demo:six", "--preload", "town=demo:town")
+        cls.addClassCleanup(cls.server.end)
+
+    def send(self, scene, **body):
+        return self.server.ask(f"/v1/scenes/{scene}/points:inside", "-H", "Content-Type: application/json", body=json.dumps(body))
+
+    def ask(self, scene, *points, **options):
+        answer = self.send(scene, points=list(points), **options)
+        self.assertEqual(answer.status, 200, answer.body)
+        return answer.json()
+
+    def test_parity(self):
+        answer = self.ask("town", IN_TOWER, IN_SPIRE, ABOVE, BESIDE, IN_BOTH_BOXES, **BUILDING)
+        self.assertEqual(answer, {"method": "parity", "inside": [True, True, False, False, False], "on_surface": [False] * 5,
+                                  "reliable": [True] * 5})
+
+    def test_winding(self):
+        answer = self.ask("town", IN_TOWER, IN_SPIRE, ABOVE, BESIDE, IN_BOTH_BOXES, method="winding", **BUILDING)
+        self.assertEqual(answer, {"method": "winding", "inside": [True, True, False, False, True], "on_surface": [False] * 5,
+                                  "reliable": [True] * 5, "winding": [1, 1, 0, 0, 2]})
+
+    def test_on_the_surface_a_point_is_neither(self):
+        for method in ("parity", "winding"):
+            answer = self.ask("town", ON_WALL, ON_TIP, ON_TOP, [-3.0000000000000004, 12, 1], method=method, **BUILDING)
+            self.assertEqual((answer["on_surface"], answer["inside"]), ([True] * 3 + [False], [None] * 3 + [False]))
+
+    def test_triangles_that_enclose_nothing_are_not_reliable(self):
+        # Beside "left" (triangles in planes with a steep normal) some directions meet triangles, others none.
+        answer = self.ask("six", [-6.5, 0.75, 0], [0, 50, 0])
+        self.assertEqual(answer["reliable"], [False, True])
+
+    def test_work_and_no_points(self):
+        self.assertEqual(self.ask("six")["inside"], [])
+        self.assertGreater(self.ask("six", [-6.5, 1, 0], work=True)["work"]["nodes"] + 1, 0)
+
+    def test_faults_are_named(self):
+        for body, code, pointer in [({}, "KEY_MISSING", None), ({"points": [[1, 2]]}, "LENGTH_WRONG", "/points/0"),
+                                    ({"points": [], "cull": "back"}, "KEY_UNKNOWN", "/cull"),
+                                    ({"points": [], "method": "magic"}, "VALUE_UNKNOWN", "/method"),
+                                    ({"points": [[1, 2, None]]}, "TYPE_WRONG", "/points/0/2")]:
+            with self.subTest(body=body):
+                answer = self.send("six", **body)
+                self.assertEqual((answer.status, answer.json()["code"]), (422, code), answer.body)
+                if pointer:
+                    self.assertEqual(answer.json()["errors"][0]["pointer"], pointer)
+
+
+if __name__ == "__main__":
+    case_report.main()
