@@ -7,6 +7,8 @@
 #include <sstream>
 
 #include "core/store/scene_id.h"
+#include "server/door_flags.h"
+#include "server/flag_checks.h"
 #include "server/scene_source.h"
 #include "server/version.h"
 
@@ -81,12 +83,9 @@ struct ServeFlags {
   std::string skip = "all";
   std::vector<std::string> preloads, allow_urls, allow_addresses;
   double fetch_seconds = 300;
-  double drain_seconds = 30, notice_seconds = 0, request_seconds = 60, idle_seconds = 30;
+  double drain_seconds = 30, notice_seconds = 0, request_seconds = 60;
+  DoorSeconds door;
 };
-
-std::chrono::milliseconds milliseconds_of(double seconds) {
-  return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000));
-}
 
 std::string check_scene_number(const std::string& text) {
   std::uint32_t value = 0;
@@ -94,26 +93,6 @@ std::string check_scene_number(const std::string& text) {
   const auto [last, error] = std::from_chars(text.data(), end, value);
   const bool good = error == std::errc() && last == end;
   return good ? "" : "'" + text + "' is not the number of a scene: 0, 1, 2, ...";
-}
-
-/// The library reads "-1" into an unsigned number as the largest one there is.
-std::string check_positive_count(const std::string& text) {
-  std::uint64_t value = 0;
-  const char* end = text.data() + text.size();
-  const auto [last, error] = std::from_chars(text.data(), end, value);
-  const bool good = error == std::errc() && last == end && value > 0;
-  return good ? "" : "'" + text + "' is not a whole number from 1 on";
-}
-
-/// A NaN passes every comparison of a range that is written as two refusals.
-std::string check_seconds(const std::string& text, double least) {
-  double value = 0;
-  const char* end = text.data() + text.size();
-  const auto [last, error] = std::from_chars(text.data(), end, value);
-  const bool good = error == std::errc() && last == end && value >= least && value <= 1e6;
-  std::ostringstream range;
-  range << least << " to 1000000";
-  return good ? "" : "'" + text + "' is not a number of seconds from " + range.str();
 }
 
 void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
@@ -128,13 +107,11 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
   app.add_option("--kernel", command.kernel, "traversal kernel (see --version); default: the best");
-  app.add_option("--workers", command.http.workers, "requests answered at once")
-      ->check(CLI::Range(8, 4096))
-      ->capture_default_str();
   app.add_option("--log-level", command.log_level, "of the log on standard error")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
       ->capture_default_str();
-  const CLI::Validator count(check_positive_count, "POSITIVE");
+  const CLI::Validator count([](std::string& text) { return check_positive_count(text); },
+                             "POSITIVE");
   app.add_option("--max-scene-bytes", command.limits.scene_bytes, "of an uploaded scene")
       ->check(count)
       ->capture_default_str();
@@ -185,9 +162,6 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
                  "how long it may take to fetch a URL, with all redirects")
       ->check(span)
       ->capture_default_str();
-  app.add_option("--idle-seconds", flags.idle_seconds, "how long a connection may be silent")
-      ->check(span)
-      ->capture_default_str();
   app.add_option("--drain-seconds", flags.drain_seconds,
                  "how long a stop waits for requests that have begun")
       ->check(wait)
@@ -196,6 +170,7 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
                  "how long /readyz says 503 before a stop, for load balancers")
       ->check(wait)
       ->capture_default_str();
+  define_door(app, command.door, flags.door);
 }
 
 template <class Parsed>
@@ -220,11 +195,11 @@ void finish_serve(ServeCommand& command, const ServeFlags& flags) {
   command.urls.addresses = parse_each<AddressRange>(flags.allow_addresses, "--allow-address");
   command.urls.time = milliseconds_of(flags.fetch_seconds);
   // Each of these holds a worker: half of all may wait, a quarter more may listen.
-  command.limits.waiters = command.http.workers / 2;
-  command.limits.listeners = command.http.workers / 4;
+  command.limits.waiters = command.door.workers / 2;
+  command.limits.listeners = command.door.workers / 4;
   command.laziness = flags.skip == "none" ? Laziness::kEager : Laziness::kWhenNeeded;
   command.limits.request = milliseconds_of(flags.request_seconds);
-  command.http.idle = milliseconds_of(flags.idle_seconds);
+  finish_door(command.door, flags.door);
   command.drain = milliseconds_of(flags.drain_seconds);
   command.notice = milliseconds_of(flags.notice_seconds);
 }

@@ -11,6 +11,7 @@
 #include "core/query/hit_batch.h"
 #include "core/query/ray_batch.h"
 #include "proto/hit_fields.h"
+#include "server/door_limits.h"
 #include "server/http_server.h"
 #include "server/scene_source.h"
 #include "server/service.h"
@@ -27,7 +28,7 @@ struct ServeCommand {
   UrlRules urls;
   std::string kernel;
   std::string log_level = "info";
-  HttpOptions http;
+  DoorLimits door;
   ServiceLimits limits;
   Laziness laziness = Laziness::kWhenNeeded;
   std::uint64_t memory_budget = 0;          ///< bytes of all scenes; 0: no limit

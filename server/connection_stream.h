@@ -1,28 +1,29 @@
 #pragma once
-/// One connection's bytes, buffered both ways.
+/// What the library reads and writes of one exchange: a head that is here already, and the answer.
 
 #include <httplib.h>
 
 #include <chrono>
-#include <cstdint>
 #include <string>
-#include <vector>
+#include <string_view>
+
+#include "server/connection.h"
+#include "server/pace.h"
+#include "server/places.h"
 
 namespace sightline {
 
-/// Reads and writes a non-owned socket. Writes are collected, so that the head and a small body of
-/// an answer leave in one packet; they leave when the buffer is full, before a read that has to
-/// wait, and at flush().
+/// Reads the head's text and then nothing: bodies go by BodyReader. Writes are collected, so that
+/// the head and a small body of an answer leave in one packet. What a client does not take at once
+/// stays behind in the connection's output, within the budget; beyond it the worker waits for the
+/// client, as long as the pace allows, and if one of the places of those who wait is free.
 class ConnectionStream final : public httplib::Stream {
  public:
-  struct Timeouts {
-    std::chrono::milliseconds read{5000};
-    std::chrono::milliseconds write{5000};
-  };
-  ConnectionStream(int socket, Timeouts timeouts);
+  ConnectionStream(Connection& connection, const PaceLimits& pace, Places& writers)
+      : connection_(connection), pace_limits_(pace), writers_(writers) {}
 
-  bool is_readable() const override;
-  bool is_writable() const override;
+  bool is_readable() const override { return read_at_ < connection_.head.text.size(); }
+  bool is_writable() const override { return !broken_; }
   ssize_t read(char* data, std::size_t size) override;
   ssize_t write(const char* data, std::size_t size) override;
   using httplib::Stream::write;
@@ -30,37 +31,25 @@ class ConnectionStream final : public httplib::Stream {
   void get_local_ip_and_port(std::string& ip, int& port) const override;
   socket_t socket() const override;
 
-  /// With the next byte a request begins. Of its head a Range is not shown to the reader: the
-  /// library refuses a malformed one, and one of an unknown unit, before anybody can tell it that
-  /// there are no ranges here. A server may leave any Range alone, and of other methods than GET it
-  /// must [RFC9110] 14.2.
-  void begin_head();
-
+  /// Sends all, waiting for the client as the pace allows. False when it is gone or too slow.
   bool flush();
-  /// Whether bytes are here that no request has taken yet.
-  bool has_buffered() const { return read_at_ < read_end_; }
-  /// Bytes that requests have taken so far.
-  std::uint64_t bytes_read() const { return bytes_read_; }
+  /// Sends what goes without waiting; the rest is the door's. False when the connection is broken.
+  bool finish();
+  bool is_broken() const { return broken_; }
 
  private:
-  bool fill();
-  void hide_range(char* data, std::size_t size);
+  bool send_with(std::string_view& more);
+  bool wait_for_client(Pace& pace);
+  bool leave_behind(std::string_view rest);
 
-  int socket_;
-  Timeouts timeouts_;
-  std::vector<char> read_buffer_;
-  std::size_t read_at_ = 0, read_end_ = 0;
-  std::uint64_t bytes_read_ = 0;
-  std::string write_buffer_;
-  bool in_head_ = false;
-  std::size_t line_size_ = 0;  ///< of the head's line so far, without its end
-  bool may_be_range_ = false;
+  Connection& connection_;
+  const PaceLimits pace_limits_;
+  Places& writers_;
+  std::size_t read_at_ = 0;
+  bool broken_ = false;
 };
 
-/// Waits until one of the two can be read (or is closed). `second` may be -1.
-struct Readable {
-  bool first = false, second = false;
-};
-Readable wait_readable(int first, int second, std::chrono::milliseconds timeout);
+/// Waits until there is something to receive, or the connection has ended. False at `due`.
+bool wait_until_readable(int socket, std::chrono::steady_clock::time_point due);
 
 }  // namespace sightline

@@ -9,16 +9,21 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/deadline.h"
 #include "core/base/result.h"
 #include "proto/problem.h"
 
 namespace sightline {
 
+class BodyReader;
+struct RequestMemory;
+
 struct Exchange {
   const httplib::Request& request;
   httplib::Response& response;
-  /// Reads the body; null where the method has none.
-  const httplib::ContentReader* body;
+  BodyReader* body;          ///< null where no body can be
+  const CancelFlag* caller;  ///< set when nobody waits for the answer any more; may be null
+  RequestMemory* memory;     ///< of a request with a long body; else null
   std::string request_id;
   std::string scene_id;  ///< the {id} of the path, percent-decoded, not checked
   // For the metrics: the pattern of the route, which outlives this, and what was asked.
@@ -40,8 +45,8 @@ struct Exchange {
   void reply_problem(Problem problem);
 };
 
-/// The client's X-Request-Id when it is one (1 to 128 of A-Z a-z 0-9 . _ -), else a new one: 16
-/// hexadecimal digits.
-std::string request_id_of(const httplib::Request& request);
+/// What the client gave as X-Request-Id when it is one (1 to 128 of A-Z a-z 0-9 . _ -), else a new
+/// one: 16 hexadecimal digits.
+std::string checked_request_id(const std::string& given);
 
 }  // namespace sightline

@@ -1,85 +1,69 @@
 #include "server/http_server.h"
 
 #include <fcntl.h>
-#include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <new>
 #include <utility>
 
-#include "server/http_status.h"
-#include "server/request_framing.h"
+#include "server/body_reader.h"
+#include "server/connection_stream.h"
 
 namespace sightline {
 namespace {
 
-/// A body that a route did not read is read over when it is no longer than this, so that the
-/// connection lives on; else the connection ends.
-constexpr std::uint64_t kSkippedBody = 64 << 10;
-/// How much of what a client still sends is taken in before a close, and for how long: closing over
-/// unread bytes would reset the connection, and the client would lose the answer.
-constexpr std::size_t kLingerBytes = 1 << 20;
-constexpr std::chrono::milliseconds kLinger{1000};
 constexpr int kBacklog = 1024;
+/// How long a large request waits until there is memory for it.
+constexpr std::chrono::milliseconds kPatience{10'000};
 
-/// Where the body of a request ends on its connection.
-struct BodyEnd {
-  bool known = false;  ///< not that of a chunked body: only reading it tells
-  std::uint64_t at = 0;
+/// What stands around one call of process_request. The library has no place for it; a request
+/// carries it as the target of a question that only the library's client would ask.
+struct Course {
+  Connection& connection;
+  ConnectionStream& stream;
+  BodyReader& body;
+  RequestMemory* memory;
+  const std::atomic<bool>& stopping;
+  bool keeps = false;  ///< what the answer says of the connection
+
+  void decide() { keeps = !connection.head.close && !stopping && body.is_skippable(); }
 };
 
-BodyEnd body_end_of(const httplib::Request& request, std::uint64_t begin) {
-  if (find_framing_fault(request) || request.has_header("Transfer-Encoding")) return {};
-  // No fault: digits, if anything.
-  const std::string text = request.get_header_value("Content-Length");
-  std::uint64_t length = 0;
-  std::from_chars(text.data(), text.data() + text.size(), length);
-  return {true, begin + length};
+struct CourseOf {
+  Course* course;
+  bool operator()(const httplib::Response&) const { return course->keeps; }
+};
+
+Course* course_of(const httplib::Request& request) {
+  const auto* found = request.response_handler.target<CourseOf>();
+  return found == nullptr ? nullptr : found->course;
 }
 
-/// Whether all that is wrong with the request line is its method. The headers were not read then.
-bool is_unknown_method(const httplib::Request& request) {
-  constexpr std::array<std::string_view, 10> kKnown{
-      "GET", "HEAD", "POST", "PUT", "DELETE", "CONNECT", "OPTIONS", "TRACE", "PATCH", "PRI"};
-  const std::string& method = request.method;
-  return !method.empty() && method.size() <= 32 && request.version.starts_with("HTTP/1.") &&
-         std::all_of(method.begin(), method.end(), [](char c) { return c >= 'A' && c <= 'Z'; }) &&
-         std::find(kKnown.begin(), kKnown.end(), method) == kKnown.end();
+Exchange exchange_of(const httplib::Request& request, httplib::Response& response) {
+  const Course* course = course_of(request);
+  return {request,
+          response,
+          course == nullptr ? nullptr : &course->body,
+          course == nullptr ? nullptr : &course->connection.gone,
+          course == nullptr ? nullptr : course->memory,
+          checked_request_id(request.get_header_value("X-Request-Id")),
+          {}};
 }
 
-/// Whether what is unread of a body is worth reading, to keep the connection.
-bool is_skippable(const ConnectionStream& stream, const BodyEnd& end) {
-  return end.known && stream.bytes_read() <= end.at && end.at - stream.bytes_read() <= kSkippedBody;
-}
-
-/// Takes the rest of a body out of the way. False when the connection has to end.
-bool skip_body(ConnectionStream& stream, const BodyEnd& end) {
-  if (!is_skippable(stream, end)) return false;
-  std::array<char, 4096> buffer{};
-  while (stream.bytes_read() < end.at) {
-    const auto wanted = std::min<std::uint64_t>(buffer.size(), end.at - stream.bytes_read());
-    if (stream.read(buffer.data(), static_cast<std::size_t>(wanted)) <= 0) return false;
+/// What the library adds to every answer, where it is not true.
+void correct(const httplib::Request& request, httplib::Response& response) {
+  response.headers.erase("Accept-Ranges");
+  Course* course = course_of(request);
+  if (course != nullptr) course->decide();
+  if (course == nullptr || !course->keeps) {
+    response.headers.erase("Connection");
+    response.set_header("Connection", "close");
   }
-  return true;
-}
-
-void linger(int socket) {
-  ::shutdown(socket, SHUT_WR);
-  std::array<char, 16384> buffer{};
-  std::size_t taken = 0;
-  const auto end = std::chrono::steady_clock::now() + kLinger;
-  while (taken < kLingerBytes) {
-    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(
-        end - std::chrono::steady_clock::now());
-    if (left.count() <= 0 || !wait_readable(socket, -1, left).first) return;
-    const ssize_t got = ::recv(socket, buffer.data(), buffer.size(), MSG_DONTWAIT);
-    if (got <= 0) return;
-    taken += static_cast<std::size_t>(got);
-  }
+  if (response.status == 204) response.headers.erase("Content-Length");
+  if (response.has_header("Connection")) response.headers.erase("Keep-Alive");
 }
 
 }  // namespace
@@ -107,92 +91,49 @@ Result<ListenAddress> parse_listen_address(const std::string& text) {
   return address;
 }
 
-HttpServer::HttpServer(const HttpOptions& options, Dispatch dispatch, Thrown thrown)
-    : options_(options),
+HttpServer::HttpServer(const DoorLimits& limits, Dispatch dispatch, Thrown thrown)
+    : limits_(limits),
       dispatch_(std::move(dispatch)),
       thrown_(std::move(thrown)),
-      stop_event_(::eventfd(0, EFD_CLOEXEC)) {
-  set_tcp_nodelay(true);  // without it an answer waits 40 ms for the client's acknowledgement
-  // Only what the Keep-Alive header says: the connection loop is ours.
-  set_keep_alive_timeout(std::chrono::duration_cast<std::chrono::seconds>(options.idle).count());
+      bodies_(limits.bodies),
+      work_(limits.work),
+      // Half of the workers may wait for loads and a quarter listen to events: see cli.cpp.
+      writers_(std::max<std::size_t>(1, limits.workers / 8)),
+      gate_(limits, [this](Connection& connection) { answer(connection); }) {
+  // Only what the Keep-Alive header says: connections are ours.
+  set_keep_alive_timeout(std::chrono::duration_cast<std::chrono::seconds>(limits.idle).count());
   set_keep_alive_max_count(1'000'000);
   // Without this the library sets SO_REUSEPORT, and two servers share a port in silence.
   set_socket_options([](socket_t socket) {
     const int yes = 1;
     ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
   });
-  new_task_queue = [this] { return new httplib::ThreadPool(options_.workers); };
-
-  // Methods without a body end before the library's router; the others match this one pattern,
-  // because only a pattern gives a route the means to read the body itself.
+  // Every request ends here, before the library's router, and before it would read a body.
   set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
-    if (const auto fault = find_framing_fault(request)) {
-      Exchange exchange{request, response, nullptr, request_id_of(request), {}};
-      exchange.reply_problem(400, fault->code, fault->detail);
-      return HandlerResponse::Handled;
-    }
-    for (const char* method : {"POST", "PUT", "PATCH", "DELETE"}) {
-      if (request.method == method) return HandlerResponse::Unhandled;
-    }
-    this->dispatch(request, response, nullptr);
+    Exchange exchange = exchange_of(request, response);
+    dispatch_(exchange);
     return HandlerResponse::Handled;
   });
-  const HandlerWithContentReader with_body =
-      [this](const httplib::Request& request, httplib::Response& response,
-             const httplib::ContentReader& body) { this->dispatch(request, response, &body); };
-  constexpr const char* kAnything = R"([\s\S]*)";
-  Post(kAnything, with_body);
-  Put(kAnything, with_body);
-  Patch(kAnything, with_body);
-  Delete(kAnything, with_body);
-
-  // What the library adds to every answer, where it is not true.
-  set_post_routing_handler([](const httplib::Request& request, httplib::Response& response) {
-    response.headers.erase("Accept-Ranges");
-    if (request.response_handler && !request.response_handler(response)) {
-      response.headers.erase("Connection");
-      response.set_header("Connection", "close");
-    }
-    if (response.status == 204) response.headers.erase("Content-Length");
-    if (response.has_header("Connection")) response.headers.erase("Keep-Alive");
-  });
-
-  // Requests that the library refused by itself have no body yet.
-  const HandlerWithResponse without_body = [this](const httplib::Request& request,
-                                                  httplib::Response& response) {
-    if (!response.body.empty()) return HandlerResponse::Unhandled;
-    answer_unparsed(request, response);
-    return HandlerResponse::Handled;
-  };
-  set_error_handler(without_body);
+  set_post_routing_handler(correct);
+  // What the door has let in the library can read; if not, the fault is not the client's.
+  set_error_handler(
+      HandlerWithResponse([](const httplib::Request& request, httplib::Response& response) {
+        if (!response.body.empty()) return HandlerResponse::Unhandled;
+        if (course_of(request) != nullptr) return HandlerResponse::Unhandled;
+        exchange_of(request, response)
+            .reply_problem(400, "REQUEST_MALFORMED",
+                           "this is not an HTTP/1.1 request that the server understands");
+        return HandlerResponse::Handled;
+      }));
   // The default one would tell the client what the exception said.
   set_exception_handler([this](const httplib::Request& request, httplib::Response& response,
                                std::exception_ptr exception) {
-    Exchange exchange{request, response, nullptr, request_id_of(request), {}};
-    std::string what = "unknown exception";
-    bool out_of_memory = false;
-    try {
-      std::rethrow_exception(std::move(exception));
-    } catch (const std::bad_alloc& caught) {
-      out_of_memory = true;
-      what = caught.what();
-    } catch (const std::exception& caught) {
-      what = caught.what();
-    } catch (...) {
-      what = "not a std::exception";
-    }
-    thrown_(exchange.request_id, what);
-    if (out_of_memory) {
-      exchange.reply_problem(507, "MEMORY_FULL", "there is no memory left for this request");
-    } else {
-      exchange.reply_problem(500, "INTERNAL", "the server failed to answer; the fault is its own");
-    }
+    answer_thrown(request, response, std::move(exception));
   });
 }
 
 HttpServer::~HttpServer() {
-  if (listener_ >= 0) ::close(listener_);
-  if (stop_event_ >= 0) ::close(stop_event_);
+  if (svr_sock_ != INVALID_SOCKET) ::close(svr_sock_);
 }
 
 Result<int> HttpServer::bind(const ListenAddress& address) {
@@ -210,96 +151,66 @@ Result<int> HttpServer::bind(const ListenAddress& address) {
   }
   // The library asks for a queue of 5.
   ::listen(svr_sock_, kBacklog);
-  listener_ = ::fcntl(svr_sock_, F_DUPFD_CLOEXEC, 0);
+  ::fcntl(svr_sock_, F_SETFL, ::fcntl(svr_sock_, F_GETFL) | O_NONBLOCK);
+  ::fcntl(svr_sock_, F_SETFD, FD_CLOEXEC);
   return port;
 }
 
-void HttpServer::serve() { listen_after_bind(); }
+void HttpServer::serve() { gate_.run(svr_sock_); }
 
 void HttpServer::stop() {
   stopping_ = true;
-  const std::uint64_t one = 1;
-  (void)!::write(stop_event_, &one, sizeof one);
-  // Wakes the accept of serve(), or makes its first one fail if it has not got there yet.
-  // httplib's own stop() does nothing before that point.
-  if (listener_ >= 0) ::shutdown(listener_, SHUT_RDWR);
+  gate_.stop();
 }
 
 void HttpServer::break_connections() {
-  const std::lock_guard hold(mutex_);
-  for (const int socket : sockets_) ::shutdown(socket, SHUT_RDWR);
+  stopping_ = true;
+  gate_.break_off();
 }
 
-bool HttpServer::wait_for_request(int socket, const ConnectionStream& stream) const {
-  if (stream.has_buffered()) return true;
-  const Readable ready = wait_readable(socket, stop_event_, options_.idle);
-  // After a stop what has already been sent is still answered; silence ends the connection.
-  return ready.first || (ready.second && wait_readable(socket, -1, {}).first);
+void HttpServer::answer(Connection& connection) {
+  ConnectionStream stream(connection, limits_.pace, writers_);
+  BodyReader body(connection, stream, limits_.pace);
+  RequestMemory memory{WorkMemory::Share(bodies_), WorkMemory::Share(work_), kPatience};
+  const bool is_long =
+      connection.head.chunked || connection.head.length.value_or(0) > limits_.gathered;
+  Course course{connection, stream, body, is_long ? &memory : nullptr, stopping_};
+  bool wants_close = false;
+  const bool answered =
+      process_request(stream, connection.head.close, wants_close, [&](httplib::Request& request) {
+        request.method = connection.head.method;
+        request.response_handler = CourseOf{&course};
+        // This too is a question of the library's client; here it lets a stream of events out of
+        // the buffer.
+        request.progress = [&](std::uint64_t, std::uint64_t) { return stream.flush(); };
+      });
+  const bool sent = stream.finish() && answered;
+  // Of a stream that broke off half of the answer may be on its way: only the end says so.
+  connection.broken = stream.is_broken();
+  connection.keep = sent && course.keeps && body.is_skippable();
+  connection.skip = connection.keep ? body.unread() : 0;
 }
 
-void HttpServer::answer_requests(int socket, ConnectionStream& stream) {
-  while (wait_for_request(socket, stream)) {
-    BodyEnd end;
-    bool wants_close = false;
-    stream.begin_head();
-    const bool answered =
-        process_request(stream, stopping_, wants_close, [&](httplib::Request& request) {
-          end = body_end_of(request, stream.bytes_read());
-          // The library asks this only of its client; here the request takes the question to the
-          // place where the head of the answer is made: does the connection stay?
-          request.response_handler = [&](const httplib::Response&) {
-            return !wants_close && !stopping_ && is_skippable(stream, end);
-          };
-          // This too is a question of its client; here it lets a stream of events out of the
-          // buffer.
-          request.progress = [&](std::uint64_t, std::uint64_t) { return stream.flush(); };
-          // Where HTTP/1.0 asks to keep the connection it would not know where a stream ends.
-          if (request.version == "HTTP/1.0") wants_close = true;
-          // No compression that costs more than the trace.
-          request.headers.erase("Accept-Encoding");
-        });
-    const bool body_gone = answered && stream.flush() && skip_body(stream, end);
-    if (!body_gone) return linger(socket);
-    if (wants_close || stopping_) return;
+void HttpServer::answer_thrown(const httplib::Request& request, httplib::Response& response,
+                               std::exception_ptr exception) const {
+  Exchange exchange = exchange_of(request, response);
+  std::string what = "unknown exception";
+  bool out_of_memory = false;
+  try {
+    std::rethrow_exception(std::move(exception));
+  } catch (const std::bad_alloc& caught) {
+    out_of_memory = true;
+    what = caught.what();
+  } catch (const std::exception& caught) {
+    what = caught.what();
+  } catch (...) {
+    what = "not a std::exception";
   }
-}
-
-bool HttpServer::process_and_close_socket(socket_t socket) {
-  {
-    const std::lock_guard hold(mutex_);
-    sockets_.insert(socket);
-  }
-  ConnectionStream stream(socket, options_.timeouts);
-  answer_requests(socket, stream);
-  stream.flush();
-  {
-    const std::lock_guard hold(mutex_);
-    sockets_.erase(socket);
-  }
-  ::shutdown(socket, SHUT_RDWR);
-  ::close(socket);
-  return true;
-}
-
-void HttpServer::dispatch(const httplib::Request& request, httplib::Response& response,
-                          const httplib::ContentReader* body) const {
-  Exchange exchange{request, response, body, request_id_of(request), {}};
-  dispatch_(exchange);
-}
-
-void HttpServer::answer_unparsed(const httplib::Request& request,
-                                 httplib::Response& response) const {
-  Exchange exchange{request, response, nullptr, request_id_of(request), {}};
-  // Where the next request would begin is not known.
-  response.set_header("Connection", "close");
-  // A method that the library has not heard of is as wrong as one that a path does not have.
-  if (response.status == 400 && is_unknown_method(request)) return dispatch_(exchange);
-  switch (response.status) {
-    case 414:
-      return exchange.reply_problem(414, "URI_TOO_LONG", "the request's path is too long");
-    default:
-      return exchange.reply_problem(response.status >= 500 ? 500 : 400, "REQUEST_MALFORMED",
-                                    "this is not an HTTP/1.1 request that the server understands");
+  thrown_(exchange.request_id, what);
+  if (out_of_memory) {
+    exchange.reply_problem(507, "MEMORY_FULL", "there is no memory left for this request");
+  } else {
+    exchange.reply_problem(500, "INTERNAL", "the server failed to answer; the fault is its own");
   }
 }
 

@@ -3,12 +3,16 @@
 #include "server/cast.h"
 #include "server/cli.h"
 #include "server/demo_file.h"
+#include "server/heap.h"
 #include "server/serve.h"
 
 namespace sightline {
 namespace {
 
-int run(const ServeCommand& command) { return run_serve(command, std::cout, std::cerr); }
+int run(const ServeCommand& command) {
+  bound_heaps();
+  return run_serve(command, std::cout, std::cerr);
+}
 int run(const CastCommand& command) { return run_cast(command, std::cout, std::cerr); }
 int run(const DemoCommand& command) { return run_demo(command, std::cerr); }
 int run(const ShowText& shown) {

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "core/store/scene_store.h"
-#include "server/scene_stats.h"
 
 namespace sightline {
 namespace {
@@ -139,9 +138,14 @@ void Metrics::count(const Request& request) {
   state_->boxes.Increment(static_cast<double>(request.boxes));
 }
 
-std::string Metrics::text(const SceneStore& store) const {
+std::string Metrics::text(const SceneStore& store, const NamedCounts& door) const {
   std::vector<MetricFamily> families = state_->registry.Collect();
   add_store(store, families);
+  families.push_back(family("sightline_connections",
+                            "Connections: open now; and since the start accepted, closed to make "
+                            "room, too slow, gone while they were answered, refused for their "
+                            "framing, and for a full queue.",
+                            MetricType::Gauge, "what", as_values(door)));
   return prometheus::TextSerializer().Serialize(families);
 }
 

@@ -7,6 +7,8 @@
 #include <string>
 #include <string_view>
 
+#include "server/scene_stats.h"
+
 namespace sightline {
 
 class SceneStore;
@@ -26,8 +28,8 @@ class Metrics {
     std::uint64_t boxes = 0;
   };
   void count(const Request& request);
-  /// All of it, and what the store says now.
-  std::string text(const SceneStore& store) const;
+  /// All of it, and what the store and the door say now.
+  std::string text(const SceneStore& store, const NamedCounts& door) const;
 
  private:
   struct State;

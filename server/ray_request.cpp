@@ -24,7 +24,7 @@ bool RayRequest::read_query(const Decode& decode) {
     }
     kept_ = std::move(*kept);
   }
-  deadline_ = service_.deadline();
+  deadline_ = service_.deadline(exchange_);
   add_time(&WorkReport::parse_us);
   return true;
 }

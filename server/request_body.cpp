@@ -4,8 +4,14 @@
 #include <charconv>
 #include <optional>
 
+#include "server/body_reader.h"
+#include "server/work_memory.h"
+
 namespace sightline {
 namespace {
+
+/// What a ray of 40 bytes of JSON takes at most as columns, hit, details and JSON again.
+constexpr std::uint64_t kWorkPerByte = 8;
 
 bool is_chunked(const httplib::Request& request) { return request.has_header("Transfer-Encoding"); }
 
@@ -93,19 +99,21 @@ bool read_body(Exchange& exchange, std::uint64_t limit,
   std::uint64_t size = 0;
   bool too_large = false;
   std::optional<Error> refused;
-  const auto receive = [&](const char* data, std::size_t count) {
-    size += count;
+  const auto receive = [&](std::span<const char> piece) {
+    size += piece.size();
     too_large = size > limit;
     if (too_large) return false;
-    Status status = sink({data, count});
+    Status status = sink(piece);
     if (!status) refused = std::move(status).error();
     return !refused;
   };
-  if (exchange.body != nullptr && (*exchange.body)(receive)) return true;
+  if (exchange.body != nullptr && exchange.body->read(receive)) return true;
   if (too_large) {
     reply_too_large(exchange, limit);
   } else if (refused) {
     exchange.reply_error(*refused);
+  } else if (exchange.body != nullptr && exchange.body->fault() == BodyReader::Fault::kSlow) {
+    exchange.reply_problem(408, "REQUEST_TIMEOUT", "the body of the request came too slowly");
   } else {
     exchange.reply_problem(400, "BODY_INCOMPLETE", "the body ended early or its framing is broken");
   }
@@ -114,13 +122,22 @@ bool read_body(Exchange& exchange, std::uint64_t limit,
 
 bool read_body(Exchange& exchange, std::uint64_t limit, std::size_t spare, std::string& text) {
   if (const auto length = content_length(exchange.request)) {
-    // Room for what was promised, but no more than 16 MiB before it has come.
-    text.reserve(std::min<std::uint64_t>(*length, 16u << 20) + spare);
+    // Room for what was promised, but no more than 1 MiB before it has come.
+    text.reserve(std::min<std::uint64_t>(*length, 1u << 20) + spare);
   }
-  return read_body(exchange, limit, [&](std::span<const char> piece) {
+  const Error busy{ErrorKind::kBusy, "MEMORY_BUSY",
+                   "large requests use all the memory that they may: ask again later", ""};
+  RequestMemory* memory = exchange.memory;
+  const bool good = read_body(exchange, limit, [&](std::span<const char> piece) -> Status {
+    if (memory != nullptr && !memory->body.grow(piece.size())) return busy;
     text.append(piece.data(), piece.size());
     return success();
   });
+  if (!good || memory == nullptr) return good;
+  const Deadline deadline = Deadline::in(memory->patience, exchange.caller);
+  if (memory->work.wait(text.size() * kWorkPerByte, deadline)) return true;
+  exchange.reply_error(busy);
+  return false;
 }
 
 }  // namespace sightline

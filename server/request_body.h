@@ -41,12 +41,13 @@ enum class QueryType { kJson, kBinary };
 std::optional<QueryType> admit_rays_type(Exchange& exchange);
 
 /// Hands the body on in pieces. Returns false after it has answered: BODY_TOO_LARGE,
-/// BODY_INCOMPLETE (the client stopped, or broke the framing), or what `sink` said.
-/// Precondition: admit_body was true.
+/// BODY_INCOMPLETE (the client stopped, or broke the framing), 408 REQUEST_TIMEOUT, or what `sink`
+/// said. Precondition: admit_body was true.
 bool read_body(Exchange& exchange, std::uint64_t limit,
                const std::function<Status(std::span<const char>)>& sink);
 
-/// The whole body as text, with `spare` bytes of capacity to come.
+/// The whole body as text, with `spare` bytes of capacity to come; of a long one also its share of
+/// the memory for such work, or 503 MEMORY_BUSY.
 bool read_body(Exchange& exchange, std::uint64_t limit, std::size_t spare, std::string& text);
 
 }  // namespace sightline

@@ -22,7 +22,7 @@ void rays_boxes(Exchange& exchange, const Service& service) {
 
   RayBoxAnswers answers;
   if (Status status = service.engine.ray_boxes(query->rays, query->boxes, query->pairing,
-                                               query->planes, service.deadline(), answers);
+                                               query->planes, service.deadline(exchange), answers);
       !status) {
     return exchange.reply_error(status.error());
   }
@@ -50,7 +50,8 @@ void any(Exchange& exchange, const Service& service) {
   if (!scene || !read_boxes(exchange, service, false, query)) return;
 
   Column<std::uint8_t> touched;
-  if (Status status = service.engine.boxes_any(*scene, query.boxes, service.deadline(), touched);
+  if (Status status =
+          service.engine.boxes_any(*scene, query.boxes, service.deadline(exchange), touched);
       !status) {
     return exchange.reply_error(status.error());
   }
@@ -64,7 +65,7 @@ void count(Exchange& exchange, const Service& service) {
 
   Column<std::uint64_t> totals;
   if (Status status = service.engine.boxes_count(*scene, query.boxes, query.targets,
-                                                 service.deadline(), totals);
+                                                 service.deadline(exchange), totals);
       !status) {
     return exchange.reply_error(status.error());
   }
@@ -100,7 +101,7 @@ void list(Exchange& exchange, const Service& service) {
   Column<std::uint64_t> totals;
   if (Status status =
           service.engine.boxes_list(*scene, query.boxes, query.targets, query.limit,
-                                    service.limits.hits, service.deadline(), lists, totals);
+                                    service.limits.hits, service.deadline(exchange), lists, totals);
       !status) {
     return exchange.reply_error(status.error());
   }

@@ -54,7 +54,21 @@ void reply_version(Exchange& exchange, const Service& service) {
                         {"loads", service.limits.loads},
                         {"waiters", service.limits.waiters},
                         {"listeners", service.limits.listeners},
-                        {"request_ms", service.limits.request.count()}}}};
+                        {"request_ms", service.limits.request.count()},
+                        {"workers", service.door.workers},
+                        {"queue", service.door.queue},
+                        {"connections", service.door.connections},
+                        {"header_bytes", service.door.head.bytes},
+                        {"header_fields", service.door.head.fields},
+                        {"header_ms", service.door.head_time.count()},
+                        {"idle_ms", service.door.idle.count()},
+                        {"gathered_bytes", service.door.gathered},
+                        {"buffer_bytes", service.door.buffers},
+                        {"body_memory", service.door.bodies},
+                        {"work_memory", service.door.work},
+                        {"rate_bytes_per_second", service.door.pace.bytes_per_second},
+                        {"rate_ms", service.door.pace.window.count()},
+                        {"body_ms", service.door.pace.longest.count()}}}};
   exchange.reply_json(200, document.dump() + "\n");
 }
 
@@ -65,12 +79,11 @@ void add_health_routes(Router& router, const Service& service) {
   router.add("GET", "/readyz",
              [&service](Exchange& exchange) { reply_readiness(exchange, service); });
   router.add("GET", "/metrics", [&service](Exchange& exchange) {
-    exchange.reply(200, service.metrics.text(service.store),
+    exchange.reply(200, service.metrics.text(service.store, service.door_counts()),
                    "text/plain; version=0.0.4; charset=utf-8");
   });
-  router.add("GET", "/openapi.json", [](Exchange& exchange) {
-    exchange.reply_json(200, std::string(openapi_document()));
-  });
+  router.add("GET", "/openapi.json",
+             [](Exchange& exchange) { exchange.reply_json(200, std::string(openapi_document())); });
   router.add("GET", "/version",
              [&service](Exchange& exchange) { reply_version(exchange, service); });
 }

@@ -38,7 +38,8 @@ void check(Exchange& exchange, const Service& service) {
   }
   const SceneSnapshot stored = admit_scene(exchange, service);
   if (!stored) return;
-  const auto found = self_check(service.engine, *stored->scene, rays, seed, service.deadline());
+  const auto found =
+      self_check(service.engine, *stored->scene, rays, seed, service.deadline(exchange));
   if (!found) return exchange.reply_error(found.error());
   exchange.reply_json(200, encode_self_check(*found));
 }

@@ -33,8 +33,11 @@ void reply_accepted(Exchange& exchange, const Service& service, const std::strin
   exchange.response.set_header("Retry-After", "1");
 }
 
-Deadline deadline_of(const Service& service, std::chrono::milliseconds wait) {
-  return Deadline::in(wait, &service.cancelled);
+Deadline deadline_of(const Exchange& exchange, const Service& service,
+                     std::chrono::milliseconds wait) {
+  Deadline deadline = Deadline::in(wait, &service.cancelled);
+  deadline.caller = exchange.caller;
+  return deadline;
 }
 
 /// A place to wait at; none where there is no time to wait, or no place.
@@ -71,8 +74,9 @@ void put_scene(Exchange& exchange, Service& service) {
       })) {
     return;
   }
-  const Deadline deadline = parameters.wait ? deadline_of(service, *parameters.wait)
-                                            : Deadline{.flag = &service.cancelled};
+  const Deadline deadline = parameters.wait
+                                ? deadline_of(exchange, service, *parameters.wait)
+                                : Deadline{.flag = &service.cancelled, .caller = exchange.caller};
   const Claim claim = claim_wait(service, deadline);
   const auto load = service.store.submit(std::move(*incoming), static_cast<bool>(claim));
   finish_load(exchange, service, *load, claim, deadline);
@@ -113,7 +117,7 @@ void post_scene(Exchange& exchange, Service& service) {
   auto fetch = fetch_of(*request, service.sources, service.limits.scene_bytes);
   if (!fetch) return reply_source_error(exchange, fetch.error());
   const Deadline deadline =
-      deadline_of(service, parameters.wait.value_or(std::chrono::milliseconds(0)));
+      deadline_of(exchange, service, parameters.wait.value_or(std::chrono::milliseconds(0)));
   const Claim claim = claim_wait(service, deadline);
   auto load = service.store.fetch(request->id, {request->scene}, std::move(*fetch),
                                   static_cast<bool>(claim));
@@ -126,7 +130,7 @@ void get_scene(Exchange& exchange, Service& service) {
   if (!read_parameters(exchange, KnownParameters::kWait, parameters)) return;
   const Claim claim = parameters.wait ? service.waiters.claim() : Claim();
   const Deadline deadline =
-      deadline_of(service, claim ? *parameters.wait : std::chrono::seconds(0));
+      deadline_of(exchange, service, claim ? *parameters.wait : std::chrono::seconds(0));
   for (;;) {
     const std::uint64_t seen = service.store.changes();
     const SceneSnapshot scene = service.store.find(exchange.scene_id);

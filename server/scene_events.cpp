@@ -15,8 +15,11 @@ constexpr std::chrono::hours kLongest{1};
 /// What one listener has been told.
 class EventStream {
  public:
-  EventStream(std::string id, Service& service, Claim claim)
-      : id_(std::move(id)), service_(service), claim_(std::move(claim)) {}
+  EventStream(const Exchange& exchange, Service& service, Claim claim)
+      : id_(exchange.scene_id),
+        service_(service),
+        caller_(exchange.caller),
+        claim_(std::move(claim)) {}
 
   /// Waits for something to tell, at most until the heartbeat is due. Empty when it was cut off.
   std::string next() {
@@ -36,7 +39,13 @@ class EventStream {
         spoke_ = Clock::now();
         return ":\n\n";
       }
-      service_.store.wait_for_change(seen, Deadline::in(kLook, &service_.cancelled));
+      Deadline look = Deadline::in(kLook, &service_.cancelled);
+      look.caller = caller_;
+      if (look.cancelled()) {
+        ended_ = true;
+        return {};
+      }
+      service_.store.wait_for_change(seen, look);
     }
   }
   bool ended() const { return ended_; }
@@ -55,6 +64,7 @@ class EventStream {
 
   const std::string id_;
   Service& service_;
+  const CancelFlag* const caller_;
   const Claim claim_;
   const Clock::time_point end_ = Clock::now() + kLongest;
   Clock::time_point spoke_ = Clock::now();
@@ -75,7 +85,7 @@ void reply_scene_events(Exchange& exchange, Service& service) {
                                  "/v1/scenes/{id}?wait=SECONDS",
                                  ""});
   }
-  const auto stream = std::make_shared<EventStream>(exchange.scene_id, service, std::move(claim));
+  const auto stream = std::make_shared<EventStream>(exchange, service, std::move(claim));
   exchange.reply_stream("text/event-stream", [stream](const Exchange::Send& send) {
     const std::string text = stream->next();
     return (text.empty() || send(text)) && !stream->ended();

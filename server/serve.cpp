@@ -10,6 +10,7 @@
 #include "core/run/engine.h"
 #include "core/store/scene_store.h"
 #include "core/store/tree_keeper.h"
+#include "server/descriptors.h"
 #include "server/progress_bar.h"
 #include "server/routes.h"
 #include "server/scene_source.h"
@@ -95,6 +96,13 @@ void answer(const Router& router, Service& service, Exchange& exchange) {
                     exchange.request_id);
 }
 
+NamedCounts door_counts(const DoorCounts& counts) {
+  return {{"open", counts.open},          {"accepted", counts.accepted},
+          {"evicted", counts.evicted},    {"too_slow", counts.timed_out},
+          {"gone", counts.gone},          {"refused", counts.refused},
+          {"queue_full", counts.overload}};
+}
+
 /// Turns signals into the steps of a stop: say that it is coming, close the door, break off.
 void watch_signals(StopSignals& signals, Service& service, HttpServer& server,
                    const ServeCommand& command) {
@@ -103,9 +111,13 @@ void watch_signals(StopSignals& signals, Service& service, HttpServer& server,
   service.log.info("stopping");
   service.stopping = true;
   // A load balancer sees /readyz turn before connections are refused.
-  if (command.notice.count() > 0 && signals.wait(command.notice) == Event::kWoken) return;
+  Event event = Event::kTimeout;
+  if (command.notice.count() > 0) event = signals.wait(command.notice);
+  if (event == Event::kWoken) return;
   server.stop();
-  if (signals.wait(command.drain) == Event::kWoken) return;
+  // A second signal does not wait for anything.
+  if (event != Event::kSignal) event = signals.wait(command.drain);
+  if (event == Event::kWoken) return;
   service.log.warn("breaking off what has not ended");
   service.cancelled.cancel();
   server.break_connections();
@@ -113,8 +125,9 @@ void watch_signals(StopSignals& signals, Service& service, HttpServer& server,
 
 }  // namespace
 
-int run_serve(const ServeCommand& command, std::ostream& out, std::ostream& complaints) {
+int run_serve(const ServeCommand& asked, std::ostream& out, std::ostream& complaints) {
   StopSignals signals;
+  ServeCommand command = asked;
   const auto complain = [&](const Error& error) {
     complaints << "sightline: " << error.code << ": " << error.message << "\n";
     return 2;
@@ -137,7 +150,9 @@ int run_serve(const ServeCommand& command, std::ostream& out, std::ostream& comp
   auto store = SceneStore::open(options, load, preloads_of(command, keeper));
   if (!store) return complain(store.error());
 
+  command.door.connections = allowed_connections(command.door);
   Service service{**engine, **store, log, command.limits, {}, {}};
+  service.door = command.door;
   const ProgressBar bar([&store] { return loading_line(**store); });
   auto sources = sources_of(command);
   if (!sources) return complain(sources.error());
@@ -151,10 +166,11 @@ int run_serve(const ServeCommand& command, std::ostream& out, std::ostream& comp
   add_scene_part_routes(router, service);
   add_box_routes(router, service);
   HttpServer server(
-      command.http, [&](Exchange& exchange) { answer(router, service, exchange); },
+      command.door, [&](Exchange& exchange) { answer(router, service, exchange); },
       [&](const std::string& id, const std::string& what) {
         log.error("request {} failed by an exception: {}", id, what);
       });
+  service.door_counts = [&server] { return door_counts(server.counts()); };
   const auto port = server.bind(command.listen);
   if (!port) return complain(port.error());
 

@@ -4,14 +4,18 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <memory>
 
 #include "core/base/deadline.h"
 #include "core/run/engine.h"
 #include "core/store/scene_store.h"
+#include "server/door_limits.h"
+#include "server/exchange.h"
 #include "server/metrics.h"
 #include "server/places.h"
 #include "server/scene_sources.h"
+#include "server/scene_stats.h"
 
 namespace spdlog {
 class logger;
@@ -43,8 +47,16 @@ struct Service {
   /// Loads that are under way share it.
   std::shared_ptr<const SourceRules> sources = std::make_shared<const SourceRules>();
   Metrics metrics{};
+  DoorLimits door{};  ///< to show them
+  std::function<NamedCounts()> door_counts = [] { return NamedCounts(); };
 
   Deadline deadline() const { return Deadline::in(limits.request, &cancelled); }
+  /// Passed also when nobody waits for this answer any more.
+  Deadline deadline(const Exchange& exchange) const {
+    Deadline deadline = this->deadline();
+    deadline.caller = exchange.caller;
+    return deadline;
+  }
 };
 
 }  // namespace sightline

@@ -22,12 +22,15 @@ struct Deadline {
   using Clock = std::chrono::steady_clock;
   Clock::time_point at = Clock::time_point::max();
   const CancelFlag* flag = nullptr;
+  const CancelFlag* caller = nullptr;  ///< set when nobody waits for the answer any more
 
   static Deadline never() { return {}; }
   static Deadline in(Clock::duration duration, const CancelFlag* flag = nullptr) {
-    return {Clock::now() + duration, flag};
+    return {Clock::now() + duration, flag, nullptr};
   }
-  bool cancelled() const { return flag != nullptr && flag->cancelled(); }
+  bool cancelled() const {
+    return (flag != nullptr && flag->cancelled()) || (caller != nullptr && caller->cancelled());
+  }
   bool passed() const {
     return cancelled() || (at != Clock::time_point::max() && Clock::now() >= at);
   }

@@ -18,8 +18,7 @@ namespace {
 class Running {
  public:
   explicit Running(HttpServer::Dispatch dispatch)
-      : server_({.workers = 8, .idle = std::chrono::seconds(60), .timeouts = {}},
-                std::move(dispatch),
+      : server_(DoorLimits{.workers = 8}, std::move(dispatch),
                 [this](const std::string&, const std::string& what) { thrown_ = what; }) {
     const auto port = server_.bind({"127.0.0.1", 0});
     EXPECT_TRUE(port.ok());
@@ -68,8 +67,7 @@ TEST(HttpServer, says_507_when_memory_is_full) {
 
 TEST(HttpServer, stops_before_it_has_begun_to_serve) {
   HttpServer server(
-      {.workers = 8, .idle = std::chrono::seconds(60), .timeouts = {}}, [](Exchange&) {},
-      [](const auto&, const auto&) {});
+      DoorLimits{.workers = 8}, [](Exchange&) {}, [](const auto&, const auto&) {});
   ASSERT_TRUE(server.bind({"127.0.0.1", 0}).ok());
   server.stop();
   server.serve();  // returns

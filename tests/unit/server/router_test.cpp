@@ -42,7 +42,7 @@ Asked ask(const std::string& method, const std::string& target) {
   request.method = method;
   request.target = target;
   httplib::Response response;
-  Exchange exchange{request, response, nullptr, "id", {}};
+  Exchange exchange{request, response, nullptr, nullptr, nullptr, "id", {}};
   router.dispatch(exchange);
   std::string said = response.body;
   for (const char* code : {"ROUTE_NOT_FOUND", "METHOD_NOT_ALLOWED"}) {

@@ -1,0 +1,86 @@
+#include "server/body_reader.h"
+
+#include <algorithm>
+#include <string>
+
+#include "server/connection_stream.h"
+
+namespace sightline {
+namespace {
+
+/// A body that a route did not read is read over when it is no longer than this, so that the
+/// connection lives on; else the connection ends.
+constexpr std::uint64_t kSkippedBody = 64 << 10;
+constexpr std::size_t kPiece = 32 << 10;
+
+}  // namespace
+
+BodyReader::BodyReader(Connection& connection, ConnectionStream& stream, const PaceLimits& pace)
+    : connection_(connection),
+      stream_(stream),
+      pace_(pace, Pace::Clock::now()),
+      left_(connection.head.length.value_or(0)),
+      owes_continue_(connection.head.expects_continue && connection.head.has_body()) {}
+
+bool BodyReader::is_over() const {
+  return connection_.head.chunked ? chunks_.is_over() : left_ == 0;
+}
+
+bool BodyReader::is_skippable() const {
+  // Where a client was never told to go on it may send its body or not.
+  return !connection_.head.chunked && fault_ == Fault::kNone && left_ <= kSkippedBody &&
+         (!owes_continue_ || left_ == 0);
+}
+
+bool BodyReader::wait_for_input() {
+  if (!connection_.pending_input().empty()) return true;
+  if (owes_continue_) {
+    owes_continue_ = false;
+    constexpr std::string_view kContinue = "HTTP/1.1 100 Continue\r\n\r\n";
+    stream_.write(kContinue.data(), kContinue.size());
+    if (!stream_.flush()) fault_ = Fault::kEnded;
+  }
+  while (fault_ == Fault::kNone) {
+    const auto wanted = connection_.head.chunked ? kPiece : std::min<std::uint64_t>(left_, kPiece);
+    switch (receive_some(connection_, static_cast<std::size_t>(wanted))) {
+      case Received::kSome:
+        pace_.moved(connection_.pending_input().size(), Pace::Clock::now());
+        return true;
+      case Received::kEnd:
+        fault_ = Fault::kEnded;
+        break;
+      case Received::kNothing:
+        if (!wait_until_readable(connection_.socket, pace_.due())) fault_ = Fault::kSlow;
+        break;
+    }
+  }
+  return false;
+}
+
+bool BodyReader::pass_on(const std::function<bool(std::span<const char>)>& sink) {
+  std::string_view pending = connection_.pending_input();
+  if (!connection_.head.chunked) {
+    const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(left_, pending.size()));
+    const bool wanted = sink({pending.data(), count});
+    left_ -= count;
+    connection_.take(count);
+    return wanted;
+  }
+  // In its own place: a payload is never longer than its chunks.
+  char* payload = connection_.input.data() + connection_.taken;
+  const std::size_t before = pending.size();
+  const std::size_t count = chunks_.decode(pending, payload);
+  const bool wanted = count == 0 || sink({payload, count});
+  connection_.take(before - pending.size());
+  if (chunks_.is_broken()) fault_ = Fault::kEnded;
+  return wanted && fault_ == Fault::kNone;
+}
+
+bool BodyReader::read(const std::function<bool(std::span<const char>)>& sink) {
+  while (!is_over()) {
+    if (!wait_for_input() || !pass_on(sink)) return false;
+  }
+  return true;
+}
+
+}  // namespace sightline

@@ -1,0 +1,40 @@
+#include "server/connection.h"
+
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+
+namespace sightline {
+
+bool send_pending(Connection& connection) {
+  while (connection.pending_output() > 0) {
+    const ssize_t count = ::send(connection.socket, connection.output.data() + connection.sent,
+                                 connection.pending_output(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return true;
+    if (count <= 0) return false;
+    connection.sent += static_cast<std::size_t>(count);
+  }
+  if (connection.output.capacity() > (64 << 10)) std::string().swap(connection.output);
+  connection.output.clear();
+  connection.sent = 0;
+  return true;
+}
+
+Received receive_some(Connection& connection, std::size_t most) {
+  // On the stack and not in each connection: thousands of them may be idle.
+  std::array<char, 32 << 10> buffer;
+  for (;;) {
+    const ssize_t count =
+        ::recv(connection.socket, buffer.data(), std::min(most, buffer.size()), MSG_DONTWAIT);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return Received::kNothing;
+    if (count <= 0) return Received::kEnd;
+    connection.input.append(buffer.data(), static_cast<std::size_t>(count));
+    return Received::kSome;
+  }
+}
+
+}  // namespace sightline

@@ -1,0 +1,102 @@
+#pragma once
+/// One client's connection between the door and a worker.
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "core/base/deadline.h"
+#include "server/pace.h"
+#include "server/request_head.h"
+
+namespace sightline {
+
+/// Bytes that connections may hold together. May be used from many threads.
+class ByteBudget {
+ public:
+  explicit ByteBudget(std::uint64_t bytes) : left_(static_cast<std::int64_t>(bytes)) {}
+  bool charge(std::uint64_t bytes) {
+    const auto wanted = static_cast<std::int64_t>(bytes);
+    if (left_.fetch_sub(wanted) >= wanted) return true;
+    left_ += wanted;
+    return false;
+  }
+  void release(std::uint64_t bytes) { left_ += static_cast<std::int64_t>(bytes); }
+
+ private:
+  std::atomic<std::int64_t> left_;
+};
+
+/// The door and a worker have it in turn; a queue between them hands it over. Only `gone` is for
+/// both at any time.
+struct Connection {
+  Connection(int socket_given, ByteBudget& budget_given)
+      : socket(socket_given), budget(budget_given) {}
+  ~Connection() { budget.release(charged); }
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
+
+  /// A door's phases, see ConnectionGate.
+  enum class Phase { kHead, kBody, kAtWork, kSending, kLingering };
+
+  const int socket;  ///< does not block
+  std::string remote_ip;
+  int remote_port = 0;
+  CancelFlag gone;  ///< set when nobody waits for an answer any more
+
+  std::string input;  ///< what was received and not yet taken, from `taken` on
+  std::size_t taken = 0;
+  std::string output;  ///< what was said and not yet sent, from `sent` on
+  std::size_t sent = 0;
+  ByteBudget& budget;
+  std::uint64_t charged = 0;  ///< bytes of the budget that this connection holds
+
+  RequestHead head;        ///< of the request that is being answered
+  std::uint64_t skip = 0;  ///< bytes of an unread body, before the next head
+  bool keep = false;       ///< whether there may be a next request
+  bool broken = false;     ///< whether the answer did not get through
+
+  Connection* next = nullptr;  ///< in the queue or the list that has it: they take no memory
+
+  // The door's own.
+  Phase phase = Phase::kHead;
+  HeadScan scan;
+  bool begun = false;                         ///< whether something of this head has come
+  std::uint64_t idle_turn = 0;                ///< the smaller, the longer it waits for a head
+  std::chrono::steady_clock::time_point due;  ///< when this phase has lasted too long
+  Pace pace{{}, {}};
+  bool readable = true;  ///< whether to try: no receive has said "not now" since the last event
+  bool ended = false;    ///< the client has closed its side, or all
+  std::chrono::steady_clock::time_point ended_at;
+  std::size_t lingered = 0;  ///< bytes
+
+  std::string_view pending_input() const { return std::string_view(input).substr(taken); }
+  std::size_t pending_output() const { return output.size() - sent; }
+
+  void take(std::size_t bytes) {
+    taken += bytes;
+    if (taken == input.size()) {
+      // An idle connection holds next to nothing.
+      if (input.capacity() > 4096) std::string().swap(input);
+      input.clear();
+      taken = 0;
+    }
+  }
+  void give_back_budget() {
+    budget.release(charged);
+    charged = 0;
+  }
+};
+
+/// Sends what is to be sent, as far as it goes without waiting. False when the connection is
+/// broken.
+bool send_pending(Connection& connection);
+
+enum class Received { kSome, kNothing, kEnd };
+/// Receives at most `most` bytes to the end of `input` without waiting; kEnd also of a broken
+/// connection.
+Received receive_some(Connection& connection, std::size_t most);
+
+}  // namespace sightline

@@ -1,0 +1,315 @@
+#include "server/connection_gate.h"
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/epoll.h>
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <new>
+#include <utility>
+
+namespace sightline {
+namespace {
+
+constexpr std::chrono::milliseconds kCheck{100};
+/// How long a head that has begun may take to end after a stop.
+constexpr std::chrono::milliseconds kLastHead{1000};
+constexpr int kAcceptedAtOnce = 256;
+
+std::string text_of(const sockaddr_storage& address, int& port) {
+  char text[INET6_ADDRSTRLEN] = "";
+  if (address.ss_family == AF_INET) {
+    sockaddr_in v4{};
+    std::memcpy(&v4, &address, sizeof v4);
+    ::inet_ntop(AF_INET, &v4.sin_addr, text, sizeof text);
+    port = ntohs(v4.sin_port);
+  } else if (address.ss_family == AF_INET6) {
+    sockaddr_in6 v6{};
+    std::memcpy(&v6, &address, sizeof v6);
+    ::inet_ntop(AF_INET6, &v6.sin6_addr, text, sizeof text);
+    port = ntohs(v6.sin6_port);
+  }
+  return text;
+}
+
+bool watch(int epoll, int socket, std::uint32_t events) {
+  epoll_event wanted{};
+  wanted.events = events;
+  wanted.data.fd = socket;
+  return ::epoll_ctl(epoll, EPOLL_CTL_ADD, socket, &wanted) == 0;
+}
+
+}  // namespace
+
+ConnectionGate::ConnectionGate(const DoorLimits& limits, Answer answer)
+    : limits_(limits),
+      answer_(std::move(answer)),
+      budget_(limits.buffers),
+      epoll_(::epoll_create1(EPOLL_CLOEXEC)),
+      wake_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
+  watch(epoll_, wake_, EPOLLIN);
+}
+
+ConnectionGate::~ConnectionGate() {
+  for (auto& connection : connections_) {
+    if (connection) ::close(connection->socket);
+  }
+  ::close(epoll_);
+  ::close(wake_);
+}
+
+void ConnectionGate::wake() {
+  const std::uint64_t one = 1;
+  (void)!::write(wake_, &one, sizeof one);
+}
+
+void ConnectionGate::stop() {
+  stopping_ = true;
+  wake();
+}
+
+void ConnectionGate::break_off() {
+  stopping_ = true;
+  breaking_ = true;
+  wake();
+}
+
+void ConnectionGate::work(Connection& connection) {
+  try {
+    answer_(connection);
+  } catch (...) {
+    // Memory ran out where nobody could answer any more.
+    connection.keep = false;
+    connection.broken = true;
+  }
+  bool was_asleep = false;
+  {
+    const std::lock_guard hold(mutex_);
+    connection.next = returned_;
+    returned_ = &connection;
+    was_asleep = std::exchange(asleep_, false);
+  }
+  if (was_asleep) wake();
+}
+
+int ConnectionGate::wait(epoll_event* events, int count) {
+  int timeout_ms = open_ > 0 || !accepting_ ? static_cast<int>(kCheck.count()) : -1;
+  {
+    const std::lock_guard hold(mutex_);
+    asleep_ = returned_ == nullptr;
+    if (!asleep_) timeout_ms = 0;
+  }
+  const int ready = ::epoll_wait(epoll_, events, count, timeout_ms);
+  {
+    const std::lock_guard hold(mutex_);
+    asleep_ = false;
+  }
+  now_ = Clock::now();
+  return std::max(ready, 0);
+}
+
+void ConnectionGate::run(int listener) {
+  const auto start = [this](std::unique_ptr<WorkerPool>& pool) {
+    pool = std::make_unique<WorkerPool>(limits_.workers, limits_.queue,
+                                        [this](Connection& connection) { work(connection); });
+  };
+  start(ready_workers_);
+  start(body_workers_);
+  watch(epoll_, listener, EPOLLIN);
+  bool stopped = false;
+  std::array<epoll_event, 256> events;
+  while (!stopped || open_ > 0) {
+    const int count = wait(events.data(), static_cast<int>(events.size()));
+    bool has_newcomers = false;
+    for (int i = 0; i < count; ++i) {
+      const int socket = events[static_cast<std::size_t>(i)].data.fd;
+      if (socket == listener) {
+        has_newcomers = true;
+      } else if (socket == wake_) {
+        std::uint64_t value = 0;
+        (void)!::read(wake_, &value, sizeof value);
+      } else {
+        on_event(socket, events[static_cast<std::size_t>(i)].events);
+      }
+    }
+    take_returned();
+    // After all events: a new connection may get the number of one that was just closed.
+    if (has_newcomers && !stopped) accept_all(listener);
+    if (stopping_ && !std::exchange(stopped, true)) begin_stop(listener);
+    if (now_ >= next_check_) {
+      check_times();
+      if (!accepting_ && !stopped) accepting_ = watch(epoll_, listener, EPOLLIN);
+      next_check_ = now_ + kCheck;
+    }
+  }
+  ready_workers_.reset();
+  body_workers_.reset();
+}
+
+void ConnectionGate::on_event(int socket, std::uint32_t events) {
+  const auto at = static_cast<std::size_t>(socket);
+  if (at >= connections_.size() || !connections_[at]) return;
+  Connection& connection = *connections_[at];
+  if ((events & (EPOLLIN | EPOLLRDHUP | EPOLLHUP | EPOLLERR)) != 0) connection.readable = true;
+  if ((events & EPOLLRDHUP) != 0 && !connection.ended) {
+    connection.ended = true;
+    connection.ended_at = now_;
+  }
+  if ((events & (EPOLLHUP | EPOLLERR)) != 0 && !connection.gone.cancelled()) {
+    connection.gone.cancel();
+    ++counts_.gone;
+  }
+  guard(connection, [&] { advance(connection); });
+}
+
+void ConnectionGate::take_returned() {
+  Connection* returned = nullptr;
+  {
+    const std::lock_guard hold(mutex_);
+    returned = std::exchange(returned_, nullptr);
+  }
+  while (Connection* connection = returned) {
+    returned = connection->next;
+    if (connection->broken) {
+      reset(*connection);
+      continue;
+    }
+    connection->phase = Phase::kSending;
+    connection->pace = Pace(limits_.pace, now_);
+    connection->due = connection->pace.due();
+    guard(*connection, [&] { advance(*connection); });
+  }
+}
+
+void ConnectionGate::accept_all(int listener) {
+  for (int i = 0; i < kAcceptedAtOnce || stopping_; ++i) {
+    sockaddr_storage address{};
+    socklen_t size = sizeof address;
+    const int socket = ::accept4(listener, reinterpret_cast<sockaddr*>(&address), &size,
+                                 SOCK_NONBLOCK | SOCK_CLOEXEC);
+    if (socket >= 0) {
+      try {
+        adopt(socket, address);
+      } catch (const std::bad_alloc&) {
+        ::close(socket);
+      }
+      continue;
+    }
+    if (errno == EINTR || errno == ECONNABORTED) continue;
+    if (errno == EAGAIN || errno == EWOULDBLOCK) return;
+    // Descriptors or memory have run out. Without room it is tried again later: the listener stays
+    // readable, and asking it would be all that this thread does.
+    if (make_room(nullptr)) continue;
+    ::epoll_ctl(epoll_, EPOLL_CTL_DEL, listener, nullptr);
+    accepting_ = false;
+    return;
+  }
+}
+
+void ConnectionGate::adopt(int socket, const sockaddr_storage& address) {
+  ++counts_.accepted;
+  const int yes = 1;
+  // Without it an answer may wait 40 ms for the client's acknowledgement.
+  ::setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
+  const auto at = static_cast<std::size_t>(socket);
+  if (at >= connections_.size()) connections_.resize(at + 1);
+  auto made = std::make_unique<Connection>(socket, budget_);
+  made->remote_ip = text_of(address, made->remote_port);
+  connections_[at] = std::move(made);
+  Connection& connection = *connections_[at];
+  ++open_;
+  counts_.open = open_;
+  // An edge tells that a client is gone also while its request is at work, and costs nothing there.
+  if (!watch(epoll_, socket, EPOLLIN | EPOLLOUT | EPOLLRDHUP | EPOLLET)) return close(connection);
+  await_head(connection);
+  if (open_ > limits_.connections && !make_room(&connection)) {
+    return guard(connection, [&] {
+      refuse(connection,
+             {503, "CONNECTIONS_FULL", "the server holds as many connections as it may"});
+      advance(connection);
+    });
+  }
+  guard(connection, [&] { advance(connection); });
+}
+
+bool ConnectionGate::make_room(const Connection* spared) try {
+  std::vector<Connection*> idle;
+  for (const auto& connection : connections_) {
+    if (!connection || connection.get() == spared) continue;
+    if (connection->phase == Phase::kHead || connection->phase == Phase::kLingering) {
+      idle.push_back(connection.get());
+    }
+  }
+  if (idle.empty()) return false;
+  // A few at a time, so that a flood does not search each time.
+  const std::size_t count = std::max<std::size_t>(1, idle.size() / 32);
+  std::nth_element(
+      idle.begin(), idle.begin() + static_cast<std::ptrdiff_t>(count - 1), idle.end(),
+      [](const Connection* a, const Connection* b) { return a->idle_turn < b->idle_turn; });
+  for (std::size_t i = 0; i < count; ++i) close(*idle[i]);
+  counts_.evicted += count;
+  return true;
+} catch (const std::bad_alloc&) {
+  return false;
+}
+
+void ConnectionGate::begin_stop(int listener) {
+  // Who is in the queue of the kernel was accepted in the eyes of its client.
+  accept_all(listener);
+  ::epoll_ctl(epoll_, EPOLL_CTL_DEL, listener, nullptr);
+  ::shutdown(listener, SHUT_RDWR);
+  for (const auto& connection : connections_) {
+    if (!connection || connection->phase != Phase::kHead) continue;
+    connection->due = std::min(connection->due, now_ + kLastHead);
+    connection->readable = true;
+    guard(*connection, [&] { advance(*connection); });
+  }
+}
+
+void ConnectionGate::close(Connection& connection) {
+  const int socket = connection.socket;
+  ::close(socket);
+  connections_[static_cast<std::size_t>(socket)].reset();
+  --open_;
+  counts_.open = open_;
+}
+
+void ConnectionGate::reset(Connection& connection) {
+  ++counts_.timed_out;
+  // Else the kernel would go on with what it has taken of the answer.
+  const struct linger hard { 1, 0 };
+  ::setsockopt(connection.socket, SOL_SOCKET, SO_LINGER, &hard, sizeof hard);
+  close(connection);
+}
+
+void ConnectionGate::check_times() {
+  const bool breaking = breaking_;
+  for (const auto& slot : connections_) {
+    if (!slot) continue;
+    Connection& connection = *slot;
+    if (breaking) {
+      connection.gone.cancel();
+      ::shutdown(connection.socket, SHUT_RDWR);
+    }
+    if (connection.phase == Phase::kAtWork) {
+      const auto patience = std::max(connection.ended_at + kHalfClosed, connection.due);
+      if (connection.ended && now_ >= patience && !connection.gone.cancelled()) {
+        connection.gone.cancel();
+        ++counts_.gone;
+      }
+    } else if (breaking) {
+      close(connection);
+    } else if (now_ >= connection.due) {
+      guard(connection, [&] { on_late(connection); });
+    }
+  }
+}
+
+}  // namespace sightline

@@ -1,0 +1,122 @@
+#pragma once
+/// The door: one thread holds every connection that does not need a worker right now.
+///
+///            bytes            head and body whole, or body long
+///   accept ---------> kHead ------> kBody ------------------> kAtWork (queue, then a worker)
+///                       ^             refused: a short answer, then kLingering
+///                       |                                        |
+///                       +----------- kSending <------------------+  what the client has not taken
+///                                        | the connection ends
+///                                        +--> kLingering --> closed
+///
+/// A worker is taken by a request that can be answered without waiting for its client. Those whose
+/// bodies are longer than the door gathers, chunked, or sent only after a 100, go to workers of
+/// their own, who wait for bodies at the pace that clients must keep.
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <new>
+#include <vector>
+
+#include "server/connection.h"
+#include "server/door_limits.h"
+#include "server/places.h"
+#include "server/worker_pool.h"
+
+struct epoll_event;
+struct sockaddr_storage;
+
+namespace sightline {
+
+/// What has happened at the door; each may be read at any time.
+struct DoorCounts {
+  std::atomic<std::uint64_t> accepted{0}, open{0}, evicted{0}, timed_out{0}, gone{0};
+  std::atomic<std::uint64_t> refused{0};   ///< faults of framing
+  std::atomic<std::uint64_t> overload{0};  ///< 503, because a queue was full
+};
+
+class ConnectionGate {
+ public:
+  /// Called on a worker with a request's head in `connection.head`. Takes the body, appends the
+  /// answer to the output, and says by `keep` and `skip` how it goes on.
+  using Answer = std::function<void(Connection&)>;
+  ConnectionGate(const DoorLimits& limits, Answer answer);
+  ~ConnectionGate();
+
+  /// Serves a listening socket until stop, and returns when the last connection has ended.
+  void run(int listener);
+  /// No new connections; idle ones end, requests that have begun are answered. From any thread.
+  void stop();
+  /// Breaks every connection off, and tells the work for it. After stop, from any thread.
+  void break_off();
+
+  ByteBudget& budget() { return budget_; }
+  const DoorCounts& counts() const { return counts_; }
+  std::size_t queued() const { return ready_workers_->queued() + body_workers_->queued(); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  /// A client that has closed its side may still wait for the answer, or be gone: its work may go
+  /// on for so long.
+  static constexpr std::chrono::milliseconds kHalfClosed{1000};
+  using Phase = Connection::Phase;
+
+  void wake();
+  void work(Connection& connection);
+  int wait(epoll_event* events, int count);
+  void on_event(int socket, std::uint32_t events);
+  void take_returned();
+  void accept_all(int listener);
+  void adopt(int socket, const sockaddr_storage& address);
+  /// Closes some of those that have been idle the longest, but never `spared`.
+  bool make_room(const Connection* spared);
+  void begin_stop(int listener);
+
+  /// Goes on with a connection that the door holds, as far as it goes without waiting.
+  void advance(Connection& connection);
+  /// Where memory runs out for one connection, that one ends.
+  template <class Step>
+  void guard(Connection& connection, const Step& step) {
+    const auto at = static_cast<std::size_t>(connection.socket);
+    try {
+      step();
+    } catch (const std::bad_alloc&) {
+      if (connections_[at]) close(*connections_[at]);
+    }
+  }
+  bool advance_head(Connection& connection);
+  bool advance_body(Connection& connection);
+  bool advance_sending(Connection& connection);
+  void advance_lingering(Connection& connection);
+  void await_head(Connection& connection);
+  void admit(Connection& connection);
+  void hand_over(Connection& connection, WorkerPool& workers);
+  void refuse(Connection& connection, const RequestFault& fault);
+  void linger(Connection& connection);
+  void close(Connection& connection);
+  void reset(Connection& connection);  ///< of a client that does not take its answer
+  void check_times();
+  void on_late(Connection& connection);
+
+  const DoorLimits limits_;
+  const Answer answer_;
+  ByteBudget budget_;
+  DoorCounts counts_;
+  int epoll_ = -1, wake_ = -1;
+  std::vector<std::unique_ptr<Connection>> connections_;  ///< by socket
+  std::size_t open_ = 0;
+  bool accepting_ = true;
+  Clock::time_point now_{}, next_check_{};
+  std::uint64_t turns_ = 0;
+
+  std::mutex mutex_;  ///< of the next two
+  Connection* returned_ = nullptr;
+  bool asleep_ = false;
+  std::atomic<bool> stopping_{false}, breaking_{false};
+  // Last: their threads end before anything of the above.
+  std::unique_ptr<WorkerPool> ready_workers_, body_workers_;
+};
+
+}  // namespace sightline

@@ -1,0 +1,205 @@
+/// What ConnectionGate does with a connection in each of its phases.
+
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <cerrno>
+
+#include "server/connection_gate.h"
+#include "server/refusal.h"
+
+namespace sightline {
+namespace {
+
+/// How much of what a client still sends is taken in before a close, and for how long: closing over
+/// unread bytes would reset the connection, and the client would lose the answer.
+constexpr std::size_t kLingerBytes = 1 << 20;
+constexpr std::chrono::milliseconds kLinger{1000};
+constexpr std::size_t kReceived = 16 << 10;
+/// A body that every connection may have gathered, whatever others hold.
+constexpr std::uint64_t kFreeBody = 4 << 10;
+
+}  // namespace
+
+void ConnectionGate::advance(Connection& connection) {
+  // Each returns false when the connection waits for something, or is no more.
+  for (bool goes_on = true; goes_on;) {
+    switch (connection.phase) {
+      case Phase::kHead:
+        goes_on = advance_head(connection);
+        break;
+      case Phase::kBody:
+        goes_on = advance_body(connection);
+        break;
+      case Phase::kSending:
+        goes_on = advance_sending(connection);
+        break;
+      case Phase::kLingering:
+        advance_lingering(connection);
+        return;
+      case Phase::kAtWork:
+        return;
+    }
+  }
+}
+
+void ConnectionGate::await_head(Connection& connection) {
+  connection.phase = Phase::kHead;
+  connection.scan = {};
+  connection.head.request_id.clear();
+  connection.begun = connection.skip > 0;
+  connection.idle_turn = ++turns_;
+  connection.due = now_ + (connection.begun ? limits_.head_time : limits_.idle);
+}
+
+bool ConnectionGate::advance_head(Connection& connection) {
+  for (;;) {
+    const auto skipped = static_cast<std::size_t>(
+        std::min<std::uint64_t>(connection.skip, connection.pending_input().size()));
+    if (skipped > 0) connection.take(skipped);
+    connection.skip -= skipped;
+    if (!connection.pending_input().empty()) {
+      switch (connection.scan.look(connection.pending_input(), limits_.head)) {
+        case HeadScan::State::kWhole:
+          admit(connection);
+          return true;
+        case HeadScan::State::kFault:
+          refuse(connection, connection.scan.fault());
+          return true;
+        case HeadScan::State::kMore:
+          break;
+      }
+      if (!connection.begun) connection.due = now_ + limits_.head_time;
+      connection.begun = true;
+    }
+    const auto received =
+        connection.readable ? receive_some(connection, kReceived) : Received::kNothing;
+    if (received == Received::kSome) continue;
+    connection.readable = false;
+    // What came before a stop is still answered; silence ends the connection.
+    if (received == Received::kEnd || (stopping_ && !connection.begun)) close(connection);
+    return false;
+  }
+}
+
+void ConnectionGate::admit(Connection& connection) {
+  const HeadScan& scan = connection.scan;
+  const std::string_view text =
+      connection.pending_input().substr(scan.begin(), scan.size() - scan.begin());
+  if (const auto fault = parse_request_head(text, limits_.head, connection.head)) {
+    return refuse(connection, *fault);
+  }
+  connection.take(scan.size());
+  const RequestHead& head = connection.head;
+  if (!head.has_body()) return hand_over(connection, *ready_workers_);
+  const std::uint64_t length = head.length.value_or(0);
+  const bool gathered = !head.chunked && !head.expects_continue && length <= limits_.gathered &&
+                        (length <= kFreeBody || budget_.charge(length));
+  if (!gathered) return hand_over(connection, *body_workers_);
+  if (length > kFreeBody) connection.charged += length;
+  connection.phase = Phase::kBody;
+  connection.pace = Pace(limits_.pace, now_);
+  connection.due = connection.pace.due();
+}
+
+bool ConnectionGate::advance_body(Connection& connection) {
+  const auto length = static_cast<std::size_t>(connection.head.length.value_or(0));
+  while (connection.pending_input().size() < length) {
+    const std::size_t before = connection.pending_input().size();
+    const auto received =
+        connection.readable ? receive_some(connection, length - before) : Received::kNothing;
+    if (received == Received::kNothing) {
+      connection.readable = false;
+      return false;
+    }
+    // Whose body ends early is told so by the worker.
+    if (received == Received::kEnd) break;
+    connection.pace.moved(connection.pending_input().size() - before, now_);
+    connection.due = connection.pace.due();
+  }
+  hand_over(connection, *ready_workers_);
+  return true;
+}
+
+void ConnectionGate::hand_over(Connection& connection, WorkerPool& workers) {
+  connection.phase = Phase::kAtWork;
+  connection.due = now_ + kHalfClosed;
+  if (workers.submit(connection)) return;
+  ++counts_.overload;
+  refuse(connection, {503, "QUEUE_FULL", "as many requests are waiting as may: try again later"});
+}
+
+void ConnectionGate::refuse(Connection& connection, const RequestFault& fault) {
+  if (fault.status == 408) ++counts_.timed_out;
+  if (fault.status < 500 && fault.status != 408) ++counts_.refused;
+  connection.take(connection.pending_input().size());
+  connection.output = refusal_text(fault, connection.head.request_id);
+  connection.sent = 0;
+  connection.keep = false;
+  connection.phase = Phase::kSending;
+  connection.pace = Pace(limits_.pace, now_);
+  connection.due = connection.pace.due();
+}
+
+bool ConnectionGate::advance_sending(Connection& connection) {
+  const std::size_t before = connection.pending_output();
+  if (!send_pending(connection)) {
+    close(connection);
+    return false;
+  }
+  if (connection.pending_output() > 0) {
+    connection.pace.moved(before - connection.pending_output(), now_);
+    connection.due = connection.pace.due();
+    return false;
+  }
+  connection.give_back_budget();
+  if (connection.keep) {
+    await_head(connection);
+  } else {
+    linger(connection);
+  }
+  return true;
+}
+
+void ConnectionGate::linger(Connection& connection) {
+  ::shutdown(connection.socket, SHUT_WR);
+  connection.take(connection.pending_input().size());
+  connection.phase = Phase::kLingering;
+  connection.due = now_ + kLinger;
+  connection.lingered = 0;
+  connection.readable = true;
+}
+
+void ConnectionGate::advance_lingering(Connection& connection) {
+  while (connection.lingered < kLingerBytes) {
+    // Nobody looks at them: they need not be copied.
+    const ssize_t count =
+        ::recv(connection.socket, nullptr, kLingerBytes, MSG_TRUNC | MSG_DONTWAIT);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return;
+    if (count <= 0) break;
+    connection.lingered += static_cast<std::size_t>(count);
+  }
+  close(connection);
+}
+
+void ConnectionGate::on_late(Connection& connection) {
+  switch (connection.phase) {
+    case Phase::kHead:
+      if (!connection.begun) return close(connection);
+      refuse(connection, {408, "REQUEST_TIMEOUT", "the header of the request took too long"});
+      break;
+    case Phase::kBody:
+      refuse(connection, {408, "REQUEST_TIMEOUT", "the body of the request came too slowly"});
+      break;
+    case Phase::kSending:
+      return reset(connection);
+    case Phase::kLingering:
+      return close(connection);
+    case Phase::kAtWork:
+      return;
+  }
+  advance(connection);
+}
+
+}  // namespace sightline

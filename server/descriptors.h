@@ -1,0 +1,14 @@
+#pragma once
+/// What the operating system grants a process that holds many connections.
+
+#include <cstddef>
+
+#include "server/door_limits.h"
+
+namespace sightline {
+
+/// Raises the soft limit of open files as far as it is needed and may be, and returns how many
+/// connections fit below it, with room left for files: at most `limits.connections`, at least 16.
+std::size_t allowed_connections(const DoorLimits& limits);
+
+}  // namespace sightline

@@ -1,0 +1,17 @@
+#include "server/heap.h"
+
+#include <malloc.h>
+
+namespace sightline {
+
+void bound_heaps() {
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  ::mallopt(M_ARENA_MAX, 4);
+  // Buffers from here on are pages of their own, which are fresh each time: for 30,000 rays that
+  // costs less than can be measured, from 1 MiB on it would be a tenth of the request.
+  ::mallopt(M_MMAP_THRESHOLD, 4 << 20);
+  ::mallopt(M_TRIM_THRESHOLD, 8 << 20);
+#endif
+}
+
+}  // namespace sightline

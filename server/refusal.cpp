@@ -1,0 +1,26 @@
+#include "server/refusal.h"
+
+#include "proto/problem.h"
+#include "server/exchange.h"
+#include "server/http_status.h"
+
+namespace sightline {
+
+std::string refusal_text(const RequestFault& fault, const std::string& request_id) {
+  Problem problem;
+  problem.status = fault.status;
+  problem.title = status_title(fault.status);
+  problem.detail = fault.detail;
+  problem.code = fault.code;
+  problem.request_id = checked_request_id(request_id);
+  const std::string body = encode_problem(problem);
+  std::string text = "HTTP/1.1 " + std::to_string(fault.status) + " " + problem.title +
+                     "\r\nContent-Type: " + std::string(kProblemMediaType) +
+                     "\r\nX-Request-Id: " + problem.request_id +
+                     "\r\nConnection: close\r\nContent-Length: " + std::to_string(body.size()) +
+                     "\r\n";
+  if (fault.status == 503) text += "Retry-After: 1\r\n";
+  return text + "\r\n" + body;
+}
+
+}  // namespace sightline

@@ -1,0 +1,14 @@
+#pragma once
+/// Answers to requests that get no further than the door.
+
+#include <string>
+
+#include "server/request_head.h"
+
+namespace sightline {
+
+/// A whole answer as it goes over the wire: problem+json with the fault's status, code and detail;
+/// after it the connection ends. `request_id` is the client's, checked here.
+std::string refusal_text(const RequestFault& fault, const std::string& request_id);
+
+}  // namespace sightline

@@ -1,0 +1,250 @@
+#include "server/request_head.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+
+namespace sightline {
+namespace {
+
+/// What the library takes of a line, with room for the rest of the request line.
+constexpr std::size_t kLongestLine = 8000;
+constexpr std::size_t kLongestMethod = 32;
+/// Empty lines before a request line: some clients send one after a body.
+constexpr std::size_t kForgivenLines = 2;
+
+constexpr RequestFault kMalformed{400, "REQUEST_MALFORMED",
+                                  "this is not an HTTP/1.1 request that the server understands"};
+constexpr RequestFault kLongTarget{414, "URI_TOO_LONG", "the request's path is too long"};
+constexpr RequestFault kLargeHead{431, "HEADER_TOO_LARGE",
+                                  "the request's header is larger than it may be"};
+constexpr const char* kFraming = "FRAMING_AMBIGUOUS";
+
+char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+
+bool equals_caseless(std::string_view text, std::string_view lower_case) {
+  return std::equal(text.begin(), text.end(), lower_case.begin(), lower_case.end(),
+                    [](char a, char b) { return lower(a) == b; });
+}
+
+/// [RFC9110] 5.6.2
+bool is_token(std::string_view text) {
+  constexpr std::string_view kMarks = "!#$%&'*+-.^_`|~";
+  return !text.empty() && std::all_of(text.begin(), text.end(), [&](char c) {
+    return (c >= '0' && c <= '9') || (lower(c) >= 'a' && lower(c) <= 'z') ||
+           kMarks.find(c) != std::string_view::npos;
+  });
+}
+
+/// Bytes above ASCII are let through: the router answers them like any other name it does not have.
+bool is_visible(char c) { return (c > 0x20 && c != 0x7f) || static_cast<unsigned char>(c) >= 0x80; }
+
+bool is_field_value(std::string_view text) {
+  return std::all_of(text.begin(), text.end(),
+                     [](char c) { return c == ' ' || c == '\t' || is_visible(c); });
+}
+
+/// No list, no user, no path: what another program could take for another host.
+bool is_host(std::string_view text) {
+  return std::all_of(text.begin(), text.end(), [](char c) {
+    return is_visible(c) && std::string_view(",/\\@?#\"<>").find(c) == std::string_view::npos;
+  });
+}
+
+std::string_view trimmed(std::string_view text) {
+  const auto is_blank = [](char c) { return c == ' ' || c == '\t'; };
+  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
+  return text;
+}
+
+/// Cuts the next line off, without its CR LF.
+std::string_view next_line(std::string_view& text) {
+  const std::size_t end = std::min(text.find("\r\n"), text.size());
+  const std::string_view line = text.substr(0, end);
+  text.remove_prefix(std::min(end + 2, text.size()));
+  return line;
+}
+
+/// Digits alone: no sign, no list, no blank.
+std::optional<std::uint64_t> parse_length(std::string_view text) {
+  std::uint64_t length = 0;
+  const char* end = text.data() + text.size();
+  const auto [last, error] = std::from_chars(text.data(), end, length);
+  if (text.empty() || error != std::errc() || last != end) return std::nullopt;
+  return length;
+}
+
+bool is_known(std::string_view method) {
+  constexpr std::array<std::string_view, 9> kKnown{"GET",     "HEAD",    "POST",  "PUT",  "DELETE",
+                                                   "CONNECT", "OPTIONS", "TRACE", "PATCH"};
+  return std::find(kKnown.begin(), kKnown.end(), method) != kKnown.end();
+}
+
+/// "http://host/path" becomes "/path" [RFC9112] 3.2.2; there is only one host here.
+std::string origin_form(std::string_view target) {
+  constexpr std::string_view kScheme = "http://";
+  if (!equals_caseless(target.substr(0, kScheme.size()), kScheme)) return std::string(target);
+  target.remove_prefix(kScheme.size());
+  target.remove_prefix(std::min(target.find_first_of("/?"), target.size()));
+  return target.starts_with('/') ? std::string(target) : "/" + std::string(target);
+}
+
+std::optional<RequestFault> parse_request_line(std::string_view line, RequestHead& head) {
+  if (line.size() > kLongestLine) return kLongTarget;
+  const std::size_t first = line.find(' '), last = line.rfind(' ');
+  if (first == std::string_view::npos || first == last) return kMalformed;
+  head.method = line.substr(0, first);
+  const std::string_view target = line.substr(first + 1, last - first - 1);
+  const std::string_view version = line.substr(last + 1);
+  if (!is_token(head.method) || head.method.size() > kLongestMethod || target.empty() ||
+      !std::all_of(target.begin(), target.end(), is_visible) || !version.starts_with("HTTP/")) {
+    return kMalformed;
+  }
+  head.http10 = version == "HTTP/1.0";
+  if (!head.http10 && version != "HTTP/1.1") {
+    return RequestFault{505, "VERSION_UNSUPPORTED", "the versions here are HTTP/1.1 and HTTP/1.0"};
+  }
+  head.target = origin_form(target);
+  return std::nullopt;
+}
+
+/// What the fields of a head said, counted.
+struct Fields {
+  std::size_t count = 0, hosts = 0, lengths = 0, encodings = 0;
+  bool keeps_alive = false;
+};
+
+void take_connection(std::string_view list, RequestHead& head, Fields& fields) {
+  while (!list.empty()) {
+    const std::size_t end = std::min(list.find(','), list.size());
+    const std::string_view option = trimmed(list.substr(0, end));
+    if (equals_caseless(option, "close")) head.close = true;
+    if (equals_caseless(option, "keep-alive")) fields.keeps_alive = true;
+    list.remove_prefix(std::min(end + 1, list.size()));
+  }
+}
+
+std::optional<RequestFault> take_framing(std::string_view name, std::string_view value,
+                                         RequestHead& head, Fields& fields) {
+  if (equals_caseless(name, "content-length")) {
+    ++fields.lengths;
+    head.length = parse_length(value);
+    if (!head.length) {
+      return RequestFault{400, kFraming, "Content-Length is not a number of bytes"};
+    }
+  } else if (equals_caseless(name, "transfer-encoding")) {
+    ++fields.encodings;
+    head.chunked = equals_caseless(value, "chunked");
+    if (!head.chunked || head.http10) {
+      return RequestFault{400, kFraming,
+                          "the only Transfer-Encoding here is chunked, and only in HTTP/1.1"};
+    }
+  }
+  if (fields.lengths + fields.encodings > 1) {
+    return RequestFault{400, kFraming,
+                        "send one Content-Length or one Transfer-Encoding, and not both"};
+  }
+  return std::nullopt;
+}
+
+/// Whether the reader behind the door is shown this field.
+bool is_shown(std::string_view name) {
+  for (const char* hidden :
+       {"range", "if-range", "accept-encoding", "connection", "keep-alive", "upgrade", "te",
+        "remote_addr", "remote_port", "local_addr", "local_port"}) {
+    if (equals_caseless(name, hidden)) return false;
+  }
+  return true;
+}
+
+std::optional<RequestFault> take_field(std::string_view line, RequestHead& head, Fields& fields) {
+  if (line.size() > kLongestLine) return kLargeHead;
+  const std::size_t colon = line.find(':');
+  if (colon == std::string_view::npos) return kMalformed;
+  const std::string_view name = line.substr(0, colon);
+  const std::string_view value = trimmed(line.substr(colon + 1));
+  // A blank before the colon, and a line that goes on from the last one, are no tokens.
+  if (!is_token(name) || !is_field_value(value)) return kMalformed;
+  if (equals_caseless(name, "host")) {
+    if (++fields.hosts > 1 || !is_host(value)) {
+      return RequestFault{400, "HOST_INVALID", "a request needs exactly one Host header"};
+    }
+  } else if (equals_caseless(name, "connection")) {
+    take_connection(value, head, fields);
+  } else if (equals_caseless(name, "x-request-id")) {
+    head.request_id = value;
+  } else if (equals_caseless(name, "expect")) {
+    if (!equals_caseless(value, "100-continue")) {
+      return RequestFault{417, "EXPECTATION_UNKNOWN", "the only Expect here is 100-continue"};
+    }
+    head.expects_continue = !head.http10;
+    return std::nullopt;
+  } else if (auto fault = take_framing(name, value, head, fields)) {
+    return fault;
+  }
+  if (!is_shown(name)) return std::nullopt;
+  head.text.append(name).append(": ").append(value).append("\r\n");
+  return std::nullopt;
+}
+
+}  // namespace
+
+HeadScan::State HeadScan::refuse(RequestFault fault) {
+  fault_ = fault;
+  return State::kFault;
+}
+
+HeadScan::State HeadScan::look(std::string_view bytes, const HeadLimits& limits) {
+  while (at_ < bytes.size()) {
+    const char c = bytes[at_];
+    const bool after_cr = at_ > begin_ && bytes[at_ - 1] == '\r';
+    if (c == '\0' || (c == '\n') != after_cr) {
+      return refuse(
+          {400, "REQUEST_MALFORMED", "a header has lines that end with CR LF, and no NUL"});
+    }
+    ++at_;
+    if (c != '\n') continue;
+    const bool is_empty = at_ - line_ == 2;
+    line_ = at_;
+    if (!is_empty) {
+      has_line_ = true;
+    } else if (has_line_) {
+      return State::kWhole;
+    } else {
+      begin_ = at_;
+      if (begin_ > 2 * kForgivenLines) return refuse(kMalformed);
+    }
+  }
+  if (at_ - line_ > kLongestLine) return refuse(has_line_ ? kLargeHead : kLongTarget);
+  if (at_ - begin_ > limits.bytes) return refuse(kLargeHead);
+  return State::kMore;
+}
+
+std::optional<RequestFault> parse_request_head(std::string_view text, const HeadLimits& limits,
+                                               RequestHead& head) {
+  head = {};
+  if (text.size() > limits.bytes) return kLargeHead;
+  Fields fields;
+  if (auto fault = parse_request_line(next_line(text), head)) return fault;
+  head.text.reserve(text.size() + head.target.size() + 64);
+  const bool known = is_known(head.method);
+  head.text.append(known ? head.method : "PATCH").append(" ").append(head.target);
+  head.text.append(head.http10 ? " HTTP/1.0\r\n" : " HTTP/1.1\r\n");
+  while (!text.empty()) {
+    const std::string_view line = next_line(text);
+    if (line.empty()) break;
+    if (++fields.count > limits.fields) return kLargeHead;
+    if (auto fault = take_field(line, head, fields)) return fault;
+  }
+  if (fields.hosts == 0 && !head.http10) {
+    return RequestFault{400, "HOST_INVALID", "a request needs exactly one Host header"};
+  }
+  // HTTP/1.0 would not know where a stream ends on a connection that is kept; and of a method that
+  // nobody knows nobody knows what follows.
+  head.close = head.close || head.http10 || !known;
+  head.text.append(head.close ? "Connection: close\r\n\r\n" : "\r\n");
+  return std::nullopt;
+}
+
+}  // namespace sightline

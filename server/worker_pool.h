@@ -1,0 +1,42 @@
+#pragma once
+/// Threads that answer requests, and the bounded queue before them.
+
+#include <condition_variable>
+#include <cstddef>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace sightline {
+
+struct Connection;
+
+/// Queued connections are taken first come, first served. `work` must not throw.
+class WorkerPool {
+ public:
+  using Work = std::function<void(Connection&)>;
+  WorkerPool(std::size_t threads, std::size_t queue, Work work);
+  /// Ends after what is queued.
+  ~WorkerPool();
+
+  /// False when the queue is full.
+  bool submit(Connection& connection);
+  std::size_t queued() const;
+
+ private:
+  void run();
+
+  const std::size_t limit_;
+  const Work work_;
+  mutable std::mutex mutex_;
+  std::condition_variable wake_;
+  Connection* first_ = nullptr;  ///< of the queue
+  Connection* last_ = nullptr;
+  std::size_t queued_ = 0;
+  std::size_t sleeping_ = 0;
+  bool ending_ = false;
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace sightline

@@ -1,0 +1,254 @@
+"""Clients that are silent, slow, greedy or gone: others are answered all the while, and memory stays.
+
+Prints `floor 1: ...` at the end.
+"""
+
+import gzip
+import json
+import resource
+import socket
+import struct
+import threading
+import time
+import unittest
+
+import case_report
+from abuse_case import BODY, HEALTH, QUERY, ROW, Abuse, is_closed, print_floor, read_all, sip, trickle
+from sightline_server import PATIENCE, Server, curl, read_answer
+
+MANY = 64  # twice the workers of either kind
+
+
+class HoldingOn(Abuse):
+    def hold(self, case, *pieces, count=MANY, **options):
+        held = [self.send(*pieces, **options)[0] for _ in range(count)]
+        self.addCleanup(lambda: [connection.close() for connection in held])
+        self.check_ordinary(case)
+        return held
+
+    def expect_all(self, held, status, code):
+        for connection in held:
+            answers = read_all(connection)
+            self.assertEqual([(answer.status, answer.json()["code"]) for answer in answers], [(status, code)])
+
+    def test_a_thousand_idle_connections(self):
+        soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
+        count = min(1000, hard - 200)
+        held = self.hold(f"{count} idle connections", count=count)
+        for connection in held[:10] + held[-10:]:
+            connection.sendall(HEALTH)
+            with connection.makefile("rb") as stream:
+                self.assertEqual(read_answer(stream).status, 200)
+
+    def test_slow_headers(self):
+        held = self.hold("slow headers", b"GET /healthz HTTP/1.1\r\nHost: x\r\nX: ", count=200)
+        self.assertEqual(trickle(held, PATIENCE), [])
+        self.expect_all(held, 408, "REQUEST_TIMEOUT")
+
+    def test_slow_bodies(self):
+        for case, head in [("slow bodies", b"Content-Length: 10000\r\n\r\n{"),
+                           ("slow long bodies", b"Content-Length: 10000000\r\n\r\n{"),
+                           ("slow chunked bodies", b"Transfer-Encoding: chunked\r\n\r\nffffff\r\n{"),
+                           ("bodies that never come after a 100", b"Content-Length: 10\r\nExpect: 100-continue\r\n\r\n")]:
+            with self.subTest(case=case):
+                held = self.hold(case, QUERY + head, count=24)
+                if "100" in case:
+                    for connection in held:
+                        self.assertEqual(connection.recv(100), b"HTTP/1.1 100 Continue\r\n\r\n")
+                self.assertEqual(trickle(held, PATIENCE, b"" if "100" in case else b" "), [])
+                self.expect_all(held, 408, "REQUEST_TIMEOUT")
+
+    def test_more_slow_bodies_than_workers(self):
+        held = self.hold("more slow long bodies than workers", QUERY + b"Content-Length: 10000000\r\n\r\n{", count=600)
+        statuses = {answer.status for connection in held for answer in read_all(connection)}
+        self.assertLessEqual(statuses, {408, 503})
+
+    def test_clients_that_do_not_read(self):
+        # Rows of 3,000 hits with everything: some 700 kB each, of which the kernel takes a part.
+        rays = json.dumps({"rays": [ROW] * 3000, "fields": ["t", "triangle", "position", "normal", "barycentric"]})
+        body = rays.encode()
+        answer = self.server.query("six", "closest", body)
+        if answer.status != 200:
+            body = json.dumps({"rays": [ROW] * 30000}).encode()
+            answer = self.server.query("six", "closest", body)
+        self.assertEqual(answer.status, 200)
+        held = self.hold(f"answers of {len(answer.body)} bytes that nobody reads",
+                         QUERY + b"Content-Length: %d\r\n\r\n" % len(body), body, count=150, receive_buffer=4096)
+        # A little now and then is too slow as well: the connections are reset with most of the answer unsent.
+        self.assertEqual(sip(held, PATIENCE), [])
+
+    def test_a_slow_reader_that_is_fast_enough_gets_everything(self):
+        body = json.dumps({"rays": [ROW] * 30000, "fields": ["t"]}).encode()
+        connection, _ = self.send(QUERY + b"Content-Length: %d\r\nConnection: close\r\n\r\n" % len(body), body, receive_buffer=4096)
+        whole = b""
+        with connection:
+            while piece := connection.recv(2000):
+                whole += piece
+                time.sleep(0.001)
+        self.assertEqual(len(json.loads(whole.partition(b"\r\n\r\n")[2])["hits"]), 30000)
+
+    def test_pipelined_floods_that_nobody_reads(self):
+        held = [self.send(receive_buffer=4096)[0] for _ in range(20)]
+        for connection in held:
+            connection.setblocking(False)
+            try:
+                for _ in range(200):
+                    connection.send(HEALTH * 100)
+            except BlockingIOError:
+                pass
+        self.check_ordinary("pipelined floods that nobody reads")
+        for connection in held:
+            connection.close()
+
+    def test_clients_that_go_away(self):
+        body = json.dumps({"rays": [ROW] * 10000, "fields": ["t"]}).encode()
+        stop = threading.Event()
+
+        def come_and_go():
+            turn = 0
+            while not stop.is_set():
+                turn += 1
+                whole = QUERY + b"Content-Length: %d\r\n\r\n" % len(body) + body
+                connection, _ = self.send(whole[:len(whole) * (turn % 5) // 4])
+                if turn % 2:  # a reset and not a farewell
+                    connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+                connection.close()
+        comers = [threading.Thread(target=come_and_go) for _ in range(2)]
+        for comer in comers:
+            comer.start()
+        try:
+            self.check_ordinary("clients that go away in the middle")
+        finally:
+            stop.set()
+            for comer in comers:
+                comer.join()
+
+    def test_connections_beyond_the_limit_close_the_idlest(self):
+        with Server("--preload", "six=demo:six", "--max-connections", 50) as server:
+            held = [server.connect() for _ in range(49)]
+            held[0].sendall(b"GET /healthz")
+            new = [server.connect() for _ in range(30)]
+            for connection in new[-5:]:
+                connection.sendall(HEALTH)
+                with connection.makefile("rb") as stream:
+                    self.assertEqual(read_answer(stream).status, 200)
+            self.assertTrue(is_closed(held[1]))
+            for connection in held + new:
+                connection.close()
+
+    def test_a_full_queue_is_503_with_retry_after(self):
+        with Server("--preload", "six=demo:six", "--workers", 8, "--max-queue", 1, "--rate-seconds", 5) as server:
+            held = [server.connect() for _ in range(40)]
+            for connection in held:
+                connection.sendall(QUERY + b"Content-Length: 10000000\r\n\r\n")
+            refused = 0
+            for connection in held[9:]:
+                with connection.makefile("rb") as stream:
+                    answer = read_answer(stream)
+                if answer is not None and answer.status == 503:
+                    self.assertEqual((answer.json()["code"], answer.headers["retry-after"]), ("QUEUE_FULL", "1"))
+                    refused += 1
+            self.assertGreater(refused, 0)
+            self.assertEqual(curl(server.url + "/healthz").status, 200)
+            for connection in held:
+                connection.close()
+
+    def test_who_has_left_waits_no_longer(self):
+        # 8 workers: 4 may wait for a load. They leave; and their places are free again.
+        with Server("--workers", 8, "--rate-seconds", 100) as server:
+            upload = server.connect()
+            upload.sendall(b"PUT /v1/scenes/held HTTP/1.1\r\nHost: x\r\nExpect: 100-continue\r\nContent-Length: 1000\r\n\r\n")
+            with upload.makefile("rb") as stream:
+                self.assertEqual(read_answer(stream).status, 100)
+            for reset in (True, False):
+                waiters = [server.connect() for _ in range(4)]
+                for waiter in waiters:
+                    waiter.sendall(b"GET /v1/scenes/held?wait=%d HTTP/1.1\r\nHost: x\r\n\r\n" % PATIENCE)
+                while server.ask("/v1/scenes/held?wait=1").json()["state"] != "loading":
+                    pass
+                for waiter in waiters:
+                    if reset:
+                        waiter.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+                    waiter.close()
+            end = time.monotonic() + PATIENCE
+            while 'what="gone"} 8' not in server.ask("/metrics").body.decode():
+                self.assertLess(time.monotonic(), end)
+            upload.close()
+
+
+class Greed(Abuse):
+    ARGUMENTS = ("--max-query-bytes", 100000, "--rate-seconds", 2)
+
+    def test_oversized_bodies(self):
+        self.refused([QUERY + b"Content-Length: 999999999999\r\n\r\n", b"{" * 10000], 413, "BODY_TOO_LARGE")
+        chunks = b"2000\r\n" + b" " * 0x2000 + b"\r\n"
+        self.refused([QUERY + b"Transfer-Encoding: chunked\r\n\r\n", chunks * 20, b"0\r\n\r\n"], 413, "BODY_TOO_LARGE")
+        # One that never ends is broken off after it was told.
+        connection, _ = self.send(QUERY + b"Transfer-Encoding: chunked\r\n\r\n")
+        with connection, self.assertRaises(ConnectionError):
+            for _ in range(100000):
+                connection.sendall(chunks)
+        self.check_ordinary("oversized bodies")
+
+    def test_compressed_bodies(self):
+        bomb = gzip.compress(b" " * (64 << 20))
+        for coding in (b"gzip", b"zstd", b"br", b"deflate", b"identity, gzip"):
+            head = QUERY + b"Content-Encoding: %s\r\nContent-Length: %d\r\n\r\n" % (coding, len(bomb))
+            answers = self.answers(head, bomb[:len(bomb)], shut=True)
+            self.assertEqual([(answer.status, answer.json()["code"]) for answer in answers[:1]], [(415, "ENCODING_UNSUPPORTED")])
+        self.check_ordinary("compressed bodies")
+
+    def test_a_million_tiny_chunks(self):
+        connection, _ = self.send(QUERY + b"Transfer-Encoding: chunked\r\n\r\n")
+        sender = threading.Thread(target=self.send_quietly, args=(connection, b"1\r\n \r\n" * 1000, 1000))
+        sender.start()
+        self.check_ordinary("a million chunks of a byte")
+        self.assertEqual([answer.status for answer in read_all(connection)][:1], [413])
+        sender.join()
+        small = b"".join(b"1\r\n%c\r\n" % byte for byte in BODY)
+        answers = self.answers(QUERY + b"Transfer-Encoding: chunked\r\n\r\n", small, b"0\r\n\r\n")
+        self.assertEqual([answer.body for answer in answers], [b'{"hits":[{"t":4.5}]}'])
+
+    @staticmethod
+    def send_quietly(connection, piece, times):
+        try:
+            for _ in range(times):
+                connection.sendall(piece)
+        except OSError:
+            pass
+
+    def test_header_floods(self):
+        self.refused([b"GET / HTTP/1.1\r\nHost: x\r\n", b"X: y\r\n" * 200, b"\r\n"], 431, "HEADER_TOO_LARGE")
+        self.refused([b"GET / HTTP/1.1\r\nHost: x\r\n" + b"X: " + b"y" * 60000], 431, "HEADER_TOO_LARGE")
+        self.refused([b"GET / HTTP/1.1\r\nHost: x\r\n" + (b"X: " + b"y" * 1000 + b"\r\n") * 60], 431, "HEADER_TOO_LARGE")
+        self.refused([b"GET /" + b"y" * 60000], 414, "URI_TOO_LONG")
+        stop = threading.Event()
+
+        def flood():
+            while not stop.is_set():
+                connection, _ = self.send(b"GET / HTTP/1.1\r\n", b"X-A: y\r\n" * 1000)
+                connection.close()
+        flooder = threading.Thread(target=flood)
+        flooder.start()
+        try:
+            self.check_ordinary("floods of header fields")
+        finally:
+            stop.set()
+            flooder.join()
+
+    def test_ranges_cut_nothing(self):
+        many = b"Range: bytes=" + b",".join(b"%d-" % i for i in range(1300)) + b"\r\n"
+        plain = self.answers(b"GET /version HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n")[0]
+        for given in (many, b"Range: bytes=0-1\r\n", b"Range: x\r\n", b"If-Range: \"x\"\r\nRange: bytes=9-1\r\n"):
+            answers = self.answers(b"GET /version HTTP/1.1\r\nHost: x\r\nConnection: close\r\n", given, b"\r\n")
+            self.assertEqual([(answer.status, answer.body) for answer in answers], [(200, plain.body)])
+        self.check_ordinary("ranges")
+
+
+def tearDownModule():
+    print_floor()
+
+
+if __name__ == "__main__":
+    case_report.main()
