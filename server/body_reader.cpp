@@ -44,6 +44,7 @@ bool BodyReader::wait_for_input() {
     const auto wanted = connection_.head.chunked ? kPiece : std::min<std::uint64_t>(left_, kPiece);
     switch (receive_some(connection_, static_cast<std::size_t>(wanted))) {
       case Received::kSome:
+      case Received::kAll:
         pace_.moved(connection_.pending_input().size(), Pace::Clock::now());
         return true;
       case Received::kEnd:

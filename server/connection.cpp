@@ -27,13 +27,14 @@ Received receive_some(Connection& connection, std::size_t most) {
   // On the stack and not in each connection: thousands of them may be idle.
   std::array<char, 32 << 10> buffer;
   for (;;) {
-    const ssize_t count =
-        ::recv(connection.socket, buffer.data(), std::min(most, buffer.size()), MSG_DONTWAIT);
+    const std::size_t wanted = std::min(most, buffer.size());
+    const ssize_t count = ::recv(connection.socket, buffer.data(), wanted, MSG_DONTWAIT);
     if (count < 0 && errno == EINTR) continue;
     if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return Received::kNothing;
     if (count <= 0) return Received::kEnd;
     connection.input.append(buffer.data(), static_cast<std::size_t>(count));
-    return Received::kSome;
+    // What comes after a short one is told by a new edge: epoll(7).
+    return static_cast<std::size_t>(count) < wanted ? Received::kAll : Received::kSome;
   }
 }
 

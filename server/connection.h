@@ -29,8 +29,8 @@ class ByteBudget {
   std::atomic<std::int64_t> left_;
 };
 
-/// The door and a worker have it in turn; a queue between them hands it over. Only `gone` is for
-/// both at any time.
+/// The door and a worker have it in turn; a queue between them hands it over. Only `gone` and
+/// `stirred` are for both at any time.
 struct Connection {
   Connection(int socket_given, ByteBudget& budget_given)
       : socket(socket_given), budget(budget_given) {}
@@ -44,7 +44,8 @@ struct Connection {
   const int socket;  ///< does not block
   std::string remote_ip;
   int remote_port = 0;
-  CancelFlag gone;  ///< set when nobody waits for an answer any more
+  CancelFlag gone;                   ///< set when nobody waits for an answer any more
+  std::atomic<bool> stirred{false};  ///< whether something came while a worker had it
 
   std::string input;  ///< what was received and not yet taken, from `taken` on
   std::size_t taken = 0;
@@ -94,9 +95,9 @@ struct Connection {
 /// broken.
 bool send_pending(Connection& connection);
 
-enum class Received { kSome, kNothing, kEnd };
-/// Receives at most `most` bytes to the end of `input` without waiting; kEnd also of a broken
-/// connection.
+enum class Received { kSome, kAll, kNothing, kEnd };
+/// Receives at most `most` bytes to the end of `input` without waiting: kAll when there are no more
+/// now, kEnd also of a broken connection.
 Received receive_some(Connection& connection, std::size_t most);
 
 }  // namespace sightline

@@ -54,7 +54,7 @@ ConnectionGate::ConnectionGate(const DoorLimits& limits, Answer answer)
       budget_(limits.buffers),
       epoll_(::epoll_create1(EPOLL_CLOEXEC)),
       wake_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
-  watch(epoll_, wake_, EPOLLIN);
+  watch(epoll_, wake_, EPOLLIN | EPOLLET);
 }
 
 ConnectionGate::~ConnectionGate() {
@@ -89,12 +89,21 @@ void ConnectionGate::work(Connection& connection) {
     connection.keep = false;
     connection.broken = true;
   }
+  // A connection that has nothing to do but wait for its next request wakes nobody: that request
+  // will. Unless it has come already: the door, which then saw a connection at work, has left a
+  // sign.
+  const bool is_quiet = connection.keep && !connection.broken && connection.skip == 0 &&
+                        connection.charged == 0 && connection.pending_output() == 0 &&
+                        connection.pending_input().empty();
   bool was_asleep = false;
   {
     const std::lock_guard hold(mutex_);
     connection.next = returned_;
     returned_ = &connection;
-    was_asleep = std::exchange(asleep_, false);
+    if (!is_quiet || connection.stirred) {
+      urgent_ = true;
+      was_asleep = std::exchange(asleep_, false);
+    }
   }
   if (was_asleep) wake();
 }
@@ -103,8 +112,8 @@ int ConnectionGate::wait(epoll_event* events, int count) {
   int timeout_ms = open_ > 0 || !accepting_ ? static_cast<int>(kCheck.count()) : -1;
   {
     const std::lock_guard hold(mutex_);
-    asleep_ = returned_ == nullptr;
-    if (!asleep_) timeout_ms = 0;
+    asleep_ = !urgent_;
+    if (urgent_) timeout_ms = 0;
   }
   const int ready = ::epoll_wait(epoll_, events, count, timeout_ms);
   {
@@ -133,8 +142,7 @@ void ConnectionGate::run(int listener) {
       if (socket == listener) {
         has_newcomers = true;
       } else if (socket == wake_) {
-        std::uint64_t value = 0;
-        (void)!::read(wake_, &value, sizeof value);
+        // Edge-triggered: it need not be read.
       } else {
         on_event(socket, events[static_cast<std::size_t>(i)].events);
       }
@@ -166,6 +174,7 @@ void ConnectionGate::on_event(int socket, std::uint32_t events) {
     connection.gone.cancel();
     ++counts_.gone;
   }
+  connection.stirred = true;
   guard(connection, [&] { advance(connection); });
 }
 
@@ -174,6 +183,7 @@ void ConnectionGate::take_returned() {
   {
     const std::lock_guard hold(mutex_);
     returned = std::exchange(returned_, nullptr);
+    urgent_ = false;
   }
   while (Connection* connection = returned) {
     returned = connection->next;

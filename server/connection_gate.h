@@ -111,8 +111,9 @@ class ConnectionGate {
   Clock::time_point now_{}, next_check_{};
   std::uint64_t turns_ = 0;
 
-  std::mutex mutex_;  ///< of the next two
+  std::mutex mutex_;  ///< of the next three
   Connection* returned_ = nullptr;
+  bool urgent_ = false;  ///< whether any of them waits for the door
   bool asleep_ = false;
   std::atomic<bool> stopping_{false}, breaking_{false};
   // Last: their threads end before anything of the above.

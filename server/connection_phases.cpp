@@ -74,8 +74,8 @@ bool ConnectionGate::advance_head(Connection& connection) {
     }
     const auto received =
         connection.readable ? receive_some(connection, kReceived) : Received::kNothing;
-    if (received == Received::kSome) continue;
-    connection.readable = false;
+    if (received != Received::kSome) connection.readable = false;
+    if (received == Received::kSome || received == Received::kAll) continue;
     // What came before a stop is still answered; silence ends the connection.
     if (received == Received::kEnd || (stopping_ && !connection.begun)) close(connection);
     return false;
@@ -108,10 +108,8 @@ bool ConnectionGate::advance_body(Connection& connection) {
     const std::size_t before = connection.pending_input().size();
     const auto received =
         connection.readable ? receive_some(connection, length - before) : Received::kNothing;
-    if (received == Received::kNothing) {
-      connection.readable = false;
-      return false;
-    }
+    if (received != Received::kSome) connection.readable = false;
+    if (received == Received::kNothing) return false;
     // Whose body ends early is told so by the worker.
     if (received == Received::kEnd) break;
     connection.pace.moved(connection.pending_input().size() - before, now_);
@@ -123,6 +121,7 @@ bool ConnectionGate::advance_body(Connection& connection) {
 
 void ConnectionGate::hand_over(Connection& connection, WorkerPool& workers) {
   connection.phase = Phase::kAtWork;
+  connection.stirred = connection.readable || connection.ended;
   connection.due = now_ + kHalfClosed;
   if (workers.submit(connection)) return;
   ++counts_.overload;

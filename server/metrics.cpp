@@ -6,6 +6,8 @@
 #include <prometheus/text_serializer.h>
 
 #include <map>
+#include <mutex>
+#include <tuple>
 #include <vector>
 
 #include "core/store/scene_store.h"
@@ -89,8 +91,8 @@ void add_store(const SceneStore& store, std::vector<MetricFamily>& families) {
 }
 
 /// The methods that exist; a client may send any word.
-std::string known(std::string_view method) {
-  for (const char* each : {"GET", "HEAD", "PUT", "POST", "DELETE", "OPTIONS"}) {
+std::string_view known(std::string_view method) {
+  for (const std::string_view each : {"GET", "HEAD", "PUT", "POST", "DELETE", "OPTIONS"}) {
     if (method == each) return each;
   }
   return "other";
@@ -121,19 +123,37 @@ struct Metrics::State {
                                    .Help("Boxes asked about.")
                                    .Register(registry)
                                    .Add({});
+
+  struct Series {
+    prometheus::Counter* requests;
+    prometheus::Histogram* seconds;
+  };
+  /// Method, route and status; the texts outlive this.
+  using Key = std::tuple<std::string_view, std::string_view, int>;
+  /// The library finds a series by a map of texts, which would have to be made for each request.
+  Series series_of(const Key& key) {
+    const std::lock_guard hold(mutex);
+    const auto known = found.find(key);
+    if (known != found.end()) return known->second;
+    const auto& [method, route, status] = key;
+    const Series made{&requests.Add({{"method", std::string(method)},
+                                     {"route", std::string(route)},
+                                     {"status", std::to_string(status)}}),
+                      &seconds.Add({{"route", std::string(route)}}, buckets())};
+    return found.emplace(key, made).first->second;
+  }
+  std::mutex mutex;
+  std::map<Key, Series> found;
 };
 
 Metrics::Metrics() : state_(std::make_unique<State>()) {}
 Metrics::~Metrics() = default;
 
 void Metrics::count(const Request& request) {
-  const std::string route(request.route.empty() ? "none" : request.route);
-  state_->requests
-      .Add({{"method", known(request.method)},
-            {"route", route},
-            {"status", std::to_string(request.status)}})
-      .Increment();
-  state_->seconds.Add({{"route", route}}, buckets()).Observe(request.time.count());
+  const State::Series series = state_->series_of(
+      {known(request.method), request.route.empty() ? "none" : request.route, request.status});
+  series.requests->Increment();
+  series.seconds->Observe(request.time.count());
   state_->rays.Increment(static_cast<double>(request.rays));
   state_->boxes.Increment(static_cast<double>(request.boxes));
 }

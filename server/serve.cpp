@@ -85,6 +85,7 @@ void answer(const Router& router, Service& service, Exchange& exchange) {
   const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - begin;
   service.metrics.count({exchange.request.method, exchange.route, exchange.response.status, time,
                          exchange.rays, exchange.boxes});
+  if (!service.log.should_log(spdlog::level::debug)) return;
   // The target is the client's text: only its printable part belongs in a log, and no query.
   std::string path;
   for (const char c : exchange.request.target.substr(0, 200)) {

@@ -22,6 +22,7 @@ WorkerPool::~WorkerPool() {
 }
 
 bool WorkerPool::submit(Connection& connection) {
+  bool wakes = false;
   {
     const std::lock_guard hold(mutex_);
     // Who finds a worker free does not wait, and so does not count.
@@ -30,8 +31,15 @@ bool WorkerPool::submit(Connection& connection) {
     (first_ == nullptr ? first_ : last_->next) = &connection;
     last_ = &connection;
     ++queued_;
+    wakes = should_wake();
   }
-  wake_.notify_one();
+  if (wakes) wake_.notify_one();
+  return true;
+}
+
+bool WorkerPool::should_wake() {
+  if (first_ == nullptr || sleeping_ == 0 || waking_) return false;
+  waking_ = true;
   return true;
 }
 
@@ -47,14 +55,19 @@ void WorkerPool::run() {
   delete[] first;
   std::unique_lock hold(mutex_);
   for (;;) {
-    ++sleeping_;
-    wake_.wait(hold, [this] { return ending_ || first_ != nullptr; });
-    --sleeping_;
+    while (first_ == nullptr && !ending_) {
+      ++sleeping_;
+      wake_.wait(hold);
+      --sleeping_;
+      waking_ = false;
+    }
     if (first_ == nullptr) return;
     Connection* connection = first_;
     first_ = connection->next;
     --queued_;
+    const bool wakes = should_wake();
     hold.unlock();
+    if (wakes) wake_.notify_one();
     work_(*connection);
     hold.lock();
   }

@@ -26,6 +26,8 @@ class WorkerPool {
 
  private:
   void run();
+  /// Whether to wake somebody: while a queue stands and there are sleepers, one is being woken.
+  bool should_wake();
 
   const std::size_t limit_;
   const Work work_;
@@ -35,6 +37,7 @@ class WorkerPool {
   Connection* last_ = nullptr;
   std::size_t queued_ = 0;
   std::size_t sleeping_ = 0;
+  bool waking_ = false;  ///< somebody is on the way: nobody else needs to be woken now
   bool ending_ = false;
   std::vector<std::thread> threads_;
 };

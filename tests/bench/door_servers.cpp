@@ -1,0 +1,112 @@
+#include "tests/bench/door_servers.h"
+
+#include <httplib.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "tests/bench/load_client.h"
+
+namespace sightline::bench {
+namespace {
+
+/// Runs `work` in a child that ends with this process.
+template <class Work>
+pid_t in_child(const Work& work) {
+  const pid_t pid = ::fork();
+  if (pid == 0) {
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    work();
+    ::_exit(1);
+  }
+  return pid;
+}
+
+void execute(std::vector<std::string> words) {
+  std::vector<char*> arguments;
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  ::execvp(arguments[0], arguments.data());
+}
+
+}  // namespace
+
+ServerProcess::ServerProcess(pid_t pid, int port) : pid_(pid), port_(port) {
+  for (int i = 0; i < 1000 && !is_listening(port); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  if (!is_listening(port)) throw std::runtime_error("a server did not come up");
+}
+
+ServerProcess::ServerProcess(ServerProcess&& other) noexcept
+    : pid_(std::exchange(other.pid_, -1)), port_(other.port_) {}
+
+ServerProcess::~ServerProcess() {
+  if (pid_ < 0) return;
+  ::kill(pid_, SIGKILL);
+  ::waitpid(pid_, nullptr, 0);
+}
+
+ServerProcess ServerProcess::sightline(const std::string& binary, int workers) {
+  const int port = free_port();
+  return {in_child([&] {
+            execute({binary, "serve", "--listen", "127.0.0.1:" + std::to_string(port), "--workers",
+                     std::to_string(workers), "--log-level", "warn"});
+          }),
+          port};
+}
+
+ServerProcess ServerProcess::plain(int workers) {
+  const int port = free_port();
+  return {in_child([&] {
+            httplib::Server server;
+            server.new_task_queue = [&] {
+              return new httplib::ThreadPool(static_cast<std::size_t>(workers));
+            };
+            server.set_tcp_nodelay(true);
+            server.set_keep_alive_max_count(1'000'000'000);
+            server.Get("/healthz", [](const httplib::Request&, httplib::Response& response) {
+              response.set_content(kHealthBody, "application/json");
+            });
+            server.listen("127.0.0.1", port);
+          }),
+          port};
+}
+
+ServerProcess ServerProcess::nginx(const std::string& folder) {
+  const int port = free_port();
+  const std::string file = folder + "/door_nginx.conf";
+  std::string body = kHealthBody;
+  body.pop_back();
+  std::ofstream(file)
+      << "daemon off; master_process off; pid " << folder
+      << "/door_nginx.pid;\nerror_log stderr;\nevents { worker_connections 1024; }\n"
+         "http { access_log off; keepalive_requests 1000000000;\n"
+         "  server { listen 127.0.0.1:"
+      << port << "; location / { default_type application/json; return 200 '" << body
+      << "\n'; } } }\n";
+  return {in_child([&] { execute({"nginx", "-c", file, "-p", folder}); }), port};
+}
+
+double ServerProcess::cpu_us() const {
+  std::ifstream file("/proc/" + std::to_string(pid_) + "/stat");
+  std::string text;
+  std::getline(file, text);
+  // After the name, which may have blanks: the state is the third field, utime the 14th.
+  std::istringstream fields(text.substr(text.rfind(')') + 2));
+  std::string skipped;
+  for (int i = 3; i < 14; ++i) fields >> skipped;
+  double user = 0, system = 0;
+  fields >> user >> system;
+  return (user + system) * 1e6 / static_cast<double>(::sysconf(_SC_CLK_TCK));
+}
+
+}  // namespace sightline::bench

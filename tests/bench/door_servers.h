@@ -1,0 +1,38 @@
+#pragma once
+/// The servers that are compared at the door, each a process of its own.
+
+#include <sys/types.h>
+
+#include <string>
+
+namespace sightline::bench {
+
+/// What each answers to GET /healthz.
+inline constexpr const char* kHealthBody = "{\"status\":\"ok\"}\n";
+
+/// A server on a port of 127.0.0.1, ended with the object.
+class ServerProcess {
+ public:
+  /// `sightline serve` with so many workers.
+  static ServerProcess sightline(const std::string& binary, int workers);
+  /// cpp-httplib as it comes, tuned as its users do: TCP_NODELAY, connections that live on.
+  static ServerProcess plain(int workers);
+  /// nginx with `return 200` and one process. Its files go to `folder`.
+  static ServerProcess nginx(const std::string& folder);
+
+  ServerProcess(ServerProcess&& other) noexcept;
+  ServerProcess& operator=(ServerProcess&&) = delete;
+  ~ServerProcess();
+
+  int port() const { return port_; }
+  /// utime + stime of the process so far, in microseconds; counted by the kernel in ticks of 10 ms.
+  double cpu_us() const;
+
+ private:
+  ServerProcess(pid_t pid, int port);
+
+  pid_t pid_ = -1;
+  int port_ = 0;
+};
+
+}  // namespace sightline::bench
