@@ -4,7 +4,11 @@
 
 #include <cstddef>
 #include <new>
+#include <type_traits>
+#include <utility>
 #include <vector>
+
+#include "core/base/pages.h"
 
 namespace sightline {
 
@@ -31,5 +35,40 @@ struct AlignedAllocator {
 
 template <class T>
 using Column = std::vector<T, AlignedAllocator<T>>;
+
+/// Leaves new elements as they are found where no value is given: to write zeros over a hundred
+/// megabytes that are overwritten next takes as long as reading them from a file. Takes large
+/// memory from the system, whose pages threads may then touch side by side.
+template <class T>
+struct UnsetAllocator : AlignedAllocator<T> {
+  template <class U>
+  struct rebind {
+    using other = UnsetAllocator<U>;
+  };
+  UnsetAllocator() = default;
+  template <class U>
+  UnsetAllocator(const UnsetAllocator<U>&) {}
+
+  T* allocate(std::size_t count) {
+    if (count < kLargeMemory / sizeof(T)) return AlignedAllocator<T>::allocate(count);
+    if (count > static_cast<std::size_t>(-1) / 2 / sizeof(T)) throw std::bad_array_new_length();
+    return static_cast<T*>(take_pages(count * sizeof(T)));
+  }
+  void deallocate(T* pointer, std::size_t count) noexcept {
+    if (count < kLargeMemory / sizeof(T)) return AlignedAllocator<T>::deallocate(pointer, count);
+    give_pages(pointer, count * sizeof(T));
+  }
+
+  void construct(T*) noexcept {}
+  template <class... Values>
+  void construct(T* at, Values&&... values) {
+    ::new (static_cast<void*>(at)) T(std::forward<Values>(values)...);
+  }
+};
+
+/// A column whose constructor and resize leave new elements unset.
+template <class T>
+requires std::is_trivially_copyable_v<T>
+using UnsetColumn = std::vector<T, UnsetAllocator<T>>;
 
 }  // namespace sightline

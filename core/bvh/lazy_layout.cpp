@@ -12,7 +12,7 @@ namespace sightline {
 namespace {
 
 /// Smaller meshes are built sooner than cut.
-constexpr std::uint32_t kSplitAbove = 8 * kPartTriangles;
+constexpr std::uint32_t kSplitAbove = 1u << 17;
 
 const Affine* matrix_of(const ScenePlan& plan, const TreeSlot& slot) {
   return slot.placement == TreeSlot::kOwnSpace ? nullptr
@@ -86,11 +86,11 @@ SceneTree LazyLayout::split(std::uint32_t slot, std::vector<MeshPart> parts,
     placements_.back().tree = static_cast<std::uint32_t>(slots_.size());
     boxes_.push_back(part.box);
     slots_.push_back(whole);
-    slots_.back().triangle_count = static_cast<std::uint32_t>(part.triangles.size());
+    slots_.back().triangle_count = part.triangle_count;
     slots_.back().whole = parts.size() < 2;
     slots_.back().box = part.box;
-    slots_.back().triangles =
-        std::make_shared<const std::vector<std::uint32_t>>(std::move(part.triangles));
+    slots_.back().runs = part.runs;
+    slots_.back().keeper = std::move(part.keeper);
     next.trees.push_back(next.unbuilt);
     ++next.pending;
   }
@@ -108,16 +108,14 @@ bool can_split(const TreeSlot& slot) {
 
 std::vector<MeshPart> split_slot(const ScenePlan& plan, const TreeSlot& slot) {
   const MeshView& mesh = plan.meshes[slot.mesh];
-  const Affine* matrix = matrix_of(plan, slot);
-  if (!slot.triangles) return split_mesh(mesh, matrix, {}, slot.box);
-  return split_mesh(mesh, matrix, *slot.triangles, slot.box);
+  return split_mesh(mesh, matrix_of(plan, slot), numbers_of(slot.runs), slot.box);
 }
 
 WideTree build_slot(const ScenePlan& plan, const TreeSlot& slot, TreeQuality quality) {
   const MeshView& mesh = plan.meshes[slot.mesh];
   const Affine* matrix = matrix_of(plan, slot);
-  return slot.triangles ? build_triangle_tree(mesh, *slot.triangles, matrix, quality)
-                        : build_triangle_tree(mesh, matrix, quality);
+  return slot.runs.empty() ? build_triangle_tree(mesh, matrix, quality)
+                           : build_triangle_tree(mesh, numbers_of(slot.runs), matrix, quality);
 }
 
 SceneTree share(const SceneTree& tree) {

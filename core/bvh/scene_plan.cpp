@@ -8,8 +8,8 @@
 #include <unordered_map>
 
 #include "core/base/column.h"
+#include "core/base/content_hash.h"
 #include "core/base/parallel.h"
-#include "core/bvh/content_hash.h"
 #include "core/bvh/triangle_tree.h"
 
 namespace sightline {

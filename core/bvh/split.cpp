@@ -2,59 +2,73 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <memory>
+#include <utility>
 
 #include "core/base/column.h"
 #include "core/base/parallel.h"
-#include "core/bvh/tree_corners.h"
 
 namespace sightline {
 
 namespace {
 
-/// Cells of the grid along an axis, and of all of it, numbered along a Morton curve.
-constexpr std::uint32_t kSide = 32;
-constexpr std::uint32_t kCells = kSide * kSide * kSide;
+/// Cells of the grid: a power of two, shared among the axes so that cells are about as long as
+/// wide.
+constexpr std::uint32_t kBits = 13;
+constexpr std::uint32_t kCells = 1u << kBits;
 constexpr std::uint16_t kNoCell = 0xffff;
-/// Triangles that one thread counts together.
+/// Triangles or positions that one thread counts together: at least so many, and no more than so
+/// many chunks, each of which has counters of its own.
 constexpr std::size_t kChunk = 1u << 19;
+constexpr std::size_t kChunks = 8;
 
-/// Two zero bits before every bit of a number below kSide.
-constexpr std::uint32_t spread(std::uint32_t x) {
-  std::uint32_t out = 0;
-  for (std::uint32_t bit = 0; bit < 5; ++bit) out |= (x >> bit & 1u) << (3 * bit);
-  return out;
-}
-
-/// The middle of a triangle's box, halved so that no sum can overflow.
-Vec3d center_of(const std::array<Vec3d, 3>& at) {
-  Vec3d center;
-  for (int k = 0; k < 3; ++k) {
-    center[k] =
-        std::min({at[0][k], at[1][k], at[2][k]}) / 4 + std::max({at[0][k], at[1][k], at[2][k]}) / 4;
-  }
-  return center;
-}
-
-/// In the units of center_of.
+/// So that no difference can overflow.
 Vec3d halved(const Vec3d& p) { return {p.x / 2, p.y / 2, p.z / 2}; }
 
+/// Cells are numbered along a Morton curve.
 class Grid {
  public:
-  /// `bounds` of the triangles.
+  /// `bounds` of the corners.
   explicit Grid(const Box3d& bounds) : low_(halved(bounds.min)) {
-    for (int k = 0; k < 3; ++k) {
-      const double width = bounds.max[k] / 2 - low_[k];
-      scale_[k] = width > 0 ? kSide / width : 0;
+    Vec3d width;
+    for (int k = 0; k < 3; ++k) width[k] = bounds.max[k] / 2 - low_[k];
+    // The longest side of a cell is cut in two, again and again; the first cut is the highest bit.
+    Vec3d cell = width;
+    std::uint32_t bits[3] = {0, 0, 0};
+    int axes[kBits];
+    for (int& axis : axes) {
+      axis = cell.y > cell.x ? 1 : 0;
+      if (cell.z > cell[axis]) axis = 2;
+      cell[axis] = cell[axis] / 2;
+      ++bits[axis];
     }
-    for (std::uint32_t i = 0; i < kSide; ++i) spread_[i] = spread(i);
+    for (int k = 0; k < 3; ++k) {
+      steps_[k].resize(std::size_t{1} << bits[k]);
+      const auto side = static_cast<double>(steps_[k].size());
+      scale_[k] = width[k] > 0 ? side / width[k] : 0;
+      last_[k] = side - 1;
+    }
+    for (std::uint32_t i = 0; i < kBits; ++i) {
+      const int axis = axes[i];
+      --bits[axis];
+      for (std::size_t step = 0; step < steps_[axis].size(); ++step) {
+        const std::size_t bit = step >> bits[axis] & 1u;
+        steps_[axis][step] |= static_cast<std::uint16_t>(bit << (kBits - 1 - i));
+      }
+    }
   }
-  std::uint16_t cell(const Vec3d& center) const {
+  /// kNoCell unless the corner is finite.
+  std::uint16_t cell(const Vec3d& corner) const {
     std::uint32_t cell = 0;
     for (int k = 0; k < 3; ++k) {
-      const double place = (center[k] - low_[k]) * scale_[k];
-      // Where the width nearly underflows the place may be infinite: any cell will do.
-      const auto step = place > 0 ? static_cast<std::uint32_t>(std::min(place, kSide - 1.0)) : 0u;
-      cell |= spread_[step] << k;
+      const double place = (corner[k] / 2 - low_[k]) * scale_[k];
+      // Beyond the bounds lie positions that no triangle uses.
+      if (!(place >= 0 && place <= last_[k]) && !std::isfinite(corner[k])) return kNoCell;
+      // Where the width nearly underflows the place of a finite corner may be infinite or no
+      // number: any cell will do.
+      const double step = place > 0 ? std::min(place, last_[k]) : 0;
+      cell |= steps_[k][static_cast<std::size_t>(step)];
     }
     return static_cast<std::uint16_t>(cell);
   }
@@ -62,93 +76,207 @@ class Grid {
  private:
   Vec3d low_;
   double scale_[3];
-  std::uint32_t spread_[kSide];
+  double last_[3];
+  std::vector<std::uint16_t> steps_[3];  ///< the bits of a cell's number that a step decides
 };
 
-/// Triangles sorted by cell.
+/// Runs sorted by their cell.
 struct Sorted {
-  Column<std::uint32_t> triangles;
-  std::vector<std::uint32_t> ends;  ///< one for each cell
-  std::vector<Box3d> boxes;         ///< likewise
+  UnsetColumn<TriangleRun> runs;
+  std::vector<std::uint32_t> ends;       ///< one for each cell: of its runs
+  std::vector<std::uint32_t> triangles;  ///< likewise: how many
+  std::vector<Box3d> boxes;              ///< likewise
 };
 
-/// What one thread knows of some triangles.
+/// What one thread knows.
 struct Counted {
-  std::vector<std::uint32_t> next = std::vector<std::uint32_t>(kCells);
-  std::vector<Box3d> boxes = std::vector<Box3d>(kCells);
+  std::vector<TriangleRun> runs;
+  std::vector<std::uint16_t> cells;  ///< one for each run
+  std::vector<std::uint32_t> next;   ///< from here on one for each cell: runs, then their place
+  std::vector<std::uint32_t> triangles;
+  std::vector<Box3d> boxes;
 };
 
-Sorted sort_by_cell(const MeshView& mesh, const Affine* world_from_mesh,
-                    std::span<const std::uint32_t> given, const Grid& grid) {
-  const std::size_t count = given.empty() ? mesh.triangle_count() : given.size();
-  const auto triangle = [&](std::size_t i) {
-    return given.empty() ? static_cast<std::uint32_t>(i) : given[i];
-  };
-  const std::size_t chunks = (count + kChunk - 1) / kChunk;
-  Column<std::uint16_t> cells(count);
-  std::vector<Counted> counted(chunks);
-  // Corners are read here and never again: they lie all over the mesh.
-  parallel_for(chunks, [&](std::size_t chunk) {
-    Counted& own = counted[chunk];
-    for (std::size_t i = chunk * kChunk; i < std::min(count, (chunk + 1) * kChunk); ++i) {
-      const TreeCorners corners = tree_corners(mesh, triangle(i), world_from_mesh);
-      cells[i] = corners.usable ? grid.cell(center_of(corners.at)) : kNoCell;
-      if (!corners.usable) continue;
-      ++own.next[cells[i]];
-      for (const Vec3d& p : corners.at) own.boxes[cells[i]].include(p);
+class Sorter {
+ public:
+  /// All must outlive it. `given` empty: all triangles of the mesh.
+  Sorter(const MeshView& mesh, const Affine* world_from_mesh, std::span<const std::uint32_t> given,
+         const Grid& grid)
+      : mesh_(mesh), matrix_(world_from_mesh), given_(given), grid_(grid) {}
+
+  Sorted sort() {
+    if (given_.empty()) {
+      place_positions();
+      const std::uint16_t* const places = places_.data();
+      find_runs(
+          mesh_.triangle_count(), [](std::size_t i) { return static_cast<std::uint32_t>(i); },
+          [places](std::uint32_t position) { return places[position]; });
+    } else {
+      find_runs(
+          given_.size(), [this](std::size_t i) { return given_[i]; },
+          [this](std::uint32_t position) { return grid_.cell(corner(position)); });
     }
-  });
-  Sorted sorted;
-  sorted.ends.resize(kCells);
-  sorted.boxes.resize(kCells);
-  std::uint32_t end = 0;
-  for (std::uint32_t cell = 0; cell < kCells; ++cell) {
-    for (Counted& one : counted) {
-      const std::uint32_t here = one.next[cell];
-      if (here > 0) sorted.boxes[cell].include(one.boxes[cell]);
-      one.next[cell] = end;
-      end += here;
-    }
-    sorted.ends[cell] = end;
+    return collect();
   }
-  sorted.triangles.resize(end);
-  parallel_for(chunks, [&](std::size_t chunk) {
-    for (std::size_t i = chunk * kChunk; i < std::min(count, (chunk + 1) * kChunk); ++i) {
-      if (cells[i] != kNoCell) sorted.triangles[counted[chunk].next[cells[i]]++] = triangle(i);
+
+ private:
+  /// Calls work(begin, end, counters of theirs) for parts of 0 .. count.
+  template <class Work>
+  void in_chunks(std::size_t count, const Work& work) {
+    const std::size_t chunk = std::max(kChunk, (count + kChunks - 1) / kChunks);
+    const std::size_t chunks = (count + chunk - 1) / chunk;
+    if (counted_.size() < chunks) counted_.resize(chunks);
+    parallel_for(chunks, [&](std::size_t c) {
+      counted_[c].next.resize(kCells);
+      counted_[c].triangles.resize(kCells);
+      counted_[c].boxes.resize(kCells);
+      work(c * chunk, std::min(count, (c + 1) * chunk), counted_[c]);
+    });
+  }
+
+  Vec3d corner(std::uint32_t position) const {
+    const Vec3f& p = mesh_.positions[position];
+    if (matrix_ != nullptr) return matrix_->apply(p);
+    return {static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z)};
+  }
+
+  /// Most triangles of a large mesh have their three corners in one cell: their boxes are those of
+  /// the positions, each of which several triangles share.
+  void place_positions() {
+    places_.resize(mesh_.positions.size());
+    in_chunks(places_.size(), [&](std::size_t begin, std::size_t end, Counted& own) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const Vec3d p = corner(static_cast<std::uint32_t>(i));
+        places_[i] = grid_.cell(p);
+        if (places_[i] != kNoCell) own.boxes[places_[i]].include(p);
+      }
+    });
+  }
+
+  template <class Number, class Place>
+  void find_runs(std::size_t count, const Number& number, const Place& place) {
+    in_chunks(count, [&](std::size_t begin, std::size_t end, Counted& own) {
+      std::uint16_t cell = kNoCell;
+      TriangleRun run{0, 0};
+      const auto close = [&] {
+        if (cell == kNoCell || run.count == 0) return;
+        own.runs.push_back(run);
+        own.cells.push_back(cell);
+        ++own.next[cell];
+        own.triangles[cell] += run.count;
+      };
+      const std::uint32_t* const indices = mesh_.indices.data();
+      const bool is_placed = !places_.empty();
+      for (std::size_t i = begin; i < end; ++i) {
+        const std::uint32_t triangle = number(i);
+        const std::uint32_t* const at = indices + std::size_t{triangle} * 3;
+        const std::uint16_t a = place(at[0]), b = place(at[1]), c = place(at[2]);
+        std::uint16_t here = a;
+        if (at[0] == at[1] || at[1] == at[2] || at[2] == at[0]) {
+          here = kNoCell;
+        } else if (a != b || b != c || !is_placed) {
+          here = include_corners(own, {a, b, c}, at);
+        }
+        if (here != cell || triangle != run.first + run.count) {
+          close();
+          cell = here;
+          run = {triangle, 0};
+        }
+        ++run.count;
+      }
+      close();
+    });
+  }
+
+  /// Returns the cell of a triangle that lies in several, or whose positions are in no box.
+  std::uint16_t include_corners(Counted& own, const std::array<std::uint16_t, 3>& places,
+                                const std::uint32_t* at) const {
+    if (std::find(places.begin(), places.end(), kNoCell) != places.end()) return kNoCell;
+    const Vec3d a = corner(at[0]), b = corner(at[1]), c = corner(at[2]);
+    Vec3d center;
+    for (int k = 0; k < 3; ++k) center[k] = a[k] / 3 + b[k] / 3 + c[k] / 3;
+    const std::uint16_t cell = grid_.cell(center);
+    for (const Vec3d* p : {&a, &b, &c}) own.boxes[cell].include(*p);
+    return cell;
+  }
+
+  /// What the threads found, together.
+  Sorted collect() {
+    Sorted sorted;
+    sorted.ends.resize(kCells);
+    sorted.triangles.resize(kCells);
+    sorted.boxes.resize(kCells);
+    constexpr std::size_t kRow = 1024;
+    parallel_for(kCells / kRow, [&](std::size_t row) {
+      for (std::size_t cell = row * kRow; cell < (row + 1) * kRow; ++cell) {
+        for (const Counted& one : counted_) {
+          sorted.triangles[cell] += one.triangles[cell];
+          sorted.boxes[cell].include(one.boxes[cell]);
+        }
+      }
+    });
+    std::uint32_t end = 0;
+    for (std::uint32_t cell = 0; cell < kCells; ++cell) {
+      for (Counted& one : counted_) end += std::exchange(one.next[cell], end);
+      sorted.ends[cell] = end;
     }
-  });
-  return sorted;
-}
+    sorted.runs.resize(end);
+    parallel_for(counted_.size(), [&](std::size_t c) {
+      Counted& own = counted_[c];
+      for (std::size_t i = 0; i < own.runs.size(); ++i)
+        sorted.runs[own.next[own.cells[i]]++] = own.runs[i];
+    });
+    return sorted;
+  }
+
+  const MeshView& mesh_;
+  const Affine* const matrix_;
+  const std::span<const std::uint32_t> given_;
+  const Grid& grid_;
+  UnsetColumn<std::uint16_t> places_;  ///< the cell of each position; empty: not known
+  std::vector<Counted> counted_;
+};
 
 }  // namespace
 
+std::vector<std::uint32_t> numbers_of(std::span<const TriangleRun> runs) {
+  std::vector<std::uint32_t> numbers;
+  for (const TriangleRun& run : runs) {
+    for (std::uint32_t i = 0; i < run.count; ++i) numbers.push_back(run.first + i);
+  }
+  return numbers;
+}
+
 std::vector<MeshPart> split_mesh(const MeshView& mesh, const Affine* world_from_mesh,
                                  std::span<const std::uint32_t> triangles, const Box3d& bounds) {
-  const Sorted sorted = sort_by_cell(mesh, world_from_mesh, triangles, Grid(bounds));
-  // Neighbours along the curve go together while there is room.
-  struct Range {
-    std::uint32_t begin, end;
-    Box3d box;
-  };
-  std::vector<Range> ranges;
-  Range range{};
-  for (std::uint32_t cell = 0; cell < kCells; ++cell) {
-    if (sorted.ends[cell] == range.end) continue;
-    if (sorted.ends[cell] - range.begin > kPartTriangles && range.end > range.begin) {
-      ranges.push_back(range);
-      range = {range.end, range.end, {}};
+  const Grid grid(bounds);
+  const auto sorted =
+      std::make_shared<const Sorted>(Sorter(mesh, world_from_mesh, triangles, grid).sort());
+  const std::span<const TriangleRun> runs(sorted->runs);
+  std::vector<MeshPart> parts;
+  MeshPart part{{}, 0, sorted, {}};
+  std::uint32_t begin = 0, end = 0;
+  const auto close = [&] {
+    if (end == begin) return;
+    part.runs = runs.subspan(begin, end - begin);
+    // Positions that no triangle uses may lie beyond.
+    for (int k = 0; k < 3; ++k) {
+      part.box.min[k] = std::max(part.box.min[k], bounds.min[k]);
+      part.box.max[k] = std::min(part.box.max[k], bounds.max[k]);
     }
-    range.end = sorted.ends[cell];
-    range.box.include(sorted.boxes[cell]);
+    parts.push_back(std::move(part));
+    part = {{}, 0, sorted, {}};
+    begin = end;
+  };
+  // Neighbours along the curve go together while there is room.
+  for (std::uint32_t cell = 0; cell < kCells; ++cell) {
+    if (sorted->ends[cell] == end) continue;
+    if (part.triangle_count + sorted->triangles[cell] > kPartTriangles) close();
+    end = sorted->ends[cell];
+    part.triangle_count += sorted->triangles[cell];
+    part.box.include(sorted->boxes[cell]);
   }
-  if (range.end > range.begin) ranges.push_back(range);
-
-  std::vector<MeshPart> parts(ranges.size());
-  parallel_for(ranges.size(), [&](std::size_t i) {
-    parts[i].triangles.assign(sorted.triangles.begin() + ranges[i].begin,
-                              sorted.triangles.begin() + ranges[i].end);
-    parts[i].box = ranges[i].box;
-  });
+  close();
   return parts;
 }
 

@@ -3,6 +3,7 @@
 /// first ray needs of ten million triangles is one small tree.
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -13,15 +14,26 @@ namespace sightline {
 
 /// Triangles of a part, unless so many lie in one place that a finer grid is needed: such a part
 /// may be cut again.
-inline constexpr std::uint32_t kPartTriangles = 1u << 14;
+inline constexpr std::uint32_t kPartTriangles = 1u << 12;
+
+/// Triangles of a mesh that have consecutive numbers. Files list neighbours one after the other, so
+/// that a part has few runs.
+struct TriangleRun {
+  std::uint32_t first;
+  std::uint32_t count;
+};
+std::vector<std::uint32_t> numbers_of(std::span<const TriangleRun> runs);
 
 struct MeshPart {
-  std::vector<std::uint32_t> triangles;
-  Box3d box;  ///< of them, in the space of the trees
+  std::span<const TriangleRun> runs;
+  std::uint32_t triangle_count = 0;
+  std::shared_ptr<const void> keeper;  ///< of the runs, together with those of the other parts
+  Box3d box;                           ///< around the triangles, in the space of the trees
 };
 
-/// Of `triangles` of the mesh, or of all where that is empty. Those that nothing can hit are left
-/// out (tree_corners). `bounds` contain their corners. At least two parts, unless all triangles lie
+/// Of `triangles` of the mesh, or of all where that is empty. Those with a corner that is not
+/// finite, or with one vertex twice, are left out: nothing can hit them. `bounds` contain the
+/// corners of the others. At least two parts, unless all triangles lie
 /// around one place. Parallel; does not depend on the number of threads.
 std::vector<MeshPart> split_mesh(const MeshView& mesh, const Affine* world_from_mesh,
                                  std::span<const std::uint32_t> triangles, const Box3d& bounds);

@@ -2,13 +2,18 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <numeric>
 
+#include "core/base/parallel.h"
 #include "core/import/refusal.h"
 
 namespace sightline::gltf {
 
 namespace {
+
+/// Indices that one thread loads together: they are in its cache when their range is taken.
+constexpr std::size_t kGrain = 1u << 16;
 
 template <class T>
 void widen(const std::byte* from, std::uint64_t count, std::uint32_t* to) {
@@ -19,23 +24,57 @@ void widen(const std::byte* from, std::uint64_t count, std::uint32_t* to) {
   }
 }
 
-/// `count` indices, packed in the file (the reader checked that they are).
-void load_indices(const AccessorView& view, std::uint64_t count, std::uint32_t* to) {
+/// Indices begin .. end - 1, packed in the file (the reader checked that they are), without what
+/// replaces them.
+void load_plain(const AccessorView& view, std::uint64_t begin, std::uint64_t end,
+                std::uint32_t* to) {
+  const std::uint64_t count = end - begin;
+  const std::byte* const from = view.base + begin * component_bytes(view.component);
   if (view.base == nullptr) {
     std::fill(to, to + count, 0u);
   } else if (view.component == Component::kU8) {
-    widen<std::uint8_t>(view.base, count, to);
+    widen<std::uint8_t>(from, count, to);
   } else if (view.component == Component::kU16) {
-    widen<std::uint16_t>(view.base, count, to);
+    widen<std::uint16_t>(from, count, to);
   } else {
-    std::memcpy(to, view.base, count * sizeof(std::uint32_t));
+    std::memcpy(to, from, count * sizeof(std::uint32_t));
   }
+}
+
+void replace(const AccessorView& view, std::uint64_t count, std::uint32_t* indices) {
   for (std::uint64_t entry = 0; entry < view.sparse_count; ++entry) {
     const std::uint64_t at = sparse_index(view, entry);
     if (at >= count) break;
-    to[at] = static_cast<std::uint32_t>(
+    indices[at] = static_cast<std::uint32_t>(
         load_integer(view.sparse_values + entry * component_bytes(view.component), view.component));
   }
+}
+
+CornerRange join(const CornerRange& a, const CornerRange& b) {
+  return {std::min(a.low, b.low), std::max(a.high, b.high)};
+}
+
+/// Calls load(begin, end) for parts of 0 .. count, and finds the range of the indices after that.
+template <class Load>
+CornerRange range_after(std::uint64_t count, const std::uint32_t* indices, const Load& load) {
+  constexpr CornerRange kNothing{std::numeric_limits<std::uint32_t>::max(), 0};
+  return parallel_reduce(
+      0, count, kGrain, kNothing,
+      [&](std::size_t begin, std::size_t end, CornerRange range) {
+        load(begin, end);
+        for (std::size_t i = begin; i < end; ++i) range = join(range, {indices[i], indices[i]});
+        return range;
+      },
+      join);
+}
+
+Status check_range(const std::uint32_t* v, std::uint64_t count, const CornerRange& range,
+                   std::uint64_t vertex_count, const std::string& place) {
+  if (range.high < vertex_count) return success();
+  const auto at = std::find_if(v, v + count, [&](std::uint32_t x) { return x >= vertex_count; });
+  return invalid("GLTF_INDEX_OUT_OF_RANGE", place + ": index " + std::to_string(at - v) + " is " +
+                                                std::to_string(*at) + ", there are " +
+                                                std::to_string(vertex_count) + " vertices");
 }
 
 }  // namespace
@@ -47,7 +86,7 @@ std::uint64_t triangle_count(int mode, std::uint64_t count) {
 
 Result<CornerRange> append_corners(const std::optional<AccessorView>& indices,
                                    std::uint64_t vertex_count, int mode, const std::string& place,
-                                   Column<std::uint32_t>& corners) {
+                                   UnsetColumn<std::uint32_t>& corners) {
   const std::uint64_t listed = indices.has_value() ? indices->count : vertex_count;
   const std::uint64_t triangles = triangle_count(mode, listed);
   const std::size_t first = corners.size();
@@ -55,27 +94,24 @@ Result<CornerRange> append_corners(const std::optional<AccessorView>& indices,
   std::uint32_t* const out = corners.data() + first;
 
   // Plain triangles are loaded in place; strips and fans are unrolled from a list of their own.
-  Column<std::uint32_t> list;
+  UnsetColumn<std::uint32_t> list;
   const bool plain = mode == TINYGLTF_MODE_TRIANGLES;
   const std::uint64_t used = plain ? triangles * 3 : listed;
   if (!plain) list.resize(used);
   std::uint32_t* const v = plain ? out : list.data();
-  if (indices.has_value()) {
-    load_indices(*indices, used, v);
-  } else {
-    std::iota(v, v + used, 0u);
+  CornerRange range = range_after(used, v, [&](std::size_t begin, std::size_t end) {
+    if (indices.has_value()) {
+      load_plain(*indices, begin, end, v + begin);
+    } else {
+      std::iota(v + begin, v + end, static_cast<std::uint32_t>(begin));
+    }
+  });
+  if (indices.has_value() && indices->sparse_count > 0) {
+    replace(*indices, used, v);
+    range = range_after(used, v, [](std::size_t, std::size_t) {});
   }
-  CornerRange range = {v[0], v[0]};
-  for (std::uint64_t i = 0; i < used; ++i) {
-    range.low = std::min(range.low, v[i]);
-    range.high = std::max(range.high, v[i]);
-  }
-  if (range.high >= vertex_count) {
-    const auto at = std::find_if(v, v + used, [&](std::uint32_t x) { return x >= vertex_count; });
-    return invalid("GLTF_INDEX_OUT_OF_RANGE", place + ": index " + std::to_string(at - v) + " is " +
-                                                  std::to_string(*at) + ", there are " +
-                                                  std::to_string(vertex_count) + " vertices");
-  }
+  if (Status status = check_range(v, used, range, vertex_count, place); !status)
+    return status.error();
   if (mode == TINYGLTF_MODE_TRIANGLE_STRIP) {
     for (std::uint64_t i = 0; i < triangles; ++i) {
       out[i * 3] = v[i];
@@ -90,6 +126,22 @@ Result<CornerRange> append_corners(const std::optional<AccessorView>& indices,
     }
   }
   return range;
+}
+
+Result<std::optional<CornerRange>> share_corners(const AccessorView& indices,
+                                                 std::uint64_t vertex_count,
+                                                 const std::string& place, const KeptBytes& kept,
+                                                 SharedColumn<std::uint32_t>& corners) {
+  if (indices.component != Component::kU32 || indices.sparse_count > 0 || indices.base == nullptr)
+    return std::optional<CornerRange>();
+  const std::uint64_t used = indices.count / 3 * 3;
+  auto shared = kept.share<std::uint32_t>(indices.base, used);
+  if (shared.empty()) return std::optional<CornerRange>();
+  const CornerRange range = range_after(used, shared.data(), [](std::size_t, std::size_t) {});
+  if (Status status = check_range(shared.data(), used, range, vertex_count, place); !status)
+    return status.error();
+  corners = std::move(shared);
+  return std::optional(range);
 }
 
 }  // namespace sightline::gltf

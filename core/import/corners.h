@@ -6,6 +6,7 @@
 
 #include "core/base/column.h"
 #include "core/base/result.h"
+#include "core/base/shared_column.h"
 #include "core/import/accessor.h"
 
 namespace sightline::gltf {
@@ -26,6 +27,13 @@ struct CornerRange {
 /// Errors: GLTF_INDEX_OUT_OF_RANGE naming `place`.
 Result<CornerRange> append_corners(const std::optional<AccessorView>& indices,
                                    std::uint64_t vertex_count, int mode, const std::string& place,
-                                   Column<std::uint32_t>& corners);
+                                   UnsetColumn<std::uint32_t>& corners);
+
+/// The same for plain triangles (4) whose indices are to be had as they lie in the file; empty when
+/// they are not. Errors: as above.
+Result<std::optional<CornerRange>> share_corners(const AccessorView& indices,
+                                                 std::uint64_t vertex_count,
+                                                 const std::string& place, const KeptBytes& kept,
+                                                 SharedColumn<std::uint32_t>& corners);
 
 }  // namespace sightline::gltf

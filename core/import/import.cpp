@@ -137,7 +137,8 @@ Result<SceneDescription> import_checked(std::span<const std::byte> bytes,
   Budget budget(limits);
   ViewStore views(*document, buffers, budget);
   AccessorReader accessors(*document, views, limits);
-  MeshReader meshes(*document, views, accessors, limits, budget, scene, warnings);
+  const KeptBytes kept{bytes, options.keeper};
+  MeshReader meshes(*document, views, accessors, kept, limits, budget, scene, warnings);
   Status placed =
       place_meshes(*document, accessors, meshes, limits, options.progress, budget, scene);
   if (!placed) return placed.error();

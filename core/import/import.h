@@ -16,6 +16,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -54,6 +55,10 @@ struct ImportOptions {
   bool skip = true;
   /// For import_bytes. Empty: there are no other files.
   NeighbourFinder neighbour = {};
+  /// For import_bytes. Who keeps the bytes as they are, longer than the import if need be: then
+  /// meshes look at positions and indices where they lie, unless these have to be changed. Null:
+  /// they are copied. (import_file copies: anybody may write to the file.)
+  std::shared_ptr<const void> keeper = {};
   /// Told of the stage "importing", by nodes; the import ends early (CANCELLED) when it is
   /// cancelled. May be null.
   Progress* progress = nullptr;

@@ -88,13 +88,14 @@ Status MeshReader::append_primitive(std::size_t number, const Pose& pose, Mesh& 
   // Corners first: they say which range of vertices is worth reading.
   const std::size_t first_corner = mesh.indices.size();
   if (indices.has_value()) accessors_.announce(*indices, 0, listed, &TouchedBytes::indices);
-  auto range = append_corners(indices, base.count, source.mode, place, mesh.indices);
+  auto range = read_corners(indices, base.count, source.mode, place, mesh);
   if (!range) return range.error();
   auto offset = append_positions(source, *found, *range, mesh, loaded);
   if (!offset) return offset.error();
   if (*offset != range->low) {
-    for (std::size_t i = first_corner; i < mesh.indices.size(); ++i) {
-      mesh.indices[i] = mesh.indices[i] - range->low + *offset;
+    UnsetColumn<std::uint32_t>& corners = mesh.indices.own();
+    for (std::size_t i = first_corner; i < corners.size(); ++i) {
+      corners[i] = corners[i] - range->low + *offset;
     }
   }
   Primitive primitive;
@@ -104,6 +105,28 @@ Status MeshReader::append_primitive(std::size_t number, const Pose& pose, Mesh& 
   if (source.material >= 0) primitive.material = static_cast<std::uint32_t>(source.material);
   mesh.primitives.push_back(primitive);
   return success();
+}
+
+Result<CornerRange> MeshReader::read_corners(const std::optional<AccessorView>& indices,
+                                             std::uint64_t vertex_count, int mode,
+                                             const std::string& place, Mesh& mesh) const {
+  const bool alone = document_.model.meshes[mesh.file_mesh].primitives.size() == 1;
+  if (alone && indices.has_value() && mode == TINYGLTF_MODE_TRIANGLES) {
+    auto range = share_corners(*indices, vertex_count, place, kept_, mesh.indices);
+    if (!range) return range.error();
+    if (range->has_value()) return **range;
+  }
+  return append_corners(indices, vertex_count, mode, place, mesh.indices.own());
+}
+
+SharedColumn<Vec3f> MeshReader::shared_positions(const PrimitiveSource& found,
+                                                 const CornerRange& range) const {
+  const AccessorView& view = found.positions;
+  const bool plain = view.plain_float() && view.base != nullptr && view.stride == sizeof(Vec3f) &&
+                     found.targets.empty() && found.skinning.sets.empty();
+  if (!plain) return {};
+  return kept_.share<Vec3f>(view.base + std::size_t{range.low} * sizeof(Vec3f),
+                            std::size_t{range.high} - range.low + 1);
 }
 
 Result<std::uint32_t> MeshReader::append_positions(const tinygltf::Primitive& source,
@@ -140,9 +163,14 @@ Result<std::uint32_t> MeshReader::append_positions(const tinygltf::Primitive& so
     accessors_.announce(set.joints, range.low, count, &TouchedBytes::poses);
     accessors_.announce(set.weights, range.low, count, &TouchedBytes::poses);
   }
-  mesh.positions.resize(offset + count);
+  if (document_.model.meshes[mesh.file_mesh].primitives.size() == 1) {
+    mesh.positions = shared_positions(found, range);
+    if (!mesh.positions.empty()) return 0u;
+  }
+  UnsetColumn<Vec3f>& positions = mesh.positions.own();
+  positions.resize(offset + count);
   auto unbalanced = load_positions(found.positions, found.targets, found.skinning, range.low, count,
-                                   found.place, mesh.positions.data() + offset);
+                                   found.place, positions.data() + offset);
   if (!unbalanced) return unbalanced.error();
   if (*unbalanced > 0) {
     warnings_.add(found.place + ": the skin's weights of " + std::to_string(*unbalanced) +

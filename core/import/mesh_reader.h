@@ -23,10 +23,11 @@ namespace sightline::gltf {
 class MeshReader {
  public:
   MeshReader(const GltfDocument& document, ViewStore& views, AccessorReader& accessors,
-             const ImportLimits& limits, Budget& budget, SceneDescription& scene,
-             Warnings& warnings)
+             const KeptBytes& kept, const ImportLimits& limits, Budget& budget,
+             SceneDescription& scene, Warnings& warnings)
       : document_(document),
         accessors_(accessors),
+        kept_(kept),
         limits_(limits),
         budget_(budget),
         scene_(scene),
@@ -53,14 +54,21 @@ class MeshReader {
 
   Result<Mesh> read(std::size_t index, const Pose& pose);
   Status append_primitive(std::size_t primitive, const Pose& pose, Mesh& mesh, LoadedParts& loaded);
+  Result<CornerRange> read_corners(const std::optional<AccessorView>& indices,
+                                   std::uint64_t vertex_count, int mode, const std::string& place,
+                                   Mesh& mesh) const;
   /// Makes sure that the vertices of `range` stand in the mesh; says where the first of them is.
   Result<std::uint32_t> append_positions(const tinygltf::Primitive& source,
                                          const PrimitiveSource& found, const CornerRange& range,
                                          Mesh& mesh, LoadedParts& loaded);
+  /// Whether the positions are to be had as they lie in the file.
+  SharedColumn<Vec3f> shared_positions(const PrimitiveSource& found,
+                                       const CornerRange& range) const;
   void count_triangles(const Mesh& mesh);
 
   const GltfDocument& document_;
   AccessorReader& accessors_;
+  const KeptBytes& kept_;
   const ImportLimits& limits_;
   Budget& budget_;
   SceneDescription& scene_;

@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cstring>
 
+#include "core/base/parallel.h"
+
 namespace sightline::gltf {
 
 namespace {
 
-constexpr std::uint64_t kBlock = 512;  ///< elements that are decoded at a time, on the stack
+constexpr std::uint64_t kBlock = 512;        ///< elements that are decoded at a time, on the stack
+constexpr std::uint64_t kCopied = 1u << 16;  ///< that one thread copies together
 
 /// Elements first .. first + count - 1 in float64, replacements included.
 void load_block(const AccessorView& view, std::uint64_t first, std::uint64_t count, Vec3d* out) {
@@ -32,7 +35,11 @@ void copy_floats(const AccessorView& view, std::uint64_t first, std::uint64_t co
   if (view.base == nullptr) {
     std::fill(out, out + count, Vec3f{});
   } else if (view.stride == sizeof(Vec3f)) {
-    std::memcpy(out, view.base + first * view.stride, count * sizeof(Vec3f));
+    const std::byte* const from = view.base + first * view.stride;
+    parallel_for((count + kCopied - 1) / kCopied, [&](std::size_t piece) {
+      const std::uint64_t begin = piece * kCopied, n = std::min(kCopied, count - begin);
+      std::memcpy(out + begin, from + begin * sizeof(Vec3f), n * sizeof(Vec3f));
+    });
   } else {
     for (std::uint64_t i = 0; i < count; ++i) {
       std::memcpy(out + i, view.base + (first + i) * view.stride, sizeof(Vec3f));

@@ -50,8 +50,8 @@ std::shared_ptr<const Mesh> make_cube(std::uint32_t number) {
   cube.name = "box";
   cube.file_mesh = number;
   for (int i = 0; i < 8; ++i) {
-    cube.positions.push_back({static_cast<float>(i & 1), static_cast<float>(i >> 1 & 1),
-                              static_cast<float>(i >> 2 & 1)});
+    cube.positions.own().push_back({static_cast<float>(i & 1), static_cast<float>(i >> 1 & 1),
+                                    static_cast<float>(i >> 2 & 1)});
   }
   // Counter-clockwise seen from outside, two for each of -x +x -y +y -z +z.
   cube.indices = {0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5, 0, 1, 5, 0, 5, 4,

@@ -25,7 +25,8 @@ void read_what_was_skipped(const GltfDocument& document, std::span<const std::by
     SceneDescription spare;
     Budget budget(limits);
     Warnings warnings;
-    MeshReader meshes(document, views, accessors, limits, budget, spare, warnings);
+    const KeptBytes copied;
+    MeshReader meshes(document, views, accessors, copied, limits, budget, spare, warnings);
     tinygltf::Node node;
     node.mesh = static_cast<int>(i);
     static_cast<void>(meshes.mesh_of(node));

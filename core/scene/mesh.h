@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/column.h"
+#include "core/base/shared_column.h"
 #include "core/geometry/box3.h"
 #include "core/geometry/vec3.h"
 
@@ -27,8 +27,8 @@ struct Primitive {
 struct Mesh {
   std::string name;
   std::uint32_t file_mesh = 0;  ///< index in the file's "meshes"
-  Column<Vec3f> positions;
-  Column<std::uint32_t> indices;
+  SharedColumn<Vec3f> positions;
+  SharedColumn<std::uint32_t> indices;
   std::vector<Primitive> primitives;
 
   std::uint32_t triangle_count() const { return static_cast<std::uint32_t>(indices.size() / 3); }

@@ -31,7 +31,7 @@ SceneTrees::SceneTrees(const ScenePlan& plan, std::uint64_t geometry_bytes)
   last_drop_.store(0);
   stats_.evictions = 0;
   for (const TreeSlot& slot : layout_->slots()) {
-    const std::uint64_t first = can_split(slot) ? 8 * kPartTriangles : slot.triangle_count;
+    const std::uint64_t first = can_split(slot) ? 32 * kPartTriangles : slot.triangle_count;
     least_bytes_ = std::max(least_bytes_, first * kBytesPerTriangle);
     full_bytes_ += slot.triangle_count * kBytesPerTriangle;
   }

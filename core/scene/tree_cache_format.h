@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
+#include "core/base/content_hash.h"
 #include "core/base/parallel.h"
-#include "core/bvh/content_hash.h"
 #include "core/bvh/wide_tree.h"
 
 namespace sightline::tree_cache {
@@ -45,22 +45,6 @@ struct Record {
 };
 static_assert(sizeof(Record) == 128);
 
-inline std::uint64_t hash_of(std::span<const std::byte> bytes) {
-  ContentHash hash;
-  hash.add(bytes);
-  return hash.value();
-}
-
-/// In pieces, so that threads can share the work.
-inline std::uint64_t hash_in_pieces(std::span<const std::byte> bytes) {
-  constexpr std::size_t kPiece = 1u << 22;
-  std::vector<std::uint64_t> pieces((bytes.size() + kPiece - 1) / kPiece);
-  parallel_for(pieces.size(), [&](std::size_t i) {
-    pieces[i] = hash_of(bytes.subspan(i * kPiece, std::min(kPiece, bytes.size() - i * kPiece)));
-  });
-  return hash_of(std::as_bytes(std::span(pieces)));
-}
-
 inline Header make_header() {
   Header header{};
   std::copy(std::begin(kMagic), std::end(kMagic), header.magic);
@@ -72,6 +56,8 @@ inline Header make_header() {
   header.lanes = kLanes;
   return header;
 }
+
+using sightline::hash_of;
 
 inline std::uint64_t hash_of(const Header& header) {
   return hash_of(std::as_bytes(std::span(&header, 1)).first(offsetof(Header, hash)));

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cerrno>
 
+#include "core/base/content_hash.h"
 #include "core/store/revision_counter.h"
 #include "core/store/scene_id.h"
 #include "core/store/sha256.h"
@@ -210,7 +211,8 @@ Status SceneFolder::remove(const std::string& id) {
   return success();
 }
 
-Result<MappedFile> SceneFolder::map(const std::string& sha256, std::uint64_t bytes) {
+Result<MappedFile> SceneFolder::map(const std::string& sha256, std::uint64_t bytes,
+                                    std::optional<std::uint64_t> fingerprint) {
   const auto damaged = [](std::string reason) {
     return Error{ErrorKind::kInternal, "STORE_DAMAGED", std::move(reason), ""};
   };
@@ -222,8 +224,9 @@ Result<MappedFile> SceneFolder::map(const std::string& sha256, std::uint64_t byt
     return damaged("the scene's file has " + std::to_string(mapped->bytes().size()) +
                    " bytes, its record says " + std::to_string(bytes));
   }
-  if (sha256_of(mapped->bytes()) != sha256) {
-    return damaged("the bytes of the scene's file changed: their SHA-256 is another one");
+  if (fingerprint ? hash_in_pieces(mapped->bytes()) != *fingerprint
+                  : sha256_of(mapped->bytes()) != sha256) {
+    return damaged("the bytes of the scene's file changed: their hash is another one");
   }
   return mapped;
 }

@@ -60,7 +60,8 @@ class SceneFolder {
   Status remove(const std::string& id);
   /// The bytes that have this hash. Errors: STORE_DAMAGED when they are missing, have another size
   /// or another hash.
-  Result<MappedFile> map(const std::string& sha256, std::uint64_t bytes);
+  Result<MappedFile> map(const std::string& sha256, std::uint64_t bytes,
+                         std::optional<std::uint64_t> fingerprint = {});
   /// Moves record and bytes out of the way.
   void quarantine(const SceneRecord& record);
 

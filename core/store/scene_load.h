@@ -56,6 +56,7 @@ class SceneLoad {
   /// These belong to who receives, then to the thread that loads; between them to the store.
   std::optional<SceneUpload> upload_;
   std::optional<CopiedNeighbours> neighbours_;  ///< empty: the file has to be whole
+  std::optional<std::uint64_t> fingerprint_;    ///< of the bytes, where a folder keeps them
 
   // Under the store's mutex.
   SceneState state_ = SceneState::kQueued;

@@ -81,6 +81,7 @@ std::string encode_record(const SceneRecord& record) {
   document["revision"] = record.revision;
   document["scene"] = nullptr;
   if (record.scene) document["scene"] = *record.scene;
+  if (record.fingerprint) document["fingerprint"] = *record.fingerprint;
   for (const NeighbourRecord& each : record.neighbours) {
     document["neighbours"].push_back(
         {{"name", ascii_name(each.name)}, {"sha256", each.sha256}, {"bytes", each.bytes}});
@@ -110,6 +111,7 @@ std::optional<SceneRecord> decode_record(const std::string& text, const std::str
   record.bytes = *bytes;
   record.revision = *revision;
   if (scene) record.scene = static_cast<std::uint32_t>(*scene);
+  record.fingerprint = number("fingerprint");
   if (!decode_neighbours(document, record.neighbours)) return std::nullopt;
   return record;
 }

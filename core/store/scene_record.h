@@ -23,6 +23,9 @@ struct SceneRecord {
   std::uint64_t revision = 0;
   std::optional<std::uint32_t> scene;  ///< which scene of the file; empty: the file's choice
   std::vector<NeighbourRecord> neighbours = {};
+  /// hash_in_pieces of the bytes: quicker to check than their SHA-256, and enough against damage.
+  /// Empty in records of older versions.
+  std::optional<std::uint64_t> fingerprint = {};
 };
 
 /// A longer text is no record.

@@ -272,6 +272,7 @@ void SceneStore::commit(const LoadPointer& load, StoredScene next) {
   next.state = SceneState::kReady;
   if (folder_ && load->upload_) {
     SceneRecord record{next.id, next.sha256, next.bytes, next.revision, next.chosen};
+    record.fingerprint = load->fingerprint_;
     std::vector<TemporaryFile*> neighbours;
     if (load->neighbours_) {
       record.neighbours = load->neighbours_->records();

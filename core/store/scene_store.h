@@ -28,12 +28,15 @@
 namespace sightline {
 
 struct LoadInput {
-  std::span<const std::byte> bytes;  ///< gone when the loader returns
+  std::span<const std::byte> bytes;  ///< gone when the loader returns, unless there is a keeper
   SceneChoice choice;
   Progress& progress;       ///< a loader tells its stages, and may end early once it is cancelled
   std::string sha256 = {};  ///< of the bytes; empty where no data folder keeps them
   /// The bytes of a file beside the scene's, gone like the others; empty where there are none.
   std::function<Result<std::span<const std::byte>>(const std::string& name)> neighbour = {};
+  /// Keeps the bytes as they are, for as long as it is held: they are those of a data folder, which
+  /// is the store's alone. Null: nobody does.
+  std::shared_ptr<const void> keeper = {};
 };
 /// Turns the bytes of a file into a scene. Handed in, because this room knows no file format. May
 /// be called from several threads at once.

@@ -2,6 +2,7 @@
 
 #include <new>
 
+#include "core/base/content_hash.h"
 #include "core/store/free_memory.h"
 #include "core/store/scene_store.h"
 
@@ -88,8 +89,11 @@ Result<std::shared_ptr<const Scene>> SceneStore::read_upload(SceneLoad& load,
   }
   auto mapped = MappedFile::map(upload.file()->file(), "read the scene's bytes");
   if (!mapped) return std::move(mapped).error();
-  input.bytes = mapped->bytes();
+  const auto keeper = std::make_shared<const MappedFile>(std::move(*mapped));
+  load.fingerprint_ = hash_in_pieces(keeper->bytes());
+  input.bytes = keeper->bytes();
   input.sha256 = sha256;
+  input.keeper = keeper;
   return run_loader(input);
 }
 

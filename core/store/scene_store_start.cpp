@@ -62,7 +62,7 @@ void SceneStore::push_start(const LoadPointer& load, std::function<void()> job) 
 void SceneStore::load_record(const SceneRecord& record, const LoadPointer& load) {
   if (!enter(load)) return;
   load->progress_.begin("checking");
-  auto mapped = folder_->map(record.sha256, record.bytes);
+  auto mapped = folder_->map(record.sha256, record.bytes, record.fingerprint);
   auto neighbours = StoredNeighbours::map(*folder_, record);
   if (!mapped || !neighbours) {
     Error error = mapped ? neighbours.error() : mapped.error();
@@ -74,8 +74,9 @@ void SceneStore::load_record(const SceneRecord& record, const LoadPointer& load)
     error.message += "; it was moved to quarantine";
     return fail(load, error);
   }
-  auto scene = run_loader({mapped->bytes(), load->choice_, load->progress_, record.sha256,
-                           [&](const std::string& name) { return neighbours->find(name); }});
+  const auto bytes = std::make_shared<const MappedFile>(std::move(*mapped));
+  auto scene = run_loader({bytes->bytes(), load->choice_, load->progress_, record.sha256,
+                           [&](const std::string& name) { return neighbours->find(name); }, bytes});
   if (!scene) return fail(load, scene.error());
   const std::lock_guard hold(mutex_);
   Entry* const entry = entry_of(*load);

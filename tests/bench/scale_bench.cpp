@@ -35,12 +35,13 @@ SceneDescription description_of(demo::DemoScene scene) {
   SceneDescription description;
   for (demo::DemoMesh& from : scene.meshes) {
     auto mesh = std::make_shared<Mesh>();
-    mesh->positions.resize(from.positions.size() / 3);
-    for (std::size_t i = 0; i < mesh->positions.size(); ++i) {
+    UnsetColumn<Vec3f>& positions = mesh->positions.own();
+    positions.resize(from.positions.size() / 3);
+    for (std::size_t i = 0; i < positions.size(); ++i) {
       const float* p = &from.positions[3 * i];
-      mesh->positions[i] = {p[0], p[1], p[2]};
+      positions[i] = {p[0], p[1], p[2]};
     }
-    mesh->indices.assign(from.indices.begin(), from.indices.end());
+    mesh->indices.own().assign(from.indices.begin(), from.indices.end());
     mesh->primitives.push_back({0, mesh->triangle_count(), 0});
     from = {};
     description.meshes.push_back(std::move(mesh));

@@ -23,9 +23,9 @@ std::shared_ptr<const Scene> make_soup(oracle::Random& random) {
   for (std::uint32_t i = 0; i < 500; ++i) {
     const Vec3f at{number(-1, 1), number(-1, 1), number(-1, 1)};
     for (std::uint32_t c = 0; c < 3; ++c) {
-      mesh->positions.push_back(
+      mesh->positions.own().push_back(
           {at.x + number(-0.2, 0.2), at.y + number(-0.2, 0.2), at.z + number(-0.2, 0.2)});
-      mesh->indices.push_back(3 * i + c);
+      mesh->indices.own().push_back(3 * i + c);
     }
   }
   mesh->primitives.push_back({0, 500, 0, 0xffffffffu});

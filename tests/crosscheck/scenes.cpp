@@ -121,9 +121,9 @@ SceneDescription describe(const DemoScene& scene) {
     auto mesh = std::make_shared<Mesh>();
     mesh->name = source.name;
     for (std::size_t i = 0; i + 2 < source.positions.size(); i += 3)
-      mesh->positions.push_back(
+      mesh->positions.own().push_back(
           {source.positions[i], source.positions[i + 1], source.positions[i + 2]});
-    mesh->indices.assign(source.indices.begin(), source.indices.end());
+    mesh->indices.own().assign(source.indices.begin(), source.indices.end());
     mesh->primitives.push_back({0, mesh->triangle_count(), 0, 0xffffffffu});
     result.meshes.push_back(std::move(mesh));
   }

@@ -25,8 +25,8 @@ std::shared_ptr<const Scene> make_scene() {
   for (std::uint32_t i = 0; i < 6; ++i) {
     const float x = 2.0f * static_cast<float>(i);
     for (const Vec3f& p : {Vec3f{x, 0, 2}, Vec3f{x + 2, 4, 0}, Vec3f{x, 0, -2}}) {
-      mesh->indices.push_back(static_cast<std::uint32_t>(mesh->positions.size()));
-      mesh->positions.push_back(p);
+      mesh->indices.own().push_back(static_cast<std::uint32_t>(mesh->positions.size()));
+      mesh->positions.own().push_back(p);
     }
   }
   mesh->primitives = {{0, 6}};

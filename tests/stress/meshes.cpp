@@ -12,12 +12,13 @@ constexpr double kPi = 3.141592653589793;
 }  // namespace
 
 std::uint32_t MeshMaker::corner(double x, double y, double z) {
-  mesh_.positions.push_back({static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)});
+  mesh_.positions.own().push_back(
+      {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)});
   return static_cast<std::uint32_t>(mesh_.positions.size() - 1);
 }
 
 void MeshMaker::triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-  for (const std::uint32_t index : {a, b, c}) mesh_.indices.push_back(index);
+  for (const std::uint32_t index : {a, b, c}) mesh_.indices.own().push_back(index);
 }
 
 void MeshMaker::triangle(const Vec3d& a, const Vec3d& b, const Vec3d& c) {

@@ -132,8 +132,9 @@ struct Shrinker {
     for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
       leave_out(scene.meshes[m]->triangle_count(), [&](std::size_t first, std::size_t last) {
         auto mesh = std::make_shared<Mesh>(*scene.meshes[m]);
-        mesh->indices.erase(mesh->indices.begin() + static_cast<std::ptrdiff_t>(3 * first),
-                            mesh->indices.begin() + static_cast<std::ptrdiff_t>(3 * last));
+        UnsetColumn<std::uint32_t>& indices = mesh->indices.own();
+        indices.erase(indices.begin() + static_cast<std::ptrdiff_t>(3 * first),
+                      indices.begin() + static_cast<std::ptrdiff_t>(3 * last));
         if (mesh->indices.empty()) return false;
         mesh->primitives = {{0, mesh->triangle_count(), 0, 0xffffffffu}};
         SceneDescription smaller = scene;

@@ -84,7 +84,7 @@ TEST(Accessor, may_end_exactly_where_its_view_ends_with_a_stride) {
   const auto scene = file.import();
   ASSERT_TRUE(scene.ok()) << scene.error().message;
   EXPECT_EQ(scene->meshes[0]->positions,
-            (Column<Vec3f>{Vec3f{0, 0, 0}, Vec3f{1, 0, 0}, Vec3f{0, 1, 0}}));
+            (SharedColumn<Vec3f>{Vec3f{0, 0, 0}, Vec3f{1, 0, 0}, Vec3f{0, 1, 0}}));
 }
 
 /// The triangle with a sparse part that moves vertex 1 to (5,6,7).
@@ -104,13 +104,13 @@ TEST(SparseAccessor, replaces_elements_of_its_base) {
   const auto scene = sparse_triangle(true).import();
   ASSERT_TRUE(scene.ok()) << scene.error().message;
   EXPECT_EQ(scene->meshes[0]->positions,
-            (Column<Vec3f>{Vec3f{0, 0, 0}, Vec3f{5, 6, 7}, Vec3f{0, 1, 0}}));
+            (SharedColumn<Vec3f>{Vec3f{0, 0, 0}, Vec3f{5, 6, 7}, Vec3f{0, 1, 0}}));
 }
 
 TEST(SparseAccessor, replaces_zeros_when_there_is_no_base) {
   const auto scene = sparse_triangle(false).import();
   ASSERT_TRUE(scene.ok()) << scene.error().message;
-  EXPECT_EQ(scene->meshes[0]->positions, (Column<Vec3f>{Vec3f{}, Vec3f{5, 6, 7}, Vec3f{}}));
+  EXPECT_EQ(scene->meshes[0]->positions, (SharedColumn<Vec3f>{Vec3f{}, Vec3f{5, 6, 7}, Vec3f{}}));
 }
 
 TEST(SparseAccessor, replaces_indices_too) {
@@ -122,7 +122,7 @@ TEST(SparseAccessor, replaces_indices_too) {
                                          {"values", {{"bufferView", values}}}};
   const auto scene = file.import();
   ASSERT_TRUE(scene.ok()) << scene.error().message;
-  EXPECT_EQ(scene->meshes[0]->indices, (Column<std::uint32_t>{0, 1, 1}));
+  EXPECT_EQ(scene->meshes[0]->indices, (SharedColumn<std::uint32_t>{0, 1, 1}));
 }
 
 TEST(SparseAccessor, has_strictly_rising_indices_inside_the_accessor) {
@@ -152,7 +152,7 @@ TEST(AccessorWithoutBytes, is_all_zeros_up_to_a_limit) {
   file.root["accessors"][0].erase("bufferView");
   const auto scene = file.import();
   ASSERT_TRUE(scene.ok()) << scene.error().message;
-  EXPECT_EQ(scene->meshes[0]->positions, (Column<Vec3f>(3)));
+  EXPECT_EQ(scene->meshes[0]->positions, (SharedColumn<Vec3f>{{}, {}, {}}));
   ImportOptions options;
   options.limits.zero_filled = 2;
   EXPECT_EQ(file.code(options), "GLTF_LIMIT_ZERO_FILLED");
@@ -163,7 +163,7 @@ TEST(AccessorWithoutBytes, may_hold_the_indices) {
   file.root["accessors"][1].erase("bufferView");
   const auto scene = file.import();
   ASSERT_TRUE(scene.ok()) << scene.error().message;
-  EXPECT_EQ(scene->meshes[0]->indices, (Column<std::uint32_t>{0, 0, 0}));
+  EXPECT_EQ(scene->meshes[0]->indices, (SharedColumn<std::uint32_t>{0, 0, 0}));
 }
 
 }  // namespace

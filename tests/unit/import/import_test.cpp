@@ -38,7 +38,7 @@ TEST(Import, gives_back_the_demo_town) {
     EXPECT_TRUE(std::equal(mesh->indices.begin(), mesh->indices.end(), source.indices.begin(),
                            source.indices.end()));
     ASSERT_EQ(mesh->positions.size() * 3, source.positions.size());
-    EXPECT_EQ(mesh->positions.back().z, source.positions.back());
+    EXPECT_EQ(mesh->positions.end()[-1].z, source.positions.back());
     EXPECT_EQ(scene->materials[mesh->primitives[0].material].name, source.material);
   }
 }

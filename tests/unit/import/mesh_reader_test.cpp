@@ -28,7 +28,7 @@ TinyFile row_of_six(int mode, const std::vector<std::uint8_t>& indices = {}) {
   return file;
 }
 
-Column<std::uint32_t> corners(const TinyFile& file) {
+SharedColumn<std::uint32_t> corners(const TinyFile& file) {
   const auto scene = file.import();
   EXPECT_TRUE(scene.ok()) << scene.error().message;
   if (!scene || scene->meshes.empty()) return {};
@@ -36,18 +36,20 @@ Column<std::uint32_t> corners(const TinyFile& file) {
 }
 
 TEST(Corners, of_plain_triangles_are_the_vertices_in_order) {
-  EXPECT_EQ(corners(row_of_six(4)), (Column<std::uint32_t>{0, 1, 2, 3, 4, 5}));
-  EXPECT_EQ(corners(row_of_six(4, {0, 5, 1, 2, 3, 4})), (Column<std::uint32_t>{0, 5, 1, 2, 3, 4}));
+  EXPECT_EQ(corners(row_of_six(4)), (SharedColumn<std::uint32_t>{0, 1, 2, 3, 4, 5}));
+  EXPECT_EQ(corners(row_of_six(4, {0, 5, 1, 2, 3, 4})),
+            (SharedColumn<std::uint32_t>{0, 5, 1, 2, 3, 4}));
 }
 
 TEST(Corners, of_a_strip_turn_every_second_triangle) {
   EXPECT_EQ(corners(row_of_six(5, {0, 1, 2, 3, 4, 5})),
-            (Column<std::uint32_t>{0, 1, 2, 1, 3, 2, 2, 3, 4, 3, 5, 4}));
-  EXPECT_EQ(corners(row_of_six(5)), (Column<std::uint32_t>{0, 1, 2, 1, 3, 2, 2, 3, 4, 3, 5, 4}));
+            (SharedColumn<std::uint32_t>{0, 1, 2, 1, 3, 2, 2, 3, 4, 3, 5, 4}));
+  EXPECT_EQ(corners(row_of_six(5)),
+            (SharedColumn<std::uint32_t>{0, 1, 2, 1, 3, 2, 2, 3, 4, 3, 5, 4}));
 }
 
 TEST(Corners, of_a_fan_end_at_the_first_vertex) {
-  EXPECT_EQ(corners(row_of_six(6, {0, 2, 3, 4})), (Column<std::uint32_t>{2, 3, 0, 3, 4, 0}));
+  EXPECT_EQ(corners(row_of_six(6, {0, 2, 3, 4})), (SharedColumn<std::uint32_t>{2, 3, 0, 3, 4, 0}));
 }
 
 TEST(Corners, that_make_no_whole_triangle_are_left_out_and_said) {
@@ -77,7 +79,7 @@ TEST(Mesh, reads_only_the_range_of_vertices_that_its_triangles_use) {
   const Mesh& mesh = *scene->meshes[0];
   ASSERT_EQ(mesh.positions.size(), 3u);
   EXPECT_EQ(mesh.positions[0].x, 3);
-  EXPECT_EQ(mesh.indices, (Column<std::uint32_t>{0, 1, 2}));
+  EXPECT_EQ(mesh.indices, (SharedColumn<std::uint32_t>{0, 1, 2}));
 }
 
 TEST(Mesh, keeps_shared_vertices_of_its_primitives_once) {
@@ -89,7 +91,7 @@ TEST(Mesh, keeps_shared_vertices_of_its_primitives_once) {
   ASSERT_TRUE(scene.ok()) << scene.error().message;
   const Mesh& mesh = *scene->meshes[0];
   EXPECT_EQ(mesh.positions.size(), 6u);
-  EXPECT_EQ(mesh.indices, (Column<std::uint32_t>{0, 4, 5, 1, 2, 3}));
+  EXPECT_EQ(mesh.indices, (SharedColumn<std::uint32_t>{0, 4, 5, 1, 2, 3}));
   ASSERT_EQ(mesh.primitives.size(), 2u);
   EXPECT_EQ(mesh.primitives[1].first_triangle, 1u);
   EXPECT_EQ(mesh.primitives[1].file_primitive, 1u);
@@ -103,7 +105,7 @@ TEST(Mesh, appends_the_vertices_of_its_primitives) {
   file.root["meshes"][0]["primitives"].push_back(second);
   const auto scene = file.import();
   ASSERT_TRUE(scene.ok());
-  EXPECT_EQ(scene->meshes[0]->indices, (Column<std::uint32_t>{0, 1, 2, 3, 4, 5}));
+  EXPECT_EQ(scene->meshes[0]->indices, (SharedColumn<std::uint32_t>{0, 1, 2, 3, 4, 5}));
   EXPECT_EQ(scene->meshes[0]->positions[3].x, 5);
 }
 
@@ -172,7 +174,7 @@ TEST(MorphedMesh, stands_as_its_default_weights_say) {
   const auto scene = file.import();
   ASSERT_TRUE(scene.ok()) << scene.error().message;
   EXPECT_EQ(scene->meshes[0]->positions,
-            (Column<Vec3f>{Vec3f{0.5f, 0, 0}, Vec3f{1.5f, 2, 0}, Vec3f{0.5f, 1, 0}}));
+            (SharedColumn<Vec3f>{Vec3f{0.5f, 0, 0}, Vec3f{1.5f, 2, 0}, Vec3f{0.5f, 1, 0}}));
 }
 
 TEST(MorphedMesh, without_weights_stands_unmorphed) {
@@ -271,6 +273,71 @@ TEST(MeshLimits, stop_many_accessors_that_show_the_same_bytes) {
   ImportOptions options;
   options.limits.geometry_bytes = 10000;
   EXPECT_EQ(file.code(options), "GLTF_LIMIT_GEOMETRY_BYTES");
+}
+
+/// Six vertices in a row, of which triangles use those from `first` on.
+TinyFile indexed_row(std::uint32_t first) {
+  TinyFile file = row_of_six(4);
+  json& primitive = file.root["meshes"][0]["primitives"][0];
+  primitive["indices"] = file.add<std::uint32_t>(
+      {first, first + 1, first + 2, first + 2, first + 1, first + 3}, 5125, "SCALAR", 6);
+  return file;
+}
+
+bool lies_in(std::span<const std::byte> bytes, const void* at) {
+  return at >= bytes.data() && at < bytes.data() + bytes.size();
+}
+
+TEST(Sharing, looks_at_positions_and_indices_where_kept_bytes_have_them) {
+  for (const std::uint32_t first : {0u, 2u}) {
+    const TinyFile file = indexed_row(first);
+    const auto copied = file.import();
+    const auto bytes = std::make_shared<const std::vector<std::byte>>(file.bytes());
+    ImportOptions options;
+    options.keeper = bytes;
+    const auto shared = import_bytes(*bytes, options);
+    ASSERT_TRUE(copied.ok() && shared.ok());
+    const Mesh &mesh = *shared->meshes[0], &copy = *copied->meshes[0];
+    EXPECT_EQ(mesh.positions, copy.positions);
+    EXPECT_EQ(mesh.indices, copy.indices);
+    EXPECT_TRUE(lies_in(*bytes, mesh.positions.data()));
+    // Vertices that nothing uses are left out, and then the indices are others than the file's.
+    EXPECT_EQ(lies_in(*bytes, mesh.indices.data()), first == 0);
+    EXPECT_FALSE(lies_in(*bytes, copy.positions.data()));
+    EXPECT_EQ(shared->counts.touched.positions, copied->counts.touched.positions);
+    EXPECT_GT(bytes.use_count(), 2);
+  }
+}
+
+TEST(Sharing, copies_what_has_to_be_changed) {
+  TinyFile strip = row_of_six(5, {0, 1, 2, 3, 4, 5});
+  TinyFile two = indexed_row(0);
+  json& primitives = two.root["meshes"][0]["primitives"];
+  primitives.push_back(primitives[0]);
+  for (const TinyFile* file : {&strip, &two}) {
+    const auto bytes = std::make_shared<const std::vector<std::byte>>(file->bytes());
+    ImportOptions options;
+    options.keeper = bytes;
+    const auto shared = import_bytes(*bytes, options);
+    const auto copied = file->import();
+    ASSERT_TRUE(shared.ok() && copied.ok());
+    EXPECT_EQ(shared->meshes[0]->indices, copied->meshes[0]->indices);
+    EXPECT_EQ(shared->meshes[0]->positions, copied->meshes[0]->positions);
+    EXPECT_FALSE(lies_in(*bytes, shared->meshes[0]->indices.data()));
+  }
+}
+
+TEST(Sharing, refuses_an_index_out_of_range_as_a_copy_does) {
+  TinyFile file = indexed_row(3);
+  const auto bytes = std::make_shared<const std::vector<std::byte>>(file.bytes());
+  ImportOptions options;
+  options.keeper = bytes;
+  const auto shared = import_bytes(*bytes, options);
+  const auto copied = file.import();
+  ASSERT_FALSE(shared.ok());
+  ASSERT_FALSE(copied.ok());
+  EXPECT_EQ(shared.error().code, "GLTF_INDEX_OUT_OF_RANGE");
+  EXPECT_EQ(shared.error().message, copied.error().message);
 }
 
 }  // namespace

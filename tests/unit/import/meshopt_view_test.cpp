@@ -65,7 +65,7 @@ TEST(MeshoptView, gives_positions_as_they_were) {
   const auto scene = compressed_positions().import();
   ASSERT_TRUE(scene.ok()) << scene.error().message;
   EXPECT_EQ(scene->meshes[0]->positions,
-            (Column<Vec3f>{Vec3f{0, 0, 0}, Vec3f{1, 0, 0}, Vec3f{0, 1, 0}}));
+            (SharedColumn<Vec3f>{Vec3f{0, 0, 0}, Vec3f{1, 0, 0}, Vec3f{0, 1, 0}}));
 }
 
 TEST(MeshoptView, gives_indices_of_both_kinds_and_widths) {

@@ -33,17 +33,17 @@ TinyFile skinned_triangle() {
   return file;
 }
 
-Column<Vec3f> positions(const TinyFile& file) {
+SharedColumn<Vec3f> positions(const TinyFile& file) {
   const auto scene = file.import();
   EXPECT_TRUE(scene.ok()) << scene.error().message;
-  return scene ? scene->meshes[0]->positions : Column<Vec3f>();
+  return scene ? scene->meshes[0]->positions : SharedColumn<Vec3f>();
 }
 
 TEST(SkinnedMesh, follows_its_joints_and_not_its_node) {
   const auto scene = skinned_triangle().import();
   ASSERT_TRUE(scene.ok()) << scene.error().message;
   EXPECT_EQ(scene->meshes[0]->positions,
-            (Column<Vec3f>{Vec3f{10, 0, 0}, Vec3f{11, 1, 0}, Vec3f{10, 1.5f, 0}}));
+            (SharedColumn<Vec3f>{Vec3f{10, 0, 0}, Vec3f{11, 1, 0}, Vec3f{10, 1.5f, 0}}));
   EXPECT_TRUE(scene->instances[0].world_from_mesh.is_identity());
   EXPECT_TRUE(scene->warnings.empty()) << scene->warnings[0];
 }
@@ -55,7 +55,8 @@ TEST(SkinnedMesh, is_moved_by_inverse_bind_matrices_first) {
       file.add<float>({2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 0,  0, 0, 1,  //
                        1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -1, 0, 0, 1},
                       5126, "MAT4", 2);
-  EXPECT_EQ(positions(file), (Column<Vec3f>{Vec3f{10, 0, 0}, Vec3f{10, 1, 0}, Vec3f{9.5f, 2, 0}}));
+  EXPECT_EQ(positions(file),
+            (SharedColumn<Vec3f>{Vec3f{10, 0, 0}, Vec3f{10, 1, 0}, Vec3f{9.5f, 2, 0}}));
 }
 
 TEST(SkinnedMesh, says_that_a_last_row_of_a_bind_matrix_was_left_out) {
@@ -82,7 +83,7 @@ TEST(SkinnedMesh, is_morphed_before_it_is_posed_and_rounded_once) {
   // 1 + 2^-24 would round to 1, and 1 - 1 to 0.
   file.root["accessors"][0]["bufferView"] = file.add_view<float>({1, 0, 0, 1, 0, 0, 0, 1, 0});
   EXPECT_EQ(positions(file),
-            (Column<Vec3f>{Vec3f{0x1p-24f, 0, 0}, Vec3f{0, 1, 3}, Vec3f{-1, 1.5f, 0}}));
+            (SharedColumn<Vec3f>{Vec3f{0x1p-24f, 0, 0}, Vec3f{0, 1, 3}, Vec3f{-1, 1.5f, 0}}));
 }
 
 TEST(SkinnedMesh, takes_normalised_weights_and_more_than_four_joints) {
@@ -109,7 +110,7 @@ TEST(SkinnedMesh, uses_weights_as_they_stand_and_says_when_they_do_not_sum_to_on
   const auto scene = file.import();
   ASSERT_TRUE(scene.ok());
   EXPECT_EQ(scene->meshes[0]->positions,
-            (Column<Vec3f>{Vec3f{20, 0, 0}, Vec3f{11, 1, 0}, Vec3f{0, 0, 0}}));
+            (SharedColumn<Vec3f>{Vec3f{20, 0, 0}, Vec3f{11, 1, 0}, Vec3f{0, 0, 0}}));
   ASSERT_EQ(scene->warnings.size(), 1u);
   EXPECT_EQ(scene->warnings[0],
             "mesh 0, primitive 0: the skin's weights of 2 vertices do not sum to 1 and were used "
@@ -291,7 +292,7 @@ TEST(SkinnedFile, stands_as_an_independent_computation_says) {
     EXPECT_TRUE(instance.world_from_mesh.is_identity());
     const json& primitive =
         raw.root["meshes"][node["mesh"].get<std::size_t>()]["primitives"][0]["attributes"];
-    const Column<Vec3f>& ours = scene->meshes[instance.mesh]->positions;
+    const SharedColumn<Vec3f>& ours = scene->meshes[instance.mesh]->positions;
     for (std::size_t i = 0; i < ours.size(); ++i) {
       Matrix blend = {};
       for (std::size_t k = 0; k < 4; ++k) {

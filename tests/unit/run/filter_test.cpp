@@ -23,10 +23,10 @@ std::shared_ptr<const Mesh> grid_mesh(oracle::Random& random) {
   auto mesh = std::make_shared<Mesh>();
   for (int i = 0; i < 40; ++i) {
     const auto x = [&] { return static_cast<float>(random.integer(-3, 3)); };
-    mesh->positions.push_back({x(), x(), x()});
+    mesh->positions.own().push_back({x(), x(), x()});
   }
   for (int i = 0; i < 3 * 60; ++i)
-    mesh->indices.push_back(static_cast<std::uint32_t>(random.index(40)));
+    mesh->indices.own().push_back(static_cast<std::uint32_t>(random.index(40)));
   mesh->primitives = {{0, 20, 0, 0}, {20, 20, 1, 1}, {40, 20, 2, kNone}};
   return mesh;
 }

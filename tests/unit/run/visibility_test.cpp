@@ -23,9 +23,9 @@ TEST(Visibility, is_what_rational_arithmetic_sees) {
   auto mesh = std::make_shared<Mesh>();
   for (int i = 0; i < 60; ++i) {
     const auto x = [&] { return static_cast<float>(random.integer(-4, 4)); };
-    mesh->positions.push_back({x(), x(), x()});
+    mesh->positions.own().push_back({x(), x(), x()});
   }
-  for (std::uint32_t i = 0; i < 60; ++i) mesh->indices.push_back(i);
+  for (std::uint32_t i = 0; i < 60; ++i) mesh->indices.own().push_back(i);
   mesh->primitives.push_back({0, 20, 0, kNone});
   SceneDescription description;
   description.meshes = {mesh};

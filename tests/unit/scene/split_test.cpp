@@ -27,7 +27,8 @@ void expect_partition(const MeshView& mesh, const Affine* matrix,
                       const std::vector<MeshPart>& parts) {
   std::vector<int> seen(mesh.triangle_count());
   for (const MeshPart& part : parts) {
-    for (const std::uint32_t triangle : part.triangles) {
+    EXPECT_EQ(part.triangle_count, numbers_of(part.runs).size());
+    for (const std::uint32_t triangle : numbers_of(part.runs)) {
       ++seen[triangle];
       for (const Vec3d& p : tree_corners(mesh, triangle, matrix).at) {
         for (int k = 0; k < 3; ++k) {
@@ -47,7 +48,7 @@ TEST(Split, puts_every_triangle_into_one_part) {
   const MeshView mesh{description.meshes[0]->positions, description.meshes[0]->indices};
   const auto parts = split_mesh(mesh, nullptr, {}, bounds_of(mesh, nullptr));
   EXPECT_GE(parts.size(), 12u);
-  for (const MeshPart& part : parts) EXPECT_LE(part.triangles.size(), kPartTriangles);
+  for (const MeshPart& part : parts) EXPECT_LE(part.triangle_count, kPartTriangles);
   expect_partition(mesh, nullptr, parts);
   Affine matrix;
   matrix.m[0][1] = 1e200;
@@ -61,9 +62,9 @@ TEST(Split, cuts_a_part_of_a_mesh_again) {
   const auto parts = split_mesh(mesh, nullptr, {}, bounds_of(mesh, nullptr));
   std::vector<int> seen(mesh.triangle_count());
   for (const MeshPart& part : parts) {
-    const auto smaller = split_mesh(mesh, nullptr, part.triangles, part.box);
+    const auto smaller = split_mesh(mesh, nullptr, numbers_of(part.runs), part.box);
     for (const MeshPart& one : smaller) {
-      for (const std::uint32_t triangle : one.triangles) ++seen[triangle];
+      for (const std::uint32_t triangle : numbers_of(one.runs)) ++seen[triangle];
     }
   }
   EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), mesh.triangle_count());
@@ -76,7 +77,7 @@ TEST(Split, leaves_together_what_lies_in_one_place_and_drops_what_nothing_hits) 
   for (int i = 0; i < 50; ++i) indices.insert(indices.end(), {0, 1, 2, 0, 1, 3, 0, 0, 1});
   const auto parts = split_mesh({positions, indices}, nullptr, {}, {{0, 0, 0}, {1, 1, 0}});
   ASSERT_EQ(parts.size(), 1u);
-  EXPECT_EQ(parts[0].triangles.size(), 50u);
+  EXPECT_EQ(parts[0].triangle_count, 50u);
   EXPECT_TRUE(split_mesh({positions, {}}, nullptr, {}, {}).empty());
 }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <iterator>
 
 #include "core/store/scene_store.h"
 #include "core/store/sha256.h"
@@ -112,6 +113,27 @@ TEST(SceneStoreRestart, quarantines_what_is_damaged_and_starts_with_the_rest) {
   EXPECT_EQ(text_of(*store, "whole"), "text of whole");
   EXPECT_EQ(text_of(*store, "cut"), "again");
   EXPECT_EQ(text_of(*store, "lost"), "[none]");
+}
+
+TEST(SceneStoreRestart, checks_by_sha256_what_an_older_version_recorded) {
+  const TemporaryFolder folder;
+  {
+    const auto store = open_store(folder.path());
+    for (const char* id : {"whole", "changed"}) ASSERT_TRUE(put_text(*store, id, id).ok());
+  }
+  for (const char* id : {"whole", "changed"}) {
+    const fs::path file = folder.path() / "scenes" / (std::string(id) + ".json");
+    std::ifstream in(file);
+    std::string text{std::istreambuf_iterator<char>(in), {}};
+    const std::size_t begin = text.find(",\"fingerprint\":");
+    ASSERT_NE(begin, std::string::npos) << text;
+    text.erase(begin, text.find_first_of(",}", begin + 1) - begin);
+    write_file(file, text);
+  }
+  write_file(folder.path() / "blobs" / hash("changed"), "CHANGED");
+  const auto store = open_settled(folder.path());
+  EXPECT_EQ(text_of(*store, "whole"), "whole");
+  EXPECT_EQ(text_of(*store, "changed"), "[failed]");
 }
 
 TEST(SceneStoreRestart, takes_no_record_that_lies_about_itself) {

@@ -80,15 +80,15 @@ std::shared_ptr<const Scene> make_scene(const Case& c, Random& random) {
   };
   for (std::uint32_t i = 0; i < 100; ++i) {
     const float x = coordinate(), y = coordinate();
-    mesh->positions.push_back({x, y, coordinate()});
+    mesh->positions.own().push_back({x, y, coordinate()});
   }
   // Small triangles beside large ones, duplicates, and some without area.
   for (std::uint32_t i = 0; i < kTriangles; ++i) {
     for (int corner = 0; corner < 3; ++corner) {
-      mesh->indices.push_back(static_cast<std::uint32_t>(random.index(100)));
+      mesh->indices.own().push_back(static_cast<std::uint32_t>(random.index(100)));
     }
   }
-  mesh->positions[7].x = std::numeric_limits<float>::quiet_NaN();
+  mesh->positions.own()[7].x = std::numeric_limits<float>::quiet_NaN();
   mesh->primitives.push_back({0, kTriangles, 0, 0xffffffffu});
   SceneDescription description;
   description.meshes.push_back(mesh);
@@ -233,9 +233,9 @@ TEST(BoxOverlaps, visits_little_of_a_large_scene_for_a_small_box) {
     const Vec3d p = random.point(-100, 100);
     for (int corner = 0; corner < 3; ++corner) {
       const Vec3d d = random.point(-0.5, 0.5);
-      mesh->positions.push_back({static_cast<float>(p.x + d.x), static_cast<float>(p.y + d.y),
-                                 static_cast<float>(p.z + d.z)});
-      mesh->indices.push_back(3 * i + static_cast<std::uint32_t>(corner));
+      mesh->positions.own().push_back({static_cast<float>(p.x + d.x), static_cast<float>(p.y + d.y),
+                                       static_cast<float>(p.z + d.z)});
+      mesh->indices.own().push_back(3 * i + static_cast<std::uint32_t>(corner));
     }
   }
   mesh->primitives.push_back({0, 30000, 0, 0xffffffffu});

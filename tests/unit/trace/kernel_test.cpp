@@ -51,9 +51,9 @@ std::shared_ptr<const Scene> make_scene(const Case& c, std::mt19937_64& random) 
     return (c.integer ? static_cast<float>(grid(random)) : uniform(random)) * c.scale + c.shift;
   };
   for (std::uint32_t i = 0; i < 60; ++i)
-    mesh->positions.push_back({coordinate(), coordinate(), coordinate()});
+    mesh->positions.own().push_back({coordinate(), coordinate(), coordinate()});
   std::uniform_int_distribution<std::uint32_t> index(0, 59);
-  for (int i = 0; i < 3 * 90; ++i) mesh->indices.push_back(index(random));
+  for (int i = 0; i < 3 * 90; ++i) mesh->indices.own().push_back(index(random));
   mesh->primitives.push_back({0, 90, 0, 0xffffffffu});
   SceneDescription description;
   description.meshes.push_back(mesh);

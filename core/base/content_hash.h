@@ -2,11 +2,15 @@
 /// A quick 64-bit hash of bytes: finds what may be equal, and damage that nobody made on purpose.
 /// Not for anything that an adversary must not be able to forge.
 
+#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <span>
+#include <vector>
+
+#include "core/base/parallel.h"
 
 namespace sightline {
 
@@ -48,5 +52,21 @@ class ContentHash {
   std::uint64_t lane_[4] = {kA + kB, kB, 0, 0 - kA};
   std::uint64_t length_ = 0;
 };
+
+inline std::uint64_t hash_of(std::span<const std::byte> bytes) {
+  ContentHash hash;
+  hash.add(bytes);
+  return hash.value();
+}
+
+/// In pieces, so that threads share the work: another value than hash_of.
+inline std::uint64_t hash_in_pieces(std::span<const std::byte> bytes) {
+  constexpr std::size_t kPiece = 1u << 22;
+  std::vector<std::uint64_t> pieces((bytes.size() + kPiece - 1) / kPiece);
+  parallel_for(pieces.size(), [&](std::size_t i) {
+    pieces[i] = hash_of(bytes.subspan(i * kPiece, std::min(kPiece, bytes.size() - i * kPiece)));
+  });
+  return hash_of(std::as_bytes(std::span(pieces)));
+}
 
 }  // namespace sightline

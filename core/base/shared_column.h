@@ -1,0 +1,74 @@
+#pragma once
+/// SharedColumn<T>: elements that are read by many and written, if at all, before that.
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <initializer_list>
+#include <memory>
+#include <span>
+#include <utility>
+
+#include "core/base/column.h"
+
+namespace sightline {
+
+/// Owns its elements, or looks at memory that somebody keeps for it: a file that is mapped. Copies
+/// of what is looked at share it.
+template <class T>
+class SharedColumn {
+ public:
+  SharedColumn() = default;
+  SharedColumn(std::initializer_list<T> elements) : own_(elements) {}
+  SharedColumn(UnsetColumn<T> elements) : own_(std::move(elements)) {}
+  /// The elements stay as they are for as long as `keeper` lives.
+  SharedColumn(std::span<const T> elements, std::shared_ptr<const void> keeper)
+      : kept_(elements), keeper_(std::move(keeper)) {}
+
+  operator std::span<const T>() const { return keeper_ ? kept_ : std::span<const T>(own_); }
+  std::size_t size() const { return keeper_ ? kept_.size() : own_.size(); }
+  bool empty() const { return size() == 0; }
+  const T* data() const { return keeper_ ? kept_.data() : own_.data(); }
+  const T& operator[](std::size_t i) const { return data()[i]; }
+  const T* begin() const { return data(); }
+  const T* end() const { return data() + size(); }
+  bool operator==(const SharedColumn& other) const {
+    return std::equal(begin(), end(), other.begin(), other.end());
+  }
+
+  /// To be written: what was only looked at becomes a copy.
+  UnsetColumn<T>& own() {
+    if (keeper_) {
+      own_.assign(kept_.begin(), kept_.end());
+      kept_ = {};
+      keeper_.reset();
+    }
+    return own_;
+  }
+
+ private:
+  UnsetColumn<T> own_;
+  std::span<const T> kept_;
+  std::shared_ptr<const void> keeper_;  ///< null: the elements are its own
+};
+
+/// Bytes that stay as they are for as long as `keeper` lives.
+struct KeptBytes {
+  std::span<const std::byte> bytes = {};
+  std::shared_ptr<const void> keeper = {};  ///< null: they may go
+
+  /// `count` elements at `from`, without a copy. Empty where these bytes do not hold them, or where
+  /// they are not aligned for that.
+  template <class T>
+  SharedColumn<T> share(const std::byte* from, std::size_t count) const {
+    const bool inside =
+        keeper != nullptr && !std::less<>()(from, bytes.data()) &&
+        !std::less<>()(bytes.data() + bytes.size(), from) &&
+        count <= static_cast<std::size_t>(bytes.data() + bytes.size() - from) / sizeof(T);
+    if (!inside || reinterpret_cast<std::uintptr_t>(from) % alignof(T) != 0) return {};
+    return {std::span(reinterpret_cast<const T*>(from), count), keeper};
+  }
+};
+
+}  // namespace sightline
