@@ -52,7 +52,8 @@ Json compare(const std::string& name, const std::filesystem::path& file, int rep
   row["file_bytes"] = lazy[0]["file_bytes"];
   for (const auto& [twin, runs] : {std::pair{"lazy", &lazy}, std::pair{"none", &none}}) {
     for (const char* what :
-         {"import_seconds", "first_answer_seconds", "build_seconds", "peak_mib", "bytes_touched"}) {
+         {"import_seconds", "first_answer_seconds", "build_seconds", "peak_mib", "bytes_touched",
+          "nodes_per_ray", "blocks_per_ray", "bytes_out_per_ray"}) {
       row[twin][what] = figure(*runs, what);
     }
   }
@@ -153,9 +154,12 @@ bool write_report(Json report, const std::string& folder) {
   markdown
       << "\n| scene | triangles | bytes read / in file | first answer, s | nothing skipped, s | "
          "peak, MiB | nothing skipped, MiB | meshes built after 1, 100, 10,000 rays | of | "
-         "answers identical |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|---|\n";
+         "nodes per ray | nothing skipped | blocks per ray | nothing skipped | bytes out per ray, "
+         "t "
+         "alone | all of a hit's geometry | answers identical |\n"
+         "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|---|\n";
   for (const Json& row : report["scenes"]) {
-    char text[400];
+    char text[600];
     if (row.contains("error")) {
       markdown << "| " << row["scene"].get<std::string>() << " | "
                << row["error"].get<std::string>() << " |\n";
@@ -163,7 +167,8 @@ bool write_report(Json report, const std::string& folder) {
     }
     std::snprintf(
         text, sizeof text,
-        "| %s | %llu | %.2f | %.4f | %.4f | %.0f | %.0f | %llu, %llu, %llu | %llu | %s |\n",
+        "| %s | %llu | %.2f | %.4f | %.4f | %.0f | %.0f | %llu, %llu, %llu | %llu | %.1f | %.1f | "
+        "%.1f | %.1f | %.0f | %.0f | %s |\n",
         row["scene"].get<std::string>().c_str(), row["triangles"].get<unsigned long long>(),
         row["lazy"]["bytes_touched"].get<double>() / row["file_bytes"].get<double>(),
         row["lazy"]["first_answer_seconds"].get<double>(),
@@ -171,7 +176,11 @@ bool write_report(Json report, const std::string& folder) {
         row["none"]["peak_mib"].get<double>(), row["built"][0]["meshes"].get<unsigned long long>(),
         row["built"][1]["meshes"].get<unsigned long long>(),
         row["built"][2]["meshes"].get<unsigned long long>(),
-        row["meshes_total"].get<unsigned long long>(), row["identical"].get<bool>() ? "yes" : "no");
+        row["meshes_total"].get<unsigned long long>(), row["lazy"]["nodes_per_ray"].get<double>(),
+        row["none"]["nodes_per_ray"].get<double>(), row["lazy"]["blocks_per_ray"].get<double>(),
+        row["none"]["blocks_per_ray"].get<double>(), row["lazy"]["bytes_out_per_ray"].get<double>(),
+        row["none"]["bytes_out_per_ray"].get<double>(),
+        row["identical"].get<bool>() ? "yes" : "no");
     markdown << text;
   }
   std::ofstream out(folder + "/skip.json");

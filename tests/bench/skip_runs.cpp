@@ -16,6 +16,7 @@
 #include "core/run/engine.h"
 #include "core/store/posix_file.h"
 #include "core/store/tree_keeper.h"
+#include "proto/hit_json.h"
 #include "tests/bench/embree_build.h"
 #include "tests/bench/machine.h"
 #include "tests/support/golden_hash.h"
@@ -73,6 +74,12 @@ std::uint64_t hash_of(const HitBatch& hits) {
   return hash * 31 + test::golden_hash(std::as_bytes(std::span(hits.triangle)));
 }
 
+/// How long the answer to those hits is, as columns of JSON with these fields.
+double bytes_out(const HitBatch& hits, const Column<HitDetail>& details, FieldSet fields) {
+  const std::string text = encode_hits(hits, details, {}, fields, AnswerLayout::kColumns);
+  return static_cast<double>(text.size()) / static_cast<double>(hits.size());
+}
+
 /// As a data folder's scene is read: checked by its fingerprint, and not copied.
 Result<SceneDescription> import_stored(const std::filesystem::path& file) {
   constexpr const char* kDoing = "read the scene";
@@ -109,12 +116,16 @@ nlohmann::json run_rays(const std::filesystem::path& file, bool lazy) {
 
   HitBatch all;
   nlohmann::json built = nlohmann::json::array();
+  QueryWork work;
   double first = 0;
   std::size_t begin = 0;
   for (const std::size_t end : {std::size_t{1}, std::size_t{100}, kRays}) {
     HitBatch hits;
     const RayBatch part = part_of(rays, begin, end);
-    if (!(*engine)->closest(scene, part, Deadline::never(), hits)) return {{"error", "no answer"}};
+    RayOptions how;
+    how.work = &work;
+    if (!(*engine)->closest(scene, part, Deadline::never(), hits, how))
+      return {{"error", "no answer"}};
     if (end == 1) first = wall_time_seconds() - asked;
     all.append(hits);
     const TreeStats stats = scene.trees().stats();
@@ -122,7 +133,18 @@ nlohmann::json run_rays(const std::filesystem::path& file, bool lazy) {
     begin = end;
   }
   const TreeStats stats = scene.trees().stats();
-  return {{"import_seconds", imported - start},
+  // What nobody asks for is neither computed nor printed.
+  Column<HitDetail> details;
+  const FieldSet asked_for = lazy ? FieldSet{HitField::kT}
+                                  : FieldSet{HitField::kT, HitField::kPosition, HitField::kNormal,
+                                             HitField::kBarycentrics, HitField::kFront};
+  if (!lazy && !(*engine)->details(scene, rays, all, Deadline::never(), details))
+    return {{"error", "no details"}};
+  const auto per_ray = [](std::uint64_t count) { return static_cast<double>(count) / kRays; };
+  return {{"nodes_per_ray", per_ray(work.nodes)},
+          {"blocks_per_ray", per_ray(work.blocks)},
+          {"bytes_out_per_ray", bytes_out(all, details, asked_for)},
+          {"import_seconds", imported - start},
           {"ready_seconds", ready - start},
           {"first_answer_seconds", ready - start + first},
           {"build_seconds", ready - imported},
