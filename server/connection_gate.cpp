@@ -166,7 +166,7 @@ void ConnectionGate::on_event(int socket, std::uint32_t events) {
   if (at >= connections_.size() || !connections_[at]) return;
   Connection& connection = *connections_[at];
   if ((events & (EPOLLIN | EPOLLRDHUP | EPOLLHUP | EPOLLERR)) != 0) connection.readable = true;
-  if ((events & EPOLLRDHUP) != 0 && !connection.ended) {
+  if ((events & (EPOLLRDHUP | EPOLLHUP | EPOLLERR)) != 0 && !connection.ended) {
     connection.ended = true;
     connection.ended_at = now_;
   }

@@ -19,6 +19,12 @@ constexpr std::size_t kReceived = 16 << 10;
 /// A body that every connection may have gathered, whatever others hold.
 constexpr std::uint64_t kFreeBody = 4 << 10;
 
+/// Whether to try again: an end that was told together with the last bytes is told by no new edge.
+void note(Connection& connection, Received received) {
+  connection.readable =
+      received == Received::kSome || (received == Received::kAll && connection.ended);
+}
+
 }  // namespace
 
 void ConnectionGate::advance(Connection& connection) {
@@ -74,7 +80,7 @@ bool ConnectionGate::advance_head(Connection& connection) {
     }
     const auto received =
         connection.readable ? receive_some(connection, kReceived) : Received::kNothing;
-    if (received != Received::kSome) connection.readable = false;
+    note(connection, received);
     if (received == Received::kSome || received == Received::kAll) continue;
     // What came before a stop is still answered; silence ends the connection.
     if (received == Received::kEnd || (stopping_ && !connection.begun)) close(connection);
@@ -108,7 +114,7 @@ bool ConnectionGate::advance_body(Connection& connection) {
     const std::size_t before = connection.pending_input().size();
     const auto received =
         connection.readable ? receive_some(connection, length - before) : Received::kNothing;
-    if (received != Received::kSome) connection.readable = false;
+    note(connection, received);
     if (received == Received::kNothing) return false;
     // Whose body ends early is told so by the worker.
     if (received == Received::kEnd) break;

@@ -1,5 +1,7 @@
 """Requests that lie about where they end, or are none: refused at the door, and nothing hidden in them is run."""
 
+import signal
+import socket
 import unittest
 
 import case_report
@@ -114,6 +116,18 @@ class Framing(Abuse):
         self.assertEqual(self.answers(ASK[:30], shut=True), [])
         self.assertEqual(self.answers(shut=True), [])
         self.check_ordinary("half-closed sockets")
+
+    def test_an_end_that_is_told_together_with_the_last_bytes_is_seen(self):
+        for text, statuses in ((ASK[:-5], [400]), (ASK[:30], []), (ASK, [200]), (ASK + HEALTH[:9], [200])):
+            connection = self.server.connect()
+            connection.sendall(HEALTH)
+            with connection.makefile("rb") as stream:
+                self.assertEqual(read_answer(stream).status, 200)
+            self.server.signal(signal.SIGSTOP)  # so that both are there when it looks
+            connection.sendall(text)
+            connection.shutdown(socket.SHUT_WR)
+            self.server.signal(signal.SIGCONT)
+            self.assertEqual([answer.status for answer in read_all(connection)], statuses)
 
     def test_paths_lead_nowhere_else(self):
         for path in (b"/../../etc/passwd", b"/v1/scenes/../../etc/passwd", b"/v1/scenes/%2e%2e%2f%2e%2e%2fetc%2fpasswd",
