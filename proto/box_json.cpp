@@ -43,7 +43,7 @@ class BoxQueryReader : private JsonReader {
 
   bool read_part(std::size_t which, Value value) {
     const JsonPointer place = JsonPointer().key(kKeys[which]);
-    if (which == 0) return BoxRows(*this, rules_.max_boxes).read(value, query_.boxes);
+    if (which == 0) return BoxRows(*this, rules_.max_boxes, true).read(value, query_.boxes);
     if (which == 2) return read_count(value, rules_.limit, query_.limit, place);
     constexpr std::array<std::string_view, 2> kWords{"triangles", "nodes"};
     std::size_t word = 0;

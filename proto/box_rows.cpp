@@ -9,8 +9,10 @@ namespace sightline {
 namespace {
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
-constexpr std::array<std::string_view, 6> kKeys{"min", "max", "center", "half", "rotation", "axes"};
-constexpr unsigned kMin = 1u, kMax = 2u, kCenter = 4u, kHalf = 8u, kRotation = 16u, kAxes = 32u;
+constexpr std::array<std::string_view, 7> kKeys{"min",      "max",  "center", "half",
+                                                "rotation", "axes", "radius"};
+constexpr unsigned kMin = 1u, kMax = 2u, kCenter = 4u, kHalf = 8u, kRotation = 16u, kAxes = 32u,
+                   kRadius = 64u;
 constexpr unsigned kCorners = kMin | kMax, kMiddle = kCenter | kHalf, kTurn = kRotation | kAxes;
 
 JsonPointer box_place(std::size_t box) { return JsonPointer().key("boxes").index(box); }
@@ -31,6 +33,7 @@ struct BoxRows::Row {
   std::array<double, 3> min{}, max{}, center{}, half{};
   std::array<double, 4> rotation{};
   std::array<std::array<double, 3>, 3> axes{};
+  double radius = 0;
 };
 
 bool BoxRows::read_numbers(JsonReader::Value value, const JsonPointer& place, double* out,
@@ -69,6 +72,8 @@ bool BoxRows::read_part(std::size_t box, std::size_t which, JsonReader::Value va
       return read_numbers(value, place, row.half.data(), 3, true, kInf);
     case kRotation:
       return read_numbers(value, place, row.rotation.data(), 4, false, 0);
+    case kRadius:
+      return reader_.read_number(value, row.radius, [&] { return place; });
     default:
       break;
   }
@@ -86,6 +91,17 @@ bool BoxRows::read_part(std::size_t box, std::size_t which, JsonReader::Value va
 
 bool BoxRows::finish_row(std::size_t box, const Row& row, BoxBatch& boxes) {
   const unsigned seen = row.seen;
+  if (seen == (kCenter | kRadius)) {
+    forms_.push_back(Form::kSphere);
+    boxes.push_back(Sphere{vector(row.center.data()), row.radius});
+    return true;
+  }
+  if ((seen & kRadius) != 0) {
+    return (seen & ~(kCenter | kRadius)) != 0
+               ? reader_.invalid("KEYS_MIXED", "a sphere has a center and a radius, nothing else",
+                                 box_place(box))
+               : reader_.invalid("KEY_MISSING", "a sphere needs a center", box_place(box));
+  }
   if ((seen & kCorners) != 0 && (seen & ~kCorners) != 0) {
     return reader_.invalid("KEYS_MIXED",
                            "a box has min and max, or center, half and rotation or axes, not both",
@@ -137,7 +153,7 @@ bool BoxRows::read_row(std::size_t box, JsonReader::Value value, BoxBatch& boxes
       return reader_.check_end(code, [&] { return box_place(box); });
     }
     std::size_t which = 0;
-    if (!reader_.read_key(field, kKeys, 0x3fu, box_place(box), which) ||
+    if (!reader_.read_key(field, kKeys, takes_spheres_ ? 0x7fu : 0x3fu, box_place(box), which) ||
         !reader_.mark_seen(1u << which, row.seen, part_place(box, kKeys[which])) ||
         !read_part(box, which, field.value(), row)) {
       return false;

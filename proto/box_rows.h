@@ -4,6 +4,7 @@
 ///   {"min":[x,y,z],"max":[x,y,z]}                          closed; null leaves a side open
 ///   {"center":[x,y,z],"half":[x,y,z],"rotation":[x,y,z,w]} a unit quaternion
 ///   {"center":[x,y,z],"half":[x,y,z],"axes":[[x,y,z],[x,y,z],[x,y,z]]}  as OrientedBox has them
+///   {"center":[x,y,z],"radius":r}                          a sphere, where a query takes them
 
 #include <cstddef>
 #include <cstdint>
@@ -16,7 +17,8 @@ namespace sightline {
 class BoxRows {
  public:
   /// The reader outlives this object and gets the errors.
-  BoxRows(JsonReader& reader, std::size_t most) : reader_(reader), most_(most) {}
+  BoxRows(JsonReader& reader, std::size_t most, bool takes_spheres)
+      : reader_(reader), most_(most), takes_spheres_(takes_spheres) {}
 
   /// Reads the value of "boxes" and checks it.
   /// Errors, 422: KEY_UNKNOWN, KEY_DUPLICATE, KEY_MISSING, KEYS_MIXED, TYPE_WRONG, LENGTH_WRONG,
@@ -24,7 +26,7 @@ class BoxRows {
   bool read(JsonReader::Value value, BoxBatch& boxes);
 
  private:
-  enum class Form : std::uint8_t { kCorners, kRotation, kAxes };
+  enum class Form : std::uint8_t { kCorners, kRotation, kAxes, kSphere };
   struct Row;
 
   bool read_row(std::size_t box, JsonReader::Value value, BoxBatch& boxes);
@@ -35,6 +37,7 @@ class BoxRows {
 
   JsonReader& reader_;
   std::size_t most_;
+  bool takes_spheres_;
   Column<Form> forms_;
 };
 

@@ -54,6 +54,16 @@ constexpr std::array<unsigned, 5> kNeeded{kPixels, kPixels | bits({kExtentY}), k
                                           bits({kPoints, kNormals, kCount})};
 
 JsonPointer root() { return JsonPointer().key("generator"); }
+std::string about_key(std::size_t kind, std::string_view verb, std::size_t key) {
+  std::string text = "a generator of kind \"";
+  text.append(kKinds[kind])
+      .append("\" ")
+      .append(verb)
+      .append(" \"")
+      .append(kKeys[key])
+      .append("\"");
+  return text;
+}
 JsonPointer place_of(std::size_t key) { return root().key(kKeys[key]); }
 
 }  // namespace
@@ -110,7 +120,7 @@ bool GeneratorReader::read_pose(JsonReader::Value value, const JsonPointer& plac
   for (auto entry : object) {
     JsonReader::Field field;
     if (const auto code = std::move(entry).get(field); code != simdjson::SUCCESS) {
-      return reader_.check_end(code, [&] { return place; });
+      return reader_.check_end(code, [&] { return JsonPointer(place); });
     }
     std::size_t which = 0;
     if (!reader_.read_key(field, kKeys, kPoseBits, place, which) ||
@@ -136,7 +146,7 @@ bool GeneratorReader::read_part(std::size_t which, JsonReader::Value value, Part
   const JsonPointer place = place_of(which);
   const auto too_many_entries = [&](const JsonPointer& entry) { return too_many(entry); };
   const auto number = [&](double& out) {
-    return reader_.read_number(value, out, [&] { return place; });
+    return reader_.read_number(value, out, [&] { return JsonPointer(place); });
   };
   switch (which) {
     case kKind:
@@ -164,13 +174,13 @@ bool GeneratorReader::read_part(std::size_t which, JsonReader::Value value, Part
                                   return read_pose(entry, pose_place, parts.poses.emplace_back());
                                 });
     case kElevations:
-      return reader_.read_array(value, "an array of degrees", place,
-                                [&](std::size_t i, JsonReader::Value entry) {
-                                  const JsonPointer entry_place = JsonPointer(place).index(i);
-                                  if (i == most_) return too_many(entry_place);
-                                  return reader_.read_number(entry, parts.elevations.emplace_back(),
-                                                             [&] { return entry_place; });
-                                });
+      return reader_.read_array(
+          value, "an array of degrees", place, [&](std::size_t i, JsonReader::Value entry) {
+            const JsonPointer entry_place = JsonPointer(place).index(i);
+            if (i == most_) return too_many(entry_place);
+            return reader_.read_number(entry, parts.elevations.emplace_back(),
+                                       [&] { return JsonPointer(entry_place); });
+          });
     case kAzimuths:
       return reader_.read_count(value, most_, parts.azimuths, place);
     case kPoints:
@@ -234,13 +244,11 @@ bool GeneratorReader::read(JsonReader::Value value, RayGenerator& generator) {
   }
   for (std::size_t key = 0; key < kKeys.size(); ++key) {
     const bool stands = (parts.seen >> key & 1u) != 0;
-    const std::string name(kKeys[key]), kind(kKinds[parts.kind]);
     if (stands && key != kKind && key != kRange && (kAllowed[parts.kind] >> key & 1u) == 0) {
-      return reader_.invalid("KEY_UNKNOWN", "\"" + kind + "\" has no \"" + name + "\"",
-                             place_of(key));
+      return reader_.invalid("KEY_UNKNOWN", about_key(parts.kind, "has no", key), place_of(key));
     }
     if (!stands && (kNeeded[parts.kind] >> key & 1u) != 0) {
-      return reader_.invalid("KEY_MISSING", "\"" + kind + "\" needs \"" + name + "\"", root());
+      return reader_.invalid("KEY_MISSING", about_key(parts.kind, "needs", key), root());
     }
   }
   return finish_pose(parts.seen, root(), parts.pose) && assemble(parts, generator);

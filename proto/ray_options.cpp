@@ -130,7 +130,7 @@ bool RayReader::read_choice(std::string_view name, Value value,
   for (auto entry : object) {
     Field field;
     if (const auto code = std::move(entry).get(field); code != simdjson::SUCCESS) {
-      return check_end(code, [&] { return place; });
+      return check_end(code, [&] { return JsonPointer(place); });
     }
     std::size_t which = 0;
     if (!read_key(field, kKeys, 7u, place, which)) return false;

@@ -15,7 +15,7 @@ std::string path_of(const SceneDescription& description, std::uint32_t node) {
     const Node& its = description.nodes[node];
     const std::string name = its.name.empty() ? "#" + std::to_string(its.file_node) : its.name;
     if (!path.empty() && path.size() + name.size() > kLongest) return "..." + path;
-    path = "/" + name + path;
+    path.insert(0, name).insert(0, "/");
   }
   return path;
 }

@@ -56,7 +56,28 @@ BoxFault fault_of(const OrientedBox& box) {
   return {};
 }
 
+BoxFault fault_of(const Sphere& sphere) {
+  for (int k = 0; k < 3; ++k) {
+    if (!std::isfinite(sphere.center[k])) {
+      return {0, "center", k, "BOX_NOT_FINITE", "a center must be three finite numbers"};
+    }
+  }
+  if (!std::isfinite(sphere.radius)) {
+    return {0, "radius", BoxFault::kWhole, "BOX_NOT_FINITE", "a radius must be finite"};
+  }
+  if (sphere.radius < 0) {
+    return {0, "radius", BoxFault::kWhole, "BOX_RADIUS_NEGATIVE", "a radius must not be negative"};
+  }
+  return {};
+}
+
 }  // namespace
+
+void BoxBatch::push_back(const Sphere& sphere) {
+  aligned.push_back({});
+  oriented.push_back(kSphereBit | static_cast<std::uint32_t>(spheres.size()));
+  spheres.push_back(sphere);
+}
 
 void BoxBatch::push_back(const Box3d& box) {
   aligned.push_back(box);

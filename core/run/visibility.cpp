@@ -23,8 +23,8 @@ Status visibility(const Engine& engine, const Scene& scene, const PointPairs& pa
     const std::size_t count = std::min(kPairsAtOnce, pairs.size() - begin);
     rays.resize(0);
     for (std::size_t i = 0; i < count; ++i) rays.push_back(pairs.ray(begin + i));
-    const Status status = blockers != nullptr ? engine.closest(scene, rays, deadline, hits, options)
-                                              : engine.any(scene, rays, deadline, blocked, options);
+    Status status = blockers != nullptr ? engine.closest(scene, rays, deadline, hits, options)
+                                        : engine.any(scene, rays, deadline, blocked, options);
     if (!status) return status;
     for (std::size_t i = 0; i < count; ++i) {
       const bool met = blockers != nullptr ? hits.hit(i) : blocked[i] != 0;

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "core/geometry/triangle_box.h"
+#include "core/geometry/triangle_sphere.h"
 #include "core/trace/box_region.h"
 
 namespace sightline {

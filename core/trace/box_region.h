@@ -7,6 +7,7 @@
 #include "core/bvh/scene_tree.h"
 #include "core/geometry/box3.h"
 #include "core/geometry/box_oriented.h"
+#include "core/geometry/triangle_sphere.h"
 
 namespace sightline {
 
@@ -25,9 +26,16 @@ struct TreeRegion {
 /// For a tree in world units: that of the placements, or one with world boxes.
 TreeRegion world_region(const WideTree& tree, const Box3d& box);
 TreeRegion world_region(const WideTree& tree, const OrientedBox& box);
+inline TreeRegion world_region(const WideTree& tree, const Sphere& sphere) {
+  return world_region(tree, outer_bounds(sphere));
+}
 /// For a tree in mesh units, entered through a placement.
 TreeRegion mapped_region(const WideTree& tree, const TreeSpace& space, const Box3d& box);
 TreeRegion mapped_region(const WideTree& tree, const TreeSpace& space, const OrientedBox& box);
+inline TreeRegion mapped_region(const WideTree& tree, const TreeSpace& space,
+                                const Sphere& sphere) {
+  return mapped_region(tree, space, outer_bounds(sphere));
+}
 
 /// Which of the eight children may hold something of the region: bit i for child i.
 unsigned overlapped_children(const WideNode& node, const TreeRegion& region);

@@ -28,8 +28,8 @@ void answer_ray_boxes(const RayBatch& rays, const BoxBatch& boxes, BoxPairing pa
   for (std::size_t slot = begin; slot < end; ++slot) {
     const bool each = pairing == BoxPairing::kEach;
     const Ray ray = rays[each ? slot : slot / boxes.size()];
-    boxes.visit(each ? slot : slot % boxes.size(),
-                [&](const auto& box) { answer_pair(ray, box, slot, answers); });
+    boxes.visit_box(each ? slot : slot % boxes.size(),
+                    [&](const auto& box) { answer_pair(ray, box, slot, answers); });
   }
 }
 

@@ -53,7 +53,7 @@ void check_pairs(const RayBoxQuery& query) {
     const bool each = query.pairing == BoxPairing::kEach;
     const Ray ray = query.rays[each ? i : i / query.boxes.size()];
     const RayBoxAnswer answer =
-        query.boxes.visit(each ? i : i % query.boxes.size(), [&](const auto& box) {
+        query.boxes.visit_box(each ? i : i % query.boxes.size(), [&](const auto& box) {
           return ray_box(ray.origin, ray.direction, ray.tmin, ray.tmax, box);
         });
     require(!std::isnan(answer.t) && !std::isnan(answer.t_enter) && !std::isnan(answer.t_exit),

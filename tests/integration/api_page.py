@@ -43,6 +43,7 @@ QUESTIONS = [
      {"boxes": [{"min": [-4, 20, -4], "max": [4, 33, 4]}, {"min": [None, 97, None], "max": [None, None, None]}], "of": "nodes"}),
     ("How many triangles", TOWN + "boxes:count",
      {"boxes": [{"center": [0, 28, 0], "half": [5, 5, 5], "rotation": [0, 0.6, 0, 0.8]}]}),
+    ("How many in a sphere", TOWN + "boxes:count", {"boxes": [{"center": [3, 44, 4], "radius": 13}]}),
     ("Whether any", TOWN + "boxes:any", {"boxes": [{"min": [-1, 500, -1], "max": [1, 501, 1]}]}),
     ("Rays against boxes, without a scene", "/v1/rays-boxes",
      {"rays": [{"origin": [-10, 3, 0], "direction": [1, 0, 0]}], "boxes": [{"min": [-2, -3, -4], "max": [4, 3, 2]}]}),

@@ -61,6 +61,34 @@ class Boxes(unittest.TestCase):
         if pointer is not None:
             self.assertEqual([place["pointer"] for place in answer.json()["errors"]], [pointer])
 
+    def test_spheres(self):
+        # The clock tower's wall is the plane x = -3 between y = 0 and 24; its ledge sticks out from y = 18 to 18.5.
+        tower = {"of": "nodes"}
+
+        def names(center, radius):
+            (result,) = self.touch("town", "list", {"center": center, "radius": radius}, **tower)["results"]
+            return [node["node"] for node in result["nodes"]]
+
+        self.assertEqual(names([-8, 12, 1], 5), ["clock tower"])
+        self.assertEqual(names([-8, 12, 1], 4.999999999999999), [])
+        # The tip of the spire is (0, 32, 0): 3, 4 and 12 away make 13, away from everything else.
+        self.assertEqual(names([3, 44, 4], 13), ["spire"])
+        self.assertEqual(names([3, 44, 4], 12.999999999999998), [])
+        ball = {"center": [-5.5, 1, 0], "radius": 0}
+        # The next triangle is 2 away along x, so 2 / sqrt(1.25) = 1.79 straight.
+        self.assertEqual(self.touch("six", "count", ball, {**ball, "radius": 1.75}, {**ball, "radius": 1.8}), {"counts": [1, 1, 2]})
+        self.assertEqual(self.touch("six", "any", {**ball, "center": [-5.5, 1.25, 0]}), {"hits": [False]})
+
+    def test_faults_of_spheres_are_named(self):
+        for sphere, code, pointer in [({"radius": 1}, "KEY_MISSING", "/boxes/0"),
+                                      ({"center": [0, 0, 0], "radius": -1}, "BOX_RADIUS_NEGATIVE", "/boxes/0/radius"),
+                                      ({"center": [0, 0, 0], "radius": None}, "TYPE_WRONG", "/boxes/0/radius"),
+                                      ({"center": [0, 0, 0], "radius": 1, "half": [1, 1, 1]}, "KEYS_MIXED", "/boxes/0")]:
+            with self.subTest(sphere=sphere):
+                self.expect(self.post("/v1/scenes/six/boxes:any", {"boxes": [sphere]}), 422, code, pointer)
+        body = {"rays": [], "boxes": [{"center": [0, 0, 0], "radius": 1}]}
+        self.expect(self.post("/v1/rays-boxes", body), 422, "KEY_UNKNOWN", "/boxes/0/radius")
+
     def test_the_golden_cases(self):
         rays = [ray(origin, direction) for _, origin, direction, *_ in GOLDEN]
         results = self.pairs(rays, [BOX] * len(rays))

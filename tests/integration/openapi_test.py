@@ -32,7 +32,7 @@ BODIES = {
                                                            "include": {"materials": ["*"]}}],
     "raysBoxes": [{"rays": [RAY, MISS], "boxes": [BOX, {"center": [0, 1, 0], "half": [1, None, 1], "rotation": [0, 0, 0, 1]}],
                    "pairing": "all", "planes": True}],
-    "boxesAny": [{"boxes": [BOX]}],
+    "boxesAny": [{"boxes": [BOX, {"center": [0, 1, 0], "radius": 2}]}],
     "boxesList": [{"boxes": [BOX], "limit": 2}, {"boxes": [BOX], "of": "nodes"}],
     "boxesCount": [{"boxes": [BOX], "of": "nodes"}],
 }

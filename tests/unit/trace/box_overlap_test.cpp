@@ -198,6 +198,43 @@ TEST(BoxOverlaps, finds_what_the_exact_predicate_finds_one_by_one) {
   }
 }
 
+TEST(BoxOverlaps, finds_what_spheres_meet) {
+  for (const Case& c : cases()) {
+    Random random(67);
+    const auto scene = make_scene(c, random);
+    std::size_t found = 0;
+    BoxBatch boxes;
+    while (boxes.size() < 60) {
+      const WorldTriangle w = scene->world_triangle(
+          {static_cast<std::uint32_t>(random.index(scene->description().instances.size())),
+           static_cast<std::uint32_t>(random.index(kTriangles))});
+      const Vec3d edge{w.v1.x - w.v0.x, w.v1.y - w.v0.y, w.v1.z - w.v0.z};
+      Sphere sphere{w.v0, std::fabs(edge.x) + std::fabs(edge.y) + std::fabs(edge.z)};
+      sphere.radius *= random.between(0, 2);
+      BoxBatch one;
+      one.push_back(sphere);
+      BoxFault fault;
+      if (check_boxes(one, fault)) boxes.push_back(sphere);
+    }
+    const Deadline deadline = Deadline::never();
+    BoxOverlaps overlaps(*scene, deadline);
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      std::vector<TriangleId> expected;
+      for (std::uint32_t instance = 0; instance < scene->description().instances.size();
+           ++instance) {
+        for (std::uint32_t triangle = 0; triangle < kTriangles; ++triangle) {
+          if (triangle_meets_box(scene->world_triangle({instance, triangle}), boxes.spheres[i]))
+            expected.push_back({instance, triangle});
+        }
+      }
+      found += expected.size();
+      ASSERT_EQ(overlaps.list(boxes, i, BoxTargets::kTriangles, 1000000), expected.size());
+      ASSERT_EQ(overlaps.triangles(), expected) << c.name << " sphere " << i;
+    }
+    EXPECT_GT(found, 300u) << c.name;
+  }
+}
+
 TEST(BoxOverlaps, agrees_with_the_oracle) {
   for (const Case& c : cases()) {
     Random random(56);
