@@ -73,7 +73,7 @@ bool BoxRows::read_part(std::size_t box, std::size_t which, JsonReader::Value va
     case kRotation:
       return read_numbers(value, place, row.rotation.data(), 4, false, 0);
     case kRadius:
-      return reader_.read_number(value, row.radius, [&] { return place; });
+      return reader_.read_number(value, row.radius, [&] { return JsonPointer(place); });
     default:
       break;
   }
