@@ -3,14 +3,41 @@
 
 #include <cstdint>
 #include <cstring>
+#include <memory>
+#include <span>
 #include <vector>
 
 #include "tests/fuzz/scene_check.h"
 
 using namespace sightline;
 
+namespace {
+
+/// Where the bytes are kept, meshes may look at them: the same meshes.
+void check_sharing(const SceneDescription& copied, std::span<const std::byte> bytes) {
+  const auto kept = std::make_shared<const std::vector<std::byte>>(bytes.begin(), bytes.end());
+  ImportOptions options = fuzz::small_limits();
+  options.keeper = kept;
+  const auto shared = import_bytes(*kept, options);
+  fuzz::check(shared);
+  fuzz::require(shared.ok() && shared->meshes.size() == copied.meshes.size(), "as many meshes");
+  for (std::size_t i = 0; i < copied.meshes.size(); ++i) {
+    const auto same = [](const auto& a, const auto& b) {
+      return a.size() == b.size() &&
+             std::memcmp(a.data(), b.data(), a.size() * sizeof *a.data()) == 0;
+    };
+    fuzz::require(same(shared->meshes[i]->positions, copied.meshes[i]->positions), "positions");
+    fuzz::require(same(shared->meshes[i]->indices, copied.meshes[i]->indices), "indices");
+  }
+}
+
+}  // namespace
+
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  fuzz::check(import_bytes({reinterpret_cast<const std::byte*>(data), size}, fuzz::small_limits()));
+  const std::span bytes(reinterpret_cast<const std::byte*>(data), size);
+  const auto scene = import_bytes(bytes, fuzz::small_limits());
+  fuzz::check(scene);
+  if (scene) check_sharing(*scene, bytes);
   return 0;
 }
 
