@@ -25,7 +25,7 @@ void add_box(Mesh& mesh, const Solid& solid, bool lid = true) {
     const auto x = [&](int k) {
       return static_cast<float>((corner >> k & 1) != 0 ? solid.high[k] : solid.low[k]);
     };
-    mesh.positions.push_back({x(0), x(1), x(2)});
+    mesh.positions.own().push_back({x(0), x(1), x(2)});
   }
   // Two triangles for each face, counter-clockwise from outside; the last face is z high.
   constexpr std::uint32_t kFaces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
@@ -33,7 +33,7 @@ void add_box(Mesh& mesh, const Solid& solid, bool lid = true) {
   for (const auto& face : kFaces) {
     if (!lid && &face == &kFaces[5]) continue;
     for (const std::uint32_t corner : {face[0], face[1], face[2], face[0], face[2], face[3]})
-      mesh.indices.push_back(first + corner);
+      mesh.indices.own().push_back(first + corner);
   }
 }
 
