@@ -159,7 +159,7 @@ namespace sightline {
 std::vector<Kernel> supported_kernels() {
   std::vector<Kernel> kernels;
   const std::int64_t can = hwy::SupportedTargets();
-  const auto add = [&](std::int64_t target, const Kernel& kernel) {
+  [[maybe_unused]] const auto add = [&](std::int64_t target, const Kernel& kernel) {
     if ((can & target) != 0) kernels.push_back(kernel);
   };
   // Named one by one, best first, so that a test or a flag can force each of them.
