@@ -29,10 +29,12 @@ void widen(const std::byte* from, std::uint64_t count, std::uint32_t* to) {
 void load_plain(const AccessorView& view, std::uint64_t begin, std::uint64_t end,
                 std::uint32_t* to) {
   const std::uint64_t count = end - begin;
-  const std::byte* const from = view.base + begin * component_bytes(view.component);
   if (view.base == nullptr) {
     std::fill(to, to + count, 0u);
-  } else if (view.component == Component::kU8) {
+    return;
+  }
+  const std::byte* const from = view.base + begin * component_bytes(view.component);
+  if (view.component == Component::kU8) {
     widen<std::uint8_t>(from, count, to);
   } else if (view.component == Component::kU16) {
     widen<std::uint16_t>(from, count, to);

@@ -224,8 +224,9 @@ Result<MappedFile> SceneFolder::map(const std::string& sha256, std::uint64_t byt
     return damaged("the scene's file has " + std::to_string(mapped->bytes().size()) +
                    " bytes, its record says " + std::to_string(bytes));
   }
-  if (fingerprint ? hash_in_pieces(mapped->bytes()) != *fingerprint
-                  : sha256_of(mapped->bytes()) != sha256) {
+  // The fingerprint may be what is damaged, or another version's: it can only spare the SHA-256.
+  const bool is_known = fingerprint && hash_in_pieces(mapped->bytes()) == *fingerprint;
+  if (!is_known && sha256_of(mapped->bytes()) != sha256) {
     return damaged("the bytes of the scene's file changed: their hash is another one");
   }
   return mapped;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 
 #include "tests/unit/import/tiny_gltf_file.h"
@@ -325,6 +326,16 @@ TEST(Sharing, copies_what_has_to_be_changed) {
     EXPECT_EQ(shared->meshes[0]->positions, copied->meshes[0]->positions);
     EXPECT_FALSE(lies_in(*bytes, shared->meshes[0]->indices.data()));
   }
+}
+
+TEST(Corners, without_bytes_are_zeros_however_many) {
+  TinyFile file = row_of_six(4);
+  file.root["accessors"].push_back(
+      {{"componentType", 5125}, {"count", 300000}, {"type", "SCALAR"}});
+  file.root["meshes"][0]["primitives"][0]["indices"] = file.root["accessors"].size() - 1;
+  const auto indices = corners(file);
+  EXPECT_EQ(indices.size(), 300000u);
+  EXPECT_EQ(std::count(indices.begin(), indices.end(), 0u), 300000);
 }
 
 TEST(Sharing, refuses_an_index_out_of_range_as_a_copy_does) {

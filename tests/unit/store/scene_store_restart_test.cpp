@@ -136,6 +136,22 @@ TEST(SceneStoreRestart, checks_by_sha256_what_an_older_version_recorded) {
   EXPECT_EQ(text_of(*store, "changed"), "[failed]");
 }
 
+TEST(SceneStoreRestart, believes_the_sha256_where_a_fingerprint_is_another_one) {
+  const TemporaryFolder folder;
+  {
+    const auto store = open_store(folder.path());
+    ASSERT_TRUE(put_text(*store, "town", "houses").ok());
+  }
+  const fs::path file = folder.path() / "scenes/town.json";
+  std::ifstream in(file);
+  std::string text{std::istreambuf_iterator<char>(in), {}};
+  const std::string key = "\"fingerprint\":";
+  const std::size_t begin = text.find(key) + key.size();
+  text.replace(begin, text.find_first_of(",}", begin) - begin, "7");
+  write_file(file, text);
+  EXPECT_EQ(text_of(*open_settled(folder.path()), "town"), "houses");
+}
+
 TEST(SceneStoreRestart, takes_no_record_that_lies_about_itself) {
   const TemporaryFolder folder;
   open_store(folder.path());
