@@ -6,10 +6,7 @@
 #include <limits>
 #include <sstream>
 
-#include "core/store/scene_id.h"
-#include "server/door_flags.h"
-#include "server/flag_checks.h"
-#include "server/scene_source.h"
+#include "server/serve_flags.h"
 #include "server/version.h"
 
 namespace sightline {
@@ -64,29 +61,6 @@ FieldSet parse_fields(const std::string& text) {
   return fields;
 }
 
-std::pair<std::string, std::string> parse_preload(const std::string& text) {
-  const std::size_t equals = text.find('=');
-  if (equals == std::string::npos) throw CLI::ValidationError("--preload", "needs ID=FILE");
-  std::pair<std::string, std::string> preload{text.substr(0, equals), text.substr(equals + 1)};
-  if (!is_scene_id(preload.first)) {
-    throw CLI::ValidationError("--preload", scene_id_invalid().message);
-  }
-  if (const Status found = check_source(preload.second); !found) {
-    throw CLI::ValidationError("--preload", found.error().message);
-  }
-  return preload;
-}
-
-/// Flags as they are written, and what becomes of them after the parse.
-struct ServeFlags {
-  std::string listen = "127.0.0.1:8080";
-  std::string skip = "all";
-  std::vector<std::string> preloads, allow_urls, allow_addresses;
-  double fetch_seconds = 300;
-  double drain_seconds = 30, notice_seconds = 0, request_seconds = 60;
-  DoorSeconds door;
-};
-
 std::string check_scene_number(const std::string& text) {
   std::uint32_t value = 0;
   const char* end = text.data() + text.size();
@@ -95,119 +69,14 @@ std::string check_scene_number(const std::string& text) {
   return good ? "" : "'" + text + "' is not the number of a scene: 0, 1, 2, ...";
 }
 
-void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
-  app.add_option("--listen", flags.listen, "ADDR:PORT; port 0 takes a free one")
-      ->capture_default_str();
-  app.add_option("--data", command.data,
-                 "folder where scenes are kept; without it they live in memory only");
-  app.add_option("--preload", flags.preloads,
-                 "ID=FILE or ID=demo:town, ID=demo:six: a scene to load at the start (repeatable)")
-      ->take_all();
-  app.add_option("--threads", command.threads, "threads that trace; 0: as many as the machine has")
-      ->check(CLI::Range(0, 4096))
-      ->capture_default_str();
-  app.add_option("--kernel", command.kernel, "traversal kernel (see --version); default: the best");
-  app.add_option("--log-level", command.log_level, "of the log on standard error")
-      ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
-      ->capture_default_str();
-  const CLI::Validator count([](std::string& text) { return check_positive_count(text); },
-                             "POSITIVE");
-  app.add_option("--max-scene-bytes", command.limits.scene_bytes, "of an uploaded scene")
-      ->check(count)
-      ->capture_default_str();
-  app.add_option("--max-query-bytes", command.limits.query_bytes, "of a query's body")
-      ->check(count)
-      ->capture_default_str();
-  app.add_option("--max-rays", command.limits.rays, "in one request")
-      ->check(count)
-      ->capture_default_str();
-  app.add_option("--max-hits", command.limits.hits, "listed in one answer to rays:all")
-      ->check(count)
-      ->capture_default_str();
-  app.add_option("--max-loads", command.limits.loads,
-                 "scenes that may be on their way at once; two of them are built at a time")
-      ->check(count)
-      ->capture_default_str();
-  app.add_option("--skip", flags.skip,
-                 "'all': trees are built when rays come near, or ahead of them; 'none': before a "
-                 "scene is ready. No answer depends on it")
-      ->check(CLI::IsMember({"all", "none"}))
-      ->capture_default_str();
-  app.add_option("--memory-budget", command.memory_budget,
-                 "bytes of all scenes with their trees; the trees that were asked the longest ago "
-                 "go first (default: no limit)")
-      ->check(count);
-  app.add_option("--scene-root", command.scene_root,
-                 "folder below which clients may name files to load (POST /v1/scenes with a path)")
-      ->check(CLI::ExistingDirectory);
-  app.add_option(
-         "--allow-url", flags.allow_urls,
-         "URLs that clients may name: SCHEME://HOST[:PORT][/PATH] with *.example.org, * and "
-         ":* as wildcards; a PATH that ends with / allows all below (repeatable)")
-      ->take_all()
-      ->type_name("PATTERN");
-  app.add_option("--allow-address", flags.allow_addresses,
-                 "addresses like 10.0.0.0/8 that those URLs may lead to; without it only public "
-                 "ones (repeatable)")
-      ->take_all()
-      ->type_name("RANGE");
-  // Below a millisecond a request or a connection would have no time at all.
-  const CLI::Validator span([](std::string& text) { return check_seconds(text, 0.001); },
-                            "SECONDS");
-  const CLI::Validator wait([](std::string& text) { return check_seconds(text, 0); }, "SECONDS");
-  app.add_option("--request-seconds", flags.request_seconds, "how long one request may trace")
-      ->check(span)
-      ->capture_default_str();
-  app.add_option("--fetch-seconds", flags.fetch_seconds,
-                 "how long it may take to fetch a URL, with all redirects")
-      ->check(span)
-      ->capture_default_str();
-  app.add_option("--drain-seconds", flags.drain_seconds,
-                 "how long a stop waits for requests that have begun")
-      ->check(wait)
-      ->capture_default_str();
-  app.add_option("--notice-seconds", flags.notice_seconds,
-                 "how long /readyz says 503 before a stop, for load balancers")
-      ->check(wait)
-      ->capture_default_str();
-  define_door(app, command.door, flags.door);
-}
-
-template <class Parsed>
-std::vector<Parsed> parse_each(const std::vector<std::string>& texts, const char* flag) {
-  std::vector<Parsed> list;
-  for (const std::string& text : texts) {
-    auto parsed = Parsed::parse(text);
-    if (!parsed) throw CLI::ValidationError(flag, parsed.error().message);
-    list.push_back(std::move(*parsed));
-  }
-  return list;
-}
-
-void finish_serve(ServeCommand& command, const ServeFlags& flags) {
-  auto listen = parse_listen_address(flags.listen);
-  if (!listen) throw CLI::ValidationError("--listen", listen.error().message);
-  command.listen = std::move(*listen);
-  for (const std::string& preload : flags.preloads) {
-    command.preloads.push_back(parse_preload(preload));
-  }
-  command.urls.patterns = parse_each<UrlPattern>(flags.allow_urls, "--allow-url");
-  command.urls.addresses = parse_each<AddressRange>(flags.allow_addresses, "--allow-address");
-  command.urls.time = milliseconds_of(flags.fetch_seconds);
-  // Each of these holds a worker: half of all may wait, a quarter more may listen.
-  command.limits.waiters = command.door.workers / 2;
-  command.limits.listeners = command.door.workers / 4;
-  command.laziness = flags.skip == "none" ? Laziness::kEager : Laziness::kWhenNeeded;
-  command.limits.request = milliseconds_of(flags.request_seconds);
-  finish_door(command.door, flags.door);
-  command.drain = milliseconds_of(flags.drain_seconds);
-  command.notice = milliseconds_of(flags.notice_seconds);
-}
-
 struct CastFlags {
   std::string origin, direction, tmin, tmax, fields, crossings = "every";
   bool any = false, all = false, count = false;
 };
+
+std::string check_key_name(const std::string& text) {
+  return is_key_name(text) ? "" : "a key's name has 1 to 128 of the characters A-Z a-z 0-9 . _ -";
+}
 
 void define_cast(CLI::App& app, CastCommand& command, CastFlags& flags) {
   app.add_option("FILE", command.source, "a .glb or .gltf file, or demo:town, demo:six")
@@ -280,6 +149,18 @@ Command parse_command_line(int argc, const char* const* argv) {
   demo_app->add_option("NAME", demo.name, "town or six")->required();
   demo_app->add_option("OUT", demo.file, "the file to write")->required();
 
+  KeyCommand key;
+  std::string role;
+  CLI::App* key_app = app.add_subcommand("key", "keys that clients show")->require_subcommand(1);
+  CLI::App* new_app = key_app->add_subcommand(
+      "new", "print a fresh key, this once, and the line of the file of --keys that lets it in");
+  new_app->add_option("--role", role, "'read': queries; 'write': scenes as well")
+      ->check(CLI::IsMember({"read", "write"}))
+      ->required();
+  new_app->add_option("--name", key.name, "who has it, for the log")
+      ->check(CLI::Validator(check_key_name, ""))
+      ->required();
+
   try {
     app.parse(argc, argv);
     if (serve_app->parsed()) {
@@ -289,6 +170,10 @@ Command parse_command_line(int argc, const char* const* argv) {
     if (cast_app->parsed()) {
       finish_cast(cast, cast_flags);
       return cast;
+    }
+    if (new_app->parsed()) {
+      key.access = role == "write" ? Access::kWrite : Access::kRead;
+      return key;
     }
     return demo;
   } catch (const CLI::ParseError& error) {

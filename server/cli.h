@@ -13,6 +13,7 @@
 #include "proto/hit_fields.h"
 #include "server/door_limits.h"
 #include "server/http_server.h"
+#include "server/key_ring.h"
 #include "server/scene_source.h"
 #include "server/service.h"
 
@@ -21,7 +22,9 @@ namespace sightline {
 /// sightline serve
 struct ServeCommand {
   ListenAddress listen{"127.0.0.1", 8080};
-  std::string data;                                           ///< empty: scenes live in memory only
+  std::string keys;       ///< a file; empty: everybody may do everything
+  bool insecure = false;  ///< without keys where others than this machine can ask
+  std::string data;       ///< empty: scenes live in memory only
   std::vector<std::pair<std::string, std::string>> preloads;  ///< id, source
   int threads = 0;
   std::string scene_root;  ///< empty: clients may name no paths
@@ -56,13 +59,19 @@ struct DemoCommand {
   std::string file;
 };
 
+/// sightline key new
+struct KeyCommand {
+  Access access = Access::kRead;
+  std::string name;
+};
+
 /// Nothing to run: what was asked for is this text.
 struct ShowText {
   std::string text;
   int exit_code = 0;
 };
 
-using Command = std::variant<ServeCommand, CastCommand, DemoCommand, ShowText>;
+using Command = std::variant<ServeCommand, CastCommand, DemoCommand, KeyCommand, ShowText>;
 
 Command parse_command_line(int argc, const char* const* argv);
 

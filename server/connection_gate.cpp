@@ -48,9 +48,10 @@ bool watch(int epoll, int socket, std::uint32_t events) {
 
 }  // namespace
 
-ConnectionGate::ConnectionGate(const DoorLimits& limits, Answer answer)
+ConnectionGate::ConnectionGate(const DoorLimits& limits, Answer answer, DoorRules rules)
     : limits_(limits),
       answer_(std::move(answer)),
+      rules_(std::move(rules)),
       budget_(limits.buffers),
       epoll_(::epoll_create1(EPOLL_CLOEXEC)),
       wake_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {

@@ -33,8 +33,18 @@ namespace sightline {
 /// What has happened at the door; each may be read at any time.
 struct DoorCounts {
   std::atomic<std::uint64_t> accepted{0}, open{0}, evicted{0}, timed_out{0}, gone{0};
-  std::atomic<std::uint64_t> refused{0};   ///< faults of framing
-  std::atomic<std::uint64_t> overload{0};  ///< 503, because a queue was full
+  std::atomic<std::uint64_t> refused{0};     ///< faults of framing
+  std::atomic<std::uint64_t> locked_out{0};  ///< without a key that may
+  std::atomic<std::uint64_t> overload{0};    ///< 503, because a queue was full
+};
+
+/// What the door asks others, on its own thread: neither may wait.
+struct DoorRules {
+  /// Whether a request may come in, by its head alone; null: each.
+  std::function<std::optional<RequestFault>(RequestHead&)> admit = {};
+  /// Told of each request that gets no further than the door; may be null.
+  std::function<void(const RequestHead&, const RequestFault&, const std::string& request_id)>
+      refused = {};
 };
 
 class ConnectionGate {
@@ -42,7 +52,7 @@ class ConnectionGate {
   /// Called on a worker with a request's head in `connection.head`. Takes the body, appends the
   /// answer to the output, and says by `keep` and `skip` how it goes on.
   using Answer = std::function<void(Connection&)>;
-  ConnectionGate(const DoorLimits& limits, Answer answer);
+  ConnectionGate(const DoorLimits& limits, Answer answer, DoorRules rules = {});
   ~ConnectionGate();
 
   /// Serves a listening socket until stop, and returns when the last connection has ended.
@@ -102,6 +112,7 @@ class ConnectionGate {
 
   const DoorLimits limits_;
   const Answer answer_;
+  const DoorRules rules_;
   ByteBudget budget_;
   DoorCounts counts_;
   int epoll_ = -1, wake_ = -1;

@@ -6,6 +6,7 @@
 #include <cerrno>
 
 #include "server/connection_gate.h"
+#include "server/exchange.h"
 #include "server/refusal.h"
 
 namespace sightline {
@@ -52,7 +53,7 @@ void ConnectionGate::advance(Connection& connection) {
 void ConnectionGate::await_head(Connection& connection) {
   connection.phase = Phase::kHead;
   connection.scan = {};
-  connection.head.request_id.clear();
+  connection.head = {};
   connection.begun = connection.skip > 0;
   connection.idle_turn = ++turns_;
   connection.due = now_ + (connection.begun ? limits_.head_time : limits_.idle);
@@ -96,6 +97,9 @@ void ConnectionGate::admit(Connection& connection) {
     return refuse(connection, *fault);
   }
   connection.take(scan.size());
+  if (rules_.admit) {
+    if (const auto fault = rules_.admit(connection.head)) return refuse(connection, *fault);
+  }
   const RequestHead& head = connection.head;
   if (!head.has_body()) return hand_over(connection, *ready_workers_);
   const std::uint64_t length = head.length.value_or(0);
@@ -136,9 +140,15 @@ void ConnectionGate::hand_over(Connection& connection, WorkerPool& workers) {
 
 void ConnectionGate::refuse(Connection& connection, const RequestFault& fault) {
   if (fault.status == 408) ++counts_.timed_out;
-  if (fault.status < 500 && fault.status != 408) ++counts_.refused;
+  if (fault.status == 401 || fault.status == 403) {
+    ++counts_.locked_out;
+  } else if (fault.status < 500 && fault.status != 408) {
+    ++counts_.refused;
+  }
   connection.take(connection.pending_input().size());
-  connection.output = refusal_text(fault, connection.head.request_id);
+  const std::string request_id = checked_request_id(connection.head.request_id);
+  if (rules_.refused) rules_.refused(connection.head, fault, request_id);
+  connection.output = refusal_text(fault, request_id, connection.head.method != "HEAD");
   connection.sent = 0;
   connection.keep = false;
   connection.phase = Phase::kSending;

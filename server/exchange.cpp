@@ -7,6 +7,7 @@
 
 #include "core/store/scene_id.h"
 #include "server/http_status.h"
+#include "server/key_ring.h"
 
 namespace sightline {
 
@@ -72,7 +73,7 @@ void Exchange::reply_error(const Error& error) {
 
 std::string checked_request_id(const std::string& given) {
   // The same alphabet as a scene's name: safe in a header and in a log.
-  if (is_scene_id(given)) return given;
+  if (is_scene_id(given) && !holds_key(given)) return given;
   std::array<unsigned char, 8> bytes{};
   (void)RAND_bytes(bytes.data(), static_cast<int>(bytes.size()));
   constexpr char kDigits[] = "0123456789abcdef";

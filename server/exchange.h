@@ -12,6 +12,7 @@
 #include "core/base/deadline.h"
 #include "core/base/result.h"
 #include "proto/problem.h"
+#include "server/key_ring.h"
 
 namespace sightline {
 
@@ -29,6 +30,9 @@ struct Exchange {
   // For the metrics: the pattern of the route, which outlives this, and what was asked.
   std::string_view route = {};
   std::uint64_t rays = 0, boxes = 0;
+  // Who asks.
+  Access access = Access::kWrite;
+  std::string_view key_name = {};
 
   void reply(int status, std::string content, std::string_view media_type);
   void reply_json(int status, std::string content) {
@@ -45,8 +49,8 @@ struct Exchange {
   void reply_problem(Problem problem);
 };
 
-/// What the client gave as X-Request-Id when it is one (1 to 128 of A-Z a-z 0-9 . _ -), else a new
-/// one: 16 hexadecimal digits.
+/// What the client gave as X-Request-Id when it is one (1 to 128 of A-Z a-z 0-9 . _ -, and no key),
+/// else a new one: 16 hexadecimal digits.
 std::string checked_request_id(const std::string& given);
 
 }  // namespace sightline

@@ -44,13 +44,16 @@ Course* course_of(const httplib::Request& request) {
 
 Exchange exchange_of(const httplib::Request& request, httplib::Response& response) {
   const Course* course = course_of(request);
-  return {request,
-          response,
-          course == nullptr ? nullptr : &course->body,
-          course == nullptr ? nullptr : &course->connection.gone,
-          course == nullptr ? nullptr : course->memory,
-          checked_request_id(request.get_header_value("X-Request-Id")),
-          {}};
+  Exchange exchange{request,
+                    response,
+                    course == nullptr ? nullptr : &course->body,
+                    course == nullptr ? nullptr : &course->connection.gone,
+                    course == nullptr ? nullptr : course->memory,
+                    checked_request_id(request.get_header_value("X-Request-Id")),
+                    {}};
+  exchange.access = course == nullptr ? Access::kOpen : course->connection.head.access;
+  if (course != nullptr) exchange.key_name = course->connection.head.key_name;
+  return exchange;
 }
 
 /// What the library adds to every answer, where it is not true.
@@ -91,7 +94,7 @@ Result<ListenAddress> parse_listen_address(const std::string& text) {
   return address;
 }
 
-HttpServer::HttpServer(const DoorLimits& limits, Dispatch dispatch, Thrown thrown)
+HttpServer::HttpServer(const DoorLimits& limits, Dispatch dispatch, Thrown thrown, DoorRules rules)
     : limits_(limits),
       dispatch_(std::move(dispatch)),
       thrown_(std::move(thrown)),
@@ -99,7 +102,8 @@ HttpServer::HttpServer(const DoorLimits& limits, Dispatch dispatch, Thrown throw
       work_(limits.work),
       // Half of the workers may wait for loads and a quarter listen to events: see cli.cpp.
       writers_(std::max<std::size_t>(1, limits.workers / 8)),
-      gate_(limits, [this](Connection& connection) { answer(connection); }) {
+      gate_(
+          limits, [this](Connection& connection) { answer(connection); }, std::move(rules)) {
   // Only what the Keep-Alive header says: connections are ours.
   set_keep_alive_timeout(std::chrono::duration_cast<std::chrono::seconds>(limits.idle).count());
   set_keep_alive_max_count(1'000'000);
@@ -178,7 +182,9 @@ void HttpServer::answer(Connection& connection) {
   bool wants_close = false;
   const bool answered =
       process_request(stream, connection.head.close, wants_close, [&](httplib::Request& request) {
+        // What was judged is what is answered.
         request.method = connection.head.method;
+        request.target = connection.head.target;
         request.response_handler = CourseOf{&course};
         // This too is a question of the library's client; here it lets a stream of events out of
         // the buffer.

@@ -34,7 +34,7 @@ class HttpServer : private httplib::Server {
   /// Called when a handler has thrown; says nothing to the client.
   using Thrown = std::function<void(const std::string& request_id, const std::string& what)>;
 
-  HttpServer(const DoorLimits& limits, Dispatch dispatch, Thrown thrown);
+  HttpServer(const DoorLimits& limits, Dispatch dispatch, Thrown thrown, DoorRules rules = {});
   ~HttpServer() override;
 
   /// Listens; connections queue up from here on. Returns the port. Errors: LISTEN_FAILED.

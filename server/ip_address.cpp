@@ -83,6 +83,10 @@ bool is_public(const IpAddress& address) {
                                                           "2620:4f:8000::/48", "3fff::/20"});
 }
 
+bool is_loopback(const IpAddress& address) {
+  return is_in(address.unmapped(), {"127.0.0.0/8", "::1"});
+}
+
 Result<AddressRange> AddressRange::parse(const std::string& text) {
   const Error invalid{ErrorKind::kInvalid, "ADDRESS_RANGE_INVALID",
                       "'" + text + "' is no range of addresses: write 10.0.0.0/8 or fd00::/8", ""};

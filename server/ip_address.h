@@ -28,6 +28,9 @@ struct IpAddress {
 /// that carry an IPv4 address (mapped, translated, 6to4, Teredo). [RFC6890] and its registries.
 bool is_public(const IpAddress& address);
 
+/// Whether only programs of this machine can reach it.
+bool is_loopback(const IpAddress& address);
+
 /// "10.0.0.0/8", "fd00::/8", or one address.
 class AddressRange {
  public:

@@ -4,6 +4,7 @@
 #include "server/cli.h"
 #include "server/demo_file.h"
 #include "server/heap.h"
+#include "server/key_command.h"
 #include "server/serve.h"
 
 namespace sightline {
@@ -15,6 +16,7 @@ int run(const ServeCommand& command) {
 }
 int run(const CastCommand& command) { return run_cast(command, std::cout, std::cerr); }
 int run(const DemoCommand& command) { return run_demo(command, std::cerr); }
+int run(const KeyCommand& command) { return run_key(command, std::cout, std::cerr); }
 int run(const ShowText& shown) {
   (shown.exit_code == 0 ? std::cout : std::cerr) << shown.text;
   return shown.exit_code;

@@ -90,15 +90,14 @@ void add_store(const SceneStore& store, std::vector<MetricFamily>& families) {
                             MetricType::Counter, "outcome", as_values(store.load_counts())));
 }
 
-/// The methods that exist; a client may send any word.
-std::string_view known(std::string_view method) {
+}  // namespace
+
+std::string_view known_method(std::string_view method) {
   for (const std::string_view each : {"GET", "HEAD", "PUT", "POST", "DELETE", "OPTIONS"}) {
     if (method == each) return each;
   }
   return "other";
 }
-
-}  // namespace
 
 struct Metrics::State {
   prometheus::Registry registry;
@@ -150,10 +149,11 @@ Metrics::Metrics() : state_(std::make_unique<State>()) {}
 Metrics::~Metrics() = default;
 
 void Metrics::count(const Request& request) {
-  const State::Series series = state_->series_of(
-      {known(request.method), request.route.empty() ? "none" : request.route, request.status});
+  const State::Series series =
+      state_->series_of({known_method(request.method),
+                         request.route.empty() ? "none" : request.route, request.status});
   series.requests->Increment();
-  series.seconds->Observe(request.time.count());
+  if (request.time.count() > 0) series.seconds->Observe(request.time.count());
   state_->rays.Increment(static_cast<double>(request.rays));
   state_->boxes.Increment(static_cast<double>(request.boxes));
 }
@@ -164,7 +164,7 @@ std::string Metrics::text(const SceneStore& store, const NamedCounts& door) cons
   families.push_back(family("sightline_connections",
                             "Connections: open now; and since the start accepted, closed to make "
                             "room, too slow, gone while they were answered, refused for their "
-                            "framing, and for a full queue.",
+                            "framing, for want of a key that may, and for a full queue.",
                             MetricType::Gauge, "what", as_values(door)));
   return prometheus::TextSerializer().Serialize(families);
 }

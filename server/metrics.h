@@ -13,6 +13,9 @@ namespace sightline {
 
 class SceneStore;
 
+/// The method where it is one that HTTP has, else "other": a client may send any word.
+std::string_view known_method(std::string_view method);
+
 /// May be used from many threads.
 class Metrics {
  public:
@@ -23,7 +26,7 @@ class Metrics {
     std::string_view method;
     std::string_view route;  ///< the pattern, not the path: a client must not make series
     int status = 0;
-    std::chrono::duration<double> time{};
+    std::chrono::duration<double> time{};  ///< zero where nobody measured
     std::uint64_t rays = 0;
     std::uint64_t boxes = 0;
   };

@@ -1,18 +1,17 @@
 #include "server/refusal.h"
 
 #include "proto/problem.h"
-#include "server/exchange.h"
 #include "server/http_status.h"
 
 namespace sightline {
 
-std::string refusal_text(const RequestFault& fault, const std::string& request_id) {
+std::string refusal_text(const RequestFault& fault, const std::string& request_id, bool with_body) {
   Problem problem;
   problem.status = fault.status;
   problem.title = status_title(fault.status);
   problem.detail = fault.detail;
   problem.code = fault.code;
-  problem.request_id = checked_request_id(request_id);
+  problem.request_id = request_id;
   const std::string body = encode_problem(problem);
   std::string text = "HTTP/1.1 " + std::to_string(fault.status) + " " + problem.title +
                      "\r\nContent-Type: " + std::string(kProblemMediaType) +
@@ -20,7 +19,8 @@ std::string refusal_text(const RequestFault& fault, const std::string& request_i
                      "\r\nConnection: close\r\nContent-Length: " + std::to_string(body.size()) +
                      "\r\n";
   if (fault.status == 503) text += "Retry-After: 1\r\n";
-  return text + "\r\n" + body;
+  if (fault.status == 401) text += "WWW-Authenticate: Bearer realm=\"sightline\"\r\n";
+  return text + "\r\n" + (with_body ? body : "");
 }
 
 }  // namespace sightline

@@ -8,7 +8,7 @@
 namespace sightline {
 
 /// A whole answer as it goes over the wire: problem+json with the fault's status, code and detail;
-/// after it the connection ends. `request_id` is the client's, checked here.
-std::string refusal_text(const RequestFault& fault, const std::string& request_id);
+/// after it the connection ends. An answer to HEAD comes without its body.
+std::string refusal_text(const RequestFault& fault, const std::string& request_id, bool with_body);
 
 }  // namespace sightline

@@ -39,6 +39,12 @@ bool is_token(std::string_view text) {
 /// Bytes above ASCII are let through: the router answers them like any other name it does not have.
 bool is_visible(char c) { return (c > 0x20 && c != 0x7f) || static_cast<unsigned char>(c) >= 0x80; }
 
+/// [RFC9112] 3.2: no fragment. A reader that cuts one off would see another path than was judged.
+bool is_target(std::string_view text) {
+  return !text.empty() && text.find('#') == std::string_view::npos &&
+         std::all_of(text.begin(), text.end(), is_visible);
+}
+
 bool is_field_value(std::string_view text) {
   return std::all_of(text.begin(), text.end(),
                      [](char c) { return c == ' ' || c == '\t' || is_visible(c); });
@@ -97,8 +103,8 @@ std::optional<RequestFault> parse_request_line(std::string_view line, RequestHea
   head.method = line.substr(0, first);
   const std::string_view target = line.substr(first + 1, last - first - 1);
   const std::string_view version = line.substr(last + 1);
-  if (!is_token(head.method) || head.method.size() > kLongestMethod || target.empty() ||
-      !std::all_of(target.begin(), target.end(), is_visible) || !version.starts_with("HTTP/")) {
+  if (!is_token(head.method) || head.method.size() > kLongestMethod || !is_target(target) ||
+      !version.starts_with("HTTP/")) {
     return kMalformed;
   }
   head.http10 = version == "HTTP/1.0";
@@ -111,7 +117,7 @@ std::optional<RequestFault> parse_request_line(std::string_view line, RequestHea
 
 /// What the fields of a head said, counted.
 struct Fields {
-  std::size_t count = 0, hosts = 0, lengths = 0, encodings = 0;
+  std::size_t count = 0, hosts = 0, lengths = 0, encodings = 0, authorizations = 0;
   bool keeps_alive = false;
 };
 
@@ -152,7 +158,7 @@ std::optional<RequestFault> take_framing(std::string_view name, std::string_view
 bool is_shown(std::string_view name) {
   for (const char* hidden :
        {"range", "if-range", "accept-encoding", "connection", "keep-alive", "upgrade", "te",
-        "remote_addr", "remote_port", "local_addr", "local_port"}) {
+        "authorization", "remote_addr", "remote_port", "local_addr", "local_port"}) {
     if (equals_caseless(name, hidden)) return false;
   }
   return true;
@@ -174,6 +180,8 @@ std::optional<RequestFault> take_field(std::string_view line, RequestHead& head,
     take_connection(value, head, fields);
   } else if (equals_caseless(name, "x-request-id")) {
     head.request_id = value;
+  } else if (equals_caseless(name, "authorization")) {
+    head.authorization = ++fields.authorizations == 1 ? value : "";
   } else if (equals_caseless(name, "expect")) {
     if (!equals_caseless(value, "100-continue")) {
       return RequestFault{417, "EXPECTATION_UNKNOWN", "the only Expect here is 100-continue"};

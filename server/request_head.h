@@ -8,6 +8,8 @@
 #include <string>
 #include <string_view>
 
+#include "server/key_ring.h"
+
 namespace sightline {
 
 struct HeadLimits {
@@ -55,9 +57,13 @@ struct RequestHead {
   bool close = false;             ///< the client wants no further request, or cannot have one
   bool expects_continue = false;  ///< it sends its body only after a 100
   std::string request_id;         ///< as it was sent: not checked
+  std::string authorization;      ///< the same; empty also where there is more than one
+  // Who asks, by AccessRules.
+  Access access = Access::kOpen;
+  std::string key_name;
   /// The same request for a reader that trusts: one spelling of everything above, without what is
-  /// decided here already (Range, Accept-Encoding, Expect, Connection). A method that HTTP does not
-  /// know stands there as PATCH.
+  /// decided here already (Range, Accept-Encoding, Expect, Connection) and without keys. A method
+  /// that HTTP does not know stands there as PATCH.
   std::string text;
 
   bool has_body() const { return chunked || length.value_or(0) > 0; }

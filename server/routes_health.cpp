@@ -11,10 +11,11 @@ using Json = nlohmann::ordered_json;
 
 void reply_health(Exchange& exchange) { exchange.reply_json(200, "{\"status\":\"ok\"}\n"); }
 
-void reply_readiness(Exchange& exchange, const Service& service) {
+/// The details are for those who may know which scenes there are.
+Json readiness_details(const SceneStore& store) {
   Json counts{{"ready", 0}, {"loading", 0}, {"failed", 0}};
   Json failed = Json::array();
-  for (const SceneSnapshot& scene : service.store.list()) {
+  for (const SceneSnapshot& scene : store.list()) {
     switch (scene->state) {
       case SceneState::kQueued:
       case SceneState::kLoading:
@@ -29,13 +30,19 @@ void reply_readiness(Exchange& exchange, const Service& service) {
         break;
     }
   }
+  Json details{{"scenes", counts}};
   // A scene that failed is its own trouble: the others are served.
+  if (!failed.empty()) details["failed"] = failed;
+  return details;
+}
+
+void reply_readiness(Exchange& exchange, const Service& service) {
   const char* status = service.stopping           ? "stopping"
                        : !service.store.settled() ? "loading"
                                                   : "ready";
   const bool ready = status == std::string_view("ready");
-  Json document{{"status", status}, {"scenes", counts}};
-  if (!failed.empty()) document["failed"] = failed;
+  Json document{{"status", status}};
+  if (exchange.access >= Access::kRead) document.update(readiness_details(service.store));
   exchange.reply_json(ready ? 200 : 503, document.dump() + "\n");
   if (!ready) exchange.response.set_header("Retry-After", "1");
 }

@@ -8,8 +8,10 @@
 #include <thread>
 
 #include "core/run/engine.h"
+#include "core/store/scene_id.h"
 #include "core/store/scene_store.h"
 #include "core/store/tree_keeper.h"
+#include "server/access.h"
 #include "server/descriptors.h"
 #include "server/progress_bar.h"
 #include "server/routes.h"
@@ -78,6 +80,18 @@ std::optional<std::string> loading_line(const SceneStore& store) {
   return moving > 1 ? line + " (" + std::to_string(moving) + " scenes to come)" : line;
 }
 
+/// A path is the client's text, and may be anything, a key too: shown is the route, with the name
+/// of the scene where it could be one.
+std::string shown_path(const Exchange& exchange) {
+  std::string path(exchange.route.empty() ? "none" : exchange.route);
+  const std::size_t place = path.find("{id}");
+  if (place != std::string::npos && is_scene_id(exchange.scene_id) &&
+      !holds_key(exchange.scene_id)) {
+    path.replace(place, 4, exchange.scene_id);
+  }
+  return path;
+}
+
 /// One request, from its route to its line in the log.
 void answer(const Router& router, Service& service, Exchange& exchange) {
   const auto begin = std::chrono::steady_clock::now();
@@ -86,21 +100,30 @@ void answer(const Router& router, Service& service, Exchange& exchange) {
   service.metrics.count({exchange.request.method, exchange.route, exchange.response.status, time,
                          exchange.rays, exchange.boxes});
   if (!service.log.should_log(spdlog::level::debug)) return;
-  // The target is the client's text: only its printable part belongs in a log, and no query.
-  std::string path;
-  for (const char c : exchange.request.target.substr(0, 200)) {
-    if (c == '?') break;
-    path += c > 0x20 && c < 0x7f ? c : '?';
-  }
-  service.log.debug("{} {} {} {} bytes {:.3f} ms id {}", exchange.request.method, path,
-                    exchange.response.status, exchange.response.body.size(), time.count(),
-                    exchange.request_id);
+  service.log.debug("{} {} {} {} bytes {:.3f} ms id {}{}{}", known_method(exchange.request.method),
+                    shown_path(exchange), exchange.response.status, exchange.response.body.size(),
+                    time.count(), exchange.request_id, exchange.key_name.empty() ? "" : " key ",
+                    exchange.key_name);
+}
+
+Status read_keys(const ServeCommand& command, AccessRules& access, spdlog::logger& log) {
+  std::vector<std::string> warnings;
+  auto ring = KeyRing::read(command.keys, warnings);
+  if (!ring) return std::move(ring).error();
+  for (const std::string& warning : warnings) log.warn("{}", warning);
+  log.info("{} keys may ask", ring->size());
+  access.use(std::make_shared<const KeyRing>(std::move(*ring)));
+  return success();
 }
 
 NamedCounts door_counts(const DoorCounts& counts) {
-  return {{"open", counts.open},          {"accepted", counts.accepted},
-          {"evicted", counts.evicted},    {"too_slow", counts.timed_out},
-          {"gone", counts.gone},          {"refused", counts.refused},
+  return {{"open", counts.open},
+          {"accepted", counts.accepted},
+          {"evicted", counts.evicted},
+          {"too_slow", counts.timed_out},
+          {"gone", counts.gone},
+          {"refused", counts.refused},
+          {"locked_out", counts.locked_out},
           {"queue_full", counts.overload}};
 }
 
@@ -136,6 +159,10 @@ int run_serve(const ServeCommand& asked, std::ostream& out, std::ostream& compla
   spdlog::logger log("sightline", std::make_shared<spdlog::sinks::stderr_sink_mt>());
   log.set_level(spdlog::level::from_str(command.log_level));
 
+  AccessRules access;
+  if (!command.keys.empty()) {
+    if (Status read = read_keys(command, access, log); !read) return complain(read.error());
+  }
   auto engine = Engine::create({.threads = command.threads, .kernel = command.kernel});
   if (!engine) return complain(engine.error());
   StoreOptions options;
@@ -166,11 +193,18 @@ int run_serve(const ServeCommand& asked, std::ostream& out, std::ostream& compla
   add_point_routes(router, service);
   add_scene_part_routes(router, service);
   add_box_routes(router, service);
+  const DoorRules rules{
+      [&access](RequestHead& head) { return access.admit(head); },
+      [&](const RequestHead& head, const RequestFault& fault, const std::string& id) {
+        service.metrics.count({head.method, "door", fault.status});
+        log.debug("refused at the door {} {} id {}", fault.status, fault.code, id);
+      }};
   HttpServer server(
       command.door, [&](Exchange& exchange) { answer(router, service, exchange); },
       [&](const std::string& id, const std::string& what) {
         log.error("request {} failed by an exception: {}", id, what);
-      });
+      },
+      rules);
   service.door_counts = [&server] { return door_counts(server.counts()); };
   const auto port = server.bind(command.listen);
   if (!port) return complain(port.error());

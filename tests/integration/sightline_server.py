@@ -61,8 +61,9 @@ class Server:
 
     def __init__(self, *arguments, wait=True, prefix=()):
         """`prefix` runs the server's command line in its own process: "strace -D", not "strace"."""
+        level = () if "--log-level" in arguments else ("--log-level", "debug")
         self.log = tempfile.TemporaryFile()
-        self.process = subprocess.Popen([*map(str, prefix), BINARY, "serve", "--listen", "127.0.0.1:0", "--log-level", "debug",
+        self.process = subprocess.Popen([*map(str, prefix), BINARY, "serve", "--listen", "127.0.0.1:0", *level,
                                          *map(str, arguments)], stdout=subprocess.PIPE, stderr=self.log, text=True)
         first = self.process.stdout.readline()
         if not first.startswith("listening on http://127.0.0.1:"):

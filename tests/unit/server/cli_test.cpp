@@ -60,6 +60,14 @@ TEST(CommandLine, refuses_with_exit_code_2) {
            {"serve", "--preload", "x"},
            {"serve", "--preload", ".x=demo:six"},
            {"serve", "--log-level", "loud"},
+           {"serve", "--listen", "0.0.0.0:1"},
+           {"serve", "--listen", "[::]:1"},
+           {"serve", "--listen", "example.org:1"},
+           {"serve", "--keys", "/no/such/file"},
+           {"key"},
+           {"key", "new"},
+           {"key", "new", "--role", "read", "--name", ".a"},
+           {"key", "new", "--role", "all", "--name", "a"},
            {"serve", "--idle-seconds", "0"},
            {"serve", "--idle-seconds", "nan"},
            {"serve", "--idle-seconds", "inf"},
@@ -85,6 +93,13 @@ TEST(CommandLine, refuses_with_exit_code_2) {
   }
   EXPECT_EQ(std::get<ShowText>(parse({"--version"})).exit_code, 0);
   EXPECT_TRUE(std::holds_alternative<ServeCommand>(parse({"serve", "--drain-seconds", "0"})));
+  for (const char* local : {"localhost:1", "127.9.9.9:1", "[::1]:1", "[::ffff:127.0.0.1]:1"}) {
+    EXPECT_TRUE(std::holds_alternative<ServeCommand>(parse({"serve", "--listen", local}))) << local;
+  }
+  EXPECT_TRUE(std::holds_alternative<ServeCommand>(
+      parse({"serve", "--listen", "0.0.0.0:1", "--insecure"})));
+  EXPECT_EQ(std::get<KeyCommand>(parse({"key", "new", "--role", "write", "--name", "a"})).access,
+            Access::kWrite);
 }
 
 TEST(CommandLine, reads_listen_addresses) {

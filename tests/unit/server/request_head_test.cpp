@@ -89,9 +89,9 @@ TEST(RequestHead, refuses_malformed_lines_where_they_stand) {
        {"X : a", " X: a", "\tX: a", ": a", "X", "X\x01: a", "X: a\x01", "X: \x7f", "X(: a"}) {
     EXPECT_EQ(fault_of(kLine + kHost + field + "\r\n\r\n"), "REQUEST_MALFORMED") << field;
   }
-  for (const char* line :
-       {"GET  / HTTP/1.1", "GET /a b HTTP/1.1", "GET / HTTP/1.1 ", "GET /", "GET", "G(T / HTTP/1.1",
-        " / HTTP/1.1", "GET / http/1.1", "GET /\x01 HTTP/1.1"}) {
+  for (const char* line : {"GET  / HTTP/1.1", "GET /a b HTTP/1.1", "GET / HTTP/1.1 ", "GET /",
+                           "GET", "G(T / HTTP/1.1", " / HTTP/1.1", "GET / http/1.1",
+                           "GET /\x01 HTTP/1.1", "GET /a#b HTTP/1.1", "GET # HTTP/1.1"}) {
     EXPECT_EQ(fault_of(std::string(line) + "\r\n" + kHost + "\r\n"), "REQUEST_MALFORMED") << line;
   }
   for (const char* version : {"HTTP/2.0", "HTTP/1.2", "HTTP/0.9", "HTTP/1.10"}) {
@@ -123,6 +123,12 @@ TEST(RequestHead, hides_what_is_decided_at_the_door) {
   EXPECT_EQ(head.text, "PATCH /a?b HTTP/1.1\r\nHost: x\r\nA: b\r\nConnection: close\r\n\r\n");
   EXPECT_EQ(head.method, "BREW");
   EXPECT_TRUE(head.close && head.expects_continue);
+  EXPECT_EQ(fault_of(kLine + kHost + "Authorization: Bearer a\r\nX-Request-Id: b\r\n\r\n", head),
+            "");
+  EXPECT_EQ(head.authorization, "Bearer a");
+  EXPECT_EQ(head.text.find("Bearer"), std::string::npos);
+  EXPECT_EQ(fault_of(kLine + kHost + "authorization: a\r\nAuthorization: a\r\n\r\n", head), "");
+  EXPECT_EQ(head.authorization, "");
   EXPECT_EQ(fault_of(kLine + kHost + "Expect: more\r\n\r\n"), "EXPECTATION_UNKNOWN");
 }
 

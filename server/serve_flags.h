@@ -1,0 +1,30 @@
+#pragma once
+/// The flags of sightline serve.
+
+#include <string>
+#include <vector>
+
+#include "server/cli.h"
+#include "server/door_flags.h"
+
+namespace CLI {
+class App;
+}
+
+namespace sightline {
+
+/// Flags as they are written, and what becomes of them after the parse.
+struct ServeFlags {
+  std::string listen = "127.0.0.1:8080";
+  std::string skip = "all";
+  std::vector<std::string> preloads, allow_urls, allow_addresses;
+  double fetch_seconds = 300;
+  double drain_seconds = 30, notice_seconds = 0, request_seconds = 60;
+  DoorSeconds door;
+};
+
+void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags);
+/// After the parse. Throws CLI::ValidationError.
+void finish_serve(ServeCommand& command, const ServeFlags& flags);
+
+}  // namespace sightline

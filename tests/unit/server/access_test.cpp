@@ -1,0 +1,67 @@
+#include "server/access.h"
+
+#include <gtest/gtest.h>
+
+namespace sightline {
+namespace {
+
+TEST(Access, is_open_for_health_alone) {
+  for (const char* path : {"/healthz", "/readyz", "/readyz?x", "/%72eadyz"}) {
+    EXPECT_EQ(needed_access("GET", path), Access::kOpen) << path;
+    EXPECT_EQ(needed_access("HEAD", path), Access::kOpen) << path;
+    EXPECT_EQ(needed_access("POST", path), Access::kRead) << path;
+    EXPECT_EQ(needed_access("DELETE", path), Access::kWrite) << path;
+  }
+  for (const char* path : {"/", "", "*", "/healthz/", "//healthz", "/v1/healthz", "/metrics"}) {
+    EXPECT_EQ(needed_access("GET", path), Access::kRead) << path;
+  }
+}
+
+TEST(Access, lets_readers_ask_and_writers_load) {
+  EXPECT_EQ(needed_access("POST", "/v1/scenes/a/rays:any"), Access::kRead);
+  for (const char* path : {"/v1/scenes", "/v1/scenes?wait=1", "/%76%31/scene%73"}) {
+    EXPECT_EQ(needed_access("POST", path), Access::kWrite) << path;
+    EXPECT_EQ(needed_access("GET", path), Access::kRead) << path;
+  }
+  for (const char* method : {"PUT", "DELETE", "PATCH", "BREW", "get", ""}) {
+    EXPECT_EQ(needed_access(method, "/v1/scenes/a"), Access::kWrite) << method;
+  }
+}
+
+RequestHead head_of(const char* method, const char* target, std::string authorization = "") {
+  RequestHead head;
+  head.method = method;
+  head.target = target;
+  head.authorization = std::move(authorization);
+  return head;
+}
+
+TEST(AccessRules, let_everybody_do_everything_without_keys) {
+  const AccessRules rules;
+  RequestHead head = head_of("DELETE", "/v1/scenes/a", "Bearer x");
+  EXPECT_FALSE(rules.admit(head));
+  EXPECT_EQ(head.access, Access::kWrite);
+  EXPECT_EQ(head.authorization, "");
+}
+
+TEST(AccessRules, say_who_asks_and_forget_the_key) {
+  AccessRules rules;
+  rules.use(std::make_shared<const KeyRing>(
+      *KeyRing::parse(key_line({"me", Access::kRead, key_sha256("key")}))));
+  RequestHead head = head_of("GET", "/v1/scenes", "Bearer key");
+  EXPECT_FALSE(rules.admit(head));
+  EXPECT_EQ(head.key_name, "me");
+  EXPECT_EQ(head.access, Access::kRead);
+  EXPECT_EQ(head.authorization, "");
+  head = head_of("PUT", "/v1/scenes/a", "Bearer key");
+  EXPECT_EQ(rules.admit(head)->status, 403);
+  head = head_of("PUT", "/v1/scenes/a", "Bearer other");
+  EXPECT_EQ(rules.admit(head)->status, 401);
+  EXPECT_EQ(head.authorization, "");
+  head = head_of("GET", "/readyz", "Bearer other");
+  EXPECT_FALSE(rules.admit(head));
+  EXPECT_EQ(head.access, Access::kOpen);
+}
+
+}  // namespace
+}  // namespace sightline
