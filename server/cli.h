@@ -19,8 +19,16 @@
 
 namespace sightline {
 
+/// One flag of sightline serve, without its dashes, as it was given, or else its default.
+struct FlagText {
+  std::string name, text;
+  bool live = false;  ///< whether SIGHUP changes it
+  bool operator==(const FlagText&) const = default;
+};
+
 /// sightline serve
 struct ServeCommand {
+  std::string config;  ///< a file of settings; they stand in this already
   ListenAddress listen{"127.0.0.1", 8080};
   std::string keys;       ///< a file; empty: everybody may do everything
   bool insecure = false;  ///< without keys where others than this machine can ask
@@ -37,6 +45,8 @@ struct ServeCommand {
   std::uint64_t memory_budget = 0;          ///< bytes of all scenes; 0: no limit
   std::chrono::milliseconds drain{30'000};  ///< how long a stop waits for what has begun
   std::chrono::milliseconds notice{0};      ///< between /readyz saying 503 and the stop
+  std::vector<FlagText> flags;              ///< all
+  std::vector<std::string> arguments;       ///< to parse again
 };
 
 /// What is asked of a ray.
@@ -65,14 +75,24 @@ struct KeyCommand {
   std::string name;
 };
 
+/// sightline check-config
+struct CheckCommand {
+  std::string file;
+};
+
 /// Nothing to run: what was asked for is this text.
 struct ShowText {
   std::string text;
   int exit_code = 0;
 };
 
-using Command = std::variant<ServeCommand, CastCommand, DemoCommand, KeyCommand, ShowText>;
+using Command =
+    std::variant<ServeCommand, CastCommand, DemoCommand, KeyCommand, CheckCommand, ShowText>;
 
-Command parse_command_line(int argc, const char* const* argv);
+/// `arguments` begin with the name of the program. Reads the file of --config.
+Command parse_command_line(const std::vector<std::string>& arguments);
+/// The mistakes of a file for --config, each with its place, "FILE:LINE: text"; none: a server
+/// would take it.
+std::vector<std::string> mistakes_of_config(const std::string& file);
 
 }  // namespace sightline

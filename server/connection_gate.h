@@ -52,6 +52,7 @@ class ConnectionGate {
   /// Called on a worker with a request's head in `connection.head`. Takes the body, appends the
   /// answer to the output, and says by `keep` and `skip` how it goes on.
   using Answer = std::function<void(Connection&)>;
+  /// `limits` outlives this.
   ConnectionGate(const DoorLimits& limits, Answer answer, DoorRules rules = {});
   ~ConnectionGate();
 
@@ -110,7 +111,7 @@ class ConnectionGate {
   void check_times();
   void on_late(Connection& connection);
 
-  const DoorLimits limits_;
+  const DoorLimits& limits_;
   const Answer answer_;
   const DoorRules rules_;
   ByteBudget budget_;

@@ -56,7 +56,7 @@ void ConnectionGate::await_head(Connection& connection) {
   connection.head = {};
   connection.begun = connection.skip > 0;
   connection.idle_turn = ++turns_;
-  connection.due = now_ + (connection.begun ? limits_.head_time : limits_.idle);
+  connection.due = now_ + (connection.begun ? limits_.head_time.get() : limits_.idle.get());
 }
 
 bool ConnectionGate::advance_head(Connection& connection) {
@@ -76,7 +76,7 @@ bool ConnectionGate::advance_head(Connection& connection) {
         case HeadScan::State::kMore:
           break;
       }
-      if (!connection.begun) connection.due = now_ + limits_.head_time;
+      if (!connection.begun) connection.due = now_ + limits_.head_time.get();
       connection.begun = true;
     }
     const auto received =

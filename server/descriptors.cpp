@@ -18,7 +18,7 @@ std::size_t allowed_connections(const DoorLimits& limits) {
     (void)::getrlimit(RLIMIT_NOFILE, &files);
   }
   const std::size_t fit = files.rlim_cur > others ? files.rlim_cur - others : 0;
-  return std::min(limits.connections, std::max<std::size_t>(fit, 16));
+  return std::min(limits.connections.get(), std::max<std::size_t>(fit, 16));
 }
 
 }  // namespace sightline

@@ -103,9 +103,10 @@ HttpServer::HttpServer(const DoorLimits& limits, Dispatch dispatch, Thrown throw
       // Half of the workers may wait for loads and a quarter listen to events: see cli.cpp.
       writers_(std::max<std::size_t>(1, limits.workers / 8)),
       gate_(
-          limits, [this](Connection& connection) { answer(connection); }, std::move(rules)) {
+          limits_, [this](Connection& connection) { answer(connection); }, std::move(rules)) {
   // Only what the Keep-Alive header says: connections are ours.
-  set_keep_alive_timeout(std::chrono::duration_cast<std::chrono::seconds>(limits.idle).count());
+  set_keep_alive_timeout(
+      std::chrono::duration_cast<std::chrono::seconds>(limits.idle.get()).count());
   set_keep_alive_max_count(1'000'000);
   // Without this the library sets SO_REUSEPORT, and two servers share a port in silence.
   set_socket_options([](socket_t socket) {

@@ -46,6 +46,9 @@ class HttpServer : private httplib::Server {
   /// Breaks every connection off, and the work for it. From any thread.
   void break_connections();
 
+  /// Takes what of `limits` is Live. From any thread.
+  void change(const DoorLimits& limits) { limits_.take_live(limits); }
+
   const DoorCounts& counts() const { return gate_.counts(); }
 
  private:
@@ -53,7 +56,7 @@ class HttpServer : private httplib::Server {
   void answer_thrown(const httplib::Request& request, httplib::Response& response,
                      std::exception_ptr exception) const;
 
-  const DoorLimits limits_;
+  DoorLimits limits_;
   const Dispatch dispatch_;
   const Thrown thrown_;
   WorkMemory bodies_, work_;  ///< of requests with long bodies

@@ -1,6 +1,7 @@
 #include <iostream>
 
 #include "server/cast.h"
+#include "server/check_config.h"
 #include "server/cli.h"
 #include "server/demo_file.h"
 #include "server/heap.h"
@@ -17,6 +18,7 @@ int run(const ServeCommand& command) {
 int run(const CastCommand& command) { return run_cast(command, std::cout, std::cerr); }
 int run(const DemoCommand& command) { return run_demo(command, std::cerr); }
 int run(const KeyCommand& command) { return run_key(command, std::cout, std::cerr); }
+int run(const CheckCommand& command) { return run_check(command, std::cout, std::cerr); }
 int run(const ShowText& shown) {
   (shown.exit_code == 0 ? std::cout : std::cerr) << shown.text;
   return shown.exit_code;
@@ -28,7 +30,7 @@ int run(const ShowText& shown) {
 int main(int argc, char** argv) {
   try {
     return std::visit([](const auto& command) { return sightline::run(command); },
-                      sightline::parse_command_line(argc, argv));
+                      sightline::parse_command_line({argv, argv + argc}));
   } catch (const std::exception& error) {
     std::cerr << "sightline: " << error.what() << "\n";
     return 2;

@@ -9,12 +9,13 @@
 #include <string_view>
 
 #include "server/key_ring.h"
+#include "server/live.h"
 
 namespace sightline {
 
 struct HeadLimits {
-  std::size_t bytes = 16 << 10;  ///< of a whole head
-  std::size_t fields = 100;
+  Live<std::size_t> bytes{16 << 10};  ///< of a whole head
+  Live<std::size_t> fields{100};
 };
 
 /// Why a request is not taken. Both texts are literals.

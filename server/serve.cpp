@@ -11,12 +11,12 @@
 #include "core/store/scene_id.h"
 #include "core/store/scene_store.h"
 #include "core/store/tree_keeper.h"
-#include "server/access.h"
 #include "server/descriptors.h"
 #include "server/progress_bar.h"
+#include "server/reload.h"
 #include "server/routes.h"
 #include "server/scene_source.h"
-#include "server/stop_signals.h"
+#include "server/signals.h"
 #include "server/version.h"
 
 namespace sightline {
@@ -106,16 +106,6 @@ void answer(const Router& router, Service& service, Exchange& exchange) {
                     exchange.key_name);
 }
 
-Status read_keys(const ServeCommand& command, AccessRules& access, spdlog::logger& log) {
-  std::vector<std::string> warnings;
-  auto ring = KeyRing::read(command.keys, warnings);
-  if (!ring) return std::move(ring).error();
-  for (const std::string& warning : warnings) log.warn("{}", warning);
-  log.info("{} keys may ask", ring->size());
-  access.use(std::make_shared<const KeyRing>(std::move(*ring)));
-  return success();
-}
-
 NamedCounts door_counts(const DoorCounts& counts) {
   return {{"open", counts.open},
           {"accepted", counts.accepted},
@@ -127,30 +117,44 @@ NamedCounts door_counts(const DoorCounts& counts) {
           {"queue_full", counts.overload}};
 }
 
+/// The next signal but SIGHUP, wake(), or the end of `timeout`.
+Signals::Event wait_for_stop(Signals& signals, std::chrono::milliseconds timeout) {
+  using Clock = std::chrono::steady_clock;
+  const auto end = Clock::now() + timeout;
+  for (;;) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now());
+    const auto event = signals.wait(std::max(left, std::chrono::milliseconds(0)));
+    if (event != Signals::Event::kReload) return event;
+  }
+}
+
 /// Turns signals into the steps of a stop: say that it is coming, close the door, break off.
-void watch_signals(StopSignals& signals, Service& service, HttpServer& server,
-                   const ServeCommand& command) {
-  using Event = StopSignals::Event;
-  if (signals.wait(std::nullopt) == Event::kWoken) return;
+void watch_signals(Signals& signals, const Running& running) {
+  using Event = Signals::Event;
+  Service& service = running.service;
+  Event event = signals.wait(std::nullopt);
+  for (; event == Event::kReload; event = signals.wait(std::nullopt)) reload(running);
+  if (event == Event::kWoken) return;
   service.log.info("stopping");
   service.stopping = true;
   // A load balancer sees /readyz turn before connections are refused.
-  Event event = Event::kTimeout;
-  if (command.notice.count() > 0) event = signals.wait(command.notice);
+  const ServeCommand& command = running.command;
+  event = Event::kTimeout;
+  if (command.notice.count() > 0) event = wait_for_stop(signals, command.notice);
   if (event == Event::kWoken) return;
-  server.stop();
+  running.server.stop();
   // A second signal does not wait for anything.
-  if (event != Event::kSignal) event = signals.wait(command.drain);
+  if (event != Event::kStop) event = wait_for_stop(signals, command.drain);
   if (event == Event::kWoken) return;
   service.log.warn("breaking off what has not ended");
   service.cancelled.cancel();
-  server.break_connections();
+  running.server.break_connections();
 }
 
 }  // namespace
 
 int run_serve(const ServeCommand& asked, std::ostream& out, std::ostream& complaints) {
-  StopSignals signals;
+  Signals signals;
   ServeCommand command = asked;
   const auto complain = [&](const Error& error) {
     complaints << "sightline: " << error.code << ": " << error.message << "\n";
@@ -161,7 +165,7 @@ int run_serve(const ServeCommand& asked, std::ostream& out, std::ostream& compla
 
   AccessRules access;
   if (!command.keys.empty()) {
-    if (Status read = read_keys(command, access, log); !read) return complain(read.error());
+    if (Status taken = take_keys(command.keys, access, log); !taken) return complain(taken.error());
   }
   auto engine = Engine::create({.threads = command.threads, .kernel = command.kernel});
   if (!engine) return complain(engine.error());
@@ -215,7 +219,8 @@ int run_serve(const ServeCommand& asked, std::ostream& out, std::ostream& compla
   log.info("sightline {} with kernel {} on {} threads", version(), (*engine)->kernel(),
            (*engine)->threads());
 
-  std::thread watcher([&] { watch_signals(signals, service, server, command); });
+  const Running running{command, access, service, server};
+  std::thread watcher([&] { watch_signals(signals, running); });
   server.serve();
   signals.wake();
   watcher.join();

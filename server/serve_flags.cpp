@@ -1,9 +1,7 @@
 #include "server/serve_flags.h"
 
-#include <CLI/CLI.hpp>
-
 #include "core/store/scene_id.h"
-#include "server/flag_checks.h"
+#include "server/flag_maker.h"
 #include "server/ip_address.h"
 #include "server/scene_source.h"
 
@@ -45,6 +43,10 @@ std::vector<Parsed> parse_each(const std::vector<std::string>& texts, const char
 void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
   app.add_option("--listen", flags.listen, "ADDR:PORT; port 0 takes a free one")
       ->capture_default_str();
+  app.add_option("--config", command.config,
+                 "JSON file of settings: {\"max-rays\": 1000} is --max-rays 1000, a list repeats a "
+                 "flag; flags that are given as such go first")
+      ->check(CLI::ExistingFile);
   app.add_option("--keys", command.keys,
                  "file with a line for each key that may ask: 'sightline key new' makes them; "
                  "without it everybody may do everything")
@@ -62,34 +64,25 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
   app.add_option("--kernel", command.kernel, "traversal kernel (see --version); default: the best");
   app.add_option("--log-level", command.log_level, "of the log on standard error")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
-      ->capture_default_str();
-  const CLI::Validator count([](std::string& text) { return check_positive_count(text); },
-                             "POSITIVE");
-  app.add_option("--max-scene-bytes", command.limits.scene_bytes, "of an uploaded scene")
-      ->check(count)
-      ->capture_default_str();
-  app.add_option("--max-query-bytes", command.limits.query_bytes, "of a query's body")
-      ->check(count)
-      ->capture_default_str();
-  app.add_option("--max-rays", command.limits.rays, "in one request")
-      ->check(count)
-      ->capture_default_str();
-  app.add_option("--max-hits", command.limits.hits, "listed in one answer to rays:all")
-      ->check(count)
-      ->capture_default_str();
-  app.add_option("--max-loads", command.limits.loads,
-                 "scenes that may be on their way at once; two of them are built at a time")
-      ->check(count)
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(kLiveFlags);
+  FlagMaker maker(app);
+  maker.add_count("--max-scene-bytes", command.limits.scene_bytes, "of an uploaded scene");
+  maker.add_count("--max-query-bytes", command.limits.query_bytes, "of a query's body");
+  maker.add_count("--max-rays", command.limits.rays, "in one request");
+  maker.add_count("--max-hits", command.limits.hits, "listed in one answer to rays:all");
+  maker.add_count("--max-loads", command.limits.loads,
+                  "scenes that may be on their way at once; two of them are built at a time");
   app.add_option("--skip", flags.skip,
                  "'all': trees are built when rays come near, or ahead of them; 'none': before a "
                  "scene is ready. No answer depends on it")
       ->check(CLI::IsMember({"all", "none"}))
       ->capture_default_str();
-  app.add_option("--memory-budget", command.memory_budget,
+  maker
+      .add_count("--memory-budget", command.memory_budget,
                  "bytes of all scenes with their trees; the trees that were asked the longest ago "
                  "go first (default: no limit)")
-      ->check(count);
+      ->default_str("");
   app.add_option("--scene-root", command.scene_root,
                  "folder below which clients may name files to load (POST /v1/scenes with a path)")
       ->check(CLI::ExistingDirectory);
@@ -104,25 +97,14 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
                  "ones (repeatable)")
       ->take_all()
       ->type_name("RANGE");
-  // Below a millisecond a request or a connection would have no time at all.
-  const CLI::Validator span([](std::string& text) { return check_seconds(text, 0.001); },
-                            "SECONDS");
-  const CLI::Validator wait([](std::string& text) { return check_seconds(text, 0); }, "SECONDS");
-  app.add_option("--request-seconds", flags.request_seconds, "how long one request may trace")
-      ->check(span)
-      ->capture_default_str();
-  app.add_option("--fetch-seconds", flags.fetch_seconds,
-                 "how long it may take to fetch a URL, with all redirects")
-      ->check(span)
-      ->capture_default_str();
-  app.add_option("--drain-seconds", flags.drain_seconds,
-                 "how long a stop waits for requests that have begun")
-      ->check(wait)
-      ->capture_default_str();
-  app.add_option("--notice-seconds", flags.notice_seconds,
-                 "how long /readyz says 503 before a stop, for load balancers")
-      ->check(wait)
-      ->capture_default_str();
+  maker.add_live_seconds("--request-seconds", flags.request_seconds, kLeastSeconds,
+                         "how long one request may trace");
+  maker.add_seconds("--fetch-seconds", flags.fetch_seconds, kLeastSeconds,
+                    "how long it may take to fetch a URL, with all redirects");
+  maker.add_live_seconds("--drain-seconds", flags.drain_seconds, 0,
+                         "how long a stop waits for requests that have begun");
+  maker.add_live_seconds("--notice-seconds", flags.notice_seconds, 0,
+                         "how long /readyz says 503 before a stop, for load balancers");
   define_door(app, command.door, flags.door);
 }
 
@@ -130,11 +112,6 @@ void finish_serve(ServeCommand& command, const ServeFlags& flags) {
   auto listen = parse_listen_address(flags.listen);
   if (!listen) throw CLI::ValidationError("--listen", listen.error().message);
   command.listen = std::move(*listen);
-  if (command.keys.empty() && !command.insecure && !is_local(command.listen.host)) {
-    throw CLI::ValidationError("--listen", "others can reach " + command.listen.host +
-                                               ": say who may ask with --keys FILE, or say "
-                                               "--insecure and let everybody do everything");
-  }
   for (const std::string& preload : flags.preloads) {
     command.preloads.push_back(parse_preload(preload));
   }
@@ -149,6 +126,25 @@ void finish_serve(ServeCommand& command, const ServeFlags& flags) {
   finish_door(command.door, flags.door);
   command.drain = milliseconds_of(flags.drain_seconds);
   command.notice = milliseconds_of(flags.notice_seconds);
+}
+
+void check_together(const ServeCommand& command) {
+  if (command.keys.empty() && !command.insecure && !is_local(command.listen.host)) {
+    throw CLI::ValidationError("--listen", "others can reach " + command.listen.host +
+                                               ": say who may ask with --keys FILE, or say "
+                                               "--insecure and let everybody do everything");
+  }
+}
+
+std::vector<FlagText> flag_texts(const CLI::App& app) {
+  std::vector<FlagText> texts;
+  for (const CLI::Option* option : app.get_options()) {
+    const auto& given = option->results();
+    texts.push_back({option->get_single_name(),
+                     given.empty() ? option->get_default_str() : CLI::detail::join(given, " "),
+                     option->get_group() == kLiveFlags});
+  }
+  return texts;
 }
 
 }  // namespace sightline

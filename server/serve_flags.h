@@ -24,7 +24,11 @@ struct ServeFlags {
 };
 
 void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags);
-/// After the parse. Throws CLI::ValidationError.
+/// After the parse: what each flag says by itself. Throws CLI::ValidationError.
 void finish_serve(ServeCommand& command, const ServeFlags& flags);
+/// After that: what they say together. Throws CLI::ValidationError.
+void check_together(const ServeCommand& command);
+/// Every flag of a parsed `app`.
+std::vector<FlagText> flag_texts(const CLI::App& app);
 
 }  // namespace sightline

@@ -12,6 +12,7 @@
 #include "core/store/scene_store.h"
 #include "server/door_limits.h"
 #include "server/exchange.h"
+#include "server/live.h"
 #include "server/metrics.h"
 #include "server/places.h"
 #include "server/scene_sources.h"
@@ -23,16 +24,24 @@ class logger;
 
 namespace sightline {
 
-/// Each is a flag, and shown by /version.
+/// Each is a flag, and shown by /version; those that are Live may change while it serves.
 struct ServiceLimits {
-  std::uint64_t scene_bytes = std::uint64_t{4} << 30;
-  std::uint64_t query_bytes = std::uint64_t{256} << 20;
-  std::size_t rays = 10'000'000;
-  std::size_t hits = 10'000'000;              ///< listed in one answer
-  std::chrono::milliseconds request{60'000};  ///< for tracing
-  std::size_t loads = 100;                    ///< under way or waiting
-  std::size_t waiters = 16;                   ///< requests that wait for a load, each on a worker
-  std::size_t listeners = 8;                  ///< to events, each on a worker
+  Live<std::uint64_t> scene_bytes{std::uint64_t{4} << 30};
+  Live<std::uint64_t> query_bytes{std::uint64_t{256} << 20};
+  Live<std::size_t> rays{10'000'000};
+  Live<std::size_t> hits{10'000'000};                   ///< listed in one answer
+  LiveTime request{std::chrono::milliseconds(60'000)};  ///< for tracing
+  std::size_t loads = 100;                              ///< under way or waiting
+  std::size_t waiters = 16;   ///< requests that wait for a load, each on a worker
+  std::size_t listeners = 8;  ///< to events, each on a worker
+
+  void take_live(const ServiceLimits& other) {
+    scene_bytes = other.scene_bytes;
+    query_bytes = other.query_bytes;
+    rays = other.rays;
+    hits = other.hits;
+    request = other.request;
+  }
 };
 
 struct Service {
@@ -50,7 +59,7 @@ struct Service {
   DoorLimits door{};  ///< to show them
   std::function<NamedCounts()> door_counts = [] { return NamedCounts(); };
 
-  Deadline deadline() const { return Deadline::in(limits.request, &cancelled); }
+  Deadline deadline() const { return Deadline::in(limits.request.get(), &cancelled); }
   /// Passed also when nobody waits for this answer any more.
   Deadline deadline(const Exchange& exchange) const {
     Deadline deadline = this->deadline();

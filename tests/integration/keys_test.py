@@ -10,25 +10,13 @@ import unittest
 from pathlib import Path
 
 import case_report
-from sightline_server import BINARY, JSON_TYPE, PATIENCE, SOURCE, Server, curl, demo_glb, read_answer
+from sightline_server import BINARY, JSON_TYPE, PATIENCE, SOURCE, Server, bearer, curl, demo_glb, make_key, read_answer
 
 sys.path.insert(0, str(SOURCE / "proto/python"))
 from sightline import Sightline, SightlineError
 
 DOCUMENT = json.loads((SOURCE / "proto/openapi.json").read_text(encoding="utf-8"))
 QUERY = '{"rays":[{"origin":[-10,1,0],"direction":[1,0,0]}],"fields":["t"]}'
-
-
-def make_key(role, name):
-    """(key, line for the file), by the program itself."""
-    done = subprocess.run([BINARY, "key", "new", "--role", role, "--name", name], capture_output=True, text=True, check=True,
-                          timeout=PATIENCE)
-    key, line = done.stdout.splitlines()
-    return key.removeprefix("key: "), line.removeprefix("line: ")
-
-
-def bearer(key):
-    return "-H", f"Authorization: Bearer {key}"
 
 
 def plain(answer):

@@ -95,8 +95,9 @@ class Server:
                                  f"its log: {self.log_text()}") from fault
 
     def log_text(self):
-        self.log.seek(0)
-        return self.log.read().decode("utf-8", "replace")
+        # The server shares this file's position: it stays where it is.
+        file = self.log.fileno()
+        return os.pread(file, os.fstat(file).st_size, 0).decode("utf-8", "replace")
 
     def signal(self, number=signal.SIGTERM):
         self.process.send_signal(number)
@@ -169,3 +170,15 @@ def demo_glb(name):
         file = Path(folder, "demo.glb")
         subprocess.run([BINARY, "demo", name, file], check=True, timeout=PATIENCE)
         return file.read_bytes()
+
+
+def make_key(role, name):
+    """(key, line for the file), by the program itself."""
+    done = subprocess.run([BINARY, "key", "new", "--role", role, "--name", name], capture_output=True, text=True, check=True,
+                          timeout=PATIENCE)
+    key, line = done.stdout.splitlines()
+    return key.removeprefix("key: "), line.removeprefix("line: ")
+
+
+def bearer(key):
+    return "-H", f"Authorization: Bearer {key}"

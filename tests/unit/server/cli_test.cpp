@@ -9,7 +9,7 @@ namespace {
 
 Command parse(std::vector<const char*> arguments) {
   arguments.insert(arguments.begin(), "sightline");
-  return parse_command_line(static_cast<int>(arguments.size()), arguments.data());
+  return parse_command_line({arguments.begin(), arguments.end()});
 }
 
 TEST(CommandLine, reads_serve) {

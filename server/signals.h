@@ -1,5 +1,5 @@
 #pragma once
-/// SIGTERM and SIGINT as events that a thread waits for.
+/// SIGTERM, SIGINT and SIGHUP as events that a thread waits for.
 
 #include <chrono>
 #include <csignal>
@@ -7,16 +7,17 @@
 
 namespace sightline {
 
-/// Blocks both signals in the thread that makes it, and so in every thread made after: make it
+/// Blocks these signals in the thread that makes it, and so in every thread made after: make it
 /// before any other thread. They come back with the object.
-class StopSignals {
+class Signals {
  public:
-  StopSignals();
-  ~StopSignals();
-  StopSignals(const StopSignals&) = delete;
-  StopSignals& operator=(const StopSignals&) = delete;
+  Signals();
+  ~Signals();
+  Signals(const Signals&) = delete;
+  Signals& operator=(const Signals&) = delete;
 
-  enum class Event { kSignal, kWoken, kTimeout };
+  /// kReload: SIGHUP, but from a terminal that went away, which is kStop as ever.
+  enum class Event { kStop, kReload, kWoken, kTimeout };
   /// Waits for the next signal, wake(), or the end of `timeout` (empty: for ever).
   Event wait(std::optional<std::chrono::milliseconds> timeout);
   /// Ends every wait, now and later. From any thread.

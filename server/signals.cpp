@@ -1,4 +1,4 @@
-#include "server/stop_signals.h"
+#include "server/signals.h"
 
 #include <poll.h>
 #include <sys/eventfd.h>
@@ -11,17 +11,18 @@
 
 namespace sightline {
 
-StopSignals::StopSignals() {
-  sigset_t stops;
-  sigemptyset(&stops);
-  sigaddset(&stops, SIGTERM);
-  sigaddset(&stops, SIGINT);
-  pthread_sigmask(SIG_BLOCK, &stops, &before_);
-  signals_ = ::signalfd(-1, &stops, SFD_CLOEXEC | SFD_NONBLOCK);
+Signals::Signals() {
+  sigset_t wanted;
+  sigemptyset(&wanted);
+  sigaddset(&wanted, SIGTERM);
+  sigaddset(&wanted, SIGINT);
+  sigaddset(&wanted, SIGHUP);
+  pthread_sigmask(SIG_BLOCK, &wanted, &before_);
+  signals_ = ::signalfd(-1, &wanted, SFD_CLOEXEC | SFD_NONBLOCK);
   woken_ = ::eventfd(0, EFD_CLOEXEC);
 }
 
-StopSignals::~StopSignals() {
+Signals::~Signals() {
   // A signal that came after the last wait is answered by what is happening: the end.
   signalfd_siginfo info{};
   while (::read(signals_, &info, sizeof info) > 0) {
@@ -31,7 +32,7 @@ StopSignals::~StopSignals() {
   pthread_sigmask(SIG_SETMASK, &before_, nullptr);
 }
 
-StopSignals::Event StopSignals::wait(std::optional<std::chrono::milliseconds> timeout) {
+Signals::Event Signals::wait(std::optional<std::chrono::milliseconds> timeout) {
   const auto begin = std::chrono::steady_clock::now();
   for (;;) {
     int left_ms = -1;
@@ -48,12 +49,13 @@ StopSignals::Event StopSignals::wait(std::optional<std::chrono::milliseconds> ti
     if (wanted[1].revents != 0) return Event::kWoken;
     signalfd_siginfo info{};
     if (::read(signals_, &info, sizeof info) == static_cast<ssize_t>(sizeof info)) {
-      return Event::kSignal;
+      const bool reload = info.ssi_signo == SIGHUP && info.ssi_code != SI_KERNEL;
+      return reload ? Event::kReload : Event::kStop;
     }
   }
 }
 
-void StopSignals::wake() {
+void Signals::wake() {
   const std::uint64_t one = 1;
   (void)!::write(woken_, &one, sizeof one);
 }

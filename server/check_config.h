@@ -1,0 +1,13 @@
+#pragma once
+/// sightline check-config: whether a server would take a file of settings.
+
+#include <ostream>
+
+#include "server/cli.h"
+
+namespace sightline {
+
+/// Prints each mistake with its place on `complaints`. Returns the exit code: 0 or 2.
+int run_check(const CheckCommand& command, std::ostream& out, std::ostream& complaints);
+
+}  // namespace sightline

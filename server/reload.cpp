@@ -1,0 +1,84 @@
+#include "server/reload.h"
+
+#include <spdlog/logger.h>
+
+#include <filesystem>
+#include <sstream>
+
+#include "server/descriptors.h"
+
+namespace sightline {
+namespace {
+
+/// Each line for itself, and of the file's path the name alone.
+void log_refusal(const ServeCommand& command, const std::string& text, spdlog::logger& log) {
+  std::istringstream lines(text);
+  std::string line;
+  while (std::getline(lines, line)) {
+    const std::size_t place = line.find(command.config);
+    if (place != std::string::npos) {
+      line.replace(place, command.config.size(),
+                   std::filesystem::path(command.config).filename().string());
+    }
+    log.error("{}", line);
+  }
+  log.error("the settings stay as they were");
+}
+
+void take_settings(const Running& running, const ServeCommand& next) {
+  ServeCommand& command = running.command;
+  Service& service = running.service;
+  for (std::size_t i = 0; i < next.flags.size() && i < command.flags.size(); ++i) {
+    const FlagText& flag = next.flags[i];
+    if (flag == command.flags[i]) continue;
+    if (flag.live) {
+      service.log.info("{} is now {}", flag.name, flag.text);
+      command.flags[i] = flag;
+    } else {
+      service.log.warn("{} has changed, which the next start will heed", flag.name);
+    }
+  }
+  command.limits.take_live(next.limits);
+  command.door.take_live(next.door);
+  command.door.connections = allowed_connections(command.door);
+  command.drain = next.drain;
+  command.notice = next.notice;
+  command.log_level = next.log_level;
+  service.limits.take_live(command.limits);
+  service.door.take_live(command.door);
+  running.server.change(command.door);
+  service.log.set_level(spdlog::level::from_str(command.log_level));
+}
+
+}  // namespace
+
+Status take_keys(const std::string& file, AccessRules& access, spdlog::logger& log) {
+  std::vector<std::string> warnings;
+  auto ring = KeyRing::read(file, warnings);
+  if (!ring) return std::move(ring).error();
+  for (const std::string& warning : warnings) log.warn("{}", warning);
+  log.info("{} keys may ask", ring->size());
+  access.use(std::make_shared<const KeyRing>(std::move(*ring)));
+  return success();
+}
+
+void reload(const Running& running) {
+  const ServeCommand& command = running.command;
+  spdlog::logger& log = running.service.log;
+  log.info("reloading");
+  // First, and whatever the settings are: a key that was taken away is not to wait for them.
+  if (!command.keys.empty()) {
+    if (const Status taken = take_keys(command.keys, running.access, log); !taken) {
+      log.error("the keys stay as they were: {}", taken.error().message);
+    }
+  }
+  const Command next = parse_command_line(command.arguments);
+  if (const auto* serve = std::get_if<ServeCommand>(&next)) {
+    take_settings(running, *serve);
+  } else if (const auto* shown = std::get_if<ShowText>(&next)) {
+    log_refusal(command, shown->text, log);
+  }
+  log.info("reloaded");
+}
+
+}  // namespace sightline
