@@ -35,7 +35,8 @@ struct ServeCommand {
   std::string data;       ///< empty: scenes live in memory only
   std::vector<std::pair<std::string, std::string>> preloads;  ///< id, source
   int threads = 0;
-  std::string scene_root;  ///< empty: clients may name no paths
+  std::vector<std::string> cors_origins;  ///< whose pages may ask
+  std::string scene_root;                 ///< empty: clients may name no paths
   UrlRules urls;
   std::string kernel;
   std::string log_level = "info";

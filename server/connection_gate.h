@@ -20,6 +20,7 @@
 #include <new>
 #include <vector>
 
+#include "server/answer_headers.h"
 #include "server/connection.h"
 #include "server/door_limits.h"
 #include "server/places.h"
@@ -40,6 +41,7 @@ struct DoorCounts {
 
 /// What the door asks others, on its own thread: neither may wait.
 struct DoorRules {
+  AnswerHeaders headers = {};
   /// Whether a request may come in, by its head alone; null: each.
   std::function<std::optional<RequestFault>(RequestHead&)> admit = {};
   /// Told of each request that gets no further than the door; may be null.
@@ -64,6 +66,7 @@ class ConnectionGate {
   void break_off();
 
   ByteBudget& budget() { return budget_; }
+  const DoorRules& rules() const { return rules_; }
   const DoorCounts& counts() const { return counts_; }
   std::size_t queued() const { return ready_workers_->queued() + body_workers_->queued(); }
 

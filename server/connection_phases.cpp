@@ -148,7 +148,8 @@ void ConnectionGate::refuse(Connection& connection, const RequestFault& fault) {
   connection.take(connection.pending_input().size());
   const std::string request_id = checked_request_id(connection.head.request_id);
   if (rules_.refused) rules_.refused(connection.head, fault, request_id);
-  connection.output = refusal_text(fault, request_id, connection.head.method != "HEAD");
+  connection.output = refusal_text(fault, request_id, rules_.headers.lines(connection.head),
+                                   connection.head.method != "HEAD");
   connection.sent = 0;
   connection.keep = false;
   connection.phase = Phase::kSending;

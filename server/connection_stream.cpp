@@ -76,8 +76,19 @@ bool ConnectionStream::wait_for_client(Pace& pace) {
   return !connection_.gone.cancelled() && wait_for(connection_.socket, POLLOUT, pace.due());
 }
 
+void ConnectionStream::collect_head(std::string_view head) {
+  const std::size_t line = head.find("\r\n");
+  const std::size_t end = line == std::string_view::npos ? 0 : line + 2;
+  connection_.output.append(head.substr(0, end)).append(head_lines_).append(head.substr(end));
+  head_lines_.clear();
+}
+
 ssize_t ConnectionStream::write(const char* data, std::size_t size) {
   if (broken_) return -1;
+  if (!head_lines_.empty()) {
+    collect_head({data, size});
+    return static_cast<ssize_t>(size);
+  }
   if (connection_.pending_output() + size <= kCollected) {
     connection_.output.append(data, size);
     return static_cast<ssize_t>(size);

@@ -31,6 +31,8 @@ class ConnectionStream final : public httplib::Stream {
   void get_local_ip_and_port(std::string& ip, int& port) const override;
   socket_t socket() const override;
 
+  /// What is written next is the head of an answer: `lines` go behind its first line.
+  void add_to_head(std::string lines) { head_lines_ = std::move(lines); }
   /// Sends all, waiting for the client as the pace allows. False when it is gone or too slow.
   bool flush();
   /// Sends what goes without waiting; the rest is the door's. False when the connection is broken.
@@ -38,6 +40,7 @@ class ConnectionStream final : public httplib::Stream {
   bool is_broken() const { return broken_; }
 
  private:
+  void collect_head(std::string_view head);
   bool send_with(std::string_view& more);
   bool wait_for_client(Pace& pace);
   bool leave_behind(std::string_view rest);
@@ -47,6 +50,7 @@ class ConnectionStream final : public httplib::Stream {
   Places& writers_;
   std::size_t read_at_ = 0;
   bool broken_ = false;
+  std::string head_lines_;
 };
 
 /// Waits until there is something to receive, or the connection has ended. False at `due`.

@@ -1,12 +1,15 @@
 #include "server/http_server.h"
 
+#include <cxxabi.h>
 #include <fcntl.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <charconv>
+#include <cstdlib>
 #include <new>
+#include <typeinfo>
 #include <utility>
 
 #include "server/body_reader.h"
@@ -56,8 +59,9 @@ Exchange exchange_of(const httplib::Request& request, httplib::Response& respons
   return exchange;
 }
 
-/// What the library adds to every answer, where it is not true.
-void correct(const httplib::Request& request, httplib::Response& response) {
+/// What the library adds to every answer, where it is not true; and what it does not add.
+void correct(const httplib::Request& request, httplib::Response& response,
+             const AnswerHeaders& headers) {
   response.headers.erase("Accept-Ranges");
   Course* course = course_of(request);
   if (course != nullptr) course->decide();
@@ -67,6 +71,18 @@ void correct(const httplib::Request& request, httplib::Response& response) {
   }
   if (response.status == 204) response.headers.erase("Content-Length");
   if (response.has_header("Connection")) response.headers.erase("Keep-Alive");
+  if (course == nullptr) return;
+  // In one piece, since each header that the library writes costs a call of printf.
+  course->stream.add_to_head(headers.lines(
+      course->connection.head,
+      {response.has_header("Cache-Control"), response.has_header("Content-Security-Policy")}));
+}
+
+std::string type_name(const std::exception& exception) {
+  const char* raw = typeid(exception).name();
+  const std::unique_ptr<char, void (*)(void*)> name(
+      abi::__cxa_demangle(raw, nullptr, nullptr, nullptr), std::free);
+  return name ? name.get() : raw;
 }
 
 }  // namespace
@@ -116,10 +132,17 @@ HttpServer::HttpServer(const DoorLimits& limits, Dispatch dispatch, Thrown throw
   // Every request ends here, before the library's router, and before it would read a body.
   set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
     Exchange exchange = exchange_of(request, response);
-    dispatch_(exchange);
+    const Course* course = course_of(request);
+    if (course != nullptr && gate_.rules().headers.is_preflight(course->connection.head)) {
+      exchange.reply_empty(204);
+    } else {
+      dispatch_(exchange);
+    }
     return HandlerResponse::Handled;
   });
-  set_post_routing_handler(correct);
+  set_post_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
+    correct(request, response, gate_.rules().headers);
+  });
   // What the door has let in the library can read; if not, the fault is not the client's.
   set_error_handler(
       HandlerWithResponse([](const httplib::Request& request, httplib::Response& response) {
@@ -201,19 +224,16 @@ void HttpServer::answer(Connection& connection) {
 void HttpServer::answer_thrown(const httplib::Request& request, httplib::Response& response,
                                std::exception_ptr exception) const {
   Exchange exchange = exchange_of(request, response);
-  std::string what = "unknown exception";
+  std::string kind = "not a std::exception";
   bool out_of_memory = false;
   try {
     std::rethrow_exception(std::move(exception));
-  } catch (const std::bad_alloc& caught) {
-    out_of_memory = true;
-    what = caught.what();
   } catch (const std::exception& caught) {
-    what = caught.what();
+    kind = type_name(caught);
+    out_of_memory = dynamic_cast<const std::bad_alloc*>(&caught) != nullptr;
   } catch (...) {
-    what = "not a std::exception";
   }
-  thrown_(exchange.request_id, what);
+  thrown_(exchange.request_id, kind);
   if (out_of_memory) {
     exchange.reply_problem(507, "MEMORY_FULL", "there is no memory left for this request");
   } else {

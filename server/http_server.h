@@ -31,8 +31,9 @@ Result<ListenAddress> parse_listen_address(const std::string& text);
 class HttpServer : private httplib::Server {
  public:
   using Dispatch = std::function<void(Exchange&)>;
-  /// Called when a handler has thrown; says nothing to the client.
-  using Thrown = std::function<void(const std::string& request_id, const std::string& what)>;
+  /// Called when a handler has thrown, with the exception's type: its text may be anything, and is
+  /// neither answered nor handed on.
+  using Thrown = std::function<void(const std::string& request_id, const std::string& type)>;
 
   HttpServer(const DoorLimits& limits, Dispatch dispatch, Thrown thrown, DoorRules rules = {});
   ~HttpServer() override;

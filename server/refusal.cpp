@@ -5,7 +5,8 @@
 
 namespace sightline {
 
-std::string refusal_text(const RequestFault& fault, const std::string& request_id, bool with_body) {
+std::string refusal_text(const RequestFault& fault, const std::string& request_id,
+                         std::string_view headers, bool with_body) {
   Problem problem;
   problem.status = fault.status;
   problem.title = status_title(fault.status);
@@ -17,7 +18,7 @@ std::string refusal_text(const RequestFault& fault, const std::string& request_i
                      "\r\nContent-Type: " + std::string(kProblemMediaType) +
                      "\r\nX-Request-Id: " + problem.request_id +
                      "\r\nConnection: close\r\nContent-Length: " + std::to_string(body.size()) +
-                     "\r\n";
+                     "\r\n" + std::string(headers);
   if (fault.status == 503) text += "Retry-After: 1\r\n";
   if (fault.status == 401) text += "WWW-Authenticate: Bearer realm=\"sightline\"\r\n";
   return text + "\r\n" + (with_body ? body : "");

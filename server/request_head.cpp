@@ -117,7 +117,7 @@ std::optional<RequestFault> parse_request_line(std::string_view line, RequestHea
 
 /// What the fields of a head said, counted.
 struct Fields {
-  std::size_t count = 0, hosts = 0, lengths = 0, encodings = 0, authorizations = 0;
+  std::size_t count = 0, hosts = 0, lengths = 0, encodings = 0, authorizations = 0, origins = 0;
   bool keeps_alive = false;
 };
 
@@ -182,6 +182,10 @@ std::optional<RequestFault> take_field(std::string_view line, RequestHead& head,
     head.request_id = value;
   } else if (equals_caseless(name, "authorization")) {
     head.authorization = ++fields.authorizations == 1 ? value : "";
+  } else if (equals_caseless(name, "origin")) {
+    head.origin = ++fields.origins == 1 ? value : "";
+  } else if (equals_caseless(name, "access-control-request-method")) {
+    head.asks_for_method = true;
   } else if (equals_caseless(name, "expect")) {
     if (!equals_caseless(value, "100-continue")) {
       return RequestFault{417, "EXPECTATION_UNKNOWN", "the only Expect here is 100-continue"};

@@ -90,7 +90,6 @@ void reply_scene_events(Exchange& exchange, Service& service) {
     const std::string text = stream->next();
     return (text.empty() || send(text)) && !stream->ended();
   });
-  exchange.response.set_header("Cache-Control", "no-store");
   exchange.response.set_header("X-Accel-Buffering", "no");  // nginx would collect the events
 }
 

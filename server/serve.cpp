@@ -197,16 +197,25 @@ int run_serve(const ServeCommand& asked, std::ostream& out, std::ostream& compla
   add_point_routes(router, service);
   add_scene_part_routes(router, service);
   add_box_routes(router, service);
+  const AnswerHeaders headers(command.cors_origins);
+  if (command.keys.empty() && !command.cors_origins.empty()) {
+    log.warn("--cors-origin without --keys: whoever's pages may ask may change scenes as well");
+  }
   const DoorRules rules{
-      [&access](RequestHead& head) { return access.admit(head); },
+      headers,
+      [&](RequestHead& head) {
+        auto fault = access.admit(head);
+        if (headers.is_preflight(head)) fault.reset();
+        return fault;
+      },
       [&](const RequestHead& head, const RequestFault& fault, const std::string& id) {
         service.metrics.count({head.method, "door", fault.status});
         log.debug("refused at the door {} {} id {}", fault.status, fault.code, id);
       }};
   HttpServer server(
       command.door, [&](Exchange& exchange) { answer(router, service, exchange); },
-      [&](const std::string& id, const std::string& what) {
-        log.error("request {} failed by an exception: {}", id, what);
+      [&](const std::string& id, const std::string& type) {
+        log.error("request {} failed by an exception: {}", id, type);
       },
       rules);
   service.door_counts = [&server] { return door_counts(server.counts()); };

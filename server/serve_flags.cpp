@@ -1,6 +1,7 @@
 #include "server/serve_flags.h"
 
 #include "core/store/scene_id.h"
+#include "server/answer_headers.h"
 #include "server/flag_maker.h"
 #include "server/ip_address.h"
 #include "server/scene_source.h"
@@ -53,6 +54,16 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
       ->check(CLI::ExistingFile);
   app.add_flag("--insecure", command.insecure,
                "listen without --keys where others than this machine can ask");
+  app.add_option("--cors-origin", command.cors_origins,
+                 "pages of this origin may ask from a browser: https://example.org, or * for all "
+                 "(repeatable; default: none)")
+      ->take_all()
+      ->check(CLI::Validator(
+          [](std::string& text) {
+            return is_origin(text) ? "" : "'" + text + "' is no origin like https://example.org";
+          },
+          ""))
+      ->type_name("ORIGIN");
   app.add_option("--data", command.data,
                  "folder where scenes are kept; without it they live in memory only");
   app.add_option("--preload", flags.preloads,

@@ -47,6 +47,7 @@ TEST_F(ConfigFile, says_the_same_as_each_flag) {
       {"keys", '"' + keys + '"'},
       {"insecure", "true"},
       {"data", '"' + folder + "/d\""},
+      {"cors-origin", R"(["https://a.example", "*"])"},
       {"preload", R"(["a=demo:six", "b=demo:town"])"},
       {"threads", "3"},
       {"kernel", "\"scalar\""},

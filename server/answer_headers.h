@@ -1,0 +1,39 @@
+#pragma once
+/// What every answer tells browsers: not to guess, not to keep, and which pages may read it.
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/request_head.h"
+
+namespace sightline {
+
+/// Of the headers below, those that an answer has already.
+struct OwnHeaders {
+  bool cache = false;   ///< Cache-Control
+  bool policy = false;  ///< Content-Security-Policy
+};
+
+class AnswerHeaders {
+ public:
+  AnswerHeaders() = default;
+  /// `origins` are those whose pages may ask, as is_origin knows them; "*" is each.
+  explicit AnswerHeaders(std::vector<std::string> origins) : origins_(std::move(origins)) {}
+
+  /// Whether a browser asks if a page that may ask may ask this. Answered before keys are asked
+  /// for: a browser shows none then. [Fetch] 3.2.2
+  bool is_preflight(const RequestHead& head) const;
+  /// Whole lines for the answer to `head`.
+  std::string lines(const RequestHead& head, OwnHeaders own = {}) const;
+
+ private:
+  bool allows(std::string_view origin) const;
+
+  std::vector<std::string> origins_;
+};
+
+/// "https://example.org", "http://localhost:3000": as browsers write it, without a path. Or "*".
+bool is_origin(std::string_view text);
+
+}  // namespace sightline
