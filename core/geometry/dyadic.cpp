@@ -207,20 +207,31 @@ double round_quotient(const Dyadic& numerator, const Dyadic& denominator) {
   return numerator.sign() * denominator.sign() < 0 ? -rounded : rounded;
 }
 
-double round_over_root(const Dyadic& numerator, const Dyadic& square) {
-  if (numerator.sign() == 0) return 0.0;
-  const Dyadic n2 = numerator * numerator;
-  // The guess must be close, or finding the neighbour takes for ever: the square of a small
-  // component may underflow where the component does not.
+double Dyadic::approximate_root(const Dyadic& numerator, const Dyadic& denominator) {
+  // By halves of the exponent: a square may underflow where its root does not, and a guess must be
+  // close, or finding the neighbour takes for ever.
   int n_exponent = 0;
-  int s_exponent = 0;
-  double ratio = n2.leading(n_exponent) / square.leading(s_exponent);
-  int exponent = n_exponent - s_exponent;
+  int d_exponent = 0;
+  double ratio = numerator.leading(n_exponent) / denominator.leading(d_exponent);
+  int exponent = n_exponent - d_exponent;
   if ((exponent & 1) != 0) {
     ratio *= 2;
     --exponent;
   }
-  const double guess = std::min(std::ldexp(std::sqrt(ratio), exponent / 2), 1.0);
+  return std::ldexp(std::sqrt(ratio), exponent / 2);
+}
+
+double round_root(const Dyadic& numerator, const Dyadic& denominator) {
+  if (numerator.sign() == 0) return 0.0;
+  const double guess = std::min(Dyadic::approximate_root(numerator, denominator),
+                                std::numeric_limits<double>::max());
+  return settle(guess, [&](const Dyadic& x) { return compare(numerator, x * x * denominator); });
+}
+
+double round_over_root(const Dyadic& numerator, const Dyadic& square) {
+  if (numerator.sign() == 0) return 0.0;
+  const Dyadic n2 = numerator * numerator;
+  const double guess = std::min(Dyadic::approximate_root(n2, square), 1.0);
   const double rounded =
       settle(guess, [&](const Dyadic& x) { return compare(n2, x * x * square); });
   return numerator.sign() < 0 ? -rounded : rounded;

@@ -13,12 +13,13 @@ namespace sightline {
 /// limbs.
 ///
 /// Laws    +, -, * and comparisons are exact. No rounding, no overflow, no underflow: a finite
-///         float64 spans the limbs -17 .. 15, a difference of two as many and a carry, and the
-///         widest thing formed is a product of eight such differences (kCapacity limbs).
+///         float64 spans the limbs -17 .. 15, a difference of two as many and a carry: 34. The
+///         widest thing formed compares two squared distances from planes, sums of products of ten
+///         such differences: 340 limbs and the carries of the sums (kCapacity).
 /// Cost    a constructor writes two limbs; nothing allocates. Products are schoolbook.
 class Dyadic {
  public:
-  static constexpr int kCapacity = 288;
+  static constexpr int kCapacity = 352;
 
   Dyadic() = default;
   /// Precondition: value is finite.
@@ -63,6 +64,10 @@ class Dyadic {
   /// even. Preconditions: square is positive and at least numerator squared.
   friend double round_over_root(const Dyadic& numerator, const Dyadic& square);
 
+  /// sqrt(numerator / denominator) rounded once to the nearest float64, ties to even; beyond the
+  /// largest number an infinity. Preconditions: numerator not negative, denominator positive.
+  friend double round_root(const Dyadic& numerator, const Dyadic& denominator);
+
  private:
   void copy(const Dyadic& other);
   void trim();
@@ -70,6 +75,8 @@ class Dyadic {
   static int compare_magnitude(const Dyadic& a, const Dyadic& b);
   /// The 64 leading bits as a float64 in [2^63, 2^64] and the exponent that belongs to them.
   double leading(int& exponent) const;
+  /// sqrt(numerator / denominator) within some units in the last place; may overflow.
+  static double approximate_root(const Dyadic& numerator, const Dyadic& denominator);
 
   int sign_ = 0;
   int exponent_ = 0;

@@ -6,27 +6,13 @@
 #include <cstdlib>
 #include <optional>
 
+#include "core/geometry/dyadic_vector.h"
+
 namespace sightline {
 
 namespace {
 
-using Vector = std::array<Dyadic, 3>;
-
-Vector difference(const Vec3d& a, const Vec3d& b) {
-  return {Dyadic(a.x) - Dyadic(b.x), Dyadic(a.y) - Dyadic(b.y), Dyadic(a.z) - Dyadic(b.z)};
-}
-
-Dyadic cross_component(const Vector& a, const Vector& b, std::size_t k) {
-  const std::size_t i = (k + 1) % 3;
-  const std::size_t j = (k + 2) % 3;
-  return a[i] * b[j] - a[j] * b[i];
-}
-
-Vector cross(const Vector& a, const Vector& b) {
-  return {cross_component(a, b, 0), cross_component(a, b, 1), cross_component(a, b, 2)};
-}
-
-Dyadic dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+using Vector = DyadicVector;
 
 Vector normal_of(const Triangle& t) {
   return cross(difference(t.v1, t.v0), difference(t.v2, t.v0));
@@ -123,7 +109,18 @@ int compare(const ExactT& a, const ExactT& b) {
   return compare(a.numerator * b.denominator, b.numerator * a.denominator);
 }
 
-bool is_degenerate(const Triangle& triangle) { return projection_axis(normal_of(triangle)) == 3; }
+bool is_degenerate(const Triangle& triangle) {
+  for (int k = 0; k < 3; ++k) {
+    const int i = (k + 1) % 3, j = (k + 2) % 3;
+    const double a = (triangle.v1[i] - triangle.v0[i]) * (triangle.v2[j] - triangle.v0[j]);
+    const double b = (triangle.v1[j] - triangle.v0[j]) * (triangle.v2[i] - triangle.v0[i]);
+    // Each product is off by three roundings, their difference by one more. Overflow and NaN make
+    // the comparison false.
+    constexpr double kError = 0x1p-50, kUnderflow = 0x1p-1000;
+    if (std::fabs(a - b) > kError * (std::fabs(a) + std::fabs(b)) + kUnderflow) return false;
+  }
+  return projection_axis(normal_of(triangle)) == 3;
+}
 
 bool exact_hit(const Vec3d& origin, const Vec3d& direction, double tmin, double tmax,
                const Triangle& triangle, ExactT& t) {

@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 
-#include "core/geometry/dyadic.h"
+#include "core/geometry/dyadic_vector.h"
 #include "core/geometry/exact_hit.h"
 #include "core/geometry/triangle_box.h"
 
@@ -11,7 +11,7 @@ namespace sightline {
 
 namespace {
 
-using Vector = std::array<Dyadic, 3>;
+using Vector = DyadicVector;
 
 struct ExactPlaced {
   std::array<Vector, 3> corner;
@@ -61,11 +61,7 @@ bool meet(const ExactPlaced& p) {
   for (std::size_t e = 0; e < 3; ++e) {
     for (std::size_t k = 0; k < 3; ++k) edge[e][k] = p.corner[(e + 1) % 3][k] - p.corner[e][k];
   }
-  Vector normal;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
-    normal[k] = edge[0][i] * edge[1][j] - edge[0][j] * edge[1][i];
-  }
+  const Vector normal = cross(edge[0], edge[1]);
   if (separates(p, normal)) return false;
   for (std::size_t e = 0; e < 3; ++e) {
     for (std::size_t k = 0; k < 3; ++k) {

@@ -1,11 +1,8 @@
 #pragma once
 /// Closed triangle against closed ball, exactly: touching counts.
 ///
-/// Method   They meet if and only if one of these does: a corner (|v|^2 <= r^2); an edge where the
-///          center projects into it (|a x e|^2 <= r^2 |e|^2); the plane where the center projects
-///          into the triangle ((n.a)^2 <= r^2 |n|^2). All of a, v are seen from the center.
-/// Filter   float64 for what is far away and for corners well inside; the rest is decided in Dyadic
-///          numbers, of degree six at most.
+/// Method   the exact distance of the center (point_triangle.h) is compared with the radius.
+/// Filter   float64 for what is far away and for corners well inside.
 
 #include "core/geometry/box3.h"
 #include "core/geometry/triangle.h"

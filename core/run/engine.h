@@ -65,6 +65,22 @@ class Engine {
   Status mark_edges(const Scene& scene, const RayBatch& rays, const HitBatch& hits,
                     const Deadline& deadline, Column<HitDetail>& details) const;
 
+  // Points are finite; see core/run/nearest.cpp. What counts is chosen by primitives: sides of
+  // options.kept are all or none.
+
+  /// The triangles nearest to each point, at most `count` of those within max_distance (closed),
+  /// which triangles and in which order exactly: by distance, at the same distance by id. `hits` is
+  /// overwritten: slots [i * count, (i + 1) * count) are point i's, misses last; t is the distance,
+  /// correctly rounded. Preconditions: max_distance is not negative, count is not 0.
+  Status nearest(const Scene& scene, const Column<Vec3d>& points, double max_distance,
+                 std::size_t count, const Deadline& deadline, HitBatch& hits,
+                 const RayOptions& options = {}) const;
+  /// The nearest point of each of these triangles, every number correctly rounded: slot i of `hits`
+  /// belongs to points[i]. Slots of misses are left default. HitDetail::front: the point lies on
+  /// the counter-clockwise side.
+  Status nearest_details(const Scene& scene, const Column<Vec3d>& points, const HitBatch& hits,
+                         const Deadline& deadline, Column<HitDetail>& out) const;
+
   // Boxes must have passed check_boxes. The same laws; see core/run/boxes.cpp.
 
   /// Rays against boxes, no scene: of the ray and the box of each slot, or of all pairs (slot = ray

@@ -6,6 +6,7 @@
 #include "core/geometry/triangle_box.h"
 #include "core/geometry/triangle_sphere.h"
 #include "core/trace/box_region.h"
+#include "core/trace/leaf_triangle.h"
 
 namespace sightline {
 
@@ -38,15 +39,6 @@ bool walk_tree(const WideTree& tree, const TreeRegion& region, Leaf leaf, Node n
     }
   }
   return true;
-}
-
-/// A lane of a leaf block as the world sees it: the same arithmetic as Scene::world_triangle.
-Triangle world_triangle(const Placement& placement, const LeafBlock& block, std::size_t lane) {
-  const auto corner = [&](std::size_t c) {
-    const Vec3f p{block.corner[c][0][lane], block.corner[c][1][lane], block.corner[c][2][lane]};
-    return placement.world_from_mesh.apply(p);
-  };
-  return {corner(0), corner(1), corner(2)};
 }
 
 }  // namespace

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/geometry/rounding.h"
+#include "core/trace/box_distance.h"
 #include "core/trace/box_region.h"
 #include "core/trace/ray_setup.h"
 
@@ -100,6 +102,33 @@ void PendingTrees::met(const Ray& ray, std::vector<std::uint32_t>& trees) {
     trees.push_back(tree);
     return limit;
   });
+}
+
+std::uint32_t PendingTrees::nearest_to(const Vec3d& point, double distance) {
+  std::uint32_t nearest = kNone;
+  if (tree_.pending == 0 || tree_.top.root == ChildRef::kEmpty) return nearest;
+  const TreePoint from = world_point(tree_.top, point);
+  double limit = from.square_within(distance);
+  std::vector<std::pair<std::uint32_t, double>> stack{{tree_.top.root, 0}};
+  while (!stack.empty()) {
+    const auto [ref, square] = stack.back();
+    stack.pop_back();
+    if (square > limit || (nearest != kNone && square >= limit)) continue;
+    if (ChildRef::is_leaf(ref)) {
+      pending_of(ref, [&, near = square](std::uint32_t tree) {
+        nearest = tree;
+        limit = near;
+      });
+      continue;
+    }
+    const WideNode& node = tree_.top.node(ref);
+    const std::array<double, kArity> squares = square_distances(node, from);
+    for (std::size_t i = 0; i < kArity; ++i) {
+      if (node.child[i] != ChildRef::kEmpty && squares[i] <= limit)
+        stack.emplace_back(node.child[i], squares[i]);
+    }
+  }
+  return nearest;
 }
 
 void PendingTrees::touched(const BoxBatch& boxes, std::size_t i,

@@ -23,6 +23,9 @@ class PendingTrees {
   std::uint32_t nearest(const Ray& ray, double t);
   /// Appends all whose boxes the ray may meet within its limits.
   void met(const Ray& ray, std::vector<std::uint32_t>& trees);
+  /// The one whose box is nearest to the point, of those that may be within `distance`; kNone if
+  /// there is none.
+  std::uint32_t nearest_to(const Vec3d& point, double distance);
   /// Appends all whose boxes the box may touch.
   void touched(const BoxBatch& boxes, std::size_t i, std::vector<std::uint32_t>& trees);
 

@@ -11,6 +11,8 @@
 namespace sightline {
 namespace {
 
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
 using test::ask;
 using test::description_of;
 using test::engine_of;
@@ -108,6 +110,36 @@ TEST(LazyScene, answers_every_kind_of_question_first_as_it_does_last) {
     EXPECT_EQ(lists.first, lazy_lists.first);
     EXPECT_EQ(lists.triangles, lazy_lists.triangles);
     EXPECT_EQ(lists.nodes, lazy_lists.nodes);
+  }
+}
+
+TEST(LazyScene, builds_what_is_near_a_point_and_finds_what_is_nearest) {
+  const auto lazy = lazy_scene_of(boxes_apart(100));
+  const auto engine = engine_of("", 2);
+  const Deadline never = Deadline::never();
+  HitBatch hits, lazy_hits;
+  ASSERT_TRUE(engine->nearest(*lazy, {{40.25, 30.25, 2}}, kInf, 1, never, hits));
+  EXPECT_EQ(hits.instance[0], 3040u);
+  EXPECT_LE(lazy->trees().stats().trees_built, 9u);
+  ASSERT_TRUE(engine->nearest(*lazy, {{-500, -500, 0}}, 7, 1, never, hits));
+  EXPECT_FALSE(hits.hit(0));
+  EXPECT_LE(lazy->trees().stats().trees_built, 9u);
+
+  const auto whole = *Scene::build(description_of(boxes_apart(30)));
+  std::mt19937_64 random(7);
+  Column<Vec3d> points;
+  for (int i = 0; i < 200; ++i) {
+    const auto x = [&] { return static_cast<double>(random() >> 11) * 0x1p-53 * 40 - 5; };
+    const double a = x(), b = x();
+    points.push_back({a, b, x() / 10});
+  }
+  for (const std::size_t count : {std::size_t{1}, std::size_t{20}}) {
+    ASSERT_TRUE(engine->nearest(*whole, points, 6, count, never, hits));
+    ASSERT_TRUE(
+        engine->nearest(*lazy_scene_of(boxes_apart(30)), points, 6, count, never, lazy_hits));
+    EXPECT_EQ(hits.t, lazy_hits.t);
+    EXPECT_EQ(hits.instance, lazy_hits.instance);
+    EXPECT_EQ(hits.triangle, lazy_hits.triangle);
   }
 }
 

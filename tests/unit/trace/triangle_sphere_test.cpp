@@ -1,51 +1,18 @@
-// Triangles and balls against rational arithmetic: the nearest point of the triangle, by the
-// regions of its corners, edges and inside.
+// Triangles and balls against rational arithmetic.
 
 #include "core/geometry/triangle_sphere.h"
 
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
 #include <cstdio>
 
 #include "tests/oracle/exact_triangle.h"
+#include "tests/oracle/nearest_point.h"
 #include "tests/oracle/random.h"
 
 namespace sightline {
 namespace {
-
-using Exact = std::array<mpq_class, 3>;
-
-Exact exact(const Vec3d& p) { return {mpq_class(p.x), mpq_class(p.y), mpq_class(p.z)}; }
-Exact minus(const Exact& a, const Exact& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-mpq_class dot(const Exact& a, const Exact& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
-/// The squared distance by the regions of the triangle, exactly.
-mpq_class square_distance(const Triangle& t, const Vec3d& point) {
-  const Exact p = exact(point), a = exact(t.v0), b = exact(t.v1), c = exact(t.v2);
-  const Exact ab = minus(b, a), ac = minus(c, a), ap = minus(p, a);
-  const auto from = [&](const mpq_class& v, const mpq_class& w) {
-    Exact d;
-    for (std::size_t k = 0; k < 3; ++k) d[k] = ap[k] - v * ab[k] - w * ac[k];
-    return dot(d, d);
-  };
-  const mpq_class d1 = dot(ab, ap), d2 = dot(ac, ap);
-  if (d1 <= 0 && d2 <= 0) return from(0, 0);
-  const Exact bp = minus(p, b), cp = minus(p, c);
-  const mpq_class d3 = dot(ab, bp), d4 = dot(ac, bp), d5 = dot(ab, cp), d6 = dot(ac, cp);
-  if (d3 >= 0 && d4 <= d3) return from(1, 0);
-  const mpq_class vc = d1 * d4 - d3 * d2, vb = d5 * d2 - d1 * d6, va = d3 * d6 - d5 * d4;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return from(d1 / (d1 - d3), 0);
-  if (d6 >= 0 && d5 <= d6) return from(0, 1);
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return from(0, d2 / (d2 - d6));
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
-    const mpq_class w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-    return from(1 - w, w);
-  }
-  const mpq_class sum = va + vb + vc;
-  return from(vb / sum, vc / sum);
-}
 
 TEST(TriangleSphere, is_what_rational_arithmetic_says) {
   constexpr std::uint64_t kSeed = 66;
@@ -69,7 +36,7 @@ TEST(TriangleSphere, is_what_rational_arithmetic_says) {
     const mpq_class square = mpq_class(sphere.radius) * mpq_class(sphere.radius);
     bool expected = false;
     if (!oracle::has_no_area(same)) {
-      const mpq_class distance = square_distance(t, sphere.center);
+      const mpq_class distance = oracle::nearest(sphere.center, same).square;
       expected = distance <= square;
       touch += distance == square ? 1u : 0u;
     }

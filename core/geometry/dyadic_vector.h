@@ -1,0 +1,33 @@
+#pragma once
+/// Vectors of Dyadic numbers: what the exact predicates are written in.
+
+#include <array>
+#include <cstddef>
+
+#include "core/geometry/dyadic.h"
+#include "core/geometry/vec3.h"
+
+namespace sightline {
+
+using DyadicVector = std::array<Dyadic, 3>;
+
+/// a - b. Precondition: both finite.
+inline DyadicVector difference(const Vec3d& a, const Vec3d& b) {
+  return {Dyadic(a.x) - Dyadic(b.x), Dyadic(a.y) - Dyadic(b.y), Dyadic(a.z) - Dyadic(b.z)};
+}
+
+inline Dyadic cross_component(const DyadicVector& a, const DyadicVector& b, std::size_t k) {
+  const std::size_t i = (k + 1) % 3;
+  const std::size_t j = (k + 2) % 3;
+  return a[i] * b[j] - a[j] * b[i];
+}
+
+inline DyadicVector cross(const DyadicVector& a, const DyadicVector& b) {
+  return {cross_component(a, b, 0), cross_component(a, b, 1), cross_component(a, b, 2)};
+}
+
+inline Dyadic dot(const DyadicVector& a, const DyadicVector& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+}  // namespace sightline

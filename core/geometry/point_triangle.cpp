@@ -1,0 +1,245 @@
+#include "core/geometry/point_triangle.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/geometry/dyadic_vector.h"
+#include "core/geometry/rounding.h"
+
+namespace sightline {
+
+namespace {
+
+constexpr double kU = 0x1p-53;
+constexpr std::size_t next(std::size_t corner) { return (corner + 1) % 3; }
+
+using Numbers = std::array<double, 3>;
+
+Numbers minus(const Vec3d& a, const Vec3d& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+Numbers minus(const Numbers& a, const Numbers& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+double dot(const Numbers& a, const Numbers& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+Numbers cross(const Numbers& a, const Numbers& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+double largest(const Numbers& a) {
+  return std::max({std::fabs(a[0]), std::fabs(a[1]), std::fabs(a[2])});
+}
+
+/// The corners as the point sees them.
+std::array<Numbers, 3> seen_from(const Vec3d& point, const Triangle& triangle) {
+  return {minus(triangle.v0, point), minus(triangle.v1, point), minus(triangle.v2, point)};
+}
+
+/// Weights of the second and third corner that are near those of the nearest point, and of some
+/// point of the triangle whatever rounding does. By regions, as [Ericson2005] has them.
+std::array<double, 2> near_weights(const std::array<Numbers, 3>& corner, const Numbers& ab,
+                                   const Numbers& ac) {
+  const auto &a = corner[0], &b = corner[1], &c = corner[2];
+  const double d1 = -dot(ab, a), d2 = -dot(ac, a);
+  if (d1 <= 0 && d2 <= 0) return {0, 0};
+  const double d3 = -dot(ab, b), d4 = -dot(ac, b);
+  if (d3 >= 0 && d4 <= d3) return {1, 0};
+  const double d5 = -dot(ab, c), d6 = -dot(ac, c);
+  if (d6 >= 0 && d5 <= d6) return {0, 1};
+  const double va = d3 * d6 - d5 * d4, vb = d5 * d2 - d1 * d6, vc = d1 * d4 - d3 * d2;
+  double v = 0, w = 0;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) {
+    v = d1 / (d1 - d3);
+  } else if (vb <= 0 && d2 >= 0 && d6 <= 0) {
+    w = d2 / (d2 - d6);
+  } else if (va <= 0 && d4 >= d3 && d5 >= d6) {
+    w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+    v = 1 - w;
+  } else {
+    const double sum = va + vb + vc;
+    v = vb / sum;
+    w = vc / sum;
+  }
+  // NaN becomes 0 here.
+  v = v > 0 ? std::min(v, 1.0) : 0;
+  w = w > 0 ? std::min(w, 1 - v) : 0;
+  return {v, w};
+}
+
+}  // namespace
+
+DistanceRange distance_range(const Vec3d& point, const Triangle& triangle) {
+  const std::array<Numbers, 3> corner = seen_from(point, triangle);
+  const double size = std::max({largest(corner[0]), largest(corner[1]), largest(corner[2])});
+  if (!(size < 0x1p400) || size < 0x1p-400) return {0, kInfD};
+  const Numbers ab = minus(corner[1], corner[0]), ac = minus(corner[2], corner[0]);
+  const auto [v, w] = near_weights(corner, ab, ac);
+  Numbers near;
+  for (std::size_t k = 0; k < 3; ++k) near[k] = (corner[0][k] + v * ab[k]) + w * ac[k];
+
+  const double error = 64 * kU * size;
+  const double length = std::sqrt(dot(near, near));
+  DistanceRange range{0, length + error};
+  if (length <= error) return range;
+  // No point of the triangle is nearer than its nearest corner in the direction of `near`.
+  const double least = std::min({dot(corner[0], near), dot(corner[1], near), dot(corner[2], near)});
+  range.low = std::max(0.0, least / length - error);
+  return range;
+}
+
+CornerSet certain_nearest_edge(const Vec3d& point, const Triangle& triangle) {
+  const std::array<Numbers, 3> corner = seen_from(point, triangle);
+  const std::array<Numbers, 3> edge{minus(triangle.v1, triangle.v0),
+                                    minus(triangle.v2, triangle.v1),
+                                    minus(triangle.v0, triangle.v2)};
+  const double size = std::max({largest(corner[0]), largest(corner[1]), largest(corner[2])});
+  const double extent = std::max({largest(edge[0]), largest(edge[1]), largest(edge[2])});
+  if (!(size < 0x1p200) || !(extent > 0x1p-200)) return 0;
+  // How far the point lies along an edge, seen from its first and from its second end.
+  const double error = 32 * kU * extent * size;
+  std::array<double, 3> after, beyond;
+  for (std::size_t i = 0; i < 3; ++i) {
+    after[i] = -dot(corner[i], edge[i]);
+    beyond[i] = -dot(corner[next(i)], edge[i]);
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (after[i] < -error && beyond[next(next(i))] > error) return CornerSet{1} << i;
+  }
+  const Numbers normal = cross(edge[0], edge[1]);
+  const double side_error = 256 * kU * extent * extent * extent * size;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (after[i] > error && beyond[i] < -error &&
+        dot(normal, cross(edge[i], corner[i])) > side_error) {
+      return CornerSet{1} << i | CornerSet{1} << next(i);
+    }
+  }
+  return 0;
+}
+
+namespace {
+
+/// Where the nearest point lies, in exact numbers.
+class ExactNearest {
+ public:
+  enum class Part { kCorner, kEdge, kInside };
+
+  ExactNearest(const Vec3d& point, const Triangle& triangle)
+      : corner_{difference(triangle.v0, point), difference(triangle.v1, point),
+                difference(triangle.v2, point)},
+        edge_{difference(triangle.v1, triangle.v0), difference(triangle.v2, triangle.v1),
+              difference(triangle.v0, triangle.v2)},
+        normal_(cross(edge_[0], edge_[1])) {
+    find();
+  }
+
+  Part part() const { return part_; }
+  std::size_t at() const { return at_; }
+  const DyadicVector& normal() const { return normal_; }
+
+  ExactDistance distance() const {
+    const DyadicVector& from = corner_[at_];
+    if (part_ == Part::kCorner) return {dot(from, from), Dyadic(1.0)};
+    if (part_ == Part::kEdge) {
+      const DyadicVector side = cross(from, edge_[at_]);
+      return {dot(side, side), length_};
+    }
+    const Dyadic height = dot(normal_, from);
+    return {height * height, dot(normal_, normal_)};
+  }
+
+  /// Weights of the corners, over divisor().
+  std::array<Dyadic, 3> weights() const {
+    std::array<Dyadic, 3> weight;
+    if (part_ == Part::kCorner) {
+      weight[at_] = Dyadic(1.0);
+    } else if (part_ == Part::kEdge) {
+      weight[at_] = length_ - along_;
+      weight[next(at_)] = along_;
+    } else {
+      for (std::size_t i = 0; i < 3; ++i) weight[next(next(i))] = inward(i);
+    }
+    return weight;
+  }
+  Dyadic divisor() const {
+    if (part_ == Part::kCorner) return Dyadic(1.0);
+    return part_ == Part::kEdge ? length_ : dot(normal_, normal_);
+  }
+  /// Whether the point lies on the counter-clockwise side.
+  bool in_front() const { return dot(normal_, corner_[0]).sign() < 0; }
+
+ private:
+  /// How far the point lies on the inner side of edge i, in units of the normal's square.
+  Dyadic inward(std::size_t i) const { return -dot(normal_, cross(edge_[i], corner_[i])); }
+
+  void find() {
+    std::array<Dyadic, 3> along, length;
+    for (std::size_t i = 0; i < 3; ++i) {
+      along[i] = -dot(corner_[i], edge_[i]);
+      length[i] = dot(edge_[i], edge_[i]);
+    }
+    for (at_ = 0; at_ < 3; ++at_) {
+      const std::size_t before = next(next(at_));
+      if (along[at_].sign() <= 0 && compare(along[before], length[before]) >= 0) return;
+    }
+    part_ = Part::kEdge;
+    for (at_ = 0; at_ < 3; ++at_) {
+      if (along[at_].sign() > 0 && compare(along[at_], length[at_]) < 0 &&
+          inward(at_).sign() <= 0) {
+        along_ = along[at_];
+        length_ = length[at_];
+        return;
+      }
+    }
+    part_ = Part::kInside;
+    at_ = 0;
+  }
+
+  const std::array<DyadicVector, 3> corner_;  ///< as the point sees them
+  const std::array<DyadicVector, 3> edge_;    ///< from corner i to the next
+  const DyadicVector normal_;
+  Part part_ = Part::kCorner;
+  std::size_t at_ = 0;     ///< the corner, or where the edge begins
+  Dyadic along_, length_;  ///< of an edge: where on it, over its squared length
+};
+
+}  // namespace
+
+ExactDistance exact_distance(const Vec3d& point, const Triangle& triangle) {
+  return ExactNearest(point, triangle).distance();
+}
+
+int compare(const ExactDistance& a, const ExactDistance& b) {
+  return compare(a.square * b.divisor, b.square * a.divisor);
+}
+
+int compare(const ExactDistance& a, double distance) {
+  if (std::isinf(distance)) return -1;
+  const Dyadic other(distance);
+  return compare(a.square, other * other * a.divisor);
+}
+
+NearestDetail nearest_detail(const Vec3d& point, const Triangle& triangle) {
+  const ExactNearest nearest(point, triangle);
+  const std::array<const Vec3d*, 3> corner{&triangle.v0, &triangle.v1, &triangle.v2};
+  const std::array<Dyadic, 3> weight = nearest.weights();
+  const Dyadic divisor = nearest.divisor();
+
+  NearestDetail result;
+  result.on_edge = nearest.part() != ExactNearest::Part::kInside;
+  ExactDetail& detail = result.detail;
+  for (int k = 0; k < 3; ++k) {
+    Dyadic sum;
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (weight[i].sign() != 0) sum = sum + weight[i] * Dyadic((*corner[i])[k]);
+    }
+    detail.position[k] = round_quotient(sum, divisor);
+  }
+  detail.u = round_quotient(weight[1], divisor);
+  detail.v = round_quotient(weight[2], divisor);
+  const DyadicVector& n = nearest.normal();
+  const Dyadic square = dot(n, n);
+  detail.normal = {round_over_root(n[0], square), round_over_root(n[1], square),
+                   round_over_root(n[2], square)};
+  detail.front = nearest.in_front();
+  return result;
+}
+
+}  // namespace sightline
