@@ -1,8 +1,12 @@
 #include "core/run/inside.h"
 
+#include <algorithm>
 #include <array>
+#include <map>
 #include <new>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "core/run/kept_sides.h"
 
@@ -35,6 +39,7 @@ Status points_inside(const Engine& engine, const Scene& scene, const Column<Vec3
                      InsideMethod method, const Deadline& deadline, const RayOptions& options,
                      InsideAnswers& answers) try {
   const std::size_t n = points.size();
+  answers.open_edges = open_edges(scene, options.kept, method);
   answers.inside.assign(n, 0);
   answers.reliable.assign(n, 1);
   answers.winding.assign(method == InsideMethod::kWinding ? n : 0, 0);
@@ -87,6 +92,50 @@ Status points_inside(const Engine& engine, const Scene& scene, const Column<Vec3
   return success();
 } catch (const std::bad_alloc&) {
   return Error{ErrorKind::kOutOfSpace, "MEMORY_EXHAUSTED", "there is no memory for the answer", ""};
+}
+
+std::uint64_t open_edges(const Scene& scene, const KeptSides* kept, InsideMethod method) {
+  const SceneDescription& description = scene.description();
+  // Of meshes of which only some primitives count, by these: placements mostly choose alike.
+  std::map<std::pair<std::uint32_t, std::vector<bool>>, OpenEdges> parts;
+  std::uint64_t open = 0;
+  for (std::size_t i = 0; i < description.instances.size(); ++i) {
+    const std::uint32_t number = description.instances[i].mesh;
+    const Mesh& mesh = *description.meshes[number];
+    std::vector<bool> counts(mesh.primitives.size(), true);
+    for (std::size_t p = 0; kept != nullptr && p < counts.size(); ++p) {
+      counts[p] = kept->sides[kept->first[i] + p] != 0;
+    }
+    const auto chosen = std::count(counts.begin(), counts.end(), true);
+    if (chosen == 0) continue;
+    OpenEdges edges;
+    if (static_cast<std::size_t>(chosen) == counts.size()) {
+      edges = scene.open_edges(number);
+    } else {
+      const auto [known, is_new] = parts.try_emplace({number, counts});
+      if (is_new) {
+        known->second =
+            sightline::open_edges(mesh, [&](std::size_t primitive) { return counts[primitive]; });
+      }
+      edges = known->second;
+    }
+    open += method == InsideMethod::kWinding ? edges.unbalanced : edges.unpaired;
+  }
+  return open;
+}
+
+Status signed_distances(const Engine& engine, const Scene& scene, const Column<Vec3d>& points,
+                        InsideMethod method, double max_distance, const Deadline& deadline,
+                        const RayOptions& options, Column<double>& distances,
+                        InsideAnswers& answers) {
+  HitBatch hits;
+  Status status = engine.nearest(scene, points, max_distance, 1, deadline, hits, options);
+  if (status) status = points_inside(engine, scene, points, method, deadline, options, answers);
+  if (!status) return status;
+  distances = std::move(hits.t);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (answers.inside[i] != 0) distances[i] = -distances[i];
+  return success();
 }
 
 }  // namespace sightline

@@ -18,6 +18,7 @@ struct InsideAnswers {
   /// winding number if its triangles are oriented alike); where they do not it has holes.
   Column<std::uint8_t> reliable;
   Column<std::int64_t> winding;  ///< backs less fronts, of the first direction; only for kWinding
+  std::uint64_t open_edges = 0;  ///< see below
 };
 
 /// Crossings are counted once (Crossings::kOnce), so that edges and corners on the way do no harm.
@@ -26,5 +27,17 @@ struct InsideAnswers {
 Status points_inside(const Engine& engine, const Scene& scene, const Column<Vec3d>& points,
                      InsideMethod method, const Deadline& deadline, const RayOptions& options,
                      InsideAnswers& answers);
+
+/// How many edges leave the triangles that count open, for this method, of all placements together:
+/// where there are none, every answer is right. Each mesh is looked at by itself.
+std::uint64_t open_edges(const Scene& scene, const KeptSides* kept, InsideMethod method);
+
+/// Distances of points from the nearest triangle, negative inside, rounded correctly; 0 on it, +inf
+/// beyond max_distance.
+/// Errors: those of Engine::nearest and points_inside.
+Status signed_distances(const Engine& engine, const Scene& scene, const Column<Vec3d>& points,
+                        InsideMethod method, double max_distance, const Deadline& deadline,
+                        const RayOptions& options, Column<double>& distances,
+                        InsideAnswers& answers);
 
 }  // namespace sightline

@@ -31,6 +31,7 @@ Result<std::shared_ptr<const Scene>> Scene::prepare(SceneDescription description
     Result<ScenePlan> plan = plan_scene(std::move(meshes), std::move(placements));
     if (!plan) return std::move(plan).error();
     scene->plan_ = std::move(*plan);
+    scene->known_edges_ = std::make_unique<KnownEdges[]>(scene->description_.meshes.size());
     scene->trees_ = std::make_unique<SceneTrees>(scene->plan_, bytes);
     return std::shared_ptr<const Scene>(std::move(scene));
   });
@@ -64,6 +65,15 @@ std::uint32_t Scene::primitive_of(TriangleId id) const {
       primitives.begin(), primitives.end(), id.triangle,
       [](std::uint32_t triangle, const Primitive& p) { return triangle < p.first_triangle; });
   return static_cast<std::uint32_t>(after - primitives.begin()) - 1;
+}
+
+const OpenEdges& Scene::open_edges(std::uint32_t mesh) const {
+  KnownEdges& known = known_edges_[mesh];
+  std::call_once(known.once, [&] {
+    known.edges =
+        sightline::open_edges(*description_.meshes[mesh], [](std::size_t) { return true; });
+  });
+  return known.edges;
 }
 
 }  // namespace sightline

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "core/base/result.h"
@@ -10,6 +11,7 @@
 #include "core/geometry/box3.h"
 #include "core/geometry/triangle.h"
 #include "core/query/hit_batch.h"
+#include "core/scene/open_edges.h"
 #include "core/scene/scene_description.h"
 #include "core/scene/scene_trees.h"
 
@@ -50,12 +52,20 @@ class Scene {
   /// The primitive of the instance's mesh that holds this triangle, as an index in
   /// Mesh::primitives.
   std::uint32_t primitive_of(TriangleId id) const;
+  /// Of a whole mesh of the description. Worked out when first asked for, then kept. Throws
+  /// std::bad_alloc.
+  const OpenEdges& open_edges(std::uint32_t mesh) const;
 
  private:
   Scene() = default;
   SceneDescription description_;
   ScenePlan plan_;
   std::unique_ptr<SceneTrees> trees_;  ///< looks at plan_
+  struct KnownEdges {
+    std::once_flag once;
+    OpenEdges edges;
+  };
+  std::unique_ptr<KnownEdges[]> known_edges_;  ///< one for each mesh
   std::uint64_t unique_triangle_count_ = 0;
   std::uint64_t instanced_triangle_count_ = 0;
 };
