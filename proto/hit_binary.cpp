@@ -2,101 +2,15 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
-#include <cstring>
 #include <limits>
-#include <vector>
 
+#include "proto/binary_answer.h"
 #include "proto/ray_binary.h"
 
 namespace sightline {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "columns are copied as they stand");
-
-constexpr std::size_t kHeaderBytes = 16, kEntryBytes = 40, kNameBytes = 16;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-template <class Number>
-constexpr std::uint32_t kTypeOf = 0;
-template <>
-constexpr std::uint32_t kTypeOf<double> = 1;
-template <>
-constexpr std::uint32_t kTypeOf<std::uint32_t> = 2;
-template <>
-constexpr std::uint32_t kTypeOf<std::uint8_t> = 3;
-template <>
-constexpr std::uint32_t kTypeOf<std::uint64_t> = 4;
-
-/// Collects columns, then writes them behind their table. The memory of an answer is its bytes
-/// once: columns are announced first and filled in place.
-class BinaryAnswer {
- public:
-  void announce(std::string_view name, std::uint32_t type, std::size_t number_bytes,
-                std::uint32_t width, std::size_t rows) {
-    entries_.push_back({name, type, number_bytes, width, rows});
-  }
-
-  /// After this, `next` in the order of the announcements.
-  void begin() {
-    std::size_t size = kHeaderBytes + entries_.size() * kEntryBytes;
-    for (Entry& entry : entries_) {
-      entry.at = size;
-      size += (entry.rows * entry.width * entry.number_bytes + 7) / 8 * 8;
-    }
-    text_.assign(size, '\0');
-    std::memcpy(text_.data(), "SLA1", 4);
-    write(4, static_cast<std::uint32_t>(entries_.size()));
-    std::size_t at = kHeaderBytes;
-    for (const Entry& entry : entries_) {
-      std::memcpy(text_.data() + at, entry.name.data(), std::min(entry.name.size(), kNameBytes));
-      write(at + 16, entry.type);
-      write(at + 20, entry.width);
-      write(at + 24, std::uint64_t{entry.at});
-      write(at + 32, std::uint64_t{entry.rows});
-      at += kEntryBytes;
-    }
-  }
-
-  /// value(row, component) of the next column.
-  template <class Number, class Value>
-  void next(Value value) {
-    const Entry& entry = entries_[next_++];
-    std::size_t at = entry.at;
-    for (std::size_t row = 0; row < entry.rows; ++row) {
-      for (std::uint32_t k = 0; k < entry.width; ++k) {
-        write(at, static_cast<Number>(value(row, k)));
-        at += sizeof(Number);
-      }
-    }
-  }
-
-  std::string take() { return std::move(text_); }
-
- private:
-  struct Entry {
-    std::string_view name;
-    std::uint32_t type;
-    std::size_t number_bytes;
-    std::uint32_t width;
-    std::size_t rows;
-    std::size_t at = 0;
-  };
-  template <class Number>
-  void write(std::size_t at, Number number) {
-    std::memcpy(text_.data() + at, &number, sizeof(Number));
-  }
-
-  std::vector<Entry> entries_;
-  std::size_t next_ = 0;
-  std::string text_;
-};
-
-template <class Number>
-void announce(BinaryAnswer& answer, std::string_view name, std::size_t rows,
-              std::uint32_t width = 1) {
-  answer.announce(name, kTypeOf<Number>, sizeof(Number), width, rows);
-}
 
 /// As BINARY.md numbers them.
 std::uint8_t fault_number(std::string_view code) {
@@ -133,17 +47,17 @@ struct HitColumns {
       switch (field) {
         case HitField::kT:
         case HitField::kDistance:
-          return announce<double>(answer, name, hits.size());
+          return answer.announce<double>(name, hits.size());
         case HitField::kPosition:
         case HitField::kNormal:
-          return announce<double>(answer, name, hits.size(), 3);
+          return answer.announce<double>(name, hits.size(), 3);
         case HitField::kBarycentrics:
-          return announce<double>(answer, name, hits.size(), 2);
+          return answer.announce<double>(name, hits.size(), 2);
         case HitField::kFront:
         case HitField::kOnEdge:
-          return announce<std::uint8_t>(answer, name, hits.size());
+          return answer.announce<std::uint8_t>(name, hits.size());
         default:
-          return announce<std::uint32_t>(answer, name, hits.size());
+          return answer.announce<std::uint32_t>(name, hits.size());
       }
     });
   }
@@ -211,8 +125,8 @@ template <class Number, class Source>
 std::string encode_one(std::string_view name, std::span<const Source> values,
                        const InvalidRays* invalid) {
   BinaryAnswer answer;
-  announce<Number>(answer, name, values.size());
-  if (invalid != nullptr) announce<std::uint8_t>(answer, "invalid", values.size());
+  answer.announce<Number>(name, values.size());
+  if (invalid != nullptr) answer.announce<std::uint8_t>("invalid", values.size());
   answer.begin();
   answer.next<Number>([&](std::size_t i, std::uint32_t) { return values[i]; });
   if (invalid != nullptr) write_invalid(answer, *invalid);
@@ -237,7 +151,7 @@ std::string encode_hits_binary(const HitBatch& hits, std::span<const HitDetail> 
   const HitColumns columns{hits, details, terms, fields};
   BinaryAnswer answer;
   columns.announce_all(answer);
-  if (invalid != nullptr) announce<std::uint8_t>(answer, "invalid", hits.size());
+  if (invalid != nullptr) answer.announce<std::uint8_t>("invalid", hits.size());
   answer.begin();
   columns.write_all(answer);
   if (invalid != nullptr) write_invalid(answer, *invalid);
@@ -249,15 +163,27 @@ std::string encode_hit_lists_binary(const HitLists& lists, std::span<const std::
                                     FieldSet fields, const InvalidRays* invalid) {
   const HitColumns columns{lists.hits, details, terms, fields};
   BinaryAnswer answer;
-  announce<std::uint64_t>(answer, "totals", totals.size());
-  announce<std::uint64_t>(answer, "first", lists.first.size());
+  answer.announce<std::uint64_t>("totals", totals.size());
+  answer.announce<std::uint64_t>("first", lists.first.size());
   columns.announce_all(answer);
-  if (invalid != nullptr) announce<std::uint8_t>(answer, "invalid", totals.size());
+  if (invalid != nullptr) answer.announce<std::uint8_t>("invalid", totals.size());
   answer.begin();
   answer.next<std::uint64_t>([&](std::size_t i, std::uint32_t) { return totals[i]; });
   answer.next<std::uint64_t>([&](std::size_t i, std::uint32_t) { return lists.first[i]; });
   columns.write_all(answer);
   if (invalid != nullptr) write_invalid(answer, *invalid);
+  return answer.take();
+}
+
+std::string encode_nearest_lists_binary(const HitLists& lists, std::span<const HitDetail> details,
+                                        const HitTerms& terms, FieldSet fields) {
+  const HitColumns columns{lists.hits, details, terms, fields};
+  BinaryAnswer answer;
+  answer.announce<std::uint64_t>("first", lists.first.size());
+  columns.announce_all(answer);
+  answer.begin();
+  answer.next<std::uint64_t>([&](std::size_t i, std::uint32_t) { return lists.first[i]; });
+  columns.write_all(answer);
   return answer.take();
 }
 

@@ -20,6 +20,8 @@ std::string encode_hits_binary(const HitBatch& hits, std::span<const HitDetail> 
 std::string encode_hit_lists_binary(const HitLists& lists, std::span<const std::uint64_t> totals,
                                     std::span<const HitDetail> details, const HitTerms& terms,
                                     FieldSet fields, const InvalidRays* invalid);
+std::string encode_nearest_lists_binary(const HitLists& lists, std::span<const HitDetail> details,
+                                        const HitTerms& terms, FieldSet fields);
 std::string encode_counts_binary(std::span<const std::uint64_t> counts, const InvalidRays* invalid);
 std::string encode_occlusion_binary(std::span<const std::uint8_t> occluded,
                                     const InvalidRays* invalid);

@@ -42,6 +42,7 @@ class FieldSet {
     for (const HitField field : fields) add(field);
   }
   constexpr void add(HitField field) { bits_ |= bit(field); }
+  constexpr void remove(HitField field) { bits_ &= ~bit(field); }
   constexpr bool has(HitField field) const { return (bits_ & bit(field)) != 0; }
   constexpr bool has_any_of(FieldSet other) const { return (bits_ & other.bits_) != 0; }
   constexpr bool empty() const { return bits_ == 0; }
@@ -54,6 +55,11 @@ class FieldSet {
   std::uint32_t bits_ = 0;
 };
 
+inline constexpr FieldSet kAllHitFields = [] {
+  FieldSet fields;
+  for (std::size_t i = 0; i < kHitFieldCount; ++i) fields.add(static_cast<HitField>(i));
+  return fields;
+}();
 /// What a request without "fields" gets.
 inline constexpr FieldSet kDefaultHitFields{
     HitField::kT,        HitField::kInstance, HitField::kPrimitive, HitField::kTriangle,

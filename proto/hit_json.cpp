@@ -126,6 +126,15 @@ void write_row(JsonWriter& out, const Answer& answer, FieldSet fields, std::size
   out.raw('}');
 }
 
+/// Those from `begin` to `end`, with commas between them.
+void write_rows(JsonWriter& out, const Answer& answer, FieldSet fields, std::size_t begin,
+                std::size_t end) {
+  for (std::size_t i = begin; i < end; ++i) {
+    if (i > begin) out.raw(',');
+    write_row(out, answer, fields, i);
+  }
+}
+
 void write_column(JsonWriter& out, const Answer& answer, HitField field) {
   out.raw('"');
   out.raw(hit_field_name(field));
@@ -182,10 +191,7 @@ std::string encode_hits(const HitBatch& hits, std::span<const HitDetail> details
   JsonWriter out(32 + hits.size() * expected_hit_bytes(fields));
   if (layout == AnswerLayout::kRows) {
     out.raw("{\"hits\":[");
-    for (std::size_t i = 0; i < hits.size(); ++i) {
-      if (i > 0) out.raw(',');
-      write_row(out, answer, fields, i);
-    }
+    write_rows(out, answer, fields, 0, hits.size());
     out.raw("]}");
     return out.take();
   }
@@ -215,10 +221,21 @@ std::string encode_hit_lists(const HitLists& lists, std::span<const std::uint64_
     out.raw(ray > 0 ? ",{\"total\":" : "{\"total\":");
     out.number(totals[ray]);
     out.raw(",\"hits\":[");
-    for (std::size_t i = lists.first[ray]; i < lists.first[ray + 1]; ++i) {
-      if (i > lists.first[ray]) out.raw(',');
-      write_row(out, answer, fields, i);
-    }
+    write_rows(out, answer, fields, lists.first[ray], lists.first[ray + 1]);
+    out.raw("]}");
+  }
+  out.raw("]}");
+  return out.take();
+}
+
+std::string encode_nearest_lists(const HitLists& lists, std::span<const HitDetail> details,
+                                 const HitTerms& terms, FieldSet fields) {
+  const Answer answer{lists.hits, details, terms};
+  JsonWriter out(32 + lists.first.size() * 12 + lists.hits.size() * expected_hit_bytes(fields));
+  out.raw("{\"results\":[");
+  for (std::size_t point = 0; point + 1 < lists.first.size(); ++point) {
+    out.raw(point > 0 ? ",{\"hits\":[" : "{\"hits\":[");
+    write_rows(out, answer, fields, lists.first[point], lists.first[point + 1]);
     out.raw("]}");
   }
   out.raw("]}");

@@ -52,6 +52,10 @@ std::string encode_hit_lists(const HitLists& lists, std::span<const std::uint64_
                              std::span<const HitDetail> details, const HitTerms& terms,
                              FieldSet fields, AnswerLayout layout);
 
+/// The nearest triangles of points: {"results":[{"hits":[{"distance":5},..]},..]}.
+std::string encode_nearest_lists(const HitLists& lists, std::span<const HitDetail> details,
+                                 const HitTerms& terms, FieldSet fields);
+
 /// {"counts":[2,0]}, for rows and for columns.
 std::string encode_counts(std::span<const std::uint64_t> counts);
 

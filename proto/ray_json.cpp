@@ -196,7 +196,7 @@ bool RayReader::read_top(Object object) {
   // Keys of the kind of body follow those of rays.
   std::vector<std::string_view> keys(kTopKeys.begin(), kTopKeys.end());
   keys.insert(keys.end(), more_keys().begin(), more_keys().end());
-  const unsigned known = known_top_keys() | ((1u << keys.size()) - (1u << kTopKeys.size()));
+  const unsigned known = known_top_keys() | known_more_keys() << kTopKeys.size();
   for (auto entry : object) {
     Field field;
     if (const auto code = std::move(entry).get(field); code != simdjson::SUCCESS) {

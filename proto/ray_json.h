@@ -36,6 +36,7 @@ struct RayJsonRules {
   /// Without, the body has options only.
   bool has_rays = true;
   FieldSet default_fields = kDefaultHitFields;
+  FieldSet known_fields = kAllHitFields;
   /// As has_fields for what is said of rays through a scene: "normalize", "cull", "include",
   /// "exclude", "on_invalid", "work".
   bool has_scene = true;

@@ -13,9 +13,10 @@ namespace {
 constexpr std::size_t kMostPatterns = 64, kLongestPattern = 256;
 constexpr std::size_t kMostNodes = 100'000;
 
-std::string known_fields() {
+std::string names_of(FieldSet fields) {
   std::string list;
   for (const HitField field : all_hit_fields()) {
+    if (!fields.has(field)) continue;
     list += (list.empty() ? "" : ", ") + std::string(hit_field_name(field));
   }
   return list;
@@ -43,11 +44,11 @@ bool RayReader::read_fields(Value value) {
       return malformed(entry_place, "this is not a valid string");
     }
     const std::optional<HitField> field = find_hit_field(name);
-    if (!field) {
-      return fail(
-          ErrorKind::kInvalid, "FIELD_UNKNOWN",
-          "unknown field \"" + std::string(cut_utf8(name, 64)) + "\"; known: " + known_fields(),
-          entry_place);
+    if (!field || !rules_.known_fields.has(*field)) {
+      return fail(ErrorKind::kInvalid, "FIELD_UNKNOWN",
+                  "unknown field \"" + std::string(cut_utf8(name, 64)) +
+                      "\"; known: " + names_of(rules_.known_fields),
+                  entry_place);
     }
     if (fields.has(*field)) {
       return fail(ErrorKind::kInvalid, "FIELD_DUPLICATE", "this field is asked for twice",
@@ -57,7 +58,7 @@ bool RayReader::read_fields(Value value) {
   }
   if (fields.empty()) {
     return fail(ErrorKind::kInvalid, "FIELDS_EMPTY",
-                "leave \"fields\" out, or name some of: " + known_fields(), place);
+                "leave \"fields\" out, or name some of: " + names_of(rules_.known_fields), place);
   }
   query_.fields = fields;
   query_.chose_fields = true;

@@ -38,6 +38,8 @@ class RayReader : protected JsonReader {
  protected:
   /// Keys that a body of rays and something else has besides, and how to read them.
   virtual std::span<const std::string_view> more_keys() const { return {}; }
+  /// The bits of those that may stand there.
+  virtual unsigned known_more_keys() const { return (1u << more_keys().size()) - 1; }
   virtual bool read_more(std::size_t which, Value value) {
     static_cast<void>(which);
     static_cast<void>(value);

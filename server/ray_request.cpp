@@ -2,6 +2,7 @@
 
 #include "core/run/kept_sides.h"
 #include "proto/hit_binary.h"
+#include "proto/point_binary.h"
 #include "proto/ray_binary.h"
 #include "server/request_body.h"
 #include "server/scene_admission.h"
@@ -40,10 +41,32 @@ bool RayRequest::read(RayJsonRules rules) {
     if (!decoded) return decoded.error();
     query = std::move(*decoded);
     exchange_.rays = query.rays.size();
-    if (exchange_.request.get_header_value("Accept") != kBinaryMediaType) return success();
+    return choose_bytes(query, kDefaultBinaryFields);
+  });
+}
+
+/// Of a query that came as JSON and may want its answer as bytes.
+Status RayRequest::choose_bytes(RayQuery& query, FieldSet default_fields) const {
+  if (exchange_.request.get_header_value("Accept") == kBinaryMediaType) {
     query.layout = AnswerLayout::kBinary;
-    if (!query.chose_fields) query.fields = kDefaultBinaryFields;
-    return check_binary_fields(query.fields);
+  }
+  if (query.layout != AnswerLayout::kBinary) return success();
+  if (!query.chose_fields) query.fields = default_fields;
+  return check_binary_fields(query.fields);
+}
+
+bool RayRequest::read_points(PointJsonRules rules, PointQuery& points) {
+  rules.max_points = service_.limits.rays;
+  const std::optional<QueryType> type = admit_rays_type(exchange_);
+  if (!type) return false;
+  return read_query([&](std::string& body, RayQuery& options) -> Status {
+    auto decoded = *type == QueryType::kBinary ? decode_points_binary(body, rules)
+                                               : decode_points(body, rules);
+    if (!decoded) return decoded.error();
+    points = std::move(*decoded);
+    options = points.options;
+    exchange_.rays = points.points.size();
+    return choose_bytes(options, kDefaultBinaryNearestFields);
   });
 }
 

@@ -9,6 +9,7 @@
 
 #include "core/run/engine.h"
 #include "proto/answer_members.h"
+#include "proto/point_json.h"
 #include "proto/ray_json.h"
 #include "server/exchange.h"
 #include "server/service.h"
@@ -24,6 +25,8 @@ class RayRequest {
   bool read(RayJsonRules rules);
   /// The same for a query that comes as JSON and is more than rays: decode(body, options) fills the
   /// options and returns a Status.
+  /// The same for points, JSON or binary.
+  bool read_points(PointJsonRules rules, PointQuery& points);
   using Decode = std::function<Status(std::string& body, RayQuery& options)>;
   bool read_json(const Decode& decode);
 
@@ -48,6 +51,7 @@ class RayRequest {
  private:
   using Clock = std::chrono::steady_clock;
   bool read_query(const Decode& decode);
+  Status choose_bytes(RayQuery& query, FieldSet default_fields) const;
 
   Exchange& exchange_;
   const Service& service_;

@@ -33,7 +33,7 @@ Points = Union[Sequence[Sequence[float]], "numpy.ndarray"]
 TEXTS = {"node", "node_path", "mesh", "material"}
 _BYTES, _JSON = "application/octet-stream", "application/json"
 # By the numbers of BINARY.md: struct and array letter, numpy type.
-_TYPES = {1: ("d", "<f8"), 2: ("I", "<u4"), 3: ("B", "u1"), 4: ("Q", "<u8")}
+_TYPES = {1: ("d", "<f8"), 2: ("I", "<u4"), 3: ("B", "u1"), 4: ("Q", "<u8"), 5: ("q", "<i8")}
 _NONE = 0xFFFFFFFF
 _NO_FLAG = 255
 _FLAGS = {"front", "on_edge"}
@@ -137,6 +137,20 @@ class Sightline:
     def inside(self, scene: str, points: Points, **options: Any) -> dict:
         return self.ask(scene, "points:inside", {"points": _lists(points), **options})
 
+    # Points: `options` are the keys of a JSON request, such as max_distance, method, include, fields.
+
+    def closest_points(self, scene: str, points: Points, **options: Any) -> dict:
+        """Columns of the nearest point of the scene."""
+        return self._points(scene, "closest", points, options)
+
+    def nearest(self, scene: str, points: Points, count: int, **options: Any) -> dict:
+        """Columns of the nearest triangles; those of point i are first[i] to first[i + 1]."""
+        return self._points(scene, "nearest", points, {**options, "count": count})
+
+    def distance(self, scene: str, points: Points, **options: Any) -> dict:
+        """Signed distances, negative inside; `reliable` says of which it is certain."""
+        return self._points(scene, "distance", points, options)
+
     def boxes(self, scene: str, kind: str, boxes: Sequence[Mapping], **options: Any) -> dict:
         """`kind`: any, list or count."""
         return self.ask(scene, f"boxes:{kind}", {"boxes": list(boxes), **options})
@@ -197,6 +211,24 @@ class Sightline:
             return _unpack(self._ask("POST", path, json.dumps(options).encode(), _JSON, _BYTES))
         return _unpack(self._ask("POST", path, _pack(origins, directions, tmin, tmax, options), _BYTES))
 
+    def _points(self, scene: str, kind: str, points: Points, options: dict) -> dict:
+        path = self._scene(scene, f"/points:{kind}")
+        if TEXTS & set(options.get("fields", ())):
+            raise ValueError("columns have no texts: ask for ids, or use ask()")
+        if numpy is not None:
+            columns = numpy.ascontiguousarray(numpy.asarray(points, "<f8").reshape(-1, 3).T).tobytes()
+            count = len(columns) // 24
+        else:
+            parts = _columns(points, "d")
+            columns, count = b"".join(part.tobytes() for part in parts), len(parts[0])
+        return _unpack(self._ask("POST", path, _head(b"SLP1", 1, count, options) + columns, _BYTES))
+
+
+def _head(magic: bytes, flags: int, count: int, options: dict) -> bytes:
+    text = json.dumps(options).encode() if options else b""
+    head = struct.pack("<4sIQII", magic, flags, count, len(text), 0) + text
+    return head + bytes(-len(head) % 8)
+
 
 def _lists(points: Points) -> list:
     return points.tolist() if hasattr(points, "tolist") else [list(map(float, point)) for point in points]
@@ -222,7 +254,6 @@ def _columns(points: Points, letter: str) -> list[array]:
 
 def _pack(origins: Points, directions: Points, tmin, tmax, options: dict) -> bytes:
     """A request of BINARY.md: float32 if the origins and directions are, else float64."""
-    text = json.dumps(options).encode() if options else b""
     limits = [limit for limit in (tmin, tmax) if limit is not None]
     if numpy is not None:
         o, d = numpy.asarray(origins), numpy.asarray(directions)
@@ -245,8 +276,7 @@ def _pack(origins: Points, directions: Points, tmin, tmax, options: dict) -> byt
     if len(sizes) != 1:
         raise ValueError(f"columns of different lengths: {sorted(sizes)}")
     flags = (not single) | 2 * (tmin is not None) | 4 * (tmax is not None)
-    head = struct.pack("<4sIQII", b"SLR1", flags, count, len(text), 0) + text
-    return b"".join([head, bytes(-len(head) % 8), *parts])
+    return b"".join([_head(b"SLR1", flags, count, options), *parts])
 
 
 def _unpack(body: bytes) -> dict:

@@ -72,6 +72,18 @@ class PythonClient(unittest.TestCase):
         names = self.client.closest("six", ORIGINS, DIRECTIONS, tmax=math.inf, fields=["node", "t"])
         self.assertEqual(names, {"t": [4.5, None, 8], "node": ["left", None, "right"]})
 
+    def test_every_kind_of_point_query(self):
+        hits = self.client.closest_points("six", [[-7, 3, 0], [90, 0, 0]], max_distance=20, fields=["distance", "position", "triangle"])
+        self.assertEqual((listed(hits["distance"]), listed(hits["triangle"])), ([math.sqrt(5), math.inf], [0, -1]))
+        self.assertEqual(listed(hits["position"][0]), [-5, 2, 0])
+        near = self.client.nearest("six", [[-7, 3, 0], [1, 2, 0]], 2)
+        self.assertEqual((listed(near["first"]), listed(near["instance"])), ([0, 2, 4], [0, 0, 0, 1]))
+        tower = {"include": {"names": ["clock tower", "spire"]}}
+        signed = self.client.distance("town", [[0, 10, 0.5], [-7, 9, 0]], method="winding", **tower)
+        self.assertEqual([listed(signed[name]) for name in ("distance", "reliable", "winding")], [[-2.5, 4], [1, 1], [1, 0]])
+        with self.assertRaises(ValueError):
+            self.client.closest_points("six", [[0, 0, 0]], fields=["node"])
+
     def test_columns_are_what_json_says(self):
         random.seed(4)
         origins = [[random.uniform(-300, 300), 60, random.uniform(-300, 300)] for _ in range(500)]
