@@ -62,6 +62,16 @@ void JsonWriter::number(std::uint64_t value) {
       static_cast<std::size_t>(std::to_chars(begin, begin + kLongestUint64, value).ptr - begin);
 }
 
+void JsonWriter::vector(const Vec3d& value) {
+  raw('[');
+  number(value.x);
+  raw(',');
+  number(value.y);
+  raw(',');
+  number(value.z);
+  raw(']');
+}
+
 void JsonWriter::string(std::string_view text) {
   if (!needs_no_escape(text)) {
     return raw(nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));

@@ -6,6 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "core/geometry/vec3.h"
+
 namespace sightline {
 
 class JsonWriter {
@@ -22,6 +24,8 @@ class JsonWriter {
   void number(double value);
   void number(std::uint32_t value);
   void number(std::uint64_t value);
+  /// "[x,y,z]".
+  void vector(const Vec3d& value);
   void boolean(bool value) { raw(value ? std::string_view("true") : std::string_view("false")); }
   /// A quoted string; bytes that are not UTF-8 become U+FFFD.
   void string(std::string_view text);

@@ -118,13 +118,7 @@ void write_hit(JsonWriter& out, const RayBoxAnswers& answers, std::size_t i) {
   }
   out.raw("],\"normal\":");
   if (faces.count == 0) return out.raw("null");
-  out.raw('[');
-  const Vec3d& normal = answers.normal[i];
-  for (int k = 0; k < 3; ++k) {
-    if (k > 0) out.raw(',');
-    out.number(normal[k]);
-  }
-  out.raw(']');
+  out.vector(answers.normal[i]);
 }
 
 void write_miss(JsonWriter& out, const RayBoxAnswers& answers, std::size_t i) {

@@ -8,7 +8,6 @@ namespace sightline {
 std::optional<QueryParameters> QueryParameters::read(
     Exchange& exchange, std::initializer_list<std::string_view> known) {
   QueryParameters parameters;
-  // From the target itself: the library's own reader knows other separators too.
   std::string_view query = exchange.request.target;
   query.remove_prefix(std::min(query.find('?'), query.size()));
   while (!query.empty()) {
@@ -28,7 +27,8 @@ std::optional<QueryParameters> QueryParameters::read(
       list += (list.empty() ? "" : ", ") + std::string(each);
     }
     exchange.reply_problem(422, "QUERY_INVALID",
-                           "the query parameters here are " + list + ", each name=value, once");
+                           "the query parameters here are " + list +
+                               ", each name=value at most once, with & between them");
     return std::nullopt;
   }
   return parameters;

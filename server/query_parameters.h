@@ -14,6 +14,7 @@ namespace sightline {
 
 class QueryParameters {
  public:
+  /// Reads them from the target itself: the library's own reader takes "first=0;x=1" for x = 1.
   /// Nothing after it has answered 422 QUERY_INVALID, naming the known ones.
   static std::optional<QueryParameters> read(Exchange& exchange,
                                              std::initializer_list<std::string_view> known);

@@ -18,7 +18,6 @@ struct SceneParameters {
 
 enum class KnownParameters { kWait, kSceneAndWait };
 
-/// Reads them from the target itself: the library's own reader takes "scene=0;x=1" for scene 1.
 /// False after it has answered 422 QUERY_INVALID: another parameter, one of them twice, or a value
 /// that is none.
 bool read_parameters(Exchange& exchange, KnownParameters known, SceneParameters& parameters);

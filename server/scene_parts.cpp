@@ -10,16 +10,6 @@
 namespace sightline {
 namespace {
 
-void write_vector(JsonWriter& out, const Vec3d& v) {
-  out.raw('[');
-  out.number(v.x);
-  out.raw(',');
-  out.number(v.y);
-  out.raw(',');
-  out.number(v.z);
-  out.raw(']');
-}
-
 void write_id(JsonWriter& out, std::uint32_t id) {
   if (id == kNone) return out.raw("null");
   out.number(id);
@@ -56,9 +46,9 @@ void write_node(JsonWriter& out, const Scene& scene, std::uint32_t number) {
     return;
   }
   out.raw("{\"min\":");
-  write_vector(out, bounds.min);
+  out.vector(bounds.min);
   out.raw(",\"max\":");
-  write_vector(out, bounds.max);
+  out.vector(bounds.max);
   out.raw("}}");
 }
 
@@ -96,11 +86,11 @@ void write_triangle(JsonWriter& out, const Scene& scene, const std::array<std::u
   out.raw(",\"triangle\":");
   out.number(id[2]);
   out.raw(",\"corners\":[");
-  write_vector(out, corners.v0);
+  out.vector(corners.v0);
   out.raw(',');
-  write_vector(out, corners.v1);
+  out.vector(corners.v1);
   out.raw(',');
-  write_vector(out, corners.v2);
+  out.vector(corners.v2);
   out.raw("],\"node_id\":");
   out.number(description.nodes[description.instances[id[0]].node].file_node);
   out.raw(",\"material_id\":");

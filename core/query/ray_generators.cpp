@@ -4,6 +4,7 @@
 #include <limits>
 #include <optional>
 
+#include "core/base/split_mix.h"
 #include "core/geometry/triangle.h"
 
 namespace sightline {
@@ -50,30 +51,18 @@ Vec3d around(const Frame& frame, const SinCos& azimuth, const SinCos& elevation)
          (elevation.cos * azimuth.sin) * frame.left + elevation.sin * frame.up;
 }
 
-/// splitmix64 [Steele2014], one stream for each point.
-class Stream {
- public:
-  Stream(std::uint64_t seed, std::uint64_t point) : state_(seed) {
-    state_ = bits() ^ (point * 0x9e3779b97f4a7c15ull);
-  }
-  /// A point of the open unit disc, by rejection.
-  void disc(double& x, double& y) {
-    do {
-      x = 2 * number() - 1;
-      y = 2 * number() - 1;
-    } while (!(x * x + y * y < 1));
-  }
+/// The numbers of one point of a seed.
+SplitMix numbers_of(std::uint64_t seed, std::uint64_t point) {
+  return SplitMix(SplitMix(seed).bits() ^ (point * 0x9e3779b97f4a7c15u));
+}
 
- private:
-  std::uint64_t bits() {
-    std::uint64_t z = (state_ += 0x9e3779b97f4a7c15ull);
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
-    return z ^ (z >> 31);
-  }
-  double number() { return static_cast<double>(bits() >> 11) * 0x1p-53; }
-  std::uint64_t state_;
-};
+/// A point of the open unit disc, by rejection.
+void draw_from_disc(SplitMix& numbers, double& x, double& y) {
+  do {
+    x = 2 * numbers.unit() - 1;
+    y = 2 * numbers.unit() - 1;
+  } while (!(x * x + y * y < 1));
+}
 
 /// Calls add(origin, direction) for each ray; nothing if a pose is none.
 struct Generate {
@@ -135,10 +124,10 @@ struct Generate {
                          : size.y <= size.z                   ? Vec3d{0, 1, 0}
                                                               : Vec3d{0, 0, 1};
       const Vec3d a = *unit(cross(axis, *normal)), b = cross(*normal, a);
-      Stream stream(samples.seed, p);
+      SplitMix numbers = numbers_of(samples.seed, p);
       for (std::uint64_t i = 0; i < samples.count; ++i) {
         double x = 0, y = 0;
-        stream.disc(x, y);
+        draw_from_disc(numbers, x, y);
         const double square = x * x + y * y;
         double z = std::sqrt(1 - square);
         if (samples.uniform) {

@@ -2,27 +2,17 @@
 
 #include <new>
 
+#include "core/base/split_mix.h"
 #include "core/trace/decision.h"
 
 namespace sightline {
 
 namespace {
 
-/// splitmix64 [Steele2014].
-class Random {
+class Random : public SplitMix {
  public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
+  using SplitMix::SplitMix;
   std::uint64_t below(std::uint64_t count) { return bits() % count; }
-  double unit() { return static_cast<double>(bits() >> 11) * 0x1p-53; }
-
- private:
-  std::uint64_t bits() {
-    std::uint64_t z = (state_ += 0x9e3779b97f4a7c15ull);
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
-    return z ^ (z >> 31);
-  }
-  std::uint64_t state_;
 };
 
 TriangleId some_triangle(const Scene& scene, Random& random) {

@@ -6,16 +6,15 @@
 #include <cstdio>
 #include <thread>
 
+#include "tests/support/float_text.h"
+
 namespace sightline::crosscheck {
 namespace {
 
+using test::hex;
+
 constexpr std::size_t kShown = 5;
 
-std::string hex(double value) {
-  std::array<char, 40> text{};
-  std::snprintf(text.data(), text.size(), "%a", value);
-  return text.data();
-}
 std::string hex(const Vec3d& v) { return "(" + hex(v.x) + "," + hex(v.y) + "," + hex(v.z) + ")"; }
 
 class Judge {

@@ -4,10 +4,9 @@ import json
 import math
 import random
 import struct
-import unittest
 
 import case_report
-from sightline_server import Server
+from two_scenes import TwoScenes
 
 BINARY = "Content-Type: application/octet-stream"
 TYPES = {1: ("d", 8), 2: ("I", 4), 3: ("B", 1), 4: ("Q", 8)}
@@ -40,12 +39,7 @@ def unpack(body):
     return columns
 
 
-class Binary(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.server = Server("--preload", "six=demo:six", "--preload", "town=demo:town")
-        cls.addClassCleanup(cls.server.end)
-
+class Binary(TwoScenes):
     def send(self, scene, kind, body):
         return self.server.ask(f"/v1/scenes/{scene}/rays:{kind}", "-H", BINARY, body=body)
 

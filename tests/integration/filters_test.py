@@ -1,9 +1,8 @@
 """Hits left out by side, node and material, against answers that were worked out by hand."""
 
-import unittest
 
 import case_report
-from sightline_server import Server
+from two_scenes import TwoScenes
 
 # Triangle i of "left" stands at x + y/2 with x = -6 + 2i, of "right" with x = 2 + 2i, see rays_test.py. Both show
 # their fronts to a ray along +x, their backs to one along -x.
@@ -13,12 +12,7 @@ BACK = {"origin": [10, 1, 0], "direction": [-1, 0, 0]}
 DOWN = {"origin": [0, 100, 0], "direction": [0, -1, 0], "tmax": 99}
 
 
-class Filters(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.server = Server("--preload", "six=demo:six", "--preload", "town=demo:town")
-        cls.addClassCleanup(cls.server.end)
-
+class Filters(TwoScenes):
     def hits(self, scene, *rays, **options):
         answer = self.server.query(scene, "closest", {"rays": list(rays), "fields": ["t", "node"], **options})
         self.assertEqual(answer.status, 200, answer.body)

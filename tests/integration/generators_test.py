@@ -3,11 +3,10 @@
 import json
 import math
 import struct
-import unittest
 
 import case_report
 from binary_test import unpack
-from sightline_server import Server
+from two_scenes import TwoScenes
 
 BINARY = "Content-Type: application/octet-stream"
 ALL = [{"kind": "pinhole", "position": [120, 40, 120], "look_at": [0, 10, 0], "fov_y": 45, "width": 40, "height": 30},
@@ -21,12 +20,7 @@ ALL = [{"kind": "pinhole", "position": [120, 40, 120], "look_at": [0, 10, 0], "f
         "range": [0, None]}]
 
 
-class Generators(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.server = Server("--preload", "six=demo:six", "--preload", "town=demo:town")
-        cls.addClassCleanup(cls.server.end)
-
+class Generators(TwoScenes):
     def send(self, body, *arguments):
         return self.server.ask("/v1/rays:generate", "-H", "Content-Type: application/json", *arguments, body=json.dumps(body))
 

@@ -1,10 +1,8 @@
 """Which points lie inside, against answers that were worked out by hand."""
 
-import json
-import unittest
 
 import case_report
-from sightline_server import Server
+from two_scenes import TwoScenes
 
 # The clock tower is a box with |x|, |z| <= 3 from y = 0 to 24 with a ledge, a box around it from y = 18 to 18.5; the
 # spire on it a pyramid up to y = 32. See lists_test.py.
@@ -13,19 +11,12 @@ IN_TOWER, IN_SPIRE, IN_BOTH_BOXES, ABOVE, BESIDE = [0, 10, 0.5], [0.25, 28, 0], 
 ON_WALL, ON_TIP, ON_TOP = [-3, 12, 1], [0, 32, 0], [0.5, 24, 0]
 
 
-class Inside(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.server = Server("--preload", "six=demo:six", "--preload", "town=demo:town")
-        cls.addClassCleanup(cls.server.end)
-
+class Inside(TwoScenes):
     def send(self, scene, **body):
-        return self.server.ask(f"/v1/scenes/{scene}/points:inside", "-H", "Content-Type: application/json", body=json.dumps(body))
+        return self.send_json(f"/v1/scenes/{scene}/points:inside", body)
 
     def ask(self, scene, *points, **options):
-        answer = self.send(scene, points=list(points), **options)
-        self.assertEqual(answer.status, 200, answer.body)
-        return answer.json()
+        return self.ask_json(f"/v1/scenes/{scene}/points:inside", {"points": list(points), **options})
 
     def test_parity(self):
         answer = self.ask("town", IN_TOWER, IN_SPIRE, ABOVE, BESIDE, IN_BOTH_BOXES, **BUILDING)

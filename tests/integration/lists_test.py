@@ -1,9 +1,9 @@
 """Every hit of a ray, and how many there are, by curl, against answers that were worked out by hand."""
 
-import unittest
 
 import case_report
 from sightline_server import Server
+from two_scenes import TwoScenes
 
 # Triangle i of "left" stands at x + y/2 with x = -6 + 2i, of "right" with x = 2 + 2i, see rays_test.py.
 THROUGH = {"origin": [-10, 1, 0], "direction": [1, 0, 0]}
@@ -28,12 +28,7 @@ def passages(hits):
     return runs
 
 
-class Lists(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.server = Server("--preload", "six=demo:six", "--preload", "town=demo:town")
-        cls.addClassCleanup(cls.server.end)
-
+class Lists(TwoScenes):
     def ask(self, scene, kind, body):
         answer = self.server.query(scene, kind, body)
         self.assertEqual(answer.status, 200, answer.body)

@@ -1,11 +1,10 @@
 """What a scene is made of, and whether its answers are those of brute force."""
 
 import random
-import unittest
 from fractions import Fraction
 
 import case_report
-from sightline_server import Server
+from two_scenes import TwoScenes
 
 
 def exact_t(origin, direction, corners):
@@ -31,12 +30,7 @@ def exact_t(origin, direction, corners):
     return t if t >= 0 and all(sign >= 0 for sign in signs) else None
 
 
-class Parts(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.server = Server("--preload", "six=demo:six", "--preload", "town=demo:town")
-        cls.addClassCleanup(cls.server.end)
-
+class Parts(TwoScenes):
     def get(self, path):
         answer = self.server.ask("/v1/scenes/" + path)
         self.assertEqual(answer.status, 200, answer.body)

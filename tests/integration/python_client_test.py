@@ -15,7 +15,8 @@ import unittest
 from pathlib import Path
 
 import case_report
-from sightline_server import SOURCE, Server, demo_glb
+from sightline_server import SOURCE, demo_glb
+from two_scenes import TwoScenes
 
 sys.path.insert(0, str(SOURCE / "proto/python"))
 import sightline  # noqa: E402  (found only now)
@@ -28,15 +29,10 @@ def listed(column):
     return column.tolist() if hasattr(column, "tolist") else column
 
 
-class PythonClient(unittest.TestCase):
+class PythonClient(TwoScenes):
     """Without numpy, wherever it may be installed."""
 
     numpy = None
-
-    @classmethod
-    def setUpClass(cls):
-        cls.server = Server("--preload", "six=demo:six", "--preload", "town=demo:town")
-        cls.addClassCleanup(cls.server.end)
 
     def setUp(self):
         self.addCleanup(setattr, sightline, "numpy", sightline.numpy)

@@ -1,10 +1,10 @@
 """The happy road: rays by curl, against answers that were worked out by hand."""
 
 import json
-import unittest
 
 import case_report
 from sightline_server import DATA, Server
+from two_scenes import TwoScenes
 
 # Triangle i of "left" has the corners (x,0,2) (x+2,4,0) (x,0,-2) with x = -6 + 2i, so at height y it
 # stands at x + y/2. The four branches of the hierarchy:
@@ -14,12 +14,7 @@ RIGHT = ([3, 10, 0], [0, -1, 0])  # the same on the right, whose x begins at 2
 NONE = ([1, 10, 0], [0, -1, 0])  # between the two
 
 
-class Rays(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.server = Server("--preload", "six=demo:six", "--preload", "town=demo:town")
-        cls.addClassCleanup(cls.server.end)
-
+class Rays(TwoScenes):
     def test_the_four_branches_of_six_triangles(self):
         hits = self.server.closest("six", BOTH, LEFT, RIGHT, NONE)
         self.assertEqual([hit and (hit["t"], hit["node"], hit["triangle"]) for hit in hits],

@@ -1,29 +1,20 @@
 """What stands between points, against answers that were worked out by hand."""
 
-import unittest
 
 import case_report
-from sightline_server import Server
+from two_scenes import TwoScenes
 
 # Along y = 1, z = 0 the triangles of "left" stand at x = -5.5, -3.5, -1.5, those of "right" at 2.5, 4.5, 6.5, see
 # rays_test.py.
 A, B, C, D = [-10, 1, 0], [-4, 1, 0], [0, 1, 0], [2, 1, 0]
 
 
-class Visibility(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.server = Server("--preload", "six=demo:six", "--preload", "town=demo:town")
-        cls.addClassCleanup(cls.server.end)
-
+class Visibility(TwoScenes):
     def send(self, scene, **body):
-        import json
-        return self.server.ask(f"/v1/scenes/{scene}/visibility", "-H", "Content-Type: application/json", body=json.dumps(body))
+        return self.send_json(f"/v1/scenes/{scene}/visibility", body)
 
     def ask(self, scene, **body):
-        answer = self.send(scene, **body)
-        self.assertEqual(answer.status, 200, answer.body)
-        return answer.json()
+        return self.ask_json(f"/v1/scenes/{scene}/visibility", body)
 
     def test_all_with_all_is_a_matrix_of_bits(self):
         # A sees nobody, C and D see each other, and each point itself.

@@ -2,23 +2,20 @@
 
 #include <gtest/gtest.h>
 
-#include <bit>
 #include <cfenv>
 #include <cmath>
 #include <limits>
 
 #include "tests/oracle/random.h"
+#include "tests/support/float_text.h"
 
 namespace sightline::oracle {
 namespace {
 
+using test::same_bits;
 constexpr double kInf = std::numeric_limits<double>::infinity();
 constexpr double kMax = std::numeric_limits<double>::max();
 constexpr double kDenormal = std::numeric_limits<double>::denorm_min();
-
-bool same_bits(double a, double b) {
-  return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
-}
 
 Rational fraction(double num, double den) {
   const Rational a = exact(num);

@@ -1,26 +1,23 @@
 #include <algorithm>
-#include <bit>
 #include <limits>
 #include <sstream>
 
 #include "core/geometry/ray_box.h"
 #include "tests/stress/ray_box_cases.h"
 #include "tests/stress/ray_box_truth.h"
+#include "tests/support/float_text.h"
 
 namespace sightline::stress {
 
 namespace {
 
+using test::same_bits;
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
 /// What the product must say of an exact t: rounded once, zero positive, nothing as an infinity.
 double rounded(const std::optional<mpq_class>& t, double nothing) {
   if (!t) return nothing;
   return oracle::round_to_double(oracle::Rational{t->get_num(), t->get_den(), 0}) + 0.0;
-}
-
-bool same_bits(double a, double b) {
-  return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
 }
 
 std::string check_outcome(const RayBoxAnswer& answer, const RayBoxTruth& truth) {

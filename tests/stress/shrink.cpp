@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cstdio>
 #include <cstring>
 #include <limits>
@@ -15,22 +14,15 @@
 #include "tests/oracle/detail_check.h"
 #include "tests/oracle/scene_oracle.h"
 #include "tests/oracle/world_triangles.h"
+#include "tests/support/float_text.h"
 
 namespace sightline::stress {
 namespace {
 
+using test::hex;
+using test::same_bits;
 constexpr unsigned kSecondsForARay = 5;
 constexpr double kInf = std::numeric_limits<double>::infinity();
-
-bool same_bits(double a, double b) {
-  return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
-}
-
-std::string hex(double value) {
-  std::array<char, 48> text{};
-  std::snprintf(text.data(), text.size(), "%a", value);
-  return text.data();
-}
 
 std::string judge_here(const SceneDescription& description, const Ray& ray,
                        const std::string& kernel, Joining joining) {

@@ -1,7 +1,6 @@
 #include "tests/stress/trial.h"
 
 #include <array>
-#include <bit>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -9,24 +8,18 @@
 
 #include "tests/oracle/detail_check.h"
 #include "tests/oracle/world_triangles.h"
+#include "tests/support/float_text.h"
 
 namespace sightline::stress {
 namespace {
 
 using oracle::OracleHit;
+using test::hex;
+using test::same_bits;
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
 constexpr std::size_t kShown = 4;
 
-bool same_bits(double a, double b) {
-  return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
-}
-
-std::string hex(double value) {
-  std::array<char, 48> text{};
-  std::snprintf(text.data(), text.size(), "%a", value);
-  return text.data();
-}
 std::string hex(const Vec3d& v) { return hex(v.x) + "," + hex(v.y) + "," + hex(v.z); }
 
 double ulp_error(double t, double truth) {

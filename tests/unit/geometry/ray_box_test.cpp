@@ -6,17 +6,18 @@
 #include <gmpxx.h>
 #include <gtest/gtest.h>
 
-#include <bit>
 #include <cmath>
 #include <string>
 
 #include "tests/oracle/random.h"
+#include "tests/support/float_text.h"
 #include "tests/unit/geometry/ray_box_golden.h"
 
 namespace sightline {
 namespace {
 
 using golden::kBox;
+using test::same_bits;
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
 template <class Box>
@@ -41,10 +42,6 @@ std::string faces(const RayBoxAnswer& answer) {
 std::string face(const RayBoxAnswer& answer) { return faces(answer).substr(0, 2); }
 
 bool hits(const RayBoxAnswer& answer) { return answer.outcome == RayBoxOutcome::kHit; }
-bool same_bits(double a, double b) {
-  return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
-}
-
 TEST(RayBox, answers_the_golden_cases) {
   for (const golden::GoldenCase& c : golden::kGoldenCases) {
     SCOPED_TRACE(c.name);

@@ -1,0 +1,34 @@
+#pragma once
+/// Reproducible numbers from a seed, the same on every machine: integer arithmetic, and one exact
+/// product.
+
+#include <cstdint>
+
+namespace sightline {
+
+/// One step of splitmix64 [Steele2014]: a bijective scrambling of 64 bits.
+constexpr std::uint64_t scramble(std::uint64_t x) {
+  x += 0x9e3779b97f4a7c15u;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+  return x ^ (x >> 31);
+}
+
+/// The splitmix64 sequence of a seed.
+class SplitMix {
+ public:
+  constexpr explicit SplitMix(std::uint64_t seed) : state_(seed) {}
+
+  constexpr std::uint64_t bits() {
+    const std::uint64_t value = scramble(state_);
+    state_ += 0x9e3779b97f4a7c15u;
+    return value;
+  }
+  /// Uniform in [0, 1), a multiple of 2^-53.
+  constexpr double unit() { return static_cast<double>(bits() >> 11) * 0x1p-53; }
+
+ private:
+  std::uint64_t state_;
+};
+
+}  // namespace sightline
