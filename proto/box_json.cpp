@@ -9,7 +9,7 @@ namespace sightline {
 
 namespace {
 
-constexpr std::array<std::string_view, 3> kKeys{"boxes", "of", "limit"};
+constexpr std::array<std::string_view, 3> kBoxQueryKeys{"boxes", "of", "limit"};
 
 class BoxQueryReader : private JsonReader {
  public:
@@ -32,8 +32,8 @@ class BoxQueryReader : private JsonReader {
         return check_end(code, [] { return JsonPointer(); });
       }
       std::size_t which = 0;
-      if (!read_key(field, kKeys, known, {}, which) ||
-          !mark_seen(1u << which, seen, JsonPointer().key(kKeys[which])) ||
+      if (!read_key(field, kBoxQueryKeys, known, {}, which) ||
+          !mark_seen(1u << which, seen, JsonPointer().key(kBoxQueryKeys[which])) ||
           !read_part(which, field.value())) {
         return false;
       }
@@ -42,7 +42,7 @@ class BoxQueryReader : private JsonReader {
   }
 
   bool read_part(std::size_t which, Value value) {
-    const JsonPointer place = JsonPointer().key(kKeys[which]);
+    const JsonPointer place = JsonPointer().key(kBoxQueryKeys[which]);
     if (which == 0) return BoxRows(*this, rules_.max_boxes, true).read(value, query_.boxes);
     if (which == 2) return read_count(value, rules_.limit, query_.limit, place);
     constexpr std::array<std::string_view, 2> kWords{"triangles", "nodes"};

@@ -9,8 +9,8 @@ namespace sightline {
 namespace {
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
-constexpr std::array<std::string_view, 7> kKeys{"min",      "max",  "center", "half",
-                                                "rotation", "axes", "radius"};
+constexpr std::array<std::string_view, 7> kBoxKeys{"min",      "max",  "center", "half",
+                                                   "rotation", "axes", "radius"};
 constexpr unsigned kMin = 1u, kMax = 2u, kCenter = 4u, kHalf = 8u, kRotation = 16u, kAxes = 32u,
                    kRadius = 64u;
 constexpr unsigned kCorners = kMin | kMax, kMiddle = kCenter | kHalf, kTurn = kRotation | kAxes;
@@ -60,7 +60,7 @@ bool BoxRows::read_numbers(JsonReader::Value value, const JsonPointer& place, do
 }
 
 bool BoxRows::read_part(std::size_t box, std::size_t which, JsonReader::Value value, Row& row) {
-  const JsonPointer place = part_place(box, kKeys[which]);
+  const JsonPointer place = part_place(box, kBoxKeys[which]);
   switch (1u << which) {
     case kMin:
       return read_numbers(value, place, row.min.data(), 3, true, -kInf);
@@ -153,8 +153,8 @@ bool BoxRows::read_row(std::size_t box, JsonReader::Value value, BoxBatch& boxes
       return reader_.check_end(code, [&] { return box_place(box); });
     }
     std::size_t which = 0;
-    if (!reader_.read_key(field, kKeys, takes_spheres_ ? 0x7fu : 0x3fu, box_place(box), which) ||
-        !reader_.mark_seen(1u << which, row.seen, part_place(box, kKeys[which])) ||
+    if (!reader_.read_key(field, kBoxKeys, takes_spheres_ ? 0x7fu : 0x3fu, box_place(box), which) ||
+        !reader_.mark_seen(1u << which, row.seen, part_place(box, kBoxKeys[which])) ||
         !read_part(box, which, field.value(), row)) {
       return false;
     }

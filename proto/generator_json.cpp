@@ -8,7 +8,7 @@ namespace sightline {
 
 namespace {
 
-constexpr std::array<std::string_view, 18> kKeys{
+constexpr std::array<std::string_view, 18> kGeneratorKeys{
     "position", "forward",  "look_at", "up",     "kind",  "range",
     "fov_y",    "extent_y", "width",   "height", "poses", "elevations",
     "azimuths", "points",   "normals", "count",  "seed",  "distribution"};
@@ -60,11 +60,11 @@ std::string about_key(std::size_t kind, std::string_view verb, std::size_t key) 
       .append("\" ")
       .append(verb)
       .append(" \"")
-      .append(kKeys[key])
+      .append(kGeneratorKeys[key])
       .append("\"");
   return text;
 }
-JsonPointer place_of(std::size_t key) { return root().key(kKeys[key]); }
+JsonPointer place_of(std::size_t key) { return root().key(kGeneratorKeys[key]); }
 
 }  // namespace
 
@@ -104,7 +104,7 @@ bool GeneratorReader::read_numbers(JsonReader::Value value, const JsonPointer& p
 bool GeneratorReader::read_pose_part(std::size_t which, JsonReader::Value value,
                                      const JsonPointer& place, Pose& pose) {
   double v[3] = {};
-  if (!read_numbers(value, JsonPointer(place).key(kKeys[which]), 3, v)) return false;
+  if (!read_numbers(value, JsonPointer(place).key(kGeneratorKeys[which]), 3, v)) return false;
   const Vec3d vector{v[0], v[1], v[2]};
   // "look_at" is kept in forward until the position is known too.
   (which == kPosition ? pose.position : which == kUp ? pose.up : pose.forward) = vector;
@@ -123,8 +123,8 @@ bool GeneratorReader::read_pose(JsonReader::Value value, const JsonPointer& plac
       return reader_.check_end(code, [&] { return JsonPointer(place); });
     }
     std::size_t which = 0;
-    if (!reader_.read_key(field, kKeys, kPoseBits, place, which) ||
-        !reader_.mark_seen(1u << which, seen, JsonPointer(place).key(kKeys[which])) ||
+    if (!reader_.read_key(field, kGeneratorKeys, kPoseBits, place, which) ||
+        !reader_.mark_seen(1u << which, seen, JsonPointer(place).key(kGeneratorKeys[which])) ||
         !read_pose_part(which, field.value(), place, pose)) {
       return false;
     }
@@ -233,7 +233,8 @@ bool GeneratorReader::read(JsonReader::Value value, RayGenerator& generator) {
       return reader_.check_end(code, [] { return root(); });
     }
     std::size_t which = 0;
-    if (!reader_.read_key(field, kKeys, (1u << kKeys.size()) - 1, root(), which) ||
+    if (!reader_.read_key(field, kGeneratorKeys, (1u << kGeneratorKeys.size()) - 1, root(),
+                          which) ||
         !reader_.mark_seen(1u << which, parts.seen, place_of(which)) ||
         !read_part(which, field.value(), parts)) {
       return false;
@@ -242,7 +243,7 @@ bool GeneratorReader::read(JsonReader::Value value, RayGenerator& generator) {
   if ((parts.seen & bits({kKind})) == 0) {
     return reader_.invalid("KEY_MISSING", "needs \"kind\"", root());
   }
-  for (std::size_t key = 0; key < kKeys.size(); ++key) {
+  for (std::size_t key = 0; key < kGeneratorKeys.size(); ++key) {
     const bool stands = (parts.seen >> key & 1u) != 0;
     if (stands && key != kKind && key != kRange && (kAllowed[parts.kind] >> key & 1u) == 0) {
       return reader_.invalid("KEY_UNKNOWN", about_key(parts.kind, "has no", key), place_of(key));

@@ -62,13 +62,13 @@ void JsonWriter::number(std::uint64_t value) {
       static_cast<std::size_t>(std::to_chars(begin, begin + kLongestUint64, value).ptr - begin);
 }
 
-void JsonWriter::vector(const Vec3d& value) {
+void JsonWriter::vector(double x, double y, double z) {
   raw('[');
-  number(value.x);
+  number(x);
   raw(',');
-  number(value.y);
+  number(y);
   raw(',');
-  number(value.z);
+  number(z);
   raw(']');
 }
 

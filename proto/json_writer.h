@@ -6,8 +6,6 @@
 #include <string>
 #include <string_view>
 
-#include "core/geometry/vec3.h"
-
 namespace sightline {
 
 class JsonWriter {
@@ -25,7 +23,7 @@ class JsonWriter {
   void number(std::uint32_t value);
   void number(std::uint64_t value);
   /// "[x,y,z]".
-  void vector(const Vec3d& value);
+  void vector(double x, double y, double z);
   void boolean(bool value) { raw(value ? std::string_view("true") : std::string_view("false")); }
   /// A quoted string; bytes that are not UTF-8 become U+FFFD.
   void string(std::string_view text);

@@ -118,7 +118,8 @@ void write_hit(JsonWriter& out, const RayBoxAnswers& answers, std::size_t i) {
   }
   out.raw("],\"normal\":");
   if (faces.count == 0) return out.raw("null");
-  out.vector(answers.normal[i]);
+  const Vec3d& normal = answers.normal[i];
+  out.vector(normal.x, normal.y, normal.z);
 }
 
 void write_miss(JsonWriter& out, const RayBoxAnswers& answers, std::size_t i) {

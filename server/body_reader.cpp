@@ -28,7 +28,7 @@ bool BodyReader::is_over() const {
 
 bool BodyReader::is_skippable() const {
   // Where a client was never told to go on it may send its body or not.
-  return !connection_.head.chunked && fault_ == Fault::kNone && left_ <= kSkippedBody &&
+  return !connection_.head.chunked && fault_ == Fault::kNoFault && left_ <= kSkippedBody &&
          (!owes_continue_ || left_ == 0);
 }
 
@@ -40,7 +40,7 @@ bool BodyReader::wait_for_input() {
     stream_.write(kContinue.data(), kContinue.size());
     if (!stream_.flush()) fault_ = Fault::kEnded;
   }
-  while (fault_ == Fault::kNone) {
+  while (fault_ == Fault::kNoFault) {
     const auto wanted = connection_.head.chunked ? kPiece : std::min<std::uint64_t>(left_, kPiece);
     switch (receive_some(connection_, static_cast<std::size_t>(wanted))) {
       case Received::kSome:
@@ -74,7 +74,7 @@ bool BodyReader::pass_on(const std::function<bool(std::span<const char>)>& sink)
   const bool wanted = count == 0 || sink({payload, count});
   connection_.take(before - pending.size());
   if (chunks_.is_broken()) fault_ = Fault::kEnded;
-  return wanted && fault_ == Fault::kNone;
+  return wanted && fault_ == Fault::kNoFault;
 }
 
 bool BodyReader::read(const std::function<bool(std::span<const char>)>& sink) {

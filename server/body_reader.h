@@ -16,7 +16,7 @@ class ConnectionStream;
 class BodyReader {
  public:
   enum class Fault {
-    kNone,
+    kNoFault,
     kEnded,  ///< the client stopped sending, or the chunks are none
     kSlow,   ///< it sends slower than it may
   };
@@ -42,7 +42,7 @@ class BodyReader {
   ChunkDecoder chunks_;
   std::uint64_t left_;  ///< unread, of a body that is not chunked
   bool owes_continue_;  ///< the client waits for "100 Continue"
-  Fault fault_ = Fault::kNone;
+  Fault fault_ = Fault::kNoFault;
 };
 
 }  // namespace sightline

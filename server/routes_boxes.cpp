@@ -44,7 +44,7 @@ bool read_boxes(Exchange& exchange, const Service& service, bool has_limit, BoxQ
   return true;
 }
 
-void any(Exchange& exchange, const Service& service) {
+void any_triangle(Exchange& exchange, const Service& service) {
   const auto scene = admit_scene_query(exchange, service);
   BoxQuery query;
   if (!scene || !read_boxes(exchange, service, false, query)) return;
@@ -58,7 +58,7 @@ void any(Exchange& exchange, const Service& service) {
   exchange.reply_json(200, encode_occlusion(touched));
 }
 
-void count(Exchange& exchange, const Service& service) {
+void count_triangles(Exchange& exchange, const Service& service) {
   const auto scene = admit_scene_query(exchange, service);
   BoxQuery query;
   if (!scene || !read_boxes(exchange, service, false, query)) return;
@@ -115,11 +115,11 @@ void add_box_routes(Router& router, const Service& service) {
   router.add("POST", "/v1/rays-boxes",
              [&service](Exchange& exchange) { rays_boxes(exchange, service); });
   router.add("POST", "/v1/scenes/{id}/boxes:any",
-             [&service](Exchange& exchange) { any(exchange, service); });
+             [&service](Exchange& exchange) { any_triangle(exchange, service); });
   router.add("POST", "/v1/scenes/{id}/boxes:list",
              [&service](Exchange& exchange) { list(exchange, service); });
   router.add("POST", "/v1/scenes/{id}/boxes:count",
-             [&service](Exchange& exchange) { count(exchange, service); });
+             [&service](Exchange& exchange) { count_triangles(exchange, service); });
 }
 
 }  // namespace sightline

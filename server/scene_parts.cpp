@@ -10,6 +10,8 @@
 namespace sightline {
 namespace {
 
+void write_vector(JsonWriter& out, const Vec3d& v) { out.vector(v.x, v.y, v.z); }
+
 void write_id(JsonWriter& out, std::uint32_t id) {
   if (id == kNone) return out.raw("null");
   out.number(id);
@@ -46,9 +48,9 @@ void write_node(JsonWriter& out, const Scene& scene, std::uint32_t number) {
     return;
   }
   out.raw("{\"min\":");
-  out.vector(bounds.min);
+  write_vector(out, bounds.min);
   out.raw(",\"max\":");
-  out.vector(bounds.max);
+  write_vector(out, bounds.max);
   out.raw("}}");
 }
 
@@ -86,11 +88,11 @@ void write_triangle(JsonWriter& out, const Scene& scene, const std::array<std::u
   out.raw(",\"triangle\":");
   out.number(id[2]);
   out.raw(",\"corners\":[");
-  out.vector(corners.v0);
+  write_vector(out, corners.v0);
   out.raw(',');
-  out.vector(corners.v1);
+  write_vector(out, corners.v1);
   out.raw(',');
-  out.vector(corners.v2);
+  write_vector(out, corners.v2);
   out.raw("],\"node_id\":");
   out.number(description.nodes[description.instances[id[0]].node].file_node);
   out.raw(",\"material_id\":");

@@ -8,8 +8,8 @@ namespace {
 TEST(SplitMix, gives_the_published_sequence) {
   // The first numbers of Vigna's splitmix64.c for the seed 1234567.
   SplitMix numbers(1234567);
-  for (const std::uint64_t published : {6457827717110365317u, 3203168211198807973u,
-                                        9817491932198370423u, 4593380528125082431u}) {
+  for (const std::uint64_t published :
+       {6457827717110365317u, 3203168211198807973u, 9817491932198370423u, 4593380528125082431u}) {
     EXPECT_EQ(numbers.bits(), published);
   }
 }

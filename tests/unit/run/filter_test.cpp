@@ -14,7 +14,7 @@
 namespace sightline {
 namespace {
 
-constexpr std::uint64_t kSeed = 62;
+constexpr std::uint64_t kFilterSeed = 62;
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
 /// Random triangles on a small grid, so that many rays meet edges, lie in planes or find ties;
@@ -133,8 +133,8 @@ class FilteredTruth {
 };
 
 TEST(Filter, gives_what_rational_arithmetic_keeps_on_every_kernel) {
-  std::printf("seed %llu\n", static_cast<unsigned long long>(kSeed));
-  oracle::Random random(kSeed);
+  std::printf("seed %llu\n", static_cast<unsigned long long>(kFilterSeed));
+  oracle::Random random(kFilterSeed);
   std::size_t kept_hits = 0, hidden = 0;
   for (const Joining joining : {Joining::kMeasured, Joining::kNever}) {
     const auto scene = sample(random, joining);
@@ -180,7 +180,7 @@ TEST(Filter, gives_what_rational_arithmetic_keeps_on_every_kernel) {
 }
 
 TEST(Filter, names_a_node_that_the_scene_does_not_have) {
-  oracle::Random random(kSeed);
+  oracle::Random random(kFilterSeed);
   const auto scene = sample(random, Joining::kMeasured);
   HitFilter filter;
   filter.exclude = TriangleChoice{std::vector<std::uint32_t>{11, 7}, {}, {}};

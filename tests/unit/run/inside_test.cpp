@@ -12,7 +12,7 @@
 namespace sightline {
 namespace {
 
-constexpr std::uint64_t kSeed = 65;
+constexpr std::uint64_t kInsideSeed = 65;
 
 struct Solid {
   int low[3], high[3];
@@ -47,8 +47,8 @@ std::shared_ptr<const Scene> scene_of(std::shared_ptr<Mesh> mesh) {
 }
 
 TEST(Inside, is_what_is_known_of_overlapping_boxes) {
-  std::printf("seed %llu\n", static_cast<unsigned long long>(kSeed));
-  oracle::Random random(kSeed);
+  std::printf("seed %llu\n", static_cast<unsigned long long>(kInsideSeed));
+  oracle::Random random(kInsideSeed);
   const auto engine = *Engine::create({2, ""});
   std::size_t on_surface = 0, inside = 0, deep = 0;
   for (int round = 0; round < 20; ++round) {

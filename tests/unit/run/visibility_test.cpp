@@ -15,11 +15,11 @@
 namespace sightline {
 namespace {
 
-constexpr std::uint64_t kSeed = 64;
+constexpr std::uint64_t kVisibilitySeed = 64;
 
 TEST(Visibility, is_what_rational_arithmetic_sees) {
-  std::printf("seed %llu\n", static_cast<unsigned long long>(kSeed));
-  oracle::Random random(kSeed);
+  std::printf("seed %llu\n", static_cast<unsigned long long>(kVisibilitySeed));
+  oracle::Random random(kVisibilitySeed);
   auto mesh = std::make_shared<Mesh>();
   for (int i = 0; i < 60; ++i) {
     const auto x = [&] { return static_cast<float>(random.integer(-4, 4)); };

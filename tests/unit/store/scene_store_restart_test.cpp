@@ -6,17 +6,12 @@
 #include <iterator>
 
 #include "core/store/scene_store.h"
-#include "core/store/sha256.h"
 #include "tests/unit/store/text_scenes.h"
 
 namespace sightline {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string hash(std::string_view text) {
-  return sha256_of(std::as_bytes(std::span(text.data(), text.size())));
-}
 
 void write_file(const fs::path& file, std::string_view text) {
   std::ofstream(file, std::ios::binary | std::ios::trunc) << text;

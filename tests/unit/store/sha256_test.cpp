@@ -2,16 +2,13 @@
 
 #include <gtest/gtest.h>
 
-#include <string_view>
+#include <string>
 
 #include "core/store/scene_id.h"
+#include "tests/unit/store/text_scenes.h"
 
 namespace sightline {
 namespace {
-
-std::string hash(std::string_view text) {
-  return sha256_of(std::as_bytes(std::span(text.data(), text.size())));
-}
 
 TEST(Sha256, agrees_with_the_examples_of_its_standard) {
   EXPECT_EQ(hash(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");

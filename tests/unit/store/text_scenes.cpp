@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <thread>
 
+#include "core/store/sha256.h"
+
 namespace sightline {
 
 namespace fs = std::filesystem;
@@ -47,6 +49,10 @@ Result<Put> put_text(SceneStore& store, const std::string& id, std::string_view 
   auto incoming = send_text(store, id, text, choice);
   if (!incoming) return std::move(incoming).error();
   return *store.wait(*store.submit(std::move(*incoming)), Deadline::never());
+}
+
+std::string hash(std::string_view text) {
+  return sha256_of(std::as_bytes(std::span(text.data(), text.size())));
 }
 
 std::string text_of(const SceneStore& store, const std::string& id) {

@@ -23,6 +23,8 @@ Result<IncomingScene> send_text(SceneStore& store, const std::string& id, std::s
 Result<Put> put_text(SceneStore& store, const std::string& id, std::string_view text,
                      const SceneChoice& choice = {});
 /// The text of a ready scene, else its state in brackets: "[failed]", "[none]".
+/// SHA-256 in hexadecimal.
+std::string hash(std::string_view text);
 std::string text_of(const SceneStore& store, const std::string& id);
 std::unique_ptr<SceneStore> open_store(const std::filesystem::path& folder,
                                        std::vector<Preload> preloads = {});
