@@ -1,14 +1,14 @@
 #include "proto/box_rows.h"
 
 #include <array>
-#include <limits>
 #include <string>
+
+#include "core/base/infinity.h"
 
 namespace sightline {
 
 namespace {
 
-constexpr double kInf = std::numeric_limits<double>::infinity();
 constexpr std::array<std::string_view, 7> kBoxKeys{"min",      "max",  "center", "half",
                                                    "rotation", "axes", "radius"};
 constexpr unsigned kMin = 1u, kMax = 2u, kCenter = 4u, kHalf = 8u, kRotation = 16u, kAxes = 32u,

@@ -11,7 +11,7 @@
 namespace sightline {
 namespace {
 
-constexpr std::array<std::string_view, 4> kMoreKeys{"points", "method", "max_distance", "count"};
+constexpr std::array<std::string_view, 4> kPointKeys{"points", "method", "max_distance", "count"};
 
 class PointReader : public RayReader {
  public:
@@ -32,14 +32,14 @@ class PointReader : public RayReader {
   }
 
  private:
-  std::span<const std::string_view> more_keys() const override { return kMoreKeys; }
+  std::span<const std::string_view> more_keys() const override { return kPointKeys; }
   unsigned known_more_keys() const override {
     return (rules_.has_points ? 1u : 0u) | (rules_.has_method ? 2u : 0u) |
            (rules_.has_max_distance ? 4u : 0u) | (rules_.has_count ? 8u : 0u);
   }
 
   bool read_more(std::size_t which, Value value) override {
-    const JsonPointer place = JsonPointer().key(kMoreKeys[which]);
+    const JsonPointer place = JsonPointer().key(kPointKeys[which]);
     switch (which) {
       case 0:
         has_points_ = true;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/infinity.h"
 #include "proto/box_rows.h"
 #include "proto/json_writer.h"
 #include "proto/ray_reader.h"
@@ -12,8 +13,7 @@ namespace sightline {
 
 namespace {
 
-constexpr double kInf = std::numeric_limits<double>::infinity();
-constexpr std::array<std::string_view, 4> kMoreKeys{"boxes", "pairing", "line", "planes"};
+constexpr std::array<std::string_view, 4> kRayBoxKeys{"boxes", "pairing", "line", "planes"};
 
 class RayBoxReader : public RayReader {
  public:
@@ -35,10 +35,10 @@ class RayBoxReader : public RayReader {
   }
 
  private:
-  std::span<const std::string_view> more_keys() const override { return kMoreKeys; }
+  std::span<const std::string_view> more_keys() const override { return kRayBoxKeys; }
 
   bool read_more(std::size_t which, Value value) override {
-    const JsonPointer place = JsonPointer().key(kMoreKeys[which]);
+    const JsonPointer place = JsonPointer().key(kRayBoxKeys[which]);
     if (which == 0) {
       has_boxes_ = true;
       return BoxRows(*this, rules_.max_boxes, false).read(value, query_boxes_.boxes);

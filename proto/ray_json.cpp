@@ -2,17 +2,16 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <optional>
 #include <vector>
 
+#include "core/base/infinity.h"
 #include "proto/generator_json.h"
 #include "proto/ray_reader.h"
 
 namespace sightline {
 namespace {
 
-constexpr double kInf = std::numeric_limits<double>::infinity();
 static_assert(kRayJsonPadding >= kJsonPadding);
 
 std::string number_text(std::size_t number) { return std::to_string(number); }

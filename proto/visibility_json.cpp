@@ -8,8 +8,8 @@
 namespace sightline {
 namespace {
 
-constexpr std::array<std::string_view, 5> kMoreKeys{"from", "to", "pairing", "ends",
-                                                    "first_blocker"};
+constexpr std::array<std::string_view, 5> kVisibilityKeys{"from", "to", "pairing", "ends",
+                                                          "first_blocker"};
 
 class VisibilityReader : public RayReader {
  public:
@@ -24,12 +24,12 @@ class VisibilityReader : public RayReader {
   }
 
  private:
-  std::span<const std::string_view> more_keys() const override { return kMoreKeys; }
+  std::span<const std::string_view> more_keys() const override { return kVisibilityKeys; }
 
   bool read_more(std::size_t which, Value value) override {
     seen_ |= 1u << which;
     PointPairs& pairs = visibility_.pairs;
-    const JsonPointer place = JsonPointer().key(kMoreKeys[which]);
+    const JsonPointer place = JsonPointer().key(kVisibilityKeys[which]);
     if (which < 2) {
       return read_points(*this, value, place, max_pairs_, which == 0 ? pairs.from : pairs.to,
                          [&](const JsonPointer& point) { return too_many_points(point); });
@@ -54,7 +54,7 @@ class VisibilityReader : public RayReader {
   bool finish_more() override {
     for (std::size_t which = 0; which < 2; ++which) {
       if ((seen_ >> which & 1u) == 0) {
-        return invalid("KEY_MISSING", "needs \"" + std::string(kMoreKeys[which]) + "\"", {});
+        return invalid("KEY_MISSING", "needs \"" + std::string(kVisibilityKeys[which]) + "\"", {});
       }
     }
     const PointPairs& pairs = visibility_.pairs;

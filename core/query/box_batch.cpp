@@ -1,13 +1,12 @@
 #include "core/query/box_batch.h"
 
 #include <cmath>
-#include <limits>
+
+#include "core/base/infinity.h"
 
 namespace sightline {
 
 namespace {
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 /// What is wrong with one box, without its number. An empty code: nothing.
 BoxFault fault_of(const Box3d& box) {

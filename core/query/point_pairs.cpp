@@ -3,13 +3,12 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/infinity.h"
 #include "core/geometry/triangle.h"
 
 namespace sightline {
 
 namespace {
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 PairFault ends_of(const PointPairs& pairs, std::size_t i) {
   if (pairs.pairing == BoxPairing::kEach) return {i, i};

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <string_view>
 
+#include "core/base/infinity.h"
 #include "tests/stress/aimed_rays.h"
 #include "tests/stress/ray_box_cases.h"
 
@@ -13,8 +13,6 @@ namespace sightline::bench {
 namespace {
 
 using oracle::Random;
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 /// Families whose rays stay hard when their numbers are rounded to float32.
 constexpr std::array kFloat32Families{"vertex_aims", "edge_aims", "origin_on_surface", "grazing"};

@@ -2,14 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <limits>
-
+#include "core/base/infinity.h"
 #include "tests/oracle/random.h"
 
 namespace sightline::oracle {
 namespace {
 
-constexpr double kInf = std::numeric_limits<double>::infinity();
 const Box3d kGolden{{-2, -3, -4}, {4, 3, 2}};
 constexpr std::array<Vec3d, 3> kAxes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
 

@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "core/base/infinity.h"
 
 namespace sightline::oracle {
 namespace {
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 mpq_class power_of_two(long exponent) { return to_mpq(Rational{1, 1, exponent}); }
 

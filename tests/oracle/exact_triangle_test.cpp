@@ -5,12 +5,12 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/infinity.h"
 #include "tests/oracle/detail_check.h"
 
 namespace sightline::oracle {
 namespace {
 
-constexpr double kInf = std::numeric_limits<double>::infinity();
 const Triangle kFlat{{0, 0, 0}, {4, 0, 0}, {0, 4, 0}};
 
 std::optional<double> t_of(const Ray& ray, const Triangle& triangle = kFlat) {

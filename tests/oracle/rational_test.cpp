@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/infinity.h"
 #include "tests/oracle/random.h"
 #include "tests/support/float_text.h"
 
@@ -13,7 +14,6 @@ namespace sightline::oracle {
 namespace {
 
 using test::same_bits;
-constexpr double kInf = std::numeric_limits<double>::infinity();
 constexpr double kMax = std::numeric_limits<double>::max();
 constexpr double kDenormal = std::numeric_limits<double>::denorm_min();
 

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
+
+#include "core/base/infinity.h"
 
 namespace sightline::oracle {
 namespace {
 
-constexpr double kInf = std::numeric_limits<double>::infinity();
 constexpr std::size_t kLeafSize = 3;
 
 void include(Bounds& bounds, const Vec3d& p) {

@@ -7,13 +7,12 @@
 #include <functional>
 #include <limits>
 
+#include "core/base/infinity.h"
 #include "tests/oracle/brute_force.h"
 #include "tests/oracle/random.h"
 
 namespace sightline::oracle {
 namespace {
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 using MakeNumber = std::function<double(Random&)>;
 

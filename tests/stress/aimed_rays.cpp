@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
+
+#include "core/base/infinity.h"
 
 namespace sightline::stress {
 namespace {
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 Ray vertex_aim(const Aim& aim) { return aim.exactly_at(aim.corner()); }
 

@@ -1,14 +1,12 @@
 #include <cmath>
-#include <limits>
 
+#include "core/base/infinity.h"
 #include "tests/oracle/rational.h"
 #include "tests/stress/aims.h"
 #include "tests/stress/meshes.h"
 
 namespace sightline::stress {
 namespace {
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 Case incoherent(Random& random, std::size_t count) {
   Case result{scene_of(soup(random, 8000, 40)), {}, false};

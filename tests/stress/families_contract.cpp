@@ -1,14 +1,12 @@
 #include <cmath>
-#include <limits>
 
+#include "core/base/infinity.h"
 #include "tests/oracle/rational.h"
 #include "tests/stress/aimed_rays.h"
 #include "tests/stress/meshes.h"
 
 namespace sightline::stress {
 namespace {
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 /// The closed scan and `count` rays made by `ray(aim)`.
 template <class MakeRay>

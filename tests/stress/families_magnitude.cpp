@@ -1,14 +1,12 @@
 #include <bit>
 #include <cmath>
-#include <limits>
 
+#include "core/base/infinity.h"
 #include "tests/stress/aims.h"
 #include "tests/stress/meshes.h"
 
 namespace sightline::stress {
 namespace {
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 void aim_everywhere(const Aim& aim, std::size_t count, RayBatch& rays) {
   Random& r = aim.random();

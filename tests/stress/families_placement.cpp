@@ -1,14 +1,12 @@
 #include <cmath>
-#include <limits>
 
+#include "core/base/infinity.h"
 #include "core/demo/demo.h"
 #include "tests/stress/aims.h"
 #include "tests/stress/meshes.h"
 
 namespace sightline::stress {
 namespace {
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 MeshPointer small_ball(Random& random) {
   MeshMaker maker;

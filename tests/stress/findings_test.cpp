@@ -3,16 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <limits>
 
+#include "core/base/infinity.h"
 #include "core/run/engine.h"
 #include "tests/stress/meshes.h"
 #include "tests/stress/shrink.h"
 
 namespace sightline::stress {
 namespace {
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 /// Right in every mode, alone and among copies, on every kernel; a crash is a fault as well.
 void expect_right(const SceneDescription& scene, const Ray& ray) {

@@ -5,13 +5,13 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/infinity.h"
+
 namespace sightline::stress {
 
 namespace {
 
 using oracle::Random;
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 void sort_corners(Box3d& box) {
   for (int k = 0; k < 3; ++k) {

@@ -1,7 +1,7 @@
 #include <algorithm>
-#include <limits>
 #include <sstream>
 
+#include "core/base/infinity.h"
 #include "core/geometry/ray_box.h"
 #include "tests/stress/ray_box_cases.h"
 #include "tests/stress/ray_box_truth.h"
@@ -12,7 +12,6 @@ namespace sightline::stress {
 namespace {
 
 using test::same_bits;
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 /// What the product must say of an exact t: rounded once, zero positive, nothing as an infinity.
 double rounded(const std::optional<mpq_class>& t, double nothing) {

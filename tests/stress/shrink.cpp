@@ -10,6 +10,7 @@
 #include <limits>
 #include <sstream>
 
+#include "core/base/infinity.h"
 #include "core/run/engine.h"
 #include "tests/oracle/detail_check.h"
 #include "tests/oracle/scene_oracle.h"
@@ -22,7 +23,6 @@ namespace {
 using test::hex;
 using test::same_bits;
 constexpr unsigned kSecondsForARay = 5;
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 std::string judge_here(const SceneDescription& description, const Ray& ray,
                        const std::string& kernel, Joining joining) {

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <limits>
 
+#include "core/base/infinity.h"
 #include "tests/oracle/detail_check.h"
 #include "tests/oracle/world_triangles.h"
 #include "tests/support/float_text.h"
@@ -17,7 +18,6 @@ using oracle::OracleHit;
 using test::hex;
 using test::same_bits;
 
-constexpr double kInf = std::numeric_limits<double>::infinity();
 constexpr std::size_t kShown = 4;
 
 std::string hex(const Vec3d& v) { return hex(v.x) + "," + hex(v.y) + "," + hex(v.z); }

@@ -3,15 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
+
+#include "core/base/infinity.h"
 
 namespace sightline::stress {
 
 namespace {
 
 using oracle::Random;
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 Vec3d sum(const Vec3d& a, const Vec3d& b, double factor = 1) {
   return {a.x + factor * b.x, a.y + factor * b.y, a.z + factor * b.z};

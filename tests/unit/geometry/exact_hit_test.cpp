@@ -4,10 +4,11 @@
 
 #include <limits>
 
+#include "core/base/infinity.h"
+
 namespace sightline {
 namespace {
 
-constexpr double kInf = std::numeric_limits<double>::infinity();
 const Triangle kTriangle{{0, 0, 0}, {4, 0, 0}, {0, 4, 0}};
 
 double t_of(const Vec3d& o, const Vec3d& d, const Triangle& triangle, double tmin = 0,

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <string>
 
+#include "core/base/infinity.h"
 #include "tests/oracle/random.h"
 #include "tests/support/float_text.h"
 #include "tests/unit/geometry/ray_box_golden.h"
@@ -18,7 +19,6 @@ namespace {
 
 using golden::kBox;
 using test::same_bits;
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 template <class Box>
 RayBoxAnswer ray(const Vec3d& o, const Vec3d& d, const Box& box, double tmin = 0,

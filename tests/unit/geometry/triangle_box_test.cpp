@@ -3,12 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
+
+#include "core/base/infinity.h"
 
 namespace sightline {
 namespace {
 
-constexpr double kInf = std::numeric_limits<double>::infinity();
 constexpr Box3d kBox{{-2, -3, -4}, {4, 3, 2}};
 
 double above(double x) { return std::nextafter(x, kInf); }

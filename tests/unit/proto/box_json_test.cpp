@@ -3,15 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <string>
 
+#include "core/base/infinity.h"
 #include "proto/ray_box_json.h"
 
 namespace sightline {
 namespace {
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 /// "422 CODE /pointer" in short: the code and the pointer; "" for a body that is accepted.
 std::string fault(std::string body, const BoxJsonRules& rules = {}) {

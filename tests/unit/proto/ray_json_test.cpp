@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "core/base/infinity.h"
+
 namespace sightline {
 namespace {
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 RayQuery accepted(std::string body, const RayJsonRules& rules = {}) {
   auto query = decode_rays(body, rules);

@@ -5,10 +5,11 @@
 #include <limits>
 #include <string>
 
+#include "core/base/infinity.h"
+
 namespace sightline {
 namespace {
 
-constexpr double kInf = std::numeric_limits<double>::infinity();
 const double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr std::array<Vec3d, 3> kAxes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
 

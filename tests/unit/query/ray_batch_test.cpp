@@ -5,14 +5,13 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/infinity.h"
 #include "core/query/ray_generators.h"
 #include "tests/oracle/random.h"
 #include "tests/oracle/rational.h"
 
 namespace sightline {
 namespace {
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 TEST(RayDistance, is_t_times_the_length_of_the_direction) {
   EXPECT_EQ(distance_of(2, {3, 0, 4}), 10);

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "core/base/infinity.h"
 #include "core/run/engine.h"
 #include "core/run/kept_sides.h"
 #include "tests/oracle/random.h"
@@ -15,7 +16,6 @@ namespace sightline {
 namespace {
 
 constexpr std::uint64_t kFilterSeed = 62;
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 /// Random triangles on a small grid, so that many rays meet edges, lie in planes or find ties;
 /// three primitives with the materials "glass" (double-sided), "steel" and none.

@@ -6,12 +6,11 @@
 #include <limits>
 #include <thread>
 
+#include "core/base/infinity.h"
 #include "tests/unit/run/golden_answers.h"
 
 namespace sightline {
 namespace {
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 using test::ask;
 using test::description_of;

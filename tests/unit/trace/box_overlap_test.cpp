@@ -7,9 +7,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <set>
 
+#include "core/base/infinity.h"
 #include "core/geometry/triangle_box.h"
 #include "core/trace/box_region.h"
 #include "tests/oracle/box_oracle.h"
@@ -25,7 +25,6 @@ using test::Case;
 using test::cases;
 using test::kTriangles;
 using test::make_scene;
-constexpr double kInf = std::numeric_limits<double>::infinity();
 BoxBatch make_boxes(const Case& c, const Scene& scene, Random& random, int count) {
   BoxBatch boxes;
   const auto instances = scene.description().instances.size();

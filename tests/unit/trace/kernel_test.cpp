@@ -7,13 +7,12 @@
 #include <algorithm>
 #include <bit>
 #include <cstdio>
-#include <limits>
 #include <random>
+
+#include "core/base/infinity.h"
 
 namespace sightline {
 namespace {
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 struct Case {
   const char* name;

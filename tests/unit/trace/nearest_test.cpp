@@ -7,8 +7,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "core/base/infinity.h"
 #include "tests/oracle/nearest_point.h"
 #include "tests/oracle/world_triangles.h"
 #include "tests/unit/trace/awkward_scenes.h"
@@ -17,7 +17,6 @@ namespace sightline {
 namespace {
 
 using oracle::Random;
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 struct Near {
   mpq_class square;
