@@ -13,7 +13,7 @@ std::string encode_work(const WorkReport& report) {
   member("{\"nodes\":", report.work.nodes);
   member(",\"blocks\":", report.work.blocks);
   member(",\"placements\":", report.work.placements);
-  member(",\"exact\":", report.work.exact);
+  member(",\"exact\":", report.work.exact());
   member(",\"trees_built\":", report.work.trees_built);
   member(",\"microseconds\":{\"parse\":", report.parse_us);
   member(",\"trace\":", report.trace_us);

@@ -14,6 +14,7 @@
 #include "server/door_limits.h"
 #include "server/http_server.h"
 #include "server/key_ring.h"
+#include "server/log.h"
 #include "server/scene_source.h"
 #include "server/service.h"
 
@@ -40,6 +41,7 @@ struct ServeCommand {
   UrlRules urls;
   std::string kernel;
   std::string log_level = "info";
+  LogFormat log_format = LogFormat::kText;
   DoorLimits door;
   ServiceLimits limits;
   Laziness laziness = Laziness::kWhenNeeded;

@@ -52,6 +52,7 @@ void Exchange::reply_stream(std::string_view media_type,
 
 void Exchange::reply_problem(Problem problem) {
   problem.request_id = request_id;
+  problem_code = problem.code;
   const int status = problem.status;
   reply(status, encode_problem(problem), kProblemMediaType);
 }

@@ -11,6 +11,7 @@
 
 #include "core/base/deadline.h"
 #include "core/base/result.h"
+#include "core/query/query_work.h"
 #include "proto/problem.h"
 #include "server/key_ring.h"
 
@@ -30,6 +31,8 @@ struct Exchange {
   // For the metrics: the pattern of the route, which outlives this, and what was asked.
   std::string_view route = {};
   std::uint64_t rays = 0, boxes = 0;
+  QueryWork work = {};
+  std::string problem_code = {};  ///< of the problem that it was answered with
   // Who asks.
   Access access = Access::kWrite;
   std::string_view key_name = {};

@@ -51,6 +51,8 @@ class HttpServer : private httplib::Server {
   void change(const DoorLimits& limits) { limits_.take_live(limits); }
 
   const DoorCounts& counts() const { return gate_.counts(); }
+  /// Requests that wait for a worker. While it serves.
+  std::size_t queued() const { return gate_.queued(); }
 
  private:
   void answer(Connection& connection);

@@ -123,6 +123,37 @@ struct Metrics::State {
                                    .Register(registry)
                                    .Add({});
 
+  /// By what was counted, as QueryWork names it.
+  struct Work {
+    explicit Work(prometheus::Registry& registry)
+        : family(
+              prometheus::BuildCounter()
+                  .Name("sightline_work_total")
+                  .Help("What rays have cost: nodes of trees and blocks of triangles that were "
+                        "looked at, placements of meshes that were entered; and what float64 left "
+                        "open: triangles, orders of two hits, and roundings, decided by integers.")
+                  .Register(registry)) {}
+    prometheus::Family<prometheus::Counter>& family;
+    prometheus::Counter& nodes = family.Add({{"what", "nodes"}});
+    prometheus::Counter& blocks = family.Add({{"what", "blocks"}});
+    prometheus::Counter& placements = family.Add({{"what", "placements"}});
+    prometheus::Counter& exact_hits = family.Add({{"what", "exact_hits"}});
+    prometheus::Counter& exact_compares = family.Add({{"what", "exact_compares"}});
+    prometheus::Counter& exact_roundings = family.Add({{"what", "exact_roundings"}});
+
+    void add(const QueryWork& work) {
+      const auto count = [](prometheus::Counter& counter, std::uint64_t more) {
+        if (more > 0) counter.Increment(static_cast<double>(more));
+      };
+      count(nodes, work.nodes);
+      count(blocks, work.blocks);
+      count(placements, work.placements);
+      count(exact_hits, work.exact_hits);
+      count(exact_compares, work.exact_compares);
+      count(exact_roundings, work.exact_roundings);
+    }
+  } work{registry};
+
   struct Series {
     prometheus::Counter* requests;
     prometheus::Histogram* seconds;
@@ -156,9 +187,11 @@ void Metrics::count(const Request& request) {
   if (request.time.count() > 0) series.seconds->Observe(request.time.count());
   state_->rays.Increment(static_cast<double>(request.rays));
   state_->boxes.Increment(static_cast<double>(request.boxes));
+  state_->work.add(request.work);
 }
 
-std::string Metrics::text(const SceneStore& store, const NamedCounts& door) const {
+std::string Metrics::text(const SceneStore& store, const NamedCounts& door,
+                          std::size_t queued) const {
   std::vector<MetricFamily> families = state_->registry.Collect();
   add_store(store, families);
   families.push_back(family("sightline_connections",
@@ -166,6 +199,8 @@ std::string Metrics::text(const SceneStore& store, const NamedCounts& door) cons
                             "room, too slow, gone while they were answered, refused for their "
                             "framing, for want of a key that may, and for a full queue.",
                             MetricType::Gauge, "what", as_values(door)));
+  families.push_back(family("sightline_queued_requests", "Requests that wait for a worker now.",
+                            MetricType::Gauge, "", {{"", static_cast<double>(queued)}}));
   return prometheus::TextSerializer().Serialize(families);
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/query/query_work.h"
 #include "server/scene_stats.h"
 
 namespace sightline {
@@ -29,10 +30,11 @@ class Metrics {
     std::chrono::duration<double> time{};  ///< zero where nobody measured
     std::uint64_t rays = 0;
     std::uint64_t boxes = 0;
+    QueryWork work = {};
   };
   void count(const Request& request);
   /// All of it, and what the store and the door say now.
-  std::string text(const SceneStore& store, const NamedCounts& door) const;
+  std::string text(const SceneStore& store, const NamedCounts& door, std::size_t queued) const;
 
  private:
   struct State;

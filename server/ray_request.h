@@ -19,6 +19,10 @@ namespace sightline {
 class RayRequest {
  public:
   RayRequest(Exchange& exchange, const Service& service) : exchange_(exchange), service_(service) {}
+  /// What it has cost is counted, also where it failed.
+  ~RayRequest() { exchange_.work = report_.work; }
+  RayRequest(const RayRequest&) = delete;
+  RayRequest& operator=(const RayRequest&) = delete;
 
   /// Admits the request, finds the scene, reads the body, JSON or binary, and works its filter out.
   /// The limits are the service's, the keys are the caller's. Returns false after it has answered.
@@ -33,9 +37,7 @@ class RayRequest {
   const Scene& scene() const { return *scene_; }
   const RayQuery& query() const { return query_; }
   const Deadline& deadline() const { return deadline_; }
-  RayOptions options() {
-    return {kept_ ? &*kept_ : nullptr, query_.wants_work ? &report_.work : nullptr};
-  }
+  RayOptions options() { return {kept_ ? &*kept_ : nullptr, &report_.work}; }
   bool is_binary() const { return query_.layout == AnswerLayout::kBinary; }
   /// The bad rays, where they are to be marked; else null.
   const InvalidRays* invalid() const { return query_.marks_invalid ? &query_.invalid : nullptr; }

@@ -1,7 +1,5 @@
 #include "server/reload.h"
 
-#include <spdlog/logger.h>
-
 #include <filesystem>
 #include <sstream>
 
@@ -11,7 +9,7 @@ namespace sightline {
 namespace {
 
 /// Each line for itself, and of the file's path the name alone.
-void log_refusal(const ServeCommand& command, const std::string& text, spdlog::logger& log) {
+void log_refusal(const ServeCommand& command, const std::string& text, Log& log) {
   std::istringstream lines(text);
   std::string line;
   while (std::getline(lines, line)) {
@@ -20,7 +18,7 @@ void log_refusal(const ServeCommand& command, const std::string& text, spdlog::l
       line.replace(place, command.config.size(),
                    std::filesystem::path(command.config).filename().string());
     }
-    log.error("{}", line);
+    log.error(line);
   }
   log.error("the settings stay as they were");
 }
@@ -32,10 +30,10 @@ void take_settings(const Running& running, const ServeCommand& next) {
     const FlagText& flag = next.flags[i];
     if (flag == command.flags[i]) continue;
     if (flag.live) {
-      service.log.info("{} is now {}", flag.name, flag.text);
+      service.log.info("setting changed", {{"name", flag.name}, {"value", flag.text}});
       command.flags[i] = flag;
     } else {
-      service.log.warn("{} has changed, which the next start will heed", flag.name);
+      service.log.warn("setting waits for the next start", {{"name", flag.name}});
     }
   }
   command.limits.take_live(next.limits);
@@ -47,29 +45,29 @@ void take_settings(const Running& running, const ServeCommand& next) {
   service.limits.take_live(command.limits);
   service.door.take_live(command.door);
   running.server.change(command.door);
-  service.log.set_level(spdlog::level::from_str(command.log_level));
+  service.log.set_level(command.log_level);
 }
 
 }  // namespace
 
-Status take_keys(const std::string& file, AccessRules& access, spdlog::logger& log) {
+Status take_keys(const std::string& file, AccessRules& access, Log& log) {
   std::vector<std::string> warnings;
   auto ring = KeyRing::read(file, warnings);
   if (!ring) return std::move(ring).error();
-  for (const std::string& warning : warnings) log.warn("{}", warning);
-  log.info("{} keys may ask", ring->size());
+  for (const std::string& warning : warnings) log.warn(warning);
+  log.info("keys taken", {{"count", std::uint64_t{ring->size()}}});
   access.use(std::make_shared<const KeyRing>(std::move(*ring)));
   return success();
 }
 
 void reload(const Running& running) {
   const ServeCommand& command = running.command;
-  spdlog::logger& log = running.service.log;
+  Log& log = running.service.log;
   log.info("reloading");
   // First, and whatever the settings are: a key that was taken away is not to wait for them.
   if (!command.keys.empty()) {
     if (const Status taken = take_keys(command.keys, running.access, log); !taken) {
-      log.error("the keys stay as they were: {}", taken.error().message);
+      log.error("the keys stay as they were", {{"reason", taken.error().message}});
     }
   }
   const Command next = parse_command_line(command.arguments);

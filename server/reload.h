@@ -10,7 +10,7 @@ namespace sightline {
 
 /// Takes the keys of a file, and says in the log how many and what is wrong with who may read it.
 /// Errors: those of KeyRing::read; then the keys are what they were.
-Status take_keys(const std::string& file, AccessRules& access, spdlog::logger& log);
+Status take_keys(const std::string& file, AccessRules& access, Log& log);
 
 struct Running {
   ServeCommand& command;  ///< what is in force

@@ -11,28 +11,39 @@ using Json = nlohmann::ordered_json;
 
 void reply_health(Exchange& exchange) { exchange.reply_json(200, "{\"status\":\"ok\"}\n"); }
 
-/// The details are for those who may know which scenes there are.
-Json readiness_details(const SceneStore& store) {
-  Json counts{{"ready", 0}, {"loading", 0}, {"failed", 0}};
-  Json failed = Json::array();
-  for (const SceneSnapshot& scene : store.list()) {
+bool is_quarantined(const StoredScene& scene) {
+  return scene.failure && scene.failure->code == "STORE_DAMAGED";
+}
+
+/// Which scenes there are, and what an operator should look at, for those who may know.
+Json readiness_details(const Service& service) {
+  std::size_t ready = 0, loading = 0;
+  Json failed = Json::array(), quarantined = Json::array(), reasons = Json::array();
+  for (const SceneSnapshot& scene : service.store.list()) {
     switch (scene->state) {
       case SceneState::kQueued:
       case SceneState::kLoading:
-        counts["loading"] = counts["loading"].get<int>() + 1;
+        ++loading;
         break;
       case SceneState::kReady:
-        counts["ready"] = counts["ready"].get<int>() + 1;
+        ++ready;
         break;
       case SceneState::kFailed:
-        counts["failed"] = counts["failed"].get<int>() + 1;
         failed.push_back(scene->id);
+        if (is_quarantined(*scene)) quarantined.push_back(scene->id);
         break;
     }
   }
-  Json details{{"scenes", counts}};
+  if (service.stopping) reasons.push_back({{"code", "STOPPING"}});
+  if (!service.store.settled()) reasons.push_back({{"code", "SCENES_LOADING"}, {"count", loading}});
+  if (!quarantined.empty()) {
+    reasons.push_back({{"code", "SCENES_QUARANTINED"}, {"scenes", quarantined}});
+  }
+  if (service.store.is_full()) reasons.push_back({{"code", "STORE_FULL"}});
+  Json details{{"scenes", {{"ready", ready}, {"loading", loading}, {"failed", failed.size()}}}};
   // A scene that failed is its own trouble: the others are served.
   if (!failed.empty()) details["failed"] = failed;
+  if (!reasons.empty()) details["reasons"] = reasons;
   return details;
 }
 
@@ -42,7 +53,7 @@ void reply_readiness(Exchange& exchange, const Service& service) {
                                                   : "ready";
   const bool ready = status == std::string_view("ready");
   Json document{{"status", status}};
-  if (exchange.access >= Access::kRead) document.update(readiness_details(service.store));
+  if (exchange.access >= Access::kRead) document.update(readiness_details(service));
   exchange.reply_json(ready ? 200 : 503, document.dump() + "\n");
   if (!ready) exchange.response.set_header("Retry-After", "1");
 }
@@ -86,7 +97,8 @@ void add_health_routes(Router& router, const Service& service) {
   router.add("GET", "/readyz",
              [&service](Exchange& exchange) { reply_readiness(exchange, service); });
   router.add("GET", "/metrics", [&service](Exchange& exchange) {
-    exchange.reply(200, service.metrics.text(service.store, service.door_counts()),
+    exchange.reply(200,
+                   service.metrics.text(service.store, service.door_counts(), service.queued()),
                    "text/plain; version=0.0.4; charset=utf-8");
   });
   router.add("GET", "/openapi.json",

@@ -1,6 +1,5 @@
 #include "server/serve.h"
 
-#include <spdlog/logger.h>
 #include <spdlog/sinks/stdout_sinks.h>
 
 #include <algorithm>
@@ -8,12 +7,12 @@
 #include <thread>
 
 #include "core/run/engine.h"
-#include "core/store/scene_id.h"
 #include "core/store/scene_store.h"
 #include "core/store/tree_keeper.h"
 #include "server/descriptors.h"
 #include "server/progress_bar.h"
 #include "server/reload.h"
+#include "server/request_log.h"
 #include "server/routes.h"
 #include "server/scene_source.h"
 #include "server/signals.h"
@@ -22,13 +21,13 @@
 namespace sightline {
 namespace {
 
-TreeKeeperOptions keeper_options(const ServeCommand& command, spdlog::logger& log) {
+TreeKeeperOptions keeper_options(const ServeCommand& command, Log& log) {
   TreeKeeperOptions options;
   options.ahead = command.laziness == Laziness::kWhenNeeded;
   options.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / 4);
   if (!command.data.empty()) options.folder = std::filesystem::path(command.data) / "trees";
   options.memory_budget = command.memory_budget;
-  options.report = [&log](const std::string& line) { log.warn("{}", line); };
+  options.report = [&log](const std::string& line) { log.warn(line); };
   return options;
 }
 
@@ -80,30 +79,22 @@ std::optional<std::string> loading_line(const SceneStore& store) {
   return moving > 1 ? line + " (" + std::to_string(moving) + " scenes to come)" : line;
 }
 
-/// A path is the client's text, and may be anything, a key too: shown is the route, with the name
-/// of the scene where it could be one.
-std::string shown_path(const Exchange& exchange) {
-  std::string path(exchange.route.empty() ? "none" : exchange.route);
-  const std::size_t place = path.find("{id}");
-  if (place != std::string::npos && is_scene_id(exchange.scene_id) &&
-      !holds_key(exchange.scene_id)) {
-    path.replace(place, 4, exchange.scene_id);
-  }
-  return path;
-}
-
 /// One request, from its route to its line in the log.
 void answer(const Router& router, Service& service, Exchange& exchange) {
   const auto begin = std::chrono::steady_clock::now();
-  router.dispatch(exchange);
-  const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - begin;
-  service.metrics.count({exchange.request.method, exchange.route, exchange.response.status, time,
-                         exchange.rays, exchange.boxes});
-  if (!service.log.should_log(spdlog::level::debug)) return;
-  service.log.debug("{} {} {} {} bytes {:.3f} ms id {}{}{}", known_method(exchange.request.method),
-                    shown_path(exchange), exchange.response.status, exchange.response.body.size(),
-                    time.count(), exchange.request_id, exchange.key_name.empty() ? "" : " key ",
-                    exchange.key_name);
+  const auto note = [&](int status) {
+    note_request(service, exchange, status, std::chrono::steady_clock::now() - begin);
+  };
+  try {
+    router.dispatch(exchange);
+  } catch (const std::bad_alloc&) {
+    note(507);
+    throw;
+  } catch (...) {
+    note(500);
+    throw;
+  }
+  note(exchange.response.status);
 }
 
 NamedCounts door_counts(const DoorCounts& counts) {
@@ -160,8 +151,7 @@ int run_serve(const ServeCommand& asked, std::ostream& out, std::ostream& compla
     complaints << "sightline: " << error.code << ": " << error.message << "\n";
     return 2;
   };
-  spdlog::logger log("sightline", std::make_shared<spdlog::sinks::stderr_sink_mt>());
-  log.set_level(spdlog::level::from_str(command.log_level));
+  Log log(command.log_format, command.log_level, std::make_shared<spdlog::sinks::stderr_sink_mt>());
 
   AccessRules access;
   if (!command.keys.empty()) {
@@ -173,7 +163,7 @@ int run_serve(const ServeCommand& asked, std::ostream& out, std::ostream& compla
   options.folder = command.data;
   options.loads_max = command.limits.loads;
   options.report = [&log](const std::string& id, const Error& error) {
-    log.error("scene {} failed: {} {}", id, error.code, error.message);
+    log.error("scene failed", {{"scene", id}, {"code", error.code}, {"reason", error.message}});
   };
   TreeKeeper keeper(keeper_options(command, log));
   const auto load = [&](const LoadInput& input) {
@@ -201,32 +191,31 @@ int run_serve(const ServeCommand& asked, std::ostream& out, std::ostream& compla
   if (command.keys.empty() && !command.cors_origins.empty()) {
     log.warn("--cors-origin without --keys: whoever's pages may ask may change scenes as well");
   }
-  const DoorRules rules{
-      headers,
-      [&](RequestHead& head) {
-        auto fault = access.admit(head);
-        if (headers.is_preflight(head)) fault.reset();
-        return fault;
-      },
-      [&](const RequestHead& head, const RequestFault& fault, const std::string& id) {
-        service.metrics.count({head.method, "door", fault.status});
-        log.debug("refused at the door {} {} id {}", fault.status, fault.code, id);
-      }};
+  const DoorRules rules{headers,
+                        [&](RequestHead& head) {
+                          auto fault = access.admit(head);
+                          if (headers.is_preflight(head)) fault.reset();
+                          return fault;
+                        },
+                        [&](const RequestHead& head, const RequestFault& fault,
+                            const std::string& id) { note_refusal(service, head, fault, id); }};
   HttpServer server(
       command.door, [&](Exchange& exchange) { answer(router, service, exchange); },
       [&](const std::string& id, const std::string& type) {
-        log.error("request {} failed by an exception: {}", id, type);
+        log.error("request failed by an exception", {{"id", id}, {"type", type}});
       },
       rules);
   service.door_counts = [&server] { return door_counts(server.counts()); };
+  service.queued = [&server] { return server.queued(); };
   const auto port = server.bind(command.listen);
   if (!port) return complain(port.error());
 
   const bool v6 = command.listen.host.find(':') != std::string::npos;
   out << "listening on http://" << (v6 ? "[" : "") << command.listen.host << (v6 ? "]" : "") << ":"
       << *port << std::endl;
-  log.info("sightline {} with kernel {} on {} threads", version(), (*engine)->kernel(),
-           (*engine)->threads());
+  log.info("serving", {{"version", version()},
+                       {"kernel", (*engine)->kernel()},
+                       {"threads", std::int64_t{(*engine)->threads()}}});
 
   const Running running{command, access, service, server};
   std::thread watcher([&] { watch_signals(signals, running); });

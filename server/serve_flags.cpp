@@ -77,6 +77,10 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
       ->capture_default_str()
       ->group(kLiveFlags);
+  app.add_option("--log-format", flags.log_format,
+                 "'text' for people, 'json' for machines: an object in each line")
+      ->check(CLI::IsMember({"text", "json"}))
+      ->capture_default_str();
   FlagMaker maker(app);
   maker.add_count("--max-scene-bytes", command.limits.scene_bytes, "of an uploaded scene");
   maker.add_count("--max-query-bytes", command.limits.query_bytes, "of a query's body");
@@ -132,6 +136,7 @@ void finish_serve(ServeCommand& command, const ServeFlags& flags) {
   // Each of these holds a worker: half of all may wait, a quarter more may listen.
   command.limits.waiters = command.door.workers / 2;
   command.limits.listeners = command.door.workers / 4;
+  command.log_format = flags.log_format == "json" ? LogFormat::kJson : LogFormat::kText;
   command.laziness = flags.skip == "none" ? Laziness::kEager : Laziness::kWhenNeeded;
   command.limits.request = milliseconds_of(flags.request_seconds);
   finish_door(command.door, flags.door);

@@ -17,6 +17,7 @@ namespace sightline {
 struct ServeFlags {
   std::string listen = "127.0.0.1:8080";
   std::string skip = "all";
+  std::string log_format = "text";
   std::vector<std::string> preloads, allow_urls, allow_addresses;
   double fetch_seconds = 300;
   double drain_seconds = 30, notice_seconds = 0, request_seconds = 60;

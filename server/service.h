@@ -13,14 +13,11 @@
 #include "server/door_limits.h"
 #include "server/exchange.h"
 #include "server/live.h"
+#include "server/log.h"
 #include "server/metrics.h"
 #include "server/places.h"
 #include "server/scene_sources.h"
 #include "server/scene_stats.h"
-
-namespace spdlog {
-class logger;
-}
 
 namespace sightline {
 
@@ -47,7 +44,7 @@ struct ServiceLimits {
 struct Service {
   const Engine& engine;
   SceneStore& store;
-  spdlog::logger& log;
+  Log& log;
   ServiceLimits limits{};
   std::atomic<bool> stopping{false};
   CancelFlag cancelled{};  ///< set when even requests that have begun must end
@@ -58,6 +55,7 @@ struct Service {
   Metrics metrics{};
   DoorLimits door{};  ///< to show them
   std::function<NamedCounts()> door_counts = [] { return NamedCounts(); };
+  std::function<std::size_t()> queued = [] { return std::size_t{0}; };
 
   Deadline deadline() const { return Deadline::in(limits.request.get(), &cancelled); }
   /// Passed also when nobody waits for this answer any more.

@@ -30,10 +30,10 @@ Status within_memory(const Answer& answer) {
 class WorkLog {
  public:
   WorkLog(const Scene& scene, QueryWork* work) : scene_(scene), work_(work) {
-    if (work_ != nullptr) trees_before_ = scene_.trees().stats().trees_built;
+    if (work_ != nullptr) trees_before_ = scene_.trees().trees_built();
   }
   ~WorkLog() {
-    if (work_ != nullptr) work_->trees_built += scene_.trees().stats().trees_built - trees_before_;
+    if (work_ != nullptr) work_->trees_built += scene_.trees().trees_built() - trees_before_;
   }
   WorkLog(const WorkLog&) = delete;
   WorkLog& operator=(const WorkLog&) = delete;
@@ -59,8 +59,9 @@ class WorkLog {
     work_->nodes += counts.nodes + counts.packet_nodes;
     work_->blocks += counts.blocks;
     work_->placements += counts.placements;
-    work_->exact += counts.decisions.exact_hits + counts.decisions.exact_compares +
-                    counts.decisions.exact_roundings;
+    work_->exact_hits += counts.decisions.exact_hits;
+    work_->exact_compares += counts.decisions.exact_compares;
+    work_->exact_roundings += counts.decisions.exact_roundings;
   }
 
   const Scene& scene_;

@@ -109,6 +109,11 @@ TreeStats SceneTrees::stats() const {
   return stats;
 }
 
+std::uint64_t SceneTrees::trees_built() const {
+  const std::lock_guard hold(mutex_);
+  return stats_.trees_built;
+}
+
 /// Precondition for these: mutex_ is held, and `wanted` are slots of the present layout.
 std::vector<SceneTrees::Claim> SceneTrees::claim(std::span<const std::uint32_t> wanted) {
   std::vector<Claim> claims;

@@ -79,6 +79,8 @@ class SceneTrees {
   void count_waiting(std::uint64_t queries) { waited_.fetch_add(queries); }
   void count_rejected_file() { rejects_.fetch_add(1); }
   TreeStats stats() const;
+  /// Of these the one that is asked for with every query.
+  std::uint64_t trees_built() const;
   const ScenePlan& plan() const { return plan_; }
 
  private:

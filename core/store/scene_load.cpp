@@ -10,7 +10,10 @@ IncomingScene::~IncomingScene() {
 
 Status IncomingScene::append(std::span<const std::byte> piece) {
   if (load_->progress_.cancelled()) return load_cancelled();
-  if (Status status = load_->upload_->append(piece); !status) return status;
+  if (Status status = load_->upload_->append(piece); !status) {
+    store_->note_error(status.error());
+    return status;
+  }
   load_->progress_.reach(load_->upload_->size());
   return success();
 }

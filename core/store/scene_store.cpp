@@ -155,6 +155,11 @@ SceneStore::Entry* SceneStore::entry_of(const SceneLoad& load) {
 void SceneStore::end(Entry& entry, SceneLoad& load, Result<Put> outcome) {
   const bool cancelled = !outcome && outcome.error().code == load_cancelled().code;
   ++(outcome ? loads_ready_ : cancelled ? loads_cancelled_ : loads_failed_);
+  if (outcome) {
+    full_ = false;
+  } else {
+    note_error(outcome.error());
+  }
   load.outcome_ = std::move(outcome);
   const auto same = [&](const auto& each) { return each.get() == &load; };
   entry.loads.erase(std::remove_if(entry.loads.begin(), entry.loads.end(), same),
@@ -176,7 +181,10 @@ Result<IncomingScene> SceneStore::begin(const std::string& id, const SceneChoice
                  ""};
   }
   auto upload = begin_upload(folder_.get());
-  if (!upload) return std::move(upload).error();
+  if (!upload) {
+    note_error(upload.error());
+    return std::move(upload).error();
+  }
   const std::lock_guard hold(mutex_);
   LoadPointer load = add_load(entries_[id], id, choice, requests_alive_);
   load->upload_.emplace(std::move(*upload));

@@ -101,6 +101,9 @@ class SceneStore {
   /// Also cancels what is on its way to this name. Errors: SCENE_NOT_FOUND, STORE_IO.
   Status remove(const std::string& id);
 
+  /// Whether there was no space for a scene, and none has become ready since.
+  bool is_full() const { return full_; }
+
   /// How many loads have ended so far, by outcome: "ready", "failed", "cancelled".
   std::vector<std::pair<std::string, std::uint64_t>> load_counts() const;
 
@@ -155,6 +158,9 @@ class SceneStore {
   void drop_if_bare(const std::string& id);
   static SceneSnapshot snapshot_of(const Entry& entry);
   void note_change();
+  void note_error(const Error& error) {
+    if (error.code == "STORE_FULL") full_ = true;
+  }
 
   const StoreOptions options_;
   const SceneLoader loader_;
@@ -170,6 +176,7 @@ class SceneStore {
   std::size_t starts_left_ = 0;
   std::uint64_t loads_ready_ = 0, loads_failed_ = 0, loads_cancelled_ = 0;
 
+  std::atomic<bool> full_{false};
   std::mutex commit_mutex_;    ///< disk and memory see puts and removals in the same order
   RevisionCounter revisions_;  ///< under commit_mutex_
   // Last: their threads use what stands above, and those that fetch use those that build.

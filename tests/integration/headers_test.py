@@ -196,7 +196,7 @@ class Silence(unittest.TestCase):
             (data / "tmp").write_bytes(b"")
             self.ask(server, 500, "/v1/scenes/new", "-X", "PUT", body=demo_glb("six"))
             text = self.check(server)
-            self.assertIn("scene damaged failed", text)
+            self.assertIn("scene failed scene=damaged", text)
 
 
 if __name__ == "__main__":

@@ -182,8 +182,8 @@ class Keys(unittest.TestCase):
                     said.append(read_answer(stream))
             self.assertEqual(server.stop(), 0)
             log = server.log_text()
-        self.assertIn("refused at the door 401", log)
-        self.assertIn("key ci", log)
+        self.assertIn("refused at the door method=GET status=401", log)
+        self.assertIn(" key=ci\n", log)
         text = log + "".join(f"{answer.headers} {answer.body.decode('utf-8', 'replace')}" for answer in said)
         for key in (self.read, self.write, wrong):
             self.assertNotIn(key[4:30], text)
@@ -191,7 +191,7 @@ class Keys(unittest.TestCase):
 
     def test_the_log_names_who_asked(self):
         self.server.ask("/v1/scenes/six", *bearer(self.read), "-H", "X-Request-Id: who-asked")
-        self.assertRegex(self.server.log_text(), r"GET /v1/scenes/six 200 .* id who-asked key reader\n")
+        self.assertRegex(self.server.log_text(), r"request method=GET path=/v1/scenes/six status=200 .* id=who-asked key=reader\n")
 
 
 class KeyFiles(unittest.TestCase):

@@ -59,7 +59,7 @@ class Restart(unittest.TestCase):
         self.assertNotIn(str(self.data), bad["reason"]["detail"])
         self.assertEqual(server.ask("/v1/scenes/good").json()["state"], "ready")
         self.assertEqual(len(list((self.data / "quarantine").iterdir())), 2)
-        self.assertIn("scene bad failed: STORE_DAMAGED", server.log_text())
+        self.assertIn("scene failed scene=bad code=STORE_DAMAGED", server.log_text())
 
     def test_a_folder_belongs_to_one_server(self):
         self.server()

@@ -87,7 +87,7 @@ class Settings(unittest.TestCase):
                 with self.subTest(name=name):
                     if name == "log-level":
                         continue
-                    self.assertIn(f"{name} is now {value}\n", said)
+                    self.assertIn(f"setting changed name={name} value={value}\n", said)
                     if shown:
                         self.assertNotEqual(before[shown], number)
                         self.assertEqual(after[shown], number)
@@ -102,7 +102,7 @@ class Settings(unittest.TestCase):
             self.write(workers=9, max_rays=6, max_queue=1, scene_root=str(self.folder))
             said = self.hang_up(server)
             for name in ("workers", "max-queue", "scene-root"):
-                self.assertIn(f"{name} has changed, which the next start will heed", said)
+                self.assertIn(f"setting waits for the next start name={name}\n", said)
             limits = self.limits(server)
             self.assertEqual((limits["workers"], limits["queue"], limits["rays"]), (8, 512, 6))
 

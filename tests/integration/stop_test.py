@@ -111,7 +111,7 @@ class Stop(unittest.TestCase):
                     asker.join()
                 self.assertEqual((lost, set(answered)), ([], {200}))
                 # Every answer that the server gave has arrived.
-                given = len(re.findall(r"GET /healthz 200", server.log_text()))
+                given = len(re.findall(r"path=/healthz status=200", server.log_text()))
                 self.assertEqual(len(answered), given)
                 self.assertNotIn("breaking off", server.log_text())
 

@@ -52,6 +52,7 @@ TEST_F(ConfigFile, says_the_same_as_each_flag) {
       {"threads", "3"},
       {"kernel", "\"scalar\""},
       {"log-level", "\"warn\""},
+      {"log-format", "\"json\""},
       {"skip", "\"none\""},
       {"memory-budget", "123456789"},
       {"scene-root", '"' + folder + '"'},

@@ -1,7 +1,6 @@
 #include "server/http_server.h"
 
 #include <gtest/gtest.h>
-#include <spdlog/logger.h>
 #include <spdlog/sinks/null_sink.h>
 
 #include <future>
@@ -82,7 +81,7 @@ TEST(HttpServer, sends_large_answers_whole) {
 /// The routes over a store whose loader waits until it is told to go on.
 class SlowStore : public testing::Test {
  protected:
-  SlowStore() : log_("test", std::make_shared<spdlog::sinks::null_sink_mt>()) {
+  SlowStore() : log_(LogFormat::kText, "off", std::make_shared<spdlog::sinks::null_sink_mt>()) {
     engine_ = std::move(*Engine::create({.threads = 1, .kernel = {}}));
     store_ = std::move(*SceneStore::open({},
                                          [this](const LoadInput&) {
@@ -98,7 +97,7 @@ class SlowStore : public testing::Test {
   }
 
   std::promise<void> begun_, go_on_;
-  spdlog::logger log_;
+  Log log_;
   std::unique_ptr<Engine> engine_;
   std::unique_ptr<SceneStore> store_;
   std::unique_ptr<Service> service_;
