@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "server/ip_address.h"
+
 namespace sightline {
 namespace {
 
@@ -10,7 +12,7 @@ constexpr std::string_view kEvery = "*";
 /// What a page may read of an answer, beside its body.
 constexpr std::string_view kShown =
     "Access-Control-Expose-Headers: Allow, ETag, Location, Retry-After, WWW-Authenticate, "
-    "X-Request-Id, X-Scene-Revision, X-Sightline-Work\r\n";
+    "X-Request-Id, X-Scene-Revision, X-Sightline-Unreliable, X-Sightline-Work\r\n";
 constexpr std::string_view kAllowed =
     "Access-Control-Allow-Methods: GET, HEAD, POST, PUT, DELETE\r\n"
     "Access-Control-Allow-Headers: Accept, Authorization, Content-Type, X-Request-Id\r\n"
@@ -26,6 +28,16 @@ bool AnswerHeaders::allows(std::string_view origin) const {
 
 bool AnswerHeaders::is_preflight(const RequestHead& head) const {
   return head.method == "OPTIONS" && head.asks_for_method && allows(head.origin);
+}
+
+bool AnswerHeaders::is_strange_page(const RequestHead& head) const {
+  if (head.origin.empty() || allows(head.origin)) return false;
+  const std::string_view origin = head.origin;
+  std::string_view host = origin.substr(std::min(origin.find("://"), origin.size()));
+  if (host.empty()) return true;  // "null": a page that hides where it is from
+  host.remove_prefix(3);
+  if (host.starts_with('[')) return !is_local_host(std::string(host.substr(1, host.find(']') - 1)));
+  return !is_local_host(std::string(host.substr(0, host.find(':'))));
 }
 
 std::string AnswerHeaders::lines(const RequestHead& head, OwnHeaders own) const {

@@ -24,6 +24,10 @@ class AnswerHeaders {
   /// Whether a browser asks if a page that may ask may ask this. Answered before keys are asked
   /// for: a browser shows none then. [Fetch] 3.2.2
   bool is_preflight(const RequestHead& head) const;
+  /// Whether a browser asks for a page of somebody else, who was not named. Where there are no keys
+  /// that page could else do what it likes: a form of any site, or a name that its owner lets lead
+  /// to this machine once the page is there, reach a server that only this machine can reach.
+  bool is_strange_page(const RequestHead& head) const;
   /// Whole lines for the answer to `head`.
   std::string lines(const RequestHead& head, OwnHeaders own = {}) const;
 

@@ -87,6 +87,11 @@ bool is_loopback(const IpAddress& address) {
   return is_in(address.unmapped(), {"127.0.0.0/8", "::1"});
 }
 
+bool is_local_host(const std::string& host) {
+  const auto address = IpAddress::parse(host);
+  return address ? is_loopback(*address) : host == "localhost";
+}
+
 Result<AddressRange> AddressRange::parse(const std::string& text) {
   const Error invalid{ErrorKind::kInvalid, "ADDRESS_RANGE_INVALID",
                       "'" + text + "' is no range of addresses: write 10.0.0.0/8 or fd00::/8", ""};

@@ -30,6 +30,8 @@ bool is_public(const IpAddress& address);
 
 /// Whether only programs of this machine can reach it.
 bool is_loopback(const IpAddress& address);
+/// The same of "127.0.0.1", "::1" or "localhost". Other names may lead anywhere.
+bool is_local_host(const std::string& host);
 
 /// "10.0.0.0/8", "fd00::/8", or one address.
 class AddressRange {

@@ -183,7 +183,7 @@ std::optional<RequestFault> take_field(std::string_view line, RequestHead& head,
   } else if (equals_caseless(name, "authorization")) {
     head.authorization = ++fields.authorizations == 1 ? value : "";
   } else if (equals_caseless(name, "origin")) {
-    head.origin = ++fields.origins == 1 ? value : "";
+    head.origin = ++fields.origins == 1 ? value : "null";
   } else if (equals_caseless(name, "access-control-request-method")) {
     head.asks_for_method = true;
   } else if (equals_caseless(name, "expect")) {

@@ -59,7 +59,7 @@ struct RequestHead {
   bool expects_continue = false;  ///< it sends its body only after a 100
   std::string request_id;         ///< as it was sent: not checked
   std::string authorization;      ///< the same; empty also where there is more than one
-  std::string origin;             ///< of the page that asks; the same
+  std::string origin;             ///< of the page that asks; "null" where there is more than one
   bool asks_for_method = false;   ///< whether there is an Access-Control-Request-Method
   // Who asks, by AccessRules.
   Access access = Access::kOpen;

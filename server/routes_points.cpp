@@ -92,7 +92,7 @@ bool describe(RayRequest& request, const Service& service, const HitBatch& hits,
   return true;
 }
 
-void closest(Exchange& exchange, const Service& service) {
+void closest_points(Exchange& exchange, const Service& service) {
   RayRequest request(exchange, service);
   PointQuery query;
   if (!request.read_points({.has_max_distance = true, .has_fields = true}, query)) return;
@@ -151,7 +151,7 @@ void add_point_routes(Router& router, const Service& service) {
   router.add("POST", "/v1/scenes/{id}/points:inside",
              [&service](Exchange& exchange) { inside(exchange, service); });
   router.add("POST", "/v1/scenes/{id}/points:closest",
-             [&service](Exchange& exchange) { closest(exchange, service); });
+             [&service](Exchange& exchange) { closest_points(exchange, service); });
   router.add("POST", "/v1/scenes/{id}/points:nearest",
              [&service](Exchange& exchange) { nearest(exchange, service); });
   router.add("POST", "/v1/scenes/{id}/points:distance",

@@ -191,14 +191,19 @@ int run_serve(const ServeCommand& asked, std::ostream& out, std::ostream& compla
   if (command.keys.empty() && !command.cors_origins.empty()) {
     log.warn("--cors-origin without --keys: whoever's pages may ask may change scenes as well");
   }
-  const DoorRules rules{headers,
-                        [&](RequestHead& head) {
-                          auto fault = access.admit(head);
-                          if (headers.is_preflight(head)) fault.reset();
-                          return fault;
-                        },
-                        [&](const RequestHead& head, const RequestFault& fault,
-                            const std::string& id) { note_refusal(service, head, fault, id); }};
+  const DoorRules rules{
+      headers,
+      [&](RequestHead& head) {
+        auto fault = access.admit(head);
+        if (headers.is_preflight(head)) fault.reset();
+        if (command.keys.empty() && headers.is_strange_page(head)) {
+          fault = {403, "ORIGIN_NOT_ALLOWED", "only pages that --cors-origin names may ask"};
+        }
+        return fault;
+      },
+      [&](const RequestHead& head, const RequestFault& fault, const std::string& id) {
+        note_refusal(service, head, fault, id);
+      }};
   HttpServer server(
       command.door, [&](Exchange& exchange) { answer(router, service, exchange); },
       [&](const std::string& id, const std::string& type) {

@@ -22,12 +22,6 @@ std::pair<std::string, std::string> parse_preload(const std::string& text) {
   return preload;
 }
 
-/// Whether only programs of this machine can reach it. Other names than this one may lead anywhere.
-bool is_local(const std::string& host) {
-  const auto address = IpAddress::parse(host);
-  return address ? is_loopback(*address) : host == "localhost";
-}
-
 template <class Parsed>
 std::vector<Parsed> parse_each(const std::vector<std::string>& texts, const char* flag) {
   std::vector<Parsed> list;
@@ -145,7 +139,7 @@ void finish_serve(ServeCommand& command, const ServeFlags& flags) {
 }
 
 void check_together(const ServeCommand& command) {
-  if (command.keys.empty() && !command.insecure && !is_local(command.listen.host)) {
+  if (command.keys.empty() && !command.insecure && !is_local_host(command.listen.host)) {
     throw CLI::ValidationError("--listen", "others can reach " + command.listen.host +
                                                ": say who may ask with --keys FILE, or say "
                                                "--insecure and let everybody do everything");

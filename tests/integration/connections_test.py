@@ -17,19 +17,8 @@ class Connections(unittest.TestCase):
         cls.server = Server("--preload", "six=demo:six")
         cls.addClassCleanup(cls.server.end)
 
-    def exchange(self, *pieces):
-        """Sends all pieces at once and returns all answers until the connection ends."""
-        connection = self.server.connect()
-        with connection, connection.makefile("rwb") as stream:
-            stream.write(b"".join(pieces))
-            stream.flush()
-            answers = []
-            while (answer := read_answer(stream)) is not None:
-                answers.append(answer)
-            return answers
-
     def test_pipelined_requests_are_all_answered_in_order(self):
-        answers = self.exchange(ASK, VERSION, ASK, VERSION, END)
+        answers = self.server.exchange(ASK, VERSION, ASK, VERSION, END)
         self.assertEqual([answer.status for answer in answers], [200] * 5)
         self.assertEqual(["version" in answer.json() for answer in answers], [False, True, False, True, False])
 
@@ -43,7 +32,7 @@ class Connections(unittest.TestCase):
         self.assertIn(b"Content-Length: %d\r\n" % len(curl(self.server.url + "/v1/scenes/six").body), text)
 
     def test_one_connection_answers_more_than_a_handful(self):
-        self.assertEqual(len(self.exchange(ASK * 500, END)), 501)
+        self.assertEqual(len(self.server.exchange(ASK * 500, END)), 501)
 
     def test_an_unread_body_is_never_a_request(self):
         hidden = b"DELETE /v1/scenes/six HTTP/1.1\r\nHost: x\r\n\r\n"
@@ -52,26 +41,26 @@ class Connections(unittest.TestCase):
                              (b"DELETE /v1/scenes/none HTTP/1.1\r\n", 404), (b"OPTIONS /version HTTP/1.1\r\n", 204),
                              (b"PUT /v1/scenes/.bad HTTP/1.1\r\n", 422)]:
             with self.subTest(head=head):
-                answers = self.exchange(head, length, hidden, END)
+                answers = self.server.exchange(head, length, hidden, END)
                 self.assertEqual([answer.status for answer in answers], [status, 200])
         self.assertEqual(curl(self.server.url + "/v1/scenes/six").status, 200)
 
     def test_an_unread_chunked_or_long_body_ends_the_connection(self):
         hidden = b"DELETE /v1/scenes/six HTTP/1.1\r\nHost: x\r\n\r\n"
         chunked = b"Host: x\r\nTransfer-Encoding: chunked\r\n\r\n%x\r\n%s\r\n0\r\n\r\n" % (len(hidden), hidden)
-        answers = self.exchange(b"POST /nothing HTTP/1.1\r\n", chunked, END)
+        answers = self.server.exchange(b"POST /nothing HTTP/1.1\r\n", chunked, END)
         self.assertEqual([answer.status for answer in answers], [404])
         long = b"Host: x\r\nContent-Length: 1000000\r\n\r\n" + hidden * 100
-        answers = self.exchange(b"POST /nothing HTTP/1.1\r\n", long)
+        answers = self.server.exchange(b"POST /nothing HTTP/1.1\r\n", long)
         self.assertEqual([answer.status for answer in answers], [404])
-        answers = self.exchange(b"BREW /healthz HTTP/1.1\r\nHost: x\r\n\r\n", hidden)
+        answers = self.server.exchange(b"BREW /healthz HTTP/1.1\r\nHost: x\r\n\r\n", hidden)
         self.assertEqual([answer.status for answer in answers], [405])
         self.assertEqual(curl(self.server.url + "/v1/scenes/six").status, 200)
 
     def test_a_chunked_query_is_answered(self):
         body = b'{"rays":[{"origin":[-10,1,0],"direction":[1,0,0]}],"fields":["t"]}'
         chunks = b"".join(b"1\r\n%c\r\n" % byte for byte in body) + b"0\r\n\r\n"
-        answers = self.exchange(b"POST /v1/scenes/six/rays:closest HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n"
+        answers = self.server.exchange(b"POST /v1/scenes/six/rays:closest HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n"
                                 b"Content-Type: application/json\r\n\r\n", chunks)
         self.assertEqual([(answer.status, answer.body) for answer in answers], [(200, b'{"hits":[{"t":4.5}]}')])
 
@@ -84,12 +73,12 @@ class Connections(unittest.TestCase):
                 (post + b"Transfer-Encoding: chunked\r\n\r\nb\r\n{\"rays\":[]}\r\n0\r\n\r\n", 200),
                 (b"GET /healthz HTTP/1.0\r\n\r\n", 200), (END, 200)]:
             with self.subTest(head=head):
-                answers = self.exchange(head)
+                answers = self.server.exchange(head)
                 self.assertEqual([(answer.status, answer.headers.get("connection")) for answer in answers],
                                  [(status, "close")])
                 self.assertNotIn("keep-alive", answers[0].headers)
         # Nothing is left unread here, so the connection stays.
-        answers = self.exchange(post, b"\r\n", END)
+        answers = self.server.exchange(post, b"\r\n", END)
         self.assertEqual([(answer.status, answer.headers.get("connection")) for answer in answers],
                          [(411, None), (200, "close")])
 
@@ -108,11 +97,11 @@ class Connections(unittest.TestCase):
                            (host + b"Transfer-Encoding: xchunked\r\n", "FRAMING_AMBIGUOUS"),
                            (length, "HOST_INVALID"), (host + host + length, "HOST_INVALID")]:
             with self.subTest(head=head):
-                answers = self.exchange(post, head, b"\r\n", b'{"rays":[]}', ASK)
+                answers = self.server.exchange(post, head, b"\r\n", b'{"rays":[]}', ASK)
                 self.assertEqual([(answer.status, answer.json()["code"], answer.headers.get("connection"))
                                   for answer in answers], [(400, code, "close")])
         for method in (b"GET", b"DELETE", b"OPTIONS"):
-            answers = self.exchange(method + b" /healthz HTTP/1.1\r\n\r\n")
+            answers = self.server.exchange(method + b" /healthz HTTP/1.1\r\n\r\n")
             self.assertEqual([answer.status for answer in answers], [400])
 
     def test_a_range_or_an_accepted_encoding_changes_nothing(self):

@@ -73,6 +73,19 @@ class Headers(unittest.TestCase):
                 answer = server.ask("/v1/scenes/six", *arguments)
                 self.assertEqual((cors(answer), "vary" in answer.headers), ({}, False))
 
+    def test_pages_of_others_cannot_use_what_only_this_machine_can_reach(self):
+        with Server("--preload", "six=demo:six") as server:
+            # As a form of another site, or as a page whose name has come to lead here: its origin is then also the Host.
+            for origin in (PAGE, "null", "http://evil.example:8080", "http://127.0.0.1.evil.example", "http://localhost.evil.example:80",
+                           "http://[::2]:80", "http://[", "http://", "x"):
+                with self.subTest(origin=origin):
+                    page = ("-H", f"Origin: {origin}", "-H", "Host: evil.example:8080")
+                    for answer in (server.ask("/v1/scenes/six", "-X", "DELETE", *page), server.ask("/v1/scenes/six", *page),
+                                   server.query("six", "any", QUERY, *page), server.put("x", b"x", *page)):
+                        self.assertEqual((answer.status, answer.json()["code"]), (403, "ORIGIN_NOT_ALLOWED"))
+            for origin in ("http://localhost:3000", "http://127.0.0.1", "http://[::1]:8080", f"http://127.0.0.1:{server.port}"):
+                self.assertEqual(server.ask("/v1/scenes/six", "-H", f"Origin: {origin}").status, 200)
+
     def test_a_named_page_may_ask_and_read_faults(self):
         key, line = make_key("read", "page")
         with tempfile.TemporaryDirectory() as folder:

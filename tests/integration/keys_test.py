@@ -43,17 +43,6 @@ class Keys(unittest.TestCase):
         cls.server = Server("--preload", "six=demo:six", "--keys", cls.file, "--log-level", "trace")
         cls.addClassCleanup(cls.server.end)
 
-    def raw(self, *pieces):
-        """Every answer on one connection."""
-        connection = self.server.connect()
-        with connection, connection.makefile("rwb") as stream:
-            stream.write(b"".join(pieces))
-            stream.flush()
-            answers = []
-            while (answer := read_answer(stream)) is not None:
-                answers.append(answer)
-            return answers
-
     def post_query(self, *arguments):
         return self.server.ask("/v1/scenes/six/rays:closest", "-H", JSON_TYPE, *arguments, body=QUERY)
 
@@ -92,7 +81,7 @@ class Keys(unittest.TestCase):
                                       ("/v1/scenes/none", bearer("x"), None)]:
             with self.subTest(path=path, arguments=arguments):
                 self.assertEqual(plain(self.server.ask(path, *arguments, body=body)), first)
-        head = self.raw(b"HEAD /v1/scenes/six HTTP/1.1\r\nHost: x\r\n\r\n" )
+        head = self.server.exchange(b"HEAD /v1/scenes/six HTTP/1.1\r\nHost: x\r\n\r\n" )
         self.assertEqual([(answer.status, answer.body) for answer in head], [(401, b"")])
 
     def test_a_key_is_only_good_as_it_was_given(self):
@@ -105,7 +94,7 @@ class Keys(unittest.TestCase):
                       "Bearer " + hashlib.sha256(key.encode()).hexdigest()):
             with self.subTest(value=value[:80]):
                 self.assertEqual(self.post_query("-H", f"Authorization: {value}").status, 401)
-        twice = self.raw(b"GET /v1/scenes HTTP/1.1\r\nHost: x\r\n", *[f"Authorization: Bearer {key}\r\n".encode()] * 2, b"\r\n")
+        twice = self.server.exchange(b"GET /v1/scenes HTTP/1.1\r\nHost: x\r\n", *[f"Authorization: Bearer {key}\r\n".encode()] * 2, b"\r\n")
         self.assertEqual([answer.status for answer in twice], [401])
         for path in (f"/v1/scenes?key={key}", f"/v1/scenes?access_token={key}", f"/v1/scenes/{key}"):
             self.assertEqual(self.server.ask(path).status, 401)
@@ -121,7 +110,7 @@ class Keys(unittest.TestCase):
                                  (b"/v1/scenes#/x", {400}), (b"/v1/scenes/", {404}), (b"//v1/scenes", {404}),
                                  (b"/v1/./scenes", {404}), (b"/v1/scenes;x", {404}), (b"/V1/scenes", {404})]:
             with self.subTest(target=target):
-                answers = self.raw(b"POST " + target + tail + key + load)
+                answers = self.server.exchange(b"POST " + target + tail + key + load)
                 self.assertEqual(len(answers), 1)
                 self.assertIn(answers[0].status, statuses)
         for name in ("X-HTTP-Method-Override", "X-HTTP-Method", "X-Method-Override"):
@@ -135,10 +124,10 @@ class Keys(unittest.TestCase):
                      b"PUT /v1/scenes/x HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n",
                      b"PUT /v1/scenes/x HTTP/1.1\r\nHost: x\r\nContent-Length: 10\r\nExpect: 100-continue\r\n\r\n"):
             with self.subTest(head=head):
-                self.assertEqual([(answer.status, answer.headers["connection"]) for answer in self.raw(head)], [(401, "close")])
+                self.assertEqual([(answer.status, answer.headers["connection"]) for answer in self.server.exchange(head)], [(401, "close")])
         # What follows a refused request is never one.
         hidden = b"GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n"
-        answers = self.raw(hidden, b"DELETE /v1/scenes/six HTTP/1.1\r\nHost: x\r\n\r\n", hidden)
+        answers = self.server.exchange(hidden, b"DELETE /v1/scenes/six HTTP/1.1\r\nHost: x\r\n\r\n", hidden)
         self.assertEqual([answer.status for answer in answers], [200, 401])
 
     def test_a_writer_puts_and_removes_scenes(self):

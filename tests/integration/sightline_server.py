@@ -150,6 +150,17 @@ class Server:
         connection = socket.create_connection(("127.0.0.1", self.port), timeout=PATIENCE)
         return connection
 
+    def exchange(self, *pieces):
+        """Sends all pieces at once and returns all answers until the connection ends."""
+        connection = self.connect()
+        with connection, connection.makefile("rwb") as stream:
+            stream.write(b"".join(pieces))
+            stream.flush()
+            answers = []
+            while (answer := read_answer(stream)) is not None:
+                answers.append(answer)
+            return answers
+
 
 def read_answer(stream):
     """The next HTTP answer on a binary stream of a socket (with Content-Length, or without body);

@@ -1,0 +1,86 @@
+#!/usr/bin/env python3
+"""The man page of sightline, from what the program says of itself.
+
+Usage: man_page.py BINARY [--write]
+
+Prints the page; --write puts it into docs/deploy/sightline.1, which a test holds against the program.
+"""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+PAGE = Path(__file__).resolve().parent.parent / "docs/deploy/sightline.1"
+COMMANDS = [("serve",), ("check-config",), ("key", "new"), ("cast",), ("demo",)]
+
+HEAD = r"""\" Written by scripts/man_page.py from the program's own help.
+.TH SIGHTLINE 1 "" "sightline" "User commands"
+.SH NAME
+sightline \- exact ray queries against glTF scenes
+.SH SYNOPSIS
+.nf
+"""
+TAIL = r""".SH SIGNALS
+.TP
+SIGTERM, SIGINT
+Stop: finish what has begun, at most for \fB\-\-drain\-seconds\fR. A second one stops at once.
+.TP
+SIGHUP
+Read the files of \fB\-\-keys\fR and \fB\-\-config\fR again.
+.SH EXIT STATUS
+0 after a stop, and for a hit of \fBcast\fR; 1 for a miss of \fBcast\fR; 2 for an error.
+.SH FILES
+The file of \fB\-\-config\fR is one JSON object, in which every flag of \fBserve\fR may stand under its name without
+dashes. The file of \fB\-\-keys\fR has a line for each key, as \fBkey new\fR prints it.
+"""
+
+
+def escaped(text):
+    text = text.replace("\\", r"\e").replace("-", r"\-")
+    return r"\&" + text if text.startswith((".", "'")) else text
+
+
+def help_of(binary, command):
+    return subprocess.run([binary, *command, "--help"], capture_output=True, text=True, check=True, timeout=60).stdout
+
+
+def entries(lines):
+    """(heading or None, flag, text) of the lines below a command's usage. A long flag has its text in the next line."""
+    heading, flag = None, None
+    for line in lines:
+        if (found := re.fullmatch(r"\s*(?:\[Option Group: )?([^\s\[].*?)[\]:]", line)) and not line.startswith("   "):
+            heading = found.group(1)
+        elif (found := re.fullmatch(r"( {2,4})(\S.*?)(?:  +(\S.*))?", line)) and len(found.group(1)) < 5:
+            flag, text = found.group(2), found.group(3)
+            if text is not None or not flag.startswith("-"):
+                yield heading, flag, text or ""
+                flag = None
+        elif flag and line.strip():
+            yield heading, flag, line.strip()
+            flag = None
+
+
+def page(binary):
+    helps = {command: help_of(binary, command).splitlines() for command in COMMANDS}
+    parts = [HEAD]
+    for lines in helps.values():
+        parts.append(escaped(lines[1].removeprefix("Usage: ")) + "\n")
+    parts.append(".fi\n.SH COMMANDS\n")
+    for command, lines in helps.items():
+        parts.append(f".SS {escaped(' '.join(command))}\n{escaped(lines[0][0].upper() + lines[0][1:])}.\n")
+        last = None
+        for heading, flag, text in entries(lines[2:]):
+            if heading not in (None, last, "Options", "Positionals"):
+                parts.append(f".PP\n{escaped(heading)}:\n")
+            last = heading
+            if not flag.startswith("-h,"):
+                parts.append(f".TP\n\\fB{escaped(flag)}\\fR\n{escaped(text)}\n")
+    return "".join(parts) + TAIL
+
+
+if __name__ == "__main__":
+    if "--write" in sys.argv:
+        PAGE.write_text(page(sys.argv[1]), encoding="utf-8")
+    else:
+        print(page(sys.argv[1]), end="")
