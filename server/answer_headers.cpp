@@ -9,6 +9,13 @@ namespace {
 
 constexpr std::string_view kEvery = "*";
 
+constexpr std::string_view kCache = "Cache-Control: no-store\r\n";
+constexpr std::string_view kPolicy =
+    "Content-Security-Policy: default-src 'none'; frame-ancestors 'none'\r\n";
+constexpr std::string_view kFixed =
+    "X-Content-Type-Options: nosniff\r\nReferrer-Policy: no-referrer\r\n"
+    "Cross-Origin-Resource-Policy: same-origin\r\n";
+
 /// What a page may read of an answer, beside its body.
 constexpr std::string_view kShown =
     "Access-Control-Expose-Headers: Allow, ETag, Location, Retry-After, WWW-Authenticate, "
@@ -41,13 +48,11 @@ bool AnswerHeaders::is_strange_page(const RequestHead& head) const {
 }
 
 std::string AnswerHeaders::lines(const RequestHead& head, OwnHeaders own) const {
-  std::string text =
-      "X-Content-Type-Options: nosniff\r\nReferrer-Policy: no-referrer\r\n"
-      "Cross-Origin-Resource-Policy: same-origin\r\n";
-  if (!own.cache) text += "Cache-Control: no-store\r\n";
-  if (!own.policy) {
-    text += "Content-Security-Policy: default-src 'none'; frame-ancestors 'none'\r\n";
-  }
+  std::string text;
+  text.reserve(kFixed.size() + kCache.size() + kPolicy.size());
+  text += kFixed;
+  if (!own.cache) text += kCache;
+  if (!own.policy) text += kPolicy;
   if (origins_.empty()) return text;
   text += "Vary: Origin\r\n";
   if (!allows(head.origin)) return text;

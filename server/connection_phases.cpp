@@ -53,7 +53,11 @@ void ConnectionGate::advance(Connection& connection) {
 void ConnectionGate::await_head(Connection& connection) {
   connection.phase = Phase::kHead;
   connection.scan = {};
-  connection.head = {};
+  // What a refusal looks at; parse_request_head makes all of it new.
+  connection.head.method.clear();
+  connection.head.request_id.clear();
+  connection.head.key_name.clear();
+  connection.head.origin.clear();
   connection.begun = connection.skip > 0;
   connection.idle_turn = ++turns_;
   connection.due = now_ + (connection.begun ? limits_.head_time.get() : limits_.idle.get());

@@ -70,7 +70,8 @@ void correct(const httplib::Request& request, httplib::Response& response,
     response.set_header("Connection", "close");
   }
   if (response.status == 204) response.headers.erase("Content-Length");
-  if (response.has_header("Connection")) response.headers.erase("Keep-Alive");
+  // It would cost a call of printf, to say what may change while the server runs.
+  response.headers.erase("Keep-Alive");
   if (course == nullptr) return;
   // In one piece, since each header that the library writes costs a call of printf.
   course->stream.add_to_head(headers.lines(
@@ -120,10 +121,6 @@ HttpServer::HttpServer(const DoorLimits& limits, Dispatch dispatch, Thrown throw
       writers_(std::max<std::size_t>(1, limits.workers / 8)),
       gate_(
           limits_, [this](Connection& connection) { answer(connection); }, std::move(rules)) {
-  // Only what the Keep-Alive header says: connections are ours.
-  set_keep_alive_timeout(
-      std::chrono::duration_cast<std::chrono::seconds>(limits.idle.get()).count());
-  set_keep_alive_max_count(1'000'000);
   // Without this the library sets SO_REUSEPORT, and two servers share a port in silence.
   set_socket_options([](socket_t socket) {
     const int yes = 1;
