@@ -159,6 +159,7 @@ class CommandLine {
   /// Throws CLI::ParseError.
   void parse(const std::vector<std::string>& arguments) {
     std::vector<const char*> texts;
+    texts.reserve(arguments.size());
     for (const std::string& argument : arguments) texts.push_back(argument.c_str());
     app_.parse(static_cast<int>(texts.size()), texts.data());
   }
