@@ -1,16 +1,10 @@
 #include "proto/hit_json.h"
 
+#include "proto/hit_rows.h"
 #include "proto/json_writer.h"
 
 namespace sightline {
 namespace {
-
-/// The stations of an answer that every value is read from.
-struct Answer {
-  const HitBatch& hits;
-  std::span<const HitDetail> details;
-  const HitTerms& terms;
-};
 
 /// Numbers in one value: a vector has three.
 std::size_t width(HitField field) {
@@ -65,7 +59,7 @@ void write_numbers(JsonWriter& out, const Vec3d& v) {
 }
 
 /// The value of a hit without the brackets of a vector. Precondition: slot i is a hit.
-void write_value(JsonWriter& out, const Answer& answer, HitField field, std::size_t i,
+void write_value(JsonWriter& out, const HitAnswer& answer, HitField field, std::size_t i,
                  std::string_view no_id) {
   const HitTerms& terms = answer.terms;
   switch (field) {
@@ -108,7 +102,9 @@ void write_value(JsonWriter& out, const Answer& answer, HitField field, std::siz
   }
 }
 
-void write_row(JsonWriter& out, const Answer& answer, FieldSet fields, std::size_t i) {
+}  // namespace
+
+void write_row(JsonWriter& out, const HitAnswer& answer, FieldSet fields, std::size_t i) {
   if (!answer.hits.hit(i)) return out.raw("null");
   char before = '{';
   for (const HitField field : all_hit_fields()) {
@@ -126,8 +122,10 @@ void write_row(JsonWriter& out, const Answer& answer, FieldSet fields, std::size
   out.raw('}');
 }
 
+namespace {
+
 /// Those from `begin` to `end`, with commas between them.
-void write_rows(JsonWriter& out, const Answer& answer, FieldSet fields, std::size_t begin,
+void write_rows(JsonWriter& out, const HitAnswer& answer, FieldSet fields, std::size_t begin,
                 std::size_t end) {
   for (std::size_t i = begin; i < end; ++i) {
     if (i > begin) out.raw(',');
@@ -135,7 +133,7 @@ void write_rows(JsonWriter& out, const Answer& answer, FieldSet fields, std::siz
   }
 }
 
-void write_column(JsonWriter& out, const Answer& answer, HitField field) {
+void write_column(JsonWriter& out, const HitAnswer& answer, HitField field) {
   out.raw('"');
   out.raw(hit_field_name(field));
   out.raw("\":[");
@@ -154,7 +152,7 @@ void write_column(JsonWriter& out, const Answer& answer, HitField field) {
 }
 
 /// The columns of all fields asked for, with commas between them.
-void write_columns(JsonWriter& out, const Answer& answer, FieldSet fields) {
+void write_columns(JsonWriter& out, const HitAnswer& answer, FieldSet fields) {
   bool first = true;
   for (const HitField field : all_hit_fields()) {
     if (!fields.has(field)) continue;
@@ -174,7 +172,8 @@ void write_array(JsonWriter& out, std::span<const Number> numbers) {
   out.raw(']');
 }
 
-/// A guess at the bytes of one hit: 18 for each number, 12 for the rest.
+}  // namespace
+
 std::size_t expected_hit_bytes(FieldSet fields) {
   std::size_t bytes = 8;
   for (const HitField field : all_hit_fields()) {
@@ -183,11 +182,9 @@ std::size_t expected_hit_bytes(FieldSet fields) {
   return bytes;
 }
 
-}  // namespace
-
 std::string encode_hits(const HitBatch& hits, std::span<const HitDetail> details,
                         const HitTerms& terms, FieldSet fields, AnswerLayout layout) {
-  const Answer answer{hits, details, terms};
+  const HitAnswer answer{hits, details, terms};
   JsonWriter out(32 + hits.size() * expected_hit_bytes(fields));
   if (layout == AnswerLayout::kRows) {
     out.raw("{\"hits\":[");
@@ -204,7 +201,7 @@ std::string encode_hits(const HitBatch& hits, std::span<const HitDetail> details
 std::string encode_hit_lists(const HitLists& lists, std::span<const std::uint64_t> totals,
                              std::span<const HitDetail> details, const HitTerms& terms,
                              FieldSet fields, AnswerLayout layout) {
-  const Answer answer{lists.hits, details, terms};
+  const HitAnswer answer{lists.hits, details, terms};
   JsonWriter out(32 + totals.size() * 24 + lists.hits.size() * expected_hit_bytes(fields));
   if (layout == AnswerLayout::kColumns) {
     out.raw("{\"totals\":");
@@ -230,7 +227,7 @@ std::string encode_hit_lists(const HitLists& lists, std::span<const std::uint64_
 
 std::string encode_nearest_lists(const HitLists& lists, std::span<const HitDetail> details,
                                  const HitTerms& terms, FieldSet fields) {
-  const Answer answer{lists.hits, details, terms};
+  const HitAnswer answer{lists.hits, details, terms};
   JsonWriter out(32 + lists.first.size() * 12 + lists.hits.size() * expected_hit_bytes(fields));
   out.raw("{\"results\":[");
   for (std::size_t point = 0; point + 1 < lists.first.size(); ++point) {

@@ -32,6 +32,12 @@ class JsonReader {
   template <class ReadObject>
   bool read_body(std::string& body, ReadObject read_object);
 
+  /// Reads `text`, behind which the parser may look up to `capacity` bytes from its begin, as one
+  /// value: calls read_value(value).
+  template <class Place, class ReadValue>
+  bool read_one(simdjson::ondemand::parser& parser, std::string_view text, std::size_t capacity,
+                Place place, ReadValue read_value);
+
   // Single values. `place` makes the pointer, and is only called when there is something to say.
   template <class Place>
   bool read_number(Value value, double& out, Place place);
@@ -106,6 +112,25 @@ bool JsonReader::read_body(std::string& body, ReadObject read_object) {
   if (!read_object(object)) return false;
   if (document.current_location().error() != simdjson::OUT_OF_BOUNDS) {
     return malformed({}, "there is text after the body's object");
+  }
+  return true;
+}
+
+template <class Place, class ReadValue>
+bool JsonReader::read_one(simdjson::ondemand::parser& parser, std::string_view text,
+                          std::size_t capacity, Place place, ReadValue read_value) {
+  simdjson::ondemand::document document;
+  const simdjson::padded_string_view padded(text.data(), text.size(), capacity);
+  if (const auto code = parser.iterate(padded).get(document); code != simdjson::SUCCESS) {
+    return fail_parse(code, place());
+  }
+  Value value;
+  if (document.get_value().get(value) != simdjson::SUCCESS) {
+    return malformed(place(), "each line has one object");
+  }
+  if (!read_value(value)) return false;
+  if (document.current_location().error() != simdjson::OUT_OF_BOUNDS) {
+    return malformed(place(), "there is text after the line's object");
   }
   return true;
 }

@@ -23,12 +23,20 @@ bool needs_no_escape(std::string_view text) {
 
 }  // namespace
 
-JsonWriter::JsonWriter(std::size_t expected_bytes)
-    : buffer_(std::max<std::size_t>(expected_bytes, 256), '\0') {}
+JsonWriter::JsonWriter(std::size_t expected_bytes) {
+  buffer_.reserve(std::max<std::size_t>(expected_bytes, 256));
+}
 
 char* JsonWriter::room(std::size_t bytes) {
-  if (buffer_.size() - size_ < bytes) buffer_.resize(std::max(buffer_.size() * 2, size_ + bytes));
+  if (buffer_.size() - size_ < bytes) grow(size_ + bytes);
   return buffer_.data() + size_;
+}
+
+void JsonWriter::grow(std::size_t bytes) {
+  // Step by step: to resize is to touch, and what was reserved in vain must not become memory.
+  constexpr std::size_t kStep = 64 << 10;
+  if (bytes > buffer_.capacity()) buffer_.reserve(std::max(buffer_.capacity() * 2, bytes));
+  buffer_.resize(std::min(buffer_.capacity(), bytes + kStep));
 }
 
 void JsonWriter::raw(std::string_view text) {

@@ -34,8 +34,9 @@ class JsonWriter {
 
  private:
   char* room(std::size_t bytes);
+  void grow(std::size_t bytes);
 
-  std::string buffer_;  ///< its size is the room that there is, not what was written
+  std::string buffer_;  ///< its size is the room that was made ready, not what was written
   std::size_t size_ = 0;
 };
 

@@ -15,7 +15,8 @@ constexpr BinaryKind kRays{"SLR1", "rays", "RAYS_TOO_MANY", 7, [](std::uint32_t 
 
 }  // namespace
 
-Result<RayQuery> decode_rays_binary(std::string_view body, const RayJsonRules& rules) {
+Result<RayQuery> decode_rays_binary(std::string_view body, const RayJsonRules& rules,
+                                    const RayQuery* usual) {
   const auto header = read_whole_header(body, kRays, rules.max_rays);
   if (!header) return header.error();
 
@@ -23,7 +24,8 @@ Result<RayQuery> decode_rays_binary(std::string_view body, const RayJsonRules& r
   option_rules.has_rays = false;
   option_rules.default_fields = kDefaultBinaryFields;
   std::string options = options_of(body, *header);
-  auto query = decode_rays(options, option_rules);
+  auto query = usual != nullptr && header->options_bytes == 0 ? Result<RayQuery>(*usual)
+                                                              : decode_rays(options, option_rules);
   if (!query) return query;
   query->layout = AnswerLayout::kBinary;
 

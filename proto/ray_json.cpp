@@ -277,8 +277,8 @@ bool RayReader::check_limits_and_directions() {
       std::find(kRayRowKeys.begin(), kRayRowKeys.end(), part_name) - kRayRowKeys.begin());
   const bool vector = part == RayPart::kOrigin || part == RayPart::kDirection;
   return fail(ErrorKind::kInvalid, fault.code, fault.message,
-              query_.layout == AnswerLayout::kRows
-                  ? row_place(fault.ray, part)
+              query_.layout != AnswerLayout::kColumns
+                  ? row_place(first_ray_ + fault.ray, part)
                   : column_place(part, vector ? fault.ray * 3 : fault.ray));
 }
 

@@ -45,18 +45,22 @@ class RayReader : protected JsonReader {
     static_cast<void>(value);
     return true;
   }
+  bool read_row(Value value, std::size_t ray);
+  bool check_limits_and_directions();
+  static JsonPointer ray_place(std::size_t ray) { return JsonPointer().key("rays").index(ray); }
   /// After the last key, before the rays are checked.
   virtual bool finish_more() { return true; }
 
   /// What a ray without tmin gets.
   double default_tmin_ = 0;
+  /// How a row is called that is the first of the batch.
+  std::size_t first_ray_ = 0;
   RayQuery query_;
 
  private:
   // The top level, then one function for each form of rays.
   bool read_top(Object object);
   bool read_rows(Value value);
-  bool read_row(Value value, std::size_t ray);
   bool read_column(Value value, RayPart part);
   bool read_generator(Value value);
   // Options, in ray_options.cpp.
@@ -70,13 +74,11 @@ class RayReader : protected JsonReader {
   bool read_choice(std::string_view name, Value value, std::optional<TriangleChoice>& choice);
   unsigned known_top_keys() const;
   bool finish_rows_or_columns();
-  bool check_limits_and_directions();
 
   template <class Place>
   bool read_limit(Value value, RayPart part, double& out, Place place);
   bool read_vector(Value value, std::size_t ray, RayPart part, Vec3d& out);
 
-  static JsonPointer ray_place(std::size_t ray) { return JsonPointer().key("rays").index(ray); }
   static JsonPointer row_place(std::size_t ray, RayPart part, std::size_t component = kWholeTuple) {
     JsonPointer place = ray_place(ray);
     place.key(kRayRowKeys[static_cast<std::size_t>(part)]);

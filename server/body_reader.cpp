@@ -32,7 +32,11 @@ bool BodyReader::is_skippable() const {
          (!owes_continue_ || left_ == 0);
 }
 
-bool BodyReader::wait_for_input() {
+void BodyReader::decode_as(Coding coding) {
+  if (coding != Coding::kIdentity && !decoder_) decoder_ = std::make_unique<ContentDecoder>(coding);
+}
+
+bool BodyReader::get_input(bool wait) {
   if (!connection_.pending_input().empty()) return true;
   if (owes_continue_) {
     owes_continue_ = false;
@@ -51,6 +55,7 @@ bool BodyReader::wait_for_input() {
         fault_ = Fault::kEnded;
         break;
       case Received::kNothing:
+        if (!wait) return false;
         if (!wait_until_readable(connection_.socket, pace_.due())) fault_ = Fault::kSlow;
         break;
     }
@@ -77,11 +82,32 @@ bool BodyReader::pass_on(const std::function<bool(std::span<const char>)>& sink)
   return wanted && fault_ == Fault::kNoFault;
 }
 
-bool BodyReader::read(const std::function<bool(std::span<const char>)>& sink) {
-  while (!is_over()) {
-    if (!wait_for_input() || !pass_on(sink)) return false;
+bool BodyReader::hand_on_decoded(const std::function<bool(std::span<const char>)>& sink) {
+  std::string_view input = held_;
+  bool wanted = true;
+  while (wanted) {
+    const std::span<const char> piece = decoder_->decode(input);
+    if (piece.empty()) break;
+    wanted = sink(piece);
   }
-  return true;
+  held_.erase(0, held_.size() - input.size());
+  if (decoder_->is_broken() || (is_over() && held_.empty() && wanted && !decoder_->is_whole())) {
+    fault_ = Fault::kCoding;
+  }
+  return wanted && fault_ == Fault::kNoFault;
+}
+
+bool BodyReader::read(const std::function<bool(std::span<const char>)>& sink, bool wait) {
+  const std::function<bool(std::span<const char>)> hold = [&](std::span<const char> piece) {
+    held_.append(piece.data(), piece.size());
+    return true;
+  };
+  for (;;) {
+    if (decoder_ && !hand_on_decoded(sink)) return false;
+    if (is_over()) return true;
+    if (!get_input(wait)) return fault_ == Fault::kNoFault;
+    if (!pass_on(decoder_ ? hold : sink)) return false;
+  }
 }
 
 }  // namespace sightline

@@ -3,10 +3,13 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <span>
+#include <string>
 
 #include "server/chunk_decoder.h"
 #include "server/connection.h"
+#include "server/content_coding.h"
 #include "server/pace.h"
 
 namespace sightline {
@@ -17,13 +20,22 @@ class BodyReader {
  public:
   enum class Fault {
     kNoFault,
-    kEnded,  ///< the client stopped sending, or the chunks are none
-    kSlow,   ///< it sends slower than it may
+    kEnded,   ///< the client stopped sending, or the chunks are none
+    kSlow,    ///< it sends slower than it may
+    kCoding,  ///< the body is not what its Content-Encoding says, or ends too early
   };
   BodyReader(Connection& connection, ConnectionStream& stream, const PaceLimits& pace);
 
+  /// The body is compressed: pieces are handed on decoded. Once it is set it stays.
+  void decode_as(Coding coding);
+  /// It may last as long as it likes, as long as it keeps its pace whenever somebody reads.
+  void restart_pace() { pace_.restart(Pace::Clock::now()); }
   /// Hands the body on in pieces until it ends (true), `sink` returns false, or there is a fault.
-  bool read(const std::function<bool(std::span<const char>)>& sink);
+  /// After a false of `sink` it may go on where it was. With `wait` false it ends as well (true)
+  /// where nothing more has come.
+  bool read(const std::function<bool(std::span<const char>)>& sink, bool wait = true);
+  /// Whether its end has come; after a read() that says true all of it was handed on.
+  bool is_over() const;
   Fault fault() const { return fault_; }
   /// Whether it is known where the next request begins, and near enough to read up to there.
   bool is_skippable() const;
@@ -31,9 +43,9 @@ class BodyReader {
   std::uint64_t unread() const { return left_; }
 
  private:
-  bool is_over() const;
-  /// Makes some input pending. False with a fault.
-  bool wait_for_input();
+  /// Makes some input pending. False with a fault, or if nothing is to be waited for.
+  bool get_input(bool wait);
+  bool hand_on_decoded(const std::function<bool(std::span<const char>)>& sink);
   bool pass_on(const std::function<bool(std::span<const char>)>& sink);
 
   Connection& connection_;
@@ -43,6 +55,8 @@ class BodyReader {
   std::uint64_t left_;  ///< unread, of a body that is not chunked
   bool owes_continue_;  ///< the client waits for "100 Continue"
   Fault fault_ = Fault::kNoFault;
+  std::unique_ptr<ContentDecoder> decoder_;  ///< null: the body comes as it is
+  std::string held_;                         ///< what is to be decoded
 };
 
 }  // namespace sightline

@@ -33,13 +33,27 @@ void Exchange::reply_stream(std::string_view media_type,
   reply_empty(200);
   // See HttpServer::answer_requests: what was written leaves now, not when the buffer is full.
   const httplib::Progress& flush = request.progress;
-  const auto provide = [next = std::move(next), &flush](std::size_t, httplib::DataSink& sink) {
+  // Events are small and wanted at once; numbers hardly shrink.
+  std::shared_ptr<ContentEncoder> encoder;
+  if (accepts != Coding::kIdentity && media_type == "application/x-ndjson") {
+    encoder = std::make_shared<ContentEncoder>(accepts);
+    response.set_header("Content-Encoding", std::string(coding_name(accepts)));
+    response.set_header("Vary", "Accept-Encoding");
+  }
+  const auto provide = [next = std::move(next), encoder, &flush](std::size_t,
+                                                                 httplib::DataSink& sink) {
     bool good = true;
-    const Send send = [&](std::string_view text) {
+    const auto write = [&](std::string_view text) {
       good = sink.write(text.data(), text.size()) && (!flush || flush(0, 0));
       return good;
     };
-    if (!next(send)) sink.done();
+    const Send send = [&](std::string_view text) {
+      return encoder ? write(encoder->encode(text, false)) : write(text);
+    };
+    if (!next(send)) {
+      if (good && encoder) write(encoder->encode("", true));
+      sink.done();
+    }
     return good;
   };
   if (request.version == "HTTP/1.0") {

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "core/base/result.h"
 #include "core/query/query_work.h"
 #include "proto/problem.h"
+#include "server/content_coding.h"
 #include "server/key_ring.h"
 
 namespace sightline {
@@ -32,7 +34,8 @@ struct Exchange {
   std::string_view route = {};
   std::uint64_t rays = 0, boxes = 0;
   QueryWork work = {};
-  std::string problem_code = {};  ///< of the problem that it was answered with
+  std::string problem_code = {};       ///< of the problem that it was answered with
+  Coding accepts = Coding::kIdentity;  ///< of a stream of text
   // Who asks.
   Access access = Access::kWrite;
   std::string_view key_name = {};

@@ -55,8 +55,24 @@ Exchange exchange_of(const httplib::Request& request, httplib::Response& respons
                     checked_request_id(request.get_header_value("X-Request-Id")),
                     {}};
   exchange.access = course == nullptr ? Access::kOpen : course->connection.head.access;
-  if (course != nullptr) exchange.key_name = course->connection.head.key_name;
+  if (course != nullptr) {
+    exchange.key_name = course->connection.head.key_name;
+    exchange.accepts = course->connection.head.accepts;
+  }
   return exchange;
+}
+
+/// In the coding that the client likes best, where that pays: raw numbers hardly shrink, and what
+/// fits a packet need not.
+void compress(const RequestHead& head, httplib::Response& response) {
+  constexpr std::size_t kWorthIt = 1400;
+  if (response.body.size() < kWorthIt || head.method == "HEAD") return;
+  const std::string type = response.get_header_value("Content-Type");
+  if (type == "application/octet-stream") return;
+  if (head.accepts == Coding::kIdentity) return;
+  response.set_header("Vary", "Accept-Encoding");
+  response.body = ContentEncoder(head.accepts).encode(response.body, true);
+  response.set_header("Content-Encoding", std::string(coding_name(head.accepts)));
 }
 
 /// What the library adds to every answer, where it is not true; and what it does not add.
@@ -134,6 +150,7 @@ HttpServer::HttpServer(const DoorLimits& limits, Dispatch dispatch, Thrown throw
       exchange.reply_empty(204);
     } else {
       dispatch_(exchange);
+      if (course != nullptr) compress(course->connection.head, response);
     }
     return HandlerResponse::Handled;
   });
@@ -197,8 +214,8 @@ void HttpServer::answer(Connection& connection) {
   ConnectionStream stream(connection, limits_.pace, writers_);
   BodyReader body(connection, stream, limits_.pace);
   RequestMemory memory{WorkMemory::Share(bodies_), WorkMemory::Share(work_), kPatience};
-  const bool is_long =
-      connection.head.chunked || connection.head.length.value_or(0) > limits_.gathered;
+  const bool is_long = connection.head.chunked || connection.head.compressed ||
+                       connection.head.length.value_or(0) > limits_.gathered;
   Course course{connection, stream, body, is_long ? &memory : nullptr, stopping_};
   bool wants_close = false;
   const bool answered =

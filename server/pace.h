@@ -29,6 +29,12 @@ class Pace {
     bytes_ = 0;
     begin_ = now;
   }
+  /// A new window begins, and only the pace counts from here on.
+  void restart(Clock::time_point now) {
+    bytes_ = 0;
+    begin_ = now;
+    last_ = Clock::time_point::max();
+  }
   /// When it is too slow, unless more has moved by then.
   Clock::time_point due() const { return std::min(begin_ + limits_.window.get(), last_); }
 

@@ -2,20 +2,24 @@
 
 #include "core/run/kept_sides.h"
 #include "proto/hit_binary.h"
+#include "proto/hit_lines.h"
 #include "proto/point_binary.h"
 #include "proto/ray_binary.h"
+#include "proto/ray_frames.h"
+#include "server/body_reader.h"
+#include "server/ray_stream.h"
 #include "server/request_body.h"
 #include "server/scene_admission.h"
 
 namespace sightline {
 
 bool RayRequest::read_query(const Decode& decode) {
-  scene_ = admit_query_of_scene(exchange_, service_);
-  std::string body;
+  if (!scene_) scene_ = admit_query_of_scene(exchange_, service_);
+  std::string body = std::move(begin_);
   if (!scene_ || !read_body(exchange_, service_.limits.query_bytes, kRayJsonPadding, body)) {
     return false;
   }
-  last_ = Clock::now();
+  timer_.restart();
   if (!went_well(decode(body, query_))) return false;
   if (!query_.filter.keeps_all()) {
     auto kept = kept_sides(*scene_, query_.filter);
@@ -27,6 +31,32 @@ bool RayRequest::read_query(const Decode& decode) {
   }
   deadline_ = service_.deadline(exchange_);
   add_time(&WorkReport::parse_us);
+  return true;
+}
+
+bool RayRequest::streamed(RayQuestionKind kind) {
+  // Faults of the type are answered by who reads it next.
+  const std::string type = exchange_.request.get_header_value("Content-Type");
+  const bool is_lines = type.starts_with(kLinesMediaType);
+  if (!is_lines && !type.starts_with(kBinaryMediaType)) return false;
+  if (!admit_rays_type(exchange_, true) || !admit_stream(exchange_)) return true;
+  // Where a stream is not admitted its body is not read: a client may wait to be told.
+  const SceneSnapshot stored = admit_scene(exchange_, service_);
+  if (!stored) return true;
+  scene_ = stored->scene;
+  const auto begun = [&](std::span<const char> piece) {
+    begin_.append(piece.data(), piece.size());
+    return begin_.size() < kStreamMagic.size();
+  };
+  if (!is_lines && exchange_.body != nullptr && !exchange_.body->read(begun) &&
+      exchange_.body->fault() != BodyReader::Fault::kNoFault) {
+    reply_body_fault(exchange_);
+    return true;
+  }
+  if (!is_lines && !is_stream(begin_)) return !admit_body(exchange_, service_.limits.query_bytes);
+  RayStream::reply(exchange_, service_, scene_, kind,
+                   is_lines ? RayStream::Form::kLines : RayStream::Form::kFrames,
+                   std::move(begin_));
   return true;
 }
 
@@ -74,13 +104,6 @@ bool RayRequest::read_json(const Decode& decode) {
   return admit_query_type(exchange_) && read_query(decode);
 }
 
-void RayRequest::add_time(std::uint64_t WorkReport::*step) {
-  const Clock::time_point now = Clock::now();
-  report_.*step += static_cast<std::uint64_t>(
-      std::chrono::duration_cast<std::chrono::microseconds>(now - last_).count());
-  last_ = now;
-}
-
 bool RayRequest::went_well(const Status& status) {
   if (!status) exchange_.reply_error(status.error());
   return static_cast<bool>(status);
@@ -89,11 +112,12 @@ bool RayRequest::went_well(const Status& status) {
 void RayRequest::reply(std::string encoded) {
   add_time(&WorkReport::print_us);
   if (is_binary()) {
-    if (query_.wants_work) exchange_.response.set_header("X-Sightline-Work", encode_work(report_));
+    if (query_.wants_work)
+      exchange_.response.set_header("X-Sightline-Work", encode_work(timer_.report));
     return exchange_.reply(200, std::move(encoded), kBinaryMediaType);
   }
   if (invalid() != nullptr) add_member(encoded, "invalid", encode_invalid(query_.invalid));
-  if (query_.wants_work) add_member(encoded, "work", encode_work(report_));
+  if (query_.wants_work) add_member(encoded, "work", encode_work(timer_.report));
   exchange_.reply_json(200, std::move(encoded));
 }
 

@@ -1,7 +1,6 @@
 #pragma once
 /// What the routes of rays share: a request on its way to an answer.
 
-#include <chrono>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -12,6 +11,7 @@
 #include "proto/point_json.h"
 #include "proto/ray_json.h"
 #include "server/exchange.h"
+#include "server/ray_answer.h"
 #include "server/service.h"
 
 namespace sightline {
@@ -20,13 +20,15 @@ class RayRequest {
  public:
   RayRequest(Exchange& exchange, const Service& service) : exchange_(exchange), service_(service) {}
   /// What it has cost is counted, also where it failed.
-  ~RayRequest() { exchange_.work = report_.work; }
+  ~RayRequest() { exchange_.work = timer_.report.work; }
   RayRequest(const RayRequest&) = delete;
   RayRequest& operator=(const RayRequest&) = delete;
 
   /// Admits the request, finds the scene, reads the body, JSON or binary, and works its filter out.
   /// The limits are the service's, the keys are the caller's. Returns false after it has answered.
   bool read(RayJsonRules rules);
+  /// Starts a stream, and returns true, if the body is one: lines, or bytes that begin so.
+  bool streamed(RayQuestionKind kind);
   /// The same for a query that comes as JSON and is more than rays: decode(body, options) fills the
   /// options and returns a Status.
   /// The same for points, JSON or binary.
@@ -37,13 +39,13 @@ class RayRequest {
   const Scene& scene() const { return *scene_; }
   const RayQuery& query() const { return query_; }
   const Deadline& deadline() const { return deadline_; }
-  RayOptions options() { return {kept_ ? &*kept_ : nullptr, &report_.work}; }
+  RayOptions options() { return {kept_ ? &*kept_ : nullptr, &timer_.report.work}; }
+  WorkTimer& timer() { return timer_; }
   bool is_binary() const { return query_.layout == AnswerLayout::kBinary; }
   /// The bad rays, where they are to be marked; else null.
   const InvalidRays* invalid() const { return query_.marks_invalid ? &query_.invalid : nullptr; }
 
-  /// Adds the time since the last call to one of WorkReport's.
-  void add_time(std::uint64_t WorkReport::*step);
+  void add_time(std::uint64_t WorkReport::*step) { timer_.add(step); }
 
   /// Answers with `status`'s error. Returns whether there was none.
   bool went_well(const Status& status);
@@ -51,7 +53,6 @@ class RayRequest {
   void reply(std::string encoded);
 
  private:
-  using Clock = std::chrono::steady_clock;
   bool read_query(const Decode& decode);
   Status choose_bytes(RayQuery& query, FieldSet default_fields) const;
 
@@ -61,8 +62,8 @@ class RayRequest {
   RayQuery query_;
   std::optional<KeptSides> kept_;
   Deadline deadline_ = Deadline::never();
-  WorkReport report_;
-  Clock::time_point last_ = Clock::now();
+  WorkTimer timer_;
+  std::string begin_;  ///< of the body, what was read already
 };
 
 }  // namespace sightline

@@ -4,6 +4,8 @@
 #include <charconv>
 #include <optional>
 
+#include "proto/hit_lines.h"
+#include "proto/ray_binary.h"
 #include "server/body_reader.h"
 #include "server/work_memory.h"
 
@@ -34,23 +36,27 @@ std::optional<std::uint64_t> body_length(const Exchange& exchange) {
   return content_length(exchange.request);
 }
 
-bool admit_body(Exchange& exchange, std::uint64_t limit) {
-  const std::string encoding = exchange.request.get_header_value("Content-Encoding");
-  if (!encoding.empty() && encoding != "identity") {
-    exchange.reply_problem(415, "ENCODING_UNSUPPORTED", "send the body without Content-Encoding");
+bool admit_stream(Exchange& exchange) {
+  const auto coding = find_coding(exchange.request.get_header_value("Content-Encoding"));
+  if (!coding || exchange.request.get_header_value_count("Content-Encoding") > 1) {
+    exchange.response.set_header("Accept-Encoding", "gzip, zstd");
+    exchange.reply_problem(415, "ENCODING_UNSUPPORTED",
+                           "send the body in gzip, in zstd, or without Content-Encoding");
     return false;
   }
-  if (is_chunked(exchange.request)) return true;
-  const auto length = content_length(exchange.request);
-  if (!length) {
+  if (!is_chunked(exchange.request) && !content_length(exchange.request)) {
     exchange.reply_problem(411, "LENGTH_REQUIRED", "send Content-Length, or a chunked body");
     return false;
   }
-  if (*length > limit) {
-    reply_too_large(exchange, limit);
-    return false;
-  }
+  if (exchange.body != nullptr) exchange.body->decode_as(*coding);
   return true;
+}
+
+bool admit_body(Exchange& exchange, std::uint64_t limit) {
+  if (!admit_stream(exchange)) return false;
+  if (content_length(exchange.request).value_or(0) <= limit) return true;
+  reply_too_large(exchange, limit);
+  return false;
 }
 
 namespace {
@@ -86,12 +92,34 @@ bool admit_query_type(Exchange& exchange) {
   return admit_media_type(exchange, {"application/json"}, {kFormMediaType});
 }
 
-std::optional<QueryType> admit_rays_type(Exchange& exchange) {
-  constexpr std::string_view kBinary = "application/octet-stream";
-  if (!admit_media_type(exchange, {"application/json", kBinary}, {kFormMediaType})) {
-    return std::nullopt;
+std::optional<QueryType> admit_rays_type(Exchange& exchange, bool takes_lines) {
+  const bool good =
+      takes_lines
+          ? admit_media_type(exchange, {"application/json", kLinesMediaType, kBinaryMediaType},
+                             {kFormMediaType})
+          : admit_media_type(exchange, {"application/json", kBinaryMediaType}, {kFormMediaType});
+  if (!good) return std::nullopt;
+  const std::string type = media_type(exchange);
+  if (type == kBinaryMediaType) return QueryType::kBinary;
+  return type == kLinesMediaType ? QueryType::kLines : QueryType::kJson;
+}
+
+Error body_fault(const BodyReader* body) {
+  const auto fault = body == nullptr ? BodyReader::Fault::kEnded : body->fault();
+  if (fault == BodyReader::Fault::kSlow) {
+    return {ErrorKind::kDeadline, "REQUEST_TIMEOUT", "the body of the request came too slowly", ""};
   }
-  return media_type(exchange) == kBinary ? QueryType::kBinary : QueryType::kJson;
+  if (fault == BodyReader::Fault::kCoding) {
+    return {ErrorKind::kMalformed, "ENCODING_BROKEN",
+            "the body is not what its Content-Encoding says, or ends too early", ""};
+  }
+  return {ErrorKind::kMalformed, "BODY_INCOMPLETE", "the body ended early or its framing is broken",
+          ""};
+}
+
+void reply_body_fault(Exchange& exchange) {
+  const Error error = body_fault(exchange.body);
+  exchange.reply_problem(error.kind == ErrorKind::kDeadline ? 408 : 400, error.code, error.message);
 }
 
 bool read_body(Exchange& exchange, std::uint64_t limit,
@@ -112,10 +140,8 @@ bool read_body(Exchange& exchange, std::uint64_t limit,
     reply_too_large(exchange, limit);
   } else if (refused) {
     exchange.reply_error(*refused);
-  } else if (exchange.body != nullptr && exchange.body->fault() == BodyReader::Fault::kSlow) {
-    exchange.reply_problem(408, "REQUEST_TIMEOUT", "the body of the request came too slowly");
   } else {
-    exchange.reply_problem(400, "BODY_INCOMPLETE", "the body ended early or its framing is broken");
+    reply_body_fault(exchange);
   }
   return false;
 }
@@ -128,11 +154,16 @@ bool read_body(Exchange& exchange, std::uint64_t limit, std::size_t spare, std::
   const Error busy{ErrorKind::kBusy, "MEMORY_BUSY",
                    "large requests use all the memory that they may: ask again later", ""};
   RequestMemory* memory = exchange.memory;
-  const bool good = read_body(exchange, limit, [&](std::span<const char> piece) -> Status {
-    if (memory != nullptr && !memory->body.grow(piece.size())) return busy;
-    text.append(piece.data(), piece.size());
-    return success();
-  });
+  if (text.size() > limit) {
+    reply_too_large(exchange, limit);
+    return false;
+  }
+  const bool good =
+      read_body(exchange, limit - text.size(), [&](std::span<const char> piece) -> Status {
+        if (memory != nullptr && !memory->body.grow(piece.size())) return busy;
+        text.append(piece.data(), piece.size());
+        return success();
+      });
   if (!good || memory == nullptr) return good;
   const Deadline deadline = Deadline::in(memory->patience, exchange.caller);
   if (memory->work.wait(text.size() * kWorkPerByte, deadline)) return true;

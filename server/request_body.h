@@ -22,6 +22,9 @@ std::optional<std::uint64_t> body_length(const Exchange& exchange);
 /// false after it has answered.
 bool admit_body(Exchange& exchange, std::uint64_t limit);
 
+/// The same for a body of any length that is answered while it comes.
+bool admit_stream(Exchange& exchange);
+
 /// 415 MEDIA_TYPE_UNSUPPORTED unless Content-Type is one of `accepted` (parameters are ignored), is
 /// left out, or is one of `tolerated`, which the answer does not advertise. Returns false after it
 /// has answered.
@@ -36,18 +39,25 @@ inline constexpr std::string_view kFormMediaType = "application/x-www-form-urlen
 /// is not shown to the site. Returns false after it has answered.
 bool admit_query_type(Exchange& exchange);
 
-/// The same for rays, which come as bytes too. Nothing after it has answered.
-enum class QueryType { kJson, kBinary };
-std::optional<QueryType> admit_rays_type(Exchange& exchange);
+/// The same for rays and points, which come as bytes too, and rays as lines where `takes_lines`.
+/// Nothing after it has answered.
+enum class QueryType { kJson, kBinary, kLines };
+std::optional<QueryType> admit_rays_type(Exchange& exchange, bool takes_lines = false);
 
-/// Hands the body on in pieces. Returns false after it has answered: BODY_TOO_LARGE,
-/// BODY_INCOMPLETE (the client stopped, or broke the framing), 408 REQUEST_TIMEOUT, or what `sink`
-/// said. Precondition: admit_body was true.
+/// What is wrong with a body that could not be read to its end: BODY_INCOMPLETE, ENCODING_BROKEN,
+/// or REQUEST_TIMEOUT (kDeadline). `body` may be null.
+Error body_fault(const BodyReader* body);
+/// Answers so: 400, or 408 for a slow one.
+void reply_body_fault(Exchange& exchange);
+
+/// Hands the body on in pieces, decoded; the limit is of what is handed on. Returns false after it
+/// has answered: BODY_TOO_LARGE, BODY_INCOMPLETE (the client stopped, or broke the framing), 408
+/// REQUEST_TIMEOUT, or what `sink` said. Precondition: admit_body was true.
 bool read_body(Exchange& exchange, std::uint64_t limit,
                const std::function<Status(std::span<const char>)>& sink);
 
-/// The whole body as text, with `spare` bytes of capacity to come; of a long one also its share of
-/// the memory for such work, or 503 MEMORY_BUSY.
+/// The whole body as text, which may hold its begin already, with `spare` bytes of capacity to
+/// come; of a long one also its share of the memory for such work, or 503 MEMORY_BUSY.
 bool read_body(Exchange& exchange, std::uint64_t limit, std::size_t spare, std::string& text);
 
 }  // namespace sightline

@@ -192,6 +192,10 @@ std::optional<RequestFault> take_field(std::string_view line, RequestHead& head,
     }
     head.expects_continue = !head.http10;
     return std::nullopt;
+  } else if (equals_caseless(name, "accept-encoding")) {
+    head.accepts = choose_coding(value);
+  } else if (equals_caseless(name, "content-encoding")) {
+    head.compressed = find_coding(value) != Coding::kIdentity;
   } else if (auto fault = take_framing(name, value, head, fields)) {
     return fault;
   }

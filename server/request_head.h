@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "server/content_coding.h"
 #include "server/key_ring.h"
 #include "server/live.h"
 
@@ -55,12 +56,14 @@ struct RequestHead {
   bool http10 = false;
   std::optional<std::uint64_t> length;  ///< of the body, where it is said
   bool chunked = false;
-  bool close = false;             ///< the client wants no further request, or cannot have one
-  bool expects_continue = false;  ///< it sends its body only after a 100
-  std::string request_id;         ///< as it was sent: not checked
-  std::string authorization;      ///< the same; empty also where there is more than one
-  std::string origin;             ///< of the page that asks; "null" where there is more than one
-  bool asks_for_method = false;   ///< whether there is an Access-Control-Request-Method
+  bool close = false;                  ///< the client wants no further request, or cannot have one
+  bool expects_continue = false;       ///< it sends its body only after a 100
+  std::string request_id;              ///< as it was sent: not checked
+  Coding accepts = Coding::kIdentity;  ///< for the answer
+  bool compressed = false;             ///< the body is
+  std::string authorization;           ///< the same; empty also where there is more than one
+  std::string origin;            ///< of the page that asks; "null" where there is more than one
+  bool asks_for_method = false;  ///< whether there is an Access-Control-Request-Method
   // Who asks, by AccessRules.
   Access access = Access::kOpen;
   std::string key_name;

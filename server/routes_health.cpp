@@ -72,6 +72,7 @@ void reply_version(Exchange& exchange, const Service& service) {
                         {"loads", service.limits.loads},
                         {"waiters", service.limits.waiters},
                         {"listeners", service.limits.listeners},
+                        {"streams", service.limits.streams},
                         {"request_ms", service.limits.request.get().count()},
                         {"workers", service.door.workers},
                         {"queue", service.door.queue},

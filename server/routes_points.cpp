@@ -23,7 +23,7 @@ void add_unreliable_header(Exchange& exchange, const InsideAnswers& answers) {
   exchange.response.set_header("X-Sightline-Unreliable", encode_unreliable(answers.open_edges));
 }
 
-void inside(Exchange& exchange, const Service& service) {
+void ask_inside(Exchange& exchange, const Service& service) {
   RayRequest request(exchange, service);
   PointQuery query;
   if (!request.read_points({.has_method = true}, query)) return;
@@ -40,7 +40,7 @@ void inside(Exchange& exchange, const Service& service) {
   request.reply(encode_inside_binary(columns));
 }
 
-void distance(Exchange& exchange, const Service& service) {
+void ask_distance(Exchange& exchange, const Service& service) {
   RayRequest request(exchange, service);
   PointQuery query;
   if (!request.read_points({.has_method = true, .has_max_distance = true}, query)) return;
@@ -92,7 +92,7 @@ bool describe(RayRequest& request, const Service& service, const HitBatch& hits,
   return true;
 }
 
-void closest_points(Exchange& exchange, const Service& service) {
+void ask_closest(Exchange& exchange, const Service& service) {
   RayRequest request(exchange, service);
   PointQuery query;
   if (!request.read_points({.has_max_distance = true, .has_fields = true}, query)) return;
@@ -110,7 +110,7 @@ void closest_points(Exchange& exchange, const Service& service) {
                     : encode_hits(hits, about.details, about.terms, fields, AnswerLayout::kRows));
 }
 
-void nearest(Exchange& exchange, const Service& service) {
+void ask_nearest(Exchange& exchange, const Service& service) {
   RayRequest request(exchange, service);
   PointQuery query;
   if (!request.read_points({.has_max_distance = true, .has_count = true, .has_fields = true},
@@ -149,13 +149,13 @@ void nearest(Exchange& exchange, const Service& service) {
 
 void add_point_routes(Router& router, const Service& service) {
   router.add("POST", "/v1/scenes/{id}/points:inside",
-             [&service](Exchange& exchange) { inside(exchange, service); });
+             [&service](Exchange& exchange) { ask_inside(exchange, service); });
   router.add("POST", "/v1/scenes/{id}/points:closest",
-             [&service](Exchange& exchange) { closest_points(exchange, service); });
+             [&service](Exchange& exchange) { ask_closest(exchange, service); });
   router.add("POST", "/v1/scenes/{id}/points:nearest",
-             [&service](Exchange& exchange) { nearest(exchange, service); });
+             [&service](Exchange& exchange) { ask_nearest(exchange, service); });
   router.add("POST", "/v1/scenes/{id}/points:distance",
-             [&service](Exchange& exchange) { distance(exchange, service); });
+             [&service](Exchange& exchange) { ask_distance(exchange, service); });
 }
 
 }  // namespace sightline

@@ -130,6 +130,7 @@ void finish_serve(ServeCommand& command, const ServeFlags& flags) {
   // Each of these holds a worker: half of all may wait, a quarter more may listen.
   command.limits.waiters = command.door.workers / 2;
   command.limits.listeners = command.door.workers / 4;
+  command.limits.streams = std::max<std::size_t>(1, command.door.workers / 4);
   command.log_format = flags.log_format == "json" ? LogFormat::kJson : LogFormat::kText;
   command.laziness = flags.skip == "none" ? Laziness::kEager : Laziness::kWhenNeeded;
   command.limits.request = milliseconds_of(flags.request_seconds);

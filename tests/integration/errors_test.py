@@ -161,10 +161,13 @@ class Errors(unittest.TestCase):
         self.assertEqual(answer.status, 200, answer.body)
         self.assertEqual(self.server.query("six", "count", {"rays": GOOD["rays"] * 100}).json(), {"counts": [6] * 100})
 
-    def test_a_compressed_body_is_415(self):
-        for encoding in ("gzip", "br", "deflate", "zstd"):
+    def test_an_unknown_coding_of_a_body_is_415_and_a_broken_one_400(self):
+        for encoding in ("br", "deflate", "identity, gzip", "gzip, zstd"):
             with self.subTest(encoding=encoding):
                 self.expect(self.closest("x", "-H", f"Content-Encoding: {encoding}"), 415, "ENCODING_UNSUPPORTED")
+        for encoding in ("gzip", "zstd"):
+            with self.subTest(encoding=encoding):
+                self.expect(self.closest("x", "-H", f"Content-Encoding: {encoding}"), 400, "ENCODING_BROKEN")
 
     def test_too_much_is_413(self):
         large = b" " * 20001

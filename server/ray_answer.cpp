@@ -1,0 +1,125 @@
+#include "server/ray_answer.h"
+
+#include "proto/hit_binary.h"
+#include "proto/hit_json.h"
+#include "proto/hit_lines.h"
+#include "server/hit_terms.h"
+
+namespace sightline {
+namespace {
+
+/// One batch on its way.
+struct RayBatchCourse {
+  const Service& service;
+  const Scene& scene;
+  const RayQuery& query;
+  const RayOptions& options;
+  const Deadline& deadline;
+  WorkTimer& timer;
+
+  /// The bad rays, where they are to be marked; else null.
+  const InvalidRays* invalid() const { return query.marks_invalid ? &query.invalid : nullptr; }
+  bool is(AnswerLayout layout) const { return query.layout == layout; }
+};
+
+Result<std::string> answer_closest(const RayBatchCourse& course) {
+  const RayQuery& query = course.query;
+  HitBatch hits;
+  Status status = course.service.engine.closest(course.scene, query.rays, course.deadline, hits,
+                                                course.options);
+  if (!status) return status.error();
+  course.timer.add(&WorkReport::trace_us);
+  HitDescription about;
+  status = describe_hits(course.service.engine, course.scene, query.rays, hits, query.fields,
+                         query.normalize, course.deadline, about);
+  if (!status) return status.error();
+  course.timer.add(&WorkReport::describe_us);
+  if (course.is(AnswerLayout::kBinary)) {
+    return encode_hits_binary(hits, about.details, about.terms, query.fields, course.invalid());
+  }
+  return course.is(AnswerLayout::kLines)
+             ? encode_hit_lines(hits, about.details, about.terms, query.fields, course.invalid())
+             : encode_hits(hits, about.details, about.terms, query.fields, query.layout);
+}
+
+Result<std::string> answer_any(const RayBatchCourse& course) {
+  Column<std::uint8_t> occluded;
+  const Status status = course.service.engine.any(course.scene, course.query.rays, course.deadline,
+                                                  occluded, course.options);
+  if (!status) return status.error();
+  course.timer.add(&WorkReport::trace_us);
+  if (course.is(AnswerLayout::kBinary)) return encode_occlusion_binary(occluded, course.invalid());
+  return course.is(AnswerLayout::kLines) ? encode_occlusion_lines(occluded, course.invalid())
+                                         : encode_occlusion(occluded);
+}
+
+Result<std::string> answer_all(const RayBatchCourse& course) {
+  const RayQuery& query = course.query;
+  HitLists lists;
+  Column<std::uint64_t> totals;
+  Status status = course.service.engine.all(course.scene, query.rays, query.crossings,
+                                            query.max_hits, course.service.limits.hits,
+                                            course.deadline, lists, totals, course.options);
+  if (!status) return status.error();
+  course.timer.add(&WorkReport::trace_us);
+  HitDescription about;
+  const bool needs_rays = query.normalize || query.fields.has(HitField::kDistance) ||
+                          query.fields.has_any_of(kDetailFields);
+  status = describe_hits(course.service.engine, course.scene,
+                         needs_rays ? rays_of_hits(query.rays, lists) : RayBatch(), lists.hits,
+                         query.fields, query.normalize, course.deadline, about);
+  if (!status) return status.error();
+  course.timer.add(&WorkReport::describe_us);
+  if (course.is(AnswerLayout::kBinary)) {
+    return encode_hit_lists_binary(lists, totals, about.details, about.terms, query.fields,
+                                   course.invalid());
+  }
+  return course.is(AnswerLayout::kLines)
+             ? encode_hit_list_lines(lists, totals, about.details, about.terms, query.fields,
+                                     course.invalid())
+             : encode_hit_lists(lists, totals, about.details, about.terms, query.fields,
+                                query.layout);
+}
+
+Result<std::string> answer_count(const RayBatchCourse& course) {
+  Column<std::uint64_t> totals;
+  const Status status =
+      course.service.engine.count(course.scene, course.query.rays, course.query.crossings,
+                                  course.deadline, totals, course.options);
+  if (!status) return status.error();
+  course.timer.add(&WorkReport::trace_us);
+  if (course.is(AnswerLayout::kBinary)) return encode_counts_binary(totals, course.invalid());
+  return course.is(AnswerLayout::kLines) ? encode_count_lines(totals, course.invalid())
+                                         : encode_counts(totals);
+}
+
+}  // namespace
+
+RayJsonRules rules_of(RayQuestionKind kind, const ServiceLimits& limits) {
+  RayJsonRules rules;
+  rules.max_rays = limits.rays;
+  rules.max_hits = limits.hits;
+  rules.has_fields = kind == RayQuestionKind::kClosest || kind == RayQuestionKind::kAll;
+  rules.has_crossings = kind == RayQuestionKind::kAll || kind == RayQuestionKind::kCount;
+  rules.has_max_hits = kind == RayQuestionKind::kAll;
+  return rules;
+}
+
+Result<std::string> answer_rays(RayQuestionKind kind, const Service& service, const Scene& scene,
+                                const RayQuery& query, const RayOptions& options,
+                                const Deadline& deadline, WorkTimer& timer) {
+  const RayBatchCourse course{service, scene, query, options, deadline, timer};
+  switch (kind) {
+    case RayQuestionKind::kClosest:
+      return answer_closest(course);
+    case RayQuestionKind::kAny:
+      return answer_any(course);
+    case RayQuestionKind::kAll:
+      return answer_all(course);
+    case RayQuestionKind::kCount:
+      return answer_count(course);
+  }
+  return Error{ErrorKind::kInternal, "INTERNAL", "no such question", ""};
+}
+
+}  // namespace sightline

@@ -1,0 +1,175 @@
+#include "server/ray_stream.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/run/kept_sides.h"
+#include "proto/hit_binary.h"
+#include "proto/hit_lines.h"
+#include "server/body_reader.h"
+#include "server/http_status.h"
+#include "server/request_body.h"
+
+namespace sightline {
+namespace {
+
+/// Lines that are answered together, when they come faster than they are answered.
+constexpr std::size_t kBatchBytes = 256 << 10;
+constexpr std::size_t kLongestRayLine = 64 << 10;
+/// Rays of one frame: what bounds the memory of a stream.
+constexpr std::size_t kFrameRays = 64 << 10;
+
+RayJsonRules frame_rules(RayQuestionKind kind, const ServiceLimits& limits) {
+  RayJsonRules rules = rules_of(kind, limits);
+  rules.max_rays = std::min(rules.max_rays, kFrameRays);
+  return rules;
+}
+
+}  // namespace
+
+RayStream::RayStream(Exchange& exchange, const Service& service, std::shared_ptr<const Scene> scene,
+                     RayQuestionKind kind, Form form, std::string begin, Claim place)
+    : service_(service),
+      body_(exchange.body),
+      caller_(exchange.caller),
+      request_id_(exchange.request_id),
+      scene_(std::move(scene)),
+      kind_(kind),
+      form_(form),
+      place_(std::move(place)),
+      lines_(rules_of(kind, service.limits)),
+      frames_(frame_rules(kind, service.limits)),
+      buffer_(std::move(begin)) {}
+
+Deadline RayStream::deadline() const {
+  Deadline deadline = service_.deadline();
+  deadline.caller = caller_;
+  return deadline;
+}
+
+Status RayStream::fill(std::size_t bytes) {
+  if (buffer_.size() >= bytes || ended_) return success();
+  const bool good = body_->read([&](std::span<const char> piece) {
+    buffer_.append(piece.data(), piece.size());
+    return buffer_.size() < bytes;
+  });
+  if (!good && body_->fault() != BodyReader::Fault::kNoFault) return body_fault(body_);
+  ended_ = good;
+  return success();
+}
+
+Result<std::string> RayStream::next_lines() {
+  // One line at least, and then what has come meanwhile.
+  std::size_t looked = 0;
+  while (!ended_ && buffer_.find('\n', looked) == std::string::npos) {
+    if (buffer_.size() > kLongestRayLine) {
+      return Error{ErrorKind::kTooLarge, "LINE_TOO_LONG",
+                   "a line may have " + std::to_string(kLongestRayLine) + " bytes", ""};
+    }
+    looked = buffer_.size();
+    if (Status status = fill(buffer_.size() + 1); !status) return std::move(status).error();
+  }
+  if (!ended_ && buffer_.size() < kBatchBytes) {
+    const bool good = body_->read(
+        [&](std::span<const char> piece) {
+          buffer_.append(piece.data(), piece.size());
+          return buffer_.size() < kBatchBytes;
+        },
+        false);
+    if (!good && body_->fault() != BodyReader::Fault::kNoFault) return body_fault(body_);
+    ended_ = good && body_->is_over();
+  }
+  const std::size_t end = ended_ ? buffer_.size() : buffer_.rfind('\n') + 1;
+  std::string batch = buffer_.substr(0, end);
+  buffer_.erase(0, end);
+  if (batch.empty()) return std::string();
+  return answer(lines_.decode(batch));
+}
+
+Result<std::string> RayStream::next_frame() {
+  if (Status status = fill(kFrameLengthBytes); !status) return std::move(status).error();
+  if (buffer_.empty()) return std::string();
+  if (buffer_.size() < kFrameLengthBytes) return body_fault(nullptr);
+  const auto length = read_frame_length(buffer_);
+  if (!length) return length.error();
+  const auto size = static_cast<std::size_t>(*length);
+  if (Status status = fill(kFrameLengthBytes + size); !status) return std::move(status).error();
+  if (buffer_.size() < kFrameLengthBytes + size) return body_fault(nullptr);
+  auto answered = answer(frames_.decode(std::string_view(buffer_).substr(kFrameLengthBytes, size)));
+  buffer_.erase(0, kFrameLengthBytes + size);
+  if (!answered) return answered;
+  return framed(*answered);
+}
+
+Result<std::string> RayStream::answer(Result<RayQuery> query) {
+  if (!query) return std::move(query).error();
+  if (form_ == Form::kFrames) {
+    if (Status status = check_binary_fields(query->fields); !status) return status.error();
+  }
+  if (!query->filter.keeps_all() && (!knows_filter_ || form_ == Form::kFrames)) {
+    auto kept = kept_sides(*scene_, query->filter);
+    if (!kept) return std::move(kept).error();
+    kept_ = std::move(*kept);
+    knows_filter_ = true;
+  }
+  const RayOptions options{query->filter.keeps_all() ? nullptr : &*kept_, nullptr};
+  WorkTimer timer;
+  return answer_rays(kind_, service_, *scene_, *query, options, deadline(), timer);
+}
+
+Result<std::string> RayStream::next() {
+  body_->restart_pace();
+  for (;;) {
+    auto part = form_ == Form::kLines ? next_lines() : next_frame();
+    // Lines may all be empty ones.
+    if (!part || !part->empty() || (ended_ && buffer_.empty())) return part;
+  }
+}
+
+std::string RayStream::last_words(const Error& error) const {
+  const int status = http_status(error.kind);
+  Problem problem = make_problem(error, status, status_title(status));
+  problem.request_id = request_id_;
+  const std::string text = encode_problem(problem);  // ends with a line
+  return form_ == Form::kLines ? text : framed(text);
+}
+
+void RayStream::reply(Exchange& exchange, const Service& service,
+                      std::shared_ptr<const Scene> scene, RayQuestionKind kind, Form form,
+                      std::string begin) {
+  Claim place = service.streams.claim();
+  if (!place || exchange.body == nullptr) {
+    return exchange.reply_error({ErrorKind::kBusy, "STREAMS_BUSY",
+                                 "as many streams are open as may be: ask again later", ""});
+  }
+  const auto stream = std::make_shared<RayStream>(exchange, service, std::move(scene), kind, form,
+                                                  std::move(begin), std::move(place));
+  std::string head;
+  if (form == Form::kFrames) {
+    // Admitted by its first bytes: the rest of the header must be as it should.
+    Status status = stream->fill(kStreamHeaderBytes);
+    if (status) {
+      head = stream->buffer_.substr(0, kStreamHeaderBytes);
+      status = check_stream_header(head);
+    }
+    if (!status) return exchange.reply_error(status.error());
+    stream->buffer_.erase(0, kStreamHeaderBytes);
+  }
+  auto first = stream->next();
+  if (!first && exchange.body->fault() != BodyReader::Fault::kNoFault) {
+    return reply_body_fault(exchange);
+  }
+  if (!first) return exchange.reply_error(first.error());
+  const auto say = [stream, part = head + *first](const Exchange::Send& send) mutable {
+    if (!part.empty() && !send(part)) return false;
+    part.clear();
+    if (stream->failed_) return false;
+    auto next = stream->next();
+    stream->failed_ = !next;
+    part = next ? std::move(*next) : stream->last_words(next.error());
+    return !part.empty();
+  };
+  exchange.reply_stream(form == Form::kLines ? kLinesMediaType : kBinaryMediaType, say);
+}
+
+}  // namespace sightline

@@ -1,0 +1,66 @@
+#pragma once
+/// Rays that are answered while they are still being sent: lines of JSON, or frames of bytes.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "core/run/engine.h"
+#include "proto/ray_frames.h"
+#include "proto/ray_lines.h"
+#include "server/exchange.h"
+#include "server/ray_answer.h"
+#include "server/service.h"
+
+namespace sightline {
+
+class BodyReader;
+
+/// What a client has sent is answered as soon as it is whole: every line that has come by then, or
+/// one frame. So memory does not grow with the length of the stream, and order is kept. A fault in
+/// the first batch is answered as for any request; one that comes later, as the last line or frame.
+/// The client has to read while it sends.
+class RayStream {
+ public:
+  enum class Form { kLines, kFrames };
+
+  /// `begin`: of the body, what was read already. The exchange is left when the stream begins.
+  RayStream(Exchange& exchange, const Service& service, std::shared_ptr<const Scene> scene,
+            RayQuestionKind kind, Form form, std::string begin, Claim place);
+
+  /// Answers the exchange with a stream, or with what is wrong.
+  static void reply(Exchange& exchange, const Service& service, std::shared_ptr<const Scene> scene,
+                    RayQuestionKind kind, Form form, std::string begin);
+
+ private:
+  /// The next part of the answer: empty at the end.
+  Result<std::string> next();
+  Result<std::string> next_lines();
+  Result<std::string> next_frame();
+  Result<std::string> answer(Result<RayQuery> query);
+  /// Waits until the buffer has that many bytes, or the body has ended.
+  Status fill(std::size_t bytes);
+  /// A line or frame that says what is wrong.
+  std::string last_words(const Error& error) const;
+  Deadline deadline() const;
+
+  const Service& service_;
+  BodyReader* const body_;
+  const CancelFlag* const caller_;
+  const std::string request_id_;
+  const std::shared_ptr<const Scene> scene_;
+  const RayQuestionKind kind_;
+  const Form form_;
+  const Claim place_;
+  RayLines lines_;
+  RayFrames frames_;
+  std::optional<KeptSides> kept_;
+  bool knows_filter_ = false;
+  std::string buffer_;
+  bool ended_ = false;   ///< the body has
+  bool failed_ = false;  ///< nothing is said any more
+};
+
+}  // namespace sightline
