@@ -16,13 +16,14 @@ static_assert(kRayJsonPadding >= kJsonPadding);
 
 std::string number_text(std::size_t number) { return std::to_string(number); }
 
-constexpr std::array<std::string_view, 15> kTopKeys{
-    "rays",    "origins",  "directions", "tmin",      "tmax",
-    "fields",  "max_hits", "crossings",  "normalize", "cull",
-    "include", "exclude",  "on_invalid", "work",      "generator"};
+constexpr std::array<std::string_view, 16> kTopKeys{
+    "rays",       "origins",   "directions", "tmin",   "tmax",    "fields",
+    "max_hits",   "crossings", "normalize",  "cull",   "include", "exclude",
+    "on_invalid", "work",      "generator",  "explain"};
 constexpr unsigned kRaysBit = 1u << 0, kColumnBits = 0x1eu, kFieldsBit = 1u << 5,
                    kMaxHitsBit = 1u << 6, kCrossingsBit = 1u << 7, kSceneBits = 0x3f00u,
-                   kMarkBits = 1u << 8 | 1u << 12, kGeneratorBit = 1u << 14, kCullBit = 1u << 9;
+                   kMarkBits = 1u << 8 | 1u << 12, kGeneratorBit = 1u << 14, kCullBit = 1u << 9,
+                   kExplainBit = 1u << 15;
 /// The first key that is an option.
 constexpr std::size_t kFirstOption = 5;
 /// Every key of a row.
@@ -188,6 +189,7 @@ unsigned RayReader::known_top_keys() const {
   if (!rules_.has_marks) known &= ~kMarkBits;
   if (!rules_.has_culling) known &= ~kCullBit;
   if (rules_.has_rays && rules_.has_generator) known |= kGeneratorBit;
+  if (rules_.has_rays && rules_.has_explain) known |= kExplainBit;
   return known;
 }
 
@@ -268,6 +270,10 @@ bool RayReader::finish_rows_or_columns() {
 }
 
 bool RayReader::check_limits_and_directions() {
+  if (query_.wants_explanation && query_.rays.size() != 1) {
+    return invalid("EXPLAIN_ONE_RAY", "one ray at a time can be explained",
+                   JsonPointer().key("explain"));
+  }
   RayFault fault;
   if (query_.marks_invalid || check_rays(query_.rays, fault)) return true;
   std::string_view part_name = fault.part;

@@ -13,8 +13,8 @@
 /// "names":["tree*"],"materials":["leaves"]}, any of the three: see core/query/hit_filter.h.
 /// "on_invalid": "refuse" (or "mark"): what a bad ray does to the others. "work": true: what it
 /// cost. "normalize": true: tmin, tmax and the t of the answer count in scene units, not in
-/// |direction|. Where hits are listed or counted, also "crossings": "every" (or "once"), and where
-/// they are listed "max_hits": 1000, for each ray.
+/// |direction|. "explain": true, of one ray: what it came past. Where hits are listed or counted,
+/// also "crossings": "every" (or "once"), and where they are listed "max_hits": 1000, for each ray.
 
 #include <cstddef>
 #include <cstdint>
@@ -44,6 +44,7 @@ struct RayJsonRules {
   bool has_marks = true;
   bool has_generator = true;
   bool has_culling = true;
+  bool has_explain = false;
   /// The same for "crossings" and "max_hits".
   bool has_crossings = false;
   bool has_max_hits = false;
@@ -61,8 +62,9 @@ struct RayQuery {
   bool marks_invalid = false;  ///< "on_invalid":"mark": bad rays miss, and are named in `invalid`
   InvalidRays invalid;
   bool wants_work = false;
-  bool chose_fields = false;      ///< else they are the default
-  std::uint64_t max_hits = 1000;  ///< of each ray; may be more than the rules' when left out
+  bool wants_explanation = false;  ///< of its one ray
+  bool chose_fields = false;       ///< else they are the default
+  std::uint64_t max_hits = 1000;   ///< of each ray; may be more than the rules' when left out
 };
 
 /// Capacity behind its end that a body needs, because the parser reads in blocks.
@@ -73,9 +75,9 @@ inline constexpr std::size_t kRayJsonPadding = 64;
 /// Errors, 400: JSON_MALFORMED. 422: KEY_UNKNOWN, KEY_DUPLICATE, KEY_MISSING, KEYS_MIXED (rows and
 /// columns in one body), TYPE_WRONG, LENGTH_WRONG, NUMBER_NOT_FINITE (NaN, Infinity, 1e999),
 /// FIELD_UNKNOWN (names the known ones), FIELD_DUPLICATE, FIELDS_EMPTY, NUMBER_OUT_OF_RANGE
-/// (max_hits, nodes), VALUE_UNKNOWN (crossings, cull, on_invalid), and the codes of check_rays.
-/// 413: RAYS_TOO_MANY, FILTER_TOO_LARGE, BODY_TOO_LARGE (4 GiB and more). 507: MEMORY_FULL (the
-/// parser needs several times the body).
+/// (max_hits, nodes), VALUE_UNKNOWN (crossings, cull, on_invalid), EXPLAIN_ONE_RAY, and the codes
+/// of check_rays. 413: RAYS_TOO_MANY, FILTER_TOO_LARGE, BODY_TOO_LARGE (4 GiB and more). 507:
+/// MEMORY_FULL (the parser needs several times the body).
 Result<RayQuery> decode_rays(std::string& body, const RayJsonRules& rules);
 
 /// The last step of every decoder: puts rays that miss in the place of bad ones where those are to

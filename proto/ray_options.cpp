@@ -171,6 +171,9 @@ bool RayReader::read_option(std::string_view key, Value value) {
   if (key == "normalize") return read_boolean(value, query_.normalize, JsonPointer().key(key));
   if (key == "cull") return read_cull(value);
   if (key == "on_invalid") return read_on_invalid(value);
+  if (key == "explain") {
+    return read_boolean(value, query_.wants_explanation, JsonPointer().key(key));
+  }
   if (key == "work") return read_boolean(value, query_.wants_work, JsonPointer().key(key));
   return read_choice(key, value, key == "include" ? query_.filter.include : query_.filter.exclude);
 }

@@ -4,6 +4,7 @@
 #include "proto/hit_json.h"
 #include "proto/hit_lines.h"
 #include "server/hit_terms.h"
+#include "server/tree_json.h"
 
 namespace sightline {
 namespace {
@@ -37,9 +38,15 @@ Result<std::string> answer_closest(const RayBatchCourse& course) {
   if (course.is(AnswerLayout::kBinary)) {
     return encode_hits_binary(hits, about.details, about.terms, query.fields, course.invalid());
   }
-  return course.is(AnswerLayout::kLines)
-             ? encode_hit_lines(hits, about.details, about.terms, query.fields, course.invalid())
-             : encode_hits(hits, about.details, about.terms, query.fields, query.layout);
+  if (course.is(AnswerLayout::kLines)) {
+    return encode_hit_lines(hits, about.details, about.terms, query.fields, course.invalid());
+  }
+  std::string text = encode_hits(hits, about.details, about.terms, query.fields, query.layout);
+  if (query.wants_explanation) {
+    add_member(text, "explain",
+               encode_explanation(course.scene, query.rays[0], course.options.kept));
+  }
+  return text;
 }
 
 Result<std::string> answer_any(const RayBatchCourse& course) {
@@ -102,6 +109,7 @@ RayJsonRules rules_of(RayQuestionKind kind, const ServiceLimits& limits) {
   rules.has_fields = kind == RayQuestionKind::kClosest || kind == RayQuestionKind::kAll;
   rules.has_crossings = kind == RayQuestionKind::kAll || kind == RayQuestionKind::kCount;
   rules.has_max_hits = kind == RayQuestionKind::kAll;
+  rules.has_explain = kind == RayQuestionKind::kClosest;
   return rules;
 }
 

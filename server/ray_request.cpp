@@ -81,6 +81,10 @@ Status RayRequest::choose_bytes(RayQuery& query, FieldSet default_fields) const 
     query.layout = AnswerLayout::kBinary;
   }
   if (query.layout != AnswerLayout::kBinary) return success();
+  if (query.wants_explanation) {
+    return Error{ErrorKind::kInvalid, "EXPLAIN_IS_TEXT", "an explanation comes as JSON alone",
+                 "/explain"};
+  }
   if (!query.chose_fields) query.fields = default_fields;
   return check_binary_fields(query.fields);
 }

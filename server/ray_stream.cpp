@@ -19,6 +19,12 @@ constexpr std::size_t kLongestRayLine = 64 << 10;
 /// Rays of one frame: what bounds the memory of a stream.
 constexpr std::size_t kFrameRays = 64 << 10;
 
+RayJsonRules line_rules(RayQuestionKind kind, const ServiceLimits& limits) {
+  RayJsonRules rules = rules_of(kind, limits);
+  rules.has_explain = false;
+  return rules;
+}
+
 RayJsonRules frame_rules(RayQuestionKind kind, const ServiceLimits& limits) {
   RayJsonRules rules = rules_of(kind, limits);
   rules.max_rays = std::min(rules.max_rays, kFrameRays);
@@ -37,7 +43,7 @@ RayStream::RayStream(Exchange& exchange, const Service& service, std::shared_ptr
       kind_(kind),
       form_(form),
       place_(std::move(place)),
-      lines_(rules_of(kind, service.limits)),
+      lines_(line_rules(kind, service.limits)),
       frames_(frame_rules(kind, service.limits)),
       buffer_(std::move(begin)) {}
 

@@ -2,6 +2,7 @@
 #include "server/routes.h"
 #include "server/scene_admission.h"
 #include "server/scene_parts.h"
+#include "server/tree_json.h"
 
 namespace sightline {
 namespace {
@@ -28,6 +29,13 @@ void triangles(Exchange& exchange, const Service& service) {
   exchange.reply_json(200, std::move(*text));
 }
 
+void trees(Exchange& exchange, const Service& service) {
+  const auto parameters = QueryParameters::read(exchange, {});
+  if (!parameters) return;
+  const SceneSnapshot stored = admit_scene(exchange, service);
+  if (stored) exchange.reply_json(200, encode_trees(*stored->scene));
+}
+
 void check(Exchange& exchange, const Service& service) {
   constexpr std::uint64_t kMostRays = 100'000;
   const auto parameters = QueryParameters::read(exchange, {"rays", "seed"});
@@ -51,6 +59,8 @@ void add_scene_part_routes(Router& router, const Service& service) {
              [&service](Exchange& exchange) { nodes(exchange, service); });
   router.add("GET", "/v1/scenes/{id}/triangles",
              [&service](Exchange& exchange) { triangles(exchange, service); });
+  router.add("GET", "/v1/scenes/{id}/bvh",
+             [&service](Exchange& exchange) { trees(exchange, service); });
   router.add("GET", "/v1/scenes/{id}/selfcheck",
              [&service](Exchange& exchange) { check(exchange, service); });
 }

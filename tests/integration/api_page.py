@@ -56,6 +56,7 @@ QUESTIONS = [
      {"rays": [{"origin": [-10, 3, 0], "direction": [1, 0, 0]}], "boxes": [{"min": [-2, -3, -4], "max": [4, 3, 2]}]}),
     ("The nodes of a scene", SIX + "nodes", None),
     ("Exact corners", SIX + "triangles?ids=0.0.0,1.0.2", None),
+    ("What a ray came past", SIX + "rays:closest", {"rays": [{"origin": [3, 10, 0], "direction": [0, -1, 0]}], "explain": True, "fields": ["t", "node"]}),
     ("Exact brute force", SIX + "selfcheck?rays=100", None),
     ("A fault", TOWN + "rays:any", {"rays": [{"origin": [0, 0], "direction": [1, 0, 0]}]}),
 ]
@@ -63,7 +64,7 @@ QUESTIONS = [
 HEAD = """# Questions and answers
 
 Each of these lines was sent to a server, and this is what it said; a test sends them again. They ask the two demo
-scenes: `sightline serve --preload town=demo:town --preload six=demo:six`. What the words mean is in
+scenes: `sightline serve --skip none --preload town=demo:town --preload six=demo:six` (every tree is built before). What the words mean is in
 [queries.md](queries.md), every key in [openapi.json](../proto/openapi.json).
 """
 
@@ -90,7 +91,7 @@ def page(url):
 if __name__ == "__main__":
     from sightline_server import SOURCE, Server
 
-    with Server("--preload", "town=demo:town", "--preload", "six=demo:six") as server:
+    with Server("--skip", "none", "--preload", "town=demo:town", "--preload", "six=demo:six") as server:
         if "--write" in sys.argv:
             (SOURCE / "docs/api.md").write_text(page(server.url), encoding="utf-8")
         else:

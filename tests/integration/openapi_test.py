@@ -17,7 +17,8 @@ BESIDE = {"on_invalid": "mark", "work": True, "cull": "none", "exclude": {"names
 
 # By operationId: bodies that are good, so that requests and answers can be held against their schemas.
 BODIES = {
-    "raysClosest": [{"rays": [RAY, MISS]}, {**COLUMNS, **BESIDE}, {"generator": LIDAR},
+    "raysClosest": [{"rays": [RAY, MISS]}, {"rays": [RAY], "explain": True, "fields": ["t"], "cull": "back"},
+                    {**{name: COLUMNS[name][:3] for name in COLUMNS}, "explain": True}, {**COLUMNS, **BESIDE}, {"generator": LIDAR},
                     {"rays": [RAY, MISS], "fields": "all"}, {**COLUMNS, "fields": "all", "normalize": True}],
     "raysAny": [{"rays": [RAY, MISS]}, {"generator": {"kind": "pinhole", "width": 3, "height": 2}, **BESIDE}],
     "raysAll": [{"rays": [RAY, MISS], "max_hits": 2, "crossings": "once"}, {**COLUMNS, "fields": "all"}],
@@ -41,7 +42,7 @@ BODIES = {
 }
 GETS = {"listScenes": "/v1/scenes", "getScene": "/v1/scenes/six", "sceneStats": "/v1/scenes/six/stats",
         "sceneNodes": "/v1/scenes/six/nodes?limit=2", "sceneTriangles": "/v1/scenes/six/triangles?ids=0.0.1",
-        "selfCheck": "/v1/scenes/six/selfcheck?rays=3", "health": "/healthz", "readiness": "/readyz", "version": "/version",
+        "sceneTrees": "/v1/scenes/six/bvh", "selfCheck": "/v1/scenes/six/selfcheck?rays=3", "health": "/healthz", "readiness": "/readyz", "version": "/version",
         "openapi": "/openapi.json", "metrics": "/metrics"}
 # What has no answer to be held against a schema here.
 OTHERS = {"sceneEvents", "putScene", "loadScene", "deleteScene"}

@@ -1,0 +1,26 @@
+#pragma once
+/// What trees look like and what a ray came past in them, as JSON.
+
+#include <string>
+
+#include "core/query/hit_filter.h"
+#include "core/query/ray_batch.h"
+#include "core/scene/scene.h"
+
+namespace sightline {
+
+/// {"boxes":[{"parent":null,"leaf":false,"space":"world","min","max","verdict":"entered","t_enter",
+/// "t_exit"},{"parent":0,"leaf":true,..,"verdict":"missed","miss":["x","y"]}, ..],
+/// "truncated":false}, in the order of the visit. Verdicts of boxes: entered, missed (with the
+/// slabs that exclude each other), behind and beyond (the ray's limits), farther (than a hit found
+/// before). A leaf that was entered has
+/// "triangles":[{"instance","primitive","triangle","verdict","t"}]: hit, missed or filtered.
+/// Precondition: a closest hit was asked for.
+std::string encode_explanation(const Scene& scene, const Ray& ray, const KeptSides* kept);
+
+/// {"complete","pending","trees":[{"placements","nodes","leaves","blocks","triangles","depth",
+/// "shallowest","mean_depth","arity","sah_cost","overlap","contained"},..],"total","top":{..}}: the
+/// first hundred trees that are there, and the one over the placements, null without it.
+std::string encode_trees(const Scene& scene);
+
+}  // namespace sightline
