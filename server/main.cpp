@@ -1,3 +1,4 @@
+#include <csignal>
 #include <iostream>
 
 #include "server/cast.h"
@@ -13,6 +14,8 @@ namespace {
 
 int run(const ServeCommand& command) {
   bound_heaps();
+  // A file that reaches the process's limit is an error like a full disk.
+  std::signal(SIGXFSZ, SIG_IGN);
   return run_serve(command, std::cout, std::cerr);
 }
 int run(const CastCommand& command) { return run_cast(command, std::cout, std::cerr); }

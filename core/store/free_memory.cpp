@@ -5,6 +5,11 @@
 #include <utility>
 
 namespace sightline {
+namespace {
+
+constexpr std::uint64_t kWorthIt = 64 << 10;
+
+}  // namespace
 
 void give_back_free_memory() {
   // A sanitizer brings its own allocator; glibc's was never set up then, and two threads that trim
@@ -14,7 +19,13 @@ void give_back_free_memory() {
 #endif
 }
 
-std::shared_ptr<const Scene> giving_back_memory(std::shared_ptr<const Scene> scene) {
+void give_back_free_memory_of(std::uint64_t bytes) {
+  if (bytes >= kWorthIt) give_back_free_memory();
+}
+
+std::shared_ptr<const Scene> giving_back_memory(std::shared_ptr<const Scene> scene,
+                                                std::uint64_t bytes) {
+  if (bytes < kWorthIt) return scene;
   const Scene* const pointer = scene.get();
   return {pointer, [held = std::move(scene)](const Scene*) mutable {
             held.reset();

@@ -10,11 +10,46 @@
 #include <system_error>
 
 namespace sightline {
+namespace {
+
+/// From the beginning, until `bytes` are filled or the file ends. How many there were.
+Result<std::size_t> read_some(const FileDescriptor& file, std::span<std::byte> bytes,
+                              const char* doing) {
+  std::size_t size = 0;
+  while (size < bytes.size()) {
+    const ssize_t got =
+        ::pread(file.number(), bytes.data() + size, bytes.size() - size, static_cast<off_t>(size));
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return io_error(doing, errno);
+    if (got == 0) break;
+    size += static_cast<std::size_t>(got);
+  }
+  return size;
+}
+
+}  // namespace
 
 Error io_error(const char* doing, int number) {
-  const bool full = number == ENOSPC || number == EDQUOT;
-  return {full ? ErrorKind::kOutOfSpace : ErrorKind::kInternal, full ? "STORE_FULL" : "STORE_IO",
-          std::string("cannot ") + doing + ": " + std::generic_category().message(number), ""};
+  Error error{ErrorKind::kInternal, "STORE_IO",
+              std::string("cannot ") + doing + ": " + std::generic_category().message(number), ""};
+  switch (number) {
+    case ENOSPC:
+    case EDQUOT:
+    case EFBIG:
+      error.kind = ErrorKind::kOutOfSpace;
+      error.code = "STORE_FULL";
+      break;
+    case EMFILE:
+    case ENFILE:
+      error.kind = ErrorKind::kBusy;
+      error.code = "STORE_BUSY";
+      break;
+    case ENOMEM:
+      error.kind = ErrorKind::kOutOfSpace;
+      error.code = "MEMORY_FULL";
+      break;
+  }
+  return error;
 }
 
 FileDescriptor& FileDescriptor::operator=(FileDescriptor&& other) noexcept {
@@ -43,6 +78,7 @@ Status write_all(const FileDescriptor& file, std::span<const std::byte> bytes, c
       if (errno == EINTR) continue;
       return io_error(doing, errno);
     }
+    if (written == 0) return io_error(doing, ENOSPC);
     bytes = bytes.subspan(static_cast<std::size_t>(written));
   }
   return success();
@@ -65,21 +101,30 @@ Status rename_file(const std::filesystem::path& from, const std::filesystem::pat
   return success();
 }
 
+Result<std::vector<std::filesystem::path>> list_folder(const std::filesystem::path& folder,
+                                                       const char* doing) {
+  std::vector<std::filesystem::path> paths;
+  std::error_code error;
+  for (std::filesystem::directory_iterator at(folder, error), end; !error && at != end;
+       at.increment(error)) {
+    paths.push_back(at->path());
+  }
+  if (error) return io_error(doing, error.value());
+  return paths;
+}
+
 Result<std::string> read_small_file(const std::filesystem::path& file, std::size_t limit,
                                     const char* doing) {
   auto opened = open_file(file, O_RDONLY, doing);
   if (!opened) return std::move(opened).error();
   std::string text(limit + 1, '\0');
-  std::size_t size = 0;
-  while (size < text.size()) {
-    const ssize_t got = ::read(opened->number(), text.data() + size, text.size() - size);
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) return io_error(doing, errno);
-    if (got == 0) break;
-    size += static_cast<std::size_t>(got);
+  const auto size = read_some(*opened, std::as_writable_bytes(std::span(text)), doing);
+  if (!size) return size.error();
+  if (*size > limit) {
+    return Error{ErrorKind::kInternal, "STORE_DAMAGED",
+                 std::string("cannot ") + doing + ": it is longer than any", ""};
   }
-  if (size > limit) return io_error(doing, EFBIG);
-  text.resize(size);
+  text.resize(*size);
   return text;
 }
 
@@ -88,19 +133,23 @@ Result<MappedFile> MappedFile::map(const FileDescriptor& file, const char* doing
   if (::fstat(file.number(), &status) != 0) return io_error(doing, errno);
   MappedFile mapped;
   mapped.size_ = static_cast<std::size_t>(status.st_size);
-  // An empty file cannot be mapped, and has no bytes to show.
-  if (mapped.size_ == 0) return mapped;
+  if (mapped.size_ < kMappedFrom) {
+    mapped.read_.resize(mapped.size_);
+    const auto size = read_some(file, mapped.read_, doing);
+    if (!size) return size.error();
+    mapped.size_ = *size;
+    return mapped;
+  }
   void* data = ::mmap(nullptr, mapped.size_, PROT_READ, MAP_PRIVATE, file.number(), 0);
   if (data == MAP_FAILED) {
-    mapped.size_ = 0;
     return io_error(doing, errno);
   }
-  mapped.data_ = static_cast<const std::byte*>(data);
+  mapped.mapped_ = static_cast<const std::byte*>(data);
   return mapped;
 }
 
 MappedFile::~MappedFile() {
-  if (data_ != nullptr) ::munmap(const_cast<std::byte*>(data_), size_);
+  if (mapped_ != nullptr) ::munmap(const_cast<std::byte*>(mapped_), size_);
 }
 
 }  // namespace sightline

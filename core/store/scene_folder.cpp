@@ -25,6 +25,19 @@ constexpr const char* kNewFormatName = "format.new";
 constexpr const char* kLockName = "lock";
 constexpr std::string_view kRecordSuffix = ".json";
 
+constexpr const char* kStoring = "store the scene";
+constexpr const char* kDamaged = "STORE_DAMAGED";
+
+Error damaged(std::string reason) {
+  return {ErrorKind::kInternal, kDamaged, std::move(reason), ""};
+}
+
+std::vector<std::string> hashes_of(const SceneRecord& record) {
+  std::vector<std::string> hashes{record.sha256};
+  for (const NeighbourRecord& each : record.neighbours) hashes.push_back(each.sha256);
+  return hashes;
+}
+
 /// As SceneFolder::new_temporary names its files.
 bool is_temporary_name(std::string_view name) {
   return !name.empty() && name.size() <= 20 &&
@@ -32,6 +45,8 @@ bool is_temporary_name(std::string_view name) {
 }
 
 }  // namespace
+
+bool is_damage(const Error& error) { return error.code == kDamaged; }
 
 fs::path SceneFolder::record_path(const std::string& id) const {
   return folder_ / "scenes" / (id + std::string(kRecordSuffix));
@@ -55,15 +70,16 @@ Result<bool> SceneFolder::has_format() const {
                       "the data folder is not empty and was not made by this server: choose an "
                       "empty or a new folder",
                       ""};
-  std::error_code error;
+  const auto files = list_folder(folder_, kDoing);
+  if (!files) return files.error();
   bool others = false;
-  for (const auto& entry : fs::directory_iterator(folder_, error)) {
-    const std::string name = entry.path().filename().string();
+  for (const fs::path& file : *files) {
+    const std::string name = file.filename().string();
     // What a first start leaves that is cut off before it writes its format; and a file system's.
     others |= name != kLockName && name != kNewFormatName && name != "lost+found";
   }
-  if (error) return io_error(kDoing, error.value());
   // After the listing: another server may be making the folder at this moment.
+  std::error_code error;
   const fs::path format = folder_ / kFormatName;
   if (!fs::exists(format, error)) {
     if (error) return io_error(kDoing, error.value());
@@ -72,6 +88,7 @@ Result<bool> SceneFolder::has_format() const {
   }
   if (!fs::is_regular_file(format, error)) return foreign;
   const auto text = read_small_file(format, 256, kDoing);
+  if (!text && !is_damage(text.error())) return text.error();
   if (!text || !text->starts_with(kFormatFamily)) return foreign;
   if (*text != kFormat) {
     return Error{ErrorKind::kUnsupported, "STORE_FORMAT_UNKNOWN",
@@ -114,52 +131,62 @@ Status SceneFolder::prepare() {
   }
 
   // What was half written when the last process ended is nobody's.
-  for (const auto& entry : fs::directory_iterator(folder_ / "tmp", error)) {
-    if (!is_temporary_name(entry.path().filename().string())) continue;
-    if (entry.symlink_status(error).type() == fs::file_type::regular) {
-      fs::remove(entry.path(), error);
-    }
+  const auto left = list_folder(folder_ / "tmp", kDoing);
+  if (!left) return left.error();
+  for (const fs::path& file : *left) {
+    if (!is_temporary_name(file.filename().string())) continue;
+    if (fs::symlink_status(file, error).type() == fs::file_type::regular) fs::remove(file, error);
   }
   return success();
 }
 
-SceneFolder::Catalogue SceneFolder::read_catalogue() {
-  const std::lock_guard hold(mutex_);
+Result<SceneFolder::Catalogue> SceneFolder::read_catalogue() {
+  constexpr const char* kDoing = "read a scene's record";
+  const std::lock_guard hold_mutex(mutex_);
+  auto files = list_folder(folder_ / "scenes", "list the scenes of the data folder");
+  if (!files) return std::move(files).error();
+  std::sort(files->begin(), files->end());
   Catalogue catalogue;
-  std::error_code error;
-  std::vector<fs::path> files;
-  for (const auto& entry : fs::directory_iterator(folder_ / "scenes", error)) {
-    files.push_back(entry.path());
-  }
-  std::sort(files.begin(), files.end());
-  for (const fs::path& file : files) {
+  for (const fs::path& file : *files) {
     const std::string id = file.stem().string();
     if (file.extension() != kRecordSuffix || !is_scene_id(id)) continue;
-    const auto text = read_small_file(file, kRecordLimit, "read a scene's record");
+    const auto text = read_small_file(file, kRecordLimit, kDoing);
     auto record = text.ok() ? decode_record(*text, id) : std::nullopt;
-    if (!record) {
-      quarantine_file(file);
-      catalogue.damaged.push_back(
-          {id, text.ok() ? "the scene's record is damaged" : text.error().message});
+    if (record) {
+      std::vector<std::string> hashes = hashes_of(*record);
+      hold(hashes);
+      references_[id] = std::move(hashes);
+      catalogue.records.push_back(std::move(*record));
       continue;
     }
-    set_reference(*record);
-    catalogue.records.push_back(std::move(*record));
+    Error error = text.ok() ? damaged("the scene's record is damaged") : text.error();
+    if (is_damage(error)) {
+      quarantine_file(file);
+      error.message += "; it was moved to quarantine";
+    } else {
+      keeps_all_ = true;
+    }
+    catalogue.unread.push_back({id, std::move(error)});
   }
 
+  std::error_code error;
   fs::remove(folder_ / "trees" / "writing", error);
   // Bytes without a record: a crash between the two steps of a commit, or of a removal. Not while
-  // a record is damaged: it may be the one that named them.
-  if (catalogue.damaged.empty()) {
-    for (const auto& entry : fs::directory_iterator(folder_ / "blobs", error)) {
-      const std::string name = entry.path().filename().string();
-      if (is_sha256(name) && !has_record(name)) fs::remove(entry.path(), error);
+  // a record is damaged: it may be the one that named them. What cannot be listed stays as well.
+  if (!catalogue.unread.empty()) return catalogue;
+  const auto drop_strays = [&](const char* folder, auto owner_of) {
+    const auto found = list_folder(folder_ / folder, "list the data folder");
+    if (!found) return;
+    for (const fs::path& file : *found) {
+      const std::string owner = owner_of(file);
+      if (!owner.empty() && !holders_.contains(owner)) fs::remove(file, error);
     }
-    for (const auto& entry : fs::directory_iterator(folder_ / "trees", error)) {
-      const std::string owner = TreeFolder::owner_of(entry.path());
-      if (!owner.empty() && !has_record(owner)) fs::remove(entry.path(), error);
-    }
-  }
+  };
+  drop_strays("blobs", [](const fs::path& file) {
+    const std::string name = file.filename().string();
+    return is_sha256(name) ? name : std::string();
+  });
+  drop_strays("trees", TreeFolder::owner_of);
   return catalogue;
 }
 
@@ -174,32 +201,48 @@ Result<TemporaryFile> SceneFolder::new_temporary() {
 
 Status SceneFolder::commit(TemporaryFile& bytes, std::span<TemporaryFile* const> neighbours,
                            const SceneRecord& record) {
-  constexpr const char* kDoing = "store the scene";
   // The slow part, before anybody has to wait.
-  if (Status status = sync_file(bytes.file(), kDoing); !status) return status;
-  auto temporary = new_temporary();
-  if (!temporary) return std::move(temporary).error();
-  const std::string text = encode_record(record);
-  if (text.size() > kRecordLimit) {
+  if (Status status = sync_file(bytes.file(), kStoring); !status) return status;
+  const std::string encoded = encode_record(record);
+  if (encoded.size() > kRecordLimit) {
     return Error{ErrorKind::kTooLarge, "NEIGHBOURS_TOO_MANY",
                  "the names of the scene's other files are too many or too long", ""};
   }
+  auto text = new_temporary();
+  if (!text) return std::move(text).error();
+  if (Status status = fill_durably(*text, encoded, kStoring); !status) return status;
+  std::vector<std::string> hashes = hashes_of(record);
 
-  const std::lock_guard hold(mutex_);
-  const fs::path blob = blob_path(record.sha256);
-  if (Status status = rename_file(bytes.path(), blob, kDoing); !status) return status;
-  bytes.release();
-  for (std::size_t i = 0; i < neighbours.size(); ++i) {
-    const fs::path target = blob_path(record.neighbours[i].sha256);
-    if (Status status = rename_file(neighbours[i]->path(), target, kDoing); !status) return status;
-    neighbours[i]->release();
-  }
-  if (Status status = sync_folder(blob.parent_path(), kDoing); !status) return status;
-  if (Status status = write_durably(*temporary, text, record_path(record.id), kDoing); !status) {
+  const std::lock_guard hold_mutex(mutex_);
+  std::vector<std::string>& named = references_[record.id];
+  hold(hashes);
+  bool stands = false;
+  Status status = place(bytes, neighbours, record, *text, stands);
+  // A record that stands in spite of an error and the one before it: both may be what is found at
+  // the next start, and keep their bytes until then.
+  if (status) std::swap(named, hashes);
+  if (status || !stands) release(hashes);
+  return status;
+}
+
+Status SceneFolder::place(TemporaryFile& bytes, std::span<TemporaryFile* const> neighbours,
+                          const SceneRecord& record, TemporaryFile& text, bool& stands) const {
+  const auto move = [](TemporaryFile& file, const fs::path& to) {
+    Status status = rename_file(file.path(), to, kStoring);
+    if (status) file.release();
     return status;
+  };
+  const fs::path blob = blob_path(record.sha256);
+  if (Status status = move(bytes, blob); !status) return status;
+  for (std::size_t i = 0; i < neighbours.size(); ++i) {
+    Status status = move(*neighbours[i], blob_path(record.neighbours[i].sha256));
+    if (!status) return status;
   }
-  set_reference(record);
-  return success();
+  if (Status status = sync_folder(blob.parent_path(), kStoring); !status) return status;
+  const fs::path target = record_path(record.id);
+  if (Status status = move(text, target); !status) return status;
+  stands = true;
+  return sync_folder(target.parent_path(), kStoring);
 }
 
 Status SceneFolder::remove(const std::string& id) {
@@ -213,11 +256,11 @@ Status SceneFolder::remove(const std::string& id) {
 
 Result<MappedFile> SceneFolder::map(const std::string& sha256, std::uint64_t bytes,
                                     std::optional<std::uint64_t> fingerprint) {
-  const auto damaged = [](std::string reason) {
-    return Error{ErrorKind::kInternal, "STORE_DAMAGED", std::move(reason), ""};
-  };
-  auto file = open_file(blob_path(sha256), O_RDONLY, "read the scene's bytes");
-  if (!file) return damaged(file.error().message);
+  const fs::path blob = blob_path(sha256);
+  std::error_code error;
+  if (!fs::exists(blob, error) && !error) return damaged("the scene's file is missing");
+  auto file = open_file(blob, O_RDONLY, "read the scene's bytes");
+  if (!file) return std::move(file).error();
   auto mapped = MappedFile::map(*file, "read the scene's bytes");
   if (!mapped) return mapped;
   if (mapped->bytes().size() != bytes) {
@@ -251,11 +294,19 @@ void SceneFolder::quarantine_file(const fs::path& file) {
   }
 }
 
-void SceneFolder::set_reference(const SceneRecord& record) {
-  std::vector<std::string> now{record.sha256};
-  for (const NeighbourRecord& each : record.neighbours) now.push_back(each.sha256);
-  std::swap(references_[record.id], now);
-  for (const std::string& before : now) drop_bytes_without_record(before);
+void SceneFolder::hold(const std::vector<std::string>& hashes) {
+  for (const std::string& hash : hashes) ++holders_[hash];
+}
+
+void SceneFolder::release(const std::vector<std::string>& hashes) {
+  for (const std::string& hash : hashes) {
+    const auto found = holders_.find(hash);
+    if (found == holders_.end() || --found->second > 0) continue;
+    holders_.erase(found);
+    if (keeps_all_) continue;
+    ::unlink(blob_path(hash).c_str());
+    TreeFolder::forget(folder_ / "trees", hash);
+  }
 }
 
 void SceneFolder::drop_reference(const std::string& id) {
@@ -263,20 +314,7 @@ void SceneFolder::drop_reference(const std::string& id) {
   if (found == references_.end()) return;
   const std::vector<std::string> before = std::move(found->second);
   references_.erase(found);
-  for (const std::string& each : before) drop_bytes_without_record(each);
-}
-
-bool SceneFolder::has_record(const std::string& sha256) const {
-  return std::any_of(references_.begin(), references_.end(), [&](const auto& reference) {
-    const auto& hashes = reference.second;
-    return std::find(hashes.begin(), hashes.end(), sha256) != hashes.end();
-  });
-}
-
-void SceneFolder::drop_bytes_without_record(const std::string& sha256) {
-  if (has_record(sha256)) return;
-  ::unlink(blob_path(sha256).c_str());
-  TreeFolder::forget(folder_ / "trees", sha256);
+  release(before);
 }
 
 }  // namespace sightline

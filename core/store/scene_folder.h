@@ -22,6 +22,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <vector>
 
 #include "core/base/result.h"
@@ -31,35 +32,40 @@
 
 namespace sightline {
 
+/// Whether what lies on the disk is wrong, and not only out of reach.
+bool is_damage(const Error& error);
+
 /// May be used from many threads.
 class SceneFolder {
  public:
   /// Makes the folder if there is none. Errors: STORE_FOREIGN (there is something in it, but no
   /// `format` of a store: then nothing was changed), STORE_IN_USE (another process holds it),
-  /// STORE_FORMAT_UNKNOWN (a newer version wrote it), STORE_IO, STORE_FULL.
+  /// STORE_FORMAT_UNKNOWN (a newer version wrote it), those of io_error.
   static Result<std::unique_ptr<SceneFolder>> open(const std::filesystem::path& folder);
 
-  struct Damage {
+  struct Unread {
     std::string id;
-    std::string reason;
+    Error error;  ///< STORE_DAMAGED: the record is in quarantine now; else it stays where it is
   };
   struct Catalogue {
     std::vector<SceneRecord> records;
-    std::vector<Damage> damaged;  ///< records that could not be read; now in quarantine
+    std::vector<Unread> unread;
   };
   /// Reads all records, and drops bytes that no record names. Call once, before anything else.
-  Catalogue read_catalogue();
+  /// Errors: those of io_error, when it is not known which records there are.
+  Result<Catalogue> read_catalogue();
 
   Result<TemporaryFile> new_temporary();
   /// Makes `bytes` and the neighbours (already synced, in the order of the record) the content of
   /// the scene, durably, and returns when it is. The bytes that the scene had before are dropped
-  /// once no record names them. Errors: STORE_FULL, STORE_IO; the old record then still stands.
+  /// once no record names them. Errors: those of io_error; then the old record still stands, unless
+  /// what failed was to make the new one durable: it stands if the machine lives on.
   Status commit(TemporaryFile& bytes, std::span<TemporaryFile* const> neighbours,
                 const SceneRecord& record);
   /// Forgets the scene, durably. No such record is no error.
   Status remove(const std::string& id);
   /// The bytes that have this hash. Errors: STORE_DAMAGED when they are missing, have another size
-  /// or another hash.
+  /// or another hash; those of io_error, which say nothing about the bytes.
   Result<MappedFile> map(const std::string& sha256, std::uint64_t bytes,
                          std::optional<std::uint64_t> fingerprint = {});
   /// Moves record and bytes out of the way.
@@ -69,22 +75,28 @@ class SceneFolder {
   explicit SceneFolder(std::filesystem::path folder) : folder_(std::move(folder)) {}
   Status prepare();
   /// False for a folder that has nothing yet. Changes nothing. Errors: STORE_FOREIGN,
-  /// STORE_FORMAT_UNKNOWN, STORE_IO.
+  /// STORE_FORMAT_UNKNOWN, those of io_error.
   Result<bool> has_format() const;
   std::filesystem::path record_path(const std::string& id) const;
   std::filesystem::path blob_path(const std::string& sha256) const;
   void quarantine_file(const std::filesystem::path& file);
+  /// The renames of a commit. `stands` says whether a record that names the bytes may be on disk.
+  Status place(TemporaryFile& bytes, std::span<TemporaryFile* const> neighbours,
+               const SceneRecord& record, TemporaryFile& text, bool& stands) const;
   // Precondition for these: mutex_ is held.
-  void set_reference(const SceneRecord& record);
+  void hold(const std::vector<std::string>& hashes);
+  /// Drops bytes that nothing holds any more.
+  void release(const std::vector<std::string>& hashes);
   void drop_reference(const std::string& id);
-  bool has_record(const std::string& sha256) const;
-  void drop_bytes_without_record(const std::string& sha256);
 
   std::filesystem::path folder_;
   FileDescriptor lock_;
   std::mutex mutex_;  ///< orders commits and removals
   /// Which bytes each id has, as the records on disk say.
   std::map<std::string, std::vector<std::string>> references_;
+  /// How many times each of them is named, by records and commits under way.
+  std::unordered_map<std::string, std::size_t> holders_;
+  bool keeps_all_ = false;  ///< there are records that could not be read: who knows what they name
   std::uint64_t next_temporary_ = 0;
 };
 

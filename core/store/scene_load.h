@@ -47,6 +47,12 @@ class SceneLoad {
   friend class SceneStore;
   friend class IncomingScene;
 
+  /// Of what came, once nobody needs it any more.
+  void let_go() {
+    upload_.reset();
+    neighbours_.reset();
+  }
+
   const std::string id_;
   const SceneChoice choice_;
   const std::uint64_t number_;
@@ -63,6 +69,9 @@ class SceneLoad {
   bool busy_ = false;    ///< somebody works on it
   bool awaited_ = true;  ///< who asked for it will be told how it ended
   std::optional<Result<Put>> outcome_;
+  /// What the name shows if there is not even memory to say that the load has failed; null where it
+  /// shows the content that it had before.
+  std::shared_ptr<const StoredScene> failed_;
 };
 
 /// The bytes of a load while they arrive. Let go without SceneStore::submit, nothing has happened.
@@ -76,8 +85,8 @@ class IncomingScene {
 
   /// How many bytes will come; 0: nobody knows.
   void expect(std::uint64_t total) { load_->progress_.begin("receiving", total); }
-  /// Errors: LOAD_CANCELLED (the scene was removed meanwhile), STORE_FULL, STORE_IO, MEMORY_FULL;
-  /// then only letting go is left.
+  /// Errors: LOAD_CANCELLED (the scene was removed meanwhile), those of io_error; then only letting
+  /// go is left.
   Status append(std::span<const std::byte> piece);
   std::uint64_t size() const { return load_->upload_->size(); }
   bool cancelled() const { return load_->progress_.cancelled(); }

@@ -60,7 +60,9 @@ Result<std::unique_ptr<SceneStore>> SceneStore::open(const StoreOptions& options
     auto folder = SceneFolder::open(options.folder);
     if (!folder) return std::move(folder).error();
     store->folder_ = std::move(*folder);
-    catalogue = store->folder_->read_catalogue();
+    auto read = store->folder_->read_catalogue();
+    if (!read) return std::move(read).error();
+    catalogue = std::move(*read);
     std::uint64_t seen = 0;
     for (const SceneRecord& record : catalogue.records) seen = std::max(seen, record.revision);
     store->revisions_ = RevisionCounter(options.folder, seen);
@@ -138,7 +140,14 @@ void SceneStore::note_change() {
 SceneStore::LoadPointer SceneStore::add_load(Entry& entry, const std::string& id,
                                              const SceneChoice& choice, const LoadCount& alive) {
   if (!entry.content) entry.content = bare_scene(id);
-  entry.loads.push_back(std::make_shared<SceneLoad>(id, choice, next_number_++, alive));
+  auto load = std::make_shared<SceneLoad>(id, choice, next_number_++, alive);
+  if (!entry.content->scene) {
+    auto failed = std::make_shared<StoredScene>(*entry.content);
+    failed->state = SceneState::kFailed;
+    failed->failure = memory_full();
+    load->failed_ = std::move(failed);
+  }
+  entry.loads.push_back(std::move(load));
   note_change();
   return entry.loads.back();
 }
@@ -170,7 +179,8 @@ void SceneStore::end(Entry& entry, SceneLoad& load, Result<Put> outcome) {
 void SceneStore::drop_if_bare(const std::string& id) {
   const auto found = entries_.find(id);
   if (found == entries_.end() || !found->second.loads.empty()) return;
-  if (found->second.content->state == SceneState::kQueued) entries_.erase(found);
+  if (!found->second.content || found->second.content->state == SceneState::kQueued)
+    entries_.erase(found);
 }
 
 Result<IncomingScene> SceneStore::begin(const std::string& id, const SceneChoice& choice) {
@@ -186,7 +196,13 @@ Result<IncomingScene> SceneStore::begin(const std::string& id, const SceneChoice
     return std::move(upload).error();
   }
   const std::lock_guard hold(mutex_);
-  LoadPointer load = add_load(entries_[id], id, choice, requests_alive_);
+  LoadPointer load;
+  try {
+    load = add_load(entries_[id], id, choice, requests_alive_);
+  } catch (...) {
+    drop_if_bare(id);
+    throw;
+  }
   load->upload_.emplace(std::move(*upload));
   load->busy_ = true;
   load->state_ = SceneState::kLoading;
@@ -247,9 +263,24 @@ void SceneStore::guarded(const LoadPointer& load, const std::function<void()>& w
   try {
     work();
   } catch (...) {
-    fail(load,
-         {ErrorKind::kOutOfSpace, "MEMORY_FULL", "there is no memory left for the scene", ""});
+    fail_without_memory(load);
   }
+}
+
+void SceneStore::fail_without_memory(const LoadPointer& load) noexcept {
+  load->let_go();
+  try {
+    return fail(load, memory_full());
+  } catch (...) {
+    // There is none to say so either.
+  }
+  const std::lock_guard hold(mutex_);
+  Entry* const entry = entry_of(*load);
+  if (entry == nullptr) return;
+  if (!load->awaited_ && load->failed_) entry->content = std::move(load->failed_);
+  // Texts that are short enough need no memory.
+  end(*entry, *load, Error{ErrorKind::kOutOfSpace, "MEMORY_FULL", "out of memory", ""});
+  drop_if_bare(load->id_);
 }
 
 void SceneStore::abandon(const LoadPointer& load) {
@@ -274,8 +305,13 @@ void SceneStore::commit(const LoadPointer& load, StoredScene next) {
     }
     created = entry->content->revision == 0;
   }
+  // Nothing is left of it when that is announced: there is room again.
+  const auto refuse = [&](const Error& error) {
+    load->let_go();
+    fail(load, error);
+  };
   const auto revision = revisions_.next();
-  if (!revision) return fail(load, revision.error());
+  if (!revision) return refuse(revision.error());
   next.revision = *revision;
   next.state = SceneState::kReady;
   if (folder_ && load->upload_) {
@@ -287,7 +323,7 @@ void SceneStore::commit(const LoadPointer& load, StoredScene next) {
       neighbours = load->neighbours_->files();
     }
     Status status = folder_->commit(*load->upload_->file(), neighbours, record);
-    if (!status) return fail(load, status.error());
+    if (!status) return refuse(status.error());
     next.persistent = true;
   }
   const auto snapshot = std::make_shared<const StoredScene>(std::move(next));

@@ -85,7 +85,7 @@ class SceneStore {
   bool settled() const;
 
   /// From here on the name is known as loading, its old content stays until the new one is ready.
-  /// Errors: SCENE_ID_INVALID, LOADS_TOO_MANY, STORE_FULL, STORE_IO.
+  /// Errors: SCENE_ID_INVALID, LOADS_TOO_MANY, those of io_error.
   Result<IncomingScene> begin(const std::string& id, const SceneChoice& choice);
   /// Makes what came the content of its name, in the background: readers see the old revision until
   /// the new one is ready and durable. Of several at once the one that began last stands.
@@ -95,10 +95,10 @@ class SceneStore {
   Result<std::shared_ptr<SceneLoad>> fetch(const std::string& id, const SceneChoice& choice,
                                            SceneFetch source, bool awaited);
   /// Waits for the outcome: the content is ready and durable, or (LOAD_CANCELLED, errors of the
-  /// loader, STORE_FULL, STORE_IO) nothing has changed. Empty at the deadline: then the load goes
+  /// loader, those of io_error) nothing has changed. Empty at the deadline: then the load goes
   /// on by itself, and its failure will be shown by find(). Call once for each load.
   std::optional<Result<Put>> wait(SceneLoad& load, const Deadline& deadline);
-  /// Also cancels what is on its way to this name. Errors: SCENE_NOT_FOUND, STORE_IO.
+  /// Also cancels what is on its way to this name. Errors: SCENE_NOT_FOUND, those of io_error.
   Status remove(const std::string& id);
 
   /// Whether there was no space for a scene, and none has become ready since.
@@ -128,7 +128,8 @@ class SceneStore {
   void start(SceneFolder::Catalogue catalogue, std::vector<Preload> preloads);
   /// Null when there is a scene of this name already.
   LoadPointer add_start(StoredScene scene, const SceneChoice& choice);
-  void push_start(const LoadPointer& load, std::function<void()> job);
+  /// `bytes`: of the file.
+  void push_start(const LoadPointer& load, std::uint64_t bytes, std::function<void()> job);
   /// Fails the load where the work throws, as it does without memory.
   void guarded(const LoadPointer& load, const std::function<void()>& work);
   void load_record(const SceneRecord& record, const LoadPointer& load);
@@ -137,11 +138,15 @@ class SceneStore {
   Result<std::shared_ptr<const Scene>> read_upload(SceneLoad& load, const std::string& sha256);
   void run_fetch(const LoadPointer& load, const SceneFetch& source);
   void push_load(const LoadPointer& load);
+  /// Fails the load where there is no memory for a queue.
+  void push_job(WorkQueue& queue, const LoadPointer& load, const std::function<void()>& job);
   /// The border to the loader: what it throws becomes an Error.
   Result<std::shared_ptr<const Scene>> run_loader(const LoadInput& input) const;
   /// Makes `next` the content of the load's name, durably, and ends the load.
   void commit(const LoadPointer& load, StoredScene next);
   void fail(const LoadPointer& load, const Error& error);
+  /// Takes no memory where there is none.
+  void fail_without_memory(const LoadPointer& load) noexcept;
   /// Nothing has come of it, and nobody is told.
   void abandon(const LoadPointer& load);
   /// Marks the load as worked on. False when it has ended already.

@@ -12,11 +12,10 @@ Result<std::shared_ptr<const Scene>> SceneStore::run_loader(const LoadInput& inp
   if (input.progress.cancelled()) return load_cancelled();
   try {
     auto scene = loader_(input);
-    if (scene) *scene = giving_back_memory(std::move(*scene));
+    if (scene) *scene = giving_back_memory(std::move(*scene), input.bytes.size());
     return scene;
   } catch (const std::bad_alloc&) {
-    return Error{ErrorKind::kOutOfSpace, "MEMORY_FULL", "there is no memory left for the scene",
-                 ""};
+    return memory_full();
   } catch (...) {
     return Error{ErrorKind::kInternal, "SCENE_LOAD_FAILED", "the scene could not be loaded", ""};
   }
@@ -39,12 +38,21 @@ void SceneStore::push_load(const LoadPointer& load) {
     load->progress_.begin("waiting");
     if (load->outcome_) load->upload_.reset();
   }
-  builds_->push(WorkQueue::Lane::kRequest, [this, load] {
+  push_job(*builds_, load, [this, load] {
+    const std::uint64_t bytes = load->upload_ ? load->upload_->size() : 0;
     guarded(load, [&] { load_upload(load); });
-    load->upload_.reset();
-    load->neighbours_.reset();
-    give_back_free_memory();
+    load->let_go();
+    give_back_free_memory_of(bytes);
   });
+}
+
+void SceneStore::push_job(WorkQueue& queue, const LoadPointer& load,
+                          const std::function<void()>& job) {
+  try {
+    queue.push(WorkQueue::Lane::kRequest, job);
+  } catch (const std::bad_alloc&) {
+    fail_without_memory(load);
+  }
 }
 
 Result<std::shared_ptr<SceneLoad>> SceneStore::fetch(const std::string& id,
@@ -58,7 +66,7 @@ Result<std::shared_ptr<SceneLoad>> SceneStore::fetch(const std::string& id,
     load->awaited_ = awaited;
     load->state_ = SceneState::kQueued;
   }
-  fetches_->push(WorkQueue::Lane::kRequest, [this, load, source = std::move(source)] {
+  push_job(*fetches_, load, [this, load, source = std::move(source)] {
     guarded(load, [&] { run_fetch(load, source); });
   });
   return load;
@@ -93,7 +101,7 @@ Result<std::shared_ptr<const Scene>> SceneStore::read_upload(SceneLoad& load,
   load.fingerprint_ = hash_in_pieces(keeper->bytes());
   input.bytes = keeper->bytes();
   input.sha256 = sha256;
-  input.keeper = keeper;
+  input.keeper = keeper_of(keeper);
   return run_loader(input);
 }
 
@@ -118,11 +126,8 @@ void SceneStore::load_upload(const LoadPointer& load) {
   next.etag = with_neighbours(tag_of(next.sha256, load->choice_),
                               load->neighbours_ ? tag_of(load->neighbours_->records()) : "");
   // Nothing is left of the work when its end is announced.
-  if (!scene) {
-    load->upload_.reset();
-    load->neighbours_.reset();
-  }
-  give_back_free_memory();
+  if (!scene) load->let_go();
+  give_back_free_memory_of(next.bytes);
   if (!scene) return fail(load, scene.error());
   load->progress_.begin("storing");
   next.scene = *scene;

@@ -1,20 +1,26 @@
 /// What a store loads at its start.
 
+#include <limits>
 #include <new>
 
 #include "core/store/free_memory.h"
 #include "core/store/scene_store.h"
 
 namespace sightline {
+namespace {
+
+/// Of what is made or read by somebody else.
+constexpr std::uint64_t kUnknownBytes = std::numeric_limits<std::uint64_t>::max();
+
+}  // namespace
+
 void SceneStore::start(SceneFolder::Catalogue catalogue, std::vector<Preload> preloads) {
-  for (SceneFolder::Damage& damage : catalogue.damaged) {
+  for (const SceneFolder::Unread& unread : catalogue.unread) {
     StoredScene scene;
-    scene.id = damage.id;
-    const LoadPointer load = add_start(std::move(scene), {});
-    fail(load, {ErrorKind::kInternal, "STORE_DAMAGED",
-                std::move(damage.reason) + "; it was moved to quarantine", ""});
+    scene.id = unread.id;
+    fail(add_start(std::move(scene), {}), unread.error);
   }
-  for (SceneRecord& record : catalogue.records) {
+  for (const SceneRecord& record : catalogue.records) {
     StoredScene scene;
     scene.id = record.id;
     scene.revision = record.revision;
@@ -24,14 +30,15 @@ void SceneStore::start(SceneFolder::Catalogue catalogue, std::vector<Preload> pr
     scene.bytes = record.bytes;
     scene.persistent = true;
     LoadPointer load = add_start(std::move(scene), {record.scene});
-    push_start(load, [this, record = std::move(record), load] { load_record(record, load); });
+    push_start(load, record.bytes, [this, record, load] { load_record(record, load); });
   }
   for (Preload& preload : preloads) {
     StoredScene scene;
     scene.id = preload.id;
     LoadPointer load = add_start(std::move(scene), {});
     if (!load) continue;
-    push_start(load, [this, preload = std::move(preload), load] { load_preload(preload, load); });
+    push_start(load, kUnknownBytes,
+               [this, preload = std::move(preload), load] { load_preload(preload, load); });
   }
 }
 
@@ -46,14 +53,15 @@ SceneStore::LoadPointer SceneStore::add_start(StoredScene scene, const SceneChoi
   return load;
 }
 
-void SceneStore::push_start(const LoadPointer& load, std::function<void()> job) {
+void SceneStore::push_start(const LoadPointer& load, std::uint64_t bytes,
+                            std::function<void()> job) {
   {
     const std::lock_guard hold(mutex_);
     ++starts_left_;
   }
-  builds_->push(WorkQueue::Lane::kStart, [this, load, job = std::move(job)] {
+  builds_->push(WorkQueue::Lane::kStart, [this, load, bytes, job = std::move(job)] {
     guarded(load, job);
-    give_back_free_memory();
+    give_back_free_memory_of(bytes);
     const std::lock_guard hold(mutex_);
     --starts_left_;
   });
@@ -69,14 +77,16 @@ void SceneStore::load_record(const SceneRecord& record, const LoadPointer& load)
     // A put may have replaced these bytes while they were read, or a removal dropped them: then
     // they are not damaged, but gone.
     const std::lock_guard commit(commit_mutex_);
-    if (!is_wanted(load)) return fail(load, error);
-    folder_->quarantine(record);
-    error.message += "; it was moved to quarantine";
+    if (is_damage(error) && is_wanted(load)) {
+      folder_->quarantine(record);
+      error.message += "; it was moved to quarantine";
+    }
     return fail(load, error);
   }
   const auto bytes = std::make_shared<const MappedFile>(std::move(*mapped));
   auto scene = run_loader({bytes->bytes(), load->choice_, load->progress_, record.sha256,
-                           [&](const std::string& name) { return neighbours->find(name); }, bytes});
+                           [&](const std::string& name) { return neighbours->find(name); },
+                           keeper_of(bytes)});
   if (!scene) return fail(load, scene.error());
   const std::lock_guard hold(mutex_);
   Entry* const entry = entry_of(*load);
@@ -96,7 +106,7 @@ void SceneStore::load_preload(const Preload& preload, const LoadPointer& load) {
   auto loaded = [&]() -> Result<PreloadedScene> {
     try {
       auto made = preload.load(load->progress_);
-      if (made) made->scene = giving_back_memory(std::move(made->scene));
+      if (made) made->scene = giving_back_memory(std::move(made->scene), kUnknownBytes);
       return made;
     } catch (...) {
       return Error{ErrorKind::kInternal, "SCENE_LOAD_FAILED", "the scene could not be loaded", ""};

@@ -4,6 +4,10 @@
 
 namespace sightline {
 
+Error memory_full() {
+  return {ErrorKind::kOutOfSpace, "MEMORY_FULL", "there is no memory left for the scene", ""};
+}
+
 Status SceneUpload::append(std::span<const std::byte> piece) {
   if (file_) {
     if (Status status = write_all(file_->file(), piece, "store the scene"); !status) return status;
@@ -11,8 +15,7 @@ Status SceneUpload::append(std::span<const std::byte> piece) {
     try {
       memory_.insert(memory_.end(), piece.begin(), piece.end());
     } catch (const std::bad_alloc&) {
-      return Error{ErrorKind::kOutOfSpace, "MEMORY_FULL", "there is no memory left for the scene",
-                   ""};
+      return memory_full();
     }
   }
   size_ += piece.size();

@@ -21,7 +21,7 @@ class SceneUpload {
   SceneUpload() = default;
   explicit SceneUpload(TemporaryFile file) : file_(std::move(file)) {}
 
-  /// Errors: STORE_FULL, STORE_IO; the upload is then unusable.
+  /// Errors: those of io_error; the upload is then unusable.
   Status append(std::span<const std::byte> piece);
   std::uint64_t size() const { return size_; }
 
@@ -39,7 +39,10 @@ class SceneUpload {
   Sha256 hash_;
 };
 
-/// Into a temporary file of the folder; into memory where it is null. Errors: STORE_IO, STORE_FULL.
+/// Into a temporary file of the folder; into memory where it is null. Errors: those of io_error.
 Result<SceneUpload> begin_upload(SceneFolder* folder);
+
+/// MEMORY_FULL
+Error memory_full();
 
 }  // namespace sightline

@@ -32,11 +32,13 @@ class TemporaryFile {
   std::filesystem::path path_;
 };
 
-/// A file of this name, empty, in place of whatever file had it. Errors: STORE_IO, STORE_FULL.
+/// A file of this name, empty, in place of whatever file had it. Errors: those of io_error.
 Result<TemporaryFile> make_temporary(std::filesystem::path path, const char* doing);
 
-/// Fills `temporary` with the text and gives it the name `target`, in place of what had it; returns
-/// when that is durable. Errors: STORE_IO, STORE_FULL; `target` is then what it was.
+/// Fills `temporary` with the text, durably, under the name that it has. Errors: those of io_error.
+Status fill_durably(TemporaryFile& temporary, std::string_view text, const char* doing);
+/// The same, and gives it the name `target`, in place of what had it. Errors: those of io_error;
+/// `target` is then what it was, or (where only the last step failed) the new one until a crash.
 Status write_durably(TemporaryFile& temporary, std::string_view text,
                      const std::filesystem::path& target, const char* doing);
 

@@ -34,8 +34,10 @@ std::string TreeFolder::owner_of(const std::filesystem::path& file) {
 
 void TreeFolder::forget(const std::filesystem::path& folder, const std::string& sha256) {
   std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
-    if (owner_of(entry.path()) == sha256) std::filesystem::remove(entry.path(), error);
+  const auto files = list_folder(folder, kDoing);
+  if (!files) return;
+  for (const std::filesystem::path& file : *files) {
+    if (owner_of(file) == sha256) std::filesystem::remove(file, error);
   }
 }
 
@@ -69,9 +71,12 @@ void TreeFolder::make_room(std::uint64_t bytes) const {
   std::vector<File> files;
   std::uint64_t sum = bytes;
   std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(folder_, error)) {
-    if (entry.path().extension() != kSuffix || !entry.is_regular_file(error)) continue;
-    files.push_back({entry.last_write_time(error), entry.file_size(error), entry.path()});
+  const auto found = list_folder(folder_, kDoing);
+  if (!found) return;
+  for (const std::filesystem::path& path : *found) {
+    if (path.extension() != kSuffix || !std::filesystem::is_regular_file(path, error)) continue;
+    files.push_back({std::filesystem::last_write_time(path, error),
+                     std::filesystem::file_size(path, error), path});
     sum += files.back().bytes;
   }
   std::sort(files.begin(), files.end(),

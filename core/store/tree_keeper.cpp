@@ -4,6 +4,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <new>
 #include <utility>
@@ -17,6 +18,10 @@ namespace {
 
 /// Between two looks at scenes that lost their trees.
 constexpr std::chrono::milliseconds kLookAgain{500};
+
+/// To choose one scene so many more are looked at; or else ten thousand small ones would be looked
+/// at ten thousand times.
+constexpr std::size_t kLookedAtForEach = 256;
 
 /// Requests go first.
 void lower_priority() {
@@ -48,7 +53,6 @@ Status TreeKeeper::adopt(const std::shared_ptr<const Scene>& scene, const std::s
   if (Status status = scene->trees().join(budget_); !status) return status;
   {
     const std::lock_guard hold(mutex_);
-    std::erase_if(scenes_, [](const Adopted& old) { return old.scene.expired(); });
     scenes_.push_back({scene, sha256});
   }
   changed_.notify_all();
@@ -56,34 +60,47 @@ Status TreeKeeper::adopt(const std::shared_ptr<const Scene>& scene, const std::s
 }
 
 /// The scene that made queries wait most often, of those whose trees are not all there and would
-/// fit. Precondition: mutex_ is held.
-TreeKeeper::Job TreeKeeper::next() {
-  Job hottest;
-  std::uint64_t most = 0;
-  for (const Adopted& adopted : scenes_) {
+/// fit; some more of many. Precondition: mutex_ is held.
+std::vector<TreeKeeper::Job> TreeKeeper::next() {
+  struct Candidate {
+    std::uint64_t waited;
+    Job job;
+  };
+  std::vector<Candidate> candidates;
+  // Without a budget trees that are all there stay there, and nobody has to look again.
+  std::erase_if(scenes_, [&](const Adopted& adopted) {
     auto scene = adopted.scene.lock();
-    if (!scene || adopted.failed || !scene->trees().wants_all()) continue;
-    if (!budget_->has_room(scene->trees().full_tree_bytes())) continue;
-    const std::uint64_t waited = scene->trees().stats().queries_waited;
-    if (hottest.scene && waited <= most) continue;
-    most = waited;
-    hottest = {std::move(scene), adopted.sha256};
-  }
-  return hottest;
+    if (!scene || adopted.failed) return true;
+    const SceneTrees& trees = scene->trees();
+    if (!trees.wants_all()) return options_.memory_budget == 0;
+    if (!budget_->has_room(trees.full_tree_bytes())) return false;
+    candidates.push_back({trees.stats().queries_waited, {std::move(scene), adopted.sha256}});
+    return false;
+  });
+  const std::size_t count = std::min(candidates.size(), 1 + candidates.size() / kLookedAtForEach);
+  std::partial_sort(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(count),
+                    candidates.end(),
+                    [](const Candidate& a, const Candidate& b) { return a.waited > b.waited; });
+  std::vector<Job> jobs;
+  for (std::size_t i = 0; i < count; ++i) jobs.push_back(std::move(candidates[i].job));
+  return jobs;
 }
 
 void TreeKeeper::run() {
   lower_priority();
   std::unique_lock hold(mutex_);
   while (!stopping_) {
-    if (Job job = next(); job.scene) {
+    if (std::vector<Job> jobs = next(); !jobs.empty()) {
       working_ = true;
-      hold.unlock();
-      const bool done = complete(job);
-      if (!done) give_up(*job.scene);
-      job.scene.reset();
-      give_back_free_memory();
-      hold.lock();
+      for (Job& job : jobs) {
+        if (stopping_) break;
+        hold.unlock();
+        const std::uint64_t bytes = job.scene->trees().full_tree_bytes();
+        if (!complete(job)) give_up(*job.scene);
+        job.scene.reset();
+        give_back_free_memory_of(bytes);
+        hold.lock();
+      }
       continue;
     }
     working_ = false;
@@ -100,7 +117,7 @@ void TreeKeeper::run() {
 void TreeKeeper::wait_until_idle() {
   if (!options_.ahead) return;
   std::unique_lock hold(mutex_);
-  changed_.wait(hold, [&] { return stopping_ || (!working_ && !next().scene); });
+  changed_.wait(hold, [&] { return stopping_ || (!working_ && next().empty()); });
 }
 
 void TreeKeeper::give_up(const Scene& scene) {

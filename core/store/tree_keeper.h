@@ -54,7 +54,8 @@ class TreeKeeper {
     std::shared_ptr<const Scene> scene;
     std::string sha256;
   };
-  Job next();
+  /// Those to work on before anyone looks again.
+  std::vector<Job> next();
   bool complete(const Job& job);
   void give_up(const Scene& scene);
   bool read(const Job& job, std::uint64_t content);

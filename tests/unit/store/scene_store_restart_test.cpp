@@ -284,6 +284,57 @@ TEST(SceneStoreRestart, deletes_only_its_own_temporary_files) {
   EXPECT_EQ(folder.files("tmp"), (std::vector<std::string>{"8", "notes", "x7"}));
 }
 
+TEST(SceneStoreRestart, takes_what_cannot_be_read_for_no_damage) {
+  const TemporaryFolder folder;
+  const auto hash = [](std::string_view text) {
+    return sha256_of(std::as_bytes(std::span(text.data(), text.size())));
+  };
+  {
+    const auto store = open_store(folder.path());
+    for (const char* id : {"whole", "record", "bytes"}) ASSERT_TRUE(put_text(*store, id, id).ok());
+    ASSERT_TRUE(put_text(*store, "twin", "record").ok());
+  }
+  // Neither is a file that a process may read, and both will be there again.
+  const fs::path record = folder.path() / "scenes/record.json";
+  const fs::path bytes = folder.path() / "blobs" / hash("bytes");
+  fs::rename(record, folder.path() / "kept record");
+  fs::create_symlink("record.json", record);
+  fs::rename(bytes, folder.path() / "kept bytes");
+  fs::create_directory(bytes);
+  {
+    const auto store = open_settled(folder.path());
+    EXPECT_EQ(text_of(*store, "whole"), "whole");
+    for (const char* id : {"record", "bytes"}) {
+      ASSERT_EQ(text_of(*store, id), "[failed]") << id;
+      EXPECT_EQ(store->find(id)->failure->message.find("quarantine"), std::string::npos) << id;
+    }
+    EXPECT_EQ(store->find("record")->failure->code, "STORE_IO");
+    EXPECT_TRUE(folder.files("quarantine").empty());
+    // Who knows what the record names: nothing is dropped.
+    ASSERT_TRUE(store->remove("twin").ok());
+  }
+  fs::remove(record);
+  fs::rename(folder.path() / "kept record", record);
+  fs::remove(bytes);
+  fs::rename(folder.path() / "kept bytes", bytes);
+  const auto store = open_settled(folder.path());
+  for (const char* id : {"whole", "record", "bytes"}) EXPECT_EQ(text_of(*store, id), id);
+}
+
+TEST(SceneStoreRestart, refuses_to_start_where_it_cannot_tell_which_scenes_there_are) {
+  const TemporaryFolder folder;
+  {
+    const auto store = open_store(folder.path());
+    ASSERT_TRUE(put_text(*store, "town", "houses").ok());
+  }
+  const std::vector<std::string> blobs = folder.files("blobs");
+  fs::rename(folder.path() / "scenes", folder.path() / "kept");
+  fs::create_symlink("kept/town.json", folder.path() / "scenes");
+  const auto store = SceneStore::open({.folder = folder.path(), .loads_at_once = 1}, load_text, {});
+  EXPECT_FALSE(store.ok());
+  EXPECT_EQ(folder.files("blobs"), blobs);
+}
+
 TEST(SceneStoreRestart, refuses_a_folder_that_cannot_be_made) {
   const TemporaryFolder folder;
   write_file(folder.path() / "file", "x");

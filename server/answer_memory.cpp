@@ -1,0 +1,31 @@
+#include "server/answer_memory.h"
+
+namespace sightline {
+
+std::uint64_t bytes_of_description(std::uint64_t hits, FieldSet fields) {
+  std::uint64_t bytes = 0;
+  for (const HitField field : all_hit_fields()) {
+    if (fields.has(field)) bytes += sizeof(std::string_view);
+  }
+  if (fields.has_any_of(kDetailFields)) bytes += sizeof(HitDetail);
+  return hits * bytes;
+}
+
+std::uint64_t bytes_of_encoded(std::uint64_t hits, FieldSet fields, const HitTerms& terms) {
+  std::uint64_t bytes = 8;
+  for (const HitField field : all_hit_fields()) {
+    // A vector, and its name.
+    if (fields.has(field)) bytes += (kDetailFields.has(field) ? 3 : 1) * kNumberBytes + 16;
+  }
+  return hits * bytes + bytes_of_names(terms.node_name) + bytes_of_names(terms.node_path) +
+         bytes_of_names(terms.mesh_name) + bytes_of_names(terms.material_name);
+}
+
+std::uint64_t bytes_of_names(std::span<const std::string_view> names) {
+  // Six bytes for one, where it is a control character.
+  std::uint64_t bytes = 0;
+  for (const std::string_view name : names) bytes += 6 * name.size();
+  return bytes;
+}
+
+}  // namespace sightline
