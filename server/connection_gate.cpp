@@ -15,6 +15,8 @@
 #include <new>
 #include <utility>
 
+#include "server/short_turns.h"
+
 namespace sightline {
 namespace {
 
@@ -126,12 +128,15 @@ int ConnectionGate::wait(epoll_event* events, int count) {
 }
 
 void ConnectionGate::run(int listener) {
-  const auto start = [this](std::unique_ptr<WorkerPool>& pool) {
-    pool = std::make_unique<WorkerPool>(limits_.workers, limits_.queue,
+  const auto start = [this](std::unique_ptr<WorkerPool>& pool, WorkerPool::Priority priority) {
+    pool = std::make_unique<WorkerPool>(limits_.workers, limits_.queue, priority,
                                         [this](Connection& connection) { work(connection); });
   };
-  start(ready_workers_);
-  start(body_workers_);
+  start(ready_workers_, WorkerPool::Priority::kNormal);
+  // Many numbers to read and to write take long: who asks for little does not wait for that.
+  start(bulk_workers_, WorkerPool::Priority::kLower);
+  start(body_workers_, WorkerPool::Priority::kLower);
+  ask_for_short_turns();
   watch(epoll_, listener, EPOLLIN);
   bool stopped = false;
   std::array<epoll_event, 256> events;
@@ -159,6 +164,7 @@ void ConnectionGate::run(int listener) {
     }
   }
   ready_workers_.reset();
+  bulk_workers_.reset();
   body_workers_.reset();
 }
 

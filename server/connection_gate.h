@@ -68,7 +68,9 @@ class ConnectionGate {
   ByteBudget& budget() { return budget_; }
   const DoorRules& rules() const { return rules_; }
   const DoorCounts& counts() const { return counts_; }
-  std::size_t queued() const { return ready_workers_->queued() + body_workers_->queued(); }
+  std::size_t queued() const {
+    return ready_workers_->queued() + bulk_workers_->queued() + body_workers_->queued();
+  }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -132,7 +134,7 @@ class ConnectionGate {
   bool asleep_ = false;
   std::atomic<bool> stopping_{false}, breaking_{false};
   // Last: their threads end before anything of the above.
-  std::unique_ptr<WorkerPool> ready_workers_, body_workers_;
+  std::unique_ptr<WorkerPool> ready_workers_, bulk_workers_, body_workers_;
 };
 
 }  // namespace sightline

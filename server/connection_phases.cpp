@@ -26,6 +26,9 @@ void note(Connection& connection, Received received) {
       received == Received::kSome || (received == Received::kAll && connection.ended);
 }
 
+/// Who asks with so few bytes mostly asks for little, and does not wait for those who ask for more.
+constexpr std::size_t kLittle = 2 << 10;
+
 }  // namespace
 
 void ConnectionGate::advance(Connection& connection) {
@@ -129,7 +132,7 @@ bool ConnectionGate::advance_body(Connection& connection) {
     connection.pace.moved(connection.pending_input().size() - before, now_);
     connection.due = connection.pace.due();
   }
-  hand_over(connection, *ready_workers_);
+  hand_over(connection, length <= kLittle ? *ready_workers_ : *bulk_workers_);
   return true;
 }
 

@@ -2,12 +2,14 @@
 
 #include <utility>
 
+#include "core/base/priority.h"
 #include "server/connection.h"
+#include "server/short_turns.h"
 
 namespace sightline {
 
-WorkerPool::WorkerPool(std::size_t threads, std::size_t queue, Work work)
-    : limit_(queue), work_(std::move(work)) {
+WorkerPool::WorkerPool(std::size_t threads, std::size_t queue, Priority priority, Work work)
+    : limit_(queue), priority_(priority), work_(std::move(work)) {
   threads_.reserve(threads);
   for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this] { run(); });
 }
@@ -49,6 +51,7 @@ std::size_t WorkerPool::queued() const {
 }
 
 void WorkerPool::run() {
+  priority_ == Priority::kLower ? lower_priority() : ask_for_short_turns();
   // The first allocation of a thread may take the addresses of a whole heap (64 MiB in glibc):
   // better now than when memory is short. Volatile, because it would be left out else.
   char* volatile first = new char[64];

@@ -16,7 +16,8 @@ struct Connection;
 class WorkerPool {
  public:
   using Work = std::function<void(Connection&)>;
-  WorkerPool(std::size_t threads, std::size_t queue, Work work);
+  enum class Priority { kNormal, kLower };
+  WorkerPool(std::size_t threads, std::size_t queue, Priority priority, Work work);
   /// Ends after what is queued.
   ~WorkerPool();
 
@@ -30,6 +31,7 @@ class WorkerPool {
   bool should_wake();
 
   const std::size_t limit_;
+  const Priority priority_;
   const Work work_;
   mutable std::mutex mutex_;
   std::condition_variable wake_;

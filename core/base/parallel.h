@@ -28,6 +28,11 @@
 #include <tbb/parallel_invoke.h>
 #include <tbb/parallel_reduce.h>
 #include <tbb/task_arena.h>
+#include <tbb/task_scheduler_observer.h>
+
+#include <optional>
+
+#include "core/base/priority.h"
 
 namespace sightline {
 
@@ -67,13 +72,26 @@ class ThreadGroup {
     }
   }
   int threads() const { return arena_.max_concurrency(); }
+  /// The threads that help who calls execute give way to others from now on.
+  void give_way() {
+    helpers_.emplace(arena_);
+    helpers_->observe(true);
+  }
   template <class Work>
   void execute(const Work& work) {
     arena_.execute(work);
   }
 
  private:
+  struct Helpers : tbb::task_scheduler_observer {
+    using tbb::task_scheduler_observer::task_scheduler_observer;
+    ~Helpers() override { observe(false); }
+    void on_scheduler_entry(bool is_helper) override {
+      if (is_helper) lower_priority();
+    }
+  };
   tbb::task_arena arena_;
+  std::optional<Helpers> helpers_;
 };
 
 }  // namespace sightline
@@ -142,6 +160,7 @@ class ThreadGroup {
     threads_ = threads > 0 ? threads : static_cast<int>(std::thread::hardware_concurrency());
   }
   int threads() const { return threads_; }
+  void give_way() {}
   template <class Work>
   void execute(const Work& work) {
     work();

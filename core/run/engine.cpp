@@ -33,6 +33,8 @@ Result<std::unique_ptr<Engine>> Engine::create(const EngineOptions& options) {
   state->kernel = *chosen;
   state->kernel_name = std::string(chosen->name);
   state->threads.start(options.threads);
+  // A batch has many slices; a single ray is answered on the thread that asks.
+  state->threads.give_way();
   return std::unique_ptr<Engine>(new Engine(std::move(state)));
 }
 

@@ -1,14 +1,11 @@
 #include "core/store/tree_keeper.h"
 
-#include <sys/resource.h>
-#include <sys/syscall.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <chrono>
 #include <new>
 #include <utility>
 
+#include "core/base/priority.h"
 #include "core/scene/tree_cache.h"
 #include "core/store/free_memory.h"
 
@@ -22,13 +19,6 @@ constexpr std::chrono::milliseconds kLookAgain{500};
 /// To choose one scene so many more are looked at; or else ten thousand small ones would be looked
 /// at ten thousand times.
 constexpr std::size_t kLookedAtForEach = 256;
-
-/// Requests go first.
-void lower_priority() {
-#if defined(__linux__)
-  ::setpriority(PRIO_PROCESS, static_cast<id_t>(::syscall(SYS_gettid)), 10);
-#endif
-}
 
 }  // namespace
 
@@ -87,7 +77,7 @@ std::vector<TreeKeeper::Job> TreeKeeper::next() {
 }
 
 void TreeKeeper::run() {
-  lower_priority();
+  lower_priority();  // requests go first
   std::unique_lock hold(mutex_);
   while (!stopping_) {
     if (std::vector<Job> jobs = next(); !jobs.empty()) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/base/priority.h"
+
 namespace sightline {
 
 WorkQueue::WorkQueue(int threads) {
@@ -29,6 +31,7 @@ void WorkQueue::push(Lane lane, std::function<void()> job) {
 }
 
 void WorkQueue::work() {
+  lower_priority();  // requests go first
   for (;;) {
     std::function<void()> job;
     {
