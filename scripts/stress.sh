@@ -6,6 +6,7 @@
 #   scripts/stress.sh --boxes [--out FOLDER] [FLAG...]
 #   scripts/stress.sh fuzz [--minutes N] [--jobs N] [--target NAME]... [--list]
 #   scripts/stress.sh kills [--times N] [--seed S]
+#   scripts/stress.sh soak [--minutes N] [--workers N] [--seed S]
 #
 # --boxes       instead of rays in scenes, pairs of rays and boxes (10,000,000) and of triangles and
 #               boxes (2,000,000; at least a third of each touching exactly), beside the literature's
@@ -22,6 +23,10 @@
 # kills ends a server with kill -9, 100 times unless told otherwise, at random moments of uploads,
 # builds and writes, half of them on a disk that strace slows down, and looks whether every
 # acknowledged scene is there and right afterwards, and nothing else (tests/integration/kills.py).
+#
+# soak asks a server of everything at once for 30 minutes, beside clients that leave and scenes that come
+# and go, and holds every answer against a stored truth (tests/integration/soak.py); build/stress/soak.md and
+# "floor 3: ..." as the last lines.
 #
 # The exit code is not 0 if Sightline was wrong once, or stopped. A wrong answer is printed with its
 # family and seed; `sightline_stress --family F --trial S --rays N --shrink` makes the smallest case
@@ -44,12 +49,13 @@ case ${1:-} in
     cmake --build --preset fuzz --target "${targets[@]}"
     exec python3 tests/fuzz/run_fuzz.py "$@"
     ;;
-  kills)
+  kills | soak)
+    name=$1
     shift
     scripts/install_packages.sh test
     configure release
     cmake --build --preset release --target sightline
-    exec python3 -B tests/integration/kills.py build/release/sightline "$@"
+    exec python3 -B "tests/integration/$name.py" build/release/sightline "$@"
     ;;
 esac
 
