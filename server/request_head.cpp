@@ -212,6 +212,7 @@ HeadScan::State HeadScan::refuse(RequestFault fault) {
 }
 
 HeadScan::State HeadScan::look(std::string_view bytes, const HeadLimits& limits) {
+  const std::size_t most = limits.bytes;
   while (at_ < bytes.size()) {
     const char c = bytes[at_];
     const bool after_cr = at_ > begin_ && bytes[at_ - 1] == '\r';
@@ -220,6 +221,9 @@ HeadScan::State HeadScan::look(std::string_view bytes, const HeadLimits& limits)
           {400, "REQUEST_MALFORMED", "a header has lines that end with CR LF, and no NUL"});
     }
     ++at_;
+    // Byte by byte, so that no fault depends on how many of them came together.
+    if (at_ - begin_ > most) return refuse(kLargeHead);
+    if (at_ - line_ > kLongestLine + 2) return refuse(has_line_ ? kLargeHead : kLongTarget);
     if (c != '\n') continue;
     const bool is_empty = at_ - line_ == 2;
     line_ = at_;
@@ -232,8 +236,6 @@ HeadScan::State HeadScan::look(std::string_view bytes, const HeadLimits& limits)
       if (begin_ > 2 * kForgivenLines) return refuse(kMalformed);
     }
   }
-  if (at_ - line_ > kLongestLine) return refuse(has_line_ ? kLargeHead : kLongTarget);
-  if (at_ - begin_ > limits.bytes) return refuse(kLargeHead);
   return State::kMore;
 }
 

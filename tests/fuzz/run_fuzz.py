@@ -29,6 +29,7 @@ TARGETS = {
     "trees_fuzz": (8192, ["trees"], None),
     "ray_json_fuzz": (4096, ["ray_json"], "ray_json.dict"),
     "box_json_fuzz": (4096, ["box_json"], "box_json.dict"),
+    "framing_fuzz": (2048, ["framing"], "framing.dict"),
 }
 
 # A hang is what is a hundred times slower than the slowest stored input, with the sanitizers in it.
