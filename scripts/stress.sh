@@ -7,6 +7,7 @@
 #   scripts/stress.sh fuzz [--minutes N] [--jobs N] [--target NAME]... [--list]
 #   scripts/stress.sh kills [--times N] [--seed S]
 #   scripts/stress.sh soak [--minutes N] [--workers N] [--seed S]
+#   scripts/stress.sh faults [--times N] [--seed S]
 #
 # --boxes       instead of rays in scenes, pairs of rays and boxes (10,000,000) and of triangles and
 #               boxes (2,000,000; at least a third of each touching exactly), beside the literature's
@@ -28,6 +29,9 @@
 # and go, and holds every answer against a stored truth (tests/integration/soak.py); build/stress/soak.md and
 # "floor 3: ..." as the last lines.
 #
+# faults makes the disk full and every step of a commit fail (the kernel says so, or strace in its place),
+# exhausts the budgets of memory, damages files, and ends with kills (20 times unless told otherwise).
+#
 # The exit code is not 0 if Sightline was wrong once, or stopped. A wrong answer is printed with its
 # family and seed; `sightline_stress --family F --trial S --rays N --shrink` makes the smallest case
 # of it. After a crash the last lines of trials.log name the trials that were under way.
@@ -48,6 +52,16 @@ case ${1:-} in
     mapfile -t targets < <(python3 tests/fuzz/run_fuzz.py --list)
     cmake --build --preset fuzz --target "${targets[@]}"
     exec python3 tests/fuzz/run_fuzz.py "$@"
+    ;;
+  faults)
+    shift
+    scripts/install_packages.sh test
+    configure release
+    cmake --build --preset release --target sightline
+    for name in full_disk memory restart; do
+      (cd tests/integration && python3 -B "${name}_test.py" ../../build/release/sightline)
+    done
+    exec python3 -B tests/integration/kills.py build/release/sightline --times 20 "$@"
     ;;
   kills | soak)
     name=$1

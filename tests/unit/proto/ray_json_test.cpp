@@ -315,7 +315,7 @@ TEST(RayJson, reads_limits_as_distances_when_told_to_normalize) {
                  {.has_scene = false});
 }
 
-constexpr RayJsonRules kListRules{
+const RayJsonRules kListRules{
     .max_rays = 10, .has_crossings = true, .has_max_hits = true, .max_hits = 5000};
 
 TEST(RayJson, reads_how_hits_are_listed) {
