@@ -390,8 +390,8 @@ def report(told, memory, seconds, truth, options, log):
     floors = [
         f"floor 3: {wrong} wrong answers of {asked:,} (needs 0) {verdict(wrong == 0)}",
         f"floor 3: {failed} failed requests beside 429 and 503 (needs 0) {verdict(failed == 0 and stopped)}",
-        f"floor 3: memory went from {early:.0f} to {late:.0f} MiB, {growth:+.1f}%, after {settled / 60:.0f} minutes (needs 5%; medians of the "
-        f"first and the last third; single minutes within {spread:.1f}%) {verdict(abs(growth) <= 5)}",
+        f"floor 3: memory of each minute within {spread:.1f}% of {middle:.0f} MiB after {settled / 60:.0f} minutes (needs 5%; first third "
+        f"to last {growth:+.1f}%) {verdict(spread <= 5)}",
         f"floor 3: single rays p99 {p99:.2f} ms is {p99 / median:.1f} times the median of {median:.2f} ms (needs at most 5) "
         f"{verdict(p99 <= 5 * median)}"]
     head = [f"`scripts/stress.sh soak --minutes {options.minutes:g}` (seed {options.seed}, {options.workers} workers, {os.cpu_count()} "
