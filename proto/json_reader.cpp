@@ -1,5 +1,6 @@
 #include "proto/json_reader.h"
 
+#include <algorithm>
 #include <charconv>
 
 #include "proto/json_token.h"
@@ -35,6 +36,12 @@ void JsonReader::read_long_fraction(std::string_view token, double& out) {
 }
 
 bool JsonReader::is_null(Value value) { return trim(value.raw_json_token()) == "null"; }
+
+bool JsonReader::has_last_bracket(std::string_view text) {
+  text = trim(text.substr(std::min(text.find_first_not_of(" \t\r\n"), text.size())));
+  if (text.starts_with('{')) return text.ends_with('}');
+  return !text.starts_with('[') || text.ends_with(']');
+}
 
 bool JsonReader::fail_document(simdjson::ondemand::document& document, simdjson::error_code code) {
   std::string_view token;

@@ -90,6 +90,8 @@ class JsonReader {
   static void read_long_fraction(std::string_view token, double& out);
   bool is_null(Value value);
   bool fail_parse(simdjson::error_code code, const JsonPointer& place);
+  /// Whether an object or an array that begins `text` may end there too.
+  static bool has_last_bracket(std::string_view text);
   bool fail_document(simdjson::ondemand::document& document, simdjson::error_code code);
 
   Error error_;
@@ -123,6 +125,10 @@ bool JsonReader::read_one(simdjson::ondemand::parser& parser, std::string_view t
   const simdjson::padded_string_view padded(text.data(), text.size(), capacity);
   if (const auto code = parser.iterate(padded).get(document); code != simdjson::SUCCESS) {
     return fail_parse(code, place());
+  }
+  // The parser knows this of a whole document, and walks past the end of a value that has none.
+  if (!has_last_bracket(text)) {
+    return fail_parse(simdjson::INCOMPLETE_ARRAY_OR_OBJECT, place());
   }
   Value value;
   if (document.get_value().get(value) != simdjson::SUCCESS) {

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import case_report
 import opened_files
+from process_status import is_sanitized, status_bytes
 from sightline_server import GLB_TYPE, JSON_TYPE, SOURCE, Server
 
 CASES = SOURCE / "tests/data/hostile/cases"
@@ -22,13 +23,6 @@ GLTF_TYPE = "Content-Type: model/gltf+json"
 RAY = ([-10, 1, 0], [1, 0, 0])
 
 
-def status_bytes(server, key):
-    for line in Path(f"/proc/{server.process.pid}/status").read_text().splitlines():
-        if line.startswith(key + ":"):
-            return int(line.split()[1]) * 1024
-    raise AssertionError(f"no {key}")
-
-
 def forget_peak(server):
     Path(f"/proc/{server.process.pid}/clear_refs").write_text("5")
 
@@ -36,10 +30,6 @@ def forget_peak(server):
 def processor_seconds(server):
     fields = Path(f"/proc/{server.process.pid}/stat").read_text().rsplit(")", 1)[1].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
-def is_sanitized(server):
-    return status_bytes(server, "VmSize") > 1 << 40
 
 
 def outcome_of(scene):

@@ -8,18 +8,10 @@ import tempfile
 import unittest
 
 import case_report
+from process_status import is_sanitized, status_bytes
 from sightline_server import Server, demo_glb
 
 MIB = 1 << 20
-
-
-def status_bytes(server, name):
-    """VmSize, VmRSS, ... of the server's process, as the kernel counts them."""
-    with open(f"/proc/{server.process.pid}/status", encoding="ascii") as lines:
-        for line in lines:
-            if line.startswith(name + ":"):
-                return int(line.split()[1]) << 10
-    raise AssertionError(f"no {name}")
 
 
 def many_values(count):
@@ -64,7 +56,7 @@ class MemoryGoesBack(unittest.TestCase):
         self.server = Server("--data", self.folder.name, "--workers", 8, "--skip", "none")
         self.addCleanup(self.server.end)
         self.server.put("six", demo_glb("six"))
-        if status_bytes(self.server, "VmSize") > 1 << 40:
+        if is_sanitized(self.server):
             self.skipTest("a sanitizer keeps what is freed")
 
     def resident(self):
@@ -104,7 +96,7 @@ class LittleMemory(unittest.TestCase):
         for _ in range(32):
             self.server.ask("/healthz")
         self.server.closest("six", ([-10, 1, 0], [1, 0, 0]))
-        if status_bytes(self.server, "VmSize") > 1 << 40:
+        if is_sanitized(self.server):
             self.skipTest("a sanitized process takes terabytes of addresses")
 
     def limit(self, spare):

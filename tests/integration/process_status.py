@@ -1,0 +1,15 @@
+"""What the system says of a server's process."""
+
+from pathlib import Path
+
+
+def status_bytes(server, key):
+    for line in Path(f"/proc/{server.process.pid}/status").read_text(encoding="ascii").splitlines():
+        if line.startswith(key + ":"):
+            return int(line.split()[1]) * 1024
+    raise AssertionError(f"no {key}")
+
+
+def is_sanitized(server):
+    """AddressSanitizer and ThreadSanitizer reserve terabytes of addresses, and keep what is freed."""
+    return status_bytes(server, "VmSize") > 1 << 40
