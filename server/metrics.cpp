@@ -141,16 +141,16 @@ struct Metrics::State {
     prometheus::Counter& exact_compares = family.Add({{"what", "exact_compares"}});
     prometheus::Counter& exact_roundings = family.Add({{"what", "exact_roundings"}});
 
-    void add(const QueryWork& work) {
+    void add(const QueryWork& done) {
       const auto count = [](prometheus::Counter& counter, std::uint64_t more) {
         if (more > 0) counter.Increment(static_cast<double>(more));
       };
-      count(nodes, work.nodes);
-      count(blocks, work.blocks);
-      count(placements, work.placements);
-      count(exact_hits, work.exact_hits);
-      count(exact_compares, work.exact_compares);
-      count(exact_roundings, work.exact_roundings);
+      count(nodes, done.nodes);
+      count(blocks, done.blocks);
+      count(placements, done.placements);
+      count(exact_hits, done.exact_hits);
+      count(exact_compares, done.exact_compares);
+      count(exact_roundings, done.exact_roundings);
     }
   } work{registry};
 

@@ -13,7 +13,7 @@ import unittest
 from pathlib import Path
 
 import case_report
-from sightline_server import BINARY, JSON_TYPE, PATIENCE, SOURCE, Server, bearer, curl, demo_glb, make_key, read_answer
+from sightline_server import BINARY, JSON_TYPE, PATIENCE, SOURCE, Server, bearer, curl, demo_glb, make_key, read_answer, write_keys
 
 sys.path.insert(0, str(SOURCE / "scripts"))
 import man_page
@@ -80,9 +80,7 @@ class Tls(unittest.TestCase):
                    "/CN=localhost", "-addext", "subjectAltName=DNS:localhost", "-keyout", cls.folder / "key.pem", "-out", cls.certificate)
         assert made.returncode == 0, made.stderr
         cls.key, line = make_key("write", "tls")
-        keys = cls.folder / "keys"
-        keys.write_text(line, encoding="ascii")
-        keys.chmod(0o600)
+        keys = write_keys(cls.folder / "keys", line)
         cls.server = Server("--preload", "six=demo:six", "--keys", keys)
         cls.addClassCleanup(cls.server.end)
         cls.start_nginx()

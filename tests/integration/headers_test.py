@@ -8,7 +8,7 @@ import unittest
 from pathlib import Path
 
 import case_report
-from sightline_server import BINARY, JSON_TYPE, PATIENCE, SOURCE, Server, bearer, demo_glb, make_key
+from sightline_server import BINARY, JSON_TYPE, PATIENCE, SOURCE, Server, bearer, demo_glb, make_key, write_keys
 
 ALWAYS = {"x-content-type-options": "nosniff", "referrer-policy": "no-referrer", "cache-control": "no-store",
           "cross-origin-resource-policy": "same-origin", "content-security-policy": "default-src 'none'; frame-ancestors 'none'"}
@@ -89,9 +89,7 @@ class Headers(unittest.TestCase):
     def test_a_named_page_may_ask_and_read_faults(self):
         key, line = make_key("read", "page")
         with tempfile.TemporaryDirectory() as folder:
-            keys = Path(folder, "keys")
-            keys.write_text(line, encoding="ascii")
-            keys.chmod(0o600)
+            keys = write_keys(Path(folder, "keys"), line)
             with Server("--preload", "six=demo:six", "--keys", keys, "--cors-origin", PAGE, "--cors-origin", "http://localhost:3000") as server:
                 for origin in (PAGE, "http://localhost:3000"):
                     # A browser shows no key yet, and asks alike of what there is and what there is not.

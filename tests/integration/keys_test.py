@@ -10,7 +10,7 @@ import unittest
 from pathlib import Path
 
 import case_report
-from sightline_server import BINARY, JSON_TYPE, PATIENCE, SOURCE, Server, bearer, curl, demo_glb, make_key, read_answer
+from sightline_server import BINARY, JSON_TYPE, PATIENCE, SOURCE, Server, bearer, curl, demo_glb, make_key, read_answer, write_keys
 
 sys.path.insert(0, str(SOURCE / "proto/python"))
 from sightline import Sightline, SightlineError
@@ -37,9 +37,7 @@ class Keys(unittest.TestCase):
         cls.addClassCleanup(folder.cleanup)
         cls.folder = Path(folder.name)
         (cls.read, read_line), (cls.write, write_line) = make_key("read", "reader"), make_key("write", "ci")
-        cls.file = cls.folder / "keys"
-        cls.file.write_text(f"# who may ask\n\n{read_line}\n{write_line}\n", encoding="ascii")
-        cls.file.chmod(0o600)
+        cls.file = write_keys(cls.folder / "keys", "# who may ask", "", read_line, write_line)
         cls.server = Server("--preload", "six=demo:six", "--keys", cls.file, "--log-level", "trace")
         cls.addClassCleanup(cls.server.end)
 

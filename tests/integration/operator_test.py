@@ -9,7 +9,7 @@ from pathlib import Path
 
 import case_report
 from metrics_test import series
-from sightline_server import PATIENCE, Server, bearer, curl, demo_glb, make_key
+from sightline_server import PATIENCE, Server, bearer, curl, demo_glb, make_key, write_keys
 
 QUERY = '{"rays":[{"origin":[-10,1,0],"direction":[1,0,0]}]}'
 
@@ -75,9 +75,7 @@ class Readiness(unittest.TestCase):
 
     def test_quarantined_scenes_are_named_to_those_who_may_know(self):
         key, line = make_key("read", "a")
-        keys = self.data.parent / "keys"
-        keys.write_text(line, encoding="ascii")
-        keys.chmod(0o600)
+        keys = write_keys(self.data.parent / "keys", line)
         with Server("--data", self.data) as server:
             self.assertEqual(server.put("good", demo_glb("six")).status, 201)
             self.assertEqual(server.put("bad", demo_glb("town")).status, 201)
@@ -148,9 +146,7 @@ class Measures(unittest.TestCase):
     def test_refusals_at_the_door_are_counted(self):
         key, line = make_key("read", "a")
         with tempfile.TemporaryDirectory() as folder:
-            keys = Path(folder, "keys")
-            keys.write_text(line, encoding="ascii")
-            keys.chmod(0o600)
+            keys = write_keys(Path(folder, "keys"), line)
             with Server("--keys", keys) as server:
                 for _ in range(3):
                     self.assertEqual(server.ask("/v1/scenes").status, 401)

@@ -12,7 +12,7 @@ import unittest
 from pathlib import Path
 
 import case_report
-from sightline_server import BINARY, PATIENCE, Server, bearer, curl, make_key, read_answer
+from sightline_server import BINARY, PATIENCE, Server, bearer, curl, make_key, read_answer, write_keys
 
 # What SIGHUP changes: a setting, a value, and where /version shows it (or None).
 LIVE = [("max-scene-bytes", 1001, "scene_bytes", 1001), ("max-query-bytes", 1002, "query_bytes", 1002), ("max-rays", 1003, "rays", 1003),
@@ -108,8 +108,7 @@ class Settings(unittest.TestCase):
 
     def test_a_bad_file_leaves_the_old_in_force_and_says_so(self):
         key, line = make_key("read", "a")
-        self.keys.write_text(line, encoding="ascii")
-        self.keys.chmod(0o600)
+        write_keys(self.keys, line)
         self.write(max_rays=5, keys=str(self.keys))
         with Server("--config", self.config) as server:
             for bad in ('{"max-rays": 0}', '{"max-rays": 6', '{"max-rays": 6, "max-hits": -1}', '{"colour": 1}', None):
@@ -136,8 +135,7 @@ class Settings(unittest.TestCase):
 
     def test_sighup_takes_keys_in_and_out(self):
         (first, first_line), (second, second_line) = make_key("read", "first"), make_key("write", "second")
-        self.keys.write_text(first_line, encoding="ascii")
-        self.keys.chmod(0o600)
+        write_keys(self.keys, first_line)
         with Server("--keys", self.keys) as server:
             connection = server.connect()
             with connection, connection.makefile("rwb") as stream:

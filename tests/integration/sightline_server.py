@@ -191,5 +191,12 @@ def make_key(role, name):
     return key.removeprefix("key: "), line.removeprefix("line: ")
 
 
+def write_keys(file, *lines):
+    """As --keys wants its file: nobody else may read it."""
+    file.write_text("".join(f"{line}\n" for line in lines), encoding="ascii")
+    file.chmod(0o600)
+    return file
+
+
 def bearer(key):
     return "-H", f"Authorization: Bearer {key}"

@@ -2,12 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include <initializer_list>
 #include <limits>
 
 namespace sightline::test {
-
-namespace {
 
 Affine affine(std::initializer_list<double> rows) {
   Affine a;
@@ -17,8 +14,6 @@ Affine affine(std::initializer_list<double> rows) {
   }
   return a;
 }
-
-}  // namespace
 
 std::vector<Case> cases() {
   const Affine same;

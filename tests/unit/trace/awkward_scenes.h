@@ -2,6 +2,7 @@
 /// Small scenes that are hard on trees: placements turned, mirrored, sheared and flattened, tiny
 /// and huge ones, duplicates, triangles without area and one position that is not a number.
 
+#include <initializer_list>
 #include <memory>
 #include <vector>
 
@@ -22,6 +23,8 @@ struct Case {
   Joining joining = Joining::kMeasured;
 };
 
+/// Twelve numbers by rows.
+Affine affine(std::initializer_list<double> rows);
 std::vector<Case> cases();
 /// The scene of a case; another one with every call.
 std::shared_ptr<const Scene> make_scene(const Case& c, oracle::Random& random);

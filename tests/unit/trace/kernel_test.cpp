@@ -10,9 +10,12 @@
 #include <random>
 
 #include "core/base/infinity.h"
+#include "tests/unit/trace/awkward_scenes.h"
 
 namespace sightline {
 namespace {
+
+using test::affine;
 
 struct Case {
   const char* name;
@@ -31,15 +34,6 @@ std::vector<Case> with_each_on_its_own(std::vector<Case> cases) {
     cases.back().joining = Joining::kNever;
   }
   return cases;
-}
-
-Affine affine(std::initializer_list<double> rows) {
-  Affine a;
-  auto it = rows.begin();
-  for (auto& row : a.m) {
-    for (double& x : row) x = *it++;
-  }
-  return a;
 }
 
 std::shared_ptr<const Scene> make_scene(const Case& c, std::mt19937_64& random) {
