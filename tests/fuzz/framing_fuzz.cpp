@@ -150,7 +150,8 @@ class Server {
     thread_.join();
   }
 
-  /// All that it answers to a client that sends this and closes its side; without ids.
+  /// All that it answers to a client that sends this and closes its side; without ids, and without
+  /// asking for bodies, which need not be asked for once their first bytes are there.
   std::string answers(std::string_view stream, unsigned seed) const {
     const int client = ::socket(AF_INET, SOCK_STREAM, 0);
     sockaddr_in address{};
@@ -174,7 +175,7 @@ class Server {
       text.append(buffer, static_cast<std::size_t>(got));
     }
     ::close(client);
-    return without_ids(std::move(text));
+    return without_asking(without_ids(std::move(text)));
   }
 
  private:
@@ -195,6 +196,14 @@ class Server {
         at += name.size();
         text.erase(at, std::min<std::size_t>(16, text.size() - at));
       }
+    }
+    return text;
+  }
+
+  static std::string without_asking(std::string text) {
+    constexpr std::string_view kAsking = "HTTP/1.1 100 Continue\r\n\r\n";
+    for (std::size_t at = 0; (at = text.find(kAsking, at)) != std::string::npos;) {
+      text.erase(at, kAsking.size());
     }
     return text;
   }
