@@ -308,9 +308,16 @@ bool RayReader::read_generator(Value value) {
   RayGenerator generator;
   if (!GeneratorReader(*this, std::min(rules_.max_rays, kMostMade)).read(value, generator))
     return false;
+  const JsonPointer place = JsonPointer().key("generator");
+  if (rules_.admit_made) {
+    const Status admitted = rules_.admit_made(ray_count(generator));
+    if (!admitted) {
+      const Error& error = admitted.error();
+      return fail(error.kind, error.code, error.message, place);
+    }
+  }
   auto rays = generate_rays(generator);
-  if (!rays)
-    return invalid(rays.error().code, rays.error().message, JsonPointer().key("generator"));
+  if (!rays) return invalid(rays.error().code, rays.error().message, place);
   query_.rays = std::move(*rays);
   return true;
 }

@@ -28,6 +28,7 @@ class BodyReader {
 
   /// The body is compressed: pieces are handed on decoded. Once it is set it stays.
   void decode_as(Coding coding);
+  bool decodes() const { return decoder_ != nullptr; }
   /// It may last as long as it likes, as long as it keeps its pace whenever somebody reads.
   void restart_pace() { pace_.restart(Pace::Clock::now()); }
   /// Hands the body on in pieces until it ends (true), `sink` returns false, or there is a fault.

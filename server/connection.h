@@ -59,6 +59,8 @@ struct Connection {
   bool keep = false;       ///< whether there may be a next request
   bool broken = false;     ///< whether the answer did not get through
 
+  bool goes_first = false;  ///< whether it is asked on a worker that is kept for little
+
   Connection* next = nullptr;  ///< in the queue or the list that has it: they take no memory
 
   // The door's own.

@@ -108,6 +108,7 @@ class ConnectionGate {
   void advance_lingering(Connection& connection);
   void await_head(Connection& connection);
   void admit(Connection& connection);
+  WorkerPool& workers_for(const Connection& connection, std::size_t length);
   void hand_over(Connection& connection, WorkerPool& workers);
   void refuse(Connection& connection, const RequestFault& fault);
   void linger(Connection& connection);

@@ -8,6 +8,7 @@
 #include "server/connection_gate.h"
 #include "server/exchange.h"
 #include "server/refusal.h"
+#include "server/request_weight.h"
 
 namespace sightline {
 namespace {
@@ -25,9 +26,6 @@ void note(Connection& connection, Received received) {
   connection.readable =
       received == Received::kSome || (received == Received::kAll && connection.ended);
 }
-
-/// Who asks with so few bytes mostly asks for little, and does not wait for those who ask for more.
-constexpr std::size_t kLittle = 2 << 10;
 
 }  // namespace
 
@@ -108,7 +106,7 @@ void ConnectionGate::admit(Connection& connection) {
     if (const auto fault = rules_.admit(connection.head)) return refuse(connection, *fault);
   }
   const RequestHead& head = connection.head;
-  if (!head.has_body()) return hand_over(connection, *ready_workers_);
+  if (!head.has_body()) return hand_over(connection, workers_for(connection, 0));
   const std::uint64_t length = head.length.value_or(0);
   const bool gathered = !head.chunked && !head.expects_continue && length <= limits_.gathered &&
                         (length <= kFreeBody || budget_.charge(length));
@@ -132,12 +130,18 @@ bool ConnectionGate::advance_body(Connection& connection) {
     connection.pace.moved(connection.pending_input().size() - before, now_);
     connection.due = connection.pace.due();
   }
-  hand_over(connection, length <= kLittle ? *ready_workers_ : *bulk_workers_);
+  hand_over(connection, workers_for(connection, length));
   return true;
+}
+
+WorkerPool& ConnectionGate::workers_for(const Connection& connection, std::size_t length) {
+  const std::string_view body = connection.pending_input().substr(0, length);
+  return asks_for_little(connection.head, body) ? *ready_workers_ : *bulk_workers_;
 }
 
 void ConnectionGate::hand_over(Connection& connection, WorkerPool& workers) {
   connection.phase = Phase::kAtWork;
+  connection.goes_first = &workers == ready_workers_.get();
   connection.stirred = connection.readable || connection.ended;
   connection.due = now_ + kHalfClosed;
   if (workers.submit(connection)) return;

@@ -1,8 +1,10 @@
 #include "server/descriptors.h"
 
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <fstream>
 
 namespace sightline {
 
@@ -19,6 +21,18 @@ std::size_t allowed_connections(const DoorLimits& limits) {
   }
   const std::size_t fit = files.rlim_cur > others ? files.rlim_cur - others : 0;
   return std::min(limits.connections.get(), std::max<std::size_t>(fit, 16));
+}
+
+std::uint64_t machine_memory() {
+  std::uint64_t bytes = static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) *
+                        static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+  for (const char* limit :
+       {"/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"}) {
+    // "max" is no number.
+    std::uint64_t most = 0;
+    if (std::ifstream(limit) >> most) bytes = std::min(bytes, most);
+  }
+  return bytes;
 }
 
 }  // namespace sightline

@@ -1,7 +1,8 @@
 #pragma once
-/// What the operating system grants a process that holds many connections.
+/// What the operating system grants a process.
 
 #include <cstddef>
+#include <cstdint>
 
 #include "server/door_limits.h"
 
@@ -10,5 +11,8 @@ namespace sightline {
 /// Raises the soft limit of open files as far as it is needed and may be, and returns how many
 /// connections fit below it, with room left for files: at most `limits.connections`, at least 16.
 std::size_t allowed_connections(const DoorLimits& limits);
+
+/// Bytes of memory that the machine has, or that its container may use.
+std::uint64_t machine_memory();
 
 }  // namespace sightline

@@ -23,7 +23,10 @@ void define_door(CLI::App& app, DoorLimits& limits, DoorSeconds& seconds) {
   flags.add_count("--max-body-memory", limits.bodies,
                   "bytes of longer bodies of queries, together; one alone may be larger");
   flags.add_count("--max-work-memory", limits.work,
-                  "bytes that answering those may take, together; one alone may take more");
+                  "bytes that answering requests may take, together; one at a time may take more");
+  flags.add_count(
+      "--max-request-memory", limits.request,
+      "bytes that answering one request may take; never more than half of the machine's memory");
   flags.add_live_seconds("--header-seconds", seconds.head, kLeastSeconds,
                          "how long a request's header may take");
   flags.add_live_seconds("--idle-seconds", seconds.idle, kLeastSeconds,

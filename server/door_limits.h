@@ -28,7 +28,9 @@ struct DoorLimits {
   /// Bytes of gathered bodies and of answers that clients have not taken, together.
   std::uint64_t buffers = 32 << 20;
   std::uint64_t bodies = 32 << 20;  ///< bytes of longer bodies of queries, together
-  std::uint64_t work = 24 << 20;    ///< bytes that answering those may take, together
+  std::uint64_t work = 24 << 20;    ///< bytes that answering requests may take, together
+  /// Bytes that answering one may take: of those that go beyond `work` one may at a time.
+  std::uint64_t request = std::uint64_t{4} << 30;
 
   void take_live(const DoorLimits& other) {
     connections = other.connections;

@@ -8,8 +8,11 @@
 #include "core/store/scene_id.h"
 #include "server/http_status.h"
 #include "server/key_ring.h"
+#include "server/work_memory.h"
 
 namespace sightline {
+
+Status Exchange::reserve(std::uint64_t bytes) const { return sightline::reserve(memory, bytes); }
 
 void Exchange::reply(int status, std::string content, std::string_view media_type) {
   response.status = status;

@@ -27,7 +27,7 @@ struct Exchange {
   httplib::Response& response;
   BodyReader* body;          ///< null where no body can be
   const CancelFlag* caller;  ///< set when nobody waits for the answer any more; may be null
-  RequestMemory* memory;     ///< of a request with a long body; else null
+  RequestMemory* memory;     ///< null where nobody counts it
   std::string request_id;
   std::string scene_id;  ///< the {id} of the path, percent-decoded, not checked
   // For the metrics: the pattern of the route, which outlives this, and what was asked.
@@ -39,6 +39,9 @@ struct Exchange {
   // Who asks.
   Access access = Access::kWrite;
   std::string_view key_name = {};
+
+  /// To be asked before much memory is taken for this answer. Errors: see RequestMemory.
+  Status reserve(std::uint64_t bytes) const;
 
   void reply(int status, std::string content, std::string_view media_type);
   void reply_json(int status, std::string content) {

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdlib>
+#include <limits>
 #include <new>
 #include <typeinfo>
 #include <utility>
@@ -19,8 +20,6 @@ namespace sightline {
 namespace {
 
 constexpr int kBacklog = 1024;
-/// How long a large request waits until there is memory for it.
-constexpr std::chrono::milliseconds kPatience{10'000};
 
 /// What stands around one call of process_request. The library has no place for it; a request
 /// carries it as the target of a question that only the library's client would ask.
@@ -28,7 +27,7 @@ struct Course {
   Connection& connection;
   ConnectionStream& stream;
   BodyReader& body;
-  RequestMemory* memory;
+  RequestMemory& memory;
   const std::atomic<bool>& stopping;
   bool keeps = false;  ///< what the answer says of the connection
 
@@ -51,7 +50,7 @@ Exchange exchange_of(const httplib::Request& request, httplib::Response& respons
                     response,
                     course == nullptr ? nullptr : &course->body,
                     course == nullptr ? nullptr : &course->connection.gone,
-                    course == nullptr ? nullptr : course->memory,
+                    course == nullptr ? nullptr : &course->memory,
                     checked_request_id(request.get_header_value("X-Request-Id")),
                     {}};
   exchange.access = course == nullptr ? Access::kOpen : course->connection.head.access;
@@ -131,10 +130,10 @@ HttpServer::HttpServer(const DoorLimits& limits, Dispatch dispatch, Thrown throw
     : limits_(limits),
       dispatch_(std::move(dispatch)),
       thrown_(std::move(thrown)),
-      bodies_(limits.bodies),
-      work_(limits.work),
+      bodies_(limits.bodies, std::numeric_limits<std::uint64_t>::max()),
+      work_(limits.work, limits.request),
       // Half of the workers may wait for loads and a quarter listen to events: see cli.cpp.
-      writers_(std::max<std::size_t>(1, limits.workers / 8)),
+      waiters_(std::max<std::size_t>(1, limits.workers / 8)),
       gate_(
           limits_, [this](Connection& connection) { answer(connection); }, std::move(rules)) {
   // Without this the library sets SO_REUSEPORT, and two servers share a port in silence.
@@ -150,7 +149,10 @@ HttpServer::HttpServer(const DoorLimits& limits, Dispatch dispatch, Thrown throw
       exchange.reply_empty(204);
     } else {
       dispatch_(exchange);
-      if (course != nullptr) compress(course->connection.head, response);
+      if (course != nullptr) {
+        compress(course->connection.head, response);
+        course->memory.keep_while_sending(response.body.size());
+      }
     }
     return HandlerResponse::Handled;
   });
@@ -211,12 +213,11 @@ void HttpServer::break_connections() {
 }
 
 void HttpServer::answer(Connection& connection) {
-  ConnectionStream stream(connection, limits_.pace, writers_);
+  ConnectionStream stream(connection, limits_.pace, waiters_);
   BodyReader body(connection, stream, limits_.pace);
-  RequestMemory memory{WorkMemory::Share(bodies_), WorkMemory::Share(work_), kPatience};
-  const bool is_long = connection.head.chunked || connection.head.compressed ||
-                       connection.head.length.value_or(0) > limits_.gathered;
-  Course course{connection, stream, body, is_long ? &memory : nullptr, stopping_};
+  RequestMemory memory(bodies_, work_, connection.goes_first ? &waiters_ : nullptr,
+                       &connection.gone);
+  Course course{connection, stream, body, memory, stopping_};
   bool wants_close = false;
   const bool answered =
       process_request(stream, connection.head.close, wants_close, [&](httplib::Request& request) {

@@ -62,8 +62,10 @@ class HttpServer : private httplib::Server {
   DoorLimits limits_;
   const Dispatch dispatch_;
   const Thrown thrown_;
-  WorkMemory bodies_, work_;  ///< of requests with long bodies
-  Places writers_;            ///< workers that may wait for clients to take large answers
+  WorkMemory bodies_, work_;
+  /// Workers that may wait for clients to take large answers; of those that are kept for little
+  /// requests, also for memory.
+  Places waiters_;
   std::atomic<bool> stopping_{false};
   ConnectionGate gate_;
 };

@@ -185,9 +185,13 @@ void Metrics::count(const Request& request) {
                          request.route.empty() ? "none" : request.route, request.status});
   series.requests->Increment();
   if (request.time.count() > 0) series.seconds->Observe(request.time.count());
-  state_->rays.Increment(static_cast<double>(request.rays));
   state_->boxes.Increment(static_cast<double>(request.boxes));
-  state_->work.add(request.work);
+  count_part(request.rays, request.work);
+}
+
+void Metrics::count_part(std::uint64_t rays, const QueryWork& work) const {
+  state_->rays.Increment(static_cast<double>(rays));
+  state_->work.add(work);
 }
 
 std::string Metrics::text(const SceneStore& store, const NamedCounts& door,

@@ -33,6 +33,8 @@ class Metrics {
     QueryWork work = {};
   };
   void count(const Request& request);
+  /// Of a request that is counted already, and goes on.
+  void count_part(std::uint64_t rays, const QueryWork& work) const;
   /// All of it, and what the store and the door say now.
   std::string text(const SceneStore& store, const NamedCounts& door, std::size_t queued) const;
 

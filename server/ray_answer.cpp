@@ -3,6 +3,7 @@
 #include "proto/hit_binary.h"
 #include "proto/hit_json.h"
 #include "proto/hit_lines.h"
+#include "server/answer_memory.h"
 #include "server/hit_terms.h"
 #include "server/tree_json.h"
 
@@ -16,25 +17,34 @@ struct RayBatchCourse {
   const RayQuery& query;
   const RayOptions& options;
   const Deadline& deadline;
+  RequestMemory* memory;
   WorkTimer& timer;
 
   /// The bad rays, where they are to be marked; else null.
   const InvalidRays* invalid() const { return query.marks_invalid ? &query.invalid : nullptr; }
   bool is(AnswerLayout layout) const { return query.layout == layout; }
+
+  Status describe(const RayBatch& rays, const HitBatch& hits, HitDescription& about) const {
+    Status status = describe_within(memory, service.engine, scene, rays, hits, query.fields,
+                                    query.normalize, deadline, about);
+    timer.add(&WorkReport::describe_us);
+    return status;
+  }
 };
 
 Result<std::string> answer_closest(const RayBatchCourse& course) {
   const RayQuery& query = course.query;
   HitBatch hits;
-  Status status = course.service.engine.closest(course.scene, query.rays, course.deadline, hits,
-                                                course.options);
+  Status status = reserve(course.memory, query.rays.size() * kHitBytes);
+  if (status) {
+    status = course.service.engine.closest(course.scene, query.rays, course.deadline, hits,
+                                           course.options);
+  }
   if (!status) return status.error();
   course.timer.add(&WorkReport::trace_us);
   HitDescription about;
-  status = describe_hits(course.service.engine, course.scene, query.rays, hits, query.fields,
-                         query.normalize, course.deadline, about);
+  status = course.describe(query.rays, hits, about);
   if (!status) return status.error();
-  course.timer.add(&WorkReport::describe_us);
   if (course.is(AnswerLayout::kBinary)) {
     return encode_hits_binary(hits, about.details, about.terms, query.fields, course.invalid());
   }
@@ -43,6 +53,8 @@ Result<std::string> answer_closest(const RayBatchCourse& course) {
   }
   std::string text = encode_hits(hits, about.details, about.terms, query.fields, query.layout);
   if (query.wants_explanation) {
+    status = reserve(course.memory, kExplanationBytes);
+    if (!status) return status.error();
     add_member(text, "explain",
                encode_explanation(course.scene, query.rays[0], course.options.kept));
   }
@@ -51,8 +63,11 @@ Result<std::string> answer_closest(const RayBatchCourse& course) {
 
 Result<std::string> answer_any(const RayBatchCourse& course) {
   Column<std::uint8_t> occluded;
-  const Status status = course.service.engine.any(course.scene, course.query.rays, course.deadline,
-                                                  occluded, course.options);
+  Status status = reserve(course.memory, course.query.rays.size() * (1 + kNumberBytes));
+  if (status) {
+    status = course.service.engine.any(course.scene, course.query.rays, course.deadline, occluded,
+                                       course.options);
+  }
   if (!status) return status.error();
   course.timer.add(&WorkReport::trace_us);
   if (course.is(AnswerLayout::kBinary)) return encode_occlusion_binary(occluded, course.invalid());
@@ -64,19 +79,23 @@ Result<std::string> answer_all(const RayBatchCourse& course) {
   const RayQuery& query = course.query;
   HitLists lists;
   Column<std::uint64_t> totals;
-  Status status = course.service.engine.all(course.scene, query.rays, query.crossings,
-                                            query.max_hits, course.service.limits.hits,
-                                            course.deadline, lists, totals, course.options);
+  // The lists of the threads, and all of them joined.
+  Status status = search_lists(course.memory, query.rays.size(), course.service.limits.hits,
+                               3 * kHitBytes, [&](std::uint64_t most) {
+                                 return course.service.engine.all(
+                                     course.scene, query.rays, query.crossings, query.max_hits,
+                                     most, course.deadline, lists, totals, course.options);
+                               });
   if (!status) return status.error();
   course.timer.add(&WorkReport::trace_us);
   HitDescription about;
   const bool needs_rays = query.normalize || query.fields.has(HitField::kDistance) ||
                           query.fields.has_any_of(kDetailFields);
-  status = describe_hits(course.service.engine, course.scene,
-                         needs_rays ? rays_of_hits(query.rays, lists) : RayBatch(), lists.hits,
-                         query.fields, query.normalize, course.deadline, about);
+  if (needs_rays) status = reserve(course.memory, lists.hits.size() * kRayBytes);
   if (!status) return status.error();
-  course.timer.add(&WorkReport::describe_us);
+  status =
+      course.describe(needs_rays ? rays_of_hits(query.rays, lists) : RayBatch(), lists.hits, about);
+  if (!status) return status.error();
   if (course.is(AnswerLayout::kBinary)) {
     return encode_hit_lists_binary(lists, totals, about.details, about.terms, query.fields,
                                    course.invalid());
@@ -90,9 +109,11 @@ Result<std::string> answer_all(const RayBatchCourse& course) {
 
 Result<std::string> answer_count(const RayBatchCourse& course) {
   Column<std::uint64_t> totals;
-  const Status status =
-      course.service.engine.count(course.scene, course.query.rays, course.query.crossings,
-                                  course.deadline, totals, course.options);
+  Status status = reserve(course.memory, course.query.rays.size() * (8 + kNumberBytes));
+  if (status) {
+    status = course.service.engine.count(course.scene, course.query.rays, course.query.crossings,
+                                         course.deadline, totals, course.options);
+  }
   if (!status) return status.error();
   course.timer.add(&WorkReport::trace_us);
   if (course.is(AnswerLayout::kBinary)) return encode_counts_binary(totals, course.invalid());
@@ -115,8 +136,8 @@ RayJsonRules rules_of(RayQuestionKind kind, const ServiceLimits& limits) {
 
 Result<std::string> answer_rays(RayQuestionKind kind, const Service& service, const Scene& scene,
                                 const RayQuery& query, const RayOptions& options,
-                                const Deadline& deadline, WorkTimer& timer) {
-  const RayBatchCourse course{service, scene, query, options, deadline, timer};
+                                const Deadline& deadline, RequestMemory* memory, WorkTimer& timer) {
+  const RayBatchCourse course{service, scene, query, options, deadline, memory, timer};
   switch (kind) {
     case RayQuestionKind::kClosest:
       return answer_closest(course);

@@ -8,6 +8,7 @@
 #include "proto/answer_members.h"
 #include "proto/ray_json.h"
 #include "server/service.h"
+#include "server/work_memory.h"
 
 namespace sightline {
 
@@ -36,9 +37,10 @@ class WorkTimer {
   Clock::time_point last_ = Clock::now();
 };
 
-/// Traces, describes and encodes in the query's layout. Errors: those of the engine.
+/// Traces, describes and encodes in the query's layout, each with its part of `memory` (which may
+/// be null). Errors: those of the engine and of RequestMemory.
 Result<std::string> answer_rays(RayQuestionKind kind, const Service& service, const Scene& scene,
                                 const RayQuery& query, const RayOptions& options,
-                                const Deadline& deadline, WorkTimer& timer);
+                                const Deadline& deadline, RequestMemory* memory, WorkTimer& timer);
 
 }  // namespace sightline

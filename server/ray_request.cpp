@@ -1,11 +1,14 @@
 #include "server/ray_request.h"
 
+#include <algorithm>
+
 #include "core/run/kept_sides.h"
 #include "proto/hit_binary.h"
 #include "proto/hit_lines.h"
 #include "proto/point_binary.h"
 #include "proto/ray_binary.h"
 #include "proto/ray_frames.h"
+#include "server/answer_memory.h"
 #include "server/body_reader.h"
 #include "server/ray_stream.h"
 #include "server/request_body.h"
@@ -21,6 +24,9 @@ bool RayRequest::read_query(const Decode& decode) {
   }
   timer_.restart();
   if (!went_well(decode(body, query_))) return false;
+  // What was decoded into something else than rays has no more bytes than twice its text.
+  const std::uint64_t decoded = 2 * body.size();
+  forget_body(exchange_, body, std::max(decoded, query_.rays.size() * kRayBytes));
   if (!query_.filter.keeps_all()) {
     auto kept = kept_sides(*scene_, query_.filter);
     if (!kept) {
@@ -63,6 +69,7 @@ bool RayRequest::streamed(RayQuestionKind kind) {
 bool RayRequest::read(RayJsonRules rules) {
   rules.max_rays = service_.limits.rays;
   rules.max_hits = service_.limits.hits;
+  rules.admit_made = [this](std::uint64_t rays) { return exchange_.reserve(rays * kRayBytes); };
   const std::optional<QueryType> type = admit_rays_type(exchange_);
   if (!type) return false;
   return read_query([&](std::string& body, RayQuery& query) -> Status {
@@ -111,6 +118,15 @@ bool RayRequest::read_json(const Decode& decode) {
 bool RayRequest::went_well(const Status& status) {
   if (!status) exchange_.reply_error(status.error());
   return static_cast<bool>(status);
+}
+
+bool RayRequest::reserve(std::uint64_t bytes) { return went_well(exchange_.reserve(bytes)); }
+
+bool RayRequest::describe(const RayBatch& rays, const HitBatch& hits, HitDescription& about) {
+  const Status status = describe_within(exchange_.memory, service_.engine, *scene_, rays, hits,
+                                        query_.fields, query_.normalize, deadline_, about);
+  add_time(&WorkReport::describe_us);
+  return went_well(status);
 }
 
 void RayRequest::reply(std::string encoded) {

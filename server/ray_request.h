@@ -11,6 +11,7 @@
 #include "proto/point_json.h"
 #include "proto/ray_json.h"
 #include "server/exchange.h"
+#include "server/hit_terms.h"
 #include "server/ray_answer.h"
 #include "server/service.h"
 
@@ -49,6 +50,10 @@ class RayRequest {
 
   /// Answers with `status`'s error. Returns whether there was none.
   bool went_well(const Status& status);
+  /// Takes memory for what comes next. Returns false after it has answered.
+  bool reserve(std::uint64_t bytes);
+  /// describe_within for the fields asked for. Returns false after it has answered.
+  bool describe(const RayBatch& rays, const HitBatch& hits, HitDescription& about);
   /// Sends what was encoded, JSON or binary as the query came, with what was asked for beside it.
   void reply(std::string encoded);
 

@@ -38,6 +38,7 @@ RayStream::RayStream(Exchange& exchange, const Service& service, std::shared_ptr
     : service_(service),
       body_(exchange.body),
       caller_(exchange.caller),
+      memory_(exchange.memory),
       request_id_(exchange.request_id),
       scene_(std::move(scene)),
       kind_(kind),
@@ -89,6 +90,7 @@ Result<std::string> RayStream::next_lines() {
   std::string batch = buffer_.substr(0, end);
   buffer_.erase(0, end);
   if (batch.empty()) return std::string();
+  if (Status status = reserve_decoding(memory_, batch); !status) return std::move(status).error();
   return answer(lines_.decode(batch));
 }
 
@@ -101,6 +103,7 @@ Result<std::string> RayStream::next_frame() {
   const auto size = static_cast<std::size_t>(*length);
   if (Status status = fill(kFrameLengthBytes + size); !status) return std::move(status).error();
   if (buffer_.size() < kFrameLengthBytes + size) return body_fault(nullptr);
+  if (Status status = reserve_decoding(memory_, buffer_); !status) return std::move(status).error();
   auto answered = answer(frames_.decode(std::string_view(buffer_).substr(kFrameLengthBytes, size)));
   buffer_.erase(0, kFrameLengthBytes + size);
   if (!answered) return answered;
@@ -118,9 +121,11 @@ Result<std::string> RayStream::answer(Result<RayQuery> query) {
     kept_ = std::move(*kept);
     knows_filter_ = true;
   }
-  const RayOptions options{query->filter.keeps_all() ? nullptr : &*kept_, nullptr};
   WorkTimer timer;
-  return answer_rays(kind_, service_, *scene_, *query, options, deadline(), timer);
+  const RayOptions options{query->filter.keeps_all() ? nullptr : &*kept_, &timer.report.work};
+  auto text = answer_rays(kind_, service_, *scene_, *query, options, deadline(), memory_, timer);
+  service_.metrics.count_part(query->rays.size(), timer.report.work);
+  return text;
 }
 
 Result<std::string> RayStream::next() {
@@ -128,6 +133,7 @@ Result<std::string> RayStream::next() {
   for (;;) {
     auto part = form_ == Form::kLines ? next_lines() : next_frame();
     // Lines may all be empty ones.
+    if (memory_ != nullptr) memory_->keep_while_sending(part ? part->size() : 0);
     if (!part || !part->empty() || (ended_ && buffer_.empty())) return part;
   }
 }

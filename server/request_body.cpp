@@ -12,8 +12,9 @@
 namespace sightline {
 namespace {
 
-/// What a ray of 40 bytes of JSON takes at most as columns, hit, details and JSON again.
+/// What a parser takes, and what comes out of it: of a ray of 40 bytes 64.
 constexpr std::uint64_t kWorkPerByte = 8;
+constexpr std::uint64_t kShortBody = 64 << 10;
 
 bool is_chunked(const httplib::Request& request) { return request.has_header("Transfer-Encoding"); }
 
@@ -147,28 +148,40 @@ bool read_body(Exchange& exchange, std::uint64_t limit,
 }
 
 bool read_body(Exchange& exchange, std::uint64_t limit, std::size_t spare, std::string& text) {
-  if (const auto length = content_length(exchange.request)) {
-    // Room for what was promised, but no more than 1 MiB before it has come.
-    text.reserve(std::min<std::uint64_t>(*length, 1u << 20) + spare);
-  }
-  const Error busy{ErrorKind::kBusy, "MEMORY_BUSY",
-                   "large requests use all the memory that they may: ask again later", ""};
-  RequestMemory* memory = exchange.memory;
+  const auto length = content_length(exchange.request);
+  // Room for what was promised, but no more than 1 MiB before it has come.
+  if (length) text.reserve(std::min<std::uint64_t>(*length, 1u << 20) + spare);
+  // Short ones are few bytes for each worker.
+  const bool is_short =
+      length && *length <= kShortBody && (exchange.body == nullptr || !exchange.body->decodes());
+  RequestMemory* const memory = is_short ? nullptr : exchange.memory;
   if (text.size() > limit) {
     reply_too_large(exchange, limit);
     return false;
   }
   const bool good =
       read_body(exchange, limit - text.size(), [&](std::span<const char> piece) -> Status {
-        if (memory != nullptr && !memory->body.grow(piece.size())) return busy;
+        if (memory != nullptr) {
+          if (Status status = memory->body.grow(piece.size()); !status) return status;
+        }
         text.append(piece.data(), piece.size());
         return success();
       });
-  if (!good || memory == nullptr) return good;
-  const Deadline deadline = Deadline::in(memory->patience, exchange.caller);
-  if (memory->work.wait(text.size() * kWorkPerByte, deadline)) return true;
-  exchange.reply_error(busy);
-  return false;
+  if (!good) return false;
+  Status status = reserve_decoding(exchange.memory, text);
+  if (!status) exchange.reply_error(status.error());
+  return status.ok();
+}
+
+Status reserve_decoding(RequestMemory* memory, std::string_view body) {
+  return reserve(memory, body.size() * kWorkPerByte);
+}
+
+void forget_body(Exchange& exchange, std::string& text, std::uint64_t bytes) {
+  std::string().swap(text);
+  if (exchange.memory == nullptr) return;
+  exchange.memory->body.keep(0);
+  exchange.memory->keep(bytes);
 }
 
 }  // namespace sightline

@@ -57,7 +57,12 @@ bool read_body(Exchange& exchange, std::uint64_t limit,
                const std::function<Status(std::span<const char>)>& sink);
 
 /// The whole body as text, which may hold its begin already, with `spare` bytes of capacity to
-/// come; of a long one also its share of the memory for such work, or 503 MEMORY_BUSY.
+/// come, and the memory to decode it; or false after it has answered, also 503 MEMORY_BUSY and 413
+/// REQUEST_TOO_LARGE.
 bool read_body(Exchange& exchange, std::uint64_t limit, std::size_t spare, std::string& text);
+/// What that memory is. Errors: see RequestMemory.
+Status reserve_decoding(RequestMemory* memory, std::string_view body);
+/// After decoding: the body goes, and of the memory all but `bytes`.
+void forget_body(Exchange& exchange, std::string& text, std::uint64_t bytes);
 
 }  // namespace sightline

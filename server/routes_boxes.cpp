@@ -2,6 +2,7 @@
 #include "proto/hit_json.h"
 #include "proto/ray_box_json.h"
 #include "proto/ray_json.h"
+#include "server/answer_memory.h"
 #include "server/hit_terms.h"
 #include "server/request_body.h"
 #include "server/routes.h"
@@ -19,6 +20,14 @@ void rays_boxes(Exchange& exchange, const Service& service) {
   const auto query =
       decode_ray_boxes(body, {.max_rays = service.limits.rays, .max_boxes = service.limits.rays});
   if (!query) return exchange.reply_error(query.error());
+  // An answer as columns, and as some twenty numbers and words of JSON.
+  constexpr std::uint64_t kAnswerBytes = 160 + 20 * kNumberBytes;
+  const std::uint64_t pairs = query->pairing == BoxPairing::kAll
+                                  ? query->rays.size() * query->boxes.size()
+                                  : query->rays.size();
+  if (Status status = exchange.reserve(pairs * kAnswerBytes); !status) {
+    return exchange.reply_error(status.error());
+  }
 
   RayBoxAnswers answers;
   if (Status status = service.engine.ray_boxes(query->rays, query->boxes, query->pairing,
@@ -28,6 +37,9 @@ void rays_boxes(Exchange& exchange, const Service& service) {
   }
   exchange.reply_json(200, encode_ray_boxes(answers));
 }
+
+/// An aligned or an oriented box, and which it is.
+constexpr std::uint64_t kBoxBytes = sizeof(Box3d) + sizeof(OrientedBox) + 4;
 
 bool read_boxes(Exchange& exchange, const Service& service, bool has_limit, BoxQuery& query) {
   std::string body;
@@ -41,7 +53,11 @@ bool read_boxes(Exchange& exchange, const Service& service, bool has_limit, BoxQ
   }
   query = std::move(*decoded);
   exchange.boxes = query.boxes.size();
-  return true;
+  forget_body(exchange, body, query.boxes.size() * kBoxBytes);
+  // A number for each box, and as JSON.
+  Status status = exchange.reserve(query.boxes.size() * (8 + kNumberBytes));
+  if (!status) exchange.reply_error(status.error());
+  return status.ok();
 }
 
 void any_triangle(Exchange& exchange, const Service& service) {
@@ -99,13 +115,20 @@ void list(Exchange& exchange, const Service& service) {
 
   BoxLists lists;
   Column<std::uint64_t> totals;
-  if (Status status =
-          service.engine.boxes_list(*scene, query.boxes, query.targets, query.limit,
-                                    service.limits.hits, service.deadline(exchange), lists, totals);
-      !status) {
-    return exchange.reply_error(status.error());
-  }
+  const Deadline deadline = service.deadline(exchange);
+  // An entry in the lists of the threads and in all of them joined, its terms, and as JSON.
+  constexpr std::uint64_t kEntryBytes = 3 * kHitBytes + 64 + 5 * kNumberBytes;
+  const Status found =
+      search_lists(exchange.memory, query.boxes.size(), service.limits.hits, kEntryBytes,
+                   [&](std::uint64_t most) {
+                     return service.engine.boxes_list(*scene, query.boxes, query.targets,
+                                                      query.limit, most, deadline, lists, totals);
+                   });
+  if (!found) return exchange.reply_error(found.error());
   const HitTerms terms = terms_of(*scene, lists, query.targets);
+  Status status =
+      exchange.reserve(bytes_of_names(terms.node_name) + bytes_of_names(terms.mesh_name));
+  if (!status) return exchange.reply_error(status.error());
   exchange.reply_json(200, encode_box_lists(lists, totals, query.targets, terms));
 }
 

@@ -70,6 +70,7 @@ void reply_version(Exchange& exchange, const Service& service) {
                         {"rays", service.limits.rays.get()},
                         {"hits", service.limits.hits.get()},
                         {"loads", service.limits.loads},
+                        {"upload_memory", service.limits.uploads},
                         {"waiters", service.limits.waiters},
                         {"listeners", service.limits.listeners},
                         {"streams", service.limits.streams},
@@ -85,6 +86,7 @@ void reply_version(Exchange& exchange, const Service& service) {
                         {"buffer_bytes", service.door.buffers},
                         {"body_memory", service.door.bodies},
                         {"work_memory", service.door.work},
+                        {"request_memory", service.door.request},
                         {"rate_bytes_per_second", service.door.pace.bytes_per_second.get()},
                         {"rate_ms", service.door.pace.window.get().count()},
                         {"body_ms", service.door.pace.longest.get().count()}}}};

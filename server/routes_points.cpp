@@ -1,6 +1,7 @@
 #include "core/run/inside.h"
 #include "proto/hit_binary.h"
 #include "proto/point_binary.h"
+#include "server/answer_memory.h"
 #include "server/hit_terms.h"
 #include "server/ray_request.h"
 #include "server/routes.h"
@@ -28,7 +29,9 @@ void ask_inside(Exchange& exchange, const Service& service) {
   PointQuery query;
   if (!request.read_points({.has_method = true}, query)) return;
   InsideAnswers answers;
-  if (!request.went_well(points_inside(service.engine, request.scene(), query.points,
+  // A ray for each point, and three columns of answers as numbers and words.
+  if (!request.reserve(query.points.size() * (kRayBytes + 4 * kNumberBytes)) ||
+      !request.went_well(points_inside(service.engine, request.scene(), query.points,
                                        method_of(query), request.deadline(), request.options(),
                                        answers))) {
     return;
@@ -46,7 +49,8 @@ void ask_distance(Exchange& exchange, const Service& service) {
   if (!request.read_points({.has_method = true, .has_max_distance = true}, query)) return;
   Column<double> distances;
   InsideAnswers answers;
-  if (!request.went_well(signed_distances(service.engine, request.scene(), query.points,
+  if (!request.reserve(query.points.size() * (kRayBytes + kHitBytes + 5 * kNumberBytes)) ||
+      !request.went_well(signed_distances(service.engine, request.scene(), query.points,
                                           method_of(query), query.max_distance, request.deadline(),
                                           request.options(), distances, answers))) {
     return;
@@ -81,6 +85,7 @@ HitLists lists_of(const HitBatch& slots, std::size_t points, std::size_t count) 
 bool describe(RayRequest& request, const Service& service, const HitBatch& hits,
               const Column<Vec3d>& of, HitDescription& about) {
   const FieldSet fields = request.query().fields;
+  if (!request.reserve(bytes_of_description(hits.size(), fields))) return false;
   if (fields.has_any_of(kDetailFields) &&
       !request.went_well(service.engine.nearest_details(request.scene(), of, hits,
                                                         request.deadline(), about.details))) {
@@ -89,7 +94,7 @@ bool describe(RayRequest& request, const Service& service, const HitBatch& hits,
   about.terms = hit_terms(request.scene(), hits, fields);
   if (fields.has(HitField::kDistance)) about.terms.distance = hits.t;
   request.add_time(&WorkReport::describe_us);
-  return true;
+  return request.reserve(bytes_of_encoded(hits.size(), fields, about.terms));
 }
 
 void ask_closest(Exchange& exchange, const Service& service) {
@@ -97,7 +102,8 @@ void ask_closest(Exchange& exchange, const Service& service) {
   PointQuery query;
   if (!request.read_points({.has_max_distance = true, .has_fields = true}, query)) return;
   HitBatch hits;
-  if (!request.went_well(service.engine.nearest(request.scene(), query.points, query.max_distance,
+  if (!request.reserve(query.points.size() * kHitBytes) ||
+      !request.went_well(service.engine.nearest(request.scene(), query.points, query.max_distance,
                                                 1, request.deadline(), hits, request.options()))) {
     return;
   }
@@ -125,7 +131,10 @@ void ask_nearest(Exchange& exchange, const Service& service) {
          "/count"});
   }
   HitBatch slots;
-  if (!request.went_well(service.engine.nearest(request.scene(), query.points, query.max_distance,
+  // Slots, lists of those that are none, and the point of each.
+  const std::uint64_t slot_bytes = 2 * kHitBytes + sizeof(Vec3d);
+  if (!request.reserve(query.points.size() * count * slot_bytes) ||
+      !request.went_well(service.engine.nearest(request.scene(), query.points, query.max_distance,
                                                 count, request.deadline(), slots,
                                                 request.options()))) {
     return;

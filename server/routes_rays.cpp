@@ -1,5 +1,6 @@
 #include "proto/ray_binary.h"
 #include "proto/ray_columns.h"
+#include "server/answer_memory.h"
 #include "server/ray_request.h"
 #include "server/request_body.h"
 #include "server/routes.h"
@@ -11,7 +12,7 @@ void ask_rays(Exchange& exchange, const Service& service, RayQuestionKind kind) 
   RayRequest request(exchange, service);
   if (request.streamed(kind) || !request.read(rules_of(kind, service.limits))) return;
   auto answer = answer_rays(kind, service, request.scene(), request.query(), request.options(),
-                            request.deadline(), request.timer());
+                            request.deadline(), exchange.memory, request.timer());
   if (!answer) return exchange.reply_error(answer.error());
   request.reply(std::move(*answer));
 }
@@ -23,11 +24,18 @@ void generate(Exchange& exchange, const Service& service) {
       !read_body(exchange, service.limits.query_bytes, kRayJsonPadding, body)) {
     return;
   }
+  const bool is_binary = exchange.request.get_header_value("Accept") == kBinaryMediaType;
+  const std::uint64_t encoded_bytes = is_binary ? kRayBytes : 8 * kNumberBytes;
   const auto query =
-      decode_rays(body, {.max_rays = service.limits.rays, .has_fields = false, .has_scene = false});
+      decode_rays(body, {.max_rays = service.limits.rays,
+                         .has_fields = false,
+                         .has_scene = false,
+                         .admit_made = [&](std::uint64_t rays) {
+                           return exchange.reserve(rays * (kRayBytes + encoded_bytes));
+                         }});
   if (!query) return exchange.reply_error(query.error());
   exchange.rays = query->rays.size();
-  if (exchange.request.get_header_value("Accept") == kBinaryMediaType) {
+  if (is_binary) {
     return exchange.reply(200, encode_rays_binary(query->rays), kBinaryMediaType);
   }
   exchange.reply_json(200, encode_ray_columns(query->rays));

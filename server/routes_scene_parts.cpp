@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "server/query_parameters.h"
 #include "server/routes.h"
 #include "server/scene_admission.h"
@@ -16,7 +18,14 @@ void nodes(Exchange& exchange, const Service& service) {
     return;
   }
   const SceneSnapshot stored = admit_scene(exchange, service);
-  if (stored) exchange.reply_json(200, encode_nodes(*stored->scene, first, limit));
+  if (!stored) return;
+  // Numbers and bounds as JSON; a name is as long as in the file.
+  constexpr std::uint64_t kNodeBytes = 512;
+  const std::uint64_t there = stored->scene->description().nodes.size();
+  if (Status status = exchange.reserve(std::min(limit, there) * kNodeBytes); !status) {
+    return exchange.reply_error(status.error());
+  }
+  exchange.reply_json(200, encode_nodes(*stored->scene, first, limit));
 }
 
 void triangles(Exchange& exchange, const Service& service) {

@@ -12,6 +12,9 @@
 namespace sightline {
 namespace {
 
+/// A scene in the list of all, as JSON that is built and printed.
+constexpr std::uint64_t kListedBytes = 2048;
+
 void reply_not_found(Exchange& exchange) {
   exchange.reply_problem(404, "SCENE_NOT_FOUND", "there is no scene of this name");
 }
@@ -150,7 +153,11 @@ void delete_scene(Exchange& exchange, Service& service) {
 
 void add_scene_routes(Router& router, Service& service) {
   router.add("GET", "/v1/scenes", [&service](Exchange& exchange) {
-    exchange.reply_json(200, encode_scene_list(service.store.list()));
+    const std::vector<SceneSnapshot> scenes = service.store.list();
+    if (Status status = exchange.reserve(scenes.size() * kListedBytes); !status) {
+      return exchange.reply_error(status.error());
+    }
+    exchange.reply_json(200, encode_scene_list(scenes));
   });
   router.add("POST", "/v1/scenes",
              [&service](Exchange& exchange) { post_scene(exchange, service); });

@@ -1,5 +1,9 @@
 #include "core/run/visibility.h"
+
+#include <algorithm>
+
 #include "proto/visibility_json.h"
+#include "server/answer_memory.h"
 #include "server/hit_terms.h"
 #include "server/ray_request.h"
 #include "server/routes.h"
@@ -23,7 +27,12 @@ void visible(Exchange& exchange, const Service& service) {
   Column<std::uint8_t> visible;
   HitBatch hits;
   HitBatch* blockers = query.first_blocker ? &hits : nullptr;
-  if (!request.went_well(visibility(service.engine, request.scene(), query.pairs,
+  // Two bytes for each pair, and of blockers the hit and its ray.
+  const std::uint64_t pairs = query.pairs.size();
+  const std::uint64_t pair_bytes = 2 + (blockers != nullptr ? kHitBytes + kRayBytes : 0);
+  const std::uint64_t at_once = std::min<std::uint64_t>(pairs, kPairsAtOnce);
+  if (!request.reserve(pairs * pair_bytes + at_once * (kRayBytes + kHitBytes)) ||
+      !request.went_well(visibility(service.engine, request.scene(), query.pairs,
                                     request.deadline(), request.options(), visible, blockers))) {
     return;
   }
@@ -31,12 +40,9 @@ void visible(Exchange& exchange, const Service& service) {
   HitDescription about;
   if (blockers != nullptr) {
     RayBatch rays;
+    rays.reserve(hits.size());
     for (std::size_t i = 0; i < hits.size(); ++i) rays.push_back(query.pairs.ray(i));
-    if (!request.went_well(describe_hits(service.engine, request.scene(), rays, hits,
-                                         query.options.fields, false, request.deadline(), about))) {
-      return;
-    }
-    request.add_time(&WorkReport::describe_us);
+    if (!request.describe(rays, hits, about)) return;
   }
   request.reply(encode_visibility(query, visible, blockers, about.details, about.terms));
 }

@@ -162,6 +162,7 @@ int run_serve(const ServeCommand& asked, std::ostream& out, std::ostream& compla
   StoreOptions options;
   options.folder = command.data;
   options.loads_max = command.limits.loads;
+  options.uploads_memory = command.limits.uploads;
   options.report = [&log](const std::string& id, const Error& error) {
     log.error("scene failed", {{"scene", id}, {"code", error.code}, {"reason", error.message}});
   };
@@ -173,6 +174,7 @@ int run_serve(const ServeCommand& asked, std::ostream& out, std::ostream& compla
   if (!store) return complain(store.error());
 
   command.door.connections = allowed_connections(command.door);
+  command.door.request = std::min(command.door.request, machine_memory() / 2);
   Service service{**engine, **store, log, command.limits, {}, {}};
   service.door = command.door;
   const ProgressBar bar([&store] { return loading_line(**store); });

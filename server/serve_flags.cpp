@@ -82,6 +82,9 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
   maker.add_count("--max-hits", command.limits.hits, "listed in one answer to rays:all");
   maker.add_count("--max-loads", command.limits.loads,
                   "scenes that may be on their way at once; two of them are built at a time");
+  maker.add_count("--max-upload-memory", command.limits.uploads,
+                  "bytes of scenes that are coming in, together, where there is no --data; one "
+                  "alone may be larger");
   app.add_option("--skip", flags.skip,
                  "'all': trees are built when rays come near, or ahead of them; 'none': before a "
                  "scene is ready. No answer depends on it")

@@ -29,6 +29,7 @@ struct ServiceLimits {
   Live<std::size_t> hits{10'000'000};                   ///< listed in one answer
   LiveTime request{std::chrono::milliseconds(60'000)};  ///< for tracing
   std::size_t loads = 100;                              ///< under way or waiting
+  std::uint64_t uploads = std::uint64_t{1} << 30;       ///< in memory, together
   std::size_t waiters = 16;   ///< requests that wait for a load, each on a worker
   std::size_t listeners = 8;  ///< to events, each on a worker
   std::size_t streams = 8;    ///< of rays, each on a worker

@@ -1,53 +1,89 @@
 #pragma once
-/// Memory that large requests share: who does not fit waits, or is told to come again.
+/// Memory that requests share: who does not fit waits for its turn, or is told to come again.
 
-#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <mutex>
 
 #include "core/base/deadline.h"
+#include "core/base/result.h"
+#include "server/places.h"
 
 namespace sightline {
 
-/// A number of bytes, counted and not allocated. Who is alone may take any number, so that nothing
-/// is too large for ever. Outlives its shares; may be used from many threads.
+/// A number of bytes, counted and not allocated. One share at a time may go beyond it, up to a
+/// limit of its own, and is then counted by itself: so nothing that is smaller has to wait for
+/// ever, no two wait for each other, and small ones go on beside a large one. Outlives its shares;
+/// may be used from many threads.
 class WorkMemory {
  public:
-  explicit WorkMemory(std::uint64_t bytes) : limit_(bytes) {}
+  /// all  bytes for all shares together, but for the one that goes beyond it
+  /// one  bytes for one share
+  WorkMemory(std::uint64_t all, std::uint64_t one) : all_(all), one_(one) {}
+  std::uint64_t all() const { return all_; }
 
   class Share {
    public:
     explicit Share(WorkMemory& memory) : memory_(memory) {}
-    ~Share();
+    ~Share() { keep(0); }
     Share(const Share&) = delete;
     Share& operator=(const Share&) = delete;
-    /// Adds to the share. False, and nothing added, when it does not fit now.
-    bool grow(std::uint64_t bytes);
+    /// Adds to the share. Errors, and nothing is added: MEMORY_BUSY (it does not fit now),
+    /// REQUEST_TOO_LARGE (it never will).
+    Status grow(std::uint64_t bytes) { return wait(bytes, {.at = Deadline::Clock::time_point()}); }
     /// The same, but waits for its turn until the deadline.
-    bool wait(std::uint64_t bytes, const Deadline& deadline);
+    Status wait(std::uint64_t bytes, const Deadline& deadline);
+    /// Gives back all but so many.
+    void keep(std::uint64_t bytes);
 
    private:
+    bool try_grow(std::uint64_t bytes);  ///< precondition: mutex_ is held
+
     WorkMemory& memory_;
     std::uint64_t bytes_ = 0;
   };
 
  private:
-  bool fits(std::uint64_t bytes, std::uint64_t own) const {
-    return taken_ == own || taken_ + bytes <= limit_;
-  }
-
-  const std::uint64_t limit_;
+  const std::uint64_t all_, one_;
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::uint64_t taken_ = 0;
+  std::uint64_t taken_ = 0;        ///< by all shares but the next
+  const Share* beyond_ = nullptr;  ///< who went beyond
 };
 
 /// What one request has of it.
-struct RequestMemory {
-  WorkMemory::Share body;  ///< the bytes of its body, as they come
-  WorkMemory::Share work;  ///< what it takes to decode, answer and encode it
-  std::chrono::milliseconds patience;
+class RequestMemory {
+ public:
+  /// waiters  places of those who wait for memory; null: whoever likes may
+  RequestMemory(WorkMemory& bodies, WorkMemory& work, Places* waiters, const CancelFlag* caller)
+      : body(bodies), memory_(work), work_(work), waiters_(waiters), caller_(caller) {}
+  /// After a large answer what was freed goes back to the system, before others get their turn.
+  ~RequestMemory();
+  RequestMemory(const RequestMemory&) = delete;
+  RequestMemory& operator=(const RequestMemory&) = delete;
+
+  /// To be asked before the memory is taken; waits for a turn. The first 256 KiB of a request are
+  /// free: what all workers have of them together is little. Errors: those of WorkMemory::Share.
+  Status reserve(std::uint64_t bytes);
+  /// Of what was reserved so far no more than that is still in use.
+  void keep(std::uint64_t bytes);
+  /// The same for an answer that is on its way. A client that takes its time must not keep others
+  /// from their turns: of a large answer only a part is counted, and few may wait so long.
+  void keep_while_sending(std::uint64_t bytes);
+
+  WorkMemory::Share body;  ///< the bytes of a long body, as they come
+
+ private:
+  const WorkMemory& memory_;
+  WorkMemory::Share work_;  ///< what it takes to decode, answer and encode it
+  std::uint64_t bytes_ = 0, most_ = 0;
+  Places* const waiters_;
+  const CancelFlag* const caller_;
 };
+
+/// The same where nobody may be counting.
+inline Status reserve(RequestMemory* memory, std::uint64_t bytes) {
+  return memory == nullptr ? success() : memory->reserve(bytes);
+}
 
 }  // namespace sightline

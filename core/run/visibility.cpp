@@ -5,12 +5,6 @@
 
 namespace sightline {
 
-namespace {
-
-constexpr std::size_t kPairsAtOnce = 131072;
-
-}  // namespace
-
 Status visibility(const Engine& engine, const Scene& scene, const PointPairs& pairs,
                   const Deadline& deadline, const RayOptions& options,
                   Column<std::uint8_t>& visible, HitBatch* blockers) try {

@@ -27,7 +27,7 @@ Result<std::span<const std::byte>> CopiedNeighbours::find(const std::string& nam
     return Error{ErrorKind::kTooLarge, "NEIGHBOURS_TOO_MANY",
                  "a scene may have " + std::to_string(kMostNeighbours) + " other files", ""};
   }
-  auto upload = begin_upload(folder_);
+  auto upload = begin_upload(folder_, memory_);
   if (!upload) return std::move(upload).error();
   Copy copy{{name, "", 0}, std::move(*upload), std::nullopt};
   Status status =

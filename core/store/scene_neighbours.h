@@ -27,12 +27,13 @@ std::string tag_of(const std::vector<NeighbourRecord>& neighbours);
 /// stays when the files change.
 class CopiedNeighbours {
  public:
-  /// `folder` may be null: then the copies are in memory.
-  CopiedNeighbours(NeighbourSource source, SceneFolder* folder)
-      : source_(std::move(source)), folder_(folder) {}
+  /// `folder` may be null: then the copies are in `memory`.
+  CopiedNeighbours(NeighbourSource source, SceneFolder* folder,
+                   std::shared_ptr<UploadMemory> memory)
+      : source_(std::move(source)), folder_(folder), memory_(std::move(memory)) {}
 
-  /// Valid as long as this object. Errors: those of the source, NEIGHBOURS_TOO_MANY, STORE_IO,
-  /// STORE_FULL, MEMORY_FULL.
+  /// Valid as long as this object. Errors: those of the source, NEIGHBOURS_TOO_MANY, those
+  /// of SceneUpload.
   Result<std::span<const std::byte>> find(const std::string& name);
   std::vector<NeighbourRecord> records() const;
   /// The copies on disk, in the order of records(); none in memory.
@@ -46,6 +47,7 @@ class CopiedNeighbours {
   };
   NeighbourSource source_;
   SceneFolder* folder_;
+  std::shared_ptr<UploadMemory> memory_;
   std::deque<Copy> copies_;
 };
 

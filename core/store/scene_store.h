@@ -62,6 +62,8 @@ struct StoreOptions {
   int loads_at_once = 2;        ///< building needs several times the memory of the built scene
   int fetches_at_once = 4;      ///< each may have to wait for a slow source
   std::size_t loads_max = 100;  ///< requests to load that are under way or waiting
+  /// Bytes of what comes in, together, where there is no folder; one alone may be larger.
+  std::uint64_t uploads_memory = std::uint64_t{1} << 30;
   /// Told of each load that fails with nobody waiting for it, once; from threads of the store.
   std::function<void(const std::string& id, const Error& error)> report = {};
 };
@@ -170,6 +172,8 @@ class SceneStore {
   const StoreOptions options_;
   const SceneLoader loader_;
   std::unique_ptr<SceneFolder> folder_;
+  const std::shared_ptr<UploadMemory> uploads_ =
+      std::make_shared<UploadMemory>(options_.uploads_memory);
   const LoadCount requests_alive_ = std::make_shared<std::atomic<std::size_t>>(0);
   const LoadCount starts_alive_ = std::make_shared<std::atomic<std::size_t>>(0);
 

@@ -2,11 +2,14 @@
 /// The bytes of a scene while they arrive: into a temporary file where there is a data folder, else
 /// into memory; hashed on the way.
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/base/result.h"
@@ -15,13 +18,29 @@
 
 namespace sightline {
 
+/// Bytes that uploads in memory may take together; one alone may take more. From many threads.
+class UploadMemory {
+ public:
+  explicit UploadMemory(std::uint64_t bytes) : limit_(bytes) {}
+  /// `own`: what who asks has already. False where it does not fit now.
+  bool take(std::uint64_t bytes, std::uint64_t own);
+  void give(std::uint64_t bytes) { taken_ -= bytes; }
+
+ private:
+  const std::uint64_t limit_;
+  std::atomic<std::uint64_t> taken_{0};
+};
+
 class SceneUpload {
  public:
   /// In memory.
-  SceneUpload() = default;
+  explicit SceneUpload(std::shared_ptr<UploadMemory> shared) : shared_(std::move(shared)) {}
   explicit SceneUpload(TemporaryFile file) : file_(std::move(file)) {}
 
-  /// Errors: those of io_error; the upload is then unusable.
+  SceneUpload(SceneUpload&&) noexcept = default;
+  ~SceneUpload() { forget_memory(); }
+
+  /// Errors: those of io_error, MEMORY_BUSY; the upload is then unusable.
   Status append(std::span<const std::byte> piece);
   std::uint64_t size() const { return size_; }
 
@@ -30,17 +49,20 @@ class SceneUpload {
   /// Empty for an upload in memory.
   std::optional<TemporaryFile>& file() { return file_; }
   std::span<const std::byte> memory() const { return memory_; }
-  void forget_memory() { memory_ = {}; }
+  void forget_memory();
 
  private:
+  Status make_room(std::size_t bytes);
+
   std::optional<TemporaryFile> file_;
+  std::shared_ptr<UploadMemory> shared_;  ///< null where there is a file
   std::vector<std::byte> memory_;
   std::uint64_t size_ = 0;
   Sha256 hash_;
 };
 
-/// Into a temporary file of the folder; into memory where it is null. Errors: those of io_error.
-Result<SceneUpload> begin_upload(SceneFolder* folder);
+/// Into a temporary file of the folder; into `memory` where it is null. Errors: those of io_error.
+Result<SceneUpload> begin_upload(SceneFolder* folder, std::shared_ptr<UploadMemory> memory);
 
 /// MEMORY_FULL
 Error memory_full();

@@ -5,11 +5,12 @@ import json
 import resource
 import struct
 import tempfile
+import threading
 import unittest
 
 import case_report
 from process_status import is_sanitized, status_bytes
-from sightline_server import Server, demo_glb
+from sightline_server import JSON_TYPE, Server, demo_glb, read_answer
 
 MIB = 1 << 20
 
@@ -137,6 +138,99 @@ class LittleMemory(unittest.TestCase):
         print(f"{len(body)} bytes, refused {refused} times, taken {taken} times")
         self.assertGreater(refused, 0)
         self.assertGreater(taken, 0)
+
+
+def pinhole(side, **more):
+    return json.dumps({"generator": {"kind": "pinhole", "position": [3, 200, 5], "forward": [0, -1, 0], "up": [0, 0, -1], "fov_y": 20,
+                                     "width": side, "height": side}, **more})
+
+
+class Budget(unittest.TestCase):
+    """What a request will take is asked for before it is taken."""
+
+    def server(self, *arguments):
+        server = Server("--preload", "town=demo:town", *arguments)
+        self.addCleanup(server.end)
+        if is_sanitized(server):
+            self.skipTest("a sanitizer keeps what is freed")
+        self.assertEqual(server.query("town", "closest", pinhole(60)).status, 200)
+        return server
+
+    def peak_above(self, server, before):
+        return status_bytes(server, "VmHWM") - before
+
+    def forget_peak(self, server):
+        with open(f"/proc/{server.process.pid}/clear_refs", "w", encoding="ascii") as file:
+            file.write("5")
+        return status_bytes(server, "VmRSS")
+
+    def test_few_bytes_cannot_ask_for_much(self):
+        server = self.server("--max-request-memory", 8 * MIB, "--workers", 8)
+        before = self.forget_peak(server)
+        everything = {"min": [None] * 3, "max": [None] * 3}
+        places = [[i, 40, i] for i in range(1500)]
+        for path, body, pointer in [
+                ("scenes/town/rays:closest", pinhole(2000), "/generator"),
+                ("scenes/town/rays:count", pinhole(2000), "/generator"),
+                ("rays:generate", pinhole(1000), "/generator"),
+                ("scenes/town/rays:closest", pinhole(250), None),
+                ("scenes/town/rays:all", pinhole(280, fields=["t"]), None),
+                ("scenes/town/visibility", json.dumps({"from": places, "to": places}), None),
+                ("scenes/town/visibility", json.dumps({"from": places[:300], "to": places[:300], "first_blocker": True}), None),
+                ("scenes/town/boxes:list", json.dumps({"boxes": [everything] * 100}), None),
+                ("rays-boxes", json.dumps({"rays": [{"origin": [0, 0, 0], "direction": [1, 0, 0]}] * 200,
+                                           "boxes": [{"min": [0, 0, 0], "max": [1, 1, 1]}] * 200, "pairing": "all"}), None)]:
+            with self.subTest(path=path, body=body[:200]):
+                answer = server.ask(f"/v1/{path}", "-H", JSON_TYPE, body=body)
+                self.assertEqual((answer.status, answer.json()["code"]), (413, "REQUEST_TOO_LARGE"), answer.body[:500])
+                if pointer:
+                    self.assertEqual(answer.json()["errors"][0]["pointer"], pointer)
+        peak = self.peak_above(server, before)
+        print(f"at most {peak / MIB:.1f} MiB above {before / MIB:.0f}")
+        # What was asked for is 270 MB of rays alone.
+        self.assertLess(peak, 48 * MIB)
+        # Within it they are answered as ever.
+        self.assertEqual(server.query("town", "any", pinhole(200)).status, 200)
+        self.assertEqual(server.query("town", "all", pinhole(60)).status, 200)
+        self.assertEqual(server.ask("/v1/scenes/town/boxes:list", "-H", JSON_TYPE, body=json.dumps({"boxes": [everything] * 9})).status, 200)
+
+    def test_many_who_ask_for_much_take_turns(self):
+        server = self.server()
+        before = self.forget_peak(server)
+        answers = []
+        askers = [threading.Thread(target=lambda: answers.append(server.query("town", "any", pinhole(700)))) for _ in range(24)]
+        for asker in askers:
+            asker.start()
+        for asker in askers:
+            asker.join()
+        self.assertEqual(len(answers), 24)
+        for answer in answers:
+            self.assertTrue(answer.status == 200 or (answer.status, answer.json()["code"], answer.headers["retry-after"]) ==
+                            (503, "MEMORY_BUSY", "1"), answer.body[:300])
+        good = [answer.body for answer in answers if answer.status == 200]
+        self.assertEqual(len(set(good)), 1)
+        peak = self.peak_above(server, before)
+        print(f"{len(good)} of 24 answered, at most {peak / MIB:.1f} MiB above {before / MIB:.0f}")
+        # 490,000 rays are 45 MB with their answer: one at a time, and 24 MiB of others.
+        self.assertLess(peak, 120 * MIB)
+
+    def test_uploads_in_memory_share_what_there_is(self):
+        server = self.server("--max-upload-memory", MIB, "--rate-seconds", 100)
+        body = grid_glb(200)
+        self.assertGreater(len(body), MIB)
+        slow = server.connect()
+        with slow, slow.makefile("rwb") as stream:
+            stream.write(b"PUT /v1/scenes/slow HTTP/1.1\r\nHost: x\r\nContent-Length: %d\r\n\r\n" % len(body))
+            stream.write(body[:-1])
+            stream.flush()
+            while server.ask("/v1/scenes/slow").json().get("progress") != 99:
+                pass
+            refused = server.put("other", body, "-H", "Expect:")
+            self.assertEqual((refused.status, refused.json()["code"], refused.headers["retry-after"]), (503, "MEMORY_BUSY", "1"))
+            stream.write(body[-1:])
+            stream.flush()
+            self.assertEqual(read_answer(stream).status, 201)
+        self.assertEqual(server.put("other", body, "-H", "Expect:").status, 201)
 
 
 if __name__ == "__main__":

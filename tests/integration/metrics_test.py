@@ -1,5 +1,6 @@
 """What a server says of its scenes' costs and of its own work."""
 
+import json
 import unittest
 
 import case_report
@@ -60,6 +61,18 @@ class Metrics(unittest.TestCase):
         self.assertEqual(grown('sightline_loads_total{outcome="failed"}'), 1)
         self.assertEqual(after['sightline_scenes{state="ready"}'], 1)
         self.assertFalse([name for name in after if "none2" in name or "BREW" in name])
+
+    def test_rays_of_a_stream_are_counted_as_they_come(self):
+        self.assertEqual(self.server.put("streamed", demo_glb("six")).status, 201)
+        before = self.ask()
+        line = json.dumps({"origin": [-10, 1, 0], "direction": [1, 0, 0]}) + "\n"
+        answer = self.server.ask("/v1/scenes/streamed/rays:closest", "-H", "Content-Type: application/x-ndjson", body=line * 7)
+        self.assertEqual((answer.status, answer.body.count(b"\n")), (200, 7))
+        after = self.ask()
+        self.addCleanup(self.server.ask, "/v1/scenes/streamed", "-X", "DELETE")
+        self.assertEqual(after["sightline_rays_total"] - before["sightline_rays_total"], 7)
+        name = 'sightline_work_total{what="blocks"}'
+        self.assertGreater(after[name], before[name])
 
     def test_stats_tell_what_was_read_skipped_and_built(self):
         put = self.server.put("features", (SCENES / "features.glb").read_bytes()).json()

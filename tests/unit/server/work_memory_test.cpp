@@ -1,0 +1,106 @@
+#include "server/work_memory.h"
+
+#include <gtest/gtest.h>
+
+#include <optional>
+#include <thread>
+
+#include "server/request_weight.h"
+
+namespace sightline {
+namespace {
+
+constexpr std::uint64_t kKib = 1 << 10, kMib = 1 << 20;
+
+bool is_busy(const Status& status) {
+  return !status && status.error().code == "MEMORY_BUSY" && status.error().kind == ErrorKind::kBusy;
+}
+
+TEST(WorkMemoryShare, fits_what_all_may_take_together) {
+  WorkMemory memory(100, 1000);
+  WorkMemory::Share a(memory), b(memory), large(memory);
+  EXPECT_TRUE(a.grow(60).ok());
+  EXPECT_TRUE(b.grow(40).ok());
+  // One goes beyond, and is counted by itself.
+  EXPECT_TRUE(large.grow(900).ok());
+  EXPECT_TRUE(is_busy(a.grow(1)));
+  b.keep(10);
+  EXPECT_TRUE(a.grow(30).ok());
+  EXPECT_TRUE(is_busy(a.grow(1)));
+  EXPECT_TRUE(large.grow(100).ok());
+}
+
+TEST(WorkMemoryShare, lets_one_at_a_time_go_beyond) {
+  WorkMemory memory(100, 1000);
+  WorkMemory::Share first(memory), second(memory);
+  EXPECT_TRUE(first.grow(50).ok());
+  EXPECT_TRUE(first.grow(200).ok());
+  EXPECT_TRUE(second.grow(100).ok());
+  EXPECT_TRUE(is_busy(second.grow(1)));
+  // What it keeps does not fit beside the other's: it stays the one.
+  first.keep(50);
+  EXPECT_TRUE(is_busy(second.grow(1)));
+  first.keep(0);
+  EXPECT_TRUE(second.grow(1).ok());
+  EXPECT_TRUE(first.grow(100).ok());
+  EXPECT_TRUE(is_busy(first.grow(1)));
+}
+
+TEST(WorkMemoryShare, refuses_what_never_fits) {
+  WorkMemory memory(100, 1000);
+  WorkMemory::Share share(memory);
+  EXPECT_TRUE(share.grow(600).ok());
+  const Status refused = share.wait(401, Deadline::never());
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, "REQUEST_TOO_LARGE");
+  EXPECT_EQ(refused.error().kind, ErrorKind::kTooLarge);
+  EXPECT_FALSE(share.grow(~std::uint64_t{0}).ok());
+  EXPECT_TRUE(share.grow(400).ok());
+}
+
+TEST(WorkMemoryShare, waits_for_its_turn) {
+  WorkMemory memory(100, 1000);
+  std::optional<WorkMemory::Share> first;
+  first.emplace(memory);
+  ASSERT_TRUE(first->grow(500).ok());
+  WorkMemory::Share second(memory);
+  std::thread waiter([&] { EXPECT_TRUE(second.wait(300, Deadline::never()).ok()); });
+  first.reset();
+  waiter.join();
+}
+
+TEST(RequestMemory, has_its_first_bytes_for_nothing) {
+  WorkMemory bodies(kMib, kMib), work(kMib, 4 * kMib);
+  RequestMemory large(bodies, work, nullptr, nullptr);
+  ASSERT_TRUE(large.reserve(4 * kMib).ok());
+  WorkMemory::Share rest(work);
+  ASSERT_TRUE(rest.grow(kMib).ok());
+  Places nowhere(0);
+  RequestMemory little(bodies, work, &nowhere, nullptr);
+  EXPECT_TRUE(little.reserve(200 * kKib).ok());
+  EXPECT_TRUE(little.reserve(56 * kKib).ok());
+  // Nowhere to wait.
+  EXPECT_TRUE(is_busy(little.reserve(1)));
+  little.keep(100 * kKib);
+  EXPECT_TRUE(little.reserve(156 * kKib).ok());
+  // Who sends a large answer keeps nobody waiting.
+  large.keep_while_sending(4 * kMib);
+  rest.keep(kMib / 2);
+  EXPECT_TRUE(little.reserve(kKib).ok());
+}
+
+TEST(RequestWeight, sees_what_asks_for_much_in_few_bytes) {
+  RequestHead head;
+  head.target = "/v1/scenes/town/rays:closest";
+  EXPECT_TRUE(asks_for_little(head, R"({"rays":[{"origin":[0,9,0],"direction":[0,-1,0]}]})"));
+  EXPECT_FALSE(asks_for_little(head, R"({"generator":{"kind":"pinhole","width":4000}})"));
+  EXPECT_FALSE(asks_for_little(head, R"({"gener\u0061tor":{"kind":"pinhole","width":4000}})"));
+  EXPECT_FALSE(asks_for_little(head, std::string(3000, ' ')));
+  head.target = "/v1/scenes/town/selfcheck?rays=100000";
+  EXPECT_FALSE(asks_for_little(head, ""));
+  head.target = "/healthz";
+  EXPECT_TRUE(asks_for_little(head, ""));
+}
+
+}  // namespace
+}  // namespace sightline
