@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
@@ -138,6 +139,15 @@ std::string read_in_pieces(std::string_view stream, unsigned seed) {
   return reader.text();
 }
 
+/// The fuzzer's alarm clock interrupts system calls.
+template <class Call>
+ssize_t unbroken(Call&& call) {
+  for (;;) {
+    const ssize_t result = call();
+    if (result >= 0 || errno != EINTR) return result;
+  }
+}
+
 /// A server that says of each request what it was.
 class Server {
  public:
@@ -169,13 +179,14 @@ class Server {
     Cuts cuts(seed);
     while (!stream.empty()) {
       const std::size_t count = cuts.next(stream.size());
-      if (::send(client, stream.data(), count, MSG_NOSIGNAL) < 0) break;
+      if (unbroken([&] { return ::send(client, stream.data(), count, MSG_NOSIGNAL); }) < 0) break;
       stream.remove_prefix(count);
     }
     ::shutdown(client, SHUT_WR);
     std::string text;
     char buffer[4096];
-    for (ssize_t got = 0; (got = ::recv(client, buffer, sizeof buffer, 0)) > 0;) {
+    for (ssize_t got = 0;
+         (got = unbroken([&] { return ::recv(client, buffer, sizeof buffer, 0); })) > 0;) {
       text.append(buffer, static_cast<std::size_t>(got));
     }
     ::close(client);
