@@ -128,10 +128,15 @@ std::vector<Setting> read_config(const std::string& file, std::vector<std::strin
     mistakes.push_back(file + ": " + text.error().message);
     return {};
   }
+  return parse_config(*text, file, mistakes);
+}
+
+std::vector<Setting> parse_config(std::string_view text, const std::string& file,
+                                  std::vector<std::string>& mistakes) {
   int line = 1;
   Reader reader(file, line, mistakes);
-  const char* begin = text->data();
-  const char* end = begin + text->size();
+  const char* begin = text.data();
+  const char* end = begin + text.size();
   Json::sax_parse(CountingBytes{begin, &line}, CountingBytes{end, &line}, &reader,
                   Json::input_format_t::json, true, true);
   auto settings = std::move(reader).take();

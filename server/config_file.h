@@ -2,6 +2,7 @@
 /// The file of --config: settings as JSON, of which each is a flag.
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace sightline {
@@ -16,6 +17,10 @@ struct Setting {
 /// One object, comments as in C++ allowed. `mistakes` gets, each with its place: what is no JSON,
 /// settings that stand twice, and values that no flag could have.
 std::vector<Setting> read_config(const std::string& file, std::vector<std::string>& mistakes);
+
+/// The same of the text of `file`.
+std::vector<Setting> parse_config(std::string_view text, const std::string& file,
+                                  std::vector<std::string>& mistakes);
 
 /// "FILE:LINE: name: "
 std::string place_of(const std::string& file, const Setting& setting);

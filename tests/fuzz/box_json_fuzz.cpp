@@ -4,34 +4,20 @@
 
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
-#include <nlohmann/json.hpp>
 #include <string>
 
 #include "core/geometry/ray_box.h"
 #include "proto/box_json.h"
-#include "proto/problem.h"
 #include "proto/ray_box_json.h"
+#include "tests/fuzz/body_check.h"
 
 namespace {
 
 using namespace sightline;
 using Json = nlohmann::json;
 
-void require(bool condition, const char* what) {
-  if (condition) return;
-  std::fprintf(stderr, "broken promise: %s\n", what);
-  std::abort();
-}
-
-void check_error(const Error& error) {
-  require(!error.code.empty() && !error.message.empty(), "errors say what is wrong");
-  require(error.message.size() < 1000 && error.pointer.size() < 1000,
-          "errors do not echo the body");
-  require(error.pointer.empty() || error.pointer.front() == '/', "places are JSON pointers");
-  require(Json::accept(encode_problem(make_problem(error, 422, "x"))), "problems are JSON");
-}
+using fuzz::check_error;
+using fuzz::require;
 
 void check_boxes_of(const BoxBatch& boxes, const std::string& sent) {
   BoxFault fault;

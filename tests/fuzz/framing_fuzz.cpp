@@ -14,8 +14,6 @@
 #include <cerrno>
 #include <chrono>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -25,34 +23,18 @@
 #include "server/chunk_decoder.h"
 #include "server/http_server.h"
 #include "server/request_head.h"
+#include "tests/fuzz/cuts.h"
+#include "tests/fuzz/promise.h"
 
 namespace {
 
 using namespace sightline;
 
-void require(bool condition, const char* what) {
-  if (condition) return;
-  std::fprintf(stderr, "broken promise: %s\n", what);
-  std::abort();
-}
+using fuzz::Cuts;
+using fuzz::require;
 
 /// Below every limit of time that the server has.
 constexpr std::chrono::milliseconds kPatience{500};
-
-/// Lengths of the pieces that a stream comes in: all at once, byte by byte, or as the seed says.
-class Cuts {
- public:
-  explicit Cuts(unsigned seed) : state_(seed) {}
-  std::size_t next(std::size_t left) {
-    if (state_ == 0 || left < 2) return left;
-    if (state_ == 1) return 1;
-    state_ = state_ * 1664525u + 1013904223u;
-    return std::min<std::size_t>(left, 1 + (state_ >> 24) % 37);
-  }
-
- private:
-  unsigned state_;
-};
 
 /// One connection's requests as the door and the reader of bodies see them, written down.
 class Reader {

@@ -29,6 +29,11 @@ TARGETS = {
     "trees_fuzz": (8192, ["trees"], None),
     "ray_json_fuzz": (4096, ["ray_json"], "ray_json.dict"),
     "box_json_fuzz": (4096, ["box_json"], "box_json.dict"),
+    "ray_lines_fuzz": (4096, ["ray_lines"], "ray_json.dict"),
+    "ray_binary_fuzz": (4096, ["ray_binary"], None),
+    "point_json_fuzz": (4096, ["point_json"], "ray_json.dict"),
+    "content_coding_fuzz": (2048, ["content_coding"], None),
+    "settings_fuzz": (2048, ["settings"], None),
     "framing_fuzz": (2048, ["framing"], "framing.dict"),
 }
 
@@ -95,7 +100,7 @@ def describe(target, code, log, seconds, out):
         why = re.search(r"broken promise: .*|ERROR: .*?(?= on | \(|$)", log, re.MULTILINE)
         verdict = f"FAILED with code {code}: {why.group(0) if why else '?'}; see {newest}"
     slowest = last(r"stat::slowest_unit_time_sec:\s*(\d+)")
-    return (f"{target:14} {int(seconds):4} s  {runs:>10} runs  {last(r'cov: ([0-9]+)'):>6} edges  "
+    return (f"{target:20}{int(seconds):4} s  {runs:>10} runs  {last(r'cov: ([0-9]+)'):>6} edges  "
             f"{last(r'corp: ([0-9]+)/'):>5} inputs  slowest {slowest} s  {verdict}")
 
 

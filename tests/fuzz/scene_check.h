@@ -2,11 +2,10 @@
 /// What an import promises, whatever the bytes were.
 
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <vector>
 
 #include "core/import/import.h"
+#include "tests/fuzz/promise.h"
 
 namespace sightline::fuzz {
 
@@ -20,12 +19,6 @@ inline ImportOptions small_limits() {
   options.limits.geometry_bytes = 16u << 20;
   options.limits.zero_filled = 10000;
   return options;
-}
-
-inline void require(bool condition, const char* what) {
-  if (condition) return;
-  std::fprintf(stderr, "broken promise: %s\n", what);
-  std::abort();
 }
 
 inline void check(const SceneDescription& scene) {
