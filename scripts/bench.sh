@@ -7,6 +7,7 @@
 #   scripts/bench.sh scale [--quick] [OPTION...]    time and memory as scenes grow
 #   scripts/bench.sh skip [--quick] [OPTION...]     lazily beside nothing skipped
 #   scripts/bench.sh door [--quick] [OPTION...]     trivial requests beside cpp-httplib and nginx
+#   scripts/bench.sh http [--quick] [OPTION...]     rays over HTTP beside the codec alone and Embree
 #
 # Writes build/bench/NAME.json, .csv, .md, .svg and .png. Every floor that the benchmark measures
 # is a line "floor N: FIGURE (needs FIGURE) ok|short" at the end. OPTIONs go to the program
@@ -17,7 +18,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 usage() { sed -n '2,/^set/{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; }
 case ${1:-} in
-  trace | accuracy | build | scale | skip | door) name=$1; shift ;;
+  trace | accuracy | build | scale | skip | door | http) name=$1; shift ;;
   -h | --help) usage; exit 0 ;;
   *) usage >&2; exit 2 ;;
 esac

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <optional>
 
 #include "core/demo/demo.h"
@@ -62,6 +63,10 @@ demo::DemoScene generate(const std::string& name, unsigned smaller) {
   return bumpy_ball(100'000 / smaller);
 }
 
+Error unknown_scene(const std::string& name) {
+  return {ErrorKind::kNotFound, "BENCH_SCENE_UNKNOWN", "there is no scene '" + name + "'", ""};
+}
+
 Result<SceneDescription> describe(const Recipe& recipe, unsigned smaller) {
   if (const auto file = file_of(recipe)) return import_file(*file, {});
   if (recipe.file != nullptr && std::string(recipe.name) != "scan") {
@@ -83,6 +88,21 @@ std::vector<std::string> scene_names() {
   return names;
 }
 
+Result<std::filesystem::path> bench_scene_file(const std::string& name, unsigned smaller,
+                                               const std::filesystem::path& folder) {
+  for (const Recipe& recipe : kRecipes) {
+    if (name != recipe.name) continue;
+    if (auto file = file_of(recipe)) return *file;
+    const auto file = folder / (name + ".glb");
+    const auto bytes = demo::write_glb(generate(name, smaller));
+    std::ofstream(file, std::ios::binary)
+        .write(reinterpret_cast<const char*>(bytes.data()),
+               static_cast<std::streamsize>(bytes.size()));
+    return file;
+  }
+  return unknown_scene(name);
+}
+
 Result<BenchScene> load_bench_scene(const std::string& name, unsigned smaller) {
   for (const Recipe& recipe : kRecipes) {
     if (name != recipe.name) continue;
@@ -94,7 +114,7 @@ Result<BenchScene> load_bench_scene(const std::string& name, unsigned smaller) {
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
     return BenchScene{name, recipe.viewpoints, std::move(*scene), seconds.count()};
   }
-  return Error{ErrorKind::kNotFound, "BENCH_SCENE_UNKNOWN", "there is no scene '" + name + "'", ""};
+  return unknown_scene(name);
 }
 
 }  // namespace sightline::bench

@@ -1,6 +1,7 @@
 #pragma once
 /// The scenes that are traced: the five generated ones, and files when they are at hand.
 
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -31,5 +32,8 @@ std::vector<std::string> scene_names();
 /// Takes the road of a user's file: the generated scenes are written as GLB and imported. `smaller`
 /// divides the generated triangle counts.
 Result<BenchScene> load_bench_scene(const std::string& name, unsigned smaller = 1);
+/// The same scene as a file for a server: the one of the data folder, or one written to `folder`.
+Result<std::filesystem::path> bench_scene_file(const std::string& name, unsigned smaller,
+                                               const std::filesystem::path& folder);
 
 }  // namespace sightline::bench

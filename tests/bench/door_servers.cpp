@@ -6,8 +6,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <ctime>
 #include <fstream>
-#include <sstream>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -55,30 +55,36 @@ ServerProcess::~ServerProcess() {
   ::waitpid(pid_, nullptr, 0);
 }
 
-ServerProcess ServerProcess::sightline(const std::string& binary, int workers) {
+ServerProcess ServerProcess::sightline(const std::string& binary, int workers,
+                                       const std::vector<std::string>& flags) {
+  return own([&](int port) {
+    std::vector<std::string> words{binary,        "serve",
+                                   "--listen",    "127.0.0.1:" + std::to_string(port),
+                                   "--workers",   std::to_string(workers),
+                                   "--log-level", "warn"};
+    words.insert(words.end(), flags.begin(), flags.end());
+    execute(std::move(words));
+  });
+}
+
+ServerProcess ServerProcess::own(const std::function<void(int port)>& serve) {
   const int port = free_port();
-  return {in_child([&] {
-            execute({binary, "serve", "--listen", "127.0.0.1:" + std::to_string(port), "--workers",
-                     std::to_string(workers), "--log-level", "warn"});
-          }),
-          port};
+  return {in_child([&] { serve(port); }), port};
 }
 
 ServerProcess ServerProcess::plain(int workers) {
-  const int port = free_port();
-  return {in_child([&] {
-            httplib::Server server;
-            server.new_task_queue = [&] {
-              return new httplib::ThreadPool(static_cast<std::size_t>(workers));
-            };
-            server.set_tcp_nodelay(true);
-            server.set_keep_alive_max_count(1'000'000'000);
-            server.Get("/healthz", [](const httplib::Request&, httplib::Response& response) {
-              response.set_content(kHealthBody, "application/json");
-            });
-            server.listen("127.0.0.1", port);
-          }),
-          port};
+  return own([&](int port) {
+    httplib::Server server;
+    server.new_task_queue = [&] {
+      return new httplib::ThreadPool(static_cast<std::size_t>(workers));
+    };
+    server.set_tcp_nodelay(true);
+    server.set_keep_alive_max_count(1'000'000'000);
+    server.Get("/healthz", [](const httplib::Request&, httplib::Response& response) {
+      response.set_content(kHealthBody, "application/json");
+    });
+    server.listen("127.0.0.1", port);
+  });
 }
 
 ServerProcess ServerProcess::nginx(const std::string& folder) {
@@ -97,16 +103,10 @@ ServerProcess ServerProcess::nginx(const std::string& folder) {
 }
 
 double ServerProcess::cpu_us() const {
-  std::ifstream file("/proc/" + std::to_string(pid_) + "/stat");
-  std::string text;
-  std::getline(file, text);
-  // After the name, which may have blanks: the state is the third field, utime the 14th.
-  std::istringstream fields(text.substr(text.rfind(')') + 2));
-  std::string skipped;
-  for (int i = 3; i < 14; ++i) fields >> skipped;
-  double user = 0, system = 0;
-  fields >> user >> system;
-  return (user + system) * 1e6 / static_cast<double>(::sysconf(_SC_CLK_TCK));
+  clockid_t clock = 0;
+  timespec used{};
+  if (::clock_getcpuclockid(pid_, &clock) != 0 || ::clock_gettime(clock, &used) != 0) return 0;
+  return static_cast<double>(used.tv_sec) * 1e6 + static_cast<double>(used.tv_nsec) * 1e-3;
 }
 
 }  // namespace sightline::bench

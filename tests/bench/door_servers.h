@@ -3,7 +3,9 @@
 
 #include <sys/types.h>
 
+#include <functional>
 #include <string>
+#include <vector>
 
 namespace sightline::bench {
 
@@ -13,8 +15,11 @@ inline constexpr const char* kHealthBody = "{\"status\":\"ok\"}\n";
 /// A server on a port of 127.0.0.1, ended with the object.
 class ServerProcess {
  public:
-  /// `sightline serve` with so many workers.
-  static ServerProcess sightline(const std::string& binary, int workers);
+  /// `sightline serve` with so many workers and these flags.
+  static ServerProcess sightline(const std::string& binary, int workers,
+                                 const std::vector<std::string>& flags = {});
+  /// serve(port) in a process of its own; it does not return.
+  static ServerProcess own(const std::function<void(int port)>& serve);
   /// cpp-httplib as it comes, tuned as its users do: TCP_NODELAY, connections that live on.
   static ServerProcess plain(int workers);
   /// nginx with `return 200` and one process. Its files go to `folder`.
@@ -25,7 +30,7 @@ class ServerProcess {
   ~ServerProcess();
 
   int port() const { return port_; }
-  /// utime + stime of the process so far, in microseconds; counted by the kernel in ticks of 10 ms.
+  /// Processor time of the process so far, in microseconds.
   double cpu_us() const;
 
  private:

@@ -7,8 +7,12 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cstdlib>
+#include <memory>
+#include <string_view>
 #include <vector>
 
 #include "tests/bench/machine.h"
@@ -36,75 +40,116 @@ int connect_to(int port) {
   return socket;
 }
 
-/// Head and body, by Content-Length; 0 while it is not whole or is no 200.
-std::size_t whole_answer(const std::string& text) {
-  const std::size_t end = text.find("\r\n\r\n");
-  const std::size_t length = text.find("Content-Length: ");
-  if (end == std::string::npos || length == std::string::npos ||
-      !text.starts_with("HTTP/1.1 200")) {
-    return 0;
-  }
-  const std::size_t size = end + 4 + std::strtoul(text.c_str() + length + 16, nullptr, 10);
-  return text.size() >= size ? size : 0;
-}
+constexpr std::string_view kHeadEnd = "\r\n\r\n", kLength = "Content-Length: ";
+/// Ends an answer in chunks; the answers that are measured have lines that end otherwise.
+constexpr std::string_view kLastChunk = "\r\n0\r\n\r\n";
 
-struct Client {
-  int socket = -1;
-  std::size_t received = 0;  ///< of this answer
-  std::string first;         ///< the first answer
-  std::size_t size = 0;      ///< of every answer
+/// One connection with one request under way.
+class Client {
+ public:
+  Client(int port, const std::string& request) : request_(request), socket_(connect_to(port)) {}
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+  ~Client() { ::close(socket_); }
+
+  int socket() const { return socket_; }
+  void begin() { sent_ = 0; }
+  bool has_more() const { return sent_ < request_.size(); }
+  bool send() {
+    const ssize_t some = ::send(socket_, request_.data() + sent_, request_.size() - sent_,
+                                MSG_NOSIGNAL | MSG_DONTWAIT);
+    if (some > 0) sent_ += static_cast<std::size_t>(some);
+    return some > 0 || errno == EAGAIN;
+  }
+
+  enum class Got { kPart, kAnswer, kFault };
+  /// Reads what has come.
+  Got receive(std::string& buffer) {
+    const ssize_t some = ::recv(socket_, buffer.data(), buffer.size(), MSG_DONTWAIT);
+    if (some < 0 && errno == EAGAIN) return Got::kPart;
+    if (some <= 0) return Got::kFault;
+    const std::string_view piece(buffer.data(), static_cast<std::size_t>(some));
+    received_ += piece.size();
+    if (head_.find(kHeadEnd) == std::string::npos) {
+      head_.append(piece);
+      const std::size_t end = head_.find(kHeadEnd);
+      if (end == std::string::npos) return Got::kPart;
+      if (!head_.starts_with("HTTP/1.1 200")) return Got::kFault;
+      const std::size_t length = head_.substr(0, end).find(kLength);
+      size_ = length == std::string::npos
+                  ? 0
+                  : end + kHeadEnd.size() +
+                        std::strtoul(head_.c_str() + length + kLength.size(), nullptr, 10);
+    }
+    last_.append(piece.substr(piece.size() - std::min(piece.size(), kLastChunk.size())));
+    last_.erase(0, last_.size() - std::min(last_.size(), kLastChunk.size()));
+    if (size_ > 0 ? received_ < size_ : last_ != kLastChunk) return Got::kPart;
+    const bool good = size_ == 0 || received_ == size_;
+    received_ = 0;
+    head_.clear();
+    last_.clear();
+    return good ? Got::kAnswer : Got::kFault;
+  }
+
+ private:
+  const std::string& request_;
+  const int socket_;
+  std::size_t sent_ = 0, received_ = 0;
+  std::size_t size_ = 0;  ///< of this answer; 0: it comes in chunks
+  std::string head_, last_;
 };
 
 }  // namespace
 
 LoadResult put_load(int port, int connections, const std::string& request, double seconds) {
   LoadResult result;
-  std::vector<Client> clients(static_cast<std::size_t>(connections));
+  std::vector<std::unique_ptr<Client>> clients;
   const int epoll = ::epoll_create1(EPOLL_CLOEXEC);
-  for (std::size_t i = 0; i < clients.size(); ++i) {
-    clients[i].socket = connect_to(port);
+  const auto watch = [&](std::size_t i, int how) {
     epoll_event wanted{};
-    wanted.events = EPOLLIN;
+    wanted.events = clients[i]->has_more() ? EPOLLIN | EPOLLOUT : EPOLLIN;
     wanted.data.u64 = i;
-    ::epoll_ctl(epoll, EPOLL_CTL_ADD, clients[i].socket, &wanted);
-  }
-  const auto ask = [&](const Client& client) {
-    return ::send(client.socket, request.data(), request.size(), MSG_NOSIGNAL) ==
-           static_cast<ssize_t>(request.size());
+    ::epoll_ctl(epoll, how, clients[i]->socket(), &wanted);
   };
   const double begin = wall_time_seconds();
-  for (const Client& client : clients) {
-    if (!ask(client)) ++result.failed;
+  for (int i = 0; i < connections; ++i) {
+    clients.push_back(std::make_unique<Client>(port, request));
+    clients.back()->send();
+    watch(clients.size() - 1, EPOLL_CTL_ADD);
   }
   std::array<epoll_event, 64> events;
-  std::array<char, 65536> buffer;
+  std::string buffer(std::size_t{1} << 20, '\0');
+  std::size_t open = clients.size();
   double now = begin;
-  while (now - begin < seconds) {
+  while (open > 0) {
     const int ready = ::epoll_wait(epoll, events.data(), static_cast<int>(events.size()), 100);
-    for (int i = 0; i < ready; ++i) {
-      Client& client = clients[events[static_cast<std::size_t>(i)].data.u64];
-      const ssize_t got = ::recv(client.socket, buffer.data(), buffer.size(), 0);
-      if (got <= 0) {
+    for (int k = 0; k < ready; ++k) {
+      const std::size_t i = events[static_cast<std::size_t>(k)].data.u64;
+      Client& client = *clients[i];
+      const bool had_more = client.has_more();
+      bool good = !had_more || client.send();
+      const auto got = good ? client.receive(buffer) : Client::Got::kFault;
+      if (got == Client::Got::kAnswer) {
+        ++result.answers;
+        // Whatever was begun is answered, so that all the work was for what is counted.
+        if (now - begin < seconds) {
+          client.begin();
+          good = client.send();
+        } else {
+          --open;
+        }
+      }
+      if (!good || got == Client::Got::kFault) {
         ++result.failed;
-        ::epoll_ctl(epoll, EPOLL_CTL_DEL, client.socket, nullptr);
-        continue;
+        --open;
+        ::epoll_ctl(epoll, EPOLL_CTL_DEL, client.socket(), nullptr);
+      } else if (client.has_more() != had_more) {
+        watch(i, EPOLL_CTL_MOD);
       }
-      client.received += static_cast<std::size_t>(got);
-      if (client.size == 0) {
-        client.first.append(buffer.data(), static_cast<std::size_t>(got));
-        client.size = whole_answer(client.first);
-        if (client.size == 0) continue;
-      }
-      if (client.received < client.size) continue;
-      if (client.received > client.size) ++result.failed;
-      client.received = 0;
-      ++result.answers;
-      if (!ask(client)) ++result.failed;
     }
     now = wall_time_seconds();
   }
   result.seconds = now - begin;
-  for (const Client& client : clients) ::close(client.socket);
   ::close(epoll);
   return result;
 }

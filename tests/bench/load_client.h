@@ -12,8 +12,8 @@ struct LoadResult {
   std::uint64_t failed = 0;  ///< connections that ended, or gave anything but 200
 };
 
-/// Sends `request` again and again on each of so many connections to 127.0.0.1. Every answer has to
-/// be as long as the first one.
+/// Sends `request` again and again on each of so many connections to 127.0.0.1, for so long and
+/// until every request that was begun is answered. Answers have a length or come in chunks.
 LoadResult put_load(int port, int connections, const std::string& request, double seconds);
 
 /// Whether somebody listens.
