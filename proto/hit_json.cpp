@@ -137,15 +137,14 @@ void write_column(JsonWriter& out, const HitAnswer& answer, HitField field) {
   out.raw('"');
   out.raw(hit_field_name(field));
   out.raw("\":[");
+  constexpr std::string_view kNulls = "null,null,null", kNoId = "-1";
+  const std::string_view nothing = is_id(field) ? kNoId : kNulls.substr(0, width(field) * 5 - 1);
   for (std::size_t i = 0; i < answer.hits.size(); ++i) {
     if (i > 0) out.raw(',');
     if (answer.hits.hit(i)) {
-      write_value(out, answer, field, i, is_id(field) ? "-1" : "null");
-    } else if (is_id(field)) {
-      out.raw("-1");
+      write_value(out, answer, field, i, kNoId);
     } else {
-      constexpr std::string_view kNulls = "null,null,null";
-      out.raw(kNulls.substr(0, width(field) * 5 - 1));
+      out.raw(nothing);
     }
   }
   out.raw(']');

@@ -27,26 +27,11 @@ JsonWriter::JsonWriter(std::size_t expected_bytes) {
   buffer_.reserve(std::max<std::size_t>(expected_bytes, 256));
 }
 
-char* JsonWriter::room(std::size_t bytes) {
-  if (buffer_.size() - size_ < bytes) grow(size_ + bytes);
-  return buffer_.data() + size_;
-}
-
 void JsonWriter::grow(std::size_t bytes) {
   // Step by step: to resize is to touch, and what was reserved in vain must not become memory.
   constexpr std::size_t kStep = 64 << 10;
   if (bytes > buffer_.capacity()) buffer_.reserve(std::max(buffer_.capacity() * 2, bytes));
   buffer_.resize(std::min(buffer_.capacity(), bytes + kStep));
-}
-
-void JsonWriter::raw(std::string_view text) {
-  std::memcpy(room(text.size()), text.data(), text.size());
-  size_ += text.size();
-}
-
-void JsonWriter::raw(char c) {
-  *room(1) = c;
-  ++size_;
 }
 
 void JsonWriter::number(double value) {

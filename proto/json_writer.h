@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <string>
 #include <string_view>
 
@@ -14,8 +15,14 @@ class JsonWriter {
   explicit JsonWriter(std::size_t expected_bytes);
 
   /// Text that is JSON already: keys, brackets, commas.
-  void raw(std::string_view text);
-  void raw(char c);
+  void raw(std::string_view text) {
+    std::memcpy(room(text.size()), text.data(), text.size());
+    size_ += text.size();
+  }
+  void raw(char c) {
+    *room(1) = c;
+    ++size_;
+  }
   /// The shortest text that reads back as the same float64; -0.0 is written "-0.0" because many
   /// readers take "-0" for an integer and lose the sign. NaN and infinities, which JSON does not
   /// have, become null.
@@ -33,7 +40,10 @@ class JsonWriter {
   std::string take();
 
  private:
-  char* room(std::size_t bytes);
+  char* room(std::size_t bytes) {
+    if (buffer_.size() - size_ < bytes) grow(size_ + bytes);
+    return buffer_.data() + size_;
+  }
   void grow(std::size_t bytes);
 
   std::string buffer_;  ///< its size is the room that was made ready, not what was written

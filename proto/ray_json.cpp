@@ -7,12 +7,14 @@
 
 #include "core/base/infinity.h"
 #include "proto/generator_json.h"
+#include "proto/plain_number.h"
+#include "proto/plain_rays.h"
 #include "proto/ray_reader.h"
 
 namespace sightline {
 namespace {
 
-static_assert(kRayJsonPadding >= kJsonPadding);
+static_assert(kRayJsonPadding >= kJsonPadding && kJsonPadding >= kPlainPadding);
 
 std::string number_text(std::size_t number) { return std::to_string(number); }
 
@@ -112,7 +114,31 @@ bool RayReader::read_row(Value value, std::size_t ray) {
   return true;
 }
 
+bool RayReader::read_plain_rows(Value value) {
+  const char* at = value.raw_json_token().data();
+  if (scan_plain_rays(at, rules_.max_rays, default_tmin_, query_.rays) && skip_array(value)) {
+    return true;
+  }
+  query_.rays = {};
+  return false;
+}
+
+bool RayReader::read_plain_vectors(Value value, RayPart part) {
+  RayBatch& rays = query_.rays;
+  const bool is_origin = part == RayPart::kOrigin;
+  Column<double>&x = is_origin ? rays.ox : rays.dx, &y = is_origin ? rays.oy : rays.dy,
+  &z = is_origin ? rays.oz : rays.dz;
+  const char* at = value.raw_json_token().data();
+  if (scan_plain_vectors(at, rules_.max_rays, x, y, z) && skip_array(value)) {
+    column_size_[static_cast<std::size_t>(part)] = x.size() * 3;
+    return true;
+  }
+  for (Column<double>* column : {&x, &y, &z}) *column = {};
+  return false;
+}
+
 bool RayReader::read_rows(Value value) {
+  if (read_plain_rows(value)) return true;
   Array array;
   if (value.get_array().get(array) != simdjson::SUCCESS) {
     return wrong(value, JsonPointer().key("rays"), "an array of rays");
@@ -137,6 +163,7 @@ bool RayReader::read_column(Value value, RayPart part) {
   }
   RayBatch& rays = query_.rays;
   const bool vector = part == RayPart::kOrigin || part == RayPart::kDirection;
+  if (vector && read_plain_vectors(value, part)) return true;
   const std::size_t width = vector ? 3 : 1;
   std::array<Column<double>*, 3> columns{};
   switch (part) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "proto/json_token.h"
+#include "proto/plain_rays.h"
 #include "proto/ray_reader.h"
 
 namespace sightline {
@@ -26,6 +27,7 @@ class RayLines::Reader : private RayReader {
       text.remove_prefix(step);
       capacity -= step;
       if (trim(line).empty()) continue;
+      if (read_plain_line(line)) continue;
       const std::size_t ray = first + query_.rays.size();
       const auto place = [&] { return ray_place(ray); };
       if (!read_one(parser_, line, room, place, [&](Value value) { return read_row(value, ray); }))
@@ -37,6 +39,18 @@ class RayLines::Reader : private RayReader {
   }
 
  private:
+  /// The usual case.
+  bool read_plain_line(std::string_view line) {
+    const char* at = line.data();
+    Ray ray;
+    ray.tmin = default_tmin_;
+    const char* const end = line.data() + line.size();
+    if (!scan_plain_ray(at, ray) || at > end) return false;
+    if (!trim({at, static_cast<std::size_t>(end - at)}).empty()) return false;
+    query_.rays.push_back(ray);
+    return true;
+  }
+
   simdjson::ondemand::parser parser_;
 };
 

@@ -12,7 +12,7 @@
 set -euo pipefail
 
 build="g++ cmake ninja-build pkg-config ccache ca-certificates
-  libtinygltf-dev libmeshoptimizer-dev libdraco-dev nlohmann-json3-dev libcpp-httplib-dev libsimdjson-dev libspdlog-dev libfmt-dev
+  libtinygltf-dev libmeshoptimizer-dev libdraco-dev nlohmann-json3-dev libcpp-httplib-dev libsimdjson-dev libfast-float-dev libspdlog-dev libfmt-dev
   libcli11-dev libcurl4-openssl-dev prometheus-cpp-dev libtbb-dev libhwy-dev libssl-dev zlib1g-dev libzstd-dev libbrotli-dev"
 run="$build curl"
 test="$run libgtest-dev libgmp-dev libembree-dev python3 strace clang-format"
