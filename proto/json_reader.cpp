@@ -37,13 +37,6 @@ void JsonReader::read_long_fraction(std::string_view token, double& out) {
 
 bool JsonReader::is_null(Value value) { return trim(value.raw_json_token()) == "null"; }
 
-bool JsonReader::skip_array(Value value) {
-  Array array;
-  std::string_view text;
-  return value.get_array().get(array) == simdjson::SUCCESS &&
-         array.raw_json().get(text) == simdjson::SUCCESS;
-}
-
 bool JsonReader::has_last_bracket(std::string_view text) {
   text = trim(text.substr(std::min(text.find_first_not_of(" \t\r\n"), text.size())));
   if (text.starts_with('{')) return text.ends_with('}');

@@ -54,9 +54,6 @@ class JsonReader {
   bool read_array(Value value, std::string_view expected, const JsonPointer& place,
                   ReadElement read_element);
 
-  /// Steps over an array that was read from its text already. False when it is none.
-  static bool skip_array(Value value);
-
   /// `known`: the bits of those of `keys` that may stand here.
   bool read_key(Field& field, std::span<const std::string_view> keys, unsigned known,
                 const JsonPointer& parent, std::size_t& which);

@@ -10,9 +10,6 @@
 namespace sightline {
 namespace {
 
-/// Of columns that are written one by one, and grow by doubling.
-constexpr std::size_t kFirstRoom = 64;
-
 void skip_blanks(const char*& at) {
   while (*at == ' ' || *at == '\n' || *at == '\r' || *at == '\t') ++at;
 }
@@ -75,37 +72,124 @@ bool scan_plain_ray(const char*& at, Ray& ray) {
   return (seen & (kOrigin | kDirection)) == (kOrigin | kDirection) && *at++ == '}';
 }
 
-bool scan_plain_rays(const char*& at, std::size_t most, double default_tmin, RayBatch& rays) {
+namespace {
+
+/// The room that columns need, when `count` rows were read from `begin` to `at` of a text that
+/// ends at `end`: they are written row by row, and growth by doubling would take twice the memory.
+std::size_t room_for(std::size_t count, const char* begin, const char* at, const char* end) {
+  constexpr std::size_t kFirst = 64;
+  if (count < kFirst) return kFirst;
+  const double rows_per_byte = static_cast<double>(count) / static_cast<double>(at - begin);
+  const auto rest = static_cast<std::size_t>(rows_per_byte * static_cast<double>(end - at));
+  return count + rest + count / 16 + 1;
+}
+
+bool scan_rays(const char*& at, const char* end, std::size_t most, double default_tmin,
+               RayBatch& rays) {
+  const char* const begin = at;
   if (!take(at, '[')) return false;
   std::size_t count = 0;
   do {
     Ray ray;
     ray.tmin = default_tmin;
     if (count == most || !scan_plain_ray(at, ray)) return false;
-    if (count == rays.size()) rays.resize(std::max(kFirstRoom, 2 * count));
+    if (count == rays.size()) rays.resize(std::min(most, room_for(count, begin, at, end)));
     write_ray(rays, count++, ray);
   } while (take(at, ','));
   rays.resize(count);
-  return *at == ']' && ++at;
+  return *at++ == ']';
 }
 
-bool scan_plain_vectors(const char*& at, std::size_t most, Column<double>& x, Column<double>& y,
-                        Column<double>& z) {
+bool scan_vectors(const char*& at, const char* end, std::size_t most, Column<double>& x,
+                  Column<double>& y, Column<double>& z) {
+  const char* const begin = at;
   if (!take(at, '[')) return false;
   std::size_t count = 0;
   const auto resize = [&](std::size_t room) {
     for (Column<double>* column : {&x, &y, &z}) column->resize(room);
   };
   do {
-    if (count == x.size()) resize(std::max(kFirstRoom, 2 * count));
-    if (count == most || !scan_plain_number(at, x[count]) || !take(at, ',') ||
-        !scan_plain_number(at, y[count]) || !take(at, ',') || !scan_plain_number(at, z[count])) {
+    if (count == most) return false;
+    if (count == x.size()) resize(std::min(most, room_for(count, begin, at, end)));
+    if (!scan_plain_number(at, x[count]) || !take(at, ',') || !scan_plain_number(at, y[count]) ||
+        !take(at, ',') || !scan_plain_number(at, z[count])) {
       return false;
     }
     ++count;
   } while (take(at, ','));
   resize(count);
-  return *at == ']' && ++at;
+  return *at++ == ']';
+}
+
+/// Moves `at` behind the string that begins there.
+bool skip_string(const char*& at, const char* end) {
+  if (*at != '"') return false;
+  for (++at; at < end; ++at) {
+    if (*at == '\\') {
+      ++at;
+    } else if (*at == '"') {
+      ++at;
+      return true;
+    }
+  }
+  return false;
+}
+
+/// The same for any value, up to the comma or bracket behind it; not looked at closely.
+bool skip_value(const char*& at, const char* end) {
+  std::size_t depth = 0;
+  while (at < end) {
+    if (*at == '"') {
+      if (!skip_string(at, end)) return false;
+      continue;
+    }
+    if (depth == 0 && (*at == ',' || *at == '}')) return true;
+    if (*at == '[' || *at == '{') ++depth;
+    if (*at == ']' || *at == '}') --depth;
+    ++at;
+  }
+  return false;
+}
+
+}  // namespace
+
+bool take_plain_arrays(std::string_view body, std::size_t most, double default_tmin,
+                       PlainArrays& arrays) {
+  constexpr std::string_view kEmpty = "[]";
+  RayBatch& rays = arrays.rays;
+  const char *at = body.data(), *const end = at + body.size();
+  const char* kept = at;  // what follows is not in `rest` yet
+  if (!take(at, '{')) return false;
+  do {
+    const char* const key = at;
+    if (!skip_string(at, end)) return false;
+    const std::string_view name(key, static_cast<std::size_t>(at - key));
+    if (!take(at, ':')) return false;
+    const char* const value = at;
+    bool* const has = name == "\"rays\""         ? &arrays.has_rays
+                      : name == "\"origins\""    ? &arrays.has_origins
+                      : name == "\"directions\"" ? &arrays.has_directions
+                                                 : nullptr;
+    if (has == nullptr) {
+      if (!skip_value(at, end)) return false;
+      continue;
+    }
+    if (*has) return false;
+    *has = true;
+    const bool good = has == &arrays.has_rays ? scan_rays(at, end, most, default_tmin, rays)
+                      : has == &arrays.has_origins
+                          ? scan_vectors(at, end, most, rays.ox, rays.oy, rays.oz)
+                          : scan_vectors(at, end, most, rays.dx, rays.dy, rays.dz);
+    if (!good || at > end) return false;
+    arrays.rest.append(kept, value).append(kEmpty);
+    kept = at;
+  } while (take(at, ','));
+  // Rows and columns in one body: the other reader knows what to say.
+  if (kept == body.data() || (arrays.has_rays && (arrays.has_origins || arrays.has_directions))) {
+    return false;
+  }
+  arrays.rest.append(kept, end);
+  return true;
 }
 
 }  // namespace sightline

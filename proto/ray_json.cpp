@@ -114,31 +114,7 @@ bool RayReader::read_row(Value value, std::size_t ray) {
   return true;
 }
 
-bool RayReader::read_plain_rows(Value value) {
-  const char* at = value.raw_json_token().data();
-  if (scan_plain_rays(at, rules_.max_rays, default_tmin_, query_.rays) && skip_array(value)) {
-    return true;
-  }
-  query_.rays = {};
-  return false;
-}
-
-bool RayReader::read_plain_vectors(Value value, RayPart part) {
-  RayBatch& rays = query_.rays;
-  const bool is_origin = part == RayPart::kOrigin;
-  Column<double>&x = is_origin ? rays.ox : rays.dx, &y = is_origin ? rays.oy : rays.dy,
-  &z = is_origin ? rays.oz : rays.dz;
-  const char* at = value.raw_json_token().data();
-  if (scan_plain_vectors(at, rules_.max_rays, x, y, z) && skip_array(value)) {
-    column_size_[static_cast<std::size_t>(part)] = x.size() * 3;
-    return true;
-  }
-  for (Column<double>* column : {&x, &y, &z}) *column = {};
-  return false;
-}
-
 bool RayReader::read_rows(Value value) {
-  if (read_plain_rows(value)) return true;
   Array array;
   if (value.get_array().get(array) != simdjson::SUCCESS) {
     return wrong(value, JsonPointer().key("rays"), "an array of rays");
@@ -163,7 +139,6 @@ bool RayReader::read_column(Value value, RayPart part) {
   }
   RayBatch& rays = query_.rays;
   const bool vector = part == RayPart::kOrigin || part == RayPart::kDirection;
-  if (vector && read_plain_vectors(value, part)) return true;
   const std::size_t width = vector ? 3 : 1;
   std::array<Column<double>*, 3> columns{};
   switch (part) {
@@ -183,7 +158,8 @@ bool RayReader::read_column(Value value, RayPart part) {
   // max_rays is a limit of memory: a column longer than that is refused while it is read.
   const std::size_t most =
       rules_.max_rays > kWholeTuple / width ? kWholeTuple : rules_.max_rays * width;
-  std::size_t count = 0, component = 0;
+  // Of plain columns all was taken already, and an empty array is left.
+  std::size_t count = columns[0]->size() * width, component = 0;
   for (auto element : array) {
     Value number;
     if (const auto code = element.get(number); code != simdjson::SUCCESS) {
@@ -317,8 +293,13 @@ bool RayReader::check_limits_and_directions() {
 
 Result<RayQuery> RayReader::read(std::string& body) {
   const auto read_object = [&](Object object) { return read_top(object); };
-  if (!read_body(body, read_object) || !finish_rows_or_columns() || !finish_more() ||
-      !check_limits_and_directions()) {
+  body.reserve(body.size() + kJsonPadding);
+  PlainArrays plain;
+  const bool is_plain =
+      rules_.has_rays && take_plain_arrays(body, rules_.max_rays, default_tmin_, plain);
+  if (is_plain) query_.rays = std::move(plain.rays);
+  if (!read_body(is_plain ? plain.rest : body, read_object) || !finish_rows_or_columns() ||
+      !finish_more() || !check_limits_and_directions()) {
     return error();
   }
   finish_rays(query_);

@@ -61,9 +61,6 @@ class RayReader : protected JsonReader {
   // The top level, then one function for each form of rays.
   bool read_top(Object object);
   bool read_rows(Value value);
-  // The usual case of the next ones; false, and nothing read, for any other.
-  bool read_plain_rows(Value value);
-  bool read_plain_vectors(Value value, RayPart part);
   bool read_column(Value value, RayPart part);
   bool read_generator(Value value);
   // Options, in ray_options.cpp.

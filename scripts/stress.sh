@@ -8,6 +8,7 @@
 #   scripts/stress.sh kills [--times N] [--seed S]
 #   scripts/stress.sh soak [--minutes N] [--workers N] [--seed S]
 #   scripts/stress.sh faults [--times N] [--seed S]
+#   scripts/stress.sh large
 #
 # --boxes       instead of rays in scenes, pairs of rays and boxes (10,000,000) and of triangles and
 #               boxes (2,000,000; at least a third of each touching exactly), beside the literature's
@@ -31,6 +32,9 @@
 #
 # faults makes the disk full and every step of a commit fail (the kernel says so, or strace in its place),
 # exhausts the budgets of memory, damages files, and ends with kills (20 times unless told otherwise).
+#
+# large sends 20,000,000 rays in one stream and 1,000,000 in one body of JSON, and looks at the order of the answers and
+# at the memory that a server takes above its scene (64 MiB, and 3 times the body).
 #
 # The exit code is not 0 if Sightline was wrong once, or stopped. A wrong answer is printed with its
 # family and seed; `sightline_stress --family F --trial S --rays N --shrink` makes the smallest case
@@ -62,6 +66,16 @@ case ${1:-} in
       (cd tests/integration && python3 -B "${name}_test.py" ../../build/release/sightline)
     done
     exec python3 -B tests/integration/kills.py build/release/sightline --times 20 "$@"
+    ;;
+  large)
+    scripts/install_packages.sh test
+    configure release
+    cmake --build --preset release --target sightline
+    binary=$PWD/build/release/sightline
+    cd tests/integration
+    export SIGHTLINE_STREAM_RAYS=20000000 SIGHTLINE_BODY_RAYS=1000000
+    python3 -B streams_test.py "$binary" Streams.test_memory_does_not_grow_with_the_stream
+    exec python3 -B memory_test.py "$binary" Budget.test_rays_in_one_body_take_three_times_the_body
     ;;
   kills | soak)
     name=$1

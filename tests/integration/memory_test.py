@@ -2,6 +2,7 @@
 
 import array
 import json
+import os
 import resource
 import struct
 import tempfile
@@ -213,6 +214,27 @@ class Budget(unittest.TestCase):
         print(f"{len(good)} of 24 answered, at most {peak / MIB:.1f} MiB above {before / MIB:.0f}")
         # 490,000 rays are 45 MB with their answer: one at a time, and 24 MiB of others.
         self.assertLess(peak, 120 * MIB)
+
+    def test_rays_in_one_body_take_three_times_the_body(self):
+        count = int(os.environ.get("SIGHTLINE_BODY_RAYS", "200000"))
+        # Straight down on a square of the town; the t of each ray is where it starts, so the order shows.
+        ys = [200 + i / 1024 for i in range(count)]
+        rows = ",".join(f'{{"origin":[{3 + i / 1e9!r},{y!r},5.123456789012345],"direction":[0.0000000000000000,-1.000000000000000,0.00]}}'
+                        for i, y in enumerate(ys))
+        origins = ",".join(f"{3 + i / 1e9!r},{y!r},5.123456789012345" for i, y in enumerate(ys))
+        directions = ",".join(["0.0000000000000000,-1.000000000000000,0.00"] * count)
+        server = self.server("--max-request-memory", 2048 * MIB)
+        for form, body in (("rows", f'{{"rays":[{rows}],"fields":["t","triangle"]}}'),
+                           ("columns", f'{{"origins":[{origins}],"directions":[{directions}],"fields":["t","triangle"]}}')):
+            with self.subTest(form=form):
+                before = self.forget_peak(server)
+                answer = server.query("town", "closest", body)
+                self.assertEqual(answer.status, 200, answer.body[:300])
+                peak = self.peak_above(server, before)
+                print(f"{count} rays as {form}: {len(body) / MIB:.1f} MiB, {peak / MIB:.1f} MiB above, {peak / len(body):.2f} times")
+                self.assertLess(peak, 3 * len(body))
+                found = answer.json()
+                self.assertEqual([hit["t"] for hit in found["hits"]] if form == "rows" else found["t"], [y - 0.25 for y in ys])
 
     def test_uploads_in_memory_share_what_there_is(self):
         server = self.server("--max-upload-memory", MIB, "--rate-seconds", 100)

@@ -10,6 +10,7 @@ import socket
 import struct
 import threading
 import unittest
+from array import array
 
 import case_report
 from process_status import is_sanitized
@@ -272,29 +273,40 @@ class Streams(unittest.TestCase):
     def test_memory_does_not_grow_with_the_stream(self):
         if is_sanitized(self.server):
             self.skipTest("a sanitizer keeps what is freed")
-        count = int(os.environ.get("SIGHTLINE_STREAM_RAYS", "1000000"))
-        one = frame([(-10, 1, 0)] * 20000, [(1, 0, 0)] * 20000, fields=["t", "instance", "triangle", "position"])
+        # The i-th ray of a frame starts i / 1024 farther away, the k-th frame another 32 k: t tells their order.
+        size, count = 20000, int(os.environ.get("SIGHTLINE_STREAM_RAYS", "2000000"))
+        steps = [i / 1024 for i in range(size)]
+
+        def one_frame(k):
+            return frame([(-10 - 32 * k - step, 1, 0) for step in steps], [(1, 0, 0)] * size,
+                         fields=["t", "instance", "triangle", "position"])
+
+        # Only the first column differs: to make each frame anew would take longer than to answer it.
+        first = one_frame(0)
+        at = first.index(struct.pack("<2d", -10, -10 - steps[1]))
         stream = Stream(self.server, "closest", BYTES)
         self.addCleanup(stream.close)
         before = self.resident()
 
         def send():
             stream.send(frames())
-            for _ in range(count // 20000):
-                stream.send(one)
+            for k in range(count // size):
+                column_x = array("d", [-10 - 32 * k - step for step in steps]).tobytes()
+                stream.send(first[:at] + column_x + first[at + 8 * size:])
             stream.finish()
 
         sender = threading.Thread(target=send)
         sender.start()
         self.assertEqual(stream.read(8), frames())
-        rays, most = 0, 0
-        for _ in range(count // 20000):
-            size, = struct.unpack("<Q", stream.read(8))
-            rays += len(column(stream.read(size), "instance"))
+        most = 0
+        for k in range(count // size):
+            length, = struct.unpack("<Q", stream.read(8))
+            answer = stream.read(length)
+            self.assertEqual(column(answer, "t"), [4.5 + 32 * k + step for step in steps], k)
             most = max(most, self.resident())
         sender.join()
-        self.assertEqual((rays, stream.read(1)), (count, b""))
-        print(f"{count} rays, {(most - before) >> 10} MiB above")
+        self.assertEqual(stream.read(1), b"")
+        print(f"{count} rays, {(most - before) / 1024:.1f} MiB above")
         self.assertLess(most - before, 64 << 10)
 
     def resident(self, kind="VmRSS"):
