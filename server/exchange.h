@@ -20,7 +20,7 @@
 namespace sightline {
 
 class BodyReader;
-struct RequestMemory;
+class RequestMemory;
 
 struct Exchange {
   const httplib::Request& request;
