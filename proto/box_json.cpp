@@ -9,7 +9,7 @@ namespace sightline {
 
 namespace {
 
-constexpr std::array<std::string_view, 3> kBoxQueryKeys{"boxes", "of", "limit"};
+constexpr std::array<std::string_view, 4> kBoxQueryKeys{"boxes", "of", "mode", "limit"};
 
 class BoxQueryReader : private JsonReader {
  public:
@@ -25,7 +25,7 @@ class BoxQueryReader : private JsonReader {
 
  private:
   bool read_top(Object object, unsigned& seen) {
-    const unsigned known = rules_.has_limit ? 7u : 3u;
+    const unsigned known = rules_.has_limit ? 15u : 7u;
     for (auto entry : object) {
       Field field;
       if (const auto code = std::move(entry).get(field); code != simdjson::SUCCESS) {
@@ -43,12 +43,23 @@ class BoxQueryReader : private JsonReader {
 
   bool read_part(std::size_t which, Value value) {
     const JsonPointer place = JsonPointer().key(kBoxQueryKeys[which]);
-    if (which == 0) return BoxRows(*this, rules_.max_boxes, true).read(value, query_.boxes);
-    if (which == 2) return read_count(value, rules_.limit, query_.limit, place);
-    constexpr std::array<std::string_view, 2> kWords{"triangles", "nodes"};
+    if (which == 0) {
+      BoxRows rows(*this, rules_.max_boxes,
+                   rules_.has_limit ? BoxRows::Takes::kCursors : BoxRows::Takes::kShapes);
+      if (!rows.read(value, query_.boxes)) return false;
+      query_.cursors = rows.take_cursors();
+      return true;
+    }
+    if (which == 3) return read_count(value, rules_.limit, query_.limit, place);
+    constexpr std::array<std::string_view, 2> kTargets{"triangles", "nodes"};
+    constexpr std::array<std::string_view, 2> kModes{"intersecting", "contained"};
     std::size_t word = 0;
-    if (!read_word(value, kWords, word, place)) return false;
-    query_.targets = word == 1 ? BoxTargets::kNodes : BoxTargets::kTriangles;
+    if (!read_word(value, which == 1 ? kTargets : kModes, word, place)) return false;
+    if (which == 1) {
+      query_.question.targets = word == 1 ? BoxTargets::kNodes : BoxTargets::kTriangles;
+    } else {
+      query_.question.relation = word == 1 ? BoxRelation::kContained : BoxRelation::kIntersecting;
+    }
     return true;
   }
 
@@ -93,7 +104,7 @@ Result<BoxQuery> decode_boxes(std::string& body, const BoxJsonRules& rules) {
 }
 
 std::string encode_box_lists(const BoxLists& lists, std::span<const std::uint64_t> totals,
-                             BoxTargets targets, const HitTerms& terms) {
+                             BoxTargets targets, const HitTerms& terms, std::uint64_t revision) {
   const bool of_nodes = targets == BoxTargets::kNodes;
   JsonWriter out(32 + totals.size() * 32 + terms.node_name.size() * 64);
   out.raw("{\"results\":[");
@@ -109,7 +120,12 @@ std::string encode_box_lists(const BoxLists& lists, std::span<const std::uint64_
         write_triangle(out, lists, terms, i);
       }
     }
-    out.raw("]}");
+    out.raw(']');
+    if (lists.next[box] != 0) {
+      out.raw(",\"next\":");
+      out.string(encode_cursor({revision, of_nodes, lists.next[box]}));
+    }
+    out.raw('}');
   }
   out.raw("]}");
   return out.take();

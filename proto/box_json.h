@@ -1,10 +1,11 @@
 #pragma once
 /// Boxes against a scene, as JSON.
 ///
-///   {"boxes":[...],"of":"triangles","limit":1000}
+///   {"boxes":[...],"of":"triangles","mode":"intersecting","limit":1000}
 ///
 /// boxes as box_rows.h reads them. "of": what is counted and listed, "triangles" (the default) or
-/// "nodes"; "limit": how many of each box are listed (1000).
+/// "nodes"; "mode": those that touch the box (the default) or those that are "contained" in it;
+/// "limit": how many of each box are listed (1000).
 
 #include <cstddef>
 #include <cstdint>
@@ -15,6 +16,7 @@
 #include "core/query/box_answers.h"
 #include "core/query/box_batch.h"
 #include "proto/hit_json.h"
+#include "proto/list_cursor.h"
 
 namespace sightline {
 
@@ -26,22 +28,25 @@ struct BoxJsonRules {
 };
 
 struct BoxQuery {
-  BoxBatch boxes;  ///< checked by check_boxes
-  BoxTargets targets = BoxTargets::kTriangles;
+  BoxBatch boxes;        ///< checked by check_boxes
+  BoxQuestion question;  ///< where lists begin is not filled in: a cursor may be of another scene
+  Column<ListCursor> cursors;  ///< of each box, or none at all
   std::uint64_t limit = 1000;  ///< may be more than the rules' when left out
 };
 
-/// As decode_rays for the body. Errors: those of boxes (box_rows.h), VALUE_UNKNOWN (of),
+/// As decode_rays for the body. Errors: those of boxes (box_rows.h), VALUE_UNKNOWN (of, mode),
 /// NUMBER_OUT_OF_RANGE (limit).
 Result<BoxQuery> decode_boxes(std::string& body, const BoxJsonRules& rules);
 
 /// {"results":[{"total":2,"triangles":[{"instance":0,"primitive":0,"triangle":7,"node":"house",
 ///                                       "mesh":"walls"},..]}]}
 /// or, of nodes, {"results":[{"total":1,"nodes":[{"node":"house","node_id":3}]}]}; total is more
-/// than the list holds where the limit cut it. In the order of ids. terms    of each entry of the
-/// lists: primitive, triangle, node_name and mesh_name of triangles,
-///          node and node_name of nodes
+/// than the list holds where the limit cut it, and "next" then the cursor to go on with. In the
+/// order of ids.
+/// terms     of each entry of the lists: primitive, triangle, node_name and mesh_name of triangles,
+///           node and node_name of nodes
+/// revision  of the scene
 std::string encode_box_lists(const BoxLists& lists, std::span<const std::uint64_t> totals,
-                             BoxTargets targets, const HitTerms& terms);
+                             BoxTargets targets, const HitTerms& terms, std::uint64_t revision);
 
 }  // namespace sightline

@@ -9,10 +9,12 @@ namespace sightline {
 
 namespace {
 
-constexpr std::array<std::string_view, 7> kBoxKeys{"min",      "max",  "center", "half",
-                                                   "rotation", "axes", "radius"};
+constexpr std::array<std::string_view, 11> kBoxKeys{
+    "min", "max", "center", "half", "rotation", "axes", "radius", "from", "to", "planes", "cursor"};
 constexpr unsigned kMin = 1u, kMax = 2u, kCenter = 4u, kHalf = 8u, kRotation = 16u, kAxes = 32u,
-                   kRadius = 64u;
+                   kRadius = 64u, kFrom = 128u, kTo = 256u, kPlanes = 512u, kCursor = 1024u;
+/// The keys of boxes, of all shapes, and of shapes with a cursor: by BoxRows::Takes.
+constexpr std::array<unsigned, 3> kTaken{kRadius - 1, kCursor - 1, 2 * kCursor - 1};
 constexpr unsigned kCorners = kMin | kMax, kMiddle = kCenter | kHalf, kTurn = kRotation | kAxes;
 
 JsonPointer box_place(std::size_t box) { return JsonPointer().key("boxes").index(box); }
@@ -30,10 +32,12 @@ std::string_view number_name(int count) { return count == 3 ? "three" : "four"; 
 
 struct BoxRows::Row {
   unsigned seen = 0;
-  std::array<double, 3> min{}, max{}, center{}, half{};
+  std::array<double, 3> min{}, max{}, center{}, half{}, from{}, to{};
   std::array<double, 4> rotation{};
   std::array<std::array<double, 3>, 3> axes{};
   double radius = 0;
+  std::array<HalfSpace, ConvexRegion::kMostPlanes> planes{};
+  std::size_t plane_count = 0;
 };
 
 bool BoxRows::read_numbers(JsonReader::Value value, const JsonPointer& place, double* out,
@@ -74,9 +78,48 @@ bool BoxRows::read_part(std::size_t box, std::size_t which, JsonReader::Value va
       return read_numbers(value, place, row.rotation.data(), 4, false, 0);
     case kRadius:
       return reader_.read_number(value, row.radius, [&] { return JsonPointer(place); });
+    case kFrom:
+      return read_numbers(value, place, row.from.data(), 3, false, 0);
+    case kTo:
+      return read_numbers(value, place, row.to.data(), 3, false, 0);
+    case kPlanes:
+      return read_planes(value, place, row);
+    case kCursor:
+      return read_cursor(value, place, box);
     default:
-      break;
+      return read_axes(value, place, row);
   }
+}
+
+bool BoxRows::read_planes(JsonReader::Value value, const JsonPointer& place, Row& row) {
+  const auto read_plane = [&](std::size_t i, JsonReader::Value plane) {
+    const JsonPointer plane_place = JsonPointer(place).index(i);
+    if (i == ConvexRegion::kMostPlanes) {
+      return reader_.invalid("BOX_PLANES_COUNT", "a region has 1 to 32 planes", plane_place);
+    }
+    std::array<double, 4> numbers{};
+    if (!read_numbers(plane, plane_place, numbers.data(), 4, false, 0)) return false;
+    row.planes[row.plane_count++] = {vector(numbers.data()), numbers[3]};
+    return true;
+  };
+  return reader_.read_array(value, "an array of planes", place, read_plane);
+}
+
+bool BoxRows::read_cursor(JsonReader::Value value, const JsonPointer& place, std::size_t box) {
+  std::string_view text;
+  if (value.get_string().get(text) != simdjson::SUCCESS) {
+    return reader_.wrong(value, place, "a text");
+  }
+  const std::optional<ListCursor> cursor = decode_cursor(text);
+  if (!cursor) {
+    return reader_.invalid("CURSOR_UNKNOWN", "this is no cursor that a list has ended with", place);
+  }
+  cursors_.resize(box);
+  cursors_.push_back(*cursor);
+  return true;
+}
+
+bool BoxRows::read_axes(JsonReader::Value value, const JsonPointer& place, Row& row) {
   std::size_t axes = 0;
   const auto read_axis = [&](std::size_t i, JsonReader::Value axis) {
     if (i == 3) return reader_.invalid("LENGTH_WRONG", "expected three axes, found more", place);
@@ -89,19 +132,43 @@ bool BoxRows::read_part(std::size_t box, std::size_t which, JsonReader::Value va
                          place);
 }
 
-bool BoxRows::finish_row(std::size_t box, const Row& row, BoxBatch& boxes) {
-  const unsigned seen = row.seen;
+/// A sphere or a capsule.
+bool BoxRows::finish_round(std::size_t box, const Row& row, BoxBatch& boxes) {
+  const unsigned seen = row.seen & ~kCursor;
+  forms_.push_back(Form::kOther);
   if (seen == (kCenter | kRadius)) {
-    forms_.push_back(Form::kSphere);
     boxes.push_back(Sphere{vector(row.center.data()), row.radius});
     return true;
   }
-  if ((seen & kRadius) != 0) {
-    return (seen & ~(kCenter | kRadius)) != 0
-               ? reader_.invalid("KEYS_MIXED", "a sphere has a center and a radius, nothing else",
-                                 box_place(box))
-               : reader_.invalid("KEY_MISSING", "a sphere needs a center", box_place(box));
+  if (seen == (kFrom | kTo | kRadius)) {
+    boxes.push_back(Capsule{vector(row.from.data()), vector(row.to.data()), row.radius});
+    return true;
   }
+  if ((seen & (kFrom | kTo)) != 0) {
+    return (seen & ~(kFrom | kTo | kRadius)) != 0
+               ? reader_.invalid("KEYS_MIXED",
+                                 "a capsule has two ends, from and to, and a radius, nothing else",
+                                 box_place(box))
+               : reader_.invalid("KEY_MISSING", "a capsule needs from, to and a radius",
+                                 box_place(box));
+  }
+  return (seen & ~(kCenter | kRadius)) != 0
+             ? reader_.invalid("KEYS_MIXED", "a sphere has a center and a radius, nothing else",
+                               box_place(box))
+             : reader_.invalid("KEY_MISSING", "a sphere needs a center", box_place(box));
+}
+
+bool BoxRows::finish_row(std::size_t box, const Row& row, BoxBatch& boxes) {
+  const unsigned seen = row.seen & ~kCursor;
+  if ((seen & kPlanes) != 0) {
+    if (seen != kPlanes) {
+      return reader_.invalid("KEYS_MIXED", "a region has planes, nothing else", box_place(box));
+    }
+    forms_.push_back(Form::kOther);
+    boxes.push_back(ConvexRegion{{row.planes.data(), row.plane_count}});
+    return true;
+  }
+  if ((seen & (kRadius | kFrom | kTo)) != 0) return finish_round(box, row, boxes);
   if ((seen & kCorners) != 0 && (seen & ~kCorners) != 0) {
     return reader_.invalid("KEYS_MIXED",
                            "a box has min and max, or center, half and rotation or axes, not both",
@@ -153,7 +220,8 @@ bool BoxRows::read_row(std::size_t box, JsonReader::Value value, BoxBatch& boxes
       return reader_.check_end(code, [&] { return box_place(box); });
     }
     std::size_t which = 0;
-    if (!reader_.read_key(field, kBoxKeys, takes_spheres_ ? 0x7fu : 0x3fu, box_place(box), which) ||
+    if (!reader_.read_key(field, kBoxKeys, kTaken[static_cast<std::size_t>(takes_)], box_place(box),
+                          which) ||
         !reader_.mark_seen(1u << which, row.seen, part_place(box, kBoxKeys[which])) ||
         !read_part(box, which, field.value(), row)) {
       return false;
@@ -169,6 +237,7 @@ bool BoxRows::read(JsonReader::Value value, BoxBatch& boxes) {
   if (!reader_.read_array(value, "an array of boxes", JsonPointer().key("boxes"), read_one)) {
     return false;
   }
+  if (!cursors_.empty()) cursors_.resize(boxes.size());
   BoxFault fault;
   if (check_boxes(boxes, fault)) return true;
   // Axes from a rotation are the rotation's fault; they have no place of their own.

@@ -4,40 +4,57 @@
 ///   {"min":[x,y,z],"max":[x,y,z]}                          closed; null leaves a side open
 ///   {"center":[x,y,z],"half":[x,y,z],"rotation":[x,y,z,w]} a unit quaternion
 ///   {"center":[x,y,z],"half":[x,y,z],"axes":[[x,y,z],[x,y,z],[x,y,z]]}  as OrientedBox has them
-///   {"center":[x,y,z],"radius":r}                          a sphere, where a query takes them
+/// and where a query takes them
+///   {"center":[x,y,z],"radius":r}                          a sphere
+///   {"from":[x,y,z],"to":[x,y,z],"radius":r}               a capsule
+///   {"planes":[[nx,ny,nz,d],...]}                          the points with n . p <= d for all
+/// and where their answers are lists, beside any of these
+///   "cursor":"..."                                         where that list goes on
 
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 
 #include "core/query/box_batch.h"
 #include "proto/json_reader.h"
+#include "proto/list_cursor.h"
 
 namespace sightline {
 
 class BoxRows {
  public:
+  enum class Takes : std::uint8_t { kBoxes, kShapes, kCursors };
+
   /// The reader outlives this object and gets the errors.
-  BoxRows(JsonReader& reader, std::size_t most, bool takes_spheres)
-      : reader_(reader), most_(most), takes_spheres_(takes_spheres) {}
+  BoxRows(JsonReader& reader, std::size_t most, Takes takes)
+      : reader_(reader), most_(most), takes_(takes) {}
 
   /// Reads the value of "boxes" and checks it.
   /// Errors, 422: KEY_UNKNOWN, KEY_DUPLICATE, KEY_MISSING, KEYS_MIXED, TYPE_WRONG, LENGTH_WRONG,
-  /// NUMBER_NOT_FINITE, BOX_ROTATION_NOT_UNIT and the codes of check_boxes. 413: BOXES_TOO_MANY.
+  /// NUMBER_NOT_FINITE, BOX_ROTATION_NOT_UNIT, CURSOR_UNKNOWN and the codes of check_boxes. 413:
+  /// BOXES_TOO_MANY.
   bool read(JsonReader::Value value, BoxBatch& boxes);
+  /// One for each box, if any has one; else none.
+  Column<ListCursor> take_cursors() { return std::move(cursors_); }
 
  private:
-  enum class Form : std::uint8_t { kCorners, kRotation, kAxes, kSphere };
+  enum class Form : std::uint8_t { kCorners, kRotation, kAxes, kOther };
   struct Row;
 
   bool read_row(std::size_t box, JsonReader::Value value, BoxBatch& boxes);
   bool read_part(std::size_t box, std::size_t which, JsonReader::Value value, Row& row);
+  bool read_axes(JsonReader::Value value, const JsonPointer& place, Row& row);
+  bool read_planes(JsonReader::Value value, const JsonPointer& place, Row& row);
+  bool read_cursor(JsonReader::Value value, const JsonPointer& place, std::size_t box);
   bool finish_row(std::size_t box, const Row& row, BoxBatch& boxes);
+  bool finish_round(std::size_t box, const Row& row, BoxBatch& boxes);
   bool read_numbers(JsonReader::Value value, const JsonPointer& place, double* out, int count,
                     bool may_be_open, double open);
 
   JsonReader& reader_;
   std::size_t most_;
-  bool takes_spheres_;
+  Takes takes_;
+  Column<ListCursor> cursors_;
   Column<Form> forms_;
 };
 

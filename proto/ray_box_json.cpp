@@ -41,7 +41,8 @@ class RayBoxReader : public RayReader {
     const JsonPointer place = JsonPointer().key(kRayBoxKeys[which]);
     if (which == 0) {
       has_boxes_ = true;
-      return BoxRows(*this, rules_.max_boxes, false).read(value, query_boxes_.boxes);
+      return BoxRows(*this, rules_.max_boxes, BoxRows::Takes::kBoxes)
+          .read(value, query_boxes_.boxes);
     }
     if (which == 1) {
       constexpr std::array<std::string_view, 2> kWords{"each", "all"};

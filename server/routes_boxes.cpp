@@ -53,7 +53,8 @@ bool read_boxes(Exchange& exchange, const Service& service, bool has_limit, BoxQ
   }
   query = std::move(*decoded);
   exchange.boxes = query.boxes.size();
-  forget_body(exchange, body, query.boxes.size() * kBoxBytes);
+  const std::uint64_t planes = query.boxes.planes.size() * sizeof(HalfSpace);
+  forget_body(exchange, body, query.boxes.size() * kBoxBytes + planes);
   // A number for each box, and as JSON.
   Status status = exchange.reserve(query.boxes.size() * (8 + kNumberBytes));
   if (!status) exchange.reply_error(status.error());
@@ -66,8 +67,8 @@ void any_triangle(Exchange& exchange, const Service& service) {
   if (!scene || !read_boxes(exchange, service, false, query)) return;
 
   Column<std::uint8_t> touched;
-  if (Status status =
-          service.engine.boxes_any(*scene, query.boxes, service.deadline(exchange), touched);
+  if (Status status = service.engine.boxes_any(*scene, query.boxes, service.deadline(exchange),
+                                               touched, query.question.relation);
       !status) {
     return exchange.reply_error(status.error());
   }
@@ -80,7 +81,7 @@ void count_triangles(Exchange& exchange, const Service& service) {
   if (!scene || !read_boxes(exchange, service, false, query)) return;
 
   Column<std::uint64_t> totals;
-  if (Status status = service.engine.boxes_count(*scene, query.boxes, query.targets,
+  if (Status status = service.engine.boxes_count(*scene, query.boxes, query.question,
                                                  service.deadline(exchange), totals);
       !status) {
     return exchange.reply_error(status.error());
@@ -108,10 +109,38 @@ HitTerms terms_of(const Scene& scene, const BoxLists& lists, BoxTargets targets)
   return terms;
 }
 
+/// Where each list begins. Errors: CURSOR_STALE, CURSOR_OF_OTHERS.
+Status begin_lists(std::uint64_t revision, BoxQuery& query) {
+  const bool of_nodes = query.question.targets == BoxTargets::kNodes;
+  for (std::size_t i = 0; i < query.cursors.size(); ++i) {
+    const ListCursor& cursor = query.cursors[i];
+    const std::string place = "/boxes/" + std::to_string(i) + "/cursor";
+    if (cursor.from != 0 && cursor.revision != revision) {
+      return Error{ErrorKind::kConflict, "CURSOR_STALE",
+                   "the list was begun in revision " + std::to_string(cursor.revision) +
+                       ", the scene is now revision " + std::to_string(revision) + ": begin anew",
+                   place};
+    }
+    if (cursor.from != 0 && cursor.of_nodes != of_nodes) {
+      return Error{ErrorKind::kInvalid, "CURSOR_OF_OTHERS",
+                   std::string("this is the cursor of a list of ") +
+                       (cursor.of_nodes ? "nodes" : "triangles"),
+                   place};
+    }
+    query.question.from.push_back(cursor.from);
+  }
+  return success();
+}
+
 void list(Exchange& exchange, const Service& service) {
-  const auto scene = admit_scene_query(exchange, service);
+  if (!admit_query_type(exchange) || !admit_body(exchange, service.limits.query_bytes)) return;
+  const SceneSnapshot stored = admit_scene(exchange, service);
   BoxQuery query;
-  if (!scene || !read_boxes(exchange, service, true, query)) return;
+  if (!stored || !read_boxes(exchange, service, true, query)) return;
+  const auto& scene = stored->scene;
+  if (Status status = begin_lists(stored->revision, query); !status) {
+    return exchange.reply_error(status.error());
+  }
 
   BoxLists lists;
   Column<std::uint64_t> totals;
@@ -121,15 +150,16 @@ void list(Exchange& exchange, const Service& service) {
   const Status found =
       search_lists(exchange.memory, query.boxes.size(), service.limits.hits, kEntryBytes,
                    [&](std::uint64_t most) {
-                     return service.engine.boxes_list(*scene, query.boxes, query.targets,
+                     return service.engine.boxes_list(*scene, query.boxes, query.question,
                                                       query.limit, most, deadline, lists, totals);
                    });
   if (!found) return exchange.reply_error(found.error());
-  const HitTerms terms = terms_of(*scene, lists, query.targets);
+  const BoxTargets targets = query.question.targets;
+  const HitTerms terms = terms_of(*scene, lists, targets);
   Status status =
       exchange.reserve(bytes_of_names(terms.node_name) + bytes_of_names(terms.mesh_name));
   if (!status) return exchange.reply_error(status.error());
-  exchange.reply_json(200, encode_box_lists(lists, totals, query.targets, terms));
+  exchange.reply_json(200, encode_box_lists(lists, totals, targets, terms, stored->revision));
 }
 
 }  // namespace

@@ -15,11 +15,42 @@ enum class BoxTargets {
   kNodes,  ///< nodes of the file, one of whose instances has a triangle that touches the box
 };
 
+/// Which triangles count.
+enum class BoxRelation {
+  kIntersecting,  ///< those that have a point in the closed box
+  /// Those that lie wholly in it. A node counts if it has triangles and all of them do, but for
+  /// those without area.
+  kContained,
+};
+
+/// What is asked of boxes.
+struct BoxQuestion {
+  BoxTargets targets;
+  BoxRelation relation;
+  /// For each box where its list begins (list_place); or nothing: at the begin.
+  Column<std::uint64_t> from;
+
+  // NOLINTNEXTLINE(*-explicit-*): most questions are just that
+  BoxQuestion(BoxTargets of = BoxTargets::kTriangles,
+              BoxRelation which = BoxRelation::kIntersecting)
+      : targets(of), relation(which) {}
+  std::uint64_t from_of(std::size_t i) const { return from.empty() ? 0 : from[i]; }
+};
+
+/// The place of a triangle or a node in the order of a list. Where a list goes on, it begins with
+/// the least place that is not below a given one.
+inline std::uint64_t list_place(const TriangleId& id) {
+  return std::uint64_t{id.instance} << 32 | id.triangle;
+}
+inline std::uint64_t list_place(std::uint32_t node) { return node; }
+
 /// What box i touches: entries first[i] .. first[i+1] of the columns below, in order of ids.
 struct BoxLists {
   Column<std::size_t> first;     ///< n + 1 entries
   Column<TriangleId> triangles;  ///< for BoxTargets::kTriangles
   Column<std::uint32_t> nodes;   ///< for BoxTargets::kNodes: indices in SceneDescription::nodes
+  /// For each box the place where its list would go on; 0 where nothing is left.
+  Column<std::uint64_t> next;
 };
 
 }  // namespace sightline

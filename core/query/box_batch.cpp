@@ -55,17 +55,50 @@ BoxFault fault_of(const OrientedBox& box) {
   return {};
 }
 
-BoxFault fault_of(const Sphere& sphere) {
+BoxFault fault_of_point(const Vec3d& p, const char* part) {
   for (int k = 0; k < 3; ++k) {
-    if (!std::isfinite(sphere.center[k])) {
-      return {0, "center", k, "BOX_NOT_FINITE", "a center must be three finite numbers"};
+    if (!std::isfinite(p[k])) {
+      return {0, part, k, "BOX_NOT_FINITE", "a point must be three finite numbers"};
     }
   }
-  if (!std::isfinite(sphere.radius)) {
+  return {};
+}
+
+BoxFault fault_of_radius(double radius) {
+  if (!std::isfinite(radius)) {
     return {0, "radius", BoxFault::kWhole, "BOX_NOT_FINITE", "a radius must be finite"};
   }
-  if (sphere.radius < 0) {
+  if (radius < 0) {
     return {0, "radius", BoxFault::kWhole, "BOX_RADIUS_NEGATIVE", "a radius must not be negative"};
+  }
+  return {};
+}
+
+/// The first one that is a fault.
+BoxFault first_of(const BoxFault& a, const BoxFault& b) { return *a.code != '\0' ? a : b; }
+
+BoxFault fault_of(const Sphere& sphere) {
+  return first_of(fault_of_point(sphere.center, "center"), fault_of_radius(sphere.radius));
+}
+
+BoxFault fault_of(const Capsule& capsule) {
+  return first_of(first_of(fault_of_point(capsule.from, "from"), fault_of_point(capsule.to, "to")),
+                  fault_of_radius(capsule.radius));
+}
+
+BoxFault fault_of(const ConvexRegion& region) {
+  if (region.planes.empty() || region.planes.size() > ConvexRegion::kMostPlanes) {
+    return {0, "planes", BoxFault::kWhole, "BOX_PLANES_COUNT", "a region has 1 to 32 planes"};
+  }
+  for (std::size_t i = 0; i < region.planes.size(); ++i) {
+    const auto& [normal, offset] = region.planes[i];
+    const int at = static_cast<int>(i);
+    if (!is_finite(normal) || !std::isfinite(offset)) {
+      return {0, "planes", at, "BOX_NOT_FINITE", "a plane must be four finite numbers"};
+    }
+    if (normal == Vec3d{}) {
+      return {0, "planes", at, "BOX_PLANE_ZERO", "a plane's normal must not be zero"};
+    }
   }
   return {};
 }
@@ -74,8 +107,21 @@ BoxFault fault_of(const Sphere& sphere) {
 
 void BoxBatch::push_back(const Sphere& sphere) {
   aligned.push_back({});
-  oriented.push_back(kSphereBit | static_cast<std::uint32_t>(spheres.size()));
+  oriented.push_back(kSphereShape | static_cast<std::uint32_t>(spheres.size()));
   spheres.push_back(sphere);
+}
+
+void BoxBatch::push_back(const Capsule& capsule) {
+  aligned.push_back({});
+  oriented.push_back(kCapsuleShape | static_cast<std::uint32_t>(capsules.size()));
+  capsules.push_back(capsule);
+}
+
+void BoxBatch::push_back(const ConvexRegion& region) {
+  aligned.push_back({});
+  oriented.push_back(kConvexShape | static_cast<std::uint32_t>(first_plane.size() - 1));
+  planes.insert(planes.end(), region.planes.begin(), region.planes.end());
+  first_plane.push_back(planes.size());
 }
 
 void BoxBatch::push_back(const Box3d& box) {

@@ -39,7 +39,7 @@ Status Engine::ray_boxes(const RayBatch& rays, const BoxBatch& boxes, BoxPairing
 }
 
 Status Engine::boxes_any(const Scene& scene, const BoxBatch& boxes, const Deadline& deadline,
-                         Column<std::uint8_t>& touched) const {
+                         Column<std::uint8_t>& touched, BoxRelation relation) const {
   const SceneTrees::Use use(scene.trees());
   return within_memory([&]() -> Status {
     touched.assign(boxes.size(), 0);
@@ -48,7 +48,8 @@ Status Engine::boxes_any(const Scene& scene, const BoxBatch& boxes, const Deadli
     std::atomic<bool> stopped{false};
     const auto part = [&](std::size_t begin, std::size_t end) {
       BoxOverlaps overlaps(*view, deadline);
-      for (std::size_t i = begin; i < end; ++i) touched[i] = overlaps.any(boxes, i) ? 1 : 0;
+      for (std::size_t i = begin; i < end; ++i)
+        touched[i] = overlaps.any(boxes, i, relation) ? 1 : 0;
       if (overlaps.stopped()) stopped.store(true);
     };
     Status status = state_->run(boxes.size(), deadline, part, kBoxSlice);
@@ -57,15 +58,15 @@ Status Engine::boxes_any(const Scene& scene, const BoxBatch& boxes, const Deadli
   });
 }
 
-Status Engine::boxes_count(const Scene& scene, const BoxBatch& boxes, BoxTargets targets,
+Status Engine::boxes_count(const Scene& scene, const BoxBatch& boxes, const BoxQuestion& question,
                            const Deadline& deadline, Column<std::uint64_t>& totals) const {
   return within_memory([&]() -> Status {
     BoxLists lists;
-    return boxes_list(scene, boxes, targets, 0, 0, deadline, lists, totals);
+    return boxes_list(scene, boxes, question, 0, 0, deadline, lists, totals);
   });
 }
 
-Status Engine::boxes_list(const Scene& scene, const BoxBatch& boxes, BoxTargets targets,
+Status Engine::boxes_list(const Scene& scene, const BoxBatch& boxes, const BoxQuestion& question,
                           std::size_t limit, std::size_t total_max, const Deadline& deadline,
                           BoxLists& lists, Column<std::uint64_t>& totals) const {
   const SceneTrees::Use use(scene.trees());
@@ -75,6 +76,8 @@ Status Engine::boxes_list(const Scene& scene, const BoxBatch& boxes, BoxTargets 
     std::atomic<std::size_t> gathered{0};
     std::atomic<bool> stopped{false};
     totals.assign(boxes.size(), 0);
+    lists.next.assign(boxes.size(), 0);
+    Column<std::size_t> listed(boxes.size());
     // One more than may be answered is enough to know that it is too many.
     const std::size_t kept = limit > total_max ? total_max + 1 : limit;
     const auto view = state_->with_trees(scene, boxes.size(), deadline, near_boxes(boxes));
@@ -84,7 +87,10 @@ Status Engine::boxes_list(const Scene& scene, const BoxBatch& boxes, BoxTargets 
       BoxLists& slice = slices[begin / kBoxSlice];
       for (std::size_t i = begin; i < end; ++i) {
         if (gathered.load(std::memory_order_relaxed) > total_max) return;
-        totals[i] = overlaps.list(boxes, i, targets, kept);
+        totals[i] =
+            overlaps.list(boxes, i, question.targets, kept, question.relation, question.from_of(i));
+        lists.next[i] = overlaps.next();
+        listed[i] = overlaps.triangles().size() + overlaps.nodes().size();
         if (overlaps.stopped()) {
           stopped.store(true);
           return;
@@ -92,8 +98,7 @@ Status Engine::boxes_list(const Scene& scene, const BoxBatch& boxes, BoxTargets 
         slice.triangles.insert(slice.triangles.end(), overlaps.triangles().begin(),
                                overlaps.triangles().end());
         slice.nodes.insert(slice.nodes.end(), overlaps.nodes().begin(), overlaps.nodes().end());
-        gathered.fetch_add(overlaps.triangles().size() + overlaps.nodes().size(),
-                           std::memory_order_relaxed);
+        gathered.fetch_add(listed[i], std::memory_order_relaxed);
       }
     };
     Status status = state_->run(boxes.size(), deadline, part, kBoxSlice);
@@ -109,7 +114,7 @@ Status Engine::boxes_list(const Scene& scene, const BoxBatch& boxes, BoxTargets 
     lists.first.assign(1, 0);
     lists.first.reserve(boxes.size() + 1);
     for (std::size_t i = 0; i < boxes.size(); ++i) {
-      lists.first.push_back(lists.first.back() + std::min<std::size_t>(totals[i], limit));
+      lists.first.push_back(lists.first.back() + listed[i]);
     }
     lists.triangles.clear();
     lists.nodes.clear();

@@ -88,16 +88,17 @@ class Engine {
   /// rays.
   Status ray_boxes(const RayBatch& rays, const BoxBatch& boxes, BoxPairing pairing,
                    bool with_planes, const Deadline& deadline, RayBoxAnswers& answers) const;
-  /// Whether each box touches any triangle: 1 or 0. `touched` is resized and overwritten.
+  /// Whether any triangle counts for each box: 1 or 0. `touched` is resized and overwritten.
   Status boxes_any(const Scene& scene, const BoxBatch& boxes, const Deadline& deadline,
-                   Column<std::uint8_t>& touched) const;
-  /// How many triangles or nodes each box touches. `totals` is resized and overwritten.
-  Status boxes_count(const Scene& scene, const BoxBatch& boxes, BoxTargets targets,
+                   Column<std::uint8_t>& touched,
+                   BoxRelation relation = BoxRelation::kIntersecting) const;
+  /// How many triangles or nodes count for each box. `totals` is resized and overwritten.
+  Status boxes_count(const Scene& scene, const BoxBatch& boxes, const BoxQuestion& question,
                      const Deadline& deadline, Column<std::uint64_t>& totals) const;
-  /// The triangles or nodes that each box touches, sorted by id; of each box the first `limit`.
-  /// `totals` counts them all. Both are resized and overwritten.
+  /// The triangles or nodes that count for each box, sorted by id; of each box the first `limit`
+  /// from its place on. `totals` counts them all. Both are resized and overwritten.
   /// Errors: TOO_MANY_HITS if the lists together would pass `total_max`.
-  Status boxes_list(const Scene& scene, const BoxBatch& boxes, BoxTargets targets,
+  Status boxes_list(const Scene& scene, const BoxBatch& boxes, const BoxQuestion& question,
                     std::size_t limit, std::size_t total_max, const Deadline& deadline,
                     BoxLists& lists, Column<std::uint64_t>& totals) const;
 

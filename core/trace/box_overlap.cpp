@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <array>
 
+#include "core/geometry/exact_hit.h"
 #include "core/geometry/triangle_box.h"
-#include "core/geometry/triangle_sphere.h"
+#include "core/geometry/triangle_within.h"
 #include "core/trace/box_region.h"
 #include "core/trace/leaf_triangle.h"
 
@@ -13,6 +14,12 @@ namespace sightline {
 namespace {
 
 constexpr auto kNoneLeft = [](std::uint32_t) { return false; };
+
+template <class Box>
+bool does_count(const Triangle& triangle, const Box& box, BoxRelation relation) {
+  if (relation == BoxRelation::kIntersecting) return triangle_meets_box(triangle, box);
+  return corners_within(triangle, box) && !is_degenerate(triangle);
+}
 
 /// Nodes between two looks at the clock: some microseconds.
 constexpr std::uint64_t kNodesPerLook = 64;
@@ -62,7 +69,7 @@ BoxOverlaps::Next BoxOverlaps::decide_leaf(const Box& box, const Placement& ente
     next = Next::kOn;
     for (std::uint32_t lane = 0; lane < block->lane_count && next == Next::kOn; ++lane) {
       ++counts_.triangles;
-      if (!triangle_meets_box(world_triangle(placement, *block, lane), box)) continue;
+      if (!does_count(world_triangle(placement, *block, lane), box, relation_)) continue;
       next = found(TriangleId{placement.instance, block->triangle[lane]});
     }
     if (next == Next::kStop) break;
@@ -78,8 +85,7 @@ bool BoxOverlaps::walk_placement(const Box& box, const Placement& placement, Fou
   const WideTree& tree = *scene.trees[placement.tree];
   const bool shares_tree =
       &placement == &scene.placements[scene.entries - 1] && scene.placements.size() > scene.entries;
-  const TreeRegion region =
-      placement.world_boxes ? world_region(tree, box) : mapped_region(tree, placement.space, box);
+  const TreeRegion region = region_in(tree, placement, box);
   Next last = Next::kOn;
   walk_tree(
       tree, region,
@@ -118,8 +124,9 @@ void BoxOverlaps::walk(const Box& box, Found found, Left left) {
       });
 }
 
-bool BoxOverlaps::any(const BoxBatch& boxes, std::size_t i) {
+bool BoxOverlaps::any(const BoxBatch& boxes, std::size_t i, BoxRelation relation) {
   bool touched = false;
+  relation_ = relation;
   boxes.visit(i, [&](const auto& box) {
     walk(
         box,
@@ -139,33 +146,57 @@ void BoxOverlaps::keep_smallest(std::size_t limit) {
   triangles_.resize(limit);
 }
 
-std::uint64_t BoxOverlaps::list(const BoxBatch& boxes, std::size_t i, BoxTargets targets,
-                                std::size_t limit) {
-  triangles_.clear();
-  nodes_.clear();
-  std::uint64_t total = 0;
-  if (targets == BoxTargets::kTriangles) {
-    // Twice the limit, then cut: memory stays in proportion to what is asked for.
-    const std::size_t room = limit < (std::size_t{1} << 60) ? std::max<std::size_t>(2 * limit, 4096)
-                                                            : static_cast<std::size_t>(-1);
-    boxes.visit(i, [&](const auto& box) {
-      walk(
-          box,
-          [&](TriangleId id) {
-            ++total;
-            if (limit > 0) {
-              triangles_.push_back(id);
-              if (triangles_.size() >= room) keep_smallest(limit);
-            }
-            return Next::kOn;
-          },
-          kNoneLeft);
-    });
-    keep_smallest(limit);
-    std::sort(triangles_.begin(), triangles_.end());
-    return total;
-  }
+/// Leaves the first `limit` of the ids, of `kept` that there were from the asked place on.
+template <class Id>
+void BoxOverlaps::cut(std::vector<Id>& ids, std::uint64_t kept, std::size_t limit) {
+  std::sort(ids.begin(), ids.end());
+  if (ids.size() > limit) ids.resize(limit);
+  next_ = kept > ids.size() && !ids.empty() ? list_place(ids.back()) + 1 : 0;
+}
 
+template <class Box>
+std::uint64_t BoxOverlaps::list_triangles(const Box& box, std::size_t limit, std::uint64_t from) {
+  // Twice the limit, then cut: memory stays in proportion to what is asked for.
+  const std::size_t room = limit < (std::size_t{1} << 60) ? std::max<std::size_t>(2 * limit, 4096)
+                                                          : static_cast<std::size_t>(-1);
+  std::uint64_t total = 0, kept = 0;
+  walk(
+      box,
+      [&](TriangleId id) {
+        ++total;
+        if (list_place(id) < from) return Next::kOn;
+        ++kept;
+        if (limit > 0) {
+          triangles_.push_back(id);
+          if (triangles_.size() >= room) keep_smallest(limit);
+        }
+        return Next::kOn;
+      },
+      kNoneLeft);
+  keep_smallest(limit);
+  cut(triangles_, kept, limit);
+  return total;
+}
+
+/// Takes those out of nodes_ that have a triangle beyond the box.
+template <class Box>
+void BoxOverlaps::leave_nodes_within(const Box& box) {
+  const SceneDescription& description = scene_.description();
+  for (std::uint32_t i = 0; i < description.instances.size() && !stopped_; ++i) {
+    const Instance& instance = description.instances[i];
+    const std::uint32_t triangles = description.meshes[instance.mesh]->triangle_count();
+    for (std::uint32_t t = 0; t < triangles && node_seen_[instance.node] == query_; ++t) {
+      if (out_of_time()) return;
+      const Triangle triangle = scene_.world_triangle({i, t});
+      if (corners_within(triangle, box)) continue;
+      if (is_finite(triangle) && !is_degenerate(triangle)) node_seen_[instance.node] = 0;
+    }
+  }
+  std::erase_if(nodes_, [&](std::uint32_t node) { return node_seen_[node] != query_; });
+}
+
+template <class Box>
+std::uint64_t BoxOverlaps::list_nodes(const Box& box, std::size_t limit, std::uint64_t from) {
   if (++query_ == 0) {
     std::fill(node_seen_.begin(), node_seen_.end(), 0);
     query_ = 1;
@@ -173,20 +204,30 @@ std::uint64_t BoxOverlaps::list(const BoxBatch& boxes, std::size_t i, BoxTargets
   const auto node_of = [&](std::uint32_t instance) {
     return scene_.description().instances[instance].node;
   };
-  boxes.visit(i, [&](const auto& box) {
-    walk(
-        box,
-        [&](TriangleId id) {
-          node_seen_[node_of(id.instance)] = query_;
-          nodes_.push_back(node_of(id.instance));
-          return Next::kNextPlacement;
-        },
-        [&](std::uint32_t instance) { return node_seen_[node_of(instance)] == query_; });
-  });
-  total = nodes_.size();
-  std::sort(nodes_.begin(), nodes_.end());
-  if (nodes_.size() > limit) nodes_.resize(limit);
+  walk(
+      box,
+      [&](TriangleId id) {
+        node_seen_[node_of(id.instance)] = query_;
+        nodes_.push_back(node_of(id.instance));
+        return Next::kNextPlacement;
+      },
+      [&](std::uint32_t instance) { return node_seen_[node_of(instance)] == query_; });
+  if (relation_ == BoxRelation::kContained) leave_nodes_within(box);
+  const std::uint64_t total = nodes_.size();
+  std::erase_if(nodes_, [&](std::uint32_t node) { return list_place(node) < from; });
+  cut(nodes_, nodes_.size(), limit);
   return total;
+}
+
+std::uint64_t BoxOverlaps::list(const BoxBatch& boxes, std::size_t i, BoxTargets targets,
+                                std::size_t limit, BoxRelation relation, std::uint64_t from) {
+  triangles_.clear();
+  nodes_.clear();
+  relation_ = relation;
+  return boxes.visit(i, [&](const auto& box) {
+    return targets == BoxTargets::kTriangles ? list_triangles(box, limit, from)
+                                             : list_nodes(box, limit, from);
+  });
 }
 
 }  // namespace sightline

@@ -111,6 +111,42 @@ void add_slab(const WideTree& tree, const Vec3d& axis, const Vec3d& center, doub
   region.slabs[static_cast<std::size_t>(region.slab_count++)] = slab;
 }
 
+/// Everything in the tree.
+TreeRegion whole_region() {
+  TreeRegion region;
+  region.lower = {-kInfF, -kInfF, -kInfF};
+  region.upper = {kInfF, kInfF, kInfF};
+  return region;
+}
+
+/// Adds a plane of the world to the region of a tree in mesh units: the corners of the world are
+/// those of the mesh, moved by `world`, so that a plane moves the other way.
+void add_half_space(const WideTree& tree, const Affine& world, const HalfSpace& plane,
+                    TreeRegion& region) {
+  if (region.slab_count == TreeRegion::kMostSlabs) return;
+  TreeRegion::Slab slab;
+  double fixed = 0, magnitude = std::abs(plane.offset);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double n = plane.normal[static_cast<int>(k)];
+    fixed += n * world.m[k][3];
+    magnitude += std::abs(n) * (std::abs(world.m[k][3]) + 0x1p-140);
+    for (std::size_t j = 0; j < 3; ++j) {
+      slab.normal[j] += n * world.m[k][j];
+      const int axis = static_cast<int>(j);
+      // Boxes of the tree are rounded outwards to float32.
+      const double largest =
+          std::max(std::abs(tree.bounds.min[axis]), std::abs(tree.bounds.max[axis]));
+      magnitude +=
+          std::abs(n) * (std::abs(world.m[k][j]) + 0x1p-140) * (largest * (1 + 0x1p-20) + 0x1p-140);
+    }
+  }
+  const double margin = 32 * kU * magnitude + kUnderflow;
+  slab.low = -kInfD;
+  slab.high = (plane.offset - fixed) + margin;
+  if (!std::isfinite(slab.high)) return;
+  region.slabs[static_cast<std::size_t>(region.slab_count++)] = slab;
+}
+
 }  // namespace
 
 Box3d outer_bounds(const OrientedBox& box) {
@@ -137,6 +173,23 @@ TreeRegion world_region(const WideTree& tree, const OrientedBox& box) {
     add_slab(tree, box.axes[k], box.center, box.half[static_cast<int>(k)], region);
   }
   return region;
+}
+
+TreeRegion world_region(const WideTree& tree, const ConvexRegion& region) {
+  TreeRegion result = whole_region();
+  if (tree.scale_exponent != 0) return result;
+  for (const HalfSpace& plane : region.planes) add_half_space(tree, Affine{}, plane, result);
+  return result;
+}
+
+TreeRegion region_in(const WideTree& tree, const Placement& placement, const ConvexRegion& region) {
+  if (placement.world_boxes) return world_region(tree, region);
+  TreeRegion result = whole_region();
+  if (tree.scale_exponent != 0) return result;
+  for (const HalfSpace& plane : region.planes) {
+    add_half_space(tree, placement.world_from_mesh, plane, result);
+  }
+  return result;
 }
 
 TreeRegion mapped_region(const WideTree& tree, const TreeSpace& space, const Box3d& box) {

@@ -7,6 +7,8 @@
 #include "core/bvh/scene_tree.h"
 #include "core/geometry/box3.h"
 #include "core/geometry/box_oriented.h"
+#include "core/geometry/triangle_capsule.h"
+#include "core/geometry/triangle_convex.h"
 #include "core/geometry/triangle_sphere.h"
 
 namespace sightline {
@@ -14,12 +16,14 @@ namespace sightline {
 struct TreeRegion {
   std::array<float, 3> lower{}, upper{};
   /// Slabs low <= normal . x <= high beside the bounds, for an oriented box in a tree with world
-  /// boxes. Errors of evaluating them on boxes of the tree are included.
+  /// boxes, and for the first planes of a convex region. Errors of evaluating them on boxes of the
+  /// tree are included.
   struct Slab {
     std::array<double, 3> normal{};
     double low = 0, high = 0;
   };
-  std::array<Slab, 3> slabs{};
+  static constexpr int kMostSlabs = 8;
+  std::array<Slab, kMostSlabs> slabs;
   int slab_count = 0;
 };
 
@@ -29,6 +33,10 @@ TreeRegion world_region(const WideTree& tree, const OrientedBox& box);
 inline TreeRegion world_region(const WideTree& tree, const Sphere& sphere) {
   return world_region(tree, outer_bounds(sphere));
 }
+inline TreeRegion world_region(const WideTree& tree, const Capsule& capsule) {
+  return world_region(tree, outer_bounds(capsule));
+}
+TreeRegion world_region(const WideTree& tree, const ConvexRegion& region);
 /// For a tree in mesh units, entered through a placement.
 TreeRegion mapped_region(const WideTree& tree, const TreeSpace& space, const Box3d& box);
 TreeRegion mapped_region(const WideTree& tree, const TreeSpace& space, const OrientedBox& box);
@@ -36,6 +44,18 @@ inline TreeRegion mapped_region(const WideTree& tree, const TreeSpace& space,
                                 const Sphere& sphere) {
   return mapped_region(tree, space, outer_bounds(sphere));
 }
+inline TreeRegion mapped_region(const WideTree& tree, const TreeSpace& space,
+                                const Capsule& capsule) {
+  return mapped_region(tree, space, outer_bounds(capsule));
+}
+
+/// For the tree of a placement.
+template <class Box>
+TreeRegion region_in(const WideTree& tree, const Placement& placement, const Box& box) {
+  return placement.world_boxes ? world_region(tree, box)
+                               : mapped_region(tree, placement.space, box);
+}
+TreeRegion region_in(const WideTree& tree, const Placement& placement, const ConvexRegion& region);
 
 /// Which of the eight children may hold something of the region: bit i for child i.
 unsigned overlapped_children(const WideNode& node, const TreeRegion& region);

@@ -4,6 +4,7 @@ Usage: api_page.py BINARY [--write]; api_page_test.py holds the page against the
 """
 
 import json
+import re
 import shlex
 import subprocess
 import sys
@@ -50,6 +51,11 @@ QUESTIONS = [
      {"boxes": [{"min": [-4, 20, -4], "max": [4, 33, 4]}, {"min": [None, 97, None], "max": [None, None, None]}], "of": "nodes"}),
     ("How many triangles", TOWN + "boxes:count",
      {"boxes": [{"center": [0, 28, 0], "half": [5, 5, 5], "rotation": [0, 0.6, 0, 0.8]}]}),
+    ("A list in pieces", TOWN + "boxes:list", {"boxes": [{"min": [-4, 20, -4], "max": [4, 33, 4]}], "of": "nodes", "limit": 1}),
+    ("What a capsule holds", TOWN + "boxes:count",
+     {"boxes": [{"from": [0, 24, 0], "to": [0, 32, 0], "radius": 6}], "mode": "contained", "of": "nodes"}),
+    ("What a pyramid of planes touches", TOWN + "boxes:list",
+     {"boxes": [{"planes": [[0, 1, 0, 33], [1, -1, 0, -31], [-1, -1, 0, -31], [0, -1, 1, -31], [0, -1, -1, -31]]}], "of": "nodes"}),
     ("How many in a sphere", TOWN + "boxes:count", {"boxes": [{"center": [3, 44, 4], "radius": 13}]}),
     ("Whether any", TOWN + "boxes:any", {"boxes": [{"min": [-1, 500, -1], "max": [1, 501, 1]}]}),
     ("Rays against boxes, without a scene", "/v1/rays-boxes",
@@ -77,6 +83,8 @@ def ask(url, path, body):
     answer = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120).stdout.strip()
     if '"request_id"' in answer:
         answer = answer[:answer.index(',"request_id"')] + "}"
+    # A cursor begins with the revision of the scene: which of two was loaded first is left to chance.
+    answer = re.sub('"next":"[0-9a-f]{16}', '"next":"' + 15 * "0" + "1", answer)
     return shown, answer
 
 

@@ -36,9 +36,9 @@ BODIES = {
     "pointsDistance": [{"points": [[0, 1, 0], [90, 0, 0]], "max_distance": 9, "method": "winding"}, {"points": [], "work": True}],
     "raysBoxes": [{"rays": [RAY, MISS], "boxes": [BOX, {"center": [0, 1, 0], "half": [1, None, 1], "rotation": [0, 0, 0, 1]}],
                    "pairing": "all", "planes": True}],
-    "boxesAny": [{"boxes": [BOX, {"center": [0, 1, 0], "radius": 2}]}],
+    "boxesAny": [{"boxes": [BOX, {"center": [0, 1, 0], "radius": 2}, {"planes": [[0, 1, 0, 3], [1, 0, 0, 0]]}]}],
     "boxesList": [{"boxes": [BOX], "limit": 2}, {"boxes": [BOX], "of": "nodes"}],
-    "boxesCount": [{"boxes": [BOX], "of": "nodes"}],
+    "boxesCount": [{"boxes": [BOX], "of": "nodes"}, {"boxes": [{"from": [0, 0, 0], "to": [0, 4, 0], "radius": 2}], "mode": "contained"}],
 }
 GETS = {"listScenes": "/v1/scenes", "getScene": "/v1/scenes/six", "sceneStats": "/v1/scenes/six/stats",
         "sceneNodes": "/v1/scenes/six/nodes?limit=2", "sceneTriangles": "/v1/scenes/six/triangles?ids=0.0.1",

@@ -27,7 +27,7 @@ TEST(BoxJson, reads_the_three_forms_of_boxes) {
       {"center":[0,0,0],"half":[1,1,null],"axes":[[1,1,0],[1,-1,0],[0,0,2]]}],"of":"nodes","limit":7})";
   const auto query = decode_boxes(body, {});
   ASSERT_TRUE(query.ok()) << query.error().message;
-  EXPECT_EQ(query->targets, BoxTargets::kNodes);
+  EXPECT_EQ(query->question.targets, BoxTargets::kNodes);
   EXPECT_EQ(query->limit, 7u);
   const BoxBatch& boxes = query->boxes;
   ASSERT_EQ(boxes.size(), 3u);
@@ -47,7 +47,7 @@ TEST(BoxJson, takes_null_as_an_open_side) {
   const auto query = decode_boxes(body, {});
   ASSERT_TRUE(query.ok());
   EXPECT_EQ(query->boxes.aligned[0], (Box3d{{-kInf, 0, -kInf}, {1, kInf, kInf}}));
-  EXPECT_EQ(query->targets, BoxTargets::kTriangles);
+  EXPECT_EQ(query->question.targets, BoxTargets::kTriangles);
   EXPECT_EQ(query->limit, 1000u);
 }
 
@@ -105,6 +105,7 @@ TEST(BoxJson, names_the_place_of_a_wrong_oriented_box) {
 TEST(BoxJson, writes_lists_of_triangles_and_of_nodes) {
   BoxLists lists;
   lists.first = {0, 1, 1};
+  lists.next = {0, 0};
   lists.triangles = {{2, 7}};
   HitTerms terms;
   terms.primitive = {1};
@@ -112,13 +113,70 @@ TEST(BoxJson, writes_lists_of_triangles_and_of_nodes) {
   terms.node_name = {"house"};
   terms.mesh_name = {""};
   const Column<std::uint64_t> totals{3, 0};
-  EXPECT_EQ(encode_box_lists(lists, totals, BoxTargets::kTriangles, terms),
+  EXPECT_EQ(encode_box_lists(lists, totals, BoxTargets::kTriangles, terms, 7),
             R"({"results":[{"total":3,"triangles":[{"instance":2,"primitive":1,"triangle":5,)"
             R"("node":"house","mesh":null}]},{"total":0,"triangles":[]}]})");
   terms.node = {9};
-  EXPECT_EQ(encode_box_lists(lists, totals, BoxTargets::kNodes, terms),
+  EXPECT_EQ(encode_box_lists(lists, totals, BoxTargets::kNodes, terms, 7),
             R"({"results":[{"total":3,"nodes":[{"node":"house","node_id":9}]},)"
             R"({"total":0,"nodes":[]}]})");
+  lists.next = {5, 0};
+  EXPECT_EQ(encode_box_lists(lists, totals, BoxTargets::kNodes, terms, 7),
+            R"({"results":[{"total":3,"nodes":[{"node":"house","node_id":9}],)"
+            R"("next":"0000000000000007n0000000000000005"},{"total":0,"nodes":[]}]})");
+}
+
+TEST(BoxJson, reads_capsules_planes_modes_and_cursors) {
+  std::string body = R"({"boxes":[{"from":[1,2,3],"to":[4,5,6],"radius":7},
+      {"planes":[[1,0,0,5],[0,-1,0,0.5]],"cursor":"0000000000000007t00000001000000ff"},
+      {"center":[0,0,0],"radius":1}],"mode":"contained"})";
+  const auto query = decode_boxes(body, {});
+  ASSERT_TRUE(query.ok()) << query.error().message;
+  EXPECT_EQ(query->question.relation, BoxRelation::kContained);
+  ASSERT_EQ(query->boxes.capsules.size(), 1u);
+  EXPECT_EQ(query->boxes.capsules[0].to, (Vec3d{4, 5, 6}));
+  EXPECT_EQ(query->boxes.capsules[0].radius, 7);
+  const auto planes = query->boxes.region(0).planes;
+  ASSERT_EQ(planes.size(), 2u);
+  EXPECT_EQ(planes[1].normal, (Vec3d{0, -1, 0}));
+  EXPECT_EQ(planes[1].offset, 0.5);
+  ASSERT_EQ(query->cursors.size(), 3u);
+  EXPECT_EQ(query->cursors[0].from, 0u);
+  EXPECT_EQ(query->cursors[1].revision, 7u);
+  EXPECT_FALSE(query->cursors[1].of_nodes);
+  EXPECT_EQ(query->cursors[1].from, 0x1000000ffu);
+}
+
+TEST(BoxJson, names_the_place_of_what_is_wrong_in_other_shapes) {
+  const auto boxes = [](const std::string& row) { return R"({"boxes":[)" + row + "]}"; };
+  EXPECT_EQ(fault(boxes(R"({"from":[0,0,0],"radius":1})")), "KEY_MISSING /boxes/0");
+  EXPECT_EQ(fault(boxes(R"({"from":[0,0,0],"to":[0,0,0]})")), "KEY_MISSING /boxes/0");
+  EXPECT_EQ(fault(boxes(R"({"from":[0,0,0],"to":[0,0,0],"radius":1,"half":[1,1,1]})")),
+            "KEYS_MIXED /boxes/0");
+  EXPECT_EQ(fault(boxes(R"({"from":[0,0,0],"to":[0,0,0],"radius":-1})")),
+            "BOX_RADIUS_NEGATIVE /boxes/0/radius");
+  EXPECT_EQ(fault(boxes(R"({"planes":[]})")), "BOX_PLANES_COUNT /boxes/0/planes");
+  EXPECT_EQ(fault(boxes(R"({"planes":[[0,0,1,0],[0,0,0,1]]})")),
+            "BOX_PLANE_ZERO /boxes/0/planes/1");
+  EXPECT_EQ(fault(boxes(R"({"planes":[[0,0,1]]})")), "LENGTH_WRONG /boxes/0/planes/0");
+  EXPECT_EQ(fault(boxes(R"({"planes":[[0,0,1,0]],"radius":1})")), "KEYS_MIXED /boxes/0");
+  std::string many = "[0,0,1,0]";
+  for (int i = 0; i < 32; ++i) many += ",[0,0,1,0]";
+  EXPECT_EQ(fault(boxes(R"({"planes":[)" + many + "]}")), "BOX_PLANES_COUNT /boxes/0/planes/32");
+  const auto cursor = [&](const std::string& text) {
+    return fault(boxes(R"({"min":[0,0,0],"max":[1,1,1],"cursor":)" + text + "}"));
+  };
+  EXPECT_EQ(cursor(R"("0000000000000007t0000000000000005")"), "");
+  EXPECT_EQ(cursor("7"), "TYPE_WRONG /boxes/0/cursor");
+  for (const char* text :
+       {"", "x", "0000000000000007t0000000000000000", "0000000000000007T0000000000000005",
+        "000000000000000At0000000000000005"})
+    EXPECT_EQ(cursor('"' + std::string(text) + '"'), "CURSOR_UNKNOWN /boxes/0/cursor") << text;
+  EXPECT_EQ(
+      fault(boxes(R"({"min":[0,0,0],"max":[1,1,1],"cursor":"0000000000000007t0000000000000005"})"),
+            {.has_limit = false}),
+      "KEY_UNKNOWN /boxes/0/cursor");
+  EXPECT_EQ(fault(R"({"boxes":[],"mode":"outside"})"), "VALUE_UNKNOWN /mode");
 }
 
 constexpr char kRay[] = R"({"origin":[0,0,0],"direction":[0,0,1]})";

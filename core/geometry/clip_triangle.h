@@ -1,0 +1,34 @@
+#pragma once
+/// A triangle clipped by planes, exactly.
+
+#include <array>
+#include <vector>
+
+#include "core/geometry/dyadic_vector.h"
+
+namespace sightline {
+
+/// What is left of a triangle, in its own barycentric weights up to a positive factor.
+class ClippedTriangle {
+ public:
+  /// All of it.
+  ClippedTriangle();
+
+  /// Keeps where the linear function that has these values at the three corners is not positive.
+  /// Returns whether anything is left; a single point is something. Throws std::bad_alloc.
+  bool clip(const DyadicVector& values);
+
+  /// The corners of what is left, some of them maybe twice: weights of degree 2d for values of
+  /// degree d; their sum is positive.
+  std::size_t size() const { return polygon_.size(); }
+  const DyadicVector& weights(std::size_t i) const { return polygon_[i].at; }
+
+ private:
+  struct Corner {
+    DyadicVector at;
+    DyadicVector line;  ///< function that is zero here and at the next corner
+  };
+  std::vector<Corner> polygon_;
+};
+
+}  // namespace sightline

@@ -1,0 +1,34 @@
+#pragma once
+/// Vectors of rounded float64 numbers: what filters are written in.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/geometry/vec3.h"
+
+namespace sightline::float64 {
+
+using Numbers = std::array<double, 3>;
+
+inline Numbers minus(const Vec3d& a, const Vec3d& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+inline Numbers minus(const Numbers& a, const Numbers& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+inline double dot(const Numbers& a, const Numbers& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+inline Numbers cross(const Numbers& a, const Numbers& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+inline double largest(const Numbers& a) {
+  return std::max({std::fabs(a[0]), std::fabs(a[1]), std::fabs(a[2])});
+}
+
+/// Weights of the second and third corner that are near those of the point of the triangle nearest
+/// to the origin, and of some point of the triangle whatever rounding does. By regions, as
+/// [Ericson2005] has them. ab and ac: from the first corner to the others.
+std::array<double, 2> near_weights(const std::array<Numbers, 3>& corner, const Numbers& ab,
+                                   const Numbers& ac);
+
+}  // namespace sightline::float64

@@ -1,0 +1,21 @@
+#pragma once
+/// Where a list goes on: a text that a client gives back as it got it.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace sightline {
+
+struct ListCursor {
+  std::uint64_t revision = 0;  ///< of the scene that was asked
+  bool of_nodes = false;
+  std::uint64_t from = 0;  ///< list_place (core/query/box_answers.h); 0: no cursor
+};
+
+std::string encode_cursor(const ListCursor& cursor);
+/// Empty for a text that encode_cursor never made.
+std::optional<ListCursor> decode_cursor(std::string_view text);
+
+}  // namespace sightline
