@@ -4,6 +4,7 @@
 #include <string>
 
 #include "core/base/infinity.h"
+#include "proto/number_rows.h"
 
 namespace sightline {
 
@@ -24,10 +25,6 @@ JsonPointer part_place(std::size_t box, std::string_view part) {
   return place;
 }
 
-Vec3d vector(const double* v) { return {v[0], v[1], v[2]}; }
-
-std::string_view number_name(int count) { return count == 3 ? "three" : "four"; }
-
 }  // namespace
 
 struct BoxRows::Row {
@@ -40,48 +37,25 @@ struct BoxRows::Row {
   std::size_t plane_count = 0;
 };
 
-bool BoxRows::read_numbers(JsonReader::Value value, const JsonPointer& place, double* out,
-                           int count, bool may_be_open, double open) {
-  const std::string expected = "an array of " + std::string(number_name(count)) + " numbers";
-  int found = 0;
-  const auto read_one = [&](std::size_t i, JsonReader::Value number) {
-    const auto number_place = [&] { return JsonPointer(place).index(i); };
-    if (found == count) {
-      return reader_.invalid("LENGTH_WRONG",
-                             "expected " + std::string(number_name(count)) + " numbers, found more",
-                             place);
-    }
-    double& slot = out[found++];
-    return may_be_open ? reader_.read_number_or_null(number, open, slot, number_place)
-                       : reader_.read_number(number, slot, number_place);
-  };
-  if (!reader_.read_array(value, expected, place, read_one)) return false;
-  if (found == count) return true;
-  return reader_.invalid(
-      "LENGTH_WRONG",
-      "expected " + std::string(number_name(count)) + " numbers, found " + std::to_string(found),
-      place);
-}
-
 bool BoxRows::read_part(std::size_t box, std::size_t which, JsonReader::Value value, Row& row) {
   const JsonPointer place = part_place(box, kBoxKeys[which]);
   switch (1u << which) {
     case kMin:
-      return read_numbers(value, place, row.min.data(), 3, true, -kInf);
+      return read_numbers(reader_, value, place, row.min.data(), 3, -kInf);
     case kMax:
-      return read_numbers(value, place, row.max.data(), 3, true, kInf);
+      return read_numbers(reader_, value, place, row.max.data(), 3, kInf);
     case kCenter:
-      return read_numbers(value, place, row.center.data(), 3, false, 0);
+      return read_numbers(reader_, value, place, row.center.data(), 3);
     case kHalf:
-      return read_numbers(value, place, row.half.data(), 3, true, kInf);
+      return read_numbers(reader_, value, place, row.half.data(), 3, kInf);
     case kRotation:
-      return read_numbers(value, place, row.rotation.data(), 4, false, 0);
+      return read_numbers(reader_, value, place, row.rotation.data(), 4);
     case kRadius:
       return reader_.read_number(value, row.radius, [&] { return JsonPointer(place); });
     case kFrom:
-      return read_numbers(value, place, row.from.data(), 3, false, 0);
+      return read_numbers(reader_, value, place, row.from.data(), 3);
     case kTo:
-      return read_numbers(value, place, row.to.data(), 3, false, 0);
+      return read_numbers(reader_, value, place, row.to.data(), 3);
     case kPlanes:
       return read_planes(value, place, row);
     case kCursor:
@@ -98,8 +72,8 @@ bool BoxRows::read_planes(JsonReader::Value value, const JsonPointer& place, Row
       return reader_.invalid("BOX_PLANES_COUNT", "a region has 1 to 32 planes", plane_place);
     }
     std::array<double, 4> numbers{};
-    if (!read_numbers(plane, plane_place, numbers.data(), 4, false, 0)) return false;
-    row.planes[row.plane_count++] = {vector(numbers.data()), numbers[3]};
+    if (!read_numbers(reader_, plane, plane_place, numbers.data(), 4)) return false;
+    row.planes[row.plane_count++] = {vector_of(numbers.data()), numbers[3]};
     return true;
   };
   return reader_.read_array(value, "an array of planes", place, read_plane);
@@ -124,7 +98,7 @@ bool BoxRows::read_axes(JsonReader::Value value, const JsonPointer& place, Row& 
   const auto read_axis = [&](std::size_t i, JsonReader::Value axis) {
     if (i == 3) return reader_.invalid("LENGTH_WRONG", "expected three axes, found more", place);
     ++axes;
-    return read_numbers(axis, JsonPointer(place).index(i), row.axes[i].data(), 3, false, 0);
+    return read_numbers(reader_, axis, JsonPointer(place).index(i), row.axes[i].data(), 3);
   };
   if (!reader_.read_array(value, "an array of three axes", place, read_axis)) return false;
   if (axes == 3) return true;
@@ -137,11 +111,11 @@ bool BoxRows::finish_round(std::size_t box, const Row& row, BoxBatch& boxes) {
   const unsigned seen = row.seen & ~kCursor;
   forms_.push_back(Form::kOther);
   if (seen == (kCenter | kRadius)) {
-    boxes.push_back(Sphere{vector(row.center.data()), row.radius});
+    boxes.push_back(Sphere{vector_of(row.center.data()), row.radius});
     return true;
   }
   if (seen == (kFrom | kTo | kRadius)) {
-    boxes.push_back(Capsule{vector(row.from.data()), vector(row.to.data()), row.radius});
+    boxes.push_back(Capsule{vector_of(row.from.data()), vector_of(row.to.data()), row.radius});
     return true;
   }
   if ((seen & (kFrom | kTo)) != 0) {
@@ -179,7 +153,7 @@ bool BoxRows::finish_row(std::size_t box, const Row& row, BoxBatch& boxes) {
   }
   if (seen == kCorners) {
     forms_.push_back(Form::kCorners);
-    boxes.push_back(Box3d{vector(row.min.data()), vector(row.max.data())});
+    boxes.push_back(Box3d{vector_of(row.min.data()), vector_of(row.max.data())});
     return true;
   }
   if ((seen & kMiddle) != kMiddle || (seen & kTurn) == 0) {
@@ -187,9 +161,9 @@ bool BoxRows::finish_row(std::size_t box, const Row& row, BoxBatch& boxes) {
                            "a box needs min and max, or center, half and rotation or axes",
                            box_place(box));
   }
-  OrientedBox oriented{vector(row.center.data()), vector(row.half.data()), {}};
+  OrientedBox oriented{vector_of(row.center.data()), vector_of(row.half.data()), {}};
   if ((seen & kAxes) != 0) {
-    for (std::size_t k = 0; k < 3; ++k) oriented.axes[k] = vector(row.axes[k].data());
+    for (std::size_t k = 0; k < 3; ++k) oriented.axes[k] = vector_of(row.axes[k].data());
   } else {
     const auto& q = row.rotation;
     if (!is_rotation(q[0], q[1], q[2], q[3])) {

@@ -48,8 +48,6 @@ class BoxRows {
   bool read_cursor(JsonReader::Value value, const JsonPointer& place, std::size_t box);
   bool finish_row(std::size_t box, const Row& row, BoxBatch& boxes);
   bool finish_round(std::size_t box, const Row& row, BoxBatch& boxes);
-  bool read_numbers(JsonReader::Value value, const JsonPointer& place, double* out, int count,
-                    bool may_be_open, double open);
 
   JsonReader& reader_;
   std::size_t most_;

@@ -111,6 +111,21 @@ bool RayRequest::read_points(PointJsonRules rules, PointQuery& points) {
   });
 }
 
+bool RayRequest::read_sweeps(SweepJsonRules rules, SweepQuery& sweeps) {
+  rules.max_sweeps = service_.limits.rays;
+  const std::optional<QueryType> type = admit_rays_type(exchange_);
+  if (!type) return false;
+  return read_query([&](std::string& body, RayQuery& options) -> Status {
+    auto decoded = *type == QueryType::kBinary ? decode_sweeps_binary(body, rules)
+                                               : decode_sweeps(body, rules);
+    if (!decoded) return decoded.error();
+    sweeps = std::move(*decoded);
+    options = sweeps.options;
+    exchange_.rays = sweeps.sweeps.count();
+    return choose_bytes(options, kDefaultBinaryFields);
+  });
+}
+
 bool RayRequest::read_json(const Decode& decode) {
   return admit_query_type(exchange_) && read_query(decode);
 }

@@ -10,6 +10,7 @@
 #include "proto/answer_members.h"
 #include "proto/point_json.h"
 #include "proto/ray_json.h"
+#include "proto/sweep_json.h"
 #include "server/exchange.h"
 #include "server/hit_terms.h"
 #include "server/ray_answer.h"
@@ -34,6 +35,8 @@ class RayRequest {
   /// options and returns a Status.
   /// The same for points, JSON or binary.
   bool read_points(PointJsonRules rules, PointQuery& points);
+  /// The same for sweeps.
+  bool read_sweeps(SweepJsonRules rules, SweepQuery& sweeps);
   using Decode = std::function<Status(std::string& body, RayQuery& options)>;
   bool read_json(const Decode& decode);
 

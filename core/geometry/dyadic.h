@@ -14,12 +14,12 @@ namespace sightline {
 ///
 /// Laws    +, -, * and comparisons are exact. No rounding, no overflow, no underflow: a finite
 ///         float64 spans the limbs -17 .. 15, a difference of two as many and a carry: 34. The
-///         widest thing formed compares two squared distances from planes, sums of products of ten
-///         such differences: 340 limbs and the carries of the sums (kCapacity).
+///         widest thing formed compares the times at which a sphere comes to two planes: products
+///         of 24 such differences, 816 limbs and the carries of the sums (kCapacity).
 /// Cost    a constructor writes two limbs; nothing allocates. Products are schoolbook.
 class Dyadic {
  public:
-  static constexpr int kCapacity = 352;
+  static constexpr int kCapacity = 840;
 
   Dyadic() = default;
   /// Precondition: value is finite.

@@ -11,6 +11,8 @@ namespace sightline {
 
 using DyadicVector = std::array<Dyadic, 3>;
 
+inline DyadicVector exact_vector(const Vec3d& v) { return {Dyadic(v.x), Dyadic(v.y), Dyadic(v.z)}; }
+
 /// a - b. Precondition: both finite.
 inline DyadicVector difference(const Vec3d& a, const Vec3d& b) {
   return {Dyadic(a.x) - Dyadic(b.x), Dyadic(a.y) - Dyadic(b.y), Dyadic(a.z) - Dyadic(b.z)};

@@ -31,13 +31,6 @@ ExactT make_t(const Dyadic& numerator, const Dyadic& denominator) {
   return {numerator, denominator};
 }
 
-/// Sign of t - limit, where the limit may be infinite.
-int compare_limit(const ExactT& t, double limit) {
-  if (std::isinf(limit)) return limit > 0 ? -1 : 1;
-  if (limit == 0) return t.numerator.sign();
-  return compare(t.numerator, Dyadic(limit) * t.denominator);
-}
-
 /// The line lies in the triangle's plane: the least t of line and closed triangle in [tmin, tmax].
 bool coplanar_hit(const std::array<Vector, 3>& corner, const Vector& d, const Vector& n,
                   double tmin, double tmax, ExactT& t) {
@@ -70,8 +63,8 @@ bool coplanar_hit(const std::array<Vector, 3>& corner, const Vector& d, const Ve
     }
   }
   if (!found) return false;
-  if (compare_limit(enter, tmax) > 0 || compare_limit(leave, tmin) < 0) return false;
-  t = compare_limit(enter, tmin) >= 0 ? enter : ExactT{Dyadic(tmin), Dyadic(1.0)};
+  if (compare(enter, tmax) > 0 || compare(leave, tmin) < 0) return false;
+  t = compare(enter, tmin) >= 0 ? enter : ExactT{Dyadic(tmin), Dyadic(1.0)};
   return true;
 }
 
@@ -109,6 +102,12 @@ int compare(const ExactT& a, const ExactT& b) {
   return compare(a.numerator * b.denominator, b.numerator * a.denominator);
 }
 
+int compare(const ExactT& t, double limit) {
+  if (std::isinf(limit)) return limit > 0 ? -1 : 1;
+  if (limit == 0) return t.numerator.sign();
+  return compare(t.numerator, Dyadic(limit) * t.denominator);
+}
+
 bool is_degenerate(const Triangle& triangle) {
   for (int k = 0; k < 3; ++k) {
     const int i = (k + 1) % 3, j = (k + 2) % 3;
@@ -134,7 +133,7 @@ bool exact_hit(const Vec3d& origin, const Vec3d& direction, double tmin, double 
       t = make_t(Dyadic(fixed->numerator, 3 * fixed->space_exponent),
                  Dyadic(fixed->w0 + fixed->w1 + fixed->w2,
                         2 * fixed->space_exponent + fixed->direction_exponent));
-      return compare_limit(t, tmin) >= 0 && compare_limit(t, tmax) <= 0;
+      return compare(t, tmin) >= 0 && compare(t, tmax) <= 0;
     }
   }
   const std::array<Vector, 3> corner{difference(triangle.v0, origin),
@@ -157,7 +156,7 @@ bool exact_hit(const Vec3d& origin, const Vec3d& direction, double tmin, double 
     return coplanar_hit(corner, d, normal_of(triangle), tmin, tmax, t);
   }
   t = make_t(dot(corner[0], bc), determinant);
-  return compare_limit(t, tmin) >= 0 && compare_limit(t, tmax) <= 0;
+  return compare(t, tmin) >= 0 && compare(t, tmax) <= 0;
 }
 
 namespace {

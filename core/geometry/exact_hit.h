@@ -28,6 +28,8 @@ struct ExactT {
 
 /// Sign of a - b.
 int compare(const ExactT& a, const ExactT& b);
+/// Sign of t - limit; the limit may be infinite.
+int compare(const ExactT& t, double limit);
 
 /// The least real t in [tmin, tmax] with origin + t * direction on the triangle. Returns false, and
 /// leaves t unspecified, if there is none, if the triangle has exactly no area, or if a corner is

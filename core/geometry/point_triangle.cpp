@@ -74,12 +74,16 @@ CornerSet certain_nearest_edge(const Vec3d& point, const Triangle& triangle) {
 
 namespace {
 
+DyadicVector difference(const Vec3d& a, const DyadicVector& b) {
+  return {Dyadic(a.x) - b[0], Dyadic(a.y) - b[1], Dyadic(a.z) - b[2]};
+}
+
 /// Where the nearest point lies, in exact numbers.
 class ExactNearest {
  public:
   enum class Part { kCorner, kEdge, kInside };
 
-  ExactNearest(const Vec3d& point, const Triangle& triangle)
+  ExactNearest(const DyadicVector& point, const Triangle& triangle)
       : corner_{difference(triangle.v0, point), difference(triangle.v1, point),
                 difference(triangle.v2, point)},
         edge_{difference(triangle.v1, triangle.v0), difference(triangle.v2, triangle.v1),
@@ -160,8 +164,12 @@ class ExactNearest {
 
 }  // namespace
 
-ExactDistance exact_distance(const Vec3d& point, const Triangle& triangle) {
+ExactDistance exact_distance(const DyadicVector& point, const Triangle& triangle) {
   return ExactNearest(point, triangle).distance();
+}
+
+ExactDistance exact_distance(const Vec3d& point, const Triangle& triangle) {
+  return exact_distance(exact_vector(point), triangle);
 }
 
 int compare(const ExactDistance& a, const ExactDistance& b) {
@@ -175,6 +183,10 @@ int compare(const ExactDistance& a, double distance) {
 }
 
 NearestDetail nearest_detail(const Vec3d& point, const Triangle& triangle) {
+  return nearest_detail(exact_vector(point), triangle);
+}
+
+NearestDetail nearest_detail(const DyadicVector& point, const Triangle& triangle) {
   const ExactNearest nearest(point, triangle);
   const std::array<const Vec3d*, 3> corner{&triangle.v0, &triangle.v1, &triangle.v2};
   const std::array<Dyadic, 3> weight = nearest.weights();

@@ -12,7 +12,7 @@
 ///
 /// Preconditions of all: the point and the corners are finite, the triangle has an area.
 
-#include "core/geometry/dyadic.h"
+#include "core/geometry/dyadic_vector.h"
 #include "core/geometry/exact_hit.h"
 #include "core/geometry/triangle.h"
 
@@ -41,6 +41,8 @@ struct ExactDistance {
   double rounded() const { return round_root(square, divisor); }
 };
 ExactDistance exact_distance(const Vec3d& point, const Triangle& triangle);
+/// The same for a point of exact numbers.
+ExactDistance exact_distance(const DyadicVector& point, const Triangle& triangle);
 
 /// Sign of a - b.
 int compare(const ExactDistance& a, const ExactDistance& b);
@@ -54,5 +56,6 @@ struct NearestDetail {
   bool on_edge = false;  ///< it lies on an edge or a corner, exactly
 };
 NearestDetail nearest_detail(const Vec3d& point, const Triangle& triangle);
+NearestDetail nearest_detail(const DyadicVector& point, const Triangle& triangle);
 
 }  // namespace sightline

@@ -9,8 +9,6 @@ namespace sightline {
 
 namespace {
 
-DyadicVector exact_vector(const Vec3d& v) { return {Dyadic(v.x), Dyadic(v.y), Dyadic(v.z)}; }
-
 /// |axis . (p - center)| <= half
 bool is_between(const Vec3d& p, const Vec3d& center, const Vec3d& axis, double half) {
   const double x = axis.x * (p.x - center.x), y = axis.y * (p.y - center.y),

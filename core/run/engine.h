@@ -18,6 +18,8 @@
 
 namespace sightline {
 
+struct SweepBatch;
+
 struct EngineOptions {
   int threads = 0;     ///< 0: as many as the machine has
   std::string kernel;  ///< empty: the best that this machine can run; else one of Engine::kernels()
@@ -80,6 +82,19 @@ class Engine {
   /// the counter-clockwise side.
   Status nearest_details(const Scene& scene, const Column<Vec3d>& points, const HitBatch& hits,
                          const Deadline& deadline, Column<HitDetail>& out) const;
+
+  // Sweeps must have passed check_sweeps; see core/run/sweeps.cpp. What counts is chosen by
+  // primitives: sides of options.kept are all or none.
+
+  /// The first contact of each sweep: the least real t, at the same t the smallest id; with `any`
+  /// some contact, of which only that it is there is the same for every number of threads. `hits`
+  /// is resized and overwritten; t is correctly rounded.
+  Status sweep(const Scene& scene, const SweepBatch& sweeps, bool any, const Deadline& deadline,
+               HitBatch& hits, const RayOptions& options = {}) const;
+  /// The positions of first contacts, each coordinate correctly rounded; nothing else is filled in.
+  /// Slots of misses are left default.
+  Status sweep_details(const Scene& scene, const SweepBatch& sweeps, const HitBatch& hits,
+                       const Deadline& deadline, Column<HitDetail>& out) const;
 
   // Boxes must have passed check_boxes. The same laws; see core/run/boxes.cpp.
 

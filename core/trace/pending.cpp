@@ -6,9 +6,11 @@
 #include <utility>
 
 #include "core/geometry/rounding.h"
+#include "core/query/sweep_batch.h"
 #include "core/trace/box_distance.h"
 #include "core/trace/box_region.h"
 #include "core/trace/ray_setup.h"
+#include "core/trace/tree_sweep.h"
 
 namespace sightline {
 
@@ -131,15 +133,13 @@ std::uint32_t PendingTrees::nearest_to(const Vec3d& point, double distance) {
   return nearest;
 }
 
-void PendingTrees::touched(const BoxBatch& boxes, std::size_t i,
-                           std::vector<std::uint32_t>& trees) {
-  if (tree_.pending == 0 || tree_.top.root == ChildRef::kEmpty) return;
-  TreeRegion region;
-  boxes.visit(i, [&](const auto& box) { region = world_region(tree_.top, box); });
+/// Those below children whose bits are in children(node).
+template <class Children>
+void PendingTrees::gather(Children children, std::vector<std::uint32_t>& trees) {
   waiting_.clear();
   WideNode above = above_root(tree_);
   std::fill(above.child + 1, above.child + kArity, ChildRef::kEmpty);
-  if ((overlapped_children(above, region) & 1u) != 0) waiting_.push_back({tree_.top.root, 0});
+  if ((children(above) & 1u) != 0) waiting_.push_back({tree_.top.root, 0});
   while (!waiting_.empty()) {
     const std::uint32_t ref = waiting_.back().ref;
     waiting_.pop_back();
@@ -148,11 +148,39 @@ void PendingTrees::touched(const BoxBatch& boxes, std::size_t i,
       continue;
     }
     const WideNode& node = tree_.top.node(ref);
-    const unsigned mask = overlapped_children(node, region);
+    const unsigned mask = children(node);
     for (std::size_t child = 0; child < kArity; ++child) {
       if ((mask >> child & 1u) != 0) waiting_.push_back({node.child[child], 0});
     }
   }
+}
+
+void PendingTrees::touched(const BoxBatch& boxes, std::size_t i,
+                           std::vector<std::uint32_t>& trees) {
+  if (tree_.pending == 0 || tree_.top.root == ChildRef::kEmpty) return;
+  TreeRegion region;
+  boxes.visit(i, [&](const auto& box) { region = world_region(tree_.top, box); });
+  gather([&](const WideNode& node) { return overlapped_children(node, region); }, trees);
+}
+
+void PendingTrees::swept(const SweepBatch& sweeps, std::size_t i,
+                         std::vector<std::uint32_t>& trees) {
+  if (tree_.pending == 0 || tree_.top.root == ChildRef::kEmpty) return;
+  const SweepPath path = sweeps.path(i);
+  const Vec3d& size = sweeps.size[i];
+  const Vec3d extent = sweeps.sphere[i] != 0 ? Vec3d{size.x, size.x, size.x} : size;
+  const TreeSweep sweep = sweep_over(tree_.top, path, extent, tree_.bounds);
+  gather(
+      [&](const WideNode& node) {
+        unsigned mask = 0;
+        for (std::size_t child = 0; child < kArity; ++child) {
+          if (node.child[child] == ChildRef::kEmpty) continue;
+          const TreeSweep::Times times = sweep.times(node, child, path.tmin, path.tmax);
+          if (times.enter <= times.leave) mask |= 1u << child;
+        }
+        return mask;
+      },
+      trees);
 }
 
 }  // namespace sightline

@@ -11,6 +11,8 @@
 
 namespace sightline {
 
+struct SweepBatch;
+
 /// Looks through the tree over the placements, one query at a time. Trees are called by their index
 /// in SceneTree::trees. Makes no use of vectors: it runs while a scene is new, not when it is fast.
 class PendingTrees {
@@ -28,10 +30,14 @@ class PendingTrees {
   std::uint32_t nearest_to(const Vec3d& point, double distance);
   /// Appends all whose boxes the box may touch.
   void touched(const BoxBatch& boxes, std::size_t i, std::vector<std::uint32_t>& trees);
+  /// Appends all whose boxes the shape may touch on its way.
+  void swept(const SweepBatch& sweeps, std::size_t i, std::vector<std::uint32_t>& trees);
 
  private:
   template <class Found>
   void walk(const Ray& ray, double t, Found found);
+  template <class Children>
+  void gather(Children children, std::vector<std::uint32_t>& trees);
   template <class Found>
   void pending_of(std::uint32_t leaf, Found found) const;
 

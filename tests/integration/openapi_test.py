@@ -34,6 +34,10 @@ BODIES = {
     "pointsClosest": [{"points": [[0, 1, 0], [90, 0, 0]], "max_distance": 9}, {"points": [[0, 1, 0]], "fields": "all", "work": True}],
     "pointsNearest": [{"points": [[0, 1, 0]], "count": 3, "fields": "all"}, {"points": [], "exclude": {"names": ["left"]}}],
     "pointsDistance": [{"points": [[0, 1, 0], [90, 0, 0]], "max_distance": 9, "method": "winding"}, {"points": [], "work": True}],
+    "sweepsClosest": [{"sweeps": [{**RAY, "radius": 0.5}, {**MISS, "half": [1, 0, 1], "tmax": None}], "work": True},
+                      {"sweeps": [{**RAY, "half": [1, 1, 1], "tmin": -1, "tmax": 9}], "fields": ["t", "distance", "node_path", "material"],
+                       "exclude": {"names": ["right"]}}],
+    "sweepsAny": [{"sweeps": [{**RAY, "radius": 0.5}], "include": {"nodes": [1]}}],
     "raysBoxes": [{"rays": [RAY, MISS], "boxes": [BOX, {"center": [0, 1, 0], "half": [1, None, 1], "rotation": [0, 0, 0, 1]}],
                    "pairing": "all", "planes": True}],
     "boxesAny": [{"boxes": [BOX, {"center": [0, 1, 0], "radius": 2}, {"planes": [[0, 1, 0, 3], [1, 0, 0, 0]]}]}],
@@ -153,6 +157,8 @@ class OpenApi(unittest.TestCase):
         self.assertEqual(detail.split("known: ")[1].split(", "), self.fields)
         detail = self.post("/v1/scenes/{id}/points:closest", {"points": [], "fields": ["?"]}).json()["detail"]
         self.assertEqual(detail.split("known: ")[1].split(", "), DOCUMENT["components"]["schemas"]["NearestField"]["enum"])
+        detail = self.post("/v1/scenes/{id}/sweeps:closest", {"sweeps": [], "fields": ["?"]}).json()["detail"]
+        self.assertEqual(detail.split("known: ")[1].split(", "), DOCUMENT["components"]["schemas"]["ContactField"]["enum"])
         for name in ("Hit", "HitColumns", "HitListColumns"):
             self.assertLessEqual(set(self.fields), set(DOCUMENT["components"]["schemas"][name]["properties"]))
 

@@ -1,0 +1,41 @@
+#pragma once
+/// An axis-aligned box swept along a line, against a triangle, exactly.
+///
+/// Method   along each of the thirteen separating axes of box and triangle (triangle_box.h) they
+///          share something during one interval of t, whose ends are ratios of polynomials of
+///          degree three; they meet while they do along all of them.
+/// Proofs   docs/exactness-sweeps.md.
+
+#include <optional>
+
+#include "core/geometry/exact_hit.h"
+#include "core/geometry/sweep_path.h"
+#include "core/geometry/triangle.h"
+
+namespace sightline {
+
+/// The closed box of these half extents around the centre; finite, not negative.
+struct SweptBox {
+  Vec3d half;
+};
+
+/// The first contact of a swept box with a triangle.
+class BoxContact {
+ public:
+  /// Empty if they never meet within the limits, and for triangles that have exactly no area or a
+  /// corner that is not finite.
+  static std::optional<BoxContact> first(const SweepPath& path, const SweptBox& box,
+                                         const Triangle& triangle);
+
+  /// t, rounded once.
+  double rounded() const { return t_.rounded(); }
+  friend int compare(const BoxContact& a, const BoxContact& b) { return compare(a.t_, b.t_); }
+  /// Of the points that both have at t the one with the least x, then y, then z; each coordinate
+  /// rounded once. The same arguments as of first. Throws std::bad_alloc.
+  Vec3d position(const SweepPath& path, const SweptBox& box, const Triangle& triangle) const;
+
+ private:
+  ExactT t_;
+};
+
+}  // namespace sightline

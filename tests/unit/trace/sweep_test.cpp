@@ -1,0 +1,293 @@
+// Swept spheres and boxes: triangle by triangle against rational arithmetic, and scenes against
+// triangle by triangle.
+
+#include "core/trace/sweep.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "core/base/infinity.h"
+#include "tests/oracle/exact_triangle.h"
+#include "tests/oracle/first_contact.h"
+#include "tests/oracle/hull_distance.h"
+#include "tests/oracle/random.h"
+#include "tests/unit/trace/awkward_scenes.h"
+
+namespace sightline {
+namespace {
+
+using oracle::ExactPoint;
+
+/// A triangle and a way towards it, often on a grid, where much is met at edges and corners.
+struct Situation {
+  Triangle triangle;
+  Ray ray;
+  Vec3d half;
+  double scale = 1;
+
+  explicit Situation(oracle::Random& random) {
+    const bool is_grid = random.chance(0.7);
+    scale = std::ldexp(1.0, random.chance(0.2) ? random.integer(-200, 200) : 0);
+    const auto number = [&](int low, int high) {
+      return (is_grid ? random.integer(low, high) : random.between(low, high)) * scale;
+    };
+    const auto point = [&] {
+      const double x = number(-5, 5), y = number(-5, 5);
+      return Vec3d{x, y, number(-5, 5)};
+    };
+    triangle = {point(), point(), point()};
+    if (random.chance(0.3)) triangle.v0.z = triangle.v1.z = triangle.v2.z = 0;
+    ray.origin = point();
+    const Vec3d at = random.chance(0.5) ? triangle.v1 : point();
+    ray.direction = {at.x - ray.origin.x, at.y - ray.origin.y, at.z - ray.origin.z};
+    if (random.chance(0.3)) ray.direction = {0, 0, random.chance(0.5) ? scale : -scale};
+    if (ray.direction == Vec3d{}) ray.direction.x = scale;
+    if (random.chance(0.5)) ray.origin.z += 8 * scale;
+    ray.tmin = random.chance(0.7) ? 0 : random.between(-2, 1);
+    ray.tmax = ray.tmin + (random.chance(0.5) ? 20 : random.between(0, 3));
+    half = {std::fabs(number(0, 3)), std::fabs(number(0, 3)), std::fabs(number(0, 3))};
+  }
+  SweepPath path() const { return {ray.origin, ray.direction, ray.tmin, ray.tmax}; }
+  oracle::Triangle exact() const { return {triangle.v0, triangle.v1, triangle.v2}; }
+};
+
+mpq_class square_distance(const Vec3d& p, const Triangle& t) {
+  return oracle::hull_square_distance(
+      {oracle::exact_point(p)},
+      {oracle::exact_point(t.v0), oracle::exact_point(t.v1), oracle::exact_point(t.v2)});
+}
+
+bool is_nearest_float64(double t, const mpq_class& exact) {
+  const mpq_class off = abs(mpq_class(t) - exact);
+  return off <= abs(mpq_class(std::nextafter(t, kInf)) - exact) &&
+         off <= abs(mpq_class(std::nextafter(t, -kInf)) - exact);
+}
+
+TEST(Sweep, boxes_meet_triangles_when_rational_arithmetic_says) {
+  constexpr std::uint64_t kSeed = 171;
+  std::printf("seed %llu\n", static_cast<unsigned long long>(kSeed));
+  oracle::Random random(kSeed);
+  std::size_t met = 0, begun = 0;
+  constexpr int kRounds = 1500;
+  for (int round = 0; round < kRounds; ++round) {
+    const Situation s(random);
+    const SweptBox box{s.half};
+    const auto contact = BoxContact::first(s.path(), box, s.triangle);
+    if (oracle::has_no_area(s.exact())) {
+      ASSERT_FALSE(contact);
+      continue;
+    }
+    const auto expected = oracle::box_contact(s.ray, s.half, s.exact());
+    ASSERT_EQ(contact.has_value(), expected.has_value()) << "round " << round;
+    if (!contact) continue;
+    ++met;
+    begun += *expected == mpq_class(s.ray.tmin) ? 1u : 0u;
+    const double t = contact->rounded();
+    ASSERT_TRUE(is_nearest_float64(t, *expected)) << "round " << round;
+    // The point is on the triangle and on the box, up to its rounding.
+    const Vec3d at = contact->position(s.path(), box, s.triangle);
+    const mpq_class tiny = mpq_class(s.scale) * mpq_class(0x1p-47);
+    ASSERT_LE(square_distance(at, s.triangle), tiny * tiny) << "round " << round;
+    for (int k = 0; k < 3; ++k) {
+      const mpq_class center =
+          mpq_class(s.ray.origin[k]) + *expected * mpq_class(s.ray.direction[k]);
+      ASSERT_LE(abs(mpq_class(at[k]) - center), mpq_class(s.half[k]) + tiny) << "round " << round;
+    }
+  }
+  std::printf("%d boxes: met %zu, at once %zu, wrong 0\n", kRounds, met, begun);
+  EXPECT_GT(met, 400u);
+  EXPECT_GT(begun, 50u);
+}
+
+TEST(Sweep, spheres_meet_triangles_when_rational_arithmetic_says) {
+  constexpr std::uint64_t kSeed = 172;
+  std::printf("seed %llu\n", static_cast<unsigned long long>(kSeed));
+  oracle::Random random(kSeed);
+  std::size_t met = 0, begun = 0;
+  constexpr int kRounds = 3000;
+  for (int round = 0; round < kRounds; ++round) {
+    const Situation s(random);
+    const SweptSphere sphere{s.half.x};
+    const auto contact = SphereContact::first(s.path(), sphere, s.triangle);
+    if (oracle::has_no_area(s.exact())) {
+      ASSERT_FALSE(contact);
+      continue;
+    }
+    const mpq_class tmin = s.ray.tmin, tmax = s.ray.tmax, radius = sphere.radius;
+    const auto meets = [&](const mpq_class& from, const mpq_class& to) {
+      return oracle::sphere_meets(s.ray, from, to, radius, s.exact());
+    };
+    ASSERT_EQ(contact.has_value(), meets(tmin, tmax)) << "round " << round;
+    if (!contact) continue;
+    ++met;
+    const double t = contact->rounded();
+    // Not before the middle below t, and by the middle above it.
+    const mpq_class below = (mpq_class(t) + mpq_class(std::nextafter(t, -kInf))) / 2,
+                    above = (mpq_class(t) + mpq_class(std::nextafter(t, kInf))) / 2;
+    ASSERT_GE(t, s.ray.tmin);
+    ASSERT_LE(t, s.ray.tmax);
+    ASSERT_TRUE(meets(tmin, above < tmax ? above : tmax)) << "round " << round;
+    if (t == s.ray.tmin) {
+      ++begun;
+    } else {
+      const mpq_class before = below - (above - below) / 1024;
+      ASSERT_FALSE(before >= tmin && meets(tmin, before)) << "round " << round;
+    }
+    // On the triangle, and as far from the centre as the radius, or nearer where it began so.
+    const Vec3d at = contact->position(s.path(), sphere, s.triangle);
+    const mpq_class tiny = mpq_class(s.scale) * mpq_class(0x1p-46);
+    ASSERT_LE(square_distance(at, s.triangle), tiny * tiny) << "round " << round;
+    mpq_class away = 0;
+    for (int k = 0; k < 3; ++k) {
+      const mpq_class d = mpq_class(s.ray.origin[k]) +
+                          mpq_class(t) * mpq_class(s.ray.direction[k]) - mpq_class(at[k]);
+      away += d * d;
+    }
+    ASSERT_LE(away, (radius + tiny) * (radius + tiny)) << "round " << round;
+  }
+  std::printf("%d spheres: met %zu, at once %zu, wrong 0\n", kRounds, met, begun);
+  EXPECT_GT(met, 800u);
+  EXPECT_GT(begun, 100u);
+}
+
+/// Of two that are met at the same float64 the order is that of many more digits.
+TEST(Sweep, contacts_are_ordered_as_they_are_with_many_digits) {
+  oracle::Random random(173);
+  std::size_t equal = 0, close = 0;
+  for (int round = 0; round < 4000; ++round) {
+    const Situation s(random);
+    Situation other(random);
+    other.triangle.v0 = s.triangle.v0;
+    if (random.chance(0.7)) other.triangle.v1 = s.triangle.v1;
+    if (s.scale != other.scale) continue;
+    const SweptSphere sphere{s.half.x};
+    const auto a = SphereContact::first(s.path(), sphere, s.triangle);
+    const auto b = SphereContact::first(s.path(), sphere, other.triangle);
+    if (!a || !b) continue;
+    const int order = compare(*a, *b);
+    ASSERT_EQ(compare(*b, *a), -order);
+    ASSERT_EQ(compare(*a, *a), 0);
+    if (a->rounded() != b->rounded()) {
+      ASSERT_EQ(order, a->rounded() < b->rounded() ? -1 : 1) << "round " << round;
+      continue;
+    }
+    ++close;
+    equal += order == 0 ? 1u : 0u;
+    if (a->rounded() == s.ray.tmin) continue;
+    // Bisect both by 200 more bits.
+    const auto first = [&](const Triangle& t) {
+      const oracle::Triangle exact{t.v0, t.v1, t.v2};
+      mpq_class low = mpq_class(std::nextafter(a->rounded(), -kInf)),
+                high = mpq_class(std::nextafter(a->rounded(), kInf));
+      for (int i = 0; i < 200; ++i) {
+        const mpq_class middle = (low + high) / 2;
+        (oracle::sphere_meets(s.ray, s.ray.tmin, middle, sphere.radius, exact) ? high : low) =
+            middle;
+      }
+      return low;
+    };
+    if (close > 40) continue;
+    const mpq_class ta = first(s.triangle), tb = first(other.triangle);
+    ASSERT_EQ(order, ta < tb ? -1 : ta > tb ? 1 : 0) << "round " << round;
+  }
+  std::printf("at the same float64 %zu, equal %zu\n", close, equal);
+  EXPECT_GT(close, 40u);
+}
+
+TEST(Sweep, finds_what_comes_first_triangle_by_triangle) {
+  constexpr std::uint64_t kSeed = 174;
+  for (const test::Case& c : test::cases()) {
+    oracle::Random random(kSeed);
+    const auto scene = test::make_scene(c, random);
+    const auto instances = static_cast<std::uint32_t>(scene->description().instances.size());
+    SweepBatch sweeps;
+    while (sweeps.count() < 16) {
+      const auto w = [&] {
+        return scene->world_triangle({static_cast<std::uint32_t>(random.index(instances)),
+                                      static_cast<std::uint32_t>(random.index(test::kTriangles))});
+      };
+      const Triangle from = w(), to = w();
+      if (!is_finite(from) || !is_finite(to)) continue;
+      Ray ray{from.v0, {to.v1.x - from.v0.x, to.v1.y - from.v0.y, to.v1.z - from.v0.z}};
+      ray.origin.x -= 3 * ray.direction.x;
+      ray.origin.z -= ray.direction.y;
+      if (ray.direction == Vec3d{}) continue;
+      if (random.chance(0.3)) ray.tmax = random.between(0, 6);
+      const double size = std::fabs(ray.direction.x) * std::exp2(random.integer(-8, -1));
+      if (random.chance(0.5)) {
+        sweeps.push_back(ray, SweptSphere{size});
+      } else {
+        sweeps.push_back(ray, SweptBox{{size, size / 2, random.chance(0.2) ? 0 : size * 2}});
+      }
+    }
+    SweepFault fault;
+    ASSERT_TRUE(check_sweeps(sweeps, fault)) << fault.code;
+    const Deadline deadline = Deadline::never();
+    Sweeps search(*scene, nullptr, deadline);
+    HitBatch hits;
+    hits.resize(sweeps.count());
+    std::size_t met = 0;
+    for (std::size_t i = 0; i < sweeps.count(); ++i) {
+      search.find(sweeps, i, false, hits);
+      TriangleId id;
+      double t = kInf;
+      sweeps.visit(i, [&](const auto& shape) {
+        using Contact = typename ContactOf<std::decay_t<decltype(shape)>>::Type;
+        std::optional<Contact> best;
+        for (std::uint32_t instance = 0; instance < instances; ++instance) {
+          for (std::uint32_t k = 0; k < test::kTriangles; ++k) {
+            const auto contact =
+                Contact::first(sweeps.path(i), shape, scene->world_triangle({instance, k}));
+            if (!contact || (best && compare(*contact, *best) >= 0)) continue;
+            best = contact;
+            id = {instance, k};
+          }
+        }
+        if (best) t = best->rounded();
+      });
+      ASSERT_EQ(hits.id(i), id) << c.name << " sweep " << i;
+      ASSERT_EQ(hits.t[i], t) << c.name << " sweep " << i;
+      met += hits.hit(i) ? 1u : 0u;
+      search.find(sweeps, i, true, hits);
+      ASSERT_EQ(hits.hit(i), id.instance != kNone) << c.name << " sweep " << i;
+    }
+    std::printf("%s: %zu of %zu met\n", c.name, met, sweeps.count());
+  }
+}
+
+TEST(Sweep, knows_simple_answers) {
+  const Triangle floor{{-9, 0, -9}, {9, 0, -9}, {0, 0, 9}};
+  const SweepPath down{{0, 10, 0}, {0, -2, 0}, 0, kInf};
+  auto sphere = SphereContact::first(down, {3}, floor);
+  ASSERT_TRUE(sphere);
+  EXPECT_EQ(sphere->rounded(), 3.5);
+  EXPECT_EQ(sphere->position(down, {3}, floor), (Vec3d{0, 0, 0}));
+  auto box = BoxContact::first(down, {{1, 4, 1}}, floor);
+  ASSERT_TRUE(box);
+  EXPECT_EQ(box->rounded(), 3);
+  EXPECT_EQ(box->position(down, {{1, 4, 1}}, floor), (Vec3d{-1, 0, -1}));
+  // Past the corner (9, 0, -9) by 3 and 4: a sphere of 5 touches it, at z = -9.
+  const SweepPath past{{12, 4, 91}, {0, 0, -1}, 0, kInf};
+  sphere = SphereContact::first(past, {5}, floor);
+  ASSERT_TRUE(sphere);
+  EXPECT_EQ(sphere->rounded(), 100);
+  EXPECT_EQ(sphere->position(past, {5}, floor), (Vec3d{9, 0, -9}));
+  EXPECT_FALSE(SphereContact::first(past, {std::nextafter(5.0, 0.0)}, floor));
+  EXPECT_FALSE(SphereContact::first({past.origin, past.direction, 0, 99.99}, {5}, floor));
+  // Inside from the beginning.
+  sphere = SphereContact::first({{0, 1, 0}, {0, 1, 0}, 0.5, 9}, {3}, floor);
+  ASSERT_TRUE(sphere);
+  EXPECT_EQ(sphere->rounded(), 0.5);
+  EXPECT_FALSE(SphereContact::first({{0, 4, 0}, {0, 1, 0}, 0, 9}, {3}, floor)) << "it has left";
+  // 12 above, beside the long edge, 5 off: it comes down to the edge at height 12 with 13.
+  const SweepPath beside{{0, 20, -14}, {0, -1, 0}, 0, kInf};
+  sphere = SphereContact::first(beside, {13}, floor);
+  ASSERT_TRUE(sphere);
+  EXPECT_EQ(sphere->rounded(), 8);
+  EXPECT_EQ(sphere->position(beside, {13}, floor), (Vec3d{0, 0, -9}));
+}
+
+}  // namespace
+}  // namespace sightline
