@@ -48,6 +48,7 @@ class RayReader : protected JsonReader {
   bool read_row(Value value, std::size_t ray);
   bool check_limits_and_directions();
   static JsonPointer ray_place(std::size_t ray) { return JsonPointer().key("rays").index(ray); }
+  bool read_choice(std::string_view name, Value value, std::optional<TriangleChoice>& choice);
   /// After the last key, before the rays are checked.
   virtual bool finish_more() { return true; }
 
@@ -71,7 +72,6 @@ class RayReader : protected JsonReader {
   bool read_cull(Value value);
   bool read_on_invalid(Value value);
   bool read_patterns(Value value, const JsonPointer& place, std::vector<std::string>& patterns);
-  bool read_choice(std::string_view name, Value value, std::optional<TriangleChoice>& choice);
   unsigned known_top_keys() const;
   bool finish_rows_or_columns();
 

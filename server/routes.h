@@ -16,6 +16,8 @@ void add_ray_routes(Router& router, const Service& service);
 void add_point_routes(Router& router, const Service& service);
 /// GET /v1/scenes/{id}/nodes, triangles and selfcheck
 void add_scene_part_routes(Router& router, const Service& service);
+/// POST /v1/scenes/{id}/clearance
+void add_clearance_routes(Router& router, const Service& service);
 /// POST /v1/scenes/{id}/sweeps:closest and sweeps:any
 void add_sweep_routes(Router& router, const Service& service);
 /// POST /v1/scenes/{id}/visibility

@@ -185,6 +185,7 @@ int run_serve(const ServeCommand& asked, std::ostream& out, std::ostream& compla
   add_health_routes(router, service);
   add_scene_routes(router, service);
   add_ray_routes(router, service);
+  add_clearance_routes(router, service);
   add_sweep_routes(router, service);
   add_visibility_routes(router, service);
   add_point_routes(router, service);

@@ -71,6 +71,19 @@ std::uint8_t sides_of(Culling culling, const SceneDescription& scene, std::uint3
   return KeptSides::kAll;
 }
 
+/// What sides(instance, primitive) says of each.
+template <class Sides>
+KeptSides sides_where(const SceneDescription& scene, const Sides& sides) {
+  KeptSides kept;
+  kept.first.reserve(scene.instances.size());
+  for (const Instance& instance : scene.instances) {
+    kept.first.push_back(kept.sides.size());
+    for (const Primitive& primitive : scene.meshes[instance.mesh]->primitives)
+      kept.sides.push_back(sides(instance, primitive));
+  }
+  return kept;
+}
+
 }  // namespace
 
 Result<KeptSides> kept_sides(const Scene& scene, const HitFilter& filter) {
@@ -83,18 +96,21 @@ Result<KeptSides> kept_sides(const Scene& scene, const HitFilter& filter) {
     if (!found) return std::move(found).error();
     *chosen = std::move(*found);
   }
-  KeptSides kept;
-  kept.first.reserve(description.instances.size());
-  for (const Instance& instance : description.instances) {
-    kept.first.push_back(kept.sides.size());
-    for (const Primitive& primitive : description.meshes[instance.mesh]->primitives) {
-      const bool counts = (!filter.include || include.holds(instance, primitive.material)) &&
-                          !(filter.exclude && exclude.holds(instance, primitive.material));
-      kept.sides.push_back(counts ? sides_of(filter.culling, description, primitive.material)
-                                  : std::uint8_t{0});
-    }
-  }
-  return kept;
+  return sides_where(description, [&](const Instance& instance, const Primitive& primitive) {
+    const bool counts = (!filter.include || include.holds(instance, primitive.material)) &&
+                        !(filter.exclude && exclude.holds(instance, primitive.material));
+    return counts ? sides_of(filter.culling, description, primitive.material) : std::uint8_t{0};
+  });
+}
+
+Result<KeptSides> chosen_sides(const Scene& scene, const TriangleChoice& choice,
+                               const std::string& key) {
+  const auto chosen = choose(scene.description(), choice, key);
+  if (!chosen) return chosen.error();
+  return sides_where(
+      scene.description(), [&](const Instance& instance, const Primitive& primitive) {
+        return chosen->holds(instance, primitive.material) ? KeptSides::kAll : std::uint8_t{0};
+      });
 }
 
 }  // namespace sightline

@@ -1,0 +1,32 @@
+#include "core/run/clearance.h"
+
+#include <string>
+
+#include "core/run/engine_state.h"
+#include "core/trace/clearance.h"
+
+namespace sightline {
+
+Status clearance(const Scene& scene, const KeptSides& a, const KeptSides& b,
+                 const ClearanceQuestion& question, std::uint64_t most, const Deadline& deadline,
+                 ClearanceAnswer& answer, QueryWork& work) {
+  return within_memory([&]() -> Status {
+    const TriangleGroup of_a(scene, a, deadline), of_b(scene, b, deadline);
+    if (deadline.passed()) return out_of_time(deadline);
+    Clearance search(scene, of_a, of_b, deadline);
+    search.find(question, most);
+    work.nodes += search.counts().nodes;
+    work.exact_compares += search.counts().decisions.exact_compares;
+    if (search.stopped()) return out_of_time(deadline);
+    if (search.too_many()) {
+      return Error{ErrorKind::kTooLarge, "TOO_MANY_HITS",
+                   "more than " + std::to_string(most) +
+                       " pairs are so near; choose less, or a smaller distance",
+                   ""};
+    }
+    search.write(question.limit, answer);
+    return success();
+  });
+}
+
+}  // namespace sightline
