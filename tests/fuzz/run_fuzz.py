@@ -32,6 +32,7 @@ TARGETS = {
     "ray_lines_fuzz": (4096, ["ray_lines"], "ray_json.dict"),
     "ray_binary_fuzz": (4096, ["ray_binary"], None),
     "point_json_fuzz": (4096, ["point_json"], "ray_json.dict"),
+    "sweep_json_fuzz": (4096, ["sweep_json"], "ray_json.dict"),
     "content_coding_fuzz": (2048, ["content_coding"], None),
     "settings_fuzz": (2048, ["settings"], None),
     "framing_fuzz": (2048, ["framing"], "framing.dict"),
