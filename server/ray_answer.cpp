@@ -1,5 +1,6 @@
 #include "server/ray_answer.h"
 
+#include "core/run/nearest_miss.h"
 #include "proto/hit_binary.h"
 #include "proto/hit_json.h"
 #include "proto/hit_lines.h"
@@ -55,8 +56,16 @@ Result<std::string> answer_closest(const RayBatchCourse& course) {
   if (query.wants_explanation) {
     status = reserve(course.memory, kExplanationBytes);
     if (!status) return status.error();
-    add_member(text, "explain",
-               encode_explanation(course.scene, query.rays[0], course.options.kept));
+    std::string explained =
+        encode_explanation(course.scene, query.rays[0], query.filter, course.options.kept);
+    if (!hits.hit(0)) {
+      std::optional<NearestMiss> miss;
+      status = nearest_miss(course.service.engine, course.scene, query.rays[0], course.options,
+                            course.deadline, miss);
+      if (!status) return status.error();
+      add_member(explained, "nearest_miss", encode_nearest_miss(course.scene, miss));
+    }
+    add_member(text, "explain", explained);
   }
   return text;
 }

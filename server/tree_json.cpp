@@ -4,6 +4,7 @@
 #include <array>
 #include <unordered_set>
 
+#include "core/run/kept_sides.h"
 #include "core/trace/explain.h"
 #include "core/trace/tree_report.h"
 #include "proto/json_writer.h"
@@ -48,20 +49,56 @@ void write_slabs(JsonWriter& out, const RayBoxAnswer& met) {
   out.raw(']');
 }
 
-void write_seen(JsonWriter& out, const Scene& scene, const ExplainedTriangle& seen) {
+/// Which part of a filter leaves a triangle out that a ray meets.
+class FilterParts {
+ public:
+  FilterParts(const Scene& scene, const HitFilter& filter) : scene_(scene) {
+    if (filter.include) include_ = sides_of(*filter.include, "include");
+    if (filter.exclude) exclude_ = sides_of(*filter.exclude, "exclude");
+  }
+  std::string_view name_of(TriangleId id) const {
+    if (include_ && !chooses(*include_, id)) return "include";
+    return exclude_ && chooses(*exclude_, id) ? "exclude" : "cull";
+  }
+
+ private:
+  std::optional<KeptSides> sides_of(const TriangleChoice& choice, const std::string& key) const {
+    auto sides = chosen_sides(scene_, choice, key);
+    return sides ? std::optional(std::move(*sides)) : std::nullopt;
+  }
+  bool chooses(const KeptSides& kept, TriangleId id) const {
+    return kept.sides[kept.first[id.instance] + scene_.primitive_of(id)] != 0;
+  }
+
+  const Scene& scene_;
+  std::optional<KeptSides> include_, exclude_;
+};
+
+/// Begins an object.
+void write_id(JsonWriter& out, const Scene& scene, TriangleId id) {
   const SceneDescription& description = scene.description();
-  const Mesh& mesh = *description.meshes[description.instances[seen.id.instance].mesh];
-  const Primitive& primitive = mesh.primitives[scene.primitive_of(seen.id)];
+  const Mesh& mesh = *description.meshes[description.instances[id.instance].mesh];
+  const Primitive& primitive = mesh.primitives[scene.primitive_of(id)];
   out.raw("{\"instance\":");
-  out.number(seen.id.instance);
+  out.number(id.instance);
   out.raw(",\"primitive\":");
   out.number(primitive.file_primitive);
   out.raw(",\"triangle\":");
-  out.number(seen.id.triangle - primitive.first_triangle);
+  out.number(id.triangle - primitive.first_triangle);
+}
+
+void write_seen(JsonWriter& out, const Scene& scene, const FilterParts& filter,
+                const ExplainedTriangle& seen) {
+  write_id(out, scene, seen.id);
   const bool met = seen.verdict != ExplainedTriangle::Verdict::kMissed;
   out.raw(!met                                                    ? ",\"verdict\":\"missed\""
           : seen.verdict == ExplainedTriangle::Verdict::kFiltered ? ",\"verdict\":\"filtered\""
                                                                   : ",\"verdict\":\"hit\"");
+  if (seen.verdict == ExplainedTriangle::Verdict::kFiltered) {
+    out.raw(",\"by\":\"");
+    out.raw(filter.name_of(seen.id));
+    out.raw('"');
+  }
   if (met) {
     out.raw(",\"t\":");
     out.number(seen.t);
@@ -69,7 +106,8 @@ void write_seen(JsonWriter& out, const Scene& scene, const ExplainedTriangle& se
   out.raw('}');
 }
 
-void write_visit(JsonWriter& out, const Scene& scene, const ExplainedBox& box) {
+void write_visit(JsonWriter& out, const Scene& scene, const FilterParts& filter,
+                 const ExplainedBox& box) {
   out.raw("{\"parent\":");
   out.raw(box.parent < 0 ? "null" : std::to_string(box.parent));
   out.raw(",\"leaf\":");
@@ -94,7 +132,7 @@ void write_visit(JsonWriter& out, const Scene& scene, const ExplainedBox& box) {
     out.raw(",\"triangles\":");
     for (const ExplainedTriangle& seen : box.triangles) {
       out.raw(before);
-      write_seen(out, scene, seen);
+      write_seen(out, scene, filter, seen);
       before = ',';
     }
     out.raw(']');
@@ -129,14 +167,34 @@ void write_report(JsonWriter& out, const TreeReport& report, std::uint32_t place
 
 }  // namespace
 
-std::string encode_explanation(const Scene& scene, const Ray& ray, const KeptSides* kept) {
+std::string encode_nearest_miss(const Scene& scene, const std::optional<NearestMiss>& miss) {
+  if (!miss) return "null";
+  JsonWriter out(128);
+  write_id(out, scene, miss->id);
+  const SceneDescription& description = scene.description();
+  const std::string& name = description.nodes[description.instances[miss->id.instance].node].name;
+  out.raw(",\"node\":");
+  if (name.empty()) {
+    out.raw("null");
+  } else {
+    out.string(name);
+  }
+  out.raw(",\"distance\":");
+  out.number(miss->distance.low * 0.5 + miss->distance.high * 0.5);
+  out.raw('}');
+  return out.take();
+}
+
+std::string encode_explanation(const Scene& scene, const Ray& ray, const HitFilter& filter,
+                               const KeptSides* kept) {
+  const FilterParts parts(scene, filter);
   const SceneView view(scene);
   const Explanation explanation = explain_ray(view, ray, kept);
   JsonWriter out(64 + explanation.boxes.size() * 200);
   out.raw("{\"boxes\":[");
   for (std::size_t i = 0; i < explanation.boxes.size(); ++i) {
     if (i > 0) out.raw(',');
-    write_visit(out, scene, explanation.boxes[i]);
+    write_visit(out, scene, parts, explanation.boxes[i]);
   }
   out.raw("],\"truncated\":");
   out.boolean(explanation.truncated);

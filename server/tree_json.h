@@ -1,11 +1,13 @@
 #pragma once
 /// What trees look like and what a ray came past in them, as JSON.
 
+#include <optional>
 #include <string>
 
 #include "core/query/hit_filter.h"
 #include "core/query/ray_batch.h"
 #include "core/scene/scene.h"
+#include "core/trace/nearest_miss.h"
 
 namespace sightline {
 
@@ -14,9 +16,14 @@ namespace sightline {
 /// "truncated":false}, in the order of the visit. Verdicts of boxes: entered, missed (with the
 /// slabs that exclude each other), behind and beyond (the ray's limits), farther (than a hit found
 /// before). A leaf that was entered has
-/// "triangles":[{"instance","primitive","triangle","verdict","t"}]: hit, missed or filtered.
-/// Precondition: a closest hit was asked for.
-std::string encode_explanation(const Scene& scene, const Ray& ray, const KeptSides* kept);
+/// "triangles":[{"instance","primitive","triangle","verdict","t"}]: hit, missed or filtered, then
+/// with "by": cull, include or exclude.
+/// Precondition: a closest hit was asked for. `kept` is what `filter` keeps, null: all.
+std::string encode_explanation(const Scene& scene, const Ray& ray, const HitFilter& filter,
+                               const KeptSides* kept);
+
+/// {"instance","primitive","triangle","node","distance"}, or null for none.
+std::string encode_nearest_miss(const Scene& scene, const std::optional<NearestMiss>& miss);
 
 /// {"complete","pending","trees":[{"placements","nodes","leaves","blocks","triangles","depth",
 /// "shallowest","mean_depth","arity","sah_cost","overlap","contained"},..],"total","top":{..}}: the

@@ -40,6 +40,33 @@ class Filters(TwoScenes):
         self.assertEqual(self.hits("six", THROUGH, exclude={"nodes": [root]}), [None])
         self.assertEqual(self.hits("six", THROUGH, include={"nodes": [root]}, exclude={"nodes": [left]}), [(12.5, "right")])
 
+    def explained(self, ray, **options):
+        answer = self.server.query("six", "closest", {"rays": [ray], "explain": True, **options})
+        self.assertEqual(answer.status, 200, answer.body)
+        return answer.json()["explain"]
+
+    def test_which_filter_left_a_hit_out(self):
+        for by, options in [("exclude", {"exclude": {"names": ["left"]}}), ("include", {"include": {"names": ["right"]}}),
+                            ("cull", {"cull": "front"}), ("include", {"include": {"names": ["right"]}, "exclude": {"names": ["left"]}})]:
+            with self.subTest(by=by):
+                seen = [triangle for box in self.explained(THROUGH, **options)["boxes"] for triangle in box.get("triangles", [])]
+                first = [triangle for triangle in seen if (triangle["instance"], triangle["triangle"]) == (0, 0)]
+                self.assertEqual([(each["verdict"], each["by"], each["t"]) for each in first], [("filtered", by, 4.5)])
+                self.assertTrue(all(("by" in each) == (each["verdict"] == "filtered") for each in seen))
+
+    def test_what_a_ray_comes_nearest_to(self):
+        # Between the tips of "left" at (0, 4, 0) and the feet of "right" at (2, 0, z), nearer to the first.
+        between = {"origin": [0.75, 10, 0], "direction": [0, -1, 0]}
+        for options, near, distance in [({}, (0, 2, "left"), 0.75), ({"exclude": {"names": ["left"]}}, (1, 0, "right"), 1.25)]:
+            miss = self.explained(between, **options)["nearest_miss"]
+            self.assertEqual((miss["instance"], miss["triangle"], miss["node"]), near)
+            self.assertAlmostEqual(miss["distance"], distance, places=12)
+        # It ends 3 above the tip.
+        miss = self.explained({**between, "tmax": 3})["nearest_miss"]
+        self.assertAlmostEqual(miss["distance"], (0.75 ** 2 + 9) ** 0.5, places=12)
+        self.assertNotIn("nearest_miss", self.explained(THROUGH))
+        self.assertIsNone(self.explained(THROUGH, include={"names": []})["nearest_miss"])
+
     def test_materials(self):
         # A tree of the town seen from above: its first hit is made of leaves.
         rays = [{"origin": [x, 60, z], "direction": [0, -1, 0]} for x in range(-200, 200, 20) for z in range(-200, 200, 20)]

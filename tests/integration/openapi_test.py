@@ -18,6 +18,7 @@ BESIDE = {"on_invalid": "mark", "work": True, "cull": "none", "exclude": {"names
 # By operationId: bodies that are good, so that requests and answers can be held against their schemas.
 BODIES = {
     "raysClosest": [{"rays": [RAY, MISS]}, {"rays": [RAY], "explain": True, "fields": ["t"], "cull": "back"},
+                    {"rays": [MISS], "explain": True}, {"rays": [RAY], "explain": True, "include": {"names": ["nobody"]}},
                     {**{name: COLUMNS[name][:3] for name in COLUMNS}, "explain": True}, {**COLUMNS, **BESIDE}, {"generator": LIDAR},
                     {"rays": [RAY, MISS], "fields": "all"}, {**COLUMNS, "fields": "all", "normalize": True}],
     "raysAny": [{"rays": [RAY, MISS]}, {"generator": {"kind": "pinhole", "width": 3, "height": 2}, **BESIDE}],

@@ -1,0 +1,26 @@
+#pragma once
+/// What a ray that meets nothing comes nearest to.
+
+#include <optional>
+
+#include "core/base/deadline.h"
+#include "core/geometry/point_triangle.h"
+#include "core/query/hit_batch.h"
+#include "core/query/hit_filter.h"
+#include "core/query/ray_batch.h"
+#include "core/scene/scene_view.h"
+
+namespace sightline {
+
+struct NearestMiss {
+  TriangleId id;
+  DistanceRange distance;  ///< of the triangle from the ray, within its limits
+};
+
+/// Of the triangles that count on any side the one that float64 finds nearest, of equally near ones
+/// the smallest id: to tell people, not exact. Nothing if there is none in the trees that are
+/// there; unusable if the deadline passed. Throws std::bad_alloc.
+std::optional<NearestMiss> nearest_miss(const SceneView& scene, const Ray& ray,
+                                        const KeptSides* kept, const Deadline& deadline);
+
+}  // namespace sightline
