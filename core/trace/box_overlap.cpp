@@ -64,6 +64,8 @@ BoxOverlaps::Next BoxOverlaps::decide_leaf(const Box& box, const Placement& ente
   const LeafBlock* block = tree.blocks(leaf);
   Next next = Next::kOn;
   for (const LeafBlock* end = block + ChildRef::blocks(leaf); block != end; ++block) {
+    // A triangle that many planes cut takes as long as many nodes.
+    if (out_of_time()) return Next::kStop;
     const Placement& placement = (&entered)[block->placement];
     if (left(placement.instance)) continue;
     next = Next::kOn;

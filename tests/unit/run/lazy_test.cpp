@@ -2,11 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <atomic>
 #include <limits>
 #include <thread>
 
 #include "core/base/infinity.h"
+#include "core/query/sweep_batch.h"
 #include "tests/unit/run/golden_answers.h"
 
 namespace sightline {
@@ -63,10 +65,22 @@ BoxBatch boxes_within(const Scene& scene, std::size_t count) {
       at[k] = scene.bounds().min[k] + unit() * width;
       far[k] = at[k] + unit() * width / 20;
     }
-    if (boxes.size() % 2 == 0) {
-      boxes.push_back(Box3d{at, far});
-    } else {
-      boxes.push_back(OrientedBox{at, {far.x - at.x, 0.5, 2}, rotated_axes(0, 0.6, 0, 0.8)});
+    const std::array<HalfSpace, 4> wedge{{{{1, 0, 0}, far.x},
+                                          {{-1, 0.5, 0}, -at.x + 0.5 * far.y},
+                                          {{0, 0, 1}, far.z},
+                                          {{0, 0, -1}, -at.z}}};
+    switch (boxes.size() % 4) {
+      case 0:
+        boxes.push_back(Box3d{at, far});
+        break;
+      case 1:
+        boxes.push_back(OrientedBox{at, {far.x - at.x, 0.5, 2}, rotated_axes(0, 0.6, 0, 0.8)});
+        break;
+      case 2:
+        boxes.push_back(Capsule{at, far, 1.5});
+        break;
+      default:
+        boxes.push_back(ConvexRegion{wedge});
     }
   }
   return boxes;
@@ -110,6 +124,36 @@ TEST(LazyScene, answers_every_kind_of_question_first_as_it_does_last) {
     EXPECT_EQ(lists.triangles, lazy_lists.triangles);
     EXPECT_EQ(lists.nodes, lazy_lists.nodes);
   }
+}
+
+TEST(LazyScene, is_swept_through_as_a_whole_one_is) {
+  const auto make = [] { return demo::town(); };
+  const auto whole = test::scene_of(make());
+  const RayBatch rays = rays_into(*whole);
+  SweepBatch sweeps;
+  for (std::size_t i = 0; i < std::min<std::size_t>(rays.size(), 200); ++i) {
+    if (i % 2 == 0) {
+      sweeps.push_back(rays[i], SweptSphere{0.5 + 0.01 * static_cast<double>(i)});
+    } else {
+      sweeps.push_back(rays[i], SweptBox{{1, 0.25, 0.5}});
+    }
+  }
+  const Deadline never = Deadline::never();
+  HitBatch hits, lazy_hits;
+  ASSERT_TRUE(engine_of("", 1)->sweep(*whole, sweeps, false, never, hits));
+  ASSERT_TRUE(engine_of("", 3)->sweep(*lazy_scene_of(make()), sweeps, false, never, lazy_hits));
+  EXPECT_EQ(hits.t, lazy_hits.t);
+  EXPECT_EQ(hits.instance, lazy_hits.instance);
+  EXPECT_EQ(hits.triangle, lazy_hits.triangle);
+  std::size_t met = 0;
+  for (std::size_t i = 0; i < hits.size(); ++i) met += hits.hit(i) ? 1u : 0u;
+  EXPECT_GT(met, 50u);
+  CancelFlag flag;
+  flag.cancel();
+  const Deadline passed = Deadline::in(std::chrono::hours(1), &flag);
+  const Status late = engine_of("", 1)->sweep(*whole, sweeps, false, passed, hits);
+  ASSERT_FALSE(late);
+  EXPECT_EQ(late.error().kind, ErrorKind::kCancelled);
 }
 
 TEST(LazyScene, builds_what_is_near_a_point_and_finds_what_is_nearest) {

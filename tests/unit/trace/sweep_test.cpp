@@ -203,7 +203,7 @@ TEST(Sweep, finds_what_comes_first_triangle_by_triangle) {
     const auto scene = test::make_scene(c, random);
     const auto instances = static_cast<std::uint32_t>(scene->description().instances.size());
     SweepBatch sweeps;
-    while (sweeps.count() < 16) {
+    while (sweeps.count() < 48) {
       const auto w = [&] {
         return scene->world_triangle({static_cast<std::uint32_t>(random.index(instances)),
                                       static_cast<std::uint32_t>(random.index(test::kTriangles))});
@@ -211,8 +211,8 @@ TEST(Sweep, finds_what_comes_first_triangle_by_triangle) {
       const Triangle from = w(), to = w();
       if (!is_finite(from) || !is_finite(to)) continue;
       Ray ray{from.v0, {to.v1.x - from.v0.x, to.v1.y - from.v0.y, to.v1.z - from.v0.z}};
-      ray.origin.x -= 3 * ray.direction.x;
-      ray.origin.z -= ray.direction.y;
+      for (int k = 0; k < 3; ++k) ray.origin[k] -= 3 * ray.direction[k];
+      if (random.chance(0.3)) ray.origin.z -= ray.direction.y;
       if (ray.direction == Vec3d{}) continue;
       if (random.chance(0.3)) ray.tmax = random.between(0, 6);
       const double size = std::fabs(ray.direction.x) * std::exp2(random.integer(-8, -1));
