@@ -293,6 +293,8 @@ void SceneStore::abandon(const LoadPointer& load) {
 }
 
 void SceneStore::commit(const LoadPointer& load, StoredScene next) {
+  // Goes last: to let go of a scene takes long, and nobody shall wait for that.
+  SceneSnapshot replaced;
   const std::lock_guard commit(commit_mutex_);
   bool created = false;
   {
@@ -330,12 +332,13 @@ void SceneStore::commit(const LoadPointer& load, StoredScene next) {
   const std::lock_guard hold(mutex_);
   // Removals wait for commit_mutex_: what was there above is there now.
   Entry& entry = *entry_of(*load);
-  entry.content = snapshot;
+  replaced = std::exchange(entry.content, snapshot);
   entry.standing = load->number_;
   end(entry, *load, Put{snapshot, created});
 }
 
 Status SceneStore::remove(const std::string& id) {
+  SceneSnapshot removed;  // goes last, as above
   const std::lock_guard commit(commit_mutex_);
   if (!find(id)) {
     return Error{ErrorKind::kNotFound, "SCENE_NOT_FOUND", "there is no such scene", ""};
@@ -352,6 +355,7 @@ Status SceneStore::remove(const std::string& id) {
     if (!load->busy_) load->upload_.reset();
     end(found->second, *load, load_cancelled());
   }
+  removed = std::move(found->second.content);
   entries_.erase(found);
   note_change();
   return success();
