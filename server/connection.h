@@ -74,6 +74,7 @@ struct Connection {
   bool ended = false;    ///< the client has closed its side, or all
   std::chrono::steady_clock::time_point ended_at;
   std::size_t lingered = 0;  ///< bytes
+  int answered_here = 0;     ///< requests since the last event that no worker answered
 
   std::string_view pending_input() const { return std::string_view(input).substr(taken); }
   std::size_t pending_output() const { return output.size() - sent; }

@@ -84,7 +84,7 @@ void ConnectionGate::break_off() {
   wake();
 }
 
-void ConnectionGate::work(Connection& connection) {
+void ConnectionGate::answer(Connection& connection) {
   try {
     answer_(connection);
   } catch (...) {
@@ -92,6 +92,10 @@ void ConnectionGate::work(Connection& connection) {
     connection.keep = false;
     connection.broken = true;
   }
+}
+
+void ConnectionGate::work(Connection& connection) {
+  answer(connection);
   // A connection that has nothing to do but wait for its next request wakes nobody: that request
   // will. Unless it has come already: the door, which then saw a connection at work, has left a
   // sign.
@@ -182,6 +186,7 @@ void ConnectionGate::on_event(int socket, std::uint32_t events) {
     ++counts_.gone;
   }
   connection.stirred = true;
+  connection.answered_here = 0;
   guard(connection, [&] { advance(connection); });
 }
 

@@ -39,11 +39,14 @@ struct DoorCounts {
   std::atomic<std::uint64_t> overload{0};    ///< 503, because a queue was full
 };
 
-/// What the door asks others, on its own thread: neither may wait.
+/// What the door asks others, on its own thread: none may wait.
 struct DoorRules {
   AnswerHeaders headers = {};
   /// Whether a request may come in, by its head alone; null: each.
   std::function<std::optional<RequestFault>(RequestHead&)> admit = {};
+  /// Whether a request without a body is answered at once, on the door's thread: its answer may
+  /// wait for nothing and take no longer than to hand it over. Null: none is.
+  std::function<bool(const RequestHead&)> at_once = {};
   /// Told of each request that gets no further than the door; may be null.
   std::function<void(const RequestHead&, const RequestFault&, const std::string& request_id)>
       refused = {};
@@ -80,6 +83,7 @@ class ConnectionGate {
   using Phase = Connection::Phase;
 
   void wake();
+  void answer(Connection& connection);
   void work(Connection& connection);
   int wait(epoll_event* events, int count);
   void on_event(int socket, std::uint32_t events);
@@ -110,6 +114,8 @@ class ConnectionGate {
   void admit(Connection& connection);
   WorkerPool& workers_for(const Connection& connection, std::size_t length);
   void hand_over(Connection& connection, WorkerPool& workers);
+  /// False where a worker has to answer.
+  bool answer_here(Connection& connection);
   void refuse(Connection& connection, const RequestFault& fault);
   void linger(Connection& connection);
   void close(Connection& connection);

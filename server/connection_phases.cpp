@@ -20,6 +20,8 @@ constexpr std::chrono::milliseconds kLinger{1000};
 constexpr std::size_t kReceived = 16 << 10;
 /// A body that every connection may have gathered, whatever others hold.
 constexpr std::uint64_t kFreeBody = 4 << 10;
+/// After so many that a client has sent in one go others have their turn.
+constexpr int kAnsweredHere = 16;
 
 /// Whether to try again: an end that was told together with the last bytes is told by no new edge.
 void note(Connection& connection, Received received) {
@@ -106,7 +108,10 @@ void ConnectionGate::admit(Connection& connection) {
     if (const auto fault = rules_.admit(connection.head)) return refuse(connection, *fault);
   }
   const RequestHead& head = connection.head;
-  if (!head.has_body()) return hand_over(connection, workers_for(connection, 0));
+  if (!head.has_body()) {
+    if (answer_here(connection)) return;
+    return hand_over(connection, workers_for(connection, 0));
+  }
   const std::uint64_t length = head.length.value_or(0);
   const bool gathered = !head.chunked && !head.expects_continue && length <= limits_.gathered &&
                         (length <= kFreeBody || budget_.charge(length));
@@ -131,6 +136,22 @@ bool ConnectionGate::advance_body(Connection& connection) {
     connection.due = connection.pace.due();
   }
   hand_over(connection, workers_for(connection, length));
+  return true;
+}
+
+bool ConnectionGate::answer_here(Connection& connection) {
+  if (!rules_.at_once || connection.answered_here >= kAnsweredHere) return false;
+  if (!rules_.at_once(connection.head)) return false;
+  ++connection.answered_here;
+  answer(connection);
+  if (connection.broken) {
+    connection.output.clear();
+    connection.sent = 0;
+    connection.keep = false;
+  }
+  connection.phase = Phase::kSending;
+  connection.pace = Pace(limits_.pace, now_);
+  connection.due = connection.pace.due();
   return true;
 }
 

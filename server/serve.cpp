@@ -205,6 +205,8 @@ int run_serve(const ServeCommand& asked, std::ostream& out, std::ostream& compla
         }
         return fault;
       },
+      // Also while all workers have their hands full.
+      [](const RequestHead& head) { return head.target == "/healthz"; },
       [&](const RequestHead& head, const RequestFault& fault, const std::string& id) {
         note_refusal(service, head, fault, id);
       }};

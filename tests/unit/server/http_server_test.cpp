@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 #include <spdlog/sinks/null_sink.h>
 
+#include <atomic>
 #include <future>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <thread>
+#include <vector>
 
 #include "server/routes.h"
 
@@ -16,9 +18,11 @@ namespace {
 /// A server on a free port, ended with the object.
 class Running {
  public:
-  explicit Running(HttpServer::Dispatch dispatch)
-      : server_(DoorLimits{.workers = 8}, std::move(dispatch),
-                [this](const std::string&, const std::string& what) { thrown_ = what; }) {
+  explicit Running(HttpServer::Dispatch dispatch, DoorRules rules = {})
+      : server_(
+            DoorLimits{.workers = 8}, std::move(dispatch),
+            [this](const std::string&, const std::string& what) { thrown_ = what; },
+            std::move(rules)) {
     const auto port = server_.bind({"127.0.0.1", 0});
     EXPECT_TRUE(port.ok());
     port_ = port.ok() ? *port : 0;
@@ -70,6 +74,34 @@ TEST(HttpServer, stops_before_it_has_begun_to_serve) {
   ASSERT_TRUE(server.bind({"127.0.0.1", 0}).ok());
   server.stop();
   server.serve();  // returns
+}
+
+TEST(HttpServer, answers_at_the_door_while_every_worker_is_busy) {
+  std::promise<void> go_on;
+  const std::shared_future<void> gone_on = go_on.get_future().share();
+  std::atomic<int> begun{0};
+  DoorRules rules;
+  rules.at_once = [](const RequestHead& head) { return head.target == "/at-once"; };
+  Running server(
+      [&](Exchange& exchange) {
+        if (exchange.request.path == "/slow") {
+          ++begun;
+          gone_on.wait();
+        }
+        exchange.reply_json(200, "1");
+      },
+      rules);
+  std::vector<std::future<int>> slow;
+  for (int i = 0; i < 8; ++i) {
+    slow.push_back(
+        std::async(std::launch::async, [&] { return server.client().Get("/slow")->status; }));
+  }
+  while (begun < 8) std::this_thread::yield();
+  httplib::Client client = server.client();
+  client.set_keep_alive(true);
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(client.Get("/at-once")->body, "1");
+  go_on.set_value();
+  for (auto& answer : slow) EXPECT_EQ(answer.get(), 200);
 }
 
 TEST(HttpServer, sends_large_answers_whole) {
