@@ -10,7 +10,9 @@
 #include <set>
 
 #include "core/base/infinity.h"
+#include "core/geometry/exact_hit.h"
 #include "core/geometry/triangle_box.h"
+#include "core/geometry/triangle_within.h"
 #include "core/trace/box_region.h"
 #include "tests/oracle/box_oracle.h"
 #include "tests/oracle/random.h"
@@ -153,6 +155,86 @@ TEST(BoxOverlaps, finds_what_spheres_meet) {
       ASSERT_EQ(overlaps.triangles(), expected) << c.name << " sphere " << i;
     }
     EXPECT_GT(found, 300u) << c.name;
+  }
+}
+
+TEST(BoxOverlaps, finds_what_capsules_and_regions_meet_and_hold) {
+  for (const Case& c : cases()) {
+    Random random(68);
+    const auto scene = make_scene(c, random);
+    const auto instances = scene->description().instances.size();
+    BoxBatch boxes;
+    while (boxes.size() < 16) {
+      const auto w = [&] {
+        return scene->world_triangle({static_cast<std::uint32_t>(random.index(instances)),
+                                      static_cast<std::uint32_t>(random.index(kTriangles))});
+      };
+      const WorldTriangle a = w(), b = w();
+      BoxBatch one;
+      if (random.chance(0.4)) {
+        one.push_back(Capsule{a.v0, b.v1, std::fabs(a.v1.x - a.v0.x) * random.between(0, 2)});
+      } else {
+        // Planes through corners: some wedge, slab or prism, often between two triangles.
+        std::vector<HalfSpace> planes(random.index(7) + 1);
+        for (HalfSpace& plane : planes) {
+          plane.normal = random.chance(0.5) ? Vec3d{1, 0, 0} : random.direction();
+          const Vec3d& p = random.chance(0.5) ? a.v0 : b.v2;
+          const double n = random.chance(0.5) ? 1 : -1;
+          for (int k = 0; k < 3; ++k) plane.normal[k] *= n;
+          plane.offset = plane.normal.x * p.x + plane.normal.y * p.y + plane.normal.z * p.z;
+        }
+        one.push_back(ConvexRegion{planes});
+      }
+      BoxFault fault;
+      if (!check_boxes(one, fault)) continue;
+      one.visit(0, [&](const auto& shape) {
+        if constexpr (std::is_same_v<std::decay_t<decltype(shape)>, Capsule> ||
+                      std::is_same_v<std::decay_t<decltype(shape)>, ConvexRegion>) {
+          boxes.push_back(shape);
+        }
+      });
+    }
+    const Deadline deadline = Deadline::never();
+    BoxOverlaps overlaps(*scene, deadline);
+    std::size_t met = 0, held = 0;
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      std::vector<TriangleId> meeting, within;
+      std::set<std::uint32_t> nodes, beyond;
+      for (std::uint32_t instance = 0; instance < instances; ++instance) {
+        const std::uint32_t node = scene->description().instances[instance].node;
+        for (std::uint32_t triangle = 0; triangle < kTriangles; ++triangle) {
+          const WorldTriangle w = scene->world_triangle({instance, triangle});
+          if (!is_finite(w) || is_degenerate(w)) continue;
+          boxes.visit(i, [&](const auto& shape) {
+            if (triangle_meets_box(w, shape)) meeting.push_back({instance, triangle});
+            const bool inside = corners_within(w, shape);
+            if (inside) within.push_back({instance, triangle});
+            (inside ? nodes : beyond).insert(node);
+          });
+        }
+      }
+      std::erase_if(nodes, [&](std::uint32_t node) { return beyond.count(node) > 0; });
+      overlaps.list(boxes, i, BoxTargets::kTriangles, 1000000);
+      ASSERT_EQ(overlaps.triangles(), meeting) << c.name << " shape " << i;
+      overlaps.list(boxes, i, BoxTargets::kTriangles, 1000000, BoxRelation::kContained);
+      ASSERT_EQ(overlaps.triangles(), within) << c.name << " shape " << i;
+      ASSERT_EQ(overlaps.any(boxes, i, BoxRelation::kContained), !within.empty()) << c.name;
+      overlaps.list(boxes, i, BoxTargets::kNodes, 1000000, BoxRelation::kContained);
+      ASSERT_EQ(overlaps.nodes(), std::vector<std::uint32_t>(nodes.begin(), nodes.end())) << c.name;
+      // In pieces, the same.
+      std::vector<TriangleId> pieces;
+      std::uint64_t from = 0;
+      do {
+        overlaps.list(boxes, i, BoxTargets::kTriangles, 97, BoxRelation::kIntersecting, from);
+        pieces.insert(pieces.end(), overlaps.triangles().begin(), overlaps.triangles().end());
+        from = overlaps.next();
+      } while (from != 0);
+      ASSERT_EQ(pieces, meeting) << c.name << " shape " << i;
+      met += meeting.size();
+      held += within.size();
+    }
+    std::printf("%s: met %zu, held %zu\n", c.name, met, held);
+    EXPECT_GT(met, 100u) << c.name;
   }
 }
 
