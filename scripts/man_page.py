@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 
 PAGE = Path(__file__).resolve().parent.parent / "docs/deploy/sightline.1"
-COMMANDS = [("serve",), ("check-config",), ("key", "new"), ("cast",), ("demo",)]
+COMMANDS = [("serve",), ("check-config",), ("key", "new"), ("cast",), ("query",), ("mcp",), ("demo",)]
 
 HEAD = r"""\" Written by scripts/man_page.py from the program's own help.
 .TH SIGHTLINE 1 "" "sightline" "User commands"

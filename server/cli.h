@@ -66,6 +66,30 @@ struct CastCommand {
   std::string kernel;
 };
 
+/// Which server a client asks, and as whom.
+struct ServerAddress {
+  std::string url;
+  std::string key_file;  ///< empty: the key is in the environment, if there is one
+};
+
+/// sightline query
+struct QueryCommand {
+  ServerAddress server;
+  std::string scene;
+  std::string rays;  ///< a file, "-": standard input; empty: `ray`
+  Ray ray;
+  CastMode mode = CastMode::kClosest;
+  Crossings crossings = Crossings::kEvery;
+  std::optional<FieldSet> fields;
+  bool json = false;
+};
+
+/// sightline mcp
+struct McpCommand {
+  ServerAddress server;
+  std::string files;  ///< a folder; empty: nothing can be uploaded
+};
+
 /// sightline demo
 struct DemoCommand {
   std::string name;
@@ -89,8 +113,8 @@ struct ShowText {
   int exit_code = 0;
 };
 
-using Command =
-    std::variant<ServeCommand, CastCommand, DemoCommand, KeyCommand, CheckCommand, ShowText>;
+using Command = std::variant<ServeCommand, CastCommand, QueryCommand, McpCommand, DemoCommand,
+                             KeyCommand, CheckCommand, ShowText>;
 
 /// `arguments` begin with the name of the program. Reads the file of --config.
 Command parse_command_line(const std::vector<std::string>& arguments);

@@ -7,6 +7,8 @@
 #include "server/demo_file.h"
 #include "server/heap.h"
 #include "server/key_command.h"
+#include "server/mcp_command.h"
+#include "server/query_command.h"
 #include "server/serve.h"
 
 namespace sightline {
@@ -19,6 +21,8 @@ int run(const ServeCommand& command) {
   return run_serve(command, std::cout, std::cerr);
 }
 int run(const CastCommand& command) { return run_cast(command, std::cout, std::cerr); }
+int run(const QueryCommand& command) { return run_query(command, std::cin, std::cout, std::cerr); }
+int run(const McpCommand& command) { return run_mcp(command, std::cin, std::cout, std::cerr); }
 int run(const DemoCommand& command) { return run_demo(command, std::cerr); }
 int run(const KeyCommand& command) { return run_key(command, std::cout, std::cerr); }
 int run(const CheckCommand& command) { return run_check(command, std::cout, std::cerr); }

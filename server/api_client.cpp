@@ -1,0 +1,111 @@
+#include "server/api_client.h"
+
+#include <httplib.h>
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "core/store/posix_file.h"
+#include "server/source_url.h"
+#include "server/version.h"
+
+namespace sightline {
+namespace {
+
+constexpr std::chrono::seconds kConnectTime{10}, kAnswerTime{600};
+constexpr std::size_t kMostKeyBytes = 4096;
+
+Result<std::string> key_of(const ServerAddress& server) {
+  std::string key;
+  if (!server.key_file.empty()) {
+    auto text = read_small_file(server.key_file, kMostKeyBytes, "read the key");
+    if (!text) {
+      return Error{ErrorKind::kNotFound, "KEY_UNREADABLE",
+                   "cannot read the file of --key-file: " + text.error().message, ""};
+    }
+    key = std::move(*text);
+  } else if (const char* found = std::getenv("SIGHTLINE_KEY"); found != nullptr) {
+    key = found;
+  }
+  key.erase(key.find_last_not_of(" \t\r\n") + 1);
+  const bool is_printable =
+      std::all_of(key.begin(), key.end(), [](char c) { return c > ' ' && c <= '~'; });
+  if (is_printable) return key;
+  return Error{ErrorKind::kInvalid, "KEY_UNREADABLE", "the key has characters that no key has", ""};
+}
+
+}  // namespace
+
+ApiClient::ApiClient(std::unique_ptr<httplib::Client> client, std::string prefix)
+    : client_(std::move(client)), prefix_(std::move(prefix)) {}
+ApiClient::~ApiClient() = default;
+
+Result<std::unique_ptr<ApiClient>> ApiClient::open(const ServerAddress& server) {
+  const auto url = SourceUrl::parse(server.url);
+  if (!url) return url.error();
+  auto key = key_of(server);
+  if (!key) return std::move(key).error();
+  auto client = std::make_unique<httplib::Client>(url->scheme + "://" + url->host + ":" +
+                                                  std::to_string(url->port));
+  client->set_connection_timeout(kConnectTime);
+  client->set_read_timeout(kAnswerTime);
+  client->set_write_timeout(kAnswerTime);
+  client->set_keep_alive(true);
+  client->set_tcp_nodelay(true);
+  client->set_url_encode(false);
+  httplib::Headers headers{{"User-Agent", "sightline/" + std::string(version())}};
+  if (!key->empty()) headers.emplace("Authorization", "Bearer " + *key);
+  client->set_default_headers(headers);
+  std::string prefix = url->path;
+  while (prefix.ends_with('/')) prefix.pop_back();
+  return std::unique_ptr<ApiClient>(new ApiClient(std::move(client), std::move(prefix)));
+}
+
+Result<ApiAnswer> ApiClient::ask(const std::string& method, const std::string& path,
+                                 const std::string& body, const std::string& media_type) {
+  httplib::Request request;
+  request.method = method;
+  request.path = prefix_ + path;
+  request.body = body;
+  if (!media_type.empty()) request.set_header("Content-Type", media_type);
+  const auto answer = client_->send(request);
+  if (answer) return ApiAnswer{answer->status, answer->body};
+  return Error{ErrorKind::kNotFound, "SERVER_UNREACHABLE",
+               "the server does not answer: " + httplib::to_string(answer.error()), ""};
+}
+
+std::string percent_encoded(std::string_view text) {
+  constexpr std::string_view kDigits = "0123456789ABCDEF";
+  std::string encoded;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool is_plain = (byte >= '0' && byte <= '9') || (byte >= 'A' && byte <= 'Z') ||
+                          (byte >= 'a' && byte <= 'z') ||
+                          std::string_view("-._~").find(c) != std::string_view::npos;
+    if (is_plain) {
+      encoded += c;
+    } else {
+      encoded += '%';
+      encoded += kDigits[byte >> 4];
+      encoded += kDigits[byte & 15];
+    }
+  }
+  return encoded;
+}
+
+std::string problem_text(const ApiAnswer& answer) {
+  using Json = nlohmann::json;
+  const Json problem = Json::parse(answer.body, nullptr, false);
+  std::string text = std::to_string(answer.status);
+  if (!problem.is_object()) return text;
+  text += " " + problem.value("code", "") + ": " + problem.value("detail", "");
+  const auto errors = problem.find("errors");
+  if (errors != problem.end() && errors->is_array() && !errors->empty() &&
+      errors->front().is_object()) {
+    const std::string pointer = errors->front().value("pointer", "");
+    if (!pointer.empty()) text += " at " + pointer;
+  }
+  return text;
+}
+
+}  // namespace sightline

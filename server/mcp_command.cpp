@@ -1,0 +1,170 @@
+#include "server/mcp_command.h"
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "proto/openapi_document.h"
+#include "server/mcp_tools.h"
+#include "server/version.h"
+
+namespace sightline {
+namespace {
+
+using Json = nlohmann::json;
+using Ordered = nlohmann::ordered_json;
+
+constexpr std::array<std::string_view, 3> kMcpRevisions{"2025-06-18", "2025-03-26", "2024-11-05"};
+constexpr std::size_t kLongestLine = 256 << 20;
+/// Deeper than any question; what is deeper could exhaust the stack of whoever prints it again.
+constexpr int kDeepest = 64;
+
+// The numbers of JSON-RPC 2.0.
+constexpr int kParseError = -32700, kInvalidRequest = -32600, kNoSuchMethod = -32601,
+              kInvalidParams = -32602;
+
+bool is_too_deep(std::string_view text) {
+  int depth = 0;
+  bool in_string = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (in_string) {
+      if (c == '\\') ++i;
+      if (c == '"') in_string = false;
+    } else if (c == '"') {
+      in_string = true;
+    } else if (c == '[' || c == '{') {
+      if (++depth > kDeepest) return true;
+    } else if (c == ']' || c == '}') {
+      --depth;
+    }
+  }
+  return false;
+}
+
+Ordered fault(const Json& id, int code, const std::string& message) {
+  return {{"jsonrpc", "2.0"}, {"id", id}, {"error", {{"code", code}, {"message", message}}}};
+}
+
+Ordered result(const Json& id, Ordered value) {
+  return {{"jsonrpc", "2.0"}, {"id", id}, {"result", std::move(value)}};
+}
+
+/// A line up to its end, or no more than is taken of one; the rest of a longer one is read over.
+bool read_line(std::istream& in, std::string& line, bool& too_long) {
+  line.clear();
+  too_long = false;
+  std::streambuf& bytes = *in.rdbuf();
+  for (int c = bytes.sbumpc(); c != std::istream::traits_type::eof(); c = bytes.sbumpc()) {
+    if (c == '\n') return true;
+    too_long = too_long || line.size() == kLongestLine;
+    if (!too_long) line += static_cast<char>(c);
+  }
+  return !line.empty();
+}
+
+class McpServer {
+ public:
+  McpServer(ApiClient& client, const SceneRoot* files)
+      : client_(client),
+        files_(files),
+        tools_(mcp_tools(Ordered::parse(openapi_document()), files != nullptr)) {}
+
+  /// The answer to a line; nothing to what wants none.
+  std::optional<Ordered> answer(const std::string& line) {
+    if (is_too_deep(line)) return fault(nullptr, kParseError, "this is nested too deeply");
+    const Json request = Json::parse(line, nullptr, false);
+    if (request.is_discarded()) return fault(nullptr, kParseError, "this is no JSON");
+    if (!request.is_object()) return fault(nullptr, kInvalidRequest, "a request is one object");
+    const Json id = request.value("id", Json());
+    const bool good_id = id.is_string() || id.is_number_integer() || id.is_null();
+    if (!good_id || request.value("jsonrpc", Json()) != "2.0" || !request.contains("method") ||
+        !request["method"].is_string()) {
+      return fault(good_id ? id : Json(), kInvalidRequest,
+                   "a request has \"jsonrpc\":\"2.0\", a method, and an id of text or number");
+    }
+    const std::string method = request["method"];
+    if (!request.contains("id")) return std::nullopt;  // a notification
+    const Json parameters = request.value("params", Json::object());
+    if (!parameters.is_object()) return fault(id, kInvalidParams, "params are an object");
+    if (method == "initialize") return result(id, introduce(parameters));
+    if (method == "ping") return result(id, Ordered::object());
+    if (method == "tools/list") return result(id, list());
+    if (method == "tools/call") return call(id, parameters);
+    return fault(id, kNoSuchMethod, "there is no such method");
+  }
+
+ private:
+  static Ordered introduce(const Json& parameters) {
+    const Json asked = parameters.value("protocolVersion", Json());
+    const auto same = std::find_if(kMcpRevisions.begin(), kMcpRevisions.end(),
+                                   [&](std::string_view each) { return asked == each; });
+    return {
+        {"protocolVersion", same == kMcpRevisions.end() ? kMcpRevisions.front() : *same},
+        {"capabilities", {{"tools", Ordered::object()}}},
+        {"serverInfo", {{"name", "sightline"}, {"version", version()}}},
+        {"instructions",
+         "Exact answers to rays, points and boxes in 3D scenes. listScenes says what is loaded, "
+         "sceneNodes what it is made of."}};
+  }
+  Ordered list() const {
+    Ordered tools = Ordered::array();
+    for (const McpTool& tool : tools_) tools.push_back(tool.description);
+    return {{"tools", std::move(tools)}};
+  }
+  Ordered call(const Json& id, const Json& parameters) {
+    const Json name = parameters.value("name", Json());
+    const auto tool = std::find_if(tools_.begin(), tools_.end(),
+                                   [&](const McpTool& each) { return name == each.name; });
+    if (tool == tools_.end()) return fault(id, kInvalidParams, "there is no such tool");
+    const auto answer =
+        call_mcp_tool(*tool, parameters.value("arguments", Json::object()), client_, files_);
+    if (!answer && answer.error().code == "ARGUMENTS_INVALID") {
+      return fault(id, kInvalidParams, answer.error().message);
+    }
+    // What an agent can mend by asking otherwise is told as an answer.
+    const std::string text =
+        answer ? answer->body : answer.error().code + ": " + answer.error().message;
+    Ordered told{{"content", {{{"type", "text"}, {"text", text}}}},
+                 {"isError", !answer || !answer->good()}};
+    const Ordered structured = Ordered::parse(text, nullptr, false);
+    if (structured.is_object()) told["structuredContent"] = structured;
+    return result(id, std::move(told));
+  }
+
+  ApiClient& client_;
+  const SceneRoot* files_;
+  const std::vector<McpTool> tools_;
+};
+
+}  // namespace
+
+int run_mcp(const McpCommand& command, std::istream& in, std::ostream& out,
+            std::ostream& complaints) {
+  const auto complain = [&](const Error& error) {
+    complaints << "sightline: " << error.code << ": " << error.message << "\n";
+    return 2;
+  };
+  const auto client = ApiClient::open(command.server);
+  if (!client) return complain(client.error());
+  std::optional<SceneRoot> files;
+  if (!command.files.empty()) {
+    auto root = SceneRoot::open(command.files);
+    if (!root) return complain(root.error());
+    files.emplace(std::move(*root));
+  }
+  McpServer server(**client, files ? &*files : nullptr);
+  std::string line;
+  bool too_long = false;
+  while (read_line(in, line, too_long)) {
+    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
+    const auto answer =
+        too_long ? fault(nullptr, kParseError, "the line is too long") : server.answer(line);
+    if (!answer) continue;
+    // What came may hold bytes that are no UTF-8, in a text that is said again.
+    out << answer->dump(-1, ' ', false, Ordered::error_handler_t::replace) << std::endl;
+  }
+  return 0;
+}
+
+}  // namespace sightline
