@@ -8,6 +8,7 @@
 #   scripts/bench.sh skip [--quick] [OPTION...]     lazily beside nothing skipped
 #   scripts/bench.sh door [--quick] [OPTION...]     trivial requests beside cpp-httplib and nginx
 #   scripts/bench.sh http [--quick] [OPTION...]     rays over HTTP beside the codec alone and Embree
+#   scripts/bench.sh client [ROUNDS]                the Python client beside raw bytes
 #
 # Writes build/bench/NAME.json, .csv, .md, .svg and .png. Every floor that the benchmark measures
 # is a line "floor N: FIGURE (needs FIGURE) ok|short" at the end. OPTIONs go to the program
@@ -19,6 +20,13 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 usage() { sed -n '2,/^set/{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; }
 case ${1:-} in
   trace | accuracy | build | scale | skip | door | http) name=$1; shift ;;
+  client)
+    scripts/install_packages.sh test
+    cmake --preset release -DSIGHTLINE_TESTS=ON >&2
+    cmake --build --preset release --target sightline >&2
+    # Debian's numpy belongs to Debian's Python.
+    exec /usr/bin/python3 -B tests/bench/client_bench.py build/release/sightline "${@:2}"
+    ;;
   -h | --help) usage; exit 0 ;;
   *) usage >&2; exit 2 ;;
 esac

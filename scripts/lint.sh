@@ -3,7 +3,7 @@
 #
 #   scripts/lint.sh [--all | --format | --fix] [FILE...]
 #
-# With no argument: format of every file, the room laws, and clang-tidy over the .cpp files that
+# With no argument: format of every file, the room laws, openapi.json (scripts/lint_openapi.sh), and clang-tidy over the .cpp files that
 # differ from main or include a header that does.
 # --all     clang-tidy over every file that the build compiles
 # --format  only the format check; exit code 77 (skipped) where clang-format is not installed
@@ -42,6 +42,7 @@ echo "format: $(sources | wc -l) files"
 [ "$mode" != format ] || exit 0
 
 python3 -B tests/laws/room_laws.py
+scripts/lint_openapi.sh || [ $? = 77 ]
 
 # clang-tidy reads how each file is compiled from the dev preset's build tree.
 [ -f build/dev/compile_commands.json ] || cmake --preset dev >/dev/null

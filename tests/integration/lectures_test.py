@@ -12,7 +12,7 @@ from fractions import Fraction
 from pathlib import Path
 
 import case_report
-from sightline_server import PATIENCE, SOURCE, Server
+from sightline_server import BINARY, PATIENCE, SOURCE, Server
 
 BOX = {"min": [-2, -3, -4], "max": [4, 3, 2]}
 SQUARE = {"min": [1, 1, None], "max": [3, 3, None]}
@@ -127,9 +127,19 @@ class Lectures(unittest.TestCase):
         got = self.one((10, 0, 0), (-1, 0, 0))
         self.assertEqual((got["t_enter"], got["t_exit"]), (6, 12))
 
-    def test_row_14_williams_is_a_contestant(self):
-        self.assertIn('"williams2005"', (SOURCE / "tests/contestants/slab_tests.cpp").read_text(encoding="utf-8"))
-        self.assertIn("[Williams2005]", (SOURCE / "docs/REFERENCES.md").read_text(encoding="utf-8"))
+    def run_beside(self, program, *arguments):
+        """What a test or a benchmark of the same build prints."""
+        file = Path(BINARY).resolve().parent / "tests" / program
+        if not file.exists():
+            self.skipTest(f"{program} is not built here")
+        return subprocess.run([file, *arguments], check=True, capture_output=True, text=True, timeout=PATIENCE).stdout
+
+    def test_row_14_williams_is_a_contestant_and_loses_what_the_server_finds(self):
+        told = self.run_beside("contestants/contestants_test", "--gtest_filter=SlabTests.williams_loses_an_origin_on_the_exit_face")
+        self.assertIn("[  PASSED  ] 1 test", told)
+        # The two cases of that test: its limits are open, and 0 times infinity is where it starts.
+        self.assertEqual(self.one((4, 0, 0), (1, 0, 0))["t"], 0)
+        self.assertEqual(self.one((-2, -10, 0), (0, 1, 0))["t"], 7)
 
     def test_row_15_minus_zero_survives(self):
         self.assertEqual(self.one((-10, 3, 0), (1, -0.0, 0)), self.one((-10, 3, 0), (1, 0.0, 0)))
@@ -138,9 +148,12 @@ class Lectures(unittest.TestCase):
         self.assertEqual((touch["t"], touch["on_surface"]), (0, True))
 
     def test_row_16_the_inverse_is_measured_beside_the_division(self):
-        figures = (SOURCE / "docs/benchmarks/accuracy.md").read_text(encoding="utf-8")
+        told = self.run_beside("bench/accuracy_bench", "--quick", "--scene", "soup", "--smaller", "100", "--rays", "200", "--pairs", "200",
+                               "--repetitions", "1")
         for name in ("slab_swap_divide", "williams2005"):
-            self.assertRegex(figures, rf"\| ordinary \| {name} \| [0-9.]+ ")
+            times = [float(time) for time in re.findall(rf"^  {name} +([0-9.]+) ns .* wrong", told, re.MULTILINE)]
+            self.assertGreater(len(times), 0, told)
+            self.assertGreater(min(times), 0)
 
     def test_row_17_no_nan_in_any_answer(self):
         numbers = [0, -0.0, 1, -2, 4, 5e-324, 1.7976931348623157e308, -1e-300]
