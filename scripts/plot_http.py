@@ -58,11 +58,11 @@ def legend(drawing, top):
     for form, colour in COLOURS.items():
         drawing.rect(at, top - 9, 12, 10, colour)
         drawing.text(at + 18, top, form, 11, "start", INK)
-        at += 120
+        at += 110
     for shape, name in (("circle", "Sightline"), ("square", "codec and trace alone"), ("triangle", "Embree and nlohmann")):
         drawing.marker(at + 6, top - 4, shape, GREY, 4, shape != "circle")
         drawing.text(at + 18, top, name, 11, "start", INK)
-        at += 170
+        at += 100 if shape == "circle" else 170
 
 
 def table(head, rows):

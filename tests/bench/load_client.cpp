@@ -47,13 +47,21 @@ constexpr std::string_view kLastChunk = "\r\n0\r\n\r\n";
 /// One connection with one request under way.
 class Client {
  public:
-  Client(int port, const std::string& request) : request_(request), socket_(connect_to(port)) {}
+  Client(int port, const std::string& request)
+      : port_(port), request_(request), socket_(connect_to(port)) {}
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
   ~Client() { ::close(socket_); }
 
   int socket() const { return socket_; }
-  void begin() { sent_ = 0; }
+  /// The next request, on a new connection where the last answer has ended the old one.
+  void begin() {
+    sent_ = 0;
+    if (!closes_) return;
+    ::close(socket_);
+    socket_ = connect_to(port_);
+  }
+  bool closes() const { return closes_; }
   bool has_more() const { return sent_ < request_.size(); }
   bool send() {
     const ssize_t some = ::send(socket_, request_.data() + sent_, request_.size() - sent_,
@@ -75,6 +83,7 @@ class Client {
       const std::size_t end = head_.find(kHeadEnd);
       if (end == std::string::npos) return Got::kPart;
       if (!head_.starts_with("HTTP/1.1 200")) return Got::kFault;
+      closes_ = head_.substr(0, end).find("\r\nConnection: close") != std::string::npos;
       const std::size_t length = head_.substr(0, end).find(kLength);
       size_ = length == std::string::npos
                   ? 0
@@ -92,8 +101,10 @@ class Client {
   }
 
  private:
+  const int port_;
   const std::string& request_;
-  const int socket_;
+  int socket_;
+  bool closes_ = false;
   std::size_t sent_ = 0, received_ = 0;
   std::size_t size_ = 0;  ///< of this answer; 0: it comes in chunks
   std::string head_, last_;
@@ -133,8 +144,10 @@ LoadResult put_load(int port, int connections, const std::string& request, doubl
         ++result.answers;
         // Whatever was begun is answered, so that all the work was for what is counted.
         if (now - begin < seconds) {
+          if (client.closes()) ::epoll_ctl(epoll, EPOLL_CTL_DEL, client.socket(), nullptr);
           client.begin();
           good = client.send();
+          if (client.closes()) watch(i, EPOLL_CTL_ADD);
         } else {
           --open;
         }
