@@ -51,7 +51,7 @@ Exchange exchange_of(const httplib::Request& request, httplib::Response& respons
                     course == nullptr ? nullptr : &course->body,
                     course == nullptr ? nullptr : &course->connection.gone,
                     course == nullptr ? nullptr : &course->memory,
-                    checked_request_id(request.get_header_value("X-Request-Id")),
+                    checked_request_id(course == nullptr ? "" : course->connection.head.request_id),
                     {}};
   exchange.access = course == nullptr ? Access::kOpen : course->connection.head.access;
   if (course != nullptr) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <utility>
 
 namespace sightline {
 namespace {
@@ -87,12 +88,15 @@ bool is_known(std::string_view method) {
   return std::find(kKnown.begin(), kKnown.end(), method) != kKnown.end();
 }
 
-/// "http://host/path" becomes "/path" [RFC9112] 3.2.2; there is only one host here.
-std::string origin_form(std::string_view target) {
+/// "http://host/path" becomes "/path" [RFC9112] 3.2.2; there is only one host here, but it must be
+/// one [RFC9110] 4.2.1.
+std::optional<std::string> origin_form(std::string_view target) {
   constexpr std::string_view kScheme = "http://";
   if (!equals_caseless(target.substr(0, kScheme.size()), kScheme)) return std::string(target);
   target.remove_prefix(kScheme.size());
-  target.remove_prefix(std::min(target.find_first_of("/?"), target.size()));
+  const std::string_view host = target.substr(0, target.find_first_of("/?"));
+  if (host.empty() || !is_host(host)) return std::nullopt;
+  target.remove_prefix(host.size());
   return target.starts_with('/') ? std::string(target) : "/" + std::string(target);
 }
 
@@ -111,13 +115,16 @@ std::optional<RequestFault> parse_request_line(std::string_view line, RequestHea
   if (!head.http10 && version != "HTTP/1.1") {
     return RequestFault{505, "VERSION_UNSUPPORTED", "the versions here are HTTP/1.1 and HTTP/1.0"};
   }
-  head.target = origin_form(target);
+  std::optional<std::string> origin = origin_form(target);
+  if (!origin) return kMalformed;
+  head.target = std::move(*origin);
   return std::nullopt;
 }
 
 /// What the fields of a head said, counted.
 struct Fields {
-  std::size_t count = 0, hosts = 0, lengths = 0, encodings = 0, authorizations = 0, origins = 0;
+  std::size_t count = 0, hosts = 0, lengths = 0, encodings = 0, authorizations = 0, origins = 0,
+              request_ids = 0;
   bool keeps_alive = false;
 };
 
@@ -179,7 +186,8 @@ std::optional<RequestFault> take_field(std::string_view line, RequestHead& head,
   } else if (equals_caseless(name, "connection")) {
     take_connection(value, head, fields);
   } else if (equals_caseless(name, "x-request-id")) {
-    head.request_id = value;
+    // Of two none: a log that knows another one than the client would mislead.
+    head.request_id = ++fields.request_ids == 1 ? value : "";
   } else if (equals_caseless(name, "authorization")) {
     head.authorization = ++fields.authorizations == 1 ? value : "";
   } else if (equals_caseless(name, "origin")) {

@@ -112,6 +112,24 @@ TEST(RequestHead, is_bounded_in_bytes_and_fields) {
   EXPECT_EQ(fault_of(large + "\r\n"), "HEADER_TOO_LARGE");
 }
 
+TEST(RequestHead, wants_a_host_in_a_target_that_names_one) {
+  RequestHead head;
+  for (const char* target : {"http:///healthz", "http://", "HTTP://?a", "http://a,b/c",
+                             "http://me@host/", "http://a\\b/"}) {
+    EXPECT_EQ(fault_of("GET " + std::string(target) + " HTTP/1.1\r\n" + kHost + "\r\n"),
+              "REQUEST_MALFORMED")
+        << target;
+  }
+  EXPECT_EQ(fault_of("GET http://[::1]:80?a HTTP/1.1\r\n" + std::string(kHost) + "\r\n", head), "");
+  EXPECT_EQ(head.target, "/?a");
+}
+
+TEST(RequestHead, takes_none_of_two_request_ids) {
+  RequestHead head;
+  EXPECT_EQ(fault_of(kLine + kHost + "X-Request-Id: a\r\nx-request-id: b\r\n\r\n", head), "");
+  EXPECT_EQ(head.request_id, "");
+}
+
 TEST(RequestHead, hides_what_is_decided_at_the_door) {
   RequestHead head;
   EXPECT_EQ(
