@@ -174,9 +174,13 @@ bool take_plain_arrays(std::string_view body, std::size_t most, double default_t
       if (!skip_value(at, end)) return false;
       continue;
     }
-    if (*has) return false;
+    // Twice, or rows and columns in one body: the other reader knows what to say.
+    const bool is_rows = has == &arrays.has_rays;
+    if (*has || (is_rows ? arrays.has_origins || arrays.has_directions : arrays.has_rays)) {
+      return false;
+    }
     *has = true;
-    const bool good = has == &arrays.has_rays ? scan_rays(at, end, most, default_tmin, rays)
+    const bool good = is_rows ? scan_rays(at, end, most, default_tmin, rays)
                       : has == &arrays.has_origins
                           ? scan_vectors(at, end, most, rays.ox, rays.oy, rays.oz)
                           : scan_vectors(at, end, most, rays.dx, rays.dy, rays.dz);
@@ -184,10 +188,7 @@ bool take_plain_arrays(std::string_view body, std::size_t most, double default_t
     arrays.rest.append(kept, value).append(kEmpty);
     kept = at;
   } while (take(at, ','));
-  // Rows and columns in one body: the other reader knows what to say.
-  if (kept == body.data() || (arrays.has_rays && (arrays.has_origins || arrays.has_directions))) {
-    return false;
-  }
+  if (kept == body.data()) return false;
   arrays.rest.append(kept, end);
   return true;
 }
