@@ -1,40 +1,13 @@
 #include "proto/load_json.h"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
-#include <set>
-#include <vector>
 
-#include "proto/json_pointer.h"
+#include "proto/strict_json.h"
 
 namespace sightline {
 namespace {
 
 using Json = nlohmann::json;
-
-Error fault(const char* code, std::string message, std::string pointer) {
-  return {ErrorKind::kInvalid, code, std::move(message), std::move(pointer)};
-}
-
-std::string below(const std::string& place, std::string_view key) {
-  return place + JsonPointer().key(key).text();
-}
-
-/// An object that has no other keys than these.
-Status check_object(const Json& value, const std::string& place,
-                    std::initializer_list<std::string_view> known) {
-  if (!value.is_object()) return fault("TYPE_WRONG", "this must be an object", place);
-  for (const auto& [key, unused] : value.items()) {
-    if (std::find(known.begin(), known.end(), key) != known.end()) continue;
-    std::string names;
-    for (const std::string_view name : known) {
-      names += names.empty() ? "" : ", ";
-      names += name;
-    }
-    return fault("KEY_UNKNOWN", "there is no such key; there are " + names, below(place, key));
-  }
-  return success();
-}
 
 /// Leaves `out` empty where the key is missing.
 Status read_text(const Json& object, const std::string& place, const char* key, std::string& out) {
@@ -86,24 +59,9 @@ Status read_options(const Json& options, LoadRequest& request) {
 }  // namespace
 
 Result<LoadRequest> decode_load_request(std::string_view body) {
-  // The library keeps the last of two equal keys; another reader on the way may keep the first.
-  std::vector<std::set<std::string>> open;
-  std::optional<std::string> twice;
-  const auto look = [&](int, Json::parse_event_t event, Json& parsed) {
-    if (event == Json::parse_event_t::object_start) open.emplace_back();
-    if (event == Json::parse_event_t::object_end) open.pop_back();
-    if (event == Json::parse_event_t::key &&
-        !open.back().insert(parsed.get<std::string>()).second) {
-      twice = parsed.get<std::string>();
-    }
-    return true;
-  };
-  const Json document = Json::parse(body, look, false);
-  if (document.is_discarded()) {
-    return Error{ErrorKind::kMalformed, "JSON_MALFORMED", "the body is not JSON", ""};
-  }
-  if (twice) return fault("KEY_DUPLICATE", "this key is there twice", below("", *twice));
-
+  auto parsed = parse_strictly(body);
+  if (!parsed) return std::move(parsed).error();
+  const Json& document = *parsed;
   LoadRequest request;
   if (Status status = check_object(document, "", {"id", "source", "options"}); !status) {
     return std::move(status).error();

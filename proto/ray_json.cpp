@@ -18,18 +18,20 @@ static_assert(kRayJsonPadding >= kJsonPadding && kJsonPadding >= kPlainPadding);
 
 std::string number_text(std::size_t number) { return std::to_string(number); }
 
-constexpr std::array<std::string_view, 16> kTopKeys{
+constexpr std::array<std::string_view, 18> kTopKeys{
     "rays",       "origins",   "directions", "tmin",   "tmax",    "fields",
     "max_hits",   "crossings", "normalize",  "cull",   "include", "exclude",
-    "on_invalid", "work",      "generator",  "explain"};
-constexpr unsigned kRaysBit = 1u << 0, kColumnBits = 0x1eu, kFieldsBit = 1u << 5,
-                   kMaxHitsBit = 1u << 6, kCrossingsBit = 1u << 7, kSceneBits = 0x3f00u,
+    "on_invalid", "work",      "generator",  "explain", "mask",    "masks"};
+constexpr unsigned kMaskBit = 1u << 16, kMasksBit = 1u << 17;
+constexpr unsigned kRaysBit = 1u << 0, kColumnBits = 0x1eu | kMasksBit, kFieldsBit = 1u << 5,
+                   kMaxHitsBit = 1u << 6, kCrossingsBit = 1u << 7, kSceneBits = 0x3f00u | kMaskBit,
                    kMarkBits = 1u << 8 | 1u << 12, kGeneratorBit = 1u << 14, kCullBit = 1u << 9,
                    kExplainBit = 1u << 15;
 /// The first key that is an option.
 constexpr std::size_t kFirstOption = 5;
-/// Every key of a row.
-constexpr unsigned kRowBits = 0xfu;
+/// Every key of a row, the last of them only where there is a scene.
+constexpr unsigned kRowBits = 0xfu, kRowMaskBit = 0x10u;
+constexpr std::uint64_t kMostMask = 0xffffffffu;
 
 }  // namespace
 
@@ -73,6 +75,7 @@ bool RayReader::read_row(Value value, std::size_t ray) {
   }
   Ray row;
   row.tmin = default_tmin_;
+  std::uint64_t mask = kMostMask;
   unsigned seen = 0;
   for (auto entry : object) {
     Field field;
@@ -85,14 +88,17 @@ bool RayReader::read_row(Value value, std::size_t ray) {
     if (raw.unsafe_is_equal(kRayRowKeys[1])) {
       which = 1;
     } else if (!raw.unsafe_is_equal(kRayRowKeys[0]) &&
-               !read_key(field, kRayRowKeys, kRowBits, ray_place(ray), which)) {
+               !read_key(field, kRayRowKeys, rules_.has_scene ? kRowBits | kRowMaskBit : kRowBits,
+                         ray_place(ray), which)) {
       return false;
     }
     const auto part = static_cast<RayPart>(which);
     if ((seen & (1u << which)) != 0) return mark_seen(1u << which, seen, row_place(ray, part));
     seen |= 1u << which;
 
-    if (part == RayPart::kOrigin || part == RayPart::kDirection) {
+    if (part == RayPart::kMask) {
+      if (!read_count(field.value(), kMostMask, mask, row_place(ray, part))) return false;
+    } else if (part == RayPart::kOrigin || part == RayPart::kDirection) {
       Vec3d& vector = part == RayPart::kOrigin ? row.origin : row.direction;
       if (!read_vector(field.value(), ray, part, vector)) return false;
     } else {
@@ -110,7 +116,10 @@ bool RayReader::read_row(Value value, std::size_t ray) {
                   ray_place(ray));
     }
   }
+  Column<std::uint32_t>& masks = query_.rays.mask;
+  if (masks.empty() && mask != kMostMask) masks.assign(query_.rays.size(), kMostMask);
   query_.rays.push_back(row);
+  if (!masks.empty() || mask != kMostMask) masks.push_back(static_cast<std::uint32_t>(mask));
   return true;
 }
 
@@ -152,6 +161,7 @@ bool RayReader::read_column(Value value, RayPart part) {
       columns = {&rays.tmin, nullptr, nullptr};
       break;
     case RayPart::kTmax:
+    case RayPart::kMask:
       columns = {&rays.tmax, nullptr, nullptr};
       break;
   }
@@ -183,8 +193,20 @@ bool RayReader::read_column(Value value, RayPart part) {
   return true;
 }
 
+bool RayReader::read_masks(Value value) {
+  const JsonPointer place = JsonPointer().key("masks");
+  return read_array(value, "an array of masks", place, [&](std::size_t i, Value entry) {
+    if (i == rules_.max_rays) return too_many(place);
+    std::uint64_t mask = 0;
+    if (!read_count(entry, kMostMask, mask, JsonPointer(place).index(i))) return false;
+    query_.rays.mask.push_back(static_cast<std::uint32_t>(mask));
+    return true;
+  });
+}
+
 unsigned RayReader::known_top_keys() const {
   unsigned known = rules_.has_rays ? kRaysBit | kColumnBits : 0;
+  if (!rules_.has_scene) known &= ~kMasksBit;
   if (rules_.has_fields) known |= kFieldsBit;
   if (rules_.has_max_hits) known |= kMaxHitsBit;
   if (rules_.has_crossings) known |= kCrossingsBit;
@@ -225,6 +247,7 @@ bool RayReader::read_top(Object object) {
       continue;
     }
     const bool good = which == 0             ? read_rows(value)
+                      : bit == kMasksBit     ? read_masks(value)
                       : which < kFirstOption ? read_column(value, static_cast<RayPart>(which - 1))
                       : bit == kGeneratorBit ? read_generator(value)
                                              : read_option(keys[which], value);
@@ -253,6 +276,12 @@ bool RayReader::finish_rows_or_columns() {
                 "has " + number_text(column_size_[1]) + " numbers, origins has " +
                     number_text(column_size_[0]),
                 column_place(RayPart::kDirection));
+  }
+  if ((seen_ & kMasksBit) != 0 && query_.rays.mask.size() != count) {
+    return fail(ErrorKind::kInvalid, "LENGTH_WRONG",
+                "has " + number_text(query_.rays.mask.size()) + " numbers for " +
+                    number_text(count) + " rays",
+                JsonPointer().key("masks"));
   }
   for (const RayPart part : {RayPart::kTmin, RayPart::kTmax}) {
     Column<double>& column = part == RayPart::kTmin ? query_.rays.tmin : query_.rays.tmax;

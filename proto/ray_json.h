@@ -10,7 +10,9 @@
 /// Keys in any order; tmin, tmax and fields may be left out; null as a tmax means no limit. Numbers
 /// become the nearest float64: -0.0, denormals and 17 digits survive.
 /// "cull": "none" ("back", "front", "material"), "include" and "exclude": {"nodes":[3],
-/// "names":["tree*"],"materials":["leaves"]}, any of the three: see core/query/hit_filter.h.
+/// "names":["tree*"],"materials":["leaves"]}, any of the three: see core/query/hit_filter.h. "mask":
+/// 5 for all rays, "masks": [1,4,...] for each as a column, "mask" in a row: what has no bit in
+/// common does not count.
 /// "on_invalid": "refuse" (or "mark"): what a bad ray does to the others. "work": true: what it
 /// cost. "normalize": true: tmin, tmax and the t of the answer count in scene units, not in
 /// |direction|. "explain": true, of one ray: what it came past. Where hits are listed or counted,

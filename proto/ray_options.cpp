@@ -175,6 +175,12 @@ bool RayReader::read_option(std::string_view key, Value value) {
     return read_boolean(value, query_.wants_explanation, JsonPointer().key(key));
   }
   if (key == "work") return read_boolean(value, query_.wants_work, JsonPointer().key(key));
+  if (key == "mask") {
+    std::uint64_t mask = 0;
+    if (!read_count(value, 0xffffffffu, mask, JsonPointer().key(key))) return false;
+    query_.filter.mask = static_cast<std::uint32_t>(mask);
+    return true;
+  }
   return read_choice(key, value, key == "include" ? query_.filter.include : query_.filter.exclude);
 }
 

@@ -18,8 +18,9 @@ namespace sightline {
 inline constexpr std::size_t kWholeTuple = static_cast<std::size_t>(-1);
 
 /// The parts of a ray, as rows and as columns call them.
-enum class RayPart { kOrigin, kDirection, kTmin, kTmax };
-inline constexpr std::array<std::string_view, 4> kRayRowKeys{"origin", "direction", "tmin", "tmax"};
+enum class RayPart { kOrigin, kDirection, kTmin, kTmax, kMask };
+inline constexpr std::array<std::string_view, 5> kRayRowKeys{"origin", "direction", "tmin", "tmax",
+                                                             "mask"};
 inline constexpr std::array<std::string_view, 4> kRayColumnKeys{"origins", "directions", "tmin",
                                                                 "tmax"};
 
@@ -63,6 +64,7 @@ class RayReader : protected JsonReader {
   bool read_top(Object object);
   bool read_rows(Value value);
   bool read_column(Value value, RayPart part);
+  bool read_masks(Value value);
   bool read_generator(Value value);
   // Options, in ray_options.cpp.
   bool read_option(std::string_view key, Value value);

@@ -16,6 +16,8 @@ int http_status(ErrorKind kind) {
       return 404;
     case ErrorKind::kConflict:
       return 409;
+    case ErrorKind::kPrecondition:
+      return 412;
     case ErrorKind::kCancelled:
     case ErrorKind::kBusy:
       return 503;

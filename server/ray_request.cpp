@@ -27,14 +27,12 @@ bool RayRequest::read_query(const Decode& decode) {
   // What was decoded into something else than rays has no more bytes than twice its text.
   const std::uint64_t decoded = 2 * body.size();
   forget_body(exchange_, body, std::max(decoded, query_.rays.size() * kRayBytes));
-  if (!query_.filter.keeps_all()) {
-    auto kept = kept_sides(*scene_, query_.filter);
-    if (!kept) {
-      exchange_.reply_error(kept.error());
-      return false;
-    }
-    kept_ = std::move(*kept);
+  auto kept = kept_for_rays(*scene_, query_.filter, query_.rays.mask);
+  if (!kept) {
+    exchange_.reply_error(kept.error());
+    return false;
   }
+  kept_ = std::move(*kept);
   deadline_ = service_.deadline(exchange_);
   add_time(&WorkReport::parse_us);
   return true;

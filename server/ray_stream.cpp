@@ -115,14 +115,15 @@ Result<std::string> RayStream::answer(Result<RayQuery> query) {
   if (form_ == Form::kFrames) {
     if (Status status = check_binary_fields(query->fields); !status) return status.error();
   }
-  if (!query->filter.keeps_all() && (!knows_filter_ || form_ == Form::kFrames)) {
-    auto kept = kept_sides(*scene_, query->filter);
+  const bool has_masks = !query->rays.mask.empty();
+  if (!knows_filter_ || has_masks || form_ == Form::kFrames) {
+    auto kept = kept_for_rays(*scene_, query->filter, query->rays.mask);
     if (!kept) return std::move(kept).error();
     kept_ = std::move(*kept);
-    knows_filter_ = true;
+    knows_filter_ = !has_masks;
   }
   WorkTimer timer;
-  const RayOptions options{query->filter.keeps_all() ? nullptr : &*kept_, &timer.report.work};
+  const RayOptions options{kept_ ? &*kept_ : nullptr, &timer.report.work};
   auto text = answer_rays(kind_, service_, *scene_, *query, options, deadline(), memory_, timer);
   service_.metrics.count_part(query->rays.size(), timer.report.work);
   return text;

@@ -29,14 +29,14 @@ bool decode_segment(std::string_view text, std::string& decoded) {
   return true;
 }
 
-constexpr std::string_view kPlaceholder = "{id}";
-
 bool matches(const std::vector<std::string>& pattern, const std::vector<std::string>& path,
-             std::string& id) {
+             Exchange& exchange) {
   if (pattern.size() != path.size()) return false;
   for (std::size_t i = 0; i < pattern.size(); ++i) {
-    if (pattern[i] == kPlaceholder && !path[i].empty()) {
-      id = path[i];
+    if (pattern[i] == "{id}" && !path[i].empty()) {
+      exchange.scene_id = path[i];
+    } else if (pattern[i] == "{node}" && !path[i].empty()) {
+      exchange.node_id = path[i];
     } else if (pattern[i] != path[i]) {
       return false;
     }
@@ -73,7 +73,7 @@ void Router::dispatch(Exchange& exchange) const {
   const std::string& method = exchange.request.method;
   std::string allowed;
   for (const Route& route : routes_) {
-    if (!is_path || !matches(route.segments, path, exchange.scene_id)) continue;
+    if (!is_path || !matches(route.segments, path, exchange)) continue;
     if (route.method == method || (route.method == "GET" && method == "HEAD")) {
       exchange.route = route.pattern;
       return route.handler(exchange);

@@ -19,7 +19,7 @@ class Router {
  public:
   using Handler = std::function<void(Exchange&)>;
 
-  /// pattern  "/v1/scenes/{id}/rays:closest": literal segments, and {id} for any segment
+  /// pattern  "/v1/scenes/{id}/rays:closest": literal segments, and {id} and {node} for any segment
   ///          that is not empty.
   /// GET answers HEAD as well.
   void add(std::string_view method, std::string_view pattern, Handler handler);

@@ -20,6 +20,8 @@ void add_scene_part_routes(Router& router, const Service& service);
 void add_clearance_routes(Router& router, const Service& service);
 /// POST /v1/scenes/{id}/sweeps:closest and sweeps:any
 void add_sweep_routes(Router& router, const Service& service);
+/// PATCH /v1/scenes/{id}/nodes/{node}
+void add_node_routes(Router& router, Service& service);
 /// POST /v1/scenes/{id}/visibility
 void add_visibility_routes(Router& router, const Service& service);
 /// POST /v1/rays-boxes, /v1/scenes/{id}/boxes:any, boxes:list and boxes:count

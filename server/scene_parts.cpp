@@ -17,7 +17,7 @@ void write_id(JsonWriter& out, std::uint32_t id) {
   out.number(id);
 }
 
-void write_node(JsonWriter& out, const Scene& scene, std::uint32_t number) {
+void write_node(JsonWriter& out, const Scene& scene, std::uint32_t number, std::uint32_t mask) {
   const SceneDescription& description = scene.description();
   const Node& node = description.nodes[number];
   // Instances stand in the order of their nodes.
@@ -42,6 +42,10 @@ void write_node(JsonWriter& out, const Scene& scene, std::uint32_t number) {
   out.number(static_cast<std::uint64_t>(end - begin));
   out.raw(",\"triangles\":");
   out.number(triangles);
+  out.raw(",\"hidden\":");
+  out.raw(node.hidden ? "true" : "false");
+  out.raw(",\"mask\":");
+  out.number(mask);
   out.raw(",\"bounds\":");
   if (bounds.empty()) {
     out.raw("null}");
@@ -110,9 +114,10 @@ std::string encode_nodes(const Scene& scene, std::uint64_t first, std::uint64_t 
   out.raw("{\"total\":");
   out.number(total);
   out.raw(",\"nodes\":[");
+  const std::vector<std::uint32_t> masks = node_masks(scene.description());
   for (std::uint64_t i = first; i < end; ++i) {
     if (i > first) out.raw(',');
-    write_node(out, scene, static_cast<std::uint32_t>(i));
+    write_node(out, scene, static_cast<std::uint32_t>(i), masks[i]);
   }
   out.raw(']');
   if (end < total) {

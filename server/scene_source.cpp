@@ -19,8 +19,12 @@ Error not_found(std::string message) {
 }
 
 Result<std::shared_ptr<const Scene>> make(Result<SceneDescription> description, Progress& progress,
-                                          Laziness laziness) {
+                                          Laziness laziness,
+                                          std::span<const NodeChange> changes = {}) {
   if (!description) return std::move(description).error();
+  if (!changes.empty()) {
+    if (auto changed = change_nodes(*description, changes); !changed) return changed.error();
+  }
   if (progress.cancelled()) return load_cancelled();
   progress.begin("building");
   return laziness == Laziness::kEager ? Scene::build(std::move(*description))
@@ -55,7 +59,7 @@ Result<std::shared_ptr<const Scene>> load_scene(const LoadInput& input, Laziness
   ImportOptions options = options_of(input.choice, input.progress, laziness);
   options.neighbour = input.neighbour;
   options.keeper = input.keeper;
-  return make(import_bytes(input.bytes, options), input.progress, laziness);
+  return make(import_bytes(input.bytes, options), input.progress, laziness, input.changes);
 }
 
 Result<std::vector<std::byte>> demo_glb(const std::string& name) {

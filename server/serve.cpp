@@ -167,6 +167,9 @@ int run_serve(const ServeCommand& asked, std::ostream& out, std::ostream& compla
     log.error("scene failed", {{"scene", id}, {"code", error.code}, {"reason", error.message}});
   };
   TreeKeeper keeper(keeper_options(command, log));
+  options.admit = [&keeper](const std::shared_ptr<const Scene>& scene) {
+    return keeper.adopt(scene, {}, false);
+  };
   const auto load = [&](const LoadInput& input) {
     return kept(keeper, load_scene(input, command.laziness), input.sha256);
   };
@@ -184,6 +187,7 @@ int run_serve(const ServeCommand& asked, std::ostream& out, std::ostream& compla
   Router router;
   add_health_routes(router, service);
   add_scene_routes(router, service);
+  add_node_routes(router, service);
   add_ray_routes(router, service);
   add_clearance_routes(router, service);
   add_sweep_routes(router, service);

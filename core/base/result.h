@@ -11,17 +11,18 @@ namespace sightline {
 
 /// What the caller may do, in a short closed list. The server maps each to one HTTP status.
 enum class ErrorKind {
-  kInvalid,      ///< the input is wrong: mend it (422)
-  kMalformed,    ///< the input is not even the format it claims to be (400)
-  kUnsupported,  ///< a valid input that needs something we do not have (415)
-  kTooLarge,     ///< a limit would be exceeded (413)
-  kNotFound,     ///< no such thing (404)
-  kConflict,     ///< not in this state, try again later (409)
-  kCancelled,    ///< the caller went away or asked to stop
-  kDeadline,     ///< the time allowed was used up (504)
-  kBusy,         ///< too much is under way: try again later (503)
-  kOutOfSpace,   ///< disk or memory budget is full (507)
-  kInternal,     ///< our fault (500)
+  kInvalid,       ///< the input is wrong: mend it (422)
+  kMalformed,     ///< the input is not even the format it claims to be (400)
+  kUnsupported,   ///< a valid input that needs something we do not have (415)
+  kTooLarge,      ///< a limit would be exceeded (413)
+  kNotFound,      ///< no such thing (404)
+  kConflict,      ///< not in this state, try again later (409)
+  kPrecondition,  ///< not what the caller believes it to be (412)
+  kCancelled,     ///< the caller went away or asked to stop
+  kDeadline,      ///< the time allowed was used up (504)
+  kBusy,          ///< too much is under way: try again later (503)
+  kOutOfSpace,    ///< disk or memory budget is full (507)
+  kInternal,      ///< our fault (500)
 };
 
 struct Error {

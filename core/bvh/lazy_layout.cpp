@@ -51,13 +51,21 @@ LazyLayout::LazyLayout(const ScenePlan& plan) : plan_(plan) {
 void LazyLayout::place(SceneTree& tree) const {
   tree.bounds = plan_.bounds;
   tree.entries = static_cast<std::uint32_t>(placements_.size());
-  tree.set_placements(placements_);
+  std::vector<Placement> all = placements_;
+  all.insert(all.end(), behind_.begin(), behind_.end());
+  tree.set_placements(std::move(all));
   tree.top = {};
   // Rays look for what is pending in it even where there is one entry only.
   if (tree.entries == 0) return;
   tree.top_memory =
       std::make_shared<const WideTree>(build_top(boxes_, tree.bounds, TreeQuality::kFast));
   tree.top = WideTree::alias(tree.top_memory);
+}
+
+void LazyLayout::enter(const Placement& placement, const Box3d& box) {
+  const std::size_t last = placements_.size() - (behind_.empty() ? 0 : 1);
+  placements_.insert(placements_.begin() + static_cast<std::ptrdiff_t>(last), placement);
+  boxes_.insert(boxes_.begin() + static_cast<std::ptrdiff_t>(last), box);
 }
 
 SceneTree LazyLayout::unbuilt() const {
@@ -77,14 +85,13 @@ SceneTree LazyLayout::split(std::uint32_t slot, std::vector<MeshPart> parts,
                    [&](const Placement& placement) { return placement.tree == slot; }) -
       placements_.begin());
   const TreeSlot whole = slots_[slot];
-  const Placement placement = placements_[entry];
+  Placement placement = placements_[entry];
   SceneTree next = share(tree);
   placements_.erase(placements_.begin() + static_cast<std::ptrdiff_t>(entry));
   boxes_.erase(boxes_.begin() + static_cast<std::ptrdiff_t>(entry));
   for (MeshPart& part : parts) {
-    placements_.push_back(placement);
-    placements_.back().tree = static_cast<std::uint32_t>(slots_.size());
-    boxes_.push_back(part.box);
+    placement.tree = static_cast<std::uint32_t>(slots_.size());
+    enter(placement, part.box);
     slots_.push_back(whole);
     slots_.back().triangle_count = part.triangle_count;
     slots_.back().whole = parts.size() < 2;

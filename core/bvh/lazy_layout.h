@@ -41,13 +41,37 @@ class LazyLayout {
   /// this layout; returned is the same with the parts pending. Precondition: can_split.
   SceneTree split(std::uint32_t slot, std::vector<MeshPart> parts, const SceneTree& tree);
 
+  /// After moved_plan: where `moved` are what it changed, and `tree` was a state of the plan
+  /// before. Trees of what has not moved stay, and so do those in a moved mesh's own space; a tree
+  /// that several placements share in the world is copied without those that moved, which are
+  /// entered on their own from then on. Pending is what is missing. before  the layout that `tree`
+  /// is a state of; null where it has the lasting form
+  struct Moved;
+  static Moved moved(const ScenePlan& plan, const LazyLayout* before, const SceneTree& tree,
+                     std::span<const std::uint32_t> moved);
+
  private:
+  explicit LazyLayout(const ScenePlan* plan) : plan_(*plan) {}
   void place(SceneTree& tree) const;
+  /// What shares the last tree stays behind everything else.
+  void enter(const Placement& placement, const Box3d& box);
+  void carry_shared(std::span<const Placement> shared, const std::vector<bool>& is_moved,
+                    const SceneTree& from, SceneTree& to);
 
   const ScenePlan& plan_;
   std::vector<TreeSlot> slots_;
   std::vector<Placement> placements_;  ///< one for each entry
   std::vector<Box3d> boxes_;           ///< likewise, in the world
+  /// Those that share the tree of the last entry; of one that has gone from it the instance is
+  /// kGone.
+  std::vector<Placement> behind_;
+
+  static constexpr std::uint32_t kGone = 0xffffffffu;
+};
+
+struct LazyLayout::Moved {
+  LazyLayout layout;
+  SceneTree tree;
 };
 
 /// Whether what a first ray needs of it is little of the whole.

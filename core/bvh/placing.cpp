@@ -90,11 +90,11 @@ Placement make_placement(std::uint32_t instance, const PlacementView& view,
   return placement;
 }
 
-Placement place_alone(const ScenePlan& plan, std::uint32_t i) {
+Placement place_alone(const ScenePlan& plan, std::uint32_t i, bool moves) {
   const PlacementView& view = plan.placements[i];
   const MeshFacts& facts = plan.facts[view.mesh];
   Placement placement = make_placement(i, view, facts);
-  placement.world_boxes = placement.identity || facts.uses < 2 || !facts.finite ||
+  placement.world_boxes = placement.identity || (facts.uses < 2 && !moves) || !facts.finite ||
                           !map_space(view.world_from_mesh, facts, plan.placed[i], placement.space);
   return placement;
 }

@@ -12,7 +12,8 @@ Placement make_placement(std::uint32_t instance, const PlacementView& view, cons
 /// are mapped into the tree of its mesh, with every error bounded (docs/exactness.md, "Instances"),
 /// or has_own_tree. A mesh that is placed once, or whose boxes would have to grow by more than a
 /// 2^-24th of it, is not mapped into.
-Placement place_alone(const ScenePlan& plan, std::uint32_t i);
+/// moves  maps into a mesh that is placed once as well: it may be elsewhere soon
+Placement place_alone(const ScenePlan& plan, std::uint32_t i, bool moves = false);
 
 /// Whether the tree is to be around this placement's world triangles and nobody else's; else it is
 /// that of the mesh. Precondition: it comes from place_alone.

@@ -148,7 +148,42 @@ std::vector<std::uint32_t> first_with_same_content(std::span<const MeshView> mes
   return first;
 }
 
+Box3d placed_bounds(const ScenePlan& plan, std::size_t i, std::span<const std::uint32_t> corners) {
+  const PlacementView& view = plan.placements[i];
+  if (view.hidden) return {};
+  return world_bounds(plan.meshes[view.mesh], plan.facts[view.mesh].finite, corners,
+                      view.world_from_mesh);
+}
+
 }  // namespace
+
+ScenePlan moved_plan(const ScenePlan& before, std::span<const MovedPlacement> moved) {
+  ScenePlan plan = before;
+  std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> corners;
+  for (const MovedPlacement& each : moved) {
+    PlacementView& view = plan.placements[each.number];
+    view.world_from_mesh = each.world_from_mesh;
+    view.hidden = each.hidden;
+    if (view.hidden) continue;
+    const auto [known, is_new] = corners.try_emplace(view.mesh);
+    if (is_new) known->second = corners_of(plan.meshes[view.mesh]);
+    // All placements of a mesh may have been hidden so far.
+    MeshFacts& facts = plan.facts[view.mesh];
+    if (facts.uses == 0) {
+      facts.uses = 1;
+      ++plan.distinct;
+    }
+  }
+  parallel_for(moved.size(), [&](std::size_t k) {
+    const std::uint32_t i = moved[k].number;
+    const auto found = corners.find(plan.placements[i].mesh);
+    plan.placed[i] = placed_bounds(
+        plan, i, found == corners.end() ? std::span<const std::uint32_t>() : found->second);
+  });
+  plan.bounds = {};
+  for (const Box3d& box : plan.placed) plan.bounds.include(box);
+  return plan;
+}
 
 Result<ScenePlan> plan_scene(std::vector<MeshView> meshes, std::vector<PlacementView> placements) {
   ScenePlan plan;
@@ -168,6 +203,7 @@ Result<ScenePlan> plan_scene(std::vector<MeshView> meshes, std::vector<Placement
   const auto first = first_with_same_content(plan.meshes, plan.facts);
   for (PlacementView& placement : plan.placements) {
     placement.mesh = first[placement.mesh];
+    if (placement.hidden) continue;
     if (plan.facts[placement.mesh].uses++ == 0) ++plan.distinct;
   }
 
@@ -177,9 +213,7 @@ Result<ScenePlan> plan_scene(std::vector<MeshView> meshes, std::vector<Placement
   });
   plan.placed.resize(plan.placements.size());
   parallel_for(plan.placements.size(), [&](std::size_t i) {
-    const PlacementView& view = plan.placements[i];
-    plan.placed[i] = world_bounds(plan.meshes[view.mesh], plan.facts[view.mesh].finite,
-                                  corners[view.mesh], view.world_from_mesh);
+    plan.placed[i] = placed_bounds(plan, i, corners[plan.placements[i].mesh]);
   });
   for (const Box3d& box : plan.placed) plan.bounds.include(box);
   return plan;

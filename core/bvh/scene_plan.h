@@ -24,12 +24,13 @@ struct MeshView {
 struct PlacementView {
   std::uint32_t mesh = 0;
   Affine world_from_mesh;
+  bool hidden = false;  ///< has no bounds, so nothing meets it
 };
 
 struct MeshFacts {
   bool finite = true;             ///< every position is
   double largest[3] = {0, 0, 0};  ///< |coordinate| of finite positions, per axis
-  std::uint32_t uses = 0;         ///< placements
+  std::uint32_t uses = 0;         ///< placements that were not hidden when it was planned
 };
 
 /// Holds views: the arrays of the meshes outlive it.
@@ -48,5 +49,15 @@ struct ScenePlan {
 /// triangle uses once more for each placement. Errors: SCENE_TOO_LARGE for a mesh that no tree
 /// holds.
 Result<ScenePlan> plan_scene(std::vector<MeshView> meshes, std::vector<PlacementView> placements);
+
+/// A placement of a plan that is to be elsewhere.
+struct MovedPlacement {
+  std::uint32_t number = 0;
+  Affine world_from_mesh;
+  bool hidden = false;
+};
+/// The plan of the same scene with some placements elsewhere. Cost: as plan_scene for the meshes of
+/// those alone.
+ScenePlan moved_plan(const ScenePlan& before, std::span<const MovedPlacement> moved);
 
 }  // namespace sightline

@@ -49,6 +49,9 @@ struct GltfDocument {
   std::map<std::pair<std::size_t, std::size_t>, DracoEntry> draco;  ///< by mesh and primitive
   std::vector<Material> materials;
   std::vector<SkinEntry> skins;
+  std::vector<std::optional<Camera>> cameras;         ///< what is wrong with one is a warning
+  std::map<std::size_t, std::size_t> camera_of_node;  ///< both in range
+  std::map<std::size_t, std::uint32_t> masks;         ///< by node: extras.sightline.mask
   bool has_scene = false;       ///< false: the file names none, every root node is loaded
   bool draco_required = false;  ///< KHR_draco_mesh_compression is required, there is no fallback
   bool quantization = false;    ///< KHR_mesh_quantization is used or required

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "core/import/gltf_cameras.h"
 #include "core/import/gltf_sections.h"
 #include "core/import/refusal.h"
 
@@ -90,6 +91,24 @@ AlphaMode read_alpha_mode(const json& material, std::size_t number, GltfDocument
   return AlphaMode::kOpaque;
 }
 
+std::array<double, 4> read_base_colour(const json& material, std::size_t number,
+                                       GltfDocument& document) {
+  std::array<double, 4> colour = {1, 1, 1, 1};
+  const auto metallic = material.find("pbrMetallicRoughness");
+  if (metallic == material.end() || !metallic->is_object()) return colour;
+  const auto factor = metallic->find("baseColorFactor");
+  if (factor == metallic->end()) return colour;
+  const bool good =
+      factor->is_array() && factor->size() == 4 &&
+      std::all_of(factor->begin(), factor->end(), [](const json& x) { return x.is_number(); });
+  for (std::size_t k = 0; good && k < 4; ++k) colour[k] = (*factor)[k].get<double>();
+  if (!good) {
+    document.warnings.push_back("material " + std::to_string(number) +
+                                ": baseColorFactor is not four numbers and was left out");
+  }
+  return colour;
+}
+
 void take_materials(json* list, GltfDocument& document, JsonChecker& check, const Place& at) {
   if (list == nullptr) return;
   for (std::size_t i = 0; i < list->size() && check.good(); ++i) {
@@ -98,9 +117,9 @@ void take_materials(json* list, GltfDocument& document, JsonChecker& check, cons
     check.boolean(object, "doubleSided", at.element(i));
     check.text(object, "alphaMode", at.element(i));
     if (!check.good()) return;
-    document.materials.push_back({object.value("name", std::string()),
-                                  object.value("doubleSided", false),
-                                  read_alpha_mode(object, i, document)});
+    document.materials.push_back(
+        {object.value("name", std::string()), object.value("doubleSided", false),
+         read_alpha_mode(object, i, document), read_base_colour(object, i, document)});
   }
 }
 
@@ -118,6 +137,18 @@ void thin_instancing(json& node, const Counts& counts, JsonChecker& check, const
   }
 }
 
+/// Extras are anybody's: only what is ours in them has to be as it should.
+void take_mask(json& node, std::size_t number, GltfDocument& document, JsonChecker& check,
+               const Place& at) {
+  const auto extras = node.find("extras");
+  if (extras == node.end() || !extras->is_object()) return;
+  const auto own = extras->find("sightline");
+  if (own == extras->end() || !own->is_object() || !own->contains("mask")) return;
+  const Place place = at.member("extras");
+  const auto mask = check.integer((*own)["mask"], place.member("sightline"), 0xffffffffu);
+  if (mask.has_value()) document.masks[number] = static_cast<std::uint32_t>(*mask);
+}
+
 void thin_nodes(json* list, const Counts& counts, GltfDocument& document, JsonChecker& check,
                 const Place& at) {
   if (list == nullptr) return;
@@ -125,6 +156,7 @@ void thin_nodes(json* list, const Counts& counts, GltfDocument& document, JsonCh
     json& object = (*list)[i];
     const Place place = at.element(i);
     thin_instancing(object, counts, check, place);
+    take_mask(object, i, document, check, place);
     JsonChecker::keep_only(object, {"name", "children", "mesh", "skin", "matrix", "translation",
                                     "rotation", "scale", "weights", "extensions"});
     check.text(object, "name", place);
@@ -217,6 +249,7 @@ void thin_gltf(json& root, const ImportOptions& options, GltfDocument& document,
   check_version(root, check, file);
   check_extensions(root, document, check, file);
   count_what_is_left_out(root, options, document);
+  take_cameras(root, document);
   JsonChecker::keep_only(root, {"asset", "scene", "scenes", "nodes", "meshes", "accessors",
                                 "bufferViews", "buffers", "materials", "skins"});
 

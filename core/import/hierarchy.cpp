@@ -119,6 +119,10 @@ Result<std::vector<Node>> walk_scene(const GltfDocument& document, const ImportL
     node.name = source.name;
     node.file_node = visit.node;
     node.parent = visit.parent;
+    node.parent_from_node = *local;
+    if (const auto mask = document.masks.find(visit.node); mask != document.masks.end()) {
+      node.mask = mask->second;
+    }
     node.world_from_node =
         visit.parent == kNoNode ? *local : walked[visit.parent].world_from_node * *local;
     if (!is_in_range(node.world_from_node)) {

@@ -20,6 +20,7 @@
 #include "core/import/unskipped.h"
 #include "core/import/view_store.h"
 #include "core/import/warnings.h"
+#include "core/scene/node_changes.h"
 
 namespace sightline {
 
@@ -76,10 +77,12 @@ Status place_meshes(const GltfDocument& document, AccessorReader& accessors, Mes
       return beyond_limit("INSTANCES", "node " + std::to_string(file_node) + ": instances so far",
                           scene.instances.size() + count, limits.instances);
     }
-    if (Status status = budget.spend_bytes(count * sizeof(Instance)); !status) return status;
+    const std::uint64_t bytes = sizeof(Instance) + (placements->has_value() ? sizeof(Affine) : 0);
+    if (Status status = budget.spend_bytes(count * bytes); !status) return status;
     const Affine& node = scene.nodes[i].world_from_node;
     if (!placements->has_value()) {
       scene.instances.push_back({**mesh, i, is_posed ? Affine{} : node});
+      scene.instances.back().posed = is_posed;
       continue;
     }
     if (is_posed) {
@@ -88,7 +91,9 @@ Status place_meshes(const GltfDocument& document, AccessorReader& accessors, Mes
                      "/nodes/" + std::to_string(file_node));
     }
     for (const Affine& placement : **placements) {
-      scene.instances.push_back({**mesh, i, node * placement});
+      const auto number = static_cast<std::uint32_t>(scene.placements.size());
+      scene.placements.push_back(placement);
+      scene.instances.push_back({**mesh, i, node * placement, number});
       if (!is_in_range(scene.instances.back().world_from_mesh)) {
         return invalid("GLTF_TRANSFORM_INVALID",
                        "node " + std::to_string(file_node) +
@@ -131,6 +136,12 @@ Result<SceneDescription> import_checked(std::span<const std::byte> bytes,
   auto nodes = walk_scene(*document, limits, warnings);
   if (!nodes) return nodes.error();
   scene.nodes = *std::move(nodes);
+  for (std::uint32_t i = 0; i < scene.nodes.size() && !document->camera_of_node.empty(); ++i) {
+    const auto shown = document->camera_of_node.find(scene.nodes[i].file_node);
+    if (shown == document->camera_of_node.end()) continue;
+    scene.cameras.push_back(*document->cameras[shown->second]);
+    scene.cameras.back().node = i;
+  }
 
   BufferStore buffers(document->buffers, chunks->binary, std::move(file), limits,
                       options.neighbour);
@@ -142,6 +153,10 @@ Result<SceneDescription> import_checked(std::span<const std::byte> bytes,
   Status placed =
       place_meshes(*document, accessors, meshes, limits, options.progress, budget, scene);
   if (!placed) return placed.error();
+  if (!document->masks.empty()) {
+    const auto masks = node_masks(scene);
+    for (Instance& instance : scene.instances) instance.mask = masks[instance.node];
+  }
 
   ImportCounts& counts = scene.counts;
   counts.skipped = document->skipped;

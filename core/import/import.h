@@ -9,8 +9,8 @@
 /// morph targets with their default weights (positions.h has the formula), skins as posed by the
 /// file's own nodes (skinning.h has the formula).
 /// What is left out: points, lines and primitives without POSITION (counted), images, materials
-/// except names and doubleSided, animations, cameras, lights, extras. An extension that the file
-/// requires and that is not known here is refused by name.
+/// except names, doubleSided and colours, animations, lights, extras but for masks. An extension
+/// that the file requires and that is not known here is refused by name.
 
 #include <cstddef>
 #include <cstdint>

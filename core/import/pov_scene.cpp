@@ -193,6 +193,7 @@ Status Reader::add_box(const Vec3d& a, const Vec3d& b, std::size_t line,
   Node node;
   node.name = "box, line " + std::to_string(line);
   node.file_node = number;
+  node.parent_from_node = matrix;
   node.world_from_node = matrix;
   scene_.nodes.push_back(std::move(node));
   scene_.instances.push_back({known->second, number, matrix});

@@ -1,7 +1,5 @@
 #include "core/import/refusal.h"
 
-#include <charconv>
-
 namespace sightline::gltf {
 
 namespace {
@@ -42,11 +40,6 @@ std::string shortened(std::string_view text, std::size_t most) {
     }
   }
   return out;
-}
-
-std::string decimal(double value) {
-  char text[32];
-  return {text, std::to_chars(text, text + sizeof text, value).ptr};
 }
 
 Error beyond_limit(std::string_view name, std::string_view what, std::uint64_t value,

@@ -13,9 +13,6 @@ namespace sightline::gltf {
 /// characters and bytes that are not UTF-8 replaced by '?'.
 std::string shortened(std::string_view text, std::size_t most = 60);
 
-/// The shortest decimal that reads back as the same float64.
-std::string decimal(double value);
-
 inline Error invalid(std::string code, std::string message, std::string pointer = "") {
   return {ErrorKind::kInvalid, std::move(code), std::move(message), std::move(pointer)};
 }

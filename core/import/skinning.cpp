@@ -99,6 +99,7 @@ Result<JointMatrices> SkinReader::read(std::size_t index) {
                                    std::to_string(skin.joints[k]) +
                                    ", which is not in the loaded scene");
     }
+    nodes_[node->second].is_joint = true;
     Affine matrix = nodes_[node->second].world_from_node;
     if (binds.has_value()) {
       bool is_affine = true;

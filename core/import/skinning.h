@@ -43,9 +43,10 @@ Result<std::uint64_t> pose(const Skinning& skinning, std::uint64_t first, std::u
 /// Joint matrices of a file's skins, each computed when first needed.
 class SkinReader {
  public:
-  /// nodes  of the loaded scene; all of these must outlive the reader
+  /// nodes  of the loaded scene, which are told that they are joints; all of these must outlive the
+  ///        reader
   SkinReader(const GltfDocument& document, AccessorReader& accessors, Budget& budget,
-             const std::vector<Node>& nodes, Warnings& warnings)
+             std::vector<Node>& nodes, Warnings& warnings)
       : document_(document),
         accessors_(accessors),
         budget_(budget),
@@ -65,7 +66,7 @@ class SkinReader {
   const GltfDocument& document_;
   AccessorReader& accessors_;
   Budget& budget_;
-  const std::vector<Node>& nodes_;
+  std::vector<Node>& nodes_;
   Warnings& warnings_;
   std::map<std::uint32_t, std::uint32_t> node_of_file_node_;
   std::map<std::size_t, JointMatrices> known_;

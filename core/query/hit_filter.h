@@ -35,8 +35,11 @@ struct HitFilter {
   Culling culling = Culling::kNothing;
   std::optional<TriangleChoice> include;  ///< nothing else counts
   std::optional<TriangleChoice> exclude;  ///< does not count, included or not
+  std::uint32_t mask = 0xffffffffu;       ///< only nodes whose mask has a bit in common count
 
-  bool keeps_all() const { return culling == Culling::kNothing && !include && !exclude; }
+  bool keeps_all() const {
+    return culling == Culling::kNothing && !include && !exclude && mask == 0xffffffffu;
+  }
 };
 
 /// The same for one scene: which sides of every primitive of every instance count.
@@ -45,6 +48,8 @@ struct KeptSides {
 
   Column<std::size_t> first;   ///< of each instance in `sides`
   Column<std::uint8_t> sides;  ///< by instance and primitive
+  /// By instance, to be compared with that of each ray; empty where they need not be.
+  Column<std::uint32_t> masks = {};
 };
 
 /// `*` stands for any text, `?` for one character of UTF-8; everything else for itself.

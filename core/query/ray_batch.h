@@ -2,6 +2,7 @@
 /// Rays as columns, and the one border check that they pass before anything is traced.
 
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <vector>
 
@@ -20,9 +21,11 @@ struct Ray {
   double tmax = std::numeric_limits<double>::infinity();
 };
 
-/// n rays as eight columns of n float64 numbers, scene units.
+/// n rays as eight columns of n float64 numbers, scene units, and perhaps one of masks.
 struct RayBatch {
   Column<double> ox, oy, oz, dx, dy, dz, tmin, tmax;
+  /// Which instances each ray may meet: those with a bit in common. Empty: all of them.
+  Column<std::uint32_t> mask = {};
 
   std::size_t size() const { return ox.size(); }
   void reserve(std::size_t count);

@@ -100,6 +100,7 @@ std::uint64_t open_edges(const Scene& scene, const KeptSides* kept, InsideMethod
   std::map<std::pair<std::uint32_t, std::vector<bool>>, OpenEdges> parts;
   std::uint64_t open = 0;
   for (std::size_t i = 0; i < description.instances.size(); ++i) {
+    if (description.instances[i].hidden) continue;
     const std::uint32_t number = description.instances[i].mesh;
     const Mesh& mesh = *description.meshes[number];
     std::vector<bool> counts(mesh.primitives.size(), true);

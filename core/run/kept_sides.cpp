@@ -1,6 +1,7 @@
 #include "core/run/kept_sides.h"
 
 #include <algorithm>
+#include <set>
 #include <unordered_map>
 
 namespace sightline {
@@ -97,7 +98,8 @@ Result<KeptSides> kept_sides(const Scene& scene, const HitFilter& filter) {
     *chosen = std::move(*found);
   }
   return sides_where(description, [&](const Instance& instance, const Primitive& primitive) {
-    const bool counts = (!filter.include || include.holds(instance, primitive.material)) &&
+    const bool counts = (instance.mask & filter.mask) != 0 &&
+                        (!filter.include || include.holds(instance, primitive.material)) &&
                         !(filter.exclude && exclude.holds(instance, primitive.material));
     return counts ? sides_of(filter.culling, description, primitive.material) : std::uint8_t{0};
   });
@@ -111,6 +113,32 @@ Result<KeptSides> chosen_sides(const Scene& scene, const TriangleChoice& choice,
       scene.description(), [&](const Instance& instance, const Primitive& primitive) {
         return chosen->holds(instance, primitive.material) ? KeptSides::kAll : std::uint8_t{0};
       });
+}
+
+Result<std::optional<KeptSides>> kept_for_rays(const Scene& scene, const HitFilter& filter,
+                                               std::span<const std::uint32_t> ray_masks) {
+  using Kept = std::optional<KeptSides>;
+  Column<std::uint32_t> masks;
+  if (!ray_masks.empty()) {
+    std::set<std::uint32_t> different;
+    for (const Instance& instance : scene.description().instances) {
+      masks.push_back(instance.mask);
+      different.insert(instance.mask);
+    }
+    const bool all_meet = std::all_of(different.begin(), different.end(), [&](std::uint32_t mask) {
+      return std::all_of(ray_masks.begin(), ray_masks.end(),
+                         [&](std::uint32_t ray) { return (mask & ray) != 0; });
+    });
+    if (all_meet) masks = {};
+  }
+  if (filter.keeps_all() && masks.empty()) return Kept();
+  auto kept = kept_sides(scene, filter);
+  if (!kept) return std::move(kept).error();
+  kept->masks = std::move(masks);
+  const bool all = kept->masks.empty() &&
+                   std::all_of(kept->sides.begin(), kept->sides.end(),
+                               [](std::uint8_t sides) { return sides == KeptSides::kAll; });
+  return all ? Kept() : Kept(std::move(*kept));
 }
 
 }  // namespace sightline

@@ -1,6 +1,8 @@
 #pragma once
 /// A filter of hits, worked out for one scene.
 
+#include <optional>
+#include <span>
 #include <string>
 
 #include "core/base/result.h"
@@ -17,5 +19,9 @@ Result<KeptSides> kept_sides(const Scene& scene, const HitFilter& filter);
 /// All sides of what one choice names. Errors: as above, below `key`.
 Result<KeptSides> chosen_sides(const Scene& scene, const TriangleChoice& choice,
                                const std::string& key);
+/// The same for rays that may have masks; nothing where all triangles count for all of them, so
+/// that nobody looks for what is not there. `ray_masks` may be empty.
+Result<std::optional<KeptSides>> kept_for_rays(const Scene& scene, const HitFilter& filter,
+                                               std::span<const std::uint32_t> ray_masks);
 
 }  // namespace sightline

@@ -18,7 +18,10 @@ namespace sightline {
 inline RayBatch rays_of(const RayBatch& rays, std::span<const std::size_t> numbers) {
   RayBatch some;
   some.reserve(numbers.size());
-  for (const std::size_t i : numbers) some.push_back(rays[i]);
+  for (const std::size_t i : numbers) {
+    some.push_back(rays[i]);
+    if (!rays.mask.empty()) some.mask.push_back(rays.mask[i]);
+  }
   return some;
 }
 

@@ -20,7 +20,7 @@ TriangleId some_triangle(const Scene& scene, Random& random) {
   for (;;) {
     const auto instance = static_cast<std::uint32_t>(random.below(description.instances.size()));
     const Mesh& mesh = *description.meshes[description.instances[instance].mesh];
-    if (mesh.triangle_count() == 0) continue;
+    if (mesh.triangle_count() == 0 || description.instances[instance].hidden) continue;
     return {instance, static_cast<std::uint32_t>(random.below(mesh.triangle_count()))};
   }
 }
@@ -72,6 +72,7 @@ bool try_all(const Scene& scene, const Ray& ray, const Deadline& deadline, Brute
              std::uint64_t& decided) {
   const SceneDescription& description = scene.description();
   for (std::uint32_t i = 0; i < description.instances.size(); ++i) {
+    if (description.instances[i].hidden) continue;
     const std::uint32_t triangles =
         description.meshes[description.instances[i].mesh]->triangle_count();
     for (std::uint32_t k = 0; k < triangles; ++k) {

@@ -26,12 +26,13 @@ Result<std::shared_ptr<const Scene>> Scene::prepare(SceneDescription description
     std::vector<PlacementView> placements;
     for (const Instance& instance : scene->description_.instances) {
       scene->instanced_triangle_count_ += meshes[instance.mesh].triangle_count();
-      placements.push_back({instance.mesh, instance.world_from_mesh});
+      placements.push_back({instance.mesh, instance.world_from_mesh, instance.hidden});
     }
     Result<ScenePlan> plan = plan_scene(std::move(meshes), std::move(placements));
     if (!plan) return std::move(plan).error();
     scene->plan_ = std::move(*plan);
-    scene->known_edges_ = std::make_unique<KnownEdges[]>(scene->description_.meshes.size());
+    scene->known_edges_ =
+        std::shared_ptr<KnownEdges[]>(new KnownEdges[scene->description_.meshes.size()]);
     scene->trees_ = std::make_unique<SceneTrees>(scene->plan_, bytes);
     return std::shared_ptr<const Scene>(std::move(scene));
   });
@@ -46,6 +47,26 @@ Result<std::shared_ptr<const Scene>> Scene::build(SceneDescription description, 
     if (!tree) return std::move(tree).error();
     (*scene)->trees_->complete(std::move(*tree), SceneTrees::Origin::kBuilt);
     return scene;
+  });
+}
+
+Result<std::shared_ptr<const Scene>> Scene::changed(std::span<const NodeChange> changes) const {
+  return within_memory(kNoMemory, [&]() -> Result<std::shared_ptr<const Scene>> {
+    std::shared_ptr<Scene> scene(new Scene());
+    scene->description_ = description_;
+    auto instances = change_nodes(scene->description_, changes);
+    if (!instances) return std::move(instances).error();
+    std::vector<MovedPlacement> moved;
+    for (const std::uint32_t i : *instances) {
+      const Instance& instance = scene->description_.instances[i];
+      moved.push_back({i, instance.world_from_mesh, instance.hidden});
+    }
+    scene->plan_ = moved_plan(plan_, moved);
+    scene->known_edges_ = known_edges_;
+    scene->unique_triangle_count_ = unique_triangle_count_;
+    scene->instanced_triangle_count_ = instanced_triangle_count_;
+    scene->trees_ = std::make_unique<SceneTrees>(scene->plan_, *trees_, *instances);
+    return std::shared_ptr<const Scene>(std::move(scene));
   });
 }
 

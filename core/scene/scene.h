@@ -11,6 +11,7 @@
 #include "core/geometry/box3.h"
 #include "core/geometry/triangle.h"
 #include "core/query/hit_batch.h"
+#include "core/scene/node_changes.h"
 #include "core/scene/open_edges.h"
 #include "core/scene/scene_description.h"
 #include "core/scene/scene_trees.h"
@@ -31,6 +32,9 @@ class Scene {
   static Result<std::shared_ptr<const Scene>> build(SceneDescription description,
                                                     TreeQuality quality = TreeQuality::kHigh,
                                                     Joining joining = Joining::kMeasured);
+  /// The same scene with some nodes elsewhere or hidden: it shares the meshes, and the trees of all
+  /// that has not moved. Errors: those of change_nodes, MEMORY_EXHAUSTED.
+  Result<std::shared_ptr<const Scene>> changed(std::span<const NodeChange> changes) const;
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;
 
@@ -65,7 +69,7 @@ class Scene {
     std::once_flag once;
     OpenEdges edges;
   };
-  std::unique_ptr<KnownEdges[]> known_edges_;  ///< one for each mesh
+  std::shared_ptr<KnownEdges[]> known_edges_;  ///< one for each mesh; shared with what shares them
   std::uint64_t unique_triangle_count_ = 0;
   std::uint64_t instanced_triangle_count_ = 0;
 };

@@ -2,8 +2,10 @@
 /// What an importer hands over: everything a ray may need of one scene of a file, and what was left
 /// out. Plain data, checked by the importer: every index in it is in range.
 
+#include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +25,7 @@ struct Material {
   std::string name;
   bool double_sided = false;
   AlphaMode alpha_mode = AlphaMode::kOpaque;
+  std::array<double, 4> base_colour = {1, 1, 1, 1};  ///< linear red, green, blue and alpha
 };
 
 /// A node that is part of the loaded scene, in the order of a depth-first walk from the roots.
@@ -30,7 +33,22 @@ struct Node {
   std::string name;
   std::uint32_t file_node = 0;         ///< index in the file's "nodes"
   std::uint32_t parent = 0xffffffffu;  ///< index in SceneDescription::nodes
-  Affine world_from_node;
+  Affine world_from_node = {};
+  Affine parent_from_node = {};
+  bool hidden = false;    ///< itself; what is below it is not met either
+  bool is_joint = false;  ///< of a skin that the scene shows
+  /// Which rays meet it: those with a bit in common. None: its parent's, all bits for a root.
+  std::optional<std::uint32_t> mask = {};
+};
+
+/// A camera of the file as a node shows it [glTF2] 3.10: it looks along -z of the node, y is up.
+struct Camera {
+  std::string name;
+  std::uint32_t file_camera = 0;  ///< index in the file's "cameras"
+  std::uint32_t node = 0;         ///< index in SceneDescription::nodes
+  bool orthographic = false;
+  double size_y = 0;  ///< yfov in radians, or ymag: half of what is seen, in the node's units
+  double near = 0, far = 0;
 };
 
 /// One placement of a mesh. Instances stand in the order of the depth-first walk ("file order").
@@ -38,6 +56,11 @@ struct Instance {
   std::uint32_t mesh = 0;  ///< index in SceneDescription::meshes
   std::uint32_t node = 0;  ///< index in SceneDescription::nodes
   Affine world_from_mesh;
+  /// Of several at one node (EXT_mesh_gpu_instancing) index in SceneDescription::placements.
+  std::uint32_t placement = 0xffffffffu;
+  bool posed = false;   ///< by a skin: its mesh stands in the world, wherever its node is
+  bool hidden = false;  ///< with its node: met by nothing, but keeps its number
+  std::uint32_t mask = 0xffffffffu;  ///< of its node
 };
 
 /// Bytes of the files that were read, by what they are.
@@ -82,7 +105,9 @@ struct SceneDescription {
   std::vector<std::shared_ptr<const Mesh>> meshes;  ///< only meshes that an instance uses
   std::vector<Node> nodes;
   std::vector<Instance> instances;
+  std::vector<Affine> placements;  ///< node_from_mesh of instances that have one
   std::vector<Material> materials;
+  std::vector<Camera> cameras;        ///< in the order of nodes
   std::vector<std::string> warnings;  ///< one sentence each, naming the place
   ImportCounts counts;
 };

@@ -30,7 +30,46 @@ SceneTrees::SceneTrees(const ScenePlan& plan, std::uint64_t geometry_bytes)
   drop();
   last_drop_.store(0);
   stats_.evictions = 0;
+  estimate();
+}
+
+SceneTrees::SceneTrees(const ScenePlan& plan, SceneTrees& before,
+                       std::span<const std::uint32_t> moved)
+    : plan_(plan), geometry_bytes_(before.geometry_bytes_) {
+  std::shared_ptr<const SceneTree> tree;
+  std::optional<LazyLayout> layout;
+  {
+    const std::lock_guard hold(before.mutex_);
+    tree = before.now_;
+    if (before.layout_) layout.emplace(*before.layout_);
+    moved_ = !layout || before.moved_;
+  }
+  last_use_.store(before.last_use_.load());
+  auto next = LazyLayout::moved(plan, layout ? &*layout : nullptr, *tree, moved);
+  layout_.emplace(std::move(next.layout));
+  mesh_built_.assign(plan.meshes.size(), false);
   for (const TreeSlot& slot : layout_->slots()) {
+    const auto number = states_.size();
+    const bool is_there = !next.tree.is_pending(static_cast<std::uint32_t>(number));
+    states_.push_back(is_there ? SlotState::kDone : SlotState::kPending);
+    if (!is_there) continue;
+    ++stats_.trees_kept;
+    mesh_built_[slot.mesh] = true;
+  }
+  for (const Placement& placement : next.tree.placements.subspan(next.tree.entries)) {
+    if (placement.instance < plan.placements.size())
+      mesh_built_[plan.placements[placement.instance].mesh] = true;
+  }
+  stats_.meshes_total = plan.distinct;
+  stats_.geometry_bytes = geometry_bytes_;
+  show(std::make_shared<const SceneTree>(std::move(next.tree)), true);
+  estimate();
+}
+
+void SceneTrees::estimate() {
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    if (states_[i] != SlotState::kPending) continue;
+    const TreeSlot& slot = layout_->slots()[i];
     const std::uint64_t first = can_split(slot) ? 32 * kPartTriangles : slot.triangle_count;
     least_bytes_ = std::max(least_bytes_, first * kBytesPerTriangle);
     full_bytes_ += slot.triangle_count * kBytesPerTriangle;
@@ -72,6 +111,7 @@ void SceneTrees::drop() {
   states_.assign(layout.slots().size(), SlotState::kPending);
   mesh_built_.assign(plan_.meshes.size(), false);
   layout_.emplace(std::move(layout));
+  moved_ = false;
   show(std::move(none), false);
   ++stats_.evictions;
   last_drop_.store(Deadline::Clock::now().time_since_epoch().count());
@@ -80,7 +120,12 @@ void SceneTrees::drop() {
 
 bool SceneTrees::wants_all() const {
   const std::lock_guard hold(mutex_);
-  return layout_ && last_use_.load() >= last_drop_.load();
+  return layout_ && (!moved_ || now_->pending > 0) && last_use_.load() >= last_drop_.load();
+}
+
+bool SceneTrees::is_moved() const {
+  const std::lock_guard hold(mutex_);
+  return moved_;
 }
 
 void SceneTrees::complete(SceneTree tree, Origin origin) {
@@ -89,6 +134,7 @@ void SceneTrees::complete(SceneTree tree, Origin origin) {
     const std::lock_guard hold(mutex_);
     show(std::move(all), true);
     layout_.reset();
+    moved_ = false;
     states_ = {};
     ++(origin == Origin::kBuilt ? stats_.full_builds : stats_.cache_hits);
     changed_.notify_all();

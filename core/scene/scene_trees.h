@@ -26,6 +26,9 @@ class SceneTrees {
  public:
   /// Nothing is built. The plan outlives it.
   SceneTrees(const ScenePlan& plan, std::uint64_t geometry_bytes);
+  /// After moved_plan: has all trees of `before` that did not move, and none has been built anew
+  /// (LazyLayout::moved). Nothing of `before` is kept but trees. Throws std::bad_alloc.
+  SceneTrees(const ScenePlan& plan, SceneTrees& before, std::span<const std::uint32_t> moved);
   ~SceneTrees();
   SceneTrees(const SceneTrees&) = delete;
   SceneTrees& operator=(const SceneTrees&) = delete;
@@ -65,16 +68,23 @@ class SceneTrees {
   Status join(std::shared_ptr<TreeBudget> budget);
   // What a budget asks.
   std::uint64_t geometry_bytes() const { return geometry_bytes_; }
+  /// The same for scenes that share their geometry.
+  const void* geometry() const {
+    return plan_.meshes.empty() ? this : static_cast<const void*>(plan_.meshes[0].indices.data());
+  }
   std::uint64_t tree_bytes() const { return bytes_.load(std::memory_order_relaxed); }
   /// An estimate: of the largest tree that a first ray may need.
   std::uint64_t least_tree_bytes() const { return least_bytes_; }
-  /// An estimate: of all of them.
+  /// An estimate: of all of them that were not there when this was made.
   std::uint64_t full_tree_bytes() const { return full_bytes_; }
   bool can_drop() const { return users_.load() == 0 && droppable_.load(); }
   /// On the steady clock; 0: never.
   Deadline::Clock::rep last_use() const { return last_use_.load(); }
-  /// Whether they are not yet in their lasting form, and have been of use since they were dropped.
+  /// Whether some are not there that should be (in their lasting form, unless it was reached before
+  /// something moved), and have been of use since they were dropped.
   bool wants_all() const;
+  /// Whether it was: then only what is pending is to be built, whoever builds ahead.
+  bool is_moved() const;
 
   void count_waiting(std::uint64_t queries) { waited_.fetch_add(queries); }
   void count_rejected_file() { rejects_.fetch_add(1); }
@@ -101,6 +111,7 @@ class SceneTrees {
   void make(Claim& claim) const;
   void publish(std::vector<Claim>& claims);
   void give_back(const std::vector<Claim>& claims);
+  void estimate();
   bool wait(const SceneTree& seen, std::span<const std::uint32_t> wanted, const Deadline& deadline);
 
   const ScenePlan& plan_;
@@ -119,6 +130,7 @@ class SceneTrees {
   std::condition_variable changed_;
   std::shared_ptr<const SceneTree> now_;
   std::optional<LazyLayout> layout_;  ///< none while trees have their lasting form
+  bool moved_ = false;                ///< is a lasting form but for what has moved since
   std::vector<SlotState> states_;
   std::vector<bool> mesh_built_;
   TreeStats stats_;

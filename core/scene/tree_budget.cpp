@@ -3,15 +3,27 @@
 #include <algorithm>
 #include <new>
 #include <string>
+#include <unordered_set>
 
 #include "core/scene/scene_trees.h"
 
 namespace sightline {
 
-/// Precondition: mutex_ is held.
-std::uint64_t TreeBudget::sum() const {
+/// Precondition for these: mutex_ is held.
+std::uint64_t TreeBudget::geometry_sum(const SceneTrees* more) const {
+  std::unordered_set<const void*> seen;
   std::uint64_t sum = 0;
-  for (const SceneTrees* trees : scenes_) sum += trees->geometry_bytes() + trees->tree_bytes();
+  const auto add = [&](const SceneTrees& trees) {
+    if (seen.insert(trees.geometry()).second) sum += trees.geometry_bytes();
+  };
+  for (const SceneTrees* trees : scenes_) add(*trees);
+  if (more != nullptr) add(*more);
+  return sum;
+}
+
+std::uint64_t TreeBudget::sum() const {
+  std::uint64_t sum = geometry_sum();
+  for (const SceneTrees* trees : scenes_) sum += trees->tree_bytes();
   return sum;
 }
 
@@ -27,10 +39,8 @@ bool TreeBudget::has_room(std::uint64_t bytes) const {
 Status TreeBudget::admit(SceneTrees& trees) {
   const std::lock_guard hold(mutex_);
   if (limit_ > 0) {
-    std::uint64_t fixed = 0;
-    for (const SceneTrees* others : scenes_) fixed += others->geometry_bytes();
-    const std::uint64_t needed = trees.geometry_bytes() + trees.least_tree_bytes();
-    if (fixed + needed > limit_) {
+    const std::uint64_t fixed = geometry_sum();
+    if (geometry_sum(&trees) + trees.least_tree_bytes() > limit_) {
       return Error{ErrorKind::kOutOfSpace, "SCENE_OVER_BUDGET",
                    "the scene needs " + std::to_string(trees.geometry_bytes()) +
                        " bytes for its geometry and about " +

@@ -35,6 +35,8 @@ class TreeBudget {
 
  private:
   std::uint64_t sum() const;
+  /// Of all scenes and, if not null, of one more; what several share counts once.
+  std::uint64_t geometry_sum(const SceneTrees* more = nullptr) const;
 
   const std::uint64_t limit_;
   std::atomic<bool> exceeded_{false};

@@ -118,6 +118,7 @@ std::uint64_t content_hash(const ScenePlan& plan) {
   for (const PlacementView& placement : plan.placements) {
     hash.add(std::as_bytes(std::span(&placement.mesh, 1)));
     hash.add(std::as_bytes(std::span(placement.world_from_mesh.m)));
+    if (placement.hidden) hash.add(std::as_bytes(std::span("hidden")));
   }
   return hash.value();
 }

@@ -9,6 +9,7 @@ struct TreeStats {
   std::uint64_t meshes_total = 0;    ///< with different content
   std::uint64_t meshes_built = 0;    ///< of those, with a tree now, or with a tree for a part
   std::uint64_t trees_built = 0;     ///< because a ray or a box came near, ever
+  std::uint64_t trees_kept = 0;      ///< of the revision before, when a node changed
   std::uint64_t meshes_split = 0;    ///< large meshes that were cut into parts, ever
   std::uint64_t full_builds = 0;     ///< all trees of the scene in their lasting form, ever
   std::uint64_t evictions = 0;       ///< all trees dropped for want of memory, ever

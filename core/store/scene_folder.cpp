@@ -239,10 +239,38 @@ Status SceneFolder::place(TemporaryFile& bytes, std::span<TemporaryFile* const> 
     if (!status) return status;
   }
   if (Status status = sync_folder(blob.parent_path(), kStoring); !status) return status;
+  return place_record(record, text, stands);
+}
+
+Status SceneFolder::place_record(const SceneRecord& record, TemporaryFile& text,
+                                 bool& stands) const {
   const fs::path target = record_path(record.id);
-  if (Status status = move(text, target); !status) return status;
+  if (Status status = rename_file(text.path(), target, kStoring); !status) return status;
+  text.release();
   stands = true;
   return sync_folder(target.parent_path(), kStoring);
+}
+
+Status SceneFolder::amend(const SceneRecord& record) {
+  const std::string encoded = encode_record(record);
+  if (encoded.size() > kRecordLimit) {
+    return Error{ErrorKind::kTooLarge, "CHANGES_TOO_MANY",
+                 "too many nodes of the scene have changed: send the file anew", ""};
+  }
+  auto text = new_temporary();
+  if (!text) return std::move(text).error();
+  if (Status status = fill_durably(*text, encoded, kStoring); !status) return status;
+  const std::lock_guard hold_mutex(mutex_);
+  bool stands = false;
+  return place_record(record, *text, stands);
+}
+
+Result<SceneRecord> SceneFolder::read_record(const std::string& id) const {
+  const auto text = read_small_file(record_path(id), kRecordLimit, "read a scene's record");
+  if (!text) return text.error();
+  auto record = decode_record(*text, id);
+  if (!record) return damaged("the scene's record is damaged");
+  return *std::move(record);
 }
 
 Status SceneFolder::remove(const std::string& id) {

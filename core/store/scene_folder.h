@@ -62,6 +62,11 @@ class SceneFolder {
   /// what failed was to make the new one durable: it stands if the machine lives on.
   Status commit(TemporaryFile& bytes, std::span<TemporaryFile* const> neighbours,
                 const SceneRecord& record);
+  /// Says something else of the bytes that the scene has, durably. Errors: as commit;
+  /// CHANGES_TOO_MANY. Precondition: `record` names the bytes of the present one.
+  Status amend(const SceneRecord& record);
+  /// What is known of a scene. Errors: STORE_DAMAGED, those of io_error.
+  Result<SceneRecord> read_record(const std::string& id) const;
   /// Forgets the scene, durably. No such record is no error.
   Status remove(const std::string& id);
   /// The bytes that have this hash. Errors: STORE_DAMAGED when they are missing, have another size
@@ -80,6 +85,8 @@ class SceneFolder {
   std::filesystem::path record_path(const std::string& id) const;
   std::filesystem::path blob_path(const std::string& sha256) const;
   void quarantine_file(const std::filesystem::path& file);
+  /// Puts the record in the place of the one before. Precondition: mutex_ is held.
+  Status place_record(const SceneRecord& record, TemporaryFile& text, bool& stands) const;
   /// The renames of a commit. `stands` says whether a record that names the bytes may be on disk.
   Status place(TemporaryFile& bytes, std::span<TemporaryFile* const> neighbours,
                const SceneRecord& record, TemporaryFile& text, bool& stands) const;

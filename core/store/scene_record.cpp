@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <charconv>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "core/store/revision_counter.h"
+#include "core/store/sha256.h"
 
 namespace sightline {
 namespace {
@@ -65,7 +67,63 @@ bool decode_neighbours(const nlohmann::json& document, std::vector<NeighbourReco
   return true;
 }
 
+nlohmann::ordered_json changes_of(const NodeChanges& changes) {
+  auto list = nlohmann::ordered_json::array();
+  for (const NodeChange& change : changes) {
+    nlohmann::ordered_json each{{"node", change.node}};
+    if (change.parent_from_node) each["matrix"] = change.parent_from_node->m;
+    if (change.hidden) each["hidden"] = *change.hidden;
+    if (change.mask) each["mask"] = *change.mask;
+    list.push_back(std::move(each));
+  }
+  return list;
+}
+
+/// False when one of them is none.
+bool decode_changes(const nlohmann::json& document, NodeChanges& changes) {
+  const auto found = document.find("changes");
+  if (found == document.end()) return true;
+  if (!found->is_array()) return false;
+  for (const auto& each : *found) {
+    if (!each.is_object() || !each.contains("node") || !each["node"].is_number_unsigned()) {
+      return false;
+    }
+    NodeChange change;
+    change.node = each["node"].get<std::uint32_t>();
+    if (const auto hidden = each.find("hidden"); hidden != each.end()) {
+      if (!hidden->is_boolean()) return false;
+      change.hidden = hidden->get<bool>();
+    }
+    if (const auto mask = each.find("mask"); mask != each.end()) {
+      if (!mask->is_number_unsigned()) return false;
+      change.mask = mask->get<std::uint32_t>();
+    }
+    if (const auto matrix = each.find("matrix"); matrix != each.end()) {
+      const auto is_row = [](const nlohmann::json& row) {
+        return row.is_array() && row.size() == 4 &&
+               std::all_of(row.begin(), row.end(), [](const auto& x) { return x.is_number(); });
+      };
+      if (!matrix->is_array() || matrix->size() != 3 ||
+          !std::all_of(matrix->begin(), matrix->end(), is_row)) {
+        return false;
+      }
+      Affine& own = change.parent_from_node.emplace();
+      for (std::size_t row = 0; row < 3; ++row) {
+        for (std::size_t k = 0; k < 4; ++k) own.m[row][k] = (*matrix)[row][k].get<double>();
+      }
+    }
+    changes.push_back(change);
+  }
+  return true;
+}
+
 }  // namespace
+
+std::string tag_of(const NodeChanges& changes) {
+  if (changes.empty()) return {};
+  const std::string text = changes_of(changes).dump();
+  return "changed-" + sha256_of(std::as_bytes(std::span(text))).substr(0, 32);
+}
 
 bool is_sha256(std::string_view text) {
   return text.size() == 64 && std::all_of(text.begin(), text.end(), [](char c) {
@@ -86,6 +144,7 @@ std::string encode_record(const SceneRecord& record) {
     document["neighbours"].push_back(
         {{"name", ascii_name(each.name)}, {"sha256", each.sha256}, {"bytes", each.bytes}});
   }
+  if (!record.changes.empty()) document["changes"] = changes_of(record.changes);
   return document.dump() + "\n";
 }
 
@@ -112,7 +171,10 @@ std::optional<SceneRecord> decode_record(const std::string& text, const std::str
   record.revision = *revision;
   if (scene) record.scene = static_cast<std::uint32_t>(*scene);
   record.fingerprint = number("fingerprint");
-  if (!decode_neighbours(document, record.neighbours)) return std::nullopt;
+  if (!decode_neighbours(document, record.neighbours) ||
+      !decode_changes(document, record.changes)) {
+    return std::nullopt;
+  }
   return record;
 }
 

@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "core/scene/node_changes.h"
+
 namespace sightline {
 
 /// A file beside the scene's, by the name that the scene's file has for it.
@@ -26,13 +28,17 @@ struct SceneRecord {
   /// hash_in_pieces of the bytes: quicker to check than their SHA-256, and enough against damage.
   /// Empty in records of older versions.
   std::optional<std::uint64_t> fingerprint = {};
+  NodeChanges changes = {};  ///< since the file came
 };
 
 /// A longer text is no record.
-inline constexpr std::size_t kRecordLimit = 1 << 20;
+inline constexpr std::size_t kRecordLimit = 16 << 20;
 
 /// 64 lower-case hexadecimal digits.
 bool is_sha256(std::string_view text);
+
+/// Equal only where the changes are; empty where there are none.
+std::string tag_of(const NodeChanges& changes);
 
 std::string encode_record(const SceneRecord& record);
 /// Empty when the text is not a record of this id.

@@ -37,6 +37,7 @@ struct LoadInput {
   /// Keeps the bytes as they are, for as long as it is held: they are those of a data folder, which
   /// is the store's alone. Null: nobody does.
   std::shared_ptr<const void> keeper = {};
+  std::span<const NodeChange> changes = {};  ///< that the scene is to have
 };
 /// Turns the bytes of a file into a scene. Handed in, because this room knows no file format. May
 /// be called from several threads at once.
@@ -66,6 +67,9 @@ struct StoreOptions {
   std::uint64_t uploads_memory = std::uint64_t{1} << 30;
   /// Told of each load that fails with nobody waiting for it, once; from threads of the store.
   std::function<void(const std::string& id, const Error& error)> report = {};
+  /// Shown each scene that is another one's with some nodes changed, before it has a name; the
+  /// change fails where this does.
+  std::function<Status(const std::shared_ptr<const Scene>& scene)> admit = {};
 };
 
 /// May be used from many threads.
@@ -100,6 +104,14 @@ class SceneStore {
   /// loader, those of io_error) nothing has changed. Empty at the deadline: then the load goes
   /// on by itself, and its failure will be shown by find(). Call once for each load.
   std::optional<Result<Put>> wait(SceneLoad& load, const Deadline& deadline);
+  /// Changes a node of the present content: a new revision, durable where the content is. What is
+  /// on its way to the name goes on, and replaces it all the same.
+  /// tags  nothing happens (PRECONDITION_FAILED) unless the content has one of these ETags; none:
+  ///       whatever it has
+  /// Errors: SCENE_NOT_FOUND, SCENE_LOADING, SCENE_FAILED, CHANGES_TOO_MANY, those of
+  /// Scene::changed, of StoreOptions::admit and of io_error.
+  Result<SceneSnapshot> change(const std::string& id, const NodeChange& change,
+                               const std::optional<std::vector<std::string>>& tags = {});
   /// Also cancels what is on its way to this name. Errors: SCENE_NOT_FOUND, those of io_error.
   Status remove(const std::string& id);
 
@@ -132,6 +144,8 @@ class SceneStore {
   LoadPointer add_start(StoredScene scene, const SceneChoice& choice);
   /// `bytes`: of the file.
   void push_start(const LoadPointer& load, std::uint64_t bytes, std::function<void()> job);
+  /// Makes `next` the content of its name if it is still `before`; false if it is not.
+  Result<bool> commit_change(const SceneSnapshot& before, StoredScene& next);
   /// Fails the load where the work throws, as it does without memory.
   void guarded(const LoadPointer& load, const std::function<void()>& work);
   void load_record(const SceneRecord& record, const LoadPointer& load);
@@ -186,6 +200,7 @@ class SceneStore {
   std::uint64_t loads_ready_ = 0, loads_failed_ = 0, loads_cancelled_ = 0;
 
   std::atomic<bool> full_{false};
+  std::mutex change_mutex_;    ///< one change after the other; held before commit_mutex_
   std::mutex commit_mutex_;    ///< disk and memory see puts and removals in the same order
   RevisionCounter revisions_;  ///< under commit_mutex_
   // Last: their threads use what stands above, and those that fetch use those that build.

@@ -26,7 +26,9 @@ void SceneStore::start(SceneFolder::Catalogue catalogue, std::vector<Preload> pr
     scene.revision = record.revision;
     scene.sha256 = record.sha256;
     scene.etag = with_neighbours(tag_of(record.sha256, {record.scene}), tag_of(record.neighbours));
+    scene.etag = with_neighbours(scene.etag, tag_of(record.changes));
     scene.chosen = record.scene;
+    scene.changes = record.changes;
     scene.bytes = record.bytes;
     scene.persistent = true;
     LoadPointer load = add_start(std::move(scene), {record.scene});
@@ -86,7 +88,7 @@ void SceneStore::load_record(const SceneRecord& record, const LoadPointer& load)
   const auto bytes = std::make_shared<const MappedFile>(std::move(*mapped));
   auto scene = run_loader({bytes->bytes(), load->choice_, load->progress_, record.sha256,
                            [&](const std::string& name) { return neighbours->find(name); },
-                           keeper_of(bytes)});
+                           keeper_of(bytes), record.changes});
   if (!scene) return fail(load, scene.error());
   const std::lock_guard hold(mutex_);
   Entry* const entry = entry_of(*load);

@@ -31,9 +31,10 @@ struct StoredScene {
   std::uint64_t revision = 0;
   std::string sha256;  ///< of the file's bytes, 64 hexadecimal digits
   /// Equal only where the content is: the hash, and what else the content depends on (the scene
-  /// that was chosen, the bytes of other files).
+  /// that was chosen, the bytes of other files, changes of nodes).
   std::string etag;
   std::optional<std::uint32_t> chosen;  ///< of the file's scenes; empty: the file's choice
+  NodeChanges changes;                  ///< since the file came
   std::uint64_t bytes = 0;
   bool persistent = false;             ///< survives a restart
   std::shared_ptr<const Scene> scene;  ///< when ready

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <new>
+#include <numeric>
 #include <utility>
 
 #include "core/base/priority.h"
@@ -39,11 +40,12 @@ TreeKeeper::~TreeKeeper() {
   if (thread_.joinable()) thread_.join();
 }
 
-Status TreeKeeper::adopt(const std::shared_ptr<const Scene>& scene, const std::string& sha256) {
+Status TreeKeeper::adopt(const std::shared_ptr<const Scene>& scene, const std::string& sha256,
+                         bool lasting) {
   if (Status status = scene->trees().join(budget_); !status) return status;
   {
     const std::lock_guard hold(mutex_);
-    scenes_.push_back({scene, sha256});
+    scenes_.push_back({scene, sha256, lasting});
   }
   changed_.notify_all();
   return success();
@@ -64,7 +66,8 @@ std::vector<TreeKeeper::Job> TreeKeeper::next() {
     const SceneTrees& trees = scene->trees();
     if (!trees.wants_all()) return options_.memory_budget == 0;
     if (!budget_->has_room(trees.full_tree_bytes())) return false;
-    candidates.push_back({trees.stats().queries_waited, {std::move(scene), adopted.sha256}});
+    candidates.push_back(
+        {trees.stats().queries_waited, {std::move(scene), adopted.sha256, adopted.lasting}});
     return false;
   });
   const std::size_t count = std::min(candidates.size(), 1 + candidates.size() / kLookedAtForEach);
@@ -120,8 +123,10 @@ void TreeKeeper::give_up(const Scene& scene) {
 bool TreeKeeper::complete(const Job& job) {
   SceneTrees& trees = job.scene->trees();
   try {
-    const std::uint64_t content = folder_ ? content_hash(trees.plan()) : 0;
-    if (folder_ && read(job, content)) return true;
+    if (trees.is_moved()) return build_pending(trees);
+    const bool keeps = folder_ && job.lasting;
+    const std::uint64_t content = keeps ? content_hash(trees.plan()) : 0;
+    if (keeps && read(job, content)) return true;
     std::optional<Result<SceneTree>> built;
     builders_.execute([&] { built.emplace(build_scene_tree(trees.plan())); });
     if (!*built) {
@@ -129,12 +134,21 @@ bool TreeKeeper::complete(const Job& job) {
       return false;
     }
     trees.complete(std::move(**built), SceneTrees::Origin::kBuilt);
-    if (folder_) write(job, content);
+    if (keeps) write(job, content);
     return true;
   } catch (const std::bad_alloc&) {
     say("there is no memory to build a scene's trees ahead");
     return false;
   }
+}
+
+bool TreeKeeper::build_pending(SceneTrees& trees) {
+  const auto tree = trees.now();
+  std::vector<std::uint32_t> all(tree->trees.size());
+  std::iota(all.begin(), all.end(), 0u);
+  const auto built = trees.build(tree, all, Deadline::never(), builders_);
+  if (!built) say(built.error().code + ": " + built.error().message);
+  return built.ok();
 }
 
 bool TreeKeeper::read(const Job& job, std::uint64_t content) {

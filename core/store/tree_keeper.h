@@ -37,8 +37,10 @@ class TreeKeeper {
   ~TreeKeeper();
 
   /// sha256  of the bytes in the data folder that the scene was made of; empty: of no such bytes
+  /// lasting false: it may be another one soon, and its trees are not worth a file
   /// Errors: SCENE_OVER_BUDGET.
-  Status adopt(const std::shared_ptr<const Scene>& scene, const std::string& sha256 = {});
+  Status adopt(const std::shared_ptr<const Scene>& scene, const std::string& sha256 = {},
+               bool lasting = true);
   /// Returns when nothing is left that could be built ahead.
   void wait_until_idle();
 
@@ -46,6 +48,7 @@ class TreeKeeper {
   struct Adopted {
     std::weak_ptr<const Scene> scene;
     std::string sha256;
+    bool lasting = true;
     bool failed = false;  ///< is not tried again
   };
 
@@ -53,10 +56,13 @@ class TreeKeeper {
   struct Job {
     std::shared_ptr<const Scene> scene;
     std::string sha256;
+    bool lasting = true;
   };
   /// Those to work on before anyone looks again.
   std::vector<Job> next();
   bool complete(const Job& job);
+  /// Builds what is pending, one by one.
+  bool build_pending(SceneTrees& trees);
   void give_up(const Scene& scene);
   bool read(const Job& job, std::uint64_t content);
   void write(const Job& job, std::uint64_t content);

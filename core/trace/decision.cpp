@@ -132,6 +132,9 @@ void AllHits::append_sorted(std::size_t limit, HitBatch& hits) {
 
 bool counts(const RayQuestion& question, const KeptSides& kept, TriangleId id) {
   const Scene& scene = question.scene.scene();
+  if (!kept.masks.empty() && (kept.masks[id.instance] & question.rays.mask[question.number]) == 0) {
+    return false;
+  }
   const std::uint8_t sides = kept.sides[kept.first[id.instance] + scene.primitive_of(id)];
   if (sides == 0 || sides == KeptSides::kAll) return sides != 0;
   const WorldTriangle triangle = scene.world_triangle(id);

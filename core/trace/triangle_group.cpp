@@ -23,6 +23,7 @@ double middle_of(const Triangle& t, int axis) {
 TriangleGroup::TriangleGroup(const Scene& scene, const KeptSides& kept, const Deadline& deadline) {
   const SceneDescription& description = scene.description();
   for (std::uint32_t i = 0; i < description.instances.size(); ++i) {
+    if (description.instances[i].hidden) continue;
     const Mesh& mesh = *description.meshes[description.instances[i].mesh];
     for (std::size_t p = 0; p < mesh.primitives.size(); ++p) {
       if (kept.sides[kept.first[i] + p] == 0) continue;

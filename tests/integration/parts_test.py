@@ -43,7 +43,7 @@ class Parts(TwoScenes):
         root, left, right = nodes["nodes"]
         self.assertEqual((root["parent"], root["triangles"], root["bounds"]), (None, 0, None))
         self.assertEqual(left, {"node_id": left["node_id"], "name": "left", "parent": root["node_id"], "instances": 1,
-                                "triangles": 3, "bounds": {"min": [-6, 0, -2], "max": [0, 4, 2]}})
+                                "triangles": 3, "hidden": False, "mask": 2**32 - 1, "bounds": {"min": [-6, 0, -2], "max": [0, 4, 2]}})
         self.assertEqual((right["name"], right["bounds"]), ("right", {"min": [2, 0, -2], "max": [8, 4, 2]}))
 
     def test_nodes_come_in_pages(self):

@@ -4,6 +4,7 @@ import json
 import os
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import tempfile
@@ -181,6 +182,17 @@ def demo_glb(name):
         file = Path(folder, "demo.glb")
         subprocess.run([BINARY, "demo", name, file], check=True, timeout=PATIENCE)
         return file.read_bytes()
+
+
+def with_document(glb, change):
+    """The GLB after change(its JSON)."""
+    length, = struct.unpack_from("<I", glb, 12)
+    document = json.loads(glb[20:20 + length])
+    change(document)
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    rest = glb[20 + length:]
+    return glb[:8] + struct.pack("<III", 20 + len(text) + len(rest), len(text), 0x4E4F534A) + text + rest
 
 
 def make_key(role, name):

@@ -33,10 +33,10 @@ TEST(Instancing, places_the_mesh_once_per_element_below_the_node) {
   ASSERT_TRUE(scene.ok()) << scene.error().message;
   ASSERT_EQ(scene->instances.size(), 3u);
   EXPECT_EQ(scene->nodes.size(), 1u);
-  const Affine node = gltf::from_trs({100, 0, 0}, {}, {1, 1, 1});
-  const Affine wanted[3] = {node * gltf::from_trs({0, 0, 0}, {0, 0, 0, 1}, {1, 1, 1}),
-                            node * gltf::from_trs({1, 2, 3}, {0, 1, 0, 0}, {2, 3, 4}),
-                            node * gltf::from_trs({4, 5, 6}, {0.5, 0.5, 0.5, 0.5}, {-1, 1, 1})};
+  const Affine node = from_trs({100, 0, 0}, {}, {1, 1, 1});
+  const Affine wanted[3] = {node * from_trs({0, 0, 0}, {0, 0, 0, 1}, {1, 1, 1}),
+                            node * from_trs({1, 2, 3}, {0, 1, 0, 0}, {2, 3, 4}),
+                            node * from_trs({4, 5, 6}, {0.5, 0.5, 0.5, 0.5}, {-1, 1, 1})};
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_EQ(scene->instances[i].world_from_mesh, wanted[i]) << i;
     EXPECT_EQ(scene->instances[i].node, 0u);

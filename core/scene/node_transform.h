@@ -1,0 +1,45 @@
+#pragma once
+/// Node transforms as float64 matrices, by formulas that anyone can recompute.
+
+#include <string>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/geometry/affine.h"
+#include "core/geometry/vec3.h"
+
+namespace sightline {
+
+/// Translation t, rotation (x, y, z, w) and scale s, in float64 without FMA, in this order:
+///   x2 = x + x    y2 = y + y    z2 = z + z
+///   xx = x * x2   xy = x * y2   xz = x * z2   yy = y * y2   yz = y * z2   zz = z * z2
+///   wx = w * x2   wy = w * y2   wz = w * z2
+///   | (1 - (yy + zz)) * sx    (xy - wz) * sy          (xz + wy) * sz          tx |
+///   | (xy + wz) * sx          (1 - (xx + zz)) * sy    (yz - wx) * sz          ty |
+///   | (xz - wy) * sx          (yz + wx) * sy          (1 - (xx + yy)) * sz    tz |
+/// The quaternion is taken as it stands, not normalised: that is what the file says, and what other
+/// readers do.
+struct Quaternion {
+  double x = 0, y = 0, z = 0, w = 1;
+  /// The squared length, left to right.
+  double norm() const { return ((x * x + y * y) + z * z) + w * w; }
+};
+Affine from_trs(const Vec3d& t, const Quaternion& q, const Vec3d& s);
+
+/// Whether all numbers are finite and within float32's range: then world positions stay far from
+/// overflow.
+bool is_in_range(const Affine& matrix);
+
+/// As glTF has it [glTF2] 3.5.3: 16 numbers column by column with the last row 0 0 0 1, or 3, 4 and
+/// 3 of translation, rotation and scale. What is empty is not given.
+struct NodeTransform {
+  std::vector<double> matrix, translation, rotation, scale;
+};
+/// Errors: TRANSFORM_INVALID with the member as pointer: a number beyond float32's range, a
+/// rotation of zero, a last row that is not 0 0 0 1. Precondition: as many numbers as above.
+Result<Affine> matrix_of(const NodeTransform& transform);
+
+/// The shortest decimal that reads back as the same float64.
+std::string decimal(double value);
+
+}  // namespace sightline

@@ -1,0 +1,92 @@
+/// How a store changes the nodes of a scene that it has.
+
+#include <algorithm>
+
+#include "core/store/free_memory.h"
+#include "core/store/scene_store.h"
+
+namespace sightline {
+namespace {
+
+Status check_changeable(const SceneSnapshot& scene,
+                        const std::optional<std::vector<std::string>>& tags) {
+  if (!scene) {
+    return Error{ErrorKind::kNotFound, "SCENE_NOT_FOUND", "there is no scene of this name", ""};
+  }
+  if (scene->state == SceneState::kFailed) {
+    return Error{ErrorKind::kConflict, "SCENE_FAILED", "the scene could not be loaded", ""};
+  }
+  if (!scene->scene) {
+    return Error{ErrorKind::kConflict, "SCENE_LOADING", "the scene is still loading", ""};
+  }
+  if (tags && std::find(tags->begin(), tags->end(), scene->etag) == tags->end()) {
+    return Error{ErrorKind::kPrecondition, "PRECONDITION_FAILED",
+                 "the scene is another one: its ETag is \"" + scene->etag + "\"", ""};
+  }
+  return success();
+}
+
+/// The ETag that the content has without changes.
+std::string unchanged_tag(const StoredScene& scene) {
+  const std::string tag = tag_of(scene.changes);
+  return tag.empty() ? scene.etag : scene.etag.substr(0, scene.etag.size() - tag.size() - 1);
+}
+
+}  // namespace
+
+Result<SceneSnapshot> SceneStore::change(const std::string& id, const NodeChange& change,
+                                         const std::optional<std::vector<std::string>>& tags) {
+  const std::lock_guard one_by_one(change_mutex_);
+  for (;;) {
+    const SceneSnapshot before = find(id);
+    if (Status status = check_changeable(before, tags); !status) return std::move(status).error();
+    auto scene = before->scene->changed(std::span(&change, 1));
+    if (!scene) return std::move(scene).error();
+    StoredScene next = *before;
+    next.scene = giving_back_memory(std::move(*scene), next.bytes);
+    next.changes = with_change(next.changes, change);
+    next.etag = with_neighbours(unchanged_tag(*before), tag_of(next.changes));
+    if (options_.admit) {
+      if (Status status = options_.admit(next.scene); !status) return std::move(status).error();
+    }
+    const auto done = commit_change(before, next);
+    if (!done) return done.error();
+    // Else a load came in between: what it brought is changed.
+    if (*done) return SceneSnapshot(std::make_shared<const StoredScene>(std::move(next)));
+  }
+}
+
+Result<bool> SceneStore::commit_change(const SceneSnapshot& before, StoredScene& next) {
+  const std::lock_guard commit(commit_mutex_);
+  const auto present = [&]() -> Entry* {
+    const auto found = entries_.find(next.id);
+    const bool same = found != entries_.end() && found->second.content->scene == before->scene;
+    return same ? &found->second : nullptr;
+  };
+  {
+    const std::lock_guard hold(mutex_);
+    if (present() == nullptr) return false;
+  }
+  const auto revision = revisions_.next();
+  if (!revision) return revision.error();
+  next.revision = *revision;
+  if (folder_ && next.persistent) {
+    auto record = folder_->read_record(next.id);
+    if (!record) return std::move(record).error();
+    record->revision = next.revision;
+    record->changes = next.changes;
+    if (Status status = folder_->amend(*record); !status) {
+      note_error(status.error());
+      return std::move(status).error();
+    }
+  }
+  const std::lock_guard hold(mutex_);
+  // Loads that end and removals wait for commit_mutex_: what was there above is there now.
+  Entry& entry = *present();
+  next.update = entry.content->update;
+  entry.content = std::make_shared<const StoredScene>(next);
+  note_change();
+  return true;
+}
+
+}  // namespace sightline

@@ -1,0 +1,79 @@
+#include <charconv>
+
+#include "core/scene/node_transform.h"
+#include "proto/node_json.h"
+#include "server/request_body.h"
+#include "server/routes.h"
+#include "server/scene_json.h"
+
+namespace sightline {
+namespace {
+
+/// [RFC9110] 13.1.1: none where any will do. Tags are compared strongly, so a weak one is nobody's.
+std::optional<std::vector<std::string>> wanted_tags(const Exchange& exchange) {
+  if (!exchange.request.has_header("If-Match")) return std::nullopt;
+  std::string_view list = exchange.request.headers.find("If-Match")->second;
+  std::vector<std::string> tags;
+  while (!list.empty()) {
+    const std::size_t end = std::min(list.find(','), list.size());
+    std::string_view tag = list.substr(0, end);
+    list.remove_prefix(std::min(end + 1, list.size()));
+    while (!tag.empty() && tag.front() == ' ') tag.remove_prefix(1);
+    while (!tag.empty() && tag.back() == ' ') tag.remove_suffix(1);
+    if (tag == "*") return std::nullopt;
+    if (tag.size() > 1 && tag.front() == '"' && tag.back() == '"')
+      tags.emplace_back(tag.substr(1, tag.size() - 2));
+  }
+  return tags;
+}
+
+Result<NodeChange> change_of(const std::string& node, const NodePatch& patch) {
+  NodeChange change;
+  const auto [end, error] =
+      std::from_chars(node.data(), node.data() + node.size(), change.node);
+  if (error != std::errc() || end != node.data() + node.size()) {
+    return Error{ErrorKind::kNotFound, "NODE_NOT_FOUND",
+                 "a node is called by its index in the file's \"nodes\"", ""};
+  }
+  change.hidden = patch.hidden;
+  change.mask = patch.mask;
+  if (patch.moves()) {
+    auto matrix = matrix_of({patch.matrix, patch.translation, patch.rotation, patch.scale});
+    if (!matrix) return std::move(matrix).error();
+    change.parent_from_node = *matrix;
+  }
+  return change;
+}
+
+void patch_node(Exchange& exchange, Service& service) {
+  constexpr std::uint64_t kMostBytes = 64 << 10;
+  // A page of another site cannot send this without being allowed to.
+  if (!exchange.request.has_header("Content-Type")) {
+    return exchange.reply_problem(415, "MEDIA_TYPE_UNSUPPORTED",
+                                  "send Content-Type: application/json");
+  }
+  if (!admit_media_type(exchange, {"application/json"}) || !admit_body(exchange, kMostBytes)) {
+    return;
+  }
+  std::string body;
+  if (!read_body(exchange, kMostBytes, 0, body)) return;
+  const auto patch = decode_node_patch(body);
+  if (!patch) return exchange.reply_error(patch.error());
+  const auto change = change_of(exchange.node_id, *patch);
+  if (!change) return exchange.reply_error(change.error());
+  const auto changed =
+      service.store.change(exchange.scene_id, *change, wanted_tags(exchange));
+  if (!changed) return exchange.reply_error(changed.error());
+  exchange.reply_json(200, encode_scene(**changed));
+  exchange.response.set_header("ETag", '"' + (*changed)->etag + '"');
+  exchange.response.set_header("X-Scene-Revision", std::to_string((*changed)->revision));
+}
+
+}  // namespace
+
+void add_node_routes(Router& router, Service& service) {
+  router.add("PATCH", "/v1/scenes/{id}/nodes/{node}",
+             [&service](Exchange& exchange) { patch_node(exchange, service); });
+}
+
+}  // namespace sightline

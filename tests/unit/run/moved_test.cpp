@@ -1,0 +1,154 @@
+// Scenes of which some nodes have moved: the bytes of a scene that was loaded so, from the trees
+// that were there before.
+
+#include <gtest/gtest.h>
+
+#include "core/base/infinity.h"
+#include "core/demo/random.h"
+#include "tests/unit/run/golden_answers.h"
+
+namespace sightline {
+namespace {
+
+using demo::DemoScene;
+using test::ask;
+using test::description_of;
+using test::engine_of;
+using test::rays_into;
+using test::scene_of;
+
+/// A turn, a stretch, a reflection, or, of small scenes (rays in a plane of many triangles take
+/// long), what flattens everything.
+Affine any_matrix(demo::Random& random, double width, bool is_small) {
+  const Affine to = demo::translation(random.between(-width, width), random.between(-width, width),
+                                      random.between(-width, width));
+  switch (random.below(is_small ? 5 : 2)) {
+    case 0:
+      return to;
+    case 1:
+      return to * demo::scaling(random.spread(0.1, 10), -random.spread(0.1, 10), 1);
+    case 2:
+      return to * demo::scaling(1, 0, 1);
+    default:
+      return to * demo::random_rotation(random) * demo::scaling(random.spread(0.5, 2), 1, 1);
+  }
+}
+
+std::uint64_t answers_of(const Scene& scene, const RayBatch& rays) {
+  const auto engine = engine_of("", 1);
+  std::uint64_t hash = ask(*engine, scene, rays).hash();
+  Column<Vec3d> points;
+  BoxBatch boxes;
+  for (std::size_t i = 0; i < 60; ++i) {
+    const Vec3d at = rays[i].origin;
+    points.push_back(at);
+    boxes.push_back(Box3d{at, {at.x + 9, at.y + 9, at.z + 9}});
+  }
+  HitBatch nearest;
+  EXPECT_TRUE(engine->nearest(scene, points, kInf, 3, Deadline::never(), nearest));
+  Column<std::uint64_t> totals;
+  EXPECT_TRUE(engine->boxes_count(scene, boxes, BoxTargets::kNodes, Deadline::never(), totals));
+  for (const std::uint64_t each :
+       {test::hash_column(nearest.t), test::hash_column(nearest.instance),
+        test::hash_column(nearest.triangle), test::hash_column(totals)}) {
+    hash = test::combine(hash, each);
+  }
+  return hash;
+}
+
+void expect_moves(DemoScene demo_scene, std::shared_ptr<const Scene> scene, std::uint64_t seed,
+                  int rounds = 4) {
+  demo::Random random(seed);
+  NodeChanges all;
+  for (int round = 0; round < rounds; ++round) {
+    NodeChanges changes;
+    for (std::uint32_t k = 0; k <= random.below(4); ++k) {
+      NodeChange change;
+      change.node = random.below(static_cast<std::uint32_t>(demo_scene.nodes.size()));
+      if (random.below(3) == 0) {
+        change.hidden = random.below(3) != 0;
+      } else {
+        change.parent_from_node = any_matrix(random, 20, demo_scene.nodes.size() > 1);
+        demo_scene.nodes[change.node].parent_from_node = *change.parent_from_node;
+      }
+      changes = with_change(std::move(changes), change);
+      all = with_change(std::move(all), change);
+    }
+    auto next = scene->changed(changes);
+    ASSERT_TRUE(next.ok()) << next.error().message;
+    SceneDescription loaded = description_of(demo_scene);
+    ASSERT_TRUE(change_nodes(loaded, all).ok());
+    const auto fresh = *Scene::prepare(std::move(loaded));
+    EXPECT_EQ((*next)->bounds(), fresh->bounds());
+    scene = *next;
+    if (fresh->bounds().empty()) continue;  // all is hidden
+    const RayBatch rays = rays_into(*fresh);
+    EXPECT_EQ(answers_of(**next, rays), answers_of(*fresh, rays))
+        << "seed " << seed << ", round " << round;
+    EXPECT_EQ((*next)->trees().stats().full_builds, 0u);
+  }
+}
+
+TEST(MovedScene, answers_as_one_that_was_loaded_so) {
+  for (const std::uint64_t seed : {1u, 2u}) {
+    expect_moves(demo::town(), scene_of(demo::town()), seed);
+    const DemoScene shared = demo::instances(60, 400);
+    expect_moves(shared, *Scene::build(description_of(shared), TreeQuality::kFast, Joining::kNever),
+                 seed);
+    expect_moves(demo::six_triangles(), scene_of(demo::six_triangles()), seed);
+  }
+}
+
+TEST(MovedScene, answers_so_before_its_trees_are_built) {
+  expect_moves(demo::town(), *Scene::prepare(description_of(demo::town())), 7);
+  const DemoScene large = demo::terrain(150000);  // enough to be cut into parts
+  expect_moves(large, *Scene::prepare(description_of(large)), 8, 2);
+}
+
+TEST(MovedScene, builds_the_tree_of_a_mesh_that_leaves_the_others_once) {
+  const auto scene = scene_of(demo::six_triangles());
+  const auto engine = engine_of("", 1);
+  RayBatch rays;
+  rays.push_back({{3, 10, 0}, {0, -1, 0}});
+  HitBatch hits;
+  std::shared_ptr<const Scene> moved = scene;
+  for (const double up : {1.0, 2.0, 3.0}) {
+    moved = *moved->changed(NodeChanges{{2, demo::translation(0, up, 0), {}, {}}});
+    ASSERT_TRUE(engine->closest(*moved, rays, Deadline::never(), hits));
+    EXPECT_EQ(hits.t[0], 8 - up);
+    EXPECT_EQ(moved->trees().stats().trees_built, up == 1 ? 1u : 0u);
+    EXPECT_EQ(moved->trees().stats().full_builds, 0u);
+  }
+  ASSERT_TRUE(engine->closest(*scene, rays, Deadline::never(), hits));
+  EXPECT_EQ(hits.t[0], 8);
+}
+
+TEST(MovedScene, keeps_numbers_and_shows_again_what_was_hidden) {
+  const auto scene = scene_of(demo::six_triangles());
+  const auto engine = engine_of("", 1);
+  RayBatch rays;
+  rays.push_back({{-10, 1, 0}, {1, 0, 0}});
+  HitBatch hits;
+  const auto without_left = *scene->changed(NodeChanges{{1, {}, true, {}}});
+  ASSERT_TRUE(engine->closest(*without_left, rays, Deadline::never(), hits));
+  EXPECT_EQ(hits.t[0], 12.5);
+  EXPECT_EQ(hits.instance[0], 1u);
+  const auto without_any = *without_left->changed(NodeChanges{{0, {}, true, {}}});
+  ASSERT_TRUE(engine->closest(*without_any, rays, Deadline::never(), hits));
+  EXPECT_FALSE(hits.hit(0));
+  EXPECT_TRUE(without_any->bounds().empty());
+  const auto again = *without_any->changed(NodeChanges{{0, {}, false, {}}, {1, {}, false, {}}});
+  ASSERT_TRUE(engine->closest(*again, rays, Deadline::never(), hits));
+  EXPECT_EQ(hits.t[0], 4.5);
+}
+
+TEST(MovedScene, refuses_what_is_no_node_or_too_large) {
+  const auto scene = scene_of(demo::six_triangles());
+  EXPECT_EQ(scene->changed(NodeChanges{{77, {}, true, {}}}).error().code, "NODE_NOT_FOUND");
+  const auto huge = demo::scaling(1e30, 1, 1);
+  EXPECT_EQ(scene->changed(NodeChanges{{0, huge, {}, {}}, {1, huge, {}, {}}}).error().code,
+            "TRANSFORM_INVALID");
+}
+
+}  // namespace
+}  // namespace sightline
