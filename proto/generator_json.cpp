@@ -8,10 +8,10 @@ namespace sightline {
 
 namespace {
 
-constexpr std::array<std::string_view, 18> kGeneratorKeys{
-    "position", "forward",  "look_at", "up",     "kind",  "range",
-    "fov_y",    "extent_y", "width",   "height", "poses", "elevations",
-    "azimuths", "points",   "normals", "count",  "seed",  "distribution"};
+constexpr std::array<std::string_view, 19> kGeneratorKeys{
+    "position", "forward", "look_at", "up",           "kind",       "range",    "fov_y",
+    "extent_y", "width",   "height",  "poses",        "elevations", "azimuths", "points",
+    "normals",  "count",   "seed",    "distribution", "camera"};
 enum Key : std::size_t {
   kPosition,
   kForward,
@@ -31,11 +31,19 @@ enum Key : std::size_t {
   kCount,
   kSeed,
   kDistribution,
+  kCamera,
 };
 constexpr std::size_t kPoseKeys = 4;
-constexpr std::array<std::string_view, 5> kKinds{"pinhole", "orthographic", "equirectangular",
-                                                 "lidar", "hemisphere"};
-enum Kind : std::size_t { kPinhole, kOrthographic, kEquirectangular, kLidar, kHemisphere };
+constexpr std::array<std::string_view, 6> kKinds{"pinhole", "orthographic", "equirectangular",
+                                                 "lidar",   "hemisphere",   "camera"};
+enum Kind : std::size_t {
+  kPinhole,
+  kOrthographic,
+  kEquirectangular,
+  kLidar,
+  kHemisphere,
+  kOfFile,
+};
 
 constexpr unsigned bits(std::initializer_list<Key> keys) {
   unsigned set = 0;
@@ -45,13 +53,18 @@ constexpr unsigned bits(std::initializer_list<Key> keys) {
 constexpr unsigned kPoseBits = (1u << kPoseKeys) - 1;
 constexpr unsigned kPixels = bits({kWidth, kHeight});
 /// By kind: what may stand there beside "kind" and "range", and what must.
-constexpr std::array<unsigned, 5> kAllowed{
-    kPoseBits | kPixels | bits({kFovY}), kPoseBits | kPixels | bits({kExtentY}),
-    kPoseBits | kPixels, kPoseBits | bits({kPoses, kElevations, kAzimuths}),
-    bits({kPoints, kNormals, kCount, kSeed, kDistribution})};
-constexpr std::array<unsigned, 5> kNeeded{kPixels, kPixels | bits({kExtentY}), kPixels,
+constexpr std::array<unsigned, 6> kAllowed{kPoseBits | kPixels | bits({kFovY}),
+                                           kPoseBits | kPixels | bits({kExtentY}),
+                                           kPoseBits | kPixels,
+                                           kPoseBits | bits({kPoses, kElevations, kAzimuths}),
+                                           bits({kPoints, kNormals, kCount, kSeed, kDistribution}),
+                                           kPixels | bits({kCamera})};
+constexpr std::array<unsigned, 6> kNeeded{kPixels,
+                                          kPixels | bits({kExtentY}),
+                                          kPixels,
                                           bits({kElevations, kAzimuths}),
-                                          bits({kPoints, kNormals, kCount})};
+                                          bits({kPoints, kNormals, kCount}),
+                                          kPixels | bits({kCamera})};
 
 JsonPointer root() { return JsonPointer().key("generator"); }
 std::string about_key(std::size_t kind, std::string_view verb, std::size_t key) {
@@ -78,6 +91,7 @@ struct GeneratorReader::Parts {
   std::vector<Pose> poses;
   std::vector<double> elevations;
   std::vector<Vec3d> points, normals;
+  FileCamera camera;
 };
 
 bool GeneratorReader::too_many(const JsonPointer& place) {
@@ -196,9 +210,25 @@ bool GeneratorReader::read_part(std::size_t which, JsonReader::Value value, Part
       constexpr std::array<std::string_view, 2> kWords{"cosine", "uniform"};
       return reader_.read_word(value, kWords, parts.distribution, place);
     }
+    case kCamera:
+      return read_camera(value, place, parts.camera);
     default:
       return read_pose_part(which, value, root(), parts.pose);
   }
+}
+
+bool GeneratorReader::read_camera(JsonReader::Value value, const JsonPointer& place,
+                                  FileCamera& camera) {
+  std::string_view name;
+  if (value.get_string().get(name) == simdjson::SUCCESS) {
+    camera.name = name;
+    return true;
+  }
+  std::uint64_t index = 0;
+  if (!reader_.read_count(value, std::numeric_limits<std::uint32_t>::max(), index, place))
+    return false;
+  camera.index = static_cast<std::uint32_t>(index);
+  return true;
 }
 
 bool GeneratorReader::read_range(JsonReader::Value value, const JsonPointer& place,
@@ -275,6 +305,19 @@ bool GeneratorReader::assemble(const Parts& parts, RayGenerator& generator) {
       }
       generator.kind = Lidar{many ? parts.poses : std::vector<Pose>{parts.pose}, parts.elevations,
                              parts.azimuths};
+      break;
+    }
+    case kOfFile: {
+      if (!find_camera_)
+        return reader_.invalid("CAMERA_UNKNOWN", "there is no scene here", place_of(kCamera));
+      FileCamera camera = parts.camera;
+      camera.width = parts.width;
+      camera.height = parts.height;
+      auto found = find_camera_(camera);
+      if (!found)
+        return reader_.invalid(found.error().code, found.error().message, place_of(kCamera));
+      generator.kind = std::move(found->kind);
+      if ((parts.seen & bits({kRange})) == 0) generator.range = found->range;
       break;
     }
     default:

@@ -9,10 +9,14 @@
 /// orthographic      pose, extent_y, width, height
 /// equirectangular   pose, width, height
 /// lidar             pose or "poses":[{pose}], elevations, azimuths
+/// camera            camera (name or index in the file), width, height
 /// hemisphere        points, normals, count, seed (0), distribution: "cosine" or "uniform"
 /// A pose is "position", "forward" (or "look_at"), "up"; 0, (0,0,-1) and (0,1,0) when left out.
 
+#include <functional>
+
 #include "core/query/ray_generators.h"
+#include "proto/file_camera.h"
 #include "proto/json_reader.h"
 
 namespace sightline {
@@ -20,7 +24,9 @@ namespace sightline {
 class GeneratorReader {
  public:
   /// `most`: rays that it may make, and entries that its lists may have.
-  GeneratorReader(JsonReader& reader, std::uint64_t most) : reader_(reader), most_(most) {}
+  /// `find_camera`: null where there is no scene.
+  GeneratorReader(JsonReader& reader, std::uint64_t most, const FindCamera& find_camera)
+      : reader_(reader), most_(most), find_camera_(find_camera) {}
 
   /// Errors: as everywhere in a body, 422 KEY_MISSING, KEY_UNKNOWN (in this kind), and 413
   /// RAYS_TOO_MANY. Returns false after it has filled the reader's error.
@@ -37,10 +43,12 @@ class GeneratorReader {
   bool read_range(JsonReader::Value value, const JsonPointer& place, RayRange& range);
   bool finish_pose(unsigned seen, const JsonPointer& place, Pose& pose);
   bool assemble(const Parts& parts, RayGenerator& generator);
+  bool read_camera(JsonReader::Value value, const JsonPointer& place, FileCamera& camera);
   bool too_many(const JsonPointer& place);
 
   JsonReader& reader_;
   std::uint64_t most_;
+  const FindCamera& find_camera_;
 };
 
 }  // namespace sightline

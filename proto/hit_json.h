@@ -18,6 +18,7 @@ enum class AnswerLayout {
   kRows,     ///< {"hits":[{"t":5,"triangle":12}, null]}
   kColumns,  ///< {"t":[5,null],"triangle":[12,-1]}
   kBinary,   ///< the same as bytes: hit_binary.h
+  kImage,    ///< a picture: hit_image.h
   kLines,    ///< {"t":5,"triangle":12}\nnull\n: hit_lines.h
 };
 

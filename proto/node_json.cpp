@@ -15,10 +15,10 @@ Status read_numbers(const Json& object, const char* key, std::size_t count,
   const std::string place = below("", key);
   if (!found->is_array()) return fault("TYPE_WRONG", "this must be an array", place);
   if (found->size() != count) {
-    return fault("LENGTH_WRONG",
-                 "this has " + std::to_string(found->size()) + " numbers, not " +
-                     std::to_string(count),
-                 place);
+    return fault(
+        "LENGTH_WRONG",
+        "this has " + std::to_string(found->size()) + " numbers, not " + std::to_string(count),
+        place);
   }
   for (std::size_t i = 0; i < count; ++i) {
     if (!(*found)[i].is_number()) {

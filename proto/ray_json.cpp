@@ -18,11 +18,11 @@ static_assert(kRayJsonPadding >= kJsonPadding && kJsonPadding >= kPlainPadding);
 
 std::string number_text(std::size_t number) { return std::to_string(number); }
 
-constexpr std::array<std::string_view, 18> kTopKeys{
-    "rays",       "origins",   "directions", "tmin",   "tmax",    "fields",
-    "max_hits",   "crossings", "normalize",  "cull",   "include", "exclude",
-    "on_invalid", "work",      "generator",  "explain", "mask",    "masks"};
-constexpr unsigned kMaskBit = 1u << 16, kMasksBit = 1u << 17;
+constexpr std::array<std::string_view, 20> kTopKeys{
+    "rays",      "origins",   "directions", "tmin",    "tmax",    "fields",     "max_hits",
+    "crossings", "normalize", "cull",       "include", "exclude", "on_invalid", "work",
+    "generator", "explain",   "mask",       "masks",   "image",   "image_unit"};
+constexpr unsigned kMaskBit = 1u << 16, kMasksBit = 1u << 17, kImageBits = 3u << 18;
 constexpr unsigned kRaysBit = 1u << 0, kColumnBits = 0x1eu | kMasksBit, kFieldsBit = 1u << 5,
                    kMaxHitsBit = 1u << 6, kCrossingsBit = 1u << 7, kSceneBits = 0x3f00u | kMaskBit,
                    kMarkBits = 1u << 8 | 1u << 12, kGeneratorBit = 1u << 14, kCullBit = 1u << 9,
@@ -116,11 +116,15 @@ bool RayReader::read_row(Value value, std::size_t ray) {
                   ray_place(ray));
     }
   }
+  push_row(row, static_cast<std::uint32_t>(mask));
+  return true;
+}
+
+void RayReader::push_row(const Ray& row, std::uint32_t mask) {
   Column<std::uint32_t>& masks = query_.rays.mask;
   if (masks.empty() && mask != kMostMask) masks.assign(query_.rays.size(), kMostMask);
   query_.rays.push_back(row);
-  if (!masks.empty() || mask != kMostMask) masks.push_back(static_cast<std::uint32_t>(mask));
-  return true;
+  if (!masks.empty() || mask != kMostMask) masks.push_back(mask);
 }
 
 bool RayReader::read_rows(Value value) {
@@ -215,6 +219,7 @@ unsigned RayReader::known_top_keys() const {
   if (!rules_.has_culling) known &= ~kCullBit;
   if (rules_.has_rays && rules_.has_generator) known |= kGeneratorBit;
   if (rules_.has_rays && rules_.has_explain) known |= kExplainBit;
+  if (rules_.has_image) known |= kImageBits;
   return known;
 }
 
@@ -301,6 +306,25 @@ bool RayReader::finish_rows_or_columns() {
   return true;
 }
 
+bool RayReader::finish_image() {
+  const JsonPointer place = JsonPointer().key("image");
+  if (!query_.image) {
+    return (seen_ & kImageBits) == 0 ||
+           invalid("KEY_MISSING", "\"image_unit\" is that of an \"image\"", JsonPointer());
+  }
+  if (query_.wants_explanation)
+    return invalid("EXPLAIN_IS_TEXT", "an explanation comes as JSON alone", place);
+  if (pixels_[0] == 0 || pixels_[1] == 0) {
+    return invalid("IMAGE_WITHOUT_PIXELS", "an image needs a generator with width and height",
+                   place);
+  }
+  query_.image->width = pixels_[0];
+  query_.image->height = pixels_[1];
+  query_.image->unit = image_unit_;
+  query_.layout = AnswerLayout::kImage;
+  return true;
+}
+
 bool RayReader::check_limits_and_directions() {
   if (query_.wants_explanation && query_.rays.size() != 1) {
     return invalid("EXPLAIN_ONE_RAY", "one ray at a time can be explained",
@@ -328,7 +352,7 @@ Result<RayQuery> RayReader::read(std::string& body) {
       rules_.has_rays && take_plain_arrays(body, rules_.max_rays, default_tmin_, plain);
   if (is_plain) query_.rays = std::move(plain.rays);
   if (!read_body(is_plain ? plain.rest : body, read_object) || !finish_rows_or_columns() ||
-      !finish_more() || !check_limits_and_directions()) {
+      !finish_more() || !finish_image() || !check_limits_and_directions()) {
     return error();
   }
   finish_rays(query_);
@@ -343,8 +367,13 @@ bool RayReader::read_generator(Value value) {
   // Few bytes ask for these: no more memory than the largest body may ask for by itself.
   constexpr std::size_t kMostMade = std::size_t{1} << 22;
   RayGenerator generator;
-  if (!GeneratorReader(*this, std::min(rules_.max_rays, kMostMade)).read(value, generator))
-    return false;
+  const std::uint64_t most = std::min(rules_.max_rays, kMostMade);
+  if (!GeneratorReader(*this, most, rules_.find_camera).read(value, generator)) return false;
+  std::visit(
+      [&](const auto& kind) {
+        if constexpr (requires { kind.width; }) pixels_ = {kind.width, kind.height};
+      },
+      generator.kind);
   const JsonPointer place = JsonPointer().key("generator");
   if (rules_.admit_made) {
     const Status admitted = rules_.admit_made(ray_count(generator));

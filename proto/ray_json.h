@@ -10,24 +10,28 @@
 /// Keys in any order; tmin, tmax and fields may be left out; null as a tmax means no limit. Numbers
 /// become the nearest float64: -0.0, denormals and 17 digits survive.
 /// "cull": "none" ("back", "front", "material"), "include" and "exclude": {"nodes":[3],
-/// "names":["tree*"],"materials":["leaves"]}, any of the three: see core/query/hit_filter.h. "mask":
-/// 5 for all rays, "masks": [1,4,...] for each as a column, "mask" in a row: what has no bit in
-/// common does not count.
-/// "on_invalid": "refuse" (or "mark"): what a bad ray does to the others. "work": true: what it
-/// cost. "normalize": true: tmin, tmax and the t of the answer count in scene units, not in
-/// |direction|. "explain": true, of one ray: what it came past. Where hits are listed or counted,
-/// also "crossings": "every" (or "once"), and where they are listed "max_hits": 1000, for each ray.
+/// "names":["tree*"],"materials":["leaves"]}, any of the three: see core/query/hit_filter.h.
+/// "mask": 5 for all rays, "masks": [1,4,...] for each as a column, "mask" in a row: what has no
+/// bit in common does not count. "on_invalid": "refuse" (or "mark"): what a bad ray does to the
+/// others. "work": true: what it cost. "image": "depth" ("node", "normal") with "image_unit":
+/// 0.001: hit_image.h. "normalize": true: tmin, tmax and the t of the answer count in scene units,
+/// not in |direction|. "explain": true, of one ray: what it came past. Where hits are listed or
+/// counted, also "crossings": "every" (or "once"), and where they are listed "max_hits": 1000, for
+/// each ray.
 
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "core/base/result.h"
 #include "core/query/hit_batch.h"
 #include "core/query/hit_filter.h"
 #include "core/query/ray_batch.h"
+#include "proto/file_camera.h"
 #include "proto/hit_fields.h"
+#include "proto/hit_image.h"
 #include "proto/hit_json.h"
 
 namespace sightline {
@@ -48,6 +52,8 @@ struct RayJsonRules {
   bool has_generator = true;
   bool has_culling = true;
   bool has_explain = false;
+  bool has_image = false;  ///< "image" and "image_unit"
+  FindCamera find_camera = {};
   /// The same for "crossings" and "max_hits".
   bool has_crossings = false;
   bool has_max_hits = false;
@@ -68,6 +74,7 @@ struct RayQuery {
   InvalidRays invalid;
   bool wants_work = false;
   bool wants_explanation = false;  ///< of its one ray
+  std::optional<HitImage> image;   ///< with the pixels of the generator
   bool chose_fields = false;       ///< else they are the default
   std::uint64_t max_hits = 1000;   ///< of each ray; may be more than the rules' when left out
 };

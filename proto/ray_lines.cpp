@@ -47,7 +47,7 @@ class RayLines::Reader : private RayReader {
     const char* const end = line.data() + line.size();
     if (!scan_plain_ray(at, ray) || at > end) return false;
     if (!trim({at, static_cast<std::size_t>(end - at)}).empty()) return false;
-    query_.rays.push_back(ray);
+    push_row(ray, 0xffffffffu);
     return true;
   }
 

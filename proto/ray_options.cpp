@@ -93,6 +93,14 @@ bool RayReader::read_on_invalid(Value value) {
   return true;
 }
 
+bool RayReader::read_image(Value value) {
+  constexpr std::array<std::string_view, 3> kWords{"depth", "node", "normal"};
+  std::size_t which = 0;
+  if (!read_word(value, kWords, which, JsonPointer().key("image"))) return false;
+  query_.image.emplace().of = static_cast<HitImage::Of>(which);
+  return true;
+}
+
 bool RayReader::read_patterns(Value value, const JsonPointer& place,
                               std::vector<std::string>& patterns) {
   const auto read_one = [&](std::size_t i, Value entry) {
@@ -175,6 +183,13 @@ bool RayReader::read_option(std::string_view key, Value value) {
     return read_boolean(value, query_.wants_explanation, JsonPointer().key(key));
   }
   if (key == "work") return read_boolean(value, query_.wants_work, JsonPointer().key(key));
+  if (key == "image") return read_image(value);
+  if (key == "image_unit") {
+    const auto place = [&] { return JsonPointer().key(key); };
+    return read_number(value, image_unit_, place) &&
+           (image_unit_ > 0 ||
+            invalid("NUMBER_OUT_OF_RANGE", "expected a number above 0", place()));
+  }
   if (key == "mask") {
     std::uint64_t mask = 0;
     if (!read_count(value, 0xffffffffu, mask, JsonPointer().key(key))) return false;

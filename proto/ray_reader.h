@@ -47,6 +47,8 @@ class RayReader : protected JsonReader {
     return true;
   }
   bool read_row(Value value, std::size_t ray);
+  /// The column of masks begins with the first row that has one.
+  void push_row(const Ray& row, std::uint32_t mask);
   bool check_limits_and_directions();
   static JsonPointer ray_place(std::size_t ray) { return JsonPointer().key("rays").index(ray); }
   bool read_choice(std::string_view name, Value value, std::optional<TriangleChoice>& choice);
@@ -76,6 +78,8 @@ class RayReader : protected JsonReader {
   bool read_patterns(Value value, const JsonPointer& place, std::vector<std::string>& patterns);
   unsigned known_top_keys() const;
   bool finish_rows_or_columns();
+  bool read_image(Value value);
+  bool finish_image();
 
   template <class Place>
   bool read_limit(Value value, RayPart part, double& out, Place place);
@@ -99,7 +103,9 @@ class RayReader : protected JsonReader {
   }
 
   RayJsonRules rules_;
-  unsigned seen_ = 0;                         ///< top-level keys, by their number in kTopKeys
+  unsigned seen_ = 0;                      ///< top-level keys, by their number in kTopKeys
+  std::array<std::uint64_t, 2> pixels_{};  ///< width and height of the generator's, or 0
+  double image_unit_ = HitImage().unit;
   std::array<std::size_t, 4> column_size_{};  ///< numbers read, by Part
 };
 

@@ -52,6 +52,9 @@ Result<std::string> answer_closest(const RayBatchCourse& course) {
   if (course.is(AnswerLayout::kLines)) {
     return encode_hit_lines(hits, about.details, about.terms, query.fields, course.invalid());
   }
+  if (course.is(AnswerLayout::kImage)) {
+    return encode_image(*query.image, hits, about.details, about.terms);
+  }
   std::string text = encode_hits(hits, about.details, about.terms, query.fields, query.layout);
   if (query.wants_explanation) {
     status = reserve(course.memory, kExplanationBytes);
@@ -140,6 +143,7 @@ RayJsonRules rules_of(RayQuestionKind kind, const ServiceLimits& limits) {
   rules.has_crossings = kind == RayQuestionKind::kAll || kind == RayQuestionKind::kCount;
   rules.has_max_hits = kind == RayQuestionKind::kAll;
   rules.has_explain = kind == RayQuestionKind::kClosest;
+  rules.has_image = kind == RayQuestionKind::kClosest;
   return rules;
 }
 

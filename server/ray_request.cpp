@@ -10,6 +10,7 @@
 #include "proto/ray_frames.h"
 #include "server/answer_memory.h"
 #include "server/body_reader.h"
+#include "server/camera_rays.h"
 #include "server/ray_stream.h"
 #include "server/request_body.h"
 #include "server/scene_admission.h"
@@ -67,6 +68,7 @@ bool RayRequest::streamed(RayQuestionKind kind) {
 bool RayRequest::read(RayJsonRules rules) {
   rules.max_rays = service_.limits.rays;
   rules.max_hits = service_.limits.hits;
+  rules.find_camera = [this](const FileCamera& camera) { return camera_rays(*scene_, camera); };
   rules.admit_made = [this](std::uint64_t rays) { return exchange_.reserve(rays * kRayBytes); };
   const std::optional<QueryType> type = admit_rays_type(exchange_);
   if (!type) return false;
@@ -84,6 +86,12 @@ bool RayRequest::read(RayJsonRules rules) {
 Status RayRequest::choose_bytes(RayQuery& query, FieldSet default_fields) const {
   if (exchange_.request.get_header_value("Accept") == kBinaryMediaType) {
     query.layout = AnswerLayout::kBinary;
+  }
+  if (query.image) {
+    query.layout = AnswerLayout::kImage;
+    query.image->floats = exchange_.request.get_header_value("Accept") == kFloatMapMediaType;
+    query.fields = query.image->fields();
+    return success();
   }
   if (query.layout != AnswerLayout::kBinary) return success();
   if (query.wants_explanation) {
@@ -144,10 +152,11 @@ bool RayRequest::describe(const RayBatch& rays, const HitBatch& hits, HitDescrip
 
 void RayRequest::reply(std::string encoded) {
   add_time(&WorkReport::print_us);
-  if (is_binary()) {
+  if (is_binary() || query_.image) {
     if (query_.wants_work)
       exchange_.response.set_header("X-Sightline-Work", encode_work(timer_.report));
-    return exchange_.reply(200, std::move(encoded), kBinaryMediaType);
+    return exchange_.reply(200, std::move(encoded),
+                           is_binary() ? kBinaryMediaType : query_.image->media_type());
   }
   if (invalid() != nullptr) add_member(encoded, "invalid", encode_invalid(query_.invalid));
   if (query_.wants_work) add_member(encoded, "work", encode_work(timer_.report));

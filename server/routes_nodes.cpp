@@ -29,8 +29,7 @@ std::optional<std::vector<std::string>> wanted_tags(const Exchange& exchange) {
 
 Result<NodeChange> change_of(const std::string& node, const NodePatch& patch) {
   NodeChange change;
-  const auto [end, error] =
-      std::from_chars(node.data(), node.data() + node.size(), change.node);
+  const auto [end, error] = std::from_chars(node.data(), node.data() + node.size(), change.node);
   if (error != std::errc() || end != node.data() + node.size()) {
     return Error{ErrorKind::kNotFound, "NODE_NOT_FOUND",
                  "a node is called by its index in the file's \"nodes\"", ""};
@@ -61,8 +60,7 @@ void patch_node(Exchange& exchange, Service& service) {
   if (!patch) return exchange.reply_error(patch.error());
   const auto change = change_of(exchange.node_id, *patch);
   if (!change) return exchange.reply_error(change.error());
-  const auto changed =
-      service.store.change(exchange.scene_id, *change, wanted_tags(exchange));
+  const auto changed = service.store.change(exchange.scene_id, *change, wanted_tags(exchange));
   if (!changed) return exchange.reply_error(changed.error());
   exchange.reply_json(200, encode_scene(**changed));
   exchange.response.set_header("ETag", '"' + (*changed)->etag + '"');

@@ -40,13 +40,12 @@ NamedCounts skipped_counts(const Scene& scene) {
 
 NamedCounts tree_counts(const Scene& scene) {
   const TreeStats stats = scene.trees().stats();
-  return {{"meshes_total", stats.meshes_total},     {"meshes_built", stats.meshes_built},
-          {"trees_built", stats.trees_built},       {"trees_kept", stats.trees_kept},
-          {"meshes_split", stats.meshes_split},
-          {"full_builds", stats.full_builds},       {"evictions", stats.evictions},
-          {"cache_hits", stats.cache_hits},         {"cache_rejects", stats.cache_rejects},
-          {"queries_waited", stats.queries_waited}, {"tree_bytes", stats.tree_bytes},
-          {"geometry_bytes", stats.geometry_bytes}};
+  return {{"meshes_total", stats.meshes_total},   {"meshes_built", stats.meshes_built},
+          {"trees_built", stats.trees_built},     {"trees_kept", stats.trees_kept},
+          {"meshes_split", stats.meshes_split},   {"full_builds", stats.full_builds},
+          {"evictions", stats.evictions},         {"cache_hits", stats.cache_hits},
+          {"cache_rejects", stats.cache_rejects}, {"queries_waited", stats.queries_waited},
+          {"tree_bytes", stats.tree_bytes},       {"geometry_bytes", stats.geometry_bytes}};
 }
 
 std::string encode_stats(const StoredScene& stored) {

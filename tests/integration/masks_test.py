@@ -56,8 +56,9 @@ class Masks(unittest.TestCase):
         # Without masks in the scene a ray meets everything, or nothing with a mask of 0.
         self.assertEqual(self.ask("rays:any", {"rays": [{**ALONG, "mask": 8}, {**ALONG, "mask": 0}]}, "plain")["hits"], [True, False])
         lines = "".join(json.dumps({**ALONG, "mask": mask}) + "\n" for mask in (2, 1, 8))
+        lines += json.dumps(ALONG) + "\n"
         answer = self.server.ask("/v1/scenes/six/rays:any", "-H", "Content-Type: application/x-ndjson", body=lines)
-        self.assertEqual(answer.body, b"true\ntrue\nfalse\n")
+        self.assertEqual(answer.body, b"true\ntrue\nfalse\ntrue\n")
 
     def test_random_masks_are_those_of_scenes_without_what_is_masked(self):
         made = random.Random(6)
