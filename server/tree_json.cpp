@@ -52,13 +52,16 @@ void write_slabs(JsonWriter& out, const RayBoxAnswer& met) {
 /// Which part of a filter leaves a triangle out that a ray meets.
 class FilterParts {
  public:
-  FilterParts(const Scene& scene, const HitFilter& filter) : scene_(scene) {
+  FilterParts(const Scene& scene, const HitFilter& filter, const KeptSides* kept)
+      : scene_(scene), kept_(kept) {
     if (filter.include) include_ = sides_of(*filter.include, "include");
     if (filter.exclude) exclude_ = sides_of(*filter.exclude, "exclude");
   }
   std::string_view name_of(TriangleId id) const {
     if (include_ && !chooses(*include_, id)) return "include";
-    return exclude_ && chooses(*exclude_, id) ? "exclude" : "cull";
+    if (exclude_ && chooses(*exclude_, id)) return "exclude";
+    // Culling leaves a side of everything.
+    return kept_ != nullptr && !chooses(*kept_, id) ? "mask" : "cull";
   }
 
  private:
@@ -71,6 +74,7 @@ class FilterParts {
   }
 
   const Scene& scene_;
+  const KeptSides* kept_;
   std::optional<KeptSides> include_, exclude_;
 };
 
@@ -187,7 +191,7 @@ std::string encode_nearest_miss(const Scene& scene, const std::optional<NearestM
 
 std::string encode_explanation(const Scene& scene, const Ray& ray, const HitFilter& filter,
                                const KeptSides* kept) {
-  const FilterParts parts(scene, filter);
+  const FilterParts parts(scene, filter, kept);
   const SceneView view(scene);
   const Explanation explanation = explain_ray(view, ray, kept);
   JsonWriter out(64 + explanation.boxes.size() * 200);

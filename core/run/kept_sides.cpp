@@ -115,10 +115,31 @@ Result<KeptSides> chosen_sides(const Scene& scene, const TriangleChoice& choice,
       });
 }
 
+namespace {
+
+/// Without masks to compare: whoever explains a ray need not know of them.
+Result<std::optional<KeptSides>> kept_for_ray(const Scene& scene, const HitFilter& filter,
+                                              std::uint32_t mask) {
+  auto kept = kept_sides(scene, filter);
+  if (!kept) return std::move(kept).error();
+  const auto& instances = scene.description().instances;
+  for (std::size_t i = 0; i < instances.size(); ++i) {
+    if ((instances[i].mask & mask) != 0) continue;
+    const std::size_t end = i + 1 < instances.size() ? kept->first[i + 1] : kept->sides.size();
+    std::fill(kept->sides.begin() + static_cast<std::ptrdiff_t>(kept->first[i]),
+              kept->sides.begin() + static_cast<std::ptrdiff_t>(end), std::uint8_t{0});
+  }
+  return std::optional<KeptSides>(std::move(*kept));
+}
+
+}  // namespace
+
 Result<std::optional<KeptSides>> kept_for_rays(const Scene& scene, const HitFilter& filter,
                                                std::span<const std::uint32_t> ray_masks) {
   using Kept = std::optional<KeptSides>;
   Column<std::uint32_t> masks;
+  if (ray_masks.size() == 1 && ray_masks[0] != 0xffffffffu)
+    return kept_for_ray(scene, filter, ray_masks[0]);
   if (!ray_masks.empty()) {
     std::set<std::uint32_t> different;
     for (const Instance& instance : scene.description().instances) {

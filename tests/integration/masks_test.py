@@ -60,6 +60,13 @@ class Masks(unittest.TestCase):
         answer = self.server.ask("/v1/scenes/six/rays:any", "-H", "Content-Type: application/x-ndjson", body=lines)
         self.assertEqual(answer.body, b"true\ntrue\nfalse\ntrue\n")
 
+    def test_an_explanation_names_the_mask(self):
+        for body in ({"rays": [{**ALONG, "mask": 8}]}, {"rays": [ALONG], "mask": 8}):
+            answer = self.ask("rays:closest", {**body, "explain": True})
+            self.assertEqual(answer["hits"], [None])
+            seen = [triangle for box in answer["explain"]["boxes"] for triangle in box.get("triangles", [])]
+            self.assertEqual({triangle.get("by") for triangle in seen if triangle["verdict"] == "filtered"}, {"mask"})
+
     def test_random_masks_are_those_of_scenes_without_what_is_masked(self):
         made = random.Random(6)
         server, count = self.server, 12
