@@ -86,7 +86,7 @@ class Mcp(unittest.TestCase):
         self.assertEqual((closest["required"], closest["properties"]["body"]), (["id", "body"], {"$ref": "#/$defs/ClosestQuery"}))
         self.assertEqual(closest["$defs"]["ClosestQuery"]["properties"].keys(), DOCUMENT["components"]["schemas"]["ClosestQuery"]["properties"].keys())
         hints = {name: tool["annotations"]["readOnlyHint"] for name, tool in tools.items()}
-        self.assertEqual({name for name, reads in hints.items() if not reads}, {"loadScene", "putScene", "deleteScene"})
+        self.assertEqual({name for name, reads in hints.items() if not reads}, {"loadScene", "putScene", "deleteScene", "patchNode"})
 
     def test_questions_of_every_kind(self):
         tower = {"names": ["clock tower", "spire"]}
