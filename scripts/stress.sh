@@ -73,7 +73,7 @@ case ${1:-} in
     cmake --build --preset release --target sightline
     binary=$PWD/build/release/sightline
     cd tests/integration
-    export SIGHTLINE_STREAM_RAYS=20000000 SIGHTLINE_BODY_RAYS=1000000
+    export SIGHTLINE_STREAM_RAYS=20000000
     python3 -B streams_test.py "$binary" Streams.test_memory_does_not_grow_with_the_stream
     exec python3 -B memory_test.py "$binary" Budget.test_rays_in_one_body_take_three_times_the_body
     ;;
