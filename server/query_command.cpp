@@ -13,7 +13,7 @@
 namespace sightline {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Ordered = nlohmann::ordered_json;
 
 constexpr int kExitGood = 0, kExitMiss = 1, kExitError = 2;
 /// Rays that are asked for together: what bounds the memory of a file of any length.
@@ -75,7 +75,7 @@ Result<std::string> ray_line(const std::string& line, std::size_t number) {
 }
 
 std::string options_line(const QueryCommand& command) {
-  Json options = Json::object();
+  Ordered options = Ordered::object();
   if (command.fields) {
     for (const HitField field : all_hit_fields()) {
       if (command.fields->has(field)) options["fields"].push_back(hit_field_name(field));
@@ -83,7 +83,7 @@ std::string options_line(const QueryCommand& command) {
   }
   const bool lists = command.mode == CastMode::kAll || command.mode == CastMode::kCount;
   if (lists && command.crossings == Crossings::kOnce) options["crossings"] = "once";
-  return Json{{"options", options}}.dump() + "\n";
+  return Ordered{{"options", options}}.dump() + "\n";
 }
 
 std::string_view kind_of(CastMode mode) {
@@ -92,7 +92,7 @@ std::string_view kind_of(CastMode mode) {
 }
 
 /// "t=8  node=\"left\"", or "miss".
-std::string hit_text(const Json& hit) {
+std::string hit_text(const Ordered& hit) {
   if (hit.is_null()) return "miss";
   if (!hit.is_object()) return hit.dump();
   std::string text;
@@ -103,15 +103,15 @@ std::string hit_text(const Json& hit) {
 }
 
 /// One answer for people: lists have a line for each hit, below their total.
-std::string answer_text(const Json& answer) {
+std::string answer_text(const Ordered& answer) {
   if (!answer.is_object() || !answer.contains("hits")) return hit_text(answer) + "\n";
   std::string text = answer["total"].dump() + " hits\n";
-  for (const Json& hit : answer["hits"]) text += "  " + hit_text(hit) + "\n";
+  for (const Ordered& hit : answer["hits"]) text += "  " + hit_text(hit) + "\n";
   return text;
 }
 
 /// Whether an answer says that there is nothing.
-bool is_miss(const Json& answer) {
+bool is_miss(const Ordered& answer) {
   return answer.is_null() || answer == false || answer == 0 ||
          (answer.is_object() && answer.value("total", 1) == 0);
 }
@@ -139,7 +139,7 @@ class Asker {
       const std::size_t end = rest.find('\n');
       const std::string_view line = rest.substr(0, end);
       rest.remove_prefix(std::min(line.size() + 1, rest.size()));
-      const Json told = Json::parse(line, nullptr, false);
+      const Ordered told = Ordered::parse(line, nullptr, false);
       if (end == std::string_view::npos || told.is_discarded() ||
           (told.is_object() && told.contains("status"))) {
         return Error{ErrorKind::kInvalid, "SERVER_REFUSES",
