@@ -25,6 +25,12 @@ bool is_read(std::string_view method) {
   return method == "GET" || method == "HEAD" || method == "OPTIONS";
 }
 
+/// Health, and a page that is the same everywhere: what it shows it asks for, with a key.
+bool is_open(const std::vector<std::string>& path) {
+  if (path.size() == 1) return path[0] == "healthz" || path[0] == "readyz" || path[0] == "docs";
+  return path.size() == 2 && path[0] == "docs" && (path[1] == "app.js" || path[1] == "style.css");
+}
+
 }  // namespace
 
 Access needed_access(std::string_view method, std::string_view target) {
@@ -35,9 +41,7 @@ Access needed_access(std::string_view method, std::string_view target) {
     const bool loads = path == std::vector<std::string>{"v1", "scenes"};
     return loads ? Access::kWrite : Access::kRead;
   }
-  const bool is_open =
-      method != "OPTIONS" && path.size() == 1 && (path[0] == "healthz" || path[0] == "readyz");
-  return is_open ? Access::kOpen : Access::kRead;
+  return method != "OPTIONS" && is_open(path) ? Access::kOpen : Access::kRead;
 }
 
 void AccessRules::use(std::shared_ptr<const KeyRing> keys) {

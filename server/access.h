@@ -13,8 +13,9 @@
 
 namespace sightline {
 
-/// kOpen: GET and HEAD of /healthz and /readyz. kRead: other GET, HEAD and OPTIONS, and POST, which
-/// asks; but not of /v1/scenes, which loads. kWrite: everything else.
+/// kOpen: GET and HEAD of /healthz, /readyz, /docs and what that page is made of. kRead: other GET,
+/// HEAD and OPTIONS, and POST, which asks; but not of /v1/scenes, which loads. kWrite: everything
+/// else.
 Access needed_access(std::string_view method, std::string_view target);
 
 /// May be used from many threads.

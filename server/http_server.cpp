@@ -84,7 +84,8 @@ void correct(const httplib::Request& request, httplib::Response& response,
     response.headers.erase("Connection");
     response.set_header("Connection", "close");
   }
-  if (response.status == 204) response.headers.erase("Content-Length");
+  // [RFC9110] 8.6
+  if (response.status == 204 || response.status == 304) response.headers.erase("Content-Length");
   // It would cost a call of printf, to say what may change while the server runs.
   response.headers.erase("Keep-Alive");
   if (course == nullptr) return;

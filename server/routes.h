@@ -6,8 +6,10 @@
 
 namespace sightline {
 
-/// GET /healthz /readyz /metrics /version /openapi.json
+/// GET /healthz /readyz /metrics /version
 void add_health_routes(Router& router, const Service& service);
+/// GET /openapi.json /docs /docs/app.js /docs/style.css
+void add_docs_routes(Router& router);
 /// PUT GET HEAD DELETE /v1/scenes/{id}, GET /v1/scenes/{id}/events and stats, GET POST /v1/scenes
 void add_scene_routes(Router& router, Service& service);
 /// POST /v1/rays:generate, /v1/scenes/{id}/rays:closest, rays:any, rays:all and rays:count

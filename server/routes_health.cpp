@@ -1,6 +1,5 @@
 #include <nlohmann/json.hpp>
 
-#include "proto/openapi_document.h"
 #include "server/routes.h"
 #include "server/version.h"
 
@@ -104,8 +103,6 @@ void add_health_routes(Router& router, const Service& service) {
                    service.metrics.text(service.store, service.door_counts(), service.queued()),
                    "text/plain; version=0.0.4; charset=utf-8");
   });
-  router.add("GET", "/openapi.json",
-             [](Exchange& exchange) { exchange.reply_json(200, std::string(openapi_document())); });
   router.add("GET", "/version",
              [&service](Exchange& exchange) { reply_version(exchange, service); });
 }

@@ -186,6 +186,7 @@ int run_serve(const ServeCommand& asked, std::ostream& out, std::ostream& compla
   service.sources = std::move(*sources);
   Router router;
   add_health_routes(router, service);
+  add_docs_routes(router);
   add_scene_routes(router, service);
   add_node_routes(router, service);
   add_ray_routes(router, service);

@@ -52,7 +52,7 @@ BODIES = {
 GETS = {"listScenes": "/v1/scenes", "getScene": "/v1/scenes/six", "sceneStats": "/v1/scenes/six/stats",
         "sceneNodes": "/v1/scenes/six/nodes?limit=2", "sceneTriangles": "/v1/scenes/six/triangles?ids=0.0.1",
         "sceneTrees": "/v1/scenes/six/bvh", "selfCheck": "/v1/scenes/six/selfcheck?rays=3", "health": "/healthz", "readiness": "/readyz", "version": "/version",
-        "openapi": "/openapi.json", "metrics": "/metrics"}
+        "openapi": "/openapi.json", "docs": "/docs", "docsScript": "/docs/app.js", "docsStyle": "/docs/style.css", "metrics": "/metrics"}
 # What has no answer to be held against a schema here.
 OTHERS = {"sceneEvents", "putScene", "loadScene", "deleteScene", "patchNode"}
 
@@ -186,6 +186,16 @@ class OpenApi(unittest.TestCase):
                     self.assertEqual(answer.headers["content-type"].split(";")[0], kind)
                     if kind == "application/json":
                         self.assertEqual(faults(answer.json(), content["schema"]), [])
+
+    def test_every_question_has_an_example_that_is_answered(self):
+        for method, path, operation in operations():
+            if operation["operationId"] not in BODIES:
+                continue
+            with self.subTest(path=path):
+                content = operation["requestBody"]["content"]["application/json"]
+                self.assertEqual(faults(content["example"], content["schema"]), [])
+                answer = self.post(path, content["example"])
+                self.assertEqual(answer.status, 200, answer.body)
 
     def test_scenes_come_and_go_as_the_document_says(self):
         schema = {"$ref": "#/components/schemas/Scene"}

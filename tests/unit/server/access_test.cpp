@@ -5,14 +5,16 @@
 namespace sightline {
 namespace {
 
-TEST(Access, is_open_for_health_alone) {
-  for (const char* path : {"/healthz", "/readyz", "/readyz?x", "/%72eadyz"}) {
+TEST(Access, is_open_for_health_and_the_page_alone) {
+  for (const char* path : {"/healthz", "/readyz", "/readyz?x", "/%72eadyz", "/docs", "/docs/app.js",
+                           "/docs/style.css"}) {
     EXPECT_EQ(needed_access("GET", path), Access::kOpen) << path;
     EXPECT_EQ(needed_access("HEAD", path), Access::kOpen) << path;
     EXPECT_EQ(needed_access("POST", path), Access::kRead) << path;
     EXPECT_EQ(needed_access("DELETE", path), Access::kWrite) << path;
   }
-  for (const char* path : {"/", "", "*", "/healthz/", "//healthz", "/v1/healthz", "/metrics"}) {
+  for (const char* path : {"/", "", "*", "/healthz/", "//healthz", "/v1/healthz", "/metrics",
+                           "/openapi.json", "/docs/", "/docs/x", "/docs/app.js/x"}) {
     EXPECT_EQ(needed_access("GET", path), Access::kRead) << path;
   }
 }
