@@ -133,8 +133,8 @@ function copyBlock(text, label) {
 
 /** An example with its short lists in one line. */
 function pretty(value) {
-  return JSON.stringify(value, null, 2).replace(/\[\s*((?:[^[\]{}"]+?))\s*\]/g,
-    (_, inside) => `[${inside.split(/\s*,\s*/).join(", ")}]`);
+  return JSON.stringify(value, null, 2).replace(/\[\s*([^[\]{}]+?)\s*\]/g,
+    (_, inside) => `[${inside.split(/,\n\s*/).join(", ")}]`);
 }
 
 function bodyBlocks(body) {
@@ -152,15 +152,16 @@ function bodyBlocks(body) {
   return blocks;
 }
 
-function codesBlock(codes) {
-  return make("details", {}, make("summary", {}, "Error codes"),
-    table(["Status", "Codes"], Object.entries(codes).map(
+/** The codes of an answer, or of a tag's routes. */
+function codesBlock(owner, id, title) {
+  if (!owner["x-codes"]) return "";
+  return make("details", {id}, make("summary", {}, title),
+    table(["Status", "Codes"], Object.entries(owner["x-codes"]).map(
       ([status, names]) => [code(status), between(names.map(code), " ")])));
 }
 
-function answerBlocks(responses) {
+function answerRows(responses, tag) {
   const rows = [], seen = new Map();
-  let codes = null;
   for (const [status, given] of Object.entries(responses).sort(([a], [b]) => a < b ? -1 : 1)) {
     // Statuses that share an answer share a row.
     if (given.$ref && seen.has(given.$ref)) {
@@ -169,15 +170,19 @@ function answerBlocks(responses) {
     }
     const answer = follow(given), statuses = [code(status)];
     if (given.$ref) seen.set(given.$ref, statuses);
-    codes = answer["x-codes"] || codes;
     const kinds = Object.entries(answer.content || {}).map(([type, content]) => {
       const schema = content.schema || {};
       const line = typeLine(schema).filter(Boolean);
       return make("div", {}, media(type), " ", line.length ? line : schema.description || "");
     });
-    rows.push([statuses, answer.description, kinds]);
+    const about = [answer.description];
+    if (answer["x-codes"]) {
+      about.push(" Codes: ", tag["x-codes"] ? [make("a", {href: `#codes-${tag.name}`}, tag.name), ", "] : "",
+        make("a", {href: `#codes-${nameOf(given)}`}, "any route"), ".");
+    }
+    rows.push([statuses, about.flat(), kinds]);
   }
-  return [table(["Status", "Meaning", "Body"], rows), codes ? codesBlock(codes) : ""];
+  return rows;
 }
 
 function roleOf(operation) {
@@ -185,7 +190,7 @@ function roleOf(operation) {
   return first ? `${Object.values(first)[0].join(", ")} key, where the server has keys` : "no key needed";
 }
 
-function routeBlock({method, path, shared, operation}) {
+function routeBlock({method, path, shared, operation}, tag) {
   const parameters = [...shared, ...(operation.parameters || [])].map(follow);
   const id = operation.operationId;
   const block = make("article", {id, "aria-labelledby": `${id}-name`},
@@ -201,7 +206,7 @@ function routeBlock({method, path, shared, operation}) {
     })));
   }
   if (operation.requestBody) block.append(make("h4", {}, "Body"), ...bodyBlocks(follow(operation.requestBody)).flat());
-  block.append(make("h4", {}, "Answers"), ...answerBlocks(operation.responses).filter(Boolean));
+  block.append(make("h4", {}, "Answers"), table(["Status", "Meaning", "Body"], answerRows(operation.responses, tag)));
   block.append(make("h4", {}, "Try it"), copyBlock(curlLine(method, path, parameters, operation), `curl line of ${id}`));
   return block;
 }
@@ -251,12 +256,25 @@ function show(version) {
     {id: `schema-${name}`}, make("h3", {}, make("a", {class: "route", href: `#schema-${name}`}, name)), schemaBlocks(schema)));
   byId("content").replaceChildren(...(version ? [limitsBlock(version)] : []),
     ...groups.map((group) => make("section", {}, make("h2", {id: `tag-${group.name}`}, group.name),
-      group.description ? make("p", {}, group.description) : "", group.routes.map(routeBlock))),
+      group.description ? make("p", {}, group.description) : "",
+      codesBlock(group, `codes-${group.name}`, `Error codes of ${group.name}`),
+      group.routes.map((route) => routeBlock(route, group)))),
+    make("section", {}, make("h2", {}, "Error codes"),
+      Object.entries(api.components.responses || {}).map(
+        ([name, answer]) => codesBlock(answer, `codes-${name}`, "Error codes of any route, and of its body"))),
     make("section", {}, make("h2", {id: "schemas"}, "schemas"), schemas));
   if (matchMedia("(max-width: 52rem)").matches) byId("contents").querySelector("details").open = false;
-  // The place that the address names was not there when the page was.
-  const target = location.hash && byId(decodeURIComponent(location.hash.slice(1)));
-  if (target) target.scrollIntoView();
+  // Whoever gave a key goes on from here.
+  if (key) byId("content").focus({preventScroll: true});
+  goTo();
+}
+
+/** To what the address names: it was not there when the page was, or is closed. */
+function goTo() {
+  const target = location.hash && byId(location.hash.slice(1));
+  if (!target) return;
+  if (target.localName === "details") target.open = true;
+  target.scrollIntoView();
 }
 
 const get = (name) => fetch(name, {headers: key ? {Authorization: `Bearer ${key}`} : {}, credentials: "omit"});
@@ -285,4 +303,5 @@ byId("key-form").addEventListener("submit", (event) => {
   byId("key").value = "";
   load();
 });
+addEventListener("hashchange", goTo);
 load();

@@ -115,6 +115,9 @@ class DocsPage(unittest.TestCase):
             self.assertIn(f'id="schema-{name}"', markup)
         # Every link within the page leads somewhere.
         self.assertEqual(set(re.findall(r'href="#([^"]+)"', markup)) - set(re.findall(r'\bid="([^"]+)"', markup)), set())
+        for owner in (DOCUMENT["components"]["responses"]["Fault"], *DOCUMENT["tags"]):
+            for names in owner.get("x-codes", {}).values():
+                self.assertEqual([name for name in names if f"<code>{name}</code>" not in markup], [])
         self.assertIn("query_bytes", text)
 
     @unittest.skipUnless(BROWSER, "no chromium is installed")

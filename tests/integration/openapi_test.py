@@ -215,6 +215,39 @@ class OpenApi(unittest.TestCase):
                 self.assertGreaterEqual(problem.status, 400)
                 self.assertEqual(faults(problem.json(), schema), [])
 
+    def test_codes_are_some_that_the_sources_have(self):
+        quoted = set()
+        for room in ("core", "proto", "server"):
+            for file in (SOURCE / room).rglob("*"):
+                if file.suffix in (".h", ".cpp"):
+                    quoted |= set(re.findall(r'"([A-Z][A-Z0-9_]+)"', file.read_text(encoding="utf-8")))
+        for owner in (DOCUMENT["components"]["responses"]["Fault"], *DOCUMENT["tags"]):
+            listed = [name for names in owner.get("x-codes", {}).values() for name in names]
+            self.assertEqual(set(listed) - quoted, set())
+
+    def test_faults_have_codes_that_the_document_lists(self):
+        tags = {tag["name"]: tag for tag in DOCUMENT["tags"]}
+        every = DOCUMENT["components"]["responses"]["Fault"]["x-codes"]
+        triple = {"origin": [0, 0, 0], "direction": [0, 0, 0]}
+        for tag, path, body in [("rays", "rays:any", {"rays": [triple]}), ("rays", "rays:any", {"rays": 1}), ("rays", "rays:any", {}),
+                                ("rays", "rays:closest", {"rays": [RAY], "fields": []}), ("rays", "rays:any", {"rays": [RAY], "?": 1}),
+                                ("rays", "rays:closest", {"rays": [RAY, RAY], "explain": True}),
+                                ("points", "visibility", {"from": [[0, 0, 0]], "to": [], "pairing": "each"}),
+                                ("points", "points:nearest", {"points": [[0, 0, 0]], "count": 0}),
+                                ("boxes", "boxes:any", {"boxes": [{"min": [1, 0, 0], "max": [0, 0, 0]}]}),
+                                ("boxes", "boxes:any", {"boxes": [{"center": [0, 0, 0], "radius": -1}]}),
+                                ("clearance", "clearance", {"a": {"nodes": [999]}, "b": {"nodes": [0]}}),
+                                ("clearance", "clearance", {"a": {"nodes": [0]}, "b": {"nodes": [0]}, "pairs": "nodes"}),
+                                ("sweeps", "sweeps:any", {"sweeps": [{**RAY, "radius": -1}]})]:
+            with self.subTest(path=path, body=body):
+                fault = self.post("/v1/scenes/{id}/" + path, body)
+                status, code = str(fault.status), fault.json()["code"]
+                self.assertIn(code, every.get(status, []) + tags[tag]["x-codes"].get(status, []))
+        for path in ("/v1/scenes/none", "/v1/scenes/six/triangles?ids=9.9.9", "/v1/scenes/six/triangles?ids=x", "/v1/scenes/six?wait=x", "/none"):
+            fault = self.server.ask(path)
+            status, code = str(fault.status), fault.json()["code"]
+            self.assertIn(code, every.get(status, []) + tags["scenes"]["x-codes"].get(status, []))
+
     def test_the_server_shows_this_very_document(self):
         self.assertEqual(self.server.ask("/openapi.json").json(), DOCUMENT)
 
