@@ -1,6 +1,8 @@
 #include "proto/generator_json.h"
 
+#include <algorithm>
 #include <array>
+#include <utility>
 
 #include "proto/point_rows.h"
 
@@ -66,6 +68,8 @@ constexpr std::array<unsigned, 6> kNeeded{kPixels,
                                           bits({kPoints, kNormals, kCount}),
                                           kPixels | bits({kCamera})};
 
+constexpr std::size_t kFirstPoses = 64;
+
 JsonPointer root() { return JsonPointer().key("generator"); }
 std::string about_key(std::size_t kind, std::string_view verb, std::size_t key) {
   std::string text = "a generator of kind \"";
@@ -97,6 +101,14 @@ struct GeneratorReader::Parts {
 bool GeneratorReader::too_many(const JsonPointer& place) {
   return reader_.fail(ErrorKind::kTooLarge, "RAYS_TOO_MANY",
                       "a request may hold " + std::to_string(most_) + " rays", place);
+}
+
+bool GeneratorReader::admit(std::uint64_t count, const JsonPointer& place) {
+  if (!admit_) return true;
+  const Status admitted = admit_(count);
+  if (admitted) return true;
+  const Error& error = admitted.error();
+  return reader_.fail(error.kind, error.code, error.message, place);
 }
 
 bool GeneratorReader::read_numbers(JsonReader::Value value, const JsonPointer& place,
@@ -185,6 +197,12 @@ bool GeneratorReader::read_part(std::size_t which, JsonReader::Value value, Part
                                 [&](std::size_t i, JsonReader::Value entry) {
                                   const JsonPointer pose_place = JsonPointer(place).index(i);
                                   if (i == most_) return too_many(pose_place);
+                                  // Three bytes, "{},", ask for a whole pose.
+                                  if (i == parts.poses.capacity()) {
+                                    const std::size_t room = std::max(kFirstPoses, 2 * i);
+                                    if (!admit(room, place)) return false;
+                                    parts.poses.reserve(room);
+                                  }
                                   return read_pose(entry, pose_place, parts.poses.emplace_back());
                                 });
     case kElevations:
@@ -285,7 +303,7 @@ bool GeneratorReader::read(JsonReader::Value value, RayGenerator& generator) {
   return finish_pose(parts.seen, root(), parts.pose) && assemble(parts, generator);
 }
 
-bool GeneratorReader::assemble(const Parts& parts, RayGenerator& generator) {
+bool GeneratorReader::assemble(Parts& parts, RayGenerator& generator) {
   generator.range = parts.range;
   switch (parts.kind) {
     case kPinhole:
@@ -303,8 +321,8 @@ bool GeneratorReader::assemble(const Parts& parts, RayGenerator& generator) {
         return reader_.invalid("KEYS_MIXED", "poses stand in \"poses\", or there is one pose",
                                place_of(kPoses));
       }
-      generator.kind = Lidar{many ? parts.poses : std::vector<Pose>{parts.pose}, parts.elevations,
-                             parts.azimuths};
+      if (!many) parts.poses = {parts.pose};
+      generator.kind = Lidar{std::move(parts.poses), std::move(parts.elevations), parts.azimuths};
       break;
     }
     case kOfFile: {
@@ -327,10 +345,11 @@ bool GeneratorReader::assemble(const Parts& parts, RayGenerator& generator) {
                                    std::to_string(parts.points.size()) + " points",
                                place_of(kNormals));
       }
-      generator.kind =
-          Hemisphere{parts.points, parts.normals, parts.count, parts.seed, parts.distribution == 1};
+      generator.kind = Hemisphere{std::move(parts.points), std::move(parts.normals), parts.count,
+                                  parts.seed, parts.distribution == 1};
   }
-  return ray_count(generator) <= most_ || too_many(root());
+  const std::uint64_t count = ray_count(generator);
+  return count <= most_ ? admit(count, root()) : too_many(root());
 }
 
 }  // namespace sightline

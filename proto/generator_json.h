@@ -21,15 +21,19 @@
 
 namespace sightline {
 
+using AdmitMade = std::function<Status(std::uint64_t count)>;
+
 class GeneratorReader {
  public:
   /// `most`: rays that it may make, and entries that its lists may have.
   /// `find_camera`: null where there is no scene.
-  GeneratorReader(JsonReader& reader, std::uint64_t most, const FindCamera& find_camera)
-      : reader_(reader), most_(most), find_camera_(find_camera) {}
+  /// `admit`: asked before so many rays are made, or poses kept; null: all are admitted.
+  GeneratorReader(JsonReader& reader, std::uint64_t most, const FindCamera& find_camera,
+                  const AdmitMade& admit)
+      : reader_(reader), most_(most), find_camera_(find_camera), admit_(admit) {}
 
   /// Errors: as everywhere in a body, 422 KEY_MISSING, KEY_UNKNOWN (in this kind), and 413
-  /// RAYS_TOO_MANY. Returns false after it has filled the reader's error.
+  /// RAYS_TOO_MANY; what `admit` says. Returns false after it has filled the reader's error.
   bool read(JsonReader::Value value, RayGenerator& generator);
 
  private:
@@ -42,13 +46,15 @@ class GeneratorReader {
                     double* out);
   bool read_range(JsonReader::Value value, const JsonPointer& place, RayRange& range);
   bool finish_pose(unsigned seen, const JsonPointer& place, Pose& pose);
-  bool assemble(const Parts& parts, RayGenerator& generator);
+  bool assemble(Parts& parts, RayGenerator& generator);
+  bool admit(std::uint64_t count, const JsonPointer& place);
   bool read_camera(JsonReader::Value value, const JsonPointer& place, FileCamera& camera);
   bool too_many(const JsonPointer& place);
 
   JsonReader& reader_;
   std::uint64_t most_;
   const FindCamera& find_camera_;
+  const AdmitMade& admit_;
 };
 
 }  // namespace sightline

@@ -368,20 +368,14 @@ bool RayReader::read_generator(Value value) {
   constexpr std::size_t kMostMade = std::size_t{1} << 22;
   RayGenerator generator;
   const std::uint64_t most = std::min(rules_.max_rays, kMostMade);
-  if (!GeneratorReader(*this, most, rules_.find_camera).read(value, generator)) return false;
+  if (!GeneratorReader(*this, most, rules_.find_camera, rules_.admit_made).read(value, generator))
+    return false;
   std::visit(
       [&](const auto& kind) {
         if constexpr (requires { kind.width; }) pixels_ = {kind.width, kind.height};
       },
       generator.kind);
   const JsonPointer place = JsonPointer().key("generator");
-  if (rules_.admit_made) {
-    const Status admitted = rules_.admit_made(ray_count(generator));
-    if (!admitted) {
-      const Error& error = admitted.error();
-      return fail(error.kind, error.code, error.message, place);
-    }
-  }
   auto rays = generate_rays(generator);
   if (!rays) return invalid(rays.error().code, rays.error().message, place);
   query_.rays = std::move(*rays);

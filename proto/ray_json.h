@@ -58,7 +58,8 @@ struct RayJsonRules {
   bool has_crossings = false;
   bool has_max_hits = false;
   std::uint64_t max_hits = 10'000'000;  ///< the largest max_hits that may be asked for
-  /// Asked before so many rays are made of a generator; its error is the answer. Empty: all may be.
+  /// Asked before so many rays are made of a generator, or poses kept for it; its error is the
+  /// answer. Empty: all may be.
   std::function<Status(std::uint64_t rays)> admit_made = {};
 };
 

@@ -1,5 +1,8 @@
 #include <algorithm>
+#include <array>
+#include <span>
 
+#include "server/answer_memory.h"
 #include "server/query_parameters.h"
 #include "server/routes.h"
 #include "server/scene_admission.h"
@@ -19,10 +22,15 @@ void nodes(Exchange& exchange, const Service& service) {
   }
   const SceneSnapshot stored = admit_scene(exchange, service);
   if (!stored) return;
-  // Numbers and bounds as JSON; a name is as long as in the file.
-  constexpr std::uint64_t kNodeBytes = 512;
-  const std::uint64_t there = stored->scene->description().nodes.size();
-  if (Status status = exchange.reserve(std::min(limit, there) * kNodeBytes); !status) {
+  // Numbers and bounds as JSON, and a mask for every node.
+  constexpr std::uint64_t kNodeBytes = 512, kMaskBytes = sizeof(std::uint32_t);
+  const std::span all(stored->scene->description().nodes);
+  std::uint64_t bytes = all.size() * kMaskBytes;
+  const auto asked = all.subspan(std::min<std::uint64_t>(first, all.size()));
+  for (const Node& node : asked.first(std::min<std::uint64_t>(limit, asked.size()))) {
+    bytes += kNodeBytes + bytes_of_names(std::array{std::string_view(node.name)});
+  }
+  if (Status status = exchange.reserve(bytes); !status) {
     return exchange.reply_error(status.error());
   }
   exchange.reply_json(200, encode_nodes(*stored->scene, first, limit));

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <set>
-#include <unordered_map>
+#include <unordered_set>
 
 namespace sightline {
 
@@ -29,16 +29,19 @@ Result<Chosen> choose(const SceneDescription& scene, const TriangleChoice& choic
   Chosen chosen;
   chosen.node.assign(scene.nodes.size(), choice.nodes || choice.names ? 0 : 1);
   if (choice.nodes) {
-    std::unordered_map<std::uint32_t, std::size_t> by_file;
-    for (std::size_t i = 0; i < scene.nodes.size(); ++i) by_file[scene.nodes[i].file_node] = i;
+    // Of those that are asked for, not of all that there are: a scene may have a million.
+    std::unordered_set<std::uint32_t> asked(choice.nodes->begin(), choice.nodes->end());
+    std::unordered_set<std::uint32_t> found;
+    for (std::size_t i = 0; i < scene.nodes.size(); ++i) {
+      if (!asked.contains(scene.nodes[i].file_node)) continue;
+      chosen.node[i] = 1;
+      found.insert(scene.nodes[i].file_node);
+    }
     for (std::size_t i = 0; i < choice.nodes->size(); ++i) {
-      const auto found = by_file.find((*choice.nodes)[i]);
-      if (found == by_file.end()) {
-        return Error{ErrorKind::kInvalid, "FILTER_NODE_UNKNOWN",
-                     "the loaded scene has no node " + std::to_string((*choice.nodes)[i]),
-                     "/" + key + "/nodes/" + std::to_string(i)};
-      }
-      chosen.node[found->second] = 1;
+      if (found.contains((*choice.nodes)[i])) continue;
+      return Error{ErrorKind::kInvalid, "FILTER_NODE_UNKNOWN",
+                   "the loaded scene has no node " + std::to_string((*choice.nodes)[i]),
+                   "/" + key + "/nodes/" + std::to_string(i)};
     }
   }
   for (std::size_t i = 0; i < scene.nodes.size(); ++i) {

@@ -173,6 +173,7 @@ class Budget(unittest.TestCase):
                 ("scenes/town/rays:closest", pinhole(2000), "/generator"),
                 ("scenes/town/rays:count", pinhole(2000), "/generator"),
                 ("rays:generate", pinhole(1000), "/generator"),
+                ("rays:generate", '{"generator":{"kind":"lidar","elevations":[],"azimuths":0,"poses":[' + "{}," * 199999 + "{}]}}", None),
                 ("scenes/town/rays:closest", pinhole(250), None),
                 ("scenes/town/rays:all", pinhole(280, fields=["t"]), None),
                 ("scenes/town/visibility", json.dumps({"from": places, "to": places}), None),
