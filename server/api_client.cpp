@@ -14,6 +14,8 @@ namespace {
 
 constexpr std::chrono::seconds kConnectTime{10}, kAnswerTime{600};
 constexpr std::size_t kMostKeyBytes = 4096;
+/// Of an answer, which is held in memory; the server's own limits are lower.
+constexpr std::size_t kMostAnswerBytes = std::size_t{4} << 30;
 
 Result<std::string> key_of(const ServerAddress& server) {
   std::string key;
@@ -62,14 +64,22 @@ Result<std::unique_ptr<ApiClient>> ApiClient::open(const ServerAddress& server) 
 }
 
 Result<ApiAnswer> ApiClient::ask(const std::string& method, const std::string& path,
-                                 const std::string& body, const std::string& media_type) {
+                                 const std::string& body, const std::string& media_type,
+                                 const ApiHeaders& headers) {
   httplib::Request request;
   request.method = method;
   request.path = prefix_ + path;
   request.body = body;
   if (!media_type.empty()) request.set_header("Content-Type", media_type);
+  for (const auto& [name, value] : headers) request.set_header(name.c_str(), value);
+  std::string told;
+  request.content_receiver = [&](const char* data, std::size_t size, std::uint64_t, std::uint64_t) {
+    if (size > kMostAnswerBytes - told.size()) return false;
+    told.append(data, size);
+    return true;
+  };
   const auto answer = client_->send(request);
-  if (answer) return ApiAnswer{answer->status, answer->body};
+  if (answer) return ApiAnswer{answer->status, std::move(told)};
   return Error{ErrorKind::kNotFound, "SERVER_UNREACHABLE",
                "the server does not answer: " + httplib::to_string(answer.error()), ""};
 }
@@ -93,19 +103,36 @@ std::string percent_encoded(std::string_view text) {
   return encoded;
 }
 
+std::string printable(std::string_view text) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    // U+0080 to U+009F are two bytes, and controls as well.
+    const bool is_upper = byte == 0xc2 && i + 1 < text.size() &&
+                          static_cast<unsigned char>(text[i + 1]) >= 0x80 &&
+                          static_cast<unsigned char>(text[i + 1]) < 0xa0;
+    if (is_upper) ++i;
+    out += is_upper || byte < 0x20 || byte == 0x7f ? '?' : text[i];
+  }
+  return out;
+}
+
 std::string problem_text(const ApiAnswer& answer) {
   using Json = nlohmann::json;
   const Json problem = Json::parse(answer.body, nullptr, false);
+  const auto text_of = [](const Json& object, const char* key) {
+    const auto found = object.is_object() ? object.find(key) : object.end();
+    return found != object.end() && found->is_string() ? found->get<std::string>() : "";
+  };
   std::string text = std::to_string(answer.status);
   if (!problem.is_object()) return text;
-  text += " " + problem.value("code", "") + ": " + problem.value("detail", "");
+  text += " " + text_of(problem, "code") + ": " + text_of(problem, "detail");
   const auto errors = problem.find("errors");
-  if (errors != problem.end() && errors->is_array() && !errors->empty() &&
-      errors->front().is_object()) {
-    const std::string pointer = errors->front().value("pointer", "");
+  if (errors != problem.end() && errors->is_array() && !errors->empty()) {
+    const std::string pointer = text_of(errors->front(), "pointer");
     if (!pointer.empty()) text += " at " + pointer;
   }
-  return text;
+  return printable(text);
 }
 
 }  // namespace sightline

@@ -4,6 +4,8 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "core/base/result.h"
 #include "server/cli.h"
@@ -13,6 +15,9 @@ class Client;
 }
 
 namespace sightline {
+
+/// Names and values.
+using ApiHeaders = std::vector<std::pair<std::string, std::string>>;
 
 struct ApiAnswer {
   int status = 0;
@@ -31,7 +36,8 @@ class ApiClient {
 
   /// `path` with its query, percent-encoded. Errors: SERVER_UNREACHABLE.
   Result<ApiAnswer> ask(const std::string& method, const std::string& path,
-                        const std::string& body = {}, const std::string& media_type = {});
+                        const std::string& body = {}, const std::string& media_type = {},
+                        const ApiHeaders& headers = {});
 
  private:
   ApiClient(std::unique_ptr<httplib::Client> client, std::string prefix);
@@ -41,6 +47,9 @@ class ApiClient {
 
 /// One segment of a path, or the value of a parameter.
 std::string percent_encoded(std::string_view text);
+
+/// What another program said, for a terminal: without characters that would steer it.
+std::string printable(std::string_view text);
 
 /// What an answer that is not good says, for people.
 std::string problem_text(const ApiAnswer& answer);

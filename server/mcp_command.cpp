@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "proto/openapi_document.h"
+#include "server/json_depth.h"
 #include "server/mcp_tools.h"
 #include "server/version.h"
 
@@ -16,31 +17,10 @@ using Ordered = nlohmann::ordered_json;
 
 constexpr std::array<std::string_view, 3> kMcpRevisions{"2025-06-18", "2025-03-26", "2024-11-05"};
 constexpr std::size_t kLongestLine = 256 << 20;
-/// Deeper than any question; what is deeper could exhaust the stack of whoever prints it again.
-constexpr int kDeepest = 64;
 
 // The numbers of JSON-RPC 2.0.
 constexpr int kParseError = -32700, kInvalidRequest = -32600, kNoSuchMethod = -32601,
               kInvalidParams = -32602;
-
-bool is_too_deep(std::string_view text) {
-  int depth = 0;
-  bool in_string = false;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
-    if (in_string) {
-      if (c == '\\') ++i;
-      if (c == '"') in_string = false;
-    } else if (c == '"') {
-      in_string = true;
-    } else if (c == '[' || c == '{') {
-      if (++depth > kDeepest) return true;
-    } else if (c == ']' || c == '}') {
-      --depth;
-    }
-  }
-  return false;
-}
 
 Ordered fault(const Json& id, int code, const std::string& message) {
   return {{"jsonrpc", "2.0"}, {"id", id}, {"error", {{"code", code}, {"message", message}}}};
@@ -72,7 +52,7 @@ class McpServer {
 
   /// The answer to a line; nothing to what wants none.
   std::optional<Ordered> answer(const std::string& line) {
-    if (is_too_deep(line)) return fault(nullptr, kParseError, "this is nested too deeply");
+    if (is_nested_deeply(line)) return fault(nullptr, kParseError, "this is nested too deeply");
     const Json request = Json::parse(line, nullptr, false);
     if (request.is_discarded()) return fault(nullptr, kParseError, "this is no JSON");
     if (!request.is_object()) return fault(nullptr, kInvalidRequest, "a request is one object");
@@ -127,8 +107,10 @@ class McpServer {
         answer ? answer->body : answer.error().code + ": " + answer.error().message;
     Ordered told{{"content", {{{"type", "text"}, {"text", text}}}},
                  {"isError", !answer || !answer->good()}};
-    const Ordered structured = Ordered::parse(text, nullptr, false);
-    if (structured.is_object()) told["structuredContent"] = structured;
+    if (!is_nested_deeply(text)) {
+      Ordered structured = Ordered::parse(text, nullptr, false);
+      if (structured.is_object()) told["structuredContent"] = std::move(structured);
+    }
     return result(id, std::move(told));
   }
 

@@ -81,8 +81,7 @@ class ToolMaker {
         {"description", operation["summary"]},
         {"inputSchema", std::move(schema)},
         {"annotations",
-         {{"readOnlyHint", reads},
-          {"destructiveHint", tool_.method == "DELETE" || tool_.method == "PUT"}}}};
+         {{"readOnlyHint", reads}, {"destructiveHint", !reads && tool_.method != "POST"}}}};
     return std::move(tool_);
   }
 
@@ -93,8 +92,10 @@ class ToolMaker {
       Ordered schema = each["schema"];
       if (each.contains("description")) schema["description"] = each["description"];
       properties_[name] = std::move(schema);
-      const bool in_path = each["in"] == "path";
-      (in_path ? tool_.path_parameters : tool_.query_parameters).push_back(name);
+      (each["in"] == "path"    ? tool_.path_parameters
+       : each["in"] == "query" ? tool_.query_parameters
+                               : tool_.header_parameters)
+          .push_back(name);
       if (each.value("required", false)) required_.push_back(name);
     }
   }
@@ -154,6 +155,21 @@ Result<std::string> path_of(const McpTool& tool, const nlohmann::json& arguments
   return path;
 }
 
+/// Errors: ARGUMENTS_INVALID, also of what cannot stand in a line of a header.
+Result<ApiHeaders> headers_of(const McpTool& tool, const nlohmann::json& arguments) {
+  ApiHeaders headers;
+  for (const std::string& name : tool.header_parameters) {
+    if (!arguments.contains(name)) continue;
+    const auto& value = arguments[name];
+    const std::string text = value.is_string() ? value.get<std::string>() : "";
+    const bool is_line = !text.empty() && std::all_of(text.begin(), text.end(),
+                                                      [](char c) { return c >= ' ' && c <= '~'; });
+    if (!is_line) return wrong_argument("\"" + name + "\" has to be a line of ASCII");
+    headers.emplace_back(name, text);
+  }
+  return headers;
+}
+
 Result<std::string> file_of(const nlohmann::json& arguments, const SceneRoot* files) {
   if (arguments.contains("text") && !arguments.contains("file") && arguments["text"].is_string()) {
     return arguments["text"].get<std::string>();
@@ -205,14 +221,17 @@ Result<ApiAnswer> call_mcp_tool(const McpTool& tool, const nlohmann::json& argum
   if (Status status = check_names(tool, arguments); !status) return status.error();
   const auto path = path_of(tool, arguments);
   if (!path) return path.error();
+  const auto headers = headers_of(tool, arguments);
+  if (!headers) return headers.error();
   if (tool.has_body) {
     if (!arguments.contains("body")) return wrong_argument("\"body\" is missing");
-    return client.ask(tool.method, *path, arguments["body"].dump(), std::string(kJsonType));
+    return client.ask(tool.method, *path, arguments["body"].dump(), std::string(kJsonType),
+                      *headers);
   }
-  if (!tool.has_file) return client.ask(tool.method, *path);
+  if (!tool.has_file) return client.ask(tool.method, *path, {}, {}, *headers);
   const auto file = file_of(arguments, files);
   if (!file) return file.error();
-  return client.ask(tool.method, *path, *file, "application/octet-stream");
+  return client.ask(tool.method, *path, *file, "application/octet-stream", *headers);
 }
 
 }  // namespace sightline

@@ -16,7 +16,7 @@ namespace sightline {
 struct McpTool {
   std::string name;          ///< its operationId
   std::string method, path;  ///< "POST", "/v1/scenes/{id}/rays:closest"
-  std::vector<std::string> path_parameters, query_parameters;
+  std::vector<std::string> path_parameters, query_parameters, header_parameters;
   bool has_body = false;               ///< JSON, the argument "body"
   bool has_file = false;               ///< a file, the argument "file" or its text, "text"
   nlohmann::ordered_json description;  ///< as tools/list tells it

@@ -9,6 +9,7 @@
 #include "proto/hit_lines.h"
 #include "proto/json_writer.h"
 #include "server/api_client.h"
+#include "server/json_depth.h"
 
 namespace sightline {
 namespace {
@@ -94,18 +95,18 @@ std::string_view kind_of(CastMode mode) {
 /// "t=8  node=\"left\"", or "miss".
 std::string hit_text(const Ordered& hit) {
   if (hit.is_null()) return "miss";
-  if (!hit.is_object()) return hit.dump();
+  if (!hit.is_object()) return printable(hit.dump());
   std::string text;
   for (const auto& [name, value] : hit.items()) {
     text += (text.empty() ? "" : "  ") + name + "=" + value.dump();
   }
-  return text;
+  return printable(text);
 }
 
 /// One answer for people: lists have a line for each hit, below their total.
 std::string answer_text(const Ordered& answer) {
   if (!answer.is_object() || !answer.contains("hits")) return hit_text(answer) + "\n";
-  std::string text = answer["total"].dump() + " hits\n";
+  std::string text = printable(answer.value("total", Ordered()).dump()) + " hits\n";
   for (const Ordered& hit : answer["hits"]) text += "  " + hit_text(hit) + "\n";
   return text;
 }
@@ -113,7 +114,20 @@ std::string answer_text(const Ordered& answer) {
 /// Whether an answer says that there is nothing.
 bool is_miss(const Ordered& answer) {
   return answer.is_null() || answer == false || answer == 0 ||
-         (answer.is_object() && answer.value("total", 1) == 0);
+         (answer.is_object() && answer.value("total", Ordered()) == 0);
+}
+
+/// Of a line that is no answer to a ray.
+std::string last_words(const Ordered& told, std::string_view line) {
+  constexpr std::size_t kShown = 500;
+  const auto status = told.is_object() ? told.find("status") : told.end();
+  if (status != told.end() && status->is_number_integer()) {
+    return problem_text({status->get<int>(), std::string(line)});
+  }
+  // Quoted, since it may be anything.
+  JsonWriter out(kShown + 64);
+  out.string(line.substr(0, kShown));
+  return printable(out.take());
 }
 
 /// Sends rays and prints what comes back.
@@ -139,11 +153,12 @@ class Asker {
       const std::size_t end = rest.find('\n');
       const std::string_view line = rest.substr(0, end);
       rest.remove_prefix(std::min(line.size() + 1, rest.size()));
-      const Ordered told = Ordered::parse(line, nullptr, false);
-      if (end == std::string_view::npos || told.is_discarded() ||
-          (told.is_object() && told.contains("status"))) {
+      const Ordered told = is_nested_deeply(line) ? Ordered(Ordered::value_t::discarded)
+                                                  : Ordered::parse(line, nullptr, false);
+      const bool is_problem = told.is_object() && told.contains("status");
+      if (end == std::string_view::npos || told.is_discarded() || is_problem) {
         return Error{ErrorKind::kInvalid, "SERVER_REFUSES",
-                     "the answer ends early: " + std::string(line.substr(0, 500)), ""};
+                     "the answer ends early: " + last_words(told, line), ""};
       }
       missed_ = is_miss(told);
       out_ << (command_.json ? std::string(line) + "\n" : answer_text(told));

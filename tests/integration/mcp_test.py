@@ -8,6 +8,7 @@ import unittest
 from pathlib import Path
 
 import case_report
+from liar import HOSTILE_ANSWERS, Liar
 from sightline_server import BINARY, PATIENCE, SOURCE, Server, demo_glb
 
 DOCUMENT = json.loads((SOURCE / "proto/openapi.json").read_text(encoding="utf-8"))
@@ -87,6 +88,8 @@ class Mcp(unittest.TestCase):
         self.assertEqual(closest["$defs"]["ClosestQuery"]["properties"].keys(), DOCUMENT["components"]["schemas"]["ClosestQuery"]["properties"].keys())
         hints = {name: tool["annotations"]["readOnlyHint"] for name, tool in tools.items()}
         self.assertEqual({name for name, reads in hints.items() if not reads}, {"loadScene", "putScene", "deleteScene", "patchNode"})
+        destroys = {name for name, tool in tools.items() if tool["annotations"]["destructiveHint"]}
+        self.assertEqual(destroys, {"putScene", "deleteScene", "patchNode"})
 
     def test_questions_of_every_kind(self):
         tower = {"names": ["clock tower", "spire"]}
@@ -149,6 +152,27 @@ class Mcp(unittest.TestCase):
                 self.assertNotIn(folder, json.dumps(told))
         self.assertFalse(self.agent.call("deleteScene", id="mine")["isError"])
         self.assertFalse(self.agent.call("deleteScene", id="pov")["isError"])
+
+    def test_a_condition_is_told_to_the_server(self):
+        self.assertFalse(self.agent.call("putScene", id="moved", text="box { <4, 3, 2>, <-2, -3, -4> }\n")["isError"])
+        tag = self.server.ask("/v1/scenes/moved").headers["etag"]
+        refused = self.agent.call("patchNode", **{"id": "moved", "node": 0, "If-Match": '"another"', "body": {"hidden": True}})
+        self.assertEqual((refused["isError"], refused["structuredContent"]["code"]), (True, "PRECONDITION_FAILED"))
+        for value in ("", "a\r\nX-Other: 1", "\u00e4", 7):
+            answer = self.agent.ask("tools/call", name="patchNode", arguments={"id": "moved", "node": 0, "If-Match": value, "body": {"hidden": True}})
+            self.assertEqual(answer["error"]["code"], -32602, value)
+        self.assertEqual(self.server.ask("/v1/scenes/moved").headers["etag"], tag)
+        self.assertFalse(self.agent.call("patchNode", **{"id": "moved", "node": 0, "If-Match": tag, "body": {"hidden": True}})["isError"])
+        self.assertFalse(self.agent.call("deleteScene", id="moved")["isError"])
+
+    def test_what_another_server_says_does_not_end_it(self):
+        for told in HOSTILE_ANSWERS:
+            with self.subTest(told=told[1][:60]), Liar(*told) as liar:
+                agent = Agent("--url", liar.url)
+                answer = agent.call("raysAny", id="six", body={"rays": [RAY]})
+                self.assertEqual(answer["content"][0]["text"], told[1].decode("utf-8", "replace"))
+                self.assertEqual(agent.ask("ping")["result"], {})
+                self.assertEqual(agent.end(), 0)
 
     def test_hostile_lines_are_errors_of_json_rpc(self):
         deep = "[" * 100_000

@@ -8,8 +8,10 @@ import unittest
 from pathlib import Path
 
 import case_report
+from liar import HOSTILE_ANSWERS, Liar
 from sightline_server import BINARY, PATIENCE, Server, make_key, write_keys
 
+CONTROLS = {chr(code) for code in (*range(0x20), *range(0x7f, 0xa0))}
 # See rays_test.py.
 HIT, MISS = ("--origin", "-10,1,0", "--direction", "1,0,0"), ("--origin", "1,10,0", "--direction", "0,-1,0")
 RAYS = "# from the left, between, from above\n-10 1 0  1 0 0\n1,10,0, 0,-1,0\n\n" + '{"origin":[3,10,0],"direction":[0,-1,0]}\n'
@@ -84,6 +86,18 @@ class Query(unittest.TestCase):
         done = subprocess.run([BINARY, "query", self.server.url, "a/b c", *HIT], capture_output=True, text=True, timeout=PATIENCE, check=False)
         self.assertEqual(done.returncode, 2)
         self.assertIn("SCENE_", done.stderr)
+
+    def test_what_another_server_says_is_a_fault_and_steers_no_terminal(self):
+        for told in HOSTILE_ANSWERS:
+            with self.subTest(told=told[1][:60]), Liar(*told) as liar:
+                done = self.run_query(*HIT, url=liar.url)
+                self.assertEqual((done.returncode, done.stdout), (2, ""), done.stderr)
+                self.assertIn("SERVER_REFUSES", done.stderr)
+                self.assertFalse(set(done.stderr[:-1]) & CONTROLS, done.stderr)
+        for body, said in [(b'{"hits":[]}', "null hits\n"), (b'{"hits":7,"total":{}}', "{} hits\n  7\n"), (b'{"total":"x"}', 'total="x"\n'),
+                           (b'{"\\u001b[2J":"\\u007f\\u009b"}', '?[2J="??"\n'), ('"\u00e4"'.encode(), '"\u00e4"\n')]:
+            with self.subTest(body=body), Liar(200, body + b"\n") as liar:
+                self.assertEqual(self.told(*HIT, url=liar.url), said)
 
     def test_keys(self):
         key, line = make_key("read", "ci")
