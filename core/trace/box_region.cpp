@@ -230,8 +230,10 @@ TreeRegion mapped_region(const WideTree& tree, const TreeSpace& space, const Ori
     for (std::size_t m = 0; m < 3; ++m) {
       double factor = 0, magnitude = 0;
       for (std::size_t j = 0; j < 3; ++j) {
-        factor += space.inverse[k][j] * s.span[j][m];
-        magnitude += std::abs(space.inverse[k][j] * s.span[j][m]);
+        const double n = space.inverse[k][j], span = s.span[j][m];
+        factor += n * span;
+        // What a product loses by underflow counts: a half extent may be as large as 2^1024.
+        magnitude += std::abs(n * span) + (n == 0 || span == 0 ? 0 : 0x1p-1020);
       }
       reach += reach_of(std::abs(factor) + 8 * kU * magnitude, s.half[m]);
     }

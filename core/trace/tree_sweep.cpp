@@ -86,12 +86,16 @@ TreeSweep sweep_in(const WideTree& tree, const Placement& placement, const Sweep
   const TreeSpace& space = placement.space;
   TreeSweep sweep;
   for (std::size_t k = 0; k < 3; ++k) {
-    double at = 0, along = 0, reach = 0, magnitude = 0;
+    double at = 0, along = 0, steps = 0, reach = 0, magnitude = 0;
+    bool moves = false;
     for (int j = 0; j < 3; ++j) {
       const double n = space.inverse[k][j];
       if (n == 0) continue;
+      const double step = n * path.direction[j];
       at += n * (path.origin[j] - space.translation[j]);
-      along += n * path.direction[j];
+      along += step;
+      steps += std::fabs(step);
+      moves = moves || path.direction[j] != 0;
       reach += std::fabs(n) * extent[j];
       magnitude += std::fabs(n) * (std::fabs(path.origin[j]) + std::fabs(space.translation[j]) +
                                    extent[j] + latest * std::fabs(path.direction[j]));
@@ -101,7 +105,8 @@ TreeSweep sweep_in(const WideTree& tree, const Placement& placement, const Sweep
         std::max(std::fabs(tree.bounds.min[axis]), std::fabs(tree.bounds.max[axis])) *
         (1 + 0x1p-20);
     sweep.origin[k] = at;
-    sweep.direction[k] = along;
+    // What vanishes is not nothing.
+    sweep.direction[k] = along == 0 && moves && steps < 0x1p-1000 ? 0x1p-1074 : along;
     sweep.reach[k] =
         reach + space.pad[k] + 16 * kU * (magnitude + largest + space.pad[k]) + kUnderflow;
   }

@@ -1,6 +1,7 @@
 #pragma once
 /// Small scenes that are hard on trees: placements turned, mirrored, sheared and flattened, tiny
-/// and huge ones, duplicates, triangles without area and one position that is not a number.
+/// and huge ones, duplicates, triangles without area and, where placements are joined, one position
+/// that is not a number.
 
 #include <initializer_list>
 #include <memory>

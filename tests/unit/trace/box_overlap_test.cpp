@@ -121,6 +121,35 @@ TEST(BoxOverlaps, finds_what_the_exact_predicate_finds_one_by_one) {
   }
 }
 
+/// 1e-300 times 1e-36, the way into the mesh, is nothing in float64; 1e306 times it is 1e-30.
+TEST(BoxOverlaps, axes_that_vanish_in_a_tree_still_span_a_box) {
+  const Affine larger = test::affine({1e36, 0, 0, 0, 0, 1e36, 0, 0, 0, 0, 1e36, 0});
+  Random random(58);
+  const auto scene =
+      make_scene({"long", 1e-30f, 0, false, {larger, larger}, Joining::kNever}, random);
+  BoxBatch boxes;
+  for (int axis = 0; axis < 3; ++axis) {
+    OrientedBox box;
+    box.half = {1e7, 1e7, 1e7};
+    box.half[axis] = 1e307;
+    box.axes = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    box.axes[static_cast<std::size_t>(axis)][axis] = 1e300;
+    boxes.push_back(box);
+  }
+  const Deadline deadline = Deadline::never();
+  BoxOverlaps overlaps(*scene, deadline);
+  // Both placements, wholly inside, but for what has no area or no place.
+  std::size_t expected = 0;
+  for (std::uint32_t i = 0; i < kTriangles; ++i) {
+    const WorldTriangle w = scene->world_triangle({0, i});
+    expected += triangle_meets_box(w, Box3d{{-1e7, -1e7, -1e7}, {1e7, 1e7, 1e7}}) ? 2u : 0u;
+  }
+  EXPECT_GT(expected, 200u);
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    EXPECT_EQ(overlaps.list(boxes, i, BoxTargets::kTriangles, 1), expected) << "axis " << i;
+  }
+}
+
 TEST(BoxOverlaps, finds_what_spheres_meet) {
   for (const Case& c : cases()) {
     Random random(67);

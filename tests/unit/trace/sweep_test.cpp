@@ -257,6 +257,39 @@ TEST(Sweep, finds_what_comes_first_triangle_by_triangle) {
   }
 }
 
+/// 2^-1074 times 0.3, the way into the mesh, is nothing in float64; 1.5e308 times it is 2e-16.
+TEST(Sweep, a_direction_that_vanishes_in_a_tree_still_leads_somewhere) {
+  constexpr double kLeast = 0x1p-1074, kLong = 1.5e308;
+  const Affine larger = test::affine({3.3, 0, 0, 0, 0, 3.3, 0, 0, 0, 0, 3.3, 0});
+  oracle::Random random(175);
+  const auto scene =
+      test::make_scene({"least", 1e-17f, 0, false, {larger, larger}, Joining::kNever}, random);
+  const Deadline deadline = Deadline::never();
+  Sweeps search(*scene, nullptr, deadline);
+  std::size_t met = 0;
+  for (std::uint32_t i = 0; i < test::kTriangles; ++i) {
+    const Triangle triangle = scene->world_triangle({0, i});
+    if (!is_finite(triangle)) continue;
+    Ray ray{triangle.v0, {}};
+    const int axis = static_cast<int>(i % 3);
+    ray.direction[axis] = kLeast;
+    ray.origin[axis] -= kLong * kLeast;
+    ray.tmax = 1.75e308;
+    SweepBatch sweeps;
+    sweeps.push_back(ray, SweptSphere{0});
+    sweeps.push_back(ray, SweptBox{{0, 0, 0}});
+    HitBatch hits;
+    hits.resize(sweeps.count());
+    for (std::size_t k = 0; k < sweeps.count(); ++k) {
+      if (!BoxContact::first(sweeps.path(k), {{0, 0, 0}}, triangle)) continue;
+      ++met;
+      search.find(sweeps, k, true, hits);
+      ASSERT_TRUE(hits.hit(k)) << "triangle " << i;
+    }
+  }
+  EXPECT_GT(met, 200u);
+}
+
 TEST(Sweep, knows_simple_answers) {
   const Triangle floor{{-9, 0, -9}, {9, 0, -9}, {0, 0, 9}};
   const SweepPath down{{0, 10, 0}, {0, -2, 0}, 0, kInf};
