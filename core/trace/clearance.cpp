@@ -40,7 +40,7 @@ double Clearance::reach() const {
 bool Clearance::is_of_interest(const TriangleGroup::Node& a, const TriangleGroup::Node& b) const {
   if (box_gap(a.box, b.box) > reach()) return false;
   // Where two meet, only smaller ids are better.
-  return question_.pairs != ClearancePairs::kClosest || !closest_ || !closest_->is_zero() ||
+  return question_.pairs != ClearancePairs::kClosest || !closest_ || !closest_->is_zero ||
          std::pair(a.least, b.least) < closest_->ids();
 }
 
@@ -79,7 +79,7 @@ void Clearance::look_at_leaves(const TriangleGroup::Node& a, const TriangleGroup
   for (std::uint32_t i = a.first; i < a.first + a.count; ++i) {
     for (std::uint32_t j = b.first; j < b.first + b.count; ++j) {
       Found found{&a_.member(i), &b_.member(j), {}, nullptr};
-      if (question_.pairs == ClearancePairs::kClosest && closest_ && closest_->is_zero() &&
+      if (question_.pairs == ClearancePairs::kClosest && closest_ && closest_->is_zero &&
           closest_->ids() < found.ids()) {
         continue;
       }
@@ -95,7 +95,8 @@ const ExactDistance& Clearance::exact_of(Found& found) {
     ++counts_.decisions.exact_compares;
     found.exact = std::make_unique<const ExactDistance>(
         exact_distance(corners_of(found.a->triangle), found.b->triangle));
-    if (found.is_zero()) found.range = {0, 0};
+    found.is_zero = found.exact->square.sign() == 0;
+    if (found.is_zero) found.range = {0, 0};
   }
   return *found.exact;
 }
@@ -108,7 +109,12 @@ bool Clearance::is_within(Found& found) {
 bool Clearance::comes_before(Found& x, Found& y) {
   if (x.range.high < y.range.low) return true;
   if (y.range.high < x.range.low) return false;
-  const int order = compare(exact_of(x), exact_of(y));
+  // What is known to be zero is not worked out again.
+  for (Found* each : {&x, &y}) {
+    if (!each->is_zero) exact_of(*each);
+  }
+  const int order =
+      x.is_zero || y.is_zero ? int{y.is_zero} - int{x.is_zero} : compare(exact_of(x), exact_of(y));
   return order != 0 ? order < 0 : x.ids() < y.ids();
 }
 
@@ -132,6 +138,8 @@ void Clearance::offer(Found found) {
       const auto [place, is_new] = by_nodes_.try_emplace(nodes, std::move(found));
       // What was not taken has not been moved from.
       if (!is_new && comes_before(found, place->second)) place->second = std::move(found);
+      // There may be millions of pairs: large numbers are worked out again where two are as near.
+      place->second.exact.reset();
       too_many_ = by_nodes_.size() > most_;
       return;
     }

@@ -40,10 +40,10 @@ class Clearance {
     const TriangleGroup::Member* a = nullptr;
     const TriangleGroup::Member* b = nullptr;
     DistanceRange range;
-    std::unique_ptr<const ExactDistance> exact;  ///< once it was needed
+    std::unique_ptr<const ExactDistance> exact;  ///< once it was needed; many kilobytes
+    bool is_zero = false;                        ///< known to be, with or without `exact`
 
     std::pair<TriangleId, TriangleId> ids() const { return {a->id, b->id}; }
-    bool is_zero() const { return exact && exact->square.sign() == 0; }
   };
   void look_at_leaves(const TriangleGroup::Node& a, const TriangleGroup::Node& b);
   void offer(Found found);

@@ -195,6 +195,24 @@ class Budget(unittest.TestCase):
         self.assertEqual(server.query("town", "all", pinhole(60)).status, 200)
         self.assertEqual(server.ask("/v1/scenes/town/boxes:list", "-H", JSON_TYPE, body=json.dumps({"boxes": [everything] * 9})).status, 200)
 
+    def test_pairs_of_nodes_keep_no_large_numbers(self):
+        server = self.server()
+        count = 120
+        triangle = "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"
+        document = {"asset": {"version": "2.0"}, "scenes": [{"nodes": list(range(count))}], "nodes": [{"mesh": 0}] * count,
+                    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}], "buffers": [{"byteLength": 36, "uri": triangle}],
+                    "bufferViews": [{"buffer": 0, "byteLength": 36}],
+                    "accessors": [{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 3, "min": [0, 0, 0], "max": [1, 1, 0]}]}
+        self.assertEqual(server.put("same", json.dumps(document)).status, 201)
+        before = self.forget_peak(server)
+        everything = {"names": ["*"]}
+        answer = server.ask("/v1/scenes/same/clearance", "-H", JSON_TYPE,
+                            body=json.dumps({"a": everything, "b": everything, "max_distance": 0, "pairs": "nodes", "limit": 1}))
+        self.assertEqual((answer.status, answer.json()["total"]), (200, count * count), answer.body[:300])
+        peak = self.peak_above(server, before)
+        print(f"at most {peak / MIB:.1f} MiB above {before / MIB:.0f}")
+        self.assertLess(peak, 32 * MIB)
+
     def test_many_who_ask_for_much_take_turns(self):
         server = self.server()
         before = self.forget_peak(server)
