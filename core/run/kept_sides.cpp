@@ -155,7 +155,7 @@ Result<std::optional<KeptSides>> kept_for_rays(const Scene& scene, const HitFilt
     });
     if (all_meet) masks = {};
   }
-  if (filter.keeps_all() && masks.empty()) return Kept();
+  if (filter.keeps_all() && masks.empty() && !scene.has_empty_mask()) return Kept();
   auto kept = kept_sides(scene, filter);
   if (!kept) return std::move(kept).error();
   kept->masks = std::move(masks);

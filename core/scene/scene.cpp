@@ -10,6 +10,11 @@ namespace {
 
 constexpr const char* kNoMemory = "there is no memory for the scene's trees";
 
+bool has_empty_mask_among(const std::vector<Instance>& instances) {
+  return std::any_of(instances.begin(), instances.end(),
+                     [](const Instance& instance) { return instance.mask == 0; });
+}
+
 }  // namespace
 
 Result<std::shared_ptr<const Scene>> Scene::prepare(SceneDescription description) {
@@ -28,6 +33,7 @@ Result<std::shared_ptr<const Scene>> Scene::prepare(SceneDescription description
       scene->instanced_triangle_count_ += meshes[instance.mesh].triangle_count();
       placements.push_back({instance.mesh, instance.world_from_mesh, instance.hidden});
     }
+    scene->has_empty_mask_ = has_empty_mask_among(scene->description_.instances);
     Result<ScenePlan> plan = plan_scene(std::move(meshes), std::move(placements));
     if (!plan) return std::move(plan).error();
     scene->plan_ = std::move(*plan);
@@ -65,6 +71,7 @@ Result<std::shared_ptr<const Scene>> Scene::changed(std::span<const NodeChange> 
     scene->known_edges_ = known_edges_;
     scene->unique_triangle_count_ = unique_triangle_count_;
     scene->instanced_triangle_count_ = instanced_triangle_count_;
+    scene->has_empty_mask_ = has_empty_mask_among(scene->description_.instances);
     scene->trees_ = std::make_unique<SceneTrees>(scene->plan_, *trees_, *instances);
     return std::shared_ptr<const Scene>(std::move(scene));
   });

@@ -51,6 +51,9 @@ class Scene {
   /// Of the world positions that finite triangles use (area or not); empty if there is none.
   const Box3d& bounds() const { return plan_.bounds; }
 
+  /// Whether some instance has mask 0: no ray meets it, whatever its own mask.
+  bool has_empty_mask() const { return has_empty_mask_; }
+
   /// Precondition: id names a triangle of this scene.
   WorldTriangle world_triangle(TriangleId id) const;
   /// The primitive of the instance's mesh that holds this triangle, as an index in
@@ -72,6 +75,7 @@ class Scene {
   std::shared_ptr<KnownEdges[]> known_edges_;  ///< one for each mesh; shared with what shares them
   std::uint64_t unique_triangle_count_ = 0;
   std::uint64_t instanced_triangle_count_ = 0;
+  bool has_empty_mask_ = false;
 };
 
 }  // namespace sightline

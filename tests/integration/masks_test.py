@@ -47,6 +47,19 @@ class Masks(unittest.TestCase):
         self.assertEqual(points["hits"], [{"node": "right"}])
         self.assertEqual(self.ask("visibility", {"from": [[-10, 1, 0]], "to": [[1, 1, 0]], "mask": 2})["visible"], ["1"])
 
+    def test_nothing_meets_a_node_whose_mask_is_empty(self):
+        assert self.server.put("empty", masked(demo_glb("six"), {0: 0, 2: 6})).status == 201
+        for more in ({}, {"mask": 2**32 - 1}, {"cull": "none"}, {"exclude": {"nodes": []}}, {"exclude": {"names": ["nobody"]}}):
+            with self.subTest(more=more):
+                hits = self.ask("rays:closest", {"rays": [ALONG], "fields": ["t"], **more}, "empty")["hits"]
+                self.assertEqual(hits, [{"t": RIGHT_T}])
+                self.assertEqual(self.ask("rays:count", {"rays": [ALONG], **more}, "empty")["counts"], [3])
+        points = self.ask("points:closest", {"points": [[-10, 1, 0]], "fields": ["node"]}, "empty")
+        self.assertEqual(points["hits"], [{"node": "right"}])
+        # A change takes it back.
+        self.assertEqual(patch(self.server, 0, {"mask": 1}, scene="empty").status, 200)
+        self.assertEqual(self.ask("rays:closest", {"rays": [ALONG], "fields": ["t"]}, "empty")["hits"], [{"t": LEFT_T}])
+
     def test_each_ray_may_have_its_own(self):
         columns = {"origins": ALONG["origin"] * 4, "directions": ALONG["direction"] * 4, "masks": [1, 2, 8, 5], "fields": ["t"]}
         self.assertEqual(self.ask("rays:closest", columns)["t"], [LEFT_T, RIGHT_T, None, LEFT_T])
