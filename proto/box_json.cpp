@@ -67,31 +67,15 @@ class BoxQueryReader : private JsonReader {
   BoxQuery query_;
 };
 
-void write_name(JsonWriter& out, std::string_view name) {
-  if (name.empty()) {
-    out.raw("null");
-  } else {
-    out.string(name);
-  }
-}
-
 void write_triangle(JsonWriter& out, const BoxLists& lists, const HitTerms& terms, std::size_t i) {
-  out.raw("{\"instance\":");
-  out.number(lists.triangles[i].instance);
-  out.raw(",\"primitive\":");
-  out.number(terms.primitive[i]);
-  out.raw(",\"triangle\":");
-  out.number(terms.triangle[i]);
-  out.raw(",\"node\":");
-  write_name(out, terms.node_name[i]);
-  out.raw(",\"mesh\":");
-  write_name(out, terms.mesh_name[i]);
+  out.raw('{');
+  write_triangle_members(out, lists.triangles[i].instance, terms, i);
   out.raw('}');
 }
 
 void write_node(JsonWriter& out, const HitTerms& terms, std::size_t i) {
   out.raw("{\"node\":");
-  write_name(out, terms.node_name[i]);
+  out.name(terms.node_name[i]);
   out.raw(",\"node_id\":");
   out.number(terms.node[i]);
   out.raw('}');

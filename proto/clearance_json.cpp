@@ -68,23 +68,10 @@ class ClearanceReader : public RayReader {
   ClearanceQuery result_;
 };
 
-void write_text(JsonWriter& out, std::string_view name) {
-  if (name.empty()) return out.raw("null");
-  out.string(name);
-}
-
 void write_end(JsonWriter& out, const TriangleId& id, const Vec3d& at, const HitTerms& terms,
                std::size_t i) {
-  out.raw("{\"instance\":");
-  out.number(id.instance);
-  out.raw(",\"primitive\":");
-  out.number(terms.primitive[i]);
-  out.raw(",\"triangle\":");
-  out.number(terms.triangle[i]);
-  out.raw(",\"node\":");
-  write_text(out, terms.node_name[i]);
-  out.raw(",\"mesh\":");
-  write_text(out, terms.mesh_name[i]);
+  out.raw('{');
+  write_triangle_members(out, id.instance, terms, i);
   out.raw(",\"position\":");
   out.vector(at.x, at.y, at.z);
   out.raw('}');

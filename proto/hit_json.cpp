@@ -42,14 +42,6 @@ void write_id(JsonWriter& out, std::uint32_t id, std::string_view nothing) {
   }
 }
 
-void write_name(JsonWriter& out, std::string_view name) {
-  if (name.empty()) {
-    out.raw("null");
-  } else {
-    out.string(name);
-  }
-}
-
 void write_numbers(JsonWriter& out, const Vec3d& v) {
   out.number(v.x);
   out.raw(',');
@@ -86,23 +78,37 @@ void write_value(JsonWriter& out, const HitAnswer& answer, HitField field, std::
     case HitField::kOnEdge:
       return out.boolean(answer.details[i].on_edge);
     case HitField::kNode:
-      return write_name(out, terms.node_name[i]);
+      return out.name(terms.node_name[i]);
     case HitField::kNodeId:
       return write_id(out, terms.node[i], no_id);
     case HitField::kNodePath:
-      return write_name(out, terms.node_path[i]);
+      return out.name(terms.node_path[i]);
     case HitField::kMesh:
-      return write_name(out, terms.mesh_name[i]);
+      return out.name(terms.mesh_name[i]);
     case HitField::kMeshId:
       return write_id(out, terms.mesh[i], no_id);
     case HitField::kMaterial:
-      return write_name(out, terms.material_name[i]);
+      return out.name(terms.material_name[i]);
     case HitField::kMaterialId:
       return write_id(out, terms.material[i], no_id);
   }
 }
 
 }  // namespace
+
+void write_triangle_members(JsonWriter& out, std::uint32_t instance, const HitTerms& terms,
+                            std::size_t i) {
+  out.raw("\"instance\":");
+  out.number(instance);
+  out.raw(",\"primitive\":");
+  out.number(terms.primitive[i]);
+  out.raw(",\"triangle\":");
+  out.number(terms.triangle[i]);
+  out.raw(",\"node\":");
+  out.name(terms.node_name[i]);
+  out.raw(",\"mesh\":");
+  out.name(terms.mesh_name[i]);
+}
 
 void write_row(JsonWriter& out, const HitAnswer& answer, FieldSet fields, std::size_t i) {
   if (!answer.hits.hit(i)) return out.raw("null");

@@ -11,6 +11,7 @@
 #include "core/base/column.h"
 #include "core/query/hit_batch.h"
 #include "proto/hit_fields.h"
+#include "proto/json_writer.h"
 
 namespace sightline {
 
@@ -32,6 +33,11 @@ struct HitTerms {
   bool t_is_distance = false;         ///< what stands as t is the distance too
   std::deque<std::string> own_texts;  ///< that node_path looks at; moving this moves none of them
 };
+
+/// The members of an object that name a triangle, without its brackets: "instance", "primitive",
+/// "triangle", "node", "mesh". `i` is its slot in `terms`.
+void write_triangle_members(JsonWriter& out, std::uint32_t instance, const HitTerms& terms,
+                            std::size_t i);
 
 /// hits     n slots
 /// details  n slots, or none when no field of kDetailFields is in `fields`

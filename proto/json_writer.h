@@ -34,6 +34,8 @@ class JsonWriter {
   void boolean(bool value) { raw(value ? std::string_view("true") : std::string_view("false")); }
   /// A quoted string; bytes that are not UTF-8 become U+FFFD.
   void string(std::string_view text);
+  /// The same, or null for an empty one: a name that the file does not give.
+  void name(std::string_view text) { text.empty() ? raw("null") : string(text); }
 
   std::size_t size() const { return size_; }
   /// The text written so far; the writer is empty afterwards.

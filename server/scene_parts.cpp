@@ -35,7 +35,7 @@ void write_node(JsonWriter& out, const Scene& scene, std::uint32_t number, std::
   out.raw("{\"node_id\":");
   out.number(node.file_node);
   out.raw(",\"name\":");
-  node.name.empty() ? out.raw("null") : out.string(node.name);
+  out.name(node.name);
   out.raw(",\"parent\":");
   write_id(out, node.parent == kNone ? kNone : description.nodes[node.parent].file_node);
   out.raw(",\"instances\":");

@@ -14,17 +14,6 @@ namespace {
 
 constexpr std::size_t kMostTrees = 100;
 
-void write_numbers(JsonWriter& out, std::string_view before, const Vec3d& v) {
-  out.raw(before);
-  out.raw('[');
-  out.number(v.x);
-  out.raw(',');
-  out.number(v.y);
-  out.raw(',');
-  out.number(v.z);
-  out.raw(']');
-}
-
 std::string_view verdict_of(const ExplainedBox& box) {
   switch (box.met.outcome) {
     case RayBoxOutcome::kHit:
@@ -117,8 +106,10 @@ void write_visit(JsonWriter& out, const Scene& scene, const FilterParts& filter,
   out.raw(",\"leaf\":");
   out.boolean(box.is_leaf);
   out.raw(box.in_mesh ? ",\"space\":\"mesh\"" : ",\"space\":\"world\"");
-  write_numbers(out, ",\"min\":", box.box.min);
-  write_numbers(out, ",\"max\":", box.box.max);
+  out.raw(",\"min\":");
+  out.vector(box.box.min.x, box.box.min.y, box.box.min.z);
+  out.raw(",\"max\":");
+  out.vector(box.box.max.x, box.box.max.y, box.box.max.z);
   out.raw(",\"verdict\":\"");
   const std::string_view verdict = verdict_of(box);
   out.raw(verdict);
