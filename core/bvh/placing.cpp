@@ -38,9 +38,9 @@ void bound_edges(const Affine& matrix, const MeshFacts& facts, Placement& placem
   placement.edge_pad = 0;
   for (const auto& row : matrix.m) {
     const double scale = std::abs(row[0]) + std::abs(row[1]) + std::abs(row[2]);
-    const double magnitude = std::abs(row[0]) * facts.largest[0] +
-                             std::abs(row[1]) * facts.largest[1] +
-                             std::abs(row[2]) * facts.largest[2] + std::abs(row[3]);
+    const double magnitude = std::abs(row[0]) * facts.largest(0) +
+                             std::abs(row[1]) * facts.largest(1) +
+                             std::abs(row[2]) * facts.largest(2) + std::abs(row[3]);
     placement.edge_scale = std::max(placement.edge_scale, scale * (1 + 16 * kU));
     placement.edge_pad = std::max(placement.edge_pad, 16 * kU * magnitude);
   }
@@ -57,10 +57,10 @@ bool map_space(const Affine& matrix, const MeshFacts& facts, const Box3d& bounds
     space.translation[j] = m[j][3];
     space.reach[j] = std::max(std::abs(bounds.min[j]), std::abs(bounds.max[j])) + std::abs(m[j][3]);
     double magnitude = std::abs(m[j][3]);
-    for (int k = 0; k < 3; ++k) magnitude += std::abs(m[j][k]) * facts.largest[k];
+    for (int k = 0; k < 3; ++k) magnitude += std::abs(m[j][k]) * facts.largest(k);
     world_error[j] = 6 * kU * magnitude + 0x1p-1070;
   }
-  const double extent = std::max({facts.largest[0], facts.largest[1], facts.largest[2]});
+  const double extent = std::max({facts.largest(0), facts.largest(1), facts.largest(2)});
   for (int k = 0; k < 3; ++k) {
     double pad = 0;
     for (int j = 0; j < 3; ++j) {
@@ -69,7 +69,7 @@ bool map_space(const Affine& matrix, const MeshFacts& facts, const Box3d& bounds
       const double magnitude = std::abs(n[k][0] * m[0][j]) + std::abs(n[k][1] * m[1][j]) +
                                std::abs(n[k][2] * m[2][j]) + 1;
       const double residual = std::abs(product - (k == j ? 1 : 0)) + 6 * kU * magnitude;
-      pad += residual * facts.largest[j] + std::abs(n[k][j]) * world_error[j];
+      pad += residual * facts.largest(j) + std::abs(n[k][j]) * world_error[j];
     }
     space.pad[k] = pad * (1 + 16 * kU);
     if (!(space.pad[k] <= 0x1p-24 * extent)) return false;

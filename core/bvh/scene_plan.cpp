@@ -19,29 +19,26 @@ namespace {
 /// Positions or indices that one thread looks at by itself.
 constexpr std::size_t kGrain = 1u << 16;
 
-MeshFacts join(const MeshFacts& a, const MeshFacts& b) {
-  MeshFacts both = a;
-  both.finite = a.finite && b.finite;
-  for (int k = 0; k < 3; ++k) both.largest[k] = std::max(a.largest[k], b.largest[k]);
-  return both;
-}
-
 MeshFacts facts_of(std::span<const Vec3f> positions) {
   return parallel_reduce(
       0, positions.size(), kGrain, MeshFacts{},
       [&](std::size_t begin, std::size_t end, MeshFacts facts) {
         for (const Vec3f& p : positions.subspan(begin, end - begin)) {
-          if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) {
+          const Vec3d q{static_cast<double>(p.x), static_cast<double>(p.y),
+                        static_cast<double>(p.z)};
+          if (is_finite(q)) {
+            facts.box.include(q);
+          } else {
             facts.finite = false;
-            continue;
-          }
-          for (int k = 0; k < 3; ++k) {
-            facts.largest[k] = std::max(facts.largest[k], std::abs(static_cast<double>(p[k])));
           }
         }
         return facts;
       },
-      join);
+      [](MeshFacts a, const MeshFacts& b) {
+        a.finite = a.finite && b.finite;
+        a.box.include(b.box);
+        return a;
+      });
 }
 
 /// The positions that no triangle uses must not widen a box. Empty: all are used.
@@ -69,9 +66,17 @@ struct PlacedBounds {
 };
 
 /// World bounds of the triangles whose three corners are finite in the world.
-Box3d world_bounds(const MeshView& mesh, bool all_finite, std::span<const std::uint32_t> corners,
-                   const Affine& matrix) {
+Box3d world_bounds(const MeshView& mesh, const MeshFacts& facts,
+                   std::span<const std::uint32_t> corners, const Affine& matrix) {
   if (mesh.indices.empty()) return {};
+  if (facts.finite && corners.empty() && matrix.is_diagonal()) {
+    // Each world coordinate is a monotone function of one of the mesh, rounding included.
+    const Vec3d a = matrix.apply(facts.box.min), b = matrix.apply(facts.box.max);
+    Box3d bounds;
+    bounds.include(a);
+    bounds.include(b);
+    if (is_finite(a) && is_finite(b)) return bounds;
+  }
   const std::size_t count = corners.empty() ? mesh.positions.size() : corners.size();
   const PlacedBounds placed = parallel_reduce(
       0, count, kGrain, PlacedBounds{},
@@ -88,7 +93,7 @@ Box3d world_bounds(const MeshView& mesh, bool all_finite, std::span<const std::u
         a.box.include(b.box);
         return a;
       });
-  if (all_finite && placed.finite) return placed.box;
+  if (facts.finite && placed.finite) return placed.box;
   // Rare: only the corners of triangles that are finite as a whole count.
   Box3d bounds;
   for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
@@ -119,7 +124,8 @@ std::vector<std::uint32_t> first_with_same_content(std::span<const MeshView> mes
     ContentHash hash;
     const std::size_t sizes[] = {meshes[i].positions.size(), meshes[i].indices.size()};
     hash.add(std::as_bytes(std::span(sizes)));
-    hash.add(std::as_bytes(std::span(facts[i].largest)));
+    const double largest[] = {facts[i].largest(0), facts[i].largest(1), facts[i].largest(2)};
+    hash.add(std::as_bytes(std::span(largest)));
     return hash.value();
   };
   std::vector<std::uint64_t> looks(meshes.size());
@@ -151,8 +157,7 @@ std::vector<std::uint32_t> first_with_same_content(std::span<const MeshView> mes
 Box3d placed_bounds(const ScenePlan& plan, std::size_t i, std::span<const std::uint32_t> corners) {
   const PlacementView& view = plan.placements[i];
   if (view.hidden) return {};
-  return world_bounds(plan.meshes[view.mesh], plan.facts[view.mesh].finite, corners,
-                      view.world_from_mesh);
+  return world_bounds(plan.meshes[view.mesh], plan.facts[view.mesh], corners, view.world_from_mesh);
 }
 
 }  // namespace

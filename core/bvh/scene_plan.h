@@ -2,6 +2,7 @@
 /// What is known of a scene before any tree is built: its bounds, and what its trees will be made
 /// of.
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -28,9 +29,12 @@ struct PlacementView {
 };
 
 struct MeshFacts {
-  bool finite = true;             ///< every position is
-  double largest[3] = {0, 0, 0};  ///< |coordinate| of finite positions, per axis
-  std::uint32_t uses = 0;         ///< placements that were not hidden when it was planned
+  bool finite = true;      ///< every position is
+  Box3d box;               ///< of finite positions, those that no triangle uses included
+  std::uint32_t uses = 0;  ///< placements that were not hidden when it was planned
+
+  /// The largest |coordinate| of finite positions.
+  double largest(int axis) const { return std::max({0.0, -box.min[axis], box.max[axis]}); }
 };
 
 /// Holds views: the arrays of the meshes outlive it.

@@ -60,15 +60,16 @@ class Grid {
   }
   /// kNoCell unless the corner is finite.
   std::uint16_t cell(const Vec3d& corner) const {
+    // Of a finite corner each difference is 0, of another one it is not a number.
+    if (!((corner.x - corner.x) + (corner.y - corner.y) + (corner.z - corner.z) == 0))
+      return kNoCell;
     std::uint32_t cell = 0;
     for (int k = 0; k < 3; ++k) {
-      const double place = (corner[k] / 2 - low_[k]) * scale_[k];
-      // Beyond the bounds lie positions that no triangle uses.
-      if (!(place >= 0 && place <= last_[k]) && !std::isfinite(corner[k])) return kNoCell;
-      // Where the width nearly underflows the place of a finite corner may be infinite or no
-      // number: any cell will do.
-      const double step = place > 0 ? std::min(place, last_[k]) : 0;
-      cell |= steps_[k][static_cast<std::size_t>(step)];
+      // Beyond the bounds lie positions that no triangle uses, and where the width nearly
+      // underflows the place may be infinite or no number: any cell will do.
+      const double place = std::max(0.0, (corner[k] / 2 - low_[k]) * scale_[k]);
+      cell |=
+          steps_[k][static_cast<std::size_t>(static_cast<std::int32_t>(std::min(last_[k], place)))];
     }
     return static_cast<std::uint16_t>(cell);
   }
@@ -145,11 +146,22 @@ class Sorter {
   void place_positions() {
     places_.resize(mesh_.positions.size());
     in_chunks(places_.size(), [&](std::size_t begin, std::size_t end, Counted& own) {
+      // Neighbours mostly lie in one cell: its box stays in registers for a while.
+      std::uint16_t cell = kNoCell;
+      Box3d box;
       for (std::size_t i = begin; i < end; ++i) {
         const Vec3d p = corner(static_cast<std::uint32_t>(i));
-        places_[i] = grid_.cell(p);
-        if (places_[i] != kNoCell) own.boxes[places_[i]].include(p);
+        const std::uint16_t here = grid_.cell(p);
+        places_[i] = here;
+        if (here == kNoCell) continue;
+        if (here != cell) {
+          if (cell != kNoCell) own.boxes[cell].include(box);
+          cell = here;
+          box = {};
+        }
+        box.include(p);
       }
+      if (cell != kNoCell) own.boxes[cell].include(box);
     });
   }
 
@@ -193,9 +205,7 @@ class Sorter {
                                 const std::uint32_t* at) const {
     if (std::find(places.begin(), places.end(), kNoCell) != places.end()) return kNoCell;
     const Vec3d a = corner(at[0]), b = corner(at[1]), c = corner(at[2]);
-    Vec3d center;
-    for (int k = 0; k < 3; ++k) center[k] = a[k] / 3 + b[k] / 3 + c[k] / 3;
-    const std::uint16_t cell = grid_.cell(center);
+    const std::uint16_t cell = places[0];
     for (const Vec3d* p : {&a, &b, &c}) own.boxes[cell].include(*p);
     return cell;
   }

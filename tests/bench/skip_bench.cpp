@@ -237,6 +237,10 @@ int main(int argc, char** argv) {
 
   Json report = {{"benchmark", "skip"}, {"machine", machine_name()}, {"repetitions", repetitions}};
   for (const auto& [name, file] : files) {
+    if (!settle_file(file)) {
+      std::fprintf(stderr, "skip_bench: %s cannot be read\n", file.c_str());
+      return 1;
+    }
     report["scenes"].push_back(compare(name, file, repetitions));
     if (report["scenes"].back().contains("error")) {
       std::fprintf(stderr, "skip_bench: %s: %s\n", name.c_str(),

@@ -239,4 +239,16 @@ bool make_file(const std::filesystem::path& file, unsigned smaller) {
   return out.good();
 }
 
+bool settle_file(const std::filesystem::path& file) {
+  const int opened = ::open(file.c_str(), O_RDONLY);
+  if (opened < 0) return false;
+  ::fsync(opened);
+  std::vector<char> piece(1u << 20);
+  ssize_t count = 0;
+  while ((count = ::read(opened, piece.data(), piece.size())) > 0) {
+  }
+  ::close(opened);
+  return count == 0;
+}
+
 }  // namespace sightline::bench

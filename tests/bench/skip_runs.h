@@ -22,4 +22,8 @@ nlohmann::json run_embree(const std::filesystem::path& file);
 /// Writes the file unless it is there: "terrain_10M.glb" is one mesh, "distinct_10k.glb" 10,000.
 bool make_file(const std::filesystem::path& file, unsigned smaller);
 
+/// Has the file written to its disk and read once: what was just made, or was never read, would
+/// make the first run that meets it wait. False if it cannot be read.
+bool settle_file(const std::filesystem::path& file);
+
 }  // namespace sightline::bench
