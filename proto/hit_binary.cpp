@@ -50,9 +50,12 @@ struct HitColumns {
           return answer.announce<double>(name, hits.size());
         case HitField::kPosition:
         case HitField::kNormal:
-          return answer.announce<double>(name, hits.size(), 3);
+        case HitField::kShadingNormal:
         case HitField::kBarycentrics:
-          return answer.announce<double>(name, hits.size(), 2);
+        case HitField::kUv:
+        case HitField::kColour:
+          return answer.announce<double>(name, hits.size(),
+                                         static_cast<std::uint32_t>(hit_field_width(field)));
         case HitField::kFront:
         case HitField::kOnEdge:
           return answer.announce<std::uint8_t>(name, hits.size());
@@ -93,6 +96,16 @@ struct HitColumns {
         return numbers(answer, [](const HitDetail& d, int k) { return d.position[k]; });
       case HitField::kNormal:
         return numbers(answer, [](const HitDetail& d, int k) { return d.normal[k]; });
+      case HitField::kShadingNormal:
+        return answer.next<double>([&](std::size_t i, std::uint32_t k) {
+          return terms.attributes.shading_normal[i][static_cast<int>(k)];
+        });
+      case HitField::kUv:
+        return answer.next<double>(
+            [&](std::size_t i, std::uint32_t k) { return terms.attributes.uv[i][k]; });
+      case HitField::kColour:
+        return answer.next<double>(
+            [&](std::size_t i, std::uint32_t k) { return terms.attributes.colour[i][k]; });
       case HitField::kBarycentrics:
         return numbers(answer, [](const HitDetail& d, int k) { return k == 0 ? d.u : d.v; });
       case HitField::kFront:

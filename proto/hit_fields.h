@@ -10,27 +10,32 @@ namespace sightline {
 
 /// In the order in which an answer writes them.
 enum class HitField : std::uint8_t {
-  kT,             ///< number; counts in |direction|
-  kDistance,      ///< number; counts in scene units
-  kInstance,      ///< placement of a mesh, in file order
-  kPrimitive,     ///< index in the file's mesh
-  kTriangle,      ///< index in the primitive, strips and fans unrolled
-  kPosition,      ///< [x, y, z], world
-  kNormal,        ///< [x, y, z], geometric, unit, world
-  kBarycentrics,  ///< [u, v], the weights of the second and third corner
-  kFront,         ///< whether the ray meets the counter-clockwise side
-  kOnEdge,        ///< whether it meets an edge or a corner, exactly
-  kNode,          ///< name, null when the file gives none
-  kNodeId,        ///< index in the file's "nodes"
-  kNodePath,      ///< names from the root down: "/house/roof"
-  kMesh,          ///< name, null when the file gives none
-  kMeshId,        ///< index in the file's "meshes"
-  kMaterial,      ///< name, null when the file gives none
-  kMaterialId,    ///< index in the file's "materials"
+  kT,              ///< number; counts in |direction|
+  kDistance,       ///< number; counts in scene units
+  kInstance,       ///< placement of a mesh, in file order
+  kPrimitive,      ///< index in the file's mesh
+  kTriangle,       ///< index in the primitive, strips and fans unrolled
+  kPosition,       ///< [x, y, z], world
+  kNormal,         ///< [x, y, z], geometric, unit, world
+  kShadingNormal,  ///< [x, y, z], of the file's normals, unit, world; null when it gives none
+  kBarycentrics,   ///< [u, v], the weights of the second and third corner
+  kUv,             ///< [u, v], of the file's TEXCOORD_0; null when it gives none
+  kColour,         ///< [r, g, b, a], of the file's COLOR_0; null when it gives none
+  kFront,          ///< whether the ray meets the counter-clockwise side
+  kOnEdge,         ///< whether it meets an edge or a corner, exactly
+  kNode,           ///< name, null when the file gives none
+  kNodeId,         ///< index in the file's "nodes"
+  kNodePath,       ///< names from the root down: "/house/roof"
+  kMesh,           ///< name, null when the file gives none
+  kMeshId,         ///< index in the file's "meshes"
+  kMaterial,       ///< name, null when the file gives none
+  kMaterialId,     ///< index in the file's "materials"
 };
-inline constexpr std::size_t kHitFieldCount = 17;
+inline constexpr std::size_t kHitFieldCount = 20;
 
 std::string_view hit_field_name(HitField field);
+/// Numbers in one value: a vector has three.
+std::size_t hit_field_width(HitField field);
 std::optional<HitField> find_hit_field(std::string_view name);
 /// All fields in their order.
 std::span<const HitField> all_hit_fields();
@@ -65,8 +70,11 @@ inline constexpr FieldSet kDefaultHitFields{
     HitField::kT,        HitField::kInstance, HitField::kPrimitive, HitField::kTriangle,
     HitField::kPosition, HitField::kNormal,   HitField::kNode,      HitField::kMesh};
 /// Those that need a HitDetail of each hit.
-inline constexpr FieldSet kDetailFields{HitField::kPosition, HitField::kNormal,
-                                        HitField::kBarycentrics, HitField::kFront,
-                                        HitField::kOnEdge};
+inline constexpr FieldSet kDetailFields{
+    HitField::kPosition, HitField::kNormal, HitField::kShadingNormal, HitField::kBarycentrics,
+    HitField::kUv,       HitField::kColour, HitField::kFront,         HitField::kOnEdge};
+/// Those that read what the file says of vertices.
+inline constexpr FieldSet kAttributeFields{HitField::kShadingNormal, HitField::kUv,
+                                           HitField::kColour};
 
 }  // namespace sightline

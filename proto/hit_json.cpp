@@ -1,23 +1,12 @@
 #include "proto/hit_json.h"
 
+#include <cmath>
+
 #include "proto/hit_rows.h"
 #include "proto/json_writer.h"
 
 namespace sightline {
 namespace {
-
-/// Numbers in one value: a vector has three.
-std::size_t width(HitField field) {
-  switch (field) {
-    case HitField::kPosition:
-    case HitField::kNormal:
-      return 3;
-    case HitField::kBarycentrics:
-      return 2;
-    default:
-      return 1;
-  }
-}
 
 /// Whether a column of this field says -1 where there is nothing.
 bool is_id(HitField field) {
@@ -50,6 +39,29 @@ void write_numbers(JsonWriter& out, const Vec3d& v) {
   out.number(v.z);
 }
 
+template <std::size_t n>
+void write_numbers(JsonWriter& out, const std::array<double, n>& numbers) {
+  for (std::size_t k = 0; k < n; ++k) {
+    if (k > 0) out.raw(',');
+    out.number(numbers[k]);
+  }
+}
+
+/// Whether the file says nothing of this at a hit.
+bool is_unknown(const HitAnswer& answer, HitField field, std::size_t i) {
+  const HitAttributes& attributes = answer.terms.attributes;
+  switch (field) {
+    case HitField::kShadingNormal:
+      return std::isnan(attributes.shading_normal[i].x);
+    case HitField::kUv:
+      return std::isnan(attributes.uv[i][0]);
+    case HitField::kColour:
+      return std::isnan(attributes.colour[i][0]);
+    default:
+      return false;
+  }
+}
+
 /// The value of a hit without the brackets of a vector. Precondition: slot i is a hit.
 void write_value(JsonWriter& out, const HitAnswer& answer, HitField field, std::size_t i,
                  std::string_view no_id) {
@@ -69,6 +81,12 @@ void write_value(JsonWriter& out, const HitAnswer& answer, HitField field, std::
       return write_numbers(out, answer.details[i].position);
     case HitField::kNormal:
       return write_numbers(out, answer.details[i].normal);
+    case HitField::kShadingNormal:
+      return write_numbers(out, terms.attributes.shading_normal[i]);
+    case HitField::kUv:
+      return write_numbers(out, terms.attributes.uv[i]);
+    case HitField::kColour:
+      return write_numbers(out, terms.attributes.colour[i]);
     case HitField::kBarycentrics:
       out.number(answer.details[i].u);
       out.raw(',');
@@ -119,10 +137,14 @@ void write_row(JsonWriter& out, const HitAnswer& answer, FieldSet fields, std::s
     out.raw('"');
     out.raw(hit_field_name(field));
     out.raw("\":");
-    if (width(field) > 1) out.raw('[');
-    write_value(out, answer, field, i, "null");
-    if (width(field) > 1) out.raw(']');
     before = ',';
+    if (is_unknown(answer, field, i)) {
+      out.raw("null");
+      continue;
+    }
+    if (hit_field_width(field) > 1) out.raw('[');
+    write_value(out, answer, field, i, "null");
+    if (hit_field_width(field) > 1) out.raw(']');
   }
   if (before == '{') out.raw('{');
   out.raw('}');
@@ -143,8 +165,9 @@ void write_column(JsonWriter& out, const HitAnswer& answer, HitField field) {
   out.raw('"');
   out.raw(hit_field_name(field));
   out.raw("\":[");
-  constexpr std::string_view kNulls = "null,null,null", kNoId = "-1";
-  const std::string_view nothing = is_id(field) ? kNoId : kNulls.substr(0, width(field) * 5 - 1);
+  constexpr std::string_view kNulls = "null,null,null,null", kNoId = "-1";
+  const std::string_view nothing =
+      is_id(field) ? kNoId : kNulls.substr(0, hit_field_width(field) * 5 - 1);
   for (std::size_t i = 0; i < answer.hits.size(); ++i) {
     if (i > 0) out.raw(',');
     if (answer.hits.hit(i)) {
@@ -182,7 +205,7 @@ void write_array(JsonWriter& out, std::span<const Number> numbers) {
 std::size_t expected_hit_bytes(FieldSet fields) {
   std::size_t bytes = 8;
   for (const HitField field : all_hit_fields()) {
-    if (fields.has(field)) bytes += 18 * width(field) + 12;
+    if (fields.has(field)) bytes += 18 * hit_field_width(field) + 12;
   }
   return bytes;
 }

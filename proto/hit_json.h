@@ -29,6 +29,7 @@ enum class AnswerLayout {
 struct HitTerms {
   Column<std::uint32_t> primitive, triangle, node, mesh, material;
   std::vector<std::string_view> node_name, node_path, mesh_name, material_name;
+  HitAttributes attributes;
   Column<double> distance;            ///< t * |direction|
   bool t_is_distance = false;         ///< what stands as t is the distance too
   std::deque<std::string> own_texts;  ///< that node_path looks at; moving this moves none of them

@@ -5,7 +5,9 @@ namespace sightline {
 std::uint64_t bytes_of_description(std::uint64_t hits, FieldSet fields) {
   std::uint64_t bytes = 0;
   for (const HitField field : all_hit_fields()) {
-    if (fields.has(field)) bytes += sizeof(std::string_view);
+    if (!fields.has(field)) continue;
+    bytes += kAttributeFields.has(field) ? hit_field_width(field) * sizeof(double)
+                                         : sizeof(std::string_view);
   }
   if (fields.has_any_of(kDetailFields)) bytes += sizeof(HitDetail);
   return hits * bytes;
@@ -15,7 +17,7 @@ std::uint64_t bytes_of_encoded(std::uint64_t hits, FieldSet fields, const HitTer
   std::uint64_t bytes = 8;
   for (const HitField field : all_hit_fields()) {
     // A vector, and its name.
-    if (fields.has(field)) bytes += (kDetailFields.has(field) ? 3 : 1) * kNumberBytes + 16;
+    if (fields.has(field)) bytes += hit_field_width(field) * kNumberBytes + 20;
   }
   return hits * bytes + bytes_of_names(terms.node_name) + bytes_of_names(terms.node_path) +
          bytes_of_names(terms.mesh_name) + bytes_of_names(terms.material_name);

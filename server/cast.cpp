@@ -103,7 +103,8 @@ int run_cast(const CastCommand& command, std::ostream& out, std::ostream& compla
   Progress progress;
   auto loaded = [&] {
     const ProgressBar bar([&] { return progress_line(progress.reading()); });
-    return load_source(command.source, {command.scene}, progress);
+    return load_source(command.source, {command.scene}, progress, Laziness::kWhenNeeded,
+                       command.fields.has_any_of(kAttributeFields));
   }();
   if (!loaded) return complain(complaints, loaded.error());
   auto engine = Engine::create({.threads = 1, .kernel = command.kernel});

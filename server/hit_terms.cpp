@@ -79,6 +79,15 @@ HitTerms hit_terms(const Scene& scene, const HitBatch& hits, FieldSet fields) {
   return terms;
 }
 
+Status read_attributes(const Engine& engine, const Scene& scene, const HitBatch& hits,
+                       FieldSet fields, const Deadline& deadline, HitDescription& description) {
+  if (!fields.has_any_of(kAttributeFields)) return success();
+  return engine.attributes(scene, hits, description.details,
+                           {fields.has(HitField::kShadingNormal), fields.has(HitField::kUv),
+                            fields.has(HitField::kColour)},
+                           deadline, description.terms.attributes);
+}
+
 Status describe_hits(const Engine& engine, const Scene& scene, const RayBatch& rays,
                      const HitBatch& hits, FieldSet fields, bool normalize,
                      const Deadline& deadline, HitDescription& description) {
@@ -92,6 +101,8 @@ Status describe_hits(const Engine& engine, const Scene& scene, const RayBatch& r
   if (!status) return status;
   HitTerms& terms = description.terms;
   terms = hit_terms(scene, hits, fields);
+  status = read_attributes(engine, scene, hits, fields, deadline, description);
+  if (!status) return status;
   terms.t_is_distance = normalize;
   if (normalize || fields.has(HitField::kDistance)) {
     terms.distance.resize(hits.size());

@@ -19,6 +19,11 @@ struct HitDescription {
   HitTerms terms;
 };
 
+/// Fills terms.attributes, as far as `fields` asks for them, from `details`. Errors: those of
+/// Engine::attributes.
+Status read_attributes(const Engine& engine, const Scene& scene, const HitBatch& hits,
+                       FieldSet fields, const Deadline& deadline, HitDescription& description);
+
 /// Computes what `fields` asks for. `rays[i]` belongs to slot i of `hits`; with `normalize` the
 /// answer's t is the distance. Errors: those of Engine::details.
 Status describe_hits(const Engine& engine, const Scene& scene, const RayBatch& rays,

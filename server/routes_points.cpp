@@ -92,6 +92,10 @@ bool describe(RayRequest& request, const Service& service, const HitBatch& hits,
     return false;
   }
   about.terms = hit_terms(request.scene(), hits, fields);
+  if (!request.went_well(read_attributes(service.engine, request.scene(), hits, fields,
+                                         request.deadline(), about))) {
+    return false;
+  }
   if (fields.has(HitField::kDistance)) about.terms.distance = hits.t;
   request.add_time(&WorkReport::describe_us);
   return request.reserve(bytes_of_encoded(hits.size(), fields, about.terms));

@@ -59,6 +59,7 @@ Result<std::shared_ptr<const Scene>> load_scene(const LoadInput& input, Laziness
   ImportOptions options = options_of(input.choice, input.progress, laziness);
   options.neighbour = input.neighbour;
   options.keeper = input.keeper;
+  options.copies_attributes = true;
   return make(import_bytes(input.bytes, options), input.progress, laziness, input.changes);
 }
 
@@ -80,7 +81,7 @@ Status check_source(const std::string& source) {
 }
 
 Result<PreloadedScene> load_source(const std::string& source, const SceneChoice& choice,
-                                   Progress& progress, Laziness laziness) {
+                                   Progress& progress, Laziness laziness, bool with_attributes) {
   if (Status found = check_source(source); !found) return std::move(found).error();
   PreloadedScene loaded;
   Result<std::shared_ptr<const Scene>> scene = loaded.scene;
@@ -101,7 +102,9 @@ Result<PreloadedScene> load_source(const std::string& source, const SceneChoice&
     loaded.sha256 = sha256_of(mapped->bytes());
     // By name and not from these bytes: a .gltf may have neighbours.
     progress.begin("importing");
-    auto description = import_file(source, options_of(choice, progress, laziness));
+    ImportOptions options = options_of(choice, progress, laziness);
+    options.copies_attributes = with_attributes;
+    auto description = import_file(source, options);
     if (description && description->counts.file_bytes > loaded.bytes) {
       loaded.neighbours = hash_of_geometry(*description);
     }

@@ -23,9 +23,11 @@ Result<std::shared_ptr<const Scene>> load_scene(const LoadInput& input,
 
 /// Errors: SOURCE_NOT_FOUND (no such file, no demo of that name). Cheap: reads nothing.
 Status check_source(const std::string& source);
+/// with_attributes  whether hits may be asked for the attributes of vertices.
 /// Errors: also those of import and of Scene::build.
 Result<PreloadedScene> load_source(const std::string& source, const SceneChoice& choice,
-                                   Progress& progress, Laziness laziness = Laziness::kWhenNeeded);
+                                   Progress& progress, Laziness laziness = Laziness::kWhenNeeded,
+                                   bool with_attributes = true);
 
 /// The GLB of a demo by its name without "demo:". Errors: SOURCE_NOT_FOUND.
 Result<std::vector<std::byte>> demo_glb(const std::string& name);

@@ -22,6 +22,7 @@ NamedCounts touched_counts(const Scene& scene) {
           {"indices", touched.indices},
           {"poses", touched.poses},
           {"placements", touched.placements},
+          {"attributes", touched.attributes + scene.attribute_bytes().load()},
           {"compressed", touched.compressed},
           {"others", touched.others}};
 }
@@ -62,9 +63,10 @@ std::string encode_stats(const StoredScene& stored) {
                         {"nonfinite_triangles", description.counts.nonfinite_triangles},
                         {"degenerate_triangles", description.counts.degenerate_triangles},
                         {"warnings", description.warnings.size()}};
-  document["bytes"] = {{"files", description.counts.file_bytes},
-                       {"touched", description.counts.bytes_touched},
-                       {"by_kind", object_of(touched_counts(scene))}};
+  document["bytes"] = {
+      {"files", description.counts.file_bytes},
+      {"touched", description.counts.bytes_touched + scene.attribute_bytes().load()},
+      {"by_kind", object_of(touched_counts(scene))}};
   document["skipped"] = object_of(skipped_counts(scene));
   document["trees"] = object_of(tree_counts(scene));
   document["trees"]["complete"] = scene.trees().stats().complete;

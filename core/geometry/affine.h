@@ -1,6 +1,8 @@
 #pragma once
 /// A float64 3x4 matrix, rows of (m0 m1 m2 m3), applied exactly as the contract states it.
 
+#include <cstddef>
+
 #include "core/geometry/vec3.h"
 
 namespace sightline {

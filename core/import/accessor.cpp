@@ -125,19 +125,17 @@ void load_element(const AccessorView& view, std::uint64_t index, std::uint32_t w
   }
 }
 
-Result<const std::byte*> AccessorReader::locate(std::size_t index, const char* part,
-                                                const Extent& extent) {
+Status AccessorReader::check(std::size_t index, const char* part, const Extent& extent,
+                             std::uint64_t bytes) const {
   const auto& view = document_.model.bufferViews[static_cast<std::size_t>(extent.view)];
   const std::string place = "accessor " + std::to_string(index) + part;
-  auto bytes = views_.bytes(static_cast<std::size_t>(extent.view));
-  if (!bytes) return bytes.error();
   // No sum overflows: the checker bounds every number by 2^53 and strides by 252.
   const std::uint64_t stride = extent.stride_or_zero != 0 ? extent.stride_or_zero : extent.element;
   const std::uint64_t needed = extent.offset + (extent.count - 1) * stride + extent.element;
-  if (needed > bytes->size()) {
+  if (needed > bytes) {
     return invalid("GLTF_ACCESSOR_OUT_OF_BOUNDS",
                    place + ": needs " + std::to_string(needed) + " bytes, bufferView " +
-                       std::to_string(extent.view) + " has " + std::to_string(bytes->size()),
+                       std::to_string(extent.view) + " has " + std::to_string(bytes),
                    pointer_of(index));
   }
   if ((view.byteOffset + extent.offset) % extent.alignment != 0 || stride % extent.alignment != 0) {
@@ -146,6 +144,14 @@ Result<const std::byte*> AccessorReader::locate(std::size_t index, const char* p
                             std::to_string(stride) + ", its components need a multiple of " +
                             std::to_string(extent.alignment));
   }
+  return success();
+}
+
+Result<const std::byte*> AccessorReader::locate(std::size_t index, const char* part,
+                                                const Extent& extent) {
+  auto bytes = views_.bytes(static_cast<std::size_t>(extent.view));
+  if (!bytes) return bytes.error();
+  if (Status status = check(index, part, extent, bytes->size()); !status) return status.error();
   return bytes->data() + extent.offset;
 }
 
@@ -187,7 +193,7 @@ Status AccessorReader::attach_sparse(std::size_t index, AccessorView& view) {
   return success();
 }
 
-Result<AccessorView> AccessorReader::view(std::size_t index) {
+AccessorView AccessorReader::stated_type(std::size_t index) const {
   const tinygltf::Accessor& accessor = document_.model.accessors[index];
   AccessorView view;
   view.accessor = static_cast<std::uint32_t>(index);
@@ -195,19 +201,51 @@ Result<AccessorView> AccessorReader::view(std::size_t index) {
   view.component = static_cast<Component>(accessor.componentType);
   view.components = components_of(accessor.type);
   view.normalized = accessor.normalized;
+  view.stride = view.element_bytes();
+  return view;
+}
+
+Result<AccessorView> AccessorReader::stated(std::size_t index) const {
+  const tinygltf::Accessor& accessor = document_.model.accessors[index];
+  AccessorView view = stated_type(index);
   if (view.components == 0) return wrong(index, "a matrix is not expected here");
+  if (!document_.has_view(accessor)) return view;
+  const auto& source = document_.model.bufferViews[static_cast<std::size_t>(accessor.bufferView)];
+  if (source.byteStride == 0) return view;
+  if (source.byteStride < view.stride) {
+    return wrong(index, "an element has " + std::to_string(view.stride) + " bytes, bufferView " +
+                            std::to_string(accessor.bufferView) + " has a stride of " +
+                            std::to_string(source.byteStride));
+  }
+  view.stride = source.byteStride;
+  return view;
+}
+
+AccessorReader::Extent AccessorReader::extent_of(std::size_t index,
+                                                 const AccessorView& view) const {
+  const tinygltf::Accessor& accessor = document_.model.accessors[index];
+  return {accessor.bufferView,  accessor.byteOffset, view.count,
+          view.element_bytes(), view.stride,         component_bytes(view.component)};
+}
+
+Result<AccessorView> AccessorReader::view_to_decode(std::size_t index) const {
+  auto view = stated(index);
+  if (!view) return view;
+  const Extent extent = extent_of(index, *view);
+  const auto& source = document_.model.bufferViews[static_cast<std::size_t>(extent.view)];
+  Status status = check(index, "", extent, source.byteLength);
+  if (!status) return status.error();
+  view->is_decoded = true;
+  return view;
+}
+
+Result<AccessorView> AccessorReader::view(std::size_t index) {
+  const tinygltf::Accessor& accessor = document_.model.accessors[index];
+  auto found = stated(index);
+  if (!found) return found;
+  AccessorView& view = *found;
   if (document_.has_view(accessor)) {
-    const auto& source = document_.model.bufferViews[static_cast<std::size_t>(accessor.bufferView)];
-    const std::size_t element = view.element_bytes();
-    if (source.byteStride != 0 && source.byteStride < element) {
-      return wrong(index, "an element has " + std::to_string(element) + " bytes, bufferView " +
-                              std::to_string(accessor.bufferView) + " has a stride of " +
-                              std::to_string(source.byteStride));
-    }
-    view.stride = source.byteStride != 0 ? source.byteStride : element;
-    auto base = locate(index, "",
-                       {accessor.bufferView, accessor.byteOffset, view.count, element, view.stride,
-                        component_bytes(view.component)});
+    auto base = locate(index, "", extent_of(index, view));
     if (!base) return base.error();
     view.base = *base;
   } else if (view.count > limits_.zero_filled) {
@@ -221,17 +259,21 @@ Result<AccessorView> AccessorReader::view(std::size_t index) {
   return view;
 }
 
-Result<AccessorView> AccessorReader::view(std::size_t index, const DecodedElements& decoded) {
-  const tinygltf::Accessor& accessor = document_.model.accessors[index];
-  AccessorView view;
-  view.accessor = static_cast<std::uint32_t>(index);
-  view.count = accessor.count;
-  view.component = static_cast<Component>(accessor.componentType);
-  view.components = components_of(accessor.type);
-  view.normalized = accessor.normalized;
-  view.base = decoded.bytes.data();
-  view.stride = view.element_bytes();
+Result<AccessorView> AccessorReader::view_of_decoded(std::size_t index) const {
+  AccessorView view = stated_type(index);
+  if (view.components == 0) return wrong(index, "a matrix is not expected here");
+  if (document_.model.accessors[index].sparse.isSparse) {
+    return wrong(index, "compressed elements cannot be sparse");
+  }
   view.is_decoded = true;
+  return view;
+}
+
+Result<AccessorView> AccessorReader::view(std::size_t index, const DecodedElements& decoded) {
+  auto found = view_of_decoded(index);
+  if (!found) return found;
+  AccessorView& view = *found;
+  view.base = decoded.bytes.data();
   if (view.component != decoded.component || view.components != decoded.components) {
     return wrong(index, "the compressed elements are of another type");
   }
@@ -239,7 +281,6 @@ Result<AccessorView> AccessorReader::view(std::size_t index, const DecodedElemen
     return wrong(index, "its elements take " + std::to_string(view.count * view.stride) +
                             " bytes, the compressed ones " + std::to_string(decoded.bytes.size()));
   }
-  if (accessor.sparse.isSparse) return wrong(index, "compressed elements cannot be sparse");
   return view;
 }
 

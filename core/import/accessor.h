@@ -88,6 +88,15 @@ class AccessorReader {
   /// same type as it states. `decoded` must outlive the view. Errors: GLTF_ACCESSOR_INVALID.
   Result<AccessorView> view(std::size_t index, const DecodedElements& decoded);
 
+  /// The same without a look at the bytes, for a bufferView that is compressed: `base` is null, and
+  /// stays so until somebody has decoded the view. The accessor's byteOffset counts from its
+  /// beginning. Errors: GLTF_ACCESSOR_INVALID, GLTF_ACCESSOR_OUT_OF_BOUNDS.
+  Result<AccessorView> view_to_decode(std::size_t index) const;
+
+  /// The same for elements that a decoder will make, packed: `base` is null until then. Errors:
+  /// GLTF_ACCESSOR_INVALID.
+  Result<AccessorView> view_of_decoded(std::size_t index) const;
+
   /// To be called before elements first .. first + count - 1 of a view are read: counts them as
   /// `kind`, and has the file's pages fetched together.
   void announce(const AccessorView& view, std::uint64_t first, std::uint64_t count,
@@ -100,6 +109,14 @@ class AccessorReader {
     std::uint64_t offset, count, element, stride_or_zero;
     std::size_t alignment;
   };
+  /// What an accessor says of its elements, as if they were packed.
+  AccessorView stated_type(std::size_t index) const;
+  /// The same with the stride of its view. Checked are the type and the stride.
+  Result<AccessorView> stated(std::size_t index) const;
+  Extent extent_of(std::size_t index, const AccessorView& view) const;
+  /// Whether an extent lies in a view of so many bytes.
+  Status check(std::size_t index, const char* part, const Extent& extent,
+               std::uint64_t bytes) const;
   Result<const std::byte*> locate(std::size_t index, const char* part, const Extent& extent);
   Status attach_sparse(std::size_t index, AccessorView& view);
 

@@ -5,6 +5,7 @@
 
 #include <tiny_gltf.h>
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -39,14 +40,27 @@ struct DracoEntry {
   std::map<std::string, std::uint32_t> attributes;  ///< ids of the attributes that rays need
 };
 
+inline constexpr std::array<const char*, kVertexAttributes> kVertexAttributeNames = {
+    "NORMAL", "TEXCOORD_0", "COLOR_0"};
+
+/// What hits may ask for of a primitive, by VertexAttribute.
+struct AttributeEntry {
+  std::array<int, kVertexAttributes> accessor = {-1, -1, -1};         ///< -1: none, or a wrong one
+  std::array<std::optional<std::uint32_t>, kVertexAttributes> draco;  ///< ids of compressed ones
+  /// One for each morph target: bit i says that it moves VertexAttribute i.
+  std::vector<std::uint8_t> moved_by;
+};
+
 struct GltfDocument {
   /// Nodes, meshes, accessors and bufferViews as tinygltf read them; of the scenes only the one
   /// that was asked for. Everything that rays do not need was erased before: images, textures,
-  /// materials, animations, cameras, extras, attributes that move no position.
+  /// materials, animations, cameras, extras, attributes that move no position (of some `attributes`
+  /// keeps what names them).
   tinygltf::Model model;
   std::vector<BufferEntry> buffers;
   std::map<std::size_t, MeshoptView> meshopt;                       ///< by bufferView
   std::map<std::pair<std::size_t, std::size_t>, DracoEntry> draco;  ///< by mesh and primitive
+  std::map<std::pair<std::size_t, std::size_t>, AttributeEntry> attributes;  ///< likewise
   std::vector<Material> materials;
   std::vector<SkinEntry> skins;
   std::vector<std::optional<Camera>> cameras;         ///< what is wrong with one is a warning

@@ -4,6 +4,7 @@
 #include <array>
 #include <optional>
 
+#include "core/import/gltf_attributes.h"
 #include "core/import/meshopt_view.h"
 #include "core/import/refusal.h"
 
@@ -114,7 +115,9 @@ void thin_primitive(json& object, const Counts& counts, std::size_t mesh, std::s
                     GltfDocument& document, JsonChecker& check, const Place& at) {
   json* attributes = check.object(object, "attributes", at);
   if (attributes == nullptr) return check.refuse(at.member("attributes"), "is missing");
-  if (json* draco = only_extension(object, kDraco, check, at)) {
+  json* const draco = only_extension(object, kDraco, check, at);
+  take_attributes(object, draco, counts, mesh, number, document, at);
+  if (draco != nullptr) {
     const Place extensions = at.member("extensions");
     document.draco[{mesh, number}] = read_draco(*draco, counts, check, extensions.member(kDraco));
   }

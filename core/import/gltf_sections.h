@@ -1,6 +1,6 @@
 #pragma once
 /// The sections of a glTF file's JSON that hold geometry, checked and thinned one by one. A part of
-/// gltf_thinning.cpp; nothing else includes it.
+/// gltf_thinning.cpp and gltf_attributes.cpp; nothing else includes it.
 
 #include <nlohmann/json.hpp>
 

@@ -149,7 +149,8 @@ Result<SceneDescription> import_checked(std::span<const std::byte> bytes,
   ViewStore views(*document, buffers, budget);
   AccessorReader accessors(*document, views, limits);
   const KeptBytes kept{bytes, options.keeper};
-  MeshReader meshes(*document, views, accessors, kept, limits, budget, scene, warnings);
+  MeshReader meshes(*document, views, accessors, kept, options.copies_attributes, limits, budget,
+                    scene, warnings);
   Status placed =
       place_meshes(*document, accessors, meshes, limits, options.progress, budget, scene);
   if (!placed) return placed.error();

@@ -59,6 +59,10 @@ struct ImportOptions {
   /// meshes look at positions and indices where they lie, unless these have to be changed. Null:
   /// they are copied. (import_file copies: anybody may write to the file.)
   std::shared_ptr<const void> keeper = {};
+  /// Normals, texture coordinates and colours are never read where a keeper keeps them: hits that
+  /// ask look at them there. Whether they are copied, and what is compressed with them, where they
+  /// would be gone otherwise; else no hit has any.
+  bool copies_attributes = false;
   /// Told of the stage "importing", by nodes; the import ends early (CANCELLED) when it is
   /// cancelled. May be null.
   Progress* progress = nullptr;

@@ -104,6 +104,7 @@ Status MeshReader::append_primitive(std::size_t number, const Pose& pose, Mesh& 
   primitive.file_primitive = static_cast<std::uint32_t>(number);
   if (source.material >= 0) primitive.material = static_cast<std::uint32_t>(source.material);
   mesh.primitives.push_back(primitive);
+  attributes_.append(*found, pose, *range, range->low - *offset, mesh);
   return success();
 }
 

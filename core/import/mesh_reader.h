@@ -10,6 +10,7 @@
 
 #include "core/base/result.h"
 #include "core/import/accessor.h"
+#include "core/import/attribute_reader.h"
 #include "core/import/budget.h"
 #include "core/import/corners.h"
 #include "core/import/gltf_document.h"
@@ -23,8 +24,8 @@ namespace sightline::gltf {
 class MeshReader {
  public:
   MeshReader(const GltfDocument& document, ViewStore& views, AccessorReader& accessors,
-             const KeptBytes& kept, const ImportLimits& limits, Budget& budget,
-             SceneDescription& scene, Warnings& warnings)
+             const KeptBytes& kept, bool copies_attributes, const ImportLimits& limits,
+             Budget& budget, SceneDescription& scene, Warnings& warnings)
       : document_(document),
         accessors_(accessors),
         kept_(kept),
@@ -33,6 +34,7 @@ class MeshReader {
         scene_(scene),
         warnings_(warnings),
         sources_(document, views, accessors, budget, warnings),
+        attributes_(document, views, accessors, kept, copies_attributes, limits, budget, warnings),
         skins_(document, accessors, budget, scene.nodes, warnings) {}
 
   /// The mesh that a node shows, as an index in scene.meshes; nothing when it has no triangles.
@@ -74,6 +76,7 @@ class MeshReader {
   SceneDescription& scene_;
   Warnings& warnings_;
   PrimitiveSources sources_;
+  AttributeReader attributes_;
   SkinReader skins_;
   /// By mesh, morph weights and skin.
   std::map<std::tuple<int, std::vector<double>, int>, std::optional<std::uint32_t>> known_;

@@ -26,7 +26,7 @@ void read_what_was_skipped(const GltfDocument& document, std::span<const std::by
     Budget budget(limits);
     Warnings warnings;
     const KeptBytes copied;
-    MeshReader meshes(document, views, accessors, copied, limits, budget, spare, warnings);
+    MeshReader meshes(document, views, accessors, copied, false, limits, budget, spare, warnings);
     tinygltf::Node node;
     node.mesh = static_cast<int>(i);
     static_cast<void>(meshes.mesh_of(node));

@@ -5,6 +5,15 @@
 
 namespace sightline::gltf {
 
+namespace {
+
+std::string place_of(std::size_t view) { return "bufferView " + std::to_string(view); }
+std::string pointer_of(std::size_t view) {
+  return "/bufferViews/" + std::to_string(view) + "/extensions/" + kMeshopt;
+}
+
+}  // namespace
+
 Result<std::span<const std::byte>> ViewStore::bytes(std::size_t index) {
   const auto meshopt = document_.meshopt.find(index);
   if (meshopt != document_.meshopt.end()) return decoded(index, meshopt->second);
@@ -43,17 +52,20 @@ Result<std::span<const std::byte>> ViewStore::part(std::size_t buffer, std::uint
   return bytes->subspan(offset, length);
 }
 
+Result<std::span<const std::byte>> ViewStore::to_decode(std::size_t index) {
+  const MeshoptView& view = document_.meshopt.at(index);
+  return part(view.buffer, view.offset, view.length, place_of(index), pointer_of(index));
+}
+
 Result<std::span<const std::byte>> ViewStore::decoded(std::size_t index, const MeshoptView& view) {
   if (const auto found = decoded_.find(index); found != decoded_.end()) {
     return std::span<const std::byte>(found->second.get(), view.decoded_bytes());
   }
-  const std::string place = "bufferView " + std::to_string(index);
-  const std::string pointer = "/bufferViews/" + std::to_string(index) + "/extensions/" + kMeshopt;
-  auto compressed = part(view.buffer, view.offset, view.length, place, pointer);
+  auto compressed = to_decode(index);
   if (!compressed) return compressed.error();
   if (Status status = budget_.spend_bytes(view.decoded_bytes()); !status) return status.error();
   if (buffers_.is_mapped(view.buffer)) will_need(*compressed);
-  auto bytes = decode_meshopt(view, *compressed, place, pointer);
+  auto bytes = decode_meshopt(view, *compressed, place_of(index), pointer_of(index));
   if (!bytes) return bytes.error();
   if (buffers_.is_mapped(view.buffer)) compressed_bytes_ += view.length;
   const std::byte* const begin = decoded_.emplace(index, *std::move(bytes)).first->second.get();

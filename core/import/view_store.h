@@ -31,6 +31,11 @@ class ViewStore {
   /// read.
   Result<std::span<const std::byte>> compressed(std::size_t index);
 
+  /// What a view with EXT_meshopt_compression is decoded from, which is not done. Precondition:
+  /// is_meshopt(index). Errors: those of bytes().
+  Result<std::span<const std::byte>> to_decode(std::size_t index);
+  bool is_meshopt(std::size_t index) const { return document_.meshopt.count(index) != 0; }
+
   /// Whether reading this view reads the file, rather than what was decoded before.
   bool is_mapped(std::size_t index) const;
   /// How many compressed bytes of the file were read.

@@ -1,6 +1,7 @@
 #pragma once
 /// What rays meet, as columns: slot i answers ray i.
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 
@@ -62,6 +63,18 @@ struct HitDetail {
   double v = 0;          ///< weight of v2, within 2^-50
   bool front = true;     ///< direction . normal < 0 exactly; false when the ray lies in the plane
   bool on_edge = false;  ///< exactly on an edge or a corner; only if asked for (Engine::mark_edges)
+};
+
+/// What the file says of the surface at a hit: of the three vertices a, b, c with the weights of
+/// HitDetail ((1 - u) - v) a + u b + v c, in float64, left to right. Columns of n slots, or none
+/// when not asked for; NaN where the file says nothing, or not a number.
+struct HitAttributes {
+  Column<Vec3d> shading_normal;          ///< unit, world, by the inverse transpose (normal_map.h)
+  Column<std::array<double, 2>> uv;      ///< TEXCOORD_0
+  Column<std::array<double, 4>> colour;  ///< COLOR_0: red, green, blue, alpha (1 if there is none)
+};
+struct HitAttributeChoice {
+  bool shading_normal = false, uv = false, colour = false;
 };
 
 }  // namespace sightline

@@ -66,6 +66,11 @@ class Engine {
   /// Fills HitDetail::on_edge of what `details` has filled. The same preconditions.
   Status mark_edges(const Scene& scene, const RayBatch& rays, const HitBatch& hits,
                     const Deadline& deadline, Column<HitDetail>& details) const;
+  /// What the file says of the vertices of hits, with the weights of their details, of which there
+  /// are as many. Reads the file where it lies. `out` is resized and overwritten.
+  Status attributes(const Scene& scene, const HitBatch& hits, const Column<HitDetail>& details,
+                    const HitAttributeChoice& choice, const Deadline& deadline,
+                    HitAttributes& out) const;
 
   // Points are finite; see core/run/nearest.cpp. What counts is chosen by primitives: sides of
   // options.kept are all or none.

@@ -8,6 +8,7 @@
 #include "core/base/shared_column.h"
 #include "core/geometry/box3.h"
 #include "core/geometry/vec3.h"
+#include "core/scene/vertex_numbers.h"
 
 namespace sightline {
 
@@ -30,6 +31,8 @@ struct Mesh {
   SharedColumn<Vec3f> positions;
   SharedColumn<std::uint32_t> indices;
   std::vector<Primitive> primitives;
+  /// Of the primitives before the last one that has any; of the others there are none.
+  std::vector<PrimitiveAttributes> attributes;
 
   std::uint32_t triangle_count() const { return static_cast<std::uint32_t>(indices.size() / 3); }
 };

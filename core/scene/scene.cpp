@@ -15,6 +15,14 @@ bool has_empty_mask_among(const std::vector<Instance>& instances) {
                      [](const Instance& instance) { return instance.mask == 0; });
 }
 
+std::uint64_t attribute_bytes_of(const Mesh& mesh) {
+  std::uint64_t bytes = 0;
+  for (const PrimitiveAttributes& attributes : mesh.attributes) {
+    for (const auto& numbers : attributes.numbers) bytes += numbers ? numbers->bytes() : 0;
+  }
+  return bytes;
+}
+
 }  // namespace
 
 Result<std::shared_ptr<const Scene>> Scene::prepare(SceneDescription description) {
@@ -26,7 +34,8 @@ Result<std::shared_ptr<const Scene>> Scene::prepare(SceneDescription description
     for (const auto& mesh : scene->description_.meshes) {
       scene->unique_triangle_count_ += mesh->triangle_count();
       meshes.push_back({mesh->positions, mesh->indices});
-      bytes += meshes.back().positions.size_bytes() + meshes.back().indices.size_bytes();
+      bytes += meshes.back().positions.size_bytes() + meshes.back().indices.size_bytes() +
+               attribute_bytes_of(*mesh);
     }
     std::vector<PlacementView> placements;
     for (const Instance& instance : scene->description_.instances) {
@@ -39,6 +48,7 @@ Result<std::shared_ptr<const Scene>> Scene::prepare(SceneDescription description
     scene->plan_ = std::move(*plan);
     scene->known_edges_ =
         std::shared_ptr<KnownEdges[]>(new KnownEdges[scene->description_.meshes.size()]);
+    scene->attribute_bytes_ = std::make_shared<std::atomic<std::uint64_t>>(0);
     scene->trees_ = std::make_unique<SceneTrees>(scene->plan_, bytes);
     return std::shared_ptr<const Scene>(std::move(scene));
   });
@@ -69,6 +79,7 @@ Result<std::shared_ptr<const Scene>> Scene::changed(std::span<const NodeChange> 
     }
     scene->plan_ = moved_plan(plan_, moved);
     scene->known_edges_ = known_edges_;
+    scene->attribute_bytes_ = attribute_bytes_;
     scene->unique_triangle_count_ = unique_triangle_count_;
     scene->instanced_triangle_count_ = instanced_triangle_count_;
     scene->has_empty_mask_ = has_empty_mask_among(scene->description_.instances);

@@ -1,6 +1,7 @@
 #pragma once
 /// An immutable scene: what every reader of a revision shares.
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -51,6 +52,10 @@ class Scene {
   /// Of the world positions that finite triangles use (area or not); empty if there is none.
   const Box3d& bounds() const { return plan_.bounds; }
 
+  /// What its attributes say of a vertex of a triangle is read for hits; this counts the bytes of
+  /// the file that were. Shared with the scenes that share its meshes.
+  std::atomic<std::uint64_t>& attribute_bytes() const { return *attribute_bytes_; }
+
   /// Whether some instance has mask 0: no ray meets it, whatever its own mask.
   bool has_empty_mask() const { return has_empty_mask_; }
 
@@ -73,6 +78,7 @@ class Scene {
     OpenEdges edges;
   };
   std::shared_ptr<KnownEdges[]> known_edges_;  ///< one for each mesh; shared with what shares them
+  std::shared_ptr<std::atomic<std::uint64_t>> attribute_bytes_;
   std::uint64_t unique_triangle_count_ = 0;
   std::uint64_t instanced_triangle_count_ = 0;
   bool has_empty_mask_ = false;

@@ -70,11 +70,13 @@ struct TouchedBytes {
   std::uint64_t indices = 0;
   std::uint64_t poses = 0;       ///< morph targets, joints, weights and inverse bind matrices
   std::uint64_t placements = 0;  ///< EXT_mesh_gpu_instancing
+  /// Normals, texture coordinates and colours that the import copied.
+  std::uint64_t attributes = 0;
   std::uint64_t compressed = 0;  ///< by EXT_meshopt_compression or KHR_draco_mesh_compression
   std::uint64_t others = 0;      ///< what no ray needs; 0 unless nothing was to be skipped
 
   std::uint64_t total() const {
-    return json + positions + indices + poses + placements + compressed + others;
+    return json + positions + indices + poses + placements + attributes + compressed + others;
   }
 };
 
@@ -85,7 +87,8 @@ struct ImportSkips {
   std::uint64_t meshes = 0;  ///< that no node of the loaded scene shows
   std::uint64_t images = 0;
   std::uint64_t animations = 0;
-  std::uint64_t attributes = 0;  ///< of primitives: normals, texture coordinates, colours, ...
+  /// Of primitives: normals, texture coordinates, colours, tangents, ...; hits may ask for some.
+  std::uint64_t attributes = 0;
 };
 
 /// Counts of what a ray cannot meet, so that nothing disappears in silence.

@@ -7,7 +7,8 @@
         hits = server.closest("house", [[0, 1.7, 10]], [[0, 0, -1]], fields=["t", "node_id"])
 
 Rays and hits travel as bytes (proto/BINARY.md); fields that are texts (node, node_path, mesh, material) as JSON. Columns
-come back as numpy arrays, or without numpy as lists. A miss has t = inf and ids of -1 in numpy's int64 and in lists.
+come back as numpy arrays, or without numpy as lists. A miss has t = inf and ids of -1 in numpy's int64 and in lists;
+shading_normal, uv and colour are NaN where the file says nothing.
 An object has one connection: use one for each thread.
 """
 

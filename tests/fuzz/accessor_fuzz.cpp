@@ -71,7 +71,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     for (std::size_t k = 0; k < 3; ++k) root["bufferViews"].push_back(view(in.subspan(12 + 4 * k)));
   }
   // The first accessors in turn: positions, indices, a morph target, joints, weights, bind
-  // matrices, instances; each part of the file is there when its accessor is.
+  // matrices, instances, normals, coordinates, colours; each part of the file is there when its
+  // accessor is.
   json primitive = {{"attributes", {{"POSITION", 0}}}, {"mode", 4 + data[11] % 3}};
   json skinned = {{"mesh", 0}};
   if (count > 1) primitive["indices"] = 1;
@@ -89,6 +90,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     json& extension = root["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"];
     for (std::size_t i = 6; i < count && i < 9; ++i) extension["attributes"][kNames[i - 6]] = i;
   }
+  static constexpr std::array<const char*, 3> kAttributes = {"NORMAL", "TEXCOORD_0", "COLOR_0"};
+  for (std::size_t i = 9; i < count; ++i) primitive["attributes"][kAttributes[i - 9]] = i;
   root["meshes"] = {{{"primitives", {primitive}}, {"weights", {0.5}}}};
 
   const auto binary = input.subspan(count * kBytesPerAccessor);

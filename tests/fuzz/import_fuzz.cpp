@@ -13,6 +13,21 @@ using namespace sightline;
 
 namespace {
 
+/// What hits read where the file keeps it is what they read of the copy.
+void check_attributes(const Mesh& shared, const Mesh& copied) {
+  fuzz::each_attribute(shared, [&](std::size_t primitive, std::size_t attribute,
+                                   const VertexNumbers& numbers, std::uint32_t vertex) {
+    if (primitive >= copied.attributes.size()) return;
+    const VertexNumbers* const copy = copied.attributes[primitive].numbers[attribute].get();
+    if (copy == nullptr) return;  // there was no room for it
+    double a[4] = {}, b[4] = {};
+    std::uint64_t touched = 0;
+    const bool loaded = numbers.load(vertex, a, touched);
+    fuzz::require(loaded == copy->load(vertex, b, touched), "both are there or neither");
+    fuzz::require(std::memcmp(a, b, sizeof a) == 0, "attributes");
+  });
+}
+
 /// Where the bytes are kept, meshes may look at them: the same meshes.
 void check_sharing(const SceneDescription& copied, std::span<const std::byte> bytes) {
   const auto kept = std::make_shared<const std::vector<std::byte>>(bytes.begin(), bytes.end());
@@ -28,6 +43,7 @@ void check_sharing(const SceneDescription& copied, std::span<const std::byte> by
     };
     fuzz::require(same(shared->meshes[i]->positions, copied.meshes[i]->positions), "positions");
     fuzz::require(same(shared->meshes[i]->indices, copied.meshes[i]->indices), "indices");
+    check_attributes(*shared->meshes[i], *copied.meshes[i]);
   }
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 /// What an import promises, whatever the bytes were.
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -18,7 +19,28 @@ inline ImportOptions small_limits() {
   options.limits.instances = 10000;
   options.limits.geometry_bytes = 16u << 20;
   options.limits.zero_filled = 10000;
+  options.copies_attributes = true;
   return options;
+}
+
+/// Calls visit(numbers, file's vertex) for what hits may ask of some of a mesh's triangles.
+template <class Visit>
+void each_attribute(const Mesh& mesh, const Visit& visit) {
+  constexpr std::size_t kMost = 200;
+  require(mesh.attributes.size() <= mesh.primitives.size(), "attributes are those of primitives");
+  for (std::size_t k = 0; k < mesh.attributes.size(); ++k) {
+    const Primitive& primitive = mesh.primitives[k];
+    const std::size_t begin = std::size_t{primitive.first_triangle} * 3;
+    const std::size_t corners = std::min<std::size_t>(primitive.triangle_count, kMost) * 3;
+    for (std::size_t i = 0; i < kVertexAttributes; ++i) {
+      const VertexNumbers* const numbers = mesh.attributes[k].numbers[i].get();
+      if (numbers == nullptr) continue;
+      for (std::size_t c = begin; c < begin + corners; ++c) {
+        const std::uint32_t vertex = mesh.indices[c] + mesh.attributes[k].first_vertex;
+        visit(k, i, *numbers, vertex);
+      }
+    }
+  }
 }
 
 inline void check(const SceneDescription& scene) {
@@ -35,6 +57,13 @@ inline void check(const SceneDescription& scene) {
               "materials exist");
     }
     require(next == mesh->triangle_count() && next > 0, "primitives cover the mesh");
+    each_attribute(
+        *mesh, [](std::size_t, std::size_t, const VertexNumbers& numbers, std::uint32_t vertex) {
+          require(numbers.components() >= 2 && numbers.components() <= 4, "two to four numbers");
+          double values[4];
+          std::uint64_t touched = 0;
+          numbers.load(vertex, values, touched);
+        });
   }
   for (std::size_t i = 0; i < scene.nodes.size(); ++i) {
     require(scene.nodes[i].parent == 0xffffffffu || scene.nodes[i].parent < i,

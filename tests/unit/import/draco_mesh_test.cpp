@@ -145,6 +145,63 @@ TEST(DracoMesh, moves_quantised_positions_by_half_a_step_at_most) {
   }
 }
 
+/// The grid with its coordinates as TEXCOORD_0, accessor 2.
+TinyFile with_coordinates(const Encoded& grid) {
+  TinyFile file = compressed_file(grid);
+  file.root["accessors"].push_back(
+      {{"componentType", 5126}, {"type", "VEC2"}, {"count", grid.points}});
+  json& primitive = file.root["meshes"][0]["primitives"][0];
+  primitive["attributes"]["TEXCOORD_0"] = 2;
+  primitive["extensions"][kName]["attributes"]["TEXCOORD_0"] = 1;
+  return file;
+}
+
+TEST(DracoMesh, has_its_coordinates_decoded_when_a_hit_asks) {
+  Options options;
+  options.has_texture_coordinates = true;
+  const TinyFile file = with_coordinates(encode_grid(5, wavy, options));
+  const auto bytes = std::make_shared<const std::vector<std::byte>>(file.bytes());
+  const std::uint64_t packed = file.root["bufferViews"].back()["byteLength"];
+  for (const bool is_kept : {true, false}) {
+    ImportOptions import_options;
+    if (is_kept) import_options.keeper = bytes;
+    import_options.copies_attributes = true;
+    const auto scene = import_bytes(*bytes, import_options);
+    ASSERT_TRUE(scene.ok()) << scene.error().message;
+    const Mesh& mesh = *scene->meshes[0];
+    ASSERT_EQ(mesh.attributes.size(), 1u);
+    const VertexNumbers& coordinates = *mesh.attributes[0].of(VertexAttribute::kUv);
+    EXPECT_EQ(coordinates.bytes(), is_kept ? 0 : packed);
+    std::uint64_t touched = 0;
+    for (std::uint32_t i = 0; i < mesh.positions.size(); ++i) {
+      double uv[2];
+      ASSERT_TRUE(coordinates.load(i + mesh.attributes[0].first_vertex, uv, touched));
+      EXPECT_NEAR(uv[0], static_cast<double>(mesh.positions[i].x), 5.0 / 1023);
+      EXPECT_NEAR(uv[1], static_cast<double>(mesh.positions[i].y), 5.0 / 1023);
+    }
+    EXPECT_EQ(touched, is_kept ? packed : 0);
+  }
+}
+
+TEST(DracoMesh, says_nothing_of_coordinates_that_it_does_not_hold) {
+  ImportOptions import_options;
+  import_options.copies_attributes = true;
+  // There is no attribute 1 in the bytes; then another type is stated than is there.
+  for (const bool is_there : {false, true}) {
+    Options options;
+    options.has_texture_coordinates = is_there;
+    TinyFile file = with_coordinates(encode_grid(5, wavy, options));
+    if (is_there) file.root["accessors"][2].update({{"componentType", 5121}, {"normalized", true}});
+    const auto scene = file.import(import_options);
+    ASSERT_TRUE(scene.ok()) << scene.error().message;
+    double uv[2];
+    std::uint64_t touched = 0;
+    const auto& attributes = scene->meshes[0]->attributes;
+    ASSERT_EQ(attributes.size(), 1u);
+    EXPECT_FALSE(attributes[0].of(VertexAttribute::kUv)->load(0, uv, touched));
+  }
+}
+
 TEST(DracoMesh, is_left_alone_when_the_file_has_plain_bytes_and_does_not_require_it) {
   TinyFile file = one_triangle();
   file.root["meshes"][0]["primitives"][0]["extensions"][kName] = {

@@ -126,6 +126,54 @@ TEST(MeshoptView, applies_the_quaternion_filter_to_the_rotations_of_instances) {
   EXPECT_EQ(m.m[2][2], 1);
 }
 
+/// The triangle with normals (0,0,1) (0,1,0) (1,0,0) in a view of their own.
+TinyFile compressed_normals() {
+  const std::vector<float> normals = {0, 0, 1, 0, 1, 0, 1, 0, 0};
+  TinyFile file = one_triangle();
+  file.root["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = file.add_positions(normals);
+  compress(file, 2, encode_elements(normals.data(), 3, 12), 3, 12, "ATTRIBUTES");
+  return file;
+}
+
+TEST(MeshoptView, of_normals_is_decoded_when_a_hit_asks) {
+  const TinyFile file = compressed_normals();
+  const std::uint64_t packed = file.root["bufferViews"][2]["extensions"][kName]["byteLength"];
+  const auto bytes = std::make_shared<const std::vector<std::byte>>(file.bytes());
+  for (const bool is_kept : {true, false}) {
+    ImportOptions options;
+    if (is_kept) options.keeper = bytes;
+    options.copies_attributes = true;
+    const auto scene = import_bytes(*bytes, options);
+    ASSERT_TRUE(scene.ok()) << scene.error().message;
+    EXPECT_EQ(scene->counts.touched.compressed, 0u);
+    ASSERT_EQ(scene->meshes[0]->attributes.size(), 1u);
+    const VertexNumbers& normals = *scene->meshes[0]->attributes[0].of(VertexAttribute::kNormal);
+    EXPECT_EQ(normals.bytes(), is_kept ? 0 : packed);
+    double n[3];
+    std::uint64_t touched = 0;
+    for (std::uint64_t vertex = 0; vertex < 3; ++vertex) {
+      ASSERT_TRUE(normals.load(vertex, n, touched));
+      for (std::uint64_t k = 0; k < 3; ++k) EXPECT_EQ(n[k], k + vertex == 2 ? 1 : 0);
+    }
+    EXPECT_EQ(touched, is_kept ? packed : 0);
+  }
+}
+
+TEST(MeshoptView, of_normals_that_is_damaged_says_nothing) {
+  TinyFile file = compressed_normals();
+  const std::size_t at = file.root["bufferViews"][2]["extensions"][kName]["byteOffset"];
+  file.binary[at] = std::byte{0x55};
+  ImportOptions options;
+  options.copies_attributes = true;
+  const auto scene = file.import(options);
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+  double n[3];
+  std::uint64_t touched = 0;
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_FALSE(scene->meshes[0]->attributes[0].of(VertexAttribute::kNormal)->load(0, n, touched));
+  }
+}
+
 TEST(MeshoptView, is_decoded_once_for_all_its_accessors) {
   TinyFile file = compressed_positions();
   file.root["accessors"].push_back(file.root["accessors"][0]);

@@ -178,10 +178,16 @@ TEST(TexturedFile, is_loaded_although_nobody_may_touch_what_no_ray_needs) {
     forbidden += range.end - range.begin;
   }
   EXPECT_GT(forbidden, bytes.size() / 2);
-  const auto scene = import_bytes({begin, bytes.size()}, {});
-  ASSERT_TRUE(scene.ok()) << scene.error().message;
-  expect_little_touched(scene->counts);
-  EXPECT_EQ(scene->meshes[0]->triangle_count(), 320000u);
+  for (const bool is_kept : {false, true}) {
+    ImportOptions options;
+    // Then hits may ask for normals, which the import does not touch for that.
+    if (is_kept) options.keeper = std::shared_ptr<const void>(begin, [](const void*) {});
+    const auto scene = import_bytes({begin, bytes.size()}, options);
+    ASSERT_TRUE(scene.ok()) << scene.error().message;
+    expect_little_touched(scene->counts);
+    EXPECT_EQ(scene->meshes[0]->triangle_count(), 320000u);
+    EXPECT_EQ(scene->meshes[0]->attributes.size(), is_kept ? 1u : 0u);
+  }
   ::munmap(memory, bytes.size());
 }
 

@@ -30,6 +30,10 @@ struct Sample {
     terms.node_name = {"roof \"east\"", ""};
     terms.mesh_name = {"house", ""};
     terms.material_name = {"tile", ""};
+    constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+    terms.attributes.shading_normal = {{0, 1, 0}, {kNan, kNan, kNan}};
+    terms.attributes.uv = {{{0.5, -1}}, {{kNan, kNan}}};
+    terms.attributes.colour = {{{1, 0.5, 0, 1}}, {{kNan, kNan, kNan, kNan}}};
   }
   std::string encode(FieldSet fields, AnswerLayout layout) const {
     return encode_hits(hits, details, terms, fields, layout);
@@ -58,7 +62,8 @@ TEST(HitJson, writes_columns_with_null_or_minus_one_for_a_miss) {
 TEST(HitJson, writes_every_field_in_its_order) {
   EXPECT_EQ(Sample().encode(every_field(), AnswerLayout::kRows),
             R"({"hits":[{"t":5,"distance":10,"instance":3,"primitive":1,"triangle":12,)"
-            R"("position":[1,2,-0.0],"normal":[0,0,1],"barycentrics":[0.25,0.5],"front":true,)"
+            R"("position":[1,2,-0.0],"normal":[0,0,1],"shading_normal":[0,1,0],)"
+            R"("barycentrics":[0.25,0.5],"uv":[0.5,-1],"colour":[1,0.5,0,1],"front":true,)"
             R"("on_edge":true,"node":"roof \"east\"","node_id":7,"node_path":"/town/roof",)"
             R"("mesh":"house","mesh_id":8,"material":"tile","material_id":9},null]})");
   const auto columns =
@@ -84,6 +89,18 @@ TEST(HitJson, says_null_for_a_name_that_the_file_does_not_give) {
             R"({"hits":[{"mesh":null,"material_id":null},null]})");
   EXPECT_EQ(sample.encode({HitField::kMesh, HitField::kMaterialId}, AnswerLayout::kColumns),
             R"({"mesh":[null,null],"material_id":[-1,-1]})");
+}
+
+TEST(HitJson, says_null_for_what_the_file_does_not_say_of_its_surface) {
+  Sample sample;
+  sample.terms.attributes.shading_normal[0] = sample.terms.attributes.shading_normal[1];
+  sample.terms.attributes.uv[0] = sample.terms.attributes.uv[1];
+  const FieldSet fields{HitField::kShadingNormal, HitField::kUv, HitField::kColour};
+  EXPECT_EQ(sample.encode(fields, AnswerLayout::kRows),
+            R"({"hits":[{"shading_normal":null,"uv":null,"colour":[1,0.5,0,1]},null]})");
+  EXPECT_EQ(sample.encode(fields, AnswerLayout::kColumns),
+            R"({"shading_normal":[null,null,null,null,null,null],"uv":[null,null,null,null],)"
+            R"("colour":[1,0.5,0,1,null,null,null,null]})");
 }
 
 TEST(HitJson, says_the_distance_where_t_is_to_be_one) {

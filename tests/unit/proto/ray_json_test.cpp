@@ -264,7 +264,7 @@ TEST(RayJson, refuses_what_is_not_json) {
 }
 
 TEST(RayJson, lists_the_known_fields_when_one_is_unknown) {
-  std::string body = R"({"rays":[],"fields":["t","colour"]})";
+  std::string body = R"({"rays":[],"fields":["t","paint"]})";
   const auto query = decode_rays(body, {});
   ASSERT_FALSE(query.ok());
   EXPECT_EQ(query.error().code, "FIELD_UNKNOWN");

@@ -1,0 +1,85 @@
+#pragma once
+/// Finds what hits may ask for of a primitive's vertices, without reading it.
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <memory>
+
+#include "core/base/result.h"
+#include "core/base/shared_column.h"
+#include "core/import/accessor.h"
+#include "core/import/budget.h"
+#include "core/import/corners.h"
+#include "core/import/gltf_document.h"
+#include "core/import/primitive_source.h"
+#include "core/import/stored_numbers.h"
+#include "core/import/view_store.h"
+#include "core/import/warnings.h"
+#include "core/scene/mesh.h"
+
+namespace sightline::gltf {
+
+class AttributeReader {
+ public:
+  /// Where the bytes of `kept` have no keeper, and in files that are not theirs, attributes are
+  /// copied, or left out where `copies` is false. All of these must outlive the reader; none is
+  /// needed by what it finds.
+  AttributeReader(const GltfDocument& document, ViewStore& views, AccessorReader& accessors,
+                  const KeptBytes& kept, bool copies, const ImportLimits& limits, Budget& budget,
+                  Warnings& warnings)
+      : document_(document),
+        views_(views),
+        accessors_(accessors),
+        kept_(kept),
+        copies_(copies),
+        limits_(limits),
+        budget_(budget),
+        warnings_(warnings) {}
+
+  /// Tells the mesh of its last primitive, which uses the vertices of `range`. What is wrong with
+  /// an attribute is a warning, and it is left out, as are those that the pose would move.
+  void append(const PrimitiveSource& found, const Pose& pose, const CornerRange& range,
+              std::uint32_t first_vertex, Mesh& mesh);
+
+ private:
+  using Numbers = std::shared_ptr<const VertexNumbers>;
+  using LateView = LateDecoded<std::unique_ptr<std::byte[]>>;
+  using LateDraco = LateDecoded<DracoMesh>;
+  /// What is looked for.
+  struct Wanted {
+    const AttributeEntry& entry;
+    VertexAttribute attribute;
+    std::pair<std::size_t, std::size_t> primitive;
+    const PrimitiveSource& found;
+    const CornerRange& range;
+    int accessor() const { return entry.accessor[static_cast<std::size_t>(attribute)]; }
+  };
+
+  Result<Numbers> find(const Wanted& wanted);
+  Result<Numbers> find_stored(const Wanted& wanted);
+  Result<Numbers> find_meshopt(const Wanted& wanted, std::size_t view);
+  Result<Numbers> find_draco(const Wanted& wanted, std::uint32_t id);
+  Status check(const Wanted& wanted, const AccessorView& view) const;
+  /// Whether every byte that the view looks at stays where it is.
+  bool is_kept(const AccessorView& view) const;
+  Result<Numbers> copy(const AccessorView& view, const CornerRange& range);
+  /// Compressed bytes that stay; nothing where they would have to be copied and may not be.
+  Result<std::optional<SharedColumn<std::byte>>> hold(std::span<const std::byte> compressed);
+  bool is_held(std::span<const std::byte> bytes) const {
+    return !bytes.empty() && !kept_.share<std::byte>(bytes.data(), bytes.size()).empty();
+  }
+
+  const GltfDocument& document_;
+  ViewStore& views_;
+  AccessorReader& accessors_;
+  const KeptBytes& kept_;
+  const bool copies_;
+  const ImportLimits& limits_;
+  Budget& budget_;
+  Warnings& warnings_;
+  std::map<std::size_t, std::shared_ptr<const LateView>> late_views_;
+  std::map<std::pair<std::size_t, std::size_t>, std::shared_ptr<const LateDraco>> late_draco_;
+};
+
+}  // namespace sightline::gltf

@@ -1,0 +1,18 @@
+#pragma once
+/// What a document says of the attributes that hits may ask for. Nothing in it makes a file bad:
+/// what is wrong is a warning, and left out.
+
+#include <nlohmann/json.hpp>
+
+#include "core/import/gltf_document.h"
+#include "core/import/gltf_sections.h"
+#include "core/import/json_checker.h"
+
+namespace sightline::gltf {
+
+/// Moves them into document.attributes. `draco` is the primitive's extension, or null.
+/// Precondition: nothing of the primitive was erased before.
+void take_attributes(nlohmann::json& primitive, nlohmann::json* draco, const Counts& counts,
+                     std::size_t mesh, std::size_t number, GltfDocument& document, const Place& at);
+
+}  // namespace sightline::gltf
