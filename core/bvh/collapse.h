@@ -1,5 +1,5 @@
 #pragma once
-/// The last step of building: a binary tree becomes eight-wide nodes in one arena.
+/// The last step of building: a binary tree becomes eight-wide nodes in one arena [Dammertz2008].
 
 #include <functional>
 

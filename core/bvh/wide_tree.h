@@ -45,7 +45,7 @@ struct alignas(64) WideNode {
   float upper[3][kArity];
   std::uint32_t child[kArity];
   /// For each octant of ray directions (bit k set: component k is negative) the children from far
-  /// to near, three bits each, the farthest lowest.
+  /// to near, three bits each, the farthest lowest [Fuetterling2015].
   std::uint32_t order[8];
 };
 static_assert(sizeof(WideNode) == 256);

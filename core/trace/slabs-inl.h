@@ -1,4 +1,4 @@
-// Ray against the eight boxes of a node.
+// Ray against the eight boxes of a node, all at once [Wald2008].
 
 #if defined(SIGHTLINE_TRACE_SLABS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_SLABS_INL_H_
