@@ -27,8 +27,10 @@ std::optional<QueryParameters> QueryParameters::read(
       list += (list.empty() ? "" : ", ") + std::string(each);
     }
     exchange.reply_problem(422, "QUERY_INVALID",
-                           "the query parameters here are " + list +
-                               ", each name=value at most once, with & between them");
+                           known.size() == 0
+                               ? "there are no query parameters here"
+                               : "the query parameters here are " + list +
+                                     ", each name=value at most once, with & between them");
     return std::nullopt;
   }
   return parameters;

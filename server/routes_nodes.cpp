@@ -2,6 +2,7 @@
 
 #include "core/scene/node_transform.h"
 #include "proto/node_json.h"
+#include "server/query_parameters.h"
 #include "server/request_body.h"
 #include "server/routes.h"
 #include "server/scene_json.h"
@@ -46,6 +47,7 @@ Result<NodeChange> change_of(const std::string& node, const NodePatch& patch) {
 
 void patch_node(Exchange& exchange, Service& service) {
   constexpr std::uint64_t kMostBytes = 64 << 10;
+  if (!QueryParameters::read(exchange, {})) return;
   // A page of another site cannot send this without being allowed to.
   if (!exchange.request.has_header("Content-Type")) {
     return exchange.reply_problem(415, "MEDIA_TYPE_UNSUPPORTED",

@@ -1,6 +1,6 @@
 """kill -9 at random moments, in the middle of uploads, builds and writes; and what is there afterwards.
 
-Clients put, replace, remove and ask scenes of one data folder. A server is killed, another one started,
+Clients put, replace, move, remove and ask scenes of one data folder. A server is killed, another one started,
 and every name must have what was acknowledged last, or what was on its way when the server died: whole,
 with the right answers. Nothing else may lie in the folder.
 
@@ -24,6 +24,7 @@ import opened_files
 CLIENTS = 3
 NAMES_EACH = 3
 RAYS = 64
+HEIGHTS = (0, 0.25, -3)  # where a PATCH has moved the node to; a scene is (sha256, number of one of these)
 WRITING = "trees/writing"  # where a server writes trees before they get their name
 # A disk as slow as this leaves time to die between any two steps of a commit. (A kill at a random moment
 # of a fast disk hardly ever falls between a rename and the next call.)
@@ -75,6 +76,10 @@ def request(connection, method, path, body=None):
     return answer.status, answer.read()
 
 
+def move(connection, name, place):
+    return request(connection, "PATCH", f"/v1/scenes/{name}/nodes/0", json.dumps({"translation": [0, HEIGHTS[place], 0]}))
+
+
 def answers_of(connection, name):
     """The hash of what the scene answers, or the problem."""
     status, body = request(connection, "POST", f"/v1/scenes/{name}/rays:closest", QUERY)
@@ -87,8 +92,8 @@ class Client(threading.Thread):
     def __init__(self, port, seed, names, contents, known):
         super().__init__(daemon=True)
         self.port, self.chance, self.names, self.contents = port, random.Random(seed), names, contents
-        self.known = known  # name: hash of what is certainly there, or None
-        self.pending = None  # (name, hash or None) that may or may not be done
+        self.known = known  # name: (hash, place) of what is certainly there, or None
+        self.pending = None  # (name, (hash, place) or None) that may or may not be done
         self.doing = "nothing"
         self.fault = None
         self.done = 0
@@ -114,12 +119,14 @@ class Client(threading.Thread):
             self.put(connection, name, self.chance.choice(sizes[:4] if self.chance.random() < 0.7 else sizes[4:]))
         elif kind < 0.7:
             self.remove(connection, name)
+        elif kind < 0.85:
+            self.move(connection, name, self.chance.randrange(len(HEIGHTS)))
         else:
             self.ask(connection, name)
 
     def put(self, connection, name, sha256):
         body = self.contents[sha256].body
-        self.pending = (name, sha256)
+        self.pending = (name, (sha256, 0))
         self.doing = "uploading"
         connection.putrequest("PUT", f"/v1/scenes/{name}")
         connection.putheader("Content-Type", "model/gltf-binary")
@@ -142,7 +149,16 @@ class Client(threading.Thread):
                 raise AssertionError(f"PUT {name}: {answer.status} {text[:300]}")
         if json.loads(text)["sha256"] != sha256:
             raise AssertionError(f"PUT {name} answers with other content")
-        self.known[name] = sha256
+        self.known[name] = (sha256, 0)
+        self.pending, self.doing = None, "nothing"
+
+    def move(self, connection, name, place):
+        known = self.known[name]
+        self.pending, self.doing = (name, known and (known[0], place)), "moving a node"
+        status, text = move(connection, name, place)
+        if status != (404 if known is None else 200):
+            raise AssertionError(f"PATCH {name}: {status} {text[:300]}")
+        self.known[name] = known and (known[0], place)
         self.pending, self.doing = None, "nothing"
 
     def remove(self, connection, name):
@@ -156,15 +172,15 @@ class Client(threading.Thread):
     def ask(self, connection, name):
         self.doing = "asking"
         found = answers_of(connection, name)
-        sha256 = self.known[name]
-        if (sha256 is None and not found.startswith("404")) or (sha256 and found != self.contents[sha256].answers):
+        known = self.known[name]
+        if (known is None and not found.startswith("404")) or (known and found != self.contents[known[0]].answers[known[1]]):
             raise AssertionError(f"{name} answers wrongly: {found}")
         self.doing = "nothing"
 
 
 class Content:
     def __init__(self, body):
-        self.body, self.answers = body, None
+        self.body, self.answers = body, []  # one for each of HEIGHTS
 
 
 class Trial:
@@ -192,8 +208,10 @@ class Trial:
             connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=60)
             for number, content in enumerate(self.contents.values()):
                 server.put(f"s{number}", content.body)
-                content.answers = answers_of(connection, f"s{number}")
-                if len(content.answers) != 64:
+                for place in range(len(HEIGHTS)):
+                    move(connection, f"s{number}", place)
+                    content.answers.append(answers_of(connection, f"s{number}"))
+                if any(len(each) != 64 for each in content.answers) or len(set(content.answers)) != len(HEIGHTS):
                     raise AssertionError(content.answers)
             connection.close()
 
@@ -229,7 +247,7 @@ class Trial:
         time.sleep(self.chance.uniform(0, LONGEST_SECONDS))
         writing_before = self.written_last()
         # Half of the times whatever they do; else as soon as one of them does this.
-        moment = self.chance.choice((None, None, None, "uploading", "building or writing", "removing", WRITING))
+        moment = self.chance.choice((None, None, None, "uploading", "building or writing", "removing", "moving a node", WRITING))
         patience = time.monotonic() + LONGEST_SECONDS
         while moment and time.monotonic() < patience and moment not in (client.doing for client in clients):
             if moment == WRITING and self.written_last() != writing_before:
@@ -260,6 +278,16 @@ class Trial:
         except FileNotFoundError:
             return None
 
+    def found(self, connection, name, scene):
+        """What a name has now, by its hash and by its answers."""
+        if scene.get("state") != "ready":
+            return None
+        answers = answers_of(connection, name)
+        known = self.contents[scene["sha256"]].answers
+        if answers not in known:
+            raise AssertionError(f"{name} answers wrongly after a kill: {answers}")
+        return scene["sha256"], known.index(answers)
+
     def check(self, server, pending):
         connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=60)
         ready = json.loads(request(connection, "GET", "/readyz")[1])
@@ -268,7 +296,7 @@ class Trial:
         for name in self.known:
             status, text = request(connection, "GET", f"/v1/scenes/{name}")
             scene = json.loads(text) if status == 200 else {}
-            found = scene.get("sha256")
+            found = self.found(connection, name, scene)
             if status not in (200, 404) or (status == 200 and scene["state"] != "ready"):
                 raise AssertionError(f"{name}: {status} {text[:300]}")
             if found != self.known[name]:
@@ -279,14 +307,10 @@ class Trial:
                 self.known[name] = found
             elif name in pending:
                 self.unsure_not_done += 1
-            if found:
-                self.checked += 1
-                answers = answers_of(connection, name)
-                if answers != self.contents[found].answers:
-                    raise AssertionError(f"{name} answers wrongly after a kill: {answers}")
+            self.checked += found is not None
         listed = json.loads(request(connection, "GET", "/v1/scenes")[1])["scenes"]
         connection.close()
-        there = {name for name, sha256 in self.known.items() if sha256}
+        there = {name for name, content in self.known.items() if content}
         if {scene["id"] for scene in listed} != there:
             raise AssertionError(f"listed are {listed}, there should be {sorted(there)}")
         numbers = [scene["revision"] for scene in listed]
@@ -296,8 +320,8 @@ class Trial:
 
     def check_folder(self):
         """What lies on the disk is what the names need, whole, and nothing else."""
-        held = {sha256 for sha256 in self.known.values() if sha256}
-        records = {name + ".json" for name, sha256 in self.known.items() if sha256}
+        held = {content[0] for content in self.known.values() if content}
+        records = {name + ".json" for name, content in self.known.items() if content}
         wanted = {"blobs": held, "scenes": records, "tmp": set(), "quarantine": set()}
         for folder, names in wanted.items():
             found = {file.name for file in (self.data / folder).iterdir()}

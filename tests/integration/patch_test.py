@@ -162,6 +162,9 @@ class Patch(unittest.TestCase):
                 if pointer:
                     self.assertEqual(problem.json()["errors"][0]["pointer"], pointer)
         self.assertEqual(patch(server, 0, {"hidden": True}, scene="none").json()["code"], "SCENE_NOT_FOUND")
+        for node in ("0?wait=1", "0?scene=0&hidden=true"):
+            problem = patch(server, node, {"hidden": True})
+            self.assertEqual((problem.status, problem.json()["code"]), (422, "QUERY_INVALID"))
         for body in ("{", '{"hidden":true,"hidden":false}'):
             answer = server.ask("/v1/scenes/six/nodes/1", "-X", "PATCH", "-H", "Content-Type: application/json", body=body)
             self.assertIn(answer.status, (400, 422))
