@@ -20,6 +20,9 @@ class BoxQueryReader : private JsonReader {
     const auto read_object = [&](Object object) { return read_top(object, seen); };
     if (!read_body(body, read_object)) return error();
     if ((seen & 1u) == 0 && !invalid("KEY_MISSING", "needs \"boxes\"", {})) return error();
+    if (query_.question.relation == BoxRelation::kContained) {
+      for (std::uint64_t& question : query_.questions) question = ~question;
+    }
     return std::move(query_);
   }
 
@@ -45,9 +48,11 @@ class BoxQueryReader : private JsonReader {
     const JsonPointer place = JsonPointer().key(kBoxQueryKeys[which]);
     if (which == 0) {
       BoxRows rows(*this, rules_.max_boxes,
-                   rules_.has_limit ? BoxRows::Takes::kCursors : BoxRows::Takes::kShapes);
+                   rules_.has_limit ? BoxRows::Takes::kCursors : BoxRows::Takes::kShapes,
+                   rules_.find_camera);
       if (!rows.read(value, query_.boxes)) return false;
       query_.cursors = rows.take_cursors();
+      query_.questions = rows.take_shape_hashes();
       return true;
     }
     if (which == 3) return read_count(value, rules_.limit, query_.limit, place);
@@ -88,7 +93,8 @@ Result<BoxQuery> decode_boxes(std::string& body, const BoxJsonRules& rules) {
 }
 
 std::string encode_box_lists(const BoxLists& lists, std::span<const std::uint64_t> totals,
-                             BoxTargets targets, const HitTerms& terms, std::uint64_t revision) {
+                             BoxTargets targets, const HitTerms& terms, std::uint64_t revision,
+                             std::span<const std::uint64_t> questions) {
   const bool of_nodes = targets == BoxTargets::kNodes;
   JsonWriter out(32 + totals.size() * 32 + terms.node_name.size() * 64);
   out.raw("{\"results\":[");
@@ -107,7 +113,7 @@ std::string encode_box_lists(const BoxLists& lists, std::span<const std::uint64_
     out.raw(']');
     if (lists.next[box] != 0) {
       out.raw(",\"next\":");
-      out.string(encode_cursor({revision, of_nodes, lists.next[box]}));
+      out.string(encode_cursor({revision, questions[box], of_nodes, lists.next[box]}));
     }
     out.raw('}');
   }

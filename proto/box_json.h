@@ -15,12 +15,14 @@
 #include "core/base/result.h"
 #include "core/query/box_answers.h"
 #include "core/query/box_batch.h"
+#include "proto/file_camera.h"
 #include "proto/hit_json.h"
 #include "proto/list_cursor.h"
 
 namespace sightline {
 
 struct BoxJsonRules {
+  FindCamera find_camera = {};  ///< for views; null: there is no scene
   std::size_t max_boxes = 1'000'000;
   bool has_targets = true;           ///< whether "of" may stand there
   bool has_limit = true;             ///< the same for "limit"
@@ -31,6 +33,8 @@ struct BoxQuery {
   BoxBatch boxes;        ///< checked by check_boxes
   BoxQuestion question;  ///< where lists begin is not filled in: a cursor may be of another scene
   Column<ListCursor> cursors;  ///< of each box, or none at all
+  /// Of each box and the mode, where lists may go on: what a cursor must have come from.
+  Column<std::uint64_t> questions;
   std::uint64_t limit = 1000;  ///< may be more than the rules' when left out
 };
 
@@ -46,7 +50,9 @@ Result<BoxQuery> decode_boxes(std::string& body, const BoxJsonRules& rules);
 /// terms     of each entry of the lists: primitive, triangle, node_name and mesh_name of triangles,
 ///           node and node_name of nodes
 /// revision  of the scene
+/// questions  BoxQuery::questions
 std::string encode_box_lists(const BoxLists& lists, std::span<const std::uint64_t> totals,
-                             BoxTargets targets, const HitTerms& terms, std::uint64_t revision);
+                             BoxTargets targets, const HitTerms& terms, std::uint64_t revision,
+                             std::span<const std::uint64_t> questions);
 
 }  // namespace sightline

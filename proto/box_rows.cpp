@@ -1,21 +1,29 @@
 #include "proto/box_rows.h"
 
+#include <algorithm>
 #include <array>
+#include <span>
 #include <string>
 
+#include "core/base/content_hash.h"
 #include "core/base/infinity.h"
+#include "core/query/view_frustum.h"
+#include "proto/generator_json.h"
 #include "proto/number_rows.h"
 
 namespace sightline {
 
 namespace {
 
-constexpr std::array<std::string_view, 11> kBoxKeys{
-    "min", "max", "center", "half", "rotation", "axes", "radius", "from", "to", "planes", "cursor"};
+constexpr std::array<std::string_view, 13> kBoxKeys{
+    "min",  "max", "center", "half",    "rotation", "axes",  "radius",
+    "from", "to",  "planes", "corners", "view",     "cursor"};
 constexpr unsigned kMin = 1u, kMax = 2u, kCenter = 4u, kHalf = 8u, kRotation = 16u, kAxes = 32u,
-                   kRadius = 64u, kFrom = 128u, kTo = 256u, kPlanes = 512u, kCursor = 1024u;
+                   kRadius = 64u, kFrom = 128u, kTo = 256u, kPlanes = 512u, kEight = 1024u,
+                   kView = 2048u, kCursor = 4096u;
 /// The keys of boxes, of all shapes, and of shapes with a cursor: by BoxRows::Takes.
 constexpr std::array<unsigned, 3> kTaken{kRadius - 1, kCursor - 1, 2 * kCursor - 1};
+constexpr unsigned kAnyPlanes = kPlanes | kEight | kView;
 constexpr unsigned kCorners = kMin | kMax, kMiddle = kCenter | kHalf, kTurn = kRotation | kAxes;
 
 JsonPointer box_place(std::size_t box) { return JsonPointer().key("boxes").index(box); }
@@ -36,6 +44,27 @@ struct BoxRows::Row {
   std::array<HalfSpace, ConvexRegion::kMostPlanes> planes{};
   std::size_t plane_count = 0;
 };
+
+std::uint64_t BoxRows::hash_of_shape(const Row& row) {
+  ContentHash hash;
+  const auto add = [&](const auto& numbers) { hash.add(std::as_bytes(std::span(numbers))); };
+  const std::array<unsigned, 1> seen{row.seen & ~kCursor};
+  add(seen);
+  add(row.min);
+  add(row.max);
+  add(row.center);
+  add(row.half);
+  add(row.from);
+  add(row.to);
+  add(row.rotation);
+  for (const auto& axis : row.axes) add(axis);
+  add(std::array{row.radius});
+  for (std::size_t i = 0; i < row.plane_count; ++i) {
+    const HalfSpace& plane = row.planes[i];
+    add(std::array{plane.normal.x, plane.normal.y, plane.normal.z, plane.offset});
+  }
+  return hash.value();
+}
 
 bool BoxRows::read_part(std::size_t box, std::size_t which, JsonReader::Value value, Row& row) {
   const JsonPointer place = part_place(box, kBoxKeys[which]);
@@ -58,6 +87,10 @@ bool BoxRows::read_part(std::size_t box, std::size_t which, JsonReader::Value va
       return read_numbers(reader_, value, place, row.to.data(), 3);
     case kPlanes:
       return read_planes(value, place, row);
+    case kEight:
+      return read_corners(value, place, row);
+    case kView:
+      return read_view(value, place, row);
     case kCursor:
       return read_cursor(value, place, box);
     default:
@@ -77,6 +110,41 @@ bool BoxRows::read_planes(JsonReader::Value value, const JsonPointer& place, Row
     return true;
   };
   return reader_.read_array(value, "an array of planes", place, read_plane);
+}
+
+bool BoxRows::take_planes(const Result<std::vector<HalfSpace>>& planes, const JsonPointer& place,
+                          Row& row) {
+  if (!planes) return reader_.invalid(planes.error().code, planes.error().message, place);
+  std::copy(planes->begin(), planes->end(), row.planes.begin());
+  row.plane_count = planes->size();
+  return true;
+}
+
+bool BoxRows::read_corners(JsonReader::Value value, const JsonPointer& place, Row& row) {
+  std::array<Vec3d, 8> corners;
+  std::size_t found = 0;
+  const auto read_corner = [&](std::size_t i, JsonReader::Value corner) {
+    if (i == 8) return reader_.invalid("LENGTH_WRONG", "expected eight corners, found more", place);
+    ++found;
+    std::array<double, 3> numbers{};
+    if (!read_numbers(reader_, corner, JsonPointer(place).index(i), numbers.data(), 3)) {
+      return false;
+    }
+    corners[i] = vector_of(numbers.data());
+    return true;
+  };
+  if (!reader_.read_array(value, "an array of eight corners", place, read_corner)) return false;
+  if (found != 8) {
+    return reader_.invalid("LENGTH_WRONG", "expected eight corners, found " + std::to_string(found),
+                           place);
+  }
+  return take_planes(frustum_of(corners), place, row);
+}
+
+bool BoxRows::read_view(JsonReader::Value value, const JsonPointer& place, Row& row) {
+  RayGenerator camera;
+  return GeneratorReader(reader_, find_camera_, place).read(value, camera) &&
+         take_planes(view_frustum(camera), place, row);
 }
 
 bool BoxRows::read_cursor(JsonReader::Value value, const JsonPointer& place, std::size_t box) {
@@ -134,9 +202,11 @@ bool BoxRows::finish_round(std::size_t box, const Row& row, BoxBatch& boxes) {
 
 bool BoxRows::finish_row(std::size_t box, const Row& row, BoxBatch& boxes) {
   const unsigned seen = row.seen & ~kCursor;
-  if ((seen & kPlanes) != 0) {
-    if (seen != kPlanes) {
-      return reader_.invalid("KEYS_MIXED", "a region has planes, nothing else", box_place(box));
+  if ((seen & kAnyPlanes) != 0) {
+    if (seen != kPlanes && seen != kEight && seen != kView) {
+      return reader_.invalid("KEYS_MIXED",
+                             "a region has planes, eight corners or a view, nothing else",
+                             box_place(box));
     }
     forms_.push_back(Form::kOther);
     boxes.push_back(ConvexRegion{{row.planes.data(), row.plane_count}});
@@ -201,7 +271,9 @@ bool BoxRows::read_row(std::size_t box, JsonReader::Value value, BoxBatch& boxes
       return false;
     }
   }
-  return finish_row(box, row, boxes);
+  if (!finish_row(box, row, boxes)) return false;
+  if (takes_ == Takes::kCursors) shape_hashes_.push_back(hash_of_shape(row));
+  return true;
 }
 
 bool BoxRows::read(JsonReader::Value value, BoxBatch& boxes) {

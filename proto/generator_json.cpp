@@ -70,7 +70,6 @@ constexpr std::array<unsigned, 6> kNeeded{kPixels,
 
 constexpr std::size_t kFirstPoses = 64;
 
-JsonPointer root() { return JsonPointer().key("generator"); }
 std::string about_key(std::size_t kind, std::string_view verb, std::size_t key) {
   std::string text = "a generator of kind \"";
   text.append(kKinds[kind])
@@ -81,9 +80,17 @@ std::string about_key(std::size_t kind, std::string_view verb, std::size_t key) 
       .append("\"");
   return text;
 }
-JsonPointer place_of(std::size_t key) { return root().key(kGeneratorKeys[key]); }
+
+/// The keys and kinds of a view.
+constexpr unsigned kViewKeys =
+    kPoseBits | kPixels | bits({kKind, kRange, kFovY, kExtentY, kCamera});
+constexpr unsigned kViewKinds = 1u << kPinhole | 1u << kOrthographic | 1u << kOfFile;
 
 }  // namespace
+
+JsonPointer GeneratorReader::place_of(std::size_t key) const {
+  return root().key(kGeneratorKeys[key]);
+}
 
 struct GeneratorReader::Parts {
   unsigned seen = 0;
@@ -278,11 +285,11 @@ bool GeneratorReader::read(JsonReader::Value value, RayGenerator& generator) {
   for (auto entry : object) {
     JsonReader::Field field;
     if (const auto code = std::move(entry).get(field); code != simdjson::SUCCESS) {
-      return reader_.check_end(code, [] { return root(); });
+      return reader_.check_end(code, [&] { return root(); });
     }
     std::size_t which = 0;
-    if (!reader_.read_key(field, kGeneratorKeys, (1u << kGeneratorKeys.size()) - 1, root(),
-                          which) ||
+    const unsigned known = is_view_ ? kViewKeys : (1u << kGeneratorKeys.size()) - 1;
+    if (!reader_.read_key(field, kGeneratorKeys, known, root(), which) ||
         !reader_.mark_seen(1u << which, parts.seen, place_of(which)) ||
         !read_part(which, field.value(), parts)) {
       return false;
@@ -290,6 +297,10 @@ bool GeneratorReader::read(JsonReader::Value value, RayGenerator& generator) {
   }
   if ((parts.seen & bits({kKind})) == 0) {
     return reader_.invalid("KEY_MISSING", "needs \"kind\"", root());
+  }
+  if (is_view_ && (kViewKinds >> parts.kind & 1u) == 0) {
+    return reader_.invalid("VIEW_KIND", "a view is what a pinhole or an orthographic camera sees",
+                           place_of(kKind));
   }
   for (std::size_t key = 0; key < kGeneratorKeys.size(); ++key) {
     const bool stands = (parts.seen >> key & 1u) != 0;

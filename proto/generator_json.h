@@ -14,6 +14,7 @@
 /// A pose is "position", "forward" (or "look_at"), "up"; 0, (0,0,-1) and (0,1,0) when left out.
 
 #include <functional>
+#include <utility>
 
 #include "core/query/ray_generators.h"
 #include "proto/file_camera.h"
@@ -31,13 +32,23 @@ class GeneratorReader {
   GeneratorReader(JsonReader& reader, std::uint64_t most, const FindCamera& find_camera,
                   const AdmitMade& admit)
       : reader_(reader), most_(most), find_camera_(find_camera), admit_(admit) {}
+  /// Of a camera at `place`, whose rays nobody makes: kinds and keys are those that have a picture.
+  GeneratorReader(JsonReader& reader, const FindCamera& find_camera, JsonPointer place)
+      : reader_(reader),
+        most_(kMostPixels),
+        find_camera_(find_camera),
+        place_(std::move(place)),
+        is_view_(true) {}
 
   /// Errors: as everywhere in a body, 422 KEY_MISSING, KEY_UNKNOWN (in this kind), and 413
   /// RAYS_TOO_MANY; what `admit` says. Returns false after it has filled the reader's error.
   bool read(JsonReader::Value value, RayGenerator& generator);
 
  private:
+  static constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 53;
   struct Parts;
+  JsonPointer root() const { return JsonPointer(place_); }
+  JsonPointer place_of(std::size_t key) const;
   bool read_part(std::size_t which, JsonReader::Value value, Parts& parts);
   bool read_pose(JsonReader::Value value, const JsonPointer& place, Pose& pose);
   bool read_pose_part(std::size_t which, JsonReader::Value value, const JsonPointer& place,
@@ -54,7 +65,9 @@ class GeneratorReader {
   JsonReader& reader_;
   std::uint64_t most_;
   const FindCamera& find_camera_;
-  const AdmitMade& admit_;
+  const AdmitMade admit_ = {};
+  const JsonPointer place_ = JsonPointer().key("generator");
+  const bool is_view_ = false;
 };
 
 }  // namespace sightline

@@ -22,6 +22,7 @@ bool read_hex(std::string_view text, std::uint64_t& value) {
 std::string encode_cursor(const ListCursor& cursor) {
   std::string text;
   append_hex(cursor.revision, text);
+  append_hex(cursor.question, text);
   text += cursor.of_nodes ? 'n' : 't';
   append_hex(cursor.from, text);
   return text;
@@ -29,11 +30,12 @@ std::string encode_cursor(const ListCursor& cursor) {
 
 std::optional<ListCursor> decode_cursor(std::string_view text) {
   ListCursor cursor;
-  if (text.size() != 2 * kDigits + 1 || !read_hex(text.substr(0, kDigits), cursor.revision) ||
-      !read_hex(text.substr(kDigits + 1), cursor.from) || cursor.from == 0) {
+  if (text.size() != 3 * kDigits + 1 || !read_hex(text.substr(0, kDigits), cursor.revision) ||
+      !read_hex(text.substr(kDigits, kDigits), cursor.question) ||
+      !read_hex(text.substr(2 * kDigits + 1), cursor.from) || cursor.from == 0) {
     return std::nullopt;
   }
-  cursor.of_nodes = text[kDigits] == 'n';
+  cursor.of_nodes = text[2 * kDigits] == 'n';
   // What is spelled otherwise was not made here.
   if (encode_cursor(cursor) != text) return std::nullopt;
   return cursor;

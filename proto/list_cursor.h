@@ -10,6 +10,7 @@ namespace sightline {
 
 struct ListCursor {
   std::uint64_t revision = 0;  ///< of the scene that was asked
+  std::uint64_t question = 0;  ///< BoxQuery::questions: the shape and the mode
   bool of_nodes = false;
   std::uint64_t from = 0;  ///< list_place (core/query/box_answers.h); 0: no cursor
 };

@@ -3,6 +3,7 @@
 #include "proto/ray_box_json.h"
 #include "proto/ray_json.h"
 #include "server/answer_memory.h"
+#include "server/camera_rays.h"
 #include "server/hit_terms.h"
 #include "server/request_body.h"
 #include "server/routes.h"
@@ -38,15 +39,18 @@ void rays_boxes(Exchange& exchange, const Service& service) {
   exchange.reply_json(200, encode_ray_boxes(answers));
 }
 
-/// An aligned or an oriented box, and which it is.
-constexpr std::uint64_t kBoxBytes = sizeof(Box3d) + sizeof(OrientedBox) + 4;
+/// An aligned or an oriented box, which it is, and what its cursor is known by.
+constexpr std::uint64_t kBoxBytes = sizeof(Box3d) + sizeof(OrientedBox) + 4 + 8;
 
-bool read_boxes(Exchange& exchange, const Service& service, bool has_limit, BoxQuery& query) {
+bool read_boxes(Exchange& exchange, const Service& service, const Scene& scene, bool has_limit,
+                BoxQuery& query) {
   std::string body;
   if (!read_body(exchange, service.limits.query_bytes, kRayJsonPadding, body)) return false;
   auto decoded = decode_boxes(
-      body,
-      {.max_boxes = service.limits.rays, .has_limit = has_limit, .limit = service.limits.hits});
+      body, {.find_camera = [&](const FileCamera& camera) { return camera_rays(scene, camera); },
+             .max_boxes = service.limits.rays,
+             .has_limit = has_limit,
+             .limit = service.limits.hits});
   if (!decoded) {
     exchange.reply_error(decoded.error());
     return false;
@@ -64,7 +68,7 @@ bool read_boxes(Exchange& exchange, const Service& service, bool has_limit, BoxQ
 void any_triangle(Exchange& exchange, const Service& service) {
   const auto scene = admit_scene_query(exchange, service);
   BoxQuery query;
-  if (!scene || !read_boxes(exchange, service, false, query)) return;
+  if (!scene || !read_boxes(exchange, service, *scene, false, query)) return;
 
   Column<std::uint8_t> touched;
   if (Status status = service.engine.boxes_any(*scene, query.boxes, service.deadline(exchange),
@@ -78,7 +82,7 @@ void any_triangle(Exchange& exchange, const Service& service) {
 void count_triangles(Exchange& exchange, const Service& service) {
   const auto scene = admit_scene_query(exchange, service);
   BoxQuery query;
-  if (!scene || !read_boxes(exchange, service, false, query)) return;
+  if (!scene || !read_boxes(exchange, service, *scene, false, query)) return;
 
   Column<std::uint64_t> totals;
   if (Status status = service.engine.boxes_count(*scene, query.boxes, query.question,
@@ -127,6 +131,10 @@ Status begin_lists(std::uint64_t revision, BoxQuery& query) {
                        (cursor.of_nodes ? "nodes" : "triangles"),
                    place};
     }
+    if (cursor.from != 0 && cursor.question != query.questions[i]) {
+      return Error{ErrorKind::kInvalid, "CURSOR_OF_OTHERS",
+                   "this is the cursor of a list of another shape, or of another mode", place};
+    }
     query.question.from.push_back(cursor.from);
   }
   return success();
@@ -136,7 +144,7 @@ void list(Exchange& exchange, const Service& service) {
   if (!admit_query_type(exchange) || !admit_body(exchange, service.limits.query_bytes)) return;
   const SceneSnapshot stored = admit_scene(exchange, service);
   BoxQuery query;
-  if (!stored || !read_boxes(exchange, service, true, query)) return;
+  if (!stored || !read_boxes(exchange, service, *stored->scene, true, query)) return;
   const auto& scene = stored->scene;
   if (Status status = begin_lists(stored->revision, query); !status) {
     return exchange.reply_error(status.error());
@@ -159,7 +167,8 @@ void list(Exchange& exchange, const Service& service) {
   Status status =
       exchange.reserve(bytes_of_names(terms.node_name) + bytes_of_names(terms.mesh_name));
   if (!status) return exchange.reply_error(status.error());
-  exchange.reply_json(200, encode_box_lists(lists, totals, targets, terms, stored->revision));
+  exchange.reply_json(
+      200, encode_box_lists(lists, totals, targets, terms, stored->revision, query.questions));
 }
 
 }  // namespace

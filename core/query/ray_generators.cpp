@@ -28,18 +28,6 @@ std::optional<Vec3d> unit(const Vec3d& a) {
   return Vec3d{s.x / length, s.y / length, s.z / length};
 }
 
-struct Frame {
-  Vec3d position, forward, left, up;
-};
-
-std::optional<Frame> frame_of(const Pose& pose) {
-  const auto forward = unit(pose.forward), up = unit(pose.up);
-  if (!forward || !up) return std::nullopt;
-  const auto left = unit(cross(*up, *forward));
-  if (!left) return std::nullopt;
-  return Frame{pose.position, *forward, *left, cross(*forward, *left)};
-}
-
 Error pose_error() {
   return {ErrorKind::kInvalid, "GENERATOR_POSE",
           "forward must not be zero, and up must not be along it", "/generator"};
@@ -173,6 +161,14 @@ std::uint64_t count_of(const Camera& camera) {
 }
 
 }  // namespace
+
+std::optional<Frame> frame_of(const Pose& pose) {
+  const auto forward = unit(pose.forward), up = unit(pose.up);
+  if (!forward || !up) return std::nullopt;
+  const auto left = unit(cross(*up, *forward));
+  if (!left) return std::nullopt;
+  return Frame{pose.position, *forward, *left, cross(*forward, *left)};
+}
 
 SinCos sin_cos_degrees(double degrees) {
   // Exact: remainder and the nearest multiple of 90.

@@ -4,6 +4,8 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -19,6 +21,13 @@ struct Pose {
   Vec3d forward{0, 0, -1};
   Vec3d up{0, 1, 0};
 };
+
+/// What a pose means: three directions that are unit and at right angles, up to rounding.
+struct Frame {
+  Vec3d position, forward, left, up;
+};
+/// Empty where forward is zero, or along up.
+std::optional<Frame> frame_of(const Pose& pose);
 
 /// Limits of every ray.
 struct RayRange {

@@ -14,7 +14,7 @@ SQUARE = {"origin": [3, 200, 5], "direction": [0, -1, 0]}
 MISS = {"origin": [3, 200, 5], "direction": [0, 1, 0]}
 TOWN, SIX = "/v1/scenes/town/", "/v1/scenes/six/"
 
-# Title, path, body or None for GET.
+# Title, path, body or None for GET, and the method where it is another one than these say.
 QUESTIONS = [
     ("The first triangle that each ray meets", TOWN + "rays:closest", {"rays": [SQUARE, MISS]}),
     ("The same as columns, with chosen fields", TOWN + "rays:closest",
@@ -56,6 +56,11 @@ QUESTIONS = [
      {"boxes": [{"from": [0, 24, 0], "to": [0, 32, 0], "radius": 6}], "mode": "contained", "of": "nodes"}),
     ("What a pyramid of planes touches", TOWN + "boxes:list",
      {"boxes": [{"planes": [[0, 1, 0, 33], [1, -1, 0, -31], [-1, -1, 0, -31], [0, -1, 1, -31], [0, -1, -1, -31]]}], "of": "nodes"}),
+    ("What a camera sees", TOWN + "boxes:list",
+     {"boxes": [{"view": {"kind": "pinhole", "position": [0, 28, 40], "look_at": [0, 28, 0], "fov_y": 10, "width": 4, "height": 3, "range": [1, 80]}}],
+      "of": "nodes"}),
+    ("What lies between eight corners", TOWN + "boxes:count",
+     {"boxes": [{"corners": [[-4, 20, -4], [4, 20, -4], [4, 20, 4], [-4, 20, 4], [-1, 31, -1], [1, 31, -1], [1, 31, 1], [-1, 31, 1]]}]}),
     ("How many in a sphere", TOWN + "boxes:count", {"boxes": [{"center": [3, 44, 4], "radius": 13}]}),
     ("Whether any", TOWN + "boxes:any", {"boxes": [{"min": [-1, 500, -1], "max": [1, 501, 1]}]}),
     ("What a moving sphere meets", TOWN + "sweeps:closest",
@@ -73,6 +78,10 @@ QUESTIONS = [
     ("Exact corners", SIX + "triangles?ids=0.0.0,1.0.2", None),
     ("What a ray came past", SIX + "rays:closest", {"rays": [{"origin": [3, 10, 0], "direction": [0, -1, 0]}], "explain": True, "fields": ["t", "node"]}),
     ("Exact brute force", SIX + "selfcheck?rays=100", None),
+    ("To move a node", SIX + "nodes/2", {"translation": [0, 3, 0]}, "PATCH"),
+    ("And where it is now", SIX + "rays:closest", {"rays": [{"origin": [3, 10, 0], "direction": [0, -1, 0]}], "fields": ["t", "node"]}),
+    ("To hide it", SIX + "nodes/2", {"translation": [0, 0, 0], "hidden": True}, "PATCH"),
+    ("To show it again", SIX + "nodes/2", {"hidden": False}, "PATCH"),
     ("A fault", TOWN + "rays:any", {"rays": [{"origin": [0, 0], "direction": [1, 0, 0]}]}),
 ]
 
@@ -84,23 +93,25 @@ scenes: `sightline serve --skip none --preload town=demo:town --preload six=demo
 """
 
 
-def ask(url, path, body):
-    command = ["curl", "-s", url + path]
+def ask(url, path, body, method=None):
+    options = ["-X", method, "-H", "Content-Type: application/json"] if method else []
     if body is not None:
-        command += ["-d", json.dumps(body, separators=(",", ":"))]
-    shown = "curl -s " + shlex.quote("http://127.0.0.1:8080" + path) + (f" -d {shlex.quote(command[-1])}" if body is not None else "")
+        options += ["-d", json.dumps(body, separators=(",", ":"))]
+    command = ["curl", "-s", url + path, *options]
+    shown = shlex.join(["curl", "-s", "http://127.0.0.1:8080" + path, *options])
     answer = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120).stdout.strip()
     if '"request_id"' in answer:
         answer = answer[:answer.index(',"request_id"')] + "}"
     # A cursor begins with the revision of the scene: which of two was loaded first is left to chance.
     answer = re.sub('"next":"[0-9a-f]{16}', '"next":"' + 15 * "0" + "1", answer)
+    answer = re.sub('"revision":[0-9]+', '"revision":2', answer)
     return shown, answer
 
 
 def page(url):
     parts = [HEAD]
-    for title, path, body in QUESTIONS:
-        shown, answer = ask(url, path, body)
+    for title, path, body, *method in QUESTIONS:
+        shown, answer = ask(url, path, body, *method)
         parts.append(f"## {title}\n\n    {shown}\n\n    {answer}\n")
     return "\n".join(parts)
 

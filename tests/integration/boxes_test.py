@@ -2,6 +2,7 @@
 
 import json
 import math
+import random
 import re
 import unittest
 from fractions import Fraction
@@ -115,6 +116,74 @@ class Boxes(unittest.TestCase):
         self.assertEqual(count([1, 0, 0, -5.4], [-1, 0, 0, 5.6], [0, 0, 1, 0.1], [0, 0, -1, 0.1]), 1)
         self.assertEqual(count([1, 0, 0, 0], [-1, 0, 0, -1]), 0)  # nothing is in both
 
+    def test_what_a_camera_sees(self):
+        # It looks along x from x = -10: y from 0.5 to 1.5, z from -1 to 1; the first triangle has x = -5.75 at y = 0.5.
+        level = {"kind": "orthographic", "position": [-10, 1, 0], "forward": [1, 0, 0], "extent_y": 1, "width": 2, "height": 1}
+        self.assertEqual(self.touch("six", "count", *({"view": {**level, "range": [0, far]}} for far in (4.25, 4.249999999999999, None))),
+                         {"counts": [1, 0, 6]})
+        # All of a triangle is seen only if the picture is high enough: y from -1 to 5, z from -3 to 3.
+        high = {**level, "position": [-10, 2, 0], "extent_y": 6, "height": 2, "range": [0, 8]}
+        self.assertEqual(self.touch("six", "count", {"view": high}, {"view": {**level, "range": [0, 8]}}, mode="contained"), {"counts": [2, 0]})
+        # From x = -10 it sees as far as x = -6.1, -4 (where the second triangle has its feet) and without an end.
+        pinhole = {"kind": "pinhole", "position": [-10, 1, 0], "look_at": [0, 1, 0], "fov_y": 90, "width": 1, "height": 1}
+        self.assertEqual(self.touch("six", "count", *({"view": {**pinhole, "range": [0, far]}} for far in (3.9, 6, None))), {"counts": [0, 2, 6]})
+        # A camera of the file has a view too, and what is no camera has none.
+        for view, code, pointer in (({"kind": "camera", "camera": "none", "width": 2, "height": 1}, "CAMERA_UNKNOWN", "/boxes/0/view/camera"),
+                                    ({"kind": "equirectangular", "width": 2, "height": 1}, "VIEW_KIND", "/boxes/0/view/kind"),
+                                    ({"kind": "lidar", "azimuths": 2}, "KEY_UNKNOWN", "/boxes/0/view/azimuths"),
+                                    ({**pinhole, "up": [1, 0, 0]}, "GENERATOR_POSE", "/boxes/0/view"),
+                                    ({**pinhole, "height": 0}, "VIEW_RANGE", "/boxes/0/view"),
+                                    ({**pinhole, "fov_y": 180}, "NUMBER_OUT_OF_RANGE", "/boxes/0/view/fov_y")):
+            self.expect(self.post("/v1/scenes/six/boxes:any", {"boxes": [{"view": view}]}), 422, code, pointer)
+        self.expect(self.post("/v1/scenes/six/boxes:any", {"boxes": [{"view": pinhole, "radius": 1}]}), 422, "KEYS_MIXED", "/boxes/0")
+
+    def test_whatever_a_ray_of_a_picture_meets_its_view_lists(self):
+        camera = {"kind": "pinhole", "position": [90, 60, 120], "look_at": [0, 10, 0], "fov_y": 40, "width": 40, "height": 30, "range": [20, 170]}
+        answer = self.post("/v1/scenes/town/rays:closest", {"generator": camera, "fields": ["instance", "primitive", "triangle"]}).json()
+        met = {hit for hit in zip(answer["instance"], answer["primitive"], answer["triangle"]) if hit[0] >= 0}
+        (seen,) = self.touch("town", "list", {"view": camera}, limit=5000)["results"]
+        self.assertEqual(seen["total"], len(seen["triangles"]))
+        self.assertLessEqual(met, {(t["instance"], t["primitive"], t["triangle"]) for t in seen["triangles"]})
+        self.assertGreater(len(met), 20)
+
+    def test_eight_corners_are_the_planes_through_them(self):
+        # The box of the next test, and one with its corners counted from the other face.
+        near, far = ([[x, y, z] for y, z in ((0, -2), (0, 2), (4, 2), (4, -2))] for x in (-6, -2))
+        for corners in (near + far, far + near, near[::-1] + far[::-1]):
+            self.assertEqual(self.touch("six", "count", {"corners": corners}, mode="contained"), {"counts": [2]})
+            self.assertEqual(self.touch("six", "count", {"corners": corners}), {"counts": [3]})
+        chance = random.Random(7)
+        faces = ((0, 1, 2), (4, 5, 6), (0, 1, 5), (1, 2, 6), (2, 3, 7), (3, 0, 4))
+
+        def planes_of(corners):
+            """As docs/queries.md says, outwards."""
+            planes = []
+            for a, b, c in ([corners[i] for i in face] for face in faces):
+                (ux, uy, uz), (vx, vy, vz) = ([q - p for p, q in zip(a, end)] for end in (b, c))
+                n = [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx]
+                d = (n[0] * a[0] + n[1] * a[1]) + n[2] * a[2]
+                out = sum(sum(x * y for x, y in zip(n, corner)) - d for corner in corners) > 0
+                planes.append([-x for x in [*n, d]] if out else [*n, d])
+            return planes
+
+        regions, frusta = [], []
+        for _ in range(40):
+            x, y, z = (chance.uniform(-250, 250), chance.uniform(0, 20), chance.uniform(-250, 250))
+            small, large, deep = chance.uniform(1, 9), chance.uniform(10, 60), chance.uniform(5, 80)
+            corners = [[x + side * a, y + side * b, z - far] for side, far in ((small, 0), (large, deep)) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+            frusta.append({"corners": corners})
+            regions.append({"planes": planes_of(corners)})
+        for more in ({}, {"mode": "contained"}):
+            listed = self.touch("town", "list", *frusta, limit=100, **more)["results"]
+            expected = self.touch("town", "list", *regions, limit=100, **more)["results"]
+            self.assertEqual([each["triangles"] for each in listed], [each["triangles"] for each in expected])
+            self.assertGreater(sum(each["total"] for each in listed), 50)
+        for corners, code, pointer in ((near + far[:3], "LENGTH_WRONG", "/boxes/0/corners"), (near + far + near, "LENGTH_WRONG", "/boxes/0/corners"),
+                                       (near + near, "BOX_CORNERS", "/boxes/0/corners"), (near + far[2:] + far[:2], "BOX_CORNERS", "/boxes/0/corners"),
+                                       ([near[0]] * 4 + far, "BOX_CORNERS", "/boxes/0/corners"),
+                                       (near + [[0, 1, "x"], *far[1:]], "TYPE_WRONG", "/boxes/0/corners/4/2")):
+            self.expect(self.post("/v1/scenes/six/boxes:any", {"boxes": [{"corners": corners}]}), 422, code, pointer)
+
     def test_what_is_contained(self):
         low = {"min": [-6, 0, -2], "max": [-2, 4, 2]}  # holds the first two of "left", their corners on its border
         self.assertEqual(self.touch("six", "count", low, mode="contained"), {"counts": [2]})
@@ -174,6 +243,19 @@ class Boxes(unittest.TestCase):
             answer = other.ask("/v1/scenes/six/boxes:list", "-H", JSON_TYPE, body=json.dumps(
                 {"boxes": [{"min": [None] * 3, "max": [None] * 3, "cursor": fresh}], "of": "nodes"}))
             self.expect(answer, 422, "CURSOR_OF_OTHERS", "/boxes/0/cursor")
+
+    def test_a_cursor_of_another_question_is_refused(self):
+        tower = {"min": [-5, 0, -5], "max": [5, 33, 5]}
+        (part,) = self.touch("town", "list", tower, limit=1)["results"]
+        for box, more in (({**tower, "max": [5, 33, 5.000000000000001]}, {}), ({"center": [0, 16, 0], "radius": 40}, {}),
+                          ({"center": [0, 16.5, 0], "half": [5, 16.5, 5], "rotation": [0, 0, 0, 1]}, {}), (tower, {"mode": "contained"})):
+            answer = self.post("/v1/scenes/town/boxes:list", {"boxes": [tower, {**box, "cursor": part["next"]}], "limit": 1, **more})
+            self.expect(answer, 422, "CURSOR_OF_OTHERS", "/boxes/1/cursor")
+        # The limit and the place in the list are not part of the question.
+        on = self.touch("town", "list", {"center": [0, 0, 0], "radius": 1}, {**tower, "cursor": part["next"]}, limit=7)["results"][1]
+        self.assertEqual((len(on["triangles"]), on["total"]), (7, part["total"]))
+        other = part["next"][:16] + "0" * 16 + part["next"][32:]
+        self.expect(self.post("/v1/scenes/town/boxes:list", {"boxes": [{**tower, "cursor": other}]}), 422, "CURSOR_OF_OTHERS", "/boxes/0/cursor")
 
     def test_the_golden_cases(self):
         rays = [ray(origin, direction) for _, origin, direction, *_ in GOLDEN]

@@ -45,7 +45,9 @@ BODIES = {
     "sweepsAny": [{"sweeps": [{**RAY, "radius": 0.5}], "include": {"nodes": [1]}}],
     "raysBoxes": [{"rays": [RAY, MISS], "boxes": [BOX, {"center": [0, 1, 0], "half": [1, None, 1], "rotation": [0, 0, 0, 1]}],
                    "pairing": "all", "planes": True}],
-    "boxesAny": [{"boxes": [BOX, {"center": [0, 1, 0], "radius": 2}, {"planes": [[0, 1, 0, 3], [1, 0, 0, 0]]}]}],
+    "boxesAny": [{"boxes": [BOX, {"center": [0, 1, 0], "radius": 2}, {"planes": [[0, 1, 0, 3], [1, 0, 0, 0]]},
+                            {"view": {"kind": "pinhole", "width": 4, "height": 3}},
+                            {"corners": [[x, y, z] for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]}]}],
     "boxesList": [{"boxes": [BOX], "limit": 2}, {"boxes": [BOX], "of": "nodes"}],
     "boxesCount": [{"boxes": [BOX], "of": "nodes"}, {"boxes": [{"from": [0, 0, 0], "to": [0, 4, 0], "radius": 2}], "mode": "contained"}],
 }

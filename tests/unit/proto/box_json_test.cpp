@@ -112,23 +112,24 @@ TEST(BoxJson, writes_lists_of_triangles_and_of_nodes) {
   terms.triangle = {5};
   terms.node_name = {"house"};
   terms.mesh_name = {""};
-  const Column<std::uint64_t> totals{3, 0};
-  EXPECT_EQ(encode_box_lists(lists, totals, BoxTargets::kTriangles, terms, 7),
+  const Column<std::uint64_t> totals{3, 0}, questions{0xabc, 0};
+  EXPECT_EQ(encode_box_lists(lists, totals, BoxTargets::kTriangles, terms, 7, questions),
             R"({"results":[{"total":3,"triangles":[{"instance":2,"primitive":1,"triangle":5,)"
             R"("node":"house","mesh":null}]},{"total":0,"triangles":[]}]})");
   terms.node = {9};
-  EXPECT_EQ(encode_box_lists(lists, totals, BoxTargets::kNodes, terms, 7),
+  EXPECT_EQ(encode_box_lists(lists, totals, BoxTargets::kNodes, terms, 7, questions),
             R"({"results":[{"total":3,"nodes":[{"node":"house","node_id":9}]},)"
             R"({"total":0,"nodes":[]}]})");
   lists.next = {5, 0};
-  EXPECT_EQ(encode_box_lists(lists, totals, BoxTargets::kNodes, terms, 7),
-            R"({"results":[{"total":3,"nodes":[{"node":"house","node_id":9}],)"
-            R"("next":"0000000000000007n0000000000000005"},{"total":0,"nodes":[]}]})");
+  EXPECT_EQ(
+      encode_box_lists(lists, totals, BoxTargets::kNodes, terms, 7, questions),
+      R"({"results":[{"total":3,"nodes":[{"node":"house","node_id":9}],)"
+      R"("next":"00000000000000070000000000000abcn0000000000000005"},{"total":0,"nodes":[]}]})");
 }
 
 TEST(BoxJson, reads_capsules_planes_modes_and_cursors) {
   std::string body = R"({"boxes":[{"from":[1,2,3],"to":[4,5,6],"radius":7},
-      {"planes":[[1,0,0,5],[0,-1,0,0.5]],"cursor":"0000000000000007t00000001000000ff"},
+      {"planes":[[1,0,0,5],[0,-1,0,0.5]],"cursor":"00000000000000070000000000000abct00000001000000ff"},
       {"center":[0,0,0],"radius":1}],"mode":"contained"})";
   const auto query = decode_boxes(body, {});
   ASSERT_TRUE(query.ok()) << query.error().message;
@@ -143,6 +144,9 @@ TEST(BoxJson, reads_capsules_planes_modes_and_cursors) {
   ASSERT_EQ(query->cursors.size(), 3u);
   EXPECT_EQ(query->cursors[0].from, 0u);
   EXPECT_EQ(query->cursors[1].revision, 7u);
+  EXPECT_EQ(query->cursors[1].question, 0xabcu);
+  ASSERT_EQ(query->questions.size(), 3u);
+  EXPECT_NE(query->questions[0], query->questions[1]);
   EXPECT_FALSE(query->cursors[1].of_nodes);
   EXPECT_EQ(query->cursors[1].from, 0x1000000ffu);
 }
@@ -163,18 +167,41 @@ TEST(BoxJson, names_the_place_of_what_is_wrong_in_other_shapes) {
   std::string many = "[0,0,1,0]";
   for (int i = 0; i < 32; ++i) many += ",[0,0,1,0]";
   EXPECT_EQ(fault(boxes(R"({"planes":[)" + many + "]}")), "BOX_PLANES_COUNT /boxes/0/planes/32");
+  const auto corners = [&](const std::string& last) {
+    return fault(boxes(R"({"corners":[[0,0,0],[1,0,0],[1,1,0],[0,1,0],[0,0,1],[1,0,1],[1,1,1])" +
+                       last + "]}"));
+  };
+  EXPECT_EQ(corners(",[0,1,1]"), "");
+  EXPECT_EQ(corners(""), "LENGTH_WRONG /boxes/0/corners");
+  EXPECT_EQ(corners(",[0,1,1],[0,0,0]"), "LENGTH_WRONG /boxes/0/corners");
+  EXPECT_EQ(corners(",[0,1]"), "LENGTH_WRONG /boxes/0/corners/7");
+  EXPECT_EQ(corners(",[0,1,-1]"), "BOX_CORNERS /boxes/0/corners");
+  const auto view = [&](const std::string& camera) {
+    return fault(boxes(R"({"view":{)" + camera + R"("width":4,"height":3}})"));
+  };
+  EXPECT_EQ(view(R"("kind":"pinhole",)"), "");
+  EXPECT_EQ(view(R"("kind":"orthographic",)"), "KEY_MISSING /boxes/0/view");
+  EXPECT_EQ(view(R"("kind":"pinhole","fov_y":0,)"), "NUMBER_OUT_OF_RANGE /boxes/0/view/fov_y");
+  EXPECT_EQ(view(R"("kind":"equirectangular",)"), "VIEW_KIND /boxes/0/view/kind");
+  EXPECT_EQ(view(R"("kind":"camera","camera":"front",)"), "CAMERA_UNKNOWN /boxes/0/view/camera");
+  EXPECT_EQ(view(R"("kind":"pinhole","poses":[{},{}],)"), "KEY_UNKNOWN /boxes/0/view/poses");
+  EXPECT_EQ(view(R"("kind":"pinhole","range":[2,1],)"), "RAY_LIMITS_REVERSED /boxes/0/view/range");
+  EXPECT_EQ(view(R"("kind":"pinhole","range":[0,1e999],)"),
+            "NUMBER_NOT_FINITE /boxes/0/view/range/1");
   const auto cursor = [&](const std::string& text) {
     return fault(boxes(R"({"min":[0,0,0],"max":[1,1,1],"cursor":)" + text + "}"));
   };
-  EXPECT_EQ(cursor(R"("0000000000000007t0000000000000005")"), "");
+  EXPECT_EQ(cursor(R"("00000000000000070000000000000abct0000000000000005")"), "");
   EXPECT_EQ(cursor("7"), "TYPE_WRONG /boxes/0/cursor");
-  for (const char* text :
-       {"", "x", "0000000000000007t0000000000000000", "0000000000000007T0000000000000005",
-        "000000000000000At0000000000000005"})
+  for (const char* text : {"", "x", "00000000000000070000000000000abct0000000000000000",
+                           "00000000000000070000000000000abcT0000000000000005",
+                           "000000000000000A0000000000000abct0000000000000005"})
     EXPECT_EQ(cursor('"' + std::string(text) + '"'), "CURSOR_UNKNOWN /boxes/0/cursor") << text;
   EXPECT_EQ(
-      fault(boxes(R"({"min":[0,0,0],"max":[1,1,1],"cursor":"0000000000000007t0000000000000005"})"),
-            {.has_limit = false}),
+      fault(
+          boxes(
+              R"({"min":[0,0,0],"max":[1,1,1],"cursor":"00000000000000070000000000000abct0000000000000005"})"),
+          {.has_limit = false}),
       "KEY_UNKNOWN /boxes/0/cursor");
   EXPECT_EQ(fault(R"({"boxes":[],"mode":"outside"})"), "VALUE_UNKNOWN /mode");
 }
