@@ -79,7 +79,10 @@ Result<ApiAnswer> ApiClient::ask(const std::string& method, const std::string& p
     return true;
   };
   const auto answer = client_->send(request);
-  if (answer) return ApiAnswer{answer->status, std::move(told)};
+  if (answer) {
+    const std::string type = answer->get_header_value("Content-Type");
+    return ApiAnswer{answer->status, std::move(told), type.substr(0, type.find(';'))};
+  }
   return Error{ErrorKind::kNotFound, "SERVER_UNREACHABLE",
                "the server does not answer: " + httplib::to_string(answer.error()), ""};
 }

@@ -22,6 +22,7 @@ using ApiHeaders = std::vector<std::pair<std::string, std::string>>;
 struct ApiAnswer {
   int status = 0;
   std::string body;
+  std::string media_type = {};  ///< without its parameters; empty where the server says none
   bool good() const { return status < 400; }
 };
 

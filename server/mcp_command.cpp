@@ -1,5 +1,7 @@
 #include "server/mcp_command.h"
 
+#include <openssl/evp.h>
+
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
@@ -16,6 +18,7 @@ using Json = nlohmann::json;
 using Ordered = nlohmann::ordered_json;
 
 constexpr std::array<std::string_view, 3> kMcpRevisions{"2025-06-18", "2025-03-26", "2024-11-05"};
+constexpr std::string_view kPictureType = "image/png";
 constexpr std::size_t kLongestLine = 256 << 20;
 
 // The numbers of JSON-RPC 2.0.
@@ -41,6 +44,23 @@ bool read_line(std::istream& in, std::string& line, bool& too_long) {
     if (!too_long) line += static_cast<char>(c);
   }
   return !line.empty();
+}
+
+/// [RFC4648] section 4, with padding.
+std::string base64_of(std::string_view bytes) {
+  constexpr std::size_t kPiece = 3
+                                 << 20;  // the library counts in ints; only the last one is padded
+  std::string text;
+  for (; !bytes.empty(); bytes.remove_prefix(std::min(kPiece, bytes.size()))) {
+    const std::string_view piece = bytes.substr(0, kPiece);
+    const std::size_t begin = text.size();
+    text.resize(begin + (piece.size() + 2) / 3 * 4 + 1);  // the library ends it with a zero
+    EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data() + begin),
+                    reinterpret_cast<const unsigned char*>(piece.data()),
+                    static_cast<int>(piece.size()));
+    text.pop_back();
+  }
+  return text;
 }
 
 class McpServer {
@@ -101,6 +121,13 @@ class McpServer {
         call_mcp_tool(*tool, parameters.value("arguments", Json::object()), client_, files_);
     if (!answer && answer.error().code == "ARGUMENTS_INVALID") {
       return fault(id, kInvalidParams, answer.error().message);
+    }
+    if (answer && answer->good() && answer->media_type == kPictureType) {
+      return result(
+          id,
+          {{"content",
+            {{{"type", "image"}, {"data", base64_of(answer->body)}, {"mimeType", kPictureType}}}},
+           {"isError", false}});
     }
     // What an agent can mend by asking otherwise is told as an answer.
     const std::string text =

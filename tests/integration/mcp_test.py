@@ -1,5 +1,6 @@
 """sightline mcp: an agent's side of the Model Context Protocol, against a real server."""
 
+import base64
 import json
 import random
 import subprocess
@@ -121,6 +122,20 @@ class Mcp(unittest.TestCase):
                 self.assert_holds(one, other)
         else:
             self.assertEqual(found, expected)
+
+    def test_a_picture_is_a_picture(self):
+        body = {"image": "normal", "generator": {"kind": "pinhole", "position": [90, 60, 120], "look_at": [0, 10, 0], "width": 64, "height": 40}}
+        for body["image"] in ("depth", "node", "normal"):
+            told = self.agent.call("raysClosest", id="town", body=body)
+            (picture,) = told["content"]
+            self.assertEqual((told["isError"], picture["type"], picture["mimeType"]), (False, "image", "image/png"))
+            self.assertNotIn("structuredContent", told)
+            answer = self.server.query("town", "closest", body)
+            self.assertEqual(answer.headers["content-type"], "image/png")
+            self.assertEqual(base64.b64decode(picture["data"], validate=True), answer.body)
+        body["image"] = "nothing"
+        told = self.agent.call("raysClosest", id="town", body=body)
+        self.assertEqual((told["isError"], told["structuredContent"]["code"]), (True, "VALUE_UNKNOWN"))
 
     def test_what_the_server_refuses_is_an_answer(self):
         told = self.agent.call("raysClosest", id="six", body={"rays": [{"origin": [0, 0, 0], "direction": [0, 0, 0]}]})
