@@ -6,7 +6,9 @@
 #include <optional>
 
 // Three x86 levels are worth their code: SSSE3 adds nothing to SSE4 here.
+#ifndef HWY_DISABLED_TARGETS
 #define HWY_DISABLED_TARGETS HWY_SSSE3
+#endif
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/trace/kernel.cpp"
 #include <hwy/foreach_target.h>

@@ -4,6 +4,7 @@
 
 #include "core/base/infinity.h"
 #include "tests/oracle/random.h"
+#include "tests/support/random_cases.h"
 
 namespace sightline::oracle {
 namespace {
@@ -86,7 +87,7 @@ bool overlap_by_candidates(const Box3d& box, const Triangle& w) {
 TEST(BoxOracle, clips_triangles_as_candidate_points_say) {
   Random random(21);
   int touching = 0;
-  for (int i = 0; i < 30000; ++i) {
+  for (int i = 0; i < test::random_cases(30000); ++i) {
     const auto point = [&] {
       const double x = random.integer(-3, 3), y = random.integer(-3, 3);
       return Vec3d{x, y, static_cast<double>(random.integer(-3, 3))};
@@ -108,7 +109,7 @@ TEST(BoxOracle, clips_triangles_as_candidate_points_say) {
     ASSERT_EQ(overlap(oriented_by_slabs(center, kAxes, half), triangle), truth) << i;
     ASSERT_EQ(overlap(oriented_by_edges(center, kAxes, half), triangle), truth) << i;
   }
-  EXPECT_GT(touching, 3000);
+  EXPECT_GT(touching, test::random_cases(3000));
 }
 
 TEST(BoxOracle, knows_both_meanings_of_axes_that_are_not_orthonormal) {

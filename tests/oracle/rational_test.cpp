@@ -9,6 +9,7 @@
 #include "core/base/infinity.h"
 #include "tests/oracle/random.h"
 #include "tests/support/float_text.h"
+#include "tests/support/random_cases.h"
 
 namespace sightline::oracle {
 namespace {
@@ -25,7 +26,7 @@ Rational fraction(double num, double den) {
 
 TEST(Rational, holds_every_float64_exactly) {
   Random random(1);
-  for (int i = 0; i < 200000; ++i) {
+  for (int i = 0; i < test::random_cases(200000); ++i) {
     const double value = random.any_double();
     ASSERT_EQ(to_mpq(exact(value)), mpq_class(value)) << value;
     if (value != 0) {
@@ -37,7 +38,7 @@ TEST(Rational, holds_every_float64_exactly) {
 TEST(Rational, rounds_quotients_as_the_hardware_does) {
   // Division of float64 numbers is correctly rounded, denormal and overflowing results included.
   Random random(2);
-  for (int i = 0; i < 400000; ++i) {
+  for (int i = 0; i < test::random_cases(400000); ++i) {
     const double a = random.any_double();
     double b = random.any_double();
     if (i % 2 == 0) b = std::ldexp(random.between(1, 2), random.integer(-60, 60));
@@ -48,7 +49,7 @@ TEST(Rational, rounds_quotients_as_the_hardware_does) {
 
 TEST(Rational, rounds_quotients_near_the_denormals_once) {
   Random random(3);
-  for (int i = 0; i < 200000; ++i) {
+  for (int i = 0; i < test::random_cases(200000); ++i) {
     const double a = static_cast<double>(random.integer(1, 4000)) * kDenormal;
     const double b = random.chance(0.5) ? random.between(0.25, 64) : random.integer(1, 64);
     ASSERT_TRUE(same_bits(round_to_double(fraction(-a, b)), -a / b)) << a << " / " << b;
@@ -75,7 +76,7 @@ TEST(Rational, rounds_what_exceeds_the_range_to_infinity_and_zero_to_plus_zero) 
 
 TEST(Rational, compares_as_mpq_does) {
   Random random(4);
-  for (int i = 0; i < 100000; ++i) {
+  for (int i = 0; i < test::random_cases(100000); ++i) {
     const double a = random.chance(0.5) ? random.any_double() : random.integer(-3, 3);
     const double b = random.chance(0.5) ? random.any_double() : random.integer(1, 3);
     const double c = random.chance(0.5) ? random.any_double() : random.integer(-3, 3);

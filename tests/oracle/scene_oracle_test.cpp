@@ -10,6 +10,7 @@
 #include "core/base/infinity.h"
 #include "tests/oracle/brute_force.h"
 #include "tests/oracle/random.h"
+#include "tests/support/random_cases.h"
 
 namespace sightline::oracle {
 namespace {
@@ -80,7 +81,9 @@ Ray make_ray(Random& random, const MakeNumber& number, const std::vector<Triangl
 
 /// Scenes of a few triangles with shared corners, duplicates, triangles without area and
 /// non-finite ones; every mode of the oracle against the brute force in mpq_class.
-void compare_with_brute_force(std::uint64_t seed, int scenes, int rays, const MakeNumber& number) {
+void compare_with_brute_force(std::uint64_t seed, int scenes, int all_rays,
+                              const MakeNumber& number) {
+  const int rays = test::random_cases(all_rays);
   Random random(seed);
   std::size_t hits_seen = 0;
   for (int s = 0; s < scenes; ++s) {
@@ -191,7 +194,7 @@ TEST(SceneOracle, skips_nothing_in_a_tree_of_many_nodes) {
     }
   }
   const SceneOracle oracle(triangles);
-  for (int r = 0; r < 1000; ++r) {
+  for (int r = 0; r < test::random_cases(1000); ++r) {
     const Ray ray = make_ray(
         random, [](Random& q) { return q.between(-2, 2); }, triangles);
     std::vector<OracleHit> truth;
@@ -224,7 +227,7 @@ TEST(Conservative, the_overlap_with_a_box_encloses_the_exact_one) {
   // One axis at a time: the other two are unbounded as far as the ray goes.
   Random random(6);
   constexpr double kMax = std::numeric_limits<double>::max();
-  for (int i = 0; i < 300000; ++i) {
+  for (int i = 0; i < test::random_cases(300000); ++i) {
     const auto number = [&] {
       return random.chance(0.5)   ? random.between(-1, 1)
              : random.chance(0.5) ? static_cast<double>(random.integer(-9, 9)) * 0x1p-1074

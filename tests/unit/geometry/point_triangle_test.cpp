@@ -10,6 +10,7 @@
 
 #include "tests/oracle/nearest_point.h"
 #include "tests/oracle/random.h"
+#include "tests/support/random_cases.h"
 
 namespace sightline {
 namespace {
@@ -48,7 +49,7 @@ TEST(PointTriangle, is_what_rational_arithmetic_says) {
   std::printf("seed %llu\n", static_cast<unsigned long long>(kSeed));
   Random random(kSeed);
   std::size_t on_edge = 0, inside = 0, certain = 0;
-  for (int round = 0; round < 20000; ++round) {
+  for (int round = 0; round < test::random_cases(20000); ++round) {
     const Sample s = sample(random, round % 16 == 15 ? 4 : round % 4);
     const oracle::Triangle same{s.triangle.v0, s.triangle.v1, s.triangle.v2};
     if (oracle::has_no_area(same)) continue;
@@ -85,7 +86,7 @@ TEST(PointTriangle, is_what_rational_arithmetic_says) {
   }
   std::printf("on edges %zu, of these certain by float64 %zu, inside %zu\n", on_edge, certain,
               inside);
-  EXPECT_GT(inside, 1000u);
+  EXPECT_GT(inside, test::random_cases(1000u));
   EXPECT_GT(certain, on_edge / 4);
 }
 
@@ -94,7 +95,7 @@ TEST(PointTriangle, are_compared_exactly) {
   std::printf("seed %llu\n", static_cast<unsigned long long>(kSeed));
   Random random(kSeed);
   std::size_t equal = 0;
-  for (int round = 0; round < 10000; ++round) {
+  for (int round = 0; round < test::random_cases(10000); ++round) {
     const int kind = round % 16 == 15 ? 4 : round % 4;
     const Sample one = sample(random, kind);
     Sample other = sample(random, kind);
@@ -115,7 +116,7 @@ TEST(PointTriangle, are_compared_exactly) {
         << round;
     equal += order == 0 ? 1u : 0u;
   }
-  EXPECT_GT(equal, 500u);
+  EXPECT_GT(equal, test::random_cases(500u));
 }
 
 TEST(PointTriangle, holds_the_largest_numbers_there_are) {

@@ -5,6 +5,7 @@
 
 #include "core/base/infinity.h"
 #include "core/demo/random.h"
+#include "tests/support/random_cases.h"
 #include "tests/unit/run/golden_answers.h"
 
 namespace sightline {
@@ -60,7 +61,7 @@ void expect_moves(DemoScene demo_scene, std::shared_ptr<const Scene> scene, std:
                   int rounds = 4) {
   demo::Random random(seed);
   NodeChanges all;
-  for (int round = 0; round < rounds; ++round) {
+  for (int round = 0; round < test::random_cases(rounds); ++round) {
     NodeChanges changes;
     for (std::uint32_t k = 0; k <= random.below(4); ++k) {
       NodeChange change;

@@ -10,6 +10,7 @@
 #include <random>
 
 #include "core/base/infinity.h"
+#include "tests/support/random_cases.h"
 #include "tests/unit/trace/awkward_scenes.h"
 
 namespace sightline {
@@ -140,7 +141,7 @@ TEST(Kernel, answers_like_the_exact_predicate_on_every_triangle) {
   for (const Case& c : cases) {
     std::mt19937_64 random(kSeed);
     const auto scene = make_scene(c, random);
-    const RayBatch rays = make_rays(c, *scene, random, 400);
+    const RayBatch rays = make_rays(c, *scene, random, test::random_cases<std::size_t>(400));
     const auto instances = static_cast<std::uint32_t>(scene->description().instances.size());
 
     HitBatch truth;
@@ -260,7 +261,7 @@ TEST(Kernel, answers_neighbouring_rays_together_as_each_alone) {
   for (const Case& c : cases) {
     std::mt19937_64 random(7);
     const auto scene = make_scene(c, random);
-    const RayBatch rays = make_rows(c, 33, 150);
+    const RayBatch rays = make_rows(c, test::random_cases<std::size_t>(33), 150);
     for (const Kernel& kernel : supported_kernels()) {
       HitBatch together, alone;
       together.resize(rays.size());

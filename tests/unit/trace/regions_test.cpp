@@ -12,6 +12,7 @@
 #include "tests/oracle/hull_distance.h"
 #include "tests/oracle/nearest_point.h"
 #include "tests/oracle/random.h"
+#include "tests/support/random_cases.h"
 
 namespace sightline {
 namespace {
@@ -55,7 +56,7 @@ TEST(Regions, capsules_meet_what_rational_arithmetic_says) {
   std::printf("seed %llu\n", static_cast<unsigned long long>(kSeed));
   oracle::Random random(kSeed);
   std::size_t meet = 0, touch = 0, within = 0;
-  for (int round = 0; round < 8000; ++round) {
+  for (int round = 0; round < test::random_cases(8000); ++round) {
     Numbers numbers(random);
     Triangle t = numbers.triangle();
     Capsule capsule{numbers.point(), numbers.point(), std::fabs(numbers.number(0, 7))};
@@ -89,9 +90,9 @@ TEST(Regions, capsules_meet_what_rational_arithmetic_says) {
   }
   std::printf("8000 capsules: meet %zu, touch exactly %zu, hold %zu, wrong 0\n", meet, touch,
               within);
-  EXPECT_GT(meet, 1000u);
-  EXPECT_GT(touch, 100u);
-  EXPECT_GT(within, 100u);
+  EXPECT_GT(meet, test::random_cases(1000u));
+  EXPECT_GT(touch, test::random_cases(100u));
+  EXPECT_GT(within, test::random_cases(100u));
 }
 
 TEST(Regions, convex_ones_meet_what_rational_arithmetic_says) {
@@ -99,7 +100,7 @@ TEST(Regions, convex_ones_meet_what_rational_arithmetic_says) {
   std::printf("seed %llu\n", static_cast<unsigned long long>(kSeed));
   oracle::Random random(kSeed);
   std::size_t meet = 0, open = 0, within = 0;
-  for (int round = 0; round < 12000; ++round) {
+  for (int round = 0; round < test::random_cases(12000); ++round) {
     Numbers numbers(random);
     const Triangle t = numbers.triangle();
     std::vector<HalfSpace> planes;
@@ -142,15 +143,15 @@ TEST(Regions, convex_ones_meet_what_rational_arithmetic_says) {
   }
   std::printf("12000 regions: meet %zu, of them without a corner inside %zu, hold %zu, wrong 0\n",
               meet, open, within);
-  EXPECT_GT(meet, 1000u);
-  EXPECT_GT(open, 300u);
-  EXPECT_GT(within, 100u);
+  EXPECT_GT(meet, test::random_cases(1000u));
+  EXPECT_GT(open, test::random_cases(300u));
+  EXPECT_GT(within, test::random_cases(100u));
 }
 
 TEST(Regions, oriented_boxes_hold_what_rational_arithmetic_says) {
   oracle::Random random(168);
   std::size_t within = 0;
-  for (int round = 0; round < 20000; ++round) {
+  for (int round = 0; round < test::random_cases(20000); ++round) {
     Numbers numbers(random);
     const OrientedBox box{numbers.point(),
                           {std::fabs(numbers.number(0, 20)), std::fabs(numbers.number(0, 20)),
@@ -168,7 +169,7 @@ TEST(Regions, oriented_boxes_hold_what_rational_arithmetic_says) {
     ASSERT_EQ(is_within(p, box), expected) << "round " << round;
     within += expected ? 1u : 0u;
   }
-  EXPECT_GT(within, 3000u);
+  EXPECT_GT(within, test::random_cases(3000u));
 }
 
 TEST(Regions, triangles_are_as_far_as_rational_arithmetic_says) {
@@ -177,7 +178,7 @@ TEST(Regions, triangles_are_as_far_as_rational_arithmetic_says) {
   oracle::Random random(kSeed);
   std::size_t meet = 0, pairs = 0;
   double widest = 0;
-  for (int round = 0; round < 3000; ++round) {
+  for (int round = 0; round < test::random_cases(3000); ++round) {
     Numbers numbers(random);
     Triangle a = numbers.triangle(), b = numbers.triangle();
     if (random.chance(0.2)) b.v1 = a.v2;
@@ -208,7 +209,7 @@ TEST(Regions, triangles_are_as_far_as_rational_arithmetic_says) {
   }
   std::printf("%zu pairs: meet %zu, wrong 0, widest interval of those apart 2^%.1f\n", pairs, meet,
               std::log2(widest));
-  EXPECT_GT(meet, 300u);
+  EXPECT_GT(meet, test::random_cases(300u));
 }
 
 TEST(Regions, touch_and_miss_by_one_unit_in_the_last_place) {

@@ -13,6 +13,7 @@
 #include "tests/oracle/first_contact.h"
 #include "tests/oracle/hull_distance.h"
 #include "tests/oracle/random.h"
+#include "tests/support/random_cases.h"
 #include "tests/unit/trace/awkward_scenes.h"
 
 namespace sightline {
@@ -70,8 +71,8 @@ TEST(Sweep, boxes_meet_triangles_when_rational_arithmetic_says) {
   std::printf("seed %llu\n", static_cast<unsigned long long>(kSeed));
   oracle::Random random(kSeed);
   std::size_t met = 0, begun = 0;
-  constexpr int kRounds = 1500;
-  for (int round = 0; round < kRounds; ++round) {
+  const int rounds = test::random_cases(1500);
+  for (int round = 0; round < rounds; ++round) {
     const Situation s(random);
     const SweptBox box{s.half};
     const auto contact = BoxContact::first(s.path(), box, s.triangle);
@@ -96,9 +97,9 @@ TEST(Sweep, boxes_meet_triangles_when_rational_arithmetic_says) {
       ASSERT_LE(abs(mpq_class(at[k]) - center), mpq_class(s.half[k]) + tiny) << "round " << round;
     }
   }
-  std::printf("%d boxes: met %zu, at once %zu, wrong 0\n", kRounds, met, begun);
-  EXPECT_GT(met, 400u);
-  EXPECT_GT(begun, 50u);
+  std::printf("%d boxes: met %zu, at once %zu, wrong 0\n", rounds, met, begun);
+  EXPECT_GT(met, test::random_cases(400u));
+  EXPECT_GT(begun, test::random_cases(50u));
 }
 
 TEST(Sweep, spheres_meet_triangles_when_rational_arithmetic_says) {
@@ -106,8 +107,8 @@ TEST(Sweep, spheres_meet_triangles_when_rational_arithmetic_says) {
   std::printf("seed %llu\n", static_cast<unsigned long long>(kSeed));
   oracle::Random random(kSeed);
   std::size_t met = 0, begun = 0;
-  constexpr int kRounds = 3000;
-  for (int round = 0; round < kRounds; ++round) {
+  const int rounds = test::random_cases(3000);
+  for (int round = 0; round < rounds; ++round) {
     const Situation s(random);
     const SweptSphere sphere{s.half.x};
     const auto contact = SphereContact::first(s.path(), sphere, s.triangle);
@@ -147,16 +148,16 @@ TEST(Sweep, spheres_meet_triangles_when_rational_arithmetic_says) {
     }
     ASSERT_LE(away, (radius + tiny) * (radius + tiny)) << "round " << round;
   }
-  std::printf("%d spheres: met %zu, at once %zu, wrong 0\n", kRounds, met, begun);
-  EXPECT_GT(met, 800u);
-  EXPECT_GT(begun, 100u);
+  std::printf("%d spheres: met %zu, at once %zu, wrong 0\n", rounds, met, begun);
+  EXPECT_GT(met, test::random_cases(800u));
+  EXPECT_GT(begun, test::random_cases(100u));
 }
 
 /// Of two that are met at the same float64 the order is that of many more digits.
 TEST(Sweep, contacts_are_ordered_as_they_are_with_many_digits) {
   oracle::Random random(173);
   std::size_t equal = 0, close = 0;
-  for (int round = 0; round < 4000; ++round) {
+  for (int round = 0; round < test::random_cases(4000); ++round) {
     const Situation s(random);
     Situation other(random);
     other.triangle.v0 = s.triangle.v0;
@@ -193,7 +194,7 @@ TEST(Sweep, contacts_are_ordered_as_they_are_with_many_digits) {
     ASSERT_EQ(order, ta < tb ? -1 : ta > tb ? 1 : 0) << "round " << round;
   }
   std::printf("at the same float64 %zu, equal %zu\n", close, equal);
-  EXPECT_GT(close, 40u);
+  EXPECT_GT(close, test::random_cases(40u));
 }
 
 TEST(Sweep, finds_what_comes_first_triangle_by_triangle) {
@@ -203,7 +204,7 @@ TEST(Sweep, finds_what_comes_first_triangle_by_triangle) {
     const auto scene = test::make_scene(c, random);
     const auto instances = static_cast<std::uint32_t>(scene->description().instances.size());
     SweepBatch sweeps;
-    while (sweeps.count() < 48) {
+    while (sweeps.count() < test::random_cases(48u)) {
       const auto w = [&] {
         return scene->world_triangle({static_cast<std::uint32_t>(random.index(instances)),
                                       static_cast<std::uint32_t>(random.index(test::kTriangles))});

@@ -10,6 +10,7 @@
 #include "tests/oracle/exact_triangle.h"
 #include "tests/oracle/nearest_point.h"
 #include "tests/oracle/random.h"
+#include "tests/support/random_cases.h"
 
 namespace sightline {
 namespace {
@@ -19,7 +20,7 @@ TEST(TriangleSphere, is_what_rational_arithmetic_says) {
   std::printf("seed %llu\n", static_cast<unsigned long long>(kSeed));
   oracle::Random random(kSeed);
   std::size_t meet = 0, apart = 0, touch = 0;
-  for (int round = 0; round < 30000; ++round) {
+  for (int round = 0; round < test::random_cases(30000); ++round) {
     // On a grid many of them touch exactly: distances of 3, 4, 5, 13 are common.
     const bool is_grid = random.chance(0.7);
     const double scale = std::ldexp(1.0, random.chance(0.3) ? random.integer(-300, 300) : 0);
@@ -44,9 +45,9 @@ TEST(TriangleSphere, is_what_rational_arithmetic_says) {
     (expected ? meet : apart) += 1;
   }
   std::printf("meet %zu, apart %zu, touch exactly %zu\n", meet, apart, touch);
-  EXPECT_GT(meet, 3000u);
-  EXPECT_GT(apart, 3000u);
-  EXPECT_GT(touch, 300u);
+  EXPECT_GT(meet, test::random_cases(3000u));
+  EXPECT_GT(apart, test::random_cases(3000u));
+  EXPECT_GT(touch, test::random_cases(300u));
 }
 
 TEST(TriangleSphere, touches_a_plane_an_edge_and_a_corner) {
