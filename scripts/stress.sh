@@ -9,6 +9,7 @@
 #   scripts/stress.sh soak [--minutes N] [--workers N] [--seed S]
 #   scripts/stress.sh faults [--times N] [--seed S]
 #   scripts/stress.sh large
+#   scripts/stress.sh cases
 #
 # --boxes       instead of rays in scenes, pairs of rays and boxes (10,000,000) and of triangles and
 #               boxes (2,000,000; at least a third of each touching exactly), beside the literature's
@@ -35,6 +36,9 @@
 #
 # large sends 20,000,000 rays in one stream and 1,000,000 in one body of JSON, and looks at the order of the answers and
 # at the memory that a server takes above its scene (64 MiB, and 3 times the body).
+#
+# cases runs the tests that draw random cases under AddressSanitizer and UndefinedBehaviorSanitizer with all of them,
+# where scripts/test.sh runs an eighth.
 #
 # The exit code is not 0 if Sightline was wrong once, or stopped. A wrong answer is printed with its
 # family and seed; `sightline_stress --family F --trial S --rays N --shrink` makes the smallest case
@@ -76,6 +80,13 @@ case ${1:-} in
     export SIGHTLINE_STREAM_RAYS=20000000
     python3 -B streams_test.py "$binary" Streams.test_memory_does_not_grow_with_the_stream
     exec python3 -B memory_test.py "$binary" Budget.test_rays_in_one_body_take_three_times_the_body
+    ;;
+  cases)
+    scripts/install_packages.sh test
+    configure asan
+    programs=(unit_geometry unit_trace unit_run oracle_test)
+    cmake --build --preset asan --target "${programs[@]}"
+    SIGHTLINE_ALL_CASES=1 exec ctest --preset asan --tests-regex "^($(IFS='|'; echo "${programs[*]}"))\$"
     ;;
   kills | soak)
     name=$1
