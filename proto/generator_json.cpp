@@ -10,10 +10,10 @@ namespace sightline {
 
 namespace {
 
-constexpr std::array<std::string_view, 19> kGeneratorKeys{
+constexpr std::array<std::string_view, 20> kGeneratorKeys{
     "position", "forward", "look_at", "up",           "kind",       "range",    "fov_y",
     "extent_y", "width",   "height",  "poses",        "elevations", "azimuths", "points",
-    "normals",  "count",   "seed",    "distribution", "camera"};
+    "normals",  "count",   "seed",    "distribution", "camera",     "returns"};
 enum Key : std::size_t {
   kPosition,
   kForward,
@@ -34,6 +34,7 @@ enum Key : std::size_t {
   kSeed,
   kDistribution,
   kCamera,
+  kReturns,
 };
 constexpr std::size_t kPoseKeys = 4;
 constexpr std::array<std::string_view, 6> kKinds{"pinhole", "orthographic", "equirectangular",
@@ -55,12 +56,13 @@ constexpr unsigned bits(std::initializer_list<Key> keys) {
 constexpr unsigned kPoseBits = (1u << kPoseKeys) - 1;
 constexpr unsigned kPixels = bits({kWidth, kHeight});
 /// By kind: what may stand there beside "kind" and "range", and what must.
-constexpr std::array<unsigned, 6> kAllowed{kPoseBits | kPixels | bits({kFovY}),
-                                           kPoseBits | kPixels | bits({kExtentY}),
-                                           kPoseBits | kPixels,
-                                           kPoseBits | bits({kPoses, kElevations, kAzimuths}),
-                                           bits({kPoints, kNormals, kCount, kSeed, kDistribution}),
-                                           kPixels | bits({kCamera})};
+constexpr std::array<unsigned, 6> kAllowed{
+    kPoseBits | kPixels | bits({kFovY}),
+    kPoseBits | kPixels | bits({kExtentY}),
+    kPoseBits | kPixels,
+    kPoseBits | bits({kPoses, kElevations, kAzimuths, kReturns}),
+    bits({kPoints, kNormals, kCount, kSeed, kDistribution}),
+    kPixels | bits({kCamera})};
 constexpr std::array<unsigned, 6> kNeeded{kPixels,
                                           kPixels | bits({kExtentY}),
                                           kPixels,
@@ -98,7 +100,7 @@ struct GeneratorReader::Parts {
   Pose pose;
   RayRange range;
   double fov_y = 60, extent_y = 1;
-  std::uint64_t width = 0, height = 0, azimuths = 0, count = 0, seed = 0;
+  std::uint64_t width = 0, height = 0, azimuths = 0, count = 0, seed = 0, returns = 1;
   std::vector<Pose> poses;
   std::vector<double> elevations;
   std::vector<Vec3d> points, normals;
@@ -235,6 +237,10 @@ bool GeneratorReader::read_part(std::size_t which, JsonReader::Value value, Part
       constexpr std::array<std::string_view, 2> kWords{"cosine", "uniform"};
       return reader_.read_word(value, kWords, parts.distribution, place);
     }
+    case kReturns:
+      if (!reader_.read_count(value, most_, parts.returns, place)) return false;
+      return parts.returns > 0 ||
+             reader_.invalid("NUMBER_OUT_OF_RANGE", "expected a number from 1 on", place);
     case kCamera:
       return read_camera(value, place, parts.camera);
     default:
@@ -316,6 +322,7 @@ bool GeneratorReader::read(JsonReader::Value value, RayGenerator& generator) {
 
 bool GeneratorReader::assemble(Parts& parts, RayGenerator& generator) {
   generator.range = parts.range;
+  generator.returns = parts.returns;
   switch (parts.kind) {
     case kPinhole:
       generator.kind = Pinhole{parts.pose, parts.fov_y, parts.width, parts.height};
@@ -360,7 +367,7 @@ bool GeneratorReader::assemble(Parts& parts, RayGenerator& generator) {
                                   parts.seed, parts.distribution == 1};
   }
   const std::uint64_t count = ray_count(generator);
-  return count <= most_ ? admit(count, root()) : too_many(root());
+  return count <= most_ / generator.returns ? admit(count, root()) : too_many(root());
 }
 
 }  // namespace sightline

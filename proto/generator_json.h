@@ -8,7 +8,7 @@
 /// pinhole           pose, fov_y (60), width, height
 /// orthographic      pose, extent_y, width, height
 /// equirectangular   pose, width, height
-/// lidar             pose or "poses":[{pose}], elevations, azimuths
+/// lidar             pose or "poses":[{pose}], elevations, azimuths, returns (1)
 /// camera            camera (name or index in the file), width, height
 /// hemisphere        points, normals, count, seed (0), distribution: "cosine" or "uniform"
 /// A pose is "position", "forward" (or "look_at"), "up"; 0, (0,0,-1) and (0,1,0) when left out.

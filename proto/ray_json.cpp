@@ -376,6 +376,11 @@ bool RayReader::read_generator(Value value) {
       },
       generator.kind);
   const JsonPointer place = JsonPointer().key("generator");
+  if (generator.returns > 1 && !rules_.has_returns) {
+    return invalid("KEY_UNKNOWN", "several returns are answered by rays:closest alone",
+                   JsonPointer(place).key("returns"));
+  }
+  query_.returns = generator.returns;
   auto rays = generate_rays(generator);
   if (!rays) return invalid(rays.error().code, rays.error().message, place);
   query_.rays = std::move(*rays);

@@ -52,7 +52,8 @@ struct RayJsonRules {
   bool has_generator = true;
   bool has_culling = true;
   bool has_explain = false;
-  bool has_image = false;  ///< "image" and "image_unit"
+  bool has_image = false;    ///< "image" and "image_unit"
+  bool has_returns = false;  ///< whether a generator may ask for several
   FindCamera find_camera = {};
   /// The same for "crossings" and "max_hits".
   bool has_crossings = false;
@@ -77,6 +78,7 @@ struct RayQuery {
   bool wants_explanation = false;  ///< of its one ray
   std::optional<HitImage> image;   ///< with the pixels of the generator
   bool chose_fields = false;       ///< else they are the default
+  std::uint64_t returns = 1;       ///< how many slots the answer has for each ray
   std::uint64_t max_hits = 1000;   ///< of each ray; may be more than the rules' when left out
 };
 

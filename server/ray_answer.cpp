@@ -1,5 +1,6 @@
 #include "server/ray_answer.h"
 
+#include "core/base/infinity.h"
 #include "core/run/nearest_miss.h"
 #include "proto/hit_binary.h"
 #include "proto/hit_json.h"
@@ -33,18 +34,59 @@ struct RayBatchCourse {
   }
 };
 
+/// The first `most` hits of each ray, and how many there are.
+Status list_hits(const RayBatchCourse& course, std::uint64_t most, HitLists& lists,
+                 Column<std::uint64_t>& totals) {
+  // The lists of the threads, and all of them joined.
+  return search_lists(course.memory, course.query.rays.size(), course.service.limits.hits,
+                      3 * kHitBytes, [&](std::uint64_t granted) {
+                        return course.service.engine.all(
+                            course.scene, course.query.rays, course.query.crossings, most, granted,
+                            course.deadline, lists, totals, course.options);
+                      });
+}
+
+/// As many slots for each ray, its first hits in them and then misses; `rays` has the ray of each.
+Status find_returns(const RayBatchCourse& course, HitBatch& hits, RayBatch& rays) {
+  const std::uint64_t returns = course.query.returns;
+  HitLists lists;
+  Column<std::uint64_t> totals;
+  Status status = list_hits(course, returns, lists, totals);
+  const std::uint64_t slots = course.query.rays.size() * returns;
+  if (status) status = reserve(course.memory, slots * (kHitBytes + kRayBytes));
+  if (!status) return status;
+  rays.reserve(slots);
+  for (std::size_t ray = 0; ray < course.query.rays.size(); ++ray) {
+    for (std::size_t k = 0; k < returns; ++k) {
+      rays.push_back(course.query.rays[ray]);
+      const std::size_t at = lists.first[ray] + k;
+      const bool is_hit = at < lists.first[ray + 1];
+      hits.t.push_back(is_hit ? lists.hits.t[at] : kInf);
+      hits.instance.push_back(is_hit ? lists.hits.instance[at] : kNone);
+      hits.triangle.push_back(is_hit ? lists.hits.triangle[at] : kNone);
+    }
+  }
+  return success();
+}
+
 Result<std::string> answer_closest(const RayBatchCourse& course) {
   const RayQuery& query = course.query;
   HitBatch hits;
-  Status status = reserve(course.memory, query.rays.size() * kHitBytes);
-  if (status) {
-    status = course.service.engine.closest(course.scene, query.rays, course.deadline, hits,
-                                           course.options);
+  RayBatch rays_of_returns;
+  Status status = success();
+  if (query.returns > 1) {
+    status = find_returns(course, hits, rays_of_returns);
+  } else {
+    status = reserve(course.memory, query.rays.size() * kHitBytes);
+    if (status) {
+      status = course.service.engine.closest(course.scene, query.rays, course.deadline, hits,
+                                             course.options);
+    }
   }
   if (!status) return status.error();
   course.timer.add(&WorkReport::trace_us);
   HitDescription about;
-  status = course.describe(query.rays, hits, about);
+  status = course.describe(query.returns > 1 ? rays_of_returns : query.rays, hits, about);
   if (!status) return status.error();
   if (course.is(AnswerLayout::kBinary)) {
     return encode_hits_binary(hits, about.details, about.terms, query.fields, course.invalid());
@@ -91,13 +133,7 @@ Result<std::string> answer_all(const RayBatchCourse& course) {
   const RayQuery& query = course.query;
   HitLists lists;
   Column<std::uint64_t> totals;
-  // The lists of the threads, and all of them joined.
-  Status status = search_lists(course.memory, query.rays.size(), course.service.limits.hits,
-                               3 * kHitBytes, [&](std::uint64_t most) {
-                                 return course.service.engine.all(
-                                     course.scene, query.rays, query.crossings, query.max_hits,
-                                     most, course.deadline, lists, totals, course.options);
-                               });
+  Status status = list_hits(course, query.max_hits, lists, totals);
   if (!status) return status.error();
   course.timer.add(&WorkReport::trace_us);
   HitDescription about;
@@ -144,6 +180,7 @@ RayJsonRules rules_of(RayQuestionKind kind, const ServiceLimits& limits) {
   rules.has_max_hits = kind == RayQuestionKind::kAll;
   rules.has_explain = kind == RayQuestionKind::kClosest;
   rules.has_image = kind == RayQuestionKind::kClosest;
+  rules.has_returns = kind == RayQuestionKind::kClosest;
   return rules;
 }
 

@@ -76,6 +76,7 @@ struct Hemisphere {
 struct RayGenerator {
   std::variant<Pinhole, Orthographic, Equirectangular, Lidar, Hemisphere> kind;
   RayRange range;
+  std::uint64_t returns = 1;  ///< how many hits of each ray an answer has slots for
 };
 
 /// How many rays it makes; the largest number when that does not fit.

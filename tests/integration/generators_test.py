@@ -81,6 +81,39 @@ class Generators(TwoScenes):
                     self.assertEqual(made.body, sent.body)
                 self.assertIn(b"true", self.server.query("town", "any", {"generator": generator}).body)
 
+    def test_returns_of_a_scanner_are_the_first_of_all_hits(self):
+        # By hand: through the six triangles at x = -5.5, -3.5, -1.5, 2.5, 4.5, 6.5, and back from x = -10, where nothing is.
+        lidar = {"kind": "lidar", "position": [-10, 1, 0], "forward": [1, 0, 0], "elevations": [0], "azimuths": 2, "returns": 4}
+        answer = self.server.query("six", "closest", {"generator": lidar, "fields": ["t", "node", "triangle", "position"]}).json()
+        self.assertEqual(answer["t"], [4.5, 6.5, 8.5, 12.5] + [None] * 4)
+        self.assertEqual(answer["node"], ["left"] * 3 + ["right"] + [None] * 4)
+        self.assertEqual(answer["triangle"], [0, 1, 2, 0] + [-1] * 4)
+        self.assertEqual(answer["position"][:6], [-5.5, 1, 0, -3.5, 1, 0])
+        scan = {"kind": "lidar", "position": [60, 12, 70], "elevations": [-20, -5, 0, 9], "azimuths": 300, "range": [1, 400]}
+        fields = ["t", "instance", "triangle", "position", "distance"]
+        lists = self.server.query("town", "all", {"generator": scan, "fields": fields, "max_hits": 3, "cull": "back"}).json()
+        for returns in (1, 2, 3):
+            body = {"generator": {**scan, "returns": returns}, "fields": fields, "cull": "back"}
+            rows = self.server.query("town", "closest", body).json()
+            for ray, (begin, end) in enumerate(zip(lists["first"], lists["first"][1:])):
+                for k in range(returns):
+                    got = [rows[field][ray * returns + k] for field in ("t", "instance", "triangle", "distance")]
+                    got += rows["position"][3 * (ray * returns + k):][:3]
+                    at = begin + k
+                    expected = [lists[field][at] for field in ("t", "instance", "triangle", "distance")] + lists["position"][3 * at:3 * at + 3] \
+                        if at < end else [None, -1, -1, None] + [None] * 3
+                    self.assertEqual(got, expected)
+            binary = unpack(self.server.query("town", "closest", body, "-H", "Accept: application/octet-stream").body)
+            self.assertEqual([None if math.isinf(t) else t for t in binary["t"]], rows["t"])
+        for kind in ("any", "all", "count"):
+            answer = self.server.query("six", kind, {"generator": lidar})
+            self.assertEqual((answer.status, answer.json()["code"], answer.json()["errors"][0]["pointer"]), (422, "KEY_UNKNOWN", "/generator/returns"))
+        for generator, status, code, pointer in (({**lidar, "returns": 0}, 422, "NUMBER_OUT_OF_RANGE", "/generator/returns"),
+                                                 ({**lidar, "returns": 3_000_000}, 413, "RAYS_TOO_MANY", "/generator"),
+                                                 ({"kind": "pinhole", "width": 2, "height": 2, "returns": 2}, 422, "KEY_UNKNOWN", "/generator/returns")):
+            answer = self.server.query("six", "closest", {"generator": generator})
+            self.assertEqual((answer.status, answer.json()["code"], answer.json()["errors"][0]["pointer"]), (status, code, pointer))
+
     def test_bytes_out(self):
         for generator in ALL:
             with self.subTest(generator=generator["kind"]):
