@@ -39,12 +39,31 @@ ImportOptions options_of(const SceneChoice& choice, Progress& progress, Laziness
   return options;
 }
 
+/// What hits may ask of the corners of a mesh.
+void add_attributes(const Mesh& mesh, Sha256& hash) {
+  for (std::size_t k = 0; k < mesh.attributes.size(); ++k) {
+    const Primitive& part = mesh.primitives[k];
+    const PrimitiveAttributes& attributes = mesh.attributes[k];
+    const std::size_t begin = std::size_t{part.first_triangle} * 3;
+    for (const auto& numbers : attributes.numbers) {
+      if (numbers == nullptr) continue;
+      for (std::size_t i = 0; i < std::size_t{part.triangle_count} * 3; ++i) {
+        double values[4] = {};
+        std::uint64_t touched = 0;
+        numbers->load(mesh.indices[begin + i] + attributes.first_vertex, values, touched);
+        hash.update(std::as_bytes(std::span(values)));
+      }
+    }
+  }
+}
+
 /// Of all that can come from other files than the one that was named.
 std::string hash_of_geometry(const SceneDescription& description) {
   Sha256 hash;
   for (const auto& mesh : description.meshes) {
     hash.update(std::as_bytes(std::span(mesh->positions)));
     hash.update(std::as_bytes(std::span(mesh->indices)));
+    add_attributes(*mesh, hash);
   }
   for (const Instance& instance : description.instances) {
     hash.update(std::as_bytes(std::span(instance.world_from_mesh.m)));
