@@ -72,11 +72,23 @@ Result<AttributeReader::Numbers> AttributeReader::find(const Wanted& wanted) {
   if (wanted.found.decoded != nullptr && !document_.has_view(accessor)) {
     return invalid("GLTF_COMPRESSION_INVALID", "it is neither in the file nor compressed");
   }
+  if (!is_at_hand(index)) {
+    return invalid("GLTF_BUFFER_INVALID", "accessor " + std::to_string(index) +
+                                              " lies in a buffer that no geometry needs");
+  }
   if (document_.has_view(accessor)) {
     const auto view = static_cast<std::size_t>(accessor.bufferView);
     if (views_.is_meshopt(view)) return find_meshopt(wanted, view);
   }
   return find_stored(wanted);
+}
+
+bool AttributeReader::is_at_hand(std::size_t index) const {
+  const auto& accessor = document_.model.accessors[index];
+  const auto has = [&](int view) { return views_.is_at_hand(static_cast<std::size_t>(view)); };
+  if (document_.has_view(accessor) && !has(accessor.bufferView)) return false;
+  return !accessor.sparse.isSparse ||
+         (has(accessor.sparse.indices.bufferView) && has(accessor.sparse.values.bufferView));
 }
 
 Status AttributeReader::check(const Wanted& wanted, const AccessorView& view) const {

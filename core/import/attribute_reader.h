@@ -37,6 +37,7 @@ class AttributeReader {
         budget_(budget),
         warnings_(warnings) {}
 
+  /// Opens and decodes no buffer that geometry has not needed before.
   /// Tells the mesh of its last primitive, which uses the vertices of `range`. What is wrong with
   /// an attribute is a warning, and it is left out, as are those that the pose would move.
   void append(const PrimitiveSource& found, const Pose& pose, const CornerRange& range,
@@ -57,6 +58,7 @@ class AttributeReader {
   };
 
   Result<Numbers> find(const Wanted& wanted);
+  bool is_at_hand(std::size_t accessor) const;
   Result<Numbers> find_stored(const Wanted& wanted);
   Result<Numbers> find_meshopt(const Wanted& wanted, std::size_t view);
   Result<Numbers> find_draco(const Wanted& wanted, std::uint32_t id);

@@ -31,6 +31,10 @@ class BufferStore {
   /// The bytes of a data URI, or of a file beside the scene's: an image. Errors: as above.
   Result<std::span<const std::byte>> neighbour(const std::string& uri);
 
+  /// Whether its bytes can be had without opening or decoding what nobody has needed so far.
+  bool is_at_hand(std::size_t index) const {
+    return found_[index].has_value() || !entries_[index].has_uri;
+  }
   /// Whether reading this buffer reads the file, rather than text that was decoded before.
   bool is_mapped(std::size_t index) const { return !is_data_uri_[index]; }
   /// Sizes of the external files that were opened.

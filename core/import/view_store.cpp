@@ -37,6 +37,14 @@ bool ViewStore::is_mapped(std::size_t index) const {
          buffers_.is_mapped(static_cast<std::size_t>(view.buffer));
 }
 
+bool ViewStore::is_at_hand(std::size_t index) const {
+  const auto meshopt = document_.meshopt.find(index);
+  return buffers_.is_at_hand(
+      meshopt != document_.meshopt.end()
+          ? meshopt->second.buffer
+          : static_cast<std::size_t>(document_.model.bufferViews[index].buffer));
+}
+
 Result<std::span<const std::byte>> ViewStore::part(std::size_t buffer, std::uint64_t offset,
                                                    std::uint64_t length, const std::string& place,
                                                    const std::string& pointer) {

@@ -36,6 +36,8 @@ class ViewStore {
   Result<std::span<const std::byte>> to_decode(std::size_t index);
   bool is_meshopt(std::size_t index) const { return document_.meshopt.count(index) != 0; }
 
+  /// BufferStore::is_at_hand of the buffer with its bytes, or with what they are decoded from.
+  bool is_at_hand(std::size_t index) const;
   /// Whether reading this view reads the file, rather than what was decoded before.
   bool is_mapped(std::size_t index) const;
   /// How many compressed bytes of the file were read.

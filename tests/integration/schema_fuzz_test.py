@@ -52,7 +52,7 @@ class Bodies:
             if "prefixItems" in schema:
                 return [self.make(each, depth + 1) for each in schema["prefixItems"]]
             least, most = schema.get("minItems", 0), schema.get("maxItems", 3)
-            count = self.random.randint(least, min(most, 6))
+            count = self.random.randint(least, min(most, max(least, 6)))
             made = [self.make(schema.get("items", {}), depth + 1) for _ in range(count)]
             return list(dict.fromkeys(made)) if schema.get("uniqueItems") else made
         if kind in ("number", "integer"):

@@ -123,6 +123,30 @@ TEST(AttributeReader, warns_of_what_it_leaves_out) {
   EXPECT_EQ(warning_of({{"type", "MAT3"}}), who + ": a matrix is not expected here");
 }
 
+TEST(AttributeReader, opens_no_buffer_that_no_geometry_needs) {
+  TinyFile file = coloured_triangle();
+  const std::string normals =
+      "data:application/octet-stream;base64,AAAAAAAAAAAAAIA/AAAAAAAAAAAAAIA/"
+      "AAAAAAAAAAAAAIA/";
+  file.root["buffers"] = {{{"byteLength", file.binary.size()}},
+                          {{"byteLength", 36}, {"uri", normals}}};
+  file.root["bufferViews"][2] = {{"buffer", 1}, {"byteLength", 36}};
+  Imported apart(file, Source::kCopied);
+  ASSERT_TRUE(apart.scene.ok()) << apart.scene.error().message;
+  EXPECT_FALSE(apart.numbers(VertexAttribute::kNormal, 0).has_value());
+  EXPECT_TRUE(apart.numbers(VertexAttribute::kUv, 0).has_value());
+  ASSERT_EQ(apart.scene->warnings.size(), 1u);
+  EXPECT_EQ(
+      apart.scene->warnings[0],
+      "mesh 0, primitive 0: NORMAL was left out: accessor 2 lies in a buffer that no geometry "
+      "needs");
+  // The same bytes, when a position stands beside them.
+  file.root["bufferViews"][0] = {{"buffer", 1}, {"byteLength", 36}};
+  Imported together(file, Source::kCopied);
+  ASSERT_TRUE(together.scene.ok()) << together.scene.error().message;
+  EXPECT_EQ(together.numbers(VertexAttribute::kNormal, 0), (Numbers{0, 0, 1}));
+}
+
 TEST(AttributeReader, leaves_out_what_a_pose_would_move) {
   TinyFile file = coloured_triangle();
   json& primitive = file.root["meshes"][0]["primitives"][0];
