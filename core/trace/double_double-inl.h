@@ -86,6 +86,37 @@ struct DoubleDoubleOf {
 
 using DoubleDouble = DoubleDoubleOf<hn::CappedTag<double, 8>>;
 
+/// top / bottom as q + r / bottom with the residual r = top - q bottom; `inverse` is 1 / bottom, a
+/// float64.
+template <class Tag>
+HWY_INLINE DoubleDoubleOf<Tag> quotient_of(const DoubleDoubleOf<Tag>& top,
+                                           const DoubleDoubleOf<Tag>& bottom,
+                                           hn::Vec<Tag> inverse) {
+  const auto q = hn::Div(top.high, bottom.high);
+  const auto p = DoubleDoubleOf<Tag>::two_product(q, bottom.high);
+  const auto residual =
+      hn::Add(hn::Sub(hn::Sub(top.high, p.high), p.low), hn::Sub(top.low, hn::Mul(q, bottom.low)));
+  return DoubleDoubleOf<Tag>::fast_two_sum(q, hn::Mul(residual, inverse));
+}
+/// What such a quotient may be off, if the top is off by at most 24 u^2 top_size and the bottom by
+/// as much of its size.
+template <class Tag>
+HWY_INLINE hn::Vec<Tag> error_of_quotient(Tag dd, hn::Vec<Tag> top_size, hn::Vec<Tag> bottom_size,
+                                          hn::Vec<Tag> inverse, hn::Vec<Tag> value) {
+  const auto size = hn::Abs(value);
+  return hn::Mul(hn::Set(dd, bounds::kDoubleDouble),
+                 hn::MulAdd(hn::MulAdd(size, bottom_size, top_size), hn::Abs(inverse), size));
+}
+/// Whether nothing underflowed or overflowed that the bound would have to know of.
+template <class Tag>
+HWY_INLINE hn::Mask<Tag> is_ordinary(Tag dd, hn::Vec<Tag> top_size, hn::Vec<Tag> bottom_size,
+                                     hn::Vec<Tag> largest, hn::Vec<Tag> t) {
+  const auto small = hn::Set(dd, 0x1p-600);
+  return hn::And(
+      hn::And(hn::Ge(top_size, small), hn::Ge(bottom_size, small)),
+      hn::And(hn::Le(largest, hn::Set(dd, 0x1p300)), hn::Ge(hn::Abs(t), hn::Set(dd, 0x1p-900))));
+}
+
 /// Rays and the triangles that they meet, side by side: each pointer to as many numbers as a vector
 /// holds.
 struct MeetingColumns {
@@ -154,25 +185,14 @@ struct IntersectionOf {
     inverse = hn::Div(hn::Set(dd, 1.0), bottom.high);
     t = quotient(top);
     error = bound(top_size, t.high);
-    const V small = hn::Set(dd, 0x1p-600);
-    ordinary = hn::And(hn::And(hn::Ge(top_size, small), hn::Ge(bottom_size, small)),
-                       hn::And(hn::Le(largest, hn::Set(dd, 0x1p300)),
-                               hn::Ge(hn::Abs(t.high), hn::Set(dd, 0x1p-900))));
+    ordinary = is_ordinary(dd, top_size, bottom_size, largest, t.high);
   }
 
-  /// top / bottom as q + r / bottom with the residual r = top - q bottom.
   HWY_INLINE DoubleDouble quotient(const DoubleDouble& top) const {
-    const V q = hn::Div(top.high, bottom.high);
-    const DoubleDouble p = DoubleDouble::two_product(q, bottom.high);
-    const V residual = hn::Add(hn::Sub(hn::Sub(top.high, p.high), p.low),
-                               hn::Sub(top.low, hn::Mul(q, bottom.low)));
-    return DoubleDouble::fast_two_sum(q, hn::Mul(residual, inverse));
+    return quotient_of(top, bottom, inverse);
   }
-  /// Of such a quotient, if the top is off by at most 24 u^2 top_size.
   HWY_INLINE V bound(V top_size, V value) const {
-    return hn::Mul(hn::Set(D(), bounds::kDoubleDouble),
-                   hn::MulAdd(hn::MulAdd(hn::Abs(value), bottom_size, top_size), hn::Abs(inverse),
-                              hn::Abs(value)));
+    return error_of_quotient(D(), top_size, bottom_size, inverse, value);
   }
 };
 

@@ -53,7 +53,9 @@ HWY_INLINE bool map_box_ray(const AnchoredRay& ray, const TreeSpace& space, int 
   const V pad = hn::MulAdd(hn::Add(axes_of(space.pad[0], space.pad[1], space.pad[2]), error),
                            hn::Set(dd, scale * (1 + 0x1p-40)), hn::Set(dd, bounds::kPad));
   // What does not fit float32 excludes nothing: make_box_ray knows how.
-  if (!set_slabs(hn::Mul(origin, hn::Set(dd, scale)), direction, pad, box)) return false;
+  if (!set_slabs(hn::Mul(origin, hn::Set(dd, scale)), direction,
+                 hn::Div(hn::Set(dd, 1.0), hn::Abs(direction)), pad, box))
+    return false;
   box.tau_scale = scale * per_tree;
   box.tau_min = BoxRay::lowest_tau(ray.tau_min.low, box.tau_scale);
   return true;

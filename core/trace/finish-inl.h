@@ -12,6 +12,7 @@
 
 #include "core/trace/decision.h"
 #include "core/trace/double_double-inl.h"
+#include "core/trace/finish_one-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sightline {
@@ -40,6 +41,16 @@ class Finisher {
     if (++size_ == kGroup) flush();
   }
 
+  /// Rounds at once: a request of one ray need not wait for eight.
+  void finish(std::size_t ray, const Candidate& winner) {
+    const double o[3] = {rays_.ox[ray], rays_.oy[ray], rays_.oz[ray]};
+    const double d[3] = {rays_.dx[ray], rays_.dy[ray], rays_.dz[ray]};
+    double corner[3][3];
+    each_coordinate(winner, [&](int c, int k, double x) { corner[c][k] = x; });
+    const RoundedT rounded = round_one(o, d, corner);
+    write(ray, winner.id(), rounded.t, rounded.certain);
+  }
+
   /// The winners of kGroup neighbouring rays from `first` on; those that miss have none.
   void add_neighbours(std::size_t first, const Candidate (&winner)[kGroup]) {
     const Candidate* some = nullptr;
@@ -60,9 +71,10 @@ class Finisher {
       set_corners((found >> i & 1u) != 0 ? winner[i] : *some, i, neighbours_);
     const double* origin[3] = {&rays_.ox[first], &rays_.oy[first], &rays_.oz[first]};
     const double* direction[3] = {&rays_.dx[first], &rays_.dy[first], &rays_.dz[first]};
-    const std::uint32_t certain = round<DoubleDouble::D>(origin, direction, neighbours_);
+    const std::uint32_t certain = round(origin, direction, neighbours_);
     for (std::uint32_t i = 0; i < kGroup; ++i) {
-      if ((found >> i & 1u) != 0) write(first + i, i, (certain >> i & 1u) != 0, neighbours_);
+      if ((found >> i & 1u) != 0)
+        write(first + i, neighbours_.id(i), t_[i], (certain >> i & 1u) != 0);
     }
   }
 
@@ -70,13 +82,6 @@ class Finisher {
     if (size_ == 0) return;
     const double* origin[3] = {origin_[0], origin_[1], origin_[2]};
     const double* direction[3] = {direction_[0], direction_[1], direction_[2]};
-    if (size_ == 1) {
-      // A request of one ray need not wait for eight.
-      const std::uint32_t certain = round<hn::CappedTag<double, 1>>(origin, direction, waiting_);
-      write(ray_[0], 0, certain != 0, waiting_);
-      size_ = 0;
-      return;
-    }
     SIGHTLINE_UNROLL
     for (int k = 0; k < 3; ++k) {
       repeat_first(origin_[k]);
@@ -84,15 +89,18 @@ class Finisher {
       SIGHTLINE_UNROLL
       for (int c = 0; c < 3; ++c) repeat_first(waiting_.corner[c][k]);
     }
-    const std::uint32_t certain = round<DoubleDouble::D>(origin, direction, waiting_);
-    for (std::size_t i = 0; i < size_; ++i) write(ray_[i], i, (certain >> i & 1u) != 0, waiting_);
+    const std::uint32_t certain = round(origin, direction, waiting_);
+    for (std::size_t i = 0; i < size_; ++i)
+      write(ray_[i], waiting_.id(i), t_[i], (certain >> i & 1u) != 0);
     size_ = 0;
   }
 
  private:
   struct Winners {
-    TriangleId id[kGroup];
+    std::uint32_t instance[kGroup], triangle[kGroup];
     HWY_ALIGN double corner[3][3][kGroup];  ///< in the world
+
+    TriangleId id(std::size_t i) const { return {instance[i], triangle[i]}; }
   };
 
   /// Lanes without a winner repeat the first one.
@@ -106,14 +114,20 @@ class Finisher {
   }
 
   HWY_INLINE void set_corners(const Candidate& winner, std::size_t i, Winners& winners) const {
-    winners.id[i] = winner.id();
+    winners.instance[i] = winner.instance;
+    winners.triangle[i] = winner.block->triangle[winner.lane];
+    each_coordinate(winner, [&](int c, int k, double x) { winners.corner[c][k][i] = x; });
+  }
+  /// Calls use(corner, axis, coordinate in the world).
+  template <class Use>
+  HWY_INLINE void each_coordinate(const Candidate& winner, const Use& use) const {
     const auto& mesh = winner.block->corner;
     const std::uint32_t lane = winner.lane;
     if (HWY_LIKELY(plain_)) {
       SIGHTLINE_UNROLL
       for (int c = 0; c < 3; ++c) {
         SIGHTLINE_UNROLL
-        for (int k = 0; k < 3; ++k) winners.corner[c][k][i] = static_cast<double>(mesh[c][k][lane]);
+        for (int k = 0; k < 3; ++k) use(c, k, static_cast<double>(mesh[c][k][lane]));
       }
       return;
     }
@@ -121,17 +135,16 @@ class Finisher {
     for (int c = 0; c < 3; ++c) {
       const Vec3d corner =
           matrix.apply(Vec3f{mesh[c][0][lane], mesh[c][1][lane], mesh[c][2][lane]});
-      for (int k = 0; k < 3; ++k) winners.corner[c][k][i] = corner[k];
+      for (int k = 0; k < 3; ++k) use(c, k, corner[k]);
     }
   }
 
-  /// Fills t_; bit i: lane i is certainly the nearest float64. Only the first lane if Tag has one.
-  template <class Tag>
+  /// Fills t_; bit i: lane i is certainly the nearest float64.
   HWY_INLINE std::uint32_t round(const double* const (&origin)[3],
                                  const double* const (&direction)[3], const Winners& winners) {
-    const Tag dd;
+    const DoubleDouble::D dd;
     std::uint32_t certain = 0;
-    for (std::size_t i = 0; i < (hn::MaxLanes(dd) == 1 ? 1 : kGroup); i += hn::Lanes(dd)) {
+    for (std::size_t i = 0; i < kGroup; i += hn::Lanes(dd)) {
       MeetingColumns columns;
       SIGHTLINE_UNROLL
       for (std::size_t k = 0; k < 3; ++k) {
@@ -140,21 +153,21 @@ class Finisher {
         SIGHTLINE_UNROLL
         for (std::size_t c = 0; c < 3; ++c) columns.corner[c][k] = winners.corner[c][k] + i;
       }
-      const IntersectionOf<Tag> meeting(columns);
+      const Intersection meeting(columns);
       hn::Store(meeting.t.high, dd, t_ + i);
       certain |= mask_bits(dd, hn::And(meeting.t.certain(meeting.error), meeting.ordinary)) << i;
     }
     return certain;
   }
 
-  HWY_INLINE void write(std::size_t ray, std::size_t i, bool certain, const Winners& winners) {
-    hits_.instance[ray] = winners.id[i].instance;
-    hits_.triangle[ray] = winners.id[i].triangle;
+  HWY_INLINE void write(std::size_t ray, TriangleId id, double t, bool certain) {
+    hits_.instance[ray] = id.instance;
+    hits_.triangle[ray] = id.triangle;
     if (HWY_LIKELY(certain)) {
-      hits_.t[ray] = t_[i];
+      hits_.t[ray] = t;
     } else {
       ++counts_.exact_roundings;
-      hits_.t[ray] = exact_t(scene_.scene(), rays_[ray], winners.id[i]);
+      hits_.t[ray] = exact_t(scene_.scene(), rays_[ray], id);
     }
   }
 

@@ -46,7 +46,9 @@ void trace_closest(const SceneView& scene, const RayBatch& rays, std::size_t beg
     const RayQuestion question{scene, rays, i, counts.decisions};
     TakeClosest sink{question, ClosestHit(traversal.tau_max())};
     traversal.run(sink);
-    if (sink.best.found()) finisher.add(i, sink.best.candidate);
+    if (!sink.best.found()) continue;
+    if (end - begin == 1) return finisher.finish(i, sink.best.candidate);
+    finisher.add(i, sink.best.candidate);
   }
   finisher.flush();
 }

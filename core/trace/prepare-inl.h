@@ -243,15 +243,15 @@ HWY_INLINE hn::Vec<Axes> axes_of(double x, double y, double z) {
 }
 
 /// Slabs for an origin in tree units that is known up to `pad`, and a direction whose largest
-/// component is in [1, 2). False, and nothing set, if the origin does not fit float32.
-HWY_INLINE bool set_slabs(hn::Vec<Axes> origin, hn::Vec<Axes> direction, hn::Vec<Axes> pad,
-                          BoxRay& box) {
+/// component is in [1, 2), with 1 / |direction| beside it. False, and nothing set, if the origin
+/// does not fit float32.
+HWY_INLINE bool set_slabs(hn::Vec<Axes> origin, hn::Vec<Axes> direction, hn::Vec<Axes> inverse,
+                          hn::Vec<Axes> pad, BoxRay& box) {
   const Axes dd;
   const hn::Rebind<float, Axes> df;
   const auto size = hn::Abs(origin);
   const auto step = hn::MulAdd(size, hn::Set(dd, bounds::kOriginStep), pad);
   if (!hn::AllTrue(dd, hn::Lt(hn::Add(size, step), hn::Set(dd, 0x1p127)))) return false;
-  const auto inverse = hn::Div(hn::Set(dd, 1.0), hn::Abs(direction));
   const auto below = hn::DemoteTo(df, hn::Sub(origin, step));
   const auto above = hn::DemoteTo(df, hn::Add(origin, step));
   const auto near =
@@ -261,18 +261,10 @@ HWY_INLINE bool set_slabs(hn::Vec<Axes> origin, hn::Vec<Axes> direction, hn::Vec
   const auto far = hn::DemoteTo(
       df, hn::CopySign(hn::Mul(inverse, hn::Set(dd, 1 + bounds::kInverseStep)), direction));
   const auto negative = hn::Lt(far, hn::Zero(df));
-  HWY_ALIGN float lanes[4][4];
-  hn::Store(hn::IfThenElse(negative, below, above), df, lanes[0]);
-  hn::Store(hn::IfThenElse(negative, above, below), df, lanes[1]);
-  hn::Store(near, df, lanes[2]);
-  hn::Store(far, df, lanes[3]);
-  SIGHTLINE_UNROLL
-  for (std::size_t k = 0; k < 3; ++k) {
-    box.near_origin[k] = lanes[0][k];
-    box.far_origin[k] = lanes[1][k];
-    box.near_inverse[k] = lanes[2][k];
-    box.far_inverse[k] = lanes[3][k];
-  }
+  hn::StoreU(hn::IfThenElse(negative, below, above), df, box.near_origin.data());
+  hn::StoreU(hn::IfThenElse(negative, above, below), df, box.far_origin.data());
+  hn::StoreU(near, df, box.near_inverse.data());
+  hn::StoreU(far, df, box.far_inverse.data());
   const std::uint32_t bits = mask_bits(df, negative);
   box.set_octant(bits & 1u, bits >> 1 & 1u, bits >> 2 & 1u);
   return true;
@@ -316,20 +308,23 @@ class SinglePreparation {
     if (!simple) return false;
     const double scale = power_of_two(scale_exponent_);
     const auto scaled = hn::Mul(d, hn::Set(dd, shrink));
-    if (!set_slabs(hn::Mul(o, hn::Set(dd, scale)), scaled, hn::Set(dd, bounds::kPad), out.box))
+    const auto inverse = hn::Div(hn::Set(dd, 1.0), hn::Abs(scaled));
+    if (!set_slabs(hn::Mul(o, hn::Set(dd, scale)), scaled, inverse, hn::Set(dd, bounds::kPad),
+                   out.box))
       return false;
     out.box.tau_scale = scale;
     out.box.tau_min = BoxRay::lowest_tau(tau_min, scale);
     out.tau_max = tau_max;
     out.simple = true;
 
-    HWY_ALIGN double direction[4];
+    HWY_ALIGN double direction[4], inverses[4];
     hn::Store(scaled, dd, direction);
+    hn::Store(hn::CopySign(inverse, scaled), dd, inverses);
     const double x = std::abs(direction[0]), y = std::abs(direction[1]), z = std::abs(direction[2]);
     const std::uint32_t is_x = x >= y && x >= z ? 1u : 0u;
     FilterRay& filter = out.filter;
     PreparedColumns<1>::set_axes(is_x, is_x == 0 && y >= z ? 1u : 0u, filter);
-    filter.inverse_z = 1 / direction[filter.kz];
+    filter.inverse_z = inverses[filter.kz];
     filter.shear_x = direction[filter.kx] * filter.inverse_z;
     filter.shear_y = direction[filter.ky] * filter.inverse_z;
     const double origin[3] = {ray.origin.x, ray.origin.y, ray.origin.z};

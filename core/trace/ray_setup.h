@@ -78,10 +78,11 @@ struct BoxRay {
   /// For the plane where the ray enters a slab and the one where it leaves:
   /// tau_enter >= (plane - near_origin) * near_inverse, tau_leave <= (plane - far_origin) *
   /// far_inverse as float32 arithmetic computes them, whenever tau_enter, tau_leave >= 0.
-  std::array<float, 3> near_origin;
-  std::array<float, 3> far_origin;
-  std::array<float, 3> near_inverse;
-  std::array<float, 3> far_inverse;
+  /// The fourth is there so that a vector can be stored, and is not read.
+  std::array<float, 4> near_origin;
+  std::array<float, 4> far_origin;
+  std::array<float, 4> near_inverse;
+  std::array<float, 4> far_inverse;
   std::uint32_t octant = 0;  ///< bit k: direction component k is negative (-0 counts)
   /// Where in a WideNode the near planes of each axis stand, in float32 from its start; the far
   /// ones are at kBothRows - near_row: no branch chooses.

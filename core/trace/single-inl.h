@@ -7,6 +7,8 @@
 #define SIGHTLINE_TRACE_SINGLE_INL_H_
 #endif
 
+#include <hwy/cache_control.h>
+
 #include <bit>
 #include <limits>
 
@@ -175,8 +177,17 @@ class Traversal {
         ref = kNoChild;
       } else {
         ++counts_.nodes;
-        size += push_all_but_first<Sink::kWanted>(tree.node(ref), box, limit, stack_.ref + size,
-                                                  stack_.near + size, ref);
+        const std::size_t found = push_all_but_first<Sink::kWanted>(
+            tree.node(ref), box, limit, stack_.ref + size, stack_.near + size, ref);
+        size += found;
+        if (found > 0) {
+          // Most likely the next to be taken from the stack.
+          const std::byte* target = tree.arena.at(ChildRef::granule(stack_.ref[size - 1]));
+          hwy::Prefetch(target);
+          hwy::Prefetch(target + 64);
+          hwy::Prefetch(target + 128);
+          hwy::Prefetch(target + 192);
+        }
       }
       while (ref == kNoChild) {
         if (size == base) return false;

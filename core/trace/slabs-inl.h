@@ -68,28 +68,28 @@ HWY_INLINE hn::Vec<BoxLanes> slab_far(const WideNode& node, const BoxRay& ray, f
 enum class Wanted { kNearest, kAny };
 
 #if HWY_MAX_BYTES >= 32
-/// The children of a node, the first to visit last, and which of them the ray meets.
-struct SortedChildren {
-  hn::Vec<BoxLanes> near;
+/// The children of a node: where the ray enters and leaves their boxes.
+struct Children {
+  hn::Vec<BoxLanes> near, far;
   hn::Vec<hn::RebindToUnsigned<BoxLanes>> ref;
-  hn::Mask<BoxLanes> met;
-};
-template <Wanted kWanted>
-HWY_INLINE SortedChildren sorted_children(const WideNode& node, const BoxRay& ray, float limit) {
-  const BoxLanes df;
-  const hn::RebindToUnsigned<BoxLanes> du;
-  auto near = slab_near(node, ray, 0);
-  auto far = slab_far(node, ray, limit, 0);
-  auto ref = hn::Load(du, node.child);
-  if constexpr (kWanted == Wanted::kNearest) {
-    const auto rank = child_order(node, ray.octant);
+
+  HWY_INLINE Children(const WideNode& node, const BoxRay& ray, float limit)
+      : near(slab_near(node, ray, 0)),
+        far(slab_far(node, ray, limit, 0)),
+        ref(hn::Load(hn::RebindToUnsigned<BoxLanes>(), node.child)) {}
+  /// The first to visit last.
+  template <Wanted kWanted>
+  HWY_INLINE void sort(const WideNode& node, std::uint32_t octant) {
+    if constexpr (kWanted == Wanted::kAny) return;
+    const BoxLanes df;
+    const auto rank = child_order(node, octant);
     const auto index = hn::IndicesFromVec(df, rank);
     near = hn::TableLookupLanes(near, index);
     far = hn::TableLookupLanes(far, index);
-    ref = hn::TableLookupLanes(ref, hn::IndicesFromVec(du, rank));
+    ref = hn::TableLookupLanes(ref, hn::IndicesFromVec(hn::RebindToUnsigned<BoxLanes>(), rank));
   }
-  return {near, ref, hn::Le(near, far)};
-}
+  HWY_INLINE hn::Mask<BoxLanes> met() const { return hn::Le(near, far); }
+};
 #endif
 
 /// Writes the children of a node that the ray meets before `limit`, the first to visit last, and
@@ -101,11 +101,13 @@ HWY_INLINE std::size_t push_children(const WideNode& node, const BoxRay& ray, fl
   const BoxLanes df;
 #if HWY_MAX_BYTES >= 32
   const hn::RebindToUnsigned<BoxLanes> du;
-  const SortedChildren children = sorted_children<kWanted>(node, ray, limit);
+  Children children(node, ray, limit);
+  children.sort<kWanted>(node, ray.octant);
+  const auto met = children.met();
   // Compressed in registers: a compressing store would keep the next pop waiting.
-  hn::StoreU(hn::Compress(children.near, children.met), df, near_out);
-  hn::StoreU(hn::Compress(children.ref, hn::RebindMask(du, children.met)), du, ref_out);
-  return hn::CountTrue(df, children.met);
+  hn::StoreU(hn::Compress(children.near, met), df, near_out);
+  hn::StoreU(hn::Compress(children.ref, hn::RebindMask(du, met)), du, ref_out);
+  return hn::CountTrue(df, met);
 #else
   HWY_ALIGN float near[kArity];
   HWY_ALIGN float far[kArity];
@@ -135,15 +137,21 @@ HWY_INLINE std::size_t push_all_but_first(const WideNode& node, const BoxRay& ra
 #if HWY_MAX_BYTES >= 32
   const BoxLanes df;
   const hn::RebindToUnsigned<BoxLanes> du;
-  const SortedChildren children = sorted_children<kWanted>(node, ray, limit);
-  const std::uint32_t met = mask_bits(df, children.met);
+  Children children(node, ray, limit);
+  std::uint32_t met = mask_bits(df, children.met());
   next = kNoChild;
   if (met == 0) return 0;
+  if ((met & (met - 1)) == 0) {
+    // A single one needs no order.
+    next = node.child[std::countr_zero(met)];
+    return 0;
+  }
+  children.sort<kWanted>(node, ray.octant);
+  if (kWanted == Wanted::kNearest) met = mask_bits(df, children.met());
   auto first = static_cast<std::uint32_t>(31 - std::countl_zero(met));
   const auto others = static_cast<std::uint8_t>(met ^ 1u << first);
   if (kWanted == Wanted::kNearest) first = node.order[ray.octant] >> (3 * first) & 7u;
   next = node.child[first];
-  if (others == 0) return 0;
   const auto waiting = hn::LoadMaskBits(df, &others);
   hn::StoreU(hn::Compress(children.near, waiting), df, near_out);
   hn::StoreU(hn::Compress(children.ref, hn::RebindMask(du, waiting)), du, ref_out);
