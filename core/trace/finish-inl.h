@@ -67,8 +67,17 @@ class Finisher {
       return;
     }
     // Lanes without a winner repeat some other one's triangle.
-    for (std::uint32_t i = 0; i < kGroup; ++i)
-      set_corners((found >> i & 1u) != 0 ? winner[i] : *some, i, neighbours_);
+    const Candidate* last = nullptr;
+    for (std::uint32_t i = 0; i < kGroup; ++i) {
+      const Candidate& own = (found >> i & 1u) != 0 ? winner[i] : *some;
+      // Neighbours often meet the same triangle, and to place its corners takes time.
+      if (!plain_ && last != nullptr && own.block == last->block && own.lane == last->lane) {
+        neighbours_.repeat(i - 1, i);
+      } else {
+        set_corners(own, i, neighbours_);
+      }
+      last = &own;
+    }
     const double* origin[3] = {&rays_.ox[first], &rays_.oy[first], &rays_.oz[first]};
     const double* direction[3] = {&rays_.dx[first], &rays_.dy[first], &rays_.dz[first]};
     const std::uint32_t certain = round(origin, direction, neighbours_);
@@ -100,6 +109,15 @@ class Finisher {
     std::uint32_t instance[kGroup], triangle[kGroup];
     HWY_ALIGN double corner[3][3][kGroup];  ///< in the world
 
+    HWY_INLINE void repeat(std::size_t from, std::size_t to) {
+      instance[to] = instance[from];
+      triangle[to] = triangle[from];
+      SIGHTLINE_UNROLL
+      for (int c = 0; c < 3; ++c) {
+        SIGHTLINE_UNROLL
+        for (int k = 0; k < 3; ++k) corner[c][k][to] = corner[c][k][from];
+      }
+    }
     TriangleId id(std::size_t i) const { return {instance[i], triangle[i]}; }
   };
 
