@@ -30,7 +30,7 @@ bool is_moved(VertexAttribute attribute, const AttributeEntry& entry, const Prim
               const Pose& pose) {
   const auto bit = static_cast<unsigned>(attribute);
   for (std::size_t k = 0; k < pose.weights.size() && k < entry.moved_by.size(); ++k) {
-    if (pose.weights[k] != 0 && (entry.moved_by[k] >> bit & 1u) != 0) return true;
+    if (pose.weights[k] != 0 && (unsigned{entry.moved_by[k]} >> bit & 1u) != 0) return true;
   }
   return attribute == VertexAttribute::kNormal &&
          (pose.joints != nullptr || !found.targets.empty());
