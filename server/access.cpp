@@ -44,9 +44,10 @@ Access needed_access(std::string_view method, std::string_view target) {
   return method != "OPTIONS" && is_open(path) ? Access::kOpen : Access::kRead;
 }
 
-void AccessRules::use(std::shared_ptr<const KeyRing> keys) {
+void AccessRules::use(KeyRing keys) {
   const std::lock_guard hold(mutex_);
-  keys_ = std::move(keys);
+  if (keys_) keys.succeed(*keys_);
+  keys_ = std::make_shared<const KeyRing>(std::move(keys));
 }
 
 std::shared_ptr<const KeyRing> AccessRules::keys() const {
@@ -63,7 +64,10 @@ std::optional<RequestFault> AccessRules::admit(RequestHead& head) const {
   }
   const Key* key = ring->find(bearer_token(authorization));
   head.access = key == nullptr ? Access::kOpen : key->access;
-  if (key != nullptr) head.key_name = key->name;
+  if (key != nullptr) {
+    head.key_name = key->name;
+    head.revoked = key->revoked;
+  }
   const Access needed = needed_access(head.method, head.target);
   if (needed <= head.access) return std::nullopt;
   if (key == nullptr) return RequestFault{401, "UNAUTHORIZED", "this needs a key"};

@@ -22,7 +22,8 @@ Access needed_access(std::string_view method, std::string_view target);
 class AccessRules {
  public:
   /// Without keys everybody may do everything.
-  void use(std::shared_ptr<const KeyRing> keys);
+  /// What goes on under a key that is not among them, or may less, is told so.
+  void use(KeyRing keys);
   /// Says in `head` who asks, and forgets the key. UNAUTHORIZED (401): no good key where one is
   /// needed, the same whatever was asked. FORBIDDEN (403): a read key that would change something.
   std::optional<RequestFault> admit(RequestHead& head) const;

@@ -40,6 +40,7 @@ struct Exchange {
   // Who asks.
   Access access = Access::kWrite;
   std::string_view key_name = {};
+  std::shared_ptr<const CancelFlag> revoked = {};  ///< set when the key is one no more; may be null
 
   /// To be asked before much memory is taken for this answer. Errors: see RequestMemory.
   Status reserve(std::uint64_t bytes) const;

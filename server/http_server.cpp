@@ -56,6 +56,7 @@ Exchange exchange_of(const httplib::Request& request, httplib::Response& respons
   exchange.access = course == nullptr ? Access::kOpen : course->connection.head.access;
   if (course != nullptr) {
     exchange.key_name = course->connection.head.key_name;
+    exchange.revoked = course->connection.head.revoked;
     exchange.accepts = course->connection.head.accepts;
   }
   return exchange;

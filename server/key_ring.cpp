@@ -129,6 +129,19 @@ const Key* KeyRing::find(std::string_view key) const {
   return key.empty() || key.size() > kLongestKey ? nullptr : found;
 }
 
+void KeyRing::succeed(const KeyRing& before) {
+  for (const Key& old : before.keys_) {
+    const auto same = std::find_if(keys_.begin(), keys_.end(), [&](const Key& key) {
+      return key.sha256 == old.sha256 && key.access >= old.access;
+    });
+    if (same == keys_.end()) {
+      old.revoked->cancel();
+    } else {
+      same->revoked = old.revoked;
+    }
+  }
+}
+
 bool is_key_name(std::string_view text) { return is_scene_id(text) && !holds_key(text); }
 
 std::string key_line(const Key& key) {

@@ -2,10 +2,12 @@
 /// Keys that clients show: what a file stores of them, and which one a client has.
 
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "core/base/deadline.h"
 #include "core/base/result.h"
 
 namespace sightline {
@@ -18,6 +20,8 @@ struct Key {
   std::string name;  ///< for logs; as a scene's name
   Access access = Access::kRead;
   std::string sha256;  ///< of the key, 64 lower-case hexadecimal digits
+  /// Set when a later ring has it no more, or allows it less: for what goes on under it.
+  std::shared_ptr<CancelFlag> revoked = std::make_shared<CancelFlag>();
 };
 
 class KeyRing {
@@ -35,6 +39,8 @@ class KeyRing {
   /// all are compared.
   const Key* find(std::string_view key) const;
   std::size_t size() const { return keys_.size(); }
+  /// Comes instead of `before`: what goes on under its keys may, where they are here as well.
+  void succeed(const KeyRing& before);
 
  private:
   std::vector<Key> keys_;

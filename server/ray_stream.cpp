@@ -38,6 +38,7 @@ RayStream::RayStream(Exchange& exchange, const Service& service, std::shared_ptr
     : service_(service),
       body_(exchange.body),
       caller_(exchange.caller),
+      revoked_(exchange.revoked),
       memory_(exchange.memory),
       request_id_(exchange.request_id),
       scene_(std::move(scene)),
@@ -112,6 +113,9 @@ Result<std::string> RayStream::next_frame() {
 
 Result<std::string> RayStream::answer(Result<RayQuery> query) {
   if (!query) return std::move(query).error();
+  if (revoked_ && revoked_->cancelled()) {
+    return Error{ErrorKind::kCancelled, "CANCELLED", "the key of this stream was taken out", ""};
+  }
   if (form_ == Form::kFrames) {
     if (Status status = check_binary_fields(query->fields); !status) return status.error();
   }

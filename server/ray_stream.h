@@ -49,6 +49,7 @@ class RayStream {
   const Service& service_;
   BodyReader* const body_;
   const CancelFlag* const caller_;
+  const std::shared_ptr<const CancelFlag> revoked_;
   RequestMemory* const memory_;
   const std::string request_id_;
   const std::shared_ptr<const Scene> scene_;

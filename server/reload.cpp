@@ -56,7 +56,7 @@ Status take_keys(const std::string& file, AccessRules& access, Log& log) {
   if (!ring) return std::move(ring).error();
   for (const std::string& warning : warnings) log.warn(warning);
   log.info("keys taken", {{"count", std::uint64_t{ring->size()}}});
-  access.use(std::make_shared<const KeyRing>(std::move(*ring)));
+  access.use(std::move(*ring));
   return success();
 }
 

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -67,6 +68,7 @@ struct RequestHead {
   // Who asks, by AccessRules.
   Access access = Access::kOpen;
   std::string key_name;
+  std::shared_ptr<const CancelFlag> revoked;  ///< set when the key is one no more; null without
   /// The same request for a reader that trusts: one spelling of everything above, without what is
   /// decided here already (Range, Accept-Encoding, Expect, Connection) and without keys. A method
   /// that HTTP does not know stands there as PATCH.

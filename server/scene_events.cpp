@@ -19,13 +19,15 @@ class EventStream {
       : id_(exchange.scene_id),
         service_(service),
         caller_(exchange.caller),
+        revoked_(exchange.revoked),
         claim_(std::move(claim)) {}
 
   /// Waits for something to tell, at most until the heartbeat is due. Empty when it was cut off.
   std::string next() {
     for (;;) {
       const std::uint64_t seen = service_.store.changes();
-      if (service_.stopping || Clock::now() >= end_) {
+      const bool is_revoked = revoked_ && revoked_->cancelled();
+      if (service_.stopping || is_revoked || Clock::now() >= end_) {
         ended_ = true;
         return {};
       }
@@ -65,6 +67,7 @@ class EventStream {
   const std::string id_;
   Service& service_;
   const CancelFlag* const caller_;
+  const std::shared_ptr<const CancelFlag> revoked_;
   const Claim claim_;
   const Clock::time_point end_ = Clock::now() + kLongest;
   Clock::time_point spoke_ = Clock::now();

@@ -1,5 +1,6 @@
 """Settings from a file, what SIGHUP takes from it again, and that nothing is half taken."""
 
+import contextlib
 import json
 import os
 import pty
@@ -12,7 +13,7 @@ import unittest
 from pathlib import Path
 
 import case_report
-from sightline_server import BINARY, PATIENCE, Server, bearer, curl, make_key, read_answer, write_keys
+from sightline_server import BINARY, PATIENCE, Server, bearer, curl, demo_glb, make_key, read_answer, write_keys
 
 # What SIGHUP changes: a setting, a value, and where /version shows it (or None).
 LIVE = [("max-scene-bytes", 1001, "scene_bytes", 1001), ("max-query-bytes", 1002, "query_bytes", 1002), ("max-rays", 1003, "rays", 1003),
@@ -152,6 +153,45 @@ class Settings(unittest.TestCase):
             self.assertEqual(server.ask("/v1/scenes", *bearer(second)).status, 200)
 
     def test_requests_go_on_while_it_reloads_again_and_again(self):
+    def test_streams_end_with_their_key(self):
+        (stays, kept_line), (goes, lost_line) = make_key("write", "stays"), make_key("read", "goes")
+        write_keys(self.keys, kept_line, lost_line)
+        body = demo_glb("town")  # too long to wait for at the door
+        with contextlib.ExitStack() as stack:
+            server = stack.enter_context(Server("--preload", "six=demo:six", "--keys", self.keys, "--rate-seconds", PATIENCE))
+
+            def ask(method, path, key, *more):
+                stream = stack.enter_context(stack.enter_context(server.connect()).makefile("rwb"))
+                head = f"{method} /v1/scenes/{path} HTTP/1.1\r\nHost: x\r\nAuthorization: Bearer {key}\r\nConnection: close\r\n"
+                stream.write(head.encode() + b"".join(more))
+                stream.flush()
+                return stream
+
+            put = ask("PUT", "slow", stays, b"Content-Length: %d\r\n\r\n" % len(body), body[:-1])
+            while server.ask("/v1/scenes/slow", *bearer(stays)).status != 200:
+                pass
+            listeners = [ask("GET", "slow/events", key, b"\r\n") for key in (stays, goes)]
+            for listener in listeners:
+                while b"event: progress" not in listener.readline():
+                    pass
+            line = b'{"origin":[-10,1,0],"direction":[1,0,0]}\n'
+            rays = ask("POST", "six/rays:any", goes, b"Content-Type: application/x-ndjson\r\nTransfer-Encoding: chunked\r\n\r\n",
+                       b"%x\r\n%s\r\n" % (len(line), line))
+            while b"true" not in rays.readline():
+                pass
+            self.keys.write_text(kept_line, encoding="ascii")
+            self.hang_up(server)
+            self.assertNotIn(b"event: ready", listeners[1].read())
+            rays.write(b"%x\r\n%s\r\n" % (len(line), line))
+            rays.flush()
+            rest = rays.read()
+            self.assertIn(b"CANCELLED", rest)
+            self.assertNotIn(b"true", rest)
+            put.write(body[-1:])
+            put.flush()
+            self.assertIn(b"event: ready", listeners[0].read())
+            self.assertEqual(read_answer(put).status, 201)
+
         key, line = make_key("read", "a")
         self.keys.write_text(line, encoding="ascii")
         self.write(keys=str(self.keys), max_rays=5)

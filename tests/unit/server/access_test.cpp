@@ -48,8 +48,7 @@ TEST(AccessRules, let_everybody_do_everything_without_keys) {
 
 TEST(AccessRules, say_who_asks_and_forget_the_key) {
   AccessRules rules;
-  rules.use(std::make_shared<const KeyRing>(
-      *KeyRing::parse(key_line({"me", Access::kRead, key_sha256("key")}))));
+  rules.use(*KeyRing::parse(key_line({"me", Access::kRead, key_sha256("key")})));
   RequestHead head = head_of("GET", "/v1/scenes", "Bearer key");
   EXPECT_FALSE(rules.admit(head));
   EXPECT_EQ(head.key_name, "me");
@@ -63,6 +62,34 @@ TEST(AccessRules, say_who_asks_and_forget_the_key) {
   head = head_of("GET", "/readyz", "Bearer other");
   EXPECT_FALSE(rules.admit(head));
   EXPECT_EQ(head.access, Access::kOpen);
+}
+
+TEST(AccessRules, tell_what_goes_on_when_its_key_is_one_no_more) {
+  AccessRules rules;
+  const auto use = [&](const std::vector<Key>& keys) {
+    std::string text;
+    for (const Key& key : keys) text += key_line(key) + "\n";
+    rules.use(*KeyRing::parse(text));
+  };
+  const auto ask = [&](const char* authorization) {
+    RequestHead head = head_of("GET", "/v1/scenes", authorization);
+    EXPECT_FALSE(rules.admit(head));
+    return head.revoked;
+  };
+  const Key stays{"stays", Access::kRead, key_sha256("stays")};
+  const Key goes{"goes", Access::kWrite, key_sha256("goes")};
+  const Key lowered{"lowered", Access::kWrite, key_sha256("lowered")};
+  use({stays, goes, lowered});
+  const auto first = ask("Bearer stays"), second = ask("Bearer goes"),
+             third = ask("Bearer lowered");
+  const Key renamed{"goes", Access::kWrite, stays.sha256};
+  use({renamed, {"lowered", Access::kRead, lowered.sha256}});
+  EXPECT_FALSE(first->cancelled());
+  EXPECT_TRUE(second->cancelled());
+  EXPECT_TRUE(third->cancelled());
+  EXPECT_FALSE(ask("Bearer lowered")->cancelled());
+  use({});
+  EXPECT_TRUE(first->cancelled());
 }
 
 }  // namespace
