@@ -14,6 +14,8 @@ namespace {
 constexpr std::size_t kCollected = 16 << 10;
 /// What every connection may leave behind, whatever others hold.
 constexpr std::size_t kFreeOutput = 16 << 10;
+/// How soon a slow client is seen to keep others waiting.
+constexpr std::chrono::milliseconds kLook{100};
 
 bool wait_for(int socket, short events, std::chrono::steady_clock::time_point due) {
   for (;;) {
@@ -72,8 +74,14 @@ bool ConnectionStream::leave_behind(std::string_view rest) {
   return true;
 }
 
-bool ConnectionStream::wait_for_client(Pace& pace) {
-  return !connection_.gone.cancelled() && wait_for(connection_.socket, POLLOUT, pace.due());
+bool ConnectionStream::wait_for_client(const Pace& pace, const Pace& hurry) {
+  while (!connection_.gone.cancelled()) {
+    const Pace::Clock::time_point now = Pace::Clock::now();
+    if (now >= hurry.due() && memory_ != nullptr && memory_->keeps_others_waiting()) return false;
+    if (wait_for(connection_.socket, POLLOUT, std::min(pace.due(), now + kLook))) return true;
+    if (now >= pace.due()) return false;
+  }
+  return false;
 }
 
 void ConnectionStream::collect_head(std::string_view head) {
@@ -104,11 +112,13 @@ ssize_t ConnectionStream::write(const char* data, std::size_t size) {
   }
   if (leave_behind(rest)) return static_cast<ssize_t>(size);
   const Claim place = writers_.claim();
-  Pace pace(pace_limits_, Pace::Clock::now());
+  Pace pace(pace_limits_, Pace::Clock::now()), hurry(hurry_limits_, Pace::Clock::now());
   while (!rest.empty() && !broken_) {
     const std::size_t before = rest.size() + connection_.pending_output();
-    broken_ = !place || !wait_for_client(pace) || !send_with(rest);
-    pace.moved(before - rest.size() - connection_.pending_output(), Pace::Clock::now());
+    broken_ = !place || !wait_for_client(pace, hurry) || !send_with(rest);
+    const std::size_t moved = before - rest.size() - connection_.pending_output();
+    pace.moved(moved, Pace::Clock::now());
+    hurry.moved(moved, Pace::Clock::now());
   }
   return broken_ ? -1 : static_cast<ssize_t>(size);
 }
@@ -120,7 +130,7 @@ bool ConnectionStream::flush() {
     broken_ = !send_pending(connection_);
     if (broken_ || connection_.pending_output() == 0) break;
     pace.moved(before - connection_.pending_output(), Pace::Clock::now());
-    broken_ = !wait_for_client(pace);
+    broken_ = !wait_for_client(pace, pace);
   }
   return !broken_;
 }

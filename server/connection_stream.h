@@ -10,6 +10,7 @@
 #include "server/connection.h"
 #include "server/pace.h"
 #include "server/places.h"
+#include "server/work_memory.h"
 
 namespace sightline {
 
@@ -19,8 +20,13 @@ namespace sightline {
 /// client, as long as the pace allows, and if one of the places of those who wait is free.
 class ConnectionStream final : public httplib::Stream {
  public:
-  ConnectionStream(Connection& connection, const PaceLimits& pace, Places& writers)
-      : connection_(connection), pace_limits_(pace), writers_(writers) {}
+  /// busy_rate  bytes per second, see hurry_for
+  ConnectionStream(Connection& connection, const PaceLimits& pace, std::uint64_t busy_rate,
+                   Places& writers)
+      : connection_(connection),
+        pace_limits_(pace),
+        hurry_limits_{busy_rate, pace.window, pace.longest},
+        writers_(writers) {}
 
   bool is_readable() const override { return read_at_ < connection_.head.text.size(); }
   bool is_writable() const override { return !broken_; }
@@ -33,6 +39,9 @@ class ConnectionStream final : public httplib::Stream {
 
   /// What is written next is the head of an answer: `lines` go behind its first line.
   void add_to_head(std::string lines) { head_lines_ = std::move(lines); }
+  /// What is written next is in `memory`, which outlives the writing: while others wait for it the
+  /// client has to take the answer at the busy rate.
+  void hurry_for(const RequestMemory& memory) { memory_ = &memory; }
   /// Sends all, waiting for the client as the pace allows. False when it is gone or too slow.
   bool flush();
   /// Sends what goes without waiting; the rest is the door's. False when the connection is broken.
@@ -42,14 +51,15 @@ class ConnectionStream final : public httplib::Stream {
  private:
   void collect_head(std::string_view head);
   bool send_with(std::string_view& more);
-  bool wait_for_client(Pace& pace);
+  bool wait_for_client(const Pace& pace, const Pace& hurry);
   bool leave_behind(std::string_view rest);
 
   Connection& connection_;
-  const PaceLimits pace_limits_;
+  const PaceLimits pace_limits_, hurry_limits_;
   Places& writers_;
   std::size_t read_at_ = 0;
   bool broken_ = false;
+  const RequestMemory* memory_ = nullptr;
   std::string head_lines_;
 };
 

@@ -33,8 +33,10 @@ void define_door(CLI::App& app, DoorLimits& limits, DoorSeconds& seconds) {
                          "how long a connection may be silent");
   flags.add_count("--min-rate", limits.pace.bytes_per_second,
                   "bytes per second that a client has to send of a body, or take of an answer");
+  flags.add_count("--busy-rate", limits.busy_rate,
+                  "the same of a large answer while others wait for the memory that it holds");
   flags.add_live_seconds("--rate-seconds", seconds.window, kLeastSeconds,
-                         "over which that is an average");
+                         "over which both are averages");
   flags.add_live_seconds(
       "--body-seconds", seconds.longest, kLeastSeconds,
       "how long one body may take to come, or one answer to be taken, at any rate");

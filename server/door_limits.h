@@ -23,7 +23,9 @@ struct DoorLimits {
   LiveTime head_time{std::chrono::milliseconds(10'000)};
   /// How long a connection may wait for a request.
   LiveTime idle{std::chrono::milliseconds(30'000)};
-  PaceLimits pace{};                  ///< of bodies and answers
+  PaceLimits pace{};  ///< of bodies and answers
+  /// Bytes per second, of a large answer while others wait for its memory.
+  Live<std::uint64_t> busy_rate{1 << 20};
   std::uint64_t gathered = 64 << 10;  ///< bytes of a body that comes in before a worker is taken
   /// Bytes of gathered bodies and of answers that clients have not taken, together.
   std::uint64_t buffers = 32 << 20;
@@ -38,6 +40,7 @@ struct DoorLimits {
     head_time = other.head_time;
     idle = other.idle;
     pace = other.pace;
+    busy_rate = other.busy_rate;
   }
 };
 

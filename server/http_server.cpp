@@ -153,7 +153,8 @@ HttpServer::HttpServer(const DoorLimits& limits, Dispatch dispatch, Thrown throw
       dispatch_(exchange);
       if (course != nullptr) {
         compress(course->connection.head, response);
-        course->memory.keep_while_sending(response.body.size());
+        course->memory.keep(response.body.size());
+        course->stream.hurry_for(course->memory);
       }
     }
     return HandlerResponse::Handled;
@@ -215,7 +216,7 @@ void HttpServer::break_connections() {
 }
 
 void HttpServer::answer(Connection& connection) {
-  ConnectionStream stream(connection, limits_.pace, waiters_);
+  ConnectionStream stream(connection, limits_.pace, limits_.busy_rate, waiters_);
   BodyReader body(connection, stream, limits_.pace);
   RequestMemory memory(bodies_, work_, connection.goes_first ? &waiters_ : nullptr,
                        &connection.gone);

@@ -138,7 +138,7 @@ Result<std::string> RayStream::next() {
   for (;;) {
     auto part = form_ == Form::kLines ? next_lines() : next_frame();
     // Lines may all be empty ones.
-    if (memory_ != nullptr) memory_->keep_while_sending(part ? part->size() : 0);
+    if (memory_ != nullptr) memory_->keep_while_streaming(part ? part->size() : 0);
     if (!part || !part->empty() || (ended_ && buffer_.empty())) return part;
   }
 }

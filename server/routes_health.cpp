@@ -87,6 +87,7 @@ void reply_version(Exchange& exchange, const Service& service) {
                         {"work_memory", service.door.work},
                         {"request_memory", service.door.request},
                         {"rate_bytes_per_second", service.door.pace.bytes_per_second.get()},
+                        {"busy_bytes_per_second", service.door.busy_rate.get()},
                         {"rate_ms", service.door.pace.window.get().count()},
                         {"body_ms", service.door.pace.longest.get().count()}}}};
   exchange.reply_json(200, document.dump() + "\n");

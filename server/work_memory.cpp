@@ -17,8 +17,8 @@ constexpr std::chrono::milliseconds kPatience{10'000};
 constexpr std::uint64_t kFree = 256 << 10;
 /// From here on pages that are fresh again cost little beside the rest of the request.
 constexpr std::uint64_t kLarge = 16 << 20;
-/// Of all memory, what an answer that is being sent may go on holding.
-constexpr std::uint64_t kSendingPart = 16;
+/// Of all memory, what nobody is blamed for holding.
+constexpr std::uint64_t kLittlePart = 16;
 
 std::uint64_t beyond_free(std::uint64_t bytes) { return bytes - std::min(bytes, kFree); }
 
@@ -55,14 +55,20 @@ Status WorkMemory::Share::wait(std::uint64_t bytes, const Deadline& deadline) {
                  ""};
   }
   std::unique_lock hold(memory_.mutex_);
+  if (try_grow(bytes)) return success();
+  ++memory_.waiting_;
+  const auto done = [this](Status status) {
+    --memory_.waiting_;
+    return status;
+  };
   while (!try_grow(bytes)) {
     if (deadline.passed()) {
-      return Error{ErrorKind::kBusy, "MEMORY_BUSY",
-                   "large requests use all the memory that they may: ask again later", ""};
+      return done(Error{ErrorKind::kBusy, "MEMORY_BUSY",
+                        "large requests use all the memory that they may: ask again later", ""});
     }
     memory_.changed_.wait_for(hold, kLook);
   }
-  return success();
+  return done(success());
 }
 
 void WorkMemory::Share::keep(std::uint64_t bytes) {
@@ -106,8 +112,12 @@ void RequestMemory::keep(std::uint64_t bytes) {
   work_.keep(beyond_free(bytes_));
 }
 
-void RequestMemory::keep_while_sending(std::uint64_t bytes) {
-  keep(std::min(bytes, memory_.all() / kSendingPart));
+void RequestMemory::keep_while_streaming(std::uint64_t bytes) {
+  keep(std::min(bytes, memory_.all() / kLittlePart));
+}
+
+bool RequestMemory::keeps_others_waiting() const {
+  return beyond_free(bytes_) > memory_.all() / kLittlePart && memory_.is_wanted();
 }
 
 }  // namespace sightline

@@ -1,6 +1,7 @@
 #pragma once
 /// Memory that requests share: who does not fit waits for its turn, or is told to come again.
 
+#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <mutex>
@@ -21,6 +22,8 @@ class WorkMemory {
   /// one  bytes for one share
   WorkMemory(std::uint64_t all, std::uint64_t one) : all_(all), one_(one) {}
   std::uint64_t all() const { return all_; }
+  /// Whether somebody waits for a share.
+  bool is_wanted() const { return waiting_ > 0; }
 
   class Share {
    public:
@@ -47,6 +50,7 @@ class WorkMemory {
   const std::uint64_t all_, one_;
   std::mutex mutex_;
   std::condition_variable changed_;
+  std::atomic<int> waiting_{0};
   std::uint64_t taken_ = 0;        ///< by all shares but the next
   const Share* beyond_ = nullptr;  ///< who went beyond
 };
@@ -67,9 +71,11 @@ class RequestMemory {
   Status reserve(std::uint64_t bytes);
   /// Of what was reserved so far no more than that is still in use.
   void keep(std::uint64_t bytes);
-  /// The same for an answer that is on its way. A client that takes its time must not keep others
-  /// from their turns: of a large answer only a part is counted, and few may wait so long.
-  void keep_while_sending(std::uint64_t bytes);
+  /// The same for a part of a stream that is on its way. A client that takes its time must not keep
+  /// others from their turns: of a large part only so much is counted, and streams are few.
+  void keep_while_streaming(std::uint64_t bytes);
+  /// Whether others wait for memory, and this has enough of it to matter.
+  bool keeps_others_waiting() const;
 
   WorkMemory::Share body;  ///< the bytes of a long body, as they come
 

@@ -3,14 +3,16 @@
 import array
 import json
 import resource
+import socket
 import struct
 import tempfile
 import threading
+import time
 import unittest
 
 import case_report
 from process_status import is_sanitized, status_bytes
-from sightline_server import JSON_TYPE, Server, demo_glb, read_answer
+from sightline_server import JSON_TYPE, PATIENCE, Server, demo_glb, read_answer
 
 MIB = 1 << 20
 
@@ -232,6 +234,77 @@ class Budget(unittest.TestCase):
         print(f"{len(good)} of 24 answered, at most {peak / MIB:.1f} MiB above {before / MIB:.0f}")
         # 490,000 rays are 45 MB with their answer: one at a time, and 24 MiB of others.
         self.assertLess(peak, 120 * MIB)
+
+    def test_slow_readers_of_large_answers_share_what_there_is(self):
+        server = self.server()
+        before = self.forget_peak(server)
+        body = b'{"generator":{"kind":"equirectangular","width":1000,"height":500}}'
+
+        def ask():
+            connection = socket.socket()
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+            self.addCleanup(connection.close)
+            connection.settimeout(PATIENCE)
+            connection.connect(("127.0.0.1", server.port))
+            connection.sendall(b"POST /v1/rays:generate HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
+                               b"Content-Length: %d\r\n\r\n" % len(body) + body)
+            return connection
+
+        def sip(connections, seconds):
+            """15 kB a second of each, which is more than --min-rate; those that have not ended."""
+            end = time.monotonic() + seconds
+            while connections and time.monotonic() < end:
+                for connection in list(connections):
+                    try:
+                        connection.setblocking(False)
+                        if not connection.recv(3000):
+                            connections.remove(connection)
+                    except BlockingIOError:
+                        pass
+                    except ConnectionError:
+                        connections.remove(connection)
+                time.sleep(0.2)
+            return connections
+
+        held = [ask() for _ in range(10)]
+        sip(list(held), 5)
+        peak = self.peak_above(server, before)
+        print(f"ten slow readers: at most {peak / MIB:.1f} MiB above {before / MIB:.0f}")
+        self.assertLess(peak, 128 * MIB)
+        for connection in held:
+            connection.close()
+        # Whose answer nobody waits for may go on being slow; who keeps another from its turn is broken off.
+        slow = ask()
+        self.assertEqual(slow.recv(12), b"HTTP/1.1 200")
+        self.assertEqual(sip([slow], 2), [slow])
+        done = []
+        other = threading.Thread(target=lambda: done.append(server.ask("/v1/rays:generate", "-H", JSON_TYPE, body=body)))
+        other.start()
+        self.assertEqual(sip([slow], PATIENCE), [])
+        other.join()
+        self.assertEqual(done[0].status, 200, done[0].body[:300])
+
+    def test_changing_a_node_is_reckoned_by_the_nodes_that_there_are(self):
+        count = 150000
+        triangle = "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"
+        body = json.dumps({"asset": {"version": "2.0"}, "scenes": [{"nodes": list(range(count))}],
+                           "nodes": [{"mesh": 0, "translation": [i, 0, 0]} for i in range(count)],
+                           "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}], "buffers": [{"byteLength": 36, "uri": triangle}],
+                           "bufferViews": [{"buffer": 0, "byteLength": 36}],
+                           "accessors": [{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 3, "min": [0, 0, 0], "max": [1, 1, 0]}]})
+        ask = ("/v1/scenes/many/nodes/7", "-X", "PATCH", "-H", JSON_TYPE)
+        for most, status in ((64 * MIB, 413), (1024 * MIB, 200)):
+            with self.subTest(most=most):
+                server = self.server("--max-request-memory", most)
+                self.assertEqual(server.put("many", body, "-H", "Expect:").status, 201)
+                before = self.forget_peak(server)
+                answer = server.ask(*ask, body='{"hidden":true}')
+                self.assertEqual(answer.status, status, answer.body[:300])
+                peak = self.peak_above(server, before)
+                print(f"PATCH of one of {count} nodes: {status}, {peak / MIB:.1f} MiB above {before / MIB:.0f}")
+                if status == 413:
+                    self.assertEqual(answer.json()["code"], "REQUEST_TOO_LARGE")
+                    self.assertLess(peak, 32 * MIB)
 
     def test_rays_in_one_body_take_three_times_the_body(self):
         # Of fewer rays what a server holds in any case is a large part.

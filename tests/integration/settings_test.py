@@ -20,6 +20,7 @@ LIVE = [("max-scene-bytes", 1001, "scene_bytes", 1001), ("max-query-bytes", 1002
         ("max-hits", 1004, "hits", 1004), ("request-seconds", 1.5, "request_ms", 1500), ("max-connections", 105, "connections", 105),
         ("max-header-bytes", 1006, "header_bytes", 1006), ("max-header-fields", 17, "header_fields", 17),
         ("header-seconds", 1.25, "header_ms", 1250), ("idle-seconds", 19, "idle_ms", 19000), ("min-rate", 10, "rate_bytes_per_second", 10),
+        ("busy-rate", 11, "busy_bytes_per_second", 11),
         ("rate-seconds", 2, "rate_ms", 2000), ("body-seconds", 21, "body_ms", 21000), ("drain-seconds", 22, None, None),
         ("notice-seconds", 0.5, None, None), ("log-level", "info", None, None)]
 
@@ -152,7 +153,6 @@ class Settings(unittest.TestCase):
                 self.assertEqual(ask(), 401)
             self.assertEqual(server.ask("/v1/scenes", *bearer(second)).status, 200)
 
-    def test_requests_go_on_while_it_reloads_again_and_again(self):
     def test_streams_end_with_their_key(self):
         (stays, kept_line), (goes, lost_line) = make_key("write", "stays"), make_key("read", "goes")
         write_keys(self.keys, kept_line, lost_line)
@@ -192,6 +192,7 @@ class Settings(unittest.TestCase):
             self.assertIn(b"event: ready", listeners[0].read())
             self.assertEqual(read_answer(put).status, 201)
 
+    def test_requests_go_on_while_it_reloads_again_and_again(self):
         key, line = make_key("read", "a")
         self.keys.write_text(line, encoding="ascii")
         self.write(keys=str(self.keys), max_rays=5)

@@ -83,10 +83,27 @@ TEST(RequestMemory, has_its_first_bytes_for_nothing) {
   EXPECT_TRUE(is_busy(little.reserve(1)));
   little.keep(100 * kKib);
   EXPECT_TRUE(little.reserve(156 * kKib).ok());
-  // Who sends a large answer keeps nobody waiting.
-  large.keep_while_sending(4 * kMib);
+  // Who sends a large part of a stream keeps nobody waiting.
+  large.keep_while_streaming(4 * kMib);
   rest.keep(kMib / 2);
   EXPECT_TRUE(little.reserve(kKib).ok());
+}
+
+TEST(RequestMemory, knows_whether_others_wait_for_it) {
+  WorkMemory bodies(kMib, kMib), work(kMib, 8 * kMib);
+  RequestMemory large(bodies, work, nullptr, nullptr), little(bodies, work, nullptr, nullptr);
+  ASSERT_TRUE(large.reserve(4 * kMib).ok());
+  ASSERT_TRUE(little.reserve(300 * kKib).ok());
+  EXPECT_FALSE(large.keeps_others_waiting());
+  std::thread waiter([&] {
+    RequestMemory next(bodies, work, nullptr, nullptr);
+    EXPECT_TRUE(next.reserve(4 * kMib).ok());
+  });
+  while (!large.keeps_others_waiting()) std::this_thread::yield();
+  EXPECT_FALSE(little.keeps_others_waiting());
+  large.keep(0);
+  waiter.join();
+  EXPECT_FALSE(large.keeps_others_waiting());
 }
 
 TEST(RequestWeight, sees_what_asks_for_much_in_few_bytes) {
