@@ -32,6 +32,7 @@ Result<std::unique_ptr<Engine>> Engine::create(const EngineOptions& options) {
   }
   state->kernel = *chosen;
   state->kernel_name = std::string(chosen->name);
+  state->hurry = options.hurry;
   state->threads.start(options.threads);
   // A batch has many slices; a single ray is answered on the thread that asks.
   state->threads.give_way();
@@ -45,8 +46,8 @@ Status Engine::closest(const Scene& scene, const RayBatch& rays, const Deadline&
   return within_memory([&]() -> Status {
     hits.resize(rays.size());
     const auto trace = [&](const SceneView& view, const RayBatch& some, HitBatch& found) {
-      return state_->run(some.size(), deadline, [&](std::size_t begin, std::size_t end) {
-        TraceCounts counts;
+      Status traced = state_->run(some.size(), deadline, [&](std::size_t begin, std::size_t end) {
+        TraceCounts counts{&deadline};
         const WorkLog::Entry entry(log, counts);
         if (options.kept != nullptr) {
           state_->kernel.closest_filtered(view, some, begin, end, *options.kept, found, counts);
@@ -54,10 +55,12 @@ Status Engine::closest(const Scene& scene, const RayBatch& rays, const Deadline&
           state_->kernel.closest(view, some, begin, end, found, counts);
         }
       });
+      return log.checked(std::move(traced), deadline);
     };
     const SceneView view(scene);
     Status status = trace(view, rays, hits);
     if (!status || view.tree().complete()) return status;
+    if (!options.builds) return trees_are_pending();
     return state_->trace_again(
         view, rays.size(), deadline,
         [&](PendingTrees& pending, std::size_t i) { return pending.nearest(rays[i], hits.t[i]); },
@@ -82,8 +85,8 @@ Status Engine::any(const Scene& scene, const RayBatch& rays, const Deadline& dea
   return within_memory([&]() -> Status {
     occluded.resize(rays.size());
     const auto trace = [&](const SceneView& view, const RayBatch& some, std::uint8_t* found) {
-      return state_->run(some.size(), deadline, [&](std::size_t begin, std::size_t end) {
-        TraceCounts counts;
+      Status traced = state_->run(some.size(), deadline, [&](std::size_t begin, std::size_t end) {
+        TraceCounts counts{&deadline};
         const WorkLog::Entry entry(log, counts);
         if (options.kept != nullptr) {
           state_->kernel.any_filtered(view, some, begin, end, *options.kept, found, counts);
@@ -91,10 +94,12 @@ Status Engine::any(const Scene& scene, const RayBatch& rays, const Deadline& dea
           state_->kernel.any(view, some, begin, end, found, counts);
         }
       });
+      return log.checked(std::move(traced), deadline);
     };
     const SceneView view(scene);
     Status status = trace(view, rays, occluded.data());
     if (!status || view.tree().complete()) return status;
+    if (!options.builds) return trees_are_pending();
     return state_->trace_again(
         view, rays.size(), deadline,
         [&](PendingTrees& pending, std::size_t i) {
@@ -119,14 +124,15 @@ Status Engine::count(const Scene& scene, const RayBatch& rays, Crossings crossin
     const auto met = [&](PendingTrees& pending, std::size_t i, std::vector<std::uint32_t>& trees) {
       pending.met(rays[i], trees);
     };
+    if (!options.builds && !SceneView(scene).tree().complete()) return trees_are_pending();
     const auto view = state_->with_trees(scene, rays.size(), deadline, met);
     if (!view) return view.error();
     const auto slice = [&](std::size_t begin, std::size_t end) {
-      TraceCounts counts;
+      TraceCounts counts{&deadline};
       const WorkLog::Entry entry(log, counts);
       state_->all(*view, rays, begin, end, options, crossings, 0, totals.data(), nullptr, counts);
     };
-    return state_->run(rays.size(), deadline, slice, kListSlice);
+    return log.checked(state_->run(rays.size(), deadline, slice, kListSlice), deadline);
   });
 }
 
@@ -147,7 +153,7 @@ Status Engine::all(const Scene& scene, const RayBatch& rays, Crossings crossings
     const auto view = state_->with_trees(scene, rays.size(), deadline, met);
     if (!view) return view.error();
     const auto gather = [&](std::size_t begin, std::size_t end) {
-      TraceCounts counts;
+      TraceCounts counts{&deadline};
       const WorkLog::Entry entry(log, counts);
       HitBatch& slice = slices[begin / kListSlice];
       // One by one: beyond the limit there is at most one ray's list for each thread.
@@ -158,7 +164,7 @@ Status Engine::all(const Scene& scene, const RayBatch& rays, Crossings crossings
         gathered.fetch_add(std::min<std::size_t>(totals[i], hits_max), std::memory_order_relaxed);
       }
     };
-    Status status = state_->run(rays.size(), deadline, gather, kListSlice);
+    Status status = log.checked(state_->run(rays.size(), deadline, gather, kListSlice), deadline);
     if (!status) return status;
     if (gathered.load() > hits_total_max) {
       return Error{ErrorKind::kTooLarge, "TOO_MANY_HITS",

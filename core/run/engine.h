@@ -1,6 +1,7 @@
 #pragma once
 /// Runs batches of checked rays on the threads that it was given.
 
+#include <atomic>
 #include <memory>
 #include <string>
 #include <vector>
@@ -23,19 +24,23 @@ struct SweepBatch;
 struct EngineOptions {
   int threads = 0;     ///< 0: as many as the machine has
   std::string kernel;  ///< empty: the best that this machine can run; else one of Engine::kernels()
+  /// While it is set somebody has short work to do: between pieces of a batch threads ask whether
+  /// others want the processor. May be null; outlives the engine.
+  const std::atomic<bool>* hurry = nullptr;
 };
 
 /// How rays are asked for.
 struct RayOptions {
   const KeptSides* kept = nullptr;  ///< what counts (kept_sides.h); null: everything
   QueryWork* work = nullptr;        ///< what it cost is added, if not null
+  bool builds = true;               ///< else closest, any and count refuse where trees are pending
 };
 
 /// Made once by main and handed down. All methods may be called from many threads at once; none
 /// keeps a pointer to its arguments. Every answer is the same bytes for every number of threads,
 /// kernel and order of rays (CONTRACT.md).
 /// Rays must have passed check_rays. Errors: DEADLINE and CANCELLED (the output is then unusable),
-/// MEMORY_EXHAUSTED, ENGINE_KERNEL_UNKNOWN from create.
+/// MEMORY_EXHAUSTED, TREES_PENDING (RayOptions::builds), ENGINE_KERNEL_UNKNOWN from create.
 class Engine {
  public:
   static Result<std::unique_ptr<Engine>> create(const EngineOptions& options);

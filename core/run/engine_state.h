@@ -1,6 +1,8 @@
 #pragma once
 /// What an engine is made of, for the files that implement it.
 
+#include <sched.h>
+
 #include <algorithm>
 #include <atomic>
 #include <mutex>
@@ -19,6 +21,10 @@ inline constexpr std::size_t kSlice = 1024;
 /// The same for rays of which every hit is wanted: one of them may meet a whole scene.
 inline constexpr std::size_t kListSlice = 64;
 
+inline Error trees_are_pending() {
+  return {ErrorKind::kBusy, "TREES_PENDING", "trees of the scene are not built yet", ""};
+}
+
 /// Around the whole of an answer: the columns that it resizes before and the lists that it joins
 /// after the threads' work are the largest that it has.
 template <class Answer>
@@ -26,7 +32,8 @@ Status within_memory(const Answer& answer) {
   return within_memory("there is no memory for the answer", answer);
 }
 
-/// Adds up what the slices of a query have cost, when someone wants to know.
+/// Adds up what the slices of a query have cost, when someone wants to know, and keeps whether one
+/// of them was given up in its middle.
 class WorkLog {
  public:
   WorkLog(const Scene& scene, QueryWork* work) : scene_(scene), work_(work) {
@@ -43,6 +50,7 @@ class WorkLog {
    public:
     Entry(WorkLog& log, const TraceCounts& counts) : log_(log), counts_(counts) {}
     ~Entry() {
+      if (counts_.stopped) log_.stopped_.store(true, std::memory_order_relaxed);
       if (log_.work_ != nullptr) log_.add(counts_);
     }
     Entry(const Entry&) = delete;
@@ -52,6 +60,11 @@ class WorkLog {
     WorkLog& log_;
     const TraceCounts& counts_;
   };
+
+  /// What the slices came to.
+  Status checked(Status status, const Deadline& deadline) const {
+    return status && stopped_.load(std::memory_order_relaxed) ? out_of_time(deadline) : status;
+  }
 
  private:
   void add(const TraceCounts& counts) {
@@ -66,6 +79,7 @@ class WorkLog {
 
   const Scene& scene_;
   QueryWork* work_;
+  std::atomic<bool> stopped_{false};
   std::uint64_t trees_before_ = 0;
   std::mutex mutex_;
 };
@@ -74,6 +88,7 @@ struct Engine::State {
   Kernel kernel;
   std::string kernel_name;
   ThreadGroup threads;
+  const std::atomic<bool>* hurry = nullptr;
 
   void all(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
            const RayOptions& options, Crossings crossings, std::size_t hits_max,
@@ -106,6 +121,8 @@ struct Engine::State {
           return;
         }
         slice(i * slice_size, std::min(count, (i + 1) * slice_size));
+        // Who has the processor is otherwise asked again at the next tick, milliseconds later.
+        if (hurry != nullptr && hurry->load(std::memory_order_relaxed)) ::sched_yield();
       });
     });
     if (stopped.load()) return out_of_time(deadline);

@@ -37,6 +37,8 @@ namespace sightline {
 namespace HWY_NAMESPACE {
 
 constexpr std::size_t kInFlight = 24;
+/// Each is a step of every ray in flight.
+constexpr std::uint32_t kRoundsBetweenLooks = 128;
 /// Trees that are deeper go through the single-ray kernel.
 constexpr std::uint32_t kMaxFlightDepth = (kWaiting - kArity - 2) / (kArity - 1);
 
@@ -130,7 +132,8 @@ class Flight {
     for (std::size_t i = 0; i < kInFlight; ++i) free_[i] = &slots_[i];
     free_count_ = kInFlight;
     std::uint64_t nodes = 0, blocks = 0;
-    for (;;) {
+    for (std::uint32_t rounds = 1;; ++rounds) {
+      if (rounds % kRoundsBetweenLooks == 0 && counts_.is_too_late()) break;
       // New rays start in groups: one group is set up in about the time of two single rays.
       while (!groups_.empty() && free_count_ >= kGroupRays) start_group(*now);
       const std::uint32_t node_count = now->size[kNode];

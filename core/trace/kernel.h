@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/deadline.h"
 #include "core/query/hit_batch.h"
 #include "core/query/hit_filter.h"
 #include "core/query/ray_batch.h"
@@ -14,8 +15,16 @@
 
 namespace sightline {
 
-/// Counted per call, added to what is there.
+/// Counted per call, added to what is there; and how long the call may take.
 struct TraceCounts {
+  /// Looked at now and then by rays one by one and in flight, so that no single ray, whatever it
+  /// meets, goes on for long after it; null: there is none.
+  const Deadline* deadline = nullptr;
+  bool stopped = false;  ///< it had passed: the answers of this call are unusable
+  bool is_too_late() {
+    stopped = stopped || (deadline != nullptr && deadline->passed());
+    return stopped;
+  }
   std::uint64_t nodes = 0;          ///< wide nodes whose eight boxes were tested
   std::uint64_t blocks = 0;         ///< leaf blocks of four triangles that were tested
   std::uint64_t placements = 0;     ///< placements entered
@@ -23,7 +32,7 @@ struct TraceCounts {
   std::uint64_t packet_nodes = 0;   ///< nodes that packets opened
   std::uint64_t packet_boxes = 0;   ///< boxes that the rays of a packet were asked for together
   std::uint64_t packet_leaves = 0;  ///< leaves that packets visited
-  DecisionCounts decisions;
+  DecisionCounts decisions{};
 };
 
 /// All of them answer the same bytes (law 1). Rays [begin, end) of a checked batch; slots of the

@@ -25,6 +25,8 @@ namespace HWY_NAMESPACE {
 
 /// Seven siblings may wait on each level of two trees of at most ~130 levels each.
 constexpr std::size_t kStack = 2048;
+/// Of an ordinary ray there are fewer. A look at the clock takes about as long as two of them.
+constexpr std::uint32_t kStepsBetweenLooks = 64;
 
 struct Stack {
   HWY_ALIGN std::uint32_t ref[kStack];
@@ -111,6 +113,7 @@ class Traversal {
 
   template <class Sink>
   void run(Sink& sink) {
+    if (counts_.stopped) return;
     if (alone_) {
       enter(scene_.placements[0], ray_.box, 0, sink);
       return;
@@ -171,6 +174,7 @@ class Traversal {
     std::uint32_t ref = tree.root;
     float limit = box.limit(sink.bound());
     for (;;) {
+      if (++steps_ % kStepsBetweenLooks == 0 && counts_.is_too_late()) return true;
       if (ChildRef::is_leaf(ref)) {
         if (leaf(ref, size)) return true;
         limit = box.limit(sink.bound());
@@ -201,6 +205,7 @@ class Traversal {
   const RayBatch& rays_;
   Stack& stack_;
   TraceCounts& counts_;
+  std::uint32_t steps_ = 0;
   bool alone_;  ///< one tree, in world units: no top, no mapping
   SinglePreparation preparation_;
   PreparedRay ray_;

@@ -201,6 +201,34 @@ TEST(LazyScene, builds_one_tree_for_a_ray_into_one_box_of_many) {
   EXPECT_EQ(scene->trees().stats().queries_waited, 1u);
 }
 
+TEST(LazyScene, builds_nothing_for_who_will_not_wait_for_it) {
+  const auto scene = lazy_scene_of(boxes_apart(3));
+  const auto engine = engine_of("", 1);
+  const RayBatch ray = one_ray({1.125, 1.25, 5}, {0, 0, -1});
+  HitBatch hits;
+  Column<std::uint8_t> any;
+  Column<std::uint64_t> totals;
+  const auto ask_all = [&](const RayOptions& options) {
+    const Deadline never = Deadline::never();
+    const Status statuses[] = {
+        engine->closest(*scene, ray, never, hits, options),
+        engine->any(*scene, ray, never, any, options),
+        engine->count(*scene, ray, Crossings::kEvery, never, totals, options)};
+    std::string said;
+    for (const Status& status : statuses) said += (status ? "answered" : status.error().code) + " ";
+    return said;
+  };
+  EXPECT_EQ(ask_all({.builds = false}), "TREES_PENDING TREES_PENDING TREES_PENDING ");
+  EXPECT_EQ(scene->trees().stats().trees_built, 0u);
+  for (int i = 0; i < 9; ++i) {
+    ASSERT_TRUE(engine->closest(*scene, one_ray({i % 3 + 0.25, i / 3 + 0.25, 5}, {0, 0, -1}),
+                                Deadline::never(), hits));
+  }
+  EXPECT_EQ(ask_all({.builds = false}), "answered answered answered ");
+  EXPECT_EQ(hits.instance[0], 4u);
+  EXPECT_EQ(totals[0], 2u);
+}
+
 TEST(LazyScene, builds_nothing_behind_a_hit_nor_beyond_a_limit) {
   const auto scene = lazy_scene_of(boxes_apart(10));
   const auto engine = engine_of("", 1);

@@ -350,5 +350,44 @@ TEST(Kernel, visits_no_more_for_a_ray_from_very_far_away) {
   }
 }
 
+TEST(Kernel, gives_up_in_the_middle_of_a_ray_when_its_time_is_over) {
+  // Four thousand triangles one behind the other.
+  constexpr std::uint32_t kCount = 4000;
+  auto mesh = std::make_shared<Mesh>();
+  for (std::uint32_t i = 0; i < kCount; ++i) {
+    const auto z = static_cast<float>(i);
+    for (const Vec3f& corner : {Vec3f{0, 0, z}, Vec3f{1, 0, z}, Vec3f{0, 1, z}}) {
+      mesh->positions.own().push_back(corner);
+    }
+    for (std::uint32_t k = 0; k < 3; ++k) mesh->indices.own().push_back(3 * i + k);
+  }
+  mesh->primitives.push_back({0, kCount, 0, 0xffffffffu});
+  SceneDescription description;
+  description.meshes.push_back(mesh);
+  description.nodes.push_back({});
+  description.instances.push_back({});
+  const auto scene = Scene::build(std::move(description));
+  ASSERT_TRUE(scene.ok());
+  RayBatch rays;
+  for (int i = 0; i < 300; ++i) rays.push_back({{0.25, 0.25, -1}, {0, 0, 1}});
+  CancelFlag over;
+  const Deadline deadline{.flag = &over};
+  for (const bool is_over : {false, true}) {
+    if (is_over) over.cancel();
+    for (const Kernel& kernel : supported_kernels()) {
+      TraceCounts one, many;
+      one.deadline = many.deadline = &deadline;
+      std::uint64_t total = 0;
+      kernel.all(**scene, rays, 0, 1, Crossings::kEvery, 0, &total, nullptr, one);
+      EXPECT_EQ(one.stopped, is_over) << kernel.name;
+      EXPECT_EQ(total == kCount, !is_over) << kernel.name;
+      HitBatch hits;
+      hits.resize(rays.size());
+      kernel.closest(**scene, rays, 0, rays.size(), hits, many);
+      EXPECT_EQ(hits.t == Column<double>(rays.size(), 1), !many.stopped) << kernel.name;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace sightline
