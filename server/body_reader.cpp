@@ -36,8 +36,7 @@ void BodyReader::decode_as(Coding coding) {
   if (coding != Coding::kIdentity && !decoder_) decoder_ = std::make_unique<ContentDecoder>(coding);
 }
 
-bool BodyReader::get_input(bool wait) {
-  if (!connection_.pending_input().empty()) return true;
+bool BodyReader::get(const std::function<Received()>& receive, bool wait) {
   if (owes_continue_) {
     owes_continue_ = false;
     constexpr std::string_view kContinue = "HTTP/1.1 100 Continue\r\n\r\n";
@@ -45,11 +44,9 @@ bool BodyReader::get_input(bool wait) {
     if (!stream_.flush()) fault_ = Fault::kEnded;
   }
   while (fault_ == Fault::kNoFault) {
-    const auto wanted = connection_.head.chunked ? kPiece : std::min<std::uint64_t>(left_, kPiece);
-    switch (receive_some(connection_, static_cast<std::size_t>(wanted))) {
+    switch (receive()) {
       case Received::kSome:
       case Received::kAll:
-        pace_.moved(connection_.pending_input().size(), Pace::Clock::now());
         return true;
       case Received::kEnd:
         fault_ = Fault::kEnded;
@@ -61,6 +58,46 @@ bool BodyReader::get_input(bool wait) {
     }
   }
   return false;
+}
+
+bool BodyReader::get_input(bool wait) {
+  if (!connection_.pending_input().empty()) return true;
+  const auto wanted = static_cast<std::size_t>(
+      connection_.head.chunked ? kPiece : std::min<std::uint64_t>(left_, kPiece));
+  if (!get([&] { return receive_some(connection_, wanted); }, wait)) return false;
+  pace_.moved(connection_.pending_input().size(), Pace::Clock::now());
+  return true;
+}
+
+bool BodyReader::read_all(std::string& text, const std::function<bool(std::size_t)>& admit) {
+  const auto append = [&](std::span<const char> piece) {
+    if (!admit(piece.size())) return false;
+    text.append(piece.data(), piece.size());
+    return true;
+  };
+  if (decoder_ || connection_.head.chunked) return read(append);
+  if (!connection_.pending_input().empty() && !pass_on(append)) return false;
+  // What is received goes behind `end`; bytes there are made ready once, however small the pieces.
+  std::size_t end = text.size();
+  bool good = true;
+  while (good && left_ > 0) {
+    constexpr std::size_t kAhead = 64 << 10;
+    if (text.size() == end) {
+      const auto ahead = static_cast<std::size_t>(std::min<std::uint64_t>(left_, kAhead));
+      good = admit(ahead);
+      if (good) text.resize(end + ahead);
+    }
+    std::size_t count = 0;
+    good = good &&
+           get([&] { return receive_at(connection_, text.data() + end, text.size() - end, count); },
+               true);
+    if (!good) break;
+    pace_.moved(count, Pace::Clock::now());
+    end += count;
+    left_ -= count;
+  }
+  text.resize(end);
+  return good;
 }
 
 bool BodyReader::pass_on(const std::function<bool(std::span<const char>)>& sink) {

@@ -35,6 +35,9 @@ class BodyReader {
   /// After a false of `sink` it may go on where it was. With `wait` false it ends as well (true)
   /// where nothing more has come.
   bool read(const std::function<bool(std::span<const char>)>& sink, bool wait = true);
+  /// The rest of it, appended to `text`, with no copy between where it comes as it is. `admit` is
+  /// asked before so many bytes are received, and may say no.
+  bool read_all(std::string& text, const std::function<bool(std::size_t bytes)>& admit);
   /// Whether its end has come; after a read() that says true all of it was handed on.
   bool is_over() const;
   Fault fault() const { return fault_; }
@@ -44,7 +47,9 @@ class BodyReader {
   std::uint64_t unread() const { return left_; }
 
  private:
-  /// Makes some input pending. False with a fault, or if nothing is to be waited for.
+  /// Until receive() gets something. False with a fault, or if nothing is to be waited for.
+  bool get(const std::function<Received()>& receive, bool wait);
+  /// Makes some input pending. The same.
   bool get_input(bool wait);
   bool hand_on_decoded(const std::function<bool(std::span<const char>)>& sink);
   bool pass_on(const std::function<bool(std::span<const char>)>& sink);

@@ -23,19 +23,27 @@ bool send_pending(Connection& connection) {
   return true;
 }
 
+Received receive_at(Connection& connection, char* data, std::size_t size, std::size_t& count) {
+  count = 0;
+  for (;;) {
+    const ssize_t received = ::recv(connection.socket, data, size, MSG_DONTWAIT);
+    if (received < 0 && errno == EINTR) continue;
+    if (received < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return Received::kNothing;
+    if (received <= 0) return Received::kEnd;
+    count = static_cast<std::size_t>(received);
+    // What comes after a short one is told by a new edge: epoll(7).
+    return count < size ? Received::kAll : Received::kSome;
+  }
+}
+
 Received receive_some(Connection& connection, std::size_t most) {
   // On the stack and not in each connection: thousands of them may be idle.
   std::array<char, 32 << 10> buffer;
-  for (;;) {
-    const std::size_t wanted = std::min(most, buffer.size());
-    const ssize_t count = ::recv(connection.socket, buffer.data(), wanted, MSG_DONTWAIT);
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return Received::kNothing;
-    if (count <= 0) return Received::kEnd;
-    connection.input.append(buffer.data(), static_cast<std::size_t>(count));
-    // What comes after a short one is told by a new edge: epoll(7).
-    return static_cast<std::size_t>(count) < wanted ? Received::kAll : Received::kSome;
-  }
+  std::size_t count = 0;
+  const Received received =
+      receive_at(connection, buffer.data(), std::min(most, buffer.size()), count);
+  connection.input.append(buffer.data(), count);
+  return received;
 }
 
 }  // namespace sightline

@@ -60,6 +60,9 @@ struct Connection {
   bool broken = false;     ///< whether the answer did not get through
 
   bool goes_first = false;  ///< whether it is asked on a worker that is kept for little
+  // While the door's thread tries to answer: nothing is taken or said for good.
+  bool at_door = false;
+  bool put_off = false;  ///< what came of it: a worker has to begin anew
 
   Connection* next = nullptr;  ///< in the queue or the list that has it: they take no memory
 
@@ -75,13 +78,14 @@ struct Connection {
   std::chrono::steady_clock::time_point ended_at;
   std::size_t lingered = 0;  ///< bytes
   int answered_here = 0;     ///< requests since the last event that no worker answered
+  int not_tried = 0;         ///< so many of the next go to workers at once
 
   std::string_view pending_input() const { return std::string_view(input).substr(taken); }
   std::size_t pending_output() const { return output.size() - sent; }
 
   void take(std::size_t bytes) {
     taken += bytes;
-    if (taken == input.size()) {
+    if (taken == input.size() && !at_door) {
       // An idle connection holds next to nothing.
       if (input.capacity() > 4096) std::string().swap(input);
       input.clear();
@@ -99,8 +103,10 @@ struct Connection {
 bool send_pending(Connection& connection);
 
 enum class Received { kSome, kAll, kNothing, kEnd };
-/// Receives at most `most` bytes to the end of `input` without waiting: kAll when there are no more
-/// now, kEnd also of a broken connection.
+/// Receives at most `size` bytes to `data` without waiting, and says in `count` how many: kAll when
+/// there are no more now, kEnd also of a broken connection. Precondition: size is not 0.
+Received receive_at(Connection& connection, char* data, std::size_t size, std::size_t& count);
+/// The same, at most `most` bytes, to the end of `input`.
 Received receive_some(Connection& connection, std::size_t most);
 
 }  // namespace sightline

@@ -91,6 +91,7 @@ void ConnectionGate::answer(Connection& connection) {
     // Memory ran out where nobody could answer any more.
     connection.keep = false;
     connection.broken = true;
+    connection.put_off = connection.at_door;
   }
 }
 
@@ -122,12 +123,15 @@ int ConnectionGate::wait(epoll_event* events, int count) {
     asleep_ = !urgent_;
     if (urgent_) timeout_ms = 0;
   }
+  if (rules_.awake != nullptr) rules_.awake->store(false, std::memory_order_relaxed);
   const int ready = ::epoll_wait(epoll_, events, count, timeout_ms);
+  if (rules_.awake != nullptr) rules_.awake->store(true, std::memory_order_relaxed);
   {
     const std::lock_guard hold(mutex_);
     asleep_ = false;
   }
   now_ = Clock::now();
+  answered_here_ = slow_here_ = 0;
   return std::max(ready, 0);
 }
 

@@ -18,6 +18,7 @@
 #include <memory>
 #include <mutex>
 #include <new>
+#include <thread>
 #include <vector>
 
 #include "server/answer_headers.h"
@@ -37,6 +38,7 @@ struct DoorCounts {
   std::atomic<std::uint64_t> refused{0};     ///< faults of framing
   std::atomic<std::uint64_t> locked_out{0};  ///< without a key that may
   std::atomic<std::uint64_t> overload{0};    ///< 503, because a queue was full
+  std::atomic<std::uint64_t> answered{0};    ///< at the door, by no worker
 };
 
 /// What the door asks others, on its own thread: none may wait.
@@ -44,9 +46,11 @@ struct DoorRules {
   AnswerHeaders headers = {};
   /// Whether a request may come in, by its head alone; null: each.
   std::function<std::optional<RequestFault>(RequestHead&)> admit = {};
-  /// Whether a request without a body is answered at once, on the door's thread: its answer may
-  /// wait for nothing and take no longer than to hand it over. Null: none is.
-  std::function<bool(const RequestHead&)> at_once = {};
+  /// Whether a whole request is tried at once, on the door's thread: its answer may wait for
+  /// nothing and take no longer than to hand it over, or puts itself off. Null: none is.
+  std::function<bool(const RequestHead&, std::string_view body)> at_once = {};
+  /// Set while the door has something to do; may be null.
+  std::atomic<bool>* awake = nullptr;
   /// Told of each request that gets no further than the door; may be null.
   std::function<void(const RequestHead&, const RequestFault&, const std::string& request_id)>
       refused = {};
@@ -55,7 +59,8 @@ struct DoorRules {
 class ConnectionGate {
  public:
   /// Called on a worker with a request's head in `connection.head`. Takes the body, appends the
-  /// answer to the output, and says by `keep` and `skip` how it goes on.
+  /// answer to the output, and says by `keep` and `skip` how it goes on. Where `at_door` is set it
+  /// may say `put_off` instead, and is then called again on a worker, as if for the first time.
   using Answer = std::function<void(Connection&)>;
   /// `limits` outlives this.
   ConnectionGate(const DoorLimits& limits, Answer answer, DoorRules rules = {});
@@ -115,7 +120,9 @@ class ConnectionGate {
   WorkerPool& workers_for(const Connection& connection, std::size_t length);
   void hand_over(Connection& connection, WorkerPool& workers);
   /// False where a worker has to answer.
-  bool answer_here(Connection& connection);
+  bool answer_here(Connection& connection, std::size_t length);
+  /// Whether the door may try to answer one more in this turn.
+  bool has_time_for(Connection& connection) const;
   void refuse(Connection& connection, const RequestFault& fault);
   void linger(Connection& connection);
   void close(Connection& connection);
@@ -134,6 +141,8 @@ class ConnectionGate {
   bool accepting_ = true;
   Clock::time_point now_{}, next_check_{};
   std::uint64_t turns_ = 0;
+  int answered_here_ = 0, slow_here_ = 0;  ///< in this turn of the loop, of all connections
+  const unsigned processors_ = std::thread::hardware_concurrency();
 
   std::mutex mutex_;  ///< of the next three
   Connection* returned_ = nullptr;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <utility>
 
 #include "server/connection_gate.h"
 #include "server/exchange.h"
@@ -22,6 +23,12 @@ constexpr std::size_t kReceived = 16 << 10;
 constexpr std::uint64_t kFreeBody = 4 << 10;
 /// After so many that a client has sent in one go others have their turn.
 constexpr int kAnsweredHere = 16;
+/// The same for all clients together in one turn of the loop, and for what took the door longer
+/// than it usually does: it may also have been kept from the processor meanwhile.
+constexpr int kAnsweredInTurn = 64, kSlowInTurn = 4;
+constexpr std::chrono::microseconds kSlow{50};
+/// Who asks for more than it seems will do so again.
+constexpr int kNotTried = 64;
 
 /// Whether to try again: an end that was told together with the last bytes is told by no new edge.
 void note(Connection& connection, Received received) {
@@ -109,7 +116,7 @@ void ConnectionGate::admit(Connection& connection) {
   }
   const RequestHead& head = connection.head;
   if (!head.has_body()) {
-    if (answer_here(connection)) return;
+    if (answer_here(connection, 0)) return;
     return hand_over(connection, workers_for(connection, 0));
   }
   const std::uint64_t length = head.length.value_or(0);
@@ -135,15 +142,46 @@ bool ConnectionGate::advance_body(Connection& connection) {
     connection.pace.moved(connection.pending_input().size() - before, now_);
     connection.due = connection.pace.due();
   }
-  hand_over(connection, workers_for(connection, length));
+  const bool is_whole = connection.pending_input().size() >= length;
+  if (!is_whole || !answer_here(connection, length)) {
+    hand_over(connection, workers_for(connection, length));
+  }
   return true;
 }
 
-bool ConnectionGate::answer_here(Connection& connection) {
+bool ConnectionGate::has_time_for(Connection& connection) const {
+  if (connection.not_tried > 0) {
+    --connection.not_tried;
+    return false;
+  }
+  // It is one thread: where there are processors enough, idle workers answer beside it.
+  if (answered_here_ >= kAnsweredHere && processors_ > 2 && ready_workers_->has_idle())
+    return false;
+  return answered_here_ < kAnsweredInTurn && slow_here_ < kSlowInTurn;
+}
+
+bool ConnectionGate::answer_here(Connection& connection, std::size_t length) {
   if (!rules_.at_once || connection.answered_here >= kAnsweredHere) return false;
-  if (!rules_.at_once(connection.head)) return false;
-  ++connection.answered_here;
+  // What needs no body takes no time worth speaking of.
+  if (length > 0 && !has_time_for(connection)) return false;
+  if (!rules_.at_once(connection.head, connection.pending_input().substr(0, length))) return false;
+  const std::size_t taken = connection.taken;
+  const Clock::time_point begin = Clock::now();
+  connection.at_door = true;
   answer(connection);
+  connection.at_door = false;
+  if (Clock::now() - begin > kSlow) ++slow_here_;
+  if (std::exchange(connection.put_off, false)) {
+    connection.taken = taken;
+    connection.output.clear();
+    connection.broken = false;
+    connection.not_tried = kNotTried;
+    return false;
+  }
+  connection.take(0);
+  ++connection.answered_here;
+  ++answered_here_;
+  ++counts_.answered;
   if (connection.broken) {
     connection.output.clear();
     connection.sent = 0;

@@ -93,6 +93,7 @@ void ConnectionStream::collect_head(std::string_view head) {
 
 ssize_t ConnectionStream::write(const char* data, std::size_t size) {
   if (broken_) return -1;
+  if (silent_) return static_cast<ssize_t>(size);
   if (!head_lines_.empty()) {
     collect_head({data, size});
     return static_cast<ssize_t>(size);

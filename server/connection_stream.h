@@ -47,6 +47,8 @@ class ConnectionStream final : public httplib::Stream {
   /// Sends what goes without waiting; the rest is the door's. False when the connection is broken.
   bool finish();
   bool is_broken() const { return broken_; }
+  /// From now on nothing is written: somebody else will answer.
+  void fall_silent() { silent_ = true; }
 
  private:
   void collect_head(std::string_view head);
@@ -58,8 +60,8 @@ class ConnectionStream final : public httplib::Stream {
   const PaceLimits pace_limits_, hurry_limits_;
   Places& writers_;
   std::size_t read_at_ = 0;
-  bool broken_ = false;
   const RequestMemory* memory_ = nullptr;
+  bool broken_ = false, silent_ = false;
   std::string head_lines_;
 };
 

@@ -14,6 +14,12 @@ namespace sightline {
 
 Status Exchange::reserve(std::uint64_t bytes) const { return sightline::reserve(memory, bytes); }
 
+bool Exchange::is_for_worker() const {
+  // Together with its head it leaves in one piece.
+  constexpr std::size_t kShort = 8 << 10;
+  return at_door && (response.status != 200 || response.body.size() > kShort);
+}
+
 void Exchange::reply(int status, std::string content, std::string_view media_type) {
   response.status = status;
   response.body = std::move(content);

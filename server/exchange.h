@@ -16,6 +16,7 @@
 #include "proto/problem.h"
 #include "server/content_coding.h"
 #include "server/key_ring.h"
+#include "server/request_head.h"
 
 namespace sightline {
 
@@ -37,6 +38,16 @@ struct Exchange {
   QueryWork work = {};
   std::string problem_code = {};       ///< of the problem that it was answered with
   Coding accepts = Coding::kIdentity;  ///< of a stream of text
+  /// Tried on the thread of the door, which must not wait: whatever takes longer, and whatever is
+  /// no short answer of 200, is left to a worker, who begins anew.
+  bool at_door = false;
+  bool is_for_worker() const;
+  /// Whether the client asks for an answer of this type, and of no other.
+  bool wants(std::string_view media_type) const {
+    return head != nullptr && head->accept == media_type;
+  }
+  /// As the door has read it; null where there was none.
+  const RequestHead* head = nullptr;
   // Who asks.
   Access access = Access::kWrite;
   std::string_view key_name = {};

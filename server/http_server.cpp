@@ -39,6 +39,11 @@ struct CourseOf {
   bool operator()(const httplib::Response&) const { return course->keeps; }
 };
 
+void put_off(Course& course) {
+  course.connection.put_off = true;
+  course.stream.fall_silent();
+}
+
 Course* course_of(const httplib::Request& request) {
   const auto* found = request.response_handler.target<CourseOf>();
   return found == nullptr ? nullptr : found->course;
@@ -55,6 +60,8 @@ Exchange exchange_of(const httplib::Request& request, httplib::Response& respons
                     {}};
   exchange.access = course == nullptr ? Access::kOpen : course->connection.head.access;
   if (course != nullptr) {
+    exchange.at_door = course->connection.at_door;
+    exchange.head = &course->connection.head;
     exchange.key_name = course->connection.head.key_name;
     exchange.revoked = course->connection.head.revoked;
     exchange.accepts = course->connection.head.accepts;
@@ -146,12 +153,14 @@ HttpServer::HttpServer(const DoorLimits& limits, Dispatch dispatch, Thrown throw
   // Every request ends here, before the library's router, and before it would read a body.
   set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
     Exchange exchange = exchange_of(request, response);
-    const Course* course = course_of(request);
+    Course* const course = course_of(request);
     if (course != nullptr && gate_.rules().headers.is_preflight(course->connection.head)) {
       exchange.reply_empty(204);
     } else {
       dispatch_(exchange);
-      if (course != nullptr) {
+      if (exchange.is_for_worker()) {
+        put_off(*course);
+      } else if (course != nullptr) {
         compress(course->connection.head, response);
         course->memory.keep(response.body.size());
         course->stream.hurry_for(course->memory);
@@ -232,6 +241,7 @@ void HttpServer::answer(Connection& connection) {
         // the buffer.
         request.progress = [&](std::uint64_t, std::uint64_t) { return stream.flush(); };
       });
+  if (connection.put_off) return;
   const bool sent = stream.finish() && answered;
   // Of a stream that broke off half of the answer may be on its way: only the end says so.
   connection.broken = stream.is_broken();
@@ -242,6 +252,7 @@ void HttpServer::answer(Connection& connection) {
 void HttpServer::answer_thrown(const httplib::Request& request, httplib::Response& response,
                                std::exception_ptr exception) const {
   Exchange exchange = exchange_of(request, response);
+  if (exchange.at_door) return put_off(*course_of(request));
   std::string kind = "not a std::exception";
   bool out_of_memory = false;
   try {

@@ -198,11 +198,13 @@ std::string Metrics::text(const SceneStore& store, const NamedCounts& door,
                           std::size_t queued) const {
   std::vector<MetricFamily> families = state_->registry.Collect();
   add_store(store, families);
-  families.push_back(family("sightline_connections",
-                            "Connections: open now; and since the start accepted, closed to make "
-                            "room, too slow, gone while they were answered, refused for their "
-                            "framing, for want of a key that may, and for a full queue.",
-                            MetricType::Gauge, "what", as_values(door)));
+  families.push_back(
+      family("sightline_connections",
+             "Connections: open now; and since the start accepted, closed to make "
+             "room, too slow, gone while they were answered, refused for their "
+             "framing, for want of a key that may, and for a full queue; and requests "
+             "that the door has answered itself.",
+             MetricType::Gauge, "what", as_values(door)));
   families.push_back(family("sightline_queued_requests", "Requests that wait for a worker now.",
                             MetricType::Gauge, "", {{"", static_cast<double>(queued)}}));
   return prometheus::TextSerializer().Serialize(families);

@@ -17,6 +17,14 @@
 
 namespace sightline {
 
+bool RayRequest::is_for_worker() const {
+  constexpr std::size_t kFew = 8;
+  if (!exchange_.at_door) return false;
+  return query_.rays.size() > kFew || !query_.filter.keeps_all() || !query_.rays.mask.empty() ||
+         scene_->has_empty_mask() || query_.wants_explanation || query_.image ||
+         query_.fields.has_any_of(kAttributeFields);
+}
+
 bool RayRequest::read_query(const Decode& decode) {
   if (!scene_) scene_ = admit_query_of_scene(exchange_, service_);
   std::string body = std::move(begin_);
@@ -24,7 +32,7 @@ bool RayRequest::read_query(const Decode& decode) {
     return false;
   }
   timer_.restart();
-  if (!went_well(decode(body, query_))) return false;
+  if (!went_well(decode(body, query_)) || is_for_worker()) return false;
   // What was decoded into something else than rays has no more bytes than twice its text.
   const std::uint64_t decoded = 2 * body.size();
   forget_body(exchange_, body, std::max(decoded, query_.rays.size() * kRayBytes));
@@ -41,7 +49,8 @@ bool RayRequest::read_query(const Decode& decode) {
 
 bool RayRequest::streamed(RayQuestionKind kind) {
   // Faults of the type are answered by who reads it next.
-  const std::string type = exchange_.request.get_header_value("Content-Type");
+  if (!says_media_type(exchange_)) return false;
+  const std::string& type = *exchange_.head->content_type;
   const bool is_lines = type.starts_with(kLinesMediaType);
   if (!is_lines && !type.starts_with(kBinaryMediaType)) return false;
   if (!admit_rays_type(exchange_, true) || !admit_stream(exchange_)) return true;
@@ -59,6 +68,7 @@ bool RayRequest::streamed(RayQuestionKind kind) {
     return true;
   }
   if (!is_lines && !is_stream(begin_)) return !admit_body(exchange_, service_.limits.query_bytes);
+  if (exchange_.at_door) return true;
   RayStream::reply(exchange_, service_, scene_, kind,
                    is_lines ? RayStream::Form::kLines : RayStream::Form::kFrames,
                    std::move(begin_));
@@ -84,12 +94,12 @@ bool RayRequest::read(RayJsonRules rules) {
 
 /// Of a query that came as JSON and may want its answer as bytes.
 Status RayRequest::choose_bytes(RayQuery& query, FieldSet default_fields) const {
-  if (exchange_.request.get_header_value("Accept") == kBinaryMediaType) {
+  if (exchange_.wants(kBinaryMediaType)) {
     query.layout = AnswerLayout::kBinary;
   }
   if (query.image) {
     query.layout = AnswerLayout::kImage;
-    query.image->floats = exchange_.request.get_header_value("Accept") == kFloatMapMediaType;
+    query.image->floats = exchange_.wants(kFloatMapMediaType);
     query.fields = query.image->fields();
     return success();
   }

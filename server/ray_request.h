@@ -43,7 +43,9 @@ class RayRequest {
   const Scene& scene() const { return *scene_; }
   const RayQuery& query() const { return query_; }
   const Deadline& deadline() const { return deadline_; }
-  RayOptions options() { return {kept_ ? &*kept_ : nullptr, &timer_.report.work}; }
+  RayOptions options() {
+    return {kept_ ? &*kept_ : nullptr, &timer_.report.work, !exchange_.at_door};
+  }
   WorkTimer& timer() { return timer_; }
   bool is_binary() const { return query_.layout == AnswerLayout::kBinary; }
   /// The bad rays, where they are to be marked; else null.
@@ -62,6 +64,8 @@ class RayRequest {
 
  private:
   bool read_query(const Decode& decode);
+  /// At the door only what needs no walk over the scene and no file. Precondition: it is decoded.
+  bool is_for_worker() const;
   Status choose_bytes(RayQuery& query, FieldSet default_fields) const;
 
   Exchange& exchange_;

@@ -1,7 +1,6 @@
 #include "server/request_body.h"
 
 #include <algorithm>
-#include <charconv>
 #include <optional>
 
 #include "proto/hit_lines.h"
@@ -16,16 +15,6 @@ namespace {
 constexpr std::uint64_t kWorkPerByte = 8;
 constexpr std::uint64_t kShortBody = 64 << 10;
 
-bool is_chunked(const httplib::Request& request) { return request.has_header("Transfer-Encoding"); }
-
-std::optional<std::uint64_t> content_length(const httplib::Request& request) {
-  const std::string text = request.get_header_value("Content-Length");
-  std::uint64_t length = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), length);
-  if (text.empty() || error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return length;
-}
-
 void reply_too_large(Exchange& exchange, std::uint64_t limit) {
   exchange.reply_problem(413, "BODY_TOO_LARGE",
                          "the body may have " + std::to_string(limit) + " bytes");
@@ -34,18 +23,18 @@ void reply_too_large(Exchange& exchange, std::uint64_t limit) {
 }  // namespace
 
 std::optional<std::uint64_t> body_length(const Exchange& exchange) {
-  return content_length(exchange.request);
+  return exchange.head == nullptr ? std::nullopt : exchange.head->length;
 }
 
 bool admit_stream(Exchange& exchange) {
-  const auto coding = find_coding(exchange.request.get_header_value("Content-Encoding"));
-  if (!coding || exchange.request.get_header_value_count("Content-Encoding") > 1) {
+  const auto coding = exchange.head == nullptr ? Coding::kIdentity : exchange.head->coding;
+  if (!coding) {
     exchange.response.set_header("Accept-Encoding", "gzip, zstd");
     exchange.reply_problem(415, "ENCODING_UNSUPPORTED",
                            "send the body in gzip, in zstd, or without Content-Encoding");
     return false;
   }
-  if (!is_chunked(exchange.request) && !content_length(exchange.request)) {
+  if ((exchange.head == nullptr || !exchange.head->chunked) && !body_length(exchange)) {
     exchange.reply_problem(411, "LENGTH_REQUIRED", "send Content-Length, or a chunked body");
     return false;
   }
@@ -55,7 +44,7 @@ bool admit_stream(Exchange& exchange) {
 
 bool admit_body(Exchange& exchange, std::uint64_t limit) {
   if (!admit_stream(exchange)) return false;
-  if (content_length(exchange.request).value_or(0) <= limit) return true;
+  if (body_length(exchange).value_or(0) <= limit) return true;
   reply_too_large(exchange, limit);
   return false;
 }
@@ -64,7 +53,8 @@ namespace {
 
 /// The media type without its parameters, in lower case.
 std::string media_type(const Exchange& exchange) {
-  std::string type = exchange.request.get_header_value("Content-Type");
+  if (!says_media_type(exchange)) return {};
+  std::string type = *exchange.head->content_type;
   type.resize(std::min(type.find(';'), type.size()));
   while (!type.empty() && type.back() == ' ') type.pop_back();
   std::transform(type.begin(), type.end(), type.begin(), [](char c) {
@@ -75,9 +65,13 @@ std::string media_type(const Exchange& exchange) {
 
 }  // namespace
 
+bool says_media_type(const Exchange& exchange) {
+  return exchange.head != nullptr && exchange.head->content_type;
+}
+
 bool admit_media_type(Exchange& exchange, std::initializer_list<std::string_view> accepted,
                       std::initializer_list<std::string_view> tolerated) {
-  if (!exchange.request.has_header("Content-Type")) return true;
+  if (!says_media_type(exchange)) return true;
   const std::string type = media_type(exchange);
   std::string list;
   for (const std::string_view each : accepted) {
@@ -123,51 +117,72 @@ void reply_body_fault(Exchange& exchange) {
   exchange.reply_problem(error.kind == ErrorKind::kDeadline ? 408 : 400, error.code, error.message);
 }
 
+namespace {
+
+/// Whether bytes of a body are taken: fewer than the limit together, and what `admit` says.
+class BodyLimit {
+ public:
+  BodyLimit(Exchange& exchange, std::uint64_t limit) : exchange_(exchange), limit_(limit) {}
+
+  template <class Admit>
+  bool take(std::size_t bytes, const Admit& admit) {
+    size_ += bytes;
+    too_large_ = size_ > limit_;
+    if (too_large_) return false;
+    Status status = admit();
+    if (!status) refused_ = std::move(status).error();
+    return !refused_;
+  }
+  /// Answers a body that did not come to its end.
+  void reply() {
+    if (too_large_) {
+      reply_too_large(exchange_, limit_);
+    } else if (refused_) {
+      exchange_.reply_error(*refused_);
+    } else {
+      reply_body_fault(exchange_);
+    }
+  }
+
+ private:
+  Exchange& exchange_;
+  const std::uint64_t limit_;
+  std::uint64_t size_ = 0;
+  bool too_large_ = false;
+  std::optional<Error> refused_;
+};
+
+}  // namespace
+
 bool read_body(Exchange& exchange, std::uint64_t limit,
                const std::function<Status(std::span<const char>)>& sink) {
-  std::uint64_t size = 0;
-  bool too_large = false;
-  std::optional<Error> refused;
+  BodyLimit body(exchange, limit);
   const auto receive = [&](std::span<const char> piece) {
-    size += piece.size();
-    too_large = size > limit;
-    if (too_large) return false;
-    Status status = sink(piece);
-    if (!status) refused = std::move(status).error();
-    return !refused;
+    return body.take(piece.size(), [&] { return sink(piece); });
   };
   if (exchange.body != nullptr && exchange.body->read(receive)) return true;
-  if (too_large) {
-    reply_too_large(exchange, limit);
-  } else if (refused) {
-    exchange.reply_error(*refused);
-  } else {
-    reply_body_fault(exchange);
-  }
+  body.reply();
   return false;
 }
 
 bool read_body(Exchange& exchange, std::uint64_t limit, std::size_t spare, std::string& text) {
-  const auto length = content_length(exchange.request);
-  // Room for what was promised, but no more than 1 MiB before it has come.
-  if (length) text.reserve(std::min<std::uint64_t>(*length, 1u << 20) + spare);
+  const auto length = body_length(exchange);
+  // Room for what was promised, but no more than 2 MiB before it has come.
+  if (length) text.reserve(std::min<std::uint64_t>(*length, 2u << 20) + spare);
   // Short ones are few bytes for each worker.
   const bool is_short =
       length && *length <= kShortBody && (exchange.body == nullptr || !exchange.body->decodes());
   RequestMemory* const memory = is_short ? nullptr : exchange.memory;
-  if (text.size() > limit) {
-    reply_too_large(exchange, limit);
+  BodyLimit body(exchange, limit);
+  const auto admit = [&](std::size_t bytes) {
+    return body.take(bytes,
+                     [&] { return memory == nullptr ? success() : memory->body.grow(bytes); });
+  };
+  if (!body.take(text.size(), success) || exchange.body == nullptr ||
+      !exchange.body->read_all(text, admit)) {
+    body.reply();
     return false;
   }
-  const bool good =
-      read_body(exchange, limit - text.size(), [&](std::span<const char> piece) -> Status {
-        if (memory != nullptr) {
-          if (Status status = memory->body.grow(piece.size()); !status) return status;
-        }
-        text.append(piece.data(), piece.size());
-        return success();
-      });
-  if (!good) return false;
   Status status = reserve_decoding(exchange.memory, text);
   if (!status) exchange.reply_error(status.error());
   return status.ok();

@@ -25,6 +25,9 @@ bool admit_body(Exchange& exchange, std::uint64_t limit);
 /// The same for a body of any length that is answered while it comes.
 bool admit_stream(Exchange& exchange);
 
+/// Whether there is a Content-Type.
+bool says_media_type(const Exchange& exchange);
+
 /// 415 MEDIA_TYPE_UNSUPPORTED unless Content-Type is one of `accepted` (parameters are ignored), is
 /// left out, or is one of `tolerated`, which the answer does not advertise. Returns false after it
 /// has answered.

@@ -61,17 +61,19 @@ struct RequestHead {
   bool expects_continue = false;       ///< it sends its body only after a 100
   std::string request_id;              ///< as it was sent: not checked
   Coding accepts = Coding::kIdentity;  ///< for the answer
-  bool compressed = false;             ///< the body is
-  std::string authorization;           ///< the same; empty also where there is more than one
+  std::optional<Coding> coding = Coding::kIdentity;  ///< of the body; none: one that nobody knows
+  std::optional<std::string> content_type;           ///< as it was sent, of two the first
+  std::string accept;                                ///< the same
+  std::string authorization;     ///< the same; empty also where there is more than one
   std::string origin;            ///< of the page that asks; "null" where there is more than one
   bool asks_for_method = false;  ///< whether there is an Access-Control-Request-Method
   // Who asks, by AccessRules.
   Access access = Access::kOpen;
   std::string key_name;
   std::shared_ptr<const CancelFlag> revoked;  ///< set when the key is one no more; null without
-  /// The same request for a reader that trusts: one spelling of everything above, without what is
-  /// decided here already (Range, Accept-Encoding, Expect, Connection) and without keys. A method
-  /// that HTTP does not know stands there as PATCH.
+  /// The same request for a reader that trusts: the first line in one spelling, and of the fields
+  /// only those that it has to look at itself (If-Match, If-None-Match). A method that HTTP does
+  /// not know stands there as PATCH.
   std::string text;
 
   bool has_body() const { return chunked || length.value_or(0) > 0; }

@@ -27,4 +27,14 @@ bool asks_for_little(const RequestHead& head, std::string_view body) {
   return !contains(body, "generator") && !contains(body, "\\");
 }
 
+bool fits_the_door(const RequestHead& head, std::string_view body) {
+  // Also while all workers have their hands full.
+  if (head.target == "/healthz") return body.empty();
+  if (head.method != "POST" || head.coding != Coding::kIdentity || !asks_for_little(head, body))
+    return false;
+  constexpr std::array<std::string_view, 3> kQuestions{"/rays:closest", "/rays:any", "/rays:count"};
+  return std::any_of(kQuestions.begin(), kQuestions.end(),
+                     [&](std::string_view question) { return head.target.ends_with(question); });
+}
+
 }  // namespace sightline

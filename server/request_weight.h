@@ -11,4 +11,8 @@ namespace sightline {
 /// `body`: all of it, if the door has it; a longer one is never little.
 bool asks_for_little(const RequestHead& head, std::string_view body);
 
+/// Whether to try it on the thread of the door: what takes no longer than to hand it over. The same
+/// kind of guess; of what asks for little.
+bool fits_the_door(const RequestHead& head, std::string_view body);
+
 }  // namespace sightline

@@ -56,7 +56,7 @@ void patch_node(Exchange& exchange, Service& service) {
   constexpr std::uint64_t kMostBytes = 64 << 10;
   if (!QueryParameters::read(exchange, {})) return;
   // A page of another site cannot send this without being allowed to.
-  if (!exchange.request.has_header("Content-Type")) {
+  if (!says_media_type(exchange)) {
     return exchange.reply_problem(415, "MEDIA_TYPE_UNSUPPORTED",
                                   "send Content-Type: application/json");
   }

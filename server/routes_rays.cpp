@@ -24,7 +24,7 @@ void generate(Exchange& exchange, const Service& service) {
       !read_body(exchange, service.limits.query_bytes, kRayJsonPadding, body)) {
     return;
   }
-  const bool is_binary = exchange.request.get_header_value("Accept") == kBinaryMediaType;
+  const bool is_binary = exchange.wants(kBinaryMediaType);
   const std::uint64_t encoded_bytes = is_binary ? kRayBytes : 8 * kNumberBytes;
   const auto query =
       decode_rays(body, {.max_rays = service.limits.rays,

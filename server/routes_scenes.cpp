@@ -100,7 +100,7 @@ void post_scene(Exchange& exchange, Service& service) {
   SceneParameters parameters;
   // This changes something and makes the server ask others: so, other than for queries, no type
   // that a page of another site could send without being allowed to.
-  if (!exchange.request.has_header("Content-Type")) {
+  if (!says_media_type(exchange)) {
     return exchange.reply_problem(415, "MEDIA_TYPE_UNSUPPORTED",
                                   "send Content-Type: application/json");
   }

@@ -13,6 +13,7 @@
 #include "server/progress_bar.h"
 #include "server/reload.h"
 #include "server/request_log.h"
+#include "server/request_weight.h"
 #include "server/routes.h"
 #include "server/scene_source.h"
 #include "server/signals.h"
@@ -88,13 +89,13 @@ void answer(const Router& router, Service& service, Exchange& exchange) {
   try {
     router.dispatch(exchange);
   } catch (const std::bad_alloc&) {
-    note(507);
+    if (!exchange.at_door) note(507);
     throw;
   } catch (...) {
-    note(500);
+    if (!exchange.at_door) note(500);
     throw;
   }
-  note(exchange.response.status);
+  if (!exchange.is_for_worker()) note(exchange.response.status);
 }
 
 NamedCounts door_counts(const DoorCounts& counts) {
@@ -105,7 +106,8 @@ NamedCounts door_counts(const DoorCounts& counts) {
           {"gone", counts.gone},
           {"refused", counts.refused},
           {"locked_out", counts.locked_out},
-          {"queue_full", counts.overload}};
+          {"queue_full", counts.overload},
+          {"answered_at_door", counts.answered}};
 }
 
 /// The next signal but SIGHUP, wake(), or the end of `timeout`.
@@ -157,7 +159,9 @@ int run_serve(const ServeCommand& asked, std::ostream& out, std::ostream& compla
   if (!command.keys.empty()) {
     if (Status taken = take_keys(command.keys, access, log); !taken) return complain(taken.error());
   }
-  auto engine = Engine::create({.threads = command.threads, .kernel = command.kernel});
+  std::atomic<bool> hurry{false};
+  auto engine =
+      Engine::create({.threads = command.threads, .kernel = command.kernel, .hurry = &hurry});
   if (!engine) return complain(engine.error());
   StoreOptions options;
   options.folder = command.data;
@@ -210,8 +214,7 @@ int run_serve(const ServeCommand& asked, std::ostream& out, std::ostream& compla
         }
         return fault;
       },
-      // Also while all workers have their hands full.
-      [](const RequestHead& head) { return head.target == "/healthz"; },
+      fits_the_door, &hurry,
       [&](const RequestHead& head, const RequestFault& fault, const std::string& id) {
         note_refusal(service, head, fault, id);
       }};

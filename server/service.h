@@ -1,6 +1,7 @@
 #pragma once
 /// What the routes share: made by serve, handed down, never global.
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdint>
@@ -61,9 +62,11 @@ struct Service {
   std::function<std::size_t()> queued = [] { return std::size_t{0}; };
 
   Deadline deadline() const { return Deadline::in(limits.request.get(), &cancelled); }
-  /// Passed also when nobody waits for this answer any more.
+  /// Passed also when nobody waits for this answer any more, and at the door soon.
   Deadline deadline(const Exchange& exchange) const {
+    constexpr std::chrono::microseconds kAtDoor{300};
     Deadline deadline = this->deadline();
+    if (exchange.at_door) deadline.at = std::min(deadline.at, Deadline::Clock::now() + kAtDoor);
     deadline.caller = exchange.caller;
     return deadline;
   }

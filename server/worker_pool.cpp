@@ -50,6 +50,11 @@ std::size_t WorkerPool::queued() const {
   return queued_;
 }
 
+bool WorkerPool::has_idle() const {
+  const std::lock_guard hold(mutex_);
+  return queued_ < sleeping_;
+}
+
 void WorkerPool::run() {
   priority_ == Priority::kLower ? lower_priority() : ask_for_short_turns();
   // The first allocation of a thread may take the addresses of a whole heap (64 MiB in glibc):

@@ -81,7 +81,9 @@ TEST(HttpServer, answers_at_the_door_while_every_worker_is_busy) {
   const std::shared_future<void> gone_on = go_on.get_future().share();
   std::atomic<int> begun{0};
   DoorRules rules;
-  rules.at_once = [](const RequestHead& head) { return head.target == "/at-once"; };
+  rules.at_once = [](const RequestHead& head, std::string_view) {
+    return head.target == "/at-once";
+  };
   Running server(
       [&](Exchange& exchange) {
         if (exchange.request.path == "/slow") {

@@ -130,15 +130,33 @@ TEST(RequestHead, takes_none_of_two_request_ids) {
   EXPECT_EQ(head.request_id, "");
 }
 
+TEST(RequestHead, keeps_what_a_body_is_and_what_is_wanted) {
+  RequestHead head;
+  EXPECT_EQ(
+      fault_of(kLine + kHost + "content-type: A/b\r\nContent-Type: c\r\nACCEPT: d\r\n\r\n", head),
+      "");
+  EXPECT_EQ(head.content_type, "A/b");
+  EXPECT_EQ(head.accept, "d");
+  EXPECT_EQ(head.coding, Coding::kIdentity);
+  EXPECT_EQ(fault_of(kLine + kHost + "Content-Encoding: gzip\r\n\r\n", head), "");
+  EXPECT_EQ(head.coding, Coding::kGzip);
+  EXPECT_EQ(head.content_type, std::nullopt);
+  for (const char* codings : {"Content-Encoding: br\r\n\r\n",
+                              "Content-Encoding: gzip\r\nContent-Encoding: gzip\r\n\r\n"}) {
+    EXPECT_EQ(fault_of(kLine + kHost + codings, head), "");
+    EXPECT_EQ(head.coding, std::nullopt);
+  }
+}
+
 TEST(RequestHead, hides_what_is_decided_at_the_door) {
   RequestHead head;
   EXPECT_EQ(
       fault_of("BREW http://other/a?b HTTP/1.1\r\nHost: x\r\nRange: bytes=x\r\nExpect: "
                "100-Continue\r\nConnection: foo, Close\r\nAccept-Encoding: gzip\r\nREMOTE_ADDR: "
-               "1.1.1.1\r\nA: b\r\n\r\n",
+               "1.1.1.1\r\nIf-Match: b\r\n\r\n",
                head),
       "");
-  EXPECT_EQ(head.text, "PATCH /a?b HTTP/1.1\r\nHost: x\r\nA: b\r\nConnection: close\r\n\r\n");
+  EXPECT_EQ(head.text, "PATCH /a?b HTTP/1.1\r\nIf-Match: b\r\nConnection: close\r\n\r\n");
   EXPECT_EQ(head.method, "BREW");
   EXPECT_TRUE(head.close && head.expects_continue);
   EXPECT_EQ(fault_of(kLine + kHost + "Authorization: Bearer a\r\nX-Request-Id: b\r\n\r\n", head),
