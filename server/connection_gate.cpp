@@ -3,6 +3,7 @@
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
+#include <poll.h>
 #include <sys/epoll.h>
 #include <sys/eventfd.h>
 #include <sys/socket.h>
@@ -230,8 +231,11 @@ void ConnectionGate::accept_all(int listener) {
     }
     if (errno == EINTR || errno == ECONNABORTED) continue;
     if (errno == EAGAIN || errno == EWOULDBLOCK) return;
-    // Descriptors or memory have run out. Without room it is tried again later: the listener stays
-    // readable, and asking it would be all that this thread does.
+    // Descriptors or memory have run out, which is told also where nobody waits to be accepted.
+    pollfd waiting{listener, POLLIN, 0};
+    if (::poll(&waiting, 1, 0) == 0) return;
+    // Without room it is tried again later: the listener stays readable, and asking it would be all
+    // that this thread does.
     if (make_room(nullptr)) continue;
     ::epoll_ctl(epoll_, EPOLL_CTL_DEL, listener, nullptr);
     accepting_ = false;

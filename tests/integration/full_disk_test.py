@@ -1,7 +1,9 @@
 """Disks that are full, or fail: what is refused leaves nothing behind, and what was acknowledged stays."""
 
 import http.client
+import os
 import resource
+import signal
 import subprocess
 import tempfile
 import time
@@ -136,6 +138,22 @@ class FullDisk(OnDisk):
         resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE, (1024, 4096))
         self.assertEqual(server.put("new", grid_glb(4, 5)).status, 201)
         self.check_folder(server)
+
+    def test_running_out_of_descriptors_ends_no_connection_where_nobody_waits(self):
+        server = self.server()
+        connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=PATIENCE)
+        self.addCleanup(connection.close)
+        server.process.send_signal(signal.SIGSTOP)
+        connection.request("GET", "/healthz")
+        taken = {int(name) for name in os.listdir(f"/proc/{server.process.pid}/fd")}
+        free = min(set(range(len(taken) + 1)) - taken)
+        resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE, (free + 1, 4096))
+        server.process.send_signal(signal.SIGCONT)
+        for _ in range(3):
+            answer = connection.getresponse()
+            answer.read()
+            self.assertEqual(answer.status, 200)
+            connection.request("GET", "/healthz")
 
     def test_small_scenes_take_no_mappings(self):
         server = self.server("--skip", "none")
