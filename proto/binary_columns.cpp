@@ -20,10 +20,9 @@ T read_at(std::string_view body, std::size_t at) {
   return value;
 }
 
-template <class Number>
-void read_numbers(std::string_view body, std::size_t at, Column<double>& column) {
+void widen_numbers(std::string_view body, std::size_t at, Column<double>& column) {
   for (std::size_t i = 0; i < column.size(); ++i) {
-    column[i] = static_cast<double>(read_at<Number>(body, at + i * sizeof(Number)));
+    column[i] = static_cast<double>(read_at<float>(body, at + i * sizeof(float)));
   }
 }
 
@@ -78,9 +77,10 @@ void read_column(std::string_view body, const BinaryHeader& header, std::size_t 
                  Column<double>& column) {
   const std::size_t at = header.columns_at() + which * header.rows * header.number_bytes();
   if ((header.flags & BinaryHeader::kFloat64) != 0) {
-    read_numbers<double>(body, at, column);
+    if (!column.empty())
+      std::memcpy(column.data(), body.data() + at, column.size() * sizeof(double));
   } else {
-    read_numbers<float>(body, at, column);
+    widen_numbers(body, at, column);
   }
 }
 

@@ -1,5 +1,6 @@
 #include "core/query/ray_batch.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -89,10 +90,30 @@ RayFault fault_of(const Ray& ray) {
   return {};
 }
 
+/// Whether fault_of would find nothing, without a branch for each ray.
+bool all_good(const RayBatch& rays, std::size_t begin, std::size_t end) {
+  bool good = true;
+  for (std::size_t i = begin; i < end; ++i) {
+    const Ray ray = rays[i];
+    const Vec3d& o = ray.origin;
+    const Vec3d& d = ray.direction;
+    // Of finite numbers each difference is 0, of others it is not a number.
+    const double nothing =
+        ((o.x - o.x) + (o.y - o.y) + (o.z - o.z)) + ((d.x - d.x) + (d.y - d.y) + (d.z - d.z));
+    const double size = std::fabs(d.x) + std::fabs(d.y) + std::fabs(d.z);
+    good = good & (nothing == 0) & (size > 0) & (ray.tmin <= ray.tmax);
+  }
+  return good;
+}
+
 }  // namespace
 
 bool check_rays(const RayBatch& rays, RayFault& fault) {
-  for (std::size_t i = 0; i < rays.size(); ++i) {
+  constexpr std::size_t kTogether = 256;
+  std::size_t begin = 0;
+  while (begin < rays.size() && all_good(rays, begin, std::min(rays.size(), begin + kTogether)))
+    begin += kTogether;
+  for (std::size_t i = begin; i < rays.size(); ++i) {
     RayFault found = fault_of(rays[i]);
     if (*found.code == '\0') continue;
     found.ray = i;
