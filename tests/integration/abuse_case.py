@@ -142,19 +142,19 @@ def trickle(connections, seconds, byte=b"x"):
     return left
 
 
-def sip(connections, seconds):
-    """Takes 16 bytes per 100 ms from each until all are ended or time is over. Returns those that are not."""
+def sip(connections, seconds, size=16, pause=0.1):
+    """Takes `size` bytes per `pause` seconds from each until all are ended or time is over. Returns those that are not."""
     end = time.monotonic() + seconds
     left = list(connections)
     while left and time.monotonic() < end:
         for connection in list(left):
             try:
                 connection.setblocking(False)
-                if not connection.recv(16):
+                if not connection.recv(size):
                     left.remove(connection)
             except BlockingIOError:
                 pass
             except ConnectionError:
                 left.remove(connection)
-        select.select([], [], [], 0.1)
+        select.select([], [], [], pause)
     return left

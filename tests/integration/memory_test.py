@@ -11,6 +11,7 @@ import time
 import unittest
 
 import case_report
+from abuse_case import sip
 from process_status import is_sanitized, status_bytes
 from sightline_server import JSON_TYPE, PATIENCE, Server, demo_glb, read_answer
 
@@ -250,24 +251,10 @@ class Budget(unittest.TestCase):
                                b"Content-Length: %d\r\n\r\n" % len(body) + body)
             return connection
 
-        def sip(connections, seconds):
-            """15 kB a second of each, which is more than --min-rate; those that have not ended."""
-            end = time.monotonic() + seconds
-            while connections and time.monotonic() < end:
-                for connection in list(connections):
-                    try:
-                        connection.setblocking(False)
-                        if not connection.recv(3000):
-                            connections.remove(connection)
-                    except BlockingIOError:
-                        pass
-                    except ConnectionError:
-                        connections.remove(connection)
-                time.sleep(0.2)
-            return connections
-
+        # 15 kB a second of each, which is more than --min-rate.
+        pace = {"size": 3000, "pause": 0.2}
         held = [ask() for _ in range(10)]
-        sip(list(held), 5)
+        sip(held, 5, **pace)
         peak = self.peak_above(server, before)
         print(f"ten slow readers: at most {peak / MIB:.1f} MiB above {before / MIB:.0f}")
         self.assertLess(peak, 128 * MIB)
@@ -276,11 +263,11 @@ class Budget(unittest.TestCase):
         # Whose answer nobody waits for may go on being slow; who keeps another from its turn is broken off.
         slow = ask()
         self.assertEqual(slow.recv(12), b"HTTP/1.1 200")
-        self.assertEqual(sip([slow], 2), [slow])
+        self.assertEqual(sip([slow], 2, **pace), [slow])
         done = []
         other = threading.Thread(target=lambda: done.append(server.ask("/v1/rays:generate", "-H", JSON_TYPE, body=body)))
         other.start()
-        self.assertEqual(sip([slow], PATIENCE), [])
+        self.assertEqual(sip([slow], PATIENCE, **pace), [])
         other.join()
         self.assertEqual(done[0].status, 200, done[0].body[:300])
 

@@ -293,6 +293,15 @@ TEST(Kernel, answers_neighbouring_rays_together_as_each_alone) {
   }
 }
 
+/// The mesh as it is, once.
+Result<std::shared_ptr<const Scene>> scene_of(std::shared_ptr<const Mesh> mesh) {
+  SceneDescription description;
+  description.meshes.push_back(std::move(mesh));
+  description.nodes.push_back({});
+  description.instances.push_back({});
+  return Scene::build(std::move(description));
+}
+
 TEST(Kernel, details_that_underflow_are_not_taken_for_zero) {
   // The weight of corner 1 is y, and every product on the way to it underflows.
   auto mesh = std::make_shared<Mesh>();
@@ -300,11 +309,7 @@ TEST(Kernel, details_that_underflow_are_not_taken_for_zero) {
                      {2, 1, 0},     {2, 1.25f, 0},     {2, 1, 0.25f}};
   mesh->indices = {0, 1, 2, 3, 4, 5};
   mesh->primitives.push_back({0, 2, 0, 0xffffffffu});
-  SceneDescription description;
-  description.meshes.push_back(mesh);
-  description.nodes.push_back({});
-  description.instances.push_back({});
-  const auto scene = Scene::build(std::move(description));
+  const auto scene = scene_of(mesh);
   ASSERT_TRUE(scene.ok());
   RayBatch rays;
   rays.push_back({{0, 1, 0.0625}, {0.125, 0x1p-1074, 0}, 0, kInf});
@@ -362,11 +367,7 @@ TEST(Kernel, gives_up_in_the_middle_of_a_ray_when_its_time_is_over) {
     for (std::uint32_t k = 0; k < 3; ++k) mesh->indices.own().push_back(3 * i + k);
   }
   mesh->primitives.push_back({0, kCount, 0, 0xffffffffu});
-  SceneDescription description;
-  description.meshes.push_back(mesh);
-  description.nodes.push_back({});
-  description.instances.push_back({});
-  const auto scene = Scene::build(std::move(description));
+  const auto scene = scene_of(mesh);
   ASSERT_TRUE(scene.ok());
   RayBatch rays;
   for (int i = 0; i < 300; ++i) rays.push_back({{0.25, 0.25, -1}, {0, 0, 1}});
