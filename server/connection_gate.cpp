@@ -16,6 +16,7 @@
 #include <new>
 #include <utility>
 
+#include "server/heap.h"
 #include "server/short_turns.h"
 
 namespace sightline {
@@ -146,6 +147,8 @@ void ConnectionGate::run(int listener) {
   start(bulk_workers_, WorkerPool::Priority::kLower);
   start(body_workers_, WorkerPool::Priority::kLower);
   ask_for_short_turns();
+  ask_to_go_first();
+  const KeptBlocks kept;
   watch(epoll_, listener, EPOLLIN);
   bool stopped = false;
   std::array<epoll_event, 256> events;

@@ -3,12 +3,41 @@
 #include <malloc.h>
 
 #include <algorithm>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <new>
+#include <utility>
 
+// Sanitizers have a heap of their own.
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+
+namespace {
+
+thread_local constinit sightline::KeptBlocks* kept_blocks = nullptr;
+
+}  // namespace
+
+void* operator new(std::size_t size) {
+  if (kept_blocks != nullptr) {
+    if (void* const kept = kept_blocks->take(size)) return kept;
+    size = sightline::KeptBlocks::rounded(size);
+  }
+  for (;;) {
+    if (void* const block = std::malloc(std::max<std::size_t>(size, 1))) return block;
+    const std::new_handler handler = std::get_new_handler();
+    if (handler == nullptr) throw std::bad_alloc();
+    handler();
+  }
+}
+
+void operator delete(void* block) noexcept {
+  if (kept_blocks != nullptr && block != nullptr && kept_blocks->keep(block)) return;
+  std::free(block);
+}
+
+void operator delete(void* block, std::size_t) noexcept { ::operator delete(block); }
 
 // Aligned storage is cut from ordinary blocks: of short ones every thread keeps some for itself,
 // while for aligned ones glibc takes a lock, which a thread that has lost its processor may hold
@@ -39,6 +68,46 @@ void operator delete(void* pointer, std::size_t, std::align_val_t alignment) noe
 #endif
 
 namespace sightline {
+
+KeptBlocks::KeptBlocks() {
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  if (kept_blocks == nullptr) kept_blocks = this;
+#endif
+}
+
+KeptBlocks::~KeptBlocks() {
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  if (kept_blocks == this) kept_blocks = nullptr;
+#endif
+  for (Shelf& shelf : shelves_) {
+    while (shelf.first != nullptr) std::free(std::exchange(shelf.first, shelf.first->next));
+  }
+}
+
+std::size_t KeptBlocks::rounded(std::size_t size) noexcept {
+  return size > std::size_t{1} << kMost ? size
+                                        : std::bit_ceil(std::max(size, std::size_t{1} << kLeast));
+}
+
+void* KeptBlocks::take(std::size_t size) noexcept {
+  if (size > std::size_t{1} << kMost) return nullptr;
+  Shelf& shelf = shelves_[static_cast<std::size_t>(std::countr_zero(rounded(size))) - kLeast];
+  if (shelf.first == nullptr) return nullptr;
+  --shelf.count;
+  return std::exchange(shelf.first, shelf.first->next);
+}
+
+bool KeptBlocks::keep(void* block) noexcept {
+  constexpr std::size_t kShelfBytes = std::size_t{1} << kMost, kFew = 2, kMany = 64;
+  const std::size_t size = ::malloc_usable_size(block);
+  if (size < std::size_t{1} << kLeast || size >= std::size_t{2} << kMost) return false;
+  const auto bits = static_cast<std::size_t>(std::bit_width(size)) - 1;
+  Shelf& shelf = shelves_[bits - kLeast];
+  if (shelf.count >= std::clamp(kShelfBytes >> bits, kFew, kMany)) return false;
+  shelf.first = ::new (block) Block{shelf.first};
+  ++shelf.count;
+  return true;
+}
 
 void bound_heaps() {
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)

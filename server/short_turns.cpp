@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cstdint>
+#include <thread>
 
 namespace sightline {
 
@@ -23,6 +24,15 @@ void ask_for_short_turns() {
   if (attributes.policy != SCHED_OTHER) return;
   attributes.runtime = kShortest;
   (void)::syscall(SYS_sched_setattr, 0, &attributes, 0);
+#endif
+}
+
+void ask_to_go_first() {
+#if defined(SCHED_RESET_ON_FORK)
+  if (std::thread::hardware_concurrency() < 2) return;
+  sched_param lowest{};
+  lowest.sched_priority = ::sched_get_priority_min(SCHED_RR);
+  (void)::sched_setscheduler(0, SCHED_RR | SCHED_RESET_ON_FORK, &lowest);
 #endif
 }
 

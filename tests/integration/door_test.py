@@ -1,6 +1,7 @@
 """Small questions are answered at the door, and by a worker where that does not go: with the same bytes."""
 
 import json
+import os
 import random
 import re
 import struct
@@ -110,6 +111,25 @@ class Door(unittest.TestCase):
         self.assertEqual({status: self.counted(name) - before[status] for status, name in series.items()}, {200: 2, 422: 1})
         self.assertEqual(self.counted(b"sightline_rays_total") - rays, 3)
         self.assertEqual(self.server.log_text().count("rays:any") - lines, 3)
+
+    def test_the_door_goes_first_and_nobody_else(self):
+        def may_go_first():
+            try:
+                os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))
+            except PermissionError:
+                os._exit(1)
+            os._exit(0)
+
+        probe = os.fork()
+        if probe == 0:
+            may_go_first()
+        expected = os.SCHED_RR if os.waitpid(probe, 0)[1] == 0 and os.cpu_count() > 1 else os.SCHED_OTHER
+        pid = self.server.process.pid
+        policy = lambda thread: os.sched_getscheduler(thread) & ~os.SCHED_RESET_ON_FORK
+        self.assertEqual(policy(pid), expected)
+        others = {int(thread) for thread in os.listdir(f"/proc/{pid}/task")} - {pid}
+        self.assertGreater(len(others), 8)
+        self.assertEqual({policy(thread) for thread in others}, {os.SCHED_OTHER})
 
     def test_a_connection_goes_on_after_either_way(self):
         plain, filtered = b'{"rays":[{"origin":[1,60,2],"direction":[0,-1,0]}]}', b'{"rays":[],"cull":"back"}'
