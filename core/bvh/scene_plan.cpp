@@ -43,13 +43,15 @@ MeshFacts facts_of(std::span<const Vec3f> positions) {
 
 /// The positions that no triangle uses must not widen a box. Empty: all are used.
 std::vector<std::uint32_t> corners_of(const MeshView& mesh) {
+  const bool in_order = mesh.indices.listed().empty();
+  if (in_order && mesh.indices.size() >= mesh.positions.size()) return {};
   Column<std::uint8_t> used(mesh.positions.size(), 0);
   const std::size_t chunks = (mesh.indices.size() + kGrain - 1) / kGrain;
   parallel_for(chunks, [&](std::size_t chunk) {
     const std::size_t begin = chunk * kGrain;
     const std::size_t end = std::min(mesh.indices.size(), begin + kGrain);
-    for (const std::uint32_t index : mesh.indices.subspan(begin, end - begin)) {
-      std::atomic_ref(used[index]).store(1, std::memory_order_relaxed);
+    for (std::size_t i = begin; i < end; ++i) {
+      std::atomic_ref(used[mesh.indices[i]]).store(1, std::memory_order_relaxed);
     }
   });
   if (std::find(used.begin(), used.end(), 0) == used.end()) return {};
@@ -138,7 +140,7 @@ std::vector<std::uint32_t> first_with_same_content(std::span<const MeshView> mes
     if (by_look.count(looks[i]) < 2) return;
     ContentHash hash;
     hash.add(std::as_bytes(meshes[i].positions));
-    hash.add(std::as_bytes(meshes[i].indices));
+    hash.add(std::as_bytes(meshes[i].indices.listed()));
     content[i] = hash.value();
   });
   std::unordered_map<std::uint64_t, std::uint32_t> by_content;
@@ -147,7 +149,7 @@ std::vector<std::uint32_t> first_with_same_content(std::span<const MeshView> mes
     const auto [place, is_new] = by_content.try_emplace(content[i], i);
     const MeshView& known = meshes[place->second];
     if (!is_new && same_bytes(known.positions, meshes[i].positions) &&
-        same_bytes(known.indices, meshes[i].indices)) {
+        known.indices == meshes[i].indices) {
       first[i] = place->second;
     }
   }

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/index_column.h"
 #include "core/base/result.h"
 #include "core/geometry/affine.h"
 #include "core/geometry/box3.h"
@@ -17,7 +18,7 @@ namespace sightline {
 /// A mesh as the builder sees it; the arrays belong to the caller.
 struct MeshView {
   std::span<const Vec3f> positions;
-  std::span<const std::uint32_t> indices;  ///< three per triangle, all in range
+  IndexView indices;  ///< three per triangle, all in range
 
   std::uint32_t triangle_count() const { return static_cast<std::uint32_t>(indices.size() / 3); }
 };

@@ -177,11 +177,11 @@ class Sorter {
         ++own.next[cell];
         own.triangles[cell] += run.count;
       };
-      const std::uint32_t* const indices = mesh_.indices.data();
+      const IndexView indices = mesh_.indices;
       const bool is_placed = !places_.empty();
       for (std::size_t i = begin; i < end; ++i) {
         const std::uint32_t triangle = number(i);
-        const std::uint32_t* const at = indices + std::size_t{triangle} * 3;
+        const std::array<std::uint32_t, 3> at = indices.corners(triangle);
         const std::uint16_t a = place(at[0]), b = place(at[1]), c = place(at[2]);
         std::uint16_t here = a;
         if (at[0] == at[1] || at[1] == at[2] || at[2] == at[0]) {
@@ -202,7 +202,7 @@ class Sorter {
 
   /// Returns the cell of a triangle that lies in several, or whose positions are in no box.
   std::uint16_t include_corners(Counted& own, const std::array<std::uint16_t, 3>& places,
-                                const std::uint32_t* at) const {
+                                const std::array<std::uint32_t, 3>& at) const {
     if (std::find(places.begin(), places.end(), kNoCell) != places.end()) return kNoCell;
     const Vec3d a = corner(at[0]), b = corner(at[1]), c = corner(at[2]);
     const std::uint16_t cell = places[0];

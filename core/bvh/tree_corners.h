@@ -20,7 +20,7 @@ struct TreeCorners {
 inline TreeCorners tree_corners(const MeshView& mesh, std::uint32_t triangle,
                                 const Affine* world_from_mesh) {
   TreeCorners corners;
-  const std::uint32_t* index = &mesh.indices[std::size_t{triangle} * 3];
+  const auto index = mesh.indices.corners(triangle);
   const Vec3f& a = mesh.positions[index[0]];
   const Vec3f& b = mesh.positions[index[1]];
   const Vec3f& c = mesh.positions[index[2]];

@@ -25,7 +25,7 @@ void write_block(std::span<const TreePart> parts, const PartNumbers& numbering,
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
     const std::uint32_t triangle =
         first.triangle + (numbers[lane < numbers.size() ? lane : 0] - numbers[0]);
-    const std::uint32_t* index = &mesh.indices[std::size_t{triangle} * 3];
+    const auto index = mesh.indices.corners(triangle);
     for (std::size_t corner = 0; corner < 3; ++corner) {
       const Vec3f& p = mesh.positions[index[corner]];
       const Vec3f& q = mesh.positions[index[corner == 2 ? 0 : corner + 1]];
@@ -180,8 +180,8 @@ WideTree build_triangle_tree(const MeshView& mesh, std::span<const std::uint32_t
   std::vector<std::uint32_t> indices;
   indices.reserve(triangles.size() * 3);
   for (const std::uint32_t triangle : triangles) {
-    const std::uint32_t* corner = &mesh.indices[std::size_t{triangle} * 3];
-    indices.insert(indices.end(), corner, corner + 3);
+    const auto corner = mesh.indices.corners(triangle);
+    indices.insert(indices.end(), corner.begin(), corner.end());
   }
   WideTree tree = build_triangle_tree({mesh.positions, indices}, world_from_mesh, quality);
   std::vector<std::uint32_t> waiting;

@@ -202,7 +202,7 @@ Fault check_block(const LeafBlock& block, const MeshView& mesh) {
     const std::uint32_t triangle = block.triangle[lane];
     if (lane >= block.lane_count && triangle != block.triangle[0])
       return ": lane " + std::to_string(lane) + " is unused and does not repeat the first";
-    const std::uint32_t* index = &mesh.indices[std::size_t{triangle} * 3];
+    const auto index = mesh.indices.corners(triangle);
     for (std::size_t corner = 0; corner < 3; ++corner) {
       const Vec3f& p = mesh.positions[index[corner]];
       const Vec3f& q = mesh.positions[index[corner == 2 ? 0 : corner + 1]];

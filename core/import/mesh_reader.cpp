@@ -51,6 +51,7 @@ Result<Mesh> MeshReader::read(std::size_t index, const Pose& pose) {
   for (std::size_t i = 0; i < source.primitives.size(); ++i) {
     if (Status status = append_primitive(i, pose, mesh, loaded); !status) return status.error();
   }
+  mesh.indices.forget_sequence();
   return mesh;
 }
 
@@ -112,10 +113,19 @@ Result<CornerRange> MeshReader::read_corners(const std::optional<AccessorView>& 
                                              std::uint64_t vertex_count, int mode,
                                              const std::string& place, Mesh& mesh) const {
   const bool alone = document_.model.meshes[mesh.file_mesh].primitives.size() == 1;
+  if (alone && !indices.has_value() && mode == TINYGLTF_MODE_TRIANGLES) {
+    const auto used = static_cast<std::uint32_t>(vertex_count / 3 * 3);
+    mesh.indices = IndexColumn::sequence(used);
+    return CornerRange{0, used - 1};
+  }
   if (alone && indices.has_value() && mode == TINYGLTF_MODE_TRIANGLES) {
-    auto range = share_corners(*indices, vertex_count, place, kept_, mesh.indices);
+    SharedColumn<std::uint32_t> shared;
+    auto range = share_corners(*indices, vertex_count, place, kept_, shared);
     if (!range) return range.error();
-    if (range->has_value()) return **range;
+    if (range->has_value()) {
+      mesh.indices = std::move(shared);
+      return **range;
+    }
   }
   return append_corners(indices, vertex_count, mode, place, mesh.indices.own());
 }

@@ -61,13 +61,14 @@ bool has_area(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
 
 Unhittable count_unhittable(const Mesh& mesh) {
   const Vec3f* const positions = mesh.positions.data();
-  const std::uint32_t* const indices = mesh.indices.data();
+  const IndexView indices = mesh.indices;
   const auto count = [=](std::size_t begin, std::size_t end, Unhittable found) {
     int axis = 0;
-    for (std::size_t i = begin * 3; i < end * 3; i += 3) {
-      const Vec3f& a = positions[indices[i]];
-      const Vec3f& b = positions[indices[i + 1]];
-      const Vec3f& c = positions[indices[i + 2]];
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto corner = indices.corners(i);
+      const Vec3f& a = positions[corner[0]];
+      const Vec3f& b = positions[corner[1]];
+      const Vec3f& c = positions[corner[2]];
       if (is_ordinary_along(axis, a, b, c)) continue;
       axis = axis == 2 ? 0 : axis + 1;
       if (is_ordinary_along(axis, a, b, c)) continue;

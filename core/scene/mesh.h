@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/shared_column.h"
+#include "core/base/index_column.h"
 #include "core/geometry/box3.h"
 #include "core/geometry/vec3.h"
 #include "core/scene/vertex_numbers.h"
@@ -22,14 +22,15 @@ struct Primitive {
 };
 
 /// Positions are float32 as decoded (CONTRACT, "The scene", 1). Triangle i has the corners
-/// positions[indices[3i]], [3i+1], [3i+2]; every index is smaller than positions.size(). Strips and
-/// fans are already unrolled with glTF's winding. Positions may be non-finite and triangles may
-/// have no area: both keep their number and are never hit.
+/// positions[indices[3i]], [3i+1], [3i+2]; every index is smaller than positions.size(). Importers
+/// list none where they are 0, 1, 2, ... Strips and fans are already unrolled with glTF's winding.
+/// Positions may be non-finite and triangles may have no area: both keep their number and are never
+/// hit.
 struct Mesh {
   std::string name;
   std::uint32_t file_mesh = 0;  ///< index in the file's "meshes"
   SharedColumn<Vec3f> positions;
-  SharedColumn<std::uint32_t> indices;
+  IndexColumn indices;
   std::vector<Primitive> primitives;
   /// Of the primitives before the last one that has any; of the others there are none.
   std::vector<PrimitiveAttributes> attributes;

@@ -40,7 +40,7 @@ void for_each_edge(const Mesh& mesh, const std::vector<std::uint32_t>& first,
     if (!counts(p)) continue;
     const Primitive& primitive = mesh.primitives[p];
     for (std::uint32_t t = 0; t < primitive.triangle_count; ++t) {
-      const std::uint32_t* corner = &mesh.indices[(std::size_t{primitive.first_triangle} + t) * 3];
+      const auto corner = mesh.indices.corners(std::size_t{primitive.first_triangle} + t);
       const auto is_finite = [&](std::uint32_t i) {
         const Vec3f& at = mesh.positions[i];
         return std::isfinite(at.x) && std::isfinite(at.y) && std::isfinite(at.z);

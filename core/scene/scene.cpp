@@ -34,7 +34,7 @@ Result<std::shared_ptr<const Scene>> Scene::prepare(SceneDescription description
     for (const auto& mesh : scene->description_.meshes) {
       scene->unique_triangle_count_ += mesh->triangle_count();
       meshes.push_back({mesh->positions, mesh->indices});
-      bytes += meshes.back().positions.size_bytes() + meshes.back().indices.size_bytes() +
+      bytes += meshes.back().positions.size_bytes() + meshes.back().indices.listed().size_bytes() +
                attribute_bytes_of(*mesh);
     }
     std::vector<PlacementView> placements;
@@ -91,7 +91,7 @@ Result<std::shared_ptr<const Scene>> Scene::changed(std::span<const NodeChange> 
 WorldTriangle Scene::world_triangle(TriangleId id) const {
   const Instance& instance = description_.instances[id.instance];
   const Mesh& mesh = *description_.meshes[instance.mesh];
-  const std::uint32_t* corner = &mesh.indices[std::size_t{id.triangle} * 3];
+  const auto corner = mesh.indices.corners(id.triangle);
   return {instance.world_from_mesh.apply(mesh.positions[corner[0]]),
           instance.world_from_mesh.apply(mesh.positions[corner[1]]),
           instance.world_from_mesh.apply(mesh.positions[corner[2]])};

@@ -70,7 +70,7 @@ class SceneTrees {
   std::uint64_t geometry_bytes() const { return geometry_bytes_; }
   /// The same for scenes that share their geometry.
   const void* geometry() const {
-    return plan_.meshes.empty() ? this : static_cast<const void*>(plan_.meshes[0].indices.data());
+    return plan_.meshes.empty() ? this : static_cast<const void*>(plan_.meshes[0].positions.data());
   }
   std::uint64_t tree_bytes() const { return bytes_.load(std::memory_order_relaxed); }
   /// An estimate: of the largest tree that a first ray may need.

@@ -16,7 +16,7 @@ void SurfaceReader::go_to(TriangleId id, const HitDetail& detail) {
   const Mesh& mesh = *description.meshes[description.instances[id.instance].mesh];
   const std::uint32_t number = mesh.attributes.empty() ? 0 : scene_.primitive_of(id);
   attributes_ = number < mesh.attributes.size() ? &mesh.attributes[number] : nullptr;
-  corners_ = &mesh.indices[std::size_t{id.triangle} * 3];
+  corners_ = mesh.indices.corners(id.triangle);
   weight_[0] = (1 - detail.u) - detail.v;
   weight_[1] = detail.u;
   weight_[2] = detail.v;

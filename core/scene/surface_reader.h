@@ -35,7 +35,7 @@ class SurfaceReader {
   const Scene& scene_;
   std::uint64_t touched_ = 0;
   const PrimitiveAttributes* attributes_ = nullptr;
-  const std::uint32_t* corners_ = nullptr;
+  std::array<std::uint32_t, 3> corners_{};
   double weight_[3] = {};
   std::uint32_t instance_ = kNone;
   std::optional<NormalMap> normals_;  ///< of the instance, when it was asked for

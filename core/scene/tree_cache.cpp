@@ -109,7 +109,8 @@ std::uint64_t content_hash(const ScenePlan& plan) {
   parallel_for(plan.meshes.size(), [&](std::size_t i) {
     if (plan.facts[i].uses == 0) return;
     const std::uint64_t both[] = {hash_in_pieces(std::as_bytes(plan.meshes[i].positions)),
-                                  hash_in_pieces(std::as_bytes(plan.meshes[i].indices))};
+                                  plan.meshes[i].indices.size(),
+                                  hash_in_pieces(std::as_bytes(plan.meshes[i].indices.listed()))};
     hashes[i] = hash_of(std::as_bytes(std::span(both)));
   });
   ContentHash hash;

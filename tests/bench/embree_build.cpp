@@ -25,6 +25,7 @@ EmbreeBuild::EmbreeBuild(const SceneDescription& description, int threads, RTCBu
     to.reserve(mesh->positions.size() * 3 + 1);
     for (const Vec3f& p : mesh->positions) to.insert(to.end(), {p.x, p.y, p.z});
     to.push_back(0);
+    indices_.emplace_back(mesh->indices.begin(), mesh->indices.end());
   }
 }
 
@@ -50,7 +51,7 @@ double EmbreeBuild::build() {
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                vertices_[i].data(), 0, 3 * sizeof(float), mesh.positions.size());
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                               mesh.indices.data(), 0, 3 * sizeof(std::uint32_t),
+                               indices_[i].data(), 0, 3 * sizeof(std::uint32_t),
                                mesh.indices.size() / 3);
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene_, geometry);

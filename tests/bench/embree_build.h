@@ -4,6 +4,7 @@
 #include <embree3/rtcore.h>
 
 #include <atomic>
+#include <cstdint>
 #include <vector>
 
 #include "core/scene/scene_description.h"
@@ -30,6 +31,7 @@ class EmbreeBuild {
   const SceneDescription& description_;
   /// Embree reads 16 bytes per vertex: the arrays need room at their end.
   std::vector<std::vector<float>> vertices_;
+  std::vector<std::vector<std::uint32_t>> indices_;  ///< listed, whatever the mesh has
   std::atomic<long> held_{0};
 };
 

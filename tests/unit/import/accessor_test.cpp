@@ -122,7 +122,7 @@ TEST(SparseAccessor, replaces_indices_too) {
                                          {"values", {{"bufferView", values}}}};
   const auto scene = file.import();
   ASSERT_TRUE(scene.ok()) << scene.error().message;
-  EXPECT_EQ(scene->meshes[0]->indices, (SharedColumn<std::uint32_t>{0, 1, 1}));
+  EXPECT_EQ(scene->meshes[0]->indices, (IndexColumn{0, 1, 1}));
 }
 
 TEST(SparseAccessor, has_strictly_rising_indices_inside_the_accessor) {
@@ -163,7 +163,7 @@ TEST(AccessorWithoutBytes, may_hold_the_indices) {
   file.root["accessors"][1].erase("bufferView");
   const auto scene = file.import();
   ASSERT_TRUE(scene.ok()) << scene.error().message;
-  EXPECT_EQ(scene->meshes[0]->indices, (SharedColumn<std::uint32_t>{0, 0, 0}));
+  EXPECT_EQ(scene->meshes[0]->indices, (IndexColumn{0, 0, 0}));
 }
 
 }  // namespace

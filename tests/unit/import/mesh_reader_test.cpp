@@ -29,7 +29,7 @@ TinyFile row_of_six(int mode, const std::vector<std::uint8_t>& indices = {}) {
   return file;
 }
 
-SharedColumn<std::uint32_t> corners(const TinyFile& file) {
+IndexColumn corners(const TinyFile& file) {
   const auto scene = file.import();
   EXPECT_TRUE(scene.ok()) << scene.error().message;
   if (!scene || scene->meshes.empty()) return {};
@@ -37,20 +37,18 @@ SharedColumn<std::uint32_t> corners(const TinyFile& file) {
 }
 
 TEST(Corners, of_plain_triangles_are_the_vertices_in_order) {
-  EXPECT_EQ(corners(row_of_six(4)), (SharedColumn<std::uint32_t>{0, 1, 2, 3, 4, 5}));
-  EXPECT_EQ(corners(row_of_six(4, {0, 5, 1, 2, 3, 4})),
-            (SharedColumn<std::uint32_t>{0, 5, 1, 2, 3, 4}));
+  EXPECT_EQ(corners(row_of_six(4)), (IndexColumn{0, 1, 2, 3, 4, 5}));
+  EXPECT_EQ(corners(row_of_six(4, {0, 5, 1, 2, 3, 4})), (IndexColumn{0, 5, 1, 2, 3, 4}));
 }
 
 TEST(Corners, of_a_strip_turn_every_second_triangle) {
   EXPECT_EQ(corners(row_of_six(5, {0, 1, 2, 3, 4, 5})),
-            (SharedColumn<std::uint32_t>{0, 1, 2, 1, 3, 2, 2, 3, 4, 3, 5, 4}));
-  EXPECT_EQ(corners(row_of_six(5)),
-            (SharedColumn<std::uint32_t>{0, 1, 2, 1, 3, 2, 2, 3, 4, 3, 5, 4}));
+            (IndexColumn{0, 1, 2, 1, 3, 2, 2, 3, 4, 3, 5, 4}));
+  EXPECT_EQ(corners(row_of_six(5)), (IndexColumn{0, 1, 2, 1, 3, 2, 2, 3, 4, 3, 5, 4}));
 }
 
 TEST(Corners, of_a_fan_end_at_the_first_vertex) {
-  EXPECT_EQ(corners(row_of_six(6, {0, 2, 3, 4})), (SharedColumn<std::uint32_t>{2, 3, 0, 3, 4, 0}));
+  EXPECT_EQ(corners(row_of_six(6, {0, 2, 3, 4})), (IndexColumn{2, 3, 0, 3, 4, 0}));
 }
 
 TEST(Corners, that_make_no_whole_triangle_are_left_out_and_said) {
@@ -80,7 +78,7 @@ TEST(Mesh, reads_only_the_range_of_vertices_that_its_triangles_use) {
   const Mesh& mesh = *scene->meshes[0];
   ASSERT_EQ(mesh.positions.size(), 3u);
   EXPECT_EQ(mesh.positions[0].x, 3);
-  EXPECT_EQ(mesh.indices, (SharedColumn<std::uint32_t>{0, 1, 2}));
+  EXPECT_EQ(mesh.indices, (IndexColumn{0, 1, 2}));
 }
 
 TEST(Mesh, keeps_shared_vertices_of_its_primitives_once) {
@@ -92,7 +90,7 @@ TEST(Mesh, keeps_shared_vertices_of_its_primitives_once) {
   ASSERT_TRUE(scene.ok()) << scene.error().message;
   const Mesh& mesh = *scene->meshes[0];
   EXPECT_EQ(mesh.positions.size(), 6u);
-  EXPECT_EQ(mesh.indices, (SharedColumn<std::uint32_t>{0, 4, 5, 1, 2, 3}));
+  EXPECT_EQ(mesh.indices, (IndexColumn{0, 4, 5, 1, 2, 3}));
   ASSERT_EQ(mesh.primitives.size(), 2u);
   EXPECT_EQ(mesh.primitives[1].first_triangle, 1u);
   EXPECT_EQ(mesh.primitives[1].file_primitive, 1u);
@@ -106,7 +104,7 @@ TEST(Mesh, appends_the_vertices_of_its_primitives) {
   file.root["meshes"][0]["primitives"].push_back(second);
   const auto scene = file.import();
   ASSERT_TRUE(scene.ok());
-  EXPECT_EQ(scene->meshes[0]->indices, (SharedColumn<std::uint32_t>{0, 1, 2, 3, 4, 5}));
+  EXPECT_EQ(scene->meshes[0]->indices, (IndexColumn{0, 1, 2, 3, 4, 5}));
   EXPECT_EQ(scene->meshes[0]->positions[3].x, 5);
 }
 
@@ -303,11 +301,31 @@ TEST(Sharing, looks_at_positions_and_indices_where_kept_bytes_have_them) {
     EXPECT_EQ(mesh.indices, copy.indices);
     EXPECT_TRUE(lies_in(*bytes, mesh.positions.data()));
     // Vertices that nothing uses are left out, and then the indices are others than the file's.
-    EXPECT_EQ(lies_in(*bytes, mesh.indices.data()), first == 0);
+    EXPECT_EQ(lies_in(*bytes, mesh.indices.listed().data()), first == 0);
     EXPECT_FALSE(lies_in(*bytes, copy.positions.data()));
     EXPECT_EQ(shared->counts.touched.positions, copied->counts.touched.positions);
     EXPECT_GT(bytes.use_count(), 2);
   }
+}
+
+TEST(Corners, are_not_listed_where_they_are_the_vertices_in_their_order) {
+  std::vector<TinyFile> files{row_of_six(4), row_of_six(4, {0, 1, 2, 3, 4, 5}),
+                              row_of_six(5, {3, 4, 5}), row_of_six(4)};
+  files[3].root["meshes"][0]["primitives"][0]["indices"] =
+      files[3].add<std::uint32_t>({1, 2, 3}, 5125, "SCALAR", 3);
+  for (const TinyFile& file : files) {
+    const auto bytes = std::make_shared<const std::vector<std::byte>>(file.bytes());
+    for (const bool is_kept : {false, true}) {
+      ImportOptions options;
+      if (is_kept) options.keeper = bytes;
+      const auto scene = import_bytes(*bytes, options);
+      ASSERT_TRUE(scene.ok());
+      const Mesh& mesh = *scene->meshes[0];
+      EXPECT_TRUE(mesh.indices.listed().empty());
+      EXPECT_EQ(mesh.indices, IndexColumn::sequence(mesh.positions.size()));
+    }
+  }
+  EXPECT_EQ(corners(row_of_six(4, {0, 1, 2, 3, 5, 4})).listed().size(), 6u);
 }
 
 TEST(Sharing, copies_what_has_to_be_changed) {
@@ -324,7 +342,7 @@ TEST(Sharing, copies_what_has_to_be_changed) {
     ASSERT_TRUE(shared.ok() && copied.ok());
     EXPECT_EQ(shared->meshes[0]->indices, copied->meshes[0]->indices);
     EXPECT_EQ(shared->meshes[0]->positions, copied->meshes[0]->positions);
-    EXPECT_FALSE(lies_in(*bytes, shared->meshes[0]->indices.data()));
+    EXPECT_FALSE(lies_in(*bytes, shared->meshes[0]->indices.listed().data()));
   }
 }
 

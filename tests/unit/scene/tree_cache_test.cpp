@@ -54,6 +54,24 @@ TEST(TreeCache, gives_back_what_was_written) {
   }
 }
 
+TEST(TreeCache, holds_the_same_trees_whether_indices_are_listed_or_not) {
+  SceneDescription description = description_of(demo::soup(2000));
+  SceneDescription listed = description;
+  auto mesh = std::make_shared<Mesh>(*description.meshes[0]);
+  ASSERT_TRUE(mesh->indices.listed().empty());
+  mesh->indices.own();
+  ASSERT_EQ(mesh->indices.listed().size(), 6000u);
+  listed.meshes[0] = mesh;
+  const auto scene = *Scene::build(std::move(description));
+  const auto other = *Scene::build(std::move(listed));
+  EXPECT_EQ(other->trees().geometry_bytes() - scene->trees().geometry_bytes(), 24000u);
+  const auto read = decode(*scene, bytes_of(*scene));
+  ASSERT_TRUE(read) << read.error().message;
+  const Arena &a = read->trees[0]->arena, &b = other->tree()->trees[0]->arena;
+  ASSERT_EQ(a.used(), b.used());
+  EXPECT_EQ(std::memcmp(a.at(0), b.at(0), a.used()), 0);
+}
+
 TEST(TreeCache, refuses_every_truncated_length) {
   const auto scene = *Scene::build(description_of(test::three_sizes()));
   const Bytes whole = bytes_of(*scene);
