@@ -71,7 +71,8 @@ class Finisher {
     for (std::uint32_t i = 0; i < kGroup; ++i) {
       const Candidate& own = (found >> i & 1u) != 0 ? winner[i] : *some;
       // Neighbours often meet the same triangle, and to place its corners takes time.
-      if (!plain_ && last != nullptr && own.block == last->block && own.lane == last->lane) {
+      if (!plain_ && last != nullptr && own.block == last->block && own.lane == last->lane &&
+          own.instance == last->instance) {
         neighbours_.repeat(i - 1, i);
       } else {
         set_corners(own, i, neighbours_);

@@ -20,8 +20,8 @@
 #include <bit>
 
 #include "core/trace/beam-inl.h"
-#include "core/trace/decision.h"
 #include "core/trace/filter-inl.h"
+#include "core/trace/group_hits-inl.h"
 #include "core/trace/kernel.h"
 #include "core/trace/prepare-inl.h"
 
@@ -29,7 +29,6 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-constexpr std::size_t kPacketRays = 32;
 /// Below eight lanes there is nothing to win.
 constexpr bool kPacketsWork = HWY_MAX_BYTES >= 32;
 constexpr std::size_t kFewestRays = 4;
@@ -40,31 +39,14 @@ class Packet {
 
  public:
   Packet(const SceneView& scene, const RayBatch& rays, std::uint8_t* occluded, TraceCounts& counts)
-      : scene_(scene),
-        placements_(scene.tree().placements.data()),
-        tree_(*scene.tree().trees[placements_[0].tree]),
+      : tree_(*scene.tree().trees[scene.tree().placements[0].tree]),
         rays_(rays),
         occluded_(occluded),
         counts_(counts),
         preparation_(scene.tree().bounds, tree_.scale_exponent),
-        scale_(power_of_two(tree_.scale_exponent)) {}
-
-  /// How many rays from `first` on to leave to the flight before a packet is worth a try: a quick
-  /// look at the octants of the next few, of which there must be kPacketRays.
-  std::size_t rays_before(std::size_t first) const {
-    const auto octant = [&](std::size_t i) {
-      return (std::signbit(rays_.dx[i]) ? 1 : 0) | (std::signbit(rays_.dy[i]) ? 2 : 0) |
-             (std::signbit(rays_.dz[i]) ? 4 : 0);
-    };
-    int last = octant(first);
-    std::size_t alike = 1;
-    for (std::size_t i = 1; i < 2 * kFewestRays - 1; ++i) {
-      const int next = octant(first + i);
-      alike = next == last ? alike + 1 : 1;
-      last = next;
-      if (alike == kFewestRays) return i + 1 - kFewestRays;
-    }
-    return kPacketRays;
+        scale_(power_of_two(tree_.scale_exponent)),
+        hits_(scene, rays, counts) {
+    hits_.enter(0);
   }
 
   /// Sets up the rays from `first` on, of which there must be kPacketRays. Returns how many can go
@@ -85,12 +67,8 @@ class Packet {
     const auto count = static_cast<std::size_t>(std::countr_one(alike));
     if (count < kFewestRays) return count;
     if (count < kPacketRays) repeat_first(count);
-    for (std::size_t i = 0; i < kPacketRays; ++i) {
-      low_[i] = ClosestHit::kNever;
-      bound_[i] = columns_.tau_max[i];
-      candidate_[i] = 0;
-    }
-    for (std::size_t i = count; i < kPacketRays; ++i) bound_[i] = -1 / scale_;  // meets no box
+    hits_.start(first, columns_.tau_max);
+    for (std::size_t i = count; i < kPacketRays; ++i) hits_.exclude(i, -1 / scale_);
     set_limits();
     beam_.set(columns_, limit_);
     axes_ = columns_.filter(0);
@@ -107,15 +85,7 @@ class Packet {
     if constexpr (kAny) {
       for (std::size_t i = 0; i < count_; ++i) occluded_[first_ + i] = limit_[i] == -kInfF ? 1 : 0;
     } else {
-      std::size_t i = 0;
-      for (; i + kGroupRays <= count_; i += kGroupRays) {
-        Candidate winners[kGroupRays];
-        for (std::size_t j = 0; j < kGroupRays; ++j) winners[j] = decode(candidate_[i + j]);
-        finish.add_neighbours(first_ + i, winners);
-      }
-      for (; i < count_; ++i) {
-        if (candidate_[i] != 0) finish.add(first_ + i, decode(candidate_[i]));
-      }
+      hits_.hand_over(count_, finish);
     }
     counts_.nodes += ray_steps_;
     counts_.packet_rays += count_;
@@ -189,7 +159,7 @@ class Packet {
     for (const LeafBlock* end = block + ChildRef::blocks(ref); block != end && met != 0; ++block) {
       const auto count = static_cast<std::uint32_t>(std::popcount(met));
       counts_.blocks += count;
-      const Placement& placement = placements_[block->placement];
+      const Placement& placement = hits_.placement(*block);
       const LaneCorners<FilterLanes> corners = load_corners<kPlaced>(*block, 0, axes_, placement);
       const double edge = largest_edge<kPlaced>(*block, placement);
       met = is_full(met, count, block->lane_count) ? many_rays(*block, corners, edge, met)
@@ -217,16 +187,17 @@ class Packet {
     for (std::uint32_t rest = met; rest != 0; rest &= rest - 1) {
       const auto i = static_cast<std::uint32_t>(std::countr_zero(rest));
       LeafVerdict verdict;
-      filter_corners<Pace::kLatency>(corners, edge, columns_.filter(i), reach_, bound_[i], 0,
+      filter_corners<Pace::kLatency>(corners, edge, columns_.filter(i), reach_, hits_.bound(i), 0,
                                      verdict);
       verdict.accept &= lanes;
       verdict.examine &= lanes;
       if ((verdict.accept | verdict.examine) == 0) continue;
       changed_ = true;
       if constexpr (kAny) {
-        if (verdict.accept != 0 || examine_any_of(i, block, verdict.examine)) met &= ~leave(i);
+        if (verdict.accept != 0 || hits_.examine_any_of(i, block, verdict.examine))
+          met &= ~leave(i);
       } else {
-        take_closest(i, block, verdict);
+        hits_.take_closest(i, block, verdict);
       }
     }
     return met;
@@ -266,7 +237,7 @@ class Packet {
         if constexpr (kAny) {
           met &= ~some_leave(block, lane, i, certain, left & ~certain);
         } else {
-          take_nearer(block, lane, i, found, certain, left & ~certain);
+          hits_.take_nearer(block, lane, i, found, certain, left & ~certain);
         }
       }
     }
@@ -285,42 +256,7 @@ class Packet {
             tau_min,
             tau_min,
             hn::Load(dd, c.tau_max + i),
-            hn::Load(dd, bound_ + i)};
-  }
-
-  /// The same as `take_closest` for one triangle and the rays from `first` on: bit j of the masks
-  /// is ray first + j.
-  HWY_INLINE void take_nearer(const LeafBlock& block, std::uint32_t lane, std::size_t first,
-                              const LaneVerdicts<GroupPreparation::D>& found, std::uint32_t certain,
-                              std::uint32_t examine) {
-    const GroupPreparation::D dd;
-    const hn::RebindToUnsigned<GroupPreparation::D> du;
-    const auto best_low = hn::Load(dd, low_ + first);
-    const auto best_high = hn::Load(dd, bound_ + first);
-    const std::uint32_t nearer = mask_bits(dd, hn::Lt(found.high, best_low)) & certain;
-    const std::uint32_t farther = mask_bits(dd, hn::Gt(found.low, best_high)) & certain;
-    const auto bits = static_cast<std::uint8_t>(nearer);
-    const auto take = hn::LoadMaskBits(dd, &bits);
-    hn::Store(hn::IfThenElse(take, found.low, best_low), dd, low_ + first);
-    hn::Store(hn::IfThenElse(take, found.high, best_high), dd, bound_ + first);
-    hn::Store(hn::IfThenElse(hn::RebindMask(du, take), hn::Set(du, encode({&block, lane, 0, 0})),
-                             hn::Load(du, candidate_ + first)),
-              du, candidate_ + first);
-    const std::uint32_t clash = certain & ~nearer & ~farther;
-    if (HWY_UNLIKELY((clash | examine) != 0)) {
-      HWY_ALIGN double low[kGroupRays], high[kGroupRays];
-      hn::Store(found.low, dd, low);
-      hn::Store(found.high, dd, high);
-      for (std::uint32_t rest = clash; rest != 0; rest &= rest - 1) {
-        const auto j = static_cast<std::uint32_t>(std::countr_zero(rest));
-        settle(static_cast<std::uint32_t>(first) + j, {&block, lane, instance_of(block), 0},
-               {low[j], high[j]});
-      }
-      for (std::uint32_t rest = examine; rest != 0; rest &= rest - 1) {
-        const auto j = static_cast<std::uint32_t>(std::countr_zero(rest));
-        examine_closest(static_cast<std::uint32_t>(first) + j, block, 1u << lane);
-      }
-    }
+            hn::Load(dd, hits_.bounds() + i)};
   }
 
   /// Marks rays that need no more; returns their bits in the packet.
@@ -330,7 +266,7 @@ class Packet {
     for (std::uint32_t rest = certain | examine; rest != 0; rest &= rest - 1) {
       const auto j = static_cast<std::uint32_t>(std::countr_zero(rest));
       const auto i = static_cast<std::uint32_t>(first) + j;
-      if ((certain >> j & 1u) != 0 || examine_any_of(i, block, 1u << lane)) left |= leave(i);
+      if ((certain >> j & 1u) != 0 || hits_.examine_any_of(i, block, 1u << lane)) left |= leave(i);
     }
     return left;
   }
@@ -344,7 +280,7 @@ class Packet {
     const GroupPreparation::D dd;
     const hn::Rebind<float, GroupPreparation::D> df;
     for (std::size_t i = 0; i < kPacketRays; i += hn::Lanes(dd)) {
-      const auto tau = hn::Mul(hn::Load(dd, bound_ + i), hn::Set(dd, scale_));
+      const auto tau = hn::Mul(hn::Load(dd, hits_.bounds() + i), hn::Set(dd, scale_));
       const auto step = hn::MulAdd(hn::Abs(tau), hn::Set(dd, bounds::kLimitStep),
                                    hn::Set(dd, bounds::kLimitFloor));
       // What is infinite stays so; bounds of a packet's rays are never NaN or minus infinity.
@@ -352,81 +288,6 @@ class Packet {
     }
   }
 
-  HWY_INLINE void take_closest(std::uint32_t i, const LeafBlock& block,
-                               const LeafVerdict& verdict) {
-    for (std::uint32_t rest = verdict.accept; rest != 0; rest &= rest - 1) {
-      const auto lane = static_cast<std::uint32_t>(std::countr_zero(rest));
-      const Candidate candidate{&block, lane, instance_of(block), 0};
-      const Interval tau{verdict.low[lane], verdict.high[lane]};
-      if (tau.high < low_[i]) {
-        low_[i] = tau.low;
-        bound_[i] = tau.high;
-        candidate_[i] = encode(candidate);
-      } else if (HWY_UNLIKELY(!(tau.low > bound_[i]))) {
-        settle(i, candidate, tau);
-      }
-    }
-    if (HWY_UNLIKELY(verdict.examine != 0)) examine_closest(i, block, verdict.examine);
-  }
-
-  HWY_NOINLINE void settle(std::uint32_t i, const Candidate& candidate, Interval tau) {
-    const RayQuestion question{scene_, rays_, first_ + i, counts_.decisions};
-    ClosestHit best = best_of(i);
-    best.settle(question, candidate, tau);
-    keep(i, best);
-  }
-
-  HWY_NOINLINE void examine_closest(std::uint32_t i, const LeafBlock& block,
-                                    std::uint32_t examine) {
-    const RayQuestion question{scene_, rays_, first_ + i, counts_.decisions};
-    ClosestHit best = best_of(i);
-    for (; examine != 0; examine &= examine - 1) {
-      best.examine(question, {&block, static_cast<std::uint32_t>(std::countr_zero(examine)),
-                              instance_of(block)});
-    }
-    keep(i, best);
-  }
-
-  std::uint32_t instance_of(const LeafBlock& block) const {
-    return placements_[block.placement].instance;
-  }
-  /// A candidate of this tree in one number, 0 for none: its block's granule, the first being 1,
-  /// its edge and its lane.
-  std::uint64_t encode(const Candidate& candidate) const {
-    const auto* block = reinterpret_cast<const std::byte*>(candidate.block);
-    const auto granule = static_cast<std::uint64_t>(block - tree_.arena.at(0)) / Arena::kGranule;
-    return (granule + 1) << 5 | candidate.edge << 2 | candidate.lane;
-  }
-  Candidate decode(std::uint64_t code) const {
-    if (code == 0) return {};
-    const std::byte* at = tree_.arena.at(static_cast<std::uint32_t>((code >> 5) - 1));
-    const auto* block = reinterpret_cast<const LeafBlock*>(at);
-    const auto low = static_cast<std::uint32_t>(code);
-    return {block, low & 3u, instance_of(*block), low >> 2 & 7u};
-  }
-  ClosestHit best_of(std::uint32_t i) const {
-    ClosestHit best;
-    best.tau = {low_[i], bound_[i]};
-    if (candidate_[i] != 0) best.candidate = decode(candidate_[i]);
-    return best;
-  }
-  void keep(std::uint32_t i, const ClosestHit& best) {
-    low_[i] = best.tau.low;
-    bound_[i] = best.tau.high;
-    candidate_[i] = best.found() ? encode(best.candidate) : 0;
-  }
-
-  HWY_NOINLINE bool examine_any_of(std::uint32_t i, const LeafBlock& block, std::uint32_t examine) {
-    const RayQuestion question{scene_, rays_, first_ + i, counts_.decisions};
-    for (; examine != 0; examine &= examine - 1) {
-      const auto lane = static_cast<std::size_t>(std::countr_zero(examine));
-      if (sightline::examine_any(question, {instance_of(block), block.triangle[lane]})) return true;
-    }
-    return false;
-  }
-
-  const SceneView& scene_;
-  const Placement* placements_;  ///< of the scene; all in tree_
   const WideTree& tree_;
   const RayBatch& rays_;
   std::uint8_t* occluded_;
@@ -435,11 +296,8 @@ class Packet {
   double scale_;
   std::size_t first_ = 0, count_ = 0;
   PreparedColumns<kPacketRays> columns_;
-  /// The ClosestHit of each ray, side by side.
-  HWY_ALIGN double low_[kPacketRays];
-  HWY_ALIGN double bound_[kPacketRays];
-  HWY_ALIGN std::uint64_t candidate_[kPacketRays];
-  HWY_ALIGN float limit_[kPacketRays];  ///< of bound_; minus infinity: this ray needs no more
+  GroupHits hits_;
+  HWY_ALIGN float limit_[kPacketRays];  ///< of the hits; minus infinity: this ray needs no more
   bool changed_ = false;                ///< some limit, since it was last looked at
   FilterRay axes_;                      ///< kx, ky, kz of all rays
   double reach_ = 0;                    ///< at least that of every ray

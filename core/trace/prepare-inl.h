@@ -39,17 +39,50 @@ inline void prepare_one(const Ray& ray, const Box3d& bounds, int scale_exponent,
   out.simple = false;
 }
 
-/// Rays side by side, as the vectors that set them up leave them: lane i is a ray.
+/// What BoxRay keeps of rays side by side: lane i is a ray.
 template <std::size_t kRays>
-struct PreparedColumns {
-  HWY_ALIGN float near_origin[3][kRays], far_origin[3][kRays];  ///< as in BoxRay
+struct SlabColumns {
+  HWY_ALIGN float near_origin[3][kRays], far_origin[3][kRays];
   HWY_ALIGN float near_inverse[3][kRays], far_inverse[3][kRays];
   HWY_ALIGN float box_min[kRays];
+  /// Bit i: of lane i. The component of the direction is negative.
+  std::uint32_t negative[3] = {0, 0, 0};
+
+  /// Fills axis k of the lanes from `lane` on: an origin in tree units that is known up to `pad`,
+  /// and a component of a direction whose largest is in [1, 2), with 1 / |component| beside it.
+  /// Returns by how much the origin moves outwards.
+  template <class D, class V = hn::Vec<D>>
+  HWY_INLINE V set(D dd, std::size_t k, std::size_t lane, V origin, V direction, V inverse, V pad) {
+    const hn::Rebind<float, D> df;
+    // To the nearest float32 after a step outwards that is larger than what rounding can undo.
+    const V step = hn::MulAdd(hn::Abs(origin), hn::Set(dd, bounds::kOriginStep), pad);
+    const auto below = hn::DemoteTo(df, hn::Sub(origin, step));
+    const auto above = hn::DemoteTo(df, hn::Add(origin, step));
+    const auto near = hn::DemoteTo(
+        df, hn::CopySign(hn::Min(hn::Mul(inverse, hn::Set(dd, 1 - bounds::kInverseStep)),
+                                 hn::Set(dd, 0x1.fffffep127)),
+                         direction));
+    const auto far = hn::DemoteTo(
+        df, hn::CopySign(hn::Mul(inverse, hn::Set(dd, 1 + bounds::kInverseStep)), direction));
+    const hn::RebindToSigned<D> di;
+    negative[k] |= mask_bits(di, hn::MaskFromVec(hn::BroadcastSignBit(hn::BitCast(di, direction))))
+                   << lane;
+    const auto negative_f = hn::Lt(far, hn::Zero(df));
+    hn::Store(hn::IfThenElse(negative_f, below, above), df, near_origin[k] + lane);
+    hn::Store(hn::IfThenElse(negative_f, above, below), df, far_origin[k] + lane);
+    hn::Store(near, df, near_inverse[k] + lane);
+    hn::Store(far, df, far_inverse[k] + lane);
+    return step;
+  }
+};
+
+/// Rays side by side, as the vectors that set them up leave them.
+template <std::size_t kRays>
+struct PreparedColumns : SlabColumns<kRays> {
   HWY_ALIGN double origin[3][kRays];  ///< on the axes kx, ky, kz of each ray
   HWY_ALIGN double shear_x[kRays], shear_y[kRays], inverse_z[kRays], reach[kRays];
   HWY_ALIGN double tau_min[kRays], tau_max[kRays];
-  /// Bit i: of lane i. The component is negative; the largest component is x, or y.
-  std::uint32_t negative[3] = {0, 0, 0}, largest_x = 0, largest_y = 0;
+  std::uint32_t largest_x = 0, largest_y = 0;  ///< bit i: that component of lane i is the largest
 
   FilterRay filter(std::size_t i) const {
     FilterRay ray;
@@ -149,25 +182,7 @@ class Preparation {
           reach, hn::Mul(hn::Add(hn::Abs(o[k]), hn::Set(dd, scene_[k])), hn::Set(dd, 1 + 0x1p-50)));
       const V magnitude = hn::Div(one, hn::Abs(d[k]));
       inverse[k] = hn::CopySign(magnitude, d[k]);
-      // To the nearest float32 after a step outwards that is larger than what rounding can undo.
-      const V origin = hn::Mul(o[k], hn::Set(dd, scale_));
-      const V step = hn::MulAdd(hn::Abs(origin), hn::Set(dd, bounds::kOriginStep), pad);
-      const auto below = hn::DemoteTo(df, hn::Sub(origin, step));
-      const auto above = hn::DemoteTo(df, hn::Add(origin, step));
-      const auto near = hn::DemoteTo(
-          df, hn::CopySign(hn::Min(hn::Mul(magnitude, hn::Set(dd, 1 - bounds::kInverseStep)),
-                                   hn::Set(dd, 0x1.fffffep127)),
-                           d[k]));
-      const auto far = hn::DemoteTo(
-          df, hn::CopySign(hn::Mul(magnitude, hn::Set(dd, 1 + bounds::kInverseStep)), d[k]));
-      const auto negative =
-          hn::MaskFromVec(hn::BroadcastSignBit(hn::BitCast(hn::RebindToSigned<D>(), d[k])));
-      out.negative[k] |= mask_bits(hn::RebindToSigned<D>(), negative) << lane;
-      const auto negative_f = hn::Lt(far, hn::Zero(df));
-      hn::Store(hn::IfThenElse(negative_f, below, above), df, out.near_origin[k] + lane);
-      hn::Store(hn::IfThenElse(negative_f, above, below), df, out.far_origin[k] + lane);
-      hn::Store(near, df, out.near_inverse[k] + lane);
-      hn::Store(far, df, out.far_inverse[k] + lane);
+      out.set(dd, k, lane, hn::Mul(o[k], hn::Set(dd, scale_)), d[k], magnitude, pad);
     }
 
     // The axis of the largest component becomes z; ties as in make_filter_ray.

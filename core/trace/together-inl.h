@@ -8,7 +8,9 @@
 #endif
 
 #include <algorithm>
+#include <type_traits>
 
+#include "core/trace/crowd-inl.h"
 #include "core/trace/flight-inl.h"
 #include "core/trace/packet-inl.h"
 
@@ -36,14 +38,34 @@ void with_layout(const SceneView& scene, Call&& call) {
   }
 }
 
-/// Takes neighbouring rays as packets while that is the cheaper way, and the others, some thousands
-/// at a time, as a flight.
+/// How many rays from `first` on to leave to the flight before going together is worth a try: a
+/// quick look at the octants of the next few, of which there must be kPacketRays.
+inline std::size_t rays_before(const RayBatch& rays, std::size_t first) {
+  const auto octant = [&](std::size_t i) {
+    return (std::signbit(rays.dx[i]) ? 1 : 0) | (std::signbit(rays.dy[i]) ? 2 : 0) |
+           (std::signbit(rays.dz[i]) ? 4 : 0);
+  };
+  int last = octant(first);
+  std::size_t alike = 1;
+  for (std::size_t i = 1; i < 2 * kFewestRays - 1; ++i) {
+    const int next = octant(first + i);
+    alike = next == last ? alike + 1 : 1;
+    last = next;
+    if (alike == kFewestRays) return i + 1 - kFewestRays;
+  }
+  return kPacketRays;
+}
+
+/// Takes neighbouring rays as packets or crowds while that is the cheaper way, and the others, some
+/// thousands at a time, as a flight.
 template <bool kAny, Layout kLayout>
 class Together {
  public:
   Together(const SceneView& scene, const RayBatch& rays, std::uint8_t* occluded,
            TraceCounts& counts)
-      : packet_(scene, rays, occluded, counts), flight_(scene, rays, occluded, counts) {}
+      : rays_(rays),
+        group_(scene, rays, occluded, counts),
+        flight_(scene, rays, occluded, counts) {}
 
   template <class Finish>
   void run(std::size_t begin, std::size_t end, Finish& finish) {
@@ -57,8 +79,9 @@ class Together {
   }
 
  private:
+  using Group = std::conditional_t<kLayout == Layout::kMany, Crowd<kAny>, Packet<kAny, kLayout>>;
   static constexpr std::size_t kGroups = 512;
-  /// Packets are tried again after a while, later every time they have not paid.
+  /// Both are tried again after a while, later every time they have not paid.
   static constexpr std::size_t kLongestPause = 64;
 
   /// Traces some rays from `begin` on as a packet, or puts them off until the next flight. Returns
@@ -66,15 +89,15 @@ class Together {
   template <class Finish>
   HWY_INLINE std::size_t step(std::size_t begin, std::size_t left, Finish& finish) {
     std::size_t alone = std::min(left, kPacketRays);
-    if constexpr (kPacketsWork && kLayout != Layout::kMany) {
+    if constexpr (kPacketsWork) {
       if (wait_ > 0) {
         --wait_;
       } else if (left >= kPacketRays) {
-        alone = packet_.rays_before(begin);
+        alone = rays_before(rays_, begin);
         if (alone == 0) {
-          const std::size_t count = packet_.prepare(begin);
+          const std::size_t count = group_.prepare(begin);
           if (count >= kFewestRays) {
-            pause_ = packet_.trace(finish) ? 0 : std::min(2 * pause_ + 2, kLongestPause);
+            pause_ = group_.trace(finish) ? 0 : std::min(2 * pause_ + 2, kLongestPause);
             wait_ = pause_;
             return count;
           }
@@ -89,7 +112,8 @@ class Together {
     return alone;
   }
 
-  Packet<kAny, kLayout> packet_;
+  const RayBatch& rays_;
+  Group group_;
   Flight<kAny, kLayout> flight_;
   std::size_t wait_ = 0, pause_ = 0;
   std::size_t group_count_ = 0;
