@@ -125,28 +125,25 @@ struct MeetingColumns {
   const double* corner[3][3];  ///< [corner][axis], in the world
 };
 
-/// What t and everything behind it is made of, for several rays and the triangles that they meet:
-/// sums with the magnitudes that bound their errors (docs/exactness.md, "Rounding t").
+/// The planes of triangles as seen from origins: of an intersection all that no direction enters.
+/// Sums come with the magnitudes that bound their errors (docs/exactness.md, "Rounding t").
 template <class Tag>
-struct IntersectionOf {
+struct PlaneOf {
   using D = Tag;
   using V = hn::Vec<D>;
   using DoubleDouble = DoubleDoubleOf<Tag>;
 
   DoubleDouble e1[3], e2[3];  ///< edges from corner 0, exact
   DoubleDouble a[3];          ///< from the origin to corner 0, exact
-  V direction[3];
-  DoubleDouble n[3];    ///< e1 x e2
-  V size[3];            ///< n is off by at most 9 u^2 of it
-  DoubleDouble bottom;  ///< d.n
-  V bottom_size;
-  V inverse;  ///< 1 / bottom, a float64
-  DoubleDouble t;
-  V error;               ///< of t
-  hn::Mask<D> ordinary;  ///< nothing underflowed or overflowed that a bound would have to know of
+  DoubleDouble n[3];          ///< e1 x e2
+  V size[3];                  ///< n is off by at most 9 u^2 of it
+  DoubleDouble top;           ///< a.n
+  V top_size;
+  V largest;  ///< of all factors
 
-  /// Of the lanes that the columns begin with.
-  HWY_INLINE explicit IntersectionOf(const MeetingColumns& columns) {
+  PlaneOf() = default;
+  /// Of the lanes that the columns begin with; asks for no direction.
+  HWY_INLINE explicit PlaneOf(const MeetingColumns& columns) {
     const D dd;
     V rest = hn::Zero(dd);
     SIGHTLINE_UNROLL
@@ -155,7 +152,6 @@ struct IntersectionOf {
       e1[k] = DoubleDouble::two_difference(hn::LoadU(dd, columns.corner[1][k]), v0);
       e2[k] = DoubleDouble::two_difference(hn::LoadU(dd, columns.corner[2][k]), v0);
       a[k] = DoubleDouble::two_difference(v0, hn::LoadU(dd, columns.origin[k]));
-      direction[k] = hn::LoadU(dd, columns.direction[k]);
       rest = hn::Or(rest, hn::Or(e1[k].low, e2[k].low));
     }
     // Edges of float32 corners are float64 numbers, but for corners of very different size.
@@ -167,25 +163,50 @@ struct IntersectionOf {
                                DoubleDouble::two_product(e1[j].high, e2[i].high)
                          : e1[i] * e2[j] - e1[j] * e2[i];
     }
-    DoubleDouble top;
-    V top_size = hn::Zero(dd), largest = hn::Zero(dd);
-    bottom_size = hn::Zero(dd);
+    top_size = largest = hn::Zero(dd);
     SIGHTLINE_UNROLL
     for (std::size_t k = 0; k < 3; ++k) {
       const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
       size[k] = hn::Add(hn::Abs(hn::Mul(e1[i].high, e2[j].high)),
                         hn::Abs(hn::Mul(e1[j].high, e2[i].high)));
       top_size = hn::MulAdd(hn::Abs(a[k].high), size[k], top_size);
-      bottom_size = hn::MulAdd(hn::Abs(direction[k]), size[k], bottom_size);
-      largest =
-          hn::Max(largest, hn::Max(size[k], hn::Max(hn::Abs(a[k].high), hn::Abs(direction[k]))));
+      largest = hn::Max(largest, hn::Max(size[k], hn::Abs(a[k].high)));
       top = k == 0 ? a[k] * n[k] : top + a[k] * n[k];
-      bottom = k == 0 ? direction[k] * n[k] : bottom + direction[k] * n[k];
+    }
+  }
+};
+
+/// Where rays from the origins of planes meet them.
+template <class Tag>
+struct MeetingOf {
+  using D = Tag;
+  using V = hn::Vec<D>;
+  using DoubleDouble = DoubleDoubleOf<Tag>;
+
+  V direction[3];
+  DoubleDouble bottom;  ///< d.n
+  V bottom_size;
+  V inverse;  ///< 1 / bottom, a float64
+  DoubleDouble t;
+  V error;               ///< of t
+  hn::Mask<D> ordinary;  ///< nothing underflowed or overflowed that a bound would have to know of
+
+  HWY_INLINE MeetingOf(const PlaneOf<Tag>& plane, const double* const (&directions)[3]) {
+    const D dd;
+    V largest = plane.largest;
+    bottom_size = hn::Zero(dd);
+    SIGHTLINE_UNROLL
+    for (std::size_t k = 0; k < 3; ++k) {
+      direction[k] = hn::LoadU(dd, directions[k]);
+      const V length = hn::Abs(direction[k]);
+      bottom_size = hn::MulAdd(length, plane.size[k], bottom_size);
+      largest = hn::Max(largest, length);
+      bottom = k == 0 ? direction[k] * plane.n[k] : bottom + direction[k] * plane.n[k];
     }
     inverse = hn::Div(hn::Set(dd, 1.0), bottom.high);
-    t = quotient(top);
-    error = bound(top_size, t.high);
-    ordinary = is_ordinary(dd, top_size, bottom_size, largest, t.high);
+    t = quotient(plane.top);
+    error = bound(plane.top_size, t.high);
+    ordinary = is_ordinary(dd, plane.top_size, bottom_size, largest, t.high);
   }
 
   HWY_INLINE DoubleDouble quotient(const DoubleDouble& top) const {
@@ -194,8 +215,20 @@ struct IntersectionOf {
   HWY_INLINE V bound(V top_size, V value) const {
     return error_of_quotient(D(), top_size, bottom_size, inverse, value);
   }
+  /// t.high is certainly the nearest float64.
+  HWY_INLINE hn::Mask<D> certain() const { return hn::And(t.certain(error), ordinary); }
 };
 
+/// What t and everything behind it is made of, for several rays and the triangles that they meet.
+template <class Tag>
+struct IntersectionOf : PlaneOf<Tag>, MeetingOf<Tag> {
+  /// Of the lanes that the columns begin with.
+  HWY_INLINE explicit IntersectionOf(const MeetingColumns& columns)
+      : PlaneOf<Tag>(columns), MeetingOf<Tag>(*this, columns.direction) {}
+};
+
+using PlanesAtOnce = PlaneOf<hn::CappedTag<double, 8>>;
+using MeetingsAtOnce = MeetingOf<hn::CappedTag<double, 8>>;
 using Intersection = IntersectionOf<hn::CappedTag<double, 8>>;
 
 }  // namespace HWY_NAMESPACE

@@ -51,6 +51,37 @@ class Finisher {
     write(ray, winner.id(), rounded.t, rounded.certain);
   }
 
+  /// The winner of those of the kGroup neighbouring rays from `first` on that `some` has a bit for;
+  /// false, and nothing done, where the group has more than one origin. Rays of a camera have one,
+  /// and many of them meet the same triangle: its plane is looked at once.
+  HWY_INLINE bool add_alike(std::size_t first, std::uint32_t some, const Candidate& winner) {
+    if (!see_plane(first, winner)) return false;
+    const DoubleDouble::D dd;
+    std::uint32_t certain = 0;
+    for (std::size_t i = 0; i < kGroup; i += hn::Lanes(dd)) {
+      const std::size_t at = first + i;
+      const MeetingsAtOnce meeting(plane_, {&rays_.dx[at], &rays_.dy[at], &rays_.dz[at]});
+      hn::Store(meeting.t.high, dd, t_ + i);
+      certain |= mask_bits(dd, meeting.certain()) << i;
+    }
+    const TriangleId id = winner.id();
+    if ((some & certain) == kAll) {
+      const hn::CappedTag<std::uint32_t, kGroup> du;
+      for (std::size_t i = 0; i < kGroup; i += hn::Lanes(du)) {
+        hn::StoreU(hn::Set(du, id.instance), du, &hits_.instance[first + i]);
+        hn::StoreU(hn::Set(du, id.triangle), du, &hits_.triangle[first + i]);
+      }
+      for (std::size_t i = 0; i < kGroup; i += hn::Lanes(dd))
+        hn::StoreU(hn::Load(dd, t_ + i), dd, &hits_.t[first + i]);
+      return true;
+    }
+    for (; some != 0; some &= some - 1) {
+      const auto i = static_cast<std::uint32_t>(std::countr_zero(some));
+      write(first + i, id, t_[i], (certain >> i & 1u) != 0);
+    }
+    return true;
+  }
+
   /// The winners of kGroup neighbouring rays from `first` on; those that miss have none.
   void add_neighbours(std::size_t first, const Candidate (&winner)[kGroup]) {
     const Candidate* some = nullptr;
@@ -106,6 +137,8 @@ class Finisher {
   }
 
  private:
+  static constexpr std::uint32_t kAll = (1u << kGroup) - 1;
+
   struct Winners {
     std::uint32_t instance[kGroup], triangle[kGroup];
     HWY_ALIGN double corner[3][3][kGroup];  ///< in the world
@@ -121,6 +154,39 @@ class Finisher {
     }
     TriangleId id(std::size_t i) const { return {instance[i], triangle[i]}; }
   };
+
+  /// Makes plane_ that of a winner and of the one origin of kGroup rays; false where they have
+  /// more than one.
+  HWY_INLINE bool see_plane(std::size_t first, const Candidate& winner) {
+    const DoubleDouble::D dd;
+    const double* const origin[3] = {&rays_.ox[first], &rays_.oy[first], &rays_.oz[first]};
+    auto same = hn::FirstN(dd, hn::Lanes(dd));
+    SIGHTLINE_UNROLL
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto one = hn::Set(dd, *origin[k]);
+      for (std::size_t i = 0; i < kGroup; i += hn::Lanes(dd))
+        same = hn::And(same, hn::Eq(hn::LoadU(dd, origin[k] + i), one));
+    }
+    if (!hn::AllTrue(dd, same)) return false;
+    const bool is_seen = seen_.block == winner.block && seen_.lane == winner.lane &&
+                         seen_.instance == winner.instance && seen_from_[0] == *origin[0] &&
+                         seen_from_[1] == *origin[1] && seen_from_[2] == *origin[2];
+    if (is_seen) return true;
+    seen_ = winner;
+    HWY_ALIGN double corner[3][3][kGroup];
+    each_coordinate(winner,
+                    [&](int c, int k, double x) { hn::Store(hn::Set(dd, x), dd, corner[c][k]); });
+    MeetingColumns columns{};
+    SIGHTLINE_UNROLL
+    for (std::size_t k = 0; k < 3; ++k) {
+      columns.origin[k] = origin[k];
+      seen_from_[k] = *origin[k];
+      SIGHTLINE_UNROLL
+      for (std::size_t c = 0; c < 3; ++c) columns.corner[c][k] = corner[c][k];
+    }
+    plane_ = PlanesAtOnce(columns);
+    return true;
+  }
 
   /// Lanes without a winner repeat the first one.
   HWY_INLINE void repeat_first(double (&lanes)[kGroup]) const {
@@ -174,7 +240,7 @@ class Finisher {
       }
       const Intersection meeting(columns);
       hn::Store(meeting.t.high, dd, t_ + i);
-      certain |= mask_bits(dd, hn::And(meeting.t.certain(meeting.error), meeting.ordinary)) << i;
+      certain |= mask_bits(dd, meeting.certain()) << i;
     }
     return certain;
   }
@@ -200,6 +266,9 @@ class Finisher {
   HWY_ALIGN double origin_[3][kGroup];
   HWY_ALIGN double direction_[3][kGroup];
   Winners waiting_, neighbours_;
+  Candidate seen_;      ///< no block: nothing is seen yet
+  PlanesAtOnce plane_;  ///< of it as seen from seen_from_, in every lane
+  double seen_from_[3];
   HWY_ALIGN double t_[kGroup];
 };
 

@@ -43,6 +43,7 @@ class PlainFinisher {
     if (++size_ == kGroup) flush();
   }
 
+  bool add_alike(std::size_t, std::uint32_t, const Candidate&) { return false; }
   /// Of neighbouring rays from `first` on; those that miss have none.
   void add_neighbours(std::size_t first, const Candidate (&winner)[8]) {
     for (std::size_t i = 0; i < 8; ++i) {
