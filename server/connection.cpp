@@ -40,6 +40,10 @@ Received receive_some(Connection& connection, std::size_t most) {
   // On the stack and not in each connection: thousands of them may be idle.
   std::array<char, 32 << 10> buffer;
   std::size_t count = 0;
+  // Here, because there may never be a moment when all is taken: a client can always have begun the
+  // next request.
+  connection.input.erase(0, connection.taken);
+  connection.taken = 0;
   const Received received =
       receive_at(connection, buffer.data(), std::min(most, buffer.size()), count);
   connection.input.append(buffer.data(), count);

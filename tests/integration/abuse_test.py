@@ -13,7 +13,7 @@ import time
 import unittest
 
 import case_report
-from abuse_case import BODY, HEALTH, QUERY, ROW, Abuse, is_closed, print_floor, read_all, sip, trickle
+from abuse_case import BODY, HEALTH, QUERY, ROW, Abuse, is_closed, print_floor, read_all, resident, sip, trickle
 from sightline_server import PATIENCE, Server, curl, read_answer
 
 MANY = 64  # twice the workers of either kind
@@ -100,6 +100,19 @@ class HoldingOn(Abuse):
         self.check_ordinary("pipelined floods that nobody reads")
         for connection in held:
             connection.close()
+
+    def test_a_client_that_has_always_begun_the_next_request(self):
+        request = HEALTH[:-2] + b"X: " + b"y" * 7000 + b"\r\n\r\n"
+        rounds = 3000 if not self.is_sanitized else 300
+        before = resident(self.server)[0]
+        connection, _ = self.send(request[:3000])
+        with connection, connection.makefile("rb") as stream:
+            for _ in range(rounds):
+                connection.sendall(request[3000:] + request[:3000])
+                self.assertEqual(read_answer(stream).status, 200)
+            if not self.is_sanitized:
+                self.assertLess(resident(self.server)[0] - before, rounds * len(request) / 2)
+            self.check_ordinary("a client that has always begun its next request")
 
     def test_clients_that_go_away(self):
         body = json.dumps({"rays": [ROW] * 10000, "fields": ["t"]}).encode()
