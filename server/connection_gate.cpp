@@ -147,7 +147,7 @@ void ConnectionGate::run(int listener) {
   start(bulk_workers_, WorkerPool::Priority::kLower);
   start(body_workers_, WorkerPool::Priority::kLower);
   ask_for_short_turns();
-  ask_to_go_first();
+  GoingFirst going_first;
   const KeptBlocks kept;
   watch(epoll_, listener, EPOLLIN);
   bool stopped = false;
@@ -171,6 +171,7 @@ void ConnectionGate::run(int listener) {
     if (stopping_ && !std::exchange(stopped, true)) begin_stop(listener);
     if (now_ >= next_check_) {
       check_times();
+      going_first.look(now_);
       if (!accepting_ && !stopped) accepting_ = watch(epoll_, listener, EPOLLIN);
       next_check_ = now_ + kCheck;
     }
