@@ -77,7 +77,7 @@ struct Connection {
   bool ended = false;    ///< the client has closed its side, or all
   std::chrono::steady_clock::time_point ended_at;
   std::size_t lingered = 0;  ///< bytes
-  int answered_here = 0;     ///< requests since the last event that no worker answered
+  int answered_here = 0;     ///< since the last event, by no worker: requests, and KiB of heads
   int not_tried = 0;         ///< so many of the next go to workers at once
 
   std::string_view pending_input() const { return std::string_view(input).substr(taken); }

@@ -18,9 +18,10 @@ namespace {
 /// unread bytes would reset the connection, and the client would lose the answer.
 constexpr std::size_t kLingerBytes = 1 << 20;
 constexpr std::chrono::milliseconds kLinger{1000};
-constexpr std::size_t kReceived = 16 << 10;
-/// A body that every connection may have gathered, whatever others hold.
-constexpr std::uint64_t kFreeBody = 4 << 10;
+/// A head that is not whole, and a body, that every connection may hold, whatever others hold.
+constexpr std::uint64_t kFreeHead = 4 << 10, kFreeBody = 4 << 10;
+/// Of heads and of what follows them at once: a string of so many takes kFreeHead.
+constexpr std::size_t kReceived = kFreeHead - 1;
 /// After so many that a client has sent in one go others have their turn.
 constexpr int kAnsweredHere = 16;
 /// The same for all clients together in one turn of the loop, and for what took the door longer
@@ -34,6 +35,15 @@ constexpr int kNotTried = 64;
 void note(Connection& connection, Received received) {
   connection.readable =
       received == Received::kSome || (received == Received::kAll && connection.ended);
+}
+
+/// Whether the client's head may wait for its rest: thousands may have begun long ones.
+bool charge_head(Connection& connection) {
+  const std::uint64_t held = connection.input.capacity();
+  if (held < kFreeHead || held <= connection.charged) return true;
+  if (!connection.budget.charge(held - connection.charged)) return false;
+  connection.charged = held;
+  return true;
 }
 
 }  // namespace
@@ -98,8 +108,14 @@ bool ConnectionGate::advance_head(Connection& connection) {
     note(connection, received);
     if (received == Received::kSome || received == Received::kAll) continue;
     // What came before a stop is still answered; silence ends the connection.
-    if (received == Received::kEnd || (stopping_ && !connection.begun)) close(connection);
-    return false;
+    if (received == Received::kEnd || (stopping_ && !connection.begun)) {
+      close(connection);
+      return false;
+    }
+    if (charge_head(connection)) return false;
+    refuse(connection,
+           {503, "MEMORY_BUSY", "too many long headers are on their way: try again later"});
+    return true;
   }
 }
 
@@ -110,7 +126,10 @@ void ConnectionGate::admit(Connection& connection) {
   if (const auto fault = parse_request_head(text, limits_.head, connection.head)) {
     return refuse(connection, *fault);
   }
+  // Long heads take as long to read as several requests take to answer.
+  connection.answered_here += static_cast<int>(scan.size() >> 10);
   connection.take(scan.size());
+  connection.give_back_budget();
   if (rules_.admit) {
     if (const auto fault = rules_.admit(connection.head)) return refuse(connection, *fault);
   }

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kCollected = 16 << 10;
 /// What every connection may leave behind, whatever others hold.
-constexpr std::size_t kFreeOutput = 16 << 10;
+constexpr std::size_t kFreeOutput = 4 << 10;
 /// How soon a slow client is seen to keep others waiting.
 constexpr std::chrono::milliseconds kLook{100};
 

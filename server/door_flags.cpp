@@ -18,8 +18,9 @@ void define_door(CLI::App& app, DoorLimits& limits, DoorSeconds& seconds) {
   flags.add_count("--max-header-fields", limits.head.fields, "of one request");
   flags.add_count("--max-gathered-bytes", limits.gathered,
                   "of a body that is received before a worker is taken for it");
-  flags.add_count("--max-buffer-bytes", limits.buffers,
-                  "of such bodies and of answers that clients have not taken yet, together");
+  flags.add_count(
+      "--max-buffer-bytes", limits.buffers,
+      "of such bodies, of long headers on their way and of answers not taken yet, together");
   flags.add_count("--max-body-memory", limits.bodies,
                   "bytes of longer bodies of queries, together; one alone may be larger");
   flags.add_count("--max-work-memory", limits.work,

@@ -13,7 +13,7 @@ import time
 import unittest
 
 import case_report
-from abuse_case import BODY, HEALTH, QUERY, ROW, Abuse, is_closed, print_floor, read_all, resident, sip, trickle
+from abuse_case import BODY, HEALTH, MIB, QUERY, ROW, Abuse, is_closed, print_floor, read_all, resident, sip, trickle
 from sightline_server import PATIENCE, Server, curl, read_answer
 
 MANY = 64  # twice the workers of either kind
@@ -136,6 +136,32 @@ class HoldingOn(Abuse):
             stop.set()
             for comer in comers:
                 comer.join()
+
+    def test_long_heads_that_never_end_share_what_there_is(self):
+        half = HEALTH[:-2] + (b"X: " + b"y" * 990 + b"\r\n") * 15
+        with Server("--max-buffer-bytes", MIB, "--header-seconds", PATIENCE) as server:
+            held = [server.connect() for _ in range(200)]
+            for connection in held:
+                connection.sendall(half)
+            # A megabyte is some 60 of them. The others are told, and short heads come in all the while.
+            for connection in held[100:]:
+                answers = read_all(connection)
+                self.assertEqual([(answer.status, answer.json()["code"], answer.headers["retry-after"]) for answer in answers],
+                                 [(503, "MEMORY_BUSY", "1")])
+            self.assertEqual(curl(server.url + "/healthz").status, 200)
+            # Who holds some gets its answer, and what it held is for others again.
+            for connection in held[:10]:
+                connection.sendall(b"\r\n")
+                with connection.makefile("rb") as stream:
+                    self.assertEqual(read_answer(stream).status, 200)
+            for connection in held[:100]:
+                connection.close()
+            for turn in range(200):
+                with server.connect() as connection, connection.makefile("rb") as stream:
+                    for piece in (half[:9000], half[9000:], b"\r\n"):
+                        connection.sendall(piece)
+                    answer = read_answer(stream)
+                    self.assertTrue(answer.status == 200 or turn < 100, answer.body)
 
     def test_connections_beyond_the_limit_close_the_idlest(self):
         with Server("--preload", "six=demo:six", "--max-connections", 50) as server:
