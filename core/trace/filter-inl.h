@@ -118,6 +118,19 @@ HWY_INLINE bool filter_lanes(D dd, const LaneCorners<D>& corners, double edge,
 
 using FilterLanes = hn::CappedTag<double, kLanes>;
 
+/// corner(c, k) for each corner c on the axes of `ray`: inlined, where a lambda would be called.
+template <class Corner>
+HWY_INLINE LaneCorners<FilterLanes> corners_on_axes(const FilterRay& ray, const Corner& corner) {
+  LaneCorners<FilterLanes> corners;
+  SIGHTLINE_UNROLL
+  for (std::size_t c = 0; c < 3; ++c) {
+    corners.x[c] = corner(c, ray.kx);
+    corners.y[c] = corner(c, ray.ky);
+    corners.z[c] = corner(c, ray.kz);
+  }
+  return corners;
+}
+
 /// Corners of as many triangles of a block as a vector holds, from lane `i` on, on the axes of
 /// `ray`. kPlaced: in the world, by the contract's own formula.
 template <bool kPlaced>
@@ -128,26 +141,17 @@ HWY_INLINE LaneCorners<FilterLanes> load_corners(const LeafBlock& block, std::si
   const auto load = [&](std::size_t c, std::uint32_t k) {
     return hn::PromoteTo(dd, hn::Load(df, block.corner[c][k] + i));
   };
-  LaneCorners<FilterLanes> corners;
-  const auto fill = [&](auto&& corner) {
-    SIGHTLINE_UNROLL
-    for (std::size_t c = 0; c < 3; ++c) {
-      corners.x[c] = corner(c, ray.kx);
-      corners.y[c] = corner(c, ray.ky);
-      corners.z[c] = corner(c, ray.kz);
-    }
-  };
   if constexpr (!kPlaced) {
-    fill(load);
+    return corners_on_axes(ray, load);
   } else if (placement.diagonal) {
     // What is left of the sums below: adding zeros changes no more than the sign of a zero.
-    fill([&](std::size_t c, std::uint32_t k) {
+    return corners_on_axes(ray, [&](std::size_t c, std::uint32_t k) {
       const double* m = placement.world_from_mesh.m[k];
       return hn::Add(hn::Mul(hn::Set(dd, m[k]), load(c, k)), hn::Set(dd, m[3]));
     });
   } else {
     // Separate products and sums, left to right.
-    fill([&](std::size_t c, std::uint32_t k) {
+    return corners_on_axes(ray, [&](std::size_t c, std::uint32_t k) {
       const double* m = placement.world_from_mesh.m[k];
       return hn::Add(hn::Add(hn::Add(hn::Mul(hn::Set(dd, m[0]), load(c, 0)),
                                      hn::Mul(hn::Set(dd, m[1]), load(c, 1))),
@@ -155,7 +159,6 @@ HWY_INLINE LaneCorners<FilterLanes> load_corners(const LeafBlock& block, std::si
                      hn::Set(dd, m[3]));
     });
   }
-  return corners;
 }
 
 /// At least every |component| of the edges of a block in the world.
