@@ -15,9 +15,6 @@
 #define SIGHTLINE_TRACE_CROWD_INL_H_
 #endif
 
-#include <hwy/cache_control.h>
-
-#include <algorithm>
 #include <bit>
 #include <limits>
 
@@ -53,6 +50,7 @@ class Crowd {
     for (std::uint32_t& bits : columns_.negative) bits = 0;
     columns_.largest_x = columns_.largest_y = 0;
     std::uint32_t good = 0;
+    fetch_rays(rays_, first + kPacketRays);
     for (std::size_t i = 0; i < kPacketRays; i += hn::MaxLanes(DoubleLanes()))
       good |= preparation_.prepare_columns(rays_, first + i, i, columns_) << i;
     if (good != kAllRays) return 0;
@@ -65,7 +63,7 @@ class Crowd {
     anchored_.origin[1] = &rays_.oy[first];
     anchored_.origin[2] = &rays_.oz[first];
     anchored_.tau_min = columns_.tau_min;
-    reach_ = *std::max_element(columns_.reach, columns_.reach + kPacketRays);
+    reach_ = largest_of(columns_.reach);
     hits_.start(first, columns_.tau_max);
     return kPacketRays;
   }
@@ -147,7 +145,7 @@ class Crowd {
                << i;
       if constexpr (kAny) met &= looking_;
       if (met == 0) continue;
-      if (size > base) prefetch(tree, ref_[size - 1]);
+      if (size > base) fetch_node(tree.arena.at(ChildRef::granule(ref_[size - 1])));
       if (!ChildRef::is_leaf(ref)) {
         ++steps_;
         ++counts_.packet_nodes;
@@ -159,11 +157,6 @@ class Crowd {
         visit_leaf(tree, ref, met, space);
       }
     }
-  }
-
-  static HWY_INLINE void prefetch(const WideTree& tree, std::uint32_t ref) {
-    const std::byte* target = tree.arena.at(ChildRef::granule(ref));
-    for (std::size_t i = 0; i < sizeof(WideNode); i += 64) hwy::Prefetch(target + i);
   }
 
   /// Takes a node from the top of the stack, where its entry still is, and puts its children there

@@ -250,10 +250,7 @@ class Flight {
   HWY_INLINE void proceed(Slot& slot, std::uint32_t next, Queues& queues) const {
     slot.next = next;
     const std::byte* target = at(slot, next & ChildRef::kGranuleMask);
-    hwy::Prefetch(target);
-    hwy::Prefetch(target + 64);
-    hwy::Prefetch(target + 128);
-    hwy::Prefetch(target + 192);
+    fetch_node(target);
     queues.add(slot, next);
   }
   HWY_INLINE const std::byte* at(const Slot& slot, std::uint32_t granule) const {

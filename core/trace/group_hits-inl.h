@@ -7,6 +7,8 @@
 #define SIGHTLINE_TRACE_GROUP_HITS_INL_H_
 #endif
 
+#include <hwy/cache_control.h>
+
 #include <bit>
 
 #include "core/trace/decision.h"
@@ -21,6 +23,26 @@ namespace HWY_NAMESPACE {
 /// Rays that go together at most.
 constexpr std::size_t kPacketRays = 32;
 
+/// Starts fetching the rays of the next packet, if there are as many.
+HWY_INLINE void fetch_rays(const RayBatch& rays, std::size_t first) {
+  if (rays.size() < first + kPacketRays) return;
+  for (const auto* column :
+       {&rays.ox, &rays.oy, &rays.oz, &rays.dx, &rays.dy, &rays.dz, &rays.tmin, &rays.tmax}) {
+    SIGHTLINE_UNROLL
+    for (std::size_t i = 0; i < kPacketRays; i += 64 / sizeof(double))
+      hwy::Prefetch(column->data() + first + i);
+  }
+}
+
+/// Of kPacketRays numbers that are not negative.
+HWY_INLINE double largest_of(const double* numbers) {
+  const GroupPreparation::D dd;
+  auto largest = hn::Zero(dd);
+  for (std::size_t i = 0; i < kPacketRays; i += hn::Lanes(dd))
+    largest = hn::Max(largest, hn::Load(dd, numbers + i));
+  return hn::GetLane(hn::MaxOfLanes(dd, largest));
+}
+
 /// The ClosestHit of each of kPacketRays rays, side by side.
 class GroupHits {
  public:
@@ -32,10 +54,12 @@ class GroupHits {
   /// No hits of the rays from `first` on, whose limits are below `tau_max`.
   void start(std::size_t first, const double* tau_max) {
     first_ = first;
-    for (std::size_t i = 0; i < kPacketRays; ++i) {
-      low_[i] = ClosestHit::kNever;
-      bound_[i] = tau_max[i];
-      candidate_[i] = 0;
+    const D dd;
+    const hn::RebindToUnsigned<D> du;
+    for (std::size_t i = 0; i < kPacketRays; i += hn::Lanes(dd)) {
+      hn::Store(hn::Set(dd, ClosestHit::kNever), dd, low_ + i);
+      hn::Store(hn::Load(dd, tau_max + i), dd, bound_ + i);
+      hn::Store(hn::Zero(du), du, candidate_ + i);
     }
   }
   /// For a lane that no ray goes in: a limit that excludes all.

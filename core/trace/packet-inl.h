@@ -16,7 +16,6 @@
 #define SIGHTLINE_TRACE_PACKET_INL_H_
 #endif
 
-#include <algorithm>
 #include <bit>
 
 #include "core/trace/beam-inl.h"
@@ -57,6 +56,7 @@ class Packet {
     columns_.largest_x = columns_.largest_y = 0;
     constexpr std::size_t kStep = hn::MaxLanes(GroupPreparation::D());
     std::uint32_t alike = 0;
+    fetch_rays(rays_, first + kPacketRays);
     for (std::size_t i = 0; i < kPacketRays; i += kStep) {
       alike |= preparation_.prepare_columns(rays_, first + i, i, columns_) << i;
     }
@@ -72,7 +72,7 @@ class Packet {
     set_limits();
     beam_.set(columns_, limit_);
     axes_ = columns_.filter(0);
-    reach_ = *std::max_element(columns_.reach, columns_.reach + kPacketRays);
+    reach_ = largest_of(columns_.reach);
     count_ = count;
     return count;
   }
@@ -149,7 +149,11 @@ class Packet {
     ++steps_;
     ++counts_.packet_nodes;
     hn::StoreU(hn::Set(du, ref), du, waiting_.parent + size);
-    return size + beam_.children(tree_.node(ref), waiting_.slot + size, waiting_.near + size);
+    const WideNode& node = tree_.node(ref);
+    const std::size_t more = beam_.children(node, waiting_.slot + size, waiting_.near + size);
+    for (std::size_t i = size; i < size + more; ++i)
+      fetch_node(tree_.arena.at(ChildRef::granule(node.child[waiting_.slot[i]])));
+    return size + more;
   }
 
   HWY_INLINE void visit_leaf(std::uint32_t ref, std::uint32_t met) {

@@ -9,7 +9,9 @@
 
 #include <hwy/highway.h>
 
+#include <bit>
 #include <cstdint>
+#include <cstring>
 
 // Loops over axes and corners must unroll, or their vectors live in memory.
 #undef SIGHTLINE_UNROLL
@@ -50,12 +52,16 @@ HWY_INLINE V nan_or_max(D d, V a, V b) {
   return max_unless_nan(d, a, b);
 }
 
+static_assert(std::endian::native == std::endian::little);
 /// Bit i says lane i; at most sixteen lanes.
 template <class D, class M>
 HWY_INLINE std::uint32_t mask_bits(D d, M mask) {
   HWY_ALIGN std::uint8_t bits[8] = {};
   hn::StoreMaskBits(d, mask, bits);
-  return hn::MaxLanes(d) <= 8 ? bits[0] : bits[0] | static_cast<std::uint32_t>(bits[1]) << 8;
+  if constexpr (hn::MaxLanes(d) <= 8) return bits[0];
+  std::uint16_t both;  // as one number: the lowest byte first, as lanes are
+  std::memcpy(&both, bits, sizeof both);
+  return both;
 }
 
 }  // namespace HWY_NAMESPACE

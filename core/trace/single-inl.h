@@ -7,8 +7,6 @@
 #define SIGHTLINE_TRACE_SINGLE_INL_H_
 #endif
 
-#include <hwy/cache_control.h>
-
 #include <bit>
 #include <limits>
 
@@ -186,11 +184,7 @@ class Traversal {
         size += found;
         if (found > 0) {
           // Most likely the next to be taken from the stack.
-          const std::byte* target = tree.arena.at(ChildRef::granule(stack_.ref[size - 1]));
-          hwy::Prefetch(target);
-          hwy::Prefetch(target + 64);
-          hwy::Prefetch(target + 128);
-          hwy::Prefetch(target + 192);
+          fetch_node(tree.arena.at(ChildRef::granule(stack_.ref[size - 1])));
         }
       }
       while (ref == kNoChild) {

@@ -7,6 +7,8 @@
 #define SIGHTLINE_TRACE_SLABS_INL_H_
 #endif
 
+#include <hwy/cache_control.h>
+
 #include <bit>
 
 #include "core/bvh/wide_tree.h"
@@ -24,6 +26,12 @@ HWY_INLINE hn::Vec<hn::CappedTag<std::uint32_t, kArity>> child_order(const WideN
   // The permutation is eight fields of three bits; table lookups look at the low three bits only.
   return hn::And(hn::Shr(hn::Set(du, node.order[octant]), hn::Mul(hn::Iota(du, 0), hn::Set(du, 3))),
                  hn::Set(du, 7));
+}
+
+/// Starts fetching a node, or as much of a leaf.
+HWY_INLINE void fetch_node(const std::byte* target) {
+  SIGHTLINE_UNROLL
+  for (std::size_t i = 0; i < sizeof(WideNode); i += 64) hwy::Prefetch(target + i);
 }
 
 /// Siblings that may wait, of one ray in flight or one packet.
