@@ -52,6 +52,7 @@ class Emitter {
         place[i] = next;
         next += plan_.granules(children.index[i]);
       }
+      next = whole_lines(next);
     }
     std::array<Counts, kArity> below;
     const auto emit_child = [&](std::size_t i) {
@@ -144,7 +145,7 @@ WideTree collapse(const BinaryTree& binary, const CollapseOptions& options,
   WideTree tree;
   if (binary.empty()) return tree;
   const WidePlan plan(binary, options);
-  const std::size_t bytes = std::size_t{plan.granules(0)} * Arena::kGranule;
+  const std::size_t bytes = std::size_t{whole_lines(plan.granules(0))} * Arena::kGranule;
   tree.arena = Arena(bytes);
   tree.arena.take(bytes);
   Counts counts;

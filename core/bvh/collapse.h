@@ -21,11 +21,11 @@ struct CollapseOptions {
   float node_cost = 1.0f;
   float block_cost = 1.2f;
   /// For each granule of memory, spread over the boxes: what costs memory must be worth it.
-  float memory_cost = 3.0f;
+  float memory_cost = 1.5f;
   std::uint32_t block = kLanes;  ///< boxes in a block
   std::uint32_t leaf_max = 8;    ///< boxes in a leaf at most, if the binary leaves are not larger
-  /// Where boxes cannot share a block with any other: at most kMaxLeafBlocks for a leaf. Empty: as
-  /// few blocks as hold the boxes.
+  /// Where boxes cannot share a block with any other: boxes that need more than kMaxLeafBlocks are
+  /// no leaf. Empty: as few blocks as hold the boxes.
   BlockCounter count_blocks;
 };
 

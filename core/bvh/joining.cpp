@@ -71,12 +71,15 @@ std::vector<std::uint32_t> choose_joined(std::span<const MeshView> meshes,
                    [&](std::uint32_t a, std::uint32_t b) { return copies(a) < copies(b); });
   const std::uint64_t most = std::max(total, kFreeCopies);
   std::vector<bool> joined(meshes.size());
-  std::uint64_t copied = 0, triangles = 0;
+  std::uint64_t copied = 0, triangles = 0, parts = 0;
   for (const std::uint32_t mesh : order) {
     const std::uint64_t all = copies(mesh) + meshes[mesh].triangle_count();
-    if (copied + copies(mesh) > most || triangles + all > kMaxTriangles) continue;
+    if (copied + copies(mesh) > most || triangles + all > kMaxTriangles ||
+        parts + uses[mesh] > LeafBlock::kPlacements)
+      continue;
     copied += copies(mesh);
     triangles += all;
+    parts += uses[mesh];
     joined[mesh] = true;
   }
   std::erase_if(chosen, [&](std::uint32_t i) { return !joined[placements[i].mesh]; });

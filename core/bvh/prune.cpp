@@ -15,7 +15,7 @@ std::uint32_t pruned_leaf(WideTree& tree, std::uint32_t ref,
   auto* block = reinterpret_cast<LeafBlock*>(tree.arena.at(ChildRef::granule(ref)));
   std::uint32_t left = 0;
   for (std::uint32_t i = 0; i < ChildRef::blocks(ref); ++i) {
-    if (gone(block[i].placement)) continue;
+    if (gone(block[i].placement())) continue;
     if (left != i) block[left] = block[i];
     ++left;
   }

@@ -204,6 +204,12 @@ Result<ScenePlan> plan_scene(std::vector<MeshView> meshes, std::vector<Placement
                    ""};
     }
   }
+  if (plan.placements.size() > kMaxTriangles) {
+    return Error{ErrorKind::kTooLarge, "SCENE_TOO_LARGE",
+                 "meshes are placed " + std::to_string(plan.placements.size()) +
+                     " times, a tree holds at most " + std::to_string(kMaxTriangles),
+                 ""};
+  }
   plan.facts.resize(plan.meshes.size());
   parallel_for(plan.meshes.size(),
                [&](std::size_t i) { plan.facts[i] = facts_of(plan.meshes[i].positions); });

@@ -51,8 +51,8 @@ struct ScenePlan {
 };
 
 /// Parallel. Cost: every position and index is read once for each mesh, every position that a
-/// triangle uses once more for each placement. Errors: SCENE_TOO_LARGE for a mesh that no tree
-/// holds.
+/// triangle uses once more for each placement. Errors: SCENE_TOO_LARGE for a mesh, or for so many
+/// placements, that no tree holds.
 Result<ScenePlan> plan_scene(std::vector<MeshView> meshes, std::vector<PlacementView> placements);
 
 /// A placement of a plan that is to be elsewhere.

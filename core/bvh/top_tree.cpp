@@ -1,5 +1,6 @@
 #include "core/bvh/top_tree.h"
 
+#include <array>
 #include <cmath>
 
 #include "core/bvh/collapse.h"
@@ -31,9 +32,10 @@ WideTree build_top(std::span<const Box3d> bounds, const Box3d& all, TreeQuality 
   if (quality == TreeQuality::kHigh) reinsert(binary, {});
   WideTree top =
       collapse(binary, costs, [&](std::uint32_t first, std::uint32_t count, LeafBlock* block) {
+        std::array<std::uint32_t, kLanes> placements;
         for (std::uint32_t i = 0; i < kLanes; ++i)
-          block->triangle[i] = binary.ids[first + (i < count ? i : 0)];
-        block->lane_count = count;
+          placements[i] = binary.ids[first + (i < count ? i : 0)];
+        block->set_names(placements, count, 0);
       });
   top.scale_exponent = scale_exponent;
   top.bounds = all;

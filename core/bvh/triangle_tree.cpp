@@ -16,10 +16,13 @@ namespace sightline {
 
 namespace {
 
+constexpr std::uint32_t kMaxLeafBoxes = 8;
+
 /// The triangles `numbers` of one part, at most kLanes.
 void write_block(std::span<const TreePart> parts, const PartNumbers& numbering,
                  std::span<const std::uint32_t> numbers, LeafBlock& block) {
   double edge_max = 0;
+  std::array<std::uint32_t, kLanes> triangles;
   const PartNumbers::Place first = numbering.place_of(numbers[0]);
   const MeshView& mesh = parts[first.part].mesh;
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
@@ -36,11 +39,10 @@ void write_block(std::span<const TreePart> parts, const PartNumbers& numbering,
                             std::abs(static_cast<double>(q[axis]) - static_cast<double>(p[axis])));
       }
     }
-    block.triangle[lane] = triangle;
+    triangles[lane] = triangle;
   }
-  block.edge_max = float_above(next_above(edge_max));
-  block.lane_count = static_cast<std::uint32_t>(numbers.size());
-  block.placement = first.part;
+  block.set_names(triangles, static_cast<std::uint32_t>(numbers.size()), first.part);
+  block.set_edge_max(float_above(next_above(edge_max)));
 }
 
 /// The boxes of the parts' usable triangles, in tree units.
@@ -117,13 +119,7 @@ class LeafParts {
             std::uint32_t count)
       : numbering_(numbering), several_(several), count_(count) {
     std::copy_n(numbers, count, numbers_.begin());
-    // Within a part the order of the tree stays.
-    if (several) {
-      std::stable_sort(numbers_.begin(), numbers_.begin() + count,
-                       [&](std::uint32_t a, std::uint32_t b) {
-                         return numbering.part_of(a) < numbering.part_of(b);
-                       });
-    }
+    if (several) std::sort(numbers_.begin(), numbers_.begin() + count);
   }
 
   /// Calls `block` with the numbers of each block.
@@ -131,19 +127,22 @@ class LeafParts {
   void blocks(Block block) const {
     for (std::uint32_t first = 0; first < count_;) {
       std::uint32_t end = std::min<std::uint32_t>(count_, first + kLanes);
-      while (several_ &&
-             numbering_.part_of(numbers_[end - 1]) != numbering_.part_of(numbers_[first]))
-        --end;
+      while (several_ && !may_share(numbers_[first], numbers_[end - 1])) --end;
       block(std::span<const std::uint32_t>(&numbers_[first], end - first));
       first = end;
     }
   }
 
  private:
+  bool may_share(std::uint32_t least, std::uint32_t greatest) const {
+    const std::uint32_t part = numbering_.part_of(least);
+    return numbering_.part_of(greatest) == part && LeafBlock::fit(least, greatest, part);
+  }
+
   const PartNumbers& numbering_;
   bool several_;
   std::uint32_t count_;
-  std::array<std::uint32_t, kMaxLeafBlocks> numbers_{};
+  std::array<std::uint32_t, kMaxLeafBoxes> numbers_{};
 };
 
 }  // namespace
@@ -192,7 +191,9 @@ WideTree build_triangle_tree(const MeshView& mesh, std::span<const std::uint32_t
     if (ChildRef::is_leaf(ref)) {
       auto* block = reinterpret_cast<LeafBlock*>(tree.arena.at(ChildRef::granule(ref)));
       for (const LeafBlock* end = block + ChildRef::blocks(ref); block != end; ++block) {
-        for (std::uint32_t& triangle : block->triangle) triangle = triangles[triangle];
+        auto named = block->triangles();
+        for (std::uint32_t& triangle : named) triangle = triangles[triangle];
+        block->set_names(named, block->lane_count(), 0);
       }
       continue;
     }
@@ -211,9 +212,8 @@ WideTree build_triangle_tree(std::span<const TreePart> parts, TreeQuality qualit
   const int scale_exponent = made.scale_exponent;
   BinaryTree binary = build_binary_tree(std::move(made.boxes), {});
   if (quality == TreeQuality::kHigh) reinsert(binary, {});
-  // A leaf has at most as many boxes as blocks: each may be of another part.
   CollapseOptions options;
-  options.leaf_max = std::min<std::uint32_t>(options.leaf_max, kMaxLeafBlocks);
+  options.leaf_max = std::min(options.leaf_max, kMaxLeafBoxes);
   const auto leaf_parts = [&](std::uint32_t first, std::uint32_t count) {
     return LeafParts(numbering, several, &binary.ids[first], count);
   };

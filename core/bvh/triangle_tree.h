@@ -55,6 +55,7 @@ class PartNumbers {
 
 inline constexpr std::uint64_t kMaxTriangles =
     (1ull << 34) / (sizeof(LeafBlock) + sizeof(WideNode));
+static_assert(kMaxTriangles <= LeafBlock::kTriangles);
 
 /// The power of two by which to multiply coordinates within `bounds` so that float32 boxes keep
 /// their precision: 0 for ordinary scenes. `bounds` are finite and not empty.

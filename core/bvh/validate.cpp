@@ -45,8 +45,9 @@ class ShapeCheck {
   /// leaf(blocks, count, box) returns a Fault.
   template <class Leaf>
   Fault run(const Leaf& leaf) {
-    if (tree_.arena.used() % Arena::kGranule != 0) {
-      return "the arena holds " + std::to_string(tree_.arena.used()) + " bytes, not whole granules";
+    if (tree_.arena.used() % kNodeAlign != 0) {
+      return "the arena holds " + std::to_string(tree_.arena.used()) +
+             " bytes, not whole cache lines";
     }
     if (tree_.root != ChildRef::kEmpty) waiting_.push_back({tree_.root, 1, {}});
     while (!waiting_.empty()) {
@@ -94,6 +95,7 @@ class ShapeCheck {
   Fault enter_node(const Visit& visit) {
     // Bits above the granule's would be lost on the way to an address.
     if (visit.ref != ChildRef::granule(visit.ref)) return ": is no place in any arena";
+    if (visit.ref % (kNodeAlign / Arena::kGranule) != 0) return ": begins within a cache line";
     if (Fault fault = take(visit.ref, sizeof(WideNode))) return fault;
     if (visit.depth > kMaxTreeDepth) {
       return ": is " + std::to_string(visit.depth) + " deep, at most " +
@@ -142,11 +144,17 @@ class ShapeCheck {
   }
 
   Fault check_totals() const {
+    std::size_t lost = 0, first = 0;
     if (taken_count_ != granule_count_) {
-      const auto first = std::find(taken_.begin(), taken_.end(), false) - taken_.begin();
-      return std::to_string(granule_count_ - taken_count_) +
-             " granules are never reached, granule " + std::to_string(first) + " first";
+      for (std::size_t i = granule_count_; i-- > 0;) {
+        if (taken_[i] || is_gap(i)) continue;
+        ++lost;
+        first = i;
+      }
     }
+    if (lost > 0)
+      return std::to_string(lost) + " granules are never reached, granule " +
+             std::to_string(first) + " first";
     const auto differ = [](const char* what, std::uint64_t stated, std::uint64_t counted) {
       return "the tree states " + std::to_string(stated) + " " + what + " and has " +
              std::to_string(counted);
@@ -155,6 +163,13 @@ class ShapeCheck {
     if (tree_.block_count != block_count_) return differ("blocks", tree_.block_count, block_count_);
     if (tree_.depth != depth_) return differ("levels", tree_.depth, depth_);
     return {};
+  }
+
+  /// Zeros up to the end of a cache line in which blocks end.
+  bool is_gap(std::size_t granule) const {
+    const std::byte* const at = tree_.arena.at(static_cast<std::uint32_t>(granule));
+    return granule % 2 != 0 && taken_[granule - 1] &&
+           std::all_of(at, at + Arena::kGranule, [](std::byte b) { return b == std::byte{0}; });
   }
 
   const WideTree& tree_;
@@ -168,8 +183,8 @@ class ShapeCheck {
 };
 
 Fault check_lane_count(const LeafBlock& block) {
-  if (block.lane_count >= 1 && block.lane_count <= kLanes) return {};
-  return ": a block has " + std::to_string(block.lane_count) + " lanes";
+  if (block.lane_count() >= 1 && block.lane_count() <= kLanes) return {};
+  return ": a block has " + std::to_string(block.lane_count()) + " lanes";
 }
 
 /// Which of `count` things stood in a leaf, each at most once.
@@ -199,8 +214,8 @@ bool same_bits(float a, float b) {
 /// Precondition: the used lanes hold triangles of the mesh.
 Fault check_block(const LeafBlock& block, const MeshView& mesh) {
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
-    const std::uint32_t triangle = block.triangle[lane];
-    if (lane >= block.lane_count && triangle != block.triangle[0])
+    const std::uint32_t triangle = block.triangle(lane);
+    if (lane >= block.lane_count() && triangle != block.triangle(0))
       return ": lane " + std::to_string(lane) + " is unused and does not repeat the first";
     const auto index = mesh.indices.corners(triangle);
     for (std::size_t corner = 0; corner < 3; ++corner) {
@@ -212,7 +227,7 @@ Fault check_block(const LeafBlock& block, const MeshView& mesh) {
                  " is not the mesh's";
         const double edge = std::abs(static_cast<double>(q[axis]) - static_cast<double>(p[axis]));
         // The difference may have been rounded down.
-        if (!(static_cast<double>(block.edge_max) >= next_above(edge)))
+        if (!(static_cast<double>(block.edge_max()) >= next_above(edge)))
           return ": edge_max is below an edge of triangle " + std::to_string(triangle);
       }
     }
@@ -271,14 +286,15 @@ Fault find_fault(const WideTree& tree, std::span<const TreePart> parts) {
       [&](const LeafBlock* blocks, std::uint32_t count, const StoredBox& box) -> Fault {
         for (const LeafBlock* block = blocks; block != blocks + count; ++block) {
           if (Fault f = check_lane_count(*block)) return f;
-          if (block->placement >= parts.size()) {
-            return ": a block is of placement " + std::to_string(block->placement) + " of " +
+          if (block->placement() >= parts.size()) {
+            return ": a block is of placement " + std::to_string(block->placement()) + " of " +
                    std::to_string(parts.size());
           }
-          for (std::uint32_t lane = 0; lane < block->lane_count; ++lane) {
-            if (Fault f = check_triangle({block->placement, block->triangle[lane]}, box)) return f;
+          for (std::uint32_t lane = 0; lane < block->lane_count(); ++lane) {
+            if (Fault f = check_triangle({block->placement(), block->triangle(lane)}, box))
+              return f;
           }
-          if (Fault f = check_block(*block, parts[block->placement].mesh)) return f;
+          if (Fault f = check_block(*block, parts[block->placement()].mesh)) return f;
         }
         return {};
       });
@@ -310,8 +326,8 @@ Fault find_fault(const WideTree& tree, std::span<const Box3d> placed) {
         // Placements are entered one leaf, one block at a time.
         if (count != 1) return ": has " + std::to_string(count) + " blocks of placements";
         if (Fault f = check_lane_count(*blocks)) return f;
-        for (std::uint32_t lane = 0; lane < blocks->lane_count; ++lane) {
-          if (Fault f = check_placement(blocks->triangle[lane], box)) return f;
+        for (std::uint32_t lane = 0; lane < blocks->lane_count(); ++lane) {
+          if (Fault f = check_placement(blocks->triangle(lane), box)) return f;
         }
         return {};
       });

@@ -22,8 +22,9 @@ WidePlan::Forest WidePlan::solve(std::uint32_t index) {
   const BinaryNode& node = binary_[index];
   const float area = node.half_area();
   const std::uint32_t boxes = node.box_count();
-  const bool may_be_leaf = node.is_leaf() || boxes <= options_.leaf_max;
-  const std::uint32_t leaf_blocks = may_be_leaf ? blocks(index) : 0;
+  const bool is_small = node.is_leaf() || boxes <= options_.leaf_max;
+  const std::uint32_t leaf_blocks = is_small ? blocks(index) : 0;
+  const bool may_be_leaf = is_small && leaf_blocks <= kMaxLeafBlocks;
   const std::uint32_t leaf_granules = leaf_blocks * kBlockGranules;
   const float leaf_cost = options_.block_cost * static_cast<float>(leaf_blocks) * area +
                           memory_cost_ * static_cast<float>(leaf_granules);
@@ -61,7 +62,8 @@ WidePlan::Forest WidePlan::solve(std::uint32_t index) {
   // One root is a node over eight, or a leaf.
   forest.cost[0] = forest.cost[kArity - 1] + options_.node_cost * area +
                    memory_cost_ * static_cast<float>(kNodeGranules);
-  forest.granules[0] = forest.granules[kArity - 1] + kNodeGranules;
+  // The blocks behind the node may end within a cache line; the next node does not begin there.
+  forest.granules[0] = whole_lines(forest.granules[kArity - 1] + kNodeGranules);
   if (may_be_leaf && leaf_cost <= forest.cost[0]) {
     forest.cost[0] = leaf_cost;
     forest.granules[0] = leaf_granules;

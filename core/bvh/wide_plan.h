@@ -7,6 +7,12 @@
 
 namespace sightline {
 
+/// Granules up to the next place for a node.
+inline std::uint32_t whole_lines(std::uint32_t granules) {
+  constexpr std::uint32_t kLine = kNodeAlign / Arena::kGranule;
+  return (granules + kLine - 1) / kLine * kLine;
+}
+
 /// Children of one wide node as indices of binary nodes.
 struct WideChildren {
   std::array<std::uint32_t, kArity> index{};
@@ -33,7 +39,7 @@ class WidePlan {
     while (!binary_[node].is_leaf()) node = binary_[node].link;
     return binary_[node].link;
   }
-  /// Leaf blocks for them. Precondition: a leaf of a wide tree may hold that many boxes.
+  /// Leaf blocks for them. Precondition: so few boxes that a leaf may hold them.
   std::uint32_t blocks(std::uint32_t node) const {
     const std::uint32_t boxes = binary_[node].box_count();
     if (options_.count_blocks) return options_.count_blocks(first_box(node), boxes);

@@ -1,44 +1,51 @@
 #pragma once
 /// A bounding volume hierarchy with eight children per node in one arena.
 ///
-///     node (256 bytes)                          leaf block (192 bytes), up to eight in a row
+///     node (256 bytes)                          leaf block (160 bytes), up to four in a row
 ///     lower x[8] y[8] z[8]  upper x[8] y[8] z[8]   corners as columns: [corner][axis][lane],
 ///     float32 child[8]              order[8 octants]       triangle[4]  edge_max  lane_count
 ///     placement
 ///
-/// Everything is addressed by granules of 64 bytes from the arena's start, so that a tree is
-/// position independent and can be mapped from a file.
+/// Everything is addressed by granules of 32 bytes from the arena's start, so that a tree is
+/// position independent and can be mapped from a file. Nodes begin on cache lines; a block touches
+/// three, wherever it begins.
 
 #include <cstdint>
 #include <memory>
 
 #include "core/base/arena.h"
+#include "core/bvh/leaf_block.h"
 #include "core/geometry/box3.h"
 
 namespace sightline {
 
 inline constexpr int kArity = 8;
-inline constexpr int kLanes = 4;
-inline constexpr int kMaxLeafBlocks = 8;
+inline constexpr std::size_t kNodeAlign = 64;
+inline constexpr int kMaxLeafBlocks = 4;
 /// Nodes on the longest way down that any builder may make; the stacks of the kernels count on it.
 inline constexpr std::uint32_t kMaxTreeDepth = 130;
 
 /// A reference to a child: a node, a leaf, or nothing.
 struct ChildRef {
   static constexpr std::uint32_t kLeafBit = 0x80000000u;
-  static constexpr std::uint32_t kGranuleMask = 0x0fffffffu;  // 16 GiB of 64-byte granules
+  static constexpr std::uint32_t kBlocksShift = 29;
+  static constexpr std::uint32_t kGranuleMask = (1u << kBlocksShift) - 1;  // 16 GiB
   static constexpr std::uint32_t kEmpty = 0xffffffffu;
 
   static std::uint32_t node(std::uint32_t granule) { return granule; }
   static std::uint32_t leaf(std::uint32_t granule, std::uint32_t blocks) {
-    return kLeafBit | (blocks - 1) << 28 | granule;
+    return kLeafBit | (blocks - 1) << kBlocksShift | granule;
   }
   static bool is_leaf(std::uint32_t ref) { return (ref & kLeafBit) != 0; }
   static std::uint32_t granule(std::uint32_t ref) { return ref & kGranuleMask; }
-  static std::uint32_t blocks(std::uint32_t ref) { return ((ref >> 28) & 7u) + 1; }
+  static std::uint32_t blocks(std::uint32_t ref) { return ((ref >> kBlocksShift) & 3u) + 1; }
+  /// The leaf without its first block. Precondition: there are more.
+  static std::uint32_t rest(std::uint32_t ref) {
+    return ref - (1u << kBlocksShift) + std::uint32_t{sizeof(LeafBlock) / Arena::kGranule};
+  }
 };
 
-struct alignas(64) WideNode {
+struct alignas(kNodeAlign) WideNode {
   /// Slots: who looks for any hit visits the children from the last to the first.
   /// Closed boxes in tree units, rounded outwards. An empty child has lower = +inf, upper = -inf.
   float lower[3][kArity];
@@ -49,17 +56,6 @@ struct alignas(64) WideNode {
   std::uint32_t order[8];
 };
 static_assert(sizeof(WideNode) == 256);
-
-/// Four triangles of one placement. Lanes from lane_count on repeat lane 0 and are to be ignored.
-struct alignas(64) LeafBlock {
-  float corner[3][3][kLanes];  ///< [corner][axis][lane], mesh space, float32 as the file has it
-  std::uint32_t triangle[kLanes];
-  float edge_max;  ///< at least every |component| of every edge of the lanes, mesh space
-  std::uint32_t lane_count;
-  std::uint32_t placement;  ///< counted from the one whose tree was entered: SceneTree
-  std::uint32_t padding[5];
-};
-static_assert(sizeof(LeafBlock) == 192);
 
 /// Tree units are scene units times 2^scale_exponent: 0 unless coordinates are so large or small
 /// that float32 boxes would lose their precision.

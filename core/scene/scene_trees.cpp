@@ -9,7 +9,7 @@ namespace sightline {
 namespace {
 
 /// Nodes and leaves of what a builder makes, for each triangle.
-constexpr std::uint64_t kBytesPerTriangle = 80;
+constexpr std::uint64_t kBytesPerTriangle = 64;
 
 }  // namespace
 

@@ -15,9 +15,9 @@
 namespace sightline::tree_cache {
 
 /// To be raised with every change of what builders make or of how it is laid out.
-inline constexpr std::uint32_t kVersion = 2;
+inline constexpr std::uint32_t kVersion = 3;
 inline constexpr char kMagic[8] = {'S', 'L', 't', 'r', 'e', 'e', 's', '\n'};
-inline constexpr std::size_t kAlign = Arena::kGranule;
+inline constexpr std::size_t kAlign = kNodeAlign;
 
 struct Header {
   char magic[8];

@@ -209,9 +209,9 @@ class Crowd {
   HWY_NOINLINE void enter_all(std::uint32_t ref, std::uint32_t met, std::size_t size) {
     const LeafBlock* block = tree_.top.blocks(ref);
     for (const LeafBlock* end = block + ChildRef::blocks(ref); block != end; ++block) {
-      for (std::uint32_t i = 0; i < block->lane_count; ++i) {
+      for (std::uint32_t i = 0; i < block->lane_count(); ++i) {
         if constexpr (kAny) met &= looking_;
-        enter(block->triangle[i], met, size);
+        enter(block->triangle(i), met, size);
       }
     }
     if constexpr (!kAny) top_.set_limits(hits_);
@@ -284,7 +284,7 @@ class Crowd {
     const FilterLanes d4;
     const Placement& placement = hits_.placement(block);
     const double edge = largest_edge<true>(block, placement);
-    const std::uint32_t lanes = (1u << block.lane_count) - 1u;
+    const std::uint32_t lanes = (1u << block.lane_count()) - 1u;
     FilterRay world{};
     world.ky = 1;
     world.kz = 2;

@@ -42,7 +42,7 @@ struct Candidate {
   std::uint32_t instance = kNone;
   CornerSet edge = 0;  ///< where the ray is known to meet an edge or a corner of it: met_edge
 
-  TriangleId id() const { return {instance, block->triangle[lane]}; }
+  TriangleId id() const { return {instance, block->triangle(lane)}; }
 };
 
 /// The closest hit of one ray while its candidates arrive in any order. The answer does not depend

@@ -164,7 +164,7 @@ HWY_INLINE LaneCorners<FilterLanes> load_corners(const LeafBlock& block, std::si
 /// At least every |component| of the edges of a block in the world.
 template <bool kPlaced>
 HWY_INLINE double largest_edge(const LeafBlock& block, const Placement& placement) {
-  const auto edge = static_cast<double>(block.edge_max);
+  const auto edge = static_cast<double>(block.edge_max());
   if constexpr (!kPlaced) return edge;
   return (edge * placement.edge_scale + placement.edge_pad) * (1 + 0x1p-50);
 }
@@ -205,7 +205,7 @@ HWY_INLINE void filter_block(const LeafBlock& block, const FilterRay& ray,
     filter_corners<kPace>(load_corners<kPlaced>(block, i, ray, placement), edge, ray, ray.reach,
                           bound, i, verdict);
   }
-  const std::uint32_t lanes = (1u << block.lane_count) - 1u;
+  const std::uint32_t lanes = (1u << block.lane_count()) - 1u;
   verdict.accept &= lanes;
   verdict.examine &= lanes;
 }

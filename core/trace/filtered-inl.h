@@ -28,7 +28,7 @@ struct Filtered {
     LeafVerdict left = verdict;
     for (std::uint32_t rest = verdict.accept | verdict.examine; rest != 0; rest &= rest - 1) {
       const auto lane = static_cast<std::uint32_t>(std::countr_zero(rest));
-      if (counts(sink.question, kept, {instance, block.triangle[lane]})) continue;
+      if (counts(sink.question, kept, {instance, block.triangle(lane)})) continue;
       left.accept &= ~(1u << lane);
       left.examine &= ~(1u << lane);
     }

@@ -200,7 +200,7 @@ class Finisher {
 
   HWY_INLINE void set_corners(const Candidate& winner, std::size_t i, Winners& winners) const {
     winners.instance[i] = winner.instance;
-    winners.triangle[i] = winner.block->triangle[winner.lane];
+    winners.triangle[i] = winner.block->triangle(winner.lane);
     each_coordinate(winner, [&](int c, int k, double x) { winners.corner[c][k][i] = x; });
   }
   /// Calls use(corner, axis, coordinate in the world).

@@ -160,9 +160,8 @@ class Flight {
         Slot& slot = *now->slot[kLeaf][i];
         take(slot, verdicts_[i]);
         // A leaf of several blocks takes a round for each.
-        const bool more = (slot.next >> 28 & 7u) != 0;
-        const auto rest = static_cast<std::uint32_t>(slot.next - (1u << 28) +
-                                                     sizeof(LeafBlock) / Arena::kGranule);
+        const bool more = ChildRef::blocks(slot.next) > 1;
+        const std::uint32_t rest = ChildRef::rest(slot.next);
         const std::uint32_t popped = slot.ref[slot.waiting - 1];
         slot.waiting -= more ? 0 : 1;
         proceed(slot, more ? rest : popped, *then);
@@ -226,7 +225,7 @@ class Flight {
     } else if (where.arriving == 0) {
       const auto& block =
           *reinterpret_cast<const LeafBlock*>(at(slot, ChildRef::granule(slot.next)));
-      where.placement = &tree_.placements[block.triangle[0]];
+      where.placement = &tree_.placements[block.triangle(0)];
       where.arriving = 1;
       const auto* target = reinterpret_cast<const std::byte*>(where.placement);
       for (std::size_t i = 0; i < sizeof(Placement); i += 64) hwy::Prefetch(target + i);
@@ -259,8 +258,8 @@ class Flight {
   }
   /// Of a block of the tree that the ray is in.
   HWY_INLINE const Placement& placement(const Slot& slot, const LeafBlock& block) const {
-    if constexpr (kMany) return slot.where.placement[block.placement];
-    return placements_[block.placement];
+    if constexpr (kMany) return slot.where.placement[block.placement()];
+    return placements_[block.placement()];
   }
   /// Where on the stack the tree begins that the ray is in.
   HWY_INLINE std::uint32_t first(const Slot& slot) const {
@@ -339,7 +338,7 @@ class Flight {
     const RayQuestion question{scene_, rays_, slot.number, counts_.decisions};
     for (; examine != 0; examine &= examine - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(examine));
-      if (sightline::examine_any(question, {placement(slot, block).instance, block.triangle[lane]}))
+      if (sightline::examine_any(question, {placement(slot, block).instance, block.triangle(lane)}))
         return true;
     }
     return false;

@@ -71,7 +71,7 @@ class GroupHits {
     entered_ = &tree_.placements[placement];
     base_ = tree_.trees[entered_->tree]->arena.at(0);
   }
-  const Placement& placement(const LeafBlock& block) const { return entered_[block.placement]; }
+  const Placement& placement(const LeafBlock& block) const { return entered_[block.placement()]; }
 
   double bound(std::size_t i) const { return bound_[i]; }
   const double* bounds() const { return bound_; }
@@ -132,7 +132,7 @@ class GroupHits {
     const RayQuestion question{scene_, rays_, first_ + i, counts_.decisions};
     for (; examine != 0; examine &= examine - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(examine));
-      if (sightline::examine_any(question, {placement(block).instance, block.triangle[lane]}))
+      if (sightline::examine_any(question, {placement(block).instance, block.triangle(lane)}))
         return true;
     }
     return false;
@@ -217,7 +217,7 @@ class GroupHits {
     const std::uint64_t granule = (code >> 5 & 0x1fffffffu) - 1;
     const auto* block = reinterpret_cast<const LeafBlock*>(base + granule * Arena::kGranule);
     const auto low = static_cast<std::uint32_t>(code);
-    return {block, low & 3u, entered[block->placement].instance, low >> 2 & 7u};
+    return {block, low & 3u, entered[block->placement()].instance, low >> 2 & 7u};
   }
   ClosestHit best_of(std::uint32_t i) const {
     ClosestHit best;

@@ -102,13 +102,13 @@ void NearestTriangles::look_at_leaf(const Placement& entered, const LeafBlock* b
                                     std::uint32_t blocks) {
   for (const LeafBlock* end = block + blocks; block != end; ++block) {
     ++counts_.blocks;
-    const Placement& placement = (&entered)[block->placement];
-    for (std::uint32_t lane = 0; lane < block->lane_count; ++lane) {
+    const Placement& placement = (&entered)[block->placement()];
+    for (std::uint32_t lane = 0; lane < block->lane_count(); ++lane) {
       const Triangle triangle = world_triangle(placement, *block, lane);
       if (!is_finite(triangle)) continue;
       const DistanceRange range = distance_range(point_, triangle);
       if (range.low > reach()) continue;
-      offer({range, {placement.instance, block->triangle[lane]}, triangle});
+      offer({range, {placement.instance, block->triangle(lane)}, triangle});
     }
   }
 }
@@ -133,8 +133,8 @@ void NearestTriangles::find(const Vec3d& point, double max_distance, std::size_t
   walk_tree(tree.top, world_point(tree.top, point), [&](std::uint32_t leaf) {
     const LeafBlock* block = tree.top.blocks(leaf);
     for (const LeafBlock* end = block + ChildRef::blocks(leaf); block != end; ++block) {
-      for (std::uint32_t lane = 0; lane < block->lane_count && !stopped_; ++lane) {
-        enter(tree.placements[block->triangle[lane]]);
+      for (std::uint32_t lane = 0; lane < block->lane_count() && !stopped_; ++lane) {
+        enter(tree.placements[block->triangle(lane)]);
       }
     }
   });

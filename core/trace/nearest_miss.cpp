@@ -37,8 +37,8 @@ class MissSearch {
         [&](std::uint32_t leaf) {
           const LeafBlock* block = tree.top.blocks(leaf);
           for (const LeafBlock* end = block + ChildRef::blocks(leaf); block != end; ++block) {
-            for (std::uint32_t lane = 0; lane < block->lane_count; ++lane)
-              enter(tree.placements[block->triangle[lane]]);
+            for (std::uint32_t lane = 0; lane < block->lane_count(); ++lane)
+              enter(tree.placements[block->triangle(lane)]);
           }
         });
     return best_;
@@ -81,7 +81,7 @@ class MissSearch {
         [&](std::uint32_t leaf) {
           const LeafBlock* block = tree.blocks(leaf);
           for (const LeafBlock* end = block + ChildRef::blocks(leaf); block != end; ++block)
-            look_at((&placement)[block->placement], *block);
+            look_at((&placement)[block->placement()], *block);
         });
   }
 
@@ -131,8 +131,8 @@ class MissSearch {
   }
 
   void look_at(const Placement& placement, const LeafBlock& block) {
-    for (std::uint32_t lane = 0; lane < block.lane_count; ++lane) {
-      const TriangleId id{placement.instance, block.triangle[lane]};
+    for (std::uint32_t lane = 0; lane < block.lane_count(); ++lane) {
+      const TriangleId id{placement.instance, block.triangle(lane)};
       const Triangle triangle = world_triangle(placement, block, lane);
       if (!is_finite(triangle) || !counts(id)) continue;
       const DistanceRange range = distance_range(ends_, corners_of(triangle));

@@ -166,8 +166,8 @@ class Packet {
       const Placement& placement = hits_.placement(*block);
       const LaneCorners<FilterLanes> corners = load_corners<kPlaced>(*block, 0, axes_, placement);
       const double edge = largest_edge<kPlaced>(*block, placement);
-      met = is_full(met, count, block->lane_count) ? many_rays(*block, corners, edge, met)
-                                                   : few_rays(*block, corners, edge, met);
+      met = is_full(met, count, block->lane_count()) ? many_rays(*block, corners, edge, met)
+                                                     : few_rays(*block, corners, edge, met);
     }
     if (!changed_) return;
     if constexpr (!kAny) set_limits();
@@ -187,7 +187,7 @@ class Packet {
   /// Each ray with four triangles at a time. Returns the rays that are still looking.
   HWY_INLINE std::uint32_t few_rays(const LeafBlock& block, const LaneCorners<FilterLanes>& corners,
                                     double edge, std::uint32_t met) {
-    const std::uint32_t lanes = (1u << block.lane_count) - 1u;
+    const std::uint32_t lanes = (1u << block.lane_count()) - 1u;
     for (std::uint32_t rest = met; rest != 0; rest &= rest - 1) {
       const auto i = static_cast<std::uint32_t>(std::countr_zero(rest));
       LeafVerdict verdict;
@@ -220,7 +220,7 @@ class Packet {
       hn::Store(corners.z[c], d4, z[c]);
     }
     const GroupPreparation::D dd;
-    for (std::uint32_t lane = 0; lane < block.lane_count; ++lane) {
+    for (std::uint32_t lane = 0; lane < block.lane_count(); ++lane) {
       LaneCorners<GroupPreparation::D> triangle;
       SIGHTLINE_UNROLL
       for (std::size_t c = 0; c < 3; ++c) {

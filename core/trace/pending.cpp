@@ -50,8 +50,8 @@ template <class Found>
 void PendingTrees::pending_of(std::uint32_t leaf, Found found) const {
   const LeafBlock* block = tree_.top.blocks(leaf);
   for (const LeafBlock* end = block + ChildRef::blocks(leaf); block != end; ++block) {
-    for (std::uint32_t lane = 0; lane < block->lane_count; ++lane) {
-      const std::uint32_t tree = tree_.placements[block->triangle[lane]].tree;
+    for (std::uint32_t lane = 0; lane < block->lane_count(); ++lane) {
+      const std::uint32_t tree = tree_.placements[block->triangle(lane)].tree;
       if (tree_.is_pending(tree)) found(tree);
     }
   }

@@ -64,7 +64,7 @@ struct TakeAny {
     found = verdict.accept != 0;
     for (std::uint32_t rest = verdict.examine; rest != 0 && !found; rest &= rest - 1) {
       found = examine_any(
-          question, {instance, block.triangle[static_cast<std::size_t>(std::countr_zero(rest))]});
+          question, {instance, block.triangle(static_cast<std::size_t>(std::countr_zero(rest)))});
     }
     return found;
   }
@@ -80,10 +80,10 @@ struct TakeAll {
   bool take(const LeafBlock& block, std::uint32_t instance, const LeafVerdict& verdict) {
     for (std::uint32_t rest = verdict.accept; rest != 0; rest &= rest - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
-      hits.accept({instance, block.triangle[lane]}, {verdict.low[lane], verdict.high[lane]});
+      hits.accept({instance, block.triangle(lane)}, {verdict.low[lane], verdict.high[lane]});
     }
     for (std::uint32_t rest = verdict.examine; rest != 0; rest &= rest - 1) {
-      hits.examine({instance, block.triangle[static_cast<std::size_t>(std::countr_zero(rest))]});
+      hits.examine({instance, block.triangle(static_cast<std::size_t>(std::countr_zero(rest)))});
     }
     return false;
   }
@@ -122,8 +122,8 @@ class Traversal {
     }
     walk(scene_.top, ray_.box, 0, sink, [&](std::uint32_t ref, std::size_t base) {
       const LeafBlock& block = *scene_.top.blocks(ref);
-      for (std::uint32_t i = 0; i < block.lane_count; ++i) {
-        if (enter(scene_.placements[block.triangle[i]], base, sink)) return true;
+      for (std::uint32_t i = 0; i < block.lane_count(); ++i) {
+        if (enter(scene_.placements[block.triangle(i)], base, sink)) return true;
       }
       return false;
     });
@@ -148,7 +148,7 @@ class Traversal {
       const LeafBlock* block = tree.blocks(ref);
       for (const LeafBlock* end = block + ChildRef::blocks(ref); block != end; ++block) {
         ++counts_.blocks;
-        const Placement& own = (&placement)[block->placement];
+        const Placement& own = (&placement)[block->placement()];
         filter_block<kPlaced, Pace::kLatency>(*block, ray_.filter, own, sink.bound(), verdict);
         if ((verdict.accept | verdict.examine) == 0) continue;
         if (sink.take(*block, own.instance, verdict)) return true;

@@ -128,10 +128,10 @@ void Sweeps::look_at_leaf(const Placement& entered, const LeafBlock* block, std:
   const TreeSweep world = world_sweep(search.path, search.extent, scene_.tree().bounds);
   for (const LeafBlock* end = block + blocks; block != end; ++block) {
     ++counts_.blocks;
-    const Placement& placement = (&entered)[block->placement];
-    for (std::uint32_t lane = 0; lane < block->lane_count && !search.is_done(); ++lane) {
+    const Placement& placement = (&entered)[block->placement()];
+    for (std::uint32_t lane = 0; lane < block->lane_count() && !search.is_done(); ++lane) {
       const Triangle triangle = world_triangle(placement, *block, lane);
-      const TriangleId id{placement.instance, block->triangle[lane]};
+      const TriangleId id{placement.instance, block->triangle(lane)};
       if (!is_finite(triangle) || !search.may_meet(world, triangle) || !counts_at_all(id)) continue;
       // What is decided exactly takes as long as many nodes.
       if (deadline_.passed()) {
@@ -175,9 +175,9 @@ void Sweeps::run(Search<Shape>& search) {
   walk_tree(tree.top, over, search, [&](std::uint32_t leaf) {
     const LeafBlock* block = tree.top.blocks(leaf);
     for (const LeafBlock* end = block + ChildRef::blocks(leaf); block != end; ++block) {
-      for (std::uint32_t lane = 0; lane < block->lane_count && !stopped_ && !search.is_done();
+      for (std::uint32_t lane = 0; lane < block->lane_count() && !stopped_ && !search.is_done();
            ++lane) {
-        enter(tree.placements[block->triangle[lane]], search);
+        enter(tree.placements[block->triangle(lane)], search);
       }
     }
   });

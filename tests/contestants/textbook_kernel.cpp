@@ -111,7 +111,7 @@ class TextbookFlight {
   HWY_INLINE void proceed(Slot& slot, std::uint32_t next, Queues& queues) const {
     slot.next = next;
     const std::byte* target = tree_.arena.at(ChildRef::granule(next));
-    for (std::size_t line = 0; line < sizeof(WideNode); line += Arena::kGranule) {
+    for (std::size_t line = 0; line < sizeof(WideNode); line += kNodeAlign) {
       hwy::Prefetch(target + line);
     }
     const std::uint32_t which = next >> 31 | ((next >> 30) == 1 ? 2u : 0u);
@@ -123,10 +123,10 @@ class TextbookFlight {
     bool improved = false;
     for (const LeafBlock* end = block + ChildRef::blocks(slot.next); block != end; ++block) {
       Real t[kLanes];
-      std::uint32_t met = Test::meet(*block, slot.state, t) & ((1u << block->lane_count) - 1u);
+      std::uint32_t met = Test::meet(*block, slot.state, t) & ((1u << block->lane_count()) - 1u);
       for (; met != 0; met &= met - 1) {
         const auto lane = static_cast<std::size_t>(std::countr_zero(met));
-        const std::uint32_t id = block->triangle[lane];
+        const std::uint32_t id = block->triangle(lane);
         if (!(t[lane] >= slot.tmin && t[lane] <= slot.best)) continue;
         if (t[lane] == slot.best && slot.triangle < id) continue;
         slot.best = t[lane];

@@ -150,14 +150,17 @@ TEST_F(DamagedTree, refuses_a_subtree_that_nobody_reaches) {
 TEST_F(DamagedTree, refuses_references_that_leave_the_arena) {
   const auto end = static_cast<std::uint32_t>(tree_.arena.used() / Arena::kGranule);
   const std::size_t i = inner_child();
-  for (const std::uint32_t granule : {end - 3, end, end + 1, ChildRef::kGranuleMask}) {
+  for (const std::uint32_t granule : {end - 4, end, end + 2, ChildRef::kGranuleMask - 1}) {
     root().child[i] = granule;
-    expect("the node at granule " + std::to_string(granule) + ": needs 4 granules, the arena has ");
+    expect("the node at granule " + std::to_string(granule) + ": needs 8 granules, the arena has ");
     root().child[i] = ChildRef::leaf(granule, 2);
-    expect("the leaf at granule " + std::to_string(granule) + ": needs 6 granules, the arena has ");
+    expect("the leaf at granule " + std::to_string(granule) +
+           ": needs 10 granules, the arena has ");
   }
   root().child[i] = 0x40000000u;
   expect("is no place in any arena");
+  root().child[i] = 9;
+  expect("the node at granule 9: begins within a cache line");
 }
 
 TEST_F(DamagedTree, refuses_an_order_that_forgets_a_child) {
@@ -178,23 +181,31 @@ TEST_F(DamagedTree, refuses_blocks_that_do_not_hold_what_the_mesh_has) {
     expect(why);
     block() = good;
   };
-  damage([](LeafBlock& b) { b.lane_count = 0; }, "a block has 0 lanes");
-  damage([](LeafBlock& b) { b.lane_count = 5; }, "a block has 5 lanes");
-  damage([](LeafBlock& b) { b.triangle[0] = 1000; }, "holds triangle 1000 of 1000");
-  damage([](LeafBlock& b) { b.triangle[1] = b.triangle[0]; }, "which another leaf holds too");
+  for (const std::uint32_t count : {0u, 5u}) {
+    damage([&](LeafBlock& b) { b.set_names(b.triangles(), count, 0); },
+           "a block has " + std::to_string(count) + " lanes");
+  }
+  const auto name = [&](std::size_t lane, std::uint32_t triangle, const std::string& why) {
+    auto named = block().triangles();
+    named[lane] = triangle;
+    damage([&](LeafBlock& b) { b.set_names(named, b.lane_count(), 0); }, why);
+  };
+  name(0, 1000, "holds triangle 1000 of 1000");
+  name(1, block().triangle(0), "which another leaf holds too");
   damage([](LeafBlock& b) { b.corner[2][1][0] += 1; }, "corner 2 of triangle ");
-  damage([](LeafBlock& b) { b.edge_max /= 2; }, "edge_max is below an edge of triangle ");
-  damage([](LeafBlock& b) { b.edge_max = std::numeric_limits<float>::quiet_NaN(); }, "edge_max");
+  for (const float edge : {good.edge_max() / 2, std::numeric_limits<float>::quiet_NaN()})
+    damage([&](LeafBlock& b) { b.set_edge_max(edge); }, "edge_max is below an edge of triangle ");
   EXPECT_EQ(reason(), "sound");
 }
 
 TEST_F(DamagedTree, refuses_a_triangle_that_is_gone) {
   LeafBlock& one = block();
-  ASSERT_GE(one.lane_count, 2u);
-  const std::uint32_t last = one.lane_count - 1;
-  const std::uint32_t lost = one.triangle[last];
-  --one.lane_count;
-  one.triangle[last] = one.triangle[0];
+  ASSERT_GE(one.lane_count(), 2u);
+  const std::uint32_t last = one.lane_count() - 1;
+  auto named = one.triangles();
+  const std::uint32_t lost = named[last];
+  named[last] = named[0];
+  one.set_names(named, last, 0);
   for (auto& corner : one.corner) {
     for (auto& axis : corner) axis[last] = axis[0];
   }
@@ -218,13 +229,13 @@ TEST_F(DamagedTree, refuses_facts_that_differ_from_the_content) {
 }
 
 TEST_F(DamagedTree, refuses_every_length_but_its_own) {
-  for (std::size_t bytes = 0; bytes < tree_.arena.used(); bytes += 64) {
+  for (std::size_t bytes = 0; bytes < tree_.arena.used(); bytes += Arena::kGranule) {
     const WideTree shorter = copy_of(tree_, bytes);
     ASSERT_FALSE(validate_triangle_tree(shorter, mesh_.view(), nullptr)) << bytes;
   }
   const WideTree longer = copy_of(tree_, tree_.arena.used() + 64);
   EXPECT_NE(sightline::reason(validate_triangle_tree(longer, mesh_.view(), nullptr))
-                .find("1 granules are never reached"),
+                .find("2 granules are never reached"),
             std::string::npos);
 }
 
@@ -261,17 +272,17 @@ TEST(Validate, refuses_a_tree_deeper_than_kernels_walk) {
   constexpr std::uint32_t kLevels = kMaxTreeDepth + 1;
   std::vector<Vec3f> positions{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   std::vector<std::uint32_t> indices;
-  for (std::uint32_t i = 0; i < kLevels; ++i) indices.insert(indices.end(), {0, 1, 2});
+  for (std::uint32_t i = 0; i < 2 * kLevels; ++i) indices.insert(indices.end(), {0, 1, 2});
   const MeshView mesh{positions, indices};
   WideTree shallow =
       build_triangle_tree({positions, std::span(indices).first(3)}, nullptr, TreeQuality::kFast);
   WideTree tree;
   tree.bounds = shallow.bounds;
-  tree.arena = Arena(kLevels * (sizeof(WideNode) + sizeof(LeafBlock)));
+  tree.arena = Arena(kLevels * (sizeof(WideNode) + 2 * sizeof(LeafBlock)));
   tree.root = 0;
   for (std::uint32_t i = 0; i < kLevels; ++i) {
     const std::uint32_t granule = tree.arena.take(sizeof(WideNode));
-    const std::uint32_t leaf = tree.arena.take(sizeof(LeafBlock));
+    const std::uint32_t leaf = tree.arena.take(2 * sizeof(LeafBlock));
     WideNode& node = *reinterpret_cast<WideNode*>(tree.arena.at(granule));
     for (std::size_t child = 0; child < kArity; ++child) {
       const bool used = child == 0 || (child == 1 && i + 1 < kLevels);
@@ -279,16 +290,20 @@ TEST(Validate, refuses_a_tree_deeper_than_kernels_walk) {
         node.lower[k][child] = used ? -1 : std::numeric_limits<float>::infinity();
         node.upper[k][child] = used ? 1 : -std::numeric_limits<float>::infinity();
       }
-      node.child[child] = !used        ? ChildRef::kEmpty
-                          : child == 0 ? ChildRef::leaf(leaf, 1)
-                                       : leaf + std::uint32_t{sizeof(LeafBlock) / 64};
+      node.child[child] = !used ? ChildRef::kEmpty
+                          : child == 0
+                              ? ChildRef::leaf(leaf, 2)
+                              : leaf + std::uint32_t{2 * sizeof(LeafBlock) / Arena::kGranule};
     }
     for (std::uint32_t& order : node.order) order = 076543210;
-    LeafBlock& block = *reinterpret_cast<LeafBlock*>(tree.arena.at(leaf));
-    block = *shallow.blocks(shallow.root);
-    for (std::uint32_t& triangle : block.triangle) triangle = i;
+    auto* block = reinterpret_cast<LeafBlock*>(tree.arena.at(leaf));
+    for (std::uint32_t k : {2 * i, 2 * i + 1}) {
+      *block = *shallow.blocks(shallow.root);
+      block++->set_names({k, k, k, k}, 1, 0);
+    }
   }
-  tree.node_count = tree.block_count = tree.depth = kLevels;
+  tree.node_count = tree.depth = kLevels;
+  tree.block_count = 2 * kLevels;
   EXPECT_NE(reason(validate_triangle_tree(tree, mesh, nullptr)).find("131 deep, at most 130"),
             std::string::npos)
       << reason(validate_triangle_tree(tree, mesh, nullptr));
@@ -341,12 +356,15 @@ TEST(Validate, accepts_every_tree_of_several_parts_and_nothing_else) {
     std::uint32_t leaf = tree.root;
     while (!ChildRef::is_leaf(leaf)) leaf = tree.node(leaf).child[0];
     auto& block = *reinterpret_cast<LeafBlock*>(tree.arena.at(ChildRef::granule(leaf)));
-    const std::uint32_t own = block.placement;
+    const std::uint32_t own = block.placement();
+    const auto place = [&](std::uint32_t placement) {
+      block.set_names(block.triangles(), block.lane_count(), placement);
+    };
     for (const std::uint32_t other : {1u, own == 0 ? 2u : 0u}) {
-      block.placement = other;
+      place(other);
       EXPECT_NE(reason(validate_triangle_tree(tree, parts)), "sound");
     }
-    block.placement = static_cast<std::uint32_t>(parts.size());
+    place(static_cast<std::uint32_t>(parts.size()));
     EXPECT_NE(reason(validate_triangle_tree(tree, parts)).find("a block is of placement"),
               std::string::npos);
   }

@@ -1,0 +1,87 @@
+#pragma once
+/// What stands in the leaves of a tree, in 160 bytes for four triangles.
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+
+namespace sightline {
+
+inline constexpr int kLanes = 4;
+
+/// Four triangles of one placement. Lanes from lane_count on repeat lane 0 and are to be ignored.
+///
+/// Behind the corners stand two words, from their lowest bit on:
+///     placement 0      triangle[0] 26, triangle[1] 26, edge_max 12
+///                      triangle[2] 26, triangle[3] 26, lane_count 3, zeros
+///     another          triangle[0] 26, difference[1] 18, difference[3] 8 low bits, edge_max 12
+///                      difference[2] 18, difference[3] 10 high bits, placement 24, lane_count 3,
+///                      zeros, a one
+/// A difference is that to triangle[0], the smallest. edge_max is the upper half of a float32, its
+/// sign left out, rounded up.
+struct alignas(32) LeafBlock {
+  static constexpr std::uint64_t kTriangles = 1u << 26;    ///< numbers of triangles are smaller
+  static constexpr std::uint32_t kDifferences = 1u << 18;  ///< likewise, behind placement 0
+  static constexpr std::uint32_t kPlacements = 1u << 24;   ///< likewise
+
+  float corner[3][3][kLanes];  ///< [corner][axis][lane], mesh space, float32 as the file has it
+  std::uint64_t word[2];
+
+  /// In the mesh; in a tree over placements the number of a placement.
+  std::uint32_t triangle(std::size_t lane) const {
+    if (!is_behind()) return bits(lane / 2, lane % 2 * 26, 26);
+    const std::uint32_t first = bits(0, 0, 26);
+    if (lane == 0) return first;
+    if (lane == 1) return first + bits(0, 26, 18);
+    return first + (lane == 2 ? bits(1, 0, 18) : bits(0, 44, 8) | bits(1, 18, 10) << 8);
+  }
+  std::array<std::uint32_t, kLanes> triangles() const {
+    return {triangle(0), triangle(1), triangle(2), triangle(3)};
+  }
+  std::uint32_t lane_count() const { return bits(1, 52, 3); }
+  /// Counted from the one whose tree was entered: SceneTree.
+  std::uint32_t placement() const { return is_behind() ? bits(1, 28, 24) : 0; }
+  /// At least every |component| of every edge of the lanes, mesh space.
+  float edge_max() const {
+    return std::bit_cast<float>(static_cast<std::uint32_t>(word[0] >> 52) << 19);
+  }
+
+  /// Whether triangles with the least and the greatest of these numbers may share a block.
+  static bool fit(std::uint32_t least, std::uint32_t greatest, std::uint32_t of_placement) {
+    return of_placement == 0 || greatest - least < kDifferences;
+  }
+  /// Names what stands in the lanes; edge_max stays. Precondition: the numbers are small enough,
+  /// and behind placement 0 the first triangle is the least and they fit.
+  void set_names(const std::array<std::uint32_t, kLanes>& named, std::uint32_t count,
+                 std::uint32_t of_placement) {
+    constexpr std::uint64_t kOne = 1;
+    const auto difference = [&](std::size_t lane) {
+      return std::uint64_t{(named[lane] - named[0]) & (kDifferences - 1)};
+    };
+    const std::uint64_t edge = word[0] >> 52 << 52;
+    const std::uint64_t lanes = std::uint64_t{count} << 52;
+    if (of_placement == 0) {
+      word[0] = named[0] | std::uint64_t{named[1]} << 26 | edge;
+      word[1] = named[2] | std::uint64_t{named[3]} << 26 | lanes;
+      return;
+    }
+    word[0] = named[0] | difference(1) << 26 | (difference(3) & 0xff) << 44 | edge;
+    word[1] = difference(2) | difference(3) >> 8 << 18 | std::uint64_t{of_placement} << 28 | lanes |
+              kOne << 63;
+  }
+  /// Rounds up. Precondition: not negative.
+  void set_edge_max(float edge) {
+    const std::uint64_t upper = (std::bit_cast<std::uint32_t>(edge) + 0x7ffffu) >> 19;
+    word[0] = (word[0] << 12 >> 12) | upper << 52;
+  }
+
+ private:
+  bool is_behind() const { return word[1] >> 63 != 0; }
+  std::uint32_t bits(std::size_t i, std::size_t from, std::uint32_t count) const {
+    return static_cast<std::uint32_t>(word[i] >> from) & ((1u << count) - 1u);
+  }
+};
+static_assert(sizeof(LeafBlock) == 160);
+
+}  // namespace sightline
