@@ -16,28 +16,37 @@ namespace plain {
 
 static_assert(std::endian::native == std::endian::little, "the first digit is the lowest byte");
 
-/// Some digits of eight bytes.
-struct Digits {
-  std::uint64_t values;  ///< of the bytes; of digits 0 to 9
-  unsigned count;        ///< of digits that come first
-};
-
-inline Digits digits_at(const char* at) {
+/// Eight bytes, of which digits are 0 to 9.
+inline std::uint64_t values_at(const char* at) {
   std::uint64_t bytes = 0;
   std::memcpy(&bytes, at, sizeof bytes);
-  const std::uint64_t values = bytes ^ 0x3030303030303030u;
-  // A byte beyond 9 sets its highest bit; what it carries into goes no digit before it.
-  const std::uint64_t others = ((values + 0x7676767676767676u) | values) & 0x8080808080808080u;
-  return {values, others == 0 ? 8u : static_cast<unsigned>(std::countr_zero(others)) / 8};
+  return bytes ^ 0x3030303030303030u;
 }
 
-/// The number that they are. Precondition: there is one at least.
-inline std::uint64_t value_of(const Digits& digits) {
+/// The highest bit of the first byte that is no digit, and of others behind it.
+inline std::uint64_t others_of(std::uint64_t values) {
+  // A byte beyond 9 sets its highest bit; what it carries into goes no digit before it.
+  return ((values + 0x7676767676767676u) | values) & 0x8080808080808080u;
+}
+
+/// How many bytes come before the first of `others`, which there is.
+inline unsigned bytes_before(std::uint64_t others) {
+  return static_cast<unsigned>(std::countr_zero(others)) / 8;
+}
+
+/// The number that eight digits are.
+[[gnu::always_inline]] inline std::uint64_t value_of(std::uint64_t values) {
   constexpr std::uint64_t kPairs = 10, kTwoPairs = 100, kFourPairs = 10000;
-  std::uint64_t v = digits.values << (8 * (8 - digits.count));
+  std::uint64_t v = values;
   v = (v * kPairs + (v >> 8)) & 0x00ff00ff00ff00ffu;
   v = (v * kTwoPairs + (v >> 16)) & 0x0000ffff0000ffffu;
   return (v * kFourPairs + (v >> 32)) & 0xffffffffu;
+}
+
+/// The first `count` of eight digits, behind zeros.
+inline std::uint64_t first_digits(std::uint64_t values, unsigned count) {
+  // Not at once: to shift by 64 is not defined.
+  return values << (4 * (8 - count)) << (4 * (8 - count));
 }
 
 inline constexpr std::uint64_t kPowers[] = {1,      10,      100,      1000,     10000,
@@ -47,12 +56,13 @@ inline constexpr std::uint64_t kPowers[] = {1,      10,      100,      1000,    
 inline unsigned append_digits(const char*& at, std::uint64_t& value) {
   unsigned all = 0;
   for (;;) {
-    const Digits digits = digits_at(at);
-    if (digits.count == 0) return all;
-    value = value * kPowers[digits.count] + value_of(digits);
-    at += digits.count;
-    all += digits.count;
-    if (digits.count < 8) return all;
+    const std::uint64_t values = values_at(at), others = others_of(values);
+    const unsigned count = others == 0 ? 8 : bytes_before(others);
+    if (count == 0) return all;
+    value = value * kPowers[count] + value_of(first_digits(values, count));
+    at += count;
+    all += count;
+    if (count < 8) return all;
   }
 }
 
@@ -62,47 +72,137 @@ inline unsigned significant_digits(const char* at, unsigned digits) {
   return digits;
 }
 
-}  // namespace plain
-
-/// Reads the number at `at` as the nearest float64 and moves `at` behind it. False, with `at`
-/// anywhere, for what has to be looked at more closely: what is no number of JSON, more than 19
-/// digits that matter, what overflows.
-inline bool scan_plain_number(const char*& at, double& out) {
-  constexpr unsigned kMostDigits = 19, kMostExponentDigits = 4;
-  const bool negative = *at == '-';
-  at += negative ? 1 : 0;
-  const char* const begin = at;
+/// A number without its sign: significand * 10^exponent.
+struct Decimal {
   std::uint64_t significand = 0;
-  unsigned digits = plain::append_digits(at, significand);
-  if (digits == 0 || (digits > 1 && *begin == '0')) return false;
   std::int64_t exponent = 0;
-  if (*at == '.') {
-    const unsigned fraction = plain::append_digits(++at, significand);
-    if (fraction == 0) return false;
-    digits += fraction;
-    exponent = -static_cast<std::int64_t>(fraction);
-  }
-  if (digits > kMostDigits && plain::significant_digits(begin, digits) > kMostDigits) return false;
-  if (*at == 'e' || *at == 'E') {
-    ++at;
-    const bool down = *at == '-';
-    at += *at == '-' || *at == '+' ? 1 : 0;
-    std::uint64_t power = 0;
-    const unsigned count = plain::append_digits(at, power);
-    if (count == 0 || count > kMostExponentDigits) return false;
-    exponent += down ? -static_cast<std::int64_t>(power) : static_cast<std::int64_t>(power);
-  }
+};
+
+/// The nearest float64. False where that cannot be told, or overflows.
+inline bool nearest_float64(const Decimal& decimal, bool negative, double& out) {
   // [Lemire2021]: exact for 19 digits, or it says that it cannot tell.
   using Float64 = fast_float::binary_format<double>;
   std::uint64_t bits = 0;
-  if (significand != 0) {
+  if (decimal.significand != 0) {
     const fast_float::adjusted_mantissa found =
-        fast_float::compute_float<Float64>(exponent, significand);
+        fast_float::compute_float<Float64>(decimal.exponent, decimal.significand);
     if (found.power2 < 0 || found.power2 >= Float64::infinite_power()) return false;
     bits = found.mantissa | static_cast<std::uint64_t>(found.power2)
                                 << Float64::mantissa_explicit_bits();
   }
   out = std::bit_cast<double>(bits | static_cast<std::uint64_t>(negative) << 63);
+  return true;
+}
+
+/// The same where the exponent is -18 to -12: the range of float64 has no end there, and nothing
+/// lies halfway between two of them, which by [Lemire2021] takes an exponent of -4 at least. False
+/// as well for zero, and where more than the first 64 bits of the power matter.
+[[gnu::always_inline]] inline bool nearest_of_19_digits(const Decimal& decimal, bool negative,
+                                                        double& out) {
+  using Float64 = fast_float::binary_format<double>;
+  using Powers = fast_float::powers;
+  constexpr int kMantissaBits = Float64::mantissa_explicit_bits();
+  constexpr std::uint64_t kUnknownBits = 0x1ff;
+  const int zeros = std::countl_zero(decimal.significand | 1);
+  const auto power = static_cast<int>(decimal.exponent);
+  const fast_float::value128 product = fast_float::full_multiplication(
+      decimal.significand << zeros,
+      Powers::power_of_five_128[2 * (power - Powers::smallest_power_of_five)]);
+  if ((product.high & kUnknownBits) == kUnknownBits || decimal.significand == 0) return false;
+  const int more = static_cast<int>(product.high >> 63);
+  const std::uint64_t mantissa = product.high >> (more + 64 - kMantissaBits - 3);
+  const int exponent =
+      fast_float::detail::power(power) + more - zeros - Float64::minimum_exponent();
+  // The first bit of the mantissa is left out of a float64, and what rounding carries over goes
+  // into the exponent.
+  const std::uint64_t bits = (static_cast<std::uint64_t>(exponent - 1) << kMantissaBits) +
+                             ((mantissa + (mantissa & 1)) >> 1);
+  out = std::bit_cast<double>(bits | static_cast<std::uint64_t>(negative) << 63);
+  return true;
+}
+
+/// The bytes before the first of `others`, all where there is none.
+inline std::uint64_t bytes_kept(std::uint64_t others) {
+  return ((others & (~others + 1)) >> 7) - 1;
+}
+
+/// Most numbers that float64 are printed as, without a sign: a point among the first eight bytes,
+/// at most 19 digits. Zeros behind them make it 19, so that all are read alike. Where the number
+/// ends is known before any digit is worth something: the next one need not wait for this one.
+/// Returns the place behind it, or null for others.
+[[gnu::always_inline]] inline const char* scan_usual_decimal(const char* at, Decimal& out) {
+  constexpr unsigned kDigits = 19;
+  const std::uint64_t begin = values_at(at), others = others_of(begin);
+  const unsigned point = others == 0 ? 0 : bytes_before(others);
+  if (point == 0 || at[point] != '.' || (point > 1 && *at == '0')) return nullptr;
+  // Digits behind the point move to where it was.
+  const std::uint64_t whole = bytes_kept(others);
+  std::uint64_t first = (begin & whole) | (values_at(at + 1) & ~whole), second = 0, third = 0;
+  unsigned digits = 0;
+  if (const std::uint64_t end = others_of(first); end != 0) {
+    digits = bytes_before(end);
+    if (digits == point) return nullptr;
+    first &= bytes_kept(end);
+  } else if (second = values_at(at + 9); others_of(second) != 0) {
+    digits = 8 + bytes_before(others_of(second));
+    second &= bytes_kept(others_of(second));
+  } else {
+    third = values_at(at + 17);
+    digits = 16 + bytes_before(others_of(third) | (std::uint64_t{1} << 63));
+    if (digits > kDigits) return nullptr;
+    third &= bytes_kept(others_of(third));
+  }
+  const std::uint64_t last =
+      (third & 0xffu) * 100 + ((third >> 8) & 0xffu) * 10 + ((third >> 16) & 0xffu);
+  out.significand = value_of(first) * 100'000'000'000u + value_of(second) * 1000 + last;
+  out.exponent = static_cast<std::int64_t>(point) - kDigits;
+  return at + digits + 1;
+}
+
+/// Any plain number, sign and all; returns as scan_usual_decimal.
+[[gnu::noinline]] inline const char* scan_any_number(const char* at, double& out) {
+  constexpr unsigned kMostDigits = 19, kMostExponentDigits = 4;
+  const bool negative = *at == '-';
+  at += negative ? 1 : 0;
+  const char* const begin = at;
+  Decimal decimal;
+  unsigned digits = append_digits(at, decimal.significand);
+  if (digits == 0 || (digits > 1 && *begin == '0')) return nullptr;
+  if (*at == '.') {
+    const unsigned fraction = append_digits(++at, decimal.significand);
+    if (fraction == 0) return nullptr;
+    digits += fraction;
+    decimal.exponent = -static_cast<std::int64_t>(fraction);
+  }
+  if (digits > kMostDigits && significant_digits(begin, digits) > kMostDigits) return nullptr;
+  if (*at == 'e' || *at == 'E') {
+    ++at;
+    const bool down = *at == '-';
+    at += *at == '-' || *at == '+' ? 1 : 0;
+    std::uint64_t power = 0;
+    const unsigned count = append_digits(at, power);
+    if (count == 0 || count > kMostExponentDigits) return nullptr;
+    decimal.exponent += down ? -static_cast<std::int64_t>(power) : static_cast<std::int64_t>(power);
+  }
+  return nearest_float64(decimal, negative, out) ? at : nullptr;
+}
+
+}  // namespace plain
+
+/// Reads the number at `at` as the nearest float64 and moves `at` behind it. False, with `at` where
+/// it was, for what has to be looked at more closely: what is no number of JSON, more than 19
+/// digits that matter, what overflows.
+[[gnu::always_inline]] inline bool scan_plain_number(const char*& at, double& out) {
+  const bool negative = *at == '-';
+  plain::Decimal decimal;
+  const char* behind = plain::scan_usual_decimal(at + (negative ? 1 : 0), decimal);
+  // Nothing takes the address of `at`: it stays in a register.
+  if (behind == nullptr || *behind == 'e' || *behind == 'E' ||
+      !plain::nearest_of_19_digits(decimal, negative, out)) {
+    behind = plain::scan_any_number(at, out);
+    if (behind == nullptr) return false;
+  }
+  at = behind;
   return true;
 }
 

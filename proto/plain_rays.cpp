@@ -10,16 +10,17 @@
 namespace sightline {
 namespace {
 
-void skip_blanks(const char*& at) {
+const char* behind_blanks(const char* at) {
   while (*at == ' ' || *at == '\n' || *at == '\r' || *at == '\t') ++at;
+  return at;
 }
 
 /// A sign of JSON and the blanks around it.
-bool take(const char*& at, char sign) {
-  skip_blanks(at);
+[[gnu::always_inline]] inline bool take(const char*& at, char sign) {
+  if (static_cast<unsigned char>(*at) <= ' ') at = behind_blanks(at);
   if (*at != sign) return false;
   ++at;
-  skip_blanks(at);
+  if (static_cast<unsigned char>(*at) <= ' ') at = behind_blanks(at);
   return true;
 }
 
@@ -29,10 +30,20 @@ bool take_word(const char*& at, std::string_view word) {
   return true;
 }
 
-bool scan_vector(const char*& at, Vec3d& vector) {
-  return take(at, '[') && scan_plain_number(at, vector.x) && take(at, ',') &&
-         scan_plain_number(at, vector.y) && take(at, ',') && scan_plain_number(at, vector.z) &&
-         take(at, ']');
+[[gnu::always_inline]] inline bool scan_three(const char*& at, double (&out)[3]) {
+  for (int k = 0; k < 3; ++k) {
+    if ((k > 0 && !take(at, ',')) || !scan_plain_number(at, out[k])) return false;
+  }
+  return true;
+}
+
+bool scan_vector(const char*& place, Vec3d& vector) {
+  const char* at = place;  // a local one stays in a register
+  double numbers[3];
+  if (!take(at, '[') || !scan_three(at, numbers) || !take(at, ']')) return false;
+  place = at;
+  vector = {numbers[0], numbers[1], numbers[2]};
+  return true;
 }
 
 void write_ray(RayBatch& rays, std::size_t i, const Ray& ray) {
@@ -100,9 +111,10 @@ bool scan_rays(const char*& at, const char* end, std::size_t most, double defaul
   return *at++ == ']';
 }
 
-bool scan_vectors(const char*& at, const char* end, std::size_t most, Column<double>& x,
+bool scan_vectors(const char*& place, const char* end, std::size_t most, Column<double>& x,
                   Column<double>& y, Column<double>& z) {
-  const char* const begin = at;
+  const char* const begin = place;
+  const char* at = begin;
   if (!take(at, '[')) return false;
   std::size_t count = 0;
   const auto resize = [&](std::size_t room) {
@@ -111,14 +123,16 @@ bool scan_vectors(const char*& at, const char* end, std::size_t most, Column<dou
   do {
     if (count == most) return false;
     if (count == x.size()) resize(std::min(most, room_for(count, begin, at, end)));
-    if (!scan_plain_number(at, x[count]) || !take(at, ',') || !scan_plain_number(at, y[count]) ||
-        !take(at, ',') || !scan_plain_number(at, z[count])) {
-      return false;
-    }
+    double numbers[3];
+    if (!scan_three(at, numbers)) return false;
+    x[count] = numbers[0];
+    y[count] = numbers[1];
+    z[count] = numbers[2];
     ++count;
   } while (take(at, ','));
   resize(count);
-  return *at++ == ']';
+  place = at + 1;
+  return *at == ']';
 }
 
 /// Moves `at` behind the string that begins there.

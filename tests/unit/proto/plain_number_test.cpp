@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <optional>
@@ -45,6 +46,44 @@ TEST(PlainNumber, is_the_nearest_float64_of_any_digits) {
     expect_read(print("%.16e", any));
     const double usual = random.between(-1000, 1000);
     for (const char* form : {"%.17g", "%.6f", "%.0f", "%.15f"}) expect_read(print(form, usual));
+  }
+}
+
+TEST(PlainNumber, is_the_nearest_float64_wherever_its_point_and_its_end_are) {
+  oracle::Random random(32);
+  for (std::size_t whole = 1; whole <= 10; ++whole) {
+    for (std::size_t fraction = 1; fraction <= 21; ++fraction) {
+      for (int i = 0; i < 100; ++i) {
+        std::string text;
+        for (std::size_t k = 0; k < whole + fraction; ++k) {
+          if (k == whole) text += '.';
+          // The first digit of several is not zero; many of the others are.
+          const char least = k == 0 && whole > 1 ? '1' : '0';
+          text += random.chance(0.3) ? least : static_cast<char>(random.integer(least, '9'));
+        }
+        // More than 19 digits behind leading zeros are left to the slower reader.
+        std::size_t zeros = text.find_first_not_of("0.");
+        zeros = zeros == std::string::npos ? whole + fraction : zeros > whole ? zeros - 1 : zeros;
+        if (whole + fraction - zeros > 19) continue;
+        expect_read(text);
+        expect_read("-" + text);
+        expect_read(text + "e-" + std::to_string(random.index(340)));
+      }
+    }
+  }
+}
+
+TEST(PlainNumber, is_the_nearest_float64_next_to_halfway) {
+  oracle::Random random(33);
+  for (int i = 0; i < 100'000; ++i) {
+    const double below = std::ldexp(random.between(0.5, 1), random.integer(-50, 19));
+    const long double halfway =
+        (static_cast<long double>(below) + std::nextafter(below, HUGE_VAL)) / 2;
+    char text[60];
+    std::snprintf(text, sizeof text, "%.18Lg", halfway);
+    expect_read(text);
+    std::snprintf(text, sizeof text, "%.17Lf", halfway);
+    if (below < 10) expect_read(text);
   }
 }
 
