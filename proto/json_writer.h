@@ -27,8 +27,8 @@ class JsonWriter {
   /// readers take "-0" for an integer and lose the sign. NaN and infinities, which JSON does not
   /// have, become null.
   void number(double value);
-  void number(std::uint32_t value);
   void number(std::uint64_t value);
+  void number(std::uint32_t value) { number(std::uint64_t{value}); }
   /// "[x,y,z]".
   void vector(double x, double y, double z);
   void boolean(bool value) { raw(value ? std::string_view("true") : std::string_view("false")); }
