@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,13 +25,20 @@ class BinaryAnswer {
   template <class Number, class Value>
   void next(Value value) {
     const Entry& entry = entries_[next_++];
-    std::size_t at = entry.at;
+    char* at = text_.data() + entry.at;
     for (std::size_t row = 0; row < entry.rows; ++row) {
       for (std::uint32_t k = 0; k < entry.width; ++k) {
-        write(at, static_cast<Number>(value(row, k)));
-        at += sizeof(Number);
+        const auto number = static_cast<Number>(value(row, k));
+        std::memcpy(at, &number, sizeof number);
+        at += sizeof number;
       }
     }
+  }
+  /// The next column as it stands. Precondition: it was announced as one of these numbers.
+  template <class Number>
+  void next(std::span<const Number> column) {
+    const Entry& entry = entries_[next_++];
+    if (!column.empty()) std::memcpy(text_.data() + entry.at, column.data(), column.size_bytes());
   }
   std::string take() { return std::move(text_); }
 

@@ -2,15 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 
 #include "proto/binary_answer.h"
+#include "proto/hit_columns.h"
 #include "proto/ray_binary.h"
 
 namespace sightline {
 namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// As BINARY.md numbers them.
 std::uint8_t fault_number(std::string_view code) {
@@ -28,120 +26,69 @@ void write_invalid(BinaryAnswer& answer, const InvalidRays& invalid) {
   });
 }
 
-/// The numbers of one column of a hit, or what says "nothing".
-struct HitColumns {
-  const HitBatch& hits;
-  std::span<const HitDetail> details;
-  const HitTerms& terms;
-  FieldSet fields;
+/// Announces a column of this name and number of rows; texts have none.
+struct ColumnEntry {
+  BinaryAnswer& answer;
+  std::string_view name;
+  std::size_t rows;
 
-  template <class Visit>
-  void each(Visit visit) const {
-    for (const HitField field : all_hit_fields()) {
-      if (fields.has(field) && !kTextFields.has(field)) visit(field);
-    }
+  void operator()(const NumberColumn&) const { answer.announce<double>(name, rows); }
+  template <std::size_t width, class Value>
+  void operator()(const VectorColumn<width, Value>&) const {
+    answer.announce<double>(name, rows, width);
   }
-  void announce_all(BinaryAnswer& answer) const {
-    each([&](HitField field) {
-      const std::string_view name = hit_field_name(field);
-      switch (field) {
-        case HitField::kT:
-        case HitField::kDistance:
-          return answer.announce<double>(name, hits.size());
-        case HitField::kPosition:
-        case HitField::kNormal:
-        case HitField::kShadingNormal:
-        case HitField::kBarycentrics:
-        case HitField::kUv:
-        case HitField::kColour:
-          return answer.announce<double>(name, hits.size(),
-                                         static_cast<std::uint32_t>(hit_field_width(field)));
-        case HitField::kFront:
-        case HitField::kOnEdge:
-          return answer.announce<std::uint8_t>(name, hits.size());
-        default:
-          return answer.announce<std::uint32_t>(name, hits.size());
-      }
-    });
-  }
-  void write_all(BinaryAnswer& answer) const {
-    each([&](HitField field) { write(answer, field); });
-  }
-
- private:
+  void operator()(const IdColumn&) const { answer.announce<std::uint32_t>(name, rows); }
   template <class Value>
-  void numbers(BinaryAnswer& answer, Value value) const {
-    answer.next<double>([&](std::size_t i, std::uint32_t k) {
-      return hits.hit(i) ? value(details[i], static_cast<int>(k)) : kNan;
-    });
+  void operator()(const FlagColumn<Value>&) const {
+    answer.announce<std::uint8_t>(name, rows);
   }
-  template <class Value>
-  void flags(BinaryAnswer& answer, Value value) const {
-    answer.next<std::uint8_t>([&](std::size_t i, std::uint32_t) {
-      return hits.hit(i) ? (value(details[i]) ? 1 : 0) : 255;
-    });
-  }
-  void ids(BinaryAnswer& answer, const Column<std::uint32_t>& column) const {
-    answer.next<std::uint32_t>([&](std::size_t i, std::uint32_t) { return column[i]; });
-  }
-  void write(BinaryAnswer& answer, HitField field) const {
-    switch (field) {
-      case HitField::kT:
-        return answer.next<double>([&](std::size_t i, std::uint32_t) {
-          return terms.t_is_distance ? terms.distance[i] : hits.t[i];
-        });
-      case HitField::kDistance:
-        return answer.next<double>([&](std::size_t i, std::uint32_t) { return terms.distance[i]; });
-      case HitField::kPosition:
-        return numbers(answer, [](const HitDetail& d, int k) { return d.position[k]; });
-      case HitField::kNormal:
-        return numbers(answer, [](const HitDetail& d, int k) { return d.normal[k]; });
-      case HitField::kShadingNormal:
-        return answer.next<double>([&](std::size_t i, std::uint32_t k) {
-          return terms.attributes.shading_normal[i][static_cast<int>(k)];
-        });
-      case HitField::kUv:
-        return answer.next<double>(
-            [&](std::size_t i, std::uint32_t k) { return terms.attributes.uv[i][k]; });
-      case HitField::kColour:
-        return answer.next<double>(
-            [&](std::size_t i, std::uint32_t k) { return terms.attributes.colour[i][k]; });
-      case HitField::kBarycentrics:
-        return numbers(answer, [](const HitDetail& d, int k) { return k == 0 ? d.u : d.v; });
-      case HitField::kFront:
-        return flags(answer, [](const HitDetail& d) { return d.front; });
-      case HitField::kOnEdge:
-        return flags(answer, [](const HitDetail& d) { return d.on_edge; });
-      case HitField::kInstance:
-        return ids(answer, hits.instance);
-      case HitField::kPrimitive:
-        return ids(answer, terms.primitive);
-      case HitField::kTriangle:
-        return ids(answer, terms.triangle);
-      case HitField::kNodeId:
-        return ids(answer, terms.node);
-      case HitField::kMeshId:
-        return ids(answer, terms.mesh);
-      case HitField::kMaterialId:
-        return ids(answer, terms.material);
-      case HitField::kNode:
-      case HitField::kNodePath:
-      case HitField::kMesh:
-      case HitField::kMaterial:
-        return;  // texts
-    }
-  }
+  void operator()(const NameColumn&) const {}
 };
 
+/// Writes it.
+struct ColumnBytes {
+  BinaryAnswer& answer;
+  const HitBatch& hits;
+
+  void operator()(const NumberColumn& column) const { answer.next(column.numbers); }
+  template <std::size_t width, class Value>
+  void operator()(const VectorColumn<width, Value>& column) const {
+    answer.next<double>([&](std::size_t i, std::uint32_t k) {
+      return hits.hit(i) ? column.value(i, k) : kNoNumber;
+    });
+  }
+  void operator()(const IdColumn& column) const { answer.next(column.ids); }
+  template <class Value>
+  void operator()(const FlagColumn<Value>& column) const {
+    answer.next<std::uint8_t>([&](std::size_t i, std::uint32_t) {
+      return hits.hit(i) ? (column.value(i) ? 1 : 0) : 255;
+    });
+  }
+  void operator()(const NameColumn&) const {}
+};
+
+void announce_all(BinaryAnswer& answer, const HitAnswer& hits, FieldSet fields) {
+  for (const HitField field : all_hit_fields()) {
+    if (!fields.has(field)) continue;
+    visit_column(hits, field, ColumnEntry{answer, hit_field_name(field), hits.hits.size()});
+  }
+}
+
+void write_all(BinaryAnswer& answer, const HitAnswer& hits, FieldSet fields) {
+  for (const HitField field : all_hit_fields()) {
+    if (fields.has(field)) visit_column(hits, field, ColumnBytes{answer, hits.hits});
+  }
+}
+
 /// The answer of one column, one number for each ray.
-template <class Number, class Source>
-std::string encode_one(std::string_view name, std::span<const Source> values,
+template <class Number>
+std::string encode_one(std::string_view name, std::span<const Number> values,
                        const InvalidRays* invalid) {
   BinaryAnswer answer;
   answer.announce<Number>(name, values.size());
   if (invalid != nullptr) answer.announce<std::uint8_t>("invalid", values.size());
   answer.begin();
-  answer.next<Number>([&](std::size_t i, std::uint32_t) { return values[i]; });
+  answer.next(values);
   if (invalid != nullptr) write_invalid(answer, *invalid);
   return answer.take();
 }
@@ -161,12 +108,12 @@ Status check_binary_fields(FieldSet fields) {
 
 std::string encode_hits_binary(const HitBatch& hits, std::span<const HitDetail> details,
                                const HitTerms& terms, FieldSet fields, const InvalidRays* invalid) {
-  const HitColumns columns{hits, details, terms, fields};
+  const HitAnswer columns{hits, details, terms};
   BinaryAnswer answer;
-  columns.announce_all(answer);
+  announce_all(answer, columns, fields);
   if (invalid != nullptr) answer.announce<std::uint8_t>("invalid", hits.size());
   answer.begin();
-  columns.write_all(answer);
+  write_all(answer, columns, fields);
   if (invalid != nullptr) write_invalid(answer, *invalid);
   return answer.take();
 }
@@ -174,29 +121,29 @@ std::string encode_hits_binary(const HitBatch& hits, std::span<const HitDetail> 
 std::string encode_hit_lists_binary(const HitLists& lists, std::span<const std::uint64_t> totals,
                                     std::span<const HitDetail> details, const HitTerms& terms,
                                     FieldSet fields, const InvalidRays* invalid) {
-  const HitColumns columns{lists.hits, details, terms, fields};
+  const HitAnswer columns{lists.hits, details, terms};
   BinaryAnswer answer;
   answer.announce<std::uint64_t>("totals", totals.size());
   answer.announce<std::uint64_t>("first", lists.first.size());
-  columns.announce_all(answer);
+  announce_all(answer, columns, fields);
   if (invalid != nullptr) answer.announce<std::uint8_t>("invalid", totals.size());
   answer.begin();
-  answer.next<std::uint64_t>([&](std::size_t i, std::uint32_t) { return totals[i]; });
-  answer.next<std::uint64_t>([&](std::size_t i, std::uint32_t) { return lists.first[i]; });
-  columns.write_all(answer);
+  answer.next(totals);
+  answer.next(std::span<const std::uint64_t>(lists.first));
+  write_all(answer, columns, fields);
   if (invalid != nullptr) write_invalid(answer, *invalid);
   return answer.take();
 }
 
 std::string encode_nearest_lists_binary(const HitLists& lists, std::span<const HitDetail> details,
                                         const HitTerms& terms, FieldSet fields) {
-  const HitColumns columns{lists.hits, details, terms, fields};
+  const HitAnswer columns{lists.hits, details, terms};
   BinaryAnswer answer;
   answer.announce<std::uint64_t>("first", lists.first.size());
-  columns.announce_all(answer);
+  announce_all(answer, columns, fields);
   answer.begin();
-  answer.next<std::uint64_t>([&](std::size_t i, std::uint32_t) { return lists.first[i]; });
-  columns.write_all(answer);
+  answer.next(std::span<const std::uint64_t>(lists.first));
+  write_all(answer, columns, fields);
   return answer.take();
 }
 

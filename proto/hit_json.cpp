@@ -1,116 +1,41 @@
 #include "proto/hit_json.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "proto/hit_rows.h"
 #include "proto/json_writer.h"
+#include "proto/number_text.h"
 
 namespace sightline {
 namespace {
 
-/// Whether a column of this field says -1 where there is nothing.
-bool is_id(HitField field) {
-  switch (field) {
-    case HitField::kInstance:
-    case HitField::kPrimitive:
-    case HitField::kTriangle:
-    case HitField::kNodeId:
-    case HitField::kMeshId:
-    case HitField::kMaterialId:
-      return true;
-    default:
-      return false;
-  }
-}
+/// Writes the value of one hit as a member of its row.
+struct RowValue {
+  JsonWriter& out;
+  std::size_t i;
 
-void write_id(JsonWriter& out, std::uint32_t id, std::string_view nothing) {
-  if (id == kNone) {
-    out.raw(nothing);
-  } else {
-    out.number(id);
+  void operator()(const NumberColumn& column) const { out.number(column.numbers[i]); }
+  template <std::size_t width, class Value>
+  void operator()(const VectorColumn<width, Value>& column) const {
+    if (std::isnan(column.value(i, 0))) return out.raw("null");
+    for (std::size_t k = 0; k < width; ++k) {
+      out.raw(k == 0 ? '[' : ',');
+      out.number(column.value(i, k));
+    }
+    out.raw(']');
   }
-}
-
-void write_numbers(JsonWriter& out, const Vec3d& v) {
-  out.number(v.x);
-  out.raw(',');
-  out.number(v.y);
-  out.raw(',');
-  out.number(v.z);
-}
-
-template <std::size_t n>
-void write_numbers(JsonWriter& out, const std::array<double, n>& numbers) {
-  for (std::size_t k = 0; k < n; ++k) {
-    if (k > 0) out.raw(',');
-    out.number(numbers[k]);
+  void operator()(const IdColumn& column) const {
+    if (column.ids[i] == kNone) return out.raw("null");
+    out.number(column.ids[i]);
   }
-}
-
-/// Whether the file says nothing of this at a hit.
-bool is_unknown(const HitAnswer& answer, HitField field, std::size_t i) {
-  const HitAttributes& attributes = answer.terms.attributes;
-  switch (field) {
-    case HitField::kShadingNormal:
-      return std::isnan(attributes.shading_normal[i].x);
-    case HitField::kUv:
-      return std::isnan(attributes.uv[i][0]);
-    case HitField::kColour:
-      return std::isnan(attributes.colour[i][0]);
-    default:
-      return false;
+  template <class Value>
+  void operator()(const FlagColumn<Value>& column) const {
+    out.boolean(column.value(i));
   }
-}
-
-/// The value of a hit without the brackets of a vector. Precondition: slot i is a hit.
-void write_value(JsonWriter& out, const HitAnswer& answer, HitField field, std::size_t i,
-                 std::string_view no_id) {
-  const HitTerms& terms = answer.terms;
-  switch (field) {
-    case HitField::kT:
-      return out.number(terms.t_is_distance ? terms.distance[i] : answer.hits.t[i]);
-    case HitField::kDistance:
-      return out.number(terms.distance[i]);
-    case HitField::kInstance:
-      return write_id(out, answer.hits.instance[i], no_id);
-    case HitField::kPrimitive:
-      return write_id(out, terms.primitive[i], no_id);
-    case HitField::kTriangle:
-      return write_id(out, terms.triangle[i], no_id);
-    case HitField::kPosition:
-      return write_numbers(out, answer.details[i].position);
-    case HitField::kNormal:
-      return write_numbers(out, answer.details[i].normal);
-    case HitField::kShadingNormal:
-      return write_numbers(out, terms.attributes.shading_normal[i]);
-    case HitField::kUv:
-      return write_numbers(out, terms.attributes.uv[i]);
-    case HitField::kColour:
-      return write_numbers(out, terms.attributes.colour[i]);
-    case HitField::kBarycentrics:
-      out.number(answer.details[i].u);
-      out.raw(',');
-      return out.number(answer.details[i].v);
-    case HitField::kFront:
-      return out.boolean(answer.details[i].front);
-    case HitField::kOnEdge:
-      return out.boolean(answer.details[i].on_edge);
-    case HitField::kNode:
-      return out.name(terms.node_name[i]);
-    case HitField::kNodeId:
-      return write_id(out, terms.node[i], no_id);
-    case HitField::kNodePath:
-      return out.name(terms.node_path[i]);
-    case HitField::kMesh:
-      return out.name(terms.mesh_name[i]);
-    case HitField::kMeshId:
-      return write_id(out, terms.mesh[i], no_id);
-    case HitField::kMaterial:
-      return out.name(terms.material_name[i]);
-    case HitField::kMaterialId:
-      return write_id(out, terms.material[i], no_id);
-  }
-}
+  void operator()(const NameColumn& column) const { out.name(column.names[i]); }
+};
 
 }  // namespace
 
@@ -138,13 +63,7 @@ void write_row(JsonWriter& out, const HitAnswer& answer, FieldSet fields, std::s
     out.raw(hit_field_name(field));
     out.raw("\":");
     before = ',';
-    if (is_unknown(answer, field, i)) {
-      out.raw("null");
-      continue;
-    }
-    if (hit_field_width(field) > 1) out.raw('[');
-    write_value(out, answer, field, i, "null");
-    if (hit_field_width(field) > 1) out.raw(']');
+    visit_column(answer, field, RowValue{out, i});
   }
   if (before == '{') out.raw('{');
   out.raw('}');
@@ -161,21 +80,69 @@ void write_rows(JsonWriter& out, const HitAnswer& answer, FieldSet fields, std::
   }
 }
 
+/// Writes a column without its brackets, with commas between the values.
+struct ColumnValues {
+  JsonWriter& out;
+  const HitBatch& hits;
+
+  void operator()(const NumberColumn& column) const {
+    each(kLongestNumber,
+         [&](char* at, std::size_t i) { return write_json_number(at, column.numbers[i]); });
+  }
+  template <std::size_t width, class Value>
+  void operator()(const VectorColumn<width, Value>& column) const {
+    each(width * (kLongestNumber + 1), [&](char* at, std::size_t i) {
+      for (std::size_t k = 0; k < width; ++k) {
+        if (k > 0) *at++ = ',';
+        at = write_json_number(at, hits.hit(i) ? column.value(i, k) : kNoNumber);
+      }
+      return at;
+    });
+  }
+  void operator()(const IdColumn& column) const {
+    constexpr ShortText kMinusOne{'-' | '1' << 8, 2};
+    each(kLongestNumber, [&](char* at, std::size_t i) {
+      return write_integer_or(at, column.ids[i], kNone, kMinusOne);
+    });
+  }
+  template <class Value>
+  void operator()(const FlagColumn<Value>& column) const {
+    each(kLongestNumber, [&](char* at, std::size_t i) {
+      const std::string_view text = !hits.hit(i) ? "null" : column.value(i) ? "true" : "false";
+      std::memcpy(at, text.data(), text.size());
+      return at + text.size();
+    });
+  }
+  void operator()(const NameColumn& column) const {
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+      if (i > 0) out.raw(',');
+      out.name(column.names[i]);
+    }
+  }
+
+ private:
+  /// write(at, i) returns the end of what it has written, at most so many bytes.
+  template <class Write>
+  void each(std::size_t longest, const Write& write) const {
+    // Some at a time, so that neither their room nor their place is looked up for each.
+    constexpr std::size_t kTogether = 64;
+    for (std::size_t begin = 0; begin < hits.size(); begin += kTogether) {
+      const std::size_t end = std::min(hits.size(), begin + kTogether);
+      char* at = out.room((end - begin) * (longest + 1) + kNumberRoom);
+      for (std::size_t i = begin; i < end; ++i) {
+        *at = ',';
+        at = write(at + (i > 0 ? 1 : 0), i);
+      }
+      out.written_to(at);
+    }
+  }
+};
+
 void write_column(JsonWriter& out, const HitAnswer& answer, HitField field) {
   out.raw('"');
   out.raw(hit_field_name(field));
   out.raw("\":[");
-  constexpr std::string_view kNulls = "null,null,null,null", kNoId = "-1";
-  const std::string_view nothing =
-      is_id(field) ? kNoId : kNulls.substr(0, hit_field_width(field) * 5 - 1);
-  for (std::size_t i = 0; i < answer.hits.size(); ++i) {
-    if (i > 0) out.raw(',');
-    if (answer.hits.hit(i)) {
-      write_value(out, answer, field, i, kNoId);
-    } else {
-      out.raw(nothing);
-    }
-  }
+  visit_column(answer, field, ColumnValues{out, answer.hits});
   out.raw(']');
 }
 

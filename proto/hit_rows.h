@@ -1,17 +1,10 @@
 #pragma once
 /// One hit as JSON. For files of this room only.
 
-#include "proto/hit_json.h"
+#include "proto/hit_columns.h"
 #include "proto/json_writer.h"
 
 namespace sightline {
-
-/// The stations of an answer that every value is read from.
-struct HitAnswer {
-  const HitBatch& hits;
-  std::span<const HitDetail> details;
-  const HitTerms& terms;
-};
 
 /// {"t":5,"triangle":12}, or null.
 void write_row(JsonWriter& out, const HitAnswer& answer, FieldSet fields, std::size_t i);

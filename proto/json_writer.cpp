@@ -1,7 +1,6 @@
 #include "proto/json_writer.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
 
@@ -30,17 +29,10 @@ void JsonWriter::grow(std::size_t bytes) {
   buffer_.resize(std::min(buffer_.capacity(), bytes + kStep));
 }
 
-void JsonWriter::number(double value) {
-  if (!std::isfinite(value)) return raw("null");
-  if (value == 0 && std::signbit(value)) return raw("-0.0");
-  // Measured per number of 17 digits: 20 ns, std::to_chars 37 ns, fmt 39 ns (g++ 12.2, -O2).
-  char* const begin = room(kNumberRoom);
-  size_ += static_cast<std::size_t>(write_float64(begin, value) - begin);
-}
+void JsonWriter::number(double value) { written_to(write_json_number(room(kNumberRoom), value)); }
 
 void JsonWriter::number(std::uint64_t value) {
-  char* const begin = room(kNumberRoom);
-  size_ += static_cast<std::size_t>(write_integer(begin, value) - begin);
+  written_to(write_integer(room(kNumberRoom), value));
 }
 
 void JsonWriter::vector(double x, double y, double z) {

@@ -23,9 +23,7 @@ class JsonWriter {
     *room(1) = c;
     ++size_;
   }
-  /// The shortest text that reads back as the same float64; -0.0 is written "-0.0" because many
-  /// readers take "-0" for an integer and lose the sign. NaN and infinities, which JSON does not
-  /// have, become null.
+  /// As write_json_number.
   void number(double value);
   void number(std::uint64_t value);
   void number(std::uint32_t value) { number(std::uint64_t{value}); }
@@ -37,15 +35,18 @@ class JsonWriter {
   /// The same, or null for an empty one: a name that the file does not give.
   void name(std::string_view text) { text.empty() ? raw("null") : string(text); }
 
+  /// For many values at once: so many bytes to write at, then where what was written ends.
+  char* room(std::size_t bytes) {
+    if (buffer_.size() - size_ < bytes) grow(size_ + bytes);
+    return buffer_.data() + size_;
+  }
+  void written_to(const char* end) { size_ = static_cast<std::size_t>(end - buffer_.data()); }
+
   std::size_t size() const { return size_; }
   /// The text written so far; the writer is empty afterwards.
   std::string take();
 
  private:
-  char* room(std::size_t bytes) {
-    if (buffer_.size() - size_ < bytes) grow(size_ + bytes);
-    return buffer_.data() + size_;
-  }
   void grow(std::size_t bytes);
 
   std::string buffer_;  ///< its size is the room that was made ready, not what was written

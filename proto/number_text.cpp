@@ -5,6 +5,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <string_view>
 
 namespace sightline {
 namespace {
@@ -54,6 +55,15 @@ char* write_other(char* out, double value) {
 }
 
 }  // namespace
+
+char* write_json_number(char* out, double value) {
+  constexpr std::string_view kMinusZero = "-0.0", kNull = "null";
+  const bool is_minus_zero = value == 0 && std::signbit(value);
+  if (std::isfinite(value) && !is_minus_zero) return write_float64(out, value);
+  const std::string_view text = is_minus_zero ? kMinusZero : kNull;
+  std::memcpy(out, text.data(), text.size());
+  return out + text.size();
+}
 
 char* write_long_integer(char* out, std::uint64_t value) {
   return std::to_chars(out, out + kNumberRoom, value).ptr;

@@ -8,6 +8,8 @@
 
 namespace sightline {
 
+/// The longest of them: "-1.7976931348623157e+308".
+inline constexpr std::size_t kLongestNumber = 24;
 /// What has to be writable where a number is written. Bytes behind its end are overwritten.
 inline constexpr std::size_t kNumberRoom = 40;
 
@@ -15,10 +17,15 @@ inline constexpr std::size_t kNumberRoom = 40;
 /// Precondition: `value` is finite.
 char* write_float64(char* out, double value);
 
-/// More than eight digits, in full.
+/// The same for JSON: -0.0 is "-0.0", because many readers take "-0" for an integer and lose the
+/// sign, and NaN and infinities, which JSON does not have, are "null".
+char* write_json_number(char* out, double value);
+
+inline constexpr std::uint32_t kLongestShort = 99'999'999;
+/// Of more digits.
 char* write_long_integer(char* out, std::uint64_t value);
 
-/// The eight digits of a number below 10^8 as bytes 0 to 9, the first one lowest.
+/// The digits of such a number as bytes 0 to 9, the first one lowest. Precondition: value < 10^8.
 inline std::uint64_t eight_digits(std::uint32_t value) {
   static_assert(std::endian::native == std::endian::little, "the first digit is the lowest byte");
   // x / 100 and x / 10 in lanes of 32 and 16 bits, exact for the four and two digits there.
@@ -29,14 +36,38 @@ inline std::uint64_t eight_digits(std::uint32_t value) {
   return tens | (twos - tens * 10) << 8;
 }
 
-inline char* write_integer(char* out, std::uint64_t value) {
-  if (value >= 100'000'000) return write_long_integer(out, value);
-  const std::uint64_t digits = eight_digits(static_cast<std::uint32_t>(value));
+/// At most eight characters, the first one lowest, and zeros.
+struct ShortText {
+  std::uint64_t bytes = 0;
+  unsigned size = 0;
+
+  char* write(char* out) const {
+    std::memcpy(out, &bytes, sizeof bytes);
+    return out + size;
+  }
+};
+
+/// Precondition: value < 10^8.
+inline ShortText short_integer(std::uint32_t value) {
   constexpr std::uint64_t kLastDigit = std::uint64_t{1} << 56, kTextOfZeros = 0x3030303030303030u;
+  const std::uint64_t digits = eight_digits(value);
   const unsigned zeros = static_cast<unsigned>(std::countr_zero(digits | kLastDigit)) / 8;
-  const std::uint64_t text = (digits | kTextOfZeros) >> (8 * zeros);
-  std::memcpy(out, &text, sizeof text);
-  return out + (8 - zeros);
+  return {(digits | kTextOfZeros) >> (8 * zeros), 8 - zeros};
+}
+
+inline char* write_integer(char* out, std::uint64_t value) {
+  if (value > kLongestShort) return write_long_integer(out, value);
+  return short_integer(static_cast<std::uint32_t>(value)).write(out);
+}
+
+/// The same, or `instead` for one value: which it is costs no branch.
+inline char* write_integer_or(char* out, std::uint32_t value, std::uint32_t nothing,
+                              ShortText instead) {
+  const bool is_nothing = value == nothing;
+  if (value > kLongestShort && !is_nothing) return write_long_integer(out, value);
+  const ShortText text = short_integer(is_nothing ? 0 : value);
+  return ShortText{is_nothing ? instead.bytes : text.bytes, is_nothing ? instead.size : text.size}
+      .write(out);
 }
 
 }  // namespace sightline

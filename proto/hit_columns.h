@@ -1,0 +1,114 @@
+#pragma once
+/// What the column of a field is made of, whatever it is written as. For files of this room only.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <string_view>
+
+#include "core/query/hit_batch.h"
+#include "proto/hit_fields.h"
+#include "proto/hit_json.h"
+
+namespace sightline {
+
+/// The stations of an answer that every value is read from.
+struct HitAnswer {
+  const HitBatch& hits;
+  std::span<const HitDetail> details;
+  const HitTerms& terms;
+};
+
+/// What stands where a column of numbers has none.
+inline constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
+
+/// Not finite where there is nothing.
+struct NumberColumn {
+  std::span<const double> numbers;
+};
+/// `width` numbers of each hit: value(i, k). Not a number where the file gives none.
+template <std::size_t width, class Value>
+struct VectorColumn {
+  Value value;
+};
+/// kNone where there is nothing.
+struct IdColumn {
+  std::span<const std::uint32_t> ids;
+};
+/// value(i) of each hit.
+template <class Value>
+struct FlagColumn {
+  Value value;
+};
+/// Empty where there is nothing.
+struct NameColumn {
+  std::span<const std::string_view> names;
+};
+
+template <std::size_t width, class Visit, class Value>
+void visit_vectors(const Visit& visit, const Value& value) {
+  visit(VectorColumn<width, Value>{value});
+}
+
+/// Calls visit(column) with the one of the above that `field` is.
+template <class Visit>
+void visit_column(const HitAnswer& answer, HitField field, const Visit& visit) {
+  const HitBatch& hits = answer.hits;
+  const HitTerms& terms = answer.terms;
+  const auto details = answer.details;
+  const auto axis = [](const Vec3d& v, std::size_t k) { return v[static_cast<int>(k)]; };
+  switch (field) {
+    case HitField::kT:
+      return visit(NumberColumn{terms.t_is_distance ? terms.distance : hits.t});
+    case HitField::kDistance:
+      return visit(NumberColumn{terms.distance});
+    case HitField::kInstance:
+      return visit(IdColumn{hits.instance});
+    case HitField::kPrimitive:
+      return visit(IdColumn{terms.primitive});
+    case HitField::kTriangle:
+      return visit(IdColumn{terms.triangle});
+    case HitField::kPosition:
+      return visit_vectors<3>(
+          visit, [=](std::size_t i, std::size_t k) { return axis(details[i].position, k); });
+    case HitField::kNormal:
+      return visit_vectors<3>(
+          visit, [=](std::size_t i, std::size_t k) { return axis(details[i].normal, k); });
+    case HitField::kShadingNormal:
+      return visit_vectors<3>(visit, [&](std::size_t i, std::size_t k) {
+        return axis(terms.attributes.shading_normal[i], k);
+      });
+    case HitField::kBarycentrics:
+      return visit_vectors<2>(visit, [=](std::size_t i, std::size_t k) {
+        return k == 0 ? details[i].u : details[i].v;
+      });
+    case HitField::kUv:
+      return visit_vectors<2>(
+          visit, [&](std::size_t i, std::size_t k) { return terms.attributes.uv[i][k]; });
+    case HitField::kColour:
+      return visit_vectors<4>(
+          visit, [&](std::size_t i, std::size_t k) { return terms.attributes.colour[i][k]; });
+    case HitField::kFront:
+      return visit(FlagColumn{[=](std::size_t i) { return details[i].front; }});
+    case HitField::kOnEdge:
+      return visit(FlagColumn{[=](std::size_t i) { return details[i].on_edge; }});
+    case HitField::kNode:
+      return visit(NameColumn{terms.node_name});
+    case HitField::kNodeId:
+      return visit(IdColumn{terms.node});
+    case HitField::kNodePath:
+      return visit(NameColumn{terms.node_path});
+    case HitField::kMesh:
+      return visit(NameColumn{terms.mesh_name});
+    case HitField::kMeshId:
+      return visit(IdColumn{terms.mesh});
+    case HitField::kMaterial:
+      return visit(NameColumn{terms.material_name});
+    case HitField::kMaterialId:
+      return visit(IdColumn{terms.material});
+  }
+}
+
+}  // namespace sightline
