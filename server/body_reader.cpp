@@ -81,9 +81,11 @@ bool BodyReader::read_all(std::string& text, const std::function<bool(std::size_
   std::size_t end = text.size();
   bool good = true;
   while (good && left_ > 0) {
-    constexpr std::size_t kAhead = 64 << 10;
+    // As much again as has come: a client that sends little holds little.
+    constexpr std::size_t kAhead = 64 << 10, kMostAhead = 1 << 20;
     if (text.size() == end) {
-      const auto ahead = static_cast<std::size_t>(std::min<std::uint64_t>(left_, kAhead));
+      const auto ahead = static_cast<std::size_t>(
+          std::min<std::uint64_t>(left_, std::clamp(end, kAhead, kMostAhead)));
       good = admit(ahead);
       if (good) text.resize(end + ahead);
     }

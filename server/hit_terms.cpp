@@ -57,6 +57,9 @@ HitTerms hit_terms(const Scene& scene, const HitBatch& hits, FieldSet fields) {
   make(terms.material_name, material, std::string_view());
 
   if (fields.has(HitField::kNodePath)) fill_paths(description, hits, terms);
+  // Neighbours often meet the same one.
+  const Primitive* part = nullptr;
+  std::uint32_t part_instance = kNone;
   for (std::size_t i = 0; i < hits.size(); ++i) {
     if (!hits.hit(i)) continue;
     const TriangleId id = hits.id(i);
@@ -68,12 +71,16 @@ HitTerms hit_terms(const Scene& scene, const HitBatch& hits, FieldSet fields) {
     if (mesh_id) terms.mesh[i] = its_mesh.file_mesh;
     if (mesh) terms.mesh_name[i] = its_mesh.name;
     if (!in_primitive) continue;
-    const Primitive& part = its_mesh.primitives[scene.primitive_of(id)];
-    if (primitive) terms.primitive[i] = part.file_primitive;
-    if (triangle) terms.triangle[i] = id.triangle - part.first_triangle;
-    if (material_id) terms.material[i] = part.material;
-    if (material && part.material < description.materials.size()) {
-      terms.material_name[i] = description.materials[part.material].name;
+    if (part_instance != id.instance ||
+        id.triangle - part->first_triangle >= part->triangle_count) {
+      part = &its_mesh.primitives[scene.primitive_of(id)];
+      part_instance = id.instance;
+    }
+    if (primitive) terms.primitive[i] = part->file_primitive;
+    if (triangle) terms.triangle[i] = id.triangle - part->first_triangle;
+    if (material_id) terms.material[i] = part->material;
+    if (material && part->material < description.materials.size()) {
+      terms.material_name[i] = description.materials[part->material].name;
     }
   }
   return terms;
