@@ -34,6 +34,7 @@ Result<std::unique_ptr<Engine>> Engine::create(const EngineOptions& options) {
   state->kernel_name = std::string(chosen->name);
   state->hurry = options.hurry;
   state->threads.start(options.threads);
+  state->turns.start(state->threads.threads());
   // A batch has many slices; a single ray is answered on the thread that asks.
   state->threads.give_way();
   return std::unique_ptr<Engine>(new Engine(std::move(state)));

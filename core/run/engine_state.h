@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <condition_variable>
 #include <mutex>
 #include <string>
 
@@ -84,10 +85,48 @@ class WorkLog {
   std::mutex mutex_;
 };
 
+/// Batches take turns: as many at once as there are threads. The others wait, and what they have
+/// decoded stays in nobody's way.
+class Turns {
+ public:
+  /// Precondition: called once, before any turn is taken.
+  void start(int threads) { threads_ = threads; }
+  /// Whether every thread has a batch of its own, so that nobody is idle to help with one.
+  bool all_taken() const { return taken_.load(std::memory_order_relaxed) >= threads_; }
+
+  class Turn {
+   public:
+    explicit Turn(Turns& turns) : turns_(turns) {
+      std::unique_lock hold(turns_.mutex_);
+      turns_.free_.wait(hold, [&] { return !turns_.all_taken(); });
+      turns_.taken_.fetch_add(1, std::memory_order_relaxed);
+    }
+    ~Turn() {
+      {
+        const std::lock_guard hold(turns_.mutex_);
+        turns_.taken_.fetch_sub(1, std::memory_order_relaxed);
+      }
+      turns_.free_.notify_one();
+    }
+    Turn(const Turn&) = delete;
+    Turn& operator=(const Turn&) = delete;
+
+   private:
+    Turns& turns_;
+  };
+
+ private:
+  int threads_ = 0;
+  std::mutex mutex_;
+  std::condition_variable free_;
+  std::atomic<int> taken_{0};  ///< changed under the mutex
+};
+
 struct Engine::State {
   Kernel kernel;
   std::string kernel_name;
   ThreadGroup threads;
+  Turns turns;
   const std::atomic<bool>* hurry = nullptr;
 
   void all(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
@@ -112,19 +151,26 @@ struct Engine::State {
       slice(std::size_t{0}, count);
       return success();
     }
+    const Turns::Turn turn(turns);
     std::atomic<bool> stopped{false};
-    threads.execute([&] {
-      parallel_for((count + slice_size - 1) / slice_size, [&](std::size_t i) {
-        if (stopped.load(std::memory_order_relaxed)) return;
-        if (deadline.passed()) {
-          stopped.store(true, std::memory_order_relaxed);
-          return;
-        }
-        slice(i * slice_size, std::min(count, (i + 1) * slice_size));
-        // Who has the processor is otherwise asked again at the next tick, milliseconds later.
-        if (hurry != nullptr && hurry->load(std::memory_order_relaxed)) ::sched_yield();
-      });
-    });
+    const auto take = [&](std::size_t i) {
+      if (stopped.load(std::memory_order_relaxed)) return;
+      if (deadline.passed()) {
+        stopped.store(true, std::memory_order_relaxed);
+        return;
+      }
+      slice(i * slice_size, std::min(count, (i + 1) * slice_size));
+      // Who has the processor is otherwise asked again at the next tick, milliseconds later.
+      if (hurry != nullptr && hurry->load(std::memory_order_relaxed)) ::sched_yield();
+    };
+    // To hand slices over takes time, and pays where somebody is idle.
+    const std::size_t slices = (count + slice_size - 1) / slice_size;
+    std::size_t alone = 0;
+    while (alone < slices && turns.all_taken()) take(alone++);
+    if (alone < slices) {
+      threads.execute(
+          [&] { parallel_for(slices - alone, [&](std::size_t i) { take(alone + i); }); });
+    }
     if (stopped.load()) return out_of_time(deadline);
     return success();
   }
