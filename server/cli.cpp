@@ -35,7 +35,7 @@ class CommandLine {
         "let an agent ask a server: the Model Context Protocol on standard input and output");
     define_mcp(*mcp_app_, mcp_);
     CLI::App* demo_app = app_.add_subcommand("demo", "write a demo scene as a .glb file");
-    demo_app->add_option("NAME", demo_.name, "town or six")->required();
+    demo_app->add_option("NAME", demo_.name, "town, six or painted")->required();
     demo_app->add_option("OUT", demo_.file, "the file to write")->required();
     check_app_ = app_.add_subcommand(
         "check-config", "say what is wrong with a file for serve --config; exit code 0 or 2");

@@ -117,7 +117,8 @@ void define_server(CLI::App& app, ServerAddress& server) {
 }  // namespace
 
 void define_cast(CLI::App& app, CastCommand& command, CastFlags& flags) {
-  app.add_option("FILE", command.source, "a .glb or .gltf file, or demo:town, demo:six")
+  app.add_option("FILE", command.source,
+                 "a .glb or .gltf file, or demo:town, demo:six, demo:painted")
       ->required();
   define_ray(app, flags.ray);
   app.get_option("--origin")->required();

@@ -20,6 +20,21 @@ Error not_found(std::string message) {
   return {ErrorKind::kNotFound, "SOURCE_NOT_FOUND", std::move(message), ""};
 }
 
+struct Demo {
+  std::string_view name;
+  demo::DemoScene (*make)();
+};
+constexpr Demo kDemos[] = {{"town", [] { return demo::town(); }},
+                           {"six", demo::six_triangles},
+                           {"painted", demo::painted_square}};
+
+Result<Demo> find_demo(std::string_view name) {
+  const auto found = std::find_if(std::begin(kDemos), std::end(kDemos),
+                                  [&](const Demo& demo) { return demo.name == name; });
+  if (found != std::end(kDemos)) return *found;
+  return not_found("there is no demo '" + std::string(name) + "'; there are town, six and painted");
+}
+
 Result<std::shared_ptr<const Scene>> make(Result<SceneDescription> description, Progress& progress,
                                           Laziness laziness,
                                           std::span<const NodeChange> changes = {}) {
@@ -95,16 +110,15 @@ Result<std::shared_ptr<const Scene>> load_scene(const LoadInput& input, Laziness
 }
 
 Result<std::vector<std::byte>> demo_glb(const std::string& name) {
-  if (name == "town") return demo::write_glb(demo::town());
-  if (name == "six") return demo::write_glb(demo::six_triangles());
-  return not_found("there is no demo '" + name + "'; there are town and six");
+  const auto demo = find_demo(name);
+  if (!demo) return demo.error();
+  return demo::write_glb(demo->make());
 }
 
 Status check_source(const std::string& source) {
   if (source.starts_with(kDemo)) {
-    const std::string name = source.substr(kDemo.size());
-    if (name == "town" || name == "six") return success();
-    return not_found("there is no demo '" + name + "'; there are town and six");
+    const auto demo = find_demo(std::string_view(source).substr(kDemo.size()));
+    return demo ? success() : demo.error();
   }
   std::error_code error;
   if (std::filesystem::is_regular_file(source, error)) return success();

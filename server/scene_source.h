@@ -1,6 +1,6 @@
 #pragma once
-/// Scenes that a command line names: "town.glb", or "demo:town" and "demo:six", which this program
-/// makes itself.
+/// Scenes that a command line names: "town.glb", or "demo:town", "demo:six" and "demo:painted",
+/// which this program makes itself.
 
 #include <optional>
 #include <span>

@@ -61,7 +61,8 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
   app.add_option("--data", command.data,
                  "folder where scenes are kept; without it they live in memory only");
   app.add_option("--preload", flags.preloads,
-                 "ID=FILE or ID=demo:town, ID=demo:six: a scene to load at the start (repeatable)")
+                 "ID=FILE, or ID=demo:town, demo:six or demo:painted: a scene to load at the start "
+                 "(repeatable)")
       ->take_all();
   app.add_option("--threads", command.threads, "threads that trace; 0: as many as the machine has")
       ->check(CLI::Range(0, 4096))

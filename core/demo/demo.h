@@ -18,6 +18,8 @@ struct DemoMesh {
   std::string material;
   std::vector<float> positions;
   std::vector<std::uint32_t> indices;
+  // Of each vertex 3, 2 and 4 floats, or none at all.
+  std::vector<float> normals{}, uvs{}, colours{};
 };
 
 struct DemoNode {
@@ -55,6 +57,13 @@ DemoScene town(std::uint64_t seed = 1);
 ///   right  origin (3,10,0)   direction (0,-1,0): right's triangle 0 at t = 8
 ///   none   origin (1,10,0)   direction (0,-1,0): between the two
 DemoScene six_triangles();
+
+/// A square from (-1,-1,0) to (1,1,0) in two triangles, with what files say of vertices: normals
+/// that lean outwards by 0.6 on the left and the right, uv from (0,1) below left to (1,0) above
+/// right, and colours, anticlockwise from below left red, green, blue, white. A ray that is easy to
+/// check:
+///   origin (0.5,-0.5,5) direction (0,0,-1): uv (0.75,0.75), colour (0.25,0.5,0.25,1) at t = 5
+DemoScene painted_square();
 
 // The benchmark set of "What the fastest kernels reach": one mesh and one node, except instances.
 

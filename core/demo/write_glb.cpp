@@ -107,6 +107,18 @@ std::string add_positions(Sections& out, const DemoMesh& mesh) {
                           ",\"type\":\"VEC3\",\"min\":" + triple(low) + ",\"max\":" + triple(high));
 }
 
+/// `name` as a member behind others, or nothing where there is none.
+std::string add_attribute(Sections& out, const char* name, const std::vector<float>& values,
+                          std::size_t width) {
+  if (values.empty()) return "";
+  const std::size_t begin = out.binary.size();
+  for (const float value : values) append_f32(out.binary, value);
+  const std::string accessor =
+      out.add_accessor(out.add_view(begin, kTargetVertices), kComponentF32, values.size() / width,
+                       ",\"type\":\"VEC" + std::to_string(width) + "\"");
+  return ",\"" + std::string(name) + "\":" + accessor;
+}
+
 std::string add_indices(Sections& out, const DemoMesh& mesh) {
   const std::size_t begin = out.binary.size();
   // 65535 is the primitive restart value, which glTF does not allow as an index.
@@ -126,8 +138,11 @@ void add_mesh(Sections& out, const DemoMesh& mesh) {
   const auto index = known - out.materials.begin();
   if (known == out.materials.end()) out.materials.push_back(material);
   const std::string positions = add_positions(out, mesh), indices = add_indices(out, mesh);
+  const std::string attributes = add_attribute(out, "NORMAL", mesh.normals, 3) +
+                                 add_attribute(out, "TEXCOORD_0", mesh.uvs, 2) +
+                                 add_attribute(out, "COLOR_0", mesh.colours, 4);
   out.meshes.push_back("{\"name\":" + quoted(mesh.name) +
-                       ",\"primitives\":[{\"attributes\":{\"POSITION\":" + positions +
+                       ",\"primitives\":[{\"attributes\":{\"POSITION\":" + positions + attributes +
                        "},\"indices\":" + indices + ",\"material\":" + std::to_string(index) +
                        "}]}");
 }

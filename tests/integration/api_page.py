@@ -12,13 +12,17 @@ import sys
 DOWN = {"origin": [0, 100, 0], "direction": [0, -1, 0]}
 SQUARE = {"origin": [3, 200, 5], "direction": [0, -1, 0]}
 MISS = {"origin": [3, 200, 5], "direction": [0, 1, 0]}
-TOWN, SIX = "/v1/scenes/town/", "/v1/scenes/six/"
+TOWN, SIX, PAINTED = "/v1/scenes/town/", "/v1/scenes/six/", "/v1/scenes/painted/"
+# As the page says.
+SERVED = ["--skip", "none", "--preload", "town=demo:town", "--preload", "six=demo:six", "--preload", "painted=demo:painted"]
 
 # Title, path, body or None for GET, and the method where it is another one than these say.
 QUESTIONS = [
     ("The first triangle that each ray meets", TOWN + "rays:closest", {"rays": [SQUARE, MISS]}),
     ("The same as columns, with chosen fields", TOWN + "rays:closest",
      {"origins": [3, 200, 5, 3, 200, 5], "directions": [0, -1, 0, 0, 1, 0], "fields": ["t", "node_path", "front", "on_edge"]}),
+    ("What the file says of the place", PAINTED + "rays:closest",
+     {"rays": [{"origin": [0.5, -0.5, 5], "direction": [0, 0, -1]}], "fields": ["t", "normal", "shading_normal", "uv", "colour"]}),
     ("In scene units", TOWN + "rays:closest",
      {"rays": [{"origin": [3, 200, 5], "direction": [0, -4, 0], "tmax": 199.75}], "normalize": True, "fields": ["t", "distance", "node"]}),
     ("Whether each ray meets anything", TOWN + "rays:any", {"rays": [SQUARE, MISS]}),
@@ -90,8 +94,8 @@ QUESTIONS = [
 
 HEAD = """# Questions and answers
 
-Each of these lines was sent to a server, and this is what it said; a test sends them again. They ask the two demo
-scenes: `sightline serve --skip none --preload town=demo:town --preload six=demo:six` (every tree is built before). What the words mean is in
+Each of these lines was sent to a server, and this is what it said; a test sends them again. They ask the three demo
+scenes: `sightline serve --skip none --preload town=demo:town --preload six=demo:six --preload painted=demo:painted` (every tree is built before). What the words mean is in
 [queries.md](queries.md), every key in [openapi.json](../proto/openapi.json).
 """
 
@@ -122,7 +126,7 @@ def page(url):
 if __name__ == "__main__":
     from sightline_server import SOURCE, Server
 
-    with Server("--skip", "none", "--preload", "town=demo:town", "--preload", "six=demo:six") as server:
+    with Server(*SERVED) as server:
         if "--write" in sys.argv:
             (SOURCE / "docs/api.md").write_text(page(server.url), encoding="utf-8")
         else:

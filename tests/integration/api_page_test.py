@@ -9,7 +9,7 @@ from sightline_server import SOURCE, Server
 
 class ApiPage(unittest.TestCase):
     def test_every_answer_of_the_page_is_what_the_server_says(self):
-        with Server("--skip", "none", "--preload", "town=demo:town", "--preload", "six=demo:six") as server:
+        with Server(*api_page.SERVED) as server:
             self.maxDiff = None
             self.assertEqual((SOURCE / "docs/api.md").read_text(encoding="utf-8"), api_page.page(server.url),
                              "tests/integration/api_page.py BINARY --write writes it anew")

@@ -37,6 +37,11 @@ class Cast(unittest.TestCase):
         done = cast("demo:six", "-10,1,0", "1,0,0", "--tmin", "5", "--fields", "t,triangle")
         self.assertEqual((done.returncode, done.stdout), (0, '{"t":6.5,"triangle":1}\n'))
 
+    def test_the_file_says_more_of_a_place_when_it_is_asked(self):
+        done = cast("demo:painted", "0.5,-0.5,5", "0,0,-1", "--fields", "t,uv,colour")
+        # The corners weigh 1/4, 1/2 and 1/4: (0,1), (1,1), (1,0), and red, green, blue.
+        self.assertEqual((done.returncode, done.stdout), (0, '{"t":5,"uv":[0.75,0.75],"colour":[0.25,0.5,0.25,1]}\n'))
+
     def test_any_is_true_or_false(self):
         done = cast("demo:six", "-10,1,0", "1,0,0", "--any")
         self.assertEqual((done.returncode, done.stdout), (0, "true\n"))

@@ -96,6 +96,7 @@ TEST(DemoScenes, are_sound_and_of_the_size_that_was_asked_for) {
   expect_sound(instances(100, 300));
   expect_sound(town());
   expect_sound(six_triangles());
+  expect_sound(painted_square());
 }
 
 TEST(DemoScenes, place_one_ball_many_times) {
@@ -221,6 +222,18 @@ TEST(SixTriangles, has_the_four_branches_of_the_lecture_notes) {
   EXPECT_EQ(right.node, "right");
   EXPECT_EQ(right.t, 8);
   EXPECT_EQ(first_met(scene, {1, 10, 0}, {0, -1, 0}).node, "");
+}
+
+TEST(PaintedSquare, is_met_where_its_header_says_and_has_attributes_of_each_vertex) {
+  const DemoScene scene = painted_square();
+  EXPECT_EQ(unique_triangles(scene), 2u);
+  const Met met = first_met(scene, {0.5, -0.5, 5}, {0, 0, -1});
+  EXPECT_EQ(met.node, "square");
+  EXPECT_EQ(met.t, 5);
+  const DemoMesh& mesh = scene.meshes[0];
+  EXPECT_EQ(mesh.normals.size(), 4u * 3);
+  EXPECT_EQ(mesh.uvs.size(), 4u * 2);
+  EXPECT_EQ(mesh.colours.size(), 4u * 4);
 }
 
 TEST(Town, names_its_parts) {

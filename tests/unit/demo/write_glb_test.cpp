@@ -1,7 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "core/demo/demo.h"
 
@@ -61,6 +63,24 @@ TEST(WriteGlb, takes_u32_indices_only_beyond_65535_vertices) {
   EXPECT_EQ(json_of(write_glb(scene))["accessors"][1]["componentType"], 5123);
   scene.meshes[0].positions.resize(std::size_t{65536} * 3);
   EXPECT_EQ(json_of(write_glb(scene))["accessors"][1]["componentType"], 5125);
+}
+
+TEST(WriteGlb, writes_what_is_said_of_each_vertex) {
+  const std::vector<std::byte> glb = write_glb(painted_square());
+  const nlohmann::json json = json_of(glb);
+  const nlohmann::json attributes = json["meshes"][0]["primitives"][0]["attributes"];
+  const std::size_t binary = 20 + u32_at(glb, 12) + 8;
+  for (const auto& [name, type, last] : {std::tuple{"NORMAL", "VEC3", 0.8f},
+                                         {"TEXCOORD_0", "VEC2", 0.0f},
+                                         {"COLOR_0", "VEC4", 1.0f}}) {
+    const nlohmann::json accessor = json["accessors"][attributes[name].get<std::size_t>()];
+    EXPECT_EQ(accessor["type"], type);
+    EXPECT_EQ(accessor["count"], 4);
+    const nlohmann::json view = json["bufferViews"][accessor["bufferView"].get<std::size_t>()];
+    const std::size_t end =
+        view["byteOffset"].get<std::size_t>() + view["byteLength"].get<std::size_t>();
+    EXPECT_EQ(std::bit_cast<float>(u32_at(glb, binary + end - 4)), last) << name;
+  }
 }
 
 TEST(WriteGlb, leaves_out_arrays_that_would_be_empty) {
