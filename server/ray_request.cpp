@@ -173,4 +173,10 @@ void RayRequest::reply(std::string encoded) {
   exchange_.reply_json(200, std::move(encoded));
 }
 
+void RayRequest::reply_hits(const HitBatch& hits, const HitDescription& about) {
+  const FieldSet fields = query_.fields;
+  reply(is_binary() ? encode_hits_binary(hits, about.details, about.terms, fields, nullptr)
+                    : encode_hits(hits, about.details, about.terms, fields, AnswerLayout::kRows));
+}
+
 }  // namespace sightline

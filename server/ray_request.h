@@ -61,6 +61,8 @@ class RayRequest {
   bool describe(const RayBatch& rays, const HitBatch& hits, HitDescription& about);
   /// Sends what was encoded, JSON or binary as the query came, with what was asked for beside it.
   void reply(std::string encoded);
+  /// The same with a hit or none for each thing that was asked.
+  void reply_hits(const HitBatch& hits, const HitDescription& about);
 
  private:
   bool read_query(const Decode& decode);

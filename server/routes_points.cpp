@@ -114,10 +114,7 @@ void ask_closest(Exchange& exchange, const Service& service) {
   request.add_time(&WorkReport::trace_us);
   HitDescription about;
   if (!describe(request, service, hits, query.points, about)) return;
-  const FieldSet fields = request.query().fields;
-  request.reply(request.is_binary()
-                    ? encode_hits_binary(hits, about.details, about.terms, fields, nullptr)
-                    : encode_hits(hits, about.details, about.terms, fields, AnswerLayout::kRows));
+  request.reply_hits(hits, about);
 }
 
 void ask_nearest(Exchange& exchange, const Service& service) {

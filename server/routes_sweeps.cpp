@@ -38,9 +38,7 @@ void first_contacts(Exchange& exchange, const Service& service) {
   }
   request.add_time(&WorkReport::describe_us);
   if (!request.reserve(bytes_of_encoded(hits.size(), fields, about.terms))) return;
-  request.reply(request.is_binary()
-                    ? encode_hits_binary(hits, about.details, about.terms, fields, nullptr)
-                    : encode_hits(hits, about.details, about.terms, fields, AnswerLayout::kRows));
+  request.reply_hits(hits, about);
 }
 
 void any_contacts(Exchange& exchange, const Service& service) {
