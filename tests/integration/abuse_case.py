@@ -4,6 +4,7 @@ import json
 import select
 import socket
 import statistics
+import threading
 import time
 import unittest
 
@@ -111,6 +112,29 @@ class Abuse(unittest.TestCase):
         if not self.is_sanitized:
             memories.append((more, case))
             self.assertLess(more, 128, case)
+
+    def check_beside(self, case, attack, clients=1):
+        """As check_ordinary, while clients do `attack` (which is given the turn's number) again and again."""
+        stop, faults = threading.Event(), []
+
+        def go_on():
+            turn = 0
+            try:
+                while not stop.is_set():
+                    attack(turn)
+                    turn += 1
+            except Exception as fault:  # a thread's own end would not fail the test
+                faults.append(fault)
+        attackers = [threading.Thread(target=go_on) for _ in range(clients)]
+        for attacker in attackers:
+            attacker.start()
+        try:
+            self.check_ordinary(case)
+        finally:
+            stop.set()
+            for attacker in attackers:
+                attacker.join()
+        self.assertEqual(faults, [])
 
     def tearDown(self):
         self.assertIsNone(self.server.process.poll(), "the server ended: " + self.server.log_text()[-2000:])

@@ -116,26 +116,14 @@ class HoldingOn(Abuse):
 
     def test_clients_that_go_away(self):
         body = json.dumps({"rays": [ROW] * 10000, "fields": ["t"]}).encode()
-        stop = threading.Event()
 
-        def come_and_go():
-            turn = 0
-            while not stop.is_set():
-                turn += 1
-                whole = QUERY + b"Content-Length: %d\r\n\r\n" % len(body) + body
-                connection, _ = self.send(whole[:len(whole) * (turn % 5) // 4])
-                if turn % 2:  # a reset and not a farewell
-                    connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
-                connection.close()
-        comers = [threading.Thread(target=come_and_go) for _ in range(2)]
-        for comer in comers:
-            comer.start()
-        try:
-            self.check_ordinary("clients that go away in the middle")
-        finally:
-            stop.set()
-            for comer in comers:
-                comer.join()
+        def come_and_go(turn):
+            whole = QUERY + b"Content-Length: %d\r\n\r\n" % len(body) + body
+            connection, _ = self.send(whole[:len(whole) * (turn % 5) // 4])
+            if turn % 2 == 0:  # a reset and not a farewell
+                connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+            connection.close()
+        self.check_beside("clients that go away in the middle", come_and_go, clients=2)
 
     def test_long_heads_that_never_end_share_what_there_is(self):
         half = HEALTH[:-2] + (b"X: " + b"y" * 990 + b"\r\n") * 15
@@ -223,22 +211,33 @@ class Greed(Abuse):
         self.refused([QUERY + b"Content-Length: 999999999999\r\n\r\n", b"{" * 10000], 413, "BODY_TOO_LARGE")
         chunks = b"2000\r\n" + b" " * 0x2000 + b"\r\n"
         self.refused([QUERY + b"Transfer-Encoding: chunked\r\n\r\n", chunks * 20, b"0\r\n\r\n"], 413, "BODY_TOO_LARGE")
+
+        def go_on(_):
+            connection, _ = self.send(QUERY + b"Transfer-Encoding: chunked\r\n\r\n")
+            with connection, self.assertRaises(ConnectionError):
+                for _ in range(100000):
+                    connection.sendall(chunks)
         # One that never ends is broken off after it was told.
-        connection, _ = self.send(QUERY + b"Transfer-Encoding: chunked\r\n\r\n")
-        with connection, self.assertRaises(ConnectionError):
-            for _ in range(100000):
-                connection.sendall(chunks)
-        self.check_ordinary("oversized bodies")
+        go_on(0)
+        self.check_beside("oversized bodies", go_on)
 
     def test_compressed_bodies(self):
         bomb = gzip.compress(b" " * (64 << 20))
-        for coding, status, code in ((b"gzip", 413, "BODY_TOO_LARGE"), (b"zstd", 400, "ENCODING_BROKEN"),
-                                     (b"br", 415, "ENCODING_UNSUPPORTED"), (b"deflate", 415, "ENCODING_UNSUPPORTED"),
-                                     (b"identity, gzip", 415, "ENCODING_UNSUPPORTED")):
-            head = QUERY + b"Content-Encoding: %s\r\nContent-Length: %d\r\n\r\n" % (coding, len(bomb))
-            answers = self.answers(head, bomb[:len(bomb)], shut=True)
-            self.assertEqual([(answer.status, answer.json()["code"]) for answer in answers[:1]], [(status, code)])
-        self.check_ordinary("compressed bodies")
+        # [RFC8878] 3.1.1: a window of 1 MiB, then blocks that are one blank 131,072 times: 128 MiB in 4 KiB.
+        repeated = struct.pack("<I", 131072 << 3 | 1 << 1)[:3] + b" "
+        zstd_bomb = b"\x28\xb5\x2f\xfd\x00\x50" + repeated * 1024
+
+        def try_all(_):
+            for coding, body, status, code in (
+                    (b"gzip", bomb, 413, "BODY_TOO_LARGE"), (b"zstd", zstd_bomb, 413, "BODY_TOO_LARGE"),
+                    (b"zstd", bomb, 400, "ENCODING_BROKEN"), (b"gzip", zstd_bomb, 400, "ENCODING_BROKEN"),
+                    (b"br", bomb, 415, "ENCODING_UNSUPPORTED"), (b"deflate", bomb, 415, "ENCODING_UNSUPPORTED"),
+                    (b"identity, gzip", bomb, 415, "ENCODING_UNSUPPORTED")):
+                head = QUERY + b"Content-Encoding: %s\r\nContent-Length: %d\r\n\r\n" % (coding, len(body))
+                answers = self.answers(head, body, shut=True)
+                self.assertEqual([(answer.status, answer.json()["code"]) for answer in answers[:1]], [(status, code)])
+        try_all(0)
+        self.check_beside("compressed bodies", try_all)
 
     def test_a_million_tiny_chunks(self):
         connection, _ = self.send(QUERY + b"Transfer-Encoding: chunked\r\n\r\n")
@@ -264,27 +263,19 @@ class Greed(Abuse):
         self.refused([b"GET / HTTP/1.1\r\nHost: x\r\n" + b"X: " + b"y" * 60000], 431, "HEADER_TOO_LARGE")
         self.refused([b"GET / HTTP/1.1\r\nHost: x\r\n" + (b"X: " + b"y" * 1000 + b"\r\n") * 60], 431, "HEADER_TOO_LARGE")
         self.refused([b"GET /" + b"y" * 60000], 414, "URI_TOO_LONG")
-        stop = threading.Event()
-
-        def flood():
-            while not stop.is_set():
-                connection, _ = self.send(b"GET / HTTP/1.1\r\n", b"X-A: y\r\n" * 1000)
-                connection.close()
-        flooder = threading.Thread(target=flood)
-        flooder.start()
-        try:
-            self.check_ordinary("floods of header fields")
-        finally:
-            stop.set()
-            flooder.join()
+        self.check_beside("floods of header fields",
+                          lambda _: self.send(b"GET / HTTP/1.1\r\n", b"X-A: y\r\n" * 1000)[0].close())
 
     def test_ranges_cut_nothing(self):
         many = b"Range: bytes=" + b",".join(b"%d-" % i for i in range(1300)) + b"\r\n"
         plain = self.answers(b"GET /version HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n")[0]
-        for given in (many, b"Range: bytes=0-1\r\n", b"Range: x\r\n", b"If-Range: \"x\"\r\nRange: bytes=9-1\r\n"):
-            answers = self.answers(b"GET /version HTTP/1.1\r\nHost: x\r\nConnection: close\r\n", given, b"\r\n")
-            self.assertEqual([(answer.status, answer.body) for answer in answers], [(200, plain.body)])
-        self.check_ordinary("ranges")
+
+        def ask_all(_):
+            for given in (many, b"Range: bytes=0-1\r\n", b"Range: x\r\n", b"If-Range: \"x\"\r\nRange: bytes=9-1\r\n"):
+                answers = self.answers(b"GET /version HTTP/1.1\r\nHost: x\r\nConnection: close\r\n", given, b"\r\n")
+                self.assertEqual([(answer.status, answer.body) for answer in answers], [(200, plain.body)])
+        ask_all(0)
+        self.check_beside("ranges", ask_all)
 
 
 def tearDownModule():
