@@ -50,6 +50,10 @@ def panel(drawing, left, top, title, rows, field, fits, fit_names):
             drawing.line(x_of(ends[0][0]), y_of(ends[0][1]), x_of(ends[1][0]), y_of(ends[1][1]), colour, 1.0, "4 3")
         for (s1, v1), (s2, v2) in zip(line, line[1:]):
             drawing.line(x_of(s1), y_of(v1), x_of(s2), y_of(v2), colour, 1.8)
+        if field == "ns_per_ray":
+            warm = sorted((row["size"], row["warm_ns_per_ray"]) for row in rows if row["rays"] == rays)
+            for (s1, v1), (s2, v2) in zip(warm, warm[1:]):
+                drawing.line(x_of(s1), y_of(v1), x_of(s2), y_of(v2), colour, 1.4, "1 3")
         for size, value in line:
             drawing.marker(x_of(size), y_of(value), "circle", colour, 3.2, False, f"{rays}, {size}: {value:.1f}")
 
@@ -63,8 +67,8 @@ def main():
     subjects = [s for s in ("triangles", "instances") if any(r["subject"] == s for r in result["rows"])]
     drawing = Drawing(LEFT + 2 * (WIDTH + GAP), TOP + len(subjects) * (HEIGHT + 66) - 20)
     drawing.text(LEFT - 44, 26, "How time grows with the scene (closest hit, one thread)", 16, weight="bold")
-    drawing.text(LEFT - 44, 45, f"{result['machine']}. Dashed: fitted a + b log2(size). Visits do not know caches, "
-                 "time does.", 11, colour=GREY)
+    drawing.text(LEFT - 44, 45, f"{result['machine']}. Dashed: fitted a + b log2(size). Dotted: rays whose nodes are "
+                 "in the caches already.", 11, colour=GREY)
     for k, (rays, colour) in enumerate(RAYS.items()):
         drawing.marker(LEFT - 38 + k * 110, 60, "circle", colour, 4.2)
         drawing.text(LEFT - 28 + k * 110, 64, rays, 11)
