@@ -32,14 +32,16 @@ std::shared_ptr<SceneLoad> SceneStore::submit(IncomingScene incoming, bool await
 }
 
 void SceneStore::push_load(const LoadPointer& load) {
+  std::uint64_t bytes = 0;
   {
     const std::lock_guard hold(mutex_);
     load->busy_ = false;
     load->progress_.begin("waiting");
     if (load->outcome_) load->upload_.reset();
+    // From here on a removal may end the upload of a load that waits.
+    if (load->upload_) bytes = load->upload_->size();
   }
-  push_job(*builds_, load, [this, load] {
-    const std::uint64_t bytes = load->upload_ ? load->upload_->size() : 0;
+  push_job(*builds_, load, [this, load, bytes] {
     guarded(load, [&] { load_upload(load); });
     load->let_go();
     give_back_free_memory_of(bytes);
