@@ -104,20 +104,8 @@ class Beam {
  private:
   using D = hn::CappedTag<float, kRays>;
 
-  static float least(const float* values) {
-    const D d;
-    auto low = hn::Load(d, values);
-    for (std::size_t i = hn::Lanes(d); i < kRays; i += hn::Lanes(d))
-      low = hn::Min(low, hn::Load(d, values + i));
-    return hn::GetLane(hn::MinOfLanes(d, low));
-  }
-  static float most(const float* values) {
-    const D d;
-    auto high = hn::Load(d, values);
-    for (std::size_t i = hn::Lanes(d); i < kRays; i += hn::Lanes(d))
-      high = hn::Max(high, hn::Load(d, values + i));
-    return hn::GetLane(hn::MaxOfLanes(d, high));
-  }
+  static float least(const float* values) { return least_of(D(), values, kRays); }
+  static float most(const float* values) { return most_of(D(), values, kRays); }
 
   std::uint32_t octant_ = 0;
   std::uint32_t near_row_[3], far_row_[3];  ///< as in BoxRay

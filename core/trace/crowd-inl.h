@@ -63,7 +63,7 @@ class Crowd {
     anchored_.origin[1] = &rays_.oy[first];
     anchored_.origin[2] = &rays_.oz[first];
     anchored_.tau_min = columns_.tau_min;
-    reach_ = largest_of(columns_.reach);
+    reach_ = most_of(DoubleLanes(), columns_.reach, kPacketRays);
     hits_.start(first, columns_.tau_max);
     return kPacketRays;
   }

@@ -34,15 +34,6 @@ HWY_INLINE void fetch_rays(const RayBatch& rays, std::size_t first) {
   }
 }
 
-/// Of kPacketRays numbers that are not negative.
-HWY_INLINE double largest_of(const double* numbers) {
-  const GroupPreparation::D dd;
-  auto largest = hn::Zero(dd);
-  for (std::size_t i = 0; i < kPacketRays; i += hn::Lanes(dd))
-    largest = hn::Max(largest, hn::Load(dd, numbers + i));
-  return hn::GetLane(hn::MaxOfLanes(dd, largest));
-}
-
 /// The ClosestHit of each of kPacketRays rays, side by side.
 class GroupHits {
  public:

@@ -23,6 +23,7 @@
 #include "core/trace/group_hits-inl.h"
 #include "core/trace/kernel.h"
 #include "core/trace/prepare-inl.h"
+#include "core/trace/wedge-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sightline {
@@ -72,7 +73,8 @@ class Packet {
     set_limits();
     beam_.set(columns_, limit_);
     axes_ = columns_.filter(0);
-    reach_ = largest_of(columns_.reach);
+    reach_ = most_of(GroupPreparation::D(), columns_.reach, kPacketRays);
+    has_wedge_ = wedge_.set(columns_, reach_);
     count_ = count;
     return count;
   }
@@ -110,7 +112,10 @@ class Packet {
         columns_.far_origin[k][i] = columns_.far_origin[k][0];
         columns_.near_inverse[k][i] = columns_.near_inverse[k][0];
         columns_.far_inverse[k][i] = columns_.far_inverse[k][0];
+        columns_.origin[k][i] = columns_.origin[k][0];
       }
+      columns_.shear_x[i] = columns_.shear_x[0];
+      columns_.shear_y[i] = columns_.shear_y[0];
       columns_.box_min[i] = columns_.box_min[0];
       columns_.reach[i] = columns_.reach[0];
       columns_.tau_max[i] = columns_.tau_max[0];
@@ -220,7 +225,10 @@ class Packet {
       hn::Store(corners.z[c], d4, z[c]);
     }
     const GroupPreparation::D dd;
-    for (std::uint32_t lane = 0; lane < block.lane_count(); ++lane) {
+    std::uint32_t triangles = (1u << block.lane_count()) - 1u;
+    if (has_wedge_) triangles &= wedge_.triangles_that_may_be_met(corners);
+    for (; triangles != 0; triangles &= triangles - 1) {
+      const auto lane = static_cast<std::uint32_t>(std::countr_zero(triangles));
       LaneCorners<GroupPreparation::D> triangle;
       SIGHTLINE_UNROLL
       for (std::size_t c = 0; c < 3; ++c) {
@@ -306,6 +314,8 @@ class Packet {
   FilterRay axes_;                      ///< kx, ky, kz of all rays
   double reach_ = 0;                    ///< at least that of every ray
   Beam<kPacketRays> beam_;
+  Wedge<kPacketRays> wedge_;
+  bool has_wedge_ = false;  ///< all rays start at one point
   Waiting waiting_;
   std::uint64_t steps_ = 0;      ///< of the packet: nodes opened and boxes asked for by rays
   std::uint64_t ray_steps_ = 0;  ///< nodes that the rays would have visited one by one

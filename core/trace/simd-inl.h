@@ -10,6 +10,7 @@
 #include <hwy/highway.h>
 
 #include <bit>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 
@@ -50,6 +51,22 @@ HWY_INLINE V min_unless_nan(D, V a, V b) {
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V nan_or_max(D d, V a, V b) {
   return max_unless_nan(d, a, b);
+}
+
+/// Of `count` aligned numbers, which fill their vectors.
+template <class D, class T = hn::TFromD<D>>
+HWY_INLINE T least_of(D d, const T* values, std::size_t count) {
+  auto low = hn::Load(d, values);
+  for (std::size_t i = hn::Lanes(d); i < count; i += hn::Lanes(d))
+    low = hn::Min(low, hn::Load(d, values + i));
+  return hn::GetLane(hn::MinOfLanes(d, low));
+}
+template <class D, class T = hn::TFromD<D>>
+HWY_INLINE T most_of(D d, const T* values, std::size_t count) {
+  auto high = hn::Load(d, values);
+  for (std::size_t i = hn::Lanes(d); i < count; i += hn::Lanes(d))
+    high = hn::Max(high, hn::Load(d, values + i));
+  return hn::GetLane(hn::MaxOfLanes(d, high));
 }
 
 static_assert(std::endian::native == std::endian::little);

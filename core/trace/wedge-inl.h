@@ -1,0 +1,119 @@
+// Culls the triangles of a leaf for neighbouring rays at once.
+
+#if defined(SIGHTLINE_TRACE_WEDGE_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef SIGHTLINE_TRACE_WEDGE_INL_H_
+#undef SIGHTLINE_TRACE_WEDGE_INL_H_
+#else
+#define SIGHTLINE_TRACE_WEDGE_INL_H_
+#endif
+
+#include "core/trace/bounds.h"
+#include "core/trace/filter-inl.h"
+#include "core/trace/prepare-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace sightline {
+namespace HWY_NAMESPACE {
+
+/// Rays from one point with the same axes kx, ky, kz: their shears lie in a rectangle, and the
+/// sheared corners and edge functions of a triangle are linear in a ray's shears, so that the
+/// corners of the rectangle bound them for all rays (docs/exactness.md, "Wedges").
+template <std::size_t kRays>
+class Wedge {
+ public:
+  /// `reach` is at least that of every ray. False, and of no use, if the rays start at several
+  /// points.
+  bool set(const PreparedColumns<kRays>& rays, double reach) {
+    const D d;
+    auto same = hn::FirstN(d, hn::Lanes(d));
+    SIGHTLINE_UNROLL
+    for (std::size_t k = 0; k < 3; ++k) {
+      origin_[k] = rays.origin[k][0];
+      for (std::size_t i = 0; i < kRays; i += hn::Lanes(d))
+        same = hn::And(same, hn::Eq(hn::Load(d, rays.origin[k] + i), hn::Set(d, origin_[k])));
+    }
+    if (!hn::AllTrue(d, same)) return false;
+    set_range(rays.shear_x, shear_x_);
+    set_range(rays.shear_y, shear_y_);
+    const double unit = bounds::kU * reach;
+    coordinate_error_ = bounds::kSlack * unit + bounds::kSignFloor;
+    edge_error_ = bounds::kWedge * unit * reach + bounds::kSignFloor;
+    return true;
+  }
+
+  /// Bit i: some ray may meet triangle i; if not, certainly none does.
+  HWY_INLINE std::uint32_t triangles_that_may_be_met(
+      const LaneCorners<FilterLanes>& corners) const {
+    const FilterLanes d;
+    using V = hn::Vec<FilterLanes>;
+    V x[3], y[3], z[3];
+    SIGHTLINE_UNROLL
+    for (std::size_t c = 0; c < 3; ++c) {
+      x[c] = hn::Sub(corners.x[c], hn::Set(d, origin_[0]));
+      y[c] = hn::Sub(corners.y[c], hn::Set(d, origin_[1]));
+      z[c] = hn::Sub(corners.z[c], hn::Set(d, origin_[2]));
+    }
+    auto out = hn::Or(beside(x, z, shear_x_, coordinate_error_),
+                      beside(y, z, shear_y_, coordinate_error_));
+    // The filter's w, expanded: for the edge from corner j to i, w = nz + sx nx + sy ny with n
+    // across the plane through that edge and the origin.
+    V highest = hn::Zero(d), lowest = hn::Zero(d);
+    SIGHTLINE_UNROLL
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::size_t i = (c + 2) % 3, j = (c + 1) % 3;
+      const V nx = hn::MulSub(y[i], z[j], hn::Mul(z[i], y[j]));
+      const V ny = hn::MulSub(z[i], x[j], hn::Mul(x[i], z[j]));
+      const V nz = hn::MulSub(x[i], y[j], hn::Mul(y[i], x[j]));
+      const Range by_x = products(nx, shear_x_), by_y = products(ny, shear_y_);
+      const V low = hn::Add(nz, hn::Add(by_x.low, by_y.low));
+      const V high = hn::Add(nz, hn::Add(by_x.high, by_y.high));
+      highest = c == 0 ? low : hn::Max(highest, low);
+      lowest = c == 0 ? high : hn::Min(lowest, high);
+    }
+    const V error = hn::Set(d, edge_error_);
+    out = hn::Or(out, hn::And(hn::Gt(highest, error), hn::Lt(lowest, hn::Neg(error))));
+    return mask_bits(d, hn::Not(out));
+  }
+
+ private:
+  using D = hn::CappedTag<double, kGroupRays>;
+  struct Range {
+    hn::Vec<FilterLanes> low, high;
+  };
+
+  static void set_range(const double* values, double (&range)[2]) {
+    range[0] = least_of(D(), values, kRays);
+    range[1] = most_of(D(), values, kRays);
+  }
+  static HWY_INLINE Range products(hn::Vec<FilterLanes> factor, const double (&range)[2]) {
+    const FilterLanes d;
+    const auto a = hn::Mul(factor, hn::Set(d, range[0]));
+    const auto b = hn::Mul(factor, hn::Set(d, range[1]));
+    return {hn::Min(a, b), hn::Max(a, b)};
+  }
+  /// Whether all corners lie on one side of all rays, in each lane.
+  static HWY_INLINE hn::Mask<FilterLanes> beside(const hn::Vec<FilterLanes> (&across)[3],
+                                                 const hn::Vec<FilterLanes> (&along)[3],
+                                                 const double (&shear)[2], double error) {
+    const FilterLanes d;
+    auto low = hn::Zero(d), high = hn::Zero(d);
+    SIGHTLINE_UNROLL
+    for (std::size_t c = 0; c < 3; ++c) {
+      const Range sheared = products(along[c], shear);
+      const auto least = hn::Sub(across[c], sheared.high), most = hn::Sub(across[c], sheared.low);
+      low = c == 0 ? least : hn::Min(low, least);
+      high = c == 0 ? most : hn::Max(high, most);
+    }
+    return hn::Or(hn::Gt(low, hn::Set(d, error)), hn::Lt(high, hn::Set(d, -error)));
+  }
+
+  double origin_[3];                ///< on the axes kx, ky, kz
+  double shear_x_[2], shear_y_[2];  ///< least and most
+  double coordinate_error_, edge_error_;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace sightline
+HWY_AFTER_NAMESPACE();
+
+#endif
