@@ -138,6 +138,15 @@ bool ConnectionStream::flush() {
 
 bool ConnectionStream::finish() {
   broken_ = broken_ || !send_pending(connection_);
+  const std::size_t left = connection_.pending_output();
+  if (broken_ || left <= kFreeOutput || left <= connection_.charged) return !broken_;
+  if (connection_.budget.charge(left)) {
+    connection_.charged += left;
+    return true;
+  }
+  // Nobody waits at the door.
+  const Claim place = connection_.at_door ? Claim() : writers_.claim();
+  broken_ = !place || !flush();
   return !broken_;
 }
 

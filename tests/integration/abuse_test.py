@@ -6,6 +6,7 @@ Prints `floor 1: ...` at the end.
 import gzip
 import json
 import resource
+import select
 import socket
 import struct
 import threading
@@ -150,6 +151,29 @@ class HoldingOn(Abuse):
                         connection.sendall(piece)
                     answer = read_answer(stream)
                     self.assertTrue(answer.status == 200 or turn < 100, answer.body)
+
+    def test_short_answers_that_nobody_reads_share_what_there_is(self):
+        # Of 9 to 16 kB; the kernel takes the first ones, and a part of the last one that differs.
+        def asking(width):
+            body = b'{"generator":{"kind":"equirectangular","width":%d,"height":10}}' % width
+            return b"POST /v1/rays:generate HTTP/1.1\r\nHost: x\r\nContent-Length: %d\r\n\r\n" % len(body) + body
+        with Server("--max-buffer-bytes", 65536, "--rate-seconds", PATIENCE) as server:
+            ended, poll = set(), select.poll()
+            held = [socket.socket() for _ in range(60)]
+            for number, connection in enumerate(held):
+                self.addCleanup(connection.close)
+                connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2304)
+                connection.connect(("127.0.0.1", server.port))
+                poll.register(connection, 0)
+                connection.sendall(asking(12 + number % 10) * 400)
+            # A few have a part, and a few a worker that waits for them; at no pace that is too slow.
+            end = time.monotonic() + PATIENCE / 2
+            while len(ended) < 10 and time.monotonic() < end:
+                ended |= {number for number, _ in poll.poll(100)}
+            self.assertGreaterEqual(len(ended), 10)
+            self.assertEqual(curl(server.url + "/healthz").status, 200)
+            for connection in held:
+                connection.close()
 
     def test_connections_beyond_the_limit_close_the_idlest(self):
         with Server("--preload", "six=demo:six", "--max-connections", 50) as server:
