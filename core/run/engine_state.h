@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <mutex>
 #include <string>
@@ -86,9 +87,12 @@ class WorkLog {
 };
 
 /// Batches take turns: as many at once as there are threads. The others wait, and what they have
-/// decoded stays in nobody's way.
+/// decoded stays in nobody's way. They do not wait for long: a batch may take minutes, and the
+/// processor can be shared in other ways too.
 class Turns {
  public:
+  static constexpr std::chrono::milliseconds kPatience{20};
+
   /// Precondition: called once, before any turn is taken.
   void start(int threads) { threads_ = threads; }
   /// Whether every thread has a batch of its own, so that nobody is idle to help with one.
@@ -98,7 +102,7 @@ class Turns {
    public:
     explicit Turn(Turns& turns) : turns_(turns) {
       std::unique_lock hold(turns_.mutex_);
-      turns_.free_.wait(hold, [&] { return !turns_.all_taken(); });
+      turns_.free_.wait_for(hold, kPatience, [&] { return !turns_.all_taken(); });
       turns_.taken_.fetch_add(1, std::memory_order_relaxed);
     }
     ~Turn() {
