@@ -206,7 +206,7 @@ class ColdFile : public ::testing::Test {
     descriptor_ = ::open(path_.c_str(), O_RDWR | O_CLOEXEC);
     ASSERT_GE(descriptor_, 0);
     ASSERT_EQ(::fsync(descriptor_), 0);
-    ::posix_fadvise(descriptor_, 0, 0, POSIX_FADV_DONTNEED);
+    make_cold();
     if (in_memory({0, bytes.size()}) > 0) {
       GTEST_SKIP() << "the file system of " << folder_ << " keeps what was written in memory";
     }
@@ -215,6 +215,8 @@ class ColdFile : public ::testing::Test {
     ::close(descriptor_);
     std::filesystem::remove_all(folder_);
   }
+
+  void make_cold() { ::posix_fadvise(descriptor_, 0, 0, POSIX_FADV_DONTNEED); }
 
   /// Bytes of the file's pages in this range that the system holds in memory.
   std::size_t in_memory(const Range& range) const {
@@ -236,19 +238,25 @@ class ColdFile : public ::testing::Test {
 };
 
 TEST_F(ColdFile, is_fetched_from_the_disk_only_where_a_ray_needs_it) {
-  const auto scene = import_file(path_, {});
-  ASSERT_TRUE(scene.ok()) << scene.error().message;
-  expect_little_touched(scene->counts);
-  for (const Range& range : textured().skipped_pages(page_size())) {
-    EXPECT_EQ(in_memory(range), 0u) << "bytes " << range.begin << " to " << range.end;
-  }
-  const std::size_t fetched = in_memory({0, textured().bytes().size()});
   const std::uint64_t geometry = textured().geometry_bytes();
+  std::uint64_t fetched = 0, touched = 0;
+  // A system that is short of memory may take back pages before they are counted.
+  for (int attempt = 0; attempt < 5 && fetched < geometry; ++attempt) {
+    make_cold();
+    const auto scene = import_file(path_, {});
+    ASSERT_TRUE(scene.ok()) << scene.error().message;
+    expect_little_touched(scene->counts);
+    for (const Range& range : textured().skipped_pages(page_size())) {
+      EXPECT_EQ(in_memory(range), 0u) << "bytes " << range.begin << " to " << range.end;
+    }
+    fetched = in_memory({0, textured().bytes().size()});
+    touched = scene->counts.bytes_touched;
+  }
   EXPECT_GE(fetched, geometry);
   EXPECT_LT(fetched, geometry * 12 / 10);
-  std::printf("%zu bytes in the file, %llu of positions and indices, %zu fetched, %llu touched\n",
-              textured().bytes().size(), static_cast<unsigned long long>(geometry), fetched,
-              static_cast<unsigned long long>(scene->counts.bytes_touched));
+  std::printf("%zu bytes in the file, %llu of positions and indices, %llu fetched, %llu touched\n",
+              textured().bytes().size(), static_cast<unsigned long long>(geometry),
+              static_cast<unsigned long long>(fetched), static_cast<unsigned long long>(touched));
 }
 
 TEST_F(ColdFile, is_read_whole_by_the_twin_that_skips_nothing_and_gives_the_same_scene) {

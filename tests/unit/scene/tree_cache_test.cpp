@@ -65,7 +65,8 @@ TEST(TreeCache, holds_the_same_trees_whether_indices_are_listed_or_not) {
   const auto scene = *Scene::build(std::move(description));
   const auto other = *Scene::build(std::move(listed));
   EXPECT_EQ(other->trees().geometry_bytes() - scene->trees().geometry_bytes(), 24000u);
-  const auto read = decode(*scene, bytes_of(*scene));
+  const Bytes bytes = bytes_of(*scene);  // which the trees lie in
+  const auto read = decode(*scene, bytes);
   ASSERT_TRUE(read) << read.error().message;
   const Arena &a = read->trees[0]->arena, &b = other->tree()->trees[0]->arena;
   ASSERT_EQ(a.used(), b.used());
