@@ -42,6 +42,8 @@ template <class Value>
 struct FlagColumn {
   Value value;
 };
+template <class Value>
+FlagColumn(Value) -> FlagColumn<Value>;
 /// Empty where there is nothing.
 struct NameColumn {
   std::span<const std::string_view> names;

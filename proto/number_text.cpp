@@ -47,7 +47,7 @@ ShortestDecimal shortest_decimal(std::uint64_t significand, int power) {
   const std::uint64_t shorter = below - below % 10 + (up_reads_back ? 10 : 0);
   const std::uint64_t half = std::uint64_t{1} << (shift - 1);
   const std::uint64_t nearest = below + (rest + below % 2 > half ? 1 : 0);
-  return {(down < reach) | up_reads_back ? shorter : nearest, exponent};
+  return {((down < reach) | up_reads_back) ? shorter : nearest, exponent};
 }
 
 char* write_other(char* out, double value) {
