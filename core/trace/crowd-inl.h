@@ -284,7 +284,6 @@ class Crowd {
     const FilterLanes d4;
     const Placement& placement = hits_.placement(block);
     const double edge = largest_edge<true>(block, placement);
-    const std::uint32_t lanes = (1u << block.lane_count()) - 1u;
     FilterRay world{};
     world.ky = 1;
     world.kz = 2;
@@ -313,9 +312,7 @@ class Crowd {
         }
         filter_corners<Pace::kLatency>(corners, edge, ray, reach_, hits_.bound(i), j, verdict);
       }
-      verdict.accept &= lanes;
-      verdict.examine &= lanes;
-      if ((verdict.accept | verdict.examine) == 0) continue;
+      if (!verdict.keep_lanes_of(block)) continue;
       changed = true;
       if constexpr (kAny) {
         if (verdict.accept != 0 || hits_.examine_any_of(i, block, verdict.examine))

@@ -34,6 +34,14 @@ struct LeafVerdict {
   std::uint32_t examine = 0;
   HWY_ALIGN double low[kLanes];
   HWY_ALIGN double high[kLanes];
+
+  /// Forgets the lanes that a block repeats. False if all are out.
+  HWY_INLINE bool keep_lanes_of(const LeafBlock& block) {
+    const std::uint32_t lanes = (1u << block.lane_count()) - 1u;
+    accept &= lanes;
+    examine &= lanes;
+    return (accept | examine) != 0;
+  }
 };
 
 /// What the filter asks of a ray, in every lane the same ray or in each its own.
@@ -205,9 +213,7 @@ HWY_INLINE void filter_block(const LeafBlock& block, const FilterRay& ray,
     filter_corners<kPace>(load_corners<kPlaced>(block, i, ray, placement), edge, ray, ray.reach,
                           bound, i, verdict);
   }
-  const std::uint32_t lanes = (1u << block.lane_count()) - 1u;
-  verdict.accept &= lanes;
-  verdict.examine &= lanes;
+  verdict.keep_lanes_of(block);
 }
 
 }  // namespace HWY_NAMESPACE

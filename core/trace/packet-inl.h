@@ -192,15 +192,12 @@ class Packet {
   /// Each ray with four triangles at a time. Returns the rays that are still looking.
   HWY_INLINE std::uint32_t few_rays(const LeafBlock& block, const LaneCorners<FilterLanes>& corners,
                                     double edge, std::uint32_t met) {
-    const std::uint32_t lanes = (1u << block.lane_count()) - 1u;
     for (std::uint32_t rest = met; rest != 0; rest &= rest - 1) {
       const auto i = static_cast<std::uint32_t>(std::countr_zero(rest));
       LeafVerdict verdict;
       filter_corners<Pace::kLatency>(corners, edge, columns_.filter(i), reach_, hits_.bound(i), 0,
                                      verdict);
-      verdict.accept &= lanes;
-      verdict.examine &= lanes;
-      if ((verdict.accept | verdict.examine) == 0) continue;
+      if (!verdict.keep_lanes_of(block)) continue;
       changed_ = true;
       if constexpr (kAny) {
         if (verdict.accept != 0 || hits_.examine_any_of(i, block, verdict.examine))
