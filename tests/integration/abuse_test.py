@@ -132,19 +132,29 @@ class HoldingOn(Abuse):
             held = [server.connect() for _ in range(200)]
             for connection in held:
                 connection.sendall(half)
-            # A megabyte is some 60 of them. The others are told, and short heads come in all the while.
-            for connection in held[100:]:
-                answers = read_all(connection)
+            # A megabyte is some 60 of them, on a busy machine not those that came first. The others are told, and short
+            # heads come in all the while.
+            poll, told, end = select.poll(), set(), time.monotonic() + PATIENCE
+            by_number = {connection.fileno(): connection for connection in held}
+            for number in by_number:
+                poll.register(number, select.POLLIN)
+            while ((ready := poll.poll(500)) or len(told) < 100) and time.monotonic() < end:
+                for number, _ in ready:
+                    poll.unregister(number)
+                    told.add(number)
+            self.assertGreaterEqual(len(told), 100)
+            for number in told:
+                answers = read_all(by_number.pop(number))
                 self.assertEqual([(answer.status, answer.json()["code"], answer.headers["retry-after"]) for answer in answers],
                                  [(503, "MEMORY_BUSY", "1")])
             self.assertEqual(curl(server.url + "/healthz").status, 200)
             # Who holds some gets its answer, and what it held is for others again.
-            for connection in held[:10]:
+            kept = 0
+            for connection in by_number.values():
                 connection.sendall(b"\r\n")
-                with connection.makefile("rb") as stream:
-                    self.assertEqual(read_answer(stream).status, 200)
-            for connection in held[:100]:
-                connection.close()
+                with connection, connection.makefile("rb") as stream:
+                    kept += read_answer(stream).status == 200
+            self.assertGreaterEqual(kept, 30)
             for turn in range(200):
                 with server.connect() as connection, connection.makefile("rb") as stream:
                     for piece in (half[:9000], half[9000:], b"\r\n"):
