@@ -9,12 +9,14 @@ static_assert(std::endian::native == std::endian::little, "columns are copied as
 
 void BinaryAnswer::begin() {
   constexpr std::size_t kHeaderBytes = 16, kEntryBytes = 40, kNameBytes = 16;
-  std::size_t size = kHeaderBytes + entries_.size() * kEntryBytes;
+  const std::size_t table = kHeaderBytes + entries_.size() * kEntryBytes;
+  size_ = table;
   for (Entry& entry : entries_) {
-    entry.at = size;
-    size += (entry.rows * entry.width * entry.number_bytes + 7) / 8 * 8;
+    entry.at = size_;
+    size_ += (entry.bytes() + 7) / 8 * 8;
   }
-  text_.assign(size, '\0');
+  text_.reserve(size_);
+  text_.assign(table, '\0');
   std::memcpy(text_.data(), "SLA1", 4);
   write(4, static_cast<std::uint32_t>(entries_.size()));
   std::size_t at = kHeaderBytes;
@@ -26,6 +28,11 @@ void BinaryAnswer::begin() {
     write(at + 32, std::uint64_t{entry.rows});
     at += kEntryBytes;
   }
+}
+
+std::string BinaryAnswer::take() {
+  text_.resize(size_);
+  return std::move(text_);
 }
 
 }  // namespace sightline

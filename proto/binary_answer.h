@@ -12,7 +12,7 @@
 namespace sightline {
 
 /// Collects columns, then writes them behind their table. The memory of an answer is its bytes
-/// once: columns are announced first and filled in place.
+/// once, each written once: columns are announced first, and follow in that order.
 class BinaryAnswer {
  public:
   template <class Number>
@@ -24,7 +24,8 @@ class BinaryAnswer {
   /// value(row, component) of the next column.
   template <class Number, class Value>
   void next(Value value) {
-    const Entry& entry = entries_[next_++];
+    const Entry& entry = begin_next();
+    text_.resize(entry.at + entry.bytes());
     char* at = text_.data() + entry.at;
     for (std::size_t row = 0; row < entry.rows; ++row) {
       for (std::uint32_t k = 0; k < entry.width; ++k) {
@@ -34,13 +35,15 @@ class BinaryAnswer {
       }
     }
   }
-  /// The next column as it stands. Precondition: it was announced as one of these numbers.
+  /// The next column as it stands. Precondition: it was announced as one of these numbers, and as
+  /// many.
   template <class Number>
   void next(std::span<const Number> column) {
-    const Entry& entry = entries_[next_++];
-    if (!column.empty()) std::memcpy(text_.data() + entry.at, column.data(), column.size_bytes());
+    begin_next();
+    text_.append(reinterpret_cast<const char*>(column.data()), column.size_bytes());
   }
-  std::string take() { return std::move(text_); }
+  /// Precondition: all columns were written.
+  std::string take();
 
  private:
   struct Entry {
@@ -50,6 +53,8 @@ class BinaryAnswer {
     std::uint32_t width;
     std::size_t rows;
     std::size_t at = 0;
+
+    std::size_t bytes() const { return rows * width * number_bytes; }
   };
   static constexpr std::uint32_t type_of(double) { return 1; }
   static constexpr std::uint32_t type_of(std::uint32_t) { return 2; }
@@ -57,13 +62,18 @@ class BinaryAnswer {
   static constexpr std::uint32_t type_of(std::uint64_t) { return 4; }
   static constexpr std::uint32_t type_of(std::int64_t) { return 5; }
 
+  /// Zeros up to where the next column begins.
+  const Entry& begin_next() {
+    text_.resize(entries_[next_].at);
+    return entries_[next_++];
+  }
   template <class Number>
   void write(std::size_t at, Number number) {
     std::memcpy(text_.data() + at, &number, sizeof(Number));
   }
 
   std::vector<Entry> entries_;
-  std::size_t next_ = 0;
+  std::size_t next_ = 0, size_ = 0;
   std::string text_;
 };
 

@@ -20,7 +20,7 @@ T read_at(std::string_view body, std::size_t at) {
   return value;
 }
 
-void widen_numbers(std::string_view body, std::size_t at, Column<double>& column) {
+void widen_numbers(std::string_view body, std::size_t at, UnsetColumn<double>& column) {
   for (std::size_t i = 0; i < column.size(); ++i) {
     column[i] = static_cast<double>(read_at<float>(body, at + i * sizeof(float)));
   }
@@ -74,7 +74,7 @@ std::string options_of(std::string_view body, const BinaryHeader& header) {
 }
 
 void read_column(std::string_view body, const BinaryHeader& header, std::size_t which,
-                 Column<double>& column) {
+                 UnsetColumn<double>& column) {
   const std::size_t at = header.columns_at() + which * header.rows * header.number_bytes();
   if ((header.flags & BinaryHeader::kFloat64) != 0) {
     if (!column.empty())

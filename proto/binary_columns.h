@@ -44,6 +44,6 @@ std::string options_of(std::string_view body, const BinaryHeader& header);
 /// Column number `which` of the rows; `column` has their number. Precondition: the header is that
 /// of the whole body.
 void read_column(std::string_view body, const BinaryHeader& header, std::size_t which,
-                 Column<double>& column);
+                 UnsetColumn<double>& column);
 
 }  // namespace sightline

@@ -111,14 +111,14 @@ bool scan_rays(const char*& at, const char* end, std::size_t most, double defaul
   return *at++ == ']';
 }
 
-bool scan_vectors(const char*& place, const char* end, std::size_t most, Column<double>& x,
-                  Column<double>& y, Column<double>& z) {
+bool scan_vectors(const char*& place, const char* end, std::size_t most, UnsetColumn<double>& x,
+                  UnsetColumn<double>& y, UnsetColumn<double>& z) {
   const char* const begin = place;
   const char* at = begin;
   if (!take(at, '[')) return false;
   std::size_t count = 0;
   const auto resize = [&](std::size_t room) {
-    for (Column<double>* column : {&x, &y, &z}) column->resize(room);
+    for (UnsetColumn<double>* column : {&x, &y, &z}) column->resize(room);
   };
   do {
     if (count == most) return false;

@@ -37,7 +37,7 @@ Result<PointQuery> decode_points_binary(std::string_view body, const PointJsonRu
   query->options.layout = AnswerLayout::kBinary;
 
   query->points.resize(header->rows);
-  Column<double> column(header->rows);
+  UnsetColumn<double> column(header->rows);
   for (int k = 0; k < 3; ++k) {
     read_column(body, *header, static_cast<std::size_t>(k), column);
     for (std::size_t i = 0; i < column.size(); ++i) query->points[i][k] = column[i];

@@ -32,7 +32,7 @@ Result<RayQuery> decode_rays_binary(std::string_view body, const RayJsonRules& r
   RayBatch& rays = query->rays;
   rays.resize(header->rows);
   std::size_t which = 0;
-  for (Column<double>* column : {&rays.ox, &rays.oy, &rays.oz, &rays.dx, &rays.dy, &rays.dz})
+  for (UnsetColumn<double>* column : {&rays.ox, &rays.oy, &rays.oz, &rays.dx, &rays.dy, &rays.dz})
     read_column(body, *header, which++, *column);
   if ((header->flags & kTmin) != 0) read_column(body, *header, which++, rays.tmin);
   if ((header->flags & kTmax) != 0) read_column(body, *header, which++, rays.tmax);

@@ -9,8 +9,8 @@ namespace sightline {
 
 std::string encode_ray_columns(const RayBatch& rays) {
   JsonWriter out(64 + rays.size() * 130);
-  const auto vectors = [&](std::string_view name, const Column<double>& x, const Column<double>& y,
-                           const Column<double>& z) {
+  const auto vectors = [&](std::string_view name, const UnsetColumn<double>& x,
+                           const UnsetColumn<double>& y, const UnsetColumn<double>& z) {
     out.raw(name);
     for (std::size_t i = 0; i < rays.size(); ++i) {
       if (i > 0) out.raw(',');
@@ -21,7 +21,7 @@ std::string encode_ray_columns(const RayBatch& rays) {
       out.number(z[i]);
     }
   };
-  const auto numbers = [&](std::string_view name, const Column<double>& column) {
+  const auto numbers = [&](std::string_view name, const UnsetColumn<double>& column) {
     out.raw(name);
     for (std::size_t i = 0; i < rays.size(); ++i) {
       if (i > 0) out.raw(',');
@@ -47,7 +47,7 @@ std::string encode_rays_binary(const RayBatch& rays) {
   std::memcpy(out.data() + 4, &kFlags, 4);
   std::memcpy(out.data() + 8, &count, 8);
   out.reserve(kHeaderBytes + rays.size() * 8 * sizeof(double));
-  for (const Column<double>* column :
+  for (const UnsetColumn<double>* column :
        {&rays.ox, &rays.oy, &rays.oz, &rays.dx, &rays.dy, &rays.dz, &rays.tmin, &rays.tmax}) {
     out.append(reinterpret_cast<const char*>(column->data()), column->size() * sizeof(double));
   }

@@ -153,7 +153,7 @@ bool RayReader::read_column(Value value, RayPart part) {
   RayBatch& rays = query_.rays;
   const bool vector = part == RayPart::kOrigin || part == RayPart::kDirection;
   const std::size_t width = vector ? 3 : 1;
-  std::array<Column<double>*, 3> columns{};
+  std::array<UnsetColumn<double>*, 3> columns{};
   switch (part) {
     case RayPart::kOrigin:
       columns = {&rays.ox, &rays.oy, &rays.oz};
@@ -289,7 +289,7 @@ bool RayReader::finish_rows_or_columns() {
                 JsonPointer().key("masks"));
   }
   for (const RayPart part : {RayPart::kTmin, RayPart::kTmax}) {
-    Column<double>& column = part == RayPart::kTmin ? query_.rays.tmin : query_.rays.tmax;
+    UnsetColumn<double>& column = part == RayPart::kTmin ? query_.rays.tmin : query_.rays.tmax;
     if ((seen_ & (2u << static_cast<unsigned>(part))) == 0) {
       if (part == RayPart::kTmin) {
         column.assign(count, default_tmin_);

@@ -153,14 +153,14 @@ Result<SweepQuery> decode_sweeps_binary(std::string_view body, const SweepJsonRu
   RayBatch& rays = sweeps.rays;
   rays.resize(header->rows);
   std::size_t which = 0;
-  for (Column<double>* column : {&rays.ox, &rays.oy, &rays.oz, &rays.dx, &rays.dy, &rays.dz})
+  for (UnsetColumn<double>* column : {&rays.ox, &rays.oy, &rays.oz, &rays.dx, &rays.dy, &rays.dz})
     read_column(body, *header, which++, *column);
   if ((header->flags & kTminFlag) != 0) read_column(body, *header, which++, rays.tmin);
   if ((header->flags & kTmaxFlag) != 0) read_column(body, *header, which++, rays.tmax);
   const bool are_boxes = (header->flags & kBoxesFlag) != 0;
   sweeps.size.resize(header->rows);
   sweeps.sphere.assign(header->rows, are_boxes ? 0 : 1);
-  Column<double> column(header->rows);
+  UnsetColumn<double> column(header->rows);
   for (int k = 0; k < (are_boxes ? 3 : 1); ++k) {
     read_column(body, *header, which++, column);
     for (std::size_t i = 0; i < column.size(); ++i) sweeps.size[i][k] = column[i];

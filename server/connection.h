@@ -40,6 +40,9 @@ struct Connection {
 
   /// A door's phases, see ConnectionGate.
   enum class Phase { kHead, kBody, kAtWork, kSending, kLingering };
+  /// What the door is told of: only the end, where a worker reads a long body and each piece would
+  /// wake the door in vain; also bytes that come; also room for what is to be sent.
+  enum class Heard { kEnd, kBytes, kRoom };
 
   const int socket;  ///< does not block
   std::string remote_ip;
@@ -59,6 +62,7 @@ struct Connection {
   bool keep = false;       ///< whether there may be a next request
   bool broken = false;     ///< whether the answer did not get through
 
+  Heard heard = Heard::kBytes;
   bool goes_first = false;  ///< whether it is asked on a worker that is kept for little
   // While the door's thread tries to answer: nothing is taken or said for good.
   bool at_door = false;

@@ -43,11 +43,19 @@ std::string text_of(const sockaddr_storage& address, int& port) {
   return text;
 }
 
-bool watch(int epoll, int socket, std::uint32_t events) {
+bool watch(int epoll, int socket, std::uint32_t events, int how = EPOLL_CTL_ADD) {
   epoll_event wanted{};
   wanted.events = events;
   wanted.data.fd = socket;
-  return ::epoll_ctl(epoll, EPOLL_CTL_ADD, socket, &wanted) == 0;
+  return ::epoll_ctl(epoll, how, socket, &wanted) == 0;
+}
+
+std::uint32_t events_of(Connection::Heard heard) {
+  // An edge tells that a client is gone also while its request is at work, and costs nothing there.
+  std::uint32_t events = EPOLLRDHUP | EPOLLET;
+  if (heard != Connection::Heard::kEnd) events |= EPOLLIN;
+  if (heard == Connection::Heard::kRoom) events |= EPOLLOUT;
+  return events;
 }
 
 }  // namespace
@@ -86,6 +94,13 @@ void ConnectionGate::break_off() {
   wake();
 }
 
+void ConnectionGate::hear(Connection& connection, Heard heard) {
+  if (connection.heard == heard) return;
+  connection.heard = heard;
+  // What is there already is told at once.
+  watch(epoll_, connection.socket, events_of(heard), EPOLL_CTL_MOD);
+}
+
 void ConnectionGate::answer(Connection& connection) {
   try {
     answer_(connection);
@@ -99,6 +114,7 @@ void ConnectionGate::answer(Connection& connection) {
 
 void ConnectionGate::work(Connection& connection) {
   answer(connection);
+  if (connection.heard == Heard::kEnd) hear(connection, Heard::kBytes);
   // A connection that has nothing to do but wait for its next request wakes nobody: that request
   // will. Unless it has come already: the door, which then saw a connection at work, has left a
   // sign.
@@ -260,8 +276,7 @@ void ConnectionGate::adopt(int socket, const sockaddr_storage& address) {
   Connection& connection = *connections_[at];
   ++open_;
   counts_.open = open_;
-  // An edge tells that a client is gone also while its request is at work, and costs nothing there.
-  if (!watch(epoll_, socket, EPOLLIN | EPOLLOUT | EPOLLRDHUP | EPOLLET)) return close(connection);
+  if (!watch(epoll_, socket, events_of(connection.heard))) return close(connection);
   await_head(connection);
   if (open_ > limits_.connections && !make_room(&connection)) {
     return guard(connection, [&] {

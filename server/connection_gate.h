@@ -86,8 +86,11 @@ class ConnectionGate {
   /// on for so long.
   static constexpr std::chrono::milliseconds kHalfClosed{1000};
   using Phase = Connection::Phase;
+  using Heard = Connection::Heard;
 
   void wake();
+  /// What the door is told of from now on. Who has the connection says so, door or worker.
+  void hear(Connection& connection, Heard heard);
   void answer(Connection& connection);
   void work(Connection& connection);
   int wait(epoll_event* events, int count);

@@ -222,7 +222,9 @@ void ConnectionGate::hand_over(Connection& connection, WorkerPool& workers) {
   connection.goes_first = &workers == ready_workers_.get();
   connection.stirred = connection.readable || connection.ended;
   connection.due = now_ + kHalfClosed;
+  if (&workers == body_workers_.get()) hear(connection, Heard::kEnd);
   if (workers.submit(connection)) return;
+  hear(connection, Heard::kBytes);
   ++counts_.overload;
   refuse(connection, {503, "QUEUE_FULL", "as many requests are waiting as may: try again later"});
 }
@@ -255,6 +257,7 @@ bool ConnectionGate::advance_sending(Connection& connection) {
   if (connection.pending_output() > 0) {
     connection.pace.moved(before - connection.pending_output(), now_);
     connection.due = connection.pace.due();
+    hear(connection, Heard::kRoom);
     return false;
   }
   connection.give_back_budget();

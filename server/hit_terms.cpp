@@ -43,7 +43,6 @@ HitTerms hit_terms(const Scene& scene, const HitBatch& hits, FieldSet fields) {
   const bool material = fields.has(HitField::kMaterial);
   const bool primitive = fields.has(HitField::kPrimitive);
   const bool triangle = fields.has(HitField::kTriangle);
-  const bool in_primitive = material_id || material || primitive || triangle;
   const auto make = [&](auto& column, bool wanted, auto nothing) {
     if (wanted) column.assign(hits.size(), nothing);
   };
@@ -57,30 +56,39 @@ HitTerms hit_terms(const Scene& scene, const HitBatch& hits, FieldSet fields) {
   make(terms.material_name, material, std::string_view());
 
   if (fields.has(HitField::kNodePath)) fill_paths(description, hits, terms);
+  const bool others =
+      fields.has_any_of({HitField::kNodeId, HitField::kNode, HitField::kMeshId, HitField::kMesh,
+                         HitField::kMaterialId, HitField::kMaterial});
+  if (!others && !primitive && !triangle) return terms;
   // Neighbours often meet the same one.
-  const Primitive* part = nullptr;
-  std::uint32_t part_instance = kNone;
+  std::uint32_t instance = kNone, first = 0, count = 0, part_number = 0;
+  const Node* its_node = nullptr;
+  const Mesh* its_mesh = nullptr;
+  std::uint32_t its_material = kNone;
   for (std::size_t i = 0; i < hits.size(); ++i) {
     if (!hits.hit(i)) continue;
     const TriangleId id = hits.id(i);
-    const Instance& instance = description.instances[id.instance];
-    const Node& its_node = description.nodes[instance.node];
-    const Mesh& its_mesh = *description.meshes[instance.mesh];
-    if (node_id) terms.node[i] = its_node.file_node;
-    if (node) terms.node_name[i] = its_node.name;
-    if (mesh_id) terms.mesh[i] = its_mesh.file_mesh;
-    if (mesh) terms.mesh_name[i] = its_mesh.name;
-    if (!in_primitive) continue;
-    if (part_instance != id.instance ||
-        id.triangle - part->first_triangle >= part->triangle_count) {
-      part = &its_mesh.primitives[scene.primitive_of(id)];
-      part_instance = id.instance;
+    if (id.instance != instance || id.triangle - first >= count) {
+      instance = id.instance;
+      const Instance& placed = description.instances[instance];
+      its_node = &description.nodes[placed.node];
+      its_mesh = description.meshes[placed.mesh].get();
+      const Primitive& part = its_mesh->primitives[scene.primitive_of(id)];
+      first = part.first_triangle;
+      count = part.triangle_count;
+      part_number = part.file_primitive;
+      its_material = part.material;
     }
-    if (primitive) terms.primitive[i] = part->file_primitive;
-    if (triangle) terms.triangle[i] = id.triangle - part->first_triangle;
-    if (material_id) terms.material[i] = part->material;
-    if (material && part->material < description.materials.size()) {
-      terms.material_name[i] = description.materials[part->material].name;
+    if (primitive) terms.primitive[i] = part_number;
+    if (triangle) terms.triangle[i] = id.triangle - first;
+    if (!others) continue;
+    if (node_id) terms.node[i] = its_node->file_node;
+    if (node) terms.node_name[i] = its_node->name;
+    if (mesh_id) terms.mesh[i] = its_mesh->file_mesh;
+    if (mesh) terms.mesh_name[i] = its_mesh->name;
+    if (material_id) terms.material[i] = its_material;
+    if (material && its_material < description.materials.size()) {
+      terms.material_name[i] = description.materials[its_material].name;
     }
   }
   return terms;

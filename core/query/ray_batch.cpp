@@ -36,12 +36,13 @@ Length length_of(const Vec3d& direction) {
 }  // namespace
 
 void RayBatch::reserve(std::size_t count) {
-  for (Column<double>* column : {&ox, &oy, &oz, &dx, &dy, &dz, &tmin, &tmax})
+  for (UnsetColumn<double>* column : {&ox, &oy, &oz, &dx, &dy, &dz, &tmin, &tmax})
     column->reserve(count);
 }
 
 void RayBatch::resize(std::size_t count) {
-  for (Column<double>* column : {&ox, &oy, &oz, &dx, &dy, &dz, &tmin}) column->resize(count);
+  for (UnsetColumn<double>* column : {&ox, &oy, &oz, &dx, &dy, &dz}) column->resize(count);
+  tmin.resize(count, 0);
   tmax.resize(count, std::numeric_limits<double>::infinity());
 }
 
@@ -64,7 +65,7 @@ double distance_of(double t, const Vec3d& direction) {
 void scale_limits_to_t(RayBatch& rays) {
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const Length length = length_of({rays.dx[i], rays.dy[i], rays.dz[i]});
-    for (Column<double>* limit : {&rays.tmin, &rays.tmax})
+    for (UnsetColumn<double>* limit : {&rays.tmin, &rays.tmax})
       (*limit)[i] = std::scalbn((*limit)[i] / length.part, -length.exponent);
   }
 }

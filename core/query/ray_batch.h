@@ -23,12 +23,13 @@ struct Ray {
 
 /// n rays as eight columns of n float64 numbers, scene units, and perhaps one of masks.
 struct RayBatch {
-  Column<double> ox, oy, oz, dx, dy, dz, tmin, tmax;
+  UnsetColumn<double> ox, oy, oz, dx, dy, dz, tmin, tmax;
   /// Which instances each ray may meet: those with a bit in common. Empty: all of them.
   Column<std::uint32_t> mask = {};
 
   std::size_t size() const { return ox.size(); }
   void reserve(std::size_t count);
+  /// New rays have no limits, and origins and directions that are not set.
   void resize(std::size_t count);
   void push_back(const Ray& ray);
   Ray operator[](std::size_t i) const {

@@ -95,21 +95,24 @@ class Turns {
 
   /// Precondition: called once, before any turn is taken.
   void start(int threads) { threads_ = threads; }
-  /// Whether every thread has a batch of its own, so that nobody is idle to help with one.
-  bool all_taken() const { return taken_.load(std::memory_order_relaxed) >= threads_; }
+  /// Whether every thread has a batch of its own, or will at once, so that nobody is idle to help
+  /// with one.
+  bool all_wanted() const { return wanted_.load(std::memory_order_relaxed) >= threads_; }
 
   class Turn {
    public:
     explicit Turn(Turns& turns) : turns_(turns) {
+      turns_.wanted_.fetch_add(1, std::memory_order_relaxed);
       std::unique_lock hold(turns_.mutex_);
-      turns_.free_.wait_for(hold, kPatience, [&] { return !turns_.all_taken(); });
-      turns_.taken_.fetch_add(1, std::memory_order_relaxed);
+      turns_.free_.wait_for(hold, kPatience, [&] { return turns_.taken_ < turns_.threads_; });
+      ++turns_.taken_;
     }
     ~Turn() {
       {
         const std::lock_guard hold(turns_.mutex_);
-        turns_.taken_.fetch_sub(1, std::memory_order_relaxed);
+        --turns_.taken_;
       }
+      turns_.wanted_.fetch_sub(1, std::memory_order_relaxed);
       turns_.free_.notify_one();
     }
     Turn(const Turn&) = delete;
@@ -123,7 +126,8 @@ class Turns {
   int threads_ = 0;
   std::mutex mutex_;
   std::condition_variable free_;
-  std::atomic<int> taken_{0};  ///< changed under the mutex
+  int taken_ = 0;
+  std::atomic<int> wanted_{0};  ///< those that are taken, and those that are waited for
 };
 
 struct Engine::State {
@@ -170,7 +174,7 @@ struct Engine::State {
     // To hand slices over takes time, and pays where somebody is idle.
     const std::size_t slices = (count + slice_size - 1) / slice_size;
     std::size_t alone = 0;
-    while (alone < slices && turns.all_taken()) take(alone++);
+    while (alone < slices && turns.all_wanted()) take(alone++);
     if (alone < slices) {
       threads.execute(
           [&] { parallel_for(slices - alone, [&](std::size_t i) { take(alone + i); }); });
