@@ -22,6 +22,7 @@ namespace HWY_NAMESPACE {
 class Finisher {
  public:
   static constexpr std::size_t kGroup = 8;
+  static constexpr bool kNeighbours = true;  ///< has use for rays that stand side by side
 
   Finisher(const SceneView& scene, const RayBatch& rays, HitBatch& hits, DecisionCounts& counts)
       : scene_(scene), rays_(rays), hits_(hits), counts_(counts) {

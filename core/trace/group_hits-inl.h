@@ -129,15 +129,18 @@ class GroupHits {
     return false;
   }
 
-  /// Tells `finish` of the winners of the first `count` rays.
+  /// Tells `finish` of the winners of the first `count` rays, those of neighbours together if it
+  /// has use for that.
   template <class Finish>
   void hand_over(std::size_t count, Finish& finish) const {
     std::size_t i = 0;
-    for (; i + kGroupRays <= count; i += kGroupRays) {
-      if (hand_over_few(i, finish)) continue;
-      Candidate winners[kGroupRays];
-      for (std::size_t j = 0; j < kGroupRays; ++j) winners[j] = winner(i + j);
-      finish.add_neighbours(first_ + i, winners);
+    if constexpr (requires { Finish::kNeighbours; }) {
+      for (; i + kGroupRays <= count; i += kGroupRays) {
+        if (hand_over_few(i, finish)) continue;
+        Candidate winners[kGroupRays];
+        for (std::size_t j = 0; j < kGroupRays; ++j) winners[j] = winner(i + j);
+        finish.add_neighbours(first_ + i, winners);
+      }
     }
     for (; i < count; ++i) {
       if (candidate_[i] != 0) finish.add(first_ + i, winner(i));

@@ -36,8 +36,8 @@ struct TraceCounts {
 };
 
 /// All of them answer the same bytes (law 1). Rays [begin, end) of a checked batch; slots of the
-/// same numbers are overwritten. Errors: none. Cost: closest and any allocate nothing; all throws
-/// std::bad_alloc.
+/// same numbers are overwritten. Errors: std::bad_alloc. Cost: closest and any allocate nothing but
+/// up to 140 KB where rays are put in order.
 struct Kernel {
   std::string_view name;  ///< "avx512", "avx2", "sse4", "baseline", "neon"
   void (*closest)(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,

@@ -49,9 +49,9 @@ class Packet {
     hits_.enter(0);
   }
 
-  /// Sets up the rays from `first` on, of which there must be kPacketRays. Returns how many can go
-  /// together; fewer than kFewestRays are not to be traced so.
-  std::size_t prepare(std::size_t first) {
+  /// Sets up the rays from `first` on, of which there must be kPacketRays, but only `most` are
+  /// meant. Returns how many can go together; fewer than kFewestRays are not to be traced so.
+  std::size_t prepare(std::size_t first, std::size_t most = kPacketRays) {
     first_ = first;
     for (std::uint32_t& bits : columns_.negative) bits = 0;
     columns_.largest_x = columns_.largest_y = 0;
@@ -65,7 +65,7 @@ class Packet {
     for (const std::uint32_t bits : {columns_.negative[0], columns_.negative[1],
                                      columns_.negative[2], columns_.largest_x, columns_.largest_y})
       alike &= (bits & 1u) != 0 ? bits : ~bits;
-    const auto count = static_cast<std::size_t>(std::countr_one(alike));
+    const auto count = std::min(static_cast<std::size_t>(std::countr_one(alike)), most);
     if (count < kFewestRays) return count;
     if (count < kPacketRays) repeat_first(count);
     hits_.start(first, columns_.tau_max);
@@ -94,8 +94,22 @@ class Packet {
     return steps_ < ray_steps_;
   }
 
+  /// The same for nothing but its verdict, found early where it is plain: whether at least so
+  /// many rays wait at a node or box in the mean.
+  bool try_out(double fewest_per_step) {
+    steps_ = ray_steps_ = 0;
+    steps_to_try_ = kStepsToTry;
+    walk();
+    steps_to_try_ = ~std::uint64_t{0};
+    counts_.nodes += ray_steps_;
+    return fewest_per_step * static_cast<double>(steps_) < static_cast<double>(ray_steps_);
+  }
+  std::uint64_t steps() const { return steps_; }
+  std::uint64_t ray_steps() const { return ray_steps_; }
+
  private:
   static constexpr std::uint32_t kAllRays = ~0u >> (32 - kPacketRays);
+  static constexpr std::uint64_t kStepsToTry = 48;  ///< before a try may end
 
   /// A child that waits for its turn.
   struct Waiting {
@@ -142,6 +156,7 @@ class Packet {
       if (ChildRef::is_leaf(ref)) {
         visit_leaf(ref, met);
       } else {
+        if (HWY_UNLIKELY(steps_ > steps_to_try_) && ray_steps_ < steps_) return;
         size = expand(ref, size);
         ray_steps_ += static_cast<std::uint32_t>(std::popcount(met));
       }
@@ -314,6 +329,7 @@ class Packet {
   Wedge<kPacketRays> wedge_;
   bool has_wedge_ = false;  ///< all rays start at one point
   Waiting waiting_;
+  std::uint64_t steps_to_try_ = ~std::uint64_t{0};
   std::uint64_t steps_ = 0;      ///< of the packet: nodes opened and boxes asked for by rays
   std::uint64_t ray_steps_ = 0;  ///< nodes that the rays would have visited one by one
 };

@@ -8,11 +8,13 @@
 #endif
 
 #include <algorithm>
+#include <optional>
 #include <type_traits>
 
 #include "core/trace/crowd-inl.h"
 #include "core/trace/flight-inl.h"
 #include "core/trace/packet-inl.h"
+#include "core/trace/window-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sightline {
@@ -56,33 +58,78 @@ inline std::size_t rays_before(const RayBatch& rays, std::size_t first) {
   return kPacketRays;
 }
 
-/// Takes neighbouring rays as packets or crowds while that is the cheaper way, and the others, some
-/// thousands at a time, as a flight.
+/// Takes neighbouring rays as packets or crowds while that is the cheaper way, those that point
+/// anywhere in order if that makes packets of them, and the others, some thousands at a time, as a
+/// flight.
 template <bool kAny, Layout kLayout>
 class Together {
  public:
   Together(const SceneView& scene, const RayBatch& rays, std::uint8_t* occluded,
            TraceCounts& counts)
-      : rays_(rays),
+      : scene_(scene),
+        rays_(rays),
+        occluded_(occluded),
+        counts_(counts),
         group_(scene, rays, occluded, counts),
         flight_(scene, rays, occluded, counts) {}
 
   template <class Finish>
   void run(std::size_t begin, std::size_t end, Finish& finish) {
     while (begin < end) {
-      begin += step(begin, end - begin, finish);
-      if (group_count_ + kPacketRays / kGroupRays > kGroups || begin == end) {
-        flight_.run({groups_, group_count_}, finish);
-        group_count_ = 0;
-      }
+      const std::size_t in_order = step_in_order(begin, end - begin, finish);
+      begin += in_order > 0 ? in_order : step(begin, end - begin, finish);
+      if (group_count_ + kPacketRays / kGroupRays > kGroups || begin == end) fly(finish);
     }
   }
 
  private:
   using Group = std::conditional_t<kLayout == Layout::kMany, Crowd<kAny>, Packet<kAny, kLayout>>;
+  using Rays = Window<kAny, kLayout>;
   static constexpr std::size_t kGroups = 512;
+  static constexpr std::size_t kFirstWindowPause = 512, kLongestWindowPause = 8192;  ///< in rays
   /// Both are tried again after a while, later every time they have not paid.
   static constexpr std::size_t kLongestPause = 64;
+
+  /// Traces some rays from `begin` on as packets whatever their directions, where that pays.
+  /// Returns how many.
+  template <class Finish>
+  HWY_INLINE std::size_t step_in_order(std::size_t begin, std::size_t left, Finish& finish) {
+    if constexpr (kLayout != Layout::kMany && kPacketsWork) {
+      if (begin < window_from_ || left < Rays::kFewest) return 0;
+      if (rays_before(rays_, begin) > 0) return trace_window(begin, left, finish);
+      window_from_ = begin + Rays::kFewest / 2;  // alike as they are
+    }
+    return 0;
+  }
+  template <class Finish>
+  HWY_NOINLINE std::size_t trace_window(std::size_t begin, std::size_t left, Finish& finish) {
+    if (!window_) window_.emplace(scene_, rays_, occluded_, counts_);
+    const auto pause_from = [&](std::size_t end) {
+      window_pause_ = std::min(2 * window_pause_, kLongestWindowPause);
+      window_from_ = end + window_pause_;
+    };
+    if (!window_pays_ && !window_->is_promising(begin)) {
+      pause_from(begin);
+      return 0;
+    }
+    const std::size_t count = std::min(left, window_pays_ ? Rays::kMost : 2 * Rays::kFewest);
+    window_pays_ = window_->trace(begin, count, finish, [&](std::size_t ray) {
+      if (group_count_ == kGroups) fly(finish);
+      groups_[group_count_++] = {static_cast<std::uint32_t>(ray), 1};
+    });
+    if (window_pays_) {
+      window_pause_ = kFirstWindowPause;
+    } else {
+      pause_from(begin + count);
+    }
+    return count;
+  }
+
+  template <class Finish>
+  void fly(Finish& finish) {
+    flight_.run({groups_, group_count_}, finish);
+    group_count_ = 0;
+  }
 
   /// Traces some rays from `begin` on as a packet, or puts them off until the next flight. Returns
   /// how many.
@@ -112,10 +159,16 @@ class Together {
     return alone;
   }
 
+  const SceneView& scene_;
   const RayBatch& rays_;
+  std::uint8_t* occluded_;
+  TraceCounts& counts_;
   Group group_;
   Flight<kAny, kLayout> flight_;
   std::size_t wait_ = 0, pause_ = 0;
+  std::optional<Rays> window_;
+  bool window_pays_ = false;  ///< the last one did
+  std::size_t window_from_ = 0, window_pause_ = kFirstWindowPause;
   std::size_t group_count_ = 0;
   RayGroup groups_[kGroups];
 };

@@ -1,0 +1,150 @@
+// Many rays that lie near each other but point anywhere, put in order of octant and largest axis so
+// that they can go as packets: rays of ambient occlusion in a room. Where they meet too little in
+// common this is slower than the flight; one packet tells beforehand.
+
+#if defined(SIGHTLINE_TRACE_WINDOW_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef SIGHTLINE_TRACE_WINDOW_INL_H_
+#undef SIGHTLINE_TRACE_WINDOW_INL_H_
+#else
+#define SIGHTLINE_TRACE_WINDOW_INL_H_
+#endif
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/query/ray_batch.h"
+#include "core/trace/packet-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace sightline {
+namespace HWY_NAMESPACE {
+
+/// Some rays of a batch.
+template <bool kAny, Layout kLayout>
+class Window {
+ public:
+  static constexpr std::size_t kMost = 2048;   ///< rays that are put in order at a time
+  static constexpr std::size_t kFewest = 512;  ///< with fewer most packets would be small
+
+  Window(const SceneView& scene, const RayBatch& rays, std::uint8_t* occluded, TraceCounts& counts)
+      : rays_(rays), occluded_(occluded), packet_(scene, sorted_, found_, counts) {}
+
+  /// Whether it is worth a try: traces some of the rays from `first` on, of which there must be
+  /// kFewest, and forgets what they have met.
+  bool is_promising(std::size_t first) {
+    std::uint32_t counts[kClasses] = {};
+    classify(first, kLook, counts);
+    // Of two rays' classes: those of the sky alone would always do.
+    return does_try_pay(first, counts, class_[kLook / 3]) &&
+           does_try_pay(first, counts, class_[kLook - 1]);
+  }
+
+  /// Traces `count` rays from `first` on, at least kFewest and at most kMost. `alone(ray)` is told
+  /// of those that cannot go with others. False if that was not the cheaper way.
+  template <class Finish, class Alone>
+  bool trace(std::size_t first, std::size_t count, Finish& finish, const Alone& alone) {
+    std::uint32_t begin[kClasses] = {};
+    classify(first, count, begin);
+    std::uint32_t sum = 0;
+    for (std::uint32_t& entry : begin) sum += std::exchange(entry, sum);
+    for (std::size_t i = 0; i < count; ++i)
+      order_[begin[class_[i]]++] = static_cast<std::uint32_t>(i);
+    copy(first, count);
+    const InOrder<Finish> in_order{finish, order_, first};
+    std::uint64_t steps = 0, ray_steps = 0;
+    for (std::size_t i = 0; i < count;) {
+      const std::size_t together = packet_.prepare(i, count - i);
+      if (together < kFewestRays) {
+        for (const std::size_t end = i + std::max<std::size_t>(together, 1); i < end; ++i)
+          alone(first + order_[i]);
+        continue;
+      }
+      packet_.trace(in_order);
+      steps += packet_.steps();
+      ray_steps += packet_.ray_steps();
+      if constexpr (kAny) {
+        for (std::size_t k = i; k < i + together; ++k) occluded_[first + order_[k]] = found_[k];
+      }
+      i += together;
+    }
+    return kFewestPerStep * static_cast<double>(steps) < static_cast<double>(ray_steps);
+  }
+
+ private:
+  static constexpr std::size_t kClasses = 24;
+  static constexpr std::size_t kLook = 256;  ///< rays to choose those from that are tried out
+  /// Rays that wait at a node or box, in the mean: with fewer the flight is faster.
+  static constexpr double kFewestPerStep = 1.5, kFewestToBegin = 1.7;
+
+  bool does_try_pay(std::size_t first, const std::uint32_t (&counts)[kClasses],
+                    std::uint8_t wanted) {
+    // If most are alike they go as packets where they stand.
+    if (counts[wanted] < kPacketRays / 2 || counts[wanted] > kLook / 2) return false;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < kLook && count < kPacketRays; ++i) {
+      if (class_[i] == wanted) order_[count++] = static_cast<std::uint32_t>(i);
+    }
+    copy(first, count);
+    return packet_.prepare(0, count) == count && packet_.try_out(kFewestToBegin);
+  }
+
+  /// Tells of the winners by their places in the batch.
+  template <class Finish>
+  struct InOrder {
+    Finish& finish;
+    const std::uint32_t* order;
+    std::size_t first;
+
+    void add(std::size_t i, const Candidate& winner) const { finish.add(first + order[i], winner); }
+  };
+
+  /// Fills class_ for `count` rays and counts each class: octant and largest axis.
+  void classify(std::size_t first, std::size_t count, std::uint32_t (&counts)[kClasses]) {
+    for (std::size_t i = 0; i < count; ++i) {
+      if (i % 8 == 0) {  // what `copy` reads in no order that a processor foresees
+        for (const auto* column : {&rays_.ox, &rays_.oy, &rays_.oz, &rays_.tmin, &rays_.tmax})
+          hwy::Prefetch(column->data() + first + i);
+      }
+      const double x = rays_.dx[first + i], y = rays_.dy[first + i], z = rays_.dz[first + i];
+      const double ax = std::abs(x), ay = std::abs(y), az = std::abs(z);
+      const int is_x = static_cast<int>(ax >= ay) & static_cast<int>(ax >= az);
+      const int is_y = static_cast<int>(ay > ax) & static_cast<int>(ay >= az);
+      const int octant = static_cast<int>(std::signbit(x)) |
+                         static_cast<int>(std::signbit(y)) << 1 |
+                         static_cast<int>(std::signbit(z)) << 2;
+      class_[i] = static_cast<std::uint8_t>(3 * octant + is_x + 2 * is_y);
+    }
+    for (std::size_t i = 0; i < count; ++i) ++counts[class_[i]];
+  }
+
+  void copy(std::size_t first, std::size_t count) {
+    sorted_.resize(std::max(sorted_.size(), count + kPacketRays));
+    for (const auto& [to, from] : {std::pair{&sorted_.ox, &rays_.ox},
+                                   {&sorted_.oy, &rays_.oy},
+                                   {&sorted_.oz, &rays_.oz},
+                                   {&sorted_.dx, &rays_.dx},
+                                   {&sorted_.dy, &rays_.dy},
+                                   {&sorted_.dz, &rays_.dz},
+                                   {&sorted_.tmin, &rays_.tmin},
+                                   {&sorted_.tmax, &rays_.tmax}}) {
+      double* HWY_RESTRICT out = to->data();
+      const double* HWY_RESTRICT in = from->data() + first;
+      for (std::size_t i = 0; i < count; ++i) out[i] = in[order_[i]];
+    }
+  }
+
+  const RayBatch& rays_;
+  std::uint8_t* occluded_;
+  RayBatch sorted_;
+  std::uint32_t order_[kMost];  ///< ray order_[i] of the window stands at i of sorted_
+  std::uint8_t class_[kMost];
+  std::uint8_t found_[kMost + kPacketRays];
+  Packet<kAny, kLayout> packet_;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace sightline
+HWY_AFTER_NAMESPACE();
+
+#endif
