@@ -284,16 +284,18 @@ Result<AccessorView> AccessorReader::view(std::size_t index, const DecodedElemen
   return view;
 }
 
-void AccessorReader::announce(const AccessorView& view, std::uint64_t first, std::uint64_t count,
-                              std::uint64_t TouchedBytes::*kind) {
+std::span<const std::byte> AccessorReader::count(const AccessorView& view, std::uint64_t first,
+                                                 std::uint64_t count,
+                                                 std::uint64_t TouchedBytes::*kind) {
   const auto& accessor = document_.model.accessors[view.accessor];
   const std::size_t element = view.element_bytes();
   const auto is_mapped = [&](int number) {
     return views_.is_mapped(static_cast<std::size_t>(number));
   };
+  std::span<const std::byte> bytes;
   if (count > 0 && view.base != nullptr && !view.is_decoded && is_mapped(accessor.bufferView)) {
     touched_.*kind += count * element;
-    will_need({view.base + first * view.stride, (count - 1) * view.stride + element});
+    bytes = {view.base + first * view.stride, (count - 1) * view.stride + element};
   }
   if (view.sparse_count > 0) {
     if (is_mapped(accessor.sparse.indices.bufferView)) {
@@ -303,6 +305,12 @@ void AccessorReader::announce(const AccessorView& view, std::uint64_t first, std
       touched_.*kind += view.sparse_count * element;
     }
   }
+  return bytes;
+}
+
+void AccessorReader::announce(const AccessorView& view, std::uint64_t first, std::uint64_t count,
+                              std::uint64_t TouchedBytes::*kind) {
+  will_need(this->count(view, first, count, kind));
 }
 
 }  // namespace sightline::gltf

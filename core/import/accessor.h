@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -97,8 +98,11 @@ class AccessorReader {
   /// GLTF_ACCESSOR_INVALID.
   Result<AccessorView> view_of_decoded(std::size_t index) const;
 
-  /// To be called before elements first .. first + count - 1 of a view are read: counts them as
-  /// `kind`, and has the file's pages fetched together.
+  /// Counts elements first .. first + count - 1 of a view, which will be read, as `kind`. Returned
+  /// are those that are the file's, for will_need.
+  std::span<const std::byte> count(const AccessorView& view, std::uint64_t first,
+                                   std::uint64_t count, std::uint64_t TouchedBytes::*kind);
+  /// To be called before they are read: the same, and has the file's pages fetched together.
   void announce(const AccessorView& view, std::uint64_t first, std::uint64_t count,
                 std::uint64_t TouchedBytes::*kind);
   const TouchedBytes& touched() const { return touched_; }

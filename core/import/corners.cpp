@@ -56,6 +56,22 @@ CornerRange join(const CornerRange& a, const CornerRange& b) {
   return {std::min(a.low, b.low), std::max(a.high, b.high)};
 }
 
+/// Four at a time: with one pair of bounds each number would wait for the one before.
+CornerRange range_of(std::span<const std::uint32_t> indices, CornerRange range) {
+  using Four = std::uint32_t __attribute__((vector_size(16)));
+  Four low = Four{} + range.low, high = Four{} + range.high;
+  const std::size_t fours = indices.size() / 4;
+  for (std::size_t i = 0; i < fours; ++i) {
+    Four next;
+    std::memcpy(&next, indices.data() + 4 * i, sizeof next);
+    low = next < low ? next : low;
+    high = next > high ? next : high;
+  }
+  for (std::size_t k = 0; k < 4; ++k) range = join(range, {low[k], high[k]});
+  for (const std::uint32_t index : indices.subspan(4 * fours)) range = join(range, {index, index});
+  return range;
+}
+
 /// Calls load(begin, end) for parts of 0 .. count, and finds the range of the indices after that.
 template <class Load>
 CornerRange range_after(std::uint64_t count, const std::uint32_t* indices, const Load& load) {
@@ -64,8 +80,7 @@ CornerRange range_after(std::uint64_t count, const std::uint32_t* indices, const
       0, count, kGrain, kNothing,
       [&](std::size_t begin, std::size_t end, CornerRange range) {
         load(begin, end);
-        for (std::size_t i = begin; i < end; ++i) range = join(range, {indices[i], indices[i]});
-        return range;
+        return range_of({indices + begin, end - begin}, range);
       },
       join);
 }
@@ -86,14 +101,11 @@ std::uint64_t triangle_count(int mode, std::uint64_t count) {
   return count >= 3 ? count - 2 : 0;
 }
 
-Result<CornerRange> append_corners(const std::optional<AccessorView>& indices,
-                                   std::uint64_t vertex_count, int mode, const std::string& place,
-                                   UnsetColumn<std::uint32_t>& corners) {
+Result<CornerRange> load_corners(const std::optional<AccessorView>& indices,
+                                 std::uint64_t vertex_count, int mode, const std::string& place,
+                                 std::uint32_t* out) {
   const std::uint64_t listed = indices.has_value() ? indices->count : vertex_count;
   const std::uint64_t triangles = triangle_count(mode, listed);
-  const std::size_t first = corners.size();
-  corners.resize(first + triangles * 3);
-  std::uint32_t* const out = corners.data() + first;
 
   // Plain triangles are loaded in place; strips and fans are unrolled from a list of their own.
   UnsetColumn<std::uint32_t> list;
@@ -130,20 +142,20 @@ Result<CornerRange> append_corners(const std::optional<AccessorView>& indices,
   return range;
 }
 
-Result<std::optional<CornerRange>> share_corners(const AccessorView& indices,
-                                                 std::uint64_t vertex_count,
-                                                 const std::string& place, const KeptBytes& kept,
-                                                 SharedColumn<std::uint32_t>& corners) {
+SharedColumn<std::uint32_t> stored_corners(const AccessorView& indices, const KeptBytes& kept) {
   if (indices.component != Component::kU32 || indices.sparse_count > 0 || indices.base == nullptr)
-    return std::optional<CornerRange>();
-  const std::uint64_t used = indices.count / 3 * 3;
-  auto shared = kept.share<std::uint32_t>(indices.base, used);
-  if (shared.empty()) return std::optional<CornerRange>();
-  const CornerRange range = range_after(used, shared.data(), [](std::size_t, std::size_t) {});
-  if (Status status = check_range(shared.data(), used, range, vertex_count, place); !status)
+    return {};
+  return kept.share<std::uint32_t>(indices.base, indices.count / 3 * 3);
+}
+
+Result<CornerRange> check_corners(std::span<const std::uint32_t> corners,
+                                  std::uint64_t vertex_count, const std::string& place) {
+  const CornerRange range =
+      range_after(corners.size(), corners.data(), [](std::size_t, std::size_t) {});
+  if (Status status = check_range(corners.data(), corners.size(), range, vertex_count, place);
+      !status)
     return status.error();
-  corners = std::move(shared);
-  return std::optional(range);
+  return range;
 }
 
 }  // namespace sightline::gltf

@@ -43,6 +43,10 @@ struct DracoEntry {
 inline constexpr std::array<const char*, kVertexAttributes> kVertexAttributeNames = {
     "NORMAL", "TEXCOORD_0", "COLOR_0"};
 
+/// What an accessor says of its numbers: three of min and of max, or more or fewer, or a min above
+/// its max. They are not believed.
+enum class StatedBounds : std::uint8_t { kNone, kOrdered, kCrossed };
+
 /// What hits may ask for of a primitive, by VertexAttribute.
 struct AttributeEntry {
   std::array<int, kVertexAttributes> accessor = {-1, -1, -1};         ///< -1: none, or a wrong one
@@ -54,10 +58,11 @@ struct AttributeEntry {
 struct GltfDocument {
   /// Nodes, meshes, accessors and bufferViews as tinygltf read them; of the scenes only the one
   /// that was asked for. Everything that rays do not need was erased before: images, textures,
-  /// materials, animations, cameras, extras, attributes that move no position (of some `attributes`
-  /// keeps what names them).
+  /// materials, animations, cameras, extras, bounds of accessors, attributes that move no position
+  /// (of some `attributes` keeps what names them).
   tinygltf::Model model;
   std::vector<BufferEntry> buffers;
+  std::vector<StatedBounds> stated_bounds;                          ///< by accessor
   std::map<std::size_t, MeshoptView> meshopt;                       ///< by bufferView
   std::map<std::pair<std::size_t, std::size_t>, DracoEntry> draco;  ///< by mesh and primitive
   std::map<std::pair<std::size_t, std::size_t>, AttributeEntry> attributes;  ///< likewise

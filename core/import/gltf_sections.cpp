@@ -76,6 +76,23 @@ void thin_sparse(json& accessor, const Counts& counts, JsonChecker& check, const
   }
 }
 
+/// tinygltf would read them for nobody.
+StatedBounds take_bounds(json& accessor, JsonChecker& check, const Place& at) {
+  std::vector<double> bounds[2];
+  for (const std::size_t i : {0u, 1u}) {
+    const char* const key = i == 0 ? "min" : "max";
+    check.numbers(accessor, key, at, 0);
+    const auto found = accessor.find(key);
+    if (found == accessor.end() || !check.good()) continue;
+    if (found->size() == 3) bounds[i] = found->get<std::vector<double>>();
+    accessor.erase(found);
+  }
+  const auto &low = bounds[0], &high = bounds[1];
+  if (low.empty() || high.empty()) return StatedBounds::kNone;
+  const bool crossed = low[0] > high[0] || low[1] > high[1] || low[2] > high[2];
+  return crossed ? StatedBounds::kCrossed : StatedBounds::kOrdered;
+}
+
 /// Attributes of which a position depends.
 bool is_geometric(const std::string& attribute) {
   return attribute == "POSITION" || attribute.rfind("JOINTS_", 0) == 0 ||
@@ -243,7 +260,8 @@ void thin_views(json* list, const Counts& counts, GltfDocument& document, JsonCh
   }
 }
 
-void thin_accessors(json* list, const Counts& counts, JsonChecker& check, const Place& at) {
+void thin_accessors(json* list, const Counts& counts, GltfDocument& document, JsonChecker& check,
+                    const Place& at) {
   if (list == nullptr) return;
   static constexpr std::array<std::string_view, 7> kTypes = {"SCALAR", "VEC2", "VEC3", "VEC4",
                                                              "MAT2",   "MAT3", "MAT4"};
@@ -274,8 +292,7 @@ void thin_accessors(json* list, const Counts& counts, JsonChecker& check, const 
       check.refuse(place.member("type"), "is not a type of glTF: \"" + shortened(name) + "\"");
     }
     check.boolean(object, "normalized", place);
-    check.numbers(object, "min", place, 0);
-    check.numbers(object, "max", place, 0);
+    document.stated_bounds.push_back(take_bounds(object, check, place));
     thin_sparse(object, counts, check, place);
   }
 }

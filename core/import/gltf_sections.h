@@ -25,8 +25,8 @@ void take_skins(nlohmann::json* list, const Counts& counts, GltfDocument& docume
                 JsonChecker& check, const Place& at);
 void thin_views(nlohmann::json* list, const Counts& counts, GltfDocument& document,
                 JsonChecker& check, const Place& at);
-void thin_accessors(nlohmann::json* list, const Counts& counts, JsonChecker& check,
-                    const Place& at);
+void thin_accessors(nlohmann::json* list, const Counts& counts, GltfDocument& document,
+                    JsonChecker& check, const Place& at);
 void thin_meshes(nlohmann::json* list, const Counts& counts, GltfDocument& document,
                  JsonChecker& check, const Place& at);
 

@@ -275,7 +275,7 @@ void thin_gltf(json& root, const ImportOptions& options, GltfDocument& document,
   take_materials(materials, document, check, file.member("materials"));
   take_skins(skins, counts, document, check, file.member("skins"));
   thin_views(views, counts, document, check, file.member("bufferViews"));
-  thin_accessors(accessors, counts, check, file.member("accessors"));
+  thin_accessors(accessors, counts, document, check, file.member("accessors"));
   thin_meshes(meshes, counts, document, check, file.member("meshes"));
   thin_nodes(nodes, counts, document, check, file.member("nodes"));
 

@@ -153,6 +153,7 @@ Result<SceneDescription> import_checked(std::span<const std::byte> bytes,
                     scene, warnings);
   Status placed =
       place_meshes(*document, accessors, meshes, limits, options.progress, budget, scene);
+  if (Status loaded = meshes.finish(); !loaded) return loaded.error();
   if (!placed) return placed.error();
   if (!document->masks.empty()) {
     const auto masks = node_masks(scene);

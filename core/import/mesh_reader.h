@@ -14,6 +14,7 @@
 #include "core/import/budget.h"
 #include "core/import/corners.h"
 #include "core/import/gltf_document.h"
+#include "core/import/lone_meshes.h"
 #include "core/import/primitive_source.h"
 #include "core/import/skinning.h"
 #include "core/import/warnings.h"
@@ -28,22 +29,26 @@ class MeshReader {
              Budget& budget, SceneDescription& scene, Warnings& warnings)
       : document_(document),
         accessors_(accessors),
-        kept_(kept),
         limits_(limits),
         budget_(budget),
         scene_(scene),
         warnings_(warnings),
         sources_(document, views, accessors, budget, warnings),
         attributes_(document, views, accessors, kept, copies_attributes, limits, budget, warnings),
+        lone_(accessors, attributes_, kept, budget, scene, warnings),
         skins_(document, accessors, budget, scene.nodes, warnings) {}
 
   /// The mesh that a node shows, as an index in scene.meshes; nothing when it has no triangles.
   /// Nodes that show the same mesh with the same morph weights and skin share it. With a skin, its
   /// positions are the world's, whatever the node's matrix says. Only the range of vertices that
-  /// triangles use is read. Precondition: scene.nodes is complete.
+  /// triangles use is read, at the latest by finish: until then the mesh may be null. Precondition:
+  /// scene.nodes is complete.
   /// Errors: GLTF_INDEX_OUT_OF_RANGE, GLTF_LIMIT_TRIANGLES, GLTF_LIMIT_GEOMETRY_BYTES, those of
   /// PrimitiveSources::find and SkinReader::joints.
   Result<std::optional<std::uint32_t>> mesh_of(const tinygltf::Node& node);
+  /// To be called at the end, after an error too: what is wrong with a mesh that has not been read
+  /// yet came before it. Errors: as mesh_of.
+  Status finish() { return lone_.load(); }
   /// How many meshes of the file it was asked for.
   std::size_t shown() const;
 
@@ -54,29 +59,30 @@ class MeshReader {
   };
   using LoadedParts = std::map<std::vector<int>, Loaded>;
 
-  Result<Mesh> read(std::size_t index, const Pose& pose);
-  Status append_primitive(std::size_t primitive, const Pose& pose, Mesh& mesh, LoadedParts& loaded);
-  Result<CornerRange> read_corners(const std::optional<AccessorView>& indices,
-                                   std::uint64_t vertex_count, int mode, const std::string& place,
-                                   Mesh& mesh) const;
+  /// What a primitive has and what its mesh will call it, before anything is allocated for it;
+  /// nothing where it has no triangles.
+  Result<std::optional<PrimitiveSource>> open_primitive(std::size_t number, const Pose& pose,
+                                                        Mesh& mesh);
+  Result<std::optional<std::uint32_t>> read_lone(Mesh mesh, const Pose& pose);
+  Result<std::optional<std::uint32_t>> read_joined(Mesh mesh, const Pose& pose);
+  Status append_primitive(std::size_t number, const Pose& pose, Mesh& mesh, LoadedParts& loaded);
   /// Makes sure that the vertices of `range` stand in the mesh; says where the first of them is.
   Result<std::uint32_t> append_positions(const tinygltf::Primitive& source,
                                          const PrimitiveSource& found, const CornerRange& range,
                                          Mesh& mesh, LoadedParts& loaded);
-  /// Whether the positions are to be had as they lie in the file.
-  SharedColumn<Vec3f> shared_positions(const PrimitiveSource& found,
-                                       const CornerRange& range) const;
-  void count_triangles(const Mesh& mesh);
+  const tinygltf::Primitive& source_of(const Mesh& mesh, std::size_t number) const {
+    return document_.model.meshes[mesh.file_mesh].primitives[number];
+  }
 
   const GltfDocument& document_;
   AccessorReader& accessors_;
-  const KeptBytes& kept_;
   const ImportLimits& limits_;
   Budget& budget_;
   SceneDescription& scene_;
   Warnings& warnings_;
   PrimitiveSources sources_;
   AttributeReader attributes_;
+  LoneMeshes lone_;
   SkinReader skins_;
   /// By mesh, morph weights and skin.
   std::map<std::tuple<int, std::vector<double>, int>, std::optional<std::uint32_t>> known_;

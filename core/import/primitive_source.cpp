@@ -46,6 +46,20 @@ bool are_weights(const AccessorView& view) {
 
 }  // namespace
 
+std::span<const std::byte> count_vertices(const PrimitiveSource& found, const CornerRange& range,
+                                          AccessorReader& accessors) {
+  const auto positions =
+      accessors.count(found.positions, range.low, range.count(), &TouchedBytes::positions);
+  for (const WeightedTarget& target : found.targets) {
+    accessors.announce(target.deltas, range.low, range.count(), &TouchedBytes::poses);
+  }
+  for (const InfluenceSet& set : found.skinning.sets) {
+    accessors.announce(set.joints, range.low, range.count(), &TouchedBytes::poses);
+    accessors.announce(set.weights, range.low, range.count(), &TouchedBytes::poses);
+  }
+  return positions;
+}
+
 Result<PrimitiveSource> PrimitiveSources::find(std::size_t mesh, std::size_t number,
                                                const Pose& pose) {
   const tinygltf::Primitive& source = document_.model.meshes[mesh].primitives[number];
@@ -233,12 +247,11 @@ Result<std::vector<InfluenceSet>> PrimitiveSources::influence_sets(
 void PrimitiveSources::check_stated_bounds(int accessor, const std::string& place) {
   // The bounds that a file states are not used, but when they cannot be right the file's maker
   // should know.
-  const auto& source = document_.model.accessors[static_cast<std::size_t>(accessor)];
-  const auto &low = source.minValues, &high = source.maxValues;
   const std::string who = place + ": accessor " + std::to_string(accessor) + " (POSITION) ";
-  if (low.size() != 3 || high.size() != 3) {
+  const StatedBounds stated = document_.stated_bounds[static_cast<std::size_t>(accessor)];
+  if (stated == StatedBounds::kNone) {
     warnings_.add(who + "does not state its min and max");
-  } else if (low[0] > high[0] || low[1] > high[1] || low[2] > high[2]) {
+  } else if (stated == StatedBounds::kCrossed) {
     warnings_.add(who + "states a min that is larger than its max");
   }
 }

@@ -4,12 +4,14 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "core/base/result.h"
 #include "core/import/accessor.h"
 #include "core/import/budget.h"
+#include "core/import/corners.h"
 #include "core/import/draco_mesh.h"
 #include "core/import/gltf_document.h"
 #include "core/import/positions.h"
@@ -35,6 +37,11 @@ struct PrimitiveSource {
   Skinning skinning;
   std::unique_ptr<const DracoMesh> decoded;  ///< what the views point into, when it was compressed
 };
+
+/// Counts its vertices of `range`, which will be read, and has those of targets and skin fetched.
+/// Returned are the positions that are the file's (AccessorReader::count).
+std::span<const std::byte> count_vertices(const PrimitiveSource& found, const CornerRange& range,
+                                          AccessorReader& accessors);
 
 class PrimitiveSources {
  public:

@@ -47,6 +47,12 @@ Result<std::uint64_t> pose(const Skinning& skinning, std::uint64_t first, std::u
   return unbalanced;
 }
 
+void warn_of_unbalanced(std::uint64_t vertices, const std::string& place, Warnings& warnings) {
+  if (vertices == 0) return;
+  warnings.add(place + ": the skin's weights of " + std::to_string(vertices) +
+               " vertices do not sum to 1 and were used as they stand");
+}
+
 Result<const JointMatrices*> SkinReader::joints(std::size_t index) {
   auto found = known_.find(index);
   if (found == known_.end()) {

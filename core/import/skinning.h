@@ -40,6 +40,9 @@ struct Skinning {
 Result<std::uint64_t> pose(const Skinning& skinning, std::uint64_t first, std::uint64_t count,
                            const std::string& place, Vec3d* points);
 
+/// Says of how many vertices the weights do not, if of any.
+void warn_of_unbalanced(std::uint64_t vertices, const std::string& place, Warnings& warnings);
+
 /// Joint matrices of a file's skins, each computed when first needed.
 class SkinReader {
  public:

@@ -1,6 +1,7 @@
 #include "core/import/unhittable.h"
 
 #include <cmath>
+#include <string>
 
 #include "core/base/parallel.h"
 #include "core/geometry/exact_hit.h"
@@ -85,6 +86,15 @@ Unhittable count_unhittable(const Mesh& mesh) {
       [](const Unhittable& a, const Unhittable& b) {
         return Unhittable{a.nonfinite + b.nonfinite, a.degenerate + b.degenerate};
       });
+}
+
+void add_unhittable(const Unhittable& found, const Mesh& mesh, ImportCounts& counts,
+                    Warnings& warnings) {
+  counts.degenerate_triangles += found.degenerate;
+  counts.nonfinite_triangles += found.nonfinite;
+  if (found.nonfinite == 0) return;
+  warnings.add("mesh " + std::to_string(mesh.file_mesh) + ": " + std::to_string(found.nonfinite) +
+               " triangles have a corner that is not finite and are never hit");
 }
 
 }  // namespace sightline::gltf

@@ -3,7 +3,8 @@
 
 #include <cstdint>
 
-#include "core/scene/mesh.h"
+#include "core/import/warnings.h"
+#include "core/scene/scene_description.h"
 
 namespace sightline::gltf {
 
@@ -16,5 +17,9 @@ struct Unhittable {
 /// rounding of its world positions may lift or flatten one by an ulp: those are not counted here.
 /// Cost: a few nanoseconds per triangle; allocates nothing.
 Unhittable count_unhittable(const Mesh& mesh);
+
+/// Adds what was found in a mesh to the counts, and warns of it.
+void add_unhittable(const Unhittable& found, const Mesh& mesh, ImportCounts& counts,
+                    Warnings& warnings);
 
 }  // namespace sightline::gltf

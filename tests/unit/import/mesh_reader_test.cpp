@@ -81,6 +81,53 @@ TEST(Mesh, reads_only_the_range_of_vertices_that_its_triangles_use) {
   EXPECT_EQ(mesh.indices, (IndexColumn{0, 1, 2}));
 }
 
+/// A mesh of its own for each of these indices into the same six vertices, and a node for each.
+TinyFile meshes_of_six(const std::vector<std::vector<std::uint8_t>>& meshes) {
+  TinyFile file = row_of_six(4, meshes[0]);
+  for (std::size_t i = 1; i < meshes.size(); ++i) {
+    json mesh = file.root["meshes"][0];
+    mesh["primitives"][0]["indices"] =
+        file.add<std::uint8_t>(meshes[i], 5121, "SCALAR", meshes[i].size());
+    file.root["meshes"].push_back(mesh);
+    file.root["nodes"].push_back({{"mesh", i}});
+    file.root["scenes"][0]["nodes"].push_back(i);
+  }
+  return file;
+}
+
+TEST(Mesh, is_read_among_others_as_it_is_alone) {
+  const std::vector<std::vector<std::uint8_t>> meshes = {
+      {0, 5, 1}, {3, 4, 5, 5, 4, 3}, {0, 1, 2, 3, 4, 5}, {2, 2, 2}};
+  TinyFile file = meshes_of_six(meshes);
+  // Of two primitives, and so read at once.
+  file.root["meshes"][1]["primitives"].push_back(file.root["meshes"][3]["primitives"][0]);
+  const auto scene = file.import();
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+  ASSERT_EQ(scene->meshes.size(), 4u);
+  for (const std::size_t i : {0u, 2u, 3u}) {
+    const auto alone = row_of_six(4, meshes[i]).import();
+    EXPECT_EQ(scene->meshes[i]->file_mesh, i);
+    EXPECT_EQ(scene->meshes[i]->indices, alone->meshes[0]->indices) << i;
+    EXPECT_EQ(scene->meshes[i]->positions, alone->meshes[0]->positions) << i;
+  }
+  EXPECT_EQ(scene->meshes[1]->indices, (IndexColumn{0, 1, 2, 2, 1, 0, 3, 3, 3}));
+  EXPECT_EQ(scene->counts.degenerate_triangles, 2u);
+}
+
+TEST(Mesh, that_is_wrong_is_named_before_those_that_come_after_it) {
+  TinyFile file = meshes_of_six({{0, 1, 2}, {0, 1, 200}, {0, 1, 2}});
+  EXPECT_EQ(file.code(), "GLTF_INDEX_OUT_OF_RANGE");
+  // Found wrong earlier, but it comes later.
+  json& last = file.root["meshes"][2]["primitives"][0];
+  last["attributes"]["POSITION"] = last["indices"];
+  const auto scene = file.import();
+  ASSERT_FALSE(scene.ok());
+  EXPECT_EQ(scene.error().message.rfind("mesh 1, primitive 0: index 2 is 200", 0), 0u)
+      << scene.error().message;
+  file.root["meshes"][1]["primitives"][0].erase("indices");
+  EXPECT_EQ(file.code(), "GLTF_ACCESSOR_INVALID");
+}
+
 TEST(Mesh, keeps_shared_vertices_of_its_primitives_once) {
   TinyFile file = row_of_six(4, {0, 4, 5});
   json second = file.root["meshes"][0]["primitives"][0];
