@@ -125,7 +125,9 @@ bool TreeKeeper::complete(const Job& job) {
   try {
     if (trees.is_moved()) return build_pending(trees);
     const bool keeps = folder_ && job.lasting;
-    const std::uint64_t content = keeps ? content_hash(trees.plan()) : 0;
+    // Here too no more threads than its own: a first ray may be on its way.
+    std::uint64_t content = 0;
+    if (keeps) builders_.execute([&] { content = content_hash(trees.plan()); });
     if (keeps && read(job, content)) return true;
     std::optional<Result<SceneTree>> built;
     builders_.execute([&] { built.emplace(build_scene_tree(trees.plan())); });
