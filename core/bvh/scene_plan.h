@@ -18,7 +18,8 @@ namespace sightline {
 /// A mesh as the builder sees it; the arrays belong to the caller.
 struct MeshView {
   std::span<const Vec3f> positions;
-  IndexView indices;  ///< three per triangle, all in range
+  IndexView indices;      ///< three per triangle, all in range
+  bool all_used = false;  ///< each position is a corner of a triangle; false: it is not known
 
   std::uint32_t triangle_count() const { return static_cast<std::uint32_t>(indices.size() / 3); }
 };

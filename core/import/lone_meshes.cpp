@@ -112,6 +112,7 @@ void LoneMeshes::load_vertices(Waiting& one, const std::shared_ptr<UnsetColumn<V
     one.mesh.positions = {std::span<const Vec3f>(out, range.count()), memory};
   }
   one.unhittable = count_unhittable(one.mesh);
+  one.mesh.all_used = one.unhittable.all_used;
 }
 
 Status LoneMeshes::finish(Waiting& one) {

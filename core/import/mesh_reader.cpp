@@ -59,7 +59,9 @@ Result<std::optional<std::uint32_t>> MeshReader::read_joined(Mesh mesh, const Po
   }
   mesh.indices.forget_sequence();
   if (mesh.primitives.empty()) return std::optional<std::uint32_t>();
-  add_unhittable(count_unhittable(mesh), mesh, scene_.counts, warnings_);
+  const Unhittable unhittable = count_unhittable(mesh);
+  mesh.all_used = unhittable.all_used;
+  add_unhittable(unhittable, mesh, scene_.counts, warnings_);
   const auto index = static_cast<std::uint32_t>(scene_.meshes.size());
   scene_.meshes.push_back(std::make_shared<const Mesh>(std::move(mesh)));
   return std::optional(index);

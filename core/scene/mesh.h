@@ -31,6 +31,7 @@ struct Mesh {
   std::uint32_t file_mesh = 0;  ///< index in the file's "meshes"
   SharedColumn<Vec3f> positions;
   IndexColumn indices;
+  bool all_used = false;  ///< each position is a corner of a triangle; false: nobody has looked
   std::vector<Primitive> primitives;
   /// Of the primitives before the last one that has any; of the others there are none.
   std::vector<PrimitiveAttributes> attributes;

@@ -33,7 +33,7 @@ Result<std::shared_ptr<const Scene>> Scene::prepare(SceneDescription description
     std::uint64_t bytes = 0;
     for (const auto& mesh : scene->description_.meshes) {
       scene->unique_triangle_count_ += mesh->triangle_count();
-      meshes.push_back({mesh->positions, mesh->indices});
+      meshes.push_back({mesh->positions, mesh->indices, mesh->all_used});
       bytes += meshes.back().positions.size_bytes() + meshes.back().indices.listed().size_bytes() +
                attribute_bytes_of(*mesh);
     }

@@ -128,6 +128,15 @@ TEST(Mesh, that_is_wrong_is_named_before_those_that_come_after_it) {
   EXPECT_EQ(file.code(), "GLTF_ACCESSOR_INVALID");
 }
 
+TEST(Mesh, knows_whether_all_its_positions_are_used) {
+  EXPECT_TRUE(row_of_six(4, {1, 2, 3}).import()->meshes[0]->all_used);
+  EXPECT_FALSE(row_of_six(4, {1, 2, 4}).import()->meshes[0]->all_used);
+  EXPECT_TRUE(row_of_six(5).import()->meshes[0]->all_used);
+  TinyFile file = meshes_of_six({{0, 1, 2}, {4, 5, 5}});
+  file.root["meshes"][0]["primitives"].push_back(file.root["meshes"][1]["primitives"][0]);
+  EXPECT_TRUE(file.import()->meshes[0]->all_used) << "its primitives leave out the fourth";
+}
+
 TEST(Mesh, keeps_shared_vertices_of_its_primitives_once) {
   TinyFile file = row_of_six(4, {0, 4, 5});
   json second = file.root["meshes"][0]["primitives"][0];
