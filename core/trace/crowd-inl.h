@@ -310,7 +310,7 @@ class Crowd {
           corners.y[c] = hn::Load(d4, corner[ray.ky][c] + j);
           corners.z[c] = hn::Load(d4, corner[ray.kz][c] + j);
         }
-        filter_corners<Pace::kLatency>(corners, edge, ray, reach_, hits_.bound(i), j, verdict);
+        filter_triangles<Pace::kLatency>(corners, edge, ray, reach_, hits_.bound(i), j, verdict);
       }
       if (!verdict.keep_lanes_of(block)) continue;
       changed = true;

@@ -68,43 +68,26 @@ struct LaneVerdicts {
   hn::Vec<D> low, high;  ///< contains tau
 };
 
-/// The float64 filter of docs/exactness.md, "Triangles": [Woop2013]'s sheared edge functions with a
-/// proved bound. Decides nothing that the bound leaves open. `edge` is at least the largest
-/// |component| of any edge, `reach` at least any ray's. False, with no verdicts, only if all lanes
-/// are out.
-template <Pace kPace, class D>
-HWY_INLINE bool filter_lanes(D dd, const LaneCorners<D>& corners, double edge,
-                             const LaneRays<D>& rays, double reach, LaneVerdicts<D>& verdicts) {
-  using V = hn::Vec<D>;
+/// What follows from edge functions `w` and depths `z` of the corners, if each w is off by at most
+/// `e`: Theorems 1 and 2 of docs/exactness.md, "Triangles". Decides nothing that the bound leaves
+/// open. `edge` is at least the largest |component| of any edge, `reach` at least any ray's. False,
+/// with no verdicts, only if all lanes are out.
+template <Pace kPace, class D, class V = hn::Vec<D>>
+HWY_INLINE bool judge_lanes(D dd, const V (&w)[3], const V (&z)[3], V e, double edge,
+                            const LaneRays<D>& rays, double reach, LaneVerdicts<D>& verdicts) {
   using namespace bounds;
   const double unit = kU * reach;
-  // Corners seen from the origin, sheared so that the ray is the z axis.
-  V x[3], y[3], z[3];
-  SIGHTLINE_UNROLL
-  for (std::size_t c = 0; c < 3; ++c) {
-    z[c] = hn::Sub(corners.z[c], rays.origin[2]);
-    x[c] = hn::NegMulAdd(rays.shear_x, z[c], hn::Sub(corners.x[c], rays.origin[0]));
-    y[c] = hn::NegMulAdd(rays.shear_y, z[c], hn::Sub(corners.y[c], rays.origin[1]));
-  }
-  const V w0 = hn::MulSub(x[2], y[1], hn::Mul(y[2], x[1]));
-  const V w1 = hn::MulSub(x[0], y[2], hn::Mul(y[0], x[2]));
-  const V w2 = hn::MulSub(x[1], y[0], hn::Mul(y[1], x[0]));
-
-  // E bounds the error of each w; m bounds every sheared coordinate through corner 0 and the
-  // edges.
-  const V m = hn::Add(hn::Max(hn::Abs(x[0]), hn::Abs(y[0])), hn::Set(dd, 2 * edge + kSlack * unit));
-  const V e = hn::MulAdd(hn::Set(dd, kSign * unit), m, hn::Set(dd, kSignFloor));
-  const V least = hn::Min(w0, hn::Min(w1, w2));
-  const V most = hn::Max(w0, hn::Max(w1, w2));
+  const V least = hn::Min(w[0], hn::Min(w[1], w[2]));
+  const V most = hn::Max(w[0], hn::Max(w[1], w[2]));
   const V minus_e = hn::Neg(e);
   const auto out = hn::And(hn::Lt(least, minus_e), hn::Gt(most, e));
   if (kPace == Pace::kLatency && hn::AllTrue(dd, out)) return false;
 
   // tau = z on the ray / direction z, as an interval; it holds for uncertain lanes too, if they
   // are met at all.
-  const V determinant = hn::Add(hn::Add(w0, w1), w2);
+  const V determinant = hn::Add(hn::Add(w[0], w[1]), w[2]);
   const V inverse = hn::Div(hn::Set(dd, 1.0), determinant);
-  const V sum = hn::MulAdd(w0, z[0], hn::MulAdd(w1, z[1], hn::Mul(w2, z[2])));
+  const V sum = hn::MulAdd(w[0], z[0], hn::MulAdd(w[1], z[1], hn::Mul(w[2], z[2])));
   const V tau = hn::Mul(hn::Mul(sum, inverse), rays.inverse_z);
   const V width = hn::Mul(hn::MulAdd(hn::MulAdd(e, hn::Set(dd, kTauEdge * edge + kTauReach * unit),
                                                 hn::Set(dd, kSignFloor)),
@@ -122,6 +105,54 @@ HWY_INLINE bool filter_lanes(D dd, const LaneCorners<D>& corners, double edge,
   verdicts.left = hn::Not(hn::Or(out, outside));
   verdicts.certain = hn::And(hn::Or(hn::Gt(least, e), hn::Lt(most, minus_e)), inside);
   return true;
+}
+
+/// The float64 filter of docs/exactness.md, "Triangles": [Woop2013]'s sheared edge functions with a
+/// proved bound. Arguments and answer as of judge_lanes.
+template <Pace kPace, class D>
+HWY_INLINE bool filter_lanes(D dd, const LaneCorners<D>& corners, double edge,
+                             const LaneRays<D>& rays, double reach, LaneVerdicts<D>& verdicts) {
+  using V = hn::Vec<D>;
+  using namespace bounds;
+  const double unit = kU * reach;
+  // Corners seen from the origin, sheared so that the ray is the z axis.
+  V x[3], y[3], z[3];
+  SIGHTLINE_UNROLL
+  for (std::size_t c = 0; c < 3; ++c) {
+    z[c] = hn::Sub(corners.z[c], rays.origin[2]);
+    x[c] = hn::NegMulAdd(rays.shear_x, z[c], hn::Sub(corners.x[c], rays.origin[0]));
+    y[c] = hn::NegMulAdd(rays.shear_y, z[c], hn::Sub(corners.y[c], rays.origin[1]));
+  }
+  const V w[3] = {hn::MulSub(x[2], y[1], hn::Mul(y[2], x[1])),
+                  hn::MulSub(x[0], y[2], hn::Mul(y[0], x[2])),
+                  hn::MulSub(x[1], y[0], hn::Mul(y[1], x[0]))};
+  // E bounds the error of each w; m bounds every sheared coordinate through corner 0 and the
+  // edges.
+  const V m = hn::Add(hn::Max(hn::Abs(x[0]), hn::Abs(y[0])), hn::Set(dd, 2 * edge + kSlack * unit));
+  const V e = hn::MulAdd(hn::Set(dd, kSign * unit), m, hn::Set(dd, kSignFloor));
+  return judge_lanes<kPace>(dd, w, z, e, edge, rays, reach, verdicts);
+}
+
+/// Triangles seen from the one origin of several rays, in every lane the same triangle or in each
+/// its own: edge function c of a ray is normal_z + shear_x normal_x + shear_y normal_y.
+template <class D>
+struct LaneEdges {
+  hn::Vec<D> normal_x[3], normal_y[3], normal_z[3];
+  hn::Vec<D> z[3];  ///< of the corners
+  double error;     ///< at least that of every edge function
+};
+
+/// The same for rays from that point: docs/exactness.md, "Wedges".
+template <Pace kPace, class D>
+HWY_INLINE bool filter_lanes(D dd, const LaneEdges<D>& seen, double edge, const LaneRays<D>& rays,
+                             double reach, LaneVerdicts<D>& verdicts) {
+  hn::Vec<D> w[3];
+  SIGHTLINE_UNROLL
+  for (std::size_t c = 0; c < 3; ++c) {
+    w[c] = hn::MulAdd(rays.shear_x, seen.normal_x[c],
+                      hn::MulAdd(rays.shear_y, seen.normal_y[c], seen.normal_z[c]));
+  }
+  return judge_lanes<kPace>(dd, w, seen.z, hn::Set(dd, seen.error), edge, rays, reach, verdicts);
 }
 
 using FilterLanes = hn::CappedTag<double, kLanes>;
@@ -177,12 +208,12 @@ HWY_INLINE double largest_edge(const LeafBlock& block, const Placement& placemen
   return (edge * placement.edge_scale + placement.edge_pad) * (1 + 0x1p-50);
 }
 
-/// One ray and the triangles of a block from lane `i` on, as many as a vector holds. `bound` is the
-/// ray's best tau so far, `reach` at least the ray's. Adds to the verdict.
-template <Pace kPace>
-HWY_INLINE void filter_corners(const LaneCorners<FilterLanes>& corners, double edge,
-                               const FilterRay& ray, double reach, double bound, std::size_t i,
-                               LeafVerdict& verdict) {
+/// One ray and the triangles of a block from lane `i` on, as many as a vector holds, given as
+/// LaneCorners or LaneEdges. `bound` is the ray's best tau so far, `reach` at least the ray's. Adds
+/// to the verdict.
+template <Pace kPace, class Triangles>
+HWY_INLINE void filter_triangles(const Triangles& triangles, double edge, const FilterRay& ray,
+                                 double reach, double bound, std::size_t i, LeafVerdict& verdict) {
   const FilterLanes dd;
   const auto all = [&](double value) { return hn::Set(dd, value); };
   const LaneRays<FilterLanes> rays{{all(ray.origin[0]), all(ray.origin[1]), all(ray.origin[2])},
@@ -194,7 +225,7 @@ HWY_INLINE void filter_corners(const LaneCorners<FilterLanes>& corners, double e
                                    all(ray.tau_max_low),
                                    all(bound)};
   LaneVerdicts<FilterLanes> found;
-  if (!filter_lanes<kPace>(dd, corners, edge, rays, reach, found)) return;
+  if (!filter_lanes<kPace>(dd, triangles, edge, rays, reach, found)) return;
   hn::Store(found.low, dd, verdict.low + i);
   hn::Store(found.high, dd, verdict.high + i);
   const std::uint32_t left = mask_bits(dd, found.left);
@@ -210,8 +241,8 @@ HWY_INLINE void filter_block(const LeafBlock& block, const FilterRay& ray,
   const double edge = largest_edge<kPlaced>(block, placement);
   verdict.accept = verdict.examine = 0;
   for (std::size_t i = 0; i < kLanes; i += hn::Lanes(FilterLanes())) {
-    filter_corners<kPace>(load_corners<kPlaced>(block, i, ray, placement), edge, ray, ray.reach,
-                          bound, i, verdict);
+    filter_triangles<kPace>(load_corners<kPlaced>(block, i, ray, placement), edge, ray, ray.reach,
+                            bound, i, verdict);
   }
   verdict.keep_lanes_of(block);
 }

@@ -22,6 +22,7 @@
 #include "core/trace/filter-inl.h"
 #include "core/trace/group_hits-inl.h"
 #include "core/trace/kernel.h"
+#include "core/trace/one_by_one-inl.h"
 #include "core/trace/prepare-inl.h"
 #include "core/trace/wedge-inl.h"
 
@@ -186,8 +187,17 @@ class Packet {
       const Placement& placement = hits_.placement(*block);
       const LaneCorners<FilterLanes> corners = load_corners<kPlaced>(*block, 0, axes_, placement);
       const double edge = largest_edge<kPlaced>(*block, placement);
-      met = is_full(met, count, block->lane_count()) ? many_rays(*block, corners, edge, met)
-                                                     : few_rays(*block, corners, edge, met);
+      const bool many = is_full(met, count, block->lane_count());
+      std::uint32_t triangles = (1u << block->lane_count()) - 1u;
+      if (has_wedge_ && wedge_.suits(edge)) {
+        const LaneEdges<FilterLanes> seen = wedge_.see(corners);
+        if (many) triangles &= wedge_.triangles_that_may_be_met(corners, seen);
+        met = many ? many_rays(*block, seen, triangles, edge, met)
+                   : few_rays(*block, seen, edge, met);
+      } else {
+        met = many ? many_rays(*block, corners, triangles, edge, met)
+                   : few_rays(*block, corners, edge, met);
+      }
     }
     if (!changed_) return;
     if constexpr (!kAny) set_limits();
@@ -205,13 +215,14 @@ class Packet {
   }
 
   /// Each ray with four triangles at a time. Returns the rays that are still looking.
-  HWY_INLINE std::uint32_t few_rays(const LeafBlock& block, const LaneCorners<FilterLanes>& corners,
-                                    double edge, std::uint32_t met) {
+  template <class Triangles>
+  HWY_INLINE std::uint32_t few_rays(const LeafBlock& block, const Triangles& triangles, double edge,
+                                    std::uint32_t met) {
     for (std::uint32_t rest = met; rest != 0; rest &= rest - 1) {
       const auto i = static_cast<std::uint32_t>(std::countr_zero(rest));
       LeafVerdict verdict;
-      filter_corners<Pace::kLatency>(corners, edge, columns_.filter(i), reach_, hits_.bound(i), 0,
-                                     verdict);
+      filter_triangles<Pace::kLatency>(triangles, edge, columns_.filter(i), reach_, hits_.bound(i),
+                                       0, verdict);
       if (!verdict.keep_lanes_of(block)) continue;
       changed_ = true;
       if constexpr (kAny) {
@@ -224,30 +235,16 @@ class Packet {
     return met;
   }
 
-  /// Each triangle with as many rays at a time as a vector holds.
-  HWY_INLINE std::uint32_t many_rays(const LeafBlock& block,
-                                     const LaneCorners<FilterLanes>& corners, double edge,
-                                     std::uint32_t met) {
-    const FilterLanes d4;
-    HWY_ALIGN double x[3][kLanes], y[3][kLanes], z[3][kLanes];
-    SIGHTLINE_UNROLL
-    for (std::size_t c = 0; c < 3; ++c) {
-      hn::Store(corners.x[c], d4, x[c]);
-      hn::Store(corners.y[c], d4, y[c]);
-      hn::Store(corners.z[c], d4, z[c]);
-    }
+  /// Each of those triangles that `some` has a bit for with as many rays at a time as a vector
+  /// holds.
+  template <class Triangles>
+  HWY_INLINE std::uint32_t many_rays(const LeafBlock& block, const Triangles& triangles,
+                                     std::uint32_t some, double edge, std::uint32_t met) {
     const GroupPreparation::D dd;
-    std::uint32_t triangles = (1u << block.lane_count()) - 1u;
-    if (has_wedge_) triangles &= wedge_.triangles_that_may_be_met(corners);
-    for (; triangles != 0; triangles &= triangles - 1) {
-      const auto lane = static_cast<std::uint32_t>(std::countr_zero(triangles));
-      LaneCorners<GroupPreparation::D> triangle;
-      SIGHTLINE_UNROLL
-      for (std::size_t c = 0; c < 3; ++c) {
-        triangle.x[c] = hn::Set(dd, x[c][lane]);
-        triangle.y[c] = hn::Set(dd, y[c][lane]);
-        triangle.z[c] = hn::Set(dd, z[c][lane]);
-      }
+    const OneByOne one_by_one(triangles);
+    for (; some != 0; some &= some - 1) {
+      const auto lane = static_cast<std::uint32_t>(std::countr_zero(some));
+      const auto triangle = one_by_one.in_every_lane(dd, lane);
       for (std::size_t i = 0; i < kPacketRays; i += hn::Lanes(dd)) {
         const std::uint32_t wanted = met >> i & ((1u << hn::Lanes(dd)) - 1u);
         if (wanted == 0) continue;

@@ -41,32 +41,53 @@ class Wedge {
     return true;
   }
 
-  /// Bit i: some ray may meet triangle i; if not, certainly none does.
-  HWY_INLINE std::uint32_t triangles_that_may_be_met(
-      const LaneCorners<FilterLanes>& corners) const {
+  /// Whether the error of edge functions of triangles this large is small enough to decide by them.
+  bool suits(double edge) const { return edge_error_ * 0x1p12 <= edge * edge; }
+
+  HWY_INLINE LaneEdges<FilterLanes> see(const LaneCorners<FilterLanes>& corners) const {
     const FilterLanes d;
-    using V = hn::Vec<FilterLanes>;
-    V x[3], y[3], z[3];
+    hn::Vec<FilterLanes> x[3], y[3];
+    LaneEdges<FilterLanes> seen;
+    seen.error = edge_error_;
     SIGHTLINE_UNROLL
     for (std::size_t c = 0; c < 3; ++c) {
       x[c] = hn::Sub(corners.x[c], hn::Set(d, origin_[0]));
       y[c] = hn::Sub(corners.y[c], hn::Set(d, origin_[1]));
-      z[c] = hn::Sub(corners.z[c], hn::Set(d, origin_[2]));
+      seen.z[c] = hn::Sub(corners.z[c], hn::Set(d, origin_[2]));
     }
-    auto out = hn::Or(beside(x, z, shear_x_, coordinate_error_),
-                      beside(y, z, shear_y_, coordinate_error_));
     // The filter's w, expanded: for the edge from corner j to i, w = nz + sx nx + sy ny with n
     // across the plane through that edge and the origin.
-    V highest = hn::Zero(d), lowest = hn::Zero(d);
+    const auto& z = seen.z;
     SIGHTLINE_UNROLL
     for (std::size_t c = 0; c < 3; ++c) {
       const std::size_t i = (c + 2) % 3, j = (c + 1) % 3;
-      const V nx = hn::MulSub(y[i], z[j], hn::Mul(z[i], y[j]));
-      const V ny = hn::MulSub(z[i], x[j], hn::Mul(x[i], z[j]));
-      const V nz = hn::MulSub(x[i], y[j], hn::Mul(y[i], x[j]));
-      const Range by_x = products(nx, shear_x_), by_y = products(ny, shear_y_);
-      const V low = hn::Add(nz, hn::Add(by_x.low, by_y.low));
-      const V high = hn::Add(nz, hn::Add(by_x.high, by_y.high));
+      seen.normal_x[c] = hn::MulSub(y[i], z[j], hn::Mul(z[i], y[j]));
+      seen.normal_y[c] = hn::MulSub(z[i], x[j], hn::Mul(x[i], z[j]));
+      seen.normal_z[c] = hn::MulSub(x[i], y[j], hn::Mul(y[i], x[j]));
+    }
+    return seen;
+  }
+
+  /// Bit i: some ray may meet triangle i; if not, certainly none does.
+  HWY_INLINE std::uint32_t triangles_that_may_be_met(const LaneCorners<FilterLanes>& corners,
+                                                     const LaneEdges<FilterLanes>& seen) const {
+    const FilterLanes d;
+    using V = hn::Vec<FilterLanes>;
+    V x[3], y[3];
+    SIGHTLINE_UNROLL
+    for (std::size_t c = 0; c < 3; ++c) {
+      x[c] = hn::Sub(corners.x[c], hn::Set(d, origin_[0]));
+      y[c] = hn::Sub(corners.y[c], hn::Set(d, origin_[1]));
+    }
+    auto out = hn::Or(beside(x, seen.z, shear_x_, coordinate_error_),
+                      beside(y, seen.z, shear_y_, coordinate_error_));
+    V highest = hn::Zero(d), lowest = hn::Zero(d);
+    SIGHTLINE_UNROLL
+    for (std::size_t c = 0; c < 3; ++c) {
+      const Range by_x = products(seen.normal_x[c], shear_x_);
+      const Range by_y = products(seen.normal_y[c], shear_y_);
+      const V low = hn::Add(seen.normal_z[c], hn::Add(by_x.low, by_y.low));
+      const V high = hn::Add(seen.normal_z[c], hn::Add(by_x.high, by_y.high));
       highest = c == 0 ? low : hn::Max(highest, low);
       lowest = c == 0 ? high : hn::Min(lowest, high);
     }

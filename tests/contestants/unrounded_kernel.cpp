@@ -43,14 +43,6 @@ class PlainFinisher {
     if (++size_ == kGroup) flush();
   }
 
-  bool add_alike(std::size_t, std::uint32_t, const Candidate&) { return false; }
-  /// Of neighbouring rays from `first` on; those that miss have none.
-  void add_neighbours(std::size_t first, const Candidate (&winner)[8]) {
-    for (std::size_t i = 0; i < 8; ++i) {
-      if (winner[i].block != nullptr) add(first + i, winner[i]);
-    }
-  }
-
   void flush() {
     const hn::CappedTag<double, kGroup> d;
     HWY_ALIGN double t[kGroup];
