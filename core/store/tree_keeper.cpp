@@ -17,6 +17,10 @@ namespace {
 /// Between two looks at scenes that lost their trees.
 constexpr std::chrono::milliseconds kLookAgain{500};
 
+/// Of a scene that has just come: who put it may ask at once, and its first answer cuts a large
+/// mesh with all threads. Its trees would be read or built beside that for seconds anyway.
+constexpr std::chrono::milliseconds kHeadStart{100};
+
 /// To choose one scene so many more are looked at; or else ten thousand small ones would be looked
 /// at ten thousand times.
 constexpr std::size_t kLookedAtForEach = 256;
@@ -45,7 +49,7 @@ Status TreeKeeper::adopt(const std::shared_ptr<const Scene>& scene, const std::s
   if (Status status = scene->trees().join(budget_); !status) return status;
   {
     const std::lock_guard hold(mutex_);
-    scenes_.push_back({scene, sha256, lasting});
+    scenes_.push_back({scene, sha256, std::chrono::steady_clock::now(), lasting});
   }
   changed_.notify_all();
   return success();
@@ -66,8 +70,8 @@ std::vector<TreeKeeper::Job> TreeKeeper::next() {
     const SceneTrees& trees = scene->trees();
     if (!trees.wants_all()) return options_.memory_budget == 0;
     if (!budget_->has_room(trees.full_tree_bytes())) return false;
-    candidates.push_back(
-        {trees.stats().queries_waited, {std::move(scene), adopted.sha256, adopted.lasting}});
+    candidates.push_back({trees.stats().queries_waited,
+                          {std::move(scene), adopted.sha256, adopted.since, adopted.lasting}});
     return false;
   });
   const std::size_t count = std::min(candidates.size(), 1 + candidates.size() / kLookedAtForEach);
@@ -86,6 +90,7 @@ void TreeKeeper::run() {
     if (std::vector<Job> jobs = next(); !jobs.empty()) {
       working_ = true;
       for (Job& job : jobs) {
+        changed_.wait_until(hold, job.since + kHeadStart, [this] { return stopping_; });
         if (stopping_) break;
         hold.unlock();
         const std::uint64_t bytes = job.scene->trees().full_tree_bytes();

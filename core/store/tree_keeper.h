@@ -2,6 +2,7 @@
 /// Builds the trees of scenes ahead of their rays, on a thread of its own; keeps them in files
 /// between two runs and in memory within a budget.
 
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <filesystem>
@@ -48,6 +49,7 @@ class TreeKeeper {
   struct Adopted {
     std::weak_ptr<const Scene> scene;
     std::string sha256;
+    std::chrono::steady_clock::time_point since;
     bool lasting = true;
     bool failed = false;  ///< is not tried again
   };
@@ -56,6 +58,7 @@ class TreeKeeper {
   struct Job {
     std::shared_ptr<const Scene> scene;
     std::string sha256;
+    std::chrono::steady_clock::time_point since;  ///< when it came
     bool lasting = true;
   };
   /// Those to work on before anyone looks again.
