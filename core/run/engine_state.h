@@ -87,24 +87,28 @@ class WorkLog {
 };
 
 /// Batches take turns: as many at once as there are threads. The others wait, and what they have
-/// decoded stays in nobody's way. They do not wait for long: a batch may take minutes, and the
-/// processor can be shared in other ways too.
+/// decoded stays in nobody's way. They do not wait for long, nor beyond their deadlines: a batch
+/// may take minutes, and the processor can be shared in other ways too.
 class Turns {
  public:
   static constexpr std::chrono::milliseconds kPatience{20};
 
   /// Precondition: called once, before any turn is taken.
-  void start(int threads) { threads_ = threads; }
+  void start(int threads, std::chrono::milliseconds patience = kPatience) {
+    threads_ = threads;
+    patience_ = patience;
+  }
   /// Whether every thread has a batch of its own, or will at once, so that nobody is idle to help
   /// with one.
   bool all_wanted() const { return wanted_.load(std::memory_order_relaxed) >= threads_; }
 
   class Turn {
    public:
-    explicit Turn(Turns& turns) : turns_(turns) {
+    Turn(Turns& turns, const Deadline& deadline) : turns_(turns) {
       turns_.wanted_.fetch_add(1, std::memory_order_relaxed);
       std::unique_lock hold(turns_.mutex_);
-      turns_.free_.wait_for(hold, kPatience, [&] { return turns_.taken_ < turns_.threads_; });
+      const auto due = std::min(deadline.at, Deadline::Clock::now() + turns_.patience_);
+      turns_.free_.wait_until(hold, due, [&] { return turns_.taken_ < turns_.threads_; });
       ++turns_.taken_;
     }
     ~Turn() {
@@ -124,6 +128,7 @@ class Turns {
 
  private:
   int threads_ = 0;
+  std::chrono::milliseconds patience_ = kPatience;
   std::mutex mutex_;
   std::condition_variable free_;
   int taken_ = 0;
@@ -159,7 +164,7 @@ struct Engine::State {
       slice(std::size_t{0}, count);
       return success();
     }
-    const Turns::Turn turn(turns);
+    const Turns::Turn turn(turns, deadline);
     std::atomic<bool> stopped{false};
     const auto take = [&](std::size_t i) {
       if (stopped.load(std::memory_order_relaxed)) return;
