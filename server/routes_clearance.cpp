@@ -65,7 +65,9 @@ void ask_clearance(Exchange& exchange, const Service& service) {
   if (!a) return exchange.reply_error(a.error());
   const auto b = selection(scene, query.b, "b", options.kept);
   if (!b) return exchange.reply_error(b.error());
-  if (!request.reserve((triangles_of(scene, *a) + triangles_of(scene, *b)) * kMemberBytes)) return;
+  const std::uint64_t members =
+      triangles_of(scene, *a) + (keep_the_same(*a, *b) ? 0 : triangles_of(scene, *b));
+  if (!request.reserve(members * kMemberBytes)) return;
   ClearanceAnswer answer;
   const Status found =
       search_lists(exchange.memory, 1, service.limits.hits, kPairBytes, [&](std::uint64_t most) {

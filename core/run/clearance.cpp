@@ -1,5 +1,7 @@
 #include "core/run/clearance.h"
 
+#include <algorithm>
+#include <optional>
 #include <string>
 
 #include "core/run/engine_state.h"
@@ -7,13 +9,19 @@
 
 namespace sightline {
 
+bool keep_the_same(const KeptSides& a, const KeptSides& b) {
+  return std::equal(a.sides.begin(), a.sides.end(), b.sides.begin(), b.sides.end());
+}
+
 Status clearance(const Scene& scene, const KeptSides& a, const KeptSides& b,
                  const ClearanceQuestion& question, std::uint64_t most, const Deadline& deadline,
                  ClearanceAnswer& answer, QueryWork& work) {
   return within_memory([&]() -> Status {
-    const TriangleGroup of_a(scene, a, deadline), of_b(scene, b, deadline);
+    const TriangleGroup of_a(scene, a, deadline);
+    std::optional<TriangleGroup> other;
+    if (!keep_the_same(a, b)) other.emplace(scene, b, deadline);
     if (deadline.passed()) return out_of_time(deadline);
-    Clearance search(scene, of_a, of_b, deadline);
+    Clearance search(scene, of_a, other ? *other : of_a, deadline);
     search.find(question, most);
     work.nodes += search.counts().nodes;
     work.exact_compares += search.counts().decisions.exact_compares;
