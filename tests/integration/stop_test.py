@@ -1,13 +1,16 @@
 """A stop: /readyz tells, what has begun is finished, silence ends, and a second signal does not wait."""
 
+import json
 import re
 import signal
 import socket
 import threading
+import time
 import unittest
 
 import case_report
 from sightline_server import PATIENCE, Server, curl, demo_glb, read_answer
+from streams_test import BYTES, HIT, LINES, MISS, Stream, answers_in, column, frame, frames, lines
 
 HEALTH = b"GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n"
 
@@ -114,6 +117,104 @@ class Stop(unittest.TestCase):
                 given = len(re.findall(r"path=/healthz status=200", server.log_text()))
                 self.assertEqual(len(answered), given)
                 self.assertNotIn("breaking off", server.log_text())
+
+    def test_under_load_with_streams_and_idle_connections_no_request_that_was_accepted_is_lost(self):
+        with Server("--preload", "six=demo:six", "--drain-seconds", PATIENCE) as server:
+            idle = [server.connect() for _ in range(200)]
+            self.addCleanup(lambda: [connection.close() for connection in idle])
+            for connection in idle[:50]:  # some have asked before
+                connection.sendall(HEALTH)
+                with connection.makefile("rb") as stream:
+                    self.assertEqual(read_answer(stream).status, 200)
+            texts = Stream(server, "closest", LINES)
+            self.addCleanup(texts.close)
+            texts.send(lines(HIT, MISS, fields=["t"]))
+            self.assertEqual([texts.line(), texts.line()], [{"t": 4.5}, None])
+            numbers = Stream(server, "closest", BYTES)
+            self.addCleanup(numbers.close)
+            half = frame([(-10, 1, 0)] * 3000, [(1, 0, 0)] * 3000)
+            numbers.send(frames(half))
+            begun = numbers.read(16)
+            askers = [Asker(server, 1 if number % 2 else 3000, f"asker{number}") for number in range(8)]
+            for asker in askers:
+                asker.start()
+            for asker in askers:
+                self.assertTrue(asker.warm.wait(PATIENCE))
+            before = time.monotonic()
+            idle[0].sendall(HEALTH)
+            with idle[0].makefile("rb") as stream:
+                self.assertEqual(read_answer(stream).status, 200)
+            begin = time.monotonic()
+            server.signal()
+            while "stopping" not in server.log_text():
+                pass
+            # The streams go on: what comes after the signal is answered as ever.
+            texts.send(lines(*[HIT, MISS] * 50))
+            texts.finish()
+            self.assertEqual([texts.line() for _ in range(101)], [{"t": 4.5}, None] * 50 + [None])
+            numbers.send(half)
+            numbers.finish()
+            found = answers_in(begun + numbers.read(1 << 30))
+            self.assertEqual([column(answer, "t") for answer in found], [[4.5] * 3000] * 2)
+            self.assertEqual(server.wait(), 0)
+            lasted = time.monotonic() - begin
+            for asker in askers:
+                asker.join()
+            log = server.log_text()
+            self.assertNotIn("breaking off", log)
+            self.assertEqual([fault for asker in askers for fault in asker.faults], [])
+            # All answers that the server gave have arrived.
+            answered = {name for asker in askers for name in asker.answered}
+            self.assertEqual(set(re.findall(r"path=/v1/scenes/six/rays:closest status=200 .*id=(asker\S+)", log)), answered)
+            # What had come whole before the signal was answered; of what came later each may have met a door that was closed.
+            late = {name: sent for asker in askers for name, sent in asker.unanswered.items()}
+            self.assertEqual([name for name, sent in late.items() if sent < before], [])
+            self.assertLessEqual(len(late), len(askers))
+            for connection in idle:
+                self.assertEqual(connection.recv(1), b"")
+        print(f"floor 4: {len(answered)} requests of {len(askers)} clients answered, 0 lost, {len(late)} met a closed door; 2 streams "
+              f"finished, 200 idle connections; exit 0 after {lasted:.2f} s (needs at most {PATIENCE} s) ok")
+
+
+class Asker(threading.Thread):
+    """A client that asks the same again and again on one connection, until it ends."""
+
+    def __init__(self, server, rays, name):
+        super().__init__()
+        self.port, self.rays, self.prefix = server.port, rays, name
+        self.warm = threading.Event()  # it has asked a few times
+        self.answered, self.unanswered, self.faults = [], {}, []
+
+    def run(self):
+        body = json.dumps({"rays": [HIT] * self.rays, "fields": ["t"]}).encode()
+        right = b'{"hits":[' + b",".join([b'{"t":4.5}'] * self.rays) + b"]}"
+        connection = socket.create_connection(("127.0.0.1", self.port), timeout=PATIENCE)
+        with connection, connection.makefile("rb") as stream:
+            while True:
+                name = f"{self.prefix}-{len(self.answered)}"
+                try:
+                    connection.sendall(b"POST /v1/scenes/six/rays:closest HTTP/1.1\r\nHost: x\r\nX-Request-Id: %s\r\n"
+                                       b"Content-Type: application/json\r\nContent-Length: %d\r\n\r\n"
+                                       % (name.encode(), len(body)) + body)
+                except ConnectionError:
+                    return
+                self.unanswered[name] = time.monotonic()
+                try:
+                    answer = read_answer(stream)
+                except ConnectionError:
+                    return
+                except (ValueError, IndexError, socket.timeout) as fault:
+                    return self.faults.append((name, repr(fault)))
+                if answer is None:
+                    return
+                if (answer.status, answer.body) != (200, right):
+                    return self.faults.append((name, answer.status, answer.body[:300]))
+                del self.unanswered[name]
+                self.answered.append(name)
+                if len(self.answered) == 20:
+                    self.warm.set()
+                if answer.headers.get("connection") == "close":
+                    return
 
 
 if __name__ == "__main__":
