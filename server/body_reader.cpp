@@ -15,12 +15,14 @@ constexpr std::size_t kPiece = 32 << 10;
 
 }  // namespace
 
-BodyReader::BodyReader(Connection& connection, ConnectionStream& stream, const PaceLimits& pace)
+BodyReader::BodyReader(Connection& connection, ConnectionStream& stream, const PaceLimits& pace,
+                       RequestMemory& memory)
     : connection_(connection),
       stream_(stream),
       pace_(pace, Pace::Clock::now()),
       left_(connection.head.length.value_or(0)),
-      owes_continue_(connection.head.expects_continue && connection.head.has_body()) {}
+      owes_continue_(connection.head.expects_continue && connection.head.has_body()),
+      memory_(memory) {}
 
 bool BodyReader::is_over() const {
   return connection_.head.chunked ? chunks_.is_over() : left_ == 0;
@@ -126,6 +128,14 @@ bool BodyReader::hand_on_decoded(const std::function<bool(std::span<const char>)
   bool wanted = true;
   while (wanted) {
     const std::span<const char> piece = decoder_->decode(input);
+    const std::size_t bytes = decoder_->bytes();
+    if (bytes > decoder_bytes_) {
+      if (!memory_.reserve_body(bytes - decoder_bytes_)) {
+        fault_ = Fault::kMemory;
+        return false;
+      }
+      decoder_bytes_ = bytes;
+    }
     if (piece.empty()) break;
     wanted = sink(piece);
   }

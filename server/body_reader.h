@@ -11,6 +11,7 @@
 #include "server/connection.h"
 #include "server/content_coding.h"
 #include "server/pace.h"
+#include "server/work_memory.h"
 
 namespace sightline {
 
@@ -23,12 +24,17 @@ class BodyReader {
     kEnded,   ///< the client stopped sending, or the chunks are none
     kSlow,    ///< it sends slower than it may
     kCoding,  ///< the body is not what its Content-Encoding says, or ends too early
+    kMemory,  ///< there is no room now for what decodes it
   };
-  BodyReader(Connection& connection, ConnectionStream& stream, const PaceLimits& pace);
+  /// memory  where a decoder counts what it takes: a client says how much
+  BodyReader(Connection& connection, ConnectionStream& stream, const PaceLimits& pace,
+             RequestMemory& memory);
 
   /// The body is compressed: pieces are handed on decoded. Once it is set it stays.
   void decode_as(Coding coding);
   bool decodes() const { return decoder_ != nullptr; }
+  /// All of it was read: what decoded it goes.
+  void end_decoding() { decoder_.reset(); }
   /// It may last as long as it likes, as long as it keeps its pace whenever somebody reads.
   void restart_pace() { pace_.restart(Pace::Clock::now()); }
   /// Hands the body on in pieces until it ends (true), `sink` returns false, or there is a fault.
@@ -61,7 +67,9 @@ class BodyReader {
   std::uint64_t left_;  ///< unread, of a body that is not chunked
   bool owes_continue_;  ///< the client waits for "100 Continue"
   Fault fault_ = Fault::kNoFault;
+  RequestMemory& memory_;
   std::unique_ptr<ContentDecoder> decoder_;  ///< null: the body comes as it is
+  std::size_t decoder_bytes_ = 0;            ///< that are counted
   std::string held_;                         ///< what is to be decoded
 };
 

@@ -10,22 +10,30 @@
 #include "core/base/deadline.h"
 #include "server/pace.h"
 #include "server/request_head.h"
+#include "server/traffic_memory.h"
 
 namespace sightline {
 
-/// Bytes that connections may hold together. May be used from many threads.
+/// Bytes that connections may hold together, of those of the traffic. May be used from many
+/// threads.
 class ByteBudget {
  public:
-  explicit ByteBudget(std::uint64_t bytes) : left_(static_cast<std::int64_t>(bytes)) {}
+  ByteBudget(TrafficMemory& traffic, std::uint64_t bytes)
+      : traffic_(traffic), left_(static_cast<std::int64_t>(bytes)) {}
   bool charge(std::uint64_t bytes) {
     const auto wanted = static_cast<std::int64_t>(bytes);
-    if (left_.fetch_sub(wanted) >= wanted) return true;
+    if (left_.fetch_sub(wanted) >= wanted && traffic_.take(nullptr, bytes)) return true;
     left_ += wanted;
     return false;
   }
-  void release(std::uint64_t bytes) { left_ += static_cast<std::int64_t>(bytes); }
+  void release(std::uint64_t bytes) {
+    if (bytes == 0) return;
+    traffic_.give(nullptr, bytes);
+    left_ += static_cast<std::int64_t>(bytes);
+  }
 
  private:
+  TrafficMemory& traffic_;
   std::atomic<std::int64_t> left_;
 };
 

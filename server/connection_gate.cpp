@@ -60,11 +60,12 @@ std::uint32_t events_of(Connection::Heard heard) {
 
 }  // namespace
 
-ConnectionGate::ConnectionGate(const DoorLimits& limits, Answer answer, DoorRules rules)
+ConnectionGate::ConnectionGate(const DoorLimits& limits, TrafficMemory& traffic, Answer answer,
+                               DoorRules rules)
     : limits_(limits),
       answer_(std::move(answer)),
       rules_(std::move(rules)),
-      budget_(limits.buffers),
+      budget_(traffic, limits.buffers),
       epoll_(::epoll_create1(EPOLL_CLOEXEC)),
       wake_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
   watch(epoll_, wake_, EPOLLIN | EPOLLET);

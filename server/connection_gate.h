@@ -62,8 +62,9 @@ class ConnectionGate {
   /// answer to the output, and says by `keep` and `skip` how it goes on. Where `at_door` is set it
   /// may say `put_off` instead, and is then called again on a worker, as if for the first time.
   using Answer = std::function<void(Connection&)>;
-  /// `limits` outlives this.
-  ConnectionGate(const DoorLimits& limits, Answer answer, DoorRules rules = {});
+  /// `limits` and `traffic` outlive this.
+  ConnectionGate(const DoorLimits& limits, TrafficMemory& traffic, Answer answer,
+                 DoorRules rules = {});
   ~ConnectionGate();
 
   /// Serves a listening socket until stop, and returns when the last connection has ended.

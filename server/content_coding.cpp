@@ -112,6 +112,12 @@ ContentDecoder::~ContentDecoder() {
   }
 }
 
+std::size_t ContentDecoder::bytes() const {
+  // [zlib] inflate: 32 KiB and its tables.
+  constexpr std::size_t kGzip = 48 << 10;
+  return kDecodedPiece + (state_->zstd == nullptr ? kGzip : ZSTD_sizeof_DCtx(state_->zstd));
+}
+
 std::span<const char> ContentDecoder::decode(std::string_view& input) {
   if (broken_ || (input.empty() && !state_->has_more)) return {};
   return state_->zstd == nullptr ? decode_gzip(input) : decode_zstd(input);

@@ -34,6 +34,8 @@ class ContentDecoder {
   /// Decodes from `input` on, which shrinks by what was read, and returns the next piece; empty
   /// when more input is needed.
   std::span<const char> decode(std::string_view& input);
+  /// What it takes; it grows when the first bytes have said how large the window is.
+  std::size_t bytes() const;
   /// What came is no such coding, or asks for a window beyond 8 MiB.
   bool is_broken() const { return broken_; }
   /// Whether the body may end here.

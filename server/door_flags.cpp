@@ -25,6 +25,9 @@ void define_door(CLI::App& app, DoorLimits& limits, DoorSeconds& seconds) {
                   "bytes of longer bodies of queries, together; one alone may be larger");
   flags.add_count("--max-work-memory", limits.work,
                   "bytes that answering requests may take, together; one at a time may take more");
+  flags.add_count("--max-traffic-memory", limits.traffic,
+                  "bytes of these three together; one request may take more while the others have "
+                  "no more than half of it");
   flags.add_count(
       "--max-request-memory", limits.request,
       "bytes that answering one request may take; never more than half of the machine's memory");

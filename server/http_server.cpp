@@ -139,12 +139,14 @@ HttpServer::HttpServer(const DoorLimits& limits, Dispatch dispatch, Thrown throw
     : limits_(limits),
       dispatch_(std::move(dispatch)),
       thrown_(std::move(thrown)),
-      bodies_(limits.bodies, std::numeric_limits<std::uint64_t>::max()),
-      work_(limits.work, limits.request),
+      traffic_(limits.traffic),
+      bodies_(traffic_, limits.bodies, std::numeric_limits<std::uint64_t>::max()),
+      work_(traffic_, limits.work, limits.request),
       // Half of the workers may wait for loads and a quarter listen to events: see cli.cpp.
       waiters_(std::max<std::size_t>(1, limits.workers / 8)),
       gate_(
-          limits_, [this](Connection& connection) { answer(connection); }, std::move(rules)) {
+          limits_, traffic_, [this](Connection& connection) { answer(connection); },
+          std::move(rules)) {
   // Without this the library sets SO_REUSEPORT, and two servers share a port in silence.
   set_socket_options([](socket_t socket) {
     const int yes = 1;
@@ -226,9 +228,9 @@ void HttpServer::break_connections() {
 
 void HttpServer::answer(Connection& connection) {
   ConnectionStream stream(connection, limits_.pace, limits_.busy_rate, waiters_);
-  BodyReader body(connection, stream, limits_.pace);
   RequestMemory memory(bodies_, work_, connection.goes_first ? &waiters_ : nullptr,
                        &connection.gone);
+  BodyReader body(connection, stream, limits_.pace, memory);
   Course course{connection, stream, body, memory, stopping_};
   bool wants_close = false;
   const bool answered =

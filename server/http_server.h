@@ -62,6 +62,7 @@ class HttpServer : private httplib::Server {
   DoorLimits limits_;
   const Dispatch dispatch_;
   const Thrown thrown_;
+  TrafficMemory traffic_;
   WorkMemory bodies_, work_;
   /// Workers that may wait for clients to take large answers; of those that are kept for little
   /// requests, also for memory.

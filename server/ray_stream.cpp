@@ -55,15 +55,28 @@ Deadline RayStream::deadline() const {
   return deadline;
 }
 
+Status RayStream::receive(std::size_t bytes, bool wait) {
+  Status held = success();
+  const bool good = body_->read(
+      [&](std::span<const char> piece) {
+        buffer_.append(piece.data(), piece.size());
+        const std::size_t holds = buffer_.capacity();
+        if (memory_ != nullptr && holds > counted_) {
+          held = memory_->reserve_body(holds - counted_);
+          if (held) counted_ = holds;
+        }
+        return held && buffer_.size() < bytes;
+      },
+      wait);
+  if (!held) return held;
+  if (!good && body_->fault() != BodyReader::Fault::kNoFault) return body_fault(body_);
+  ended_ = good && body_->is_over();
+  return success();
+}
+
 Status RayStream::fill(std::size_t bytes) {
   if (buffer_.size() >= bytes || ended_) return success();
-  const bool good = body_->read([&](std::span<const char> piece) {
-    buffer_.append(piece.data(), piece.size());
-    return buffer_.size() < bytes;
-  });
-  if (!good && body_->fault() != BodyReader::Fault::kNoFault) return body_fault(body_);
-  ended_ = good;
-  return success();
+  return receive(bytes, true);
 }
 
 Result<std::string> RayStream::next_lines() {
@@ -78,14 +91,7 @@ Result<std::string> RayStream::next_lines() {
     if (Status status = fill(buffer_.size() + 1); !status) return std::move(status).error();
   }
   if (!ended_ && buffer_.size() < kBatchBytes) {
-    const bool good = body_->read(
-        [&](std::span<const char> piece) {
-          buffer_.append(piece.data(), piece.size());
-          return buffer_.size() < kBatchBytes;
-        },
-        false);
-    if (!good && body_->fault() != BodyReader::Fault::kNoFault) return body_fault(body_);
-    ended_ = good && body_->is_over();
+    if (Status status = receive(kBatchBytes, false); !status) return std::move(status).error();
   }
   const std::size_t end = ended_ ? buffer_.size() : buffer_.rfind('\n') + 1;
   std::string batch = buffer_.substr(0, end);

@@ -41,6 +41,8 @@ class RayStream {
   Result<std::string> next_frame();
   Result<std::string> answer(Result<RayQuery> query);
   /// Waits until the buffer has that many bytes, or the body has ended.
+  /// What comes next, until the buffer has that many bytes, or with `wait` false nothing has come.
+  Status receive(std::size_t bytes, bool wait);
   Status fill(std::size_t bytes);
   /// A line or frame that says what is wrong.
   std::string last_words(const Error& error) const;
@@ -61,8 +63,9 @@ class RayStream {
   std::optional<KeptSides> kept_;
   bool knows_filter_ = false;
   std::string buffer_;
-  bool ended_ = false;   ///< the body has
-  bool failed_ = false;  ///< nothing is said any more
+  std::size_t counted_ = 0;  ///< bytes of the buffer that are counted as a body
+  bool ended_ = false;       ///< the body has
+  bool failed_ = false;      ///< nothing is said any more
 };
 
 }  // namespace sightline

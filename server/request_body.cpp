@@ -104,6 +104,10 @@ Error body_fault(const BodyReader* body) {
   if (fault == BodyReader::Fault::kSlow) {
     return {ErrorKind::kDeadline, "REQUEST_TIMEOUT", "the body of the request came too slowly", ""};
   }
+  if (fault == BodyReader::Fault::kMemory) {
+    return {ErrorKind::kBusy, "MEMORY_BUSY",
+            "compressed bodies use all the memory that they may: ask again later", ""};
+  }
   if (fault == BodyReader::Fault::kCoding) {
     return {ErrorKind::kMalformed, "ENCODING_BROKEN",
             "the body is not what its Content-Encoding says, or ends too early", ""};
@@ -114,6 +118,7 @@ Error body_fault(const BodyReader* body) {
 
 void reply_body_fault(Exchange& exchange) {
   const Error error = body_fault(exchange.body);
+  if (error.kind == ErrorKind::kBusy) return exchange.reply_error(error);
   exchange.reply_problem(error.kind == ErrorKind::kDeadline ? 408 : 400, error.code, error.message);
 }
 
@@ -176,7 +181,7 @@ bool read_body(Exchange& exchange, std::uint64_t limit, std::size_t spare, std::
   BodyLimit body(exchange, limit);
   const auto admit = [&](std::size_t bytes) {
     return body.take(bytes,
-                     [&] { return memory == nullptr ? success() : memory->body.grow(bytes); });
+                     [&] { return memory == nullptr ? success() : memory->reserve_body(bytes); });
   };
   if (!body.take(text.size(), success) || exchange.body == nullptr ||
       !exchange.body->read_all(text, admit)) {
@@ -195,7 +200,8 @@ Status reserve_decoding(RequestMemory* memory, std::string_view body) {
 void forget_body(Exchange& exchange, std::string& text, std::uint64_t bytes) {
   std::string().swap(text);
   if (exchange.memory == nullptr) return;
-  exchange.memory->body.keep(0);
+  if (exchange.body != nullptr) exchange.body->end_decoding();
+  exchange.memory->forget_body();
   exchange.memory->keep(bytes);
 }
 

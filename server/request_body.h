@@ -48,9 +48,9 @@ enum class QueryType { kJson, kBinary, kLines };
 std::optional<QueryType> admit_rays_type(Exchange& exchange, bool takes_lines = false);
 
 /// What is wrong with a body that could not be read to its end: BODY_INCOMPLETE, ENCODING_BROKEN,
-/// or REQUEST_TIMEOUT (kDeadline). `body` may be null.
+/// REQUEST_TIMEOUT (kDeadline) or MEMORY_BUSY (kBusy). `body` may be null.
 Error body_fault(const BodyReader* body);
-/// Answers so: 400, or 408 for a slow one.
+/// Answers so: 400, 408 for a slow one, or 503.
 void reply_body_fault(Exchange& exchange);
 
 /// Hands the body on in pieces, decoded; the limit is of what is handed on. Returns false after it

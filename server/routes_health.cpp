@@ -85,6 +85,7 @@ void reply_version(Exchange& exchange, const Service& service) {
                         {"buffer_bytes", service.door.buffers},
                         {"body_memory", service.door.bodies},
                         {"work_memory", service.door.work},
+                        {"traffic_memory", service.door.traffic},
                         {"request_memory", service.door.request},
                         {"rate_bytes_per_second", service.door.pace.bytes_per_second.get()},
                         {"busy_bytes_per_second", service.door.busy_rate.get()},

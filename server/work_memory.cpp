@@ -29,21 +29,20 @@ std::uint64_t sum(std::uint64_t a, std::uint64_t b) {
 
 }  // namespace
 
-bool WorkMemory::Share::try_grow(std::uint64_t bytes) {
+WorkMemory::Share::Grown WorkMemory::Share::try_grow(std::uint64_t bytes) {
   WorkMemory& memory = memory_;
-  if (memory.beyond_ != this) {
-    const std::uint64_t after = sum(memory.taken_, bytes);
-    if (after <= memory.all_) {
-      memory.taken_ = after;
-    } else if (memory.beyond_ == nullptr) {
-      memory.beyond_ = this;
-      memory.taken_ -= bytes_;
-    } else {
-      return false;
-    }
+  const std::uint64_t after = sum(memory.taken_, bytes);
+  const bool is_beyond = memory.beyond_ == this, fits = is_beyond || after <= memory.all_;
+  if (!fits && memory.beyond_ != nullptr) return Grown::kOthersHaveIt;
+  if (!memory.traffic_.take(&holder_, bytes)) return Grown::kTrafficHasIt;
+  if (!fits) {
+    memory.beyond_ = this;
+    memory.taken_ -= bytes_;
+  } else if (!is_beyond) {
+    memory.taken_ = after;
   }
   bytes_ += bytes;
-  return true;
+  return Grown::kYes;
 }
 
 Status WorkMemory::Share::wait(std::uint64_t bytes, const Deadline& deadline) {
@@ -54,25 +53,31 @@ Status WorkMemory::Share::wait(std::uint64_t bytes, const Deadline& deadline) {
                      ": ask for less at once",
                  ""};
   }
-  std::unique_lock hold(memory_.mutex_);
-  if (try_grow(bytes)) return success();
-  ++memory_.waiting_;
-  const auto done = [this](Status status) {
-    --memory_.waiting_;
-    return status;
+  const auto busy = [] {
+    return Error{ErrorKind::kBusy, "MEMORY_BUSY",
+                 "large requests use all the memory that they may: ask again later", ""};
   };
-  while (!try_grow(bytes)) {
-    if (deadline.passed()) {
-      return done(Error{ErrorKind::kBusy, "MEMORY_BUSY",
-                        "large requests use all the memory that they may: ask again later", ""});
-    }
+  std::unique_lock hold(memory_.mutex_);
+  Grown grown = try_grow(bytes);
+  if (grown == Grown::kYes) return success();
+  if (deadline.passed()) return busy();
+  TrafficMemory::Waiter waiter(memory_.traffic_, holder_);
+  ++memory_.waiting_;
+  while (grown != Grown::kYes && !deadline.passed() &&
+         !(grown == Grown::kTrafficHasIt && waiter.gives_way(bytes))) {
     memory_.changed_.wait_for(hold, kLook);
+    grown = try_grow(bytes);
   }
-  return done(success());
+  --memory_.waiting_;
+  if (grown != Grown::kYes) return busy();
+  return success();
 }
 
-void WorkMemory::Share::keep(std::uint64_t bytes) {
-  if (bytes_ <= bytes) return;
+void WorkMemory::Share::keep(std::uint64_t bytes, std::uint64_t beside) {
+  const std::uint64_t before = bytes_ + beside_;
+  bytes = std::min(bytes, bytes_);
+  beside = std::min(beside, before - bytes);
+  if (bytes == bytes_ && beside == beside_) return;
   {
     const std::lock_guard hold(memory_.mutex_);
     if (memory_.beyond_ != this) {
@@ -81,7 +86,9 @@ void WorkMemory::Share::keep(std::uint64_t bytes) {
       memory_.beyond_ = nullptr;
       memory_.taken_ += bytes;
     }
+    memory_.traffic_.give(&holder_, before - bytes - beside);
     bytes_ = bytes;
+    beside_ = beside;
   }
   memory_.changed_.notify_all();
 }
@@ -103,8 +110,14 @@ Status RequestMemory::reserve(std::uint64_t bytes) {
     if (!status) return status;
   }
   bytes_ = after;
+  // What others have freed must not stand beside it.
+  if (most_ < kLarge && bytes_ >= kLarge) give_back_free_memory();
   most_ = std::max(most_, bytes_);
   return success();
+}
+
+Status RequestMemory::reserve_body(std::uint64_t bytes) {
+  return body_.wait(bytes, Deadline::in(kPatience, caller_));
 }
 
 void RequestMemory::keep(std::uint64_t bytes) {
@@ -113,7 +126,9 @@ void RequestMemory::keep(std::uint64_t bytes) {
 }
 
 void RequestMemory::keep_while_streaming(std::uint64_t bytes) {
-  keep(std::min(bytes, memory_.all() / kLittlePart));
+  bytes = std::min(bytes, bytes_);
+  bytes_ = std::min(bytes, memory_.all() / kLittlePart);
+  work_.keep(beyond_free(bytes_), beyond_free(bytes) - beyond_free(bytes_));
 }
 
 bool RequestMemory::keeps_others_waiting() const {

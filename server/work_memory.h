@@ -9,44 +9,50 @@
 #include "core/base/deadline.h"
 #include "core/base/result.h"
 #include "server/places.h"
+#include "server/traffic_memory.h"
 
 namespace sightline {
 
 /// A number of bytes, counted and not allocated. One share at a time may go beyond it, up to a
 /// limit of its own, and is then counted by itself: so nothing that is smaller has to wait for
-/// ever, no two wait for each other, and small ones go on beside a large one. Outlives its shares;
-/// may be used from many threads.
+/// ever, no two wait for each other, and small ones go on beside a large one. All of it is taken
+/// out of the traffic's memory too. Outlives its shares; may be used from many threads.
 class WorkMemory {
  public:
   /// all  bytes for all shares together, but for the one that goes beyond it
   /// one  bytes for one share
-  WorkMemory(std::uint64_t all, std::uint64_t one) : all_(all), one_(one) {}
+  WorkMemory(TrafficMemory& traffic, std::uint64_t all, std::uint64_t one)
+      : traffic_(traffic), all_(all), one_(one) {}
   std::uint64_t all() const { return all_; }
   /// Whether somebody waits for a share.
   bool is_wanted() const { return waiting_ > 0; }
 
   class Share {
    public:
-    explicit Share(WorkMemory& memory) : memory_(memory) {}
+    Share(WorkMemory& memory, TrafficMemory::Holder& holder) : memory_(memory), holder_(holder) {}
     ~Share() { keep(0); }
     Share(const Share&) = delete;
     Share& operator=(const Share&) = delete;
     /// Adds to the share. Errors, and nothing is added: MEMORY_BUSY (it does not fit now),
     /// REQUEST_TOO_LARGE (it never will).
     Status grow(std::uint64_t bytes) { return wait(bytes, {.at = Deadline::Clock::time_point()}); }
-    /// The same, but waits for its turn until the deadline.
+    /// The same, but waits for its turn until the deadline, or until nobody who has some could go
+    /// on before another gives his back.
     Status wait(std::uint64_t bytes, const Deadline& deadline);
-    /// Gives back all but so many.
-    void keep(std::uint64_t bytes);
+    /// Gives back all but so many, and so many more that stay counted with the traffic alone.
+    void keep(std::uint64_t bytes, std::uint64_t beside = 0);
 
    private:
-    bool try_grow(std::uint64_t bytes);  ///< precondition: mutex_ is held
+    enum class Grown { kYes, kOthersHaveIt, kTrafficHasIt };
+    Grown try_grow(std::uint64_t bytes);  ///< precondition: mutex_ is held
 
     WorkMemory& memory_;
-    std::uint64_t bytes_ = 0;
+    TrafficMemory::Holder& holder_;
+    std::uint64_t bytes_ = 0, beside_ = 0;
   };
 
  private:
+  TrafficMemory& traffic_;
   const std::uint64_t all_, one_;
   std::mutex mutex_;
   std::condition_variable changed_;
@@ -60,27 +66,36 @@ class RequestMemory {
  public:
   /// waiters  places of those who wait for memory; null: whoever likes may
   RequestMemory(WorkMemory& bodies, WorkMemory& work, Places* waiters, const CancelFlag* caller)
-      : body(bodies), memory_(work), work_(work), waiters_(waiters), caller_(caller) {}
+      : memory_(work),
+        body_(bodies, holder_),
+        work_(work, holder_),
+        waiters_(waiters),
+        caller_(caller) {}
   /// After a large answer what was freed goes back to the system, before others get their turn.
   ~RequestMemory();
   RequestMemory(const RequestMemory&) = delete;
   RequestMemory& operator=(const RequestMemory&) = delete;
 
+  /// Of the bytes of a long body, as they come, and of what decodes them. Waits for a turn: the
+  /// client may be sending the rest, and would not see a refusal. Errors as below.
+  Status reserve_body(std::uint64_t bytes);
+  void forget_body() { body_.keep(0); }
   /// To be asked before the memory is taken; waits for a turn. The first 256 KiB of a request are
   /// free: what all workers have of them together is little. Errors: those of WorkMemory::Share.
   Status reserve(std::uint64_t bytes);
   /// Of what was reserved so far no more than that is still in use.
   void keep(std::uint64_t bytes);
   /// The same for a part of a stream that is on its way. A client that takes its time must not keep
-  /// others from their turns: of a large part only so much is counted, and streams are few.
+  /// others from their turns: of a large part all is counted with the traffic, but only so much
+  /// with the work.
   void keep_while_streaming(std::uint64_t bytes);
   /// Whether others wait for memory, and this has enough of it to matter.
   bool keeps_others_waiting() const;
 
-  WorkMemory::Share body;  ///< the bytes of a long body, as they come
-
  private:
   const WorkMemory& memory_;
+  TrafficMemory::Holder holder_;
+  WorkMemory::Share body_;
   WorkMemory::Share work_;  ///< what it takes to decode, answer and encode it
   std::uint64_t bytes_ = 0, most_ = 0;
   Places* const waiters_;

@@ -12,7 +12,8 @@ namespace {
 TEST(Connection, holds_what_it_waits_for_and_not_what_was_taken) {
   int ends[2];
   ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM, 0, ends), 0);
-  ByteBudget budget(0);
+  TrafficMemory traffic(0);
+  ByteBudget budget(traffic, 0);
   Connection connection(ends[0], budget);
   // The rest of a request and the first half of the next, always: at no moment all is taken.
   const std::string request = std::string(500, 'a') + std::string(500, 'b');

@@ -17,6 +17,16 @@ std::string some_text(std::size_t size) {
   return text;
 }
 
+TEST(ContentDecoder, says_what_a_window_takes) {
+  ContentDecoder gzip(Coding::kGzip), zstd(Coding::kZstd);
+  EXPECT_LT(gzip.bytes(), 200'000u);
+  EXPECT_LT(zstd.bytes(), 300'000u);
+  // By RFC 8878, 3.1.1: a window of 8 MiB, then one block, not the last, of 131,072 blanks.
+  std::string_view frame("\x28\xb5\x2f\xfd\x00\x68\x02\x00\x10 ", 10);
+  EXPECT_FALSE(zstd.decode(frame).empty());
+  EXPECT_GE(zstd.bytes(), std::size_t{8} << 20);
+}
+
 std::string encoded(Coding coding, std::string_view text, std::size_t parts = 1) {
   ContentEncoder encoder(coding);
   std::string out;

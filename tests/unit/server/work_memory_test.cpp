@@ -17,8 +17,10 @@ bool is_busy(const Status& status) {
 }
 
 TEST(WorkMemoryShare, fits_what_all_may_take_together) {
-  WorkMemory memory(100, 1000);
-  WorkMemory::Share a(memory), b(memory), large(memory);
+  TrafficMemory traffic(10'000);
+  WorkMemory memory(traffic, 100, 1000);
+  TrafficMemory::Holder holder;
+  WorkMemory::Share a(memory, holder), b(memory, holder), large(memory, holder);
   EXPECT_TRUE(a.grow(60).ok());
   EXPECT_TRUE(b.grow(40).ok());
   // One goes beyond, and is counted by itself.
@@ -31,8 +33,10 @@ TEST(WorkMemoryShare, fits_what_all_may_take_together) {
 }
 
 TEST(WorkMemoryShare, lets_one_at_a_time_go_beyond) {
-  WorkMemory memory(100, 1000);
-  WorkMemory::Share first(memory), second(memory);
+  TrafficMemory traffic(10'000);
+  WorkMemory memory(traffic, 100, 1000);
+  TrafficMemory::Holder holder;
+  WorkMemory::Share first(memory, holder), second(memory, holder);
   EXPECT_TRUE(first.grow(50).ok());
   EXPECT_TRUE(first.grow(200).ok());
   EXPECT_TRUE(second.grow(100).ok());
@@ -47,8 +51,10 @@ TEST(WorkMemoryShare, lets_one_at_a_time_go_beyond) {
 }
 
 TEST(WorkMemoryShare, refuses_what_never_fits) {
-  WorkMemory memory(100, 1000);
-  WorkMemory::Share share(memory);
+  TrafficMemory traffic(10'000);
+  WorkMemory memory(traffic, 100, 1000);
+  TrafficMemory::Holder holder;
+  WorkMemory::Share share(memory, holder);
   EXPECT_TRUE(share.grow(600).ok());
   const Status refused = share.wait(401, Deadline::never());
   ASSERT_FALSE(refused.ok());
@@ -59,21 +65,25 @@ TEST(WorkMemoryShare, refuses_what_never_fits) {
 }
 
 TEST(WorkMemoryShare, waits_for_its_turn) {
-  WorkMemory memory(100, 1000);
+  TrafficMemory traffic(10'000);
+  WorkMemory memory(traffic, 100, 1000);
+  TrafficMemory::Holder holder;
   std::optional<WorkMemory::Share> first;
-  first.emplace(memory);
+  first.emplace(memory, holder);
   ASSERT_TRUE(first->grow(500).ok());
-  WorkMemory::Share second(memory);
+  WorkMemory::Share second(memory, holder);
   std::thread waiter([&] { EXPECT_TRUE(second.wait(300, Deadline::never()).ok()); });
   first.reset();
   waiter.join();
 }
 
 TEST(RequestMemory, has_its_first_bytes_for_nothing) {
-  WorkMemory bodies(kMib, kMib), work(kMib, 4 * kMib);
+  TrafficMemory traffic(64 * kMib);
+  WorkMemory bodies(traffic, kMib, kMib), work(traffic, kMib, 4 * kMib);
+  TrafficMemory::Holder holder;
   RequestMemory large(bodies, work, nullptr, nullptr);
   ASSERT_TRUE(large.reserve(4 * kMib).ok());
-  WorkMemory::Share rest(work);
+  WorkMemory::Share rest(work, holder);
   ASSERT_TRUE(rest.grow(kMib).ok());
   Places nowhere(0);
   RequestMemory little(bodies, work, &nowhere, nullptr);
@@ -90,7 +100,8 @@ TEST(RequestMemory, has_its_first_bytes_for_nothing) {
 }
 
 TEST(RequestMemory, knows_whether_others_wait_for_it) {
-  WorkMemory bodies(kMib, kMib), work(kMib, 8 * kMib);
+  TrafficMemory traffic(64 * kMib);
+  WorkMemory bodies(traffic, kMib, kMib), work(traffic, kMib, 8 * kMib);
   RequestMemory large(bodies, work, nullptr, nullptr), little(bodies, work, nullptr, nullptr);
   ASSERT_TRUE(large.reserve(4 * kMib).ok());
   ASSERT_TRUE(little.reserve(300 * kKib).ok());
