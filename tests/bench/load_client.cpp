@@ -122,11 +122,12 @@ LoadResult put_load(int port, int connections, const std::string& request, doubl
     wanted.data.u64 = i;
     ::epoll_ctl(epoll, how, clients[i]->socket(), &wanted);
   };
+  // A server with few places for who is not accepted yet lets a client try again after a second.
+  for (int i = 0; i < connections; ++i) clients.push_back(std::make_unique<Client>(port, request));
   const double begin = wall_time_seconds();
-  for (int i = 0; i < connections; ++i) {
-    clients.push_back(std::make_unique<Client>(port, request));
-    clients.back()->send();
-    watch(clients.size() - 1, EPOLL_CTL_ADD);
+  for (std::size_t i = 0; i < clients.size(); ++i) {
+    clients[i]->send();
+    watch(i, EPOLL_CTL_ADD);
   }
   std::array<epoll_event, 64> events;
   std::string buffer(std::size_t{1} << 20, '\0');
@@ -138,24 +139,29 @@ LoadResult put_load(int port, int connections, const std::string& request, doubl
       const std::size_t i = events[static_cast<std::size_t>(k)].data.u64;
       Client& client = *clients[i];
       const bool had_more = client.has_more();
-      bool good = !had_more || client.send();
+      const bool good = !had_more || client.send();
       const auto got = good ? client.receive(buffer) : Client::Got::kFault;
+      bool done = !good || got == Client::Got::kFault;
+      if (done) ++result.failed;
       if (got == Client::Got::kAnswer) {
         ++result.answers;
         // Whatever was begun is answered, so that all the work was for what is counted.
-        if (now - begin < seconds) {
+        done = now - begin >= seconds;
+        if (!done) {
           if (client.closes()) ::epoll_ctl(epoll, EPOLL_CTL_DEL, client.socket(), nullptr);
           client.begin();
-          good = client.send();
-          if (client.closes()) watch(i, EPOLL_CTL_ADD);
-        } else {
-          --open;
+          if (!client.send()) {
+            ++result.failed;
+            done = true;
+          } else if (client.closes()) {
+            watch(i, EPOLL_CTL_ADD);
+          }
         }
       }
-      if (!good || got == Client::Got::kFault) {
-        ++result.failed;
+      if (done) {
+        // Its socket is closed: a server may have a worker that waits for nothing else.
+        clients[i].reset();
         --open;
-        ::epoll_ctl(epoll, EPOLL_CTL_DEL, client.socket(), nullptr);
       } else if (client.has_more() != had_more) {
         watch(i, EPOLL_CTL_MOD);
       }
