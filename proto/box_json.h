@@ -5,10 +5,11 @@
 ///
 /// boxes as box_rows.h reads them. "of": what is counted and listed, "triangles" (the default) or
 /// "nodes"; "mode": those that touch the box (the default) or those that are "contained" in it;
-/// "limit": how many of each box are listed (1000).
+/// "limit": how many of each box are listed (1000). "timeout_ms" as for rays.
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -35,7 +36,8 @@ struct BoxQuery {
   Column<ListCursor> cursors;  ///< of each box, or none at all
   /// Of each box and the mode, where lists may go on: what a cursor must have come from.
   Column<std::uint64_t> questions;
-  std::uint64_t limit = 1000;  ///< may be more than the rules' when left out
+  std::uint64_t limit = 1000;               ///< may be more than the rules' when left out
+  std::optional<std::uint64_t> timeout_ms;  ///< the answer may take no longer
 };
 
 /// As decode_rays for the body. Errors: those of boxes (box_rows.h), VALUE_UNKNOWN (of, mode),

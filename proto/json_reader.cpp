@@ -127,6 +127,11 @@ bool JsonReader::read_count(Value value, std::uint64_t most, std::uint64_t& out,
   return true;
 }
 
+bool JsonReader::read_timeout(Value value, std::optional<std::uint64_t>& out,
+                              const JsonPointer& place) {
+  return read_count(value, 86'400'000, out.emplace(), place);
+}
+
 bool JsonReader::read_word(Value value, std::span<const std::string_view> words, std::size_t& which,
                            const JsonPointer& place) {
   std::string expected;

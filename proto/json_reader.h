@@ -7,6 +7,7 @@
 #include <simdjson.h>
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -46,6 +47,8 @@ class JsonReader {
   bool read_number_or_null(Value value, double if_null, double& out, Place place);
   bool read_boolean(Value value, bool& out, const JsonPointer& place);
   bool read_count(Value value, std::uint64_t most, std::uint64_t& out, const JsonPointer& place);
+  /// Milliseconds, at most a day of them.
+  bool read_timeout(Value value, std::optional<std::uint64_t>& out, const JsonPointer& place);
   /// One of a few words; `which` is its index.
   bool read_word(Value value, std::span<const std::string_view> words, std::size_t& which,
                  const JsonPointer& place);

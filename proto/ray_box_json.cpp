@@ -21,6 +21,7 @@ class RayBoxReader : public RayReader {
       : RayReader({.max_rays = rules.max_rays,
                    .has_fields = false,
                    .has_scene = false,
+                   .has_timeout = true,
                    .has_generator = false}),
         rules_(rules) {
     // Which limit stands for none is known when "line" has been read.
@@ -31,6 +32,7 @@ class RayBoxReader : public RayReader {
     Result<RayQuery> rays = read(body);
     if (!rays) return std::move(rays).error();
     query_boxes_.rays = std::move(rays->rays);
+    query_boxes_.timeout_ms = rays->timeout_ms;
     return std::move(query_boxes_);
   }
 

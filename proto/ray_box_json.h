@@ -28,6 +28,7 @@ struct RayBoxQuery {
   BoxBatch boxes;  ///< checked by check_boxes
   BoxPairing pairing = BoxPairing::kEach;
   bool planes = false;
+  std::optional<std::uint64_t> timeout_ms;  ///< the answer may take no longer
 };
 
 /// As decode_rays for the body. Errors: those of decode_rays for rays (rows and columns), of boxes

@@ -45,8 +45,10 @@ struct RayJsonRules {
   FieldSet default_fields = kDefaultHitFields;
   FieldSet known_fields = kAllHitFields;
   /// As has_fields for what is said of rays through a scene: "normalize", "cull", "include",
-  /// "exclude", "on_invalid", "work".
+  /// "exclude", "on_invalid", "work", "timeout_ms".
   bool has_scene = true;
+  /// Whether "timeout_ms" may stand there without a scene too.
+  bool has_timeout = false;
   /// Of these "normalize" and "on_invalid".
   bool has_marks = true;
   bool has_generator = true;
@@ -75,11 +77,12 @@ struct RayQuery {
   bool marks_invalid = false;  ///< "on_invalid":"mark": bad rays miss, and are named in `invalid`
   InvalidRays invalid;
   bool wants_work = false;
-  bool wants_explanation = false;  ///< of its one ray
-  std::optional<HitImage> image;   ///< with the pixels of the generator
-  bool chose_fields = false;       ///< else they are the default
-  std::uint64_t returns = 1;       ///< how many slots the answer has for each ray
-  std::uint64_t max_hits = 1000;   ///< of each ray; may be more than the rules' when left out
+  std::optional<std::uint64_t> timeout_ms;  ///< the answer may take no longer
+  bool wants_explanation = false;           ///< of its one ray
+  std::optional<HitImage> image;            ///< with the pixels of the generator
+  bool chose_fields = false;                ///< else they are the default
+  std::uint64_t returns = 1;                ///< how many slots the answer has for each ray
+  std::uint64_t max_hits = 1000;  ///< of each ray; may be more than the rules' when left out
 };
 
 /// Capacity behind its end that a body needs, because the parser reads in blocks.

@@ -42,7 +42,7 @@ bool RayRequest::read_query(const Decode& decode) {
     return false;
   }
   kept_ = std::move(*kept);
-  deadline_ = service_.deadline(exchange_);
+  deadline_ = service_.deadline(exchange_, query_.timeout_ms);
   add_time(&WorkReport::parse_us);
   return true;
 }

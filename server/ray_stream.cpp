@@ -49,8 +49,8 @@ RayStream::RayStream(Exchange& exchange, const Service& service, std::shared_ptr
       frames_(frame_rules(kind, service.limits)),
       buffer_(std::move(begin)) {}
 
-Deadline RayStream::deadline() const {
-  Deadline deadline = service_.deadline();
+Deadline RayStream::deadline(std::optional<std::uint64_t> timeout_ms) const {
+  Deadline deadline = service_.deadline(timeout_ms);
   deadline.caller = caller_;
   return deadline;
 }
@@ -134,7 +134,8 @@ Result<std::string> RayStream::answer(Result<RayQuery> query) {
   }
   WorkTimer timer;
   const RayOptions options{kept_ ? &*kept_ : nullptr, &timer.report.work};
-  auto text = answer_rays(kind_, service_, *scene_, *query, options, deadline(), memory_, timer);
+  auto text = answer_rays(kind_, service_, *scene_, *query, options, deadline(query->timeout_ms),
+                          memory_, timer);
   service_.metrics.count_part(query->rays.size(), timer.report.work);
   return text;
 }

@@ -46,7 +46,7 @@ class RayStream {
   Status fill(std::size_t bytes);
   /// A line or frame that says what is wrong.
   std::string last_words(const Error& error) const;
-  Deadline deadline() const;
+  Deadline deadline(std::optional<std::uint64_t> timeout_ms) const;
 
   const Service& service_;
   BodyReader* const body_;

@@ -31,8 +31,9 @@ void rays_boxes(Exchange& exchange, const Service& service) {
   }
 
   RayBoxAnswers answers;
-  if (Status status = service.engine.ray_boxes(query->rays, query->boxes, query->pairing,
-                                               query->planes, service.deadline(exchange), answers);
+  if (Status status =
+          service.engine.ray_boxes(query->rays, query->boxes, query->pairing, query->planes,
+                                   service.deadline(exchange, query->timeout_ms), answers);
       !status) {
     return exchange.reply_error(status.error());
   }
@@ -71,7 +72,8 @@ void any_triangle(Exchange& exchange, const Service& service) {
   if (!scene || !read_boxes(exchange, service, *scene, false, query)) return;
 
   Column<std::uint8_t> touched;
-  if (Status status = service.engine.boxes_any(*scene, query.boxes, service.deadline(exchange),
+  if (Status status = service.engine.boxes_any(*scene, query.boxes,
+                                               service.deadline(exchange, query.timeout_ms),
                                                touched, query.question.relation);
       !status) {
     return exchange.reply_error(status.error());
@@ -85,8 +87,9 @@ void count_triangles(Exchange& exchange, const Service& service) {
   if (!scene || !read_boxes(exchange, service, *scene, false, query)) return;
 
   Column<std::uint64_t> totals;
-  if (Status status = service.engine.boxes_count(*scene, query.boxes, query.question,
-                                                 service.deadline(exchange), totals);
+  if (Status status =
+          service.engine.boxes_count(*scene, query.boxes, query.question,
+                                     service.deadline(exchange, query.timeout_ms), totals);
       !status) {
     return exchange.reply_error(status.error());
   }
@@ -152,7 +155,7 @@ void list(Exchange& exchange, const Service& service) {
 
   BoxLists lists;
   Column<std::uint64_t> totals;
-  const Deadline deadline = service.deadline(exchange);
+  const Deadline deadline = service.deadline(exchange, query.timeout_ms);
   // An entry in the lists of the threads and in all of them joined, its terms, and as JSON.
   constexpr std::uint64_t kEntryBytes = 3 * kHitBytes + 64 + 5 * kNumberBytes;
   const Status found =

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 
 #include "core/base/deadline.h"
 #include "core/run/engine.h"
@@ -61,11 +62,16 @@ struct Service {
   std::function<NamedCounts()> door_counts = [] { return NamedCounts(); };
   std::function<std::size_t()> queued = [] { return std::size_t{0}; };
 
-  Deadline deadline() const { return Deadline::in(limits.request.get(), &cancelled); }
+  /// From now on; a client may wish for less than the limit.
+  Deadline deadline(std::optional<std::uint64_t> timeout_ms = {}) const {
+    auto time = limits.request.get();
+    if (timeout_ms) time = std::min<decltype(time)>(time, std::chrono::milliseconds(*timeout_ms));
+    return Deadline::in(time, &cancelled);
+  }
   /// Passed also when nobody waits for this answer any more, and at the door soon.
-  Deadline deadline(const Exchange& exchange) const {
+  Deadline deadline(const Exchange& exchange, std::optional<std::uint64_t> timeout_ms = {}) const {
     constexpr std::chrono::microseconds kAtDoor{300};
-    Deadline deadline = this->deadline();
+    Deadline deadline = this->deadline(timeout_ms);
     if (exchange.at_door) deadline.at = std::min(deadline.at, Deadline::Clock::now() + kAtDoor);
     deadline.caller = exchange.caller;
     return deadline;

@@ -199,6 +199,27 @@ class OpenApi(unittest.TestCase):
                 answer = self.post(path, content["example"])
                 self.assertEqual(answer.status, 200, answer.body)
 
+    def test_every_question_about_a_scene_or_boxes_knows_how_long_its_answer_may_take(self):
+        knowing = set()
+        for _, path, operation in operations():
+            name = operation["operationId"]
+            if name not in BODIES or "timeout_ms" not in resolve(
+                    operation["requestBody"]["content"]["application/json"]["schema"])["properties"]:
+                continue
+            knowing.add(name)
+            body = {key: value for key, value in BODIES[name][0].items() if key != "fields"}
+            with self.subTest(path=path):
+                answer = self.post(path, {**body, "timeout_ms": 0})
+                self.assertEqual((answer.status, answer.json()["code"]), (504, "DEADLINE"))
+                self.assertEqual(set(answer.json()) & {"hits", "results", "totals"}, set())
+                patient = self.post(path, {**body, "timeout_ms": 86400000, **({"work": False} if "work" in body else {})})
+                plain = self.post(path, {**body, **({"work": False} if "work" in body else {})})
+                self.assertEqual((patient.status, patient.body), (200, plain.body))
+                for bad, code in ((-1, "NUMBER_OUT_OF_RANGE"), (86400001, "NUMBER_OUT_OF_RANGE"), ("1", "TYPE_WRONG")):
+                    refused = self.post(path, {**body, "timeout_ms": bad}).json()
+                    self.assertEqual((refused["code"], refused["errors"][0]["pointer"]), (code, "/timeout_ms"))
+        self.assertEqual(knowing, set(BODIES) - {"raysGenerate"})
+
     def test_scenes_come_and_go_as_the_document_says(self):
         schema = {"$ref": "#/components/schemas/Scene"}
         for status in (201, 200):
