@@ -118,6 +118,9 @@ class SchemaFuzz(unittest.TestCase):
                     content = answer.read()
                 except OSError as error:
                     self.fail(f"body {number} to {path}: {error}\n{text[:500]}\n{server.log_text()[-2000:]}")
+                # Who wishes for an answer within no time has none: the one 5xx that a body may ask for.
+                if answer.status == 504 and json.loads(content)["code"] == "DEADLINE" and '"timeout_ms"' in text:
+                    continue
                 self.assertLess(answer.status, 500, f"body {number} to {path}: {content[:300]}\n{text[:500]}")
                 if not content.startswith(b"\x89PNG"):
                     json.loads(content)
