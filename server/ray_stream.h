@@ -40,9 +40,10 @@ class RayStream {
   Result<std::string> next_lines();
   Result<std::string> next_frame();
   Result<std::string> answer(Result<RayQuery> query);
-  /// Waits until the buffer has that many bytes, or the body has ended.
-  /// What comes next, until the buffer has that many bytes, or with `wait` false nothing has come.
+  /// What comes next, until the buffer has that many bytes or the body has ended; with `wait` false
+  /// also until nothing more has come.
   Status receive(std::size_t bytes, bool wait);
+  /// The same where the buffer has fewer.
   Status fill(std::size_t bytes);
   /// A line or frame that says what is wrong.
   std::string last_words(const Error& error) const;
