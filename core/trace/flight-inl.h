@@ -36,7 +36,9 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-constexpr std::size_t kInFlight = 24;
+/// As many as are worth it where nodes come from memory; where they are near, half of it would do
+/// (docs/decisions/0020).
+constexpr std::size_t kInFlight = 48;
 /// Each is a step of every ray in flight.
 constexpr std::uint32_t kRoundsBetweenLooks = 128;
 /// Trees that are deeper go through the single-ray kernel.
