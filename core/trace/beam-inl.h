@@ -20,8 +20,8 @@ namespace HWY_NAMESPACE {
 template <std::size_t kRays>
 class Beam {
  public:
-  /// `limits` of the rays in tree units; minus infinity for a ray that meets no box any more.
-  void set(const PreparedColumns<kRays>& columns, const float* limits) {
+  /// `limit` is the largest of the rays' in tree units. `one_origin`: all rays start at one point.
+  void set(const PreparedColumns<kRays>& columns, bool one_origin, float limit) {
     const bool negative[3] = {(columns.negative[0] & 1u) != 0, (columns.negative[1] & 1u) != 0,
                               (columns.negative[2] & 1u) != 0};
     BoxRay rows;
@@ -30,8 +30,14 @@ class Beam {
     for (std::size_t k = 0; k < 3; ++k) {
       near_row_[k] = rows.near_row[k];
       far_row_[k] = BoxRay::kBothRows[k] - rows.near_row[k];
-      near_origin_[k] = negative[k] ? least(columns.near_origin[k]) : most(columns.near_origin[k]);
-      far_origin_[k] = negative[k] ? most(columns.far_origin[k]) : least(columns.far_origin[k]);
+      if (one_origin) {
+        near_origin_[k] = columns.near_origin[k][0];
+        far_origin_[k] = columns.far_origin[k][0];
+      } else {
+        near_origin_[k] =
+            negative[k] ? least(columns.near_origin[k]) : most(columns.near_origin[k]);
+        far_origin_[k] = negative[k] ? most(columns.far_origin[k]) : least(columns.far_origin[k]);
+      }
       near_inverse_[k][0] = least(columns.near_inverse[k]);
       near_inverse_[k][1] = most(columns.near_inverse[k]);
       // The larger |inverse| last: it may be infinite.
@@ -39,9 +45,10 @@ class Beam {
       far_inverse_[k][negative[k] ? 0 : 1] = most(columns.far_inverse[k]);
     }
     tau_min_ = least(columns.box_min);
-    set_limit(limits);
+    one_origin_ = one_origin;
+    limit_ = limit;
   }
-  void set_limit(const float* limits) { limit_ = most(limits); }
+  void set_limit(float limit) { limit_ = limit; }
   float limit() const { return limit_; }
 
   /// Writes which children of a node the beam meets, the nearest last, and where it enters them.
@@ -77,10 +84,12 @@ class Beam {
     return hn::CountTrue(df, hit);
   }
 
-  /// Bit i: ray i meets the box of that child before its limit.
+  /// Bit i: ray i meets the box of that child before its limit; minus infinity is that of a ray
+  /// that meets no box any more.
   HWY_INLINE std::uint32_t rays_that_meet(const WideNode& node, std::uint32_t slot,
                                           const PreparedColumns<kRays>& columns,
                                           const float* limits) const {
+    if (one_origin_) return rays_from_one_point_that_meet(node, slot, columns, limits);
     const D d;
     const float* planes = &node.lower[0][slot];
     std::uint32_t met = 0;
@@ -104,6 +113,34 @@ class Beam {
  private:
   using D = hn::CappedTag<float, kRays>;
 
+  /// The same sums, the differences once for all rays.
+  HWY_INLINE std::uint32_t rays_from_one_point_that_meet(const WideNode& node, std::uint32_t slot,
+                                                         const PreparedColumns<kRays>& columns,
+                                                         const float* limits) const {
+    const D d;
+    const float* planes = &node.lower[0][slot];
+    hn::Vec<D> before[3], behind[3];
+    SIGHTLINE_UNROLL
+    for (std::size_t k = 0; k < 3; ++k) {
+      before[k] = hn::Set(d, planes[near_row_[k]] - near_origin_[k]);
+      behind[k] = hn::Set(d, planes[far_row_[k]] - far_origin_[k]);
+    }
+    std::uint32_t met = 0;
+    SIGHTLINE_UNROLL
+    for (std::size_t i = 0; i < kRays; i += hn::Lanes(d)) {
+      auto near = hn::Load(d, columns.box_min + i);
+      auto far = hn::Load(d, limits + i);
+      SIGHTLINE_UNROLL
+      for (std::size_t k = 0; k < 3; ++k) {
+        near =
+            max_unless_nan(d, hn::Mul(before[k], hn::Load(d, columns.near_inverse[k] + i)), near);
+        far = min_unless_nan(d, hn::Mul(behind[k], hn::Load(d, columns.far_inverse[k] + i)), far);
+      }
+      met |= mask_bits(d, hn::Le(near, far)) << i;
+    }
+    return met;
+  }
+
   static float least(const float* values) { return least_of(D(), values, kRays); }
   static float most(const float* values) { return most_of(D(), values, kRays); }
 
@@ -112,6 +149,7 @@ class Beam {
   float near_origin_[3], far_origin_[3];
   float near_inverse_[3][2], far_inverse_[3][2];  ///< the extremes
   float tau_min_, limit_;
+  bool one_origin_ = false;
 };
 
 }  // namespace HWY_NAMESPACE

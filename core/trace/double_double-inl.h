@@ -76,6 +76,17 @@ struct DoubleDoubleOf {
     const DoubleDouble s = two_difference(a.high, b.high);
     return fast_two_sum(s.high, hn::Add(s.low, hn::Sub(a.low, b.low)));
   }
+  /// The sum of three products: all lower parts, of the size of u, are added without compensation.
+  static HWY_INLINE DoubleDouble dot(const V (&a)[3], const DoubleDouble (&b)[3]) {
+    const DoubleDouble p = two_product(a[0], b[0].high), q = two_product(a[1], b[1].high),
+                       r = two_product(a[2], b[2].high);
+    const DoubleDouble first = two_sum(p.high, q.high);
+    const DoubleDouble both = two_sum(first.high, r.high);
+    V low = hn::MulAdd(a[0], b[0].low, p.low);
+    low = hn::MulAdd(a[1], b[1].low, hn::Add(low, q.low));
+    low = hn::MulAdd(a[2], b[2].low, hn::Add(low, r.low));
+    return fast_two_sum(both.high, hn::Add(hn::Add(first.low, both.low), low));
+  }
   /// high + low correctly rounded is `high`, if no error of up to `error` can change that; bit i:
   /// so it is for lane i. Rounding is monotone: both ends of the interval must round to `high`.
   HWY_INLINE hn::Mask<D> certain(V error) const {
@@ -92,10 +103,14 @@ template <class Tag>
 HWY_INLINE DoubleDoubleOf<Tag> quotient_of(const DoubleDoubleOf<Tag>& top,
                                            const DoubleDoubleOf<Tag>& bottom,
                                            hn::Vec<Tag> inverse) {
-  const auto q = hn::Div(top.high, bottom.high);
+  const auto q = hn::Mul(top.high, inverse);
+#if HWY_NATIVE_FMA
+  const auto rest = hn::NegMulAdd(q, bottom.high, top.high);
+#else
   const auto p = DoubleDoubleOf<Tag>::two_product(q, bottom.high);
-  const auto residual =
-      hn::Add(hn::Sub(hn::Sub(top.high, p.high), p.low), hn::Sub(top.low, hn::Mul(q, bottom.low)));
+  const auto rest = hn::Sub(hn::Sub(top.high, p.high), p.low);
+#endif
+  const auto residual = hn::Add(rest, hn::NegMulAdd(q, bottom.low, top.low));
   return DoubleDoubleOf<Tag>::fast_two_sum(q, hn::Mul(residual, inverse));
 }
 /// What such a quotient may be off, if the top is off by at most 24 u^2 top_size and the bottom by
@@ -107,14 +122,15 @@ HWY_INLINE hn::Vec<Tag> error_of_quotient(Tag dd, hn::Vec<Tag> top_size, hn::Vec
   return hn::Mul(hn::Set(dd, bounds::kDoubleDouble),
                  hn::MulAdd(hn::MulAdd(size, bottom_size, top_size), hn::Abs(inverse), size));
 }
+constexpr double kLargestFactor = 0x1p300;
 /// Whether nothing underflowed or overflowed that the bound would have to know of.
 template <class Tag>
 HWY_INLINE hn::Mask<Tag> is_ordinary(Tag dd, hn::Vec<Tag> top_size, hn::Vec<Tag> bottom_size,
                                      hn::Vec<Tag> largest, hn::Vec<Tag> t) {
   const auto small = hn::Set(dd, 0x1p-600);
-  return hn::And(
-      hn::And(hn::Ge(top_size, small), hn::Ge(bottom_size, small)),
-      hn::And(hn::Le(largest, hn::Set(dd, 0x1p300)), hn::Ge(hn::Abs(t), hn::Set(dd, 0x1p-900))));
+  return hn::And(hn::And(hn::Ge(top_size, small), hn::Ge(bottom_size, small)),
+                 hn::And(hn::Le(largest, hn::Set(dd, kLargestFactor)),
+                         hn::Ge(hn::Abs(t), hn::Set(dd, 0x1p-900))));
 }
 
 /// Rays and the triangles that they meet, side by side: each pointer to as many numbers as a vector
@@ -125,35 +141,41 @@ struct MeetingColumns {
   const double* corner[3][3];  ///< [corner][axis], in the world
 };
 
-/// The planes of triangles as seen from origins: of an intersection all that no direction enters.
-/// Sums come with the magnitudes that bound their errors (docs/exactness.md, "Rounding t").
+/// Edges of triangles from corner 0, exact.
 template <class Tag>
-struct PlaneOf {
-  using D = Tag;
-  using V = hn::Vec<D>;
-  using DoubleDouble = DoubleDoubleOf<Tag>;
+struct EdgesOf {
+  DoubleDoubleOf<Tag> e1[3], e2[3];
 
-  DoubleDouble e1[3], e2[3];  ///< edges from corner 0, exact
-  DoubleDouble a[3];          ///< from the origin to corner 0, exact
-  DoubleDouble n[3];          ///< e1 x e2
-  V size[3];                  ///< n is off by at most 9 u^2 of it
-  DoubleDouble top;           ///< a.n
-  V top_size;
-  V largest;  ///< of all factors
-
-  PlaneOf() = default;
-  /// Of the lanes that the columns begin with; asks for no direction.
-  HWY_INLINE explicit PlaneOf(const MeetingColumns& columns) {
-    const D dd;
-    V rest = hn::Zero(dd);
+  /// Of the lanes that the columns [corner][axis] begin with.
+  HWY_INLINE explicit EdgesOf(const double* const (&corner)[3][3]) {
+    const Tag dd;
     SIGHTLINE_UNROLL
     for (std::size_t k = 0; k < 3; ++k) {
-      const V v0 = hn::LoadU(dd, columns.corner[0][k]);
-      e1[k] = DoubleDouble::two_difference(hn::LoadU(dd, columns.corner[1][k]), v0);
-      e2[k] = DoubleDouble::two_difference(hn::LoadU(dd, columns.corner[2][k]), v0);
-      a[k] = DoubleDouble::two_difference(v0, hn::LoadU(dd, columns.origin[k]));
-      rest = hn::Or(rest, hn::Or(e1[k].low, e2[k].low));
+      const auto v0 = hn::LoadU(dd, corner[0][k]);
+      e1[k] = DoubleDoubleOf<Tag>::two_difference(hn::LoadU(dd, corner[1][k]), v0);
+      e2[k] = DoubleDoubleOf<Tag>::two_difference(hn::LoadU(dd, corner[2][k]), v0);
     }
+  }
+};
+
+/// Normals. Sums come with the magnitudes that bound their errors (docs/exactness.md, "Rounding
+/// t").
+template <class Tag>
+struct NormalOf {
+  using V = hn::Vec<Tag>;
+  using DoubleDouble = DoubleDoubleOf<Tag>;
+
+  DoubleDouble n[3];  ///< e1 x e2
+  V size[3];          ///< n is off by at most 9 u^2 of it
+
+  NormalOf() = default;
+  HWY_INLINE explicit NormalOf(const EdgesOf<Tag>& edges) {
+    const Tag dd;
+    const auto& e1 = edges.e1;
+    const auto& e2 = edges.e2;
+    V rest = hn::Zero(dd);
+    SIGHTLINE_UNROLL
+    for (std::size_t k = 0; k < 3; ++k) rest = hn::Or(rest, hn::Or(e1[k].low, e2[k].low));
     // Edges of float32 corners are float64 numbers, but for corners of very different size.
     const bool short_edges = hn::AllTrue(dd, hn::Eq(rest, hn::Zero(dd)));
     SIGHTLINE_UNROLL
@@ -162,21 +184,39 @@ struct PlaneOf {
       n[k] = short_edges ? DoubleDouble::two_product(e1[i].high, e2[j].high) -
                                DoubleDouble::two_product(e1[j].high, e2[i].high)
                          : e1[i] * e2[j] - e1[j] * e2[i];
-    }
-    top_size = largest = hn::Zero(dd);
-    SIGHTLINE_UNROLL
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
       size[k] = hn::Add(hn::Abs(hn::Mul(e1[i].high, e2[j].high)),
                         hn::Abs(hn::Mul(e1[j].high, e2[i].high)));
-      top_size = hn::MulAdd(hn::Abs(a[k].high), size[k], top_size);
-      largest = hn::Max(largest, hn::Max(size[k], hn::Abs(a[k].high)));
-      top = k == 0 ? a[k] * n[k] : top + a[k] * n[k];
     }
   }
 };
 
-/// Where rays from the origins of planes meet them.
+/// What of the intersection with a plane depends on the origin, but on no direction.
+template <class Tag>
+struct SeenFrom {
+  using V = hn::Vec<Tag>;
+  using DoubleDouble = DoubleDoubleOf<Tag>;
+
+  DoubleDouble a[3];  ///< from the origin to corner 0, exact
+  DoubleDouble top;   ///< a.n
+  V top_size;         ///< NaN if a factor is so large that something may overflow
+
+  HWY_INLINE SeenFrom(const NormalOf<Tag>& normal, const double* const (&corner0)[3],
+                      const double* const (&origin)[3]) {
+    const Tag dd;
+    V largest = hn::Zero(dd);
+    top_size = hn::Zero(dd);
+    SIGHTLINE_UNROLL
+    for (std::size_t k = 0; k < 3; ++k) {
+      a[k] = DoubleDouble::two_difference(hn::LoadU(dd, corner0[k]), hn::LoadU(dd, origin[k]));
+      top_size = hn::MulAdd(hn::Abs(a[k].high), normal.size[k], top_size);
+      largest = hn::Max(largest, hn::Max(normal.size[k], hn::Abs(a[k].high)));
+      top = k == 0 ? a[k] * normal.n[k] : top + a[k] * normal.n[k];
+    }
+    top_size = hn::IfThenElse(hn::Le(largest, hn::Set(dd, kLargestFactor)), top_size, hn::NaN(dd));
+  }
+};
+
+/// Where rays meet planes.
 template <class Tag>
 struct MeetingOf {
   using D = Tag;
@@ -191,22 +231,24 @@ struct MeetingOf {
   V error;               ///< of t
   hn::Mask<D> ordinary;  ///< nothing underflowed or overflowed that a bound would have to know of
 
-  HWY_INLINE MeetingOf(const PlaneOf<Tag>& plane, const double* const (&directions)[3]) {
+  /// `top` and `top_size` as in SeenFrom.
+  HWY_INLINE MeetingOf(const NormalOf<Tag>& normal, const DoubleDouble& top, V top_size,
+                       const double* const (&directions)[3]) {
     const D dd;
-    V largest = plane.largest;
+    V largest = hn::Zero(dd);
     bottom_size = hn::Zero(dd);
     SIGHTLINE_UNROLL
     for (std::size_t k = 0; k < 3; ++k) {
       direction[k] = hn::LoadU(dd, directions[k]);
       const V length = hn::Abs(direction[k]);
-      bottom_size = hn::MulAdd(length, plane.size[k], bottom_size);
+      bottom_size = hn::MulAdd(length, normal.size[k], bottom_size);
       largest = hn::Max(largest, length);
-      bottom = k == 0 ? direction[k] * plane.n[k] : bottom + direction[k] * plane.n[k];
     }
+    bottom = DoubleDouble::dot(direction, normal.n);
     inverse = hn::Div(hn::Set(dd, 1.0), bottom.high);
-    t = quotient(plane.top);
-    error = bound(plane.top_size, t.high);
-    ordinary = is_ordinary(dd, plane.top_size, bottom_size, largest, t.high);
+    t = quotient(top);
+    error = bound(top_size, t.high);
+    ordinary = is_ordinary(dd, top_size, bottom_size, largest, t.high);
   }
 
   HWY_INLINE DoubleDouble quotient(const DoubleDouble& top) const {
@@ -221,14 +263,18 @@ struct MeetingOf {
 
 /// What t and everything behind it is made of, for several rays and the triangles that they meet.
 template <class Tag>
-struct IntersectionOf : PlaneOf<Tag>, MeetingOf<Tag> {
+struct IntersectionOf : EdgesOf<Tag>, NormalOf<Tag>, SeenFrom<Tag>, MeetingOf<Tag> {
+  using V = hn::Vec<Tag>;
+  using DoubleDouble = DoubleDoubleOf<Tag>;
+
   /// Of the lanes that the columns begin with.
   HWY_INLINE explicit IntersectionOf(const MeetingColumns& columns)
-      : PlaneOf<Tag>(columns), MeetingOf<Tag>(*this, columns.direction) {}
+      : EdgesOf<Tag>(columns.corner),
+        NormalOf<Tag>(static_cast<const EdgesOf<Tag>&>(*this)),
+        SeenFrom<Tag>(*this, columns.corner[0], columns.origin),
+        MeetingOf<Tag>(*this, this->top, this->top_size, columns.direction) {}
 };
 
-using PlanesAtOnce = PlaneOf<hn::CappedTag<double, 8>>;
-using MeetingsAtOnce = MeetingOf<hn::CappedTag<double, 8>>;
 using Intersection = IntersectionOf<hn::CappedTag<double, 8>>;
 
 }  // namespace HWY_NAMESPACE

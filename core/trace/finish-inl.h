@@ -13,6 +13,7 @@
 #include "core/trace/decision.h"
 #include "core/trace/double_double-inl.h"
 #include "core/trace/finish_one-inl.h"
+#include "core/trace/seen_planes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sightline {
@@ -52,39 +53,116 @@ class Finisher {
     write(ray, winner.id(), rounded.t, rounded.certain);
   }
 
-  /// The winner of those of the kGroup neighbouring rays from `first` on that `some` has a bit for;
-  /// false, and nothing done, where the group has more than one origin. Rays of a camera have one,
-  /// and many of them meet the same triangle: its plane is looked at once.
-  HWY_INLINE bool add_alike(std::size_t first, std::uint32_t some, const Candidate& winner) {
-    if (!see_plane(first, winner)) return false;
-    const DoubleDouble::D dd;
-    std::uint32_t certain = 0;
-    for (std::size_t i = 0; i < kGroup; i += hn::Lanes(dd)) {
-      const std::size_t at = first + i;
-      const MeetingsAtOnce meeting(plane_, {&rays_.dx[at], &rays_.dy[at], &rays_.dz[at]});
-      hn::Store(meeting.t.high, dd, t_ + i);
-      certain |= mask_bits(dd, meeting.certain()) << i;
+  void flush() {
+    if (size_ == 0) return;
+    const double* origin[3] = {origin_[0], origin_[1], origin_[2]};
+    const double* direction[3] = {direction_[0], direction_[1], direction_[2]};
+    SIGHTLINE_UNROLL
+    for (int k = 0; k < 3; ++k) {
+      repeat_first(origin_[k]);
+      repeat_first(direction_[k]);
+      SIGHTLINE_UNROLL
+      for (int c = 0; c < 3; ++c) repeat_first(waiting_.corner[c][k]);
     }
-    const TriangleId id = winner.id();
-    if ((some & certain) == kAll) {
-      const hn::CappedTag<std::uint32_t, kGroup> du;
-      for (std::size_t i = 0; i < kGroup; i += hn::Lanes(du)) {
-        hn::StoreU(hn::Set(du, id.instance), du, &hits_.instance[first + i]);
-        hn::StoreU(hn::Set(du, id.triangle), du, &hits_.triangle[first + i]);
+    const std::uint32_t certain = round(origin, direction, waiting_);
+    for (std::size_t i = 0; i < size_; ++i)
+      write(ray_[i], waiting_.id(i), t_[i], (certain >> i & 1u) != 0);
+    size_ = 0;
+  }
+
+  /// The winners of `count` neighbouring rays from `first` on, each by a code: 0 for none, the same
+  /// for the same triangle, which `winner(code)` names. There are as many rays and codes as fill
+  /// groups of kGroup.
+  template <class Winner>
+  HWY_INLINE void add_neighbours(std::size_t first, std::size_t count, const std::uint64_t* codes,
+                                 const Winner& winner) {
+    const bool one_origin = look_from_one_origin(first, count);
+    const auto see = [&](std::uint64_t code, std::uint32_t slot) {
+      const Candidate seen = winner(code);
+      each_coordinate(seen, [&](int c, int k, double x) { planes_.set_corner(slot, c, k, x); });
+      const TriangleId id = seen.id();
+      return std::uint64_t{id.triangle} << 32 | id.instance;
+    };
+    HWY_ALIGN std::uint64_t slots[kMostNeighbours];
+    std::uint32_t some_seen[kMostNeighbours / kGroup];
+    for (std::size_t at = 0; at < count; at += kGroup) {
+      const std::uint32_t here = at + kGroup <= count ? kAll : (1u << (count - at)) - 1;
+      const std::uint32_t found = here & ~SeenPlanes::lanes_of(codes + at, 0);
+      const bool are_seen = one_origin && planes_.find(codes + at, found, see, slots + at);
+      some_seen[at / kGroup] = are_seen ? found : 0;
+      if (are_seen) continue;
+      Candidate winners[kGroup];
+      for (std::uint32_t rest = found; rest != 0; rest &= rest - 1) {
+        const auto i = static_cast<std::size_t>(std::countr_zero(rest));
+        winners[i] = winner(codes[at + i]);
       }
-      for (std::size_t i = 0; i < kGroup; i += hn::Lanes(dd))
-        hn::StoreU(hn::Load(dd, t_ + i), dd, &hits_.t[first + i]);
-      return true;
+      add_group(first + at, winners);
     }
-    for (; some != 0; some &= some - 1) {
-      const auto i = static_cast<std::uint32_t>(std::countr_zero(some));
-      write(first + i, id, t_[i], (certain >> i & 1u) != 0);
+    if (!one_origin) return;
+    planes_.look();
+    for (std::size_t at = 0; at < count; at += kGroup) {
+      const std::uint32_t some = some_seen[at / kGroup];
+      if (some != 0) add_seen(first + at, some, slots + at);
     }
+  }
+
+ private:
+  static constexpr std::uint32_t kAll = (1u << kGroup) - 1;
+  static constexpr std::size_t kMostNeighbours = 32;
+  static_assert(kGroup == SeenPlanes::kRays);
+
+  /// Whether those rays start at one point: then planes_ are seen from there.
+  HWY_INLINE bool look_from_one_origin(std::size_t first, std::size_t count) {
+    const DoubleDouble::D dd;
+    const double origin[3] = {rays_.ox[first], rays_.oy[first], rays_.oz[first]};
+    const double* const columns[3] = {&rays_.ox[first], &rays_.oy[first], &rays_.oz[first]};
+    auto same = hn::FirstN(dd, hn::Lanes(dd));
+    for (std::size_t i = 0; i < count; i += hn::Lanes(dd)) {
+      SIGHTLINE_UNROLL
+      for (std::size_t k = 0; k < 3; ++k) {
+        same = hn::And(same, hn::Eq(hn::LoadU(dd, columns[k] + i), hn::Set(dd, origin[k])));
+      }
+    }
+    if (!hn::AllTrue(dd, same)) return false;
+    planes_.look_from(origin);
     return true;
   }
 
+  /// Those rays of a group, whose planes have slots.
+  HWY_INLINE void add_seen(std::size_t first, std::uint32_t some, const std::uint64_t* slots) {
+    const SeenPlanes::D dd;
+    const SeenPlanes::Slots du;
+    const hn::Rebind<std::uint32_t, SeenPlanes::D> d32;
+    HWY_ALIGN std::uint32_t instance[kGroup], triangle[kGroup];
+    std::uint32_t certain = 0;
+    for (std::size_t i = 0; i < kGroup; i += hn::Lanes(dd)) {
+      const std::size_t at = first + i;
+      const auto slot = hn::Load(du, slots + i);
+      const SeenPlanes::View plane = planes_.pick(slot);
+      const MeetingOf<SeenPlanes::D> meeting(plane.normal, plane.top, plane.top_size,
+                                             {&rays_.dx[at], &rays_.dy[at], &rays_.dz[at]});
+      const auto id = planes_.pick_id(slot);
+      hn::Store(meeting.t.high, dd, t_ + i);
+      hn::Store(hn::TruncateTo(d32, id), d32, instance + i);
+      hn::Store(hn::TruncateTo(d32, hn::ShiftRight<32>(id)), d32, triangle + i);
+      certain |= mask_bits(dd, meeting.certain()) << i;
+    }
+    if ((some & certain) == kAll) {
+      for (std::size_t i = 0; i < kGroup; i += hn::Lanes(dd)) {
+        hn::StoreU(hn::Load(d32, instance + i), d32, &hits_.instance[first + i]);
+        hn::StoreU(hn::Load(d32, triangle + i), d32, &hits_.triangle[first + i]);
+        hn::StoreU(hn::Load(dd, t_ + i), dd, &hits_.t[first + i]);
+      }
+      return;
+    }
+    for (; some != 0; some &= some - 1) {
+      const auto i = static_cast<std::uint32_t>(std::countr_zero(some));
+      write(first + i, {instance[i], triangle[i]}, t_[i], (certain >> i & 1u) != 0);
+    }
+  }
+
   /// The winners of kGroup neighbouring rays from `first` on; those that miss have none.
-  void add_neighbours(std::size_t first, const Candidate (&winner)[kGroup]) {
+  void add_group(std::size_t first, const Candidate (&winner)[kGroup]) {
     const Candidate* some = nullptr;
     std::uint32_t found = 0;
     for (std::uint32_t i = 0; i < kGroup; ++i) {
@@ -120,26 +198,6 @@ class Finisher {
     }
   }
 
-  void flush() {
-    if (size_ == 0) return;
-    const double* origin[3] = {origin_[0], origin_[1], origin_[2]};
-    const double* direction[3] = {direction_[0], direction_[1], direction_[2]};
-    SIGHTLINE_UNROLL
-    for (int k = 0; k < 3; ++k) {
-      repeat_first(origin_[k]);
-      repeat_first(direction_[k]);
-      SIGHTLINE_UNROLL
-      for (int c = 0; c < 3; ++c) repeat_first(waiting_.corner[c][k]);
-    }
-    const std::uint32_t certain = round(origin, direction, waiting_);
-    for (std::size_t i = 0; i < size_; ++i)
-      write(ray_[i], waiting_.id(i), t_[i], (certain >> i & 1u) != 0);
-    size_ = 0;
-  }
-
- private:
-  static constexpr std::uint32_t kAll = (1u << kGroup) - 1;
-
   struct Winners {
     std::uint32_t instance[kGroup], triangle[kGroup];
     HWY_ALIGN double corner[3][3][kGroup];  ///< in the world
@@ -155,39 +213,6 @@ class Finisher {
     }
     TriangleId id(std::size_t i) const { return {instance[i], triangle[i]}; }
   };
-
-  /// Makes plane_ that of a winner and of the one origin of kGroup rays; false where they have
-  /// more than one.
-  HWY_INLINE bool see_plane(std::size_t first, const Candidate& winner) {
-    const DoubleDouble::D dd;
-    const double* const origin[3] = {&rays_.ox[first], &rays_.oy[first], &rays_.oz[first]};
-    auto same = hn::FirstN(dd, hn::Lanes(dd));
-    SIGHTLINE_UNROLL
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto one = hn::Set(dd, *origin[k]);
-      for (std::size_t i = 0; i < kGroup; i += hn::Lanes(dd))
-        same = hn::And(same, hn::Eq(hn::LoadU(dd, origin[k] + i), one));
-    }
-    if (!hn::AllTrue(dd, same)) return false;
-    const bool is_seen = seen_.block == winner.block && seen_.lane == winner.lane &&
-                         seen_.instance == winner.instance && seen_from_[0] == *origin[0] &&
-                         seen_from_[1] == *origin[1] && seen_from_[2] == *origin[2];
-    if (is_seen) return true;
-    seen_ = winner;
-    HWY_ALIGN double corner[3][3][kGroup];
-    each_coordinate(winner,
-                    [&](int c, int k, double x) { hn::Store(hn::Set(dd, x), dd, corner[c][k]); });
-    MeetingColumns columns{};
-    SIGHTLINE_UNROLL
-    for (std::size_t k = 0; k < 3; ++k) {
-      columns.origin[k] = origin[k];
-      seen_from_[k] = *origin[k];
-      SIGHTLINE_UNROLL
-      for (std::size_t c = 0; c < 3; ++c) columns.corner[c][k] = corner[c][k];
-    }
-    plane_ = PlanesAtOnce(columns);
-    return true;
-  }
 
   /// Lanes without a winner repeat the first one.
   HWY_INLINE void repeat_first(double (&lanes)[kGroup]) const {
@@ -267,9 +292,7 @@ class Finisher {
   HWY_ALIGN double origin_[3][kGroup];
   HWY_ALIGN double direction_[3][kGroup];
   Winners waiting_, neighbours_;
-  Candidate seen_;      ///< no block: nothing is seen yet
-  PlanesAtOnce plane_;  ///< of it as seen from seen_from_, in every lane
-  double seen_from_[3];
+  SeenPlanes planes_;
   HWY_ALIGN double t_[kGroup];
 };
 

@@ -133,48 +133,17 @@ class GroupHits {
   /// has use for that.
   template <class Finish>
   void hand_over(std::size_t count, Finish& finish) const {
-    std::size_t i = 0;
     if constexpr (requires { Finish::kNeighbours; }) {
-      for (; i + kGroupRays <= count; i += kGroupRays) {
-        if (hand_over_few(i, finish)) continue;
-        Candidate winners[kGroupRays];
-        for (std::size_t j = 0; j < kGroupRays; ++j) winners[j] = winner(i + j);
-        finish.add_neighbours(first_ + i, winners);
+      finish.add_neighbours(first_, count, candidate_,
+                            [this](std::uint64_t code) { return decode(code); });
+    } else {
+      for (std::size_t i = 0; i < count; ++i) {
+        if (candidate_[i] != 0) finish.add(first_ + i, winner(i));
       }
-    }
-    for (; i < count; ++i) {
-      if (candidate_[i] != 0) finish.add(first_ + i, winner(i));
     }
   }
 
  private:
-  static constexpr std::size_t kFewTriangles = 3;
-
-  /// Of the group of rays from `at` on, if they start at one point and have met at most
-  /// kFewTriangles.
-  template <class Finish>
-  HWY_INLINE bool hand_over_few(std::size_t at, Finish& finish) const {
-    const hn::CappedTag<std::uint64_t, kGroupRays> du;
-    const auto rays_of = [&](std::uint64_t code) {
-      std::uint32_t rays = 0;
-      for (std::size_t i = 0; i < kGroupRays; i += hn::Lanes(du))
-        rays |= mask_bits(du, hn::Eq(hn::Load(du, candidate_ + at + i), hn::Set(du, code))) << i;
-      return rays;
-    };
-    std::uint32_t left = ((1u << kGroupRays) - 1) & ~rays_of(0);
-    std::uint32_t alike[kFewTriangles];
-    std::size_t count = 0;
-    for (; left != 0; left &= ~alike[count++]) {
-      if (count == kFewTriangles) return false;
-      alike[count] = rays_of(candidate_[at + static_cast<std::size_t>(std::countr_zero(left))]);
-    }
-    for (std::size_t k = 0; k < count; ++k) {
-      const auto one = at + static_cast<std::size_t>(std::countr_zero(alike[k]));
-      if (!finish.add_alike(first_ + at, alike[k], winner(one))) return false;
-    }
-    return true;
-  }
-
   HWY_NOINLINE void settle(std::uint32_t i, const Candidate& candidate, Interval tau) {
     const RayQuestion question{scene_, rays_, first_ + i, counts_.decisions};
     ClosestHit best = best_of(i);

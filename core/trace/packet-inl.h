@@ -71,11 +71,10 @@ class Packet {
     if (count < kPacketRays) repeat_first(count);
     hits_.start(first, columns_.tau_max);
     for (std::size_t i = count; i < kPacketRays; ++i) hits_.exclude(i, -1 / scale_);
-    set_limits();
-    beam_.set(columns_, limit_);
     axes_ = columns_.filter(0);
     reach_ = most_of(GroupPreparation::D(), columns_.reach, kPacketRays);
     has_wedge_ = wedge_.set(columns_, reach_);
+    beam_.set(columns_, has_wedge_, set_limits());
     count_ = count;
     return count;
   }
@@ -200,8 +199,11 @@ class Packet {
       }
     }
     if (!changed_) return;
-    if constexpr (!kAny) set_limits();
-    beam_.set_limit(limit_);
+    if constexpr (kAny) {
+      beam_.set_limit(most_of(hn::CappedTag<float, kPacketRays>(), limit_, kPacketRays));
+    } else {
+      beam_.set_limit(set_limits());
+    }
   }
 
   /// Whether rays side by side fill the vectors that they need at least to three quarters of what
@@ -296,17 +298,24 @@ class Packet {
     return 1u << i;
   }
 
-  /// BoxRay::limit of all bounds.
-  HWY_INLINE void set_limits() {
+  /// BoxRay::limit of all bounds. Returns the largest.
+  HWY_INLINE float set_limits() {
     const GroupPreparation::D dd;
     const hn::Rebind<float, GroupPreparation::D> df;
-    for (std::size_t i = 0; i < kPacketRays; i += hn::Lanes(dd)) {
+    const auto limits_from = [&](std::size_t i) {
       const auto tau = hn::Mul(hn::Load(dd, hits_.bounds() + i), hn::Set(dd, scale_));
       const auto step = hn::MulAdd(hn::Abs(tau), hn::Set(dd, bounds::kLimitStep),
                                    hn::Set(dd, bounds::kLimitFloor));
       // What is infinite stays so; bounds of a packet's rays are never NaN or minus infinity.
-      hn::Store(hn::DemoteTo(df, hn::Add(tau, step)), df, limit_ + i);
+      return hn::DemoteTo(df, hn::Add(tau, step));
+    };
+    auto most = hn::Set(df, -kInfF);
+    for (std::size_t i = 0; i < kPacketRays; i += 2 * hn::Lanes(dd)) {
+      const auto low = limits_from(i), high = limits_from(i + hn::Lanes(dd));
+      store_pair(df, low, high, limit_ + i);
+      most = hn::Max(most, hn::Max(low, high));
     }
+    return hn::GetLane(hn::MaxOfLanes(df, most));
   }
 
   const WideTree& tree_;

@@ -69,6 +69,19 @@ HWY_INLINE T most_of(D d, const T* values, std::size_t count) {
   return hn::GetLane(hn::MaxOfLanes(d, high));
 }
 
+/// Two vectors side by side in one store where there is one as wide: a load of what two stores have
+/// left behind would wait for both.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE void store_pair(D d, V low, V high, hn::TFromD<D>* to) {
+#if HWY_MAX_BYTES >= 32
+  const hn::Twice<D> both;
+  hn::Store(hn::Combine(both, high, low), both, to);
+#else
+  hn::Store(low, d, to);
+  hn::Store(high, d, to + hn::Lanes(d));
+#endif
+}
+
 static_assert(std::endian::native == std::endian::little);
 /// Bit i says lane i; at most sixteen lanes.
 template <class D, class M>

@@ -84,7 +84,11 @@ TEST(Bounds, double_double_covers_theorem_5) {
   const double normal = 5 + 4;
   const double sum = normal + 5 + 2 * 4;
   EXPECT_GE(kDoubleDouble, (sum + 2) * u2 * kPlus);
-  EXPECT_GE(kDoubleDouble, (6 + 4 + 4 + 2) * u2 * kPlus);
+  const double lower_parts = 1 + 1 + 1 + 1;
+  const double dot = normal + 7 * lower_parts + 1 + (lower_parts + 1);
+  EXPECT_GE(kDoubleDouble, dot * u2 * kPlus);
+  const double quotient = 3 + 3 + 4 + 4 * 2 + 4;
+  EXPECT_GE(kDoubleDouble, quotient * u2 * kPlus);
 }
 
 }  // namespace
