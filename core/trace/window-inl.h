@@ -35,6 +35,10 @@ class Window {
   bool is_promising(std::size_t first) {
     std::uint32_t counts[kClasses] = {};
     classify(first, kLook, counts);
+    // A scanner's rays turn to another octant now and then; between they go as they stand.
+    std::size_t turns = 0;
+    for (std::size_t i = 1; i < kLook; ++i) turns += class_[i] != class_[i - 1] ? 1 : 0;
+    if (turns < kLook / kLongRun) return false;
     // Of two rays' classes: those of the sky alone would always do.
     return does_try_pay(first, counts, class_[kLook / 3]) &&
            does_try_pay(first, counts, class_[kLook - 1]);
@@ -73,7 +77,8 @@ class Window {
 
  private:
   static constexpr std::size_t kClasses = 24;
-  static constexpr std::size_t kLook = 256;  ///< rays to choose those from that are tried out
+  static constexpr std::size_t kLook = 256;    ///< rays to choose those from that are tried out
+  static constexpr std::size_t kLongRun = 16;  ///< rays of one class in a row, in the mean
   /// Rays that wait at a node or box, in the mean: with fewer the flight is faster.
   static constexpr double kFewestPerStep = 1.5, kFewestToBegin = 1.7;
 
