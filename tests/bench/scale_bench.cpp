@@ -1,11 +1,13 @@
-// How time and memory grow with the number of triangles and of instances.
+// How time and memory grow with the number of triangles and of instances, and how Embree's time
+// does.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "core/demo/demo.h"
 #include "core/trace/kernel.h"
@@ -13,24 +15,11 @@
 #include "tests/bench/bench_scene.h"
 #include "tests/bench/contestant.h"
 #include "tests/bench/machine.h"
+#include "tests/bench/scale_report.h"
 #include "tests/bench/statistics.h"
 
 namespace sightline::bench {
 namespace {
-
-struct Row {
-  std::string subject, rays;  ///< "triangles" or "instances"; the rays' name
-  std::uint64_t size = 0;     ///< how many of the subject
-  double ns_per_ray = 0, least = 0, most = 0;
-  double warm_ns_per_ray = 0;  ///< of rays whose nodes and blocks are in the caches already
-  double nodes_per_ray = 0, blocks_per_ray = 0;
-  double build_seconds = 0;
-  double tree_bytes = 0;
-  double peak_mib = 0;  ///< of the whole process, making the scene included
-};
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Row, subject, rays, size, ns_per_ray, least, most,
-                                   warm_ns_per_ray, nodes_per_ray, blocks_per_ray, build_seconds,
-                                   tree_bytes, peak_mib)
 
 /// Straight from the generator: a GLB of 16 million triangles would only measure the disk.
 SceneDescription description_of(demo::DemoScene scene) {
@@ -67,23 +56,24 @@ double peak_mib() {
 }
 
 /// Rays in batches so small that what they visit stays in the second-level cache, each batch traced
-/// twice, the second time counted: the work alone, and what batches of this size cost more.
-double warm_ns_per_ray(const Kernel& kernel, const Scene& scene, const RayBatch& rays,
-                       HitBatch& hits) {
+/// by `before` and then by `kernel`, whose time counts. If both are the same the processor has
+/// learned the branches as well; another kernel has its own.
+double batches_ns_per_ray(const Kernel& before, const Kernel& kernel, const Scene& scene,
+                          const RayBatch& rays, HitBatch& hits) {
   constexpr std::size_t kBatch = 512;
   TraceCounts counts;
   double sum = 0;
   for (std::size_t begin = 0; begin < rays.size(); begin += kBatch) {
     const std::size_t end = std::min(rays.size(), begin + kBatch);
+    before.closest(scene, rays, begin, end, hits, counts);
+    const double start = thread_time_ns();
     kernel.closest(scene, rays, begin, end, hits, counts);
-    const double before = thread_time_ns();
-    kernel.closest(scene, rays, begin, end, hits, counts);
-    sum += thread_time_ns() - before;
+    sum += thread_time_ns() - start;
   }
   return sum / static_cast<double>(rays.size());
 }
 
-std::vector<Row> measure(const std::string& subject, std::uint64_t size, int repetitions) {
+std::optional<BenchScene> make_scene(const std::string& subject, std::uint64_t size) {
   const auto count = static_cast<std::uint32_t>(size);
   const bool triangles = subject == "triangles";
   SceneDescription description =
@@ -92,183 +82,108 @@ std::vector<Row> measure(const std::string& subject, std::uint64_t size, int rep
   auto built = Scene::build(std::move(description));
   const double build_seconds = wall_time_seconds() - start;
   if (!built) return {};
-  const BenchScene scene{subject, triangles ? Viewpoints::kGround : Viewpoints::kWithin,
-                         std::move(*built), build_seconds};
-  const std::shared_ptr<const SceneTree> trees = scene.scene->tree();
+  return BenchScene{subject, triangles ? Viewpoints::kGround : Viewpoints::kWithin,
+                    std::move(*built), build_seconds};
+}
+
+using Rows = std::vector<ScaleRow>;
+
+Rows measure(const std::string& subject, std::uint64_t size, int repetitions) {
+  const std::optional<BenchScene> scene = make_scene(subject, size);
+  if (!scene) return {};
+  const std::shared_ptr<const SceneTree> trees = scene->scene->tree();
   double tree_bytes = static_cast<double>(trees->top.arena.used());
   for (const auto& tree : trees->trees) {
     tree_bytes += static_cast<double>(tree->arena.used());
   }
 
   const Pin pin(-1);
-  const Kernel kernel = supported_kernels().front();
-  std::vector<Row> rows;
-  for (const RaySet& rays : make_ray_sets(scene, RayCounts::quick())) {
+  const std::vector<Kernel> kernels = supported_kernels();
+  const Kernel& kernel = kernels.front();
+  const Kernel& another = kernels[kernels.size() > 1 ? 1 : 0];
+  Rows rows;
+  for (const RaySet& rays : make_ray_sets(*scene, RayCounts::quick())) {
     HitBatch hits;
     hits.resize(rays.size());
-    std::vector<double> times, warm_times;
+    std::vector<double> times, warm_times, learned_times;
     TraceCounts counts;
     for (int repetition = -1; repetition < repetitions; ++repetition) {
       counts = {};
       const double before = thread_time_ns();
-      kernel.closest(*scene.scene, rays.rays, 0, rays.size(), hits, counts);
+      kernel.closest(*scene->scene, rays.rays, 0, rays.size(), hits, counts);
       const double time = (thread_time_ns() - before) / static_cast<double>(rays.size());
-      const double warm = warm_ns_per_ray(kernel, *scene.scene, rays.rays, hits);
+      const double warm = batches_ns_per_ray(another, kernel, *scene->scene, rays.rays, hits);
+      const double learned = batches_ns_per_ray(kernel, kernel, *scene->scene, rays.rays, hits);
       if (repetition < 0) continue;
       times.push_back(time);
       warm_times.push_back(warm);
+      learned_times.push_back(learned);
     }
     const Spread time = spread_of(times);
     const auto per_ray = [&](std::uint64_t n) {
       return static_cast<double>(n) / static_cast<double>(rays.size());
     };
-    rows.push_back({subject, rays.name, size, time.median, time.least, time.most,
-                    spread_of(warm_times).median, per_ray(counts.nodes), per_ray(counts.blocks),
-                    build_seconds, tree_bytes, peak_mib()});
+    ScaleRow row;
+    row.subject = subject;
+    row.rays = rays.name;
+    row.size = size;
+    row.ns_per_ray = time.median;
+    row.least = time.least;
+    row.most = time.most;
+    row.warm_ns_per_ray = spread_of(warm_times).median;
+    row.learned_ns_per_ray = spread_of(learned_times).median;
+    row.nodes_per_ray = per_ray(counts.nodes);
+    row.blocks_per_ray = per_ray(counts.blocks);
+    row.build_seconds = scene->build_seconds;
+    row.tree_bytes = tree_bytes;
+    row.peak_mib = peak_mib();
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+/// Rows with nothing but what Embree takes for the same rays.
+Rows measure_embree(std::uint64_t size, int repetitions) {
+  const std::optional<BenchScene> scene = make_scene("triangles", size);
+  if (!scene) return {};
+  const auto contestants =
+      make_embree({"embree1", "embree8_coherent", "embree8_incoherent", "embree16_coherent",
+                   "embree16_incoherent", "embree_stream_coherent", "embree_stream_incoherent"},
+                  *scene);
+  const Pin pin(-1);
+  Rows rows;
+  for (const RaySet& rays : make_ray_sets(*scene, RayCounts::quick())) {
+    Answers answers;
+    answers.resize(rays.size());
+    std::vector<std::vector<double>> times(contestants.size());
+    for (int repetition = -1; repetition < repetitions; ++repetition) {
+      for (std::size_t i = 0; i < contestants.size(); ++i) {
+        const double before = thread_time_ns();
+        contestants[i]->closest(rays, answers);
+        const double time = (thread_time_ns() - before) / static_cast<double>(rays.size());
+        if (repetition >= 0) times[i].push_back(time);
+      }
+    }
+    ScaleRow row;
+    row.embree_ns = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < contestants.size(); ++i) {
+      const double time = spread_of(times[i]).median;
+      if (contestants[i]->name() == "embree1") row.embree1_ns = time;
+      if (time >= row.embree_ns) continue;
+      row.embree_ns = time;
+      row.embree = contestants[i]->name();
+    }
+    rows.push_back(row);
   }
   return rows;
 }
 
 /// In a process of its own, so that the peak of memory is that of this size.
-std::vector<Row> measure_apart(const std::string& subject, std::uint64_t size, int repetitions) {
-  const std::string text =
-      in_own_process([&] { return nlohmann::json(measure(subject, size, repetitions)).dump(); });
+template <class Measure>
+Rows measure_apart(const Measure& measure) {
+  const std::string text = in_own_process([&] { return nlohmann::json(measure()).dump(); });
   if (text.empty()) return {};
-  return nlohmann::json::parse(text).get<std::vector<Row>>();
-}
-
-/// Least squares of value = a + b log2(size).
-struct Fit {
-  double a = 0, b = 0;
-};
-template <class Value>
-Fit fit_logarithm(const std::vector<Row>& rows, Value value) {
-  double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
-  for (const Row& row : rows) {
-    const double x = std::log2(static_cast<double>(row.size)), y = value(row);
-    n += 1;
-    sx += x;
-    sy += y;
-    sxx += x * x;
-    sxy += x * y;
-  }
-  const double b = n < 2 ? 0 : (n * sxy - sx * sy) / (n * sxx - sx * sx);
-  return {n == 0 ? 0 : (sy - b * sx) / n, b};
-}
-
-std::vector<Row> pick(const std::vector<Row>& rows, const std::string& subject,
-                      const std::string& rays) {
-  std::vector<Row> picked;
-  std::copy_if(rows.begin(), rows.end(), std::back_inserter(picked),
-               [&](const Row& row) { return row.subject == subject && row.rays == rays; });
-  return picked;
-}
-
-const std::vector<std::string> kRays{"camera", "lidar", "ao", "incoherent"};
-
-std::vector<std::string> floors(const std::vector<Row>& rows) {
-  std::vector<std::string> lines;
-  char text[240];
-  const Row* largest = nullptr;
-  for (const Row& row : rows) {
-    if (row.subject == "triangles" && (largest == nullptr || row.size > largest->size)) {
-      largest = &row;
-    }
-  }
-  if (largest != nullptr) {
-    const bool ok = largest->size >= 16'000'000 && largest->peak_mib <= 4096;
-    std::snprintf(text, sizeof text,
-                  "floor 7: %.2f (needs at most 4) %s  GiB at the peak with %.1f M triangles, "
-                  "making the scene included",
-                  largest->peak_mib / 1024, ok ? "ok" : "short",
-                  static_cast<double>(largest->size) / 1e6);
-    lines.emplace_back(text);
-  }
-  // If time were proportional to the logarithm of the size these were 1.
-  std::vector<double> time_growth, warm_growth, node_growth;
-  for (const std::string& rays : kRays) {
-    const std::vector<Row> line = pick(rows, "triangles", rays);
-    if (line.size() < 2) continue;
-    const Row& first = line.front();
-    const Row& last = line.back();
-    const double logs =
-        std::log2(static_cast<double>(last.size)) / std::log2(static_cast<double>(first.size));
-    time_growth.push_back(last.ns_per_ray / first.ns_per_ray / logs);
-    warm_growth.push_back(last.warm_ns_per_ray / first.warm_ns_per_ray / logs);
-    node_growth.push_back(last.nodes_per_ray / first.nodes_per_ray / logs);
-  }
-  if (!time_growth.empty()) {
-    const double growth = geometric_mean(time_growth);
-    std::snprintf(text, sizeof text,
-                  "floor 7: %.2f (needs at most 1) %s  growth of ns per ray from the smallest to "
-                  "the largest terrain over that of the logarithm, mean of %zu kinds of rays "
-                  "(warm: %.2f, nodes per ray: %.2f)",
-                  growth, growth <= 1 ? "ok" : "short", time_growth.size(),
-                  geometric_mean(warm_growth), geometric_mean(node_growth));
-    lines.emplace_back(text);
-  }
-  return lines;
-}
-
-bool write_report(const std::vector<Row>& rows, const std::string& folder) {
-  nlohmann::ordered_json json = {{"benchmark", "scale"}, {"machine", machine_name()}};
-  json["rows"] = nlohmann::json(rows);
-  std::ofstream csv(folder + "/scale.csv"), markdown(folder + "/scale.md");
-  csv << "subject,rays,size,ns_per_ray,least,most,warm_ns_per_ray,nodes_per_ray,blocks_per_ray,"
-         "build_seconds,"
-         "tree_bytes,peak_mib\n";
-  for (const Row& row : rows) {
-    csv << row.subject << ',' << row.rays << ',' << row.size << ',' << row.ns_per_ray << ','
-        << row.least << ',' << row.most << ',' << row.warm_ns_per_ray << ',' << row.nodes_per_ray
-        << ',' << row.blocks_per_ray << ',' << row.build_seconds << ',' << row.tree_bytes << ','
-        << row.peak_mib << '\n';
-  }
-  markdown << "# Scale: how time and memory grow\n\n![Scale](scale.png)\n\n"
-           << machine_name()
-           << "; closest hit, one pinned thread, its own CPU time; every size in a process of its "
-              "own. Triangles: one terrain. Instances: copies of a ball of 2,000 triangles. Nodes "
-              "and blocks are what a ray visits: they do not know caches, the time does. Warm: "
-              "batches of "
-              "512 rays, each traced twice, the second time counted.\n\n";
-  for (const std::string& floor : floors(rows)) markdown << "- " << floor << '\n';
-  for (const char* subject : {"triangles", "instances"}) {
-    markdown << "\n## " << subject << "\n\nFitted: a + b log2(size).\n\n"
-             << "| rays | ns: a | ns: b | nodes: a | nodes: b |\n|---|--:|--:|--:|--:|\n";
-    for (const std::string& rays : kRays) {
-      const std::vector<Row> line = pick(rows, subject, rays);
-      const Fit ns = fit_logarithm(line, [](const Row& r) { return r.ns_per_ray; });
-      const Fit nodes = fit_logarithm(line, [](const Row& r) { return r.nodes_per_ray; });
-      json["fits"].push_back({{"subject", subject},
-                              {"rays", rays},
-                              {"ns_a", ns.a},
-                              {"ns_b", ns.b},
-                              {"nodes_a", nodes.a},
-                              {"nodes_b", nodes.b}});
-      char text[160];
-      std::snprintf(text, sizeof text, "| %s | %.1f | %.2f | %.2f | %.3f |\n", rays.c_str(), ns.a,
-                    ns.b, nodes.a, nodes.b);
-      markdown << text;
-    }
-    markdown
-        << "\n| " << subject
-        << " | rays | ns per ray | ns warm | nodes | blocks | build, s | tree, MiB | peak, MiB "
-           "|\n|--:|---|--:|--:|--:|--:|--:|--:|--:|\n";
-    for (const Row& row : rows) {
-      if (row.subject != subject) continue;
-      char text[240];
-      std::snprintf(
-          text, sizeof text,
-          "| %llu | %s | %.0f (%.0f to %.0f) | %.0f | %.1f | %.1f | %.2f | %.1f | %.0f |\n",
-          static_cast<unsigned long long>(row.size), row.rays.c_str(), row.ns_per_ray, row.least,
-          row.most, row.warm_ns_per_ray, row.nodes_per_ray, row.blocks_per_ray, row.build_seconds,
-          row.tree_bytes / (1 << 20), row.peak_mib);
-      markdown << text;
-    }
-  }
-  json["floors"] = floors(rows);
-  std::ofstream out(folder + "/scale.json");
-  out << json.dump(1) << '\n';
-  return out.good() && csv.good() && markdown.good();
+  return nlohmann::json::parse(text).get<Rows>();
 }
 
 }  // namespace
@@ -296,9 +211,17 @@ int main(int argc, char** argv) {
   std::vector<std::pair<std::string, std::uint64_t>> sizes;
   for (std::uint64_t n = 1024; n <= most_triangles; n *= 4) sizes.emplace_back("triangles", n);
   for (std::uint64_t n = 1; n <= most_instances; n *= 10) sizes.emplace_back("instances", n);
-  std::vector<Row> rows;
+  Rows rows;
   for (const auto& [subject, size] : sizes) {
-    const std::vector<Row> more = measure_apart(subject, size, repetitions);
+    Rows more = measure_apart([&] { return measure(subject, size, repetitions); });
+    if (subject == "triangles") {
+      const Rows theirs = measure_apart([&] { return measure_embree(size, repetitions); });
+      for (std::size_t i = 0; i < more.size() && i < theirs.size(); ++i) {
+        more[i].embree1_ns = theirs[i].embree1_ns;
+        more[i].embree_ns = theirs[i].embree_ns;
+        more[i].embree = theirs[i].embree;
+      }
+    }
     if (more.empty()) {
       std::fprintf(stderr, "scale_bench: %llu %s could not be measured\n",
                    static_cast<unsigned long long>(size), subject.c_str());
@@ -307,13 +230,17 @@ int main(int argc, char** argv) {
     std::printf("%9llu %-9s built in %.2f s, tree %.1f MiB, peak %.0f MiB;",
                 static_cast<unsigned long long>(size), subject.c_str(), more[0].build_seconds,
                 more[0].tree_bytes / (1 << 20), more.back().peak_mib);
-    for (const Row& row : more) std::printf(" %s %.0f ns", row.rays.c_str(), row.ns_per_ray);
+    for (const ScaleRow& row : more) {
+      std::printf(" %s %.0f ns", row.rays.c_str(), row.ns_per_ray);
+      if (row.embree_ns > 0) std::printf(" (Embree %.0f)", row.embree_ns);
+    }
     std::printf("\n");
     std::fflush(stdout);
     rows.insert(rows.end(), more.begin(), more.end());
   }
-  for (const std::string& line : floors(rows)) std::printf("%s\n", line.c_str());
-  if (!out.empty() && !write_report(rows, out)) {
+  for (const std::string& line : scale_growth(rows)) std::printf("%s\n", line.c_str());
+  for (const std::string& line : scale_floors(rows)) std::printf("%s\n", line.c_str());
+  if (!out.empty() && !write_scale_report(rows, out)) {
     std::fprintf(stderr, "scale_bench: cannot write to %s\n", out.c_str());
     return 1;
   }
