@@ -14,14 +14,15 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// kRays rays of one octant. Enters a slab no later, and leaves it no earlier, than any of them:
-/// rounded differences and products are monotone, so the extremes of origins and inverses say so
-/// (docs/exactness.md, "Boxes").
+/// Up to kRays rays of one octant. Enters a slab no later, and leaves it no earlier, than any of
+/// them: rounded differences and products are monotone, so the extremes of origins and inverses say
+/// so (docs/exactness.md, "Boxes").
 template <std::size_t kRays>
 class Beam {
  public:
   /// `limit` is the largest of the rays' in tree units. `one_origin`: all rays start at one point.
-  void set(const PreparedColumns<kRays>& columns, bool one_origin, float limit) {
+  void set(const PreparedColumns<kRays>& columns, std::size_t lanes, bool one_origin, float limit) {
+    lanes_ = lanes;
     const bool negative[3] = {(columns.negative[0] & 1u) != 0, (columns.negative[1] & 1u) != 0,
                               (columns.negative[2] & 1u) != 0};
     BoxRay rows;
@@ -86,14 +87,15 @@ class Beam {
 
   /// Bit i: ray i meets the box of that child before its limit; minus infinity is that of a ray
   /// that meets no box any more.
-  HWY_INLINE std::uint32_t rays_that_meet(const WideNode& node, std::uint32_t slot,
-                                          const PreparedColumns<kRays>& columns,
-                                          const float* limits) const {
-    if (one_origin_) return rays_from_one_point_that_meet(node, slot, columns, limits);
+  HWY_INLINE LaneBits rays_that_meet(const WideNode& node, std::uint32_t slot,
+                                     const PreparedColumns<kRays>& columns, const float* limits,
+                                     LaneBits some) const {
+    if (one_origin_) return rays_from_one_point_that_meet(node, slot, columns, limits, some);
     const D d;
     const float* planes = &node.lower[0][slot];
-    std::uint32_t met = 0;
-    for (std::size_t i = 0; i < kRays; i += hn::Lanes(d)) {
+    LaneBits met = 0;
+    for (std::size_t i = 0; i < lanes_; i += hn::Lanes(d)) {
+      if ((some >> i & ((LaneBits{1} << hn::Lanes(d)) - 1)) == 0) continue;
       auto near = hn::Load(d, columns.box_min + i);
       auto far = hn::Load(d, limits + i);
       SIGHTLINE_UNROLL
@@ -105,7 +107,7 @@ class Beam {
         near = max_unless_nan(d, hn::Mul(before, hn::Load(d, columns.near_inverse[k] + i)), near);
         far = min_unless_nan(d, hn::Mul(behind, hn::Load(d, columns.far_inverse[k] + i)), far);
       }
-      met |= mask_bits(d, hn::Le(near, far)) << i;
+      met |= LaneBits{mask_bits(d, hn::Le(near, far))} << i;
     }
     return met;
   }
@@ -114,9 +116,9 @@ class Beam {
   using D = hn::CappedTag<float, kRays>;
 
   /// The same sums, the differences once for all rays.
-  HWY_INLINE std::uint32_t rays_from_one_point_that_meet(const WideNode& node, std::uint32_t slot,
-                                                         const PreparedColumns<kRays>& columns,
-                                                         const float* limits) const {
+  HWY_INLINE LaneBits rays_from_one_point_that_meet(const WideNode& node, std::uint32_t slot,
+                                                    const PreparedColumns<kRays>& columns,
+                                                    const float* limits, LaneBits some) const {
     const D d;
     const float* planes = &node.lower[0][slot];
     hn::Vec<D> before[3], behind[3];
@@ -125,9 +127,9 @@ class Beam {
       before[k] = hn::Set(d, planes[near_row_[k]] - near_origin_[k]);
       behind[k] = hn::Set(d, planes[far_row_[k]] - far_origin_[k]);
     }
-    std::uint32_t met = 0;
-    SIGHTLINE_UNROLL
-    for (std::size_t i = 0; i < kRays; i += hn::Lanes(d)) {
+    LaneBits met = 0;
+    for (std::size_t i = 0; i < lanes_; i += hn::Lanes(d)) {
+      if ((some >> i & ((LaneBits{1} << hn::Lanes(d)) - 1)) == 0) continue;
       auto near = hn::Load(d, columns.box_min + i);
       auto far = hn::Load(d, limits + i);
       SIGHTLINE_UNROLL
@@ -136,13 +138,13 @@ class Beam {
             max_unless_nan(d, hn::Mul(before[k], hn::Load(d, columns.near_inverse[k] + i)), near);
         far = min_unless_nan(d, hn::Mul(behind[k], hn::Load(d, columns.far_inverse[k] + i)), far);
       }
-      met |= mask_bits(d, hn::Le(near, far)) << i;
+      met |= LaneBits{mask_bits(d, hn::Le(near, far))} << i;
     }
     return met;
   }
 
-  static float least(const float* values) { return least_of(D(), values, kRays); }
-  static float most(const float* values) { return most_of(D(), values, kRays); }
+  float least(const float* values) const { return least_of(D(), values, lanes_); }
+  float most(const float* values) const { return most_of(D(), values, lanes_); }
 
   std::uint32_t octant_ = 0;
   std::uint32_t near_row_[3], far_row_[3];  ///< as in BoxRay
@@ -150,6 +152,7 @@ class Beam {
   float near_inverse_[3][2], far_inverse_[3][2];  ///< the extremes
   float tau_min_, limit_;
   bool one_origin_ = false;
+  std::size_t lanes_ = 0;
 };
 
 }  // namespace HWY_NAMESPACE

@@ -27,6 +27,9 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
+/// Rays of a crowd.
+constexpr std::size_t kCrowdRays = 32;
+
 /// For scenes of several entries.
 template <bool kAny>
 class Crowd {
@@ -43,19 +46,19 @@ class Crowd {
     for (double& scale : inner_.tau_scale) scale = 1;
   }
 
-  /// Sets up the rays from `first` on, of which there must be kPacketRays. Returns how many can go
+  /// Sets up the rays from `first` on, of which there must be kCrowdRays. Returns how many can go
   /// together: all or none.
-  std::size_t prepare(std::size_t first) {
+  std::size_t prepare(std::size_t first, std::size_t /*most*/ = kCrowdRays) {
     first_ = first;
-    for (std::uint32_t& bits : columns_.negative) bits = 0;
+    for (LaneBits& bits : columns_.negative) bits = 0;
     columns_.largest_x = columns_.largest_y = 0;
     std::uint32_t good = 0;
-    fetch_rays(rays_, first + kPacketRays);
-    for (std::size_t i = 0; i < kPacketRays; i += hn::MaxLanes(DoubleLanes()))
+    fetch_rays(rays_, first + 2 * kCrowdRays, kCrowdRays);
+    for (std::size_t i = 0; i < kCrowdRays; i += hn::MaxLanes(DoubleLanes()))
       good |= preparation_.prepare_columns(rays_, first + i, i, columns_) << i;
     if (good != kAllRays) return 0;
     bool exact = true;
-    for (std::size_t i = 0; i < kPacketRays; ++i)
+    for (std::size_t i = 0; i < kCrowdRays; ++i)
       exact &= anchored_.set_direction(
           i, {rays_.dx[first + i], rays_.dy[first + i], rays_.dz[first + i]});
     if (!exact) return 0;
@@ -63,9 +66,9 @@ class Crowd {
     anchored_.origin[1] = &rays_.oy[first];
     anchored_.origin[2] = &rays_.oz[first];
     anchored_.tau_min = columns_.tau_min;
-    reach_ = most_of(DoubleLanes(), columns_.reach, kPacketRays);
-    hits_.start(first, columns_.tau_max);
-    return kPacketRays;
+    reach_ = most_of(DoubleLanes(), columns_.reach, kCrowdRays);
+    hits_.start(first, columns_.tau_max, kCrowdRays);
+    return kCrowdRays;
   }
 
   /// Traces what `prepare` has set up. True if the flight would have cost more.
@@ -78,29 +81,29 @@ class Crowd {
     start(0, columns_, kAllRays);
     walk<true>(tree_.top, columns_, top_, 0);
     if constexpr (kAny) {
-      for (std::size_t i = 0; i < kPacketRays; ++i)
+      for (std::size_t i = 0; i < kCrowdRays; ++i)
         occluded_[first_ + i] = (looking_ >> i & 1u) != 0 ? 0 : 1;
     } else {
-      hits_.hand_over(kPacketRays, finish);
+      hits_.hand_over(kCrowdRays, finish);
     }
     counts_.nodes += ray_steps_;
-    counts_.packet_rays += kPacketRays;
+    counts_.packet_rays += kCrowdRays;
     return kFewestPerNode * steps_ < ray_steps_;
   }
 
  private:
-  using D = hn::CappedTag<float, kPacketRays>;
+  using D = hn::CappedTag<float, kCrowdRays>;
   using DoubleLanes = GroupPreparation::D;
-  using Slabs = SlabColumns<kPacketRays>;
-  static constexpr std::size_t kVectors = kPacketRays / hn::MaxLanes(D());
-  static constexpr std::uint32_t kAllRays = ~0u >> (32 - kPacketRays);
+  using Slabs = SlabColumns<kCrowdRays>;
+  static constexpr std::size_t kVectors = kCrowdRays / hn::MaxLanes(D());
+  static constexpr std::uint32_t kAllRays = ~0u >> (32 - kCrowdRays);
   /// With fewer rays at a node the flight is faster.
   static constexpr std::uint64_t kFewestPerNode = 5;
 
   /// What a tree makes of the rays' limits, and which order suits most of them.
   struct Space {
-    HWY_ALIGN double tau_scale[kPacketRays];
-    HWY_ALIGN float limit[kPacketRays];
+    HWY_ALIGN double tau_scale[kCrowdRays];
+    HWY_ALIGN float limit[kCrowdRays];
     std::uint32_t octant = 0;
 
     void set_octant(const Slabs& slabs, std::uint32_t rays) {
@@ -109,10 +112,10 @@ class Crowd {
         octant |= 2 * std::popcount(slabs.negative[k] & rays) > std::popcount(rays) ? 1u << k : 0;
     }
     /// BoxRay::limit of all bounds.
-    void set_limits(const GroupHits& hits) {
+    void set_limits(const GroupHits<kCrowdRays>& hits) {
       const DoubleLanes dd;
       const hn::Rebind<float, DoubleLanes> df;
-      for (std::size_t i = 0; i < kPacketRays; i += hn::Lanes(dd)) {
+      for (std::size_t i = 0; i < kCrowdRays; i += hn::Lanes(dd)) {
         const auto tau = hn::Mul(hn::Load(dd, hits.bounds() + i), hn::Load(dd, tau_scale + i));
         const auto step = hn::MulAdd(hn::Abs(tau), hn::Set(dd, bounds::kLimitStep),
                                      hn::Set(dd, bounds::kLimitFloor));
@@ -125,7 +128,7 @@ class Crowd {
   /// Puts the root of a tree on the stack: where the rays of `rays` enter it; NaN for the others,
   /// which passes no comparison, there and in all that is below.
   void start(std::size_t at, const Slabs& slabs, std::uint32_t rays) {
-    for (std::size_t i = 0; i < kPacketRays; ++i)
+    for (std::size_t i = 0; i < kCrowdRays; ++i)
       near_[at][i] =
           (rays >> i & 1u) != 0 ? slabs.box_min[i] : std::numeric_limits<float>::quiet_NaN();
   }
@@ -140,7 +143,7 @@ class Crowd {
       --size;
       const std::uint32_t ref = ref_[size];
       std::uint32_t met = 0;
-      for (std::size_t i = 0; i < kPacketRays; i += hn::Lanes(d))
+      for (std::size_t i = 0; i < kCrowdRays; i += hn::Lanes(d))
         met |= mask_bits(d, hn::Le(hn::Load(d, near_[size] + i), hn::Load(d, space.limit + i)))
                << i;
       if constexpr (kAny) met &= looking_;
@@ -237,10 +240,10 @@ class Crowd {
 
   void map(const Placement& placement, int scale_exponent, std::uint32_t met) {
     const DoubleLanes dd;
-    for (std::uint32_t& bits : inner_slabs_.negative) bits = 0;
+    for (LaneBits& bits : inner_slabs_.negative) bits = 0;
     std::uint32_t good = 0;
     if (!placement.world_boxes) {
-      for (std::size_t i = 0; i < kPacketRays; i += hn::Lanes(dd)) {
+      for (std::size_t i = 0; i < kCrowdRays; i += hn::Lanes(dd)) {
         if ((met >> i & ((1u << hn::Lanes(dd)) - 1u)) == 0) continue;
         good |= map_lanes(dd, anchored_, i, placement.space, power_of_two(scale_exponent),
                           inner_slabs_, inner_.tau_scale)
@@ -331,15 +334,15 @@ class Crowd {
   TraceCounts& counts_;
   GroupPreparation preparation_;
   std::size_t first_ = 0;
-  PreparedColumns<kPacketRays> columns_;  ///< slabs in the units of the tree over the placements
-  AnchoredColumns<kPacketRays> anchored_;
+  PreparedColumns<kCrowdRays> columns_;  ///< slabs in the units of the tree over the placements
+  AnchoredColumns<kCrowdRays> anchored_;
   Slabs inner_slabs_;  ///< in the space of the placement that was entered
   Space top_, inner_;
-  GroupHits hits_;
+  GroupHits<kCrowdRays> hits_;
   std::uint32_t looking_ = 0;  ///< rays of "any" that have met nothing yet
   double reach_ = 0;           ///< at least that of every ray
   std::uint32_t ref_[kWaiting];
-  HWY_ALIGN float near_[kWaiting][kPacketRays];
+  HWY_ALIGN float near_[kWaiting][kCrowdRays];
   std::uint64_t steps_ = 0;      ///< nodes opened
   std::uint64_t ray_steps_ = 0;  ///< nodes that the rays would have visited one by one
 };

@@ -108,7 +108,7 @@ class Finisher {
 
  private:
   static constexpr std::uint32_t kAll = (1u << kGroup) - 1;
-  static constexpr std::size_t kMostNeighbours = 32;
+  static constexpr std::size_t kMostNeighbours = 64;
   static_assert(kGroup == SeenPlanes::kRays);
 
   /// Whether those rays start at one point: then planes_ are seen from there.

@@ -20,21 +20,18 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// Rays that go together at most.
-constexpr std::size_t kPacketRays = 32;
-
-/// Starts fetching the rays of the next packet, if there are as many.
-HWY_INLINE void fetch_rays(const RayBatch& rays, std::size_t first) {
-  if (rays.size() < first + kPacketRays) return;
+/// Starts fetching `count` rays of the next packet but one, if there are as many.
+HWY_INLINE void fetch_rays(const RayBatch& rays, std::size_t first, std::size_t count) {
+  if (rays.size() < first + count) return;
   for (const auto* column :
        {&rays.ox, &rays.oy, &rays.oz, &rays.dx, &rays.dy, &rays.dz, &rays.tmin, &rays.tmax}) {
-    SIGHTLINE_UNROLL
-    for (std::size_t i = 0; i < kPacketRays; i += 64 / sizeof(double))
+    for (std::size_t i = 0; i < count; i += 64 / sizeof(double))
       hwy::Prefetch(column->data() + first + i);
   }
 }
 
-/// The ClosestHit of each of kPacketRays rays, side by side.
+/// The ClosestHit of each of at most kRays rays, side by side.
+template <std::size_t kRays>
 class GroupHits {
  public:
   using D = GroupPreparation::D;
@@ -42,12 +39,12 @@ class GroupHits {
   GroupHits(const SceneView& scene, const RayBatch& rays, TraceCounts& counts)
       : scene_(scene), tree_(scene.tree()), rays_(rays), counts_(counts) {}
 
-  /// No hits of the rays from `first` on, whose limits are below `tau_max`.
-  void start(std::size_t first, const double* tau_max) {
+  /// No hits of the `count` rays from `first` on, whose limits are below `tau_max`.
+  void start(std::size_t first, const double* tau_max, std::size_t count) {
     first_ = first;
     const D dd;
     const hn::RebindToUnsigned<D> du;
-    for (std::size_t i = 0; i < kPacketRays; i += hn::Lanes(dd)) {
+    for (std::size_t i = 0; i < count; i += hn::Lanes(dd)) {
       hn::Store(hn::Set(dd, ClosestHit::kNever), dd, low_ + i);
       hn::Store(hn::Load(dd, tau_max + i), dd, bound_ + i);
       hn::Store(hn::Zero(du), du, candidate_ + i);
@@ -208,9 +205,9 @@ class GroupHits {
   std::uint32_t number_ = 0;
   const Placement* entered_ = nullptr;
   const std::byte* base_ = nullptr;
-  HWY_ALIGN double low_[kPacketRays];
-  HWY_ALIGN double bound_[kPacketRays];
-  HWY_ALIGN std::uint64_t candidate_[kPacketRays];
+  HWY_ALIGN double low_[kRays];
+  HWY_ALIGN double bound_[kRays];
+  HWY_ALIGN std::uint64_t candidate_[kRays];
 };
 
 }  // namespace HWY_NAMESPACE

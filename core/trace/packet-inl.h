@@ -1,4 +1,4 @@
-// Up to 32 neighbouring rays through one tree together: rays of a camera or a scanner that run side
+// Up to 64 neighbouring rays through one tree together: rays of a camera or a scanner that run side
 // by side meet the same nodes.
 //
 //   beam    bounds the slabs of all rays: culls the eight children of a node at once
@@ -33,6 +33,8 @@ namespace HWY_NAMESPACE {
 /// Below eight lanes there is nothing to win.
 constexpr bool kPacketsWork = HWY_MAX_BYTES >= 32;
 constexpr std::size_t kFewestRays = 4;
+/// Rays of a packet at most: where they meet much in common, and elsewhere.
+constexpr std::size_t kPacketRays = 64, kNarrowRays = 32;
 
 template <bool kAny, Layout kLayout>
 class Packet {
@@ -50,31 +52,35 @@ class Packet {
     hits_.enter(0);
   }
 
-  /// Sets up the rays from `first` on, of which there must be kPacketRays, but only `most` are
-  /// meant. Returns how many can go together; fewer than kFewestRays are not to be traced so.
-  std::size_t prepare(std::size_t first, std::size_t most = kPacketRays) {
+  /// Sets up the rays from `first` on, of which there must be kNarrowRays, and kPacketRays if
+  /// `most` is larger; but only `most` are meant. Returns how many can go together; fewer than
+  /// kFewestRays are not to be traced so.
+  std::size_t prepare(std::size_t first, std::size_t most) {
     first_ = first;
-    for (std::uint32_t& bits : columns_.negative) bits = 0;
+    lanes_ = is_wide_ && most > kNarrowRays ? kPacketRays : kNarrowRays;
+    for (LaneBits& bits : columns_.negative) bits = 0;
     columns_.largest_x = columns_.largest_y = 0;
     constexpr std::size_t kStep = hn::MaxLanes(GroupPreparation::D());
-    std::uint32_t alike = 0;
-    fetch_rays(rays_, first + kPacketRays);
-    for (std::size_t i = 0; i < kPacketRays; i += kStep) {
-      alike |= preparation_.prepare_columns(rays_, first + i, i, columns_) << i;
+    LaneBits alike = 0;
+    fetch_rays(rays_, first + kPacketRays, lanes_);
+    for (std::size_t i = 0; i < lanes_; i += kStep) {
+      alike |= LaneBits{preparation_.prepare_columns(rays_, first + i, i, columns_)} << i;
     }
     // One octant, one largest axis: those of the first ray.
-    for (const std::uint32_t bits : {columns_.negative[0], columns_.negative[1],
-                                     columns_.negative[2], columns_.largest_x, columns_.largest_y})
+    for (const LaneBits bits : {columns_.negative[0], columns_.negative[1], columns_.negative[2],
+                                columns_.largest_x, columns_.largest_y})
       alike &= (bits & 1u) != 0 ? bits : ~bits;
+    // No ray goes in the lanes from lanes_ on: their bits are not set.
     const auto count = std::min(static_cast<std::size_t>(std::countr_one(alike)), most);
     if (count < kFewestRays) return count;
-    if (count < kPacketRays) repeat_first(count);
-    hits_.start(first, columns_.tau_max);
-    for (std::size_t i = count; i < kPacketRays; ++i) hits_.exclude(i, -1 / scale_);
+    if (count <= kNarrowRays) lanes_ = kNarrowRays;
+    if (count < lanes_) repeat_first(count);
+    hits_.start(first, columns_.tau_max, lanes_);
+    for (std::size_t i = count; i < lanes_; ++i) hits_.exclude(i, -1 / scale_);
     axes_ = columns_.filter(0);
-    reach_ = most_of(GroupPreparation::D(), columns_.reach, kPacketRays);
-    has_wedge_ = wedge_.set(columns_, reach_);
-    beam_.set(columns_, has_wedge_, set_limits());
+    reach_ = most_of(GroupPreparation::D(), columns_.reach, lanes_);
+    has_wedge_ = wedge_.set(columns_, lanes_, reach_);
+    beam_.set(columns_, lanes_, has_wedge_, set_limits());
     count_ = count;
     return count;
   }
@@ -91,6 +97,7 @@ class Packet {
     }
     counts_.nodes += ray_steps_;
     counts_.packet_rays += count_;
+    is_wide_ = kFewestPerStep * steps_ * count_ <= ray_steps_ * kNarrowRays;
     return steps_ < ray_steps_;
   }
 
@@ -108,19 +115,21 @@ class Packet {
   std::uint64_t ray_steps() const { return ray_steps_; }
 
  private:
-  static constexpr std::uint32_t kAllRays = ~0u >> (32 - kPacketRays);
+  /// Of kNarrowRays, that wait at a node or box in the mean: with fewer that is enough.
+  static constexpr std::uint64_t kFewestPerStep = 3;
   static constexpr std::uint64_t kStepsToTry = 48;  ///< before a try may end
 
   /// A child that waits for its turn.
   struct Waiting {
     HWY_ALIGN std::uint32_t parent[kWaiting];
     HWY_ALIGN std::uint32_t slot[kWaiting];
-    HWY_ALIGN float near[kWaiting];  ///< of the beam
+    HWY_ALIGN float near[kWaiting];     ///< of the beam
+    HWY_ALIGN LaneBits rays[kWaiting];  ///< that have met the parent
   };
 
   /// Fills the lanes from `count` on with the first ray, so that they widen no beam.
   void repeat_first(std::size_t count) {
-    for (std::size_t i = count; i < kPacketRays; ++i) {
+    for (std::size_t i = count; i < lanes_; ++i) {
       for (std::size_t k = 0; k < 3; ++k) {
         columns_.near_origin[k][i] = columns_.near_origin[k][0];
         columns_.far_origin[k][i] = columns_.far_origin[k][0];
@@ -138,10 +147,10 @@ class Packet {
 
   void walk() {
     if (ChildRef::is_leaf(tree_.root)) {
-      visit_leaf(tree_.root, kAllRays >> (kPacketRays - count_));
+      visit_leaf(tree_.root, ~LaneBits{0} >> (64 - count_));
       return;
     }
-    std::size_t size = expand(tree_.root, 0);
+    std::size_t size = expand(tree_.root, 0, ~LaneBits{0} >> (64 - count_));
     ray_steps_ += count_;
     while (size > 0) {
       --size;
@@ -149,7 +158,8 @@ class Packet {
       const WideNode& parent = tree_.node(waiting_.parent[size]);
       const std::uint32_t slot = waiting_.slot[size];
       const std::uint32_t ref = parent.child[slot];
-      const std::uint32_t met = beam_.rays_that_meet(parent, slot, columns_, limit_);
+      const LaneBits met =
+          beam_.rays_that_meet(parent, slot, columns_, limit_, waiting_.rays[size]);
       ++steps_;
       ++counts_.packet_boxes;
       if (met == 0) continue;
@@ -157,18 +167,21 @@ class Packet {
         visit_leaf(ref, met);
       } else {
         if (HWY_UNLIKELY(steps_ > steps_to_try_) && ray_steps_ < steps_) return;
-        size = expand(ref, size);
-        ray_steps_ += static_cast<std::uint32_t>(std::popcount(met));
+        size = expand(ref, size, met);
+        ray_steps_ += static_cast<std::uint64_t>(std::popcount(met));
       }
     }
   }
 
   /// Puts the children of a node that the beam meets on the stack, the nearest last.
-  HWY_INLINE std::size_t expand(std::uint32_t ref, std::size_t size) {
+  HWY_INLINE std::size_t expand(std::uint32_t ref, std::size_t size, LaneBits rays) {
     const hn::CappedTag<std::uint32_t, kArity> du;
     ++steps_;
     ++counts_.packet_nodes;
     hn::StoreU(hn::Set(du, ref), du, waiting_.parent + size);
+    const hn::CappedTag<LaneBits, kArity> dr;
+    for (std::size_t i = 0; i < kArity; i += hn::Lanes(dr))
+      hn::StoreU(hn::Set(dr, rays), dr, waiting_.rays + size + i);
     const WideNode& node = tree_.node(ref);
     const std::size_t more = beam_.children(node, waiting_.slot + size, waiting_.near + size);
     for (std::size_t i = size; i < size + more; ++i)
@@ -176,7 +189,7 @@ class Packet {
     return size + more;
   }
 
-  HWY_INLINE void visit_leaf(std::uint32_t ref, std::uint32_t met) {
+  HWY_INLINE void visit_leaf(std::uint32_t ref, LaneBits met) {
     const LeafBlock* block = tree_.blocks(ref);
     changed_ = false;
     ++counts_.packet_leaves;
@@ -200,7 +213,7 @@ class Packet {
     }
     if (!changed_) return;
     if constexpr (kAny) {
-      beam_.set_limit(most_of(hn::CappedTag<float, kPacketRays>(), limit_, kPacketRays));
+      beam_.set_limit(most_of(hn::CappedTag<float, kPacketRays>(), limit_, lanes_));
     } else {
       beam_.set_limit(set_limits());
     }
@@ -208,19 +221,19 @@ class Packet {
 
   /// Whether rays side by side fill the vectors that they need at least to three quarters of what
   /// `triangles` side by side fill.
-  static bool is_full(std::uint32_t met, std::uint32_t count, std::uint32_t triangles) {
+  bool is_full(LaneBits met, std::uint32_t count, std::uint32_t triangles) const {
     constexpr std::size_t kWide = hn::MaxLanes(GroupPreparation::D());
     std::uint32_t room = 0;
-    for (std::size_t i = 0; i < kPacketRays; i += kWide)
+    for (std::size_t i = 0; i < lanes_; i += kWide)
       room += (met >> i & ((1u << kWide) - 1u)) != 0 ? kWide : 0;
     return 4 * kLanes * count >= 3 * triangles * room;
   }
 
   /// Each ray with four triangles at a time. Returns the rays that are still looking.
   template <class Triangles>
-  HWY_INLINE std::uint32_t few_rays(const LeafBlock& block, const Triangles& triangles, double edge,
-                                    std::uint32_t met) {
-    for (std::uint32_t rest = met; rest != 0; rest &= rest - 1) {
+  HWY_INLINE LaneBits few_rays(const LeafBlock& block, const Triangles& triangles, double edge,
+                               LaneBits met) {
+    for (LaneBits rest = met; rest != 0; rest &= rest - 1) {
       const auto i = static_cast<std::uint32_t>(std::countr_zero(rest));
       LeafVerdict verdict;
       filter_triangles<Pace::kLatency>(triangles, edge, columns_.filter(i), reach_, hits_.bound(i),
@@ -240,15 +253,15 @@ class Packet {
   /// Each of those triangles that `some` has a bit for with as many rays at a time as a vector
   /// holds.
   template <class Triangles>
-  HWY_INLINE std::uint32_t many_rays(const LeafBlock& block, const Triangles& triangles,
-                                     std::uint32_t some, double edge, std::uint32_t met) {
+  HWY_INLINE LaneBits many_rays(const LeafBlock& block, const Triangles& triangles,
+                                std::uint32_t some, double edge, LaneBits met) {
     const GroupPreparation::D dd;
     const OneByOne one_by_one(triangles);
     for (; some != 0; some &= some - 1) {
       const auto lane = static_cast<std::uint32_t>(std::countr_zero(some));
       const auto triangle = one_by_one.in_every_lane(dd, lane);
-      for (std::size_t i = 0; i < kPacketRays; i += hn::Lanes(dd)) {
-        const std::uint32_t wanted = met >> i & ((1u << hn::Lanes(dd)) - 1u);
+      for (std::size_t i = 0; i < lanes_; i += hn::Lanes(dd)) {
+        const auto wanted = static_cast<std::uint32_t>(met >> i) & ((1u << hn::Lanes(dd)) - 1u);
         if (wanted == 0) continue;
         LaneVerdicts<GroupPreparation::D> found;
         if (!filter_lanes<Pace::kLatency>(dd, triangle, edge, load_rays(i), reach_, found))
@@ -283,9 +296,9 @@ class Packet {
   }
 
   /// Marks rays that need no more; returns their bits in the packet.
-  HWY_INLINE std::uint32_t some_leave(const LeafBlock& block, std::uint32_t lane, std::size_t first,
-                                      std::uint32_t certain, std::uint32_t examine) {
-    std::uint32_t left = 0;
+  HWY_INLINE LaneBits some_leave(const LeafBlock& block, std::uint32_t lane, std::size_t first,
+                                 std::uint32_t certain, std::uint32_t examine) {
+    LaneBits left = 0;
     for (std::uint32_t rest = certain | examine; rest != 0; rest &= rest - 1) {
       const auto j = static_cast<std::uint32_t>(std::countr_zero(rest));
       const auto i = static_cast<std::uint32_t>(first) + j;
@@ -293,9 +306,9 @@ class Packet {
     }
     return left;
   }
-  std::uint32_t leave(std::uint32_t i) {
+  LaneBits leave(std::uint32_t i) {
     limit_[i] = -kInfF;  // meets no box any more
-    return 1u << i;
+    return LaneBits{1} << i;
   }
 
   /// BoxRay::limit of all bounds. Returns the largest.
@@ -310,7 +323,7 @@ class Packet {
       return hn::DemoteTo(df, hn::Add(tau, step));
     };
     auto most = hn::Set(df, -kInfF);
-    for (std::size_t i = 0; i < kPacketRays; i += 2 * hn::Lanes(dd)) {
+    for (std::size_t i = 0; i < lanes_; i += 2 * hn::Lanes(dd)) {
       const auto low = limits_from(i), high = limits_from(i + hn::Lanes(dd));
       store_pair(df, low, high, limit_ + i);
       most = hn::Max(most, hn::Max(low, high));
@@ -325,8 +338,10 @@ class Packet {
   GroupPreparation preparation_;
   double scale_;
   std::size_t first_ = 0, count_ = 0;
+  std::size_t lanes_ = kNarrowRays;  ///< count_ rounded up to whole vectors, or more
+  bool is_wide_ = false;             ///< rays have met much in common
   PreparedColumns<kPacketRays> columns_;
-  GroupHits hits_;
+  GroupHits<kPacketRays> hits_;
   HWY_ALIGN float limit_[kPacketRays];  ///< of the hits; minus infinity: this ray needs no more
   bool changed_ = false;                ///< some limit, since it was last looked at
   FilterRay axes_;                      ///< kx, ky, kz of all rays

@@ -39,6 +39,9 @@ inline void prepare_one(const Ray& ray, const Box3d& bounds, int scale_exponent,
   out.simple = false;
 }
 
+/// Bit i: of ray i of those side by side.
+using LaneBits = std::uint64_t;
+
 /// What BoxRay keeps of rays side by side: lane i is a ray.
 template <std::size_t kRays>
 struct SlabColumns {
@@ -46,7 +49,7 @@ struct SlabColumns {
   HWY_ALIGN float near_inverse[3][kRays], far_inverse[3][kRays];
   HWY_ALIGN float box_min[kRays];
   /// Bit i: of lane i. The component of the direction is negative.
-  std::uint32_t negative[3] = {0, 0, 0};
+  LaneBits negative[3] = {0, 0, 0};
 
   /// Fills axis k of the lanes from `lane` on: an origin in tree units that is known up to `pad`,
   /// and a component of a direction whose largest is in [1, 2), with 1 / |component| beside it.
@@ -65,8 +68,9 @@ struct SlabColumns {
     const auto far = hn::DemoteTo(
         df, hn::CopySign(hn::Mul(inverse, hn::Set(dd, 1 + bounds::kInverseStep)), direction));
     const hn::RebindToSigned<D> di;
-    negative[k] |= mask_bits(di, hn::MaskFromVec(hn::BroadcastSignBit(hn::BitCast(di, direction))))
-                   << lane;
+    negative[k] |=
+        LaneBits{mask_bits(di, hn::MaskFromVec(hn::BroadcastSignBit(hn::BitCast(di, direction))))}
+        << lane;
     const auto negative_f = hn::Lt(far, hn::Zero(df));
     hn::Store(hn::IfThenElse(negative_f, below, above), df, near_origin[k] + lane);
     hn::Store(hn::IfThenElse(negative_f, above, below), df, far_origin[k] + lane);
@@ -82,7 +86,7 @@ struct PreparedColumns : SlabColumns<kRays> {
   HWY_ALIGN double origin[3][kRays];  ///< on the axes kx, ky, kz of each ray
   HWY_ALIGN double shear_x[kRays], shear_y[kRays], inverse_z[kRays], reach[kRays];
   HWY_ALIGN double tau_min[kRays], tau_max[kRays];
-  std::uint32_t largest_x = 0, largest_y = 0;  ///< bit i: that component of lane i is the largest
+  LaneBits largest_x = 0, largest_y = 0;  ///< bit i: that component of lane i is the largest
 
   FilterRay filter(std::size_t i) const {
     FilterRay ray;
@@ -94,7 +98,8 @@ struct PreparedColumns : SlabColumns<kRays> {
     ray.reach = reach[i];
     ray.tau_min_low = ray.tau_min_high = tau_min[i];
     ray.tau_max_low = tau_max[i];
-    set_axes(largest_x >> i & 1u, largest_y >> i & 1u, ray);
+    set_axes(static_cast<std::uint32_t>(largest_x >> i & 1u),
+             static_cast<std::uint32_t>(largest_y >> i & 1u), ray);
     return ray;
   }
   /// Each argument 0 or 1.
@@ -202,8 +207,8 @@ class Preparation {
     hn::Store(reach, dd, out.reach + lane);
     hn::Store(tau_min, dd, out.tau_min + lane);
     hn::Store(tau_max, dd, out.tau_max + lane);
-    out.largest_x |= mask_bits(dd, z_is_x) << lane;
-    out.largest_y |= mask_bits(dd, z_is_y) << lane;
+    out.largest_x |= LaneBits{mask_bits(dd, z_is_x)} << lane;
+    out.largest_y |= LaneBits{mask_bits(dd, z_is_y)} << lane;
     hn::Store(hn::DemoteTo(df, hn::Mul(tau_min, hn::Set(dd, scale_ * (1 - bounds::kLimitStep)))),
               df, out.box_min + lane);
     return mask_bits(dd, simple);
@@ -230,8 +235,8 @@ class Preparation {
         ray.box.near_inverse[k] = columns.near_inverse[k][i];
         ray.box.far_inverse[k] = columns.far_inverse[k][i];
       }
-      ray.box.set_octant(columns.negative[0] >> i & 1u, columns.negative[1] >> i & 1u,
-                         columns.negative[2] >> i & 1u);
+      const auto negative = [&](std::size_t k) { return (columns.negative[k] >> i & 1u) != 0; };
+      ray.box.set_octant(negative(0), negative(1), negative(2));
       ray.box.tau_min = columns.box_min[i];
       ray.box.tau_scale = scale_;
     }

@@ -41,7 +41,7 @@ void with_layout(const SceneView& scene, Call&& call) {
 }
 
 /// How many rays from `first` on to leave to the flight before going together is worth a try: a
-/// quick look at the octants of the next few, of which there must be kPacketRays.
+/// quick look at the octants of the next few, of which there must be kNarrowRays.
 inline std::size_t rays_before(const RayBatch& rays, std::size_t first) {
   const auto octant = [&](std::size_t i) {
     return (std::signbit(rays.dx[i]) ? 1 : 0) | (std::signbit(rays.dy[i]) ? 2 : 0) |
@@ -55,7 +55,7 @@ inline std::size_t rays_before(const RayBatch& rays, std::size_t first) {
     last = next;
     if (alike == kFewestRays) return i + 1 - kFewestRays;
   }
-  return kPacketRays;
+  return kNarrowRays;
 }
 
 /// Takes neighbouring rays as packets or crowds while that is the cheaper way, those that point
@@ -78,7 +78,7 @@ class Together {
     while (begin < end) {
       const std::size_t in_order = step_in_order(begin, end - begin, finish);
       begin += in_order > 0 ? in_order : step(begin, end - begin, finish);
-      if (group_count_ + kPacketRays / kGroupRays > kGroups || begin == end) fly(finish);
+      if (group_count_ + kNarrowRays / kGroupRays > kGroups || begin == end) fly(finish);
     }
   }
 
@@ -135,20 +135,21 @@ class Together {
   /// how many.
   template <class Finish>
   HWY_INLINE std::size_t step(std::size_t begin, std::size_t left, Finish& finish) {
-    std::size_t alone = std::min(left, kPacketRays);
+    std::size_t alone = std::min(left, kNarrowRays);
     if constexpr (kPacketsWork) {
       if (wait_ > 0) {
         --wait_;
-      } else if (left >= kPacketRays) {
+      } else if (left >= kNarrowRays) {
         alone = rays_before(rays_, begin);
         if (alone == 0) {
-          const std::size_t count = group_.prepare(begin);
+          const std::size_t count =
+              group_.prepare(begin, left < kPacketRays ? kNarrowRays : kPacketRays);
           if (count >= kFewestRays) {
             pause_ = group_.trace(finish) ? 0 : std::min(2 * pause_ + 2, kLongestPause);
             wait_ = pause_;
             return count;
           }
-          alone = count > 0 ? count : kPacketRays;
+          alone = count > 0 ? count : kNarrowRays;
         }
       }
     }

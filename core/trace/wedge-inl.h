@@ -23,18 +23,18 @@ class Wedge {
  public:
   /// `reach` is at least that of every ray. False, and of no use, if the rays start at several
   /// points.
-  bool set(const PreparedColumns<kRays>& rays, double reach) {
+  bool set(const PreparedColumns<kRays>& rays, std::size_t lanes, double reach) {
     const D d;
     auto same = hn::FirstN(d, hn::Lanes(d));
     SIGHTLINE_UNROLL
     for (std::size_t k = 0; k < 3; ++k) {
       origin_[k] = rays.origin[k][0];
-      for (std::size_t i = 0; i < kRays; i += hn::Lanes(d))
+      for (std::size_t i = 0; i < lanes; i += hn::Lanes(d))
         same = hn::And(same, hn::Eq(hn::Load(d, rays.origin[k] + i), hn::Set(d, origin_[k])));
     }
     if (!hn::AllTrue(d, same)) return false;
-    set_range(rays.shear_x, shear_x_);
-    set_range(rays.shear_y, shear_y_);
+    set_range(rays.shear_x, lanes, shear_x_);
+    set_range(rays.shear_y, lanes, shear_y_);
     const double unit = bounds::kU * reach;
     coordinate_error_ = bounds::kSlack * unit + bounds::kSignFloor;
     edge_error_ = bounds::kWedge * unit * reach + bounds::kSignFloor;
@@ -102,9 +102,9 @@ class Wedge {
     hn::Vec<FilterLanes> low, high;
   };
 
-  static void set_range(const double* values, double (&range)[2]) {
-    range[0] = least_of(D(), values, kRays);
-    range[1] = most_of(D(), values, kRays);
+  static void set_range(const double* values, std::size_t count, double (&range)[2]) {
+    range[0] = least_of(D(), values, count);
+    range[1] = most_of(D(), values, count);
   }
   static HWY_INLINE Range products(hn::Vec<FilterLanes> factor, const double (&range)[2]) {
     const FilterLanes d;

@@ -58,7 +58,7 @@ class Window {
     const InOrder<Finish> in_order{finish, order_, first};
     std::uint64_t steps = 0, ray_steps = 0;
     for (std::size_t i = 0; i < count;) {
-      const std::size_t together = packet_.prepare(i, count - i);
+      const std::size_t together = packet_.prepare(i, std::min(count - i, kPacketRays));
       if (together < kFewestRays) {
         for (const std::size_t end = i + std::max<std::size_t>(together, 1); i < end; ++i)
           alone(first + order_[i]);
@@ -85,9 +85,9 @@ class Window {
   bool does_try_pay(std::size_t first, const std::uint32_t (&counts)[kClasses],
                     std::uint8_t wanted) {
     // If most are alike they go as packets where they stand.
-    if (counts[wanted] < kPacketRays / 2 || counts[wanted] > kLook / 2) return false;
+    if (counts[wanted] < kNarrowRays / 2 || counts[wanted] > kLook / 2) return false;
     std::size_t count = 0;
-    for (std::size_t i = 0; i < kLook && count < kPacketRays; ++i) {
+    for (std::size_t i = 0; i < kLook && count < kNarrowRays; ++i) {
       if (class_[i] == wanted) order_[count++] = static_cast<std::uint32_t>(i);
     }
     copy(first, count);
