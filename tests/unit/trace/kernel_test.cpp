@@ -224,14 +224,15 @@ TEST(Kernel, answers_like_the_exact_predicate_on_every_triangle) {
 
 /// Rows of a picture that looks along -z from in front of the scene, some of them with rays that
 /// are parallel, some with limits of their own, one with a ray that goes elsewhere. Directions meet
-/// zeros of both signs, octants and largest axes change inside a row.
-RayBatch make_rows(const Case& c, std::size_t rows, std::size_t columns) {
+/// zeros of both signs, octants and largest axes change inside a row. `per_unit` columns side by
+/// side are as far apart as the scene is deep.
+RayBatch make_rows(const Case& c, std::size_t rows, std::size_t columns, double per_unit = 64) {
   const double s = static_cast<double>(c.scale) * (c.integer ? 3 : 1);
   const double shift = static_cast<double>(c.shift);
   RayBatch rays;
   for (std::size_t row = 0; row < rows; ++row) {
     for (std::size_t column = 0; column < columns; ++column) {
-      const double x = (static_cast<double>(column) - static_cast<double>(columns / 2)) / 64;
+      const double x = (static_cast<double>(column) - static_cast<double>(columns / 2)) / per_unit;
       const double y = (static_cast<double>(row) - static_cast<double>(rows / 2)) / 16;
       Ray ray{{shift, shift, shift + 2 * s}, {x * s, y * s, -s}};
       if (row % 5 == 1) ray = {{shift + x * s, shift + y * s, shift + 2 * s}, {0, -0.0, -s}};
@@ -324,6 +325,18 @@ TEST(Kernel, answers_neighbouring_rays_together_as_each_alone) {
   });
   expect_together_as_alone(cases, 0.25, [](const Case& c, std::mt19937_64&) {
     return make_rows(c, test::random_cases<std::size_t>(33), 150);
+  });
+}
+
+/// So near each other that the widest packets pay.
+TEST(Kernel, answers_rays_side_by_side_together_as_each_alone) {
+  const Affine sheared = affine({1, 0.5, 0, 0, 0, 1, 0.25, 0, 0, 0, 0.5, 0});
+  const std::vector<Case> cases{
+      {"uniform", 1, 0, false, {}},    {"grid", 1, 0, true, {}},
+      {"tiny", 1e-30f, 0, false, {}},  {"huge", 1e30f, 0, false, {}},
+      {"shifted", 1, 1e6f, false, {}}, {"grid in one place", 1, 0, true, {sheared}}};
+  expect_together_as_alone(cases, 0.5, [](const Case& c, std::mt19937_64&) {
+    return make_rows(c, test::random_cases<std::size_t>(23), 330, 1024);
   });
 }
 

@@ -67,8 +67,13 @@ TEST(SeenPlanes, t_is_the_exact_one_rounded_whichever_planes_were_met_before) {
         hits.resize(rays.size());
         TraceCounts counts;
         kernel.closest(*scene, rays, 0, rays.size(), hits, counts);
+        HitBatch alone;
+        alone.resize(rays.size());
         std::size_t met = 0;
         for (std::size_t i = 0; i < rays.size(); ++i) {
+          TraceCounts ignored;
+          kernel.closest(*scene, rays, i, i + 1, alone, ignored);
+          ASSERT_EQ(hits.id(i), alone.id(i)) << kernel.name << ", " << eyes << " eyes, ray " << i;
           if (!hits.hit(i)) continue;
           ++met;
           ASSERT_EQ(hits.t[i], exact_t(*scene, rays[i], hits.id(i)))
