@@ -39,6 +39,7 @@ namespace HWY_NAMESPACE {
 /// As many as are worth it where nodes come from memory; where they are near, half of it would do
 /// (docs/decisions/0020).
 constexpr std::size_t kInFlight = 48;
+constexpr std::size_t kRaysAhead = 64;  ///< are fetched before they start
 /// Each is a step of every ray in flight.
 constexpr std::uint32_t kRoundsBetweenLooks = 128;
 /// Trees that are deeper go through the single-ray kernel.
@@ -192,6 +193,7 @@ class Flight {
     PreparedRay* prepared[kGroupRays] = {};
     Slot* const* slots = free_ + (free_count_ - count);
     for (std::size_t i = 0; i < count; ++i) prepared[i] = &slots[i]->ray;
+    fetch_rays(rays_, first + kRaysAhead, count);
     preparation_.prepare(rays_, first, count, prepared);
     for (std::size_t i = 0; i < count; ++i) {
       Slot& slot = *slots[i];

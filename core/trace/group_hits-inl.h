@@ -7,8 +7,6 @@
 #define SIGHTLINE_TRACE_GROUP_HITS_INL_H_
 #endif
 
-#include <hwy/cache_control.h>
-
 #include <bit>
 
 #include "core/trace/decision.h"
@@ -19,16 +17,6 @@
 HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
-
-/// Starts fetching `count` rays of the next packet but one, if there are as many.
-HWY_INLINE void fetch_rays(const RayBatch& rays, std::size_t first, std::size_t count) {
-  if (rays.size() < first + count) return;
-  for (const auto* column :
-       {&rays.ox, &rays.oy, &rays.oz, &rays.dx, &rays.dy, &rays.dz, &rays.tmin, &rays.tmax}) {
-    for (std::size_t i = 0; i < count; i += 64 / sizeof(double))
-      hwy::Prefetch(column->data() + first + i);
-  }
-}
 
 /// The ClosestHit of each of at most kRays rays, side by side.
 template <std::size_t kRays>

@@ -8,6 +8,8 @@
 #define SIGHTLINE_TRACE_PREPARE_INL_H_
 #endif
 
+#include <hwy/cache_control.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -250,6 +252,17 @@ class Preparation {
 };
 
 constexpr std::size_t kGroupRays = 8;
+
+/// Starts fetching `count` rays from `first` on, if there are as many: processors that see eight
+/// columns at a time come too late.
+HWY_INLINE void fetch_rays(const RayBatch& rays, std::size_t first, std::size_t count) {
+  if (rays.size() < first + count) return;
+  for (const auto* column :
+       {&rays.ox, &rays.oy, &rays.oz, &rays.dx, &rays.dy, &rays.dz, &rays.tmin, &rays.tmax}) {
+    for (std::size_t i = 0; i < count; i += 64 / sizeof(double))
+      hwy::Prefetch(column->data() + first + i);
+  }
+}
 using GroupPreparation = Preparation<kGroupRays>;
 
 #if HWY_MAX_BYTES >= 32
