@@ -1,6 +1,6 @@
-// Many rays that lie near each other but point anywhere, put in order of octant and largest axis so
-// that they can go as packets: rays of ambient occlusion in a room. Where they meet too little in
-// common this is slower than the flight; one packet tells beforehand.
+// Many rays that lie near each other but point anywhere, put in order of octant, largest axis and
+// origin so that they can go as packets: rays of ambient occlusion in a room. Where they meet too
+// little in common this is slower than the flight; one packet tells beforehand.
 
 #if defined(SIGHTLINE_TRACE_WINDOW_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_WINDOW_INL_H_
@@ -24,7 +24,7 @@ namespace HWY_NAMESPACE {
 template <bool kAny, Layout kLayout>
 class Window {
  public:
-  static constexpr std::size_t kMost = 2048;   ///< rays that are put in order at a time
+  static constexpr std::size_t kMost = 4096;   ///< rays that are put in order at a time
   static constexpr std::size_t kFewest = 512;  ///< with fewer most packets would be small
 
   Window(const SceneView& scene, const RayBatch& rays, std::uint8_t* occluded, TraceCounts& counts)
@@ -48,8 +48,11 @@ class Window {
   /// of those that cannot go with others. False if that was not the cheaper way.
   template <class Finish, class Alone>
   bool trace(std::size_t first, std::size_t count, Finish& finish, const Alone& alone) {
-    std::uint32_t begin[kClasses] = {};
-    classify(first, count, begin);
+    std::uint32_t classes[kClasses] = {};
+    classify(first, count, classes);
+    divide(first, count);
+    std::uint32_t begin[kClasses * kCells] = {};
+    for (std::size_t i = 0; i < count; ++i) ++begin[class_[i]];
     std::uint32_t sum = 0;
     for (std::uint32_t& entry : begin) sum += std::exchange(entry, sum);
     for (std::size_t i = 0; i < count; ++i)
@@ -77,6 +80,7 @@ class Window {
 
  private:
   static constexpr std::size_t kClasses = 24;
+  static constexpr int kCells = 8;             ///< of a class, by where rays start
   static constexpr std::size_t kLook = 256;    ///< rays to choose those from that are tried out
   static constexpr std::size_t kLongRun = 16;  ///< rays of one class in a row, in the mean
   /// Rays that wait at a node or box, in the mean: with fewer the flight is faster.
@@ -121,6 +125,31 @@ class Window {
       class_[i] = static_cast<std::uint8_t>(3 * octant + is_x + 2 * is_y);
     }
     for (std::size_t i = 0; i < count; ++i) ++counts[class_[i]];
+  }
+
+  /// Divides the classes along the axis on which the origins lie farthest apart.
+  void divide(std::size_t first, std::size_t count) {
+    const double* widest = nullptr;
+    double least = 0, extent = 0;
+    for (const auto* column : {&rays_.ox, &rays_.oy, &rays_.oz}) {
+      const double* values = column->data() + first;
+      double low = values[0], high = values[0];
+      for (std::size_t i = 1; i < count; ++i) {
+        low = values[i] < low ? values[i] : low;
+        high = values[i] > high ? values[i] : high;
+      }
+      if (widest != nullptr && !(high - low > extent)) continue;
+      widest = values;
+      least = low;
+      extent = high - low;
+    }
+    // Nothing depends on the cells but the order: what may overflow needs none.
+    const bool divides = extent > 0x1p-1000 && extent < 0x1p1000;
+    const double cells = divides ? kCells / extent : 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const int cell = divides ? static_cast<int>((widest[i] - least) * cells) : 0;
+      class_[i] = static_cast<std::uint8_t>(kCells * class_[i] + std::min(cell, kCells - 1));
+    }
   }
 
   void copy(std::size_t first, std::size_t count) {

@@ -347,7 +347,7 @@ TEST(Kernel, answers_scattered_rays_together_as_each_alone) {
       {"tiny", 1e-30f, 0, false, {}},  {"huge", 1e30f, 0, false, {}},
       {"shifted", 1, 1e6f, false, {}}, {"grid in one place", 1, 0, true, {sheared}}};
   expect_together_as_alone(cases, 0.25, [](const Case& c, std::mt19937_64& random) {
-    return make_scattered_rays(c, 1500, random);
+    return make_scattered_rays(c, 5000, random);
   });
 }
 
