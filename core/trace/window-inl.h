@@ -33,8 +33,9 @@ class Window {
   /// Whether it is worth a try: traces some of the rays from `first` on, of which there must be
   /// kFewest, and forgets what they have met.
   bool is_promising(std::size_t first) {
+    classify(first, kLook);
     std::uint32_t counts[kClasses] = {};
-    classify(first, kLook, counts);
+    for (std::size_t i = 0; i < kLook; ++i) ++counts[class_[i]];
     // A scanner's rays turn to another octant now and then; between they go as they stand.
     std::size_t turns = 0;
     for (std::size_t i = 1; i < kLook; ++i) turns += class_[i] != class_[i - 1] ? 1 : 0;
@@ -48,8 +49,7 @@ class Window {
   /// of those that cannot go with others. False if that was not the cheaper way.
   template <class Finish, class Alone>
   bool trace(std::size_t first, std::size_t count, Finish& finish, const Alone& alone) {
-    std::uint32_t classes[kClasses] = {};
-    classify(first, count, classes);
+    classify(first, count);
     divide(first, count);
     std::uint32_t begin[kClasses * kCells] = {};
     for (std::size_t i = 0; i < count; ++i) ++begin[class_[i]];
@@ -108,48 +108,82 @@ class Window {
     void add(std::size_t i, const Candidate& winner) const { finish.add(first + order[i], winner); }
   };
 
-  /// Fills class_ for `count` rays and counts each class: octant and largest axis.
-  void classify(std::size_t first, std::size_t count, std::uint32_t (&counts)[kClasses]) {
-    for (std::size_t i = 0; i < count; ++i) {
+  /// Fills class_ for `count` rays: octant and largest axis.
+  void classify(std::size_t first, std::size_t count) {
+    const D dd;
+    const hn::RebindToUnsigned<D> du;
+    std::size_t i = 0;
+    for (; i + hn::Lanes(dd) <= count; i += hn::Lanes(dd)) {
       if (i % 8 == 0) {  // what `copy` reads in no order that a processor foresees
         for (const auto* column : {&rays_.ox, &rays_.oy, &rays_.oz, &rays_.tmin, &rays_.tmax})
           hwy::Prefetch(column->data() + first + i);
       }
-      const double x = rays_.dx[first + i], y = rays_.dy[first + i], z = rays_.dz[first + i];
-      const double ax = std::abs(x), ay = std::abs(y), az = std::abs(z);
-      const int is_x = static_cast<int>(ax >= ay) & static_cast<int>(ax >= az);
-      const int is_y = static_cast<int>(ay > ax) & static_cast<int>(ay >= az);
-      const int octant = static_cast<int>(std::signbit(x)) |
-                         static_cast<int>(std::signbit(y)) << 1 |
-                         static_cast<int>(std::signbit(z)) << 2;
-      class_[i] = static_cast<std::uint8_t>(3 * octant + is_x + 2 * is_y);
+      const auto x = hn::LoadU(dd, &rays_.dx[first + i]), y = hn::LoadU(dd, &rays_.dy[first + i]),
+                 z = hn::LoadU(dd, &rays_.dz[first + i]);
+      const auto ax = hn::Abs(x), ay = hn::Abs(y), az = hn::Abs(z);
+      const auto is_x = hn::And(hn::Ge(ax, ay), hn::Ge(ax, az));
+      const auto is_y = hn::And(hn::Gt(ay, ax), hn::Ge(ay, az));
+      const auto sign = [&](auto v) { return hn::ShiftRight<63>(hn::BitCast(du, v)); };
+      const auto octant =
+          hn::Or(sign(x), hn::Or(hn::ShiftLeft<1>(sign(y)), hn::ShiftLeft<2>(sign(z))));
+      const auto axis =
+          hn::IfThenElse(hn::RebindMask(du, is_x), hn::Set(du, 1),
+                         hn::IfThenElseZero(hn::RebindMask(du, is_y), hn::Set(du, 2)));
+      store_bytes(hn::Add(hn::Add(octant, hn::ShiftLeft<1>(octant)), axis), class_ + i);
     }
-    for (std::size_t i = 0; i < count; ++i) ++counts[class_[i]];
+    for (; i < count; ++i) class_[i] = class_of(first + i);
+  }
+  std::uint8_t class_of(std::size_t ray) const {
+    const double x = rays_.dx[ray], y = rays_.dy[ray], z = rays_.dz[ray];
+    const double ax = std::abs(x), ay = std::abs(y), az = std::abs(z);
+    const int axis = ax >= ay && ax >= az ? 1 : ay > ax && ay >= az ? 2 : 0;
+    const int octant =
+        (std::signbit(x) ? 1 : 0) | (std::signbit(y) ? 2 : 0) | (std::signbit(z) ? 4 : 0);
+    return static_cast<std::uint8_t>(3 * octant + axis);
   }
 
   /// Divides the classes along the axis on which the origins lie farthest apart.
   void divide(std::size_t first, std::size_t count) {
+    const D dd;
     const double* widest = nullptr;
     double least = 0, extent = 0;
     for (const auto* column : {&rays_.ox, &rays_.oy, &rays_.oz}) {
       const double* values = column->data() + first;
-      double low = values[0], high = values[0];
-      for (std::size_t i = 1; i < count; ++i) {
-        low = values[i] < low ? values[i] : low;
-        high = values[i] > high ? values[i] : high;
+      auto low = hn::LoadU(dd, values), high = low;
+      // Nothing depends on the cells but the order: the last few rays need not lie between.
+      for (std::size_t i = hn::Lanes(dd); i + hn::Lanes(dd) <= count; i += hn::Lanes(dd)) {
+        low = hn::Min(low, hn::LoadU(dd, values + i));
+        high = hn::Max(high, hn::LoadU(dd, values + i));
       }
-      if (widest != nullptr && !(high - low > extent)) continue;
+      const double from = hn::GetLane(hn::MinOfLanes(dd, low));
+      const double wide = hn::GetLane(hn::MaxOfLanes(dd, high)) - from;
+      if (widest != nullptr && !(wide > extent)) continue;
       widest = values;
-      least = low;
-      extent = high - low;
+      least = from;
+      extent = wide;
     }
-    // Nothing depends on the cells but the order: what may overflow needs none.
+    // What may overflow needs no cells.
     const bool divides = extent > 0x1p-1000 && extent < 0x1p1000;
     const double cells = divides ? kCells / extent : 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      const int cell = divides ? static_cast<int>((widest[i] - least) * cells) : 0;
-      class_[i] = static_cast<std::uint8_t>(kCells * class_[i] + std::min(cell, kCells - 1));
+    const hn::RebindToSigned<D> di;
+    const hn::RebindToUnsigned<D> du;
+    std::size_t i = 0;
+    for (; divides && i + hn::Lanes(dd) <= count; i += hn::Lanes(dd)) {
+      const auto at =
+          hn::Mul(hn::Sub(hn::LoadU(dd, widest + i), hn::Set(dd, least)), hn::Set(dd, cells));
+      const auto cell = hn::ConvertTo(di, hn::Min(at, hn::Set(dd, kCells - 1)));
+      store_bytes(hn::BitCast(du, cell), cell_ + i);
     }
+    for (; i < count; ++i) cell_[i] = 0;
+    for (i = 0; i < count; ++i)
+      class_[i] = static_cast<std::uint8_t>(kCells * class_[i] + cell_[i]);
+  }
+
+  using D = hn::CappedTag<double, 8>;
+  /// The lowest byte of each lane.
+  static HWY_INLINE void store_bytes(hn::Vec<hn::RebindToUnsigned<D>> lanes, std::uint8_t* to) {
+    const hn::Rebind<std::uint8_t, D> d8;
+    hn::StoreU(hn::TruncateTo(d8, lanes), d8, to);
   }
 
   void copy(std::size_t first, std::size_t count) {
@@ -172,7 +206,7 @@ class Window {
   std::uint8_t* occluded_;
   RayBatch sorted_;
   std::uint32_t order_[kMost];  ///< ray order_[i] of the window stands at i of sorted_
-  std::uint8_t class_[kMost];
+  std::uint8_t class_[kMost], cell_[kMost];
   std::uint8_t found_[kMost + kPacketRays];
   Packet<kAny, kLayout> packet_;
 };
