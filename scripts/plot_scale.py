@@ -43,7 +43,6 @@ def panel(drawing, left, top, title, rows, field, fits, fitted):
     for size in sizes:
         drawing.text(x_of(size), top + HEIGHT + 15, short(size), 10, "middle", GREY)
     y_of = lambda value: top + HEIGHT - max(value, 0) / most * HEIGHT  # noqa: E731
-    lowest = min(row["embree_ns"] for row in rows if row["size"] == sizes[-1])
     for rays in RAYS if timed else ():
         embree = sorted((row["size"], row["embree_ns"]) for row in rows if row["rays"] == rays and row["embree_ns"] > 0)
         label = f"{rays} {embree[-1][1]:.0f}" if embree else ""
@@ -53,8 +52,10 @@ def panel(drawing, left, top, title, rows, field, fits, fitted):
             if v2 <= most:
                 drawing.line(x_of(s1), y_of(v1), x_of(s2), y_of(v2), GREY, 1.2)
                 end = (s2, v2)
-        if embree:
-            drawing.text(x_of(end[0]) - 4, y_of(end[1]) + (12 if end[1] in (most, lowest) else -6), label, 9, "end", GREY)
+        if embree and end[1] == most:
+            drawing.text(x_of(end[0]) - 4, y_of(most) + 12, label, 9, "end", GREY)
+        elif embree:
+            drawing.text(x_of(end[0]) + 5, y_of(end[1]) + 3, label, 9, "start", GREY)
     for rays, colour in RAYS.items():
         line = sorted((row["size"], row[field]) for row in rows if row["rays"] == rays)
         if not line:
