@@ -212,7 +212,9 @@ int main(int argc, char** argv) {
   for (std::uint64_t n = 1024; n <= most_triangles; n *= 4) sizes.emplace_back("triangles", n);
   for (std::uint64_t n = 1; n <= most_instances; n *= 10) sizes.emplace_back("instances", n);
   Rows rows;
-  for (const auto& [subject, size] : sizes) {
+  for (const auto& entry : sizes) {
+    const std::string& subject = entry.first;
+    const std::uint64_t size = entry.second;
     Rows more = measure_apart([&] { return measure(subject, size, repetitions); });
     if (subject == "triangles") {
       const Rows theirs = measure_apart([&] { return measure_embree(size, repetitions); });
