@@ -116,7 +116,7 @@ class Packet {
 
  private:
   /// Of kNarrowRays, that wait at a node or box in the mean: with fewer that is enough.
-  static constexpr std::uint64_t kFewestPerStep = 3;
+  static constexpr std::uint64_t kFewestPerStep = 2;
   static constexpr std::uint64_t kStepsToTry = 48;  ///< before a try may end
 
   /// A child that waits for its turn.
