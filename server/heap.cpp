@@ -10,14 +10,8 @@
 #include <new>
 #include <utility>
 
-// Sanitizers have a heap of their own. GCC and Clang say differently that they are there.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define SIGHTLINE_WATCHED_HEAP
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define SIGHTLINE_WATCHED_HEAP
-#endif
-#endif
+#include "core/base/sanitizers.h"
+
 #if defined(__GLIBC__) && !defined(SIGHTLINE_WATCHED_HEAP)
 #define SIGHTLINE_OWN_HEAP
 #endif

@@ -12,14 +12,7 @@
 
 #include <cstddef>
 
-#if defined(__has_feature)
-#if __has_feature(thread_sanitizer)
-#define SIGHTLINE_WATCHED_THREADS
-#endif
-#endif
-#if defined(__SANITIZE_THREAD__)
-#define SIGHTLINE_WATCHED_THREADS
-#endif
+#include "core/base/sanitizers.h"
 
 #if !defined(SIGHTLINE_WATCHED_THREADS)
 

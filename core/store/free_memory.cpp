@@ -4,6 +4,8 @@
 
 #include <utility>
 
+#include "core/base/sanitizers.h"
+
 namespace sightline {
 namespace {
 
@@ -14,7 +16,7 @@ constexpr std::uint64_t kWorthIt = 64 << 10;
 void give_back_free_memory() {
   // A sanitizer brings its own allocator; glibc's was never set up then, and two threads that trim
   // it both begin to do so.
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if defined(__GLIBC__) && !defined(SIGHTLINE_WATCHED_HEAP)
   ::malloc_trim(0);
 #endif
 }

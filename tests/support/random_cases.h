@@ -3,11 +3,7 @@
 
 #include <cstdlib>
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define __SANITIZE_ADDRESS__ 1
-#endif
-#endif
+#include "core/base/sanitizers.h"
 
 namespace sightline::test {
 
@@ -16,7 +12,7 @@ namespace sightline::test {
 /// the environment is all everywhere.
 template <class Count>
 Count random_cases(Count all) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#if defined(SIGHTLINE_WATCHED_HEAP)
   if (std::getenv("SIGHTLINE_ALL_CASES") == nullptr) return (all + 7) / 8;
 #endif
   return all;

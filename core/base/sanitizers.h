@@ -1,0 +1,22 @@
+#pragma once
+/// Which sanitizer watches this build: GCC and Clang say it differently.
+///
+/// SIGHTLINE_WATCHED_THREADS  ThreadSanitizer
+/// SIGHTLINE_WATCHED_HEAP     that, or AddressSanitizer: the heap is the sanitizer's own
+
+#if defined(__has_feature)
+#if __has_feature(thread_sanitizer)
+#define SIGHTLINE_WATCHED_THREADS
+#endif
+#if __has_feature(address_sanitizer)
+#define SIGHTLINE_WATCHED_HEAP
+#endif
+#endif
+
+#if defined(__SANITIZE_THREAD__) && !defined(SIGHTLINE_WATCHED_THREADS)
+#define SIGHTLINE_WATCHED_THREADS
+#endif
+#if (defined(__SANITIZE_ADDRESS__) || defined(SIGHTLINE_WATCHED_THREADS)) && \
+    !defined(SIGHTLINE_WATCHED_HEAP)
+#define SIGHTLINE_WATCHED_HEAP
+#endif
