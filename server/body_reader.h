@@ -42,7 +42,7 @@ class BodyReader {
   /// where nothing more has come.
   bool read(const std::function<bool(std::span<const char>)>& sink, bool wait = true);
   /// The rest of it, appended to `text`, with no copy between where it comes as it is. `admit` is
-  /// asked before so many bytes are received, and may say no.
+  /// asked before so many bytes are appended, for which it may make room, and may say no.
   bool read_all(std::string& text, const std::function<bool(std::size_t bytes)>& admit);
   /// Whether its end has come; after a read() that says true all of it was handed on.
   bool is_over() const;

@@ -32,7 +32,7 @@ struct DoorLimits {
   std::uint64_t bodies = 32 << 20;  ///< bytes of longer bodies of queries, together
   std::uint64_t work = 24 << 20;    ///< bytes that answering requests may take, together
   /// Bytes of those three together, but for one request that is larger alone.
-  std::uint64_t traffic = 64 << 20;
+  std::uint64_t traffic = 48 << 20;
   /// Bytes that answering one may take: of those that go beyond `work` one may at a time.
   std::uint64_t request = std::uint64_t{4} << 30;
 

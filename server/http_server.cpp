@@ -140,7 +140,7 @@ HttpServer::HttpServer(const DoorLimits& limits, Dispatch dispatch, Thrown throw
       dispatch_(std::move(dispatch)),
       thrown_(std::move(thrown)),
       traffic_(limits.traffic),
-      bodies_(traffic_, limits.bodies, std::numeric_limits<std::uint64_t>::max()),
+      bodies_(traffic_, limits.bodies, std::numeric_limits<std::uint64_t>::max(), true),
       work_(traffic_, limits.work, limits.request),
       // Half of the workers may wait for loads and a quarter listen to events: see cli.cpp.
       waiters_(std::max<std::size_t>(1, limits.workers / 8)),

@@ -157,6 +157,46 @@ class BodyLimit {
   std::optional<Error> refused_;
 };
 
+/// The room of a body's text. All of it is counted, also what nothing has come for yet: of room
+/// that others had before, every page is there already.
+class BodyRoom {
+ public:
+  /// spare   bytes behind the body
+  /// length  of the whole body, where it is known
+  /// memory  null: it is not counted
+  BodyRoom(std::string& text, std::size_t spare, std::optional<std::uint64_t> length,
+           RequestMemory* memory)
+      : text_(text), spare_(spare), length_(length), memory_(memory) {}
+
+  /// For so many bytes more. Four times as much at a time: a client that sends little holds little,
+  /// and what has come is seldom copied.
+  Status make_for(std::size_t bytes) {
+    constexpr std::size_t kFirst = 128 << 10, kStep = 4;
+    const std::size_t least = text_.size() + bytes + spare_;
+    if (least <= room_) return success();
+    std::size_t more = std::max({least, kFirst, kStep * room_});
+    if (length_)
+      more = std::max<std::size_t>(least, std::min<std::uint64_t>(more, *length_ + spare_));
+    if (memory_ != nullptr) {
+      if (Status status = memory_->reserve_body(more - room_); !status) return status;
+    }
+    room_ = more;
+    // To reserve more in the same text may double it instead.
+    std::string larger;
+    larger.reserve(more);
+    larger.append(text_);
+    text_.swap(larger);
+    return success();
+  }
+
+ private:
+  std::string& text_;
+  const std::size_t spare_;
+  const std::optional<std::uint64_t> length_;
+  RequestMemory* const memory_;
+  std::size_t room_ = 0;
+};
+
 }  // namespace
 
 bool read_body(Exchange& exchange, std::uint64_t limit,
@@ -172,16 +212,13 @@ bool read_body(Exchange& exchange, std::uint64_t limit,
 
 bool read_body(Exchange& exchange, std::uint64_t limit, std::size_t spare, std::string& text) {
   const auto length = body_length(exchange);
-  // Room for what was promised, but no more than 2 MiB before it has come.
-  if (length) text.reserve(std::min<std::uint64_t>(*length, 2u << 20) + spare);
   // Short ones are few bytes for each worker.
   const bool is_short =
       length && *length <= kShortBody && (exchange.body == nullptr || !exchange.body->decodes());
-  RequestMemory* const memory = is_short ? nullptr : exchange.memory;
   BodyLimit body(exchange, limit);
+  BodyRoom room(text, spare, length, is_short ? nullptr : exchange.memory);
   const auto admit = [&](std::size_t bytes) {
-    return body.take(bytes,
-                     [&] { return memory == nullptr ? success() : memory->reserve_body(bytes); });
+    return body.take(bytes, [&] { return room.make_for(bytes); });
   };
   if (!body.take(text.size(), success) || exchange.body == nullptr ||
       !exchange.body->read_all(text, admit)) {

@@ -1,57 +1,80 @@
 #include "server/traffic_memory.h"
 
+#include <algorithm>
 #include <limits>
+#include <utility>
 
 namespace sightline {
 
-bool TrafficMemory::has_room(const Holder* holder, std::uint64_t bytes) const {
+bool TrafficMemory::has_room(const Holder* holder, std::uint64_t bytes, std::uint64_t taken) const {
   const std::uint64_t half = all_ / 2;
-  if (bytes > std::numeric_limits<std::uint64_t>::max() - taken_) return false;
-  if (taken_ + bytes <= all_) return true;
-  if (large_ != nullptr && large_ != holder) return taken_ - large_->bytes_ + bytes <= half;
-  return holder != nullptr && taken_ - holder->bytes_ <= half;
+  if (bytes > std::numeric_limits<std::uint64_t>::max() - taken) return false;
+  if (taken + bytes <= all_) return true;
+  if (large_ != nullptr && large_ != holder) return taken - large_->bytes_ + bytes <= half;
+  return holder != nullptr && taken - holder->bytes_ <= half;
 }
 
-bool TrafficMemory::take(Holder* holder, std::uint64_t bytes) {
-  const std::lock_guard hold(mutex_);
-  if (!has_room(holder, bytes)) return false;
+bool TrafficMemory::lets_begin(const Holder& holder, std::uint64_t bytes) const {
+  return holder.bytes_ > 0 || waiters_.empty() || taken_ + bytes <= all_ / 2;
+}
+
+bool TrafficMemory::add(Holder* holder, std::uint64_t bytes) {
+  if (!has_room(holder, bytes, taken_)) return false;
   taken_ += bytes;
   if (taken_ > all_ && large_ == nullptr) large_ = holder;
-  if (holder != nullptr && bytes > 0) {
+  if (holder == nullptr) {
+    nobodys_ += bytes;
+  } else if (bytes > 0) {
     if (holder->bytes_ == 0) ++holders_;
     holder->bytes_ += bytes;
   }
   return true;
 }
 
-void TrafficMemory::give(Holder* holder, std::uint64_t bytes) {
-  const std::lock_guard hold(mutex_);
+void TrafficMemory::subtract(Holder* holder, std::uint64_t bytes) {
   taken_ -= bytes;
-  if (holder != nullptr && bytes > 0) {
+  if (holder == nullptr) {
+    nobodys_ -= bytes;
+  } else if (bytes > 0) {
     holder->bytes_ -= bytes;
     if (holder->bytes_ == 0) --holders_;
   }
   if (taken_ <= all_) large_ = nullptr;
 }
 
-TrafficMemory::Waiter::Waiter(TrafficMemory& memory, const Holder& holder)
-    : memory_(memory), holder_(holder) {
-  const std::lock_guard hold(memory_.mutex_);
-  counts_ = holder.bytes_ > 0;
-  if (counts_) ++memory_.waiting_;
+bool TrafficMemory::take(Holder* holder, std::uint64_t bytes) {
+  const std::lock_guard hold(mutex_);
+  return add(holder, bytes);
+}
+
+void TrafficMemory::give(Holder* holder, std::uint64_t bytes) {
+  {
+    const std::lock_guard hold(mutex_);
+    subtract(holder, bytes);
+  }
+  changed_.notify_all();
+}
+
+TrafficMemory::Waiter::Waiter(TrafficMemory& memory, const Holder& holder,
+                              std::function<bool(std::uint64_t)> could_go_on)
+    : memory_(memory), could_go_on_(std::move(could_go_on)), counts_(holder.bytes_ > 0) {
+  if (counts_) memory_.waiters_.push_back(this);
 }
 
 TrafficMemory::Waiter::~Waiter() {
-  const std::lock_guard hold(memory_.mutex_);
-  if (counts_) --memory_.waiting_;
+  if (counts_) std::erase(memory_.waiters_, this);
 }
 
-bool TrafficMemory::Waiter::gives_way(std::uint64_t bytes) {
-  const std::lock_guard hold(memory_.mutex_);
-  if (!counts_ || memory_.waiting_ < 2 || memory_.waiting_ < memory_.holders_) return false;
-  if (memory_.has_room(&holder_, bytes)) return false;
+bool TrafficMemory::Waiter::gives_way() {
+  const std::vector<Waiter*>& waiters = memory_.waiters_;
+  if (!counts_ || waiters.size() < 2 || waiters.size() < memory_.holders_) return false;
+  const std::uint64_t taken = memory_.taken_ - memory_.nobodys_;
+  if (std::any_of(waiters.begin(), waiters.end(),
+                  [&](const Waiter* waiter) { return waiter->could_go_on_(taken); })) {
+    return false;
+  }
   counts_ = false;
-  --memory_.waiting_;
+  std::erase(memory_.waiters_, this);
   return true;
 }
 

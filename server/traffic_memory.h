@@ -2,8 +2,11 @@
 /// The bytes that all traffic holds together: what connections have waiting, the bodies and the
 /// work of requests. Each kind has a limit of its own besides; this one bounds their sum.
 
+#include <condition_variable>
 #include <cstdint>
+#include <functional>
 #include <mutex>
+#include <vector>
 
 namespace sightline {
 
@@ -28,32 +31,47 @@ class TrafficMemory {
   /// Precondition: it was taken.
   void give(Holder* holder, std::uint64_t bytes);
 
-  /// While it lives its holder, who has it alone, waits for more.
+ private:
+  /// Keeps a part of it under the same lock.
+  friend class WorkMemory;
+
+  /// While it lives its holder, who has it alone, waits for more. All of it: mutex_ is held.
   class Waiter {
    public:
-    Waiter(TrafficMemory& memory, const Holder& holder);
+    /// could_go_on  whether it would get that more, beside `taken` of all bytes
+    Waiter(TrafficMemory& memory, const Holder& holder,
+           std::function<bool(std::uint64_t taken)> could_go_on);
     ~Waiter();
     Waiter(const Waiter&) = delete;
     Waiter& operator=(const Waiter&) = delete;
-    /// Whether this one, who waits for so many bytes, has to give up: all who have something wait
-    /// for each other. One at a time is told so, the next when that one has given back its own.
-    bool gives_way(std::uint64_t bytes);
+    /// Whether this one has to give up: all who have something wait for each other, and not for
+    /// what belongs to no request, which goes by itself. One at a time is told so, the next when
+    /// that one has given back its own.
+    bool gives_way();
 
    private:
     TrafficMemory& memory_;
-    const Holder& holder_;
-    bool counts_;
+    const std::function<bool(std::uint64_t)> could_go_on_;
+    bool counts_;  ///< it has something
   };
 
- private:
-  /// Precondition: mutex_ is held.
-  bool has_room(const Holder* holder, std::uint64_t bytes) const;
+  // Of all these: mutex_ is held.
+  /// Whether there is so much beside `taken`.
+  bool has_room(const Holder* holder, std::uint64_t bytes, std::uint64_t taken) const;
+  /// Whether who has nothing yet may begin with so much: while others who have something wait for
+  /// more, only where no more than half is taken.
+  bool lets_begin(const Holder& holder, std::uint64_t bytes) const;
+  bool add(Holder* holder, std::uint64_t bytes);
+  void subtract(Holder* holder, std::uint64_t bytes);
 
   const std::uint64_t all_;
   std::mutex mutex_;
+  std::condition_variable changed_;  ///< something was given back
   std::uint64_t taken_ = 0;
-  const Holder* large_ = nullptr;  ///< who went beyond; null whenever the sum is within `all_`
-  int holders_ = 0, waiting_ = 0;  ///< of those that have something, and how many of them wait
+  std::uint64_t nobodys_ = 0;       ///< of that, what belongs to no request
+  const Holder* large_ = nullptr;   ///< who went beyond; null whenever the sum is within `all_`
+  std::size_t holders_ = 0;         ///< that have something
+  std::vector<Waiter*> waiters_{};  ///< of those, who wait for more
 };
 
 }  // namespace sightline

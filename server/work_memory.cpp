@@ -29,20 +29,27 @@ std::uint64_t sum(std::uint64_t a, std::uint64_t b) {
 
 }  // namespace
 
-WorkMemory::Share::Grown WorkMemory::Share::try_grow(std::uint64_t bytes) {
+bool WorkMemory::Share::fits(std::uint64_t bytes, std::uint64_t traffic_taken) const {
+  const bool is_alone = memory_.beyond_ == this || memory_.beyond_ == nullptr;
+  return (is_alone || sum(memory_.taken_, bytes) <= memory_.all_) &&
+         memory_.traffic_.has_room(&holder_, bytes, traffic_taken);
+}
+
+bool WorkMemory::Share::try_grow(std::uint64_t bytes) {
   WorkMemory& memory = memory_;
-  const std::uint64_t after = sum(memory.taken_, bytes);
-  const bool is_beyond = memory.beyond_ == this, fits = is_beyond || after <= memory.all_;
-  if (!fits && memory.beyond_ != nullptr) return Grown::kOthersHaveIt;
-  if (!memory.traffic_.take(&holder_, bytes)) return Grown::kTrafficHasIt;
-  if (!fits) {
+  TrafficMemory& traffic = memory.traffic_;
+  if (!fits(bytes, traffic.taken_)) return false;
+  if (memory.begins_late_ && !traffic.lets_begin(holder_, bytes)) return false;
+  if (!traffic.add(&holder_, bytes)) return false;
+  const bool is_within = sum(memory.taken_, bytes) <= memory.all_;
+  if (memory.beyond_ != this && is_within) {
+    memory.taken_ += bytes;
+  } else if (memory.beyond_ != this) {
     memory.beyond_ = this;
     memory.taken_ -= bytes_;
-  } else if (!is_beyond) {
-    memory.taken_ = after;
   }
   bytes_ += bytes;
-  return Grown::kYes;
+  return true;
 }
 
 Status WorkMemory::Share::wait(std::uint64_t bytes, const Deadline& deadline) {
@@ -57,19 +64,20 @@ Status WorkMemory::Share::wait(std::uint64_t bytes, const Deadline& deadline) {
     return Error{ErrorKind::kBusy, "MEMORY_BUSY",
                  "large requests use all the memory that they may: ask again later", ""};
   };
-  std::unique_lock hold(memory_.mutex_);
-  Grown grown = try_grow(bytes);
-  if (grown == Grown::kYes) return success();
+  TrafficMemory& traffic = memory_.traffic_;
+  std::unique_lock hold(traffic.mutex_);
+  if (try_grow(bytes)) return success();
   if (deadline.passed()) return busy();
-  TrafficMemory::Waiter waiter(memory_.traffic_, holder_);
+  TrafficMemory::Waiter waiter(traffic, holder_,
+                               [&](std::uint64_t taken) { return fits(bytes, taken); });
   ++memory_.waiting_;
-  while (grown != Grown::kYes && !deadline.passed() &&
-         !(grown == Grown::kTrafficHasIt && waiter.gives_way(bytes))) {
-    memory_.changed_.wait_for(hold, kLook);
-    grown = try_grow(bytes);
+  bool has_grown = false;
+  while (!has_grown && !deadline.passed() && !waiter.gives_way()) {
+    traffic.changed_.wait_for(hold, kLook);
+    has_grown = try_grow(bytes);
   }
   --memory_.waiting_;
-  if (grown != Grown::kYes) return busy();
+  if (!has_grown) return busy();
   return success();
 }
 
@@ -78,19 +86,20 @@ void WorkMemory::Share::keep(std::uint64_t bytes, std::uint64_t beside) {
   bytes = std::min(bytes, bytes_);
   beside = std::min(beside, before - bytes);
   if (bytes == bytes_ && beside == beside_) return;
+  TrafficMemory& traffic = memory_.traffic_;
   {
-    const std::lock_guard hold(memory_.mutex_);
+    const std::lock_guard hold(traffic.mutex_);
     if (memory_.beyond_ != this) {
       memory_.taken_ -= bytes_ - bytes;
     } else if (bytes == 0 || sum(memory_.taken_, bytes) <= memory_.all_) {
       memory_.beyond_ = nullptr;
       memory_.taken_ += bytes;
     }
-    memory_.traffic_.give(&holder_, before - bytes - beside);
+    traffic.subtract(&holder_, before - bytes - beside);
     bytes_ = bytes;
     beside_ = beside;
   }
-  memory_.changed_.notify_all();
+  traffic.changed_.notify_all();
 }
 
 RequestMemory::~RequestMemory() {

@@ -2,9 +2,7 @@
 /// Memory that requests share: who does not fit waits for its turn, or is told to come again.
 
 #include <atomic>
-#include <condition_variable>
 #include <cstdint>
-#include <mutex>
 
 #include "core/base/deadline.h"
 #include "core/base/result.h"
@@ -21,8 +19,11 @@ class WorkMemory {
  public:
   /// all  bytes for all shares together, but for the one that goes beyond it
   /// one  bytes for one share
-  WorkMemory(TrafficMemory& traffic, std::uint64_t all, std::uint64_t one)
-      : traffic_(traffic), all_(all), one_(one) {}
+  /// begins_late  of what grows slowly: while others who have something wait for more, nobody
+  ///              begins, but where no more than half of the traffic's is taken. Else all would
+  ///              have begun, and none could end.
+  WorkMemory(TrafficMemory& traffic, std::uint64_t all, std::uint64_t one, bool begins_late = false)
+      : traffic_(traffic), all_(all), one_(one), begins_late_(begins_late) {}
   std::uint64_t all() const { return all_; }
   /// Whether somebody waits for a share.
   bool is_wanted() const { return waiting_ > 0; }
@@ -43,8 +44,10 @@ class WorkMemory {
     void keep(std::uint64_t bytes, std::uint64_t beside = 0);
 
    private:
-    enum class Grown { kYes, kOthersHaveIt, kTrafficHasIt };
-    Grown try_grow(std::uint64_t bytes);  ///< precondition: mutex_ is held
+    // Precondition of both: the traffic's mutex_ is held.
+    /// Whether it would grow if all traffic had taken so many bytes.
+    bool fits(std::uint64_t bytes, std::uint64_t traffic_taken) const;
+    bool try_grow(std::uint64_t bytes);
 
     WorkMemory& memory_;
     TrafficMemory::Holder& holder_;
@@ -54,9 +57,9 @@ class WorkMemory {
  private:
   TrafficMemory& traffic_;
   const std::uint64_t all_, one_;
-  std::mutex mutex_;
-  std::condition_variable changed_;
+  const bool begins_late_;
   std::atomic<int> waiting_{0};
+  // Under the traffic's mutex_.
   std::uint64_t taken_ = 0;        ///< by all shares but the next
   const Share* beyond_ = nullptr;  ///< who went beyond
 };

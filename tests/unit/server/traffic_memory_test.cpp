@@ -2,9 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <thread>
-#include <vector>
 
 #include "server/connection.h"
 #include "server/work_memory.h"
@@ -50,22 +48,6 @@ TEST(TrafficMemory, lets_one_be_larger_while_the_others_have_no_more_than_half) 
   EXPECT_TRUE(memory.take(&large, 20));
 }
 
-TEST(TrafficMemory, tells_one_at_a_time_to_give_way_where_all_wait_for_each_other) {
-  TrafficMemory memory(100);
-  TrafficMemory::Holder a, b, at_work, nothing;
-  ASSERT_TRUE(memory.take(&a, 60) && memory.take(&b, 30) && memory.take(&at_work, 10));
-  TrafficMemory::Waiter first(memory, a), second(memory, b), third(memory, nothing);
-  // One is at work and will give back.
-  EXPECT_FALSE(first.gives_way(50));
-  memory.give(&at_work, 10);
-  EXPECT_FALSE(third.gives_way(50));
-  EXPECT_TRUE(second.gives_way(30));
-  // The other waits for what that one gives back, and then for nobody.
-  EXPECT_FALSE(first.gives_way(50));
-  memory.give(&b, 30);
-  EXPECT_FALSE(first.gives_way(60));
-}
-
 TEST(TrafficMemory, is_what_buffers_bodies_and_work_are_taken_of) {
   TrafficMemory traffic(100);
   WorkMemory bodies(traffic, 60, 1000), work(traffic, 60, 1000);
@@ -93,25 +75,68 @@ TEST(TrafficMemory, is_what_buffers_bodies_and_work_are_taken_of) {
   EXPECT_TRUE(buffers.charge(50));
 }
 
+/// Waits for `bytes` more on a thread of its own, and gives all back when it has been told.
+class Waiting {
+ public:
+  Waiting(WorkMemory::Share& share, std::uint64_t bytes)
+      : thread_([this, &share, bytes] {
+          has_grown_ = share.wait(bytes, Deadline::never()).ok();
+          share.keep(0);
+        }) {}
+  bool has_grown() {
+    thread_.join();
+    return has_grown_;
+  }
+
+ private:
+  bool has_grown_ = false;
+  std::thread thread_;
+};
+
 TEST(TrafficMemory, makes_who_waits_for_each_other_give_way) {
   TrafficMemory traffic(100);
   WorkMemory work(traffic, 1000, 1000);
-  std::atomic<int> good{0}, busy{0};
   TrafficMemory::Holder holders[3];
   WorkMemory::Share a(work, holders[0]), b(work, holders[1]), c(work, holders[2]);
-  WorkMemory::Share* const shares[] = {&a, &b, &c};
-  for (WorkMemory::Share* share : shares) ASSERT_TRUE(share->grow(30).ok());
-  std::vector<std::thread> waiters;
-  for (WorkMemory::Share* share : shares) {
-    waiters.emplace_back([&, share] {
-      const Status status = share->wait(60, Deadline::never());
-      ++(status ? good : busy);
-      share->keep(0);
-    });
-  }
-  for (std::thread& waiter : waiters) waiter.join();
-  EXPECT_EQ(good, 2);
-  EXPECT_EQ(busy, 1);
+  for (WorkMemory::Share* share : {&a, &b, &c}) ASSERT_TRUE(share->grow(30).ok());
+  Waiting first(a, 60), second(b, 60), third(c, 60);
+  EXPECT_EQ(first.has_grown() + second.has_grown() + third.has_grown(), 2);
+}
+
+TEST(TrafficMemory, lets_who_waits_for_what_is_sent_wait) {
+  TrafficMemory traffic(100);
+  WorkMemory bodies(traffic, 1000, 1000), work(traffic, 1000, 1000);
+  ByteBudget buffers(traffic, 100);
+  TrafficMemory::Holder one, two;
+  WorkMemory::Share body(bodies, one), other(work, two);
+  ASSERT_TRUE(body.grow(15).ok() && other.grow(15).ok() && buffers.charge(70));
+  Waiting first(body, 20), second(other, 20);
+  // The later of them has seen then that all wait.
+  while (!bodies.is_wanted() || !work.is_wanted()) std::this_thread::yield();
+  buffers.release(70);
+  EXPECT_TRUE(first.has_grown());
+  EXPECT_TRUE(second.has_grown());
+}
+
+TEST(TrafficMemory, lets_bodies_begin_late_while_those_that_have_begun_wait) {
+  TrafficMemory traffic(100);
+  constexpr bool kBeginsLate = true;
+  WorkMemory bodies(traffic, 1000, 1000, kBeginsLate), work(traffic, 30, 1000);
+  TrafficMemory::Holder at_work, begun, new_body, new_work;
+  WorkMemory::Share running(work, at_work), first(bodies, begun), decoded(work, begun),
+      body(bodies, new_body), other(work, new_work);
+  ASSERT_TRUE(running.grow(35).ok() && first.grow(10).ok());
+  Waiting waiting(decoded, 70);
+  while (!work.is_wanted()) std::this_thread::yield();
+  EXPECT_FALSE(body.grow(6).ok());
+  EXPECT_TRUE(body.grow(5).ok());    // half
+  EXPECT_TRUE(body.grow(10).ok());   // it has begun
+  EXPECT_TRUE(other.grow(20).ok());  // what ends by itself
+  body.keep(0);
+  other.keep(0);
+  running.keep(0);
+  EXPECT_TRUE(waiting.has_grown());
+  EXPECT_TRUE(body.grow(90).ok());
 }
 
 }  // namespace
