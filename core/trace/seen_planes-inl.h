@@ -27,6 +27,7 @@ class SeenPlanes {
 
   /// What follows is asked by rays from there.
   HWY_INLINE void look_from(const double (&origin)[3]) {
+    if (!begun_) begin();
     needed_ = 0;
     const D dd;
     SIGHTLINE_UNROLL
@@ -106,6 +107,18 @@ class SeenPlanes {
 
  private:
   static constexpr std::size_t kSlots = 8;
+
+  /// Not when it is made: who traces a single ray has no use for it.
+  HWY_NOINLINE void begin() {
+    begun_ = true;
+    for (std::size_t i = 0; i < kSlots; ++i) {
+      code_[i] = id_[i] = 0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        origin_[k][i] = 0;
+        for (auto& corner : corner_) corner[k][i] = 0;
+      }
+    }
+  }
   /// More that kRays rays have met are looked at for each ray.
   static constexpr std::size_t kFew = 4;
 
@@ -173,11 +186,11 @@ class SeenPlanes {
     }
   }
 
-  bool stale_ = false;
+  bool begun_ = false, stale_ = false;
   std::uint32_t needed_ = 0, next_ = 0;
-  HWY_ALIGN std::uint64_t code_[kSlots] = {}, id_[kSlots] = {};
-  HWY_ALIGN double corner_[3][3][kSlots] = {};  ///< in the world
-  HWY_ALIGN double origin_[3][kSlots] = {};
+  HWY_ALIGN std::uint64_t code_[kSlots], id_[kSlots];
+  HWY_ALIGN double corner_[3][3][kSlots];  ///< in the world
+  HWY_ALIGN double origin_[3][kSlots];
   HWY_ALIGN double high_[3][kSlots], low_[3][kSlots], size_[3][kSlots];
   HWY_ALIGN double top_high_[kSlots], top_low_[kSlots], top_size_[kSlots];
 };
