@@ -12,14 +12,18 @@ namespace {
 /// connection lives on; else the connection ends.
 constexpr std::uint64_t kSkippedBody = 64 << 10;
 constexpr std::size_t kPiece = 32 << 10;
+/// How soon a slow client is seen to keep others waiting.
+constexpr std::chrono::milliseconds kLookAround{100};
 
 }  // namespace
 
 BodyReader::BodyReader(Connection& connection, ConnectionStream& stream, const PaceLimits& pace,
-                       RequestMemory& memory)
+                       std::uint64_t busy_rate, RequestMemory& memory)
     : connection_(connection),
       stream_(stream),
       pace_(pace, Pace::Clock::now()),
+      hurry_({busy_rate, pace.window, pace.longest}, Pace::Clock::now()),
+      since_(Pace::Clock::now()),
       left_(connection.head.length.value_or(0)),
       owes_continue_(connection.head.expects_continue && connection.head.has_body()),
       memory_(memory) {}
@@ -38,6 +42,32 @@ void BodyReader::decode_as(Coding coding) {
   if (coding != Coding::kIdentity && !decoder_) decoder_ = std::make_unique<ContentDecoder>(coding);
 }
 
+void BodyReader::restart_pace() {
+  since_ = Pace::Clock::now();
+  pace_.restart(since_);
+  hurry_.restart(since_);
+}
+
+void BodyReader::received(std::size_t bytes) {
+  since_ = Pace::Clock::now();
+  pace_.moved(bytes, since_);
+  hurry_.moved(bytes, since_);
+}
+
+bool BodyReader::wait_for_client() {
+  for (;;) {
+    const Pace::Clock::time_point now = Pace::Clock::now();
+    if (now >= pace_.due()) {
+      fault_ = Fault::kSlow;
+    } else if (now >= hurry_.due() && memory_.body_keeps_others_waiting()) {
+      fault_ = Fault::kMemory;
+    }
+    if (fault_ != Fault::kNoFault) return false;
+    const auto due = std::min(pace_.due(), now + kLookAround);
+    if (wait_until_readable(connection_.socket, due)) return true;
+  }
+}
+
 bool BodyReader::get(const std::function<Received()>& receive, bool wait) {
   if (owes_continue_) {
     owes_continue_ = false;
@@ -45,6 +75,11 @@ bool BodyReader::get(const std::function<Received()>& receive, bool wait) {
     stream_.write(kContinue.data(), kContinue.size());
     if (!stream_.flush()) fault_ = Fault::kEnded;
   }
+  // It is not the client's time that went by while this waited for memory, or decoded.
+  const Pace::Clock::time_point now = Pace::Clock::now();
+  pace_.pause(now - since_);
+  hurry_.pause(now - since_);
+  since_ = now;
   while (fault_ == Fault::kNoFault) {
     switch (receive()) {
       case Received::kSome:
@@ -55,7 +90,7 @@ bool BodyReader::get(const std::function<Received()>& receive, bool wait) {
         break;
       case Received::kNothing:
         if (!wait) return false;
-        if (!wait_until_readable(connection_.socket, pace_.due())) fault_ = Fault::kSlow;
+        wait_for_client();
         break;
     }
   }
@@ -67,7 +102,7 @@ bool BodyReader::get_input(bool wait) {
   const auto wanted = static_cast<std::size_t>(
       connection_.head.chunked ? kPiece : std::min<std::uint64_t>(left_, kPiece));
   if (!get([&] { return receive_some(connection_, wanted); }, wait)) return false;
-  pace_.moved(connection_.pending_input().size(), Pace::Clock::now());
+  received(connection_.pending_input().size());
   return true;
 }
 
@@ -96,7 +131,7 @@ bool BodyReader::read_all(std::string& text, const std::function<bool(std::size_
            get([&] { return receive_at(connection_, text.data() + end, text.size() - end, count); },
                true);
     if (!good) break;
-    pace_.moved(count, Pace::Clock::now());
+    received(count);
     end += count;
     left_ -= count;
   }

@@ -24,11 +24,12 @@ class BodyReader {
     kEnded,   ///< the client stopped sending, or the chunks are none
     kSlow,    ///< it sends slower than it may
     kCoding,  ///< the body is not what its Content-Encoding says, or ends too early
-    kMemory,  ///< there is no room now for what decodes it
+    kMemory,  ///< there is no room now for what decodes it, or others wait for the room that it has
   };
-  /// memory  where a decoder counts what it takes: a client says how much
+  /// busy_rate  bytes per second, of a body that keeps others waiting for memory
+  /// memory     where a decoder counts what it takes: a client says how much
   BodyReader(Connection& connection, ConnectionStream& stream, const PaceLimits& pace,
-             RequestMemory& memory);
+             std::uint64_t busy_rate, RequestMemory& memory);
 
   /// The body is compressed: pieces are handed on decoded. Once it is set it stays.
   void decode_as(Coding coding);
@@ -36,7 +37,7 @@ class BodyReader {
   /// All of it was read: what decoded it goes.
   void end_decoding() { decoder_.reset(); }
   /// It may last as long as it likes, as long as it keeps its pace whenever somebody reads.
-  void restart_pace() { pace_.restart(Pace::Clock::now()); }
+  void restart_pace();
   /// Hands the body on in pieces until it ends (true), `sink` returns false, or there is a fault.
   /// After a false of `sink` it may go on where it was. With `wait` false it ends as well (true)
   /// where nothing more has come.
@@ -55,6 +56,9 @@ class BodyReader {
  private:
   /// Until receive() gets something. False with a fault, or if nothing is to be waited for.
   bool get(const std::function<Received()>& receive, bool wait);
+  /// Until there is something to receive. False with a fault.
+  bool wait_for_client();
+  void received(std::size_t bytes);
   /// Makes some input pending. The same.
   bool get_input(bool wait);
   bool hand_on_decoded(const std::function<bool(std::span<const char>)>& sink);
@@ -62,7 +66,8 @@ class BodyReader {
 
   Connection& connection_;
   ConnectionStream& stream_;
-  Pace pace_;
+  Pace pace_, hurry_;
+  Pace::Clock::time_point since_;  ///< when it last had something, which then was at work here
   ChunkDecoder chunks_;
   std::uint64_t left_;  ///< unread, of a body that is not chunked
   bool owes_continue_;  ///< the client waits for "100 Continue"

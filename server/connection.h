@@ -102,6 +102,8 @@ struct Connection {
       if (input.capacity() > 4096) std::string().swap(input);
       input.clear();
       taken = 0;
+      // It is with who has taken it now.
+      if (output.empty()) give_back_budget();
     }
   }
   void give_back_budget() {

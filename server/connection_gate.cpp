@@ -341,6 +341,15 @@ void ConnectionGate::reset(Connection& connection) {
 
 void ConnectionGate::check_times() {
   const bool breaking = breaking_;
+  // Others may send their bodies slowly for as long as bodies may take. Who is at work is due
+  // kHalfClosed after it was handed over.
+  const auto late = now_ + kHalfClosed - limits_.queue_time.get();
+  while (Connection* const connection = body_workers_->take_late(late)) {
+    guard(*connection, [&] {
+      refuse_queued(*connection);
+      advance(*connection);
+    });
+  }
   for (const auto& slot : connections_) {
     if (!slot) continue;
     Connection& connection = *slot;

@@ -128,6 +128,7 @@ class ConnectionGate {
   /// Whether the door may try to answer one more in this turn.
   bool has_time_for(Connection& connection) const;
   void refuse(Connection& connection, const RequestFault& fault);
+  void refuse_queued(Connection& connection);  ///< which has no worker
   void linger(Connection& connection);
   void close(Connection& connection);
   void reset(Connection& connection);  ///< of a client that does not take its answer

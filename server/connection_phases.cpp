@@ -223,10 +223,15 @@ void ConnectionGate::hand_over(Connection& connection, WorkerPool& workers) {
   connection.stirred = connection.readable || connection.ended;
   connection.due = now_ + kHalfClosed;
   if (&workers == body_workers_.get()) hear(connection, Heard::kEnd);
-  if (workers.submit(connection)) return;
+  if (!workers.submit(connection)) refuse_queued(connection);
+}
+
+void ConnectionGate::refuse_queued(Connection& connection) {
   hear(connection, Heard::kBytes);
   ++counts_.overload;
-  refuse(connection, {503, "QUEUE_FULL", "as many requests are waiting as may: try again later"});
+  refuse(connection, {503, "QUEUE_FULL",
+                      "as many requests are waiting as may, or this one for too long: try again "
+                      "later"});
 }
 
 void ConnectionGate::refuse(Connection& connection, const RequestFault& fault) {

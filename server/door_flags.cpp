@@ -11,6 +11,8 @@ void define_door(CLI::App& app, DoorLimits& limits, DoorSeconds& seconds) {
       ->check(CLI::Range(8, 4096))
       ->capture_default_str();
   flags.add_count("--max-queue", limits.queue, "requests that wait for a worker; more are 503");
+  flags.add_live_seconds("--queue-seconds", seconds.queue, kLeastSeconds,
+                         "how long one whose body is long or chunked may wait for a worker");
   flags.add_count("--max-connections", limits.connections,
                   "open at once; beyond it those that have been idle the longest are closed");
   flags.add_live("--max-header-bytes", limits.head.bytes, "of one request")
@@ -37,8 +39,9 @@ void define_door(CLI::App& app, DoorLimits& limits, DoorSeconds& seconds) {
                          "how long a connection may be silent");
   flags.add_count("--min-rate", limits.pace.bytes_per_second,
                   "bytes per second that a client has to send of a body, or take of an answer");
-  flags.add_count("--busy-rate", limits.busy_rate,
-                  "the same of a large answer while others wait for the memory that it holds");
+  flags.add_count(
+      "--busy-rate", limits.busy_rate,
+      "the same of a large answer or body while others wait for the memory that it holds");
   flags.add_live_seconds("--rate-seconds", seconds.window, kLeastSeconds,
                          "over which both are averages");
   flags.add_live_seconds(
@@ -47,6 +50,7 @@ void define_door(CLI::App& app, DoorLimits& limits, DoorSeconds& seconds) {
 }
 
 void finish_door(DoorLimits& limits, const DoorSeconds& seconds) {
+  limits.queue_time = milliseconds_of(seconds.queue);
   limits.head_time = milliseconds_of(seconds.head);
   limits.idle = milliseconds_of(seconds.idle);
   limits.pace.window = milliseconds_of(seconds.window);

@@ -11,7 +11,7 @@ namespace sightline {
 
 /// Seconds as they are written; what becomes of them is DoorLimits.
 struct DoorSeconds {
-  double idle = 30, head = 10, window = 5, longest = 600;
+  double queue = 30, idle = 30, head = 10, window = 5, longest = 600;
 };
 
 void define_door(CLI::App& app, DoorLimits& limits, DoorSeconds& seconds);

@@ -19,6 +19,8 @@ struct DoorLimits {
   /// Beyond it those that have been idle the longest are closed.
   Live<std::size_t> connections{10'000};
   HeadLimits head{};
+  /// How long a request whose body has yet to come may wait for a worker.
+  LiveTime queue_time{std::chrono::milliseconds(30'000)};
   /// From the first byte of a head to its last.
   LiveTime head_time{std::chrono::milliseconds(10'000)};
   /// How long a connection may wait for a request.
@@ -39,6 +41,7 @@ struct DoorLimits {
   void take_live(const DoorLimits& other) {
     connections = other.connections;
     head = other.head;
+    queue_time = other.queue_time;
     head_time = other.head_time;
     idle = other.idle;
     pace = other.pace;

@@ -230,7 +230,7 @@ void HttpServer::answer(Connection& connection) {
   ConnectionStream stream(connection, limits_.pace, limits_.busy_rate, waiters_);
   RequestMemory memory(bodies_, work_, connection.goes_first ? &waiters_ : nullptr,
                        &connection.gone);
-  BodyReader body(connection, stream, limits_.pace, memory);
+  BodyReader body(connection, stream, limits_.pace, limits_.busy_rate, memory);
   Course course{connection, stream, body, memory, stopping_};
   bool wants_close = false;
   const bool answered =

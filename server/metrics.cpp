@@ -194,8 +194,8 @@ void Metrics::count_part(std::uint64_t rays, const QueryWork& work) const {
   state_->work.add(work);
 }
 
-std::string Metrics::text(const SceneStore& store, const NamedCounts& door,
-                          std::size_t queued) const {
+std::string Metrics::text(const SceneStore& store, const NamedCounts& door, std::size_t queued,
+                          std::uint64_t traffic) const {
   std::vector<MetricFamily> families = state_->registry.Collect();
   add_store(store, families);
   families.push_back(
@@ -207,6 +207,9 @@ std::string Metrics::text(const SceneStore& store, const NamedCounts& door,
              MetricType::Gauge, "what", as_values(door)));
   families.push_back(family("sightline_queued_requests", "Requests that wait for a worker now.",
                             MetricType::Gauge, "", {{"", static_cast<double>(queued)}}));
+  families.push_back(family("sightline_traffic_bytes",
+                            "Of memory, that connections and requests hold now.", MetricType::Gauge,
+                            "", {{"", static_cast<double>(traffic)}}));
   return prometheus::TextSerializer().Serialize(families);
 }
 

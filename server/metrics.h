@@ -36,7 +36,8 @@ class Metrics {
   /// Of a request that is counted already, and goes on.
   void count_part(std::uint64_t rays, const QueryWork& work) const;
   /// All of it, and what the store and the door say now.
-  std::string text(const SceneStore& store, const NamedCounts& door, std::size_t queued) const;
+  std::string text(const SceneStore& store, const NamedCounts& door, std::size_t queued,
+                   std::uint64_t traffic) const;
 
  private:
   struct State;

@@ -29,6 +29,11 @@ class Pace {
     bytes_ = 0;
     begin_ = now;
   }
+  /// Nobody could move anything for so long: it does not count.
+  void pause(Clock::duration duration) {
+    begin_ += duration;
+    if (last_ != Clock::time_point::max()) last_ += duration;
+  }
   /// A new window begins, and only the pace counts from here on.
   void restart(Clock::time_point now) {
     bytes_ = 0;

@@ -162,6 +162,10 @@ bool RayRequest::describe(const RayBatch& rays, const HitBatch& hits, HitDescrip
 
 void RayRequest::reply(std::string encoded) {
   add_time(&WorkReport::print_us);
+  // Who has set a time no longer waits.
+  if (query_.timeout_ms && !exchange_.at_door && deadline_.passed()) {
+    return exchange_.reply_error(out_of_time(deadline_));
+  }
   if (is_binary() || query_.image) {
     if (query_.wants_work)
       exchange_.response.set_header("X-Sightline-Work", encode_work(timer_.report));

@@ -106,7 +106,7 @@ Error body_fault(const BodyReader* body) {
   }
   if (fault == BodyReader::Fault::kMemory) {
     return {ErrorKind::kBusy, "MEMORY_BUSY",
-            "compressed bodies use all the memory that they may: ask again later", ""};
+            "others wait for the memory that bodies use: send it again later", ""};
   }
   if (fault == BodyReader::Fault::kCoding) {
     return {ErrorKind::kMalformed, "ENCODING_BROKEN",
@@ -157,33 +157,39 @@ class BodyLimit {
   std::optional<Error> refused_;
 };
 
-/// The room of a body's text. All of it is counted, also what nothing has come for yet: of room
-/// that others had before, every page is there already.
+/// The room of a body's text, and what is counted of it.
 class BodyRoom {
  public:
   /// spare   bytes behind the body
-  /// length  of the whole body, where it is known
+  /// length  of the whole text, where it is known
   /// memory  null: it is not counted
   BodyRoom(std::string& text, std::size_t spare, std::optional<std::uint64_t> length,
            RequestMemory* memory)
       : text_(text), spare_(spare), length_(length), memory_(memory) {}
 
-  /// For so many bytes more. Four times as much at a time: a client that sends little holds little,
-  /// and what has come is seldom copied.
+  /// For so many bytes more.
   Status make_for(std::size_t bytes) {
+    // Four times as much at a time: a client that sends little holds little, and what has come is
+    // seldom copied.
     constexpr std::size_t kFirst = 128 << 10, kStep = 4;
+    // Up to here all room is counted: others may have had it, so every page is there already. What
+    // is larger is new pages, of which there are as many as have come.
+    constexpr std::size_t kWhole = 2 << 20;
     const std::size_t least = text_.size() + bytes + spare_;
-    if (least <= room_) return success();
-    std::size_t more = std::max({least, kFirst, kStep * room_});
+    const bool fits = least <= room_;
+    std::size_t room = fits ? room_ : std::max({least, kFirst, kStep * room_});
     if (length_)
-      more = std::max<std::size_t>(least, std::min<std::uint64_t>(more, *length_ + spare_));
-    if (memory_ != nullptr) {
-      if (Status status = memory_->reserve_body(more - room_); !status) return status;
+      room = std::max<std::size_t>(least, std::min<std::uint64_t>(room, *length_ + spare_));
+    const std::size_t counted = std::max(counted_, std::max(least, std::min(room, kWhole)));
+    if (memory_ != nullptr && counted > counted_) {
+      if (Status status = memory_->reserve_body(counted - counted_); !status) return status;
     }
-    room_ = more;
+    counted_ = counted;
+    if (fits) return success();
+    room_ = room;
     // To reserve more in the same text may double it instead.
     std::string larger;
-    larger.reserve(more);
+    larger.reserve(room);
     larger.append(text_);
     text_.swap(larger);
     return success();
@@ -194,7 +200,7 @@ class BodyRoom {
   const std::size_t spare_;
   const std::optional<std::uint64_t> length_;
   RequestMemory* const memory_;
-  std::size_t room_ = 0;
+  std::size_t room_ = 0, counted_ = 0;
 };
 
 }  // namespace
@@ -211,10 +217,11 @@ bool read_body(Exchange& exchange, std::uint64_t limit,
 }
 
 bool read_body(Exchange& exchange, std::uint64_t limit, std::size_t spare, std::string& text) {
-  const auto length = body_length(exchange);
+  // What a compressed body says is not how long its text will be.
+  const bool decodes = exchange.body != nullptr && exchange.body->decodes();
+  const auto length = decodes ? std::nullopt : body_length(exchange);
   // Short ones are few bytes for each worker.
-  const bool is_short =
-      length && *length <= kShortBody && (exchange.body == nullptr || !exchange.body->decodes());
+  const bool is_short = length && *length <= kShortBody;
   BodyLimit body(exchange, limit);
   BodyRoom room(text, spare, length, is_short ? nullptr : exchange.memory);
   const auto admit = [&](std::size_t bytes) {

@@ -80,6 +80,7 @@ void reply_version(Exchange& exchange, const Service& service) {
                         {"header_bytes", service.door.head.bytes.get()},
                         {"header_fields", service.door.head.fields.get()},
                         {"header_ms", service.door.head_time.get().count()},
+                        {"queue_ms", service.door.queue_time.get().count()},
                         {"idle_ms", service.door.idle.get().count()},
                         {"gathered_bytes", service.door.gathered},
                         {"buffer_bytes", service.door.buffers},
@@ -102,7 +103,8 @@ void add_health_routes(Router& router, const Service& service) {
              [&service](Exchange& exchange) { reply_readiness(exchange, service); });
   router.add("GET", "/metrics", [&service](Exchange& exchange) {
     exchange.reply(200,
-                   service.metrics.text(service.store, service.door_counts(), service.queued()),
+                   service.metrics.text(service.store, service.door_counts(), service.queued(),
+                                        service.traffic()),
                    "text/plain; version=0.0.4; charset=utf-8");
   });
   router.add("GET", "/version",

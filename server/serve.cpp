@@ -226,6 +226,7 @@ int run_serve(const ServeCommand& asked, std::ostream& out, std::ostream& compla
       rules);
   service.door_counts = [&server] { return door_counts(server.counts()); };
   service.queued = [&server] { return server.queued(); };
+  service.traffic = [&server] { return server.traffic(); };
   const auto port = server.bind(command.listen);
   if (!port) return complain(port.error());
 

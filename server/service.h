@@ -20,6 +20,7 @@
 #include "server/places.h"
 #include "server/scene_sources.h"
 #include "server/scene_stats.h"
+#include "server/work_memory.h"
 
 namespace sightline {
 
@@ -61,6 +62,7 @@ struct Service {
   DoorLimits door{};  ///< to show them
   std::function<NamedCounts()> door_counts = [] { return NamedCounts(); };
   std::function<std::size_t()> queued = [] { return std::size_t{0}; };
+  std::function<std::uint64_t()> traffic = [] { return std::uint64_t{0}; };
 
   /// From now on; a client may wish for less than the limit.
   Deadline deadline(std::optional<std::uint64_t> timeout_ms = {}) const {
@@ -74,6 +76,7 @@ struct Service {
     Deadline deadline = this->deadline(timeout_ms);
     if (exchange.at_door) deadline.at = std::min(deadline.at, Deadline::Clock::now() + kAtDoor);
     deadline.caller = exchange.caller;
+    if (exchange.memory != nullptr && !exchange.at_door) exchange.memory->wait_until(deadline.at);
     return deadline;
   }
 };

@@ -55,6 +55,11 @@ void TrafficMemory::give(Holder* holder, std::uint64_t bytes) {
   changed_.notify_all();
 }
 
+std::uint64_t TrafficMemory::taken() const {
+  const std::lock_guard hold(mutex_);
+  return taken_;
+}
+
 TrafficMemory::Waiter::Waiter(TrafficMemory& memory, const Holder& holder,
                               std::function<bool(std::uint64_t)> could_go_on)
     : memory_(memory), could_go_on_(std::move(could_go_on)), counts_(holder.bytes_ > 0) {

@@ -30,6 +30,7 @@ class TrafficMemory {
   bool take(Holder* holder, std::uint64_t bytes);
   /// Precondition: it was taken.
   void give(Holder* holder, std::uint64_t bytes);
+  std::uint64_t taken() const;
 
  private:
   /// Keeps a part of it under the same lock.
@@ -65,7 +66,7 @@ class TrafficMemory {
   void subtract(Holder* holder, std::uint64_t bytes);
 
   const std::uint64_t all_;
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::condition_variable changed_;  ///< something was given back
   std::uint64_t taken_ = 0;
   std::uint64_t nobodys_ = 0;       ///< of that, what belongs to no request

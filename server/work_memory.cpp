@@ -114,7 +114,10 @@ Status RequestMemory::reserve(std::uint64_t bytes) {
     if (!status && status.error().kind == ErrorKind::kBusy) {
       const Claim place = waiters_ == nullptr ? Claim() : waiters_->claim();
       if (waiters_ != nullptr && !place) return status;
-      status = work_.wait(more, Deadline::in(kPatience, caller_));
+      Deadline deadline = Deadline::in(kPatience, caller_);
+      deadline.at = std::min(deadline.at, until_);
+      status = work_.wait(more, deadline);
+      if (!status && deadline.at == until_ && deadline.passed()) return out_of_time(deadline);
     }
     if (!status) return status;
   }
@@ -142,6 +145,12 @@ void RequestMemory::keep_while_streaming(std::uint64_t bytes) {
 
 bool RequestMemory::keeps_others_waiting() const {
   return beyond_free(bytes_) > memory_.all() / kLittlePart && memory_.is_wanted();
+}
+
+bool RequestMemory::body_keeps_others_waiting() const {
+  // Even if all who read bodies had so much, half would be left.
+  constexpr std::uint64_t kPart = 64;
+  return body_.bytes() > bodies_.all() / kPart && (bodies_.is_wanted() || memory_.is_wanted());
 }
 
 }  // namespace sightline

@@ -42,6 +42,7 @@ class WorkMemory {
     Status wait(std::uint64_t bytes, const Deadline& deadline);
     /// Gives back all but so many, and so many more that stay counted with the traffic alone.
     void keep(std::uint64_t bytes, std::uint64_t beside = 0);
+    std::uint64_t bytes() const { return bytes_; }
 
    private:
     // Precondition of both: the traffic's mutex_ is held.
@@ -69,7 +70,8 @@ class RequestMemory {
  public:
   /// waiters  places of those who wait for memory; null: whoever likes may
   RequestMemory(WorkMemory& bodies, WorkMemory& work, Places* waiters, const CancelFlag* caller)
-      : memory_(work),
+      : bodies_(bodies),
+        memory_(work),
         body_(bodies, holder_),
         work_(work, holder_),
         waiters_(waiters),
@@ -92,15 +94,19 @@ class RequestMemory {
   /// others from their turns: of a large part all is counted with the traffic, but only so much
   /// with the work.
   void keep_while_streaming(std::uint64_t bytes);
-  /// Whether others wait for memory, and this has enough of it to matter.
+  /// Whether others wait for memory, and this has enough of it to matter: of work, or of a body.
   bool keeps_others_waiting() const;
+  bool body_keeps_others_waiting() const;
+  /// From now on nothing is waited for longer than that: reserve fails with DEADLINE then.
+  void wait_until(Deadline::Clock::time_point at) { until_ = at; }
 
  private:
-  const WorkMemory& memory_;
+  const WorkMemory &bodies_, &memory_;
   TrafficMemory::Holder holder_;
   WorkMemory::Share body_;
   WorkMemory::Share work_;  ///< what it takes to decode, answer and encode it
   std::uint64_t bytes_ = 0, most_ = 0;
+  Deadline::Clock::time_point until_ = Deadline::Clock::time_point::max();
   Places* const waiters_;
   const CancelFlag* const caller_;
 };

@@ -39,6 +39,13 @@ bool WorkerPool::submit(Connection& connection) {
   return true;
 }
 
+Connection* WorkerPool::take_late(std::chrono::steady_clock::time_point time) {
+  const std::lock_guard hold(mutex_);
+  if (first_ == nullptr || first_->due >= time) return nullptr;
+  --queued_;
+  return std::exchange(first_, first_->next);
+}
+
 bool WorkerPool::should_wake() {
   if (first_ == nullptr || sleeping_ == 0 || waking_) return false;
   waking_ = true;

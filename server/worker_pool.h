@@ -1,6 +1,7 @@
 #pragma once
 /// Threads that answer requests, and the bounded queue before them.
 
+#include <chrono>
 #include <condition_variable>
 #include <cstddef>
 #include <functional>
@@ -23,6 +24,8 @@ class WorkerPool {
 
   /// False when the queue is full.
   bool submit(Connection& connection);
+  /// Takes the first of the queue back, if it was due before `time`; null if it was not.
+  Connection* take_late(std::chrono::steady_clock::time_point time);
   std::size_t queued() const;
   /// Whether somebody sleeps who would not have to take what is queued already.
   bool has_idle() const;

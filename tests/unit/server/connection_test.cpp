@@ -32,5 +32,36 @@ TEST(Connection, holds_what_it_waits_for_and_not_what_was_taken) {
   ::close(ends[1]);
 }
 
+TEST(Connection, gives_back_what_it_was_charged_for_when_all_is_taken) {
+  TrafficMemory traffic(100);
+  ByteBudget budget(traffic, 100);
+  Connection connection(-1, budget);
+  connection.input = "body";
+  ASSERT_TRUE(budget.charge(60));
+  connection.charged = 60;
+  connection.take(3);
+  EXPECT_EQ(traffic.taken(), 60U);
+  connection.take(1);
+  EXPECT_EQ(traffic.taken(), 0U);
+}
+
+TEST(Pace, does_not_count_a_pause) {
+  using namespace std::chrono_literals;
+  PaceLimits limits;
+  limits.window = 5000ms;
+  limits.longest = 8000ms;
+  const Pace::Clock::time_point begin{};
+  Pace pace(limits, begin);
+  EXPECT_EQ(pace.due(), begin + 5s);
+  pace.pause(10s);
+  EXPECT_EQ(pace.due(), begin + 15s);
+  pace.moved(1 << 20, begin + 14s);
+  EXPECT_EQ(pace.due(), begin + 18s);
+  // Who keeps only the pace has no end to pause.
+  pace.restart(begin + 14s);
+  pace.pause(1s);
+  EXPECT_EQ(pace.due(), begin + 20s);
+}
+
 }  // namespace
 }  // namespace sightline

@@ -130,5 +130,34 @@ TEST(RequestWeight, sees_what_asks_for_much_in_few_bytes) {
   EXPECT_TRUE(asks_for_little(head, ""));
 }
 
+TEST(RequestMemory, waits_no_longer_than_its_request_may_take) {
+  TrafficMemory traffic(10 * kMib);
+  WorkMemory bodies(traffic, kMib, 10 * kMib), work(traffic, kMib, 10 * kMib);
+  TrafficMemory::Holder other;
+  WorkMemory::Share beyond(work, other);
+  ASSERT_TRUE(beyond.grow(2 * kMib).ok());
+  RequestMemory memory(bodies, work, nullptr, nullptr);
+  memory.wait_until(Deadline::Clock::now() + std::chrono::milliseconds(20));
+  const Status status = memory.reserve(2 * kMib);
+  ASSERT_FALSE(status.ok());
+  EXPECT_EQ(status.error().code, "DEADLINE");
+}
+
+TEST(RequestMemory, knows_whether_its_body_keeps_others_waiting) {
+  TrafficMemory traffic(10 * kMib);
+  WorkMemory bodies(traffic, kMib, 10 * kMib), work(traffic, kMib, 10 * kMib);
+  RequestMemory large(bodies, work, nullptr, nullptr), small(bodies, work, nullptr, nullptr),
+      late(bodies, work, nullptr, nullptr);
+  ASSERT_TRUE(large.reserve_body(2 * kMib).ok() && small.reserve_body(kMib / 64).ok());
+  EXPECT_FALSE(large.body_keeps_others_waiting());
+  std::thread waiter([&] { EXPECT_TRUE(late.reserve_body(kMib).ok()); });
+  while (!bodies.is_wanted()) std::this_thread::yield();
+  EXPECT_TRUE(large.body_keeps_others_waiting());
+  EXPECT_FALSE(small.body_keeps_others_waiting());
+  large.forget_body();
+  small.forget_body();
+  waiter.join();
+}
+
 }  // namespace
 }  // namespace sightline

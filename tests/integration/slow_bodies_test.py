@@ -1,0 +1,96 @@
+"""Bodies that come slowly keep nobody else from answers for long, and who waits is told in time."""
+
+import json
+import re
+import select
+import threading
+import unittest
+
+import case_report
+from abuse_case import MIB, QUERY, ROW, trickle
+from sightline_server import PATIENCE, Server, read_answer
+
+BODY = json.dumps({"rays": [ROW] * 3000, "fields": ["t"]}).encode()
+WORKERS = 8
+
+
+def ask(connection, *pieces):
+    with connection, connection.makefile("rb") as stream:
+        for piece in pieces:
+            connection.sendall(piece)
+        return read_answer(stream)
+
+
+def told(answer):
+    return answer.status, answer.json().get("code"), "retry-after" in answer.headers
+
+
+class SlowBodies(unittest.TestCase):
+    def serve(self, *arguments):
+        self.server = Server("--preload", "six=demo:six", "--workers", WORKERS, "--max-traffic-memory", 4 * MIB + 65536,
+                             "--min-rate", 1, "--rate-seconds", 1, "--queue-seconds", 1, *arguments)
+        self.addCleanup(self.server.end)
+
+    def hold(self, count, head, begin):
+        """So many connections that have sent that, and go on with a byte now and then until they are ended."""
+        connections = [self.server.connect() for _ in range(count)]
+        for connection in connections:
+            connection.sendall(head + begin)
+        sender = threading.Thread(target=trickle, args=(list(connections), PATIENCE, b" "))
+        sender.start()
+
+        def end():
+            for connection in connections:
+                connection.close()
+            sender.join()
+        self.addCleanup(end)
+        return connections
+
+    def traffic(self):
+        return int(re.search("^sightline_traffic_bytes ([0-9]+)$", self.server.ask("/metrics").body.decode(), re.MULTILINE)[1])
+
+    def hold_memory(self):
+        # Each counts as two, and some bytes.
+        held = self.hold(2, QUERY + b"Content-Length: %d\r\n\r\n" % (200 * MIB), b" " * (MIB + MIB // 4))
+        while self.traffic() < 4 * MIB:
+            self.assertIsNone(self.server.process.poll())
+        return held
+
+    def test_others_get_their_memory(self):
+        self.serve()
+        held = self.hold_memory()
+        answer = ask(self.server.connect(), QUERY + b"Content-Length: %d\r\n\r\n" % len(BODY), BODY)
+        self.assertEqual((answer.status, len(answer.json()["hits"])), (200, 3000))
+        refused = select.select(held, [], [], PATIENCE)[0][0]
+        with refused.makefile("rb") as stream:
+            self.assertEqual(told(read_answer(stream)), (503, "MEMORY_BUSY", True))
+
+    def test_time_spent_waiting_for_memory_is_not_the_clients(self):
+        self.serve()
+        self.hold_memory()
+        connection = self.server.connect()
+        with connection, connection.makefile("rb") as stream:
+            connection.sendall(QUERY + b"Expect: 100-continue\r\nContent-Length: %d\r\n\r\n" % len(BODY))
+            self.assertEqual((stream.readline(), stream.readline()), (b"HTTP/1.1 100 Continue\r\n", b"\r\n"))
+            connection.sendall(BODY)
+            self.assertEqual(read_answer(stream).status, 200)
+
+    def test_a_query_waits_for_memory_no_longer_than_it_wants(self):
+        # Nobody is blamed for holding less than a 64th of that.
+        self.serve("--max-body-memory", 1024 * MIB)
+        self.hold_memory()
+        answer = self.server.query("six", "all", {"rays": [ROW], "timeout_ms": 50})
+        self.assertEqual((answer.status, answer.json()["code"]), (504, "DEADLINE"))
+
+    def test_a_body_waits_for_a_worker_only_so_long(self):
+        self.serve()
+        held = self.hold(WORKERS, QUERY + b"Content-Length: %d\r\n\r\n" % (200 * MIB), b"")
+        chunked = QUERY + b"Transfer-Encoding: chunked\r\n\r\n4\r\nnull\r\n0\r\n\r\n"
+        self.assertEqual(told(ask(self.server.connect(), chunked)), (503, "QUEUE_FULL", True))
+        for connection in held:
+            connection.close()
+        self.assertEqual(told(ask(self.server.connect(), chunked))[0], 422)
+
+
+if __name__ == "__main__":
+    case_report.main()
