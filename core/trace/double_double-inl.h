@@ -114,7 +114,7 @@ HWY_INLINE DoubleDoubleOf<Tag> quotient_of(const DoubleDoubleOf<Tag>& top,
   return DoubleDoubleOf<Tag>::fast_two_sum(q, hn::Mul(residual, inverse));
 }
 /// What such a quotient may be off, if the top is off by at most 24 u^2 top_size and the bottom by
-/// as much of its size.
+/// 43 u^2 of its size.
 template <class Tag>
 HWY_INLINE hn::Vec<Tag> error_of_quotient(Tag dd, hn::Vec<Tag> top_size, hn::Vec<Tag> bottom_size,
                                           hn::Vec<Tag> inverse, hn::Vec<Tag> value) {

@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <future>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <thread>
@@ -21,7 +22,10 @@ class Running {
   explicit Running(HttpServer::Dispatch dispatch, DoorRules rules = {})
       : server_(
             DoorLimits{.workers = 8}, std::move(dispatch),
-            [this](const std::string&, const std::string& what) { thrown_ = what; },
+            [this](const std::string&, const std::string& what) {
+              const std::lock_guard hold(mutex_);
+              thrown_ = what;
+            },
             std::move(rules)) {
     const auto port = server_.bind({"127.0.0.1", 0});
     EXPECT_TRUE(port.ok());
@@ -33,10 +37,14 @@ class Running {
     thread_.join();
   }
   httplib::Client client() const { return httplib::Client("127.0.0.1", port_); }
-  const std::string& thrown() const { return thrown_; }
+  std::string thrown() const {
+    const std::lock_guard hold(mutex_);
+    return thrown_;
+  }
 
  private:
   HttpServer server_;
+  mutable std::mutex mutex_;
   std::string thrown_;
   int port_ = 0;
   std::thread thread_;
