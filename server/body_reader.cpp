@@ -12,8 +12,6 @@ namespace {
 /// connection lives on; else the connection ends.
 constexpr std::uint64_t kSkippedBody = 64 << 10;
 constexpr std::size_t kPiece = 32 << 10;
-/// How soon a slow client is seen to keep others waiting.
-constexpr std::chrono::milliseconds kLookAround{100};
 
 }  // namespace
 
@@ -63,7 +61,7 @@ bool BodyReader::wait_for_client() {
       fault_ = Fault::kMemory;
     }
     if (fault_ != Fault::kNoFault) return false;
-    const auto due = std::min(pace_.due(), now + kLookAround);
+    const auto due = std::min(pace_.due(), now + kSlowClientLook);
     if (wait_until_readable(connection_.socket, due)) return true;
   }
 }

@@ -14,8 +14,6 @@ namespace {
 constexpr std::size_t kCollected = 16 << 10;
 /// What every connection may leave behind, whatever others hold.
 constexpr std::size_t kFreeOutput = 4 << 10;
-/// How soon a slow client is seen to keep others waiting.
-constexpr std::chrono::milliseconds kLook{100};
 
 bool wait_for(int socket, short events, std::chrono::steady_clock::time_point due) {
   for (;;) {
@@ -78,7 +76,8 @@ bool ConnectionStream::wait_for_client(const Pace& pace, const Pace& hurry) {
   while (!connection_.gone.cancelled()) {
     const Pace::Clock::time_point now = Pace::Clock::now();
     if (now >= hurry.due() && memory_ != nullptr && memory_->keeps_others_waiting()) return false;
-    if (wait_for(connection_.socket, POLLOUT, std::min(pace.due(), now + kLook))) return true;
+    if (wait_for(connection_.socket, POLLOUT, std::min(pace.due(), now + kSlowClientLook)))
+      return true;
     if (now >= pace.due()) return false;
   }
   return false;

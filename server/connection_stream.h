@@ -65,6 +65,9 @@ class ConnectionStream final : public httplib::Stream {
   std::string head_lines_;
 };
 
+/// How soon a slow client is seen to keep others waiting.
+inline constexpr std::chrono::milliseconds kSlowClientLook{100};
+
 /// Waits until there is something to receive, or the connection has ended. False at `due`.
 bool wait_until_readable(int socket, std::chrono::steady_clock::time_point due);
 

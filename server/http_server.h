@@ -53,6 +53,7 @@ class HttpServer : private httplib::Server {
   const DoorCounts& counts() const { return gate_.counts(); }
   /// Requests that wait for a worker. While it serves.
   std::size_t queued() const { return gate_.queued(); }
+  /// Bytes of memory that connections and requests hold, see TrafficMemory.
   std::uint64_t traffic() const { return traffic_.taken(); }
 
  private:

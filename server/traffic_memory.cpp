@@ -18,8 +18,7 @@ bool TrafficMemory::lets_begin(const Holder& holder, std::uint64_t bytes) const 
   return holder.bytes_ > 0 || waiters_.empty() || taken_ + bytes <= all_ / 2;
 }
 
-bool TrafficMemory::add(Holder* holder, std::uint64_t bytes) {
-  if (!has_room(holder, bytes, taken_)) return false;
+void TrafficMemory::add(Holder* holder, std::uint64_t bytes) {
   taken_ += bytes;
   if (taken_ > all_ && large_ == nullptr) large_ = holder;
   if (holder == nullptr) {
@@ -28,7 +27,6 @@ bool TrafficMemory::add(Holder* holder, std::uint64_t bytes) {
     if (holder->bytes_ == 0) ++holders_;
     holder->bytes_ += bytes;
   }
-  return true;
 }
 
 void TrafficMemory::subtract(Holder* holder, std::uint64_t bytes) {
@@ -44,7 +42,9 @@ void TrafficMemory::subtract(Holder* holder, std::uint64_t bytes) {
 
 bool TrafficMemory::take(Holder* holder, std::uint64_t bytes) {
   const std::lock_guard hold(mutex_);
-  return add(holder, bytes);
+  if (!has_room(holder, bytes, taken_)) return false;
+  add(holder, bytes);
+  return true;
 }
 
 void TrafficMemory::give(Holder* holder, std::uint64_t bytes) {

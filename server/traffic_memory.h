@@ -30,6 +30,7 @@ class TrafficMemory {
   bool take(Holder* holder, std::uint64_t bytes);
   /// Precondition: it was taken.
   void give(Holder* holder, std::uint64_t bytes);
+  /// Bytes, by all.
   std::uint64_t taken() const;
 
  private:
@@ -62,7 +63,8 @@ class TrafficMemory {
   /// Whether who has nothing yet may begin with so much: while others who have something wait for
   /// more, only where no more than half is taken.
   bool lets_begin(const Holder& holder, std::uint64_t bytes) const;
-  bool add(Holder* holder, std::uint64_t bytes);
+  /// Precondition: has_room.
+  void add(Holder* holder, std::uint64_t bytes);
   void subtract(Holder* holder, std::uint64_t bytes);
 
   const std::uint64_t all_;

@@ -40,7 +40,7 @@ bool WorkMemory::Share::try_grow(std::uint64_t bytes) {
   TrafficMemory& traffic = memory.traffic_;
   if (!fits(bytes, traffic.taken_)) return false;
   if (memory.begins_late_ && !traffic.lets_begin(holder_, bytes)) return false;
-  if (!traffic.add(&holder_, bytes)) return false;
+  traffic.add(&holder_, bytes);
   const bool is_within = sum(memory.taken_, bytes) <= memory.all_;
   if (memory.beyond_ != this && is_within) {
     memory.taken_ += bytes;
