@@ -12,10 +12,12 @@
 namespace sightline {
 namespace {
 
-/// From the beginning, until `bytes` are filled or the file ends. How many there were.
+/// Of a small file at once, whatever it says of its size.
+constexpr std::size_t kLeastRead = 4096;
+
+/// From the byte `size` on, until `bytes` are filled or the file ends. How many there are then.
 Result<std::size_t> read_some(const FileDescriptor& file, std::span<std::byte> bytes,
-                              const char* doing) {
-  std::size_t size = 0;
+                              const char* doing, std::size_t size = 0) {
   while (size < bytes.size()) {
     const ssize_t got =
         ::pread(file.number(), bytes.data() + size, bytes.size() - size, static_cast<off_t>(size));
@@ -95,6 +97,29 @@ Status sync_folder(const std::filesystem::path& folder, const char* doing) {
   return sync_file(*opened, doing);
 }
 
+Status make_folder(const std::filesystem::path& folder, const char* doing) {
+  // From the lowest one that is there, each with its name in the one above.
+  std::vector<std::filesystem::path> missing;
+  std::error_code error;
+  auto at = std::filesystem::absolute(folder, error);
+  if (error) return io_error(doing, error.value());
+  if (!at.has_filename()) at = at.parent_path();
+  for (; !std::filesystem::is_directory(at, error); at = at.parent_path()) {
+    missing.push_back(at);
+    if (at == at.parent_path()) break;
+  }
+  for (; !missing.empty(); missing.pop_back()) {
+    if (::mkdir(missing.back().c_str(), 0777) != 0 && errno != EEXIST)
+      return io_error(doing, errno);
+    if (Status synced = sync_folder(missing.back().parent_path(), doing); !synced) return synced;
+  }
+  // One that is there as something else would be found by whoever uses it.
+  if (!std::filesystem::is_directory(folder, error)) {
+    return io_error(doing, error ? error.value() : ENOTDIR);
+  }
+  return success();
+}
+
 Status rename_file(const std::filesystem::path& from, const std::filesystem::path& to,
                    const char* doing) {
   if (::rename(from.c_str(), to.c_str()) != 0) return io_error(doing, errno);
@@ -117,14 +142,26 @@ Result<std::string> read_small_file(const std::filesystem::path& file, std::size
                                     const char* doing) {
   auto opened = open_file(file, O_RDONLY, doing);
   if (!opened) return std::move(opened).error();
-  std::string text(limit + 1, '\0');
-  const auto size = read_some(*opened, std::as_writable_bytes(std::span(text)), doing);
-  if (!size) return size.error();
-  if (*size > limit) {
-    return Error{ErrorKind::kInternal, "STORE_DAMAGED",
-                 std::string("cannot ") + doing + ": it is longer than any", ""};
+  struct stat status {};
+  if (::fstat(opened->number(), &status) != 0) return io_error(doing, errno);
+  // One byte more than there should be, to see the end; what a file says of its size may be less
+  // than it has, as in /proc.
+  const std::size_t most = limit + 1;
+  std::string text(
+      std::min(most, std::max(kLeastRead, static_cast<std::size_t>(status.st_size) + 1)), '\0');
+  std::size_t filled = 0;
+  for (;;) {
+    const auto size = read_some(*opened, std::as_writable_bytes(std::span(text)), doing, filled);
+    if (!size) return size.error();
+    filled = *size;
+    if (filled < text.size()) break;
+    if (filled == most) {
+      return Error{ErrorKind::kInternal, "STORE_DAMAGED",
+                   std::string("cannot ") + doing + ": it is longer than any", ""};
+    }
+    text.resize(std::min(most, 2 * text.size()));
   }
-  text.resize(*size);
+  text.resize(filled);
   return text;
 }
 

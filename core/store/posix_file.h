@@ -41,6 +41,8 @@ Status write_all(const FileDescriptor& file, std::span<const std::byte> bytes, c
 Status sync_file(const FileDescriptor& file, const char* doing);
 /// Makes renames and removals in `folder` durable.
 Status sync_folder(const std::filesystem::path& folder, const char* doing);
+/// Makes a folder and those above it that are missing, durably; there may be one already.
+Status make_folder(const std::filesystem::path& folder, const char* doing);
 /// Replaces `to` in one step: readers see the old file or the new one.
 Status rename_file(const std::filesystem::path& from, const std::filesystem::path& to,
                    const char* doing);
@@ -48,7 +50,7 @@ Status rename_file(const std::filesystem::path& from, const std::filesystem::pat
 Result<std::vector<std::filesystem::path>> list_folder(const std::filesystem::path& folder,
                                                        const char* doing);
 /// A small file as text. Errors: those of io_error; STORE_DAMAGED when it has more than `limit`
-/// bytes.
+/// bytes. Cost: memory for what the file has, not for what it may have.
 Result<std::string> read_small_file(const std::filesystem::path& file, std::size_t limit,
                                     const char* doing);
 

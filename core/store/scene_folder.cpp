@@ -25,6 +25,9 @@ constexpr const char* kNewFormatName = "format.new";
 constexpr const char* kLockName = "lock";
 constexpr std::string_view kRecordSuffix = ".json";
 
+/// Files of one name in quarantine.
+constexpr int kMostQuarantined = 1000;
+
 constexpr const char* kStoring = "store the scene";
 constexpr const char* kDamaged = "STORE_DAMAGED";
 
@@ -47,6 +50,10 @@ bool is_temporary_name(std::string_view name) {
 }  // namespace
 
 bool is_damage(const Error& error) { return error.code == kDamaged; }
+
+std::string quarantine_note(const Status& moved) {
+  return moved ? "; it was moved to quarantine" : "; " + moved.error().message;
+}
 
 fs::path SceneFolder::record_path(const std::string& id) const {
   return folder_ / "scenes" / (id + std::string(kRecordSuffix));
@@ -99,9 +106,7 @@ Result<bool> SceneFolder::has_format() const {
 
 Status SceneFolder::prepare() {
   constexpr const char* kDoing = "open the data folder";
-  std::error_code error;
-  fs::create_directories(folder_, error);
-  if (error) return io_error("make the data folder", error.value());
+  if (Status made = make_folder(folder_, "make the data folder"); !made) return made;
   if (auto ours = has_format(); !ours) return std::move(ours).error();
 
   // One process at a time; the lock goes with the process, however it ends.
@@ -126,13 +131,13 @@ Status SceneFolder::prepare() {
     }
   }
   for (const char* name : {"blobs", "scenes", "tmp", "quarantine"}) {
-    fs::create_directories(folder_ / name, error);
-    if (error) return io_error("make the data folder", error.value());
+    if (Status made = make_folder(folder_ / name, "make the data folder"); !made) return made;
   }
 
   // What was half written when the last process ended is nobody's.
   const auto left = list_folder(folder_ / "tmp", kDoing);
   if (!left) return left.error();
+  std::error_code error;
   for (const fs::path& file : *left) {
     if (!is_temporary_name(file.filename().string())) continue;
     if (fs::symlink_status(file, error).type() == fs::file_type::regular) fs::remove(file, error);
@@ -160,20 +165,17 @@ Result<SceneFolder::Catalogue> SceneFolder::read_catalogue() {
       continue;
     }
     Error error = text.ok() ? damaged("the scene's record is damaged") : text.error();
-    if (is_damage(error)) {
-      quarantine_file(file);
-      error.message += "; it was moved to quarantine";
-    } else {
-      keeps_all_ = true;
-    }
+    if (is_damage(error)) error.message += quarantine_note(quarantine_file(file));
+    keeps_all_ = true;
     catalogue.unread.push_back({id, std::move(error)});
   }
+  hold_quarantined();
 
   std::error_code error;
   fs::remove(folder_ / "trees" / "writing", error);
   // Bytes without a record: a crash between the two steps of a commit, or of a removal. Not while
   // a record is damaged: it may be the one that named them. What cannot be listed stays as well.
-  if (!catalogue.unread.empty()) return catalogue;
+  if (keeps_all_) return catalogue;
   const auto drop_strays = [&](const char* folder, auto owner_of) {
     const auto found = list_folder(folder_ / folder, "list the data folder");
     if (!found) return;
@@ -303,22 +305,43 @@ Result<MappedFile> SceneFolder::map(const std::string& sha256, std::uint64_t byt
   return mapped;
 }
 
-void SceneFolder::quarantine(const SceneRecord& record) {
+Status SceneFolder::quarantine(const SceneRecord& record, const std::string& damaged_sha256) {
   const std::lock_guard hold(mutex_);
-  quarantine_file(record_path(record.id));
-  quarantine_file(blob_path(record.sha256));
-  drop_reference(record.id);
+  if (Status status = quarantine_file(record_path(record.id)); !status) return status;
+  // What the record names stays held, as hold_quarantined would hold it.
+  references_.erase(record.id);
+  return quarantine_file(blob_path(damaged_sha256));
 }
 
-void SceneFolder::quarantine_file(const fs::path& file) {
-  // Never over an earlier find: each keeps its own number.
+Status SceneFolder::quarantine_file(const fs::path& file) const {
+  constexpr const char* kDoing = "move it to quarantine";
   std::error_code error;
-  for (int number = 0; number < 1000; ++number) {
+  if (!fs::exists(file, error) && !error) return success();  // what is missing is damage too
+  // Never over an earlier find: each keeps its own number.
+  for (int number = 0; number < kMostQuarantined; ++number) {
     const fs::path target =
         folder_ / "quarantine" / (file.filename().string() + "." + std::to_string(number));
     if (fs::exists(target, error)) continue;
-    fs::rename(file, target, error);
-    return;
+    return rename_file(file, target, kDoing);
+  }
+  return io_error(kDoing, EEXIST);
+}
+
+void SceneFolder::hold_quarantined() {
+  constexpr const char* kDoing = "list the quarantine of the data folder";
+  const auto files = list_folder(folder_ / "quarantine", kDoing);
+  if (!files) keeps_all_ = true;
+  for (const fs::path& file : files ? *files : std::vector<fs::path>()) {
+    // "<id>.json.<number>", as quarantine_file names it.
+    const fs::path named = file.stem();
+    if (named.extension() != kRecordSuffix) continue;
+    const auto text = read_small_file(file, kRecordLimit, kDoing);
+    const auto record = text ? decode_record(*text, named.stem().string()) : std::nullopt;
+    if (record) {
+      hold(hashes_of(*record));
+    } else {
+      keeps_all_ = true;
+    }
   }
 }
 

@@ -10,6 +10,9 @@
 ///   DIR/tmp/<number>      what is being written; removed at start
 ///   DIR/quarantine/       what was found damaged, for a person to look at
 ///
+/// What a record in quarantine names stays in blobs/ for as long as that record is there: a person
+/// may be able to mend it. Nothing in quarantine is ever removed.
+///
 /// A scene is replaced by renaming one small record over another, after its bytes are on the disk:
 /// whatever moment a machine stops at, each record names bytes that are whole.
 
@@ -34,6 +37,8 @@ namespace sightline {
 
 /// Whether what lies on the disk is wrong, and not only out of reach.
 bool is_damage(const Error& error);
+/// What is said of damage besides, by how SceneFolder::quarantine came off.
+std::string quarantine_note(const Status& moved);
 
 /// May be used from many threads.
 class SceneFolder {
@@ -51,8 +56,9 @@ class SceneFolder {
     std::vector<SceneRecord> records;
     std::vector<Unread> unread;
   };
-  /// Reads all records, and drops bytes that no record names. Call once, before anything else.
-  /// Errors: those of io_error, when it is not known which records there are.
+  /// Reads all records, and drops bytes that no record names, be it here or in quarantine. Call
+  /// once, before anything else. Errors: those of io_error, when it is not known which records
+  /// there are.
   Result<Catalogue> read_catalogue();
 
   Result<TemporaryFile> new_temporary();
@@ -73,8 +79,10 @@ class SceneFolder {
   /// or another hash; those of io_error, which say nothing about the bytes.
   Result<MappedFile> map(const std::string& sha256, std::uint64_t bytes,
                          std::optional<std::uint64_t> fingerprint = {});
-  /// Moves record and bytes out of the way.
-  void quarantine(const SceneRecord& record);
+  /// Moves the record out of the way, and the one file of those it names that is damaged; the
+  /// others may be other scenes', and all of them stay. Errors: those of io_error; then what could
+  /// not be moved stays where it is.
+  Status quarantine(const SceneRecord& record, const std::string& damaged_sha256);
 
  private:
   explicit SceneFolder(std::filesystem::path folder) : folder_(std::move(folder)) {}
@@ -84,13 +92,15 @@ class SceneFolder {
   Result<bool> has_format() const;
   std::filesystem::path record_path(const std::string& id) const;
   std::filesystem::path blob_path(const std::string& sha256) const;
-  void quarantine_file(const std::filesystem::path& file);
+  Status quarantine_file(const std::filesystem::path& file) const;
   /// Puts the record in the place of the one before. Precondition: mutex_ is held.
   Status place_record(const SceneRecord& record, TemporaryFile& text, bool& stands) const;
   /// The renames of a commit. `stands` says whether a record that names the bytes may be on disk.
   Status place(TemporaryFile& bytes, std::span<TemporaryFile* const> neighbours,
                const SceneRecord& record, TemporaryFile& text, bool& stands) const;
   // Precondition for these: mutex_ is held.
+  /// Keeps what the records in quarantine name; everything where one cannot tell.
+  void hold_quarantined();
   void hold(const std::vector<std::string>& hashes);
   /// Drops bytes that nothing holds any more.
   void release(const std::vector<std::string>& hashes);
@@ -101,9 +111,11 @@ class SceneFolder {
   std::mutex mutex_;  ///< orders commits and removals
   /// Which bytes each id has, as the records on disk say.
   std::map<std::string, std::vector<std::string>> references_;
-  /// How many times each of them is named, by records and commits under way.
+  /// How many times each of them is named, by records (those in quarantine as well) and commits
+  /// under way.
   std::unordered_map<std::string, std::size_t> holders_;
-  bool keeps_all_ = false;  ///< there are records that could not be read: who knows what they name
+  /// There are records that could not be read, here or in quarantine: who knows what they name.
+  bool keeps_all_ = false;
   std::uint64_t next_temporary_ = 0;
 };
 

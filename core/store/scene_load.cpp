@@ -30,6 +30,10 @@ std::string with_neighbours(const std::string& tag, const std::string& neighbour
   return neighbours.empty() ? tag : tag + "-" + neighbours;
 }
 
+std::string unchanged_tag_of(const SceneRecord& record) {
+  return with_neighbours(tag_of(record.sha256, {record.scene}), tag_of(record.neighbours));
+}
+
 Error load_cancelled() {
   return {ErrorKind::kConflict, "LOAD_CANCELLED", "the scene was removed while it was loading", ""};
 }

@@ -108,6 +108,9 @@ std::string tag_of(const std::string& sha256, const SceneChoice& choice);
 /// The same for a file with others beside it, whose tag is empty where there are none.
 std::string with_neighbours(const std::string& tag, const std::string& neighbours);
 
+/// That of the content that a record names, without its changes.
+std::string unchanged_tag_of(const SceneRecord& record);
+
 /// LOAD_CANCELLED: the answer to who waits for a load that was removed.
 Error load_cancelled();
 

@@ -65,11 +65,15 @@ std::vector<TemporaryFile*> CopiedNeighbours::files() {
   return files;
 }
 
-Result<StoredNeighbours> StoredNeighbours::map(SceneFolder& folder, const SceneRecord& record) {
+Result<StoredNeighbours> StoredNeighbours::map(SceneFolder& folder, const SceneRecord& record,
+                                               std::string& failed) {
   StoredNeighbours neighbours;
   for (const NeighbourRecord& each : record.neighbours) {
     auto mapped = folder.map(each.sha256, each.bytes);
-    if (!mapped) return std::move(mapped).error();
+    if (!mapped) {
+      failed = each.sha256;
+      return std::move(mapped).error();
+    }
     neighbours.files_.emplace_back(each.name, std::move(*mapped));
   }
   return neighbours;

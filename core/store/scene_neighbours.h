@@ -54,8 +54,10 @@ class CopiedNeighbours {
 /// Those that a record names, whole and checked.
 class StoredNeighbours {
  public:
-  /// Errors: STORE_DAMAGED.
-  static Result<StoredNeighbours> map(SceneFolder& folder, const SceneRecord& record);
+  /// failed  the SHA-256 of the one that an error is about
+  /// Errors: those of SceneFolder::map.
+  static Result<StoredNeighbours> map(SceneFolder& folder, const SceneRecord& record,
+                                      std::string& failed);
   /// Errors: SOURCE_NOT_FOUND.
   Result<std::span<const std::byte>> find(const std::string& name) const;
 

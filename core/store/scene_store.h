@@ -10,9 +10,11 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <new>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/base/deadline.h"
@@ -154,8 +156,15 @@ class SceneStore {
   Result<std::shared_ptr<const Scene>> read_upload(SceneLoad& load, const std::string& sha256);
   void run_fetch(const LoadPointer& load, const SceneFetch& source);
   void push_load(const LoadPointer& load);
-  /// Fails the load where there is no memory for a queue.
-  void push_job(WorkQueue& queue, const LoadPointer& load, const std::function<void()>& job);
+  /// Fails the load where there is no memory for a queue, nor for the job itself.
+  template <class Job>
+  void push_job(WorkQueue& queue, const LoadPointer& load, Job job) {
+    try {
+      queue.push(WorkQueue::Lane::kRequest, std::move(job));
+    } catch (const std::bad_alloc&) {
+      fail_without_memory(load);
+    }
+  }
   /// The border to the loader: what it throws becomes an Error.
   Result<std::shared_ptr<const Scene>> run_loader(const LoadInput& input) const;
   /// Makes `next` the content of the load's name, durably, and ends the load.

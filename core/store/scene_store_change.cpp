@@ -27,7 +27,7 @@ Status check_changeable(const SceneSnapshot& scene,
 }
 
 /// The ETag that the content has without changes.
-std::string unchanged_tag(const StoredScene& scene) {
+std::string unchanged_tag_of(const StoredScene& scene) {
   const std::string tag = tag_of(scene.changes);
   return tag.empty() ? scene.etag : scene.etag.substr(0, scene.etag.size() - tag.size() - 1);
 }
@@ -45,7 +45,7 @@ Result<SceneSnapshot> SceneStore::change(const std::string& id, const NodeChange
     StoredScene next = *before;
     next.scene = giving_back_memory(std::move(*scene), next.bytes);
     next.changes = with_change(next.changes, change);
-    next.etag = with_neighbours(unchanged_tag(*before), tag_of(next.changes));
+    next.etag = with_neighbours(unchanged_tag_of(*before), tag_of(next.changes));
     if (options_.admit) {
       if (Status status = options_.admit(next.scene); !status) return std::move(status).error();
     }
@@ -73,6 +73,11 @@ Result<bool> SceneStore::commit_change(const SceneSnapshot& before, StoredScene&
   if (folder_ && next.persistent) {
     auto record = folder_->read_record(next.id);
     if (!record) return std::move(record).error();
+    // A put that failed at its last step: nobody was told that this content is there.
+    if (unchanged_tag_of(*record) != unchanged_tag_of(*before)) {
+      return Error{ErrorKind::kInternal, "STORE_IO",
+                   "the scene's record on the disk is of another content: send the file again", ""};
+    }
     record->revision = next.revision;
     record->changes = next.changes;
     if (Status status = folder_->amend(*record); !status) {

@@ -48,15 +48,6 @@ void SceneStore::push_load(const LoadPointer& load) {
   });
 }
 
-void SceneStore::push_job(WorkQueue& queue, const LoadPointer& load,
-                          const std::function<void()>& job) {
-  try {
-    queue.push(WorkQueue::Lane::kRequest, job);
-  } catch (const std::bad_alloc&) {
-    fail_without_memory(load);
-  }
-}
-
 Result<std::shared_ptr<SceneLoad>> SceneStore::fetch(const std::string& id,
                                                      const SceneChoice& choice, SceneFetch source,
                                                      bool awaited) {

@@ -25,8 +25,7 @@ void SceneStore::start(SceneFolder::Catalogue catalogue, std::vector<Preload> pr
     scene.id = record.id;
     scene.revision = record.revision;
     scene.sha256 = record.sha256;
-    scene.etag = with_neighbours(tag_of(record.sha256, {record.scene}), tag_of(record.neighbours));
-    scene.etag = with_neighbours(scene.etag, tag_of(record.changes));
+    scene.etag = with_neighbours(unchanged_tag_of(record), tag_of(record.changes));
     scene.chosen = record.scene;
     scene.changes = record.changes;
     scene.bytes = record.bytes;
@@ -73,15 +72,16 @@ void SceneStore::load_record(const SceneRecord& record, const LoadPointer& load)
   if (!enter(load)) return;
   load->progress_.begin("checking");
   auto mapped = folder_->map(record.sha256, record.bytes, record.fingerprint);
-  auto neighbours = StoredNeighbours::map(*folder_, record);
+  std::string failed = record.sha256;
+  auto neighbours = StoredNeighbours::map(*folder_, record, failed);
   if (!mapped || !neighbours) {
     Error error = mapped ? neighbours.error() : mapped.error();
+    if (!mapped) failed = record.sha256;
     // A put may have replaced these bytes while they were read, or a removal dropped them: then
     // they are not damaged, but gone.
     const std::lock_guard commit(commit_mutex_);
     if (is_damage(error) && is_wanted(load)) {
-      folder_->quarantine(record);
-      error.message += "; it was moved to quarantine";
+      error.message += quarantine_note(folder_->quarantine(record, failed));
     }
     return fail(load, error);
   }

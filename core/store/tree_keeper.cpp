@@ -47,6 +47,8 @@ TreeKeeper::~TreeKeeper() {
 Status TreeKeeper::adopt(const std::shared_ptr<const Scene>& scene, const std::string& sha256,
                          bool lasting) {
   if (Status status = scene->trees().join(budget_); !status) return status;
+  // Nobody would build them, nor look which of them are gone.
+  if (!options_.ahead) return success();
   {
     const std::lock_guard hold(mutex_);
     scenes_.push_back({scene, sha256, std::chrono::steady_clock::now(), lasting});
@@ -87,7 +89,15 @@ void TreeKeeper::run() {
   lower_priority();  // requests go first
   std::unique_lock hold(mutex_);
   while (!stopping_) {
-    if (std::vector<Job> jobs = next(); !jobs.empty()) {
+    // A scene may lose its trees, or another one leave room, and nobody says so.
+    bool looks_again = options_.memory_budget > 0;
+    std::vector<Job> jobs;
+    try {
+      jobs = next();
+    } catch (const std::bad_alloc&) {
+      looks_again = true;  // there may be memory to choose then
+    }
+    if (!jobs.empty()) {
       working_ = true;
       for (Job& job : jobs) {
         changed_.wait_until(hold, job.since + kHeadStart, [this] { return stopping_; });
@@ -103,8 +113,7 @@ void TreeKeeper::run() {
     }
     working_ = false;
     changed_.notify_all();
-    // A scene may lose its trees, or another one leave room, and nobody says so.
-    if (options_.memory_budget > 0) {
+    if (looks_again) {
       changed_.wait_for(hold, kLookAgain);
     } else {
       changed_.wait(hold);
@@ -137,14 +146,14 @@ bool TreeKeeper::complete(const Job& job) {
     std::optional<Result<SceneTree>> built;
     builders_.execute([&] { built.emplace(build_scene_tree(trees.plan())); });
     if (!*built) {
-      say(built->error().code + ": " + built->error().message);
+      say({built->error().code, ": ", built->error().message});
       return false;
     }
     trees.complete(std::move(**built), SceneTrees::Origin::kBuilt);
     if (keeps) write(job, content);
     return true;
   } catch (const std::bad_alloc&) {
-    say("there is no memory to build a scene's trees ahead");
+    say({"there is no memory to build a scene's trees ahead"});
     return false;
   }
 }
@@ -154,7 +163,7 @@ bool TreeKeeper::build_pending(SceneTrees& trees) {
   std::vector<std::uint32_t> all(tree->trees.size());
   std::iota(all.begin(), all.end(), 0u);
   const auto built = trees.build(tree, all, Deadline::never(), builders_);
-  if (!built) say(built.error().code + ": " + built.error().message);
+  if (!built) say({built.error().code, ": ", built.error().message});
   return built.ok();
 }
 
@@ -164,7 +173,7 @@ bool TreeKeeper::read(const Job& job, std::uint64_t content) {
   builders_.execute([&] { stored.emplace(folder_->read(trees.plan(), content, job.sha256)); });
   if (!*stored) {
     trees.count_rejected_file();
-    say(stored->error().code + ": " + stored->error().message + "; they are built again");
+    say({stored->error().code, ": ", stored->error().message, "; they are built again"});
     return false;
   }
   if (!**stored) return false;
@@ -176,15 +185,21 @@ void TreeKeeper::write(const Job& job, std::uint64_t content) {
   const auto tree = job.scene->tree();
   if (!tree->complete()) return;
   if (Status status = folder_->write(*tree, content, job.sha256); !status) {
-    say(status.error().code + ": " + status.error().message);
+    say({status.error().code, ": ", status.error().message});
   }
   // Its bytes may have gone meanwhile, and with them what was then there of its trees.
   if (job.scene.use_count() == 1 && !job.sha256.empty())
     TreeFolder::forget(options_.folder, job.sha256);
 }
 
-void TreeKeeper::say(const std::string& line) const {
-  if (options_.report) options_.report(line);
+void TreeKeeper::say(std::initializer_list<std::string_view> words) const noexcept {
+  try {
+    std::string line;
+    for (const std::string_view word : words) line += word;
+    if (options_.report) options_.report(line);
+  } catch (...) {
+    // Nobody waits for this line, and the thread has to go on.
+  }
 }
 
 }  // namespace sightline

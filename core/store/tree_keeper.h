@@ -7,10 +7,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <initializer_list>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -69,7 +71,8 @@ class TreeKeeper {
   void give_up(const Scene& scene);
   bool read(const Job& job, std::uint64_t content);
   void write(const Job& job, std::uint64_t content);
-  void say(const std::string& line) const;
+  /// One line of these; nothing where there is no memory to say it.
+  void say(std::initializer_list<std::string_view> words) const noexcept;
 
   const TreeKeeperOptions options_;
   const std::shared_ptr<TreeBudget> budget_;

@@ -110,6 +110,100 @@ TEST(SceneStoreRestart, quarantines_what_is_damaged_and_starts_with_the_rest) {
   EXPECT_EQ(text_of(*store, "lost"), "[none]");
 }
 
+/// A scene is a text, and that of the file beside it.
+Result<std::shared_ptr<const Scene>> load_with_neighbour(const LoadInput& input) {
+  const auto beside = input.neighbour("beside");
+  if (!beside) return beside.error();
+  return load_text({*beside, input.choice, input.progress});
+}
+
+std::unique_ptr<SceneStore> open_with_neighbours(const fs::path& folder) {
+  auto store = SceneStore::open({.folder = folder}, load_with_neighbour, {});
+  EXPECT_TRUE(store.ok());
+  wait_until_settled(**store);
+  return std::move(*store);
+}
+
+void put_with_neighbour(SceneStore& store, const std::string& id, const std::string& beside) {
+  auto incoming = send_text(store, id, "the same");
+  incoming->find_neighbours([beside](const std::string&, const auto& sink) {
+    return sink(std::as_bytes(std::span(beside.data(), beside.size())));
+  });
+  ASSERT_TRUE(store.wait(*store.submit(std::move(*incoming)), Deadline::never())->ok());
+}
+
+TEST(SceneStoreRestart, takes_nothing_from_others_but_the_file_that_is_damaged) {
+  const TemporaryFolder folder;
+  {
+    const auto store = open_with_neighbours(folder.path());
+    put_with_neighbour(*store, "a", "beside a");
+    put_with_neighbour(*store, "b", "beside b");
+  }
+  write_file(folder.path() / "blobs" / hash("beside a"), "BESIDE a");
+  // Twice: nor does the next start drop what the quarantined record names.
+  for (int start = 0; start < 2; ++start) {
+    const auto store = open_with_neighbours(folder.path());
+    EXPECT_EQ(text_of(*store, "b"), "beside b");
+    EXPECT_EQ(text_of(*store, "a"), start == 0 ? "[failed]" : "[none]");
+    EXPECT_EQ(folder.files("quarantine"),
+              (std::vector<std::string>{"a.json.0", hash("beside a") + ".0"}));
+    EXPECT_EQ(folder.files("blobs").size(), 2u);
+  }
+  // With the right bytes and its record it is there again.
+  write_file(folder.path() / "blobs" / hash("beside a"), "beside a");
+  fs::rename(folder.path() / "quarantine/a.json.0", folder.path() / "scenes/a.json");
+  EXPECT_EQ(text_of(*open_with_neighbours(folder.path()), "a"), "beside a");
+}
+
+TEST(SceneStoreRestart, keeps_what_a_quarantined_record_may_name_until_a_person_removes_it) {
+  for (const bool readable : {false, true}) {
+    const TemporaryFolder folder;
+    {
+      const auto store = open_store(folder.path());
+      for (const char* id : {"a", "b"}) ASSERT_TRUE(put_text(*store, id, id).ok());
+    }
+    if (readable) {
+      write_file(folder.path() / "blobs" / hash("a"), "A");
+    } else {
+      write_file(folder.path() / "scenes/a.json", "{\"id\":\"a");
+    }
+    for (int start = 0; start < 3; ++start) {
+      const auto store = open_settled(folder.path());
+      EXPECT_EQ(folder.files(readable ? "quarantine" : "blobs").size(), 2u);
+      // Only where one cannot tell what the record names does everything stay.
+      if (start == 0) {
+        ASSERT_TRUE(store->remove("b").ok());
+      }
+      EXPECT_EQ(fs::exists(folder.path() / "blobs" / hash("b")), !readable);
+    }
+    fs::remove(folder.path() / "quarantine/a.json.0");
+    open_settled(folder.path());
+    EXPECT_TRUE(folder.files("blobs").empty());
+  }
+}
+
+TEST(SceneStoreRestart, loses_nothing_where_the_quarantine_takes_no_more) {
+  for (const bool of_records : {false, true}) {
+    const TemporaryFolder folder;
+    {
+      const auto store = open_store(folder.path());
+      ASSERT_TRUE(put_text(*store, "a", "a").ok());
+    }
+    const fs::path blob = folder.path() / "blobs" / hash("a");
+    const std::string name = of_records ? "a.json" : hash("a");
+    write_file(blob, "A");
+    for (int number = 0; number < 1000; ++number) {
+      write_file(folder.path() / "quarantine" / (name + "." + std::to_string(number)), "");
+    }
+    const auto store = open_settled(folder.path());
+    ASSERT_EQ(text_of(*store, "a"), "[failed]");
+    const std::string message = store->find("a")->failure->message;
+    EXPECT_NE(message.find("cannot move it to quarantine"), std::string::npos) << message;
+    EXPECT_TRUE(fs::exists(blob));
+    EXPECT_EQ(fs::exists(folder.path() / "scenes/a.json"), of_records);
+  }
+}
+
 TEST(SceneStoreRestart, checks_by_sha256_what_an_older_version_recorded) {
   const TemporaryFolder folder;
   {
