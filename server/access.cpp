@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/ascii.h"
 #include "server/router.h"
 
 namespace sightline {
@@ -13,10 +14,7 @@ namespace {
 std::string_view bearer_token(std::string_view authorization) {
   constexpr std::string_view kScheme = "bearer ";
   if (authorization.size() <= kScheme.size()) return {};
-  for (std::size_t i = 0; i < kScheme.size(); ++i) {
-    const char c = authorization[i];
-    if ((c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c) != kScheme[i]) return {};
-  }
+  if (!equals_caseless(authorization.substr(0, kScheme.size()), kScheme)) return {};
   authorization.remove_prefix(kScheme.size());
   return authorization.substr(std::min(authorization.find_first_not_of(' '), authorization.size()));
 }

@@ -1,7 +1,9 @@
 #include "server/answer_headers.h"
 
 #include <algorithm>
+#include <chrono>
 
+#include "server/ascii.h"
 #include "server/ip_address.h"
 
 namespace sightline {
@@ -21,9 +23,55 @@ constexpr std::string_view kShown =
     "Access-Control-Expose-Headers: Allow, ETag, Location, Retry-After, WWW-Authenticate, "
     "X-Request-Id, X-Scene-Revision, X-Sightline-Unreliable, X-Sightline-Work\r\n";
 constexpr std::string_view kAllowed =
-    "Access-Control-Allow-Methods: GET, HEAD, POST, PUT, DELETE\r\n"
-    "Access-Control-Allow-Headers: Accept, Authorization, Content-Type, X-Request-Id\r\n"
+    "Access-Control-Allow-Methods: GET, HEAD, POST, PUT, PATCH, DELETE\r\n"
+    "Access-Control-Allow-Headers: Accept, Authorization, Content-Encoding, Content-Type, "
+    "If-Match, "
+    "If-None-Match, X-Request-Id\r\n"
     "Access-Control-Max-Age: 600\r\n";
+
+/// Of an origin: what stands in a Host field for it.
+std::string_view host_of(std::string_view origin) {
+  const std::size_t scheme = origin.find("://");
+  return scheme == std::string_view::npos ? std::string_view() : origin.substr(scheme + 3);
+}
+
+/// Of a host: without its port, and without the brackets of [::1].
+std::string name_of(std::string_view host) {
+  if (host.starts_with('[')) return std::string(host.substr(1, host.find(']') - 1));
+  return std::string(host.substr(0, host.find(':')));
+}
+
+void append_two(std::string& text, unsigned number) {
+  text += static_cast<char>('0' + number / 10);
+  text += static_cast<char>('0' + number % 10);
+}
+
+/// [RFC9110] 5.6.7: "Date: Sun, 06 Nov 1994 08:49:37 GMT". By hand, since it stands in every answer
+/// and a call of strftime takes as long as the rest of them.
+void append_date(std::string& text, std::chrono::system_clock::time_point at) {
+  constexpr std::string_view kDays = "SunMonTueWedThuFriSat";
+  constexpr std::string_view kMonths = "JanFebMarAprMayJunJulAugSepOctNovDec";
+  const auto day = std::chrono::floor<std::chrono::days>(at);
+  const std::chrono::year_month_day date(day);
+  const std::chrono::hh_mm_ss time(std::chrono::floor<std::chrono::seconds>(at - day));
+  const auto year = static_cast<unsigned>(static_cast<int>(date.year()));
+  text += "Date: ";
+  text += kDays.substr(3 * std::chrono::weekday(day).c_encoding(), 3);
+  text += ", ";
+  append_two(text, static_cast<unsigned>(date.day()));
+  text += ' ';
+  text += kMonths.substr(3 * (static_cast<unsigned>(date.month()) - 1), 3);
+  text += ' ';
+  append_two(text, year / 100 % 100);
+  append_two(text, year % 100);
+  text += ' ';
+  append_two(text, static_cast<unsigned>(time.hours().count()));
+  text += ':';
+  append_two(text, static_cast<unsigned>(time.minutes().count()));
+  text += ':';
+  append_two(text, static_cast<unsigned>(time.seconds().count()));
+  text += " GMT\r\n";
+}
 
 }  // namespace
 
@@ -39,17 +87,29 @@ bool AnswerHeaders::is_preflight(const RequestHead& head) const {
 
 bool AnswerHeaders::is_strange_page(const RequestHead& head) const {
   if (head.origin.empty() || allows(head.origin)) return false;
-  const std::string_view origin = head.origin;
-  std::string_view host = origin.substr(std::min(origin.find("://"), origin.size()));
-  if (host.empty()) return true;  // "null": a page that hides where it is from
-  host.remove_prefix(3);
-  if (host.starts_with('[')) return !is_local_host(std::string(host.substr(1, host.find(']') - 1)));
-  return !is_local_host(std::string(host.substr(0, host.find(':'))));
+  const std::string_view host = host_of(head.origin);
+  return host.empty() ||
+         !is_local_host(name_of(host));  // "null": a page that hides where it is from
+}
+
+bool AnswerHeaders::is_strange_name(const RequestHead& head) const {
+  std::string name = name_of(head.host);
+  if (name.ends_with('.')) name.pop_back();
+  if (name.find('.') == std::string::npos || IpAddress::parse(name)) return false;
+  constexpr std::string_view kOwn = ".localhost";  // [RFC6761] 6.3
+  if (name.size() > kOwn.size() &&
+      equals_caseless(std::string_view(name).substr(name.size() - kOwn.size()), kOwn))
+    return false;
+  return std::none_of(origins_.begin(), origins_.end(), [&](const std::string& origin) {
+    return origin == kEvery || equals_caseless(head.host, host_of(origin));
+  });
 }
 
 std::string AnswerHeaders::lines(const RequestHead& head, OwnHeaders own) const {
   std::string text;
-  text.reserve(kFixed.size() + kCache.size() + kPolicy.size());
+  constexpr std::size_t kDate = 37;
+  text.reserve(kDate + kFixed.size() + kCache.size() + kPolicy.size());
+  append_date(text, std::chrono::system_clock::now());
   text += kFixed;
   if (!own.cache) text += kCache;
   if (!own.policy) text += kPolicy;

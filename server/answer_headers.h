@@ -25,9 +25,14 @@ class AnswerHeaders {
   /// for: a browser shows none then. [Fetch] 3.2.2
   bool is_preflight(const RequestHead& head) const;
   /// Whether a browser asks for a page of somebody else, who was not named. Where there are no keys
-  /// that page could else do what it likes: a form of any site, or a name that its owner lets lead
-  /// to this machine once the page is there, reach a server that only this machine can reach.
+  /// that page could else do what it likes: a form of any site reaches a server that only this
+  /// machine can reach.
   bool is_strange_page(const RequestHead& head) const;
+  /// Whether the client was led here by a name that anybody may own, and that was not named: a
+  /// page's owner lets it lead to this machine once the page is there, and its questions are then
+  /// of its own origin, of which a browser does not tell. No address is such a name, nor one
+  /// without a dot.
+  bool is_strange_name(const RequestHead& head) const;
   /// Whole lines for the answer to `head`.
   std::string lines(const RequestHead& head, OwnHeaders own = {}) const;
 

@@ -139,6 +139,8 @@ bool BodyReader::read_all(std::string& text, const std::function<bool(std::size_
 
 bool BodyReader::pass_on(const std::function<bool(std::span<const char>)>& sink) {
   std::string_view pending = connection_.pending_input();
+  // It has begun without being told to [RFC9110] 10.1.1; said later it would stand in the answer.
+  if (!pending.empty()) owes_continue_ = false;
   if (!connection_.head.chunked) {
     const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(left_, pending.size()));
     const bool wanted = sink({pending.data(), count});

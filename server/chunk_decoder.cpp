@@ -3,19 +3,14 @@
 #include <algorithm>
 #include <cstring>
 
+#include "server/ascii.h"
+
 namespace sightline {
 namespace {
 
 constexpr unsigned kMostDigits = 15;  // below 2^60
 /// Of all extensions and trailers of one body: they say nothing here.
 constexpr std::size_t kMostOverhead = 8192;
-
-int hex_value(char c) {
-  if (c >= '0' && c <= '9') return c - '0';
-  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-  return -1;
-}
 
 bool is_text(char c) { return c == '\t' || (static_cast<unsigned char>(c) >= 0x20 && c != 0x7f); }
 

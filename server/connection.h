@@ -65,7 +65,8 @@ struct Connection {
   ByteBudget& budget;
   std::uint64_t charged = 0;  ///< bytes of the budget that this connection holds
 
-  RequestHead head;        ///< of the request that is being answered
+  RequestHead head;                                ///< of the request that is being answered
+  std::chrono::steady_clock::time_point asked_at;  ///< when it was whole, a gathered body too
   std::uint64_t skip = 0;  ///< bytes of an unread body, before the next head
   bool keep = false;       ///< whether there may be a next request
   bool broken = false;     ///< whether the answer did not get through

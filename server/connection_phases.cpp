@@ -89,6 +89,11 @@ bool ConnectionGate::advance_head(Connection& connection) {
         std::min<std::uint64_t>(connection.skip, connection.pending_input().size()));
     if (skipped > 0) connection.take(skipped);
     connection.skip -= skipped;
+    if (skipped > 0 && connection.skip == 0) {
+      // All that has begun is over: from here on it is a silence between two requests.
+      connection.begun = false;
+      connection.due = now_ + limits_.idle.get();
+    }
     if (!connection.pending_input().empty()) {
       switch (connection.scan.look(connection.pending_input(), limits_.head)) {
         case HeadScan::State::kWhole:
@@ -134,6 +139,7 @@ void ConnectionGate::admit(Connection& connection) {
     if (const auto fault = rules_.admit(connection.head)) return refuse(connection, *fault);
   }
   const RequestHead& head = connection.head;
+  connection.asked_at = now_;
   if (!head.has_body()) {
     if (answer_here(connection, 0)) return;
     return hand_over(connection, workers_for(connection, 0));
@@ -161,6 +167,7 @@ bool ConnectionGate::advance_body(Connection& connection) {
     connection.pace.moved(connection.pending_input().size() - before, now_);
     connection.due = connection.pace.due();
   }
+  connection.asked_at = now_;
   const bool is_whole = connection.pending_input().size() >= length;
   if (!is_whole || !answer_here(connection, length)) {
     hand_over(connection, workers_for(connection, length));

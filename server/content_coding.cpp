@@ -8,6 +8,8 @@
 #include <climits>
 #include <new>
 
+#include "server/ascii.h"
+
 namespace sightline {
 namespace {
 
@@ -18,26 +20,12 @@ constexpr int kLargestWindow = 23;
 constexpr int kGzipWindow = 15 + 16;
 constexpr int kGzipLevel = 1, kZstdLevel = 1;
 
-char lower_case(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
-
-std::string_view without_blanks(std::string_view text) {
-  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
-  while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
-  return text;
-}
-
-bool is_word(std::string_view text, std::string_view word) {
-  return text.size() == word.size() &&
-         std::equal(text.begin(), text.end(), word.begin(),
-                    [](char a, char b) { return lower_case(a) == b; });
-}
-
 /// The part before `separator`; `text` becomes what is behind it.
 std::string_view cut(std::string_view& text, char separator) {
   const std::size_t at = std::min(text.find(separator), text.size());
   const std::string_view part = text.substr(0, at);
   text.remove_prefix(std::min(at + 1, text.size()));
-  return without_blanks(part);
+  return trimmed(part);
 }
 
 /// Of ";q=0.5"; what is none is 0.
@@ -64,10 +52,10 @@ std::string_view coding_name(Coding coding) {
 }
 
 std::optional<Coding> find_coding(std::string_view name) {
-  name = without_blanks(name);
-  if (name.empty() || is_word(name, "identity")) return Coding::kIdentity;
-  if (is_word(name, "gzip") || is_word(name, "x-gzip")) return Coding::kGzip;
-  if (is_word(name, "zstd")) return Coding::kZstd;
+  name = trimmed(name);
+  if (name.empty() || equals_caseless(name, "identity")) return Coding::kIdentity;
+  if (equals_caseless(name, "gzip") || equals_caseless(name, "x-gzip")) return Coding::kGzip;
+  if (equals_caseless(name, "zstd")) return Coding::kZstd;
   return std::nullopt;
 }
 
@@ -79,8 +67,8 @@ Coding choose_coding(std::string_view accept) {
     const std::string_view name = cut(parameters, ';');
     const double weight = weight_of(parameters);
     if (name == "*") others = weight;
-    if (is_word(name, "gzip") || is_word(name, "x-gzip")) gzip = weight;
-    if (is_word(name, "zstd")) zstd = weight;
+    if (equals_caseless(name, "gzip") || equals_caseless(name, "x-gzip")) gzip = weight;
+    if (equals_caseless(name, "zstd")) zstd = weight;
   }
   const double of_gzip = gzip.value_or(others), of_zstd = zstd.value_or(others);
   if (of_zstd > 0 && of_zstd >= of_gzip) return Coding::kZstd;

@@ -41,6 +41,8 @@ struct Exchange {
   /// Tried on the thread of the door, which must not wait: whatever takes longer, and whatever is
   /// no short answer of 200, is left to a worker, who begins anew.
   bool at_door = false;
+  /// When the door had what it gathers of the request: waiting in a queue counts.
+  std::chrono::steady_clock::time_point asked_at = std::chrono::steady_clock::now();
   bool is_for_worker() const;
   /// Whether the client asks for an answer of this type, and of no other.
   bool wants(std::string_view media_type) const {

@@ -61,6 +61,7 @@ Exchange exchange_of(const httplib::Request& request, httplib::Response& respons
   exchange.access = course == nullptr ? Access::kOpen : course->connection.head.access;
   if (course != nullptr) {
     exchange.at_door = course->connection.at_door;
+    exchange.asked_at = course->connection.asked_at;
     exchange.head = &course->connection.head;
     exchange.key_name = course->connection.head.key_name;
     exchange.revoked = course->connection.head.revoked;
@@ -73,7 +74,7 @@ Exchange exchange_of(const httplib::Request& request, httplib::Response& respons
 /// fits a packet need not.
 void compress(const RequestHead& head, httplib::Response& response) {
   constexpr std::size_t kWorthIt = 1400;
-  if (response.body.size() < kWorthIt || head.method == "HEAD") return;
+  if (response.body.size() < kWorthIt) return;
   const std::string type = response.get_header_value("Content-Type");
   if (type == "application/octet-stream") return;
   if (head.accepts == Coding::kIdentity) return;
@@ -229,7 +230,7 @@ void HttpServer::break_connections() {
 void HttpServer::answer(Connection& connection) {
   ConnectionStream stream(connection, limits_.pace, limits_.busy_rate, waiters_);
   RequestMemory memory(bodies_, work_, connection.goes_first ? &waiters_ : nullptr,
-                       &connection.gone);
+                       &connection.gone, connection.at_door);
   BodyReader body(connection, stream, limits_.pace, limits_.busy_rate, memory);
   Course course{connection, stream, body, memory, stopping_};
   bool wants_close = false;

@@ -34,12 +34,6 @@ std::vector<std::string_view> words_of(std::string_view line) {
   }
 }
 
-bool is_hash(std::string_view text) {
-  return text.size() == kDigits && std::all_of(text.begin(), text.end(), [](char c) {
-           return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
-         });
-}
-
 /// What is wrong with a line, or nothing.
 const char* read_key(const std::vector<std::string_view>& words, Key& key) {
   if (words.size() != 3) return "a line has a role, a name and a hash";
@@ -47,7 +41,7 @@ const char* read_key(const std::vector<std::string_view>& words, Key& key) {
   if (!is_key_name(words[1])) {
     return "a name has 1 to 128 of the characters A-Z a-z 0-9 . _ -";
   }
-  if (!words[2].starts_with(kHash) || !is_hash(words[2].substr(kHash.size()))) {
+  if (!words[2].starts_with(kHash) || !is_sha256(words[2].substr(kHash.size()))) {
     return "the hash is not sha256: and 64 lower-case hexadecimal digits";
   }
   key.access = words[0] == "write" ? Access::kWrite : Access::kRead;

@@ -11,6 +11,7 @@
 #include "server/answer_memory.h"
 #include "server/body_reader.h"
 #include "server/camera_rays.h"
+#include "server/media_type.h"
 #include "server/ray_stream.h"
 #include "server/request_body.h"
 #include "server/scene_admission.h"

@@ -16,6 +16,21 @@ namespace {
 /// Lines that are answered together, when they come faster than they are answered.
 constexpr std::size_t kBatchBytes = 256 << 10;
 constexpr std::size_t kLongestRayLine = 64 << 10;
+
+Error too_long() {
+  return {ErrorKind::kTooLarge, "LINE_TOO_LONG",
+          "a line may have " + std::to_string(kLongestRayLine) + " bytes", ""};
+}
+
+/// Whatever came together: the same lines are always refused.
+bool has_long_line(std::string_view lines) {
+  while (lines.size() > kLongestRayLine) {
+    const std::size_t end = lines.rfind('\n', kLongestRayLine);
+    if (end == std::string_view::npos) return true;
+    lines.remove_prefix(end + 1);
+  }
+  return false;
+}
 /// Rays of one frame: what bounds the memory of a stream.
 constexpr std::size_t kFrameRays = 64 << 10;
 
@@ -83,10 +98,7 @@ Result<std::string> RayStream::next_lines() {
   // One line at least, and then what has come meanwhile.
   std::size_t looked = 0;
   while (!ended_ && buffer_.find('\n', looked) == std::string::npos) {
-    if (buffer_.size() > kLongestRayLine) {
-      return Error{ErrorKind::kTooLarge, "LINE_TOO_LONG",
-                   "a line may have " + std::to_string(kLongestRayLine) + " bytes", ""};
-    }
+    if (buffer_.size() > kLongestRayLine) return too_long();
     looked = buffer_.size();
     if (Status status = fill(buffer_.size() + 1); !status) return std::move(status).error();
   }
@@ -97,6 +109,7 @@ Result<std::string> RayStream::next_lines() {
   std::string batch = buffer_.substr(0, end);
   buffer_.erase(0, end);
   if (batch.empty()) return std::string();
+  if (has_long_line(batch)) return too_long();
   if (Status status = reserve_decoding(memory_, batch); !status) return std::move(status).error();
   return answer(lines_.decode(batch));
 }

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <optional>
 
-#include "proto/hit_lines.h"
-#include "proto/ray_binary.h"
 #include "server/body_reader.h"
 #include "server/work_memory.h"
 
@@ -47,56 +45,6 @@ bool admit_body(Exchange& exchange, std::uint64_t limit) {
   if (body_length(exchange).value_or(0) <= limit) return true;
   reply_too_large(exchange, limit);
   return false;
-}
-
-namespace {
-
-/// The media type without its parameters, in lower case.
-std::string media_type(const Exchange& exchange) {
-  if (!says_media_type(exchange)) return {};
-  std::string type = *exchange.head->content_type;
-  type.resize(std::min(type.find(';'), type.size()));
-  while (!type.empty() && type.back() == ' ') type.pop_back();
-  std::transform(type.begin(), type.end(), type.begin(), [](char c) {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  });
-  return type;
-}
-
-}  // namespace
-
-bool says_media_type(const Exchange& exchange) {
-  return exchange.head != nullptr && exchange.head->content_type;
-}
-
-bool admit_media_type(Exchange& exchange, std::initializer_list<std::string_view> accepted,
-                      std::initializer_list<std::string_view> tolerated) {
-  if (!says_media_type(exchange)) return true;
-  const std::string type = media_type(exchange);
-  std::string list;
-  for (const std::string_view each : accepted) {
-    if (type == each) return true;
-    list += (list.empty() ? "" : " or ") + std::string(each);
-  }
-  if (std::find(tolerated.begin(), tolerated.end(), type) != tolerated.end()) return true;
-  exchange.reply_problem(415, "MEDIA_TYPE_UNSUPPORTED", "send Content-Type: " + list);
-  return false;
-}
-
-bool admit_query_type(Exchange& exchange) {
-  return admit_media_type(exchange, {"application/json"}, {kFormMediaType});
-}
-
-std::optional<QueryType> admit_rays_type(Exchange& exchange, bool takes_lines) {
-  const bool good =
-      takes_lines
-          ? admit_media_type(exchange, {"application/json", kLinesMediaType, kBinaryMediaType},
-                             {kFormMediaType})
-          : admit_media_type(exchange, {"application/json", kBinaryMediaType}, {kFormMediaType});
-  if (!good) return std::nullopt;
-  const std::string type = media_type(exchange);
-  if (type == kBinaryMediaType) return QueryType::kBinary;
-  return type == kLinesMediaType ? QueryType::kLines : QueryType::kJson;
 }
 
 Error body_fault(const BodyReader* body) {

@@ -5,6 +5,8 @@
 #include <charconv>
 #include <utility>
 
+#include "server/ascii.h"
+
 namespace sightline {
 namespace {
 
@@ -21,18 +23,11 @@ constexpr RequestFault kLargeHead{431, "HEADER_TOO_LARGE",
                                   "the request's header is larger than it may be"};
 constexpr const char* kFraming = "FRAMING_AMBIGUOUS";
 
-char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
-
-bool equals_caseless(std::string_view text, std::string_view lower_case) {
-  return std::equal(text.begin(), text.end(), lower_case.begin(), lower_case.end(),
-                    [](char a, char b) { return lower(a) == b; });
-}
-
 /// [RFC9110] 5.6.2
 bool is_token(std::string_view text) {
   constexpr std::string_view kMarks = "!#$%&'*+-.^_`|~";
   return !text.empty() && std::all_of(text.begin(), text.end(), [&](char c) {
-    return (c >= '0' && c <= '9') || (lower(c) >= 'a' && lower(c) <= 'z') ||
+    return (c >= '0' && c <= '9') || (lower_case(c) >= 'a' && lower_case(c) <= 'z') ||
            kMarks.find(c) != std::string_view::npos;
   });
 }
@@ -56,13 +51,6 @@ bool is_host(std::string_view text) {
   return std::all_of(text.begin(), text.end(), [](char c) {
     return is_visible(c) && std::string_view(",/\\@?#\"<>").find(c) == std::string_view::npos;
   });
-}
-
-std::string_view trimmed(std::string_view text) {
-  const auto is_blank = [](char c) { return c == ' ' || c == '\t'; };
-  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
-  return text;
 }
 
 /// Cuts the next line off, without its CR LF.
@@ -125,15 +113,13 @@ std::optional<RequestFault> parse_request_line(std::string_view line, RequestHea
 struct Fields {
   std::size_t count = 0, hosts = 0, lengths = 0, encodings = 0, authorizations = 0, origins = 0,
               request_ids = 0, codings = 0, accepts = 0;
-  bool keeps_alive = false;
 };
 
-void take_connection(std::string_view list, RequestHead& head, Fields& fields) {
+void take_connection(std::string_view list, RequestHead& head) {
   while (!list.empty()) {
     const std::size_t end = std::min(list.find(','), list.size());
     const std::string_view option = trimmed(list.substr(0, end));
     if (equals_caseless(option, "close")) head.close = true;
-    if (equals_caseless(option, "keep-alive")) fields.keeps_alive = true;
     list.remove_prefix(std::min(end + 1, list.size()));
   }
 }
@@ -179,8 +165,9 @@ std::optional<RequestFault> take_field(std::string_view line, RequestHead& head,
     if (++fields.hosts > 1 || !is_host(value)) {
       return RequestFault{400, "HOST_INVALID", "a request needs exactly one Host header"};
     }
+    head.host = value;
   } else if (equals_caseless(name, "connection")) {
-    take_connection(value, head, fields);
+    take_connection(value, head);
   } else if (equals_caseless(name, "x-request-id")) {
     // Of two none: a log that knows another one than the client would mislead.
     head.request_id = ++fields.request_ids == 1 ? value : "";

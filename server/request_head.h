@@ -37,7 +37,6 @@ class HeadScan {
   /// Of the head with its empty line; when it is whole.
   std::size_t size() const { return at_; }
   const RequestFault& fault() const { return fault_; }
-  bool has_begun() const { return at_ > begin_; }
   /// Empty lines before the head, which [RFC9112] 2.2 says to forgive.
   std::size_t begin() const { return begin_; }
 
@@ -59,6 +58,7 @@ struct RequestHead {
   bool chunked = false;
   bool close = false;                  ///< the client wants no further request, or cannot have one
   bool expects_continue = false;       ///< it sends its body only after a 100
+  std::string host;                    ///< of its field, with the port; empty in HTTP/1.0 perhaps
   std::string request_id;              ///< as it was sent: not checked
   Coding accepts = Coding::kIdentity;  ///< for the answer
   std::optional<Coding> coding = Coding::kIdentity;  ///< of the body; none: one that nobody knows

@@ -3,15 +3,10 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/ascii.h"
+
 namespace sightline {
 namespace {
-
-int hex_value(char c) {
-  if (c >= '0' && c <= '9') return c - '0';
-  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-  return -1;
-}
 
 bool decode_segment(std::string_view text, std::string& decoded) {
   decoded.clear();

@@ -5,6 +5,7 @@
 #include "server/answer_memory.h"
 #include "server/camera_rays.h"
 #include "server/hit_terms.h"
+#include "server/media_type.h"
 #include "server/request_body.h"
 #include "server/routes.h"
 #include "server/scene_admission.h"

@@ -2,6 +2,7 @@
 
 #include "core/scene/node_transform.h"
 #include "proto/node_json.h"
+#include "server/media_type.h"
 #include "server/query_parameters.h"
 #include "server/request_body.h"
 #include "server/routes.h"

@@ -1,6 +1,7 @@
 #include "proto/ray_binary.h"
 #include "proto/ray_columns.h"
 #include "server/answer_memory.h"
+#include "server/media_type.h"
 #include "server/ray_request.h"
 #include "server/request_body.h"
 #include "server/routes.h"

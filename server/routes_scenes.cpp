@@ -1,6 +1,7 @@
 #include "core/store/scene_id.h"
 #include "proto/load_json.h"
 #include "server/http_status.h"
+#include "server/media_type.h"
 #include "server/request_body.h"
 #include "server/routes.h"
 #include "server/scene_admission.h"

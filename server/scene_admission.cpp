@@ -1,5 +1,6 @@
 #include "server/scene_admission.h"
 
+#include "server/media_type.h"
 #include "server/request_body.h"
 
 namespace sightline {

@@ -10,6 +10,7 @@
 #include "core/store/scene_store.h"
 #include "core/store/tree_keeper.h"
 #include "server/descriptors.h"
+#include "server/ip_address.h"
 #include "server/progress_bar.h"
 #include "server/reload.h"
 #include "server/request_log.h"
@@ -82,9 +83,8 @@ std::optional<std::string> loading_line(const SceneStore& store) {
 
 /// One request, from its route to its line in the log.
 void answer(const Router& router, Service& service, Exchange& exchange) {
-  const auto begin = std::chrono::steady_clock::now();
   const auto note = [&](int status) {
-    note_request(service, exchange, status, std::chrono::steady_clock::now() - begin);
+    note_request(service, exchange, status, std::chrono::steady_clock::now() - exchange.asked_at);
   };
   try {
     router.dispatch(exchange);
@@ -204,6 +204,7 @@ int run_serve(const ServeCommand& asked, std::ostream& out, std::ostream& compla
   if (command.keys.empty() && !command.cors_origins.empty()) {
     log.warn("--cors-origin without --keys: whoever's pages may ask may change scenes as well");
   }
+  const bool for_this_machine = is_local_host(command.listen.host);
   const DoorRules rules{
       headers,
       [&](RequestHead& head) {
@@ -211,6 +212,10 @@ int run_serve(const ServeCommand& asked, std::ostream& out, std::ostream& compla
         if (headers.is_preflight(head)) fault.reset();
         if (command.keys.empty() && headers.is_strange_page(head)) {
           fault = {403, "ORIGIN_NOT_ALLOWED", "only pages that --cors-origin names may ask"};
+        } else if (command.keys.empty() && for_this_machine && headers.is_strange_name(head)) {
+          fault = {403, "HOST_NOT_ALLOWED",
+                   "without keys the server answers to localhost, to addresses and to the hosts "
+                   "that --cors-origin names"};
         }
         return fault;
       },

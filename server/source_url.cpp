@@ -6,18 +6,12 @@
 #include <array>
 #include <charconv>
 
+#include "server/ascii.h"
+
 namespace sightline {
 namespace {
 
 constexpr std::size_t kLongest = 4096;
-
-std::string lower(std::string_view text) {
-  std::string result(text);
-  std::transform(result.begin(), result.end(), result.begin(), [](char c) {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  });
-  return result;
-}
 
 bool is_plain(std::string_view text) {
   return std::all_of(text.begin(), text.end(), [](char c) { return c > 0x20 && c < 0x7f; });
@@ -40,7 +34,7 @@ bool parse_port(std::string_view text, int& port) {
 
 /// What a server behind might take for a separator after all.
 bool has_hidden_separator(const std::string& path) {
-  const std::string small = lower(path);
+  const std::string small = lower_case(path);
   constexpr std::array<const char*, 4> kHidden{"\\", "%2f", "%5c", "%2e"};
   return std::any_of(kHidden.begin(), kHidden.end(),
                      [&](const char* hidden) { return small.find(hidden) != std::string::npos; });
@@ -67,7 +61,7 @@ Result<SourceUrl> SourceUrl::parse(const std::string& text) {
   if (url.scheme != "http" && url.scheme != "https") {
     return invalid("this is no http or https url");
   }
-  url.host = lower(part_of(url.handle(), CURLUPART_HOST));
+  url.host = lower_case(part_of(url.handle(), CURLUPART_HOST));
   if (!parse_port(part_of(url.handle(), CURLUPART_PORT, CURLU_DEFAULT_PORT), url.port) ||
       url.host.empty()) {
     return invalid("the url has no host, or a port that is none");
@@ -86,7 +80,7 @@ Result<UrlPattern> UrlPattern::parse(std::string_view text) {
   const std::size_t colon = text.find("://");
   if (colon == std::string_view::npos || !is_plain(text)) return invalid;
   if (text.find_first_of("?#@\\") != std::string_view::npos) return invalid;
-  pattern.scheme_ = lower(text.substr(0, colon));
+  pattern.scheme_ = lower_case(text.substr(0, colon));
   if (pattern.scheme_ != "http" && pattern.scheme_ != "https") return invalid;
   text.remove_prefix(colon + 3);
   const std::size_t slash = std::min(text.find('/'), text.size());
@@ -104,7 +98,7 @@ Result<UrlPattern> UrlPattern::parse(std::string_view text) {
       return invalid;
     }
   }
-  pattern.host_ = lower(authority.substr(0, port));
+  pattern.host_ = lower_case(authority.substr(0, port));
   std::string_view name = pattern.host_;
   if (name.starts_with("*.")) name.remove_prefix(2);
   if (name.empty() || (name != "*" && name.find('*') != std::string_view::npos)) return invalid;

@@ -110,6 +110,9 @@ Status RequestMemory::reserve(std::uint64_t bytes) {
   const std::uint64_t after = sum(bytes_, bytes);
   const std::uint64_t more = beyond_free(after) - beyond_free(bytes_);
   if (more > 0) {
+    if (at_door_) {
+      return Error{ErrorKind::kBusy, "MEMORY_BUSY", "a worker has to answer this", ""};
+    }
     Status status = work_.grow(more);
     if (!status && status.error().kind == ErrorKind::kBusy) {
       const Claim place = waiters_ == nullptr ? Claim() : waiters_->claim();

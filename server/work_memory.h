@@ -69,13 +69,16 @@ class WorkMemory {
 class RequestMemory {
  public:
   /// waiters  places of those who wait for memory; null: whoever likes may
-  RequestMemory(WorkMemory& bodies, WorkMemory& work, Places* waiters, const CancelFlag* caller)
+  /// at_door  on the thread that all others need: there is only what is free, and no waiting
+  RequestMemory(WorkMemory& bodies, WorkMemory& work, Places* waiters, const CancelFlag* caller,
+                bool at_door = false)
       : bodies_(bodies),
         memory_(work),
         body_(bodies, holder_),
         work_(work, holder_),
         waiters_(waiters),
-        caller_(caller) {}
+        caller_(caller),
+        at_door_(at_door) {}
   /// After a large answer what was freed goes back to the system, before others get their turn.
   ~RequestMemory();
   RequestMemory(const RequestMemory&) = delete;
@@ -86,7 +89,8 @@ class RequestMemory {
   Status reserve_body(std::uint64_t bytes);
   void forget_body() { body_.keep(0); }
   /// To be asked before the memory is taken; waits for a turn. The first 256 KiB of a request are
-  /// free: what all workers have of them together is little. Errors: those of WorkMemory::Share.
+  /// free: what all workers have of them together is little. Errors: those of WorkMemory::Share; at
+  /// the door MEMORY_BUSY for all that is not free.
   Status reserve(std::uint64_t bytes);
   /// Of what was reserved so far no more than that is still in use.
   void keep(std::uint64_t bytes);
@@ -109,6 +113,7 @@ class RequestMemory {
   Deadline::Clock::time_point until_ = Deadline::Clock::time_point::max();
   Places* const waiters_;
   const CancelFlag* const caller_;
+  const bool at_door_;
 };
 
 /// The same where nobody may be counting.

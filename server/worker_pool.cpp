@@ -11,10 +11,17 @@ namespace sightline {
 WorkerPool::WorkerPool(std::size_t threads, std::size_t queue, Priority priority, Work work)
     : limit_(queue), priority_(priority), work_(std::move(work)) {
   threads_.reserve(threads);
-  for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this] { run(); });
+  try {
+    for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this] { run(); });
+  } catch (...) {
+    end();
+    throw;
+  }
 }
 
-WorkerPool::~WorkerPool() {
+WorkerPool::~WorkerPool() { end(); }
+
+void WorkerPool::end() {
   {
     const std::lock_guard hold(mutex_);
     ending_ = true;

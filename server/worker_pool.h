@@ -18,6 +18,7 @@ class WorkerPool {
  public:
   using Work = std::function<void(Connection&)>;
   enum class Priority { kNormal, kLower };
+  /// Throws std::system_error where the system gives so many threads to nobody.
   WorkerPool(std::size_t threads, std::size_t queue, Priority priority, Work work);
   /// Ends after what is queued.
   ~WorkerPool();
@@ -32,6 +33,7 @@ class WorkerPool {
 
  private:
   void run();
+  void end();
   /// Whether to wake somebody: while a queue stands and there are sleepers, one is being woken.
   bool should_wake();
 

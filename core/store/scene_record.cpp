@@ -125,12 +125,6 @@ std::string tag_of(const NodeChanges& changes) {
   return "changed-" + sha256_of(std::as_bytes(std::span(text))).substr(0, 32);
 }
 
-bool is_sha256(std::string_view text) {
-  return text.size() == 64 && std::all_of(text.begin(), text.end(), [](char c) {
-           return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
-         });
-}
-
 std::string encode_record(const SceneRecord& record) {
   nlohmann::ordered_json document;
   document["id"] = record.id;

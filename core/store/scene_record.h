@@ -34,9 +34,6 @@ struct SceneRecord {
 /// A longer text is no record.
 inline constexpr std::size_t kRecordLimit = 16 << 20;
 
-/// 64 lower-case hexadecimal digits.
-bool is_sha256(std::string_view text);
-
 /// Equal only where the changes are; empty where there are none.
 std::string tag_of(const NodeChanges& changes);
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 
 struct evp_md_ctx_st;
 
@@ -27,5 +28,8 @@ class Sha256 {
 };
 
 std::string sha256_of(std::span<const std::byte> bytes);
+
+/// Whether it is written as one: 64 lower-case hexadecimal digits.
+bool is_sha256(std::string_view text);
 
 }  // namespace sightline

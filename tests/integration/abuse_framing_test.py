@@ -89,6 +89,9 @@ class Framing(Abuse):
             stream.write(BODY)
             stream.flush()
             self.assertEqual(read_answer(stream).status, 200)
+        # A body that has begun without being told to needs no telling: in the middle of an answer it would stand.
+        answers = self.answers(POST + HOST + LENGTH + b"Expect: 100-continue\r\nConnection: close\r\n\r\n" + BODY)
+        self.assertEqual([answer.status for answer in answers], [200])
         # A body that will not be read is not asked for.
         answers = self.answers(POST + HOST + b"Content-Length: 999999999999\r\nExpect: 100-continue\r\n\r\n")
         self.assertEqual([answer.status for answer in answers], [413])

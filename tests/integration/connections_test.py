@@ -1,5 +1,6 @@
 """What happens on one connection, by raw sockets: order, unread bodies, and who owns the port."""
 
+import select
 import subprocess
 import unittest
 
@@ -30,6 +31,11 @@ class Connections(unittest.TestCase):
             text = stream.read()
         self.assertTrue(text.startswith(b"HTTP/1.1 200 ") and text.endswith(b"\r\n\r\n"), text)
         self.assertIn(b"Content-Length: %d\r\n" % len(curl(self.server.url + "/v1/scenes/six").body), text)
+        # Compressed like it too [RFC9110] 8.6.
+        told = [{name: value for name, value in curl(self.server.url + "/openapi.json", "-H", "Accept-Encoding: gzip", *method).headers.items()
+                 if name not in ("date", "x-request-id")} for method in ((), ("--head",))]
+        self.assertEqual(told[0], told[1])
+        self.assertEqual(told[0]["content-encoding"], "gzip")
 
     def test_one_connection_answers_more_than_a_handful(self):
         self.assertEqual(len(self.server.exchange(ASK * 500, END)), 501)
@@ -44,6 +50,14 @@ class Connections(unittest.TestCase):
                 answers = self.server.exchange(head, length, hidden, END)
                 self.assertEqual([answer.status for answer in answers], [status, 200])
         self.assertEqual(curl(self.server.url + "/v1/scenes/six").status, 200)
+
+    def test_after_an_unread_body_silence_is_no_late_header(self):
+        with Server("--header-seconds", 1) as server, server.connect() as connection, connection.makefile("rwb") as stream:
+            for _ in range(2):
+                stream.write(b"POST /nothing HTTP/1.1\r\nHost: x\r\nContent-Length: 10\r\n\r\n" + b"x" * 10)
+                stream.flush()
+                self.assertEqual(read_answer(stream).status, 404)
+                self.assertEqual(select.select([connection], [], [], 2.5)[0], [])
 
     def test_an_unread_chunked_or_long_body_ends_the_connection(self):
         hidden = b"DELETE /v1/scenes/six HTTP/1.1\r\nHost: x\r\n\r\n"

@@ -113,6 +113,7 @@ class Errors(unittest.TestCase):
             with self.subTest(type=given):
                 answer = self.server.ask("/v1/scenes/six/rays:closest", "-H", f"Content-Type: {given}", body=json.dumps(GOOD))
                 self.expect(answer, 415, "MEDIA_TYPE_UNSUPPORTED")
+                self.assertIn("application/json", answer.headers["accept"])
         for given in (JSON_TYPE, "Content-Type: text/plain", "Content-Type: model/obj"):
             with self.subTest(type=given):
                 self.expect(self.server.ask("/v1/scenes/x", "-X", "PUT", "-H", given, body="{}"), 415, "MEDIA_TYPE_UNSUPPORTED")

@@ -4,7 +4,9 @@ import json
 import shutil
 import subprocess
 import tempfile
+import time
 import unittest
+from email.utils import formatdate, parsedate_to_datetime
 from pathlib import Path
 
 import case_report
@@ -54,6 +56,8 @@ class Headers(unittest.TestCase):
                     self.assertEqual(len(names), len(set(names)), names)
                     self.assertEqual({name: value for name, value in lines if name in ALWAYS}, ALWAYS)
                     self.assertIn("x-request-id", names)
+                    self.assertLess(abs(parsedate_to_datetime(dict(lines)["date"]).timestamp() - time.time()), PATIENCE)
+                    self.assertEqual(formatdate(parsedate_to_datetime(dict(lines)["date"]).timestamp(), usegmt=True), dict(lines)["date"])
                     self.assertFalse([name for name in names if name.startswith("access-control") or name in ("server", "vary")])
             self.assertEqual(seen, {200, 204, 400, 404, 405, 413, 414, 505})
             # An interim answer is none.
@@ -86,6 +90,26 @@ class Headers(unittest.TestCase):
             for origin in ("http://localhost:3000", "http://127.0.0.1", "http://[::1]:8080", f"http://127.0.0.1:{server.port}"):
                 self.assertEqual(server.ask("/v1/scenes/six", "-H", f"Origin: {origin}").status, 200)
 
+    def test_names_that_anybody_may_own_do_not_lead_here(self):
+        # A browser tells of no origin when a page asks its own: the name alone is left to see.
+        strange = ("evil.example", "evil.example:8080", "EVIL.example.", "127.0.0.1.evil.example", "localhost.evil.example:80", "127.1", "1.2.3.4.5")
+        known = ("localhost", "LOCALHOST:1", "localhost.", "a.localhost", "127.0.0.1", "[::1]:80", "10.0.0.7:80", "x", "gate")
+        with Server("--preload", "six=demo:six") as server:
+            for host, good in [(host, False) for host in strange] + [(host, True) for host in known]:
+                with self.subTest(host=host):
+                    told = ("-H", f"Host: {host}")
+                    for answer in (server.ask("/v1/scenes/six", *told), server.query("six", "any", QUERY, *told), server.ask("/metrics", *told)):
+                        self.assertEqual((answer.status, None if good else answer.json()["code"]), (200, None) if good else (403, "HOST_NOT_ALLOWED"))
+            self.assertEqual(server.ask("/v1/scenes/six", "-X", "DELETE", "-H", "Host: evil.example").status, 403)
+            self.assertEqual(server.ask("/v1/scenes/six").status, 200)
+        with Server("--preload", "six=demo:six", "--cors-origin", "http://scenes.example:8080") as server:
+            for host, status in (("scenes.example:8080", 200), ("Scenes.example:8080", 200), ("scenes.example", 403), ("evil.example", 403)):
+                self.assertEqual(server.ask("/v1/scenes/six", "-H", f"Host: {host}").status, status, host)
+        key, line = make_key("read", "page")
+        with tempfile.TemporaryDirectory() as folder:
+            with Server("--preload", "six=demo:six", "--keys", write_keys(Path(folder, "keys"), line)) as server:
+                self.assertEqual(server.ask("/v1/scenes/six", "-H", "Host: proxy.example", *bearer(key)).status, 200)
+
     def test_a_named_page_may_ask_and_read_faults(self):
         key, line = make_key("read", "page")
         with tempfile.TemporaryDirectory() as folder:
@@ -97,8 +121,9 @@ class Headers(unittest.TestCase):
                         answer = server.ask(path, *preflight(origin))
                         self.assertEqual((answer.status, answer.body, answer.headers["vary"]), (204, b"", "Origin"))
                         self.assertEqual(cors(answer), {"access-control-allow-origin": origin, "access-control-max-age": "600",
-                                                        "access-control-allow-methods": "GET, HEAD, POST, PUT, DELETE",
-                                                        "access-control-allow-headers": "Accept, Authorization, Content-Type, X-Request-Id"})
+                                                        "access-control-allow-methods": "GET, HEAD, POST, PUT, PATCH, DELETE",
+                                                        "access-control-allow-headers": "Accept, Authorization, Content-Encoding, Content-Type, "
+                                                        "If-Match, If-None-Match, X-Request-Id"})
                     page = ("-H", f"Origin: {origin}")
                     asked = server.query("six", "any", QUERY, *page, *bearer(key))
                     missing = server.ask("/v1/scenes/none", *page, *bearer(key))

@@ -8,7 +8,7 @@ import unittest
 
 import case_report
 from abuse_case import MIB, QUERY, ROW, trickle
-from sightline_server import PATIENCE, Server, read_answer
+from sightline_server import PATIENCE, Server, demo_glb, read_answer, with_document
 
 BODY = json.dumps({"rays": [ROW] * 3000, "fields": ["t"]}).encode()
 WORKERS = 8
@@ -26,9 +26,9 @@ def told(answer):
 
 
 class SlowBodies(unittest.TestCase):
-    def serve(self, *arguments):
+    def serve(self, *arguments, rate_seconds=1):
         self.server = Server("--preload", "six=demo:six", "--workers", WORKERS, "--max-traffic-memory", 4 * MIB + 65536,
-                             "--min-rate", 1, "--rate-seconds", 1, "--queue-seconds", 1, *arguments)
+                             "--min-rate", 1, "--rate-seconds", rate_seconds, "--queue-seconds", 1, *arguments)
         self.addCleanup(self.server.end)
 
     def hold(self, count, head, begin):
@@ -64,6 +64,22 @@ class SlowBodies(unittest.TestCase):
         refused = select.select(held, [], [], PATIENCE)[0][0]
         with refused.makefile("rb") as stream:
             self.assertEqual(told(read_answer(stream)), (503, "MEMORY_BUSY", True))
+
+    def test_the_door_does_not_wait_for_memory(self):
+        self.serve(rate_seconds=2)
+        named = with_document(demo_glb("six"), lambda scene: [node.update(name="n" * 600_000) for node in scene["nodes"]])
+        self.assertEqual(self.server.put("named", named).status, 201)
+        # Small enough for the door, and its answer is not; nothing has to be built any more.
+        query = json.dumps({"rays": [ROW] * 8, "fields": ["t", "node"]}).encode()
+        self.assertEqual(self.server.query("named", "closest", query).status, 200)
+        self.hold_memory()
+        refused = lambda: len(re.findall("/six/.* status=503", self.server.log_text()))
+        for _ in range(2):
+            connection, before = self.server.connect(), refused()
+            connection.sendall(QUERY.replace(b"/six/", b"/named/") + b"Content-Length: %d\r\n\r\n" % len(query) + query)
+            self.assertEqual(self.server.ask("/healthz").status, 200)
+            self.assertEqual(refused(), before, "it waited until a body gave way")
+            self.assertEqual(ask(connection).status, 200)
 
     def test_time_spent_waiting_for_memory_is_not_the_clients(self):
         self.serve()

@@ -166,7 +166,26 @@ class Streams(unittest.TestCase):
             answer = self.post("any", lines(HIT) + body)
             self.assertIn((answer.status, answer.json()["code"]), [(400, "JSON_MALFORMED"), (422, "TYPE_WRONG")], body)
         self.assertEqual(self.post("any", "x" * 300000).json()["code"], "LINE_TOO_LONG")
+        # However much comes together.
+        for blanks, good in ((65_000, True), (65_600, False), (130_000, False)):
+            for text in (lines(" " * blanks + ray), lines(HIT, " " * blanks + ray, HIT), lines(HIT) + " " * blanks + ray):
+                answer = self.post("any", text)
+                self.assertEqual(answer.status if good else answer.json()["code"], 200 if good else "LINE_TOO_LONG", (blanks, len(text)))
         self.assertEqual(self.server.query("none", "any", "{}").json()["code"], "SCENE_NOT_FOUND")
+
+    def test_a_stream_that_has_begun_is_not_told_to_go_on(self):
+        ray = frame([HIT["origin"]], [HIT["direction"]])
+        chunk = lambda data: b"%x\r\n%s\r\n" % (len(data), data)
+        with self.server.connect() as connection:
+            connection.sendall(b"POST /v1/scenes/six/rays:count HTTP/1.1\r\nHost: x\r\nContent-Type: application/octet-stream\r\nConnection: close\r\n"
+                               b"Expect: 100-continue\r\nTransfer-Encoding: chunked\r\n\r\n" + chunk(frames(ray)))
+            begin = b""
+            while begin.count(b"SLC1") == 0 and b"\r\n\r\n" not in begin:
+                begin += connection.recv(65536)
+            connection.sendall(chunk(ray) + b"0\r\n\r\n")
+            text = begin + b"".join(iter(lambda: connection.recv(65536), b""))
+        self.assertTrue(text.startswith(b"HTTP/1.1 200 "), text[:60])
+        self.assertNotIn(b"100 Continue", text)
 
     def test_answers_come_while_rays_are_sent(self):
         stream = Stream(self.server, "closest", LINES)
