@@ -16,7 +16,7 @@ build="g++ cmake ninja-build pkg-config ccache ca-certificates
   libcli11-dev libcurl4-openssl-dev prometheus-cpp-dev libtbb-dev libhwy-dev libssl-dev zlib1g-dev libpng-dev libzstd-dev libbrotli-dev"
 run="$build curl"
 test="$run libgtest-dev libgmp-dev libembree-dev python3 python3-numpy strace clang-format"
-bench="$test librsvg2-bin fonts-dejavu-core nginx-light"
+bench="$test librsvg2-bin fonts-dejavu-core nginx-light libnginx-mod-stream"
 lint="clang clang-format clang-tidy python3"
 image="buildah podman runc debootstrap ca-certificates curl python3"
 

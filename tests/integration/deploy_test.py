@@ -64,11 +64,13 @@ class ManPage(unittest.TestCase):
         self.assertEqual((done.returncode, done.stderr), (0, ""))
 
 
-class Tls(unittest.TestCase):
-    """The configuration as it stands, with other ports and paths, between curl and a server with keys."""
+class TlsCase(unittest.TestCase):
+    """A server with keys, and nginx in front of it with a configuration as it stands, but for ports and paths."""
 
     @classmethod
     def setUpClass(cls):
+        if cls is TlsCase:
+            raise unittest.SkipTest("it is what the others have in common")
         for program in ("nginx", "openssl"):
             if shutil.which(program) is None and not os.path.exists(f"/usr/sbin/{program}"):
                 raise unittest.SkipTest(f"{program} is not installed")
@@ -81,26 +83,29 @@ class Tls(unittest.TestCase):
         assert made.returncode == 0, made.stderr
         cls.key, line = make_key("write", "tls")
         keys = write_keys(cls.folder / "keys", line)
-        cls.server = Server("--preload", "six=demo:six", "--keys", keys)
-        cls.addClassCleanup(cls.server.end)
-        cls.start_nginx()
-        cls.url = f"https://localhost:{cls.port}"
-
-    @classmethod
-    def start_nginx(cls):
         with socket.socket() as probe:
             probe.bind(("127.0.0.1", 0))
             cls.port = probe.getsockname()[1]
-        text = (DEPLOY / "nginx.conf").read_text(encoding="utf-8")
-        for old, new in [("server 127.0.0.1:8080;", f"server 127.0.0.1:{cls.server.port};"), ("    listen [::]:443 ssl http2;\n", ""),
-                         ("listen 443 ssl http2;", f"listen 127.0.0.1:{cls.port} ssl http2;"), ("sightline.example.org", "localhost"),
+        cls.server = Server("--preload", "six=demo:six", "--keys", keys)
+        cls.addClassCleanup(cls.server.end)
+        cls.start_nginx(cls.configuration())
+        cls.url = f"https://localhost:{cls.port}"
+
+    @classmethod
+    def in_place(cls, name, *others):
+        """The file of docs/deploy with this test's ports and paths."""
+        text = (DEPLOY / name).read_text(encoding="utf-8")
+        for old, new in [("server 127.0.0.1:8080;", f"server 127.0.0.1:{cls.server.port};"),
                          ("/etc/ssl/certs/sightline.pem", str(cls.certificate)), ("/etc/ssl/private/sightline.key", f"{cls.folder}/key.pem"),
-                         ("/var/log/nginx/sightline.log", f"{cls.folder}/access.log")]:
+                         *others]:
             assert text.count(old) == 1, old
             text = text.replace(old, new)
-        temporary = "".join(f"{kind}_temp_path {cls.folder}/{kind};\n" for kind in ("client_body", "proxy", "fastcgi", "uwsgi", "scgi"))
+        return text
+
+    @classmethod
+    def start_nginx(cls, configuration):
         whole = cls.folder / "nginx.conf"
-        whole.write_text(f"pid {cls.folder}/pid;\nworker_processes 1;\nevents {{}}\nhttp {{\n{temporary}{text}}}\n", encoding="utf-8")
+        whole.write_text(f"pid {cls.folder}/pid;\nworker_processes 1;\n{configuration}", encoding="utf-8")
         cls.log = open(cls.folder / "error.log", "wb")
         cls.addClassCleanup(cls.log.close)
         program = shutil.which("nginx") or "/usr/sbin/nginx"
@@ -121,6 +126,16 @@ class Tls(unittest.TestCase):
     def connect(self):
         context = ssl.create_default_context(cafile=self.certificate)
         return context.wrap_socket(socket.create_connection(("127.0.0.1", self.port), timeout=PATIENCE), server_hostname="localhost")
+
+
+class Tls(TlsCase):
+    @classmethod
+    def configuration(cls):
+        text = cls.in_place("nginx.conf", ("    listen [::]:443 ssl http2;\n", ""),
+                            ("listen 443 ssl http2;", f"listen 127.0.0.1:{cls.port} ssl http2;"), ("sightline.example.org", "localhost"),
+                            ("/var/log/nginx/sightline.log", f"{cls.folder}/access.log"))
+        temporary = "".join(f"{kind}_temp_path {cls.folder}/{kind};\n" for kind in ("client_body", "proxy", "fastcgi", "uwsgi", "scgi"))
+        return f"events {{}}\nhttp {{\n{temporary}{text}}}\n"
 
     def test_answers_come_through_over_both_versions(self):
         for version in ("--http1.1", "--http2"):
@@ -177,6 +192,32 @@ class Tls(unittest.TestCase):
 
     def test_what_is_no_tls_is_refused(self):
         self.assertEqual(curl(self.url.replace("https", "http") + "/healthz").status, 400)
+
+
+class TlsStream(TlsCase):
+    MODULE = Path("/usr/lib/nginx/modules/ngx_stream_module.so")
+
+    @classmethod
+    def configuration(cls):
+        if not cls.MODULE.exists():
+            raise unittest.SkipTest("libnginx-mod-stream is not installed")
+        text = cls.in_place("nginx-stream.conf", ("        listen [::]:443 ssl;\n", ""), ("listen 443 ssl;", f"listen 127.0.0.1:{cls.port} ssl;"),
+                            ("/var/log/nginx/sightline-stream.log", f"{cls.folder}/access.log"))
+        return f"load_module {cls.MODULE};\nevents {{}}\n{text}"
+
+    def test_a_long_stream_of_rays_comes_through(self):
+        # Both ways more than what nginx, the kernel and the server hold of a stream.
+        lines = '{"origin":[-10,1,0],"direction":[1,0,0]}\n' * 200_000
+        answer = self.ask("/v1/scenes/six/rays:any", *bearer(self.key), "-H", "Content-Type: application/x-ndjson",
+                          "-H", "Transfer-Encoding: chunked", "-X", "POST", body=lines)
+        self.assertEqual(answer.status, 200)
+        self.assertEqual((answer.body.count(b"\n"), answer.body[-200:].count(b"REQUEST_TIMEOUT")), (200_000, 0))
+
+    def test_questions_follow_each_other_on_a_connection(self):
+        with self.connect() as connection, connection.makefile("rb") as stream:
+            for _ in range(2):
+                connection.sendall(b"GET /v1/scenes/six HTTP/1.1\r\nHost: localhost\r\nAuthorization: Bearer %s\r\n\r\n" % self.key.encode())
+                self.assertEqual(read_answer(stream).status, 200)
 
 
 if __name__ == "__main__":
