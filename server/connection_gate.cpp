@@ -58,6 +58,13 @@ std::uint32_t events_of(Connection::Heard heard) {
   return events;
 }
 
+/// Of a request that has come in: a worker's output is not looked at.
+bool owes_answer(const Connection& connection) {
+  using Phase = Connection::Phase;
+  return connection.phase == Phase::kBody || connection.phase == Phase::kAtWork ||
+         (connection.phase == Phase::kSending && connection.pending_output() > 0);
+}
+
 }  // namespace
 
 ConnectionGate::ConnectionGate(const DoorLimits& limits, TrafficMemory& traffic, Answer answer,
@@ -209,7 +216,8 @@ void ConnectionGate::on_event(int socket, std::uint32_t events) {
   }
   if ((events & (EPOLLHUP | EPOLLERR)) != 0 && !connection.gone.cancelled()) {
     connection.gone.cancel();
-    ++counts_.gone;
+    // Who closes a connection after the whole answer is not missed.
+    if (owes_answer(connection)) ++counts_.gone;
   }
   connection.stirred = true;
   connection.answered_here = 0;
@@ -332,7 +340,8 @@ void ConnectionGate::close(Connection& connection) {
 }
 
 void ConnectionGate::reset(Connection& connection) {
-  ++counts_.timed_out;
+  // Who is gone is counted as that.
+  if (!connection.gone.cancelled()) ++counts_.timed_out;
   // Else the kernel would go on with what it has taken of the answer.
   const struct linger hard { 1, 0 };
   ::setsockopt(connection.socket, SOL_SOCKET, SO_LINGER, &hard, sizeof hard);

@@ -40,7 +40,7 @@ void Exchange::reply_empty(int status) {
 void Exchange::reply_stream(std::string_view media_type,
                             std::function<bool(const Send& send)> next) {
   reply_empty(200);
-  // See HttpServer::answer_requests: what was written leaves now, not when the buffer is full.
+  // See HttpServer::answer: what was written leaves now, not when the buffer is full.
   const httplib::Progress& flush = request.progress;
   // Events are small and wanted at once; numbers hardly shrink.
   std::shared_ptr<ContentEncoder> encoder;

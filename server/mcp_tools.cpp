@@ -11,7 +11,7 @@ using Ordered = nlohmann::ordered_json;
 
 constexpr std::string_view kSchemas = "#/components/schemas/", kDefinitions = "#/$defs/";
 constexpr std::string_view kJsonType = "application/json";
-/// As the server's own limit for scenes; of what this process holds in memory.
+/// This process holds the whole file in memory: so less than the server takes, which is 4 GiB.
 constexpr std::uint64_t kMostFileBytes = std::uint64_t{1} << 30;
 
 /// Turns references into the document into such into "$defs", and says which there are.

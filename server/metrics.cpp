@@ -5,12 +5,14 @@
 #include <prometheus/registry.h>
 #include <prometheus/text_serializer.h>
 
+#include <atomic>
 #include <map>
 #include <mutex>
 #include <tuple>
 #include <vector>
 
 #include "core/store/scene_store.h"
+#include "server/version.h"
 
 namespace sightline {
 namespace {
@@ -63,7 +65,7 @@ void add(std::vector<std::pair<std::string, double>>& sums, const NamedCounts& c
 void add_store(const SceneStore& store, std::vector<MetricFamily>& families) {
   std::vector<std::pair<std::string, double>> states{
       {"queued", 0}, {"loading", 0}, {"ready", 0}, {"failed", 0}};
-  std::vector<std::pair<std::string, double>> touched, skipped, trees;
+  std::vector<std::pair<std::string, double>> touched, skipped;
   double triangles = 0;
   for (const SceneSnapshot& scene : store.list()) {
     ++states[static_cast<std::size_t>(scene->state)].second;
@@ -71,7 +73,6 @@ void add_store(const SceneStore& store, std::vector<MetricFamily>& families) {
     triangles += static_cast<double>(scene->scene->instanced_triangle_count());
     add(touched, touched_counts(*scene->scene));
     add(skipped, skipped_counts(*scene->scene));
-    add(trees, tree_counts(*scene->scene));
   }
   const MetricType gauge = MetricType::Gauge;
   families.push_back(family("sightline_scenes", "Scenes by state.", gauge, "state", states));
@@ -83,17 +84,49 @@ void add_store(const SceneStore& store, std::vector<MetricFamily>& families) {
   families.push_back(family("sightline_skipped",
                             "What the files of ready scenes have and nobody read.", gauge, "what",
                             skipped));
-  families.push_back(family("sightline_trees",
-                            "Trees of ready scenes: what was built, skipped, kept and dropped.",
-                            gauge, "what", trees));
   families.push_back(family("sightline_loads_total", "Loads that ended, by outcome.",
                             MetricType::Counter, "outcome", as_values(store.load_counts())));
+}
+
+void add_trees(const TreeTotals& trees, std::vector<MetricFamily>& families) {
+  const auto number = [](std::uint64_t count) { return static_cast<double>(count); };
+  families.push_back(
+      family("sightline_tree_builds_total",
+             "Trees built because rays came near (near), and scenes whose trees "
+             "were all built in their lasting form (scene).",
+             MetricType::Counter, "of",
+             {{"near", number(trees.trees_built)}, {"scene", number(trees.full_builds)}}));
+  families.push_back(family("sightline_tree_evictions_total",
+                            "Scenes whose trees were dropped for want of memory.",
+                            MetricType::Counter, "", {{"", number(trees.evictions)}}));
+  families.push_back(family(
+      "sightline_tree_files_total", "Files of trees that were read, and those that were refused.",
+      MetricType::Counter, "outcome",
+      {{"read", number(trees.cache_hits)}, {"refused", number(trees.cache_rejects)}}));
+  families.push_back(family("sightline_tree_waits_total",
+                            "Rays and boxes that needed a tree that was not there.",
+                            MetricType::Counter, "", {{"", number(trees.queries_waited)}}));
+  families.push_back(family("sightline_tree_bytes", "Of all trees that are there now.",
+                            MetricType::Gauge, "", {{"", number(trees.tree_bytes)}}));
+  families.push_back(family("sightline_geometry_bytes",
+                            "Of positions and indices of all scenes, what they share counted once.",
+                            MetricType::Gauge, "", {{"", number(trees.geometry_bytes)}}));
+}
+
+void add_process(double start, const std::string& kernel, std::vector<MetricFamily>& families) {
+  MetricFamily build = family("sightline_build_info", "Which server this is.", MetricType::Gauge,
+                              "version", {{version(), 1}});
+  build.metric[0].label.push_back({"kernel", kernel});
+  families.push_back(std::move(build));
+  families.push_back(family("process_start_time_seconds",
+                            "When the server was started, in seconds since 1970.",
+                            MetricType::Gauge, "", {{"", start}}));
 }
 
 }  // namespace
 
 std::string_view known_method(std::string_view method) {
-  for (const std::string_view each : {"GET", "HEAD", "PUT", "POST", "DELETE", "OPTIONS"}) {
+  for (const std::string_view each : {"GET", "HEAD", "PUT", "POST", "PATCH", "DELETE", "OPTIONS"}) {
     if (method == each) return each;
   }
   return "other";
@@ -104,7 +137,7 @@ struct Metrics::State {
   prometheus::Family<prometheus::Counter>& requests =
       prometheus::BuildCounter()
           .Name("sightline_requests_total")
-          .Help("Requests answered, by route and status.")
+          .Help("Requests answered, by method, route and status.")
           .Register(registry);
   prometheus::Family<prometheus::Histogram>& seconds =
       prometheus::BuildHistogram()
@@ -174,6 +207,9 @@ struct Metrics::State {
   }
   std::mutex mutex;
   std::map<Key, Series> found;
+  std::atomic<std::uint64_t> slow{0};
+  const double start =
+      std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 };
 
 Metrics::Metrics() : state_(std::make_unique<State>()) {}
@@ -194,22 +230,27 @@ void Metrics::count_part(std::uint64_t rays, const QueryWork& work) const {
   state_->work.add(work);
 }
 
-std::string Metrics::text(const SceneStore& store, const NamedCounts& door, std::size_t queued,
-                          std::uint64_t traffic) const {
+void Metrics::count_slow() const { ++state_->slow; }
+std::uint64_t Metrics::slow() const { return state_->slow; }
+
+std::string Metrics::text(const SceneStore& store, const ServerNow& now) const {
   std::vector<MetricFamily> families = state_->registry.Collect();
   add_store(store, families);
+  add_trees(now.trees, families);
+  families.push_back(family("sightline_connections", "Connections that are open.",
+                            MetricType::Gauge, "", {{"", static_cast<double>(now.connections)}}));
   families.push_back(
-      family("sightline_connections",
-             "Connections: open now; and since the start accepted, closed to make "
-             "room, too slow, gone while they were answered, refused for their "
-             "framing, for want of a key that may, and for a full queue; and requests "
-             "that the door has answered itself.",
-             MetricType::Gauge, "what", as_values(door)));
+      family("sightline_connections_total",
+             "Connections accepted, closed to make room (evicted), too slow, gone before their "
+             "answer; and requests refused for their framing, for want of a key that may "
+             "(locked_out) and for a full queue, and answered by the door itself.",
+             MetricType::Counter, "event", as_values(now.events)));
   families.push_back(family("sightline_queued_requests", "Requests that wait for a worker now.",
-                            MetricType::Gauge, "", {{"", static_cast<double>(queued)}}));
+                            MetricType::Gauge, "", {{"", static_cast<double>(now.queued)}}));
   families.push_back(family("sightline_traffic_bytes",
                             "Of memory, that connections and requests hold now.", MetricType::Gauge,
-                            "", {{"", static_cast<double>(traffic)}}));
+                            "", {{"", static_cast<double>(now.traffic)}}));
+  add_process(state_->start, now.kernel, families);
   return prometheus::TextSerializer().Serialize(families);
 }
 

@@ -62,7 +62,16 @@ RayStream::RayStream(Exchange& exchange, const Service& service, std::shared_ptr
       place_(std::move(place)),
       lines_(line_rules(kind, service.limits)),
       frames_(frame_rules(kind, service.limits)),
-      buffer_(std::move(begin)) {}
+      buffer_(std::move(begin)),
+      note_(exchange) {}
+
+RayStream::~RayStream() {
+  if (!begun_) return;
+  if (note_.code.empty() && !complete_) {
+    note_.code = caller_ != nullptr && caller_->cancelled() ? "CLIENT_GONE" : "ANSWER_NOT_TAKEN";
+  }
+  note_stream_end(service_, note_);
+}
 
 Deadline RayStream::deadline(std::optional<std::uint64_t> timeout_ms) const {
   Deadline deadline = service_.deadline(timeout_ms);
@@ -150,6 +159,7 @@ Result<std::string> RayStream::answer(Result<RayQuery> query) {
   auto text = answer_rays(kind_, service_, *scene_, *query, options, deadline(query->timeout_ms),
                           memory_, timer);
   service_.metrics.count_part(query->rays.size(), timer.report.work);
+  if (text) note_.rays += query->rays.size();
   return text;
 }
 
@@ -199,13 +209,17 @@ void RayStream::reply(Exchange& exchange, const Service& service,
   if (!first) return exchange.reply_error(first.error());
   const auto say = [stream, part = head + *first](const Exchange::Send& send) mutable {
     if (!part.empty() && !send(part)) return false;
+    stream->note_.bytes += part.size();
     part.clear();
     if (stream->failed_) return false;
     auto next = stream->next();
     stream->failed_ = !next;
+    if (!next) stream->note_.code = next.error().code;
     part = next ? std::move(*next) : stream->last_words(next.error());
+    stream->complete_ = part.empty();
     return !part.empty();
   };
+  stream->begun_ = true;
   exchange.reply_stream(form == Form::kLines ? kLinesMediaType : kBinaryMediaType, say);
 }
 

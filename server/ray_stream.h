@@ -12,6 +12,7 @@
 #include "proto/ray_lines.h"
 #include "server/exchange.h"
 #include "server/ray_answer.h"
+#include "server/request_log.h"
 #include "server/service.h"
 
 namespace sightline {
@@ -29,6 +30,11 @@ class RayStream {
   /// `begin`: of the body, what was read already. The exchange is left when the stream begins.
   RayStream(Exchange& exchange, const Service& service, std::shared_ptr<const Scene> scene,
             RayQuestionKind kind, Form form, std::string begin, Claim place);
+
+  RayStream(const RayStream&) = delete;
+  RayStream& operator=(const RayStream&) = delete;
+  /// The end of the answer, however it came.
+  ~RayStream();
 
   /// Answers the exchange with a stream, or with what is wrong.
   static void reply(Exchange& exchange, const Service& service, std::shared_ptr<const Scene> scene,
@@ -67,6 +73,9 @@ class RayStream {
   std::size_t counted_ = 0;  ///< bytes of the buffer that are counted as a body
   bool ended_ = false;       ///< the body has
   bool failed_ = false;      ///< nothing is said any more
+  bool complete_ = false;    ///< everything was answered
+  StreamNote note_;
+  bool begun_ = false;  ///< the answer is a stream, not a refusal
 };
 
 }  // namespace sightline

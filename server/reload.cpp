@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <sstream>
 
-#include "server/descriptors.h"
+#include "server/system_limits.h"
 
 namespace sightline {
 namespace {

@@ -17,6 +17,9 @@ std::string shown_path(const Exchange& exchange) {
   return path;
 }
 
+/// Of a body that a worker has waited for in vain: the door counts its own.
+constexpr std::string_view kTooSlow = "REQUEST_TIMEOUT";
+
 /// What an operator should see without asking for every request. 503 is how a server says that it
 /// has enough to do.
 Log::Level level_of(int status) {
@@ -29,6 +32,7 @@ void note_request(Service& service, const Exchange& exchange, int status,
                   std::chrono::duration<double> time) {
   service.metrics.count({exchange.request.method, exchange.route, status, time, exchange.rays,
                          exchange.boxes, exchange.work});
+  if (exchange.problem_code == kTooSlow) service.metrics.count_slow();
   const Log::Level level = level_of(status);
   if (!service.log.shows(level)) return;
   service.log.write(level, "request",
@@ -42,14 +46,36 @@ void note_request(Service& service, const Exchange& exchange, int status,
                      {"key", exchange.key_name}});
 }
 
+StreamNote::StreamNote(const Exchange& exchange)
+    : path(shown_path(exchange)), request_id(exchange.request_id), key_name(exchange.key_name) {}
+
+void note_stream_end(const Service& service, const StreamNote& stream) {
+  if (stream.code == kTooSlow) service.metrics.count_slow();
+  const Log::Level level = stream.code.empty() ? Log::Level::debug : Log::Level::info;
+  if (!service.log.shows(level)) return;
+  const std::chrono::duration<double, std::milli> time =
+      std::chrono::steady_clock::now() - stream.begin;
+  service.log.write(level, stream.code.empty() ? "stream ended" : "stream broken off",
+                    {{"path", stream.path},
+                     {"code", stream.code},
+                     {"rays", stream.rays},
+                     {"bytes", stream.bytes},
+                     {"ms", time.count()},
+                     {"id", stream.request_id},
+                     {"key", stream.key_name}});
+}
+
 void note_refusal(Service& service, const RequestHead& head, const RequestFault& fault,
                   const std::string& request_id) {
   service.metrics.count({head.method, "door", fault.status});
-  service.log.debug("refused at the door", {{"method", known_method(head.method)},
-                                            {"status", std::int64_t{fault.status}},
-                                            {"code", fault.code},
-                                            {"id", request_id},
-                                            {"key", head.key_name}});
+  // Somebody who tries keys should be seen.
+  const bool tells = fault.status == 401 || fault.status == 403;
+  service.log.write(tells ? Log::Level::info : Log::Level::debug, "refused at the door",
+                    {{"method", known_method(head.method)},
+                     {"status", std::int64_t{fault.status}},
+                     {"code", fault.code},
+                     {"id", request_id},
+                     {"key", head.key_name}});
 }
 
 }  // namespace sightline

@@ -14,9 +14,9 @@ void add_docs_routes(Router& router);
 void add_scene_routes(Router& router, Service& service);
 /// POST /v1/rays:generate, /v1/scenes/{id}/rays:closest, rays:any, rays:all and rays:count
 void add_ray_routes(Router& router, const Service& service);
-/// POST /v1/scenes/{id}/points:inside
+/// POST /v1/scenes/{id}/points:inside, points:closest, points:nearest and points:distance
 void add_point_routes(Router& router, const Service& service);
-/// GET /v1/scenes/{id}/nodes, triangles and selfcheck
+/// GET /v1/scenes/{id}/nodes, triangles, bvh and selfcheck
 void add_scene_part_routes(Router& router, const Service& service);
 /// POST /v1/scenes/{id}/clearance
 void add_clearance_routes(Router& router, const Service& service);

@@ -102,9 +102,7 @@ void add_health_routes(Router& router, const Service& service) {
   router.add("GET", "/readyz",
              [&service](Exchange& exchange) { reply_readiness(exchange, service); });
   router.add("GET", "/metrics", [&service](Exchange& exchange) {
-    exchange.reply(200,
-                   service.metrics.text(service.store, service.door_counts(), service.queued(),
-                                        service.traffic()),
+    exchange.reply(200, service.metrics.text(service.store, service.now()),
                    "text/plain; version=0.0.4; charset=utf-8");
   });
   router.add("GET", "/version",

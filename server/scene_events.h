@@ -1,9 +1,10 @@
 #pragma once
 /// The states of a scene as server-sent events, until nothing is on its way to it any more.
 ///
-///   event: progress    while it is loading, whenever something changed, at most four times a
-///   second event: ready, failed, removed    the last one data: what GET /v1/scenes says of the
-///   scene, in one line
+/// - progress: while it is loading, whenever something changed, at most four times a second.
+/// - ready, failed or removed: the last one.
+///
+/// The data of each is one line: what GET /v1/scenes says of the scene.
 
 #include "server/exchange.h"
 #include "server/service.h"

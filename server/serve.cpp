@@ -9,7 +9,6 @@
 #include "core/run/engine.h"
 #include "core/store/scene_store.h"
 #include "core/store/tree_keeper.h"
-#include "server/descriptors.h"
 #include "server/ip_address.h"
 #include "server/progress_bar.h"
 #include "server/reload.h"
@@ -18,6 +17,7 @@
 #include "server/routes.h"
 #include "server/scene_source.h"
 #include "server/signals.h"
+#include "server/system_limits.h"
 #include "server/version.h"
 
 namespace sightline {
@@ -98,11 +98,10 @@ void answer(const Router& router, Service& service, Exchange& exchange) {
   if (!exchange.is_for_worker()) note(exchange.response.status);
 }
 
-NamedCounts door_counts(const DoorCounts& counts) {
-  return {{"open", counts.open},
-          {"accepted", counts.accepted},
+NamedCounts door_events(const DoorCounts& counts, const Metrics& metrics) {
+  return {{"accepted", counts.accepted},
           {"evicted", counts.evicted},
-          {"too_slow", counts.timed_out},
+          {"too_slow", counts.timed_out + metrics.slow()},
           {"gone", counts.gone},
           {"refused", counts.refused},
           {"locked_out", counts.locked_out},
@@ -229,9 +228,11 @@ int run_serve(const ServeCommand& asked, std::ostream& out, std::ostream& compla
         log.error("request failed by an exception", {{"id", id}, {"type", type}});
       },
       rules);
-  service.door_counts = [&server] { return door_counts(server.counts()); };
-  service.queued = [&server] { return server.queued(); };
-  service.traffic = [&server] { return server.traffic(); };
+  service.now = [&] {
+    return ServerNow{server.counts().open, door_events(server.counts(), service.metrics),
+                     server.queued(),      server.traffic(),
+                     keeper.totals(),      (*engine)->kernel()};
+  };
   const auto port = server.bind(command.listen);
   if (!port) return complain(port.error());
 

@@ -59,10 +59,8 @@ struct Service {
   /// Loads that are under way share it.
   std::shared_ptr<const SourceRules> sources = std::make_shared<const SourceRules>();
   Metrics metrics{};
-  DoorLimits door{};  ///< to show them
-  std::function<NamedCounts()> door_counts = [] { return NamedCounts(); };
-  std::function<std::size_t()> queued = [] { return std::size_t{0}; };
-  std::function<std::uint64_t()> traffic = [] { return std::uint64_t{0}; };
+  DoorLimits door{};                                            ///< to show them
+  std::function<ServerNow()> now = [] { return ServerNow{}; };  ///< for the metrics
 
   /// From now on; a client may wish for less than the limit.
   Deadline deadline(std::optional<std::uint64_t> timeout_ms = {}) const {

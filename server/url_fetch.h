@@ -37,7 +37,7 @@ struct UrlReceiver {
 Status fetch_url(SourceUrl url, const UrlRules& rules, std::uint64_t limit,
                  const UrlReceiver& receiver);
 
-/// 422 for its client: the server's patterns do not let it.
+/// URL_NOT_ALLOWED: no pattern of the server allows a URL, or one that it was redirected to.
 Error url_not_allowed();
 
 }  // namespace sightline

@@ -8,6 +8,18 @@
 #include "core/scene/scene_trees.h"
 
 namespace sightline {
+namespace {
+
+void add_ever(TreeTotals& totals, const TreeStats& stats) {
+  totals.trees_built += stats.trees_built;
+  totals.full_builds += stats.full_builds;
+  totals.evictions += stats.evictions;
+  totals.cache_hits += stats.cache_hits;
+  totals.cache_rejects += stats.cache_rejects;
+  totals.queries_waited += stats.queries_waited;
+}
+
+}  // namespace
 
 /// Precondition for these: mutex_ is held.
 std::uint64_t TreeBudget::geometry_sum(const SceneTrees* more) const {
@@ -30,6 +42,17 @@ std::uint64_t TreeBudget::sum() const {
 std::uint64_t TreeBudget::used() const {
   const std::lock_guard hold(mutex_);
   return sum();
+}
+
+TreeTotals TreeBudget::totals() const {
+  const std::lock_guard hold(mutex_);
+  TreeTotals totals = past_;
+  for (const SceneTrees* trees : scenes_) {
+    add_ever(totals, trees->stats());
+    totals.tree_bytes += trees->tree_bytes();
+  }
+  totals.geometry_bytes = geometry_sum();
+  return totals;
 }
 
 bool TreeBudget::has_room(std::uint64_t bytes) const {
@@ -57,6 +80,7 @@ Status TreeBudget::admit(SceneTrees& trees) {
 void TreeBudget::dismiss(SceneTrees& trees) {
   const std::lock_guard hold(mutex_);
   std::erase(scenes_, &trees);
+  add_ever(past_, trees.stats());
 }
 
 void TreeBudget::settle() {

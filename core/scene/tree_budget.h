@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/result.h"
+#include "core/scene/tree_stats.h"
 
 namespace sightline {
 
@@ -32,6 +33,7 @@ class TreeBudget {
   bool is_exceeded() const { return exceeded_.load(std::memory_order_relaxed); }
   std::uint64_t limit() const { return limit_; }
   std::uint64_t used() const;
+  TreeTotals totals() const;
 
  private:
   std::uint64_t sum() const;
@@ -42,6 +44,7 @@ class TreeBudget {
   std::atomic<bool> exceeded_{false};
   mutable std::mutex mutex_;
   std::vector<SceneTrees*> scenes_;
+  TreeTotals past_;  ///< what is "ever", of those that were dismissed
 };
 
 }  // namespace sightline

@@ -21,4 +21,12 @@ struct TreeStats {
   bool complete = false;             ///< nothing is left to build
 };
 
+/// Of all scenes that have joined a TreeBudget. What is "ever" counts those that are no more.
+struct TreeTotals {
+  std::uint64_t trees_built = 0, full_builds = 0, evictions = 0;        ///< ever, as TreeStats
+  std::uint64_t cache_hits = 0, cache_rejects = 0, queries_waited = 0;  ///< ever, as TreeStats
+  std::uint64_t tree_bytes = 0;                                         ///< now
+  std::uint64_t geometry_bytes = 0;  ///< now; what several scenes share counts once
+};
+
 }  // namespace sightline

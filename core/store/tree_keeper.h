@@ -46,6 +46,8 @@ class TreeKeeper {
                bool lasting = true);
   /// Returns when nothing is left that could be built ahead.
   void wait_until_idle();
+  /// Of all that were adopted.
+  TreeTotals totals() const { return budget_->totals(); }
 
  private:
   struct Adopted {

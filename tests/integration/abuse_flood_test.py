@@ -171,7 +171,7 @@ class Flood(Abuse):
         print("  answered: " + ", ".join(f"{name} {outcome}: {count}" for (name, outcome), count in sorted(counts.items(), key=str)))
         self.assertEqual(faults, [])
         # When they have gone all is answered again.
-        while 'what="open"} 1\n' not in self.server.ask("/metrics").body.decode():
+        while 'sightline_connections 1\n' not in self.server.ask("/metrics").body.decode():
             self.assertIsNone(self.server.process.poll())
         self.assertEqual({name: answer_of(self.server.port, name) for name in ASKED}, truth)
 

@@ -222,18 +222,21 @@ class HoldingOn(Abuse):
             upload.sendall(b"PUT /v1/scenes/held HTTP/1.1\r\nHost: x\r\nExpect: 100-continue\r\nContent-Length: 1000\r\n\r\n")
             with upload.makefile("rb") as stream:
                 self.assertEqual(read_answer(stream).status, 100)
+            end = time.monotonic() + PATIENCE
             for reset in (True, False):
                 waiters = [server.connect() for _ in range(4)]
-                for waiter in waiters:
-                    waiter.sendall(b"GET /v1/scenes/held?wait=%d HTTP/1.1\r\nHost: x\r\n\r\n" % PATIENCE)
+                for i, waiter in enumerate(waiters):
+                    waiter.sendall(b"GET /v1/scenes/held?wait=%d HTTP/1.1\r\nHost: x\r\nX-Request-Id: %d-%d\r\n\r\n" % (PATIENCE, reset, i))
                 while server.ask("/v1/scenes/held?wait=1").json()["state"] != "loading":
                     pass
                 for waiter in waiters:
                     if reset:
                         waiter.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
                     waiter.close()
-            end = time.monotonic() + PATIENCE
-            while 'what="gone"} 8' not in server.ask("/metrics").body.decode():
+                # Their requests end, and so the next four wait as well.
+                while not all(f" id={int(reset)}-{i} " in server.log_text().replace("\n", " ") for i in range(4)):
+                    self.assertLess(time.monotonic(), end)
+            while 'event="gone"} 8' not in server.ask("/metrics").body.decode():
                 self.assertLess(time.monotonic(), end)
             upload.close()
 

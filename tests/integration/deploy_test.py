@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import socket
 import ssl
@@ -48,6 +49,21 @@ class Unit(unittest.TestCase):
         if "offline" in done.stderr:
             self.skipTest("this systemd-analyze knows no --offline")
         self.assertEqual(done.returncode, 0, done.stdout[-3000:] + done.stderr)
+
+
+class Stops(unittest.TestCase):
+    def test_each_waits_for_what_has_begun(self):
+        drains = 30 + 0  # --drain-seconds and --notice-seconds as they come
+        self.assertRegex(run(BINARY, "serve", "--help").stdout, r"--drain-seconds \S+=30\n(.|\n)*--notice-seconds \S+=0\n")
+        for file, pattern in [("docs/deploy/sightline.service", r"^TimeoutStopSec=(\d+)$"), ("docker/compose.yaml", r"^ *stop_grace_period: (\d+)s"),
+                              ("README.md", r"docker run --stop-timeout (\d+) ")]:
+            seconds = re.findall(pattern, (SOURCE / file).read_text(encoding="utf-8"), re.MULTILINE)
+            self.assertEqual([int(each) > drains + 5 for each in seconds], [True], file)
+
+    def test_a_reload_looks_at_the_settings_first(self):
+        reloads = re.findall(r"^ExecReload=(.*)$", (DEPLOY / "sightline.service").read_text(encoding="utf-8"), re.MULTILINE)
+        start = re.findall(r"^ExecStartPre=(.*)$", (DEPLOY / "sightline.service").read_text(encoding="utf-8"), re.MULTILINE)
+        self.assertEqual(reloads, [*start, "/bin/kill -HUP $MAINPID"])
 
 
 class ManPage(unittest.TestCase):

@@ -86,7 +86,7 @@ class Door(unittest.TestCase):
         return at_door, by_worker.removeprefix(b"HTTP/1.1 100 Continue\r\n\r\n")
 
     def test_both_ways_give_the_same_bytes(self):
-        answered = b'sightline_connections{what="answered_at_door"}'
+        answered = b'sightline_connections_total{event="answered_at_door"}'
         before, asked, good = self.counted(answered), 0, 0
         for kind, more, body in bodies():
             with self.subTest(kind=kind, more=more, body=body):

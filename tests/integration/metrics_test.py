@@ -1,10 +1,13 @@
 """What a server says of its scenes' costs and of its own work."""
 
 import json
+import re
+import time
 import unittest
+import urllib.request
 
 import case_report
-from sightline_server import SOURCE, Server, demo_glb
+from sightline_server import PATIENCE, SOURCE, Server, demo_glb
 
 SCENES = SOURCE / "tests/data/scenes"
 DOWN = {"rays": [{"origin": [-10, 1, 0], "direction": [1, 0, 0]}]}
@@ -30,7 +33,7 @@ class Metrics(unittest.TestCase):
         answer = self.server.ask("/metrics")
         self.assertEqual((answer.status, answer.headers["content-type"]), (200, "text/plain; version=0.0.4; charset=utf-8"))
         for line in answer.body.decode().splitlines():
-            self.assertRegex(line, r'^(# (HELP|TYPE) sightline_\w+ .+|sightline_\w+(\{\w+="[^"]*"(,\w+="[^"]*")*\})? [0-9.e+-]+)$')
+            self.assertRegex(line, r'^(# (HELP|TYPE) (sightline|process)_\w+ .+|(sightline|process)_\w+(\{\w+="[^"]*"(,\w+="[^"]*")*\})? [0-9.e+-]+)$')
         return series(answer.body)
 
     def test_requests_rays_and_loads_are_counted(self):
@@ -44,6 +47,7 @@ class Metrics(unittest.TestCase):
         for path in ("/none", "/none2", "/v1/scenes/none", "/v1/scenes/none3"):
             self.server.ask(path)
         self.server.ask("/none", "-X", "BREW")
+        self.server.ask("/v1/scenes/none/nodes/0", "-X", "PATCH", "-H", "Content-Type: application/json", body="{}")
         after = self.ask()
 
         def grown(name):
@@ -55,6 +59,8 @@ class Metrics(unittest.TestCase):
         self.assertEqual(grown('sightline_requests_total{method="POST",%s,status="200"}' % closest), 3)
         self.assertEqual(grown('sightline_requests_total{method="GET",route="none",status="404"}'), 2)
         self.assertEqual(grown('sightline_requests_total{method="GET",route="/v1/scenes/{id}",status="404"}'), 2)
+        self.assertEqual(grown('sightline_requests_total{method="PATCH",route="/v1/scenes/{id}/nodes/{node}",status="422"}'), 1)
+        self.assertIn(" method=PATCH ", self.server.log_text())
         self.assertEqual(grown('sightline_request_seconds_count{%s}' % closest), 3)
         self.assertEqual(grown('sightline_request_seconds_bucket{%s,le="+Inf"}' % closest), 3)
         self.assertEqual(grown('sightline_loads_total{outcome="ready"}'), 1)
@@ -73,6 +79,46 @@ class Metrics(unittest.TestCase):
         self.assertEqual(after["sightline_rays_total"] - before["sightline_rays_total"], 7)
         name = 'sightline_work_total{what="blocks"}'
         self.assertGreater(after[name], before[name])
+
+    def test_who_closes_after_the_whole_answer_is_not_gone(self):
+        gone = 'sightline_connections_total{event="gone"}'
+        before = self.ask()[gone]
+        for _ in range(5):
+            with urllib.request.urlopen(self.server.url + "/healthz", timeout=PATIENCE) as answer:
+                self.assertEqual((answer.status, answer.headers["connection"]), (200, "close"))
+                answer.read()
+        end = time.monotonic() + PATIENCE
+        while self.ask()["sightline_connections"] > 1:
+            self.assertLess(time.monotonic(), end)
+        self.assertEqual(self.ask()[gone], before)
+
+    def test_totals_outlive_their_scenes(self):
+        text = self.server.ask("/metrics").body.decode()
+        for name, kind in re.findall(r"^# TYPE (\S+) (\S+)$", text, re.MULTILINE):
+            self.assertEqual(name.endswith("_total"), kind == "counter", name)
+        self.assertIn('sightline_build_info{version="%s",' % self.server.ask("/version").json()["version"], text)
+        self.assertLess(self.ask()["process_start_time_seconds"], time.time())
+        with Server() as server:
+            server.put("six", demo_glb("six"))
+            self.assertEqual(server.query("six", "any", DOWN).status, 200)
+            before = series(server.ask("/metrics").body)
+            builds = [name for name in before if name.startswith("sightline_tree_builds_total")]
+            self.assertGreater(sum(before[name] for name in builds), 0)
+            self.assertGreater(before["sightline_geometry_bytes"], 0)
+            self.assertGreater(before["sightline_tree_bytes"], 0)
+            self.assertEqual(server.ask("/v1/scenes/six", "-X", "DELETE").status, 204)
+            end = time.monotonic() + PATIENCE
+            while (after := series(server.ask("/metrics").body))["sightline_geometry_bytes"] > 0:
+                self.assertLess(time.monotonic(), end)
+            self.assertEqual(after["sightline_tree_bytes"], 0)
+            for name in builds:
+                self.assertGreaterEqual(after[name], before[name])
+
+    def test_every_metric_stands_in_the_table(self):
+        page = (SOURCE / "docs/server.md").read_text(encoding="utf-8")
+        written = dict(re.findall(r"^\| `(\w+)`(?: by .*?)? \| (\w+) \|", page, re.MULTILINE))
+        self.server.query("none", "any", DOWN)
+        self.assertEqual(written, dict(re.findall(r"^# TYPE (\S+) (\S+)$", self.server.ask("/metrics").body.decode(), re.MULTILINE)))
 
     def test_stats_tell_what_was_read_skipped_and_built(self):
         put = self.server.put("features", (SCENES / "features.glb").read_bytes()).json()

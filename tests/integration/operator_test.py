@@ -147,14 +147,16 @@ class Measures(unittest.TestCase):
         key, line = make_key("read", "a")
         with tempfile.TemporaryDirectory() as folder:
             keys = write_keys(Path(folder, "keys"), line)
-            with Server("--keys", keys) as server:
+            with Server("--keys", keys, "--log-level", "info") as server:
                 for _ in range(3):
                     self.assertEqual(server.ask("/v1/scenes").status, 401)
                 self.assertEqual(server.put("a", b"x", *bearer(key)).status, 403)
                 counts = series(server.ask("/metrics", *bearer(key)).body)
+                # Without being asked for: somebody tries keys.
+                self.assertEqual([server.log_text().count(f" status={status} ") for status in (401, 403)], [3, 1])
         self.assertEqual(counts['sightline_requests_total{method="GET",route="door",status="401"}'], 3)
         self.assertEqual(counts['sightline_requests_total{method="PUT",route="door",status="403"}'], 1)
-        self.assertEqual(counts['sightline_connections{what="locked_out"}'], 4)
+        self.assertEqual(counts['sightline_connections_total{event="locked_out"}'], 4)
 
 
 if __name__ == "__main__":

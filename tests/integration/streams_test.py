@@ -9,6 +9,7 @@ import random
 import socket
 import struct
 import threading
+import time
 import unittest
 from array import array
 
@@ -332,6 +333,41 @@ class Streams(unittest.TestCase):
         """KiB."""
         with open(f"/proc/{self.server.process.pid}/status", encoding="ascii") as status:
             return int(next(line for line in status if line.startswith(kind)).split()[1])
+
+    def test_the_log_says_what_became_of_a_stream(self):
+        with Server("--preload", "six=demo:six", "--log-level", "info", "--log-format", "json", "--rate-seconds", 0.2) as quiet, \
+                Server("--preload", "six=demo:six", "--log-format", "json") as server:
+            def ends(of, message):
+                end = time.monotonic() + PATIENCE
+                while not (found := [json.loads(line) for line in of.log_text().splitlines() if message in line]):
+                    self.assertLess(time.monotonic(), end)
+                return found
+
+            def count(of, event):
+                return int(of.ask("/metrics").body.decode().split(f'event="{event}"}} ')[1].split()[0])
+
+            whole = server.ask("/v1/scenes/six/rays:any", "-H", f"Content-Type: {LINES}", "-H", "X-Request-Id: whole", body=lines(HIT, MISS))
+            line, = ends(server, "stream ended")
+            self.assertEqual((line["level"], line["id"], line["rays"], line["bytes"], line["path"], line.get("code")),
+                             ("debug", "whole", 2, len(whole.body), "/v1/scenes/six/rays:any", None))
+            # One that sends too slowly, one whose rays turn bad, and one that goes away.
+            slow = Stream(quiet, "any", LINES)
+            self.addCleanup(slow.close)
+            slow.send(lines(HIT))
+            self.assertIs(slow.line(), True)
+            self.assertEqual(slow.line()["code"], "REQUEST_TIMEOUT")
+            line, = ends(quiet, "stream broken off")
+            self.assertEqual((line["level"], line["code"], line["rays"]), ("info", "REQUEST_TIMEOUT", 1))
+            self.assertEqual((count(quiet, "too_slow"), count(quiet, "gone")), (1, 0))
+            left = Stream(server, "any", LINES)
+            left.send(lines(HIT))
+            self.assertIs(left.line(), True)
+            left.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+            left.close()
+            line, = ends(server, "stream broken off")
+            self.assertEqual(line["rays"], 1)
+            self.assertTrue(line["code"])
+            self.assertEqual((count(server, "too_slow"), count(server, "gone")), (0, 1))
 
     def test_streams_are_bounded(self):
         with Server("--preload", "six=demo:six", "--workers", 8) as server:

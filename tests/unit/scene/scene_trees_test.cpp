@@ -76,6 +76,25 @@ TEST(TreeBudget, drops_the_trees_that_were_asked_the_longest_ago) {
   EXPECT_TRUE(second->tree()->complete());
 }
 
+TEST(TreeBudget, counts_also_what_scenes_have_cost_that_are_no_more) {
+  const auto budget = std::make_shared<TreeBudget>(0);
+  const auto first = terrain(5000, 1);
+  auto second = terrain(5000, 2);
+  for (const auto& scene : {first, second}) ASSERT_TRUE(scene->trees().join(budget));
+  build_everything(*first);
+  build_everything(*second);
+  second->trees().drop();
+  const TreeTotals before = budget->totals();
+  EXPECT_GE(before.trees_built, 2u);
+  EXPECT_EQ(before.evictions, 1u);
+  EXPECT_EQ(before.geometry_bytes + before.tree_bytes, budget->used());
+  second.reset();
+  const TreeTotals after = budget->totals();
+  EXPECT_EQ(after.trees_built, before.trees_built);
+  EXPECT_EQ(after.evictions, 1u);
+  EXPECT_EQ(after.geometry_bytes, first->trees().geometry_bytes());
+}
+
 TEST(TreeBudget, leaves_the_trees_of_a_running_query_alone) {
   const auto first = terrain(5000, 1), second = terrain(5000, 2);
   build_everything(*second);

@@ -1,4 +1,4 @@
-#include "server/descriptors.h"
+#include "server/system_limits.h"
 
 #include <sys/resource.h>
 #include <unistd.h>
