@@ -44,8 +44,9 @@ Result<std::shared_ptr<const Scene>> make(Result<SceneDescription> description, 
   }
   if (progress.cancelled()) return load_cancelled();
   progress.begin("building");
-  return laziness == Laziness::kEager ? Scene::build(std::move(*description))
-                                      : Scene::prepare(std::move(*description));
+  if (laziness != Laziness::kEager) return Scene::prepare(std::move(*description));
+  return Scene::build(std::move(*description), TreeQuality::kHigh, Joining::kMeasured,
+                      &progress.flag());
 }
 
 ImportOptions options_of(const SceneChoice& choice, Progress& progress, Laziness laziness) {

@@ -3,7 +3,9 @@
 #include <spdlog/sinks/stdout_sinks.h>
 
 #include <algorithm>
+#include <atomic>
 #include <filesystem>
+#include <optional>
 #include <thread>
 
 #include "core/run/engine.h"
@@ -143,17 +145,40 @@ void watch_signals(Signals& signals, const Running& running) {
   running.server.break_connections();
 }
 
-}  // namespace
+/// While everything is taken down: a signal ends the process, whose data folder is whole at any
+/// moment. Nobody has to wait for what a builder or a disk takes its time for.
+class LastWatch {
+ public:
+  explicit LastWatch(Signals& signals) : signals_(signals), thread_([this] { watch(); }) {}
+  ~LastWatch() {
+    done_ = true;
+    signals_.wake();
+    thread_.join();
+  }
+  LastWatch(const LastWatch&) = delete;
+  LastWatch& operator=(const LastWatch&) = delete;
 
-int run_serve(const ServeCommand& asked, std::ostream& out, std::ostream& complaints) {
-  Signals signals;
-  ServeCommand command = asked;
+ private:
+  void watch() {
+    // The watcher before may have left a wake that was meant for it.
+    while (!done_) {
+      if (signals_.wait(std::nullopt) == Signals::Event::kStop) signals_.let_through();
+    }
+  }
+
+  Signals& signals_;
+  std::atomic<bool> done_{false};
+  std::thread thread_;
+};
+
+/// All that a server is made of is gone when it returns. The exit code; where it has served,
+/// `last_watch` is there from the end of that.
+int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWatch>& last_watch,
+          std::ostream& out, std::ostream& complaints) {
   const auto complain = [&](const Error& error) {
     complaints << "sightline: " << error.code << ": " << error.message << "\n";
     return 2;
   };
-  Log log(command.log_format, command.log_level, std::make_shared<spdlog::sinks::stderr_sink_mt>());
-
   AccessRules access;
   if (!command.keys.empty()) {
     if (Status taken = take_keys(command.keys, access, log); !taken) return complain(taken.error());
@@ -248,8 +273,20 @@ int run_serve(const ServeCommand& asked, std::ostream& out, std::ostream& compla
   server.serve();
   signals.wake();
   watcher.join();
-  log.info("stopped");
+  last_watch.emplace(signals);
   return 0;
+}
+
+}  // namespace
+
+int run_serve(const ServeCommand& command, std::ostream& out, std::ostream& complaints) {
+  Signals signals;
+  Log log(command.log_format, command.log_level, std::make_shared<spdlog::sinks::stderr_sink_mt>());
+  std::optional<LastWatch> last_watch;
+  const int code = serve(command, signals, log, last_watch, out, complaints);
+  last_watch.reset();
+  if (code == 0) log.info("stopped");
+  return code;
 }
 
 }  // namespace sightline

@@ -7,7 +7,8 @@
 
 namespace sightline {
 
-/// Serves until SIGTERM or SIGINT; a second one breaks off what the first one lets finish. The
+/// Serves until SIGTERM or SIGINT; a second one breaks off what the first one lets finish, and one
+/// that comes while everything is taken down ends the process at once, as that signal does. The
 /// first line on `out` is "listening on http://ADDR:PORT", as soon as connections are accepted; the
 /// log goes to standard error. Returns the exit code: 0 after a stop, 2 when it could not start.
 /// Call from the first thread, before any other is made.

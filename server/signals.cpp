@@ -46,13 +46,26 @@ Signals::Event Signals::wait(std::optional<std::chrono::milliseconds> timeout) {
     const int ready = ::poll(wanted, 2, left_ms);
     if (ready == 0) return Event::kTimeout;
     if (ready < 0) continue;  // interrupted
-    if (wanted[1].revents != 0) return Event::kWoken;
+    if (wanted[1].revents != 0) {
+      std::uint64_t times = 0;
+      (void)!::read(woken_, &times, sizeof times);
+      return Event::kWoken;
+    }
     signalfd_siginfo info{};
     if (::read(signals_, &info, sizeof info) == static_cast<ssize_t>(sizeof info)) {
       const bool reload = info.ssi_signo == SIGHUP && info.ssi_code != SI_KERNEL;
+      if (!reload) last_stop_ = static_cast<int>(info.ssi_signo);
       return reload ? Event::kReload : Event::kStop;
     }
   }
+}
+
+void Signals::let_through() {
+  sigset_t last;
+  sigemptyset(&last);
+  sigaddset(&last, last_stop_);
+  pthread_sigmask(SIG_UNBLOCK, &last, nullptr);
+  ::kill(::getpid(), last_stop_);
 }
 
 void Signals::wake() {

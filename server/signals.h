@@ -20,11 +20,15 @@ class Signals {
   enum class Event { kStop, kReload, kWoken, kTimeout };
   /// Waits for the next signal, wake(), or the end of `timeout` (empty: for ever).
   Event wait(std::optional<std::chrono::milliseconds> timeout);
-  /// Ends every wait, now and later. From any thread.
+  /// Ends the wait that is going on, or the next one. From any thread.
   void wake();
+  /// Lets the signal of the last kStop do what it does where nobody waits for it: it ends the
+  /// process. From the thread that waited.
+  void let_through();
 
  private:
   sigset_t before_{};
+  int last_stop_ = SIGTERM;
   int signals_ = -1;  ///< a signalfd
   int woken_ = -1;    ///< an eventfd
 };

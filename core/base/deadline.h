@@ -18,6 +18,9 @@ class CancelFlag {
   std::atomic<bool> cancelled_{false};
 };
 
+/// The same where there may be no flag.
+inline bool is_cancelled(const CancelFlag* flag) { return flag != nullptr && flag->cancelled(); }
+
 struct Deadline {
   using Clock = std::chrono::steady_clock;
   Clock::time_point at = Clock::time_point::max();
@@ -28,9 +31,7 @@ struct Deadline {
   static Deadline in(Clock::duration duration, const CancelFlag* flag = nullptr) {
     return {Clock::now() + duration, flag, nullptr};
   }
-  bool cancelled() const {
-    return (flag != nullptr && flag->cancelled()) || (caller != nullptr && caller->cancelled());
-  }
+  bool cancelled() const { return is_cancelled(flag) || is_cancelled(caller); }
   bool passed() const {
     return cancelled() || (at != Clock::time_point::max() && Clock::now() >= at);
   }

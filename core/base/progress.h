@@ -39,6 +39,7 @@ class Progress {
   /// The worker is asked to end; it may be done before it hears of it.
   void cancel() { flag_.cancel(); }
   bool cancelled() const { return flag_.cancelled(); }
+  const CancelFlag& flag() const { return flag_; }
 
  private:
   mutable std::mutex mutex_;

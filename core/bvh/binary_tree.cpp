@@ -49,6 +49,7 @@ class Builder {
   };
 
   void build_parallel(std::uint32_t slot, const Range& range, std::uint32_t depth) {
+    if (is_cancelled(options_.cancel)) return;
     if (range.count < kParallelSubtrees) {
       Pool pool{0, 0, 2 * range.count - 2};
       build(slot, range, depth, pool);
@@ -203,6 +204,7 @@ BinaryTree build_binary_tree(Column<BuildBox> boxes, const BinaryOptions& option
   tree.nodes = Arena(bytes);
   tree.nodes.take(bytes);
   tree.node_end = Builder(boxes, options, &tree[0]).run();
+  if (is_cancelled(options.cancel)) return {};
   tree.ids.resize(boxes.size());
   for (std::size_t i = 0; i < boxes.size(); ++i) tree.ids[i] = boxes[i].id;
   return tree;

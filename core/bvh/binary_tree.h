@@ -6,6 +6,7 @@
 
 #include "core/base/arena.h"
 #include "core/base/column.h"
+#include "core/base/deadline.h"
 #include "core/bvh/build_box.h"
 #include "core/bvh/histogram.h"
 
@@ -43,10 +44,11 @@ struct BinaryOptions {
   std::uint32_t leaf_max = 4;  ///< ranges are cut until they are not larger
   /// Below it ranges are halved in the middle, so that depth stays bounded (kMaxTreeDepth).
   std::uint32_t max_depth = 96;
+  const CancelFlag* cancel = nullptr;
 };
 
 /// Consumes `boxes`, which are finite and not empty. Parallel for large inputs; the tree does not
-/// depend on the number of threads.
+/// depend on the number of threads. Empty once it is cancelled.
 BinaryTree build_binary_tree(Column<BuildBox> boxes, const BinaryOptions& options);
 
 }  // namespace sightline

@@ -31,8 +31,8 @@ struct Counts {
 class Emitter {
  public:
   Emitter(const BinaryTree& binary, const WidePlan& plan, const LeafWriter& write_leaf,
-          Arena& arena)
-      : binary_(binary), plan_(plan), write_leaf_(write_leaf), arena_(arena) {}
+          const CancelFlag* cancel, Arena& arena)
+      : binary_(binary), plan_(plan), write_leaf_(write_leaf), cancel_(cancel), arena_(arena) {}
 
   /// Writes what was chosen below binary node `root` from `granule` on and says how to refer to it.
   std::uint32_t emit(std::uint32_t root, std::uint32_t granule, Counts& counts) {
@@ -60,7 +60,7 @@ class Emitter {
     };
     if (binary_[root].box_count() < kParallelBoxes) {
       for (std::size_t i = 0; i < children.count; ++i) emit_child(i);
-    } else {
+    } else if (!is_cancelled(cancel_)) {
       parallel_for(children.count, emit_child);
     }
     for (const Counts& one : below) counts.include(one);
@@ -135,6 +135,7 @@ class Emitter {
   const BinaryTree& binary_;
   const WidePlan& plan_;
   const LeafWriter& write_leaf_;
+  const CancelFlag* cancel_;
   Arena& arena_;
 };
 
@@ -145,11 +146,13 @@ WideTree collapse(const BinaryTree& binary, const CollapseOptions& options,
   WideTree tree;
   if (binary.empty()) return tree;
   const WidePlan plan(binary, options);
+  if (is_cancelled(options.cancel)) return tree;
   const std::size_t bytes = std::size_t{whole_lines(plan.granules(0))} * Arena::kGranule;
   tree.arena = Arena(bytes);
   tree.arena.take(bytes);
   Counts counts;
-  tree.root = Emitter(binary, plan, write_leaf, tree.arena).emit(0, 0, counts);
+  tree.root = Emitter(binary, plan, write_leaf, options.cancel, tree.arena).emit(0, 0, counts);
+  if (is_cancelled(options.cancel)) return {};
   tree.node_count = counts.nodes;
   tree.block_count = counts.blocks;
   tree.depth = counts.depth;

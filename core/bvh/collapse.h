@@ -27,12 +27,14 @@ struct CollapseOptions {
   /// Where boxes cannot share a block with any other: boxes that need more than kMaxLeafBlocks are
   /// no leaf. Empty: as few blocks as hold the boxes.
   BlockCounter count_blocks;
+  const CancelFlag* cancel = nullptr;
 };
 
 /// Chooses which binary nodes become wide ones and which subtrees become leaves so that the
 /// expected cost of a ray is the least that this binary tree allows [Ylitie2017]. Writes nodes
 /// depth first, each followed by its own leaves. Sets everything of WideTree but scale_exponent and
-/// bounds. Parallel; the bytes do not depend on the number of threads. Throws std::bad_alloc.
+/// bounds. Parallel; the bytes do not depend on the number of threads. Empty once it is cancelled.
+/// Throws std::bad_alloc.
 WideTree collapse(const BinaryTree& binary, const CollapseOptions& options,
                   const LeafWriter& write_leaf);
 

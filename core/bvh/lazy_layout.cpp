@@ -118,11 +118,13 @@ std::vector<MeshPart> split_slot(const ScenePlan& plan, const TreeSlot& slot) {
   return split_mesh(mesh, matrix_of(plan, slot), numbers_of(slot.runs), slot.box);
 }
 
-WideTree build_slot(const ScenePlan& plan, const TreeSlot& slot, TreeQuality quality) {
+WideTree build_slot(const ScenePlan& plan, const TreeSlot& slot, TreeQuality quality,
+                    const CancelFlag* cancel) {
   const MeshView& mesh = plan.meshes[slot.mesh];
   const Affine* matrix = matrix_of(plan, slot);
-  return slot.runs.empty() ? build_triangle_tree(mesh, matrix, quality)
-                           : build_triangle_tree(mesh, numbers_of(slot.runs), matrix, quality);
+  return slot.runs.empty()
+             ? build_triangle_tree(mesh, matrix, quality, cancel)
+             : build_triangle_tree(mesh, numbers_of(slot.runs), matrix, quality, cancel);
 }
 
 SceneTree share(const SceneTree& tree) {

@@ -78,8 +78,9 @@ struct LazyLayout::Moved {
 bool can_split(const TreeSlot& slot);
 /// Parallel. Precondition: can_split.
 std::vector<MeshPart> split_slot(const ScenePlan& plan, const TreeSlot& slot);
-/// Parallel. Leaves name triangles by their number in the mesh.
-WideTree build_slot(const ScenePlan& plan, const TreeSlot& slot, TreeQuality quality);
+/// Parallel. Leaves name triangles by their number in the mesh. Empty once it is cancelled.
+WideTree build_slot(const ScenePlan& plan, const TreeSlot& slot, TreeQuality quality,
+                    const CancelFlag* cancel = nullptr);
 
 /// The same trees: a state that differs in nothing yet.
 SceneTree share(const SceneTree& tree);

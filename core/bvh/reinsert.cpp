@@ -33,13 +33,15 @@ class Reinsertion {
     refit();
   }
 
-  /// One pass. Returns which part of the surface of all inner nodes it saved.
-  double improve(float share) {
+  /// One pass. Returns which part of the surface of all inner nodes it saved: none when cancelled.
+  double improve(float share, const CancelFlag* cancel) {
     std::vector<Move> moves(choose(share));
     parallel_for((moves.size() + kSearches - 1) / kSearches, [&](std::size_t chunk) {
+      if (is_cancelled(cancel)) return;
       const std::size_t end = std::min(moves.size(), (chunk + 1) * kSearches);
       for (std::size_t i = chunk * kSearches; i < end; ++i) moves[i] = search(moves[i].node);
     });
+    if (is_cancelled(cancel)) return 0;
     std::erase_if(moves, [](const Move& move) { return !(move.gain > 0); });
     std::sort(moves.begin(), moves.end(), [](const Move& a, const Move& b) {
       return a.gain != b.gain ? a.gain > b.gain : a.node < b.node;
@@ -223,11 +225,12 @@ class Reinsertion {
 }  // namespace
 
 void reinsert(BinaryTree& tree, const ReinsertOptions& options) {
-  if (tree.empty()) return;
+  if (tree.empty() || is_cancelled(options.cancel)) return;
   Reinsertion reinsertion(tree);
   double gain = 1;
   for (int pass = 0; pass < options.passes && gain >= options.least_gain; ++pass) {
-    gain = reinsertion.improve(pass == 0 ? options.share / 4 : options.share);
+    gain = reinsertion.improve(pass == 0 ? options.share / 4 : options.share, options.cancel);
+    if (is_cancelled(options.cancel)) return;
   }
   reinsertion.store(tree);
 }

@@ -14,6 +14,7 @@ struct ReinsertOptions {
   float share = 0.2f;
   /// Of the surface of all inner nodes: what a pass must save to be followed by another one.
   float least_gain = 0.005f;
+  const CancelFlag* cancel = nullptr;
 };
 
 /// In each pass the best new place of every chosen subtree is sought in the same tree, in parallel,
@@ -21,7 +22,8 @@ struct ReinsertOptions {
 /// touch each other [Meister2018]. We differ: the moves are made by one thread in a fixed order, so
 /// that the tree does not depend on the number of threads.
 /// Leaves stay whole; ids are sorted anew so that the boxes below every node are one range again.
-/// No binary node comes to lie deeper than kMaxTreeDepth. Throws std::bad_alloc.
+/// No binary node comes to lie deeper than kMaxTreeDepth. Once it is cancelled the tree is what it
+/// was. Throws std::bad_alloc.
 void reinsert(BinaryTree& tree, const ReinsertOptions& options);
 
 }  // namespace sightline

@@ -106,14 +106,22 @@ Result<SceneTree> assemble_scene_tree(const ScenePlan& plan, Joining joining,
   return scene;
 }
 
-Result<SceneTree> build_scene_tree(const ScenePlan& plan, TreeQuality quality, Joining joining) {
+Result<SceneTree> build_scene_tree(const ScenePlan& plan, TreeQuality quality, Joining joining,
+                                   const CancelFlag* cancel) {
+  const Error cancelled{ErrorKind::kCancelled, "CANCELLED", "the building of trees was cancelled",
+                        ""};
   TreeSource source;
   source.triangles =
       [&](std::span<const TreePart> parts) -> Result<std::shared_ptr<const WideTree>> {
-    return std::make_shared<const WideTree>(build_triangle_tree(parts, quality));
+    auto tree = std::make_shared<const WideTree>(build_triangle_tree(parts, quality, cancel));
+    // Then it is empty, and looks as if there were nothing to hit.
+    if (is_cancelled(cancel)) return cancelled;
+    return tree;
   };
   source.top = [&](std::span<const Box3d> boxes, const Box3d& all) -> Result<WideTree> {
-    return build_top(boxes, all, quality);
+    WideTree top = build_top(boxes, all, quality, cancel);
+    if (is_cancelled(cancel)) return cancelled;
+    return top;
   };
   return assemble_scene_tree(plan, joining, source);
 }

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/deadline.h"
 #include "core/base/result.h"
 #include "core/bvh/scene_plan.h"
 #include "core/bvh/wide_tree.h"
@@ -88,9 +89,11 @@ struct SceneTree {
 /// Builds everything. Placements of meshes that are placed once, or are small, have one tree
 /// together, around their world triangles. A larger mesh placed often has one tree in its own
 /// space, unless a matrix is so nearly singular that mapping rays would cost their precision: then
-/// that placement has a tree of its own. Errors: SCENE_TOO_LARGE if a tree would pass 16 GiB.
+/// that placement has a tree of its own. Errors: SCENE_TOO_LARGE if a tree would pass 16 GiB;
+/// CANCELLED, soon after `cancel` is.
 Result<SceneTree> build_scene_tree(const ScenePlan& plan, TreeQuality quality = TreeQuality::kHigh,
-                                   Joining joining = Joining::kMeasured);
+                                   Joining joining = Joining::kMeasured,
+                                   const CancelFlag* cancel = nullptr);
 Result<SceneTree> build_scene_tree(std::span<const MeshView> meshes,
                                    std::span<const PlacementView> placements,
                                    TreeQuality quality = TreeQuality::kHigh,

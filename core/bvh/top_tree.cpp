@@ -10,7 +10,8 @@
 
 namespace sightline {
 
-WideTree build_top(std::span<const Box3d> bounds, const Box3d& all, TreeQuality quality) {
+WideTree build_top(std::span<const Box3d> bounds, const Box3d& all, TreeQuality quality,
+                   const CancelFlag* cancel) {
   const int scale_exponent = choose_scale_exponent(all);
   const double scale = std::ldexp(1.0, scale_exponent);
   Column<BuildBox> boxes(bounds.size());
@@ -25,11 +26,13 @@ WideTree build_top(std::span<const Box3d> bounds, const Box3d& all, TreeQuality 
   BinaryOptions options;
   options.block_size = {0};
   options.leaf_max = 1;
+  options.cancel = cancel;
   CollapseOptions costs;
   costs.block = 1;
   costs.leaf_max = 1;
+  costs.cancel = cancel;
   BinaryTree binary = build_binary_tree(std::move(boxes), options);
-  if (quality == TreeQuality::kHigh) reinsert(binary, {});
+  if (quality == TreeQuality::kHigh) reinsert(binary, {.cancel = cancel});
   WideTree top =
       collapse(binary, costs, [&](std::uint32_t first, std::uint32_t count, LeafBlock* block) {
         std::array<std::uint32_t, kLanes> placements;

@@ -169,20 +169,21 @@ std::uint32_t PartNumbers::part_of(std::uint32_t number) const {
 }
 
 WideTree build_triangle_tree(const MeshView& mesh, const Affine* world_from_mesh,
-                             TreeQuality quality) {
+                             TreeQuality quality, const CancelFlag* cancel) {
   const TreePart part{mesh, world_from_mesh};
-  return build_triangle_tree({&part, 1}, quality);
+  return build_triangle_tree({&part, 1}, quality, cancel);
 }
 
 WideTree build_triangle_tree(const MeshView& mesh, std::span<const std::uint32_t> triangles,
-                             const Affine* world_from_mesh, TreeQuality quality) {
+                             const Affine* world_from_mesh, TreeQuality quality,
+                             const CancelFlag* cancel) {
   std::vector<std::uint32_t> indices;
   indices.reserve(triangles.size() * 3);
   for (const std::uint32_t triangle : triangles) {
     const auto corner = mesh.indices.corners(triangle);
     indices.insert(indices.end(), corner.begin(), corner.end());
   }
-  WideTree tree = build_triangle_tree({mesh.positions, indices}, world_from_mesh, quality);
+  WideTree tree = build_triangle_tree({mesh.positions, indices}, world_from_mesh, quality, cancel);
   std::vector<std::uint32_t> waiting;
   if (tree.root != ChildRef::kEmpty) waiting.push_back(tree.root);
   while (!waiting.empty()) {
@@ -204,15 +205,18 @@ WideTree build_triangle_tree(const MeshView& mesh, std::span<const std::uint32_t
   return tree;
 }
 
-WideTree build_triangle_tree(std::span<const TreePart> parts, TreeQuality quality) {
+WideTree build_triangle_tree(std::span<const TreePart> parts, TreeQuality quality,
+                             const CancelFlag* cancel) {
   const PartNumbers numbering(parts);
   const bool several = parts.size() > 1;
+  if (is_cancelled(cancel)) return {};
   BuildBoxes made(parts, numbering);
   const Box3d bounds = made.bounds;
   const int scale_exponent = made.scale_exponent;
-  BinaryTree binary = build_binary_tree(std::move(made.boxes), {});
-  if (quality == TreeQuality::kHigh) reinsert(binary, {});
+  BinaryTree binary = build_binary_tree(std::move(made.boxes), {.cancel = cancel});
+  if (quality == TreeQuality::kHigh) reinsert(binary, {.cancel = cancel});
   CollapseOptions options;
+  options.cancel = cancel;
   options.leaf_max = std::min(options.leaf_max, kMaxLeafBoxes);
   const auto leaf_parts = [&](std::uint32_t first, std::uint32_t count) {
     return LeafParts(numbering, several, &binary.ids[first], count);

@@ -13,13 +13,15 @@ namespace sightline {
 /// `world_from_mesh` null: boxes around the mesh's own triangles. Else around the world triangles.
 /// Leaves hold the mesh's float32 corners in both cases. Triangles with a corner that is not finite
 /// in the tree's space, or with two equal corners, are left out: nothing can hit them under any
-/// matrix. Precondition: at most kMaxTriangles.
+/// matrix. Empty once it is cancelled, which large trees look for now and then. Precondition: at
+/// most kMaxTriangles.
 WideTree build_triangle_tree(const MeshView& mesh, const Affine* world_from_mesh,
-                             TreeQuality quality);
+                             TreeQuality quality, const CancelFlag* cancel = nullptr);
 
 /// Only of these triangles of the mesh, by which leaves call them.
 WideTree build_triangle_tree(const MeshView& mesh, std::span<const std::uint32_t> triangles,
-                             const Affine* world_from_mesh, TreeQuality quality);
+                             const Affine* world_from_mesh, TreeQuality quality,
+                             const CancelFlag* cancel = nullptr);
 
 /// A mesh where its triangles stand in a tree.
 struct TreePart {
@@ -29,7 +31,8 @@ struct TreePart {
 
 /// Around the triangles of all parts; a leaf block belongs to one part, whose index is its
 /// `placement`. Precondition: at most kMaxTriangles in all.
-WideTree build_triangle_tree(std::span<const TreePart> parts, TreeQuality quality);
+WideTree build_triangle_tree(std::span<const TreePart> parts, TreeQuality quality,
+                             const CancelFlag* cancel = nullptr);
 
 /// The triangles of several parts numbered one after the other.
 class PartNumbers {

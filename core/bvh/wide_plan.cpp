@@ -41,6 +41,8 @@ WidePlan::Forest WidePlan::solve(std::uint32_t index) {
   if (boxes < kParallelBoxes) {
     left = solve(node.link);
     right = solve(node.link + 1);
+  } else if (is_cancelled(options_.cancel)) {
+    return forest;
   } else {
     parallel_invoke([&] { left = solve(node.link); }, [&] { right = solve(node.link + 1); });
   }

@@ -23,7 +23,8 @@ struct WideChildren {
 /// what is below it by at most 1, 2, ... 7 wide nodes or leaves.
 class WidePlan {
  public:
-  /// Parallel for large trees. Cost: 8 bytes per binary node. Precondition: not empty.
+  /// Parallel for large trees. Cost: 8 bytes per binary node. Of no use once it is cancelled.
+  /// Precondition: not empty.
   WidePlan(const BinaryTree& binary, const CollapseOptions& options);
 
   bool is_leaf(std::uint32_t node) const { return (choice_[node] & kLeaf) != 0; }
@@ -50,8 +51,8 @@ class WidePlan {
   static constexpr std::uint32_t kLeaf = 0x80000000u;
   /// The least cost, and the granules that go with it, for at most i + 1 roots.
   struct Forest {
-    std::array<float, kArity> cost;
-    std::array<std::uint32_t, kArity> granules;
+    std::array<float, kArity> cost{};
+    std::array<std::uint32_t, kArity> granules{};
   };
 
   Forest solve(std::uint32_t node);

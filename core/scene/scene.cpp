@@ -55,11 +55,11 @@ Result<std::shared_ptr<const Scene>> Scene::prepare(SceneDescription description
 }
 
 Result<std::shared_ptr<const Scene>> Scene::build(SceneDescription description, TreeQuality quality,
-                                                  Joining joining) {
+                                                  Joining joining, const CancelFlag* cancel) {
   auto scene = prepare(std::move(description));
   if (!scene) return scene;
   return within_memory(kNoMemory, [&]() -> Result<std::shared_ptr<const Scene>> {
-    Result<SceneTree> tree = build_scene_tree((*scene)->plan_, quality, joining);
+    Result<SceneTree> tree = build_scene_tree((*scene)->plan_, quality, joining, cancel);
     if (!tree) return std::move(tree).error();
     (*scene)->trees_->complete(std::move(*tree), SceneTrees::Origin::kBuilt);
     return scene;

@@ -29,10 +29,11 @@ class Scene {
   /// Knows its bounds and has no tree yet. Errors: SCENE_TOO_LARGE when a tree would not fit,
   /// MEMORY_EXHAUSTED.
   static Result<std::shared_ptr<const Scene>> prepare(SceneDescription description);
-  /// Has all trees. Errors: as prepare.
+  /// Has all trees. Errors: as prepare; CANCELLED.
   static Result<std::shared_ptr<const Scene>> build(SceneDescription description,
                                                     TreeQuality quality = TreeQuality::kHigh,
-                                                    Joining joining = Joining::kMeasured);
+                                                    Joining joining = Joining::kMeasured,
+                                                    const CancelFlag* cancel = nullptr);
   /// The same scene with some nodes elsewhere or hidden: it shares the meshes, and the trees of all
   /// that has not moved. Errors: those of change_nodes, MEMORY_EXHAUSTED.
   Result<std::shared_ptr<const Scene>> changed(std::span<const NodeChange> changes) const;

@@ -200,12 +200,14 @@ void SceneTrees::give_back(const std::vector<Claim>& claims) {
   for (const Claim& claim : claims) states_[claim.number] = SlotState::kPending;
 }
 
-void SceneTrees::make(Claim& claim) const {
+void SceneTrees::make(Claim& claim, const CancelFlag* cancel) const {
+  if (is_cancelled(cancel)) return;
   if (can_split(claim.slot)) {
     claim.parts = split_slot(plan_, claim.slot);
     return;
   }
-  claim.tree = std::make_shared<const WideTree>(build_slot(plan_, claim.slot, TreeQuality::kFast));
+  claim.tree =
+      std::make_shared<const WideTree>(build_slot(plan_, claim.slot, TreeQuality::kFast, cancel));
   if (claim.tree->root == ChildRef::kEmpty) claim.tree = make_barren_tree();
 }
 
@@ -238,9 +240,16 @@ Result<std::shared_ptr<const SceneTree>> SceneTrees::build(
     claims = claim(wanted);
   }
   try {
-    threads.execute([&] { parallel_for(claims.size(), [&](std::size_t i) { make(claims[i]); }); });
+    threads.execute([&] {
+      parallel_for(claims.size(), [&](std::size_t i) { make(claims[i], deadline.flag); });
+    });
     const std::lock_guard hold(mutex_);
     if (!is_present(*seen)) return now_;
+    if (is_cancelled(deadline.flag)) {
+      give_back(claims);
+      changed_.notify_all();
+      return out_of_time(deadline);
+    }
     if (!claims.empty()) publish(claims);
   } catch (...) {
     const std::lock_guard hold(mutex_);

@@ -51,8 +51,9 @@ class SceneTrees {
   /// when those are there that other threads had begun. A tree that is large may be cut instead, so
   /// that some of its parts are still pending. Returns a state that has what was built, or, if all
   /// trees were exchanged meanwhile, the present one. Must not be called by work that runs on
-  /// `threads`. Errors: DEADLINE and CANCELLED; also throws std::bad_alloc, and nothing has changed
-  /// then.
+  /// `threads`. What is being built is finished, also when the time is up, unless the deadline's
+  /// flag is set. Errors: DEADLINE and CANCELLED; also throws std::bad_alloc, and nothing has
+  /// changed then.
   Result<std::shared_ptr<const SceneTree>> build(const std::shared_ptr<const SceneTree>& seen,
                                                  std::span<const std::uint32_t> wanted,
                                                  const Deadline& deadline, ThreadGroup& threads);
@@ -108,7 +109,7 @@ class SceneTrees {
   std::shared_ptr<TreeBudget> budget() const;
   bool is_present(const SceneTree& seen) const { return layout_ && seen.unbuilt == now_->unbuilt; }
   std::vector<Claim> claim(std::span<const std::uint32_t> wanted);
-  void make(Claim& claim) const;
+  void make(Claim& claim, const CancelFlag* cancel) const;
   void publish(std::vector<Claim>& claims);
   void give_back(const std::vector<Claim>& claims);
   void estimate();

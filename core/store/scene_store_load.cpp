@@ -122,6 +122,8 @@ void SceneStore::load_upload(const LoadPointer& load) {
   if (!scene) load->let_go();
   give_back_free_memory_of(next.bytes);
   if (!scene) return fail(load, scene.error());
+  // A stop does not wait for its bytes to be on the disk either.
+  if (load->progress_.cancelled()) return fail(load, load_cancelled());
   load->progress_.begin("storing");
   next.scene = *scene;
   commit(load, std::move(next));

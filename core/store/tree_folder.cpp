@@ -18,6 +18,25 @@ namespace {
 constexpr const char* kDoing = "keep a scene's trees";
 constexpr const char* kSuffix = ".trees";
 
+/// That are on the disk before the next are written: nobody can cancel a sync, and one of hundreds
+/// of megabytes takes seconds.
+constexpr std::size_t kPiece = 16 << 20;
+
+Status write_in_pieces(const FileDescriptor& file, std::span<const std::byte> bytes,
+                       const CancelFlag* cancel) {
+  while (!bytes.empty()) {
+    if (is_cancelled(cancel)) {
+      return Error{ErrorKind::kCancelled, "CANCELLED", "the trees were not kept", ""};
+    }
+    const auto piece = bytes.first(std::min(kPiece, bytes.size()));
+    bytes = bytes.subspan(piece.size());
+    if (Status status = write_all(file, piece, kDoing); !status) return status;
+    if (bytes.empty()) break;  // the end is synced with what follows
+    if (Status status = sync_file(file, kDoing); !status) return status;
+  }
+  return success();
+}
+
 }  // namespace
 
 std::filesystem::path TreeFolder::path_of(std::uint64_t content, const std::string& sha256) const {
@@ -88,8 +107,8 @@ void TreeFolder::make_room(std::uint64_t bytes) const {
   }
 }
 
-Status TreeFolder::write(const SceneTree& tree, std::uint64_t content,
-                         const std::string& sha256) const {
+Status TreeFolder::write(const SceneTree& tree, std::uint64_t content, const std::string& sha256,
+                         const CancelFlag* cancel) const {
   const EncodedTrees encoded = encode_trees(tree, content);
   std::uint64_t bytes = encoded.head.size();
   for (const auto& arena : encoded.arenas) bytes += arena.size();
@@ -104,7 +123,7 @@ Status TreeFolder::write(const SceneTree& tree, std::uint64_t content,
   const FileDescriptor& file = temporary->file();
   if (Status status = write_all(file, encoded.head, kDoing); !status) return status;
   for (const auto& arena : encoded.arenas) {
-    if (Status status = write_all(file, arena, kDoing); !status) return status;
+    if (Status status = write_in_pieces(file, arena, cancel); !status) return status;
   }
   if (Status status = sync_file(file, kDoing); !status) return status;
   if (Status status = rename_file(temporary->path(), path_of(content, sha256), kDoing); !status)

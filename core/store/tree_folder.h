@@ -30,8 +30,10 @@ class TreeFolder {
   /// STORE_IO; a file with such a fault is removed.
   Result<std::optional<SceneTree>> read(const ScenePlan& plan, std::uint64_t content,
                                         const std::string& sha256) const;
-  /// Durable on return; at any moment the file is whole or not there. Errors: STORE_IO, STORE_FULL.
-  Status write(const SceneTree& tree, std::uint64_t content, const std::string& sha256) const;
+  /// Durable on return; at any moment the file is whole or not there. Errors: STORE_IO, STORE_FULL;
+  /// CANCELLED, soon after `cancel` is.
+  Status write(const SceneTree& tree, std::uint64_t content, const std::string& sha256,
+               const CancelFlag* cancel = nullptr) const;
 
   /// Removes the files of those bytes from the folder of trees `folder`.
   static void forget(const std::filesystem::path& folder, const std::string& sha256);

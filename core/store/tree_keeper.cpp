@@ -36,6 +36,7 @@ TreeKeeper::TreeKeeper(TreeKeeperOptions options)
 }
 
 TreeKeeper::~TreeKeeper() {
+  cancel_.cancel();
   {
     const std::lock_guard hold(mutex_);
     stopping_ = true;
@@ -144,7 +145,11 @@ bool TreeKeeper::complete(const Job& job) {
     if (keeps) builders_.execute([&] { content = content_hash(trees.plan()); });
     if (keeps && read(job, content)) return true;
     std::optional<Result<SceneTree>> built;
-    builders_.execute([&] { built.emplace(build_scene_tree(trees.plan())); });
+    builders_.execute([&] {
+      built.emplace(
+          build_scene_tree(trees.plan(), TreeQuality::kHigh, Joining::kMeasured, &cancel_));
+    });
+    if (cancel_.cancelled()) return false;
     if (!*built) {
       say({built->error().code, ": ", built->error().message});
       return false;
@@ -162,8 +167,8 @@ bool TreeKeeper::build_pending(SceneTrees& trees) {
   const auto tree = trees.now();
   std::vector<std::uint32_t> all(tree->trees.size());
   std::iota(all.begin(), all.end(), 0u);
-  const auto built = trees.build(tree, all, Deadline::never(), builders_);
-  if (!built) say({built.error().code, ": ", built.error().message});
+  const auto built = trees.build(tree, all, {.flag = &cancel_}, builders_);
+  if (!built && !cancel_.cancelled()) say({built.error().code, ": ", built.error().message});
   return built.ok();
 }
 
@@ -184,7 +189,8 @@ bool TreeKeeper::read(const Job& job, std::uint64_t content) {
 void TreeKeeper::write(const Job& job, std::uint64_t content) {
   const auto tree = job.scene->tree();
   if (!tree->complete()) return;
-  if (Status status = folder_->write(*tree, content, job.sha256); !status) {
+  const Status status = folder_->write(*tree, content, job.sha256, &cancel_);
+  if (!status && status.error().kind != ErrorKind::kCancelled) {
     say({status.error().code, ": ", status.error().message});
   }
   // Its bytes may have gone meanwhile, and with them what was then there of its trees.

@@ -16,6 +16,7 @@
 #include <thread>
 #include <vector>
 
+#include "core/base/deadline.h"
 #include "core/base/parallel.h"
 #include "core/base/result.h"
 #include "core/scene/scene.h"
@@ -36,7 +37,7 @@ struct TreeKeeperOptions {
 class TreeKeeper {
  public:
   explicit TreeKeeper(TreeKeeperOptions options);
-  /// Waits for the tree that is being built; the rest is left.
+  /// Breaks off what is being built or kept.
   ~TreeKeeper();
 
   /// sha256  of the bytes in the data folder that the scene was made of; empty: of no such bytes
@@ -86,6 +87,7 @@ class TreeKeeper {
   std::vector<Adopted> scenes_;
   bool working_ = false;
   bool stopping_ = false;
+  CancelFlag cancel_;  ///< is set with it
   std::thread thread_;
 };
 

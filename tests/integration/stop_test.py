@@ -4,12 +4,15 @@ import json
 import re
 import signal
 import socket
+import tempfile
 import threading
 import time
 import unittest
+from pathlib import Path
 
 import case_report
-from sightline_server import PATIENCE, Server, curl, demo_glb, read_answer
+from memory_test import grid_glb
+from sightline_server import GLB_TYPE, PATIENCE, Server, curl, demo_glb, read_answer
 from streams_test import BYTES, HIT, LINES, MISS, Stream, answers_in, column, frame, frames, lines
 
 HEALTH = b"GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n"
@@ -79,6 +82,31 @@ class Stop(unittest.TestCase):
                 self.assertEqual(server.wait(), 0)
             self.assertIn("breaking off", server.log_text())
             upload.close()
+
+    def test_what_is_built_is_broken_off(self):
+        body = grid_glb(1200)
+        for skip in ("none", "all"):
+            with tempfile.TemporaryDirectory() as data:
+                with Server("--data", data, "--skip", skip, "--drain-seconds", PATIENCE) as server:
+                    self.assertEqual(server.ask("/v1/scenes/grid?wait=0", "-X", "PUT", "-H", GLB_TYPE, body=body).status, 202)
+                    end = time.monotonic() + PATIENCE
+                    # Its trees are being built: for its load, or ahead of rays.
+                    while True:
+                        scene = server.ask("/v1/scenes/grid").json()
+                        if skip == "none" and scene.get("stage") == "building" or scene["state"] == "ready":
+                            break
+                        self.assertLess(time.monotonic(), end)
+                    if skip == "all":
+                        time.sleep(0.3)  # nothing tells that they have been begun
+                    begin = time.monotonic()
+                    self.assertEqual(server.stop(), 0)
+                    lasted = time.monotonic() - begin
+                    self.assertTrue(server.log_text().rstrip().endswith("stopped"), server.log_text())
+                # Had it been waited for, it would be there.
+                trees = Path(data, "trees")
+                self.assertEqual(list(trees.iterdir()) if trees.exists() else [], [])
+                self.assertEqual(Path(data, "scenes", "grid.json").exists(), skip == "all")
+                print(f"2.9 M triangles, --skip {skip}: exit 0 after {lasted:.2f} s")
 
     def test_under_load_no_request_that_was_accepted_is_lost(self):
         for _ in range(5):

@@ -4,8 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstring>
+#include <thread>
 
 #include "core/base/parallel.h"
 #include "tests/unit/bvh/test_mesh.h"
@@ -19,6 +21,35 @@ WideTree build_on(int threads, const MeshView& mesh, TreeQuality quality) {
   WideTree tree;
   group.execute([&] { tree = build_triangle_tree(mesh, nullptr, quality); });
   return tree;
+}
+
+TEST(TriangleTree, is_whole_or_empty_whenever_it_is_cancelled) {
+  const TestMesh mesh(demo::terrain(60'000).meshes[0]);
+  for (const TreeQuality quality : {TreeQuality::kFast, TreeQuality::kHigh}) {
+    const WideTree whole = build_triangle_tree(mesh.view(), nullptr, quality);
+    int empty = 0;
+    for (int wait = 0; wait < 40; ++wait) {
+      CancelFlag cancel;
+      std::thread canceller([&] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(wait));
+        cancel.cancel();
+      });
+      const WideTree tree = build_triangle_tree(mesh.view(), nullptr, quality, &cancel);
+      canceller.join();
+      if (tree.root == ChildRef::kEmpty) {
+        ++empty;
+        EXPECT_EQ(tree.node_count, 0u);
+        continue;
+      }
+      ASSERT_EQ(tree.arena.used(), whole.arena.used()) << wait;
+      EXPECT_EQ(std::memcmp(tree.arena.at(0), whole.arena.at(0), whole.arena.used()), 0) << wait;
+    }
+    EXPECT_GT(empty, 0);
+    CancelFlag cancelled;
+    cancelled.cancel();
+    EXPECT_EQ(build_triangle_tree(mesh.view(), nullptr, quality, &cancelled).root,
+              ChildRef::kEmpty);
+  }
 }
 
 TEST(TriangleTree, has_the_same_bytes_from_any_number_of_threads) {

@@ -5,7 +5,9 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <fstream>
+#include <thread>
 
 #include "core/demo/demo.h"
 #include "core/import/import.h"
@@ -119,6 +121,19 @@ TEST(TreeKeeper, builds_nothing_ahead_when_it_is_told_so) {
   ASSERT_TRUE(keeper.adopt(scene));
   keeper.wait_until_idle();
   EXPECT_FALSE(scene->tree()->complete());
+}
+
+TEST(TreeKeeper, breaks_off_what_it_builds) {
+  const auto scene =
+      *Scene::prepare(*import_bytes(demo::write_glb(demo::terrain(2'000'000, 1)), {}));
+  {
+    TreeKeeper keeper({});
+    ASSERT_TRUE(keeper.adopt(scene));
+    // Its head start, and the first steps.
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  }
+  EXPECT_FALSE(scene->tree()->complete());
+  EXPECT_EQ(scene->trees().stats().full_builds, 0u);
 }
 
 TEST(TreeKeeper, stays_within_its_budget) {
