@@ -39,6 +39,7 @@ Json readiness_details(const Service& service) {
     reasons.push_back({{"code", "SCENES_QUARANTINED"}, {"scenes", quarantined}});
   }
   if (service.store.is_full()) reasons.push_back({{"code", "STORE_FULL"}});
+  if (service.store.is_failing()) reasons.push_back({{"code", "STORE_IO"}});
   Json details{{"scenes", {{"ready", ready}, {"loading", loading}, {"failed", failed.size()}}}};
   // A scene that failed is its own trouble: the others are served.
   if (!failed.empty()) details["failed"] = failed;

@@ -3,6 +3,7 @@
 #include "core/scene/node_transform.h"
 #include "proto/node_json.h"
 #include "server/media_type.h"
+#include "server/preconditions.h"
 #include "server/query_parameters.h"
 #include "server/request_body.h"
 #include "server/routes.h"
@@ -10,24 +11,6 @@
 
 namespace sightline {
 namespace {
-
-/// [RFC9110] 13.1.1: none where any will do. Tags are compared strongly, so a weak one is nobody's.
-std::optional<std::vector<std::string>> wanted_tags(const Exchange& exchange) {
-  if (!exchange.request.has_header("If-Match")) return std::nullopt;
-  std::string_view list = exchange.request.headers.find("If-Match")->second;
-  std::vector<std::string> tags;
-  while (!list.empty()) {
-    const std::size_t end = std::min(list.find(','), list.size());
-    std::string_view tag = list.substr(0, end);
-    list.remove_prefix(std::min(end + 1, list.size()));
-    while (!tag.empty() && tag.front() == ' ') tag.remove_prefix(1);
-    while (!tag.empty() && tag.back() == ' ') tag.remove_suffix(1);
-    if (tag == "*") return std::nullopt;
-    if (tag.size() > 1 && tag.front() == '"' && tag.back() == '"')
-      tags.emplace_back(tag.substr(1, tag.size() - 2));
-  }
-  return tags;
-}
 
 Result<NodeChange> change_of(const std::string& node, const NodePatch& patch) {
   NodeChange change;
@@ -74,7 +57,7 @@ void patch_node(Exchange& exchange, Service& service) {
     const Status status = exchange.reserve(bytes_to_change(scene->scene->description()));
     if (!status) return exchange.reply_error(status.error());
   }
-  const auto changed = service.store.change(exchange.scene_id, *change, wanted_tags(exchange));
+  const auto changed = service.store.change(exchange.scene_id, *change, precondition_of(exchange));
   if (!changed) return exchange.reply_error(changed.error());
   exchange.reply_json(200, encode_scene(**changed));
   exchange.response.set_header("ETag", '"' + (*changed)->etag + '"');

@@ -2,6 +2,7 @@
 #include "proto/load_json.h"
 #include "server/http_status.h"
 #include "server/media_type.h"
+#include "server/preconditions.h"
 #include "server/request_body.h"
 #include "server/routes.h"
 #include "server/scene_admission.h"
@@ -15,10 +16,6 @@ namespace {
 
 /// A scene in the list of all, as JSON that is built and printed.
 constexpr std::uint64_t kListedBytes = 2048;
-
-void reply_not_found(Exchange& exchange) {
-  exchange.reply_problem(404, "SCENE_NOT_FOUND", "there is no scene of this name");
-}
 
 void reply_scene(Exchange& exchange, int status, const StoredScene& scene) {
   exchange.reply_json(status, encode_scene(scene));
@@ -59,6 +56,14 @@ void finish_load(Exchange& exchange, Service& service, SceneLoad& load, const Cl
   exchange.response.set_header("Location", "/v1/scenes/" + load.id());
 }
 
+/// What can be known before the new content is there: it is decided then, and what is on its way to
+/// the name may have come by that time.
+Status check_now(const Service& service, const std::string& id, const Precondition& precondition) {
+  const SceneSnapshot scene = service.store.find(id);
+  if (scene && scene->is_moving()) return success();
+  return precondition.check(scene ? scene->etag : "");
+}
+
 void put_scene(Exchange& exchange, Service& service) {
   SceneParameters parameters;
   // What curl says by itself is taken as well: the importer goes by the first bytes in any case,
@@ -69,9 +74,14 @@ void put_scene(Exchange& exchange, Service& service) {
       !read_parameters(exchange, KnownParameters::kSceneAndWait, parameters)) {
     return;
   }
-  // Before the body, so that nobody uploads a gigabyte to a bad name.
+  // Before the body, so that nobody uploads a gigabyte to a bad name, nor for nothing.
+  Precondition precondition = precondition_of(exchange);
+  if (Status status = check_now(service, exchange.scene_id, precondition); !status) {
+    return exchange.reply_error(status.error());
+  }
   auto incoming = service.store.begin(exchange.scene_id, parameters.choice);
   if (!incoming) return exchange.reply_error(incoming.error());
+  incoming->demand(std::move(precondition));
   incoming->expect(body_length(exchange).value_or(0));
   if (!read_body(exchange, service.limits.scene_bytes, [&](std::span<const char> piece) {
         return incoming->append(std::as_bytes(piece));
@@ -138,14 +148,14 @@ void get_scene(Exchange& exchange, Service& service) {
   for (;;) {
     const std::uint64_t seen = service.store.changes();
     const SceneSnapshot scene = service.store.find(exchange.scene_id);
-    if (!scene) return reply_not_found(exchange);
+    if (!scene) return exchange.reply_error(scene_not_found());
     if (!scene->is_moving() || deadline.passed()) return reply_scene(exchange, 200, *scene);
     service.store.wait_for_change(seen, deadline);
   }
 }
 
 void delete_scene(Exchange& exchange, Service& service) {
-  Status removed = service.store.remove(exchange.scene_id);
+  Status removed = service.store.remove(exchange.scene_id, precondition_of(exchange));
   if (!removed) return exchange.reply_error(removed.error());
   exchange.reply_empty(204);
 }

@@ -1,5 +1,6 @@
 #include "server/scene_admission.h"
 
+#include "core/store/scene_id.h"
 #include "server/media_type.h"
 #include "server/request_body.h"
 
@@ -8,7 +9,7 @@ namespace sightline {
 SceneSnapshot admit_scene(Exchange& exchange, const Service& service) {
   const SceneSnapshot stored = service.store.find(exchange.scene_id);
   if (!stored) {
-    exchange.reply_problem(404, "SCENE_NOT_FOUND", "there is no scene of this name");
+    exchange.reply_error(scene_not_found());
     return nullptr;
   }
   switch (stored->state) {

@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "core/store/scene_id.h"
 #include "server/scene_json.h"
 
 namespace sightline {
@@ -79,7 +80,7 @@ class EventStream {
 
 void reply_scene_events(Exchange& exchange, Service& service) {
   if (!service.store.find(exchange.scene_id)) {
-    return exchange.reply_problem(404, "SCENE_NOT_FOUND", "there is no scene of this name");
+    return exchange.reply_error(scene_not_found());
   }
   Claim claim = service.listeners.claim();
   if (!claim) {

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <system_error>
 #include <vector>
 
 namespace sightline {
@@ -52,8 +53,19 @@ Status check_path(const std::string& path) {
 }
 
 Error error_of_open(int number) {
-  if (number == EXDEV || number == ELOOP) return refused("leads out of the scene root");
-  return not_found();
+  switch (number) {
+    case EXDEV:
+    case ELOOP:
+      return refused("leads out of the scene root");
+    case ENAMETOOLONG:
+    case ENOENT:
+    case ENOTDIR:
+    case EACCES:
+    case EPERM:
+    case ENXIO:
+      return not_found();
+  }
+  return io_error("read the source", number);  // says nothing about the file
 }
 
 Result<SceneRoot::File> open_regular(int folder, const std::string& path, std::uint64_t limit) {
@@ -63,7 +75,8 @@ Result<SceneRoot::File> open_regular(int folder, const std::string& path, std::u
   if (number < 0) return error_of_open(errno);
   SceneRoot::File opened{FileDescriptor(number), 0};
   struct stat status {};
-  if (::fstat(number, &status) != 0 || !S_ISREG(status.st_mode)) return not_found();
+  if (::fstat(number, &status) != 0) return error_of_open(errno);
+  if (!S_ISREG(status.st_mode)) return not_found();
   opened.bytes = static_cast<std::uint64_t>(status.st_size);
   if (opened.bytes > limit) return source_too_large(limit);
   return opened;
@@ -84,7 +97,10 @@ Result<SceneRoot> SceneRoot::open(const std::filesystem::path& folder) {
   const FileDescriptor probe(open_beneath(opened.number(), ".", O_PATH | O_DIRECTORY));
   if (probe.number() < 0) {
     return Error{ErrorKind::kInvalid, "SCENE_ROOT_INVALID",
-                 "a scene root needs a kernel that has openat2 (Linux 5.6)", ""};
+                 errno == ENOSYS
+                     ? "a scene root needs a kernel that has openat2 (Linux 5.6)"
+                     : "cannot open the scene root: " + std::generic_category().message(errno),
+                 ""};
   }
   return SceneRoot(std::move(opened));
 }
@@ -109,7 +125,7 @@ Status read_file(const SceneRoot::File& file, std::uint64_t limit, const ByteSin
   for (;;) {
     const ssize_t got = ::read(file.file.number(), piece.data(), piece.size());
     if (got < 0 && errno == EINTR) continue;
-    if (got < 0) return not_found();
+    if (got < 0) return error_of_open(errno);
     if (got == 0) return success();
     size += static_cast<std::uint64_t>(got);
     if (size > limit) return source_too_large(limit);

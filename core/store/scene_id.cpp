@@ -20,4 +20,8 @@ Error scene_id_invalid() {
           ""};
 }
 
+Error scene_not_found() {
+  return {ErrorKind::kNotFound, "SCENE_NOT_FOUND", "there is no scene of this name", ""};
+}
+
 }  // namespace sightline

@@ -12,5 +12,7 @@ namespace sightline {
 bool is_scene_id(std::string_view id);
 /// SCENE_ID_INVALID: the rule, as an answer to who broke it.
 Error scene_id_invalid();
+/// SCENE_NOT_FOUND: no scene has the name.
+Error scene_not_found();
 
 }  // namespace sightline

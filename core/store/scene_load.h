@@ -11,6 +11,7 @@
 
 #include "core/base/progress.h"
 #include "core/base/result.h"
+#include "core/store/precondition.h"
 #include "core/store/scene_neighbours.h"
 #include "core/store/scene_upload.h"
 #include "core/store/stored_scene.h"
@@ -59,6 +60,7 @@ class SceneLoad {
   const std::shared_ptr<std::atomic<std::size_t>> alive_;
   Progress progress_;
   std::string demanded_sha256_;  ///< empty: any will do
+  Precondition precondition_;
   /// These belong to who receives, then to the thread that loads; between them to the store.
   std::optional<SceneUpload> upload_;
   std::optional<CopiedNeighbours> neighbours_;  ///< empty: the file has to be whole
@@ -96,6 +98,9 @@ class IncomingScene {
   /// SOURCE_HASH_MISMATCH at the end, before anything is loaded, unless the bytes have this
   /// SHA-256.
   void demand_sha256(std::string sha256) { load_->demanded_sha256_ = std::move(sha256); }
+  /// PRECONDITION_FAILED at the end, unless the content that would be replaced then is one of
+  /// these.
+  void demand(Precondition precondition) { load_->precondition_ = std::move(precondition); }
 
  private:
   friend class SceneStore;

@@ -166,8 +166,8 @@ void SceneStore::end(Entry& entry, SceneLoad& load, Result<Put> outcome) {
   ++(outcome ? loads_ready_ : cancelled ? loads_cancelled_ : loads_failed_);
   if (outcome) {
     full_ = false;
-  } else {
-    note_error(outcome.error());
+  } else if (outcome.error().code == "STORE_FULL") {
+    full_ = true;
   }
   load.outcome_ = std::move(outcome);
   const auto same = [&](const auto& each) { return each.get() == &load; };
@@ -297,11 +297,15 @@ void SceneStore::commit(const LoadPointer& load, StoredScene next) {
   SceneSnapshot replaced;
   const std::lock_guard commit(commit_mutex_);
   bool created = false;
+  std::optional<Error> unmet;
   {
     const std::lock_guard hold(mutex_);
     Entry* const entry = entry_of(*load);
     if (entry == nullptr) return;
-    if (entry->standing > load->number_) {
+    // Before what follows: of two with the same tag the one that ends later does not take place.
+    if (Status status = load->precondition_.check(entry->content->etag); !status) {
+      unmet = std::move(status).error();
+    } else if (entry->standing > load->number_) {
       // What was asked for later is there already: it replaced this content at once.
       return end(*entry, *load, Put{entry->content, false});
     }
@@ -309,9 +313,11 @@ void SceneStore::commit(const LoadPointer& load, StoredScene next) {
   }
   // Nothing is left of it when that is announced: there is room again.
   const auto refuse = [&](const Error& error) {
+    note_error(error);
     load->let_go();
     fail(load, error);
   };
+  if (unmet) return refuse(*unmet);
   const auto revision = revisions_.next();
   if (!revision) return refuse(revision.error());
   next.revision = *revision;
@@ -326,6 +332,7 @@ void SceneStore::commit(const LoadPointer& load, StoredScene next) {
     }
     Status status = folder_->commit(*load->upload_->file(), neighbours, record);
     if (!status) return refuse(status.error());
+    failing_ = false;
     next.persistent = true;
   }
   const auto snapshot = std::make_shared<const StoredScene>(std::move(next));
@@ -337,14 +344,17 @@ void SceneStore::commit(const LoadPointer& load, StoredScene next) {
   end(entry, *load, Put{snapshot, created});
 }
 
-Status SceneStore::remove(const std::string& id) {
+Status SceneStore::remove(const std::string& id, const Precondition& precondition) {
   SceneSnapshot removed;  // goes last, as above
   const std::lock_guard commit(commit_mutex_);
-  if (!find(id)) {
-    return Error{ErrorKind::kNotFound, "SCENE_NOT_FOUND", "there is no such scene", ""};
-  }
+  const SceneSnapshot present = find(id);
+  if (!present) return scene_not_found();
+  if (Status status = precondition.check(present->etag); !status) return status;
   if (folder_) {
-    if (Status status = folder_->remove(id); !status) return status;
+    if (Status status = folder_->remove(id); !status) {
+      note_error(status.error());
+      return status;
+    }
   }
   const std::lock_guard hold(mutex_);
   const auto found = entries_.find(id);

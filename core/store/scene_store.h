@@ -108,17 +108,18 @@ class SceneStore {
   std::optional<Result<Put>> wait(SceneLoad& load, const Deadline& deadline);
   /// Changes a node of the present content: a new revision, durable where the content is. What is
   /// on its way to the name goes on, and replaces it all the same.
-  /// tags  nothing happens (PRECONDITION_FAILED) unless the content has one of these ETags; none:
-  ///       whatever it has
-  /// Errors: SCENE_NOT_FOUND, SCENE_LOADING, SCENE_FAILED, CHANGES_TOO_MANY, those of
-  /// Scene::changed, of StoreOptions::admit and of io_error.
+  /// Errors: SCENE_NOT_FOUND, SCENE_LOADING, SCENE_FAILED, PRECONDITION_FAILED, CHANGES_TOO_MANY,
+  /// those of Scene::changed, of StoreOptions::admit and of io_error.
   Result<SceneSnapshot> change(const std::string& id, const NodeChange& change,
-                               const std::optional<std::vector<std::string>>& tags = {});
-  /// Also cancels what is on its way to this name. Errors: SCENE_NOT_FOUND, those of io_error.
-  Status remove(const std::string& id);
+                               const Precondition& precondition = {});
+  /// Also cancels what is on its way to this name. Errors: SCENE_NOT_FOUND, PRECONDITION_FAILED,
+  /// those of io_error.
+  Status remove(const std::string& id, const Precondition& precondition = {});
 
   /// Whether there was no space for a scene, and none has become ready since.
   bool is_full() const { return full_; }
+  /// Whether the data folder failed (STORE_IO), and nothing was written to it since.
+  bool is_failing() const { return failing_; }
 
   /// How many loads have ended so far, by outcome: "ready", "failed", "cancelled".
   std::vector<std::pair<std::string, std::uint64_t>> load_counts() const;
@@ -190,6 +191,7 @@ class SceneStore {
   void note_change();
   void note_error(const Error& error) {
     if (error.code == "STORE_FULL") full_ = true;
+    if (error.code == "STORE_IO") failing_ = true;
   }
 
   const StoreOptions options_;
@@ -208,7 +210,7 @@ class SceneStore {
   std::size_t starts_left_ = 0;
   std::uint64_t loads_ready_ = 0, loads_failed_ = 0, loads_cancelled_ = 0;
 
-  std::atomic<bool> full_{false};
+  std::atomic<bool> full_{false}, failing_{false};
   std::mutex change_mutex_;    ///< one change after the other; held before commit_mutex_
   std::mutex commit_mutex_;    ///< disk and memory see puts and removals in the same order
   RevisionCounter revisions_;  ///< under commit_mutex_

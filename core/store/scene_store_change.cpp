@@ -1,29 +1,21 @@
 /// How a store changes the nodes of a scene that it has.
 
-#include <algorithm>
-
 #include "core/store/free_memory.h"
+#include "core/store/scene_id.h"
 #include "core/store/scene_store.h"
 
 namespace sightline {
 namespace {
 
-Status check_changeable(const SceneSnapshot& scene,
-                        const std::optional<std::vector<std::string>>& tags) {
-  if (!scene) {
-    return Error{ErrorKind::kNotFound, "SCENE_NOT_FOUND", "there is no scene of this name", ""};
-  }
+Status check_changeable(const SceneSnapshot& scene, const Precondition& precondition) {
+  if (!scene) return scene_not_found();
   if (scene->state == SceneState::kFailed) {
     return Error{ErrorKind::kConflict, "SCENE_FAILED", "the scene could not be loaded", ""};
   }
   if (!scene->scene) {
     return Error{ErrorKind::kConflict, "SCENE_LOADING", "the scene is still loading", ""};
   }
-  if (tags && std::find(tags->begin(), tags->end(), scene->etag) == tags->end()) {
-    return Error{ErrorKind::kPrecondition, "PRECONDITION_FAILED",
-                 "the scene is another one: its ETag is \"" + scene->etag + "\"", ""};
-  }
-  return success();
+  return precondition.check(scene->etag);
 }
 
 /// The ETag that the content has without changes.
@@ -35,11 +27,12 @@ std::string unchanged_tag_of(const StoredScene& scene) {
 }  // namespace
 
 Result<SceneSnapshot> SceneStore::change(const std::string& id, const NodeChange& change,
-                                         const std::optional<std::vector<std::string>>& tags) {
+                                         const Precondition& precondition) {
   const std::lock_guard one_by_one(change_mutex_);
   for (;;) {
     const SceneSnapshot before = find(id);
-    if (Status status = check_changeable(before, tags); !status) return std::move(status).error();
+    if (Status status = check_changeable(before, precondition); !status)
+      return std::move(status).error();
     auto scene = before->scene->changed(std::span(&change, 1));
     if (!scene) return std::move(scene).error();
     StoredScene next = *before;
@@ -84,6 +77,7 @@ Result<bool> SceneStore::commit_change(const SceneSnapshot& before, StoredScene&
       note_error(status.error());
       return std::move(status).error();
     }
+    failing_ = false;
   }
   const std::lock_guard hold(mutex_);
   // Loads that end and removals wait for commit_mutex_: what was there above is there now.

@@ -18,6 +18,7 @@ void SceneStore::start(SceneFolder::Catalogue catalogue, std::vector<Preload> pr
   for (const SceneFolder::Unread& unread : catalogue.unread) {
     StoredScene scene;
     scene.id = unread.id;
+    note_error(unread.error);
     fail(add_start(std::move(scene), {}), unread.error);
   }
   for (const SceneRecord& record : catalogue.records) {
@@ -77,6 +78,7 @@ void SceneStore::load_record(const SceneRecord& record, const LoadPointer& load)
   if (!mapped || !neighbours) {
     Error error = mapped ? neighbours.error() : mapped.error();
     if (!mapped) failed = record.sha256;
+    note_error(error);
     // A put may have replaced these bytes while they were read, or a removal dropped them: then
     // they are not damaged, but gone.
     const std::lock_guard commit(commit_mutex_);

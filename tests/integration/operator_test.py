@@ -123,6 +123,22 @@ class Readiness(unittest.TestCase):
             self.assertEqual(reasons(server.ask("/readyz")), {})
 
 
+    def test_a_data_folder_that_cannot_be_written_is_a_reason_until_it_can(self):
+        with Server("--data", self.data) as server:
+            self.assertEqual(reasons(server.ask("/readyz")), {})
+            # Whoever runs the tests may be allowed anything: no name is free where there is no folder.
+            (self.data / "tmp").rmdir()
+            (self.data / "tmp").write_text("in the way")
+            refused = server.put("a", demo_glb("six"), "-H", "Expect:")
+            self.assertEqual((refused.status, refused.json()["code"]), (500, "STORE_IO"))
+            ready = server.ask("/readyz")
+            self.assertEqual((ready.status, set(reasons(ready))), (200, {"STORE_IO"}))
+            (self.data / "tmp").unlink()
+            (self.data / "tmp").mkdir()
+            self.assertEqual(server.put("a", demo_glb("six")).status, 201)
+            self.assertEqual(reasons(server.ask("/readyz")), {})
+
+
 class Measures(unittest.TestCase):
     def test_work_and_the_queue_are_counted(self):
         # From a corner of the cube along a face's diagonal: nothing there is decided without integers.

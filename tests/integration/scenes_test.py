@@ -2,11 +2,13 @@
 
 import hashlib
 import tempfile
+import threading
 import unittest
 from pathlib import Path
 
 import case_report
-from sightline_server import SOURCE, Server, demo_glb
+from kills import grid_glb
+from sightline_server import SOURCE, Server, demo_glb, read_answer
 
 SCENES = SOURCE / "tests/data/scenes"
 
@@ -54,6 +56,48 @@ class Scenes(unittest.TestCase):
         self.assertEqual(self.server.ask("/v1/scenes/gone").status, 404)
         self.assertEqual(self.server.ask("/v1/scenes/gone", "-X", "DELETE").status, 404)
         self.assertEqual(self.server.put("gone", self.six).status, 201)
+
+    def test_only_the_content_that_is_named_is_replaced_or_removed(self):
+        town, first = demo_glb("town"), self.server.put("named", self.six)
+        tag = first.headers["etag"]
+        for field in ('If-Match: "another"', "If-Match: W/" + tag, "If-Match: nonsense", "If-None-Match: *", "If-None-Match: W/" + tag,
+                      'If-None-Match: "another", ' + tag):
+            for answer in (self.server.put("named", town, "-H", field), self.server.ask("/v1/scenes/named", "-X", "DELETE", "-H", field)):
+                self.assertEqual((answer.status, answer.json()["code"]), (412, "PRECONDITION_FAILED"), field)
+                self.assertIn(tag, answer.json()["detail"])
+        self.assertEqual(self.server.ask("/v1/scenes/named").body, first.body)
+        self.assertEqual(self.server.put("none", town, "-H", "If-Match: *").status, 412)
+        self.assertEqual(self.server.ask("/v1/scenes/none").status, 404)
+        self.assertEqual(self.server.ask("/v1/scenes/none", "-X", "DELETE", "-H", "If-Match: *").status, 404)
+        replaced = self.server.put("named", town, "-H", 'If-Match: "another", ' + tag, "-H", 'If-None-Match: "another"')
+        self.assertEqual(replaced.status, 200)
+        self.assertEqual(self.server.put("named", self.six, "-H", "If-Match: *").status, 200)
+        self.assertEqual(self.server.ask("/v1/scenes/named", "-X", "DELETE", "-H", "If-Match: " + tag).status, 204)
+        self.assertEqual(self.server.put("named", town, "-H", "If-None-Match: *").status, 201)
+        self.server.ask("/v1/scenes/named", "-X", "DELETE")
+
+    def test_of_two_with_the_same_precondition_one_is_too_late(self):
+        tag = self.server.put("raced", self.six).headers["etag"]
+        for field in ("If-Match: " + tag, "If-None-Match: *"):
+            # Another content each: who comes second finds what the first has put.
+            bodies = [grid_glb(4, bend) for bend in range(1, 5)]
+            answers = []
+            threads = [threading.Thread(target=lambda body=body: answers.append(self.server.put("raced", body, "-H", field))) for body in bodies]
+            for thread in threads:
+                thread.start()
+            for thread in threads:
+                thread.join()
+            self.assertEqual(sorted(answer.status for answer in answers)[1:], [412] * 3)
+            won = next(answer for answer in answers if answer.status < 300)
+            self.assertEqual(self.server.ask("/v1/scenes/raced").headers["etag"], won.headers["etag"])
+            self.assertEqual(self.server.ask("/v1/scenes/raced", "-X", "DELETE").status, 204)
+
+    def test_a_body_is_not_sent_for_nothing(self):
+        self.server.put("early", self.six)
+        with self.server.connect() as connection, connection.makefile("rb") as stream:
+            connection.sendall(b"PUT /v1/scenes/early HTTP/1.1\r\nHost: x\r\nExpect: 100-continue\r\nIf-None-Match: *\r\n"
+                               b"Content-Length: 1000000\r\n\r\n")
+            self.assertEqual(read_answer(stream).status, 412)
 
     def test_no_two_contents_have_the_same_revision(self):
         revisions = [self.server.put(name, self.six).json()["revision"] for name in ("one", "two", "one")]

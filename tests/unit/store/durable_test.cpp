@@ -82,14 +82,18 @@ TEST(Durable, a_change_is_not_made_to_a_record_of_another_content) {
     ASSERT_TRUE(put_text(store, "a", "first").ok());
     ASSERT_TRUE(store.change("a", hiding()).ok());
     fail_at("/scenes");
+    EXPECT_FALSE(store.is_failing());
     EXPECT_EQ(put_text(store, "a", "second").error().code, "STORE_IO");
     fail_at("");
+    EXPECT_TRUE(store.is_failing());
     EXPECT_EQ(text_of(store, "a"), "first");
     const auto changed = store.change("a", hiding());
     ASSERT_FALSE(changed.ok());
     EXPECT_EQ(changed.error().code, "STORE_IO");
     EXPECT_NE(changed.error().message.find("send the file again"), std::string::npos);
+    EXPECT_TRUE(store.is_failing());
     ASSERT_TRUE(put_text(store, "a", "third").ok());
+    EXPECT_FALSE(store.is_failing());
     EXPECT_TRUE(store.change("a", hiding()).ok());
     // A change that failed at its last step is of the same content.
     fail_at("/scenes");

@@ -83,6 +83,52 @@ TEST(SceneStore, refuses_names_that_are_not_names) {
   EXPECT_EQ(opened.error().code, "SCENE_ID_INVALID");
 }
 
+TEST(SceneStore, takes_a_content_in_the_place_of_that_which_is_named) {
+  for (const bool on_disk : {false, true}) {
+    const TemporaryFolder folder;
+    const auto store = open_store(on_disk ? folder.path() : "");
+    const auto put_if = [&](std::string_view text, const Precondition& precondition) {
+      auto incoming = send_text(*store, "a", text);
+      incoming->demand(precondition);
+      const auto put = *store->wait(*store->submit(std::move(*incoming)), Deadline::never());
+      return put ? "" : put.error().code;
+    };
+    const Precondition none{{}, TagList{true, {}}}, any{TagList{true, {}}, {}};
+    const auto is = [](std::string_view text) {
+      return Precondition{TagList{false, {hash("x"), hash(text)}}, {}};
+    };
+    EXPECT_EQ(put_if("first", any), "PRECONDITION_FAILED");
+    EXPECT_EQ(text_of(*store, "a"), "[none]");
+    EXPECT_EQ(put_if("first", none), "");
+    EXPECT_EQ(put_if("second", none), "PRECONDITION_FAILED");
+    EXPECT_EQ(put_if("second", is("second")), "PRECONDITION_FAILED");
+    EXPECT_EQ(text_of(*store, "a"), "first");
+    EXPECT_EQ(put_if("second", is("first")), "");
+    EXPECT_EQ(put_if("third", any), "");
+    EXPECT_EQ(store->remove("a", is("second")).error().code, "PRECONDITION_FAILED");
+    EXPECT_EQ(store->remove("b", any).error().code, "SCENE_NOT_FOUND");
+    EXPECT_EQ(text_of(*store, "a"), "third");
+    EXPECT_TRUE(store->remove("a", is("third")).ok());
+  }
+}
+
+TEST(SceneStore, of_two_for_the_same_content_one_is_too_late_whichever_ends_first) {
+  for (const bool in_order : {false, true}) {
+    const auto store = open_store({});
+    ASSERT_TRUE(put_text(*store, "a", "before").ok());
+    const Precondition precondition{TagList{false, {hash("before")}}, {}};
+    auto first = send_text(*store, "a", "first"), second = send_text(*store, "a", "second");
+    first->demand(precondition);
+    second->demand(precondition);
+    const auto submit = [&](Result<IncomingScene>& incoming) {
+      return store->wait(*store->submit(std::move(*incoming)), Deadline::never())->ok();
+    };
+    EXPECT_TRUE(submit(in_order ? first : second));
+    EXPECT_FALSE(submit(in_order ? second : first));
+    EXPECT_EQ(text_of(*store, "a"), in_order ? "first" : "second");
+  }
+}
+
 TEST(SceneStore, lists_by_name_and_forgets_what_is_removed) {
   const auto store = open_store({});
   for (const char* id : {"b", "c", "a"}) ASSERT_TRUE(put_text(*store, id, id).ok());

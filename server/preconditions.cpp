@@ -1,0 +1,40 @@
+#include "server/preconditions.h"
+
+#include <algorithm>
+#include <string_view>
+
+namespace sightline {
+namespace {
+
+/// The tags of the store have neither commas nor spaces: what another one is cut into is nobody's.
+void add_tags(std::string_view list, bool takes_weak, TagList& tags) {
+  while (!list.empty()) {
+    const std::size_t end = std::min(list.find(','), list.size());
+    std::string_view tag = list.substr(0, end);
+    list.remove_prefix(std::min(end + 1, list.size()));
+    const auto is_space = [](char c) { return c == ' ' || c == '\t'; };
+    while (!tag.empty() && is_space(tag.front())) tag.remove_prefix(1);
+    while (!tag.empty() && is_space(tag.back())) tag.remove_suffix(1);
+    if (tag == "*") tags.any = true;
+    if (takes_weak && tag.starts_with("W/")) tag.remove_prefix(2);
+    if (tag.size() > 1 && tag.front() == '"' && tag.back() == '"')
+      tags.tags.emplace_back(tag.substr(1, tag.size() - 2));
+  }
+}
+
+/// None where there is no such field; several are one list.
+std::optional<TagList> tags_of(const Exchange& exchange, const char* name, bool takes_weak) {
+  const auto [begin, end] = exchange.request.headers.equal_range(name);
+  if (begin == end) return std::nullopt;
+  TagList tags;
+  for (auto field = begin; field != end; ++field) add_tags(field->second, takes_weak, tags);
+  return tags;
+}
+
+}  // namespace
+
+Precondition precondition_of(const Exchange& exchange) {
+  return {tags_of(exchange, "If-Match", false), tags_of(exchange, "If-None-Match", true)};
+}
+
+}  // namespace sightline
