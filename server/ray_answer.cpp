@@ -1,7 +1,10 @@
 #include "server/ray_answer.h"
 
+#include <algorithm>
+
 #include "core/base/infinity.h"
 #include "core/run/nearest_miss.h"
+#include "core/trace/all_hits.h"
 #include "proto/hit_binary.h"
 #include "proto/hit_json.h"
 #include "proto/hit_lines.h"
@@ -37,12 +40,21 @@ struct RayBatchCourse {
 /// The first `most` hits of each ray, and how many there are.
 Status list_hits(const RayBatchCourse& course, std::uint64_t most, HitLists& lists,
                  Column<std::uint64_t>& totals) {
+  const RayBatch& rays = course.query.rays;
+  const Engine& engine = course.service.engine;
+  const auto at_once =
+      std::min<std::uint64_t>(rays.size(), static_cast<std::uint64_t>(engine.threads()));
+  std::uint64_t kept = 0;
   // The lists of the threads, and all of them joined.
-  return search_lists(course.memory, course.query.rays.size(), course.service.limits.hits,
-                      3 * kHitBytes, [&](std::uint64_t granted) {
-                        return course.service.engine.all(
-                            course.scene, course.query.rays, course.query.crossings, most, granted,
-                            course.deadline, lists, totals, course.options);
+  return search_lists(course.memory, rays.size(), course.service.limits.hits, 3 * kHitBytes,
+                      [&](std::uint64_t granted) {
+                        const std::uint64_t keeps =
+                            at_once * std::min(most, granted) * AllHits::kBytesOfHit;
+                        Status status = reserve(course.memory, keeps - kept);
+                        if (!status) return status;
+                        kept = keeps;
+                        return engine.all(course.scene, rays, course.query.crossings, most, granted,
+                                          course.deadline, lists, totals, course.options);
                       });
 }
 

@@ -159,9 +159,11 @@ Status Engine::all(const Scene& scene, const RayBatch& rays, Crossings crossings
       HitBatch& slice = slices[begin / kListSlice];
       // One by one: beyond the limit there is at most one ray's list for each thread.
       for (std::size_t i = begin; i < end; ++i) {
-        if (gathered.load(std::memory_order_relaxed) > hits_total_max) return;
-        state_->all(*view, rays, i, i + 1, options, crossings, hits_max, totals.data(), &slice,
-                    counts);
+        const std::size_t before = gathered.load(std::memory_order_relaxed);
+        if (before > hits_total_max) return;
+        // A longer list than all may still have is an error: its end need not be kept.
+        const std::size_t most = std::min(hits_max, hits_total_max - before);
+        state_->all(*view, rays, i, i + 1, options, crossings, most, totals.data(), &slice, counts);
         gathered.fetch_add(std::min<std::size_t>(totals[i], hits_max), std::memory_order_relaxed);
       }
     };

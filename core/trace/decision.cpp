@@ -10,11 +10,6 @@ bool exact_hit_of(const Scene& scene, const Ray& ray, TriangleId id, ExactT& t) 
   return exact_hit(ray.origin, ray.direction, ray.tmin, ray.tmax, scene.world_triangle(id), t);
 }
 
-bool exact_hit_of(const RayQuestion& question, TriangleId id, ExactT& t) {
-  ++question.counts.exact_hits;
-  return exact_hit_of(question.scene.scene(), question.ray(), id, t);
-}
-
 bool exact_hit_of(const RayQuestion& question, const Triangle& triangle, ExactT& t) {
   ++question.counts.exact_hits;
   const Ray ray = question.ray();
@@ -91,45 +86,6 @@ void ClosestHit::examine(const RayQuestion& question, Candidate other) {
   candidate = other;
 }
 
-void AllHits::examine(TriangleId id) {
-  auto t = std::make_unique<ExactT>();
-  if (!exact_hit_of(question_, id, *t)) return;
-  if (crossings_ == Crossings::kOnce &&
-      !exact_crossing(question_.ray().origin, question_.ray().direction,
-                      question_.scene.world_triangle(id))) {
-    return;
-  }
-  entries_.push_back({id, question_.tau_of(*t), std::move(t)});
-}
-
-const ExactT& AllHits::exact_of(Entry& entry) {
-  if (entry.exact == nullptr) {
-    entry.exact = std::make_unique<ExactT>();
-    exact_hit_of(question_, entry.id, *entry.exact);
-  }
-  return *entry.exact;
-}
-
-void AllHits::append_sorted(std::size_t limit, HitBatch& hits) {
-  // Intervals order what they separate, exact t the rest: together the order of (t, id).
-  std::vector<Entry*> order;
-  order.reserve(entries_.size());
-  for (Entry& entry : entries_) order.push_back(&entry);
-  std::sort(order.begin(), order.end(), [&](Entry* a, Entry* b) {
-    if (a->tau.high < b->tau.low) return true;
-    if (b->tau.high < a->tau.low || a == b) return false;
-    ++question_.counts.exact_compares;
-    const int sign = compare(exact_of(*a), exact_of(*b));
-    return sign != 0 ? sign < 0 : a->id < b->id;
-  });
-  if (order.size() > limit) order.resize(limit);
-  for (Entry* entry : order) {
-    hits.t.push_back(exact_of(*entry).rounded());
-    hits.instance.push_back(entry->id.instance);
-    hits.triangle.push_back(entry->id.triangle);
-  }
-}
-
 bool counts(const RayQuestion& question, const KeptSides& kept, TriangleId id) {
   const Scene& scene = question.scene.scene();
   if (!kept.masks.empty() && (kept.masks[id.instance] & question.rays.mask[question.number]) == 0) {
@@ -143,6 +99,11 @@ bool counts(const RayQuestion& question, const KeptSides& kept, TriangleId id) {
   return (sides & (sign < 0   ? KeptSides::kFront
                    : sign > 0 ? KeptSides::kBack
                               : KeptSides::kEdgeOn)) != 0;
+}
+
+bool exact_hit_of(const RayQuestion& question, TriangleId id, ExactT& t) {
+  ++question.counts.exact_hits;
+  return exact_hit_of(question.scene.scene(), question.ray(), id, t);
 }
 
 bool examine_any(const RayQuestion& question, TriangleId id) {

@@ -3,8 +3,6 @@
 /// exact predicate for whatever an interval leaves open.
 
 #include <limits>
-#include <memory>
-#include <vector>
 
 #include "core/geometry/exact_hit.h"
 #include "core/query/hit_batch.h"
@@ -74,36 +72,11 @@ struct ClosestHit {
   void examine(const RayQuestion& question, Candidate other);
 };
 
-/// Every triangle that one ray meets, for "all" and "count".
-class AllHits {
- public:
-  AllHits(const RayQuestion& question, Crossings crossings)
-      : question_(question), crossings_(crossings) {}
-
-  void accept(TriangleId id, Interval tau) { entries_.push_back({id, tau, nullptr}); }
-  void examine(TriangleId id);
-
-  std::size_t size() const { return entries_.size(); }
-  /// Appends the hits sorted by (exact t, id), at most `limit` of them. Throws std::bad_alloc.
-  void append_sorted(std::size_t limit, HitBatch& hits);
-
- private:
-  struct Entry {
-    TriangleId id;
-    Interval tau;
-    std::unique_ptr<ExactT> exact;
-  };
-  const ExactT& exact_of(Entry& entry);
-
-  const RayQuestion& question_;
-  Crossings crossings_;
-  std::vector<Entry> entries_;
-};
-
 /// Whether hits of this triangle on the side that the ray meets count.
 bool counts(const RayQuestion& question, const KeptSides& kept, TriangleId id);
 
-/// Whether the exact predicate finds the triangle within the ray's limits.
+/// Whether the exact predicate finds the triangle within the ray's limits, and where.
+bool exact_hit_of(const RayQuestion& question, TriangleId id, ExactT& t);
 bool examine_any(const RayQuestion& question, TriangleId id);
 
 /// The exact t of a triangle that the ray meets, rounded once.

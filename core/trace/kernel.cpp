@@ -80,16 +80,17 @@ void trace_all(const SceneView& scene, const RayBatch& rays, std::size_t begin, 
                TraceCounts& counts) {
   for (std::size_t i = begin; i < end; ++i) totals[i] = 0;
   if (scene.tree().placements.empty()) return;
+  const std::size_t limit = hits == nullptr ? 0 : hits_max;
   Stack stack;
   Traversal traversal(scene, rays, stack, counts);
   for (std::size_t i = begin; i < end; ++i) {
     traversal.prepare(i);
     const RayQuestion question{scene, rays, i, counts.decisions};
-    AllHits all(question, crossings);
+    AllHits all(question, crossings, limit, counts);
     TakeAll sink{question, traversal.tau_max(), all};
     traversal.run(sink);
-    totals[i] = all.size();
-    if (hits != nullptr) all.append_sorted(hits_max, *hits);
+    totals[i] = all.total();
+    if (hits != nullptr) all.append_sorted(*hits);
   }
 }
 
@@ -132,15 +133,16 @@ void trace_all_filtered(const SceneView& scene, const RayBatch& rays, std::size_
                         TraceCounts& counts) {
   for (std::size_t i = begin; i < end; ++i) totals[i] = 0;
   if (scene.tree().placements.empty()) return;
+  const std::size_t limit = hits == nullptr ? 0 : hits_max;
   std::optional<AllHits> all;
   trace_filtered(
       scene, rays, begin, end, kept, counts,
       [&](const RayQuestion& question, double tau_max) {
-        return TakeAll{question, tau_max, all.emplace(question, crossings)};
+        return TakeAll{question, tau_max, all.emplace(question, crossings, limit, counts)};
       },
       [&](std::size_t i, const TakeAll&) {
-        totals[i] = all->size();
-        if (hits != nullptr) all->append_sorted(hits_max, *hits);
+        totals[i] = all->total();
+        if (hits != nullptr) all->append_sorted(*hits);
       });
 }
 

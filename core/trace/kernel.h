@@ -45,7 +45,7 @@ struct Kernel {
   void (*any)(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
               std::uint8_t* occluded, TraceCounts& counts);
   /// How many triangles each ray meets: slots of `totals`. If `hits` is not null the first
-  /// `hits_max` of every ray are appended to it in order of (t, id).
+  /// `hits_max` of every ray are appended to it in order of (t, id). Memory: all_hits.h.
   void (*all)(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
               Crossings crossings, std::size_t hits_max, std::uint64_t* totals, HitBatch* hits,
               TraceCounts& counts);

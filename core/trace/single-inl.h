@@ -10,6 +10,7 @@
 #include <bit>
 #include <limits>
 
+#include "core/trace/all_hits.h"
 #include "core/trace/decision.h"
 #include "core/trace/enter-inl.h"
 #include "core/trace/filter-inl.h"

@@ -2,6 +2,7 @@
 
 import array
 import json
+import math
 import resource
 import socket
 import struct
@@ -48,6 +49,22 @@ def grid_glb(side):
                        "min": [0, 0, 0], "max": [side, 4, side]},
                       {"bufferView": 1, "componentType": 5125, "type": "SCALAR", "count": len(indices)}]}).encode()
     text += b" " * (-len(text) % 4)
+    return (struct.pack("<III", 0x46546C67, 2, 28 + len(text) + len(binary)) + struct.pack("<II", len(text), 0x4E4F534A)
+            + text + struct.pack("<II", len(binary), 0x004E4942) + binary)
+
+
+def fan_glb(count):
+    """Triangles around the origin, which is a corner of all of them."""
+    rim = [(math.cos(a), math.sin(a), 0.3 * math.sin(7 * a)) for a in (2 * math.pi * i / count for i in range(count + 1))]
+    positions = array.array("f", (c for i in range(count) for c in (0, 0, 0, *rim[i], *rim[i + 1])))
+    text = json.dumps({
+        "asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}], "buffers": [{"byteLength": 4 * len(positions)}],
+        "bufferViews": [{"buffer": 0, "byteLength": 4 * len(positions)}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 3 * count,
+                       "min": [-1, -1, -0.3], "max": [1, 1, 0.3]}]}).encode()
+    text += b" " * (-len(text) % 4)
+    binary = positions.tobytes()
     return (struct.pack("<III", 0x46546C67, 2, 28 + len(text) + len(binary)) + struct.pack("<II", len(text), 0x4E4F534A)
             + text + struct.pack("<II", len(binary), 0x004E4942) + binary)
 
@@ -226,6 +243,24 @@ class Budget(unittest.TestCase):
         peak = self.peak_above(server, before)
         print(f"at most {peak / MIB:.1f} MiB above {before / MIB:.0f}")
         self.assertLess(peak, 32 * MIB)
+
+    def test_a_ray_keeps_no_more_hits_than_it_lists(self):
+        server = self.server("--skip", "none")
+        count = 30000
+        self.assertEqual(server.put("fan", fan_glb(count)).status, 201)
+        before = self.forget_peak(server)
+        # Through the corner of all: each is met, exactly, at one t.
+        ray = {"rays": [{"origin": [0.1, 0.2, 5], "direction": [-0.1, -0.2, -5]}] * 8}
+        total = server.query("fan", "count", json.dumps(ray))
+        self.assertEqual((total.status, total.json()["counts"]), (200, [count] * 8), total.body[:300])
+        first = server.query("fan", "all", json.dumps({**ray, "max_hits": 1, "fields": ["t", "triangle"]}))
+        self.assertEqual((first.status, first.json()["results"]), (200, [{"total": count, "hits": [{"t": 1, "triangle": 0}]}] * 8), first.body[:300])
+        every = server.query("fan", "all", json.dumps({"rays": ray["rays"][:1], "max_hits": count, "fields": ["triangle"]}))
+        self.assertEqual([hit["triangle"] for hit in every.json()["results"][0]["hits"]], list(range(count)))
+        peak = self.peak_above(server, before)
+        print(f"{count} triangles met at one t: at most {peak / MIB:.1f} MiB above {before / MIB:.0f}")
+        # The exact t of all of them are 385 MiB, for each thread that traces.
+        self.assertLess(peak, 16 * MIB)
 
     def test_many_who_ask_for_much_take_turns(self):
         server = self.server()
