@@ -47,6 +47,7 @@ void BodyReader::restart_pace() {
 }
 
 void BodyReader::received(std::size_t bytes) {
+  has_received_ = true;
   since_ = Pace::Clock::now();
   pace_.moved(bytes, since_);
   hurry_.moved(bytes, since_);

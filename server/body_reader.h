@@ -48,6 +48,8 @@ class BodyReader {
   /// Whether its end has come; after a read() that says true all of it was handed on.
   bool is_over() const;
   Fault fault() const { return fault_; }
+  /// Whether some of it came only while it was read here.
+  bool has_received() const { return has_received_; }
   /// Whether it is known where the next request begins, and near enough to read up to there.
   bool is_skippable() const;
   /// Bytes up to there. Precondition: is_skippable.
@@ -70,6 +72,7 @@ class BodyReader {
   Pace::Clock::time_point since_;  ///< when it last had something, which then was at work here
   ChunkDecoder chunks_;
   std::uint64_t left_;  ///< unread, of a body that is not chunked
+  bool has_received_ = false;
   bool owes_continue_;  ///< the client waits for "100 Continue"
   Fault fault_ = Fault::kNoFault;
   RequestMemory& memory_;

@@ -1,5 +1,7 @@
 #include "server/connection.h"
 
+#include <linux/sockios.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 
 #include <algorithm>
@@ -16,11 +18,18 @@ bool send_pending(Connection& connection) {
     if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return true;
     if (count <= 0) return false;
     connection.sent += static_cast<std::size_t>(count);
+    connection.given += static_cast<std::size_t>(count);
   }
   if (connection.output.capacity() > (64 << 10)) std::string().swap(connection.output);
   connection.output.clear();
   connection.sent = 0;
   return true;
+}
+
+std::uint64_t taken_by_client(const Connection& connection) {
+  int waiting = 0;
+  if (::ioctl(connection.socket, SIOCOUTQ, &waiting) != 0 || waiting < 0) return connection.given;
+  return connection.given - std::min(connection.given, static_cast<std::uint64_t>(waiting));
 }
 
 Received receive_at(Connection& connection, char* data, std::size_t size, std::size_t& count) {

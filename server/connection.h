@@ -62,6 +62,7 @@ struct Connection {
   std::size_t taken = 0;
   std::string output;  ///< what was said and not yet sent, from `sent` on
   std::size_t sent = 0;
+  std::uint64_t given = 0;  ///< bytes to the system, to be sent, since the connection began
   ByteBudget& budget;
   std::uint64_t charged = 0;  ///< bytes of the budget that this connection holds
 
@@ -86,6 +87,7 @@ struct Connection {
   std::uint64_t idle_turn = 0;                ///< the smaller, the longer it waits for a head
   std::chrono::steady_clock::time_point due;  ///< when this phase has lasted too long
   Pace pace{{}, {}};
+  std::uint64_t taken_before = 0;  ///< bytes that the client had taken when `pace` last heard of it
   bool readable = true;  ///< whether to try: no receive has said "not now" since the last event
   bool ended = false;    ///< the client has closed its side, or all
   std::chrono::steady_clock::time_point ended_at;
@@ -116,6 +118,11 @@ struct Connection {
 /// Sends what is to be sent, as far as it goes without waiting. False when the connection is
 /// broken.
 bool send_pending(Connection& connection);
+
+/// Of all that was given to the system, how many bytes the client's system has taken. A send buffer
+/// holds megabytes, and tells of room only when a third of it is free: a slow client that takes
+/// all the time looks silent from there.
+std::uint64_t taken_by_client(const Connection& connection);
 
 enum class Received { kSome, kAll, kNothing, kEnd };
 /// Receives at most `size` bytes to `data` without waiting, and says in `count` how many: kAll when

@@ -237,9 +237,7 @@ void ConnectionGate::take_returned() {
       reset(*connection);
       continue;
     }
-    connection->phase = Phase::kSending;
-    connection->pace = Pace(limits_.pace, now_);
-    connection->due = connection->pace.due();
+    begin_sending(*connection);
     guard(*connection, [&] { advance(*connection); });
   }
 }

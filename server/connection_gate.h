@@ -123,6 +123,9 @@ class ConnectionGate {
   void admit(Connection& connection);
   WorkerPool& workers_for(const Connection& connection, std::size_t length);
   void hand_over(Connection& connection, WorkerPool& workers);
+  void begin_sending(Connection& connection);
+  /// Tells its pace what the client has taken since.
+  void note_taken(Connection& connection);
   /// False where a worker has to answer.
   bool answer_here(Connection& connection, std::size_t length);
   /// Whether the door may try to answer one more in this turn.

@@ -213,9 +213,7 @@ bool ConnectionGate::answer_here(Connection& connection, std::size_t length) {
     connection.sent = 0;
     connection.keep = false;
   }
-  connection.phase = Phase::kSending;
-  connection.pace = Pace(limits_.pace, now_);
-  connection.due = connection.pace.due();
+  begin_sending(connection);
   return true;
 }
 
@@ -255,20 +253,31 @@ void ConnectionGate::refuse(Connection& connection, const RequestFault& fault) {
                                    connection.head.method != "HEAD");
   connection.sent = 0;
   connection.keep = false;
+  begin_sending(connection);
+}
+
+void ConnectionGate::begin_sending(Connection& connection) {
   connection.phase = Phase::kSending;
   connection.pace = Pace(limits_.pace, now_);
+  connection.due = connection.pace.due();
+  connection.taken_before = connection.given;
+}
+
+void ConnectionGate::note_taken(Connection& connection) {
+  const std::uint64_t taken = taken_by_client(connection);
+  // What was on its way when this began counts too, but for what came to the client before.
+  if (taken > connection.taken_before) connection.pace.moved(taken - connection.taken_before, now_);
+  connection.taken_before = taken;
   connection.due = connection.pace.due();
 }
 
 bool ConnectionGate::advance_sending(Connection& connection) {
-  const std::size_t before = connection.pending_output();
   if (!send_pending(connection)) {
     close(connection);
     return false;
   }
   if (connection.pending_output() > 0) {
-    connection.pace.moved(before - connection.pending_output(), now_);
-    connection.due = connection.pace.due();
+    note_taken(connection);
     hear(connection, Heard::kRoom);
     return false;
   }
@@ -313,6 +322,8 @@ void ConnectionGate::on_late(Connection& connection) {
       refuse(connection, {408, "REQUEST_TIMEOUT", "the body of the request came too slowly"});
       break;
     case Phase::kSending:
+      note_taken(connection);
+      if (now_ < connection.due) return;
       return reset(connection);
     case Phase::kLingering:
       return close(connection);

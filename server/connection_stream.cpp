@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 namespace sightline {
 namespace {
@@ -54,6 +55,7 @@ bool ConnectionStream::send_with(std::string_view& more) {
     if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return true;
     if (count <= 0) return false;
     const auto sent = static_cast<std::size_t>(count);
+    connection_.given += sent;
     connection_.sent += std::min(sent, before);
     more.remove_prefix(sent - std::min(sent, before));
   }
@@ -72,13 +74,22 @@ bool ConnectionStream::leave_behind(std::string_view rest) {
   return true;
 }
 
-bool ConnectionStream::wait_for_client(const Pace& pace, const Pace& hurry) {
+void ConnectionStream::Uptake::look(const Connection& connection) {
+  const std::uint64_t before = std::exchange(taken, taken_by_client(connection));
+  const Pace::Clock::time_point now = Pace::Clock::now();
+  pace.moved(taken - before, now);
+  hurry.moved(taken - before, now);
+}
+
+bool ConnectionStream::wait_for_client(Uptake& uptake) {
   while (!connection_.gone.cancelled()) {
+    uptake.look(connection_);
     const Pace::Clock::time_point now = Pace::Clock::now();
-    if (now >= hurry.due() && memory_ != nullptr && memory_->keeps_others_waiting()) return false;
-    if (wait_for(connection_.socket, POLLOUT, std::min(pace.due(), now + kSlowClientLook)))
-      return true;
-    if (now >= pace.due()) return false;
+    const auto due = uptake.pace.due();
+    if (now >= uptake.hurry.due() && memory_ != nullptr && memory_->keeps_others_waiting())
+      return false;
+    if (wait_for(connection_.socket, POLLOUT, std::min(due, now + kSlowClientLook))) return true;
+    if (now >= due) return false;
   }
   return false;
 }
@@ -112,25 +123,19 @@ ssize_t ConnectionStream::write(const char* data, std::size_t size) {
   }
   if (leave_behind(rest)) return static_cast<ssize_t>(size);
   const Claim place = writers_.claim();
-  Pace pace(pace_limits_, Pace::Clock::now()), hurry(hurry_limits_, Pace::Clock::now());
+  Uptake uptake(connection_, pace_limits_, hurry_limits_);
   while (!rest.empty() && !broken_) {
-    const std::size_t before = rest.size() + connection_.pending_output();
-    broken_ = !place || !wait_for_client(pace, hurry) || !send_with(rest);
-    const std::size_t moved = before - rest.size() - connection_.pending_output();
-    pace.moved(moved, Pace::Clock::now());
-    hurry.moved(moved, Pace::Clock::now());
+    broken_ = !place || !wait_for_client(uptake) || !send_with(rest);
   }
   return broken_ ? -1 : static_cast<ssize_t>(size);
 }
 
 bool ConnectionStream::flush() {
-  Pace pace(pace_limits_, Pace::Clock::now());
+  Uptake uptake(connection_, pace_limits_, pace_limits_);
   while (!broken_) {
-    const std::size_t before = connection_.pending_output();
     broken_ = !send_pending(connection_);
     if (broken_ || connection_.pending_output() == 0) break;
-    pace.moved(before - connection_.pending_output(), Pace::Clock::now());
-    broken_ = !wait_for_client(pace, pace);
+    broken_ = !wait_for_client(uptake);
   }
   return !broken_;
 }

@@ -53,7 +53,19 @@ class ConnectionStream final : public httplib::Stream {
  private:
   void collect_head(std::string_view head);
   bool send_with(std::string_view& more);
-  bool wait_for_client(const Pace& pace, const Pace& hurry);
+  /// How fast the client takes what waits for it.
+  struct Uptake {
+    Uptake(const Connection& connection, const PaceLimits& pace_limits,
+           const PaceLimits& hurry_limits)
+        : taken(taken_by_client(connection)),
+          pace(pace_limits, Pace::Clock::now()),
+          hurry(hurry_limits, Pace::Clock::now()) {}
+    void look(const Connection& connection);
+
+    std::uint64_t taken;  ///< bytes, at the last look
+    Pace pace, hurry;
+  };
+  bool wait_for_client(Uptake& uptake);
   bool leave_behind(std::string_view rest);
 
   Connection& connection_;

@@ -61,7 +61,7 @@ std::optional<Coding> find_coding(std::string_view name) {
 
 Coding choose_coding(std::string_view accept) {
   std::optional<double> gzip, zstd;
-  double others = 0;
+  double others = 0, plain = 0;
   while (!accept.empty()) {
     std::string_view parameters = cut(accept, ',');
     const std::string_view name = cut(parameters, ';');
@@ -69,8 +69,10 @@ Coding choose_coding(std::string_view accept) {
     if (name == "*") others = weight;
     if (equals_caseless(name, "gzip") || equals_caseless(name, "x-gzip")) gzip = weight;
     if (equals_caseless(name, "zstd")) zstd = weight;
+    if (equals_caseless(name, "identity")) plain = weight;
   }
   const double of_gzip = gzip.value_or(others), of_zstd = zstd.value_or(others);
+  if (std::max(of_gzip, of_zstd) < plain) return Coding::kIdentity;
   if (of_zstd > 0 && of_zstd >= of_gzip) return Coding::kZstd;
   return of_gzip > 0 ? Coding::kGzip : Coding::kIdentity;
 }

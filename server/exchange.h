@@ -43,6 +43,8 @@ struct Exchange {
   bool at_door = false;
   /// When the door had what it gathers of the request: waiting in a queue counts.
   std::chrono::steady_clock::time_point asked_at = std::chrono::steady_clock::now();
+  /// When all of it was there: from then on the time counts that it may take.
+  std::chrono::steady_clock::time_point whole_at = asked_at;
   bool is_for_worker() const;
   /// Whether the client asks for an answer of this type, and of no other.
   bool wants(std::string_view media_type) const {

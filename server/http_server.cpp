@@ -61,7 +61,7 @@ Exchange exchange_of(const httplib::Request& request, httplib::Response& respons
   exchange.access = course == nullptr ? Access::kOpen : course->connection.head.access;
   if (course != nullptr) {
     exchange.at_door = course->connection.at_door;
-    exchange.asked_at = course->connection.asked_at;
+    exchange.asked_at = exchange.whole_at = course->connection.asked_at;
     exchange.head = &course->connection.head;
     exchange.key_name = course->connection.head.key_name;
     exchange.revoked = course->connection.head.revoked;
@@ -77,8 +77,8 @@ void compress(const RequestHead& head, httplib::Response& response) {
   if (response.body.size() < kWorthIt) return;
   const std::string type = response.get_header_value("Content-Type");
   if (type == "application/octet-stream") return;
-  if (head.accepts == Coding::kIdentity) return;
   response.set_header("Vary", "Accept-Encoding");
+  if (head.accepts == Coding::kIdentity) return;
   response.body = ContentEncoder(head.accepts).encode(response.body, true);
   response.set_header("Content-Encoding", std::string(coding_name(head.accepts)));
 }

@@ -151,6 +151,11 @@ class BodyRoom {
   std::size_t room_ = 0, counted_ = 0;
 };
 
+/// What the client took to send is not the answer's time.
+void note_end(Exchange& exchange) {
+  if (exchange.body->has_received()) exchange.whole_at = std::chrono::steady_clock::now();
+}
+
 }  // namespace
 
 bool read_body(Exchange& exchange, std::uint64_t limit,
@@ -159,7 +164,10 @@ bool read_body(Exchange& exchange, std::uint64_t limit,
   const auto receive = [&](std::span<const char> piece) {
     return body.take(piece.size(), [&] { return sink(piece); });
   };
-  if (exchange.body != nullptr && exchange.body->read(receive)) return true;
+  if (exchange.body != nullptr && exchange.body->read(receive)) {
+    note_end(exchange);
+    return true;
+  }
   body.reply();
   return false;
 }
@@ -180,6 +188,7 @@ bool read_body(Exchange& exchange, std::uint64_t limit, std::size_t spare, std::
     body.reply();
     return false;
   }
+  note_end(exchange);
   Status status = reserve_decoding(exchange.memory, text);
   if (!status) exchange.reply_error(status.error());
   return status.ok();

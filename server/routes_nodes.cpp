@@ -7,7 +7,7 @@
 #include "server/query_parameters.h"
 #include "server/request_body.h"
 #include "server/routes.h"
-#include "server/scene_json.h"
+#include "server/scene_admission.h"
 
 namespace sightline {
 namespace {
@@ -53,14 +53,17 @@ void patch_node(Exchange& exchange, Service& service) {
   if (!patch) return exchange.reply_error(patch.error());
   const auto change = change_of(exchange.node_id, *patch);
   if (!change) return exchange.reply_error(change.error());
+  std::uint64_t bytes = 0;
   if (const SceneSnapshot scene = service.store.find(exchange.scene_id); scene && scene->scene) {
-    const Status status = exchange.reserve(bytes_to_change(scene->scene->description()));
-    if (!status) return exchange.reply_error(status.error());
+    bytes = bytes_to_change(scene->scene->description());
+  }
+  // Without the scene in hand: who waits here would keep a revision that nobody asks any more.
+  if (const Status status = exchange.reserve(bytes); !status) {
+    return exchange.reply_error(status.error());
   }
   const auto changed = service.store.change(exchange.scene_id, *change, precondition_of(exchange));
   if (!changed) return exchange.reply_error(changed.error());
-  exchange.reply_json(200, encode_scene(**changed));
-  exchange.response.set_header("ETag", '"' + (*changed)->etag + '"');
+  reply_done(exchange, 200, **changed);
   exchange.response.set_header("X-Scene-Revision", std::to_string((*changed)->revision));
 }
 

@@ -17,8 +17,11 @@ namespace {
 /// A scene in the list of all, as JSON that is built and printed.
 constexpr std::uint64_t kListedBytes = 2048;
 
-void reply_scene(Exchange& exchange, int status, const StoredScene& scene) {
-  exchange.reply_json(status, encode_scene(scene));
+void reply_scene(Exchange& exchange, const StoredScene& scene) {
+  if (const Status status = exchange.reserve(bytes_of_scene(scene)); !status) {
+    return exchange.reply_error(status.error());
+  }
+  exchange.reply_json(200, encode_scene(scene));
   if (!scene.etag.empty()) exchange.response.set_header("ETag", '"' + scene.etag + '"');
 }
 
@@ -26,7 +29,7 @@ void reply_scene(Exchange& exchange, int status, const StoredScene& scene) {
 void reply_accepted(Exchange& exchange, const Service& service, const std::string& id) {
   const SceneSnapshot scene = service.store.find(id);
   if (scene) {
-    exchange.reply_json(202, encode_scene(*scene));
+    exchange.reply_json(202, text_within(exchange, *scene));
   } else {
     exchange.reply_json(202, "{\"id\":\"" + id + "\"}\n");  // removed in the meantime
   }
@@ -52,7 +55,7 @@ void finish_load(Exchange& exchange, Service& service, SceneLoad& load, const Cl
   const auto put = claim ? service.store.wait(load, deadline) : std::nullopt;
   if (!put) return reply_accepted(exchange, service, load.id());
   if (!*put) return exchange.reply_error(put->error());
-  reply_scene(exchange, (*put)->created ? 201 : 200, *(*put)->scene);
+  reply_done(exchange, (*put)->created ? 201 : 200, *(*put)->scene);
   exchange.response.set_header("Location", "/v1/scenes/" + load.id());
 }
 
@@ -149,7 +152,7 @@ void get_scene(Exchange& exchange, Service& service) {
     const std::uint64_t seen = service.store.changes();
     const SceneSnapshot scene = service.store.find(exchange.scene_id);
     if (!scene) return exchange.reply_error(scene_not_found());
-    if (!scene->is_moving() || deadline.passed()) return reply_scene(exchange, 200, *scene);
+    if (!scene->is_moving() || deadline.passed()) return reply_scene(exchange, *scene);
     service.store.wait_for_change(seen, deadline);
   }
 }

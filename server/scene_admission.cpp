@@ -3,6 +3,7 @@
 #include "core/store/scene_id.h"
 #include "server/media_type.h"
 #include "server/request_body.h"
+#include "server/scene_json.h"
 
 namespace sightline {
 
@@ -28,6 +29,16 @@ SceneSnapshot admit_scene(Exchange& exchange, const Service& service) {
       return nullptr;
   }
   return nullptr;
+}
+
+std::string text_within(const Exchange& exchange, const StoredScene& scene) {
+  const Status status = exchange.reserve(bytes_of_scene(scene));
+  return status ? encode_scene(scene) : encode_scene_summary(scene);
+}
+
+void reply_done(Exchange& exchange, int status, const StoredScene& scene) {
+  exchange.reply_json(status, text_within(exchange, scene));
+  if (!scene.etag.empty()) exchange.response.set_header("ETag", '"' + scene.etag + '"');
 }
 
 std::shared_ptr<const Scene> admit_scene_query(Exchange& exchange, const Service& service) {

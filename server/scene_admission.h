@@ -1,7 +1,9 @@
 #pragma once
-/// What every query of a scene passes before its body is read.
+/// What every query of a scene passes before its body is read, and what changes of it are answered
+/// with.
 
 #include <memory>
+#include <string>
 
 #include "core/scene/scene.h"
 #include "server/exchange.h"
@@ -19,5 +21,11 @@ SceneSnapshot admit_scene(Exchange& exchange, const Service& service);
 std::shared_ptr<const Scene> admit_scene_query(Exchange& exchange, const Service& service);
 /// The same for a query whose media type has been looked at.
 std::shared_ptr<const Scene> admit_query_of_scene(Exchange& exchange, const Service& service);
+
+/// encode_scene, or, where there is no memory for names and warnings, encode_scene_summary: what
+/// was done is answered in any case.
+std::string text_within(const Exchange& exchange, const StoredScene& scene);
+/// Answers so, with the ETag.
+void reply_done(Exchange& exchange, int status, const StoredScene& scene);
 
 }  // namespace sightline

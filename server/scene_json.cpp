@@ -51,6 +51,18 @@ Json summary_of(const StoredScene& scene) {
 
 }  // namespace
 
+std::uint64_t bytes_of_scene(const StoredScene& stored) {
+  // As it is, in the document, and as text, where a control character takes six bytes.
+  constexpr std::uint64_t kRest = 8 << 10, kPerByte = 7;
+  if (!stored.scene) return kRest;
+  const SceneDescription& description = stored.scene->description();
+  std::uint64_t bytes = description.name.size();
+  for (std::size_t i = 0; i < std::min(description.warnings.size(), kWarnings); ++i) {
+    bytes += description.warnings[i].size();
+  }
+  return kRest + kPerByte * bytes;
+}
+
 std::string encode_scene(const StoredScene& stored) {
   Json document = summary_of(stored);
   if (!stored.scene) return text_of(document);

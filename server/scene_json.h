@@ -15,6 +15,8 @@ namespace sightline {
 /// failed. "scene" is there when ?scene=N chose it. Bounds are null for a scene without finite
 /// triangles. At most 100 warnings; "warnings_total" counts them all.
 std::string encode_scene(const StoredScene& scene);
+/// What that takes, from above: names and warnings are as long as the file has them.
+std::uint64_t bytes_of_scene(const StoredScene& scene);
 /// The same without name, counts, bounds and warnings, in one line.
 std::string encode_scene_summary(const StoredScene& scene);
 /// {"scenes":[...]}, each without bounds and warnings.

@@ -72,6 +72,8 @@ struct Service {
   Deadline deadline(const Exchange& exchange, std::optional<std::uint64_t> timeout_ms = {}) const {
     constexpr std::chrono::microseconds kAtDoor{300};
     Deadline deadline = this->deadline(timeout_ms);
+    // Waiting in a queue counts.
+    deadline.at -= Deadline::Clock::now() - exchange.whole_at;
     if (exchange.at_door) deadline.at = std::min(deadline.at, Deadline::Clock::now() + kAtDoor);
     deadline.caller = exchange.caller;
     if (exchange.memory != nullptr && !exchange.at_door) exchange.memory->wait_until(deadline.at);

@@ -89,6 +89,20 @@ class HoldingOn(Abuse):
                 time.sleep(0.001)
         self.assertEqual(len(json.loads(whole.partition(b"\r\n\r\n")[2])["hits"]), 30000)
 
+    def test_a_reader_is_slow_by_what_it_takes_and_not_by_what_the_system_holds_for_it(self):
+        # A send buffer of megabytes tells of room only when a third of it is free.
+        with Server("--preload", "six=demo:six", "--rate-seconds", 2) as server:
+            body = json.dumps({"rays": [ROW] * 250_000, "fields": ["t", "position"]}).encode()
+            connection, whole = server.connect(), b""
+            with connection:
+                connection.sendall(QUERY + b"Content-Length: %d\r\nConnection: close\r\n\r\n" % len(body) + body)
+                end = time.monotonic() + 5
+                while time.monotonic() < end:
+                    whole += connection.recv(16_000)
+                    time.sleep(0.1)
+                whole += b"".join(iter(lambda: connection.recv(1 << 20), b""))
+            self.assertEqual(len(json.loads(whole.partition(b"\r\n\r\n")[2])["hits"]), 250_000)
+
     def test_pipelined_floods_that_nobody_reads(self):
         held = [self.send(receive_buffer=4096)[0] for _ in range(20)]
         for connection in held:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import case_report
 from kills import grid_glb
-from sightline_server import SOURCE, Server, demo_glb, read_answer
+from sightline_server import SOURCE, Server, demo_glb, read_answer, with_document
 
 SCENES = SOURCE / "tests/data/scenes"
 
@@ -207,6 +207,19 @@ class Scenes(unittest.TestCase):
         self.assertGreater(version["limits"]["rays"], 0)
         self.assertEqual(self.server.ask("/healthz", "-I").status, 200)
         self.assertEqual(self.server.ask("/healthz?x=1").status, 200)
+
+
+class LongNames(unittest.TestCase):
+    def test_a_scene_whose_name_is_too_long_to_say_is_put_and_asked(self):
+        glb = with_document(demo_glb("six"), lambda document: document["scenes"][0].update(name="n" * (2 << 20)))
+        with Server("--max-request-memory", 8 << 20) as server:
+            put = server.put("long", glb)
+            self.assertEqual((put.status, put.json()["state"], "name" in put.json()), (201, "ready", False))
+            told = server.ask("/v1/scenes/long")
+            self.assertEqual((told.status, told.json()["code"]), (413, "REQUEST_TOO_LARGE"))
+            self.assertEqual(server.query("long", "any", {"rays": [{"origin": [-10, 1, 0], "direction": [1, 0, 0]}]}).json(), {"hits": [True]})
+        with Server() as server:
+            self.assertEqual(len(server.put("long", glb).json()["name"]), 2 << 20)
 
 
 if __name__ == "__main__":

@@ -81,6 +81,18 @@ class SlowBodies(unittest.TestCase):
             self.assertEqual(refused(), before, "it waited until a body gave way")
             self.assertEqual(ask(connection).status, 200)
 
+    def test_time_in_the_queue_is_time_of_the_question(self):
+        self.serve("--request-seconds", 5, "--preload", "town=demo:town")
+        hog = b"GET /v1/scenes/town/selfcheck?rays=100000 HTTP/1.1\r\nHost: x\r\n\r\n"
+        hogs = [self.server.connect() for _ in range(2 * WORKERS)]
+        for connection in hogs:
+            self.addCleanup(connection.close)
+            connection.sendall(hog)
+        # Too long to go before them.
+        query = json.dumps({"rays": [ROW] * 60, "fields": ["t"], "timeout_ms": 1000}).encode()
+        answer = ask(self.server.connect(), QUERY + b"Content-Length: %d\r\n\r\n" % len(query) + query)
+        self.assertEqual((answer.status, answer.json()["code"]), (504, "DEADLINE"))
+
     def test_time_spent_waiting_for_memory_is_not_the_clients(self):
         self.serve()
         self.hold_memory()

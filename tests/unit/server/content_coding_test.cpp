@@ -139,6 +139,9 @@ TEST(ContentCodingNames, are_chosen_by_weight) {
   EXPECT_EQ(choose_coding("gzip;q=1.0, zstd; q=0.5"), Coding::kGzip);
   EXPECT_EQ(choose_coding("gzip;q=0, *"), Coding::kZstd);
   EXPECT_EQ(choose_coding("*;q=0"), Coding::kIdentity);
+  EXPECT_EQ(choose_coding("identity;q=1, gzip;q=0.1"), Coding::kIdentity);
+  EXPECT_EQ(choose_coding("identity;q=0.5, gzip"), Coding::kGzip);
+  EXPECT_EQ(choose_coding("identity, zstd"), Coding::kZstd);
   EXPECT_EQ(choose_coding("gzip;q=x"), Coding::kIdentity);
   EXPECT_EQ(choose_coding(",;,q,;;="), Coding::kIdentity);
 }
