@@ -113,16 +113,18 @@ Result<std::string> answer_closest(const RayBatchCourse& course) {
   if (query.wants_explanation) {
     status = reserve(course.memory, kExplanationBytes);
     if (!status) return status.error();
-    std::string explained =
-        encode_explanation(course.scene, query.rays[0], query.filter, course.options.kept);
+    auto explained =
+        encode_explanation(course.scene, query.rays[0], query.filter, course.options.kept,
+                           course.deadline, reserve_from(course.memory));
+    if (!explained) return explained;
     if (!hits.hit(0)) {
       std::optional<NearestMiss> miss;
       status = nearest_miss(course.service.engine, course.scene, query.rays[0], course.options,
                             course.deadline, miss);
       if (!status) return status.error();
-      add_member(explained, "nearest_miss", encode_nearest_miss(course.scene, miss));
+      add_member(*explained, "nearest_miss", encode_nearest_miss(course.scene, miss));
     }
-    add_member(text, "explain", explained);
+    add_member(text, "explain", *explained);
   }
   return text;
 }

@@ -37,13 +37,15 @@ bool RayRequest::read_query(const Decode& decode) {
   // What was decoded into something else than rays has no more bytes than twice its text.
   const std::uint64_t decoded = 2 * body.size();
   forget_body(exchange_, body, std::max(decoded, query_.rays.size() * kRayBytes));
-  auto kept = kept_for_rays(*scene_, query_.filter, query_.rays.mask);
+  // To work a filter out takes time too, of a scene with many nodes or long names.
+  deadline_ = service_.deadline(exchange_, query_.timeout_ms);
+  auto kept = kept_for_rays(*scene_, query_.filter, query_.rays.mask, deadline_,
+                            reserve_from(exchange_.memory));
   if (!kept) {
     exchange_.reply_error(kept.error());
     return false;
   }
   kept_ = std::move(*kept);
-  deadline_ = service_.deadline(exchange_, query_.timeout_ms);
   add_time(&WorkReport::parse_us);
   return true;
 }

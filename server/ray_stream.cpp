@@ -139,6 +139,11 @@ Result<std::string> RayStream::next_frame() {
   return framed(*answered);
 }
 
+void RayStream::forget_filter() {
+  kept_.reset();
+  knows_filter_ = false;
+}
+
 Result<std::string> RayStream::answer(Result<RayQuery> query) {
   if (!query) return std::move(query).error();
   if (revoked_ && revoked_->cancelled()) {
@@ -147,17 +152,21 @@ Result<std::string> RayStream::answer(Result<RayQuery> query) {
   if (form_ == Form::kFrames) {
     if (Status status = check_binary_fields(query->fields); !status) return status.error();
   }
+  const Deadline deadline = this->deadline(query->timeout_ms);
   const bool has_masks = !query->rays.mask.empty();
   if (!knows_filter_ || has_masks || form_ == Form::kFrames) {
-    auto kept = kept_for_rays(*scene_, query->filter, query->rays.mask);
+    forget_filter();
+    auto kept =
+        kept_for_rays(*scene_, query->filter, query->rays.mask, deadline, reserve_from(memory_));
     if (!kept) return std::move(kept).error();
     kept_ = std::move(*kept);
     knows_filter_ = !has_masks;
   }
   WorkTimer timer;
   const RayOptions options{kept_ ? &*kept_ : nullptr, &timer.report.work};
-  auto text = answer_rays(kind_, service_, *scene_, *query, options, deadline(query->timeout_ms),
-                          memory_, timer);
+  auto text = answer_rays(kind_, service_, *scene_, *query, options, deadline, memory_, timer);
+  // Nor is it kept in memory where the next part has to work it out anew.
+  if (!knows_filter_ || form_ == Form::kFrames) forget_filter();
   service_.metrics.count_part(query->rays.size(), timer.report.work);
   if (text) note_.rays += query->rays.size();
   return text;
@@ -168,7 +177,10 @@ Result<std::string> RayStream::next() {
   for (;;) {
     auto part = form_ == Form::kLines ? next_lines() : next_frame();
     // Lines may all be empty ones.
-    if (memory_ != nullptr) memory_->keep_while_streaming(part ? part->size() : 0);
+    if (memory_ != nullptr) {
+      const std::uint64_t filter = kept_ ? kept_sides_bytes(*scene_) : 0;
+      memory_->keep_while_streaming(filter + (part ? part->size() : 0));
+    }
     if (!part || !part->empty() || (ended_ && buffer_.empty())) return part;
   }
 }

@@ -46,6 +46,7 @@ class RayStream {
   Result<std::string> next_lines();
   Result<std::string> next_frame();
   Result<std::string> answer(Result<RayQuery> query);
+  void forget_filter();
   /// What comes next, until the buffer has that many bytes or the body has ended; with `wait` false
   /// also until nothing more has come.
   Status receive(std::size_t bytes, bool wait);

@@ -33,7 +33,7 @@ void ask_inside(Exchange& exchange, const Service& service) {
   if (!request.reserve(query.points.size() * (kRayBytes + 4 * kNumberBytes)) ||
       !request.went_well(points_inside(service.engine, request.scene(), query.points,
                                        method_of(query), request.deadline(), request.options(),
-                                       answers))) {
+                                       reserve_from(exchange.memory), answers))) {
     return;
   }
   request.add_time(&WorkReport::trace_us);
@@ -52,7 +52,8 @@ void ask_distance(Exchange& exchange, const Service& service) {
   if (!request.reserve(query.points.size() * (kRayBytes + kHitBytes + 5 * kNumberBytes)) ||
       !request.went_well(signed_distances(service.engine, request.scene(), query.points,
                                           method_of(query), query.max_distance, request.deadline(),
-                                          request.options(), distances, answers))) {
+                                          request.options(), reserve_from(exchange.memory),
+                                          distances, answers))) {
     return;
   }
   request.add_time(&WorkReport::trace_us);

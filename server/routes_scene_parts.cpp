@@ -63,8 +63,15 @@ void check(Exchange& exchange, const Service& service) {
   }
   const SceneSnapshot stored = admit_scene(exchange, service);
   if (!stored) return;
-  const auto found =
-      self_check(service.engine, *stored->scene, rays, seed, service.deadline(exchange));
+  const Deadline deadline = service.deadline(exchange);
+  // The instances to choose from, and the rays with what is found by them.
+  const std::uint64_t bytes =
+      stored->scene->description().instances.size() * sizeof(std::uint32_t) +
+      rays * (kRayBytes + kHitBytes + sizeof(std::uint64_t));
+  if (Status status = exchange.reserve(bytes); !status) {
+    return exchange.reply_error(status.error());
+  }
+  const auto found = self_check(service.engine, *stored->scene, rays, seed, deadline);
   if (!found) return exchange.reply_error(found.error());
   exchange.reply_json(200, encode_self_check(*found));
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <tuple>
 #include <unordered_set>
 
 #include "core/run/kept_sides.h"
@@ -41,10 +42,17 @@ void write_slabs(JsonWriter& out, const RayBoxAnswer& met) {
 /// Which part of a filter leaves a triangle out that a ray meets.
 class FilterParts {
  public:
-  FilterParts(const Scene& scene, const HitFilter& filter, const KeptSides* kept)
-      : scene_(scene), kept_(kept) {
-    if (filter.include) include_ = sides_of(*filter.include, "include");
-    if (filter.exclude) exclude_ = sides_of(*filter.exclude, "exclude");
+  FilterParts(const Scene& scene, const KeptSides* kept) : scene_(scene), kept_(kept) {}
+  /// To be called first. Errors: those of chosen_sides.
+  Status choose(const HitFilter& filter, const Deadline& deadline, const ReserveBytes& reserve) {
+    for (const auto& [choice, sides, key] : {std::tuple{&filter.include, &include_, "include"},
+                                             std::tuple{&filter.exclude, &exclude_, "exclude"}}) {
+      if (!*choice) continue;
+      auto chosen = chosen_sides(scene_, **choice, key, deadline, reserve);
+      if (!chosen) return std::move(chosen).error();
+      *sides = std::move(*chosen);
+    }
+    return success();
   }
   std::string_view name_of(TriangleId id) const {
     if (include_ && !chooses(*include_, id)) return "include";
@@ -54,10 +62,6 @@ class FilterParts {
   }
 
  private:
-  std::optional<KeptSides> sides_of(const TriangleChoice& choice, const std::string& key) const {
-    auto sides = chosen_sides(scene_, choice, key);
-    return sides ? std::optional(std::move(*sides)) : std::nullopt;
-  }
   bool chooses(const KeptSides& kept, TriangleId id) const {
     return kept.sides[kept.first[id.instance] + scene_.primitive_of(id)] != 0;
   }
@@ -180,9 +184,12 @@ std::string encode_nearest_miss(const Scene& scene, const std::optional<NearestM
   return out.take();
 }
 
-std::string encode_explanation(const Scene& scene, const Ray& ray, const HitFilter& filter,
-                               const KeptSides* kept) {
-  const FilterParts parts(scene, filter, kept);
+Result<std::string> encode_explanation(const Scene& scene, const Ray& ray, const HitFilter& filter,
+                                       const KeptSides* kept, const Deadline& deadline,
+                                       const ReserveBytes& reserve) {
+  FilterParts parts(scene, kept);
+  if (Status status = parts.choose(filter, deadline, reserve); !status)
+    return std::move(status).error();
   const SceneView view(scene);
   const Explanation explanation = explain_ray(view, ray, kept);
   JsonWriter out(64 + explanation.boxes.size() * 200);

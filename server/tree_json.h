@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "core/base/watch.h"
 #include "core/query/hit_filter.h"
 #include "core/query/ray_batch.h"
 #include "core/scene/scene.h"
@@ -18,9 +19,11 @@ namespace sightline {
 /// before). A leaf that was entered has
 /// "triangles":[{"instance","primitive","triangle","verdict","t"}]: hit, missed or filtered, then
 /// with "by": cull, include or exclude.
-/// Precondition: a closest hit was asked for. `kept` is what `filter` keeps, null: all.
-std::string encode_explanation(const Scene& scene, const Ray& ray, const HitFilter& filter,
-                               const KeptSides* kept);
+/// Precondition: a closest hit was asked for. `kept` is what `filter` keeps, null: all. Errors:
+/// those of chosen_sides, for the parts of the filter.
+Result<std::string> encode_explanation(const Scene& scene, const Ray& ray, const HitFilter& filter,
+                                       const KeptSides* kept, const Deadline& deadline,
+                                       const ReserveBytes& reserve);
 
 /// {"instance","primitive","triangle","node","distance"}, or null for none.
 std::string encode_nearest_miss(const Scene& scene, const std::optional<NearestMiss>& miss);

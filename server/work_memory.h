@@ -6,6 +6,7 @@
 
 #include "core/base/deadline.h"
 #include "core/base/result.h"
+#include "core/base/watch.h"
 #include "server/places.h"
 #include "server/traffic_memory.h"
 
@@ -119,6 +120,10 @@ class RequestMemory {
 /// The same where nobody may be counting.
 inline Status reserve(RequestMemory* memory, std::uint64_t bytes) {
   return memory == nullptr ? success() : memory->reserve(bytes);
+}
+/// The same for what asks by itself; `memory` outlives it.
+inline ReserveBytes reserve_from(RequestMemory* memory) {
+  return [memory](std::uint64_t bytes) { return reserve(memory, bytes); };
 }
 
 }  // namespace sightline

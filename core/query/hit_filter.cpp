@@ -13,12 +13,13 @@ std::size_t character_size(std::string_view text, std::size_t at) {
 
 }  // namespace
 
-bool glob_matches(std::string_view pattern, std::string_view text) {
+bool glob_matches(std::string_view pattern, std::string_view text, DeadlineWatch& watch) {
   // After a mismatch only the last star is tried again, one character later: earlier ones cannot
   // help, so the cost is at most the product of the lengths.
   constexpr std::size_t kNoStar = std::string_view::npos;
   std::size_t p = 0, t = 0, star = kNoStar, star_text = 0;
   while (t < text.size()) {
+    if (watch.passed()) return false;
     if (p < pattern.size() && pattern[p] == '*') {
       star = p++;
       star_text = t;

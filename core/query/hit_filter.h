@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/base/column.h"
+#include "core/base/watch.h"
 #include "core/query/hit_batch.h"
 
 namespace sightline {
@@ -52,7 +53,9 @@ struct KeptSides {
   Column<std::uint32_t> masks = {};
 };
 
-/// `*` stands for any text, `?` for one character of UTF-8; everything else for itself.
-bool glob_matches(std::string_view pattern, std::string_view text);
+/// `*` stands for any text, `?` for one character of UTF-8; everything else for itself. False also
+/// where the watch has passed. Cost: mostly one step for each character, at worst (many places
+/// where a long part nearly matches) the product of the lengths.
+bool glob_matches(std::string_view pattern, std::string_view text, DeadlineWatch& watch);
 
 }  // namespace sightline

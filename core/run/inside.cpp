@@ -37,9 +37,11 @@ KeptSides only(const KeptSides& kept, std::uint8_t sides) {
 
 Status points_inside(const Engine& engine, const Scene& scene, const Column<Vec3d>& points,
                      InsideMethod method, const Deadline& deadline, const RayOptions& options,
-                     InsideAnswers& answers) try {
+                     const ReserveBytes& reserve, InsideAnswers& answers) try {
   const std::size_t n = points.size();
-  answers.open_edges = open_edges(scene, options.kept, method);
+  auto open = open_edges(scene, options.kept, method, deadline, reserve);
+  if (!open) return std::move(open).error();
+  answers.open_edges = *open;
   answers.inside.assign(n, 0);
   answers.reliable.assign(n, 1);
   answers.winding.assign(method == InsideMethod::kWinding ? n : 0, 0);
@@ -53,11 +55,16 @@ Status points_inside(const Engine& engine, const Scene& scene, const Column<Vec3
 
   std::optional<KeptSides> fronts, backs;
   if (method == InsideMethod::kWinding) {
-    // Of no filter: all sides.
-    auto all = options.kept != nullptr ? Result<KeptSides>(*options.kept) : kept_sides(scene, {});
-    if (!all) return all.error();
-    fronts = only(*all, KeptSides::kFront);
-    backs = only(*all, KeptSides::kBack);
+    if (Status status = ask_for(reserve, 2 * kept_sides_bytes(scene)); !status) return status;
+    std::optional<KeptSides> all;  // of no filter
+    if (options.kept == nullptr) {
+      auto found = kept_sides(scene, {}, deadline, reserve);
+      if (!found) return std::move(found).error();
+      all = std::move(*found);
+    }
+    const KeptSides& sides = all ? *all : *options.kept;
+    fronts = only(sides, KeptSides::kFront);
+    backs = only(sides, KeptSides::kBack);
   }
   Column<std::uint64_t> totals, minus;
   for (std::size_t k = 0; k < kDirections.size(); ++k) {
@@ -94,16 +101,27 @@ Status points_inside(const Engine& engine, const Scene& scene, const Column<Vec3
   return Error{ErrorKind::kOutOfSpace, "MEMORY_EXHAUSTED", "there is no memory for the answer", ""};
 }
 
-std::uint64_t open_edges(const Scene& scene, const KeptSides* kept, InsideMethod method) {
+Result<std::uint64_t> open_edges(const Scene& scene, const KeptSides* kept, InsideMethod method,
+                                 const Deadline& deadline, const ReserveBytes& reserve) {
   const SceneDescription& description = scene.description();
+  // One mesh after the other uses the same memory.
+  std::uint64_t most = 0;
+  const ReserveBytes reserve_more = [&](std::uint64_t bytes) {
+    Status status = bytes > most ? ask_for(reserve, bytes - most) : success();
+    if (status) most = std::max(most, bytes);
+    return status;
+  };
   // Of meshes of which only some primitives count, by these: placements mostly choose alike.
   std::map<std::pair<std::uint32_t, std::vector<bool>>, OpenEdges> parts;
+  std::vector<bool> counts;
+  DeadlineWatch watch(deadline);
   std::uint64_t open = 0;
   for (std::size_t i = 0; i < description.instances.size(); ++i) {
-    if (description.instances[i].hidden) continue;
     const std::uint32_t number = description.instances[i].mesh;
     const Mesh& mesh = *description.meshes[number];
-    std::vector<bool> counts(mesh.primitives.size(), true);
+    if (watch.passed(1 + mesh.primitives.size())) return watch.error();
+    if (description.instances[i].hidden) continue;
+    counts.assign(mesh.primitives.size(), true);
     for (std::size_t p = 0; kept != nullptr && p < counts.size(); ++p) {
       counts[p] = kept->sides[kept->first[i] + p] != 0;
     }
@@ -111,14 +129,23 @@ std::uint64_t open_edges(const Scene& scene, const KeptSides* kept, InsideMethod
     if (chosen == 0) continue;
     OpenEdges edges;
     if (static_cast<std::size_t>(chosen) == counts.size()) {
-      edges = scene.open_edges(number);
-    } else {
-      const auto [known, is_new] = parts.try_emplace({number, counts});
-      if (is_new) {
-        known->second =
-            sightline::open_edges(mesh, [&](std::size_t primitive) { return counts[primitive]; });
-      }
+      auto found = scene.open_edges(number, deadline, reserve_more);
+      if (!found) return std::move(found).error();
+      edges = *found;
+    } else if (const auto known = parts.find({number, counts}); known != parts.end()) {
       edges = known->second;
+    } else {
+      const auto is_chosen = [&](std::size_t primitive) { return counts[primitive]; };
+      if (Status status = reserve_more(open_edges_bytes(mesh, is_chosen)); !status)
+        return std::move(status).error();
+      auto found = sightline::open_edges(mesh, is_chosen, deadline);
+      if (!found) return std::move(found).error();
+      // A mesh has few such parts: nodes choose all of it or nothing, only materials choose more.
+      constexpr std::uint64_t kPartBytes = 160;
+      if (Status status = ask_for(reserve, kPartBytes + counts.size() / 8); !status)
+        return std::move(status).error();
+      parts.emplace(std::pair(number, counts), *found);
+      edges = *found;
     }
     open += method == InsideMethod::kWinding ? edges.unbalanced : edges.unpaired;
   }
@@ -127,11 +154,13 @@ std::uint64_t open_edges(const Scene& scene, const KeptSides* kept, InsideMethod
 
 Status signed_distances(const Engine& engine, const Scene& scene, const Column<Vec3d>& points,
                         InsideMethod method, double max_distance, const Deadline& deadline,
-                        const RayOptions& options, Column<double>& distances,
-                        InsideAnswers& answers) {
+                        const RayOptions& options, const ReserveBytes& reserve,
+                        Column<double>& distances, InsideAnswers& answers) {
   HitBatch hits;
   Status status = engine.nearest(scene, points, max_distance, 1, deadline, hits, options);
-  if (status) status = points_inside(engine, scene, points, method, deadline, options, answers);
+  if (status) {
+    status = points_inside(engine, scene, points, method, deadline, options, reserve, answers);
+  }
   if (!status) return status;
   distances = std::move(hits.t);
   for (std::size_t i = 0; i < points.size(); ++i)

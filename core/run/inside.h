@@ -1,6 +1,7 @@
 #pragma once
 /// Which points lie inside of what a scene's triangles enclose, exactly.
 
+#include "core/base/watch.h"
 #include "core/run/engine.h"
 
 namespace sightline {
@@ -23,21 +24,24 @@ struct InsideAnswers {
 
 /// Crossings are counted once (Crossings::kOnce), so that edges and corners on the way do no harm.
 /// `options.kept` says which instances count; its sides must be all or none. Points are finite.
-/// Errors: those of Engine::count.
+/// `reserve` is asked for what does not grow with the points. Errors: its own, and those of
+/// Engine::count.
 Status points_inside(const Engine& engine, const Scene& scene, const Column<Vec3d>& points,
                      InsideMethod method, const Deadline& deadline, const RayOptions& options,
-                     InsideAnswers& answers);
+                     const ReserveBytes& reserve, InsideAnswers& answers);
 
 /// How many edges leave the triangles that count open, for this method, of all placements together:
-/// where there are none, every answer is right. Each mesh is looked at by itself.
-std::uint64_t open_edges(const Scene& scene, const KeptSides* kept, InsideMethod method);
+/// where there are none, every answer is right. Each mesh is looked at by itself. Errors: DEADLINE,
+/// CANCELLED, those of `reserve`. Throws std::bad_alloc.
+Result<std::uint64_t> open_edges(const Scene& scene, const KeptSides* kept, InsideMethod method,
+                                 const Deadline& deadline, const ReserveBytes& reserve);
 
 /// Distances of points from the nearest triangle, negative inside, rounded correctly; 0 on it, +inf
 /// beyond max_distance.
 /// Errors: those of Engine::nearest and points_inside.
 Status signed_distances(const Engine& engine, const Scene& scene, const Column<Vec3d>& points,
                         InsideMethod method, double max_distance, const Deadline& deadline,
-                        const RayOptions& options, Column<double>& distances,
-                        InsideAnswers& answers);
+                        const RayOptions& options, const ReserveBytes& reserve,
+                        Column<double>& distances, InsideAnswers& answers);
 
 }  // namespace sightline

@@ -3,11 +3,15 @@
 #include <new>
 
 #include "core/base/split_mix.h"
+#include "core/base/watch.h"
 #include "core/trace/decision.h"
 
 namespace sightline {
 
 namespace {
+
+/// To draw one, in steps of a DeadlineWatch.
+constexpr std::uint64_t kStepsPerRay = 64;
 
 class Random : public SplitMix {
  public:
@@ -15,14 +19,26 @@ class Random : public SplitMix {
   std::uint64_t below(std::uint64_t count) { return bits() % count; }
 };
 
-TriangleId some_triangle(const Scene& scene, Random& random) {
+std::uint32_t triangles_of(const Scene& scene, std::uint32_t instance) {
   const SceneDescription& description = scene.description();
-  for (;;) {
-    const auto instance = static_cast<std::uint32_t>(random.below(description.instances.size()));
-    const Mesh& mesh = *description.meshes[description.instances[instance].mesh];
-    if (mesh.triangle_count() == 0 || description.instances[instance].hidden) continue;
-    return {instance, static_cast<std::uint32_t>(random.below(mesh.triangle_count()))};
-  }
+  return description.meshes[description.instances[instance].mesh]->triangle_count();
+}
+
+/// The instances that have triangles and are not hidden, in their order: of a million one may be
+/// all that there is to see. Cut short where the watch has passed.
+Column<std::uint32_t> visible_instances(const Scene& scene, DeadlineWatch& watch) {
+  Column<std::uint32_t> visible;
+  const auto& instances = scene.description().instances;
+  visible.reserve(instances.size());
+  for (std::uint32_t i = 0; i < instances.size() && !watch.passed(); ++i)
+    if (!instances[i].hidden && triangles_of(scene, i) > 0) visible.push_back(i);
+  return visible;
+}
+
+/// Precondition: there is one.
+TriangleId some_triangle(const Scene& scene, const Column<std::uint32_t>& visible, Random& random) {
+  const std::uint32_t instance = visible[random.below(visible.size())];
+  return {instance, static_cast<std::uint32_t>(random.below(triangles_of(scene, instance)))};
 }
 
 /// A corner, a point near an edge, one near the inside, or one beside the triangle.
@@ -38,14 +54,17 @@ Vec3d aim(const WorldTriangle& triangle, Random& random) {
   return point;
 }
 
-RayBatch random_rays(const Scene& scene, std::uint64_t count, Random& random) {
+/// Fewer where the watch has passed.
+RayBatch random_rays(const Scene& scene, const Column<std::uint32_t>& visible, std::uint64_t count,
+                     Random& random, DeadlineWatch& watch) {
   RayBatch rays;
   const Box3d& bounds = scene.bounds();
   // A ray may be none (a triangle with a position that is not finite, an aim at the origin itself):
   // it is drawn anew, but not for ever.
-  for (std::uint64_t tries = 0; rays.size() < count && tries < 16 * count; ++tries) {
+  for (std::uint64_t tries = 0;
+       rays.size() < count && tries < 16 * count && !watch.passed(kStepsPerRay); ++tries) {
     Ray ray;
-    const Vec3d target = aim(scene.world_triangle(some_triangle(scene, random)), random);
+    const Vec3d target = aim(scene.world_triangle(some_triangle(scene, visible, random)), random);
     for (int k = 0; k < 3; ++k) {
       const double size = bounds.max[k] - bounds.min[k];
       ray.origin[k] = bounds.min[k] + (2 * random.unit() - 0.5) * size;
@@ -68,13 +87,10 @@ struct BruteForce {
 };
 
 /// Nothing when the time was used up.
-bool try_all(const Scene& scene, const Ray& ray, const Deadline& deadline, BruteForce& brute,
-             std::uint64_t& decided) {
-  const SceneDescription& description = scene.description();
-  for (std::uint32_t i = 0; i < description.instances.size(); ++i) {
-    if (description.instances[i].hidden) continue;
-    const std::uint32_t triangles =
-        description.meshes[description.instances[i].mesh]->triangle_count();
+bool try_all(const Scene& scene, const Column<std::uint32_t>& visible, const Ray& ray,
+             const Deadline& deadline, BruteForce& brute, std::uint64_t& decided) {
+  for (const std::uint32_t i : visible) {
+    const std::uint32_t triangles = triangles_of(scene, i);
     for (std::uint32_t k = 0; k < triangles; ++k) {
       if (++decided % 1024 == 0 && deadline.passed()) return false;
       const TriangleId id{i, k};
@@ -99,7 +115,11 @@ Result<SelfCheck> self_check(const Engine& engine, const Scene& scene, std::uint
   SelfCheck check;
   if (scene.bounds().empty()) return check;
   Random random(seed);
-  const RayBatch batch = random_rays(scene, rays, random);
+  DeadlineWatch watch(deadline);
+  const Column<std::uint32_t> visible = visible_instances(scene, watch);
+  if (visible.empty() && !watch.passed(0)) return check;
+  const RayBatch batch = random_rays(scene, visible, rays, random, watch);
+  if (watch.passed(0)) return watch.error();
   check.rays = batch.size();
   HitBatch hits;
   Column<std::uint64_t> counts;
@@ -108,7 +128,8 @@ Result<SelfCheck> self_check(const Engine& engine, const Scene& scene, std::uint
   if (!status) return status.error();
   for (std::size_t i = 0; i < batch.size(); ++i) {
     BruteForce brute;
-    if (!try_all(scene, batch[i], deadline, brute, check.triangles)) return out_of_time(deadline);
+    if (!try_all(scene, visible, batch[i], deadline, brute, check.triangles))
+      return out_of_time(deadline);
     check.hits += brute.count > 0 ? 1u : 0u;
     const bool same = counts[i] == brute.count && hits.id(i) == brute.closest &&
                       (brute.count == 0 || hits.t[i] == brute.t.rounded());

@@ -40,14 +40,15 @@ Result<std::shared_ptr<const Scene>> Scene::prepare(SceneDescription description
     std::vector<PlacementView> placements;
     for (const Instance& instance : scene->description_.instances) {
       scene->instanced_triangle_count_ += meshes[instance.mesh].triangle_count();
+      scene->instanced_primitive_count_ +=
+          scene->description_.meshes[instance.mesh]->primitives.size();
       placements.push_back({instance.mesh, instance.world_from_mesh, instance.hidden});
     }
     scene->has_empty_mask_ = has_empty_mask_among(scene->description_.instances);
     Result<ScenePlan> plan = plan_scene(std::move(meshes), std::move(placements));
     if (!plan) return std::move(plan).error();
     scene->plan_ = std::move(*plan);
-    scene->known_edges_ =
-        std::shared_ptr<KnownEdges[]>(new KnownEdges[scene->description_.meshes.size()]);
+    scene->known_edges_ = std::make_shared<KnownEdges>(scene->description_.meshes.size());
     scene->attribute_bytes_ = std::make_shared<std::atomic<std::uint64_t>>(0);
     scene->trees_ = std::make_unique<SceneTrees>(scene->plan_, bytes);
     return std::shared_ptr<const Scene>(std::move(scene));
@@ -82,6 +83,7 @@ Result<std::shared_ptr<const Scene>> Scene::changed(std::span<const NodeChange> 
     scene->attribute_bytes_ = attribute_bytes_;
     scene->unique_triangle_count_ = unique_triangle_count_;
     scene->instanced_triangle_count_ = instanced_triangle_count_;
+    scene->instanced_primitive_count_ = instanced_primitive_count_;
     scene->has_empty_mask_ = has_empty_mask_among(scene->description_.instances);
     scene->trees_ = std::make_unique<SceneTrees>(scene->plan_, *trees_, *instances);
     return std::shared_ptr<const Scene>(std::move(scene));
@@ -106,13 +108,9 @@ std::uint32_t Scene::primitive_of(TriangleId id) const {
   return static_cast<std::uint32_t>(after - primitives.begin()) - 1;
 }
 
-const OpenEdges& Scene::open_edges(std::uint32_t mesh) const {
-  KnownEdges& known = known_edges_[mesh];
-  std::call_once(known.once, [&] {
-    known.edges =
-        sightline::open_edges(*description_.meshes[mesh], [](std::size_t) { return true; });
-  });
-  return known.edges;
+Result<OpenEdges> Scene::open_edges(std::uint32_t mesh, const Deadline& deadline,
+                                    const ReserveBytes& reserve) const {
+  return known_edges_->of(mesh, *description_.meshes[mesh], deadline, reserve);
 }
 
 }  // namespace sightline

@@ -4,7 +4,6 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <vector>
 
 #include "core/base/result.h"
@@ -48,6 +47,8 @@ class Scene {
 
   /// Every triangle of every instance, dropped ones included.
   std::uint64_t instanced_triangle_count() const { return instanced_triangle_count_; }
+  /// Every primitive of every instance.
+  std::uint64_t instanced_primitive_count() const { return instanced_primitive_count_; }
   /// Every triangle of every mesh, dropped ones included.
   std::uint64_t unique_triangle_count() const { return unique_triangle_count_; }
   /// Of the world positions that finite triangles use (area or not); empty if there is none.
@@ -65,23 +66,20 @@ class Scene {
   /// The primitive of the instance's mesh that holds this triangle, as an index in
   /// Mesh::primitives.
   std::uint32_t primitive_of(TriangleId id) const;
-  /// Of a whole mesh of the description. Worked out when first asked for, then kept. Throws
-  /// std::bad_alloc.
-  const OpenEdges& open_edges(std::uint32_t mesh) const;
+  /// Of a whole mesh of the description; see KnownEdges. Throws std::bad_alloc.
+  Result<OpenEdges> open_edges(std::uint32_t mesh, const Deadline& deadline,
+                               const ReserveBytes& reserve) const;
 
  private:
   Scene() = default;
   SceneDescription description_;
   ScenePlan plan_;
-  std::unique_ptr<SceneTrees> trees_;  ///< looks at plan_
-  struct KnownEdges {
-    std::once_flag once;
-    OpenEdges edges;
-  };
-  std::shared_ptr<KnownEdges[]> known_edges_;  ///< one for each mesh; shared with what shares them
+  std::unique_ptr<SceneTrees> trees_;        ///< looks at plan_
+  std::shared_ptr<KnownEdges> known_edges_;  ///< shared with the scenes that share the meshes
   std::shared_ptr<std::atomic<std::uint64_t>> attribute_bytes_;
   std::uint64_t unique_triangle_count_ = 0;
   std::uint64_t instanced_triangle_count_ = 0;
+  std::uint64_t instanced_primitive_count_ = 0;
   bool has_empty_mask_ = false;
 };
 

@@ -1,7 +1,13 @@
 """Hits left out by side, node and material, against answers that were worked out by hand."""
 
 
+import array
+import json
+import unittest
+
 import case_report
+from made_scene import triangle_glb
+from sightline_server import Server
 from two_scenes import TwoScenes
 
 # Triangle i of "left" stands at x + y/2 with x = -6 + 2i, of "right" with x = 2 + 2i, see rays_test.py. Both show
@@ -107,6 +113,50 @@ class Filters(TwoScenes):
                 answer = self.server.query("six", "closest", {"rays": [THROUGH], **options})
                 self.assertEqual((answer.status, answer.json()["code"]), (status, code))
                 self.assertEqual(answer.json()["errors"][0]["pointer"], pointer)
+
+
+# One triangle at each place; a ray down to the one at the origin.
+DOWN_TO_IT = {"rays": [{"origin": [0.2, 0.2, 20], "direction": [0, 0, -1]}], "fields": ["t"]}
+
+
+class LongFilters(unittest.TestCase):
+    """To work a filter out is part of the request: it ends with its time, and its memory is counted."""
+
+    def serve(self, *options):
+        server = Server(*options)
+        self.addCleanup(server.end)
+        return server
+
+    def send(self, server, path, body):
+        return server.ask(f"/v1/scenes/long/{path}", "-H", "Content-Type: application/json", body=json.dumps(body))
+
+    def test_patterns_end_with_the_time_of_their_request(self):
+        server = self.serve()
+        # Whole, each pattern would take 250 steps for each letter of the name.
+        self.assertEqual(server.put("long", triangle_glb([{"mesh": 0, "name": "a" * (1 << 20)}])).status, 201)
+        slow = {"names": ["*" + "a" * 250 + f"b{i}" for i in range(32)]}
+        for path, body in [("rays:closest", {**DOWN_TO_IT, "exclude": slow}), ("rays:closest", {**DOWN_TO_IT, "include": slow}),
+                           ("points:inside", {"points": [[0, 0, 1]], "exclude": slow}),
+                           ("clearance", {"a": slow, "b": {"names": ["*"]}})]:
+            with self.subTest(path=path):
+                answer = self.send(server, path, {**body, "timeout_ms": 20})
+                self.assertEqual((answer.status, answer.json()["code"]), (504, "DEADLINE"), answer.body[:300])
+        lines = json.dumps({"options": {"exclude": slow, "timeout_ms": 20}}) + "\n" + json.dumps(DOWN_TO_IT["rays"][0]) + "\n"
+        answer = server.ask("/v1/scenes/long/rays:closest", "-H", "Content-Type: application/x-ndjson", body=lines)
+        self.assertEqual((answer.status, answer.json()["code"]), (504, "DEADLINE"), answer.body[:300])
+
+    def test_what_a_filter_takes_for_each_placement_is_counted(self):
+        server = self.serve("--max-request-memory", 1 << 20)
+        places = array.array("f", (value for i in range(120000) for value in (i % 1000 * 2, i // 1000 * 2, 0)))
+        self.assertEqual(server.put("long", triangle_glb([{"mesh": 0}], places)).status, 201)
+        self.assertEqual(self.send(server, "rays:closest", DOWN_TO_IT).status, 200)
+        mask = {**DOWN_TO_IT["rays"][0], "mask": 3}
+        for path, body in [("rays:closest", {**DOWN_TO_IT, "cull": "back"}), ("rays:any", {"rays": [mask]}),
+                           ("rays:count", {"rays": DOWN_TO_IT["rays"], "exclude": {"names": ["x"]}}),
+                           ("points:inside", {"points": [[0, 0, 1]], "method": "winding"})]:
+            with self.subTest(path=path):
+                answer = self.send(server, path, body)
+                self.assertEqual((answer.status, answer.json()["code"]), (413, "REQUEST_TOO_LARGE"), answer.body[:300])
 
 
 if __name__ == "__main__":

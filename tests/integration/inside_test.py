@@ -1,7 +1,13 @@
 """Which points lie inside, against answers that were worked out by hand."""
 
 
+import array
+import json
+import unittest
+
 import case_report
+from made_scene import glb
+from sightline_server import Server
 from two_scenes import TwoScenes
 
 # The clock tower is a box with |x|, |z| <= 3 from y = 0 to 24 with a ledge, a box around it from y = 18 to 18.5; the
@@ -52,6 +58,44 @@ class Inside(TwoScenes):
                 self.assertEqual((answer.status, answer.json()["code"]), (422, code), answer.body)
                 if pointer:
                     self.assertEqual(answer.json()["errors"][0]["pointer"], pointer)
+
+
+class Edges(unittest.TestCase):
+    def test_the_memory_to_count_open_edges_is_counted(self):
+        # A plane of 180,000 triangles and one of another material, so that a filter leaves a part of the mesh.
+        side = 300
+        positions = array.array("f", (c for y in range(side + 1) for x in range(side + 1) for c in (x, y, 0)))
+        indices = array.array("I")
+        for y in range(side):
+            for corner in range(y * (side + 1), y * (side + 1) + side):
+                indices.extend((corner, corner + 1, corner + side + 2, corner, corner + side + 2, corner + side + 1))
+        binary = positions.tobytes() + indices.tobytes()
+        scene = glb({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+                     "materials": [{"name": "a"}, {"name": "b"}],
+                     "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0},
+                                                {"attributes": {"POSITION": 0}, "indices": 2, "material": 1}]}],
+                     "buffers": [{"byteLength": len(binary)}],
+                     "bufferViews": [{"buffer": 0, "byteLength": 4 * len(positions)},
+                                     {"buffer": 0, "byteOffset": 4 * len(positions), "byteLength": 4 * len(indices)}],
+                     "accessors": [{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": len(positions) // 3,
+                                    "min": [0, 0, 0], "max": [side, side, 0]},
+                                   {"bufferView": 1, "componentType": 5125, "type": "SCALAR", "count": len(indices)},
+                                   {"bufferView": 1, "componentType": 5125, "type": "SCALAR", "count": 3}]}, binary)
+        body = {"points": [[1.2, 1.2, 5]]}
+        part = {**body, "exclude": {"materials": ["b"]}}
+        answers = {}
+        for memory in (2 << 20, 32 << 20):
+            server = Server("--max-request-memory", memory)
+            self.addCleanup(server.end)
+            self.assertEqual(server.put("plane", scene).status, 201)
+            for path in ("points:inside", "points:distance"):
+                for name, asked in (("whole", body), ("part", part)):
+                    answer = server.ask(f"/v1/scenes/plane/{path}", "-H", "Content-Type: application/json", body=json.dumps(asked))
+                    code = answer.json().get("code")
+                    answers.setdefault((memory >> 20, name), set()).add((answer.status, code))
+        # 24 bytes for each triangle and some 20 for each corner are 6 MB.
+        self.assertEqual(answers, {(2, "whole"): {(413, "REQUEST_TOO_LARGE")}, (2, "part"): {(413, "REQUEST_TOO_LARGE")},
+                                   (32, "whole"): {(200, None)}, (32, "part"): {(200, None)}})
 
 
 if __name__ == "__main__":

@@ -1,9 +1,12 @@
 """What a scene is made of, and whether its answers are those of brute force."""
 
+import array
 import random
 from fractions import Fraction
 
 import case_report
+from made_scene import triangle_glb
+from sightline_server import Server
 from two_scenes import TwoScenes
 
 
@@ -82,6 +85,21 @@ class Parts(TwoScenes):
                 self.assertGreater(check["hits"], rays // 3)
                 total = self.server.ask(f"/v1/scenes/{scene}/stats").json()["counts"]["triangles"]
                 self.assertEqual(check["triangles_decided"], rays * total)
+
+    def test_brute_force_tries_what_can_be_seen_only(self):
+        # One of a hundred thousand placements is not hidden: to find it by chance, for each ray, takes longer than there is.
+        server = Server("--request-seconds", 5)
+        self.addCleanup(server.end)
+        places = array.array("f", bytes(12 * 100000))
+        self.assertEqual(server.put("hid", triangle_glb([{"mesh": 0}, {"mesh": 0}], places)).status, 201)
+        hide = server.ask("/v1/scenes/hid/nodes/0", "-X", "PATCH", "-H", "Content-Type: application/json", body='{"hidden":true}')
+        self.assertEqual(hide.status, 200, hide.body)
+        check = server.ask("/v1/scenes/hid/selfcheck?rays=50000")
+        self.assertEqual(check.status, 200, check.body)
+        self.assertEqual((check.json()["triangles_decided"], check.json()["different"]), (check.json()["rays"], []))
+        both = server.ask("/v1/scenes/hid/nodes/1", "-X", "PATCH", "-H", "Content-Type: application/json", body='{"hidden":true}')
+        self.assertEqual(both.status, 200, both.body)
+        self.assertEqual(server.ask("/v1/scenes/hid/selfcheck").json()["rays"], 0)
 
     def test_faults(self):
         for path, status, code in [("none/nodes", 404, "SCENE_NOT_FOUND"), ("six/nodes?limit=many", 422, "QUERY_INVALID"),

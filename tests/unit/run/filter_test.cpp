@@ -2,8 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <memory>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/base/infinity.h"
 #include "core/run/engine.h"
@@ -142,7 +147,7 @@ TEST(Filter, gives_what_rational_arithmetic_keeps_on_every_kernel) {
     const FilteredTruth truth(*scene);
     const RayBatch rays = grid_rays(random, test::random_cases<std::size_t>(600));
     for (const Expectation& expected : expectations()) {
-      const auto kept = kept_sides(*scene, expected.filter);
+      const auto kept = kept_sides(*scene, expected.filter, Deadline::never(), {});
       ASSERT_TRUE(kept.ok());
       std::vector<FilteredTruth::Kept> truths;
       for (std::size_t i = 0; i < rays.size(); ++i) truths.push_back(truth.all(rays[i], expected));
@@ -187,7 +192,7 @@ TEST(Filter, names_a_node_that_the_scene_does_not_have) {
   const auto scene = sample(random, Joining::kMeasured);
   HitFilter filter;
   filter.exclude = TriangleChoice{std::vector<std::uint32_t>{11, 7}, {}, {}};
-  const auto kept = kept_sides(*scene, filter);
+  const auto kept = kept_sides(*scene, filter, Deadline::never(), {});
   ASSERT_FALSE(kept.ok());
   EXPECT_EQ(kept.error().code, "FILTER_NODE_UNKNOWN");
   EXPECT_EQ(kept.error().pointer, "/exclude/nodes/1");
@@ -209,8 +214,93 @@ TEST(Filter, patterns_match_as_shells_do) {
                                                {"*a", "aaaa", true},
                                                {"[a]", "a", false},
                                                {"**", "xyz", true}}) {
-    EXPECT_EQ(glob_matches(pattern, text), matches) << pattern << " " << text;
+    const Deadline never = Deadline::never();
+    DeadlineWatch watch(never);
+    EXPECT_EQ(glob_matches(pattern, text, watch), matches) << pattern << " " << text;
   }
+}
+
+/// One triangle at each of these nodes.
+std::shared_ptr<const Scene> named(const std::vector<std::string>& names) {
+  auto mesh = std::make_shared<Mesh>();
+  mesh->positions.own() = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  mesh->indices.own() = {0, 1, 2};
+  mesh->primitives = {{0, 1, 0, kNone}};
+  SceneDescription description;
+  description.meshes = {std::move(mesh)};
+  for (std::uint32_t i = 0; i < names.size(); ++i) {
+    description.nodes.push_back({names[i], i, kNone, {}});
+    description.instances.push_back({0, i, {}});
+  }
+  return *Scene::build(std::move(description));
+}
+
+TEST(Filter, chooses_the_same_names_however_often_they_come) {
+  // More different names than are remembered, some of them again and again.
+  std::vector<std::string> names;
+  for (int i = 0; i < 80000; ++i)
+    names.push_back("n" + std::to_string(i % 3 == 0 ? i % 100 : i * 7));
+  const auto scene = named(names);
+  HitFilter filter;
+  filter.include = TriangleChoice{{}, std::vector<std::string>{"*7?", "n3*1", "n0"}, {}};
+  const auto kept = kept_sides(*scene, filter, Deadline::never(), {});
+  ASSERT_TRUE(kept.ok());
+  const Deadline never = Deadline::never();
+  DeadlineWatch watch(never);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const bool matches =
+        std::any_of(filter.include->names->begin(), filter.include->names->end(),
+                    [&](const auto& pattern) { return glob_matches(pattern, names[i], watch); });
+    ASSERT_EQ(kept->sides[kept->first[i]] != 0, matches) << names[i];
+  }
+}
+
+TEST(Filter, ends_with_its_deadline_and_with_its_caller) {
+  // A long name that nearly matches: without an end some minutes.
+  const auto scene = named({std::string(std::size_t{8} << 20, 'a')});
+  HitFilter filter;
+  filter.include = TriangleChoice{
+      {},
+      std::vector<std::string>(64, "*" + std::string(200, 'a') + "?" + std::string(50, 'b')),
+      {}};
+  CancelFlag gone;
+  gone.cancel();
+  const std::vector<std::uint32_t> masks{1, 2};
+  for (const auto& [deadline, code] :
+       {std::pair{Deadline::in(std::chrono::milliseconds(20)), "DEADLINE"},
+        {Deadline::in(std::chrono::hours(1), &gone), "CANCELLED"}}) {
+    const auto kept = kept_for_rays(*scene, filter, masks, deadline, {});
+    ASSERT_FALSE(kept.ok());
+    EXPECT_EQ(kept.error().code, code);
+    const auto chosen = chosen_sides(*scene, *filter.include, "a", deadline, {});
+    ASSERT_FALSE(chosen.ok());
+    EXPECT_EQ(chosen.error().code, code);
+  }
+}
+
+TEST(Filter, asks_for_the_memory_that_it_takes) {
+  const auto scene = named(std::vector<std::string>(1000, "n"));
+  std::uint64_t asked = 0;
+  const ReserveBytes counts = [&](std::uint64_t bytes) {
+    asked += bytes;
+    return success();
+  };
+  const ReserveBytes refuses = [](std::uint64_t) {
+    return Error{ErrorKind::kTooLarge, "REQUEST_TOO_LARGE", "", ""};
+  };
+  // What keeps everything takes nothing.
+  ASSERT_TRUE(kept_for_rays(*scene, {}, {}, Deadline::never(), refuses).ok());
+  HitFilter back;
+  back.culling = Culling::kBack;
+  const auto kept = kept_for_rays(*scene, back, {}, Deadline::never(), counts);
+  ASSERT_TRUE(kept.ok() && kept->has_value());
+  EXPECT_GE(asked, (*kept)->first.capacity() * sizeof((*kept)->first[0]) +
+                       (*kept)->sides.capacity() + (*kept)->masks.capacity() * 4);
+  EXPECT_EQ(kept_for_rays(*scene, back, {}, Deadline::never(), refuses).error().code,
+            "REQUEST_TOO_LARGE");
+  const TriangleChoice all{{}, std::vector<std::string>{"*"}, {}};
+  EXPECT_EQ(chosen_sides(*scene, all, "a", Deadline::never(), refuses).error().code,
+            "REQUEST_TOO_LARGE");
 }
 
 }  // namespace

@@ -4,7 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cstdio>
+#include <initializer_list>
 #include <memory>
 
 #include "tests/oracle/random.h"
@@ -70,7 +72,8 @@ TEST(Inside, is_what_is_known_of_overlapping_boxes) {
     }
     for (const InsideMethod method : {InsideMethod::kParity, InsideMethod::kWinding}) {
       InsideAnswers answers;
-      ASSERT_TRUE(points_inside(*engine, *scene, points, method, Deadline::never(), {}, answers));
+      ASSERT_TRUE(
+          points_inside(*engine, *scene, points, method, Deadline::never(), {}, {}, answers));
       for (std::size_t i = 0; i < points.size(); ++i) {
         std::int64_t around = 0;
         bool touches = false;
@@ -113,8 +116,42 @@ TEST(Inside, says_that_an_open_box_is_not_reliable) {
   InsideAnswers answers;
   // The third direction leaves by the lid, the others do not.
   ASSERT_TRUE(points_inside(*engine, *scene, {{1, 1, 1.5}, {9, 9, 9}}, InsideMethod::kParity,
-                            Deadline::never(), {}, answers));
+                            Deadline::never(), {}, {}, answers));
   EXPECT_EQ(answers.reliable, (Column<std::uint8_t>{0, 1}));
+}
+
+TEST(Inside, counts_edges_within_the_time_and_the_memory_that_there_is) {
+  // Two primitives, of which one counts: what is known of the whole mesh does not help.
+  auto mesh = std::make_shared<Mesh>();
+  add_box(*mesh, {{0, 0, 0}, {2, 2, 2}});
+  mesh->primitives = {{0, 6, 0, 0}, {6, 6, 1, 1}};
+  SceneDescription description;
+  description.meshes = {std::move(mesh)};
+  description.nodes.push_back({});
+  description.instances.push_back({});
+  const auto scene = *Scene::build(std::move(description));
+  KeptSides kept;
+  kept.first = {0};
+  kept.sides = {KeptSides::kAll, 0};
+  CancelFlag gone;
+  gone.cancel();
+  const Deadline cancelled = Deadline::in(std::chrono::hours(1), &gone);
+  const ReserveBytes refuses = [](std::uint64_t) {
+    return Error{ErrorKind::kBusy, "MEMORY_BUSY", "", ""};
+  };
+  for (const KeptSides* which : std::initializer_list<const KeptSides*>{nullptr, &kept}) {
+    const auto edges = [&](const Deadline& deadline, const ReserveBytes& reserve) {
+      return open_edges(*scene, which, InsideMethod::kParity, deadline, reserve);
+    };
+    EXPECT_EQ(edges(cancelled, {}).error().code, "CANCELLED");
+    EXPECT_EQ(edges(Deadline::in({}), {}).error().code, "DEADLINE");
+    EXPECT_EQ(edges(Deadline::never(), refuses).error().code, "MEMORY_BUSY");
+    const auto open = edges(Deadline::never(), {});
+    ASSERT_TRUE(open.ok());
+    EXPECT_EQ(*open > 0, which != nullptr);
+  }
+  // Once it is known, nothing is taken.
+  EXPECT_TRUE(open_edges(*scene, nullptr, InsideMethod::kParity, Deadline::never(), refuses).ok());
 }
 
 }  // namespace

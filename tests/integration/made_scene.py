@@ -1,0 +1,31 @@
+"""Scenes that a test makes for itself."""
+
+import array
+import json
+import struct
+
+
+def glb(document, binary):
+    """A GLB of this document and these bytes."""
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    binary += bytes(-len(binary) % 4)
+    return (struct.pack("<III", 0x46546C67, 2, 28 + len(text) + len(binary)) + struct.pack("<II", len(text), 0x4E4F534A)
+            + text + struct.pack("<II", len(binary), 0x004E4942) + binary)
+
+
+def triangle_glb(nodes, places=None):
+    """One mesh, 0, of the triangle (0, 0, 0), (1, 0, 0), (0, 1, 0), and these nodes, all of them roots; with `places`, an array
+    of coordinates, the first node has the mesh at each of them."""
+    corners = array.array("f", (0, 0, 0, 1, 0, 0, 0, 1, 0)).tobytes()
+    moved = places.tobytes() if places else b""
+    document = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": list(range(len(nodes)))}], "nodes": nodes,
+                "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+                "buffers": [{"byteLength": len(corners + moved)}], "bufferViews": [{"buffer": 0, "byteLength": len(corners)}],
+                "accessors": [{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 3, "min": [0, 0, 0], "max": [1, 1, 0]}]}
+    if places:
+        document["bufferViews"].append({"buffer": 0, "byteOffset": len(corners), "byteLength": len(moved)})
+        document["accessors"].append({"bufferView": 1, "componentType": 5126, "type": "VEC3", "count": len(places) // 3})
+        document["extensionsUsed"] = ["EXT_mesh_gpu_instancing"]
+        nodes[0] = {**nodes[0], "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 1}}}}
+    return glb(document, corners + moved)
