@@ -14,7 +14,7 @@ from pathlib import Path
 PAGE = Path(__file__).resolve().parent.parent / "docs/deploy/sightline.1"
 COMMANDS = [("serve",), ("check-config",), ("key", "new"), ("cast",), ("query",), ("mcp",), ("demo",)]
 
-HEAD = r"""\" Written by scripts/man_page.py from the program's own help.
+HEAD = r""".\" Written by scripts/man_page.py from the program's own help.
 .TH SIGHTLINE 1 "" "sightline" "User commands"
 .SH NAME
 sightline \- exact ray queries against glTF scenes
@@ -29,7 +29,15 @@ Stop: finish what has begun, at most for \fB\-\-drain\-seconds\fR. A second one 
 SIGHUP
 Read the files of \fB\-\-keys\fR and \fB\-\-config\fR again.
 .SH EXIT STATUS
-0 after a stop, and for a hit of \fBcast\fR; 1 for a miss of \fBcast\fR; 2 for an error.
+0 after a stop, for a hit of \fBcast\fR and \fBquery\fR, for answers to \fB\-\-rays\fR whatever they are, and where
+\fBcheck\-config\fR finds no mistake; 1 where the only ray of \fBcast\fR or \fBquery\fR misses; 2 for an error or a mistake.
+.SH ENVIRONMENT
+.TP
+SIGHTLINE_KEY
+The key that \fBquery\fR and \fBmcp\fR show, unless \fB\-\-key\-file\fR names a file with one.
+.TP
+SSL_CERT_FILE
+A file of certificates of authorities that they trust instead of the system's.
 .SH FILES
 The file of \fB\-\-config\fR is one JSON object, in which every flag of \fBserve\fR may stand under its name without
 dashes. The file of \fB\-\-keys\fR has a line for each key, as \fBkey new\fR prints it.
@@ -74,7 +82,9 @@ def page(binary):
             if heading not in (None, last, "Options", "Positionals"):
                 parts.append(f".PP\n{escaped(heading)}:\n")
             last = heading
-            if not flag.startswith("-h,"):
+            if not text and not flag.startswith("-"):
+                parts.append(f"{escaped(flag)}\n")  # what a group of flags is for, behind its heading
+            elif not flag.startswith("-h,"):
                 parts.append(f".TP\n\\fB{escaped(flag)}\\fR\n{escaped(text)}\n")
     return "".join(parts) + TAIL
 

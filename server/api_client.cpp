@@ -23,7 +23,7 @@ Result<std::string> key_of(const ServerAddress& server) {
     auto text = read_small_file(server.key_file, kMostKeyBytes, "read the key");
     if (!text) {
       return Error{ErrorKind::kNotFound, "KEY_UNREADABLE",
-                   "cannot read the file of --key-file: " + text.error().message, ""};
+                   "--key-file " + server.key_file + ": " + text.error().message, ""};
     }
     key = std::move(*text);
   } else if (const char* found = std::getenv("SIGHTLINE_KEY"); found != nullptr) {
@@ -34,6 +34,31 @@ Result<std::string> key_of(const ServerAddress& server) {
       std::all_of(key.begin(), key.end(), [](char c) { return c > ' ' && c <= '~'; });
   if (is_printable) return key;
   return Error{ErrorKind::kInvalid, "KEY_UNREADABLE", "the key has characters that no key has", ""};
+}
+
+/// The library's own texts name its constants.
+const char* reason_of(httplib::Error error) {
+  switch (error) {
+    case httplib::Error::Connection:
+      return "nothing takes connections at this address and port, or its name is unknown";
+    case httplib::Error::ConnectionTimeout:
+      return "the connection could not be made in ten seconds";
+    case httplib::Error::Read:
+      return "it ended the connection, said nothing for ten minutes, or does not speak HTTP";
+    case httplib::Error::Write:
+      return "it ended the connection before it had the whole question";
+    case httplib::Error::Canceled:
+      return "its answer is longer than it may be";
+    case httplib::Error::SSLConnection:
+      return "it does not speak TLS as this client does";
+    case httplib::Error::SSLLoadingCerts:
+      return "the certificates of authorities cannot be read (SSL_CERT_FILE)";
+    case httplib::Error::SSLServerVerification:
+      return "no authority that this machine trusts has signed its certificate, or not for this "
+             "name (SSL_CERT_FILE names authorities of your own)";
+    default:
+      return "the exchange with it failed";
+  }
 }
 
 }  // namespace
@@ -84,7 +109,7 @@ Result<ApiAnswer> ApiClient::ask(const std::string& method, const std::string& p
     return ApiAnswer{answer->status, std::move(told), type.substr(0, type.find(';'))};
   }
   return Error{ErrorKind::kNotFound, "SERVER_UNREACHABLE",
-               "the server does not answer: " + httplib::to_string(answer.error()), ""};
+               std::string("the server does not answer: ") + reason_of(answer.error()), ""};
 }
 
 std::string percent_encoded(std::string_view text) {

@@ -7,7 +7,8 @@
 
 namespace sightline {
 
-/// Prints each mistake with its place on `complaints`. Returns the exit code: 0 or 2.
+/// Prints each mistake and each warning with its place on `complaints`. Returns the exit code: 0
+/// or 2.
 int run_check(const CheckCommand& command, std::ostream& out, std::ostream& complaints);
 
 }  // namespace sightline

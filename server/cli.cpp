@@ -5,7 +5,9 @@
 #include <sstream>
 
 #include "server/config_file.h"
+#include "server/data_folder.h"
 #include "server/ray_flags.h"
+#include "server/scene_root.h"
 #include "server/serve_flags.h"
 #include "server/version.h"
 
@@ -13,7 +15,9 @@ namespace sightline {
 namespace {
 
 std::string check_key_name(const std::string& text) {
-  return is_key_name(text) ? "" : "a key's name has 1 to 128 of the characters A-Z a-z 0-9 . _ -";
+  return is_key_name(text) ? ""
+                           : "a key's name has 1 to 128 of the characters A-Z a-z 0-9 . _ -, does "
+                             "not begin with a dot, and is no key";
 }
 
 /// All subcommands with their flags, and what one parse of them says.
@@ -27,8 +31,9 @@ class CommandLine {
     cast_app_ = app_.add_subcommand(
         "cast", "cast one ray into a file; exit code 0 for a hit, 1 for a miss, 2 for an error");
     define_cast(*cast_app_, cast_, cast_flags_);
-    query_app_ = app_.add_subcommand(
-        "query", "ask a server about rays; exit code 0, 1 where one ray misses, 2 for an error");
+    query_app_ = app_.add_subcommand("query",
+                                     "ask a server about rays; exit code 0, 1 where the only ray "
+                                     "misses (not with --rays), 2 for an error");
     define_query(*query_app_, query_, query_flags_);
     mcp_app_ = app_.add_subcommand(
         "mcp",
@@ -52,8 +57,17 @@ class CommandLine {
         ->required();
   }
 
+  /// For a server that runs: its file of keys is looked at by itself.
+  void leave_keys() { serve_app_->get_option("--keys")->get_validator()->active(false); }
+
   /// Throws CLI::ParseError.
   void parse(const std::vector<std::string>& arguments) {
+    // The library would miss a command, and not say which word is none.
+    if (arguments.size() > 1 && !arguments[1].starts_with('-') &&
+        app_.get_subcommands([&](const CLI::App* app) { return app->get_name() == arguments[1]; })
+            .empty()) {
+      throw CLI::ValidationError("there is no command '" + arguments[1] + "'");
+    }
     std::vector<const char*> texts;
     texts.reserve(arguments.size());
     for (const std::string& argument : arguments) texts.push_back(argument.c_str());
@@ -90,9 +104,10 @@ class CommandLine {
       return {out.str(), 0};
     }
     std::string asked = "sightline";
-    for (const CLI::App* command : app_.get_subcommands()) {
-      asked += " ";
-      asked += command->get_name();
+    for (auto commands = app_.get_subcommands(); !commands.empty();) {
+      const CLI::App* command = commands.front();
+      asked += " " + command->get_name();
+      commands = command->get_subcommands();
     }
     // 1 is taken: a ray that misses.
     return {"sightline: " + std::string(error.what()) + "\nSee " + asked + " --help\n", 2};
@@ -121,10 +136,20 @@ class CommandLine {
   std::string role_;
 };
 
+/// Whether the file of keys is looked at with the settings.
+enum class KeysFile { kWithSettings, kByItself };
+
 /// What is wrong with one setting by itself, or nothing.
-std::string check_setting(const Setting& setting) {
+std::string check_setting(const Setting& setting, KeysFile keys) {
   CommandLine line;
-  if (line.setting(setting.name) == nullptr) return "there is no such setting";
+  if (keys == KeysFile::kByItself) line.leave_keys();
+  const CLI::Option* option = line.setting(setting.name);
+  if (option == nullptr) return "there is no such setting";
+  const bool is_switch = option->get_items_expected_max() == 0;
+  if (is_switch && setting.values != std::vector<std::string>{"true"} &&
+      setting.values != std::vector<std::string>{"false"}) {
+    return "it is true or false";
+  }
   try {
     std::vector<std::string> arguments{"sightline", "serve"};
     append_flags(setting, arguments);
@@ -137,10 +162,11 @@ std::string check_setting(const Setting& setting) {
 }
 
 /// The settings of a file that are good; `mistakes` gets the others.
-std::vector<Setting> good_settings(const std::string& file, std::vector<std::string>& mistakes) {
+std::vector<Setting> good_settings(const std::string& file, std::vector<std::string>& mistakes,
+                                   KeysFile keys = KeysFile::kWithSettings) {
   std::vector<Setting> good;
   for (Setting& setting : read_config(file, mistakes)) {
-    const std::string wrong = check_setting(setting);
+    const std::string wrong = check_setting(setting, keys);
     if (wrong.empty()) {
       good.push_back(std::move(setting));
     } else {
@@ -156,16 +182,32 @@ std::string lines_of(const std::vector<std::string>& mistakes) {
   return text;
 }
 
-}  // namespace
+/// What the library or check_together says of a flag, "--name: text", at the place in the file
+/// where that flag stands.
+std::string placed(const std::string& file, const std::vector<Setting>& settings,
+                   const std::string& what) {
+  const std::size_t colon = what.find(": ");
+  for (const Setting& setting : settings) {
+    if (what.starts_with("--") && colon == setting.name.size() + 2 &&
+        what.compare(2, setting.name.size(), setting.name) == 0) {
+      return place_of(file, setting) + what.substr(colon + 2);
+    }
+  }
+  return file + ": " + what;
+}
 
-Command parse_command_line(const std::vector<std::string>& arguments) {
+Command parse(const std::vector<std::string>& arguments, KeysFile keys) {
   CommandLine plain, whole;
+  if (keys == KeysFile::kByItself) {
+    plain.leave_keys();
+    whole.leave_keys();
+  }
   try {
     plain.parse(arguments);
     auto all = arguments;
     if (!plain.config().empty()) {
       std::vector<std::string> mistakes;
-      for (const Setting& setting : good_settings(plain.config(), mistakes)) {
+      for (const Setting& setting : good_settings(plain.config(), mistakes, keys)) {
         if (plain.setting(setting.name)->count() == 0) append_flags(setting, all);
       }
       if (!mistakes.empty()) return ShowText{lines_of(mistakes), 2};
@@ -182,23 +224,55 @@ Command parse_command_line(const std::vector<std::string>& arguments) {
   }
 }
 
-std::vector<std::string> mistakes_of_config(const std::string& file) {
-  std::vector<std::string> mistakes, arguments{"sightline", "serve"};
-  for (const Setting& setting : good_settings(file, mistakes)) append_flags(setting, arguments);
-  if (!mistakes.empty()) return mistakes;
+}  // namespace
+
+Command parse_command_line(const std::vector<std::string>& arguments) {
+  return parse(arguments, KeysFile::kWithSettings);
+}
+
+Command parse_again(const std::vector<std::string>& arguments) {
+  return parse(arguments, KeysFile::kByItself);
+}
+
+ConfigReport report_of_config(const std::string& file) {
+  ConfigReport report;
+  std::vector<std::string> arguments{"sightline", "serve"};
+  const auto settings = good_settings(file, report.mistakes);
+  for (const Setting& setting : settings) append_flags(setting, arguments);
+  if (!report.mistakes.empty()) return report;
+  const auto mistake = [&](const std::string& what) {
+    report.mistakes.push_back(placed(file, settings, what));
+  };
   try {
     CommandLine line;
     line.parse(arguments);
     const auto command = std::get<ServeCommand>(line.command());
     check_together(command);
-    std::vector<std::string> warnings;
-    if (command.keys.empty()) return mistakes;
-    const auto ring = KeyRing::read(command.keys, warnings);
-    if (!ring) mistakes.push_back(file + ": " + ring.error().message);
+    for (const std::string& text : warnings_of(command)) {
+      report.warnings.push_back(placed(file, settings, text));
+    }
+    if (!command.keys.empty()) {
+      std::vector<std::string> warnings;
+      const auto ring = KeyRing::read(command.keys, warnings);
+      if (!ring) mistake("--keys: " + ring.error().message);
+      for (const std::string& text : warnings) {
+        report.warnings.push_back(placed(file, settings, "--keys: " + text));
+      }
+    }
+    if (!command.data.empty()) {
+      if (const Status good = check_data_folder(command.data); !good) {
+        mistake("--data: " + good.error().message);
+      }
+    }
+    if (!command.scene_root.empty()) {
+      if (const auto root = SceneRoot::open(command.scene_root); !root) {
+        mistake("--scene-root: " + root.error().message);
+      }
+    }
   } catch (const CLI::ParseError& error) {
-    mistakes.push_back(file + ": " + error.what());
+    mistake(error.what());
   }
-  return mistakes;
+  return report;
 }
 
 }  // namespace sightline

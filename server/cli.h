@@ -118,8 +118,14 @@ using Command = std::variant<ServeCommand, CastCommand, QueryCommand, McpCommand
 
 /// `arguments` begin with the name of the program. Reads the file of --config.
 Command parse_command_line(const std::vector<std::string>& arguments);
-/// The mistakes of a file for --config, each with its place, "FILE:LINE: text"; none: a server
-/// would take it.
-std::vector<std::string> mistakes_of_config(const std::string& file);
+/// The same for a server that runs, whose file of keys is read by itself and may be missing.
+Command parse_again(const std::vector<std::string>& arguments);
+
+/// What is wrong with a file for --config, each with its place, "FILE:LINE: name: text".
+struct ConfigReport {
+  std::vector<std::string> mistakes;  ///< none: a server would take it
+  std::vector<std::string> warnings;
+};
+ConfigReport report_of_config(const std::string& file);
 
 }  // namespace sightline

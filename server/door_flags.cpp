@@ -7,7 +7,8 @@ namespace sightline {
 void define_door(CLI::App& app, DoorLimits& limits, DoorSeconds& seconds) {
   FlagMaker flags(app);
   app.add_option("--workers", limits.workers,
-                 "requests answered at once, and again as many with long or chunked bodies")
+                 "requests answered at once; as many more each for heavier ones and for long or "
+                 "chunked bodies")
       ->check(CLI::Range(8, 4096))
       ->capture_default_str();
   flags.add_count("--max-queue", limits.queue, "requests that wait for a worker; more are 503");

@@ -6,10 +6,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <cstdlib>
 #include <limits>
 #include <new>
+#include <system_error>
 #include <typeinfo>
 #include <utility>
 
@@ -197,6 +199,7 @@ HttpServer::~HttpServer() {
 
 Result<int> HttpServer::bind(const ListenAddress& address) {
   int port = address.port;
+  errno = 0;
   if (port == 0) {
     port = bind_to_any_port(address.host);
   } else if (!bind_to_port(address.host, port)) {
@@ -204,8 +207,9 @@ Result<int> HttpServer::bind(const ListenAddress& address) {
   }
   if (port < 0) {
     return Error{ErrorKind::kConflict, "LISTEN_FAILED",
-                 "cannot listen on " + address.host + ":" + std::to_string(address.port) +
-                     ": the port is taken, or the address is not this machine's",
+                 "cannot listen on " + address.host + ":" + std::to_string(address.port) + ": " +
+                     (errno != 0 ? std::generic_category().message(errno)
+                                 : "the address is not this machine's"),
                  ""};
   }
   // The library asks for a queue of 5.

@@ -39,7 +39,7 @@ const char* read_key(const std::vector<std::string_view>& words, Key& key) {
   if (words.size() != 3) return "a line has a role, a name and a hash";
   if (words[0] != "read" && words[0] != "write") return "the role is neither read nor write";
   if (!is_key_name(words[1])) {
-    return "a name has 1 to 128 of the characters A-Z a-z 0-9 . _ -";
+    return "a name has 1 to 128 of the characters A-Z a-z 0-9 . _ -, and begins with no dot";
   }
   if (!words[2].starts_with(kHash) || !is_sha256(words[2].substr(kHash.size()))) {
     return "the hash is not sha256: and 64 lower-case hexadecimal digits";
@@ -93,11 +93,11 @@ Result<KeyRing> KeyRing::read(const std::filesystem::path& file,
                               std::vector<std::string>& warnings) {
   struct stat status {};
   const bool found = ::stat(file.c_str(), &status) == 0 && S_ISREG(status.st_mode);
-  const auto text = found ? read_small_file(file, kMostBytes, "read the keys")
-                          : Error{ErrorKind::kNotFound, "", "it is no file", ""};
+  const auto text =
+      found ? read_small_file(file, kMostBytes, "read the keys")
+            : Error{ErrorKind::kNotFound, "", "cannot read the keys: it is no file", ""};
   if (!text) {
-    return Error{ErrorKind::kNotFound, "KEYS_UNREADABLE",
-                 "cannot read the file of --keys: " + text.error().message, ""};
+    return Error{ErrorKind::kNotFound, "KEYS_UNREADABLE", text.error().message, ""};
   }
   if ((status.st_mode & S_IROTH) != 0) {
     warnings.emplace_back("others can read the file of --keys: chmod o-r");

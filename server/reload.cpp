@@ -18,6 +18,10 @@ void log_refusal(const ServeCommand& command, const std::string& text, Log& log)
       line.replace(place, command.config.size(),
                    std::filesystem::path(command.config).filename().string());
     }
+    // What a terminal would be told beside it.
+    constexpr std::string_view kProgram = "sightline: ";
+    if (line.starts_with("See sightline")) continue;
+    if (line.starts_with(kProgram)) line.erase(0, kProgram.size());
     log.error(line);
   }
   log.error("the settings stay as they were");
@@ -65,18 +69,23 @@ void reload(const Running& running) {
   Log& log = running.service.log;
   log.info("reloading");
   // First, and whatever the settings are: a key that was taken away is not to wait for them.
+  bool has_keys = true, has_settings = true;
   if (!command.keys.empty()) {
     if (const Status taken = take_keys(command.keys, running.access, log); !taken) {
       log.error("the keys stay as they were", {{"reason", taken.error().message}});
+      has_keys = false;
     }
   }
-  const Command next = parse_command_line(command.arguments);
+  const Command next = parse_again(command.arguments);
   if (const auto* serve = std::get_if<ServeCommand>(&next)) {
     take_settings(running, *serve);
   } else if (const auto* shown = std::get_if<ShowText>(&next)) {
     log_refusal(command, shown->text, log);
+    has_settings = false;
   }
-  log.info("reloaded");
+  log.info(has_settings ? (has_keys ? "reloaded" : "reloaded, keys unchanged")
+                        : (has_keys ? "reloaded, settings unchanged"
+                                    : "reloaded, keys and settings unchanged"));
 }
 
 }  // namespace sightline

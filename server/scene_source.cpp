@@ -123,6 +123,9 @@ Status check_source(const std::string& source) {
   }
   std::error_code error;
   if (std::filesystem::is_regular_file(source, error)) return success();
+  if (error && error != std::errc::no_such_file_or_directory) {
+    return not_found("cannot read '" + source + "': " + error.message());
+  }
   return not_found("there is no file '" + source + "'");
 }
 

@@ -18,6 +18,7 @@
 #include "server/request_weight.h"
 #include "server/routes.h"
 #include "server/scene_source.h"
+#include "server/serve_flags.h"
 #include "server/signals.h"
 #include "server/system_limits.h"
 #include "server/version.h"
@@ -175,13 +176,16 @@ class LastWatch {
 /// `last_watch` is there from the end of that.
 int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWatch>& last_watch,
           std::ostream& out, std::ostream& complaints) {
-  const auto complain = [&](const Error& error) {
-    complaints << "sightline: " << error.code << ": " << error.message << "\n";
+  // `where`: the flag and what it names.
+  const auto complain = [&](const Error& error, const std::string& where = "") {
+    complaints << "sightline: " << error.code << ": " << where << error.message << "\n";
     return 2;
   };
   AccessRules access;
   if (!command.keys.empty()) {
-    if (Status taken = take_keys(command.keys, access, log); !taken) return complain(taken.error());
+    if (Status taken = take_keys(command.keys, access, log); !taken) {
+      return complain(taken.error(), "--keys " + command.keys + ": ");
+    }
   }
   std::atomic<bool> hurry{false};
   auto engine =
@@ -202,7 +206,9 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
     return kept(keeper, load_scene(input, command.laziness), input.sha256);
   };
   auto store = SceneStore::open(options, load, preloads_of(command, keeper));
-  if (!store) return complain(store.error());
+  if (!store) {
+    return complain(store.error(), command.data.empty() ? "" : "--data " + command.data + ": ");
+  }
 
   command.door.connections = allowed_connections(command.door);
   command.door.request = std::min(command.door.request, machine_memory() / 2);
@@ -225,9 +231,7 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
   add_scene_part_routes(router, service);
   add_box_routes(router, service);
   const AnswerHeaders headers(command.cors_origins);
-  if (command.keys.empty() && !command.cors_origins.empty()) {
-    log.warn("--cors-origin without --keys: whoever's pages may ask may change scenes as well");
-  }
+  for (const std::string& warning : warnings_of(command)) log.warn(warning);
   const bool for_this_machine = is_local_host(command.listen.host);
   const DoorRules rules{
       headers,

@@ -1,5 +1,8 @@
 #include "server/serve_flags.h"
 
+#include <algorithm>
+
+#include "core/run/engine.h"
 #include "core/store/scene_id.h"
 #include "server/answer_headers.h"
 #include "server/flag_maker.h"
@@ -20,6 +23,16 @@ std::pair<std::string, std::string> parse_preload(const std::string& text) {
     throw CLI::ValidationError("--preload", found.error().message);
   }
   return preload;
+}
+
+/// What the engine would say, but with the flag's name and place.
+std::string check_kernel(const std::string& text) {
+  std::string names;
+  for (const std::string& name : Engine::kernels()) {
+    if (name == text) return "";
+    names += " " + name;
+  }
+  return "'" + text + "' is no kernel of this machine, which has" + names;
 }
 
 template <class Parsed>
@@ -59,7 +72,10 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
           ""))
       ->type_name("ORIGIN");
   app.add_option("--data", command.data,
-                 "folder where scenes are kept; without it they live in memory only");
+                 "folder where scenes are kept; without it they live in memory only")
+      ->check(CLI::Validator(
+          [](std::string& text) { return text.empty() ? "the name of a folder is not empty" : ""; },
+          ""));
   app.add_option("--preload", flags.preloads,
                  "ID=FILE, or ID=demo:town, demo:six or demo:painted: a scene to load at the start "
                  "(repeatable)")
@@ -67,7 +83,8 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
   app.add_option("--threads", command.threads, "threads that trace; 0: as many as the machine has")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
-  app.add_option("--kernel", command.kernel, "traversal kernel (see --version); default: the best");
+  app.add_option("--kernel", command.kernel, "traversal kernel (see --version); default: the best")
+      ->check(CLI::Validator(check_kernel, ""));
   app.add_option("--log-level", command.log_level, "of the log on standard error")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
       ->capture_default_str()
@@ -79,8 +96,10 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
   FlagMaker maker(app);
   maker.add_count("--max-scene-bytes", command.limits.scene_bytes, "of an uploaded scene");
   maker.add_count("--max-query-bytes", command.limits.query_bytes, "of a query's body");
-  maker.add_count("--max-rays", command.limits.rays, "in one request");
-  maker.add_count("--max-hits", command.limits.hits, "listed in one answer to rays:all");
+  maker.add_count("--max-rays", command.limits.rays,
+                  "in one request; points, boxes and pairs likewise");
+  maker.add_count("--max-hits", command.limits.hits,
+                  "listed in one answer: of rays, points, boxes, clearance");
   maker.add_count("--max-loads", command.limits.loads,
                   "scenes that may be on their way at once; two of them are built at a time");
   maker.add_count("--max-upload-memory", command.limits.uploads,
@@ -127,6 +146,11 @@ void finish_serve(ServeCommand& command, const ServeFlags& flags) {
   command.listen = std::move(*listen);
   for (const std::string& preload : flags.preloads) {
     command.preloads.push_back(parse_preload(preload));
+    const std::string& name = command.preloads.back().first;
+    if (std::any_of(command.preloads.begin(), command.preloads.end() - 1,
+                    [&](const auto& other) { return other.first == name; })) {
+      throw CLI::ValidationError("--preload", "'" + name + "' stands there a second time");
+    }
   }
   command.urls.patterns = parse_each<UrlPattern>(flags.allow_urls, "--allow-url");
   command.urls.addresses = parse_each<AddressRange>(flags.allow_addresses, "--allow-address");
@@ -141,6 +165,9 @@ void finish_serve(ServeCommand& command, const ServeFlags& flags) {
   finish_door(command.door, flags.door);
   command.drain = milliseconds_of(flags.drain_seconds);
   command.notice = milliseconds_of(flags.notice_seconds);
+  command.limits.drain = command.drain;
+  command.limits.notice = command.notice;
+  command.limits.memory_budget = command.memory_budget;
 }
 
 void check_together(const ServeCommand& command) {
@@ -149,6 +176,11 @@ void check_together(const ServeCommand& command) {
                                                ": say who may ask with --keys FILE, or say "
                                                "--insecure and let everybody do everything");
   }
+}
+
+std::vector<std::string> warnings_of(const ServeCommand& command) {
+  if (!command.keys.empty() || command.cors_origins.empty()) return {};
+  return {"--cors-origin: without --keys whoever's pages may ask may change scenes as well"};
 }
 
 std::vector<FlagText> flag_texts(const CLI::App& app) {

@@ -29,6 +29,8 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags);
 void finish_serve(ServeCommand& command, const ServeFlags& flags);
 /// After that: what they say together. Throws CLI::ValidationError.
 void check_together(const ServeCommand& command);
+/// What a server takes but its operator should know, each "--flag: text".
+std::vector<std::string> warnings_of(const ServeCommand& command);
 /// Every flag of a parsed `app`.
 std::vector<FlagText> flag_texts(const CLI::App& app);
 

@@ -33,9 +33,13 @@ struct ServiceLimits {
   LiveTime request{std::chrono::milliseconds(60'000)};  ///< for tracing
   std::size_t loads = 100;                              ///< under way or waiting
   std::uint64_t uploads = std::uint64_t{1} << 30;       ///< in memory, together
-  std::size_t waiters = 16;   ///< requests that wait for a load, each on a worker
-  std::size_t listeners = 8;  ///< to events, each on a worker
-  std::size_t streams = 8;    ///< of rays, each on a worker
+  // Of the process; a stop and the keeper of trees look at them elsewhere.
+  LiveTime drain{std::chrono::milliseconds(30'000)};
+  LiveTime notice{std::chrono::milliseconds(0)};
+  std::uint64_t memory_budget = 0;  ///< 0: no limit
+  std::size_t waiters = 16;         ///< requests that wait for a load, each on a worker
+  std::size_t listeners = 8;        ///< to events, each on a worker
+  std::size_t streams = 8;          ///< of rays, each on a worker
 
   void take_live(const ServiceLimits& other) {
     scene_bytes = other.scene_bytes;
@@ -43,6 +47,8 @@ struct ServiceLimits {
     rays = other.rays;
     hits = other.hits;
     request = other.request;
+    drain = other.drain;
+    notice = other.notice;
   }
 };
 

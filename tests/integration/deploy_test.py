@@ -72,6 +72,12 @@ class ManPage(unittest.TestCase):
         self.assertEqual(page, man_page.page(BINARY), "scripts/man_page.py BINARY --write")
         for word in ("listen", "keys", "config", "max\\-rays", "origin", "any", "role", "FILE", "NAME"):
             self.assertRegex(page, r"\\fB(\\-\\-)?" + word.replace("\\", r"\\"))
+        self.assertTrue(page.startswith('.\\" '), "a comment is a request")
+        self.assertNotIn("\\fBwhat to print", page)
+        self.assertIn("\nmode:\nwhat to print; default: the closest hit\n.TP\n", page)
+        self.assertIn(".SH ENVIRONMENT\n.TP\nSIGHTLINE_KEY\n", page)
+        for command in ("cast", "query", "check\\-config"):
+            self.assertIn(f"\\fB{command}\\fR", page.split(".SH EXIT STATUS")[1].split(".SH")[0])
 
     def test_it_is_good_troff(self):
         if shutil.which("groff") is None:
@@ -162,6 +168,15 @@ class Tls(TlsCase):
                 self.assertEqual(answer.headers["x-content-type-options"], "nosniff")
         locked = self.ask("/v1/scenes/six")
         self.assertEqual((locked.status, locked.headers["www-authenticate"]), (401, 'Bearer realm="sightline"'))
+
+    def test_query_wants_an_authority_that_it_trusts(self):
+        command = (BINARY, "query", self.url, "six", "--origin=-10,1,0", "--direction", "1,0,0", "--any")
+        trusted = dict(os.environ, SIGHTLINE_KEY=self.key, SSL_CERT_FILE=str(self.certificate))
+        self.assertEqual(run(*command, env=trusted).stdout, "true\n")
+        del trusted["SSL_CERT_FILE"]
+        strange = run(*command, env=trusted)
+        self.assertEqual((strange.returncode, strange.stdout), (2, ""))
+        self.assertIn("no authority that this machine trusts", strange.stderr)
 
     def test_request_ids_come_through_both_ways(self):
         given = self.ask("/v1/scenes/six", *bearer(self.key), "-H", "X-Request-Id: through-tls")

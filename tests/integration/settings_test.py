@@ -21,8 +21,8 @@ LIVE = [("max-scene-bytes", 1001, "scene_bytes", 1001), ("max-query-bytes", 1002
         ("max-header-bytes", 1006, "header_bytes", 1006), ("max-header-fields", 17, "header_fields", 17),
         ("header-seconds", 1.25, "header_ms", 1250), ("idle-seconds", 19, "idle_ms", 19000), ("min-rate", 10, "rate_bytes_per_second", 10),
         ("queue-seconds", 17, "queue_ms", 17000), ("busy-rate", 11, "busy_bytes_per_second", 11),
-        ("rate-seconds", 2, "rate_ms", 2000), ("body-seconds", 21, "body_ms", 21000), ("drain-seconds", 22, None, None),
-        ("notice-seconds", 0.5, None, None), ("log-level", "info", None, None)]
+        ("rate-seconds", 2, "rate_ms", 2000), ("body-seconds", 21, "body_ms", 21000), ("drain-seconds", 22, "drain_ms", 22000),
+        ("notice-seconds", 0.5, "notice_ms", 500), ("log-level", "info", None, None)]
 
 
 def run(*arguments):
@@ -42,10 +42,13 @@ class Settings(unittest.TestCase):
 
     def hang_up(self, server):
         """SIGHUP; returns what it made the server say."""
-        before = server.log_text().count("] reloaded\n")
+        def ends():
+            return len(re.findall(r"\] reloaded(, .* unchanged)?\n", server.log_text()))
+
+        before = ends()
         at = len(server.log_text())
         server.signal(signal.SIGHUP)
-        while server.log_text().count("] reloaded\n") == before:
+        while ends() == before:
             self.assertIsNone(server.process.poll())
         return server.log_text()[at:]
 
@@ -66,11 +69,55 @@ class Settings(unittest.TestCase):
         self.assertEqual((code, out, refused.replace("sightline: ", "")), (2, "", complaints))
         self.assertEqual(run("check-config", self.folder / "none")[0], 2)
 
+    def test_check_config_refuses_what_a_server_would(self):
+        write_keys(self.keys, "read a")
+        for bad in ({"kernel": "mmx"}, {"data": "/proc/nope"}, {"data": str(self.config)}, {"insecure": 5}, {"listen": "0.0.0.0:0"},
+                    {"keys": str(self.keys)}, {"preload": ["a=demo:six", "a=demo:town"]}):
+            with self.subTest(bad=bad):
+                self.config.write_text(json.dumps({"max-rays": 5, **bad}, indent=1), encoding="utf-8")
+                code, out, complaints = run("check-config", self.config)
+                self.assertEqual((code, out, complaints.count("\n")), (2, "", 1))
+                self.assertTrue(complaints.startswith(f"{self.config}:3: {[*bad][0]}: "), complaints)
+                self.assertEqual(run("serve", "--config", self.config)[:2], (2, ""))
+        self.write(cors_origin="https://a.example", data=str(self.folder / "new"))
+        code, out, complaints = run("check-config", self.config)
+        self.assertEqual((code, out), (0, f"{self.config}: good\n"))
+        self.assertRegex(complaints, r":1: cors-origin: without --keys .* \(a warning\)\n$")
+        self.assertFalse((self.folder / "new").exists())
+
+    def test_a_start_says_what_is_in_its_way(self):
+        def refused(*arguments):
+            code, out, complaints = run(*arguments)
+            self.assertEqual((code, out), (2, ""))
+            return complaints
+
+        loop = self.folder / "loop"
+        loop.symlink_to(loop)
+        with Server("--data", self.folder / "data") as server:
+            self.assertIn(f"127.0.0.1:{server.port}: Address already in use", refused("serve", "--listen", f"127.0.0.1:{server.port}"))
+            self.assertIn(f"--data {self.folder}/data: the data folder is in use", refused("serve", "--data", self.folder / "data"))
+        self.assertIn("Too many levels", refused("serve", "--preload", f"a={loop}"))
+        self.assertIn("--data: the name of a folder is not empty", refused("serve", "--data", ""))
+        self.assertIn("'a' stands there a second time", refused("serve", "--preload", "a=demo:six", "--preload", "a=demo:six"))
+        self.assertEqual(refused("frob"), "sightline: there is no command 'frob'\nSee sightline --help\n")
+        said = refused("key", "new", "--role", "read", "--name", ".a")
+        self.assertIn("does not begin with a dot", said)
+        self.assertIn("\nSee sightline key new --help\n", said)
+        self.keys.mkdir()
+        said = refused("serve", "--keys", self.folder / "none")
+        self.config.write_text("x", encoding="utf-8")
+        said = refused("serve", "--keys", self.config)
+        self.assertIn(f"--keys {self.config}: line 1", said)
+        ray = ("a", "--origin", "0,0,0", "--direction", "0,0,1")
+        self.assertIn("nothing takes connections", refused("query", f"http://127.0.0.1:{server.port}", *ray))
+        self.assertEqual(refused("query", "http://127.0.0.1:1", *ray, "--key-file", self.folder / "none").count("cannot"), 1)
+
     def test_a_server_takes_its_settings_from_a_file(self):
-        self.write(preload=["a=demo:six", "b=demo:town"], max_rays=7, idle_seconds=1.5, data=str(self.folder / "data"))
+        self.write(preload=["a=demo:six", "b=demo:town"], max_rays=7, idle_seconds=1.5, fetch_seconds=7, memory_budget=10**9, data=str(self.folder / "data"))
         with Server("--config", self.config, "--max-hits", 9) as server:
             limits = self.limits(server)
             self.assertEqual((limits["rays"], limits["hits"], limits["idle_ms"]), (7, 9, 1500))
+            self.assertEqual((limits["fetch_ms"], limits["memory_budget"]), (7000, 10**9))
             self.assertEqual([scene["id"] for scene in server.ask("/v1/scenes").json()["scenes"]], ["a", "b"])
 
     def test_sighup_changes_every_limit_that_the_help_says_it_does(self):
@@ -120,20 +167,25 @@ class Settings(unittest.TestCase):
                         self.config.write_text(bad, encoding="utf-8")
                     said = self.hang_up(server)
                     self.assertIn("the settings stay as they were", said)
+                    self.assertIn("] reloaded, settings unchanged\n", said)
+                    self.assertNotIn("sightline", said.replace("sightline.json", ""))
                     self.assertNotIn(str(self.folder), said)
                     self.config.write_text("", encoding="utf-8")
                     limits = server.ask("/version", *bearer(key)).json()["limits"]
                     self.assertEqual(limits["rays"], 5)
-            for bad in (key, "read a", None):
+            for turn, bad in enumerate((key, "read a", None)):
                 with self.subTest(keys=bad):
+                    # Each for itself: good settings are taken beside bad keys, and beside none.
+                    self.write(max_rays=6 + turn, keys=str(self.keys))
                     self.keys.unlink()
                     if bad is not None:
                         self.keys.write_text(bad, encoding="ascii")
                     said = self.hang_up(server)
                     self.assertIn("the keys stay as they were", said)
+                    self.assertIn("] reloaded, keys unchanged\n" if bad is None else ", keys", said)
                     self.assertNotIn(key, said)
                     self.keys.write_text("", encoding="ascii")
-                    self.assertEqual(server.ask("/version", *bearer(key)).status, 200)
+                    self.assertEqual(server.ask("/version", *bearer(key)).json()["limits"]["rays"], 6 + turn)
 
     def test_sighup_takes_keys_in_and_out(self):
         (first, first_line), (second, second_line) = make_key("read", "first"), make_key("write", "second")

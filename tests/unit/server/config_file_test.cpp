@@ -22,7 +22,7 @@ class ConfigFile : public testing::Test {
     return file;
   }
   std::vector<std::string> mistakes(const std::string& text) const {
-    return mistakes_of_config(write("config", text));
+    return report_of_config(write("config", text)).mistakes;
   }
   /// What a server would be told, without the file's own name.
   static std::vector<FlagText> flags(std::vector<std::string> arguments) {
@@ -50,7 +50,7 @@ TEST_F(ConfigFile, says_the_same_as_each_flag) {
       {"cors-origin", R"(["https://a.example", "*"])"},
       {"preload", R"(["a=demo:six", "b=demo:town"])"},
       {"threads", "3"},
-      {"kernel", "\"scalar\""},
+      {"kernel", "\"baseline\""},
       {"log-level", "\"warn\""},
       {"log-format", "\"json\""},
       {"skip", "\"none\""},
@@ -65,7 +65,7 @@ TEST_F(ConfigFile, says_the_same_as_each_flag) {
     // The others are numbers, and one more than the default is good for each.
     if (value.empty()) value = std::to_string(std::stoull(flag.text) + 1);
     const std::string file = write("config", "{\"" + flag.name + "\": " + value + "}");
-    EXPECT_EQ(mistakes_of_config(file), std::vector<std::string>());
+    EXPECT_EQ(report_of_config(file).mistakes, std::vector<std::string>());
     std::vector<std::string> mistakes, given;
     for (const Setting& setting : read_config(file, mistakes)) append_flags(setting, given);
     EXPECT_FALSE(given.empty());
@@ -124,9 +124,9 @@ TEST_F(ConfigFile, is_one_object_of_good_json) {
   EXPECT_NE(mistakes("{\n\n\"max-rays\": 5 5}")[0].find("config:3: "), std::string::npos);
   EXPECT_EQ(mistakes(std::string(100'000, '[')).size(), 1u);
   EXPECT_EQ(mistakes(std::string((1 << 20) + 1, ' ')).size(), 1u);
-  EXPECT_EQ(mistakes_of_config(folder_).size(), 1u);
-  EXPECT_EQ(mistakes_of_config(folder_ / "none").size(), 1u);
-  EXPECT_EQ(mistakes_of_config("/dev/zero").size(), 1u);
+  EXPECT_EQ(report_of_config(folder_).mistakes.size(), 1u);
+  EXPECT_EQ(report_of_config(folder_ / "none").mistakes.size(), 1u);
+  EXPECT_EQ(report_of_config("/dev/zero").mistakes.size(), 1u);
 }
 
 TEST_F(ConfigFile, is_also_checked_as_a_whole) {
