@@ -152,7 +152,7 @@ class Headers(unittest.TestCase):
     def test_every_page_may_ask_where_that_is_said(self):
         with Server("--preload", "six=demo:six", "--cors-origin", "*") as server:
             self.assertEqual(server.ask("/v1/scenes/six", *preflight("null")).headers["access-control-allow-origin"], "null")
-            self.assertIn("[warning] --cors-origin without --keys", server.log_text())
+            self.assertIn("[warning] --cors-origin: without --keys", server.log_text())
 
     def test_a_bad_origin_is_refused_at_the_start(self):
         for origin in ("example.org", "https://", "https://example.org/", "https://example.org/a", "https://Example.org", "ftp://a", "null",
