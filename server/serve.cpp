@@ -6,6 +6,7 @@
 #include <atomic>
 #include <filesystem>
 #include <optional>
+#include <system_error>
 #include <thread>
 
 #include "core/run/engine.h"
@@ -274,9 +275,18 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
 
   const Running running{command, access, service, server};
   std::thread watcher([&] { watch_signals(signals, running); });
-  server.serve();
+  std::optional<Error> fault;
+  try {
+    server.serve();
+  } catch (const std::system_error& error) {
+    fault = {ErrorKind::kInternal, "THREADS_FEW",
+             "the system does not give the threads of " + std::to_string(command.door.workers) +
+                 " workers: " + error.code().message(),
+             ""};
+  }
   signals.wake();
   watcher.join();
+  if (fault) return complain(*fault, "--workers: ");
   last_watch.emplace(signals);
   return 0;
 }

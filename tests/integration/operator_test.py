@@ -9,7 +9,8 @@ from pathlib import Path
 
 import case_report
 from metrics_test import series
-from sightline_server import PATIENCE, Server, bearer, curl, demo_glb, make_key, write_keys
+from process_status import is_sanitized
+from sightline_server import BINARY, PATIENCE, Server, bearer, curl, demo_glb, make_key, write_keys
 
 QUERY = '{"rays":[{"origin":[-10,1,0],"direction":[1,0,0]}]}'
 
@@ -21,6 +22,18 @@ def entries(server):
 
 def reasons(answer):
     return {reason["code"]: reason for reason in answer.json().get("reasons", [])}
+
+
+class Start(unittest.TestCase):
+    def test_threads_that_the_system_does_not_give_are_told(self):
+        with Server() as server:
+            if is_sanitized(server):
+                self.skipTest("a sanitizer needs more addresses")
+        # Each takes 8 MiB of addresses for its stack.
+        done = subprocess.run(["prlimit", f"--as={1200 << 20}", BINARY, "serve", "--listen", "127.0.0.1:0", "--workers", "400"],
+                              capture_output=True, text=True, timeout=PATIENCE, check=False)
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn("THREADS_FEW: --workers: the system does not give the threads of 400 workers", done.stderr)
 
 
 class Logs(unittest.TestCase):
