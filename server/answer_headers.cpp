@@ -1,7 +1,10 @@
 #include "server/answer_headers.h"
 
+#include <fmt/chrono.h>
+
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 
 #include "server/ascii.h"
 #include "server/ip_address.h"
@@ -25,8 +28,7 @@ constexpr std::string_view kShown =
 constexpr std::string_view kAllowed =
     "Access-Control-Allow-Methods: GET, HEAD, POST, PUT, PATCH, DELETE\r\n"
     "Access-Control-Allow-Headers: Accept, Authorization, Content-Encoding, Content-Type, "
-    "If-Match, "
-    "If-None-Match, X-Request-Id\r\n"
+    "If-Match, If-None-Match, X-Request-Id\r\n"
     "Access-Control-Max-Age: 600\r\n";
 
 /// Of an origin: what stands in a Host field for it.
@@ -39,38 +41,6 @@ std::string_view host_of(std::string_view origin) {
 std::string name_of(std::string_view host) {
   if (host.starts_with('[')) return std::string(host.substr(1, host.find(']') - 1));
   return std::string(host.substr(0, host.find(':')));
-}
-
-void append_two(std::string& text, unsigned number) {
-  text += static_cast<char>('0' + number / 10);
-  text += static_cast<char>('0' + number % 10);
-}
-
-/// [RFC9110] 5.6.7: "Date: Sun, 06 Nov 1994 08:49:37 GMT". By hand, since it stands in every answer
-/// and a call of strftime takes as long as the rest of them.
-void append_date(std::string& text, std::chrono::system_clock::time_point at) {
-  constexpr std::string_view kDays = "SunMonTueWedThuFriSat";
-  constexpr std::string_view kMonths = "JanFebMarAprMayJunJulAugSepOctNovDec";
-  const auto day = std::chrono::floor<std::chrono::days>(at);
-  const std::chrono::year_month_day date(day);
-  const std::chrono::hh_mm_ss time(std::chrono::floor<std::chrono::seconds>(at - day));
-  const auto year = static_cast<unsigned>(static_cast<int>(date.year()));
-  text += "Date: ";
-  text += kDays.substr(3 * std::chrono::weekday(day).c_encoding(), 3);
-  text += ", ";
-  append_two(text, static_cast<unsigned>(date.day()));
-  text += ' ';
-  text += kMonths.substr(3 * (static_cast<unsigned>(date.month()) - 1), 3);
-  text += ' ';
-  append_two(text, year / 100 % 100);
-  append_two(text, year % 100);
-  text += ' ';
-  append_two(text, static_cast<unsigned>(time.hours().count()));
-  text += ':';
-  append_two(text, static_cast<unsigned>(time.minutes().count()));
-  text += ':';
-  append_two(text, static_cast<unsigned>(time.seconds().count()));
-  text += " GMT\r\n";
 }
 
 }  // namespace
@@ -88,8 +58,8 @@ bool AnswerHeaders::is_preflight(const RequestHead& head) const {
 bool AnswerHeaders::is_strange_page(const RequestHead& head) const {
   if (head.origin.empty() || allows(head.origin)) return false;
   const std::string_view host = host_of(head.origin);
-  return host.empty() ||
-         !is_local_host(name_of(host));  // "null": a page that hides where it is from
+  // None in "null": a page that hides where it is from.
+  return host.empty() || !is_local_host(name_of(host));
 }
 
 bool AnswerHeaders::is_strange_name(const RequestHead& head) const {
@@ -109,7 +79,9 @@ std::string AnswerHeaders::lines(const RequestHead& head, OwnHeaders own) const 
   std::string text;
   constexpr std::size_t kDate = 37;
   text.reserve(kDate + kFixed.size() + kCache.size() + kPolicy.size());
-  append_date(text, std::chrono::system_clock::now());
+  // [RFC9110] 5.6.7
+  fmt::format_to(std::back_inserter(text), "Date: {:%a, %d %b %Y %H:%M:%S} GMT\r\n",
+                 fmt::gmtime(std::chrono::system_clock::now()));
   text += kFixed;
   if (!own.cache) text += kCache;
   if (!own.policy) text += kPolicy;

@@ -265,7 +265,8 @@ void ConnectionGate::begin_sending(Connection& connection) {
 
 void ConnectionGate::note_taken(Connection& connection) {
   const std::uint64_t taken = taken_by_client(connection);
-  // What was on its way when this began counts too, but for what came to the client before.
+  // The first look finds less: all that was given is only an upper bound, which spares each answer
+  // a system call at its beginning.
   if (taken > connection.taken_before) connection.pace.moved(taken - connection.taken_before, now_);
   connection.taken_before = taken;
   connection.due = connection.pace.due();

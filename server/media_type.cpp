@@ -13,10 +13,8 @@ namespace {
 /// The media type without its parameters, in lower case.
 std::string media_type(const Exchange& exchange) {
   if (!says_media_type(exchange)) return {};
-  std::string type = *exchange.head->content_type;
-  type.resize(std::min(type.find(';'), type.size()));
-  while (!type.empty() && type.back() == ' ') type.pop_back();
-  return lower_case(type);
+  const std::string_view type = *exchange.head->content_type;
+  return lower_case(trimmed(type.substr(0, type.find(';'))));
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <string_view>
 
+#include "server/ascii.h"
+
 namespace sightline {
 namespace {
 
@@ -10,11 +12,8 @@ namespace {
 void add_tags(std::string_view list, bool takes_weak, TagList& tags) {
   while (!list.empty()) {
     const std::size_t end = std::min(list.find(','), list.size());
-    std::string_view tag = list.substr(0, end);
+    std::string_view tag = trimmed(list.substr(0, end));
     list.remove_prefix(std::min(end + 1, list.size()));
-    const auto is_space = [](char c) { return c == ' ' || c == '\t'; };
-    while (!tag.empty() && is_space(tag.front())) tag.remove_prefix(1);
-    while (!tag.empty() && is_space(tag.back())) tag.remove_suffix(1);
     if (tag == "*") tags.any = true;
     if (takes_weak && tag.starts_with("W/")) tag.remove_prefix(2);
     if (tag.size() > 1 && tag.front() == '"' && tag.back() == '"')
