@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <iterator>
 
 #include "server/ascii.h"
 #include "server/ip_address.h"
@@ -45,6 +44,17 @@ std::string name_of(std::string_view host) {
 
 }  // namespace
 
+void DateLine::add_to(std::string& text) {
+  const auto now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
+  const std::lock_guard hold(mutex_);
+  if (now != second_ || line_.empty()) {
+    // [RFC9110] 5.6.7
+    line_ = fmt::format("Date: {:%a, %d %b %Y %H:%M:%S} GMT\r\n", fmt::gmtime(now));
+    second_ = now;
+  }
+  text += line_;
+}
+
 bool AnswerHeaders::allows(std::string_view origin) const {
   return !origin.empty() && std::any_of(origins_.begin(), origins_.end(), [&](const auto& each) {
     return each == kEvery || each == origin;
@@ -79,9 +89,7 @@ std::string AnswerHeaders::lines(const RequestHead& head, OwnHeaders own) const 
   std::string text;
   constexpr std::size_t kDate = 37;
   text.reserve(kDate + kFixed.size() + kCache.size() + kPolicy.size());
-  // [RFC9110] 5.6.7
-  fmt::format_to(std::back_inserter(text), "Date: {:%a, %d %b %Y %H:%M:%S} GMT\r\n",
-                 fmt::gmtime(std::chrono::system_clock::now()));
+  date_->add_to(text);
   text += kFixed;
   if (!own.cache) text += kCache;
   if (!own.policy) text += kPolicy;

@@ -19,9 +19,9 @@ BodyReader::BodyReader(Connection& connection, ConnectionStream& stream, const P
                        std::uint64_t busy_rate, RequestMemory& memory)
     : connection_(connection),
       stream_(stream),
-      pace_(pace, Pace::Clock::now()),
-      hurry_({busy_rate, pace.window, pace.longest}, Pace::Clock::now()),
-      since_(Pace::Clock::now()),
+      since_(connection.head.has_body() ? Pace::Clock::now() : connection.asked_at),
+      pace_(pace, since_),
+      hurry_({busy_rate, pace.window, pace.longest}, since_),
       left_(connection.head.length.value_or(0)),
       owes_continue_(connection.head.expects_continue && connection.head.has_body()),
       memory_(memory) {}

@@ -68,8 +68,8 @@ class BodyReader {
 
   Connection& connection_;
   ConnectionStream& stream_;
-  Pace pace_, hurry_;
   Pace::Clock::time_point since_;  ///< when it last had something, which then was at work here
+  Pace pace_, hurry_;
   ChunkDecoder chunks_;
   std::uint64_t left_;  ///< unread, of a body that is not chunked
   bool has_received_ = false;

@@ -52,9 +52,7 @@ struct Connection {
   /// wake the door in vain; also bytes that come; also room for what is to be sent.
   enum class Heard { kEnd, kBytes, kRoom };
 
-  const int socket;  ///< does not block
-  std::string remote_ip;
-  int remote_port = 0;
+  const int socket;                  ///< does not block
   CancelFlag gone;                   ///< set when nobody waits for an answer any more
   std::atomic<bool> stirred{false};  ///< whether something came while a worker had it
 

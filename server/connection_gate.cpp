@@ -1,6 +1,5 @@
 #include "server/connection_gate.h"
 
-#include <arpa/inet.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <poll.h>
@@ -26,22 +25,6 @@ constexpr std::chrono::milliseconds kCheck{100};
 /// How long a head that has begun may take to end after a stop.
 constexpr std::chrono::milliseconds kLastHead{1000};
 constexpr int kAcceptedAtOnce = 256;
-
-std::string text_of(const sockaddr_storage& address, int& port) {
-  char text[INET6_ADDRSTRLEN] = "";
-  if (address.ss_family == AF_INET) {
-    sockaddr_in v4{};
-    std::memcpy(&v4, &address, sizeof v4);
-    ::inet_ntop(AF_INET, &v4.sin_addr, text, sizeof text);
-    port = ntohs(v4.sin_port);
-  } else if (address.ss_family == AF_INET6) {
-    sockaddr_in6 v6{};
-    std::memcpy(&v6, &address, sizeof v6);
-    ::inet_ntop(AF_INET6, &v6.sin6_addr, text, sizeof text);
-    port = ntohs(v6.sin6_port);
-  }
-  return text;
-}
 
 bool watch(int epoll, int socket, std::uint32_t events, int how = EPOLL_CTL_ADD) {
   epoll_event wanted{};
@@ -244,13 +227,10 @@ void ConnectionGate::take_returned() {
 
 void ConnectionGate::accept_all(int listener) {
   for (int i = 0; i < kAcceptedAtOnce || stopping_; ++i) {
-    sockaddr_storage address{};
-    socklen_t size = sizeof address;
-    const int socket = ::accept4(listener, reinterpret_cast<sockaddr*>(&address), &size,
-                                 SOCK_NONBLOCK | SOCK_CLOEXEC);
+    const int socket = ::accept4(listener, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (socket >= 0) {
       try {
-        adopt(socket, address);
+        adopt(socket);
       } catch (const std::bad_alloc&) {
         ::close(socket);
       }
@@ -270,16 +250,14 @@ void ConnectionGate::accept_all(int listener) {
   }
 }
 
-void ConnectionGate::adopt(int socket, const sockaddr_storage& address) {
+void ConnectionGate::adopt(int socket) {
   ++counts_.accepted;
   const int yes = 1;
   // Without it an answer may wait 40 ms for the client's acknowledgement.
   ::setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
   const auto at = static_cast<std::size_t>(socket);
   if (at >= connections_.size()) connections_.resize(at + 1);
-  auto made = std::make_unique<Connection>(socket, budget_);
-  made->remote_ip = text_of(address, made->remote_port);
-  connections_[at] = std::move(made);
+  connections_[at] = std::make_unique<Connection>(socket, budget_);
   Connection& connection = *connections_[at];
   ++open_;
   counts_.open = open_;

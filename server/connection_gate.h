@@ -28,7 +28,6 @@
 #include "server/worker_pool.h"
 
 struct epoll_event;
-struct sockaddr_storage;
 
 namespace sightline {
 
@@ -98,7 +97,7 @@ class ConnectionGate {
   void on_event(int socket, std::uint32_t events);
   void take_returned();
   void accept_all(int listener);
-  void adopt(int socket, const sockaddr_storage& address);
+  void adopt(int socket);
   /// Closes some of those that have been idle the longest, but never `spared`.
   bool make_room(const Connection* spared);
   void begin_stop(int listener);

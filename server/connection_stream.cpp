@@ -35,10 +35,8 @@ bool wait_until_readable(int socket, std::chrono::steady_clock::time_point due) 
 }
 
 ssize_t ConnectionStream::read(char* data, std::size_t size) {
-  const std::string& text = connection_.head.text;
-  const std::size_t count = std::min(size, text.size() - read_at_);
-  std::memcpy(data, text.data() + read_at_, count);
-  read_at_ += count;
+  const std::size_t count = unread_.copy(data, size);
+  unread_.remove_prefix(count);
   return static_cast<ssize_t>(count);
 }
 
@@ -154,12 +152,11 @@ bool ConnectionStream::finish() {
   return !broken_;
 }
 
+// Nobody asks for either, and they would cost a system call for every request.
 void ConnectionStream::get_remote_ip_and_port(std::string& ip, int& port) const {
-  ip = connection_.remote_ip;
-  port = connection_.remote_port;
+  get_local_ip_and_port(ip, port);
 }
 
-// Nobody asks, and it would cost a system call for every request.
 void ConnectionStream::get_local_ip_and_port(std::string& ip, int& port) const {
   ip.clear();
   port = 0;

@@ -14,7 +14,8 @@
 
 namespace sightline {
 
-/// Reads the head's text and then nothing: bodies go by BodyReader. Writes are collected, so that
+/// Reads a head that says nothing, and then nothing: the door has read the client's, and bodies go
+/// by BodyReader. Writes are collected, so that
 /// the head and a small body of an answer leave in one packet. What a client does not take at once
 /// stays behind in the connection's output, within the budget; beyond it the worker waits for the
 /// client, as long as the pace allows, and if one of the places of those who wait is free.
@@ -26,9 +27,10 @@ class ConnectionStream final : public httplib::Stream {
       : connection_(connection),
         pace_limits_(pace),
         hurry_limits_{busy_rate, pace.window, pace.longest},
-        writers_(writers) {}
+        writers_(writers),
+        unread_(connection.head.http10 ? "GET / HTTP/1.0\r\n\r\n" : "GET / HTTP/1.1\r\n\r\n") {}
 
-  bool is_readable() const override { return read_at_ < connection_.head.text.size(); }
+  bool is_readable() const override { return !unread_.empty(); }
   bool is_writable() const override { return !broken_; }
   ssize_t read(char* data, std::size_t size) override;
   ssize_t write(const char* data, std::size_t size) override;
@@ -71,7 +73,7 @@ class ConnectionStream final : public httplib::Stream {
   Connection& connection_;
   const PaceLimits pace_limits_, hurry_limits_;
   Places& writers_;
-  std::size_t read_at_ = 0;
+  std::string_view unread_;
   const RequestMemory* memory_ = nullptr;
   bool broken_ = false, silent_ = false;
   std::string head_lines_;

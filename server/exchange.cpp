@@ -26,15 +26,11 @@ void Exchange::reply(int status, std::string content, std::string_view media_typ
   // set_header adds: an earlier answer of this exchange must leave nothing behind.
   response.headers.erase("Content-Type");
   response.set_header("Content-Type", std::string(media_type));
-  response.headers.erase("X-Request-Id");
-  response.set_header("X-Request-Id", request_id);
 }
 
 void Exchange::reply_empty(int status) {
   response.status = status;
   response.body.clear();
-  response.headers.erase("X-Request-Id");
-  response.set_header("X-Request-Id", request_id);
 }
 
 void Exchange::reply_stream(std::string_view media_type,

@@ -30,8 +30,8 @@ struct Exchange {
   const CancelFlag* caller;  ///< set when nobody waits for the answer any more; may be null
   RequestMemory* memory;     ///< null where nobody counts it
   std::string request_id;
-  std::string scene_id;      ///< the {id} of the path, percent-decoded, not checked
-  std::string node_id = {};  ///< the {node} of the path, likewise
+  std::string scene_id = {};  ///< the {id} of the path, percent-decoded, not checked
+  std::string node_id = {};   ///< the {node} of the path, likewise
   // For the metrics: the pattern of the route, which outlives this, and what was asked.
   std::string_view route = {};
   std::uint64_t rays = 0, boxes = 0;

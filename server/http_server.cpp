@@ -31,6 +31,7 @@ struct Course {
   BodyReader& body;
   RequestMemory& memory;
   const std::atomic<bool>& stopping;
+  std::string request_id{};
   bool keeps = false;  ///< what the answer says of the connection
 
   void decide() { keeps = !connection.head.close && !stopping && body.is_skippable(); }
@@ -46,30 +47,30 @@ void put_off(Course& course) {
   course.stream.fall_silent();
 }
 
-Course* course_of(const httplib::Request& request) {
-  const auto* found = request.response_handler.target<CourseOf>();
-  return found == nullptr ? nullptr : found->course;
+/// It is there from before the library looks for who answers.
+Course& course_of(const httplib::Request& request) {
+  return *request.response_handler.target<CourseOf>()->course;
 }
 
 Exchange exchange_of(const httplib::Request& request, httplib::Response& response) {
-  const Course* course = course_of(request);
-  Exchange exchange{request,
-                    response,
-                    course == nullptr ? nullptr : &course->body,
-                    course == nullptr ? nullptr : &course->connection.gone,
-                    course == nullptr ? nullptr : &course->memory,
-                    checked_request_id(course == nullptr ? "" : course->connection.head.request_id),
-                    {}};
-  exchange.access = course == nullptr ? Access::kOpen : course->connection.head.access;
-  if (course != nullptr) {
-    exchange.at_door = course->connection.at_door;
-    exchange.asked_at = exchange.whole_at = course->connection.asked_at;
-    exchange.head = &course->connection.head;
-    exchange.key_name = course->connection.head.key_name;
-    exchange.revoked = course->connection.head.revoked;
-    exchange.accepts = course->connection.head.accepts;
-  }
-  return exchange;
+  Course& course = course_of(request);
+  Connection& connection = course.connection;
+  const RequestHead& head = connection.head;
+  if (course.request_id.empty()) course.request_id = checked_request_id(head.request_id);
+  return {.request = request,
+          .response = response,
+          .body = &course.body,
+          .caller = &connection.gone,
+          .memory = &course.memory,
+          .request_id = course.request_id,
+          .accepts = head.accepts,
+          .at_door = connection.at_door,
+          .asked_at = connection.asked_at,
+          .whole_at = connection.asked_at,
+          .head = &head,
+          .access = head.access,
+          .key_name = head.key_name,
+          .revoked = head.revoked};
 }
 
 /// In the coding that the client likes best, where that pays: raw numbers hardly shrink, and what
@@ -85,25 +86,29 @@ void compress(const RequestHead& head, httplib::Response& response) {
   response.set_header("Content-Encoding", std::string(coding_name(head.accepts)));
 }
 
+/// The library's own look-up makes a text of the name and compares letter by letter.
+bool has(const httplib::Headers& headers, std::string_view name) {
+  return std::any_of(headers.begin(), headers.end(),
+                     [&](const auto& header) { return header.first == name; });
+}
+
 /// What the library adds to every answer, where it is not true; and what it does not add.
 void correct(const httplib::Request& request, httplib::Response& response,
              const AnswerHeaders& headers) {
-  response.headers.erase("Accept-Ranges");
-  Course* course = course_of(request);
-  if (course != nullptr) course->decide();
-  if (course == nullptr || !course->keeps) {
-    response.headers.erase("Connection");
-    response.set_header("Connection", "close");
-  }
+  Course& course = course_of(request);
+  const RequestHead& head = course.connection.head;
+  if (head.method == "HEAD") response.headers.erase("Accept-Ranges");
+  course.decide();
+  // It was told that each connection ends: to say how long one is kept it would write a number by a
+  // stream, of what may change while the server runs.
+  if (course.keeps) response.headers.erase("Connection");
   // [RFC9110] 8.6
   if (response.status == 204 || response.status == 304) response.headers.erase("Content-Length");
-  // It would cost a call of printf, to say what may change while the server runs.
-  response.headers.erase("Keep-Alive");
-  if (course == nullptr) return;
   // In one piece, since each header that the library writes costs a call of printf.
-  course->stream.add_to_head(headers.lines(
-      course->connection.head,
-      {response.has_header("Cache-Control"), response.has_header("Content-Security-Policy")}));
+  course.stream.add_to_head(
+      "X-Request-Id: " + course.request_id + "\r\n" +
+      headers.lines(head, {has(response.headers, "Cache-Control"),
+                           has(response.headers, "Content-Security-Policy")}));
 }
 
 std::string type_name(const std::exception& exception) {
@@ -158,17 +163,18 @@ HttpServer::HttpServer(const DoorLimits& limits, Dispatch dispatch, Thrown throw
   // Every request ends here, before the library's router, and before it would read a body.
   set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
     Exchange exchange = exchange_of(request, response);
-    Course* const course = course_of(request);
-    if (course != nullptr && gate_.rules().headers.is_preflight(course->connection.head)) {
+    Course& course = course_of(request);
+    const RequestHead& head = course.connection.head;
+    if (gate_.rules().headers.is_preflight(head)) {
       exchange.reply_empty(204);
     } else {
       dispatch_(exchange);
       if (exchange.is_for_worker()) {
-        put_off(*course);
-      } else if (course != nullptr) {
-        compress(course->connection.head, response);
-        course->memory.keep(response.body.size());
-        course->stream.hurry_for(course->memory);
+        put_off(course);
+      } else {
+        compress(head, response);
+        course.memory.keep(response.body.size());
+        course.stream.hurry_for(course.memory);
       }
     }
     return HandlerResponse::Handled;
@@ -176,16 +182,6 @@ HttpServer::HttpServer(const DoorLimits& limits, Dispatch dispatch, Thrown throw
   set_post_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
     correct(request, response, gate_.rules().headers);
   });
-  // What the door has let in the library can read; if not, the fault is not the client's.
-  set_error_handler(
-      HandlerWithResponse([](const httplib::Request& request, httplib::Response& response) {
-        if (!response.body.empty()) return HandlerResponse::Unhandled;
-        if (course_of(request) != nullptr) return HandlerResponse::Unhandled;
-        exchange_of(request, response)
-            .reply_problem(400, "REQUEST_MALFORMED",
-                           "this is not an HTTP/1.1 request that the server understands");
-        return HandlerResponse::Handled;
-      }));
   // The default one would tell the client what the exception said.
   set_exception_handler([this](const httplib::Request& request, httplib::Response& response,
                                std::exception_ptr exception) {
@@ -238,16 +234,15 @@ void HttpServer::answer(Connection& connection) {
   BodyReader body(connection, stream, limits_.pace, limits_.busy_rate, memory);
   Course course{connection, stream, body, memory, stopping_};
   bool wants_close = false;
-  const bool answered =
-      process_request(stream, connection.head.close, wants_close, [&](httplib::Request& request) {
-        // What was judged is what is answered.
-        request.method = connection.head.method;
-        request.target = connection.head.target;
-        request.response_handler = CourseOf{&course};
-        // This too is a question of the library's client; here it lets a stream of events out of
-        // the buffer.
-        request.progress = [&](std::uint64_t, std::uint64_t) { return stream.flush(); };
-      });
+  const bool answered = process_request(stream, true, wants_close, [&](httplib::Request& request) {
+    // What was judged is what is answered.
+    request.method = connection.head.method;
+    request.target = connection.head.target;
+    request.response_handler = CourseOf{&course};
+    // This too is a question of the library's client; here it lets a stream of events out of
+    // the buffer.
+    request.progress = [&](std::uint64_t, std::uint64_t) { return stream.flush(); };
+  });
   if (connection.put_off) return;
   const bool sent = stream.finish() && answered;
   // Of a stream that broke off half of the answer may be on its way: only the end says so.
@@ -259,7 +254,7 @@ void HttpServer::answer(Connection& connection) {
 void HttpServer::answer_thrown(const httplib::Request& request, httplib::Response& response,
                                std::exception_ptr exception) const {
   Exchange exchange = exchange_of(request, response);
-  if (exchange.at_door) return put_off(*course_of(request));
+  if (exchange.at_door) return put_off(course_of(request));
   std::string kind = "not a std::exception";
   bool out_of_memory = false;
   try {

@@ -23,9 +23,9 @@ struct ListenAddress {
 Result<ListenAddress> parse_listen_address(const std::string& text);
 
 /// The seam is the library's protected process_request, which answers one request from any Stream:
-/// a ConnectionGate holds the connections and reads the heads, and the library is given what has
-/// passed it. Bodies never come to the library: a route reads them by its Exchange, or they are
-/// read over, or they end the connection.
+/// a ConnectionGate holds the connections and reads the heads, which a route finds in its Exchange.
+/// The library is asked for "/" and writes what the route answers. Bodies never come to it either:
+/// a route reads them by its Exchange, or they are read over, or they end the connection.
 ///
 /// A file descriptor for each connection; a worker for each request that is being answered.
 class HttpServer : private httplib::Server {

@@ -21,19 +21,18 @@ void add_tags(std::string_view list, bool takes_weak, TagList& tags) {
   }
 }
 
-/// None where there is no such field; several are one list.
-std::optional<TagList> tags_of(const Exchange& exchange, const char* name, bool takes_weak) {
-  const auto [begin, end] = exchange.request.headers.equal_range(name);
-  if (begin == end) return std::nullopt;
+std::optional<TagList> tags_of(const std::optional<std::string>& list, bool takes_weak) {
+  if (!list) return std::nullopt;
   TagList tags;
-  for (auto field = begin; field != end; ++field) add_tags(field->second, takes_weak, tags);
+  add_tags(*list, takes_weak, tags);
   return tags;
 }
 
 }  // namespace
 
 Precondition precondition_of(const Exchange& exchange) {
-  return {tags_of(exchange, "If-Match", false), tags_of(exchange, "If-None-Match", true)};
+  if (exchange.head == nullptr) return {};
+  return {tags_of(exchange.head->if_match, false), tags_of(exchange.head->if_none_match, true)};
 }
 
 }  // namespace sightline

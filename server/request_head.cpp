@@ -147,10 +147,12 @@ std::optional<RequestFault> take_framing(std::string_view name, std::string_view
   return std::nullopt;
 }
 
-/// Whether the reader behind the door is shown this field. It looks each up several times, in a map
-/// that compares letter by letter.
-bool is_shown(std::string_view name) {
-  return equals_caseless(name, "if-match") || equals_caseless(name, "if-none-match");
+void add_to_list(std::optional<std::string>& list, std::string_view value) {
+  if (list) {
+    list->append(", ").append(value);
+  } else {
+    list = value;
+  }
 }
 
 std::optional<RequestFault> take_field(std::string_view line, RequestHead& head, Fields& fields) {
@@ -182,7 +184,6 @@ std::optional<RequestFault> take_field(std::string_view line, RequestHead& head,
       return RequestFault{417, "EXPECTATION_UNKNOWN", "the only Expect here is 100-continue"};
     }
     head.expects_continue = !head.http10;
-    return std::nullopt;
   } else if (equals_caseless(name, "accept-encoding")) {
     head.accepts = choose_coding(value);
   } else if (equals_caseless(name, "content-encoding")) {
@@ -191,11 +192,13 @@ std::optional<RequestFault> take_field(std::string_view line, RequestHead& head,
     if (!head.content_type) head.content_type = value;
   } else if (equals_caseless(name, "accept")) {
     if (++fields.accepts == 1) head.accept = value;
-  } else if (auto fault = take_framing(name, value, head, fields)) {
-    return fault;
+  } else if (equals_caseless(name, "if-match")) {
+    add_to_list(head.if_match, value);
+  } else if (equals_caseless(name, "if-none-match")) {
+    add_to_list(head.if_none_match, value);
+  } else {
+    return take_framing(name, value, head, fields);
   }
-  if (!is_shown(name)) return std::nullopt;
-  head.text.append(name).append(": ").append(value).append("\r\n");
   return std::nullopt;
 }
 
@@ -240,10 +243,6 @@ std::optional<RequestFault> parse_request_head(std::string_view text, const Head
   if (text.size() > limits.bytes) return kLargeHead;
   Fields fields;
   if (auto fault = parse_request_line(next_line(text), head)) return fault;
-  head.text.reserve(text.size() + head.target.size() + 64);
-  const bool known = is_known(head.method);
-  head.text.append(known ? head.method : "PATCH").append(" ").append(head.target);
-  head.text.append(head.http10 ? " HTTP/1.0\r\n" : " HTTP/1.1\r\n");
   while (!text.empty()) {
     const std::string_view line = next_line(text);
     if (line.empty()) break;
@@ -255,8 +254,7 @@ std::optional<RequestFault> parse_request_head(std::string_view text, const Head
   }
   // HTTP/1.0 would not know where a stream ends on a connection that is kept; and of a method that
   // nobody knows nobody knows what follows.
-  head.close = head.close || head.http10 || !known;
-  head.text.append(head.close ? "Connection: close\r\n\r\n" : "\r\n");
+  head.close = head.close || head.http10 || !is_known(head.method);
   return std::nullopt;
 }
 

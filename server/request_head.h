@@ -67,14 +67,11 @@ struct RequestHead {
   std::string authorization;     ///< the same; empty also where there is more than one
   std::string origin;            ///< of the page that asks; "null" where there is more than one
   bool asks_for_method = false;  ///< whether there is an Access-Control-Request-Method
+  std::optional<std::string> if_match, if_none_match;  ///< of several one list [RFC9110] 5.3
   // Who asks, by AccessRules.
   Access access = Access::kOpen;
   std::string key_name;
   std::shared_ptr<const CancelFlag> revoked;  ///< set when the key is one no more; null without
-  /// The same request for a reader that trusts: the first line in one spelling, and of the fields
-  /// only those that it has to look at itself (If-Match, If-None-Match). A method that HTTP does
-  /// not know stands there as PATCH.
-  std::string text;
 
   bool has_body() const { return chunked || length.value_or(0) > 0; }
 };

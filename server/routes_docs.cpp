@@ -2,6 +2,7 @@
 
 #include "proto/openapi_document.h"
 #include "server/docs_page.h"
+#include "server/preconditions.h"
 #include "server/routes.h"
 
 namespace sightline {
@@ -12,16 +13,10 @@ constexpr const char* kPagePolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; base-uri 'none'; "
     "form-action 'none'; frame-ancestors 'none'; require-trusted-types-for 'script'";
 
-/// Whether an If-None-Match names `tag`, compared weakly ([RFC9110] 13.1.2). `tag` has neither
-/// quotes nor commas.
-bool names_tag(std::string_view list, std::string_view tag) {
-  if (list == "*") return true;
-  return list.find('"' + std::string(tag) + '"') != std::string_view::npos;
-}
-
 /// The tag is weak: an answer may be compressed.
 void reply_tagged(Exchange& exchange, PageText what, std::string_view media_type) {
-  if (names_tag(exchange.request.get_header_value("If-None-Match"), what.tag)) {
+  const auto has = precondition_of(exchange).none_match;
+  if (has && has->names(std::string(what.tag))) {
     exchange.reply_empty(304);
   } else {
     exchange.reply(200, std::string(what.text), media_type);

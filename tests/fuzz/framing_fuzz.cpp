@@ -69,9 +69,10 @@ class Reader {
         std::string_view(pending_).substr(scan_.begin(), scan_.size() - scan_.begin());
     if (const auto fault = parse_request_head(head, limits_, head_)) return end(fault->code);
     require(!(head_.chunked && head_.length), "a body has one end");
-    require(head_.text.ends_with("\r\n\r\n") && head_.text.find('\0') == std::string::npos,
-            "what is handed on is a head");
-    text_ += head_.method + " " + head_.target + "|" + head_.text + "|";
+    require(head_.target.find_first_of(std::string_view("\r\n\0 ", 4)) == std::string::npos,
+            "what is handed on is one word");
+    text_ += head_.method + " " + head_.target + "|" + head_.host + "|" +
+             head_.if_match.value_or("") + "|" + head_.if_none_match.value_or("") + "|";
     pending_.erase(0, scan_.size());
     scan_ = {};
     chunks_ = {};

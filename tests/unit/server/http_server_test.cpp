@@ -94,7 +94,7 @@ TEST(HttpServer, answers_at_the_door_while_every_worker_is_busy) {
   };
   Running server(
       [&](Exchange& exchange) {
-        if (exchange.request.path == "/slow") {
+        if (exchange.request.target == "/slow") {
           ++begun;
           gone_on.wait();
         }
