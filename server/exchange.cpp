@@ -36,6 +36,7 @@ void Exchange::reply_empty(int status) {
 void Exchange::reply_stream(std::string_view media_type,
                             std::function<bool(const Send& send)> next) {
   reply_empty(200);
+  streams = true;
   // See HttpServer::answer: what was written leaves now, not when the buffer is full.
   const httplib::Progress& flush = request.progress;
   // Events are small and wanted at once; numbers hardly shrink.

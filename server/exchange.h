@@ -46,6 +46,8 @@ struct Exchange {
   /// When all of it was there: from then on the time counts that it may take.
   std::chrono::steady_clock::time_point whole_at = asked_at;
   bool is_for_worker() const;
+  /// The answer is a stream, which says itself what it keeps in memory.
+  bool streams = false;
   /// Whether the client asks for an answer of this type, and of no other.
   bool wants(std::string_view media_type) const {
     return head != nullptr && head->accept == media_type;

@@ -173,7 +173,7 @@ HttpServer::HttpServer(const DoorLimits& limits, Dispatch dispatch, Thrown throw
         put_off(course);
       } else {
         compress(head, response);
-        course.memory.keep(response.body.size());
+        if (!exchange.streams) course.memory.keep(response.body.size());
         course.stream.hurry_for(course.memory);
       }
     }

@@ -1,4 +1,5 @@
 #include <csignal>
+#include <cstdlib>
 #include <iostream>
 
 #include "server/cast.h"
@@ -18,7 +19,8 @@ int run(const ServeCommand& command) {
   bound_heaps();
   // A file that reaches the process's limit is an error like a full disk.
   std::signal(SIGXFSZ, SIG_IGN);
-  return run_serve(command, std::cout, std::cerr);
+  const auto end_now = [](int code) { std::_Exit(code); };
+  return run_serve(command, end_now, std::cout, std::cerr);
 }
 int run(const CastCommand& command) { return run_cast(command, std::cout, std::cerr); }
 int run(const QueryCommand& command) { return run_query(command, std::cin, std::cout, std::cerr); }

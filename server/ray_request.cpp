@@ -51,12 +51,11 @@ bool RayRequest::read_query(const Decode& decode) {
 }
 
 bool RayRequest::streamed(RayQuestionKind kind) {
-  // Faults of the type are answered by who reads it next.
   if (!says_media_type(exchange_)) return false;
-  const std::string& type = *exchange_.head->content_type;
-  const bool is_lines = type.starts_with(kLinesMediaType);
-  if (!is_lines && !type.starts_with(kBinaryMediaType)) return false;
-  if (!admit_rays_type(exchange_, true) || !admit_stream(exchange_)) return true;
+  const auto type = admit_rays_type(exchange_, true);
+  if (type == QueryType::kJson) return false;
+  if (!type || !admit_stream(exchange_)) return true;
+  const bool is_lines = type == QueryType::kLines;
   // Where a stream is not admitted its body is not read: a client may wait to be told.
   const SceneSnapshot stored = admit_scene(exchange_, service_);
   if (!stored) return true;

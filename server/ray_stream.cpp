@@ -1,6 +1,7 @@
 #include "server/ray_stream.h"
 
 #include <algorithm>
+#include <new>
 #include <utility>
 
 #include "core/run/kept_sides.h"
@@ -67,10 +68,14 @@ RayStream::RayStream(Exchange& exchange, const Service& service, std::shared_ptr
 
 RayStream::~RayStream() {
   if (!begun_) return;
-  if (note_.code.empty() && !complete_) {
-    note_.code = caller_ != nullptr && caller_->cancelled() ? "CLIENT_GONE" : "ANSWER_NOT_TAKEN";
+  try {
+    if (note_.code.empty() && !complete_) {
+      note_.code = caller_ != nullptr && caller_->cancelled() ? "CLIENT_GONE" : "ANSWER_NOT_TAKEN";
+    }
+    note_stream_end(service_, note_);
+  } catch (const std::bad_alloc&) {
+    // The line in the log is missed; a destructor that throws would end the server.
   }
-  note_stream_end(service_, note_);
 }
 
 Deadline RayStream::deadline(std::optional<std::uint64_t> timeout_ms) const {
@@ -172,7 +177,7 @@ Result<std::string> RayStream::answer(Result<RayQuery> query) {
   return text;
 }
 
-Result<std::string> RayStream::next() {
+Result<std::string> RayStream::next() try {
   body_->restart_pace();
   for (;;) {
     auto part = form_ == Form::kLines ? next_lines() : next_frame();
@@ -183,6 +188,9 @@ Result<std::string> RayStream::next() {
     }
     if (!part || !part->empty() || (ended_ && buffer_.empty())) return part;
   }
+} catch (const std::bad_alloc&) {
+  return Error{ErrorKind::kOutOfSpace, "MEMORY_FULL", "there is no memory left for this request",
+               ""};
 }
 
 std::string RayStream::last_words(const Error& error) const {

@@ -151,7 +151,8 @@ void watch_signals(Signals& signals, const Running& running) {
 /// moment. Nobody has to wait for what a builder or a disk takes its time for.
 class LastWatch {
  public:
-  explicit LastWatch(Signals& signals) : signals_(signals), thread_([this] { watch(); }) {}
+  LastWatch(Signals& signals, EndNow end_now)
+      : signals_(signals), end_now_(std::move(end_now)), thread_([this] { watch(); }) {}
   ~LastWatch() {
     done_ = true;
     signals_.wake();
@@ -164,11 +165,12 @@ class LastWatch {
   void watch() {
     // The watcher before may have left a wake that was meant for it.
     while (!done_) {
-      if (signals_.wait(std::nullopt) == Signals::Event::kStop) signals_.let_through();
+      if (signals_.wait(std::nullopt) == Signals::Event::kStop) end_now_(signals_.let_through());
     }
   }
 
   Signals& signals_;
+  const EndNow end_now_;
   std::atomic<bool> done_{false};
   std::thread thread_;
 };
@@ -176,7 +178,7 @@ class LastWatch {
 /// All that a server is made of is gone when it returns. The exit code; where it has served,
 /// `last_watch` is there from the end of that.
 int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWatch>& last_watch,
-          std::ostream& out, std::ostream& complaints) {
+          const EndNow& end_now, std::ostream& out, std::ostream& complaints) {
   // `where`: the flag and what it names.
   const auto complain = [&](const Error& error, const std::string& where = "") {
     complaints << "sightline: " << error.code << ": " << where << error.message << "\n";
@@ -287,17 +289,18 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
   signals.wake();
   watcher.join();
   if (fault) return complain(*fault, "--workers: ");
-  last_watch.emplace(signals);
+  last_watch.emplace(signals, end_now);
   return 0;
 }
 
 }  // namespace
 
-int run_serve(const ServeCommand& command, std::ostream& out, std::ostream& complaints) {
+int run_serve(const ServeCommand& command, const EndNow& end_now, std::ostream& out,
+              std::ostream& complaints) {
   Signals signals;
   Log log(command.log_format, command.log_level, std::make_shared<spdlog::sinks::stderr_sink_mt>());
   std::optional<LastWatch> last_watch;
-  const int code = serve(command, signals, log, last_watch, out, complaints);
+  const int code = serve(command, signals, log, last_watch, end_now, out, complaints);
   last_watch.reset();
   if (code == 0) log.info("stopped");
   return code;

@@ -60,12 +60,13 @@ Signals::Event Signals::wait(std::optional<std::chrono::milliseconds> timeout) {
   }
 }
 
-void Signals::let_through() {
+int Signals::let_through() {
   sigset_t last;
   sigemptyset(&last);
   sigaddset(&last, last_stop_);
   pthread_sigmask(SIG_UNBLOCK, &last, nullptr);
   ::kill(::getpid(), last_stop_);
+  return 128 + last_stop_;
 }
 
 void Signals::wake() {

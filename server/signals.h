@@ -23,8 +23,9 @@ class Signals {
   /// Ends the wait that is going on, or the next one. From any thread.
   void wake();
   /// Lets the signal of the last kStop do what it does where nobody waits for it: it ends the
-  /// process. From the thread that waited.
-  void let_through();
+  /// process. From the thread that waited. It returns only in the first process of a container,
+  /// which no signal ends: with the exit code that a shell tells of that signal.
+  int let_through();
 
  private:
   sigset_t before_{};

@@ -305,12 +305,16 @@ Result<MappedFile> SceneFolder::map(const std::string& sha256, std::uint64_t byt
   return mapped;
 }
 
-Status SceneFolder::quarantine(const SceneRecord& record, const std::string& damaged_sha256) {
+Result<bool> SceneFolder::quarantine(const SceneRecord& record, const File& damaged) {
   const std::lock_guard hold(mutex_);
-  if (Status status = quarantine_file(record_path(record.id)); !status) return status;
+  if (map(damaged.sha256, damaged.bytes)) return false;
+  Status moved = quarantine_file(record_path(record.id));
+  if (!moved) return std::move(moved).error();
   // What the record names stays held, as hold_quarantined would hold it.
   references_.erase(record.id);
-  return quarantine_file(blob_path(damaged_sha256));
+  moved = quarantine_file(blob_path(damaged.sha256));
+  if (!moved) return std::move(moved).error();
+  return true;
 }
 
 Status SceneFolder::quarantine_file(const fs::path& file) const {

@@ -37,7 +37,7 @@ namespace sightline {
 
 /// Whether what lies on the disk is wrong, and not only out of reach.
 bool is_damage(const Error& error);
-/// What is said of damage besides, by how SceneFolder::quarantine came off.
+/// What is said of damage besides, by how moving it came off.
 std::string quarantine_note(const Status& moved);
 
 /// May be used from many threads.
@@ -79,10 +79,17 @@ class SceneFolder {
   /// or another hash; those of io_error, which say nothing about the bytes.
   Result<MappedFile> map(const std::string& sha256, std::uint64_t bytes,
                          std::optional<std::uint64_t> fingerprint = {});
+  /// One of the files that a record names.
+  struct File {
+    std::string sha256;
+    std::uint64_t bytes = 0;
+  };
   /// Moves the record out of the way, and the one file of those it names that is damaged; the
-  /// others may be other scenes', and all of them stay. Errors: those of io_error; then what could
-  /// not be moved stays where it is.
-  Status quarantine(const SceneRecord& record, const std::string& damaged_sha256);
+  /// others may be other scenes', and all of them stay. Looks at the file again, now that nobody
+  /// can replace it: false, and nothing was moved, where another scene has brought the right bytes
+  /// since it was found damaged. Errors: those of io_error; then what could not be moved stays
+  /// where it is.
+  Result<bool> quarantine(const SceneRecord& record, const File& damaged);
 
  private:
   explicit SceneFolder(std::filesystem::path folder) : folder_(std::move(folder)) {}

@@ -66,12 +66,12 @@ std::vector<TemporaryFile*> CopiedNeighbours::files() {
 }
 
 Result<StoredNeighbours> StoredNeighbours::map(SceneFolder& folder, const SceneRecord& record,
-                                               std::string& failed) {
+                                               SceneFolder::File& failed) {
   StoredNeighbours neighbours;
   for (const NeighbourRecord& each : record.neighbours) {
     auto mapped = folder.map(each.sha256, each.bytes);
     if (!mapped) {
-      failed = each.sha256;
+      failed = {each.sha256, each.bytes};
       return std::move(mapped).error();
     }
     neighbours.files_.emplace_back(each.name, std::move(*mapped));

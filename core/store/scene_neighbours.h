@@ -3,6 +3,7 @@
 
 #include <deque>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -54,15 +55,21 @@ class CopiedNeighbours {
 /// Those that a record names, whole and checked.
 class StoredNeighbours {
  public:
-  /// failed  the SHA-256 of the one that an error is about
+  /// failed  the one that an error is about
   /// Errors: those of SceneFolder::map.
   static Result<StoredNeighbours> map(SceneFolder& folder, const SceneRecord& record,
-                                      std::string& failed);
+                                      SceneFolder::File& failed);
   /// Errors: SOURCE_NOT_FOUND.
   Result<std::span<const std::byte>> find(const std::string& name) const;
 
  private:
   std::vector<std::pair<std::string, MappedFile>> files_;
+};
+
+/// What a record names.
+struct RecordFiles {
+  std::shared_ptr<const MappedFile> bytes;
+  StoredNeighbours neighbours;
 };
 
 }  // namespace sightline

@@ -152,6 +152,11 @@ class SceneStore {
   /// Fails the load where the work throws, as it does without memory.
   void guarded(const LoadPointer& load, const std::function<void()>& work);
   void load_record(const SceneRecord& record, const LoadPointer& load);
+  /// All files of the record. What is damaged is in quarantine when it returns STORE_DAMAGED, or
+  /// the message says why not.
+  Result<RecordFiles> check_record(const SceneRecord& record, const LoadPointer& load);
+  /// The folder has the scene no more: nor has its name a content.
+  void forget_record(const LoadPointer& load);
   void load_preload(const Preload& preload, const LoadPointer& load);
   void load_upload(const LoadPointer& load);
   Result<std::shared_ptr<const Scene>> read_upload(SceneLoad& load, const std::string& sha256);

@@ -69,28 +69,49 @@ void SceneStore::push_start(const LoadPointer& load, std::uint64_t bytes,
   });
 }
 
-void SceneStore::load_record(const SceneRecord& record, const LoadPointer& load) {
-  if (!enter(load)) return;
-  load->progress_.begin("checking");
-  auto mapped = folder_->map(record.sha256, record.bytes, record.fingerprint);
-  std::string failed = record.sha256;
-  auto neighbours = StoredNeighbours::map(*folder_, record, failed);
-  if (!mapped || !neighbours) {
-    Error error = mapped ? neighbours.error() : mapped.error();
-    if (!mapped) failed = record.sha256;
+void SceneStore::forget_record(const LoadPointer& load) {
+  const std::lock_guard hold(mutex_);
+  Entry* const entry = entry_of(*load);
+  if (entry == nullptr || entry->standing >= load->number_) return;
+  StoredScene next = *entry->content;
+  next.sha256.clear();
+  next.etag.clear();
+  next.bytes = 0;
+  next.persistent = false;
+  entry->content = std::make_shared<const StoredScene>(std::move(next));
+}
+
+Result<RecordFiles> SceneStore::check_record(const SceneRecord& record, const LoadPointer& load) {
+  for (;;) {
+    SceneFolder::File failed{record.sha256, record.bytes};
+    auto mapped = folder_->map(record.sha256, record.bytes, record.fingerprint);
+    auto neighbours = mapped ? StoredNeighbours::map(*folder_, record, failed) : mapped.error();
+    if (neighbours) {
+      return RecordFiles{std::make_shared<const MappedFile>(std::move(*mapped)),
+                         std::move(*neighbours)};
+    }
+    Error error = neighbours.error();
     note_error(error);
     // A put may have replaced these bytes while they were read, or a removal dropped them: then
     // they are not damaged, but gone.
     const std::lock_guard commit(commit_mutex_);
-    if (is_damage(error) && is_wanted(load)) {
-      error.message += quarantine_note(folder_->quarantine(record, failed));
-    }
-    return fail(load, error);
+    if (!is_damage(error) || !is_wanted(load)) return error;
+    const auto moved = folder_->quarantine(record, failed);
+    if (moved && !*moved) continue;
+    if (moved) forget_record(load);
+    error.message += quarantine_note(moved ? success() : moved.error());
+    return error;
   }
-  const auto bytes = std::make_shared<const MappedFile>(std::move(*mapped));
-  auto scene = run_loader({bytes->bytes(), load->choice_, load->progress_, record.sha256,
-                           [&](const std::string& name) { return neighbours->find(name); },
-                           keeper_of(bytes), record.changes});
+}
+
+void SceneStore::load_record(const SceneRecord& record, const LoadPointer& load) {
+  if (!enter(load)) return;
+  load->progress_.begin("checking");
+  const auto files = check_record(record, load);
+  if (!files) return fail(load, files.error());
+  auto scene = run_loader({files->bytes->bytes(), load->choice_, load->progress_, record.sha256,
+                           [&](const std::string& name) { return files->neighbours.find(name); },
+                           keeper_of(files->bytes), record.changes});
   if (!scene) return fail(load, scene.error());
   const std::lock_guard hold(mutex_);
   Entry* const entry = entry_of(*load);

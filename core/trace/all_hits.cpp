@@ -32,8 +32,10 @@ bool AllHits::meets(TriangleId id, ExactT& t) {
 
 void AllHits::make_room() {
   if (entries_.size() >= room_) return drop_all_but_first();
-  // Not beyond `room_`, as the vector would.
-  entries_.reserve(std::min(room_, std::max<std::size_t>(16, 2 * entries_.size())));
+  // Not beyond `room_`, as the vector would; and never a little short of it, or the old and the new
+  // storage together would be nearly twice that.
+  const std::size_t size = entries_.size();
+  entries_.reserve(size >= room_ / 4 ? room_ : std::max<std::size_t>(16, 2 * size));
 }
 
 void AllHits::examine(TriangleId id) {

@@ -6,6 +6,7 @@ import gzip
 import json
 import os
 import random
+import re
 import socket
 import struct
 import threading
@@ -147,6 +148,7 @@ class Streams(unittest.TestCase):
         self.assertEqual(self.ask("all", HIT, max_hits=1, fields=["t"]), [{"total": 6, "hits": [{"t": 4.5}]}])
         self.assertEqual(self.ask("any"), [])
         self.assertEqual(self.ask("any", "", "  \r", HIT, ""), [True])
+        self.assertEqual(self.post("any", lines(HIT), LINES.upper()).body, b"true\n")
         self.assertEqual(self.post("any", json.dumps(HIT)).body, b"true\n")  # the last line may lack its end
 
     def test_bad_rays_are_marked(self):
@@ -291,6 +293,22 @@ class Streams(unittest.TestCase):
                 self.assertEqual((answer.status, answer.json()["code"]), (413, "BODY_TOO_LARGE"))
                 endless = server.ask("/v1/scenes/six/rays:any", "-H", f"Content-Type: {LINES}", "-H", f"Content-Encoding: {coding}", body=body)
                 self.assertEqual((endless.status, endless.json()["code"]), (413, "LINE_TOO_LONG"))
+
+    def traffic(self):
+        return int(re.search("^sightline_traffic_bytes ([0-9]+)$", self.server.ask("/metrics").body.decode(), re.MULTILINE)[1])
+
+    def test_the_first_part_counts_as_memory_until_it_is_taken(self):
+        body = frames(frame([(-10, 1, 0)] * 60000, [(1, 0, 0)] * 60000))
+        size = len(self.post("closest", body, BYTES).body)
+        stream = Stream(self.server, "closest", BYTES)
+        self.addCleanup(stream.close)
+        stream.send(body)
+        # What the kernel takes of it at once is not all.
+        held, due = [0, 1], time.monotonic() + PATIENCE
+        while time.monotonic() < due and not (held[-1] == held[-2] > 1000000):
+            time.sleep(0.3)
+            held.append(self.traffic())
+        self.assertGreaterEqual(held[-1], size, held)
 
     @unittest.skipUnless(os.path.exists("/proc/self/status"), "no /proc")
     def test_memory_does_not_grow_with_the_stream(self):

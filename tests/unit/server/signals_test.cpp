@@ -3,6 +3,8 @@
 #include "server/signals.h"
 
 #include <gtest/gtest.h>
+#include <sched.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 namespace sightline {
@@ -41,6 +43,29 @@ TEST(SignalsDeathTest, one_that_is_let_through_ends_the_process) {
         },
         testing::KilledBySignal(number), "");
   }
+}
+
+TEST(Signals, let_through_returns_where_no_signal_ends_the_process) {
+  constexpr int kNoRoot = 77;
+  const pid_t outer = ::fork();
+  if (outer == 0) {
+    if (::unshare(CLONE_NEWPID) != 0) ::_exit(kNoRoot);
+    const pid_t first = ::fork();
+    if (first == 0) {
+      Signals signals;
+      ::kill(::getpid(), SIGTERM);
+      signals.wait(std::nullopt);
+      ::_exit(signals.let_through());
+    }
+    int status = 0;
+    ::waitpid(first, &status, 0);
+    ::_exit(WIFEXITED(status) ? WEXITSTATUS(status) : 0);
+  }
+  int status = 0;
+  ::waitpid(outer, &status, 0);
+  ASSERT_TRUE(WIFEXITED(status));
+  if (WEXITSTATUS(status) == kNoRoot) GTEST_SKIP() << "only root makes a process the first one";
+  EXPECT_EQ(WEXITSTATUS(status), 128 + SIGTERM);
 }
 
 }  // namespace

@@ -101,7 +101,11 @@ TEST(SceneStoreRestart, quarantines_what_is_damaged_and_starts_with_the_rest) {
     }
     EXPECT_EQ(folder.files("scenes"), std::vector<std::string>{"whole.json"});
     EXPECT_EQ(folder.files("quarantine").size(), 6u);
-    // The name is free for new content.
+    // The name is free for new content, as it will be after the next start.
+    for (const char* id : {"changed", "cut", "lost"}) {
+      EXPECT_EQ(store->find(id)->etag, "") << id;
+      EXPECT_FALSE(store->find(id)->persistent) << id;
+    }
     ASSERT_TRUE(put_text(*store, "cut", "again").ok());
   }
   const auto store = open_settled(folder.path());
@@ -153,6 +157,29 @@ TEST(SceneStoreRestart, takes_nothing_from_others_but_the_file_that_is_damaged) 
   write_file(folder.path() / "blobs" / hash("beside a"), "beside a");
   fs::rename(folder.path() / "quarantine/a.json.0", folder.path() / "scenes/a.json");
   EXPECT_EQ(text_of(*open_with_neighbours(folder.path()), "a"), "beside a");
+}
+
+// What a start finds damaged another scene may bring again before it is moved away.
+TEST(SceneStoreRestart, moves_nothing_to_quarantine_that_is_good_again) {
+  const TemporaryFolder folder;
+  ASSERT_TRUE(put_text(*open_store(folder.path()), "a", "text").ok());
+  const auto opened = SceneFolder::open(folder.path());
+  ASSERT_TRUE(opened.ok());
+  const auto catalogue = (*opened)->read_catalogue();
+  ASSERT_TRUE(catalogue.ok());
+  const SceneRecord& record = catalogue->records.at(0);
+  const fs::path blob = folder.path() / "blobs" / record.sha256;
+  const auto taken = (*opened)->quarantine(record, {record.sha256, record.bytes});
+  ASSERT_TRUE(taken.ok());
+  EXPECT_FALSE(*taken);
+  EXPECT_TRUE(fs::exists(blob));
+  EXPECT_EQ(folder.files("scenes"), std::vector<std::string>{"a.json"});
+  write_file(blob, "TEXT");
+  const auto moved = (*opened)->quarantine(record, {record.sha256, record.bytes});
+  ASSERT_TRUE(moved.ok());
+  EXPECT_TRUE(*moved);
+  EXPECT_FALSE(fs::exists(blob));
+  EXPECT_EQ(folder.files("quarantine").size(), 2u);
 }
 
 TEST(SceneStoreRestart, keeps_what_a_quarantined_record_may_name_until_a_person_removes_it) {
