@@ -73,6 +73,12 @@ Exchange exchange_of(const httplib::Request& request, httplib::Response& respons
           .revoked = head.revoked};
 }
 
+/// The library's own look-up makes a text of the name and compares letter by letter.
+bool has(const httplib::Headers& headers, std::string_view name) {
+  return std::any_of(headers.begin(), headers.end(),
+                     [&](const auto& header) { return header.first == name; });
+}
+
 /// In the coding that the client likes best, where that pays: raw numbers hardly shrink, and what
 /// fits a packet need not.
 void compress(const RequestHead& head, httplib::Response& response) {
@@ -80,16 +86,10 @@ void compress(const RequestHead& head, httplib::Response& response) {
   if (response.body.size() < kWorthIt) return;
   const std::string type = response.get_header_value("Content-Type");
   if (type == "application/octet-stream") return;
-  response.set_header("Vary", "Accept-Encoding");
+  if (!has(response.headers, "Vary")) response.set_header("Vary", "Accept-Encoding");
   if (head.accepts == Coding::kIdentity) return;
   response.body = ContentEncoder(head.accepts).encode(response.body, true);
   response.set_header("Content-Encoding", std::string(coding_name(head.accepts)));
-}
-
-/// The library's own look-up makes a text of the name and compares letter by letter.
-bool has(const httplib::Headers& headers, std::string_view name) {
-  return std::any_of(headers.begin(), headers.end(),
-                     [&](const auto& header) { return header.first == name; });
 }
 
 /// What the library adds to every answer, where it is not true; and what it does not add.

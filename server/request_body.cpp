@@ -130,7 +130,8 @@ class BodyRoom {
       room = std::max<std::size_t>(least, std::min<std::uint64_t>(room, *length_ + spare_));
     const std::size_t counted = std::max(counted_, std::max(least, std::min(room, kWhole)));
     if (memory_ != nullptr && counted > counted_) {
-      if (Status status = memory_->reserve_body(counted - counted_); !status) return status;
+      const bool is_all = counted_ == 0 && length_ && *length_ + spare_ <= kFirst;
+      if (Status status = memory_->reserve_body(counted - counted_, is_all); !status) return status;
     }
     counted_ = counted;
     if (fits) return success();

@@ -21,6 +21,7 @@ void reply_tagged(Exchange& exchange, PageText what, std::string_view media_type
   } else {
     exchange.reply(200, std::string(what.text), media_type);
   }
+  exchange.response.set_header("Vary", "Accept-Encoding");  // [RFC9110] 15.4.5: of a 304 too
   exchange.response.set_header("ETag", "W/\"" + std::string(what.tag) + '"');
 }
 

@@ -35,11 +35,11 @@ bool WorkMemory::Share::fits(std::uint64_t bytes, std::uint64_t traffic_taken) c
          memory_.traffic_.has_room(&holder_, bytes, traffic_taken);
 }
 
-bool WorkMemory::Share::try_grow(std::uint64_t bytes) {
+bool WorkMemory::Share::try_grow(std::uint64_t bytes, bool is_all) {
   WorkMemory& memory = memory_;
   TrafficMemory& traffic = memory.traffic_;
   if (!fits(bytes, traffic.taken_)) return false;
-  if (memory.begins_late_ && !traffic.lets_begin(holder_, bytes)) return false;
+  if (memory.begins_late_ && !is_all && !traffic.lets_begin(holder_, bytes)) return false;
   traffic.add(&holder_, bytes);
   const bool is_within = sum(memory.taken_, bytes) <= memory.all_;
   if (memory.beyond_ != this && is_within) {
@@ -52,7 +52,7 @@ bool WorkMemory::Share::try_grow(std::uint64_t bytes) {
   return true;
 }
 
-Status WorkMemory::Share::wait(std::uint64_t bytes, const Deadline& deadline) {
+Status WorkMemory::Share::wait(std::uint64_t bytes, const Deadline& deadline, bool is_all) {
   if (sum(bytes_, bytes) > memory_.one_) {
     return Error{ErrorKind::kTooLarge, "REQUEST_TOO_LARGE",
                  "this request would take some " + std::to_string(sum(bytes_, bytes)) +
@@ -66,7 +66,7 @@ Status WorkMemory::Share::wait(std::uint64_t bytes, const Deadline& deadline) {
   };
   TrafficMemory& traffic = memory_.traffic_;
   std::unique_lock hold(traffic.mutex_);
-  if (try_grow(bytes)) return success();
+  if (try_grow(bytes, is_all)) return success();
   if (deadline.passed()) return busy();
   TrafficMemory::Waiter waiter(traffic, holder_,
                                [&](std::uint64_t taken) { return fits(bytes, taken); });
@@ -74,7 +74,7 @@ Status WorkMemory::Share::wait(std::uint64_t bytes, const Deadline& deadline) {
   bool has_grown = false;
   while (!has_grown && !deadline.passed() && !waiter.gives_way()) {
     traffic.changed_.wait_for(hold, kLook);
-    has_grown = try_grow(bytes);
+    has_grown = try_grow(bytes, is_all);
   }
   --memory_.waiting_;
   if (!has_grown) return busy();
@@ -131,8 +131,8 @@ Status RequestMemory::reserve(std::uint64_t bytes) {
   return success();
 }
 
-Status RequestMemory::reserve_body(std::uint64_t bytes) {
-  return body_.wait(bytes, Deadline::in(kPatience, caller_));
+Status RequestMemory::reserve_body(std::uint64_t bytes, bool is_all) {
+  return body_.wait(bytes, Deadline::in(kPatience, caller_), is_all);
 }
 
 void RequestMemory::keep(std::uint64_t bytes) {

@@ -40,7 +40,8 @@ class WorkMemory {
     Status grow(std::uint64_t bytes) { return wait(bytes, {.at = Deadline::Clock::time_point()}); }
     /// The same, but waits for its turn until the deadline, or until nobody who has some could go
     /// on before another gives his back.
-    Status wait(std::uint64_t bytes, const Deadline& deadline);
+    /// is_all  it will not grow any more: it need not begin late
+    Status wait(std::uint64_t bytes, const Deadline& deadline, bool is_all = false);
     /// Gives back all but so many, and so many more that stay counted with the traffic alone.
     void keep(std::uint64_t bytes, std::uint64_t beside = 0);
     std::uint64_t bytes() const { return bytes_; }
@@ -49,7 +50,7 @@ class WorkMemory {
     // Precondition of both: the traffic's mutex_ is held.
     /// Whether it would grow if all traffic had taken so many bytes.
     bool fits(std::uint64_t bytes, std::uint64_t traffic_taken) const;
-    bool try_grow(std::uint64_t bytes);
+    bool try_grow(std::uint64_t bytes, bool is_all);
 
     WorkMemory& memory_;
     TrafficMemory::Holder& holder_;
@@ -87,7 +88,8 @@ class RequestMemory {
 
   /// Of the bytes of a long body, as they come, and of what decodes them. Waits for a turn: the
   /// client may be sending the rest, and would not see a refusal. Errors as below.
-  Status reserve_body(std::uint64_t bytes);
+  /// is_all  no more will come: a little body need not let those go first that have begun
+  Status reserve_body(std::uint64_t bytes, bool is_all = false);
   void forget_body() { body_.keep(0); }
   /// To be asked before the memory is taken; waits for a turn. The first 256 KiB of a request are
   /// free: what all workers have of them together is little. Errors: those of WorkMemory::Share; at

@@ -78,6 +78,7 @@ class DocsPage(unittest.TestCase):
                 for given in (tag, tag.removeprefix("W/"), f'"x", {tag}', "*"):
                     answer = self.server.ask(path, "-H", f"If-None-Match: {given}")
                     self.assertEqual((answer.status, answer.body, answer.headers["etag"]), (304, b"", tag))
+                    self.assertEqual(answer.headers.get("vary"), whole.headers.get("vary"))
                     self.assertNotIn("content-length", answer.headers)
                     self.assertEqual(answer.headers["cache-control"], whole.headers["cache-control"])
                 for given in ('"x"', tag[3:-1], f'"{tag[3:-2]}"', ""):

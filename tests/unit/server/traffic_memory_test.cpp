@@ -129,6 +129,11 @@ TEST(TrafficMemory, lets_bodies_begin_late_while_those_that_have_begun_wait) {
   Waiting waiting(decoded, 70);
   while (!work.is_wanted()) std::this_thread::yield();
   EXPECT_FALSE(body.grow(6).ok());
+  {
+    TrafficMemory::Holder whole_body;
+    WorkMemory::Share whole(bodies, whole_body);
+    EXPECT_TRUE(whole.wait(6, Deadline::in(std::chrono::milliseconds(0)), true).ok());
+  }
   EXPECT_TRUE(body.grow(5).ok());    // half
   EXPECT_TRUE(body.grow(10).ok());   // it has begun
   EXPECT_TRUE(other.grow(20).ok());  // what ends by itself
