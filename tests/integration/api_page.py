@@ -94,7 +94,7 @@ QUESTIONS = [
 
 HEAD = """# Questions and answers
 
-Each of these lines was sent to a server, and this is what it said, but for revisions, which stand here as 2; a test sends them again. They ask the three demo
+Each of these lines was sent to a server, and this is what it said, but for revisions, which stand here as 2 (in cursors as they were), and the ids of requests; a test sends them again. They ask the three demo
 scenes: `sightline serve --skip none --preload town=demo:town --preload six=demo:six --preload painted=demo:painted` (every tree is built before). What the words mean is in
 [queries.md](queries.md), every key in [openapi.json](../proto/openapi.json).
 """
