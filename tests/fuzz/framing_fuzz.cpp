@@ -147,8 +147,8 @@ class Server {
     thread_.join();
   }
 
-  /// All that it answers to a client that sends this and closes its side; without ids, and without
-  /// asking for bodies, which need not be asked for once their first bytes are there.
+  /// All that it answers to a client that sends this and closes its side; without ids and dates,
+  /// and without asking for bodies, which need not be asked for once their first bytes are there.
   std::string answers(std::string_view stream, unsigned seed) const {
     const int client = ::socket(AF_INET, SOCK_STREAM, 0);
     sockaddr_in address{};
@@ -172,7 +172,7 @@ class Server {
       text.append(buffer, static_cast<std::size_t>(got));
     }
     ::close(client);
-    return without_asking(without_ids(std::move(text)));
+    return without_asking(without_ids_and_dates(std::move(text)));
   }
 
  private:
@@ -187,11 +187,17 @@ class Server {
     }
     exchange.reply(200, std::move(said), "text/plain");
   }
-  static std::string without_ids(std::string text) {
-    for (const std::string_view name : {"X-Request-Id: ", "\"request_id\":\""}) {
+  /// What is another one in each answer.
+  static std::string without_ids_and_dates(std::string text) {
+    struct Changing {
+      std::string_view name;
+      std::size_t size;
+    };
+    for (const auto& [name, size] :
+         {Changing{"X-Request-Id: ", 16}, {"\"request_id\":\"", 16}, {"Date: ", 29}}) {
       for (std::size_t at = 0; (at = text.find(name, at)) != std::string::npos;) {
         at += name.size();
-        text.erase(at, std::min<std::size_t>(16, text.size() - at));
+        text.erase(at, std::min(size, text.size() - at));
       }
     }
     return text;
