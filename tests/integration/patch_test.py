@@ -124,6 +124,8 @@ class Patch(unittest.TestCase):
             server.kill()
             server = self.server("--data", data)
             self.assertEqual(server.closest("six", DOWN)[0]["t"], 8)
+            # Before its folder goes: it still writes trees there.
+            self.assertEqual(server.stop(), 0)
 
     def test_of_changes_at_once_each_is_there(self):
         server = self.server("--preload", "six=demo:six")
