@@ -15,7 +15,7 @@ bool is_quarantined(const StoredScene& scene) {
 }
 
 /// Which scenes there are, and what an operator should look at, for those who may know.
-Json readiness_details(const Service& service) {
+Json readiness_details(const Service& service, bool stopping, bool settled) {
   std::size_t ready = 0, loading = 0;
   Json failed = Json::array(), quarantined = Json::array(), reasons = Json::array();
   for (const SceneSnapshot& scene : service.store.list()) {
@@ -33,8 +33,8 @@ Json readiness_details(const Service& service) {
         break;
     }
   }
-  if (service.stopping) reasons.push_back({{"code", "STOPPING"}});
-  if (!service.store.settled()) reasons.push_back({{"code", "SCENES_LOADING"}, {"count", loading}});
+  if (stopping) reasons.push_back({{"code", "STOPPING"}});
+  if (!settled) reasons.push_back({{"code", "SCENES_LOADING"}, {"count", loading}});
   if (!quarantined.empty()) {
     reasons.push_back({{"code", "SCENES_QUARANTINED"}, {"scenes", quarantined}});
   }
@@ -48,12 +48,13 @@ Json readiness_details(const Service& service) {
 }
 
 void reply_readiness(Exchange& exchange, const Service& service) {
-  const char* status = service.stopping           ? "stopping"
-                       : !service.store.settled() ? "loading"
-                                                  : "ready";
-  const bool ready = status == std::string_view("ready");
+  // Each looked at once: a status has its reason.
+  const bool stopping = service.stopping, settled = service.store.settled();
+  const char* status = stopping ? "stopping" : !settled ? "loading" : "ready";
+  const bool ready = !stopping && settled;
   Json document{{"status", status}};
-  if (exchange.access >= Access::kRead) document.update(readiness_details(service));
+  if (exchange.access >= Access::kRead)
+    document.update(readiness_details(service, stopping, settled));
   exchange.reply_json(ready ? 200 : 503, document.dump() + "\n");
   if (!ready) exchange.response.set_header("Retry-After", "1");
 }
