@@ -307,7 +307,10 @@ Result<MappedFile> SceneFolder::map(const std::string& sha256, std::uint64_t byt
 
 Result<bool> SceneFolder::quarantine(const SceneRecord& record, const File& damaged) {
   const std::lock_guard hold(mutex_);
-  if (map(damaged.sha256, damaged.bytes)) return false;
+  const auto again = map(damaged.sha256, damaged.bytes);
+  if (again) return false;
+  // What cannot be read now may be the right bytes.
+  if (!is_damage(again.error())) return again.error();
   Status moved = quarantine_file(record_path(record.id));
   if (!moved) return std::move(moved).error();
   // What the record names stays held, as hold_quarantined would hold it.

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import socket
 import struct
@@ -128,6 +129,10 @@ class Server:
 
     def ask(self, path, *arguments, **options):
         return curl(self.url + path, *arguments, **options)
+
+    def traffic(self):
+        """Bytes of memory that connections and requests hold."""
+        return int(re.search("^sightline_traffic_bytes ([0-9]+)$", self.ask("/metrics").body.decode(), re.MULTILINE)[1])
 
     def put(self, scene, body, *arguments):
         return self.ask(f"/v1/scenes/{scene}", "-X", "PUT", "-H", GLB_TYPE, *arguments, body=body)

@@ -46,13 +46,10 @@ class SlowBodies(unittest.TestCase):
         self.addCleanup(end)
         return connections
 
-    def traffic(self):
-        return int(re.search("^sightline_traffic_bytes ([0-9]+)$", self.server.ask("/metrics").body.decode(), re.MULTILINE)[1])
-
     def hold_memory(self):
         # Each counts as two, and some bytes.
         held = self.hold(2, QUERY + b"Content-Length: %d\r\n\r\n" % (200 * MIB), b" " * (MIB + MIB // 4))
-        while self.traffic() < 4 * MIB:
+        while self.server.traffic() < 4 * MIB:
             self.assertIsNone(self.server.process.poll())
         return held
 

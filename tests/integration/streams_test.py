@@ -6,7 +6,6 @@ import gzip
 import json
 import os
 import random
-import re
 import socket
 import struct
 import threading
@@ -294,9 +293,6 @@ class Streams(unittest.TestCase):
                 endless = server.ask("/v1/scenes/six/rays:any", "-H", f"Content-Type: {LINES}", "-H", f"Content-Encoding: {coding}", body=body)
                 self.assertEqual((endless.status, endless.json()["code"]), (413, "LINE_TOO_LONG"))
 
-    def traffic(self):
-        return int(re.search("^sightline_traffic_bytes ([0-9]+)$", self.server.ask("/metrics").body.decode(), re.MULTILINE)[1])
-
     def test_the_first_part_counts_as_memory_until_it_is_taken(self):
         # Much is met by few rays, and hardly anything of it fits the buffers of the system.
         body = lines(*[{"origin": [0.2, 500, 0.1], "direction": [0.001, -1, 0.002]}] * 4500)
@@ -308,7 +304,7 @@ class Streams(unittest.TestCase):
         held, due = [0, 1], time.monotonic() + PATIENCE
         while time.monotonic() < due and not held[-1] == held[-2] > 1000000:
             time.sleep(0.3)
-            held.append(self.traffic())
+            held.append(self.server.traffic())
         self.assertGreater(held[-1], size, held)
 
     @unittest.skipUnless(os.path.exists("/proc/self/status"), "no /proc")
