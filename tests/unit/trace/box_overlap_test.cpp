@@ -364,10 +364,11 @@ TEST(BoxRegion, bounds_an_oriented_box_from_outside) {
       EXPECT_FALSE(triangle_meets_box(wall, box));
     }
   }
-  const Box3d open = outer_bounds({{0, 0, 0}, {1, kInf, 1}, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}});
+  const Box3d open =
+      outer_bounds(OrientedBox{{0, 0, 0}, {1, kInf, 1}, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}});
   EXPECT_EQ(open.max.y, kInf);
   const Box3d singular =
-      outer_bounds({{0, 0, 0}, {1, 1, 1}, {{{1, 0, 0}, {1, 1e-30, 0}, {0, 0, 1}}}});
+      outer_bounds(OrientedBox{{0, 0, 0}, {1, 1, 1}, {{{1, 0, 0}, {1, 1e-30, 0}, {0, 0, 1}}}});
   EXPECT_EQ(singular.max.y, kInf);
 }
 
