@@ -24,8 +24,10 @@ void define_door(CLI::App& app, DoorLimits& limits, DoorSeconds& seconds) {
   flags.add_count(
       "--max-buffer-bytes", limits.buffers,
       "of such bodies, of long headers on their way and of answers not taken yet, together");
-  flags.add_count("--max-body-memory", limits.bodies,
-                  "bytes of longer bodies of queries, together; one alone may be larger");
+  flags.add_count(
+      "--max-body-memory", limits.bodies,
+      "bytes of longer bodies of queries, together; one alone may be larger; of this and "
+      "the next two an eighth is kept for who asks for little");
   flags.add_count("--max-work-memory", limits.work,
                   "bytes that answering requests may take, together; one at a time may take more");
   flags.add_count("--max-traffic-memory", limits.traffic,

@@ -31,10 +31,10 @@ struct DoorLimits {
   std::uint64_t gathered = 64 << 10;  ///< bytes of a body that comes in before a worker is taken
   /// Bytes of gathered bodies and of answers that clients have not taken, together.
   std::uint64_t buffers = 32 << 20;
-  std::uint64_t bodies = 32 << 20;  ///< bytes of longer bodies of queries, together
-  std::uint64_t work = 24 << 20;    ///< bytes that answering requests may take, together
+  std::uint64_t bodies = 36 << 20;  ///< bytes of longer bodies of queries, together
+  std::uint64_t work = 28 << 20;    ///< bytes that answering requests may take, together
   /// Bytes of those three together, but for one request that is larger alone.
-  std::uint64_t traffic = 48 << 20;
+  std::uint64_t traffic = 56 << 20;
   /// Bytes that answering one may take: of those that go beyond `work` one may at a time.
   std::uint64_t request = std::uint64_t{4} << 30;
 

@@ -131,7 +131,10 @@ class BodyRoom {
     const std::size_t counted = std::max(counted_, std::max(least, std::min(room, kWhole)));
     if (memory_ != nullptr && counted > counted_) {
       const bool is_all = counted_ == 0 && length_ && *length_ + spare_ <= kFirst;
-      if (Status status = memory_->reserve_body(counted - counted_, is_all); !status) return status;
+      const bool stays_little =
+          length_ && *length_ <= kWhole && memory_->is_little(*length_ * kWorkPerByte);
+      Status status = memory_->reserve_body(counted - counted_, is_all || stays_little);
+      if (!status) return status;
     }
     counted_ = counted;
     if (fits) return success();

@@ -5,12 +5,23 @@
 #include <utility>
 
 namespace sightline {
+namespace {
+
+/// Of all, what a request has that has little; and what is kept for those.
+constexpr std::uint64_t kLittleTraffic = 16, kKeptTraffic = 8;
+/// How long all wait for what is sent to clients. What is sent to those who read is gone by then.
+constexpr std::chrono::seconds kStandstill{1};
+
+}  // namespace
 
 bool TrafficMemory::has_room(const Holder* holder, std::uint64_t bytes, std::uint64_t taken) const {
   const std::uint64_t half = all_ / 2;
   if (bytes > std::numeric_limits<std::uint64_t>::max() - taken) return false;
-  if (taken + bytes <= all_) return true;
-  if (large_ != nullptr && large_ != holder) return taken - large_->bytes_ + bytes <= half;
+  const bool has_little = holder != nullptr && bytes <= all_ / kLittleTraffic &&
+                          holder->bytes_ + bytes <= all_ / kLittleTraffic;
+  const std::uint64_t kept = has_little ? 0 : all_ / kKeptTraffic;
+  if (taken + bytes <= all_ - kept) return true;
+  if (large_ != nullptr && large_ != holder) return taken - large_->bytes_ + bytes <= half - kept;
   return holder != nullptr && taken - holder->bytes_ <= half;
 }
 
@@ -73,9 +84,12 @@ TrafficMemory::Waiter::~Waiter() {
 bool TrafficMemory::Waiter::gives_way() {
   const std::vector<Waiter*>& waiters = memory_.waiters_;
   if (!counts_ || waiters.size() < 2 || waiters.size() < memory_.holders_) return false;
+  const auto long_ago = std::chrono::steady_clock::now() - kStandstill;
+  const bool stands = std::all_of(waiters.begin(), waiters.end(),
+                                  [&](const Waiter* waiter) { return waiter->begin_ < long_ago; });
   const std::uint64_t taken = memory_.taken_ - memory_.nobodys_;
-  if (std::any_of(waiters.begin(), waiters.end(),
-                  [&](const Waiter* waiter) { return waiter->could_go_on_(taken); })) {
+  if (!stands && std::any_of(waiters.begin(), waiters.end(),
+                             [&](const Waiter* waiter) { return waiter->could_go_on_(taken); })) {
     return false;
   }
   counts_ = false;

@@ -2,6 +2,7 @@
 /// The bytes that all traffic holds together: what connections have waiting, the bodies and the
 /// work of requests. Each kind has a limit of its own besides; this one bounds their sum.
 
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <functional>
@@ -12,8 +13,9 @@ namespace sightline {
 
 /// Counted and not allocated. Nobody gets more while the sum would pass `all`, but for one request
 /// that is larger than that: it may have what it likes while all others together have no more than
-/// half, and they get no more than that as long as it is there. Outlives who holds some; may be
-/// used from many threads.
+/// half, and they get no more than that as long as it is there. The last eighth, of all or of that
+/// half, is kept for requests that have little: they need not wait for those who have much, and who
+/// may wait for their clients. Outlives who holds some; may be used from many threads.
 class TrafficMemory {
  public:
   explicit TrafficMemory(std::uint64_t all) : all_(all) {}
@@ -47,13 +49,15 @@ class TrafficMemory {
     Waiter(const Waiter&) = delete;
     Waiter& operator=(const Waiter&) = delete;
     /// Whether this one has to give up: all who have something wait for each other, and not for
-    /// what belongs to no request, which goes by itself. One at a time is told so, the next when
-    /// that one has given back its own.
+    /// what belongs to no request, which goes by itself; or all have waited for that for long: its
+    /// clients take their time. One at a time is told so, the next when that one has given back its
+    /// own.
     bool gives_way();
 
    private:
     TrafficMemory& memory_;
     const std::function<bool(std::uint64_t)> could_go_on_;
+    const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
     bool counts_;  ///< it has something
   };
 

@@ -17,8 +17,8 @@ constexpr std::chrono::milliseconds kPatience{10'000};
 constexpr std::uint64_t kFree = 256 << 10;
 /// From here on pages that are fresh again cost little beside the rest of the request.
 constexpr std::uint64_t kLarge = 16 << 20;
-/// Of all memory, what nobody is blamed for holding.
-constexpr std::uint64_t kLittlePart = 16;
+/// Of all memory, what is kept for little shares.
+constexpr std::uint64_t kKeptWork = 8;
 
 std::uint64_t beyond_free(std::uint64_t bytes) { return bytes - std::min(bytes, kFree); }
 
@@ -29,20 +29,24 @@ std::uint64_t sum(std::uint64_t a, std::uint64_t b) {
 
 }  // namespace
 
+bool WorkMemory::Share::is_within(std::uint64_t size, std::uint64_t others) const {
+  const std::uint64_t all = memory_.all_;
+  return sum(others, size) <= (size <= memory_.little() ? all : all - all / kKeptWork);
+}
+
 bool WorkMemory::Share::fits(std::uint64_t bytes, std::uint64_t traffic_taken) const {
   const bool is_alone = memory_.beyond_ == this || memory_.beyond_ == nullptr;
-  return (is_alone || sum(memory_.taken_, bytes) <= memory_.all_) &&
+  return (is_alone || is_within(sum(bytes_, bytes), memory_.taken_ - bytes_)) &&
          memory_.traffic_.has_room(&holder_, bytes, traffic_taken);
 }
 
-bool WorkMemory::Share::try_grow(std::uint64_t bytes, bool is_all) {
+bool WorkMemory::Share::try_grow(std::uint64_t bytes, bool stays_little) {
   WorkMemory& memory = memory_;
   TrafficMemory& traffic = memory.traffic_;
   if (!fits(bytes, traffic.taken_)) return false;
-  if (memory.begins_late_ && !is_all && !traffic.lets_begin(holder_, bytes)) return false;
+  if (memory.begins_late_ && !stays_little && !traffic.lets_begin(holder_, bytes)) return false;
   traffic.add(&holder_, bytes);
-  const bool is_within = sum(memory.taken_, bytes) <= memory.all_;
-  if (memory.beyond_ != this && is_within) {
+  if (memory.beyond_ != this && is_within(bytes_ + bytes, memory.taken_ - bytes_)) {
     memory.taken_ += bytes;
   } else if (memory.beyond_ != this) {
     memory.beyond_ = this;
@@ -52,7 +56,7 @@ bool WorkMemory::Share::try_grow(std::uint64_t bytes, bool is_all) {
   return true;
 }
 
-Status WorkMemory::Share::wait(std::uint64_t bytes, const Deadline& deadline, bool is_all) {
+Status WorkMemory::Share::wait(std::uint64_t bytes, const Deadline& deadline, bool stays_little) {
   if (sum(bytes_, bytes) > memory_.one_) {
     return Error{ErrorKind::kTooLarge, "REQUEST_TOO_LARGE",
                  "this request would take some " + std::to_string(sum(bytes_, bytes)) +
@@ -66,7 +70,7 @@ Status WorkMemory::Share::wait(std::uint64_t bytes, const Deadline& deadline, bo
   };
   TrafficMemory& traffic = memory_.traffic_;
   std::unique_lock hold(traffic.mutex_);
-  if (try_grow(bytes, is_all)) return success();
+  if (try_grow(bytes, stays_little)) return success();
   if (deadline.passed()) return busy();
   TrafficMemory::Waiter waiter(traffic, holder_,
                                [&](std::uint64_t taken) { return fits(bytes, taken); });
@@ -74,7 +78,7 @@ Status WorkMemory::Share::wait(std::uint64_t bytes, const Deadline& deadline, bo
   bool has_grown = false;
   while (!has_grown && !deadline.passed() && !waiter.gives_way()) {
     traffic.changed_.wait_for(hold, kLook);
-    has_grown = try_grow(bytes, is_all);
+    has_grown = try_grow(bytes, stays_little);
   }
   --memory_.waiting_;
   if (!has_grown) return busy();
@@ -91,7 +95,7 @@ void WorkMemory::Share::keep(std::uint64_t bytes, std::uint64_t beside) {
     const std::lock_guard hold(traffic.mutex_);
     if (memory_.beyond_ != this) {
       memory_.taken_ -= bytes_ - bytes;
-    } else if (bytes == 0 || sum(memory_.taken_, bytes) <= memory_.all_) {
+    } else if (bytes == 0 || is_within(bytes, memory_.taken_)) {
       memory_.beyond_ = nullptr;
       memory_.taken_ += bytes;
     }
@@ -131,8 +135,8 @@ Status RequestMemory::reserve(std::uint64_t bytes) {
   return success();
 }
 
-Status RequestMemory::reserve_body(std::uint64_t bytes, bool is_all) {
-  return body_.wait(bytes, Deadline::in(kPatience, caller_), is_all);
+Status RequestMemory::reserve_body(std::uint64_t bytes, bool stays_little) {
+  return body_.wait(bytes, Deadline::in(kPatience, caller_), stays_little);
 }
 
 void RequestMemory::keep(std::uint64_t bytes) {
@@ -142,12 +146,16 @@ void RequestMemory::keep(std::uint64_t bytes) {
 
 void RequestMemory::keep_while_streaming(std::uint64_t bytes) {
   bytes = std::min(bytes, bytes_);
-  bytes_ = std::min(bytes, memory_.all() / kLittlePart);
+  bytes_ = std::min(bytes, memory_.little());
   work_.keep(beyond_free(bytes_), beyond_free(bytes) - beyond_free(bytes_));
 }
 
+bool RequestMemory::is_little(std::uint64_t bytes) const {
+  return beyond_free(bytes) <= memory_.little();
+}
+
 bool RequestMemory::keeps_others_waiting() const {
-  return beyond_free(bytes_) > memory_.all() / kLittlePart && memory_.is_wanted();
+  return !is_little(bytes_) && memory_.is_wanted();
 }
 
 bool RequestMemory::body_keeps_others_waiting() const {

@@ -14,8 +14,9 @@ namespace sightline {
 
 /// A number of bytes, counted and not allocated. One share at a time may go beyond it, up to a
 /// limit of its own, and is then counted by itself: so nothing that is smaller has to wait for
-/// ever, no two wait for each other, and small ones go on beside a large one. All of it is taken
-/// out of the traffic's memory too. Outlives its shares; may be used from many threads.
+/// ever, no two wait for each other, and small ones go on beside a large one. The last eighth is
+/// kept for little shares: they need not wait until the clients of large ones have read. All of it
+/// is taken out of the traffic's memory too. Outlives its shares; may be used from many threads.
 class WorkMemory {
  public:
   /// all  bytes for all shares together, but for the one that goes beyond it
@@ -26,6 +27,8 @@ class WorkMemory {
   WorkMemory(TrafficMemory& traffic, std::uint64_t all, std::uint64_t one, bool begins_late = false)
       : traffic_(traffic), all_(all), one_(one), begins_late_(begins_late) {}
   std::uint64_t all() const { return all_; }
+  /// The largest of little shares.
+  std::uint64_t little() const { return all_ / 16; }
   /// Whether somebody waits for a share.
   bool is_wanted() const { return waiting_ > 0; }
 
@@ -40,17 +43,19 @@ class WorkMemory {
     Status grow(std::uint64_t bytes) { return wait(bytes, {.at = Deadline::Clock::time_point()}); }
     /// The same, but waits for its turn until the deadline, or until nobody who has some could go
     /// on before another gives his back.
-    /// is_all  it will not grow any more: it need not begin late
-    Status wait(std::uint64_t bytes, const Deadline& deadline, bool is_all = false);
+    /// stays_little  it will not become large: it need not begin late
+    Status wait(std::uint64_t bytes, const Deadline& deadline, bool stays_little = false);
     /// Gives back all but so many, and so many more that stay counted with the traffic alone.
     void keep(std::uint64_t bytes, std::uint64_t beside = 0);
     std::uint64_t bytes() const { return bytes_; }
 
    private:
     // Precondition of both: the traffic's mutex_ is held.
+    /// Whether there is room for it, were it so large, beside so many bytes of others.
+    bool is_within(std::uint64_t size, std::uint64_t others) const;
     /// Whether it would grow if all traffic had taken so many bytes.
     bool fits(std::uint64_t bytes, std::uint64_t traffic_taken) const;
-    bool try_grow(std::uint64_t bytes, bool is_all);
+    bool try_grow(std::uint64_t bytes, bool stays_little);
 
     WorkMemory& memory_;
     TrafficMemory::Holder& holder_;
@@ -88,8 +93,8 @@ class RequestMemory {
 
   /// Of the bytes of a long body, as they come, and of what decodes them. Waits for a turn: the
   /// client may be sending the rest, and would not see a refusal. Errors as below.
-  /// is_all  no more will come: a little body need not let those go first that have begun
-  Status reserve_body(std::uint64_t bytes, bool is_all = false);
+  /// stays_little  all that will come is little: it need not let those go first that have begun
+  Status reserve_body(std::uint64_t bytes, bool stays_little = false);
   void forget_body() { body_.keep(0); }
   /// To be asked before the memory is taken; waits for a turn. The first 256 KiB of a request are
   /// free: what all workers have of them together is little. Errors: those of WorkMemory::Share; at
@@ -101,6 +106,8 @@ class RequestMemory {
   /// others from their turns: of a large part all is counted with the traffic, but only so much
   /// with the work.
   void keep_while_streaming(std::uint64_t bytes);
+  /// Whether so much of work would be little.
+  bool is_little(std::uint64_t bytes) const;
   /// Whether others wait for memory, and this has enough of it to matter: of work, or of a body.
   bool keeps_others_waiting() const;
   bool body_keeps_others_waiting() const;

@@ -11,9 +11,9 @@ namespace sightline {
 namespace {
 
 TEST(TrafficMemory, bounds_the_sum) {
-  TrafficMemory memory(100);
+  TrafficMemory memory(128);  // the last 16 are kept for who has no more than 8
   TrafficMemory::Holder a, b;
-  EXPECT_TRUE(memory.take(&a, 30));
+  EXPECT_TRUE(memory.take(&a, 42));
   EXPECT_TRUE(memory.take(&b, 40));
   EXPECT_TRUE(memory.take(nullptr, 30));
   // Each has others beside it that hold more than half.
@@ -25,15 +25,32 @@ TEST(TrafficMemory, bounds_the_sum) {
   EXPECT_FALSE(memory.take(nullptr, 1));
 }
 
+TEST(TrafficMemory, keeps_some_for_who_has_little) {
+  TrafficMemory memory(128);
+  TrafficMemory::Holder large, little, next, late;
+  EXPECT_TRUE(memory.take(&large, 62));
+  EXPECT_TRUE(memory.take(nullptr, 50));
+  EXPECT_TRUE(memory.take(&little, 8));
+  EXPECT_FALSE(memory.take(&little, 1));
+  EXPECT_TRUE(memory.take(&next, 8));
+  EXPECT_FALSE(memory.take(&late, 1));
+  memory.give(&little, 8);
+  EXPECT_FALSE(memory.take(&late, ~std::uint64_t{0}));
+  EXPECT_TRUE(memory.take(&late, 8));
+}
+
 TEST(TrafficMemory, lets_one_be_larger_while_the_others_have_no_more_than_half) {
-  TrafficMemory memory(100);
-  TrafficMemory::Holder large, small, other;
+  TrafficMemory memory(128);
+  TrafficMemory::Holder large, small, other, little;
   EXPECT_TRUE(memory.take(&small, 40));
   EXPECT_TRUE(memory.take(&large, 1000));
-  EXPECT_TRUE(memory.take(nullptr, 10));
+  EXPECT_TRUE(memory.take(nullptr, 8));
   EXPECT_FALSE(memory.take(nullptr, 1));
   EXPECT_FALSE(memory.take(&small, 1));
   EXPECT_FALSE(memory.take(&other, 1000));
+  // Of that half too the last is kept for who has little.
+  EXPECT_TRUE(memory.take(&little, 8));
+  memory.give(&little, 8);
   // It may grow, since the others cannot.
   EXPECT_TRUE(memory.take(&large, 1000));
   EXPECT_FALSE(memory.take(&large, ~std::uint64_t{0}));
@@ -41,30 +58,30 @@ TEST(TrafficMemory, lets_one_be_larger_while_the_others_have_no_more_than_half) 
   EXPECT_TRUE(memory.take(&other, 40));
   // What it keeps fits beside the others: now another may be the one.
   memory.give(&large, 1970);
-  EXPECT_TRUE(memory.take(&other, 20));
-  memory.give(nullptr, 10);
+  EXPECT_TRUE(memory.take(&other, 34));
+  memory.give(nullptr, 8);
   EXPECT_TRUE(memory.take(&other, 500));
-  EXPECT_FALSE(memory.take(&large, 21));
-  EXPECT_TRUE(memory.take(&large, 20));
+  EXPECT_FALSE(memory.take(&large, 19));
+  EXPECT_TRUE(memory.take(&large, 18));
 }
 
 TEST(TrafficMemory, is_what_buffers_bodies_and_work_are_taken_of) {
-  TrafficMemory traffic(100);
-  WorkMemory bodies(traffic, 60, 1000), work(traffic, 60, 1000);
+  TrafficMemory traffic(128);
+  WorkMemory bodies(traffic, 80, 1000), work(traffic, 80, 1000);
   ByteBudget buffers(traffic, 60);
   TrafficMemory::Holder one, two;
   WorkMemory::Share body(bodies, one), large(work, one), small(work, two);
   EXPECT_TRUE(buffers.charge(50));
   EXPECT_FALSE(buffers.charge(11));  // of the buffers' own
-  EXPECT_TRUE(body.grow(30).ok());
-  EXPECT_TRUE(small.grow(20).ok());
+  EXPECT_TRUE(body.grow(40).ok());
+  EXPECT_TRUE(small.grow(22).ok());
   EXPECT_FALSE(buffers.charge(1));
   EXPECT_EQ(small.grow(1).error().code, "MEMORY_BUSY");
   buffers.release(40);
   // Beyond the sum by one request, with its body and its work.
   EXPECT_TRUE(large.grow(500).ok());
   EXPECT_TRUE(body.grow(100).ok());
-  EXPECT_TRUE(small.grow(20).ok());
+  EXPECT_TRUE(small.grow(16).ok());
   EXPECT_FALSE(small.grow(1).ok());
   EXPECT_FALSE(buffers.charge(1));
   // Of a part that is on its way little is counted as work, and all with the traffic.
@@ -94,28 +111,39 @@ class Waiting {
 };
 
 TEST(TrafficMemory, makes_who_waits_for_each_other_give_way) {
-  TrafficMemory traffic(100);
+  TrafficMemory traffic(128);
   WorkMemory work(traffic, 1000, 1000);
   TrafficMemory::Holder holders[3];
   WorkMemory::Share a(work, holders[0]), b(work, holders[1]), c(work, holders[2]);
-  for (WorkMemory::Share* share : {&a, &b, &c}) ASSERT_TRUE(share->grow(30).ok());
+  for (WorkMemory::Share* share : {&a, &b, &c}) ASSERT_TRUE(share->grow(36).ok());
   Waiting first(a, 60), second(b, 60), third(c, 60);
   EXPECT_EQ(first.has_grown() + second.has_grown() + third.has_grown(), 2);
 }
 
 TEST(TrafficMemory, lets_who_waits_for_what_is_sent_wait) {
-  TrafficMemory traffic(100);
+  TrafficMemory traffic(128);
   WorkMemory bodies(traffic, 1000, 1000), work(traffic, 1000, 1000);
   ByteBudget buffers(traffic, 100);
   TrafficMemory::Holder one, two;
   WorkMemory::Share body(bodies, one), other(work, two);
-  ASSERT_TRUE(body.grow(15).ok() && other.grow(15).ok() && buffers.charge(70));
+  ASSERT_TRUE(body.grow(15).ok() && other.grow(15).ok() && buffers.charge(80));
   Waiting first(body, 20), second(other, 20);
   // The later of them has seen then that all wait.
   while (!bodies.is_wanted() || !work.is_wanted()) std::this_thread::yield();
-  buffers.release(70);
+  buffers.release(80);
   EXPECT_TRUE(first.has_grown());
   EXPECT_TRUE(second.has_grown());
+}
+
+TEST(TrafficMemory, makes_who_waits_for_what_is_never_sent_give_way) {
+  TrafficMemory traffic(128);
+  WorkMemory work(traffic, 1000, 1000);
+  ByteBudget buffers(traffic, 100);
+  TrafficMemory::Holder one, two;
+  WorkMemory::Share a(work, one), b(work, two);
+  ASSERT_TRUE(a.grow(25).ok() && b.grow(25).ok() && buffers.charge(60));
+  Waiting first(a, 20), second(b, 20);
+  EXPECT_EQ(first.has_grown() + second.has_grown(), 1);
 }
 
 TEST(TrafficMemory, lets_bodies_begin_late_while_those_that_have_begun_wait) {

@@ -18,35 +18,52 @@ bool is_busy(const Status& status) {
 
 TEST(WorkMemoryShare, fits_what_all_may_take_together) {
   TrafficMemory traffic(10'000);
-  WorkMemory memory(traffic, 100, 1000);
+  WorkMemory memory(traffic, 128, 1000);  // the last 16 are kept for shares of no more than 8
   TrafficMemory::Holder holder;
   WorkMemory::Share a(memory, holder), b(memory, holder), large(memory, holder);
   EXPECT_TRUE(a.grow(60).ok());
-  EXPECT_TRUE(b.grow(40).ok());
+  EXPECT_TRUE(b.grow(52).ok());
   // One goes beyond, and is counted by itself.
   EXPECT_TRUE(large.grow(900).ok());
   EXPECT_TRUE(is_busy(a.grow(1)));
   b.keep(10);
-  EXPECT_TRUE(a.grow(30).ok());
+  EXPECT_TRUE(a.grow(42).ok());
   EXPECT_TRUE(is_busy(a.grow(1)));
   EXPECT_TRUE(large.grow(100).ok());
 }
 
+TEST(WorkMemoryShare, is_there_for_who_asks_for_little) {
+  TrafficMemory traffic(10'000);
+  WorkMemory memory(traffic, 128, 1000);
+  TrafficMemory::Holder holder;
+  WorkMemory::Share beyond(memory, holder), large(memory, holder), little(memory, holder),
+      next(memory, holder), late(memory, holder);
+  ASSERT_TRUE(beyond.grow(1000).ok() && large.grow(112).ok());
+  EXPECT_EQ(memory.little(), 8U);
+  EXPECT_TRUE(is_busy(little.grow(9)));
+  EXPECT_TRUE(little.grow(8).ok());
+  EXPECT_TRUE(is_busy(little.grow(1)));
+  EXPECT_TRUE(next.grow(8).ok());
+  EXPECT_TRUE(is_busy(late.grow(1)));
+  next.keep(4);
+  EXPECT_TRUE(late.grow(4).ok());
+}
+
 TEST(WorkMemoryShare, lets_one_at_a_time_go_beyond) {
   TrafficMemory traffic(10'000);
-  WorkMemory memory(traffic, 100, 1000);
+  WorkMemory memory(traffic, 128, 1000);
   TrafficMemory::Holder holder;
   WorkMemory::Share first(memory, holder), second(memory, holder);
   EXPECT_TRUE(first.grow(50).ok());
   EXPECT_TRUE(first.grow(200).ok());
-  EXPECT_TRUE(second.grow(100).ok());
+  EXPECT_TRUE(second.grow(112).ok());
   EXPECT_TRUE(is_busy(second.grow(1)));
   // What it keeps does not fit beside the other's: it stays the one.
   first.keep(50);
   EXPECT_TRUE(is_busy(second.grow(1)));
   first.keep(0);
   EXPECT_TRUE(second.grow(1).ok());
-  EXPECT_TRUE(first.grow(100).ok());
+  EXPECT_TRUE(first.grow(112).ok());
   EXPECT_TRUE(is_busy(first.grow(1)));
 }
 
@@ -83,8 +100,9 @@ TEST(RequestMemory, has_its_first_bytes_for_nothing) {
   TrafficMemory::Holder holder;
   RequestMemory large(bodies, work, nullptr, nullptr);
   ASSERT_TRUE(large.reserve(4 * kMib).ok());
-  WorkMemory::Share rest(work, holder);
-  ASSERT_TRUE(rest.grow(kMib).ok());
+  WorkMemory::Share rest(work, holder), kept(work, holder), last(work, holder);
+  ASSERT_TRUE(rest.grow(7 * kMib / 8).ok());
+  ASSERT_TRUE(kept.grow(kMib / 16).ok() && last.grow(kMib / 16).ok());
   Places nowhere(0);
   RequestMemory little(bodies, work, &nowhere, nullptr);
   EXPECT_TRUE(little.reserve(200 * kKib).ok());
