@@ -29,6 +29,7 @@ from kills import grid_glb
 BATCH = 100_000
 RETRY = (429, 503)  # what a server under too much load may say
 SETTLING_MINUTES = 5  # before memory has to be flat
+LOOKS = 5  # at memory, in a second: batches come and go several times in one
 BINARY_TYPE = "application/octet-stream"
 CONTENTS = [(20, 3), (60, 5), (120, 7), (250, 11)]  # of the scenes that come and go
 NAMES = ["w0", "w1", "w2"]
@@ -347,9 +348,9 @@ def measure(server, truth, options):
         process.start()
     begin, memory = time.monotonic(), []
     while time.monotonic() - begin < options.minutes * 60 and server.process.poll() is None:
-        time.sleep(1)
+        time.sleep(1 / LOOKS)
         memory.append((time.monotonic() - begin, resident(server.process.pid)))
-        if int(memory[-1][0]) % 60 == 0:
+        if len(memory) % (60 * LOOKS) == 0:
             print(f"{memory[-1][0] / 60:.0f} min, {memory[-1][1]:.0f} MiB, load {os.getloadavg()[0]:.1f}", flush=True)
     stop.set()
     told = [results.get(timeout=300) for _ in processes]
@@ -366,6 +367,12 @@ def median_by_minute(memory, settled):
     return [statistics.median(values) for values in minutes.values() if len(values) > 20]
 
 
+def spread_of(minutes):
+    """How far the furthest is from the middle, in percent."""
+    middle = statistics.median(minutes)
+    return max(abs(value - middle) for value in minutes) / middle * 100
+
+
 def report(told, memory, seconds, truth, options, log):
     lines = ["| client | requests | answered 429 or 503 | wrong | failed |", "|---|--:|--:|--:|--:|"]
     wrong = failed = asked = 0
@@ -380,8 +387,8 @@ def report(told, memory, seconds, truth, options, log):
     median, p99 = ordered[len(ordered) // 2] * 1000, ordered[len(ordered) * 99 // 100] * 1000
     settled = min(SETTLING_MINUTES, options.minutes / 3) * 60
     minutes = median_by_minute(memory, settled) or [memory[-1][1]]
-    middle = statistics.median(minutes)
-    spread = max(abs(value - middle) for value in minutes) / middle * 100
+    middle, spread = statistics.median(minutes), spread_of(minutes)
+    coarse = spread_of(median_by_minute(memory[::LOOKS], settled) or minutes)
     third = max(1, len(minutes) // 3)
     early, late = statistics.median(minutes[:third]), statistics.median(minutes[-third:])
     growth = (late - early) / early * 100
@@ -400,7 +407,8 @@ def report(told, memory, seconds, truth, options, log):
             "answered again by exact brute force.", ""]
     tail = ["", f"Single rays: {len(ordered):,}, median {median:.2f} ms, p90 {ordered[len(ordered) * 9 // 10] * 1000:.2f}, p99 {p99:.2f}, "
             f"worst {ordered[-1] * 1000:.1f}. Memory in MiB, median of each minute from minute {settled / 60:.0f} on: "
-            + " ".join(f"{value:.0f}" for value in minutes) + ".", ""]
+            + " ".join(f"{value:.0f}" for value in minutes)
+            + f". It was looked at {LOOKS} times a second; of one look a second the medians are within {coarse:.1f}%.", ""]
     text = "\n".join(head + lines + tail + [f"    {floor}" for floor in floors])
     for fault in faults[:40]:
         print("FAULT", fault)
