@@ -2,15 +2,15 @@
 #include <cstdlib>
 #include <iostream>
 
-#include "server/cast.h"
-#include "server/check_config.h"
-#include "server/cli.h"
-#include "server/demo_file.h"
-#include "server/heap.h"
-#include "server/key_command.h"
-#include "server/mcp_command.h"
-#include "server/query_command.h"
-#include "server/serve.h"
+#include "server/client/cast.h"
+#include "server/client/mcp_command.h"
+#include "server/client/query_command.h"
+#include "server/http/heap.h"
+#include "server/operation/check_config.h"
+#include "server/operation/cli.h"
+#include "server/operation/demo_file.h"
+#include "server/operation/key_command.h"
+#include "server/operation/serve.h"
 
 namespace sightline {
 namespace {

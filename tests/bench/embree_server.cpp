@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "server/body_reader.h"
-#include "server/http_server.h"
+#include "server/http/body_reader.h"
+#include "server/http/http_server.h"
 #include "tests/bench/embree_scene.h"
 
 namespace sightline::bench {

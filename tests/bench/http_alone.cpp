@@ -6,7 +6,7 @@
 #include "proto/hit_lines.h"
 #include "proto/ray_binary.h"
 #include "proto/ray_lines.h"
-#include "server/hit_terms.h"
+#include "server/service/hit_terms.h"
 #include "tests/bench/machine.h"
 
 namespace sightline::bench {

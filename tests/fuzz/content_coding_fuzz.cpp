@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "server/content_coding.h"
+#include "server/http/content_coding.h"
 #include "tests/fuzz/cuts.h"
 #include "tests/fuzz/promise.h"
 

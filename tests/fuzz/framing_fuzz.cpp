@@ -19,10 +19,10 @@
 #include <thread>
 #include <vector>
 
-#include "server/body_reader.h"
-#include "server/chunk_decoder.h"
-#include "server/http_server.h"
-#include "server/request_head.h"
+#include "server/http/body_reader.h"
+#include "server/http/chunk_decoder.h"
+#include "server/http/http_server.h"
+#include "server/http/request_head.h"
 #include "tests/fuzz/cuts.h"
 #include "tests/fuzz/promise.h"
 

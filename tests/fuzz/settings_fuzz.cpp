@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "server/config_file.h"
-#include "server/key_ring.h"
+#include "server/access/key_ring.h"
+#include "server/operation/config_file.h"
 #include "tests/fuzz/promise.h"
 
 using namespace sightline;

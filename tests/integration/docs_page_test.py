@@ -48,7 +48,7 @@ class DocsPage(unittest.TestCase):
             with self.subTest(path=path):
                 answer = self.server.ask(path)
                 self.assertEqual((answer.status, answer.headers["content-type"]), (200, f"{kind}; charset=utf-8"))
-                self.assertEqual(answer.body, (SOURCE / "server/docs" / file).read_bytes())
+                self.assertEqual(answer.body, (SOURCE / "server/page/docs" / file).read_bytes())
                 self.assertEqual((answer.headers["cache-control"], answer.headers["x-content-type-options"]), ("no-cache", "nosniff"))
 
     def test_the_page_may_run_its_own_script_and_ask_this_server_only(self):

@@ -1,4 +1,4 @@
-#include "server/cli.h"
+#include "server/operation/cli.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "server/config_file.h"
+#include "server/operation/config_file.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <fstream>
 #include <map>
 
-#include "server/cli.h"
+#include "server/operation/cli.h"
 
 namespace sightline {
 namespace {

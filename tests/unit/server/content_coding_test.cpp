@@ -1,6 +1,6 @@
 // Compressed bodies: whatever pieces they come in, the same bytes; and what is broken says so.
 
-#include "server/content_coding.h"
+#include "server/http/content_coding.h"
 
 #include <gtest/gtest.h>
 

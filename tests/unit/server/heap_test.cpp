@@ -1,4 +1,4 @@
-#include "server/heap.h"
+#include "server/http/heap.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "server/hit_terms.h"
+#include "server/service/hit_terms.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "server/http_server.h"
+#include "server/http/http_server.h"
 
 #include <gtest/gtest.h>
 #include <spdlog/sinks/null_sink.h>
@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "server/routes.h"
+#include "server/routes/routes.h"
 
 namespace sightline {
 namespace {

@@ -1,4 +1,4 @@
-#include "server/ip_address.h"
+#include "server/http/ip_address.h"
 
 #include <gtest/gtest.h>
 

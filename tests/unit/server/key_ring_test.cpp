@@ -1,4 +1,4 @@
-#include "server/key_ring.h"
+#include "server/access/key_ring.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "server/progress_bar.h"
+#include "server/operation/progress_bar.h"
 
 #include <gtest/gtest.h>
 

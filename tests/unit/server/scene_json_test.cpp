@@ -1,4 +1,4 @@
-#include "server/scene_json.h"
+#include "server/service/scene_json.h"
 
 #include <gtest/gtest.h>
 

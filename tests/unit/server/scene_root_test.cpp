@@ -1,6 +1,6 @@
 // What a file below the scene root is when it cannot be opened.
 
-#include "server/scene_root.h"
+#include "server/sources/scene_root.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

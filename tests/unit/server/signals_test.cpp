@@ -1,6 +1,6 @@
 // Signals as events.
 
-#include "server/signals.h"
+#include "server/operation/signals.h"
 
 #include <gtest/gtest.h>
 #include <sched.h>

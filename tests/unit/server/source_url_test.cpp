@@ -1,4 +1,4 @@
-#include "server/source_url.h"
+#include "server/sources/source_url.h"
 
 #include <gtest/gtest.h>
 

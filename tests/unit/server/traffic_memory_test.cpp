@@ -1,11 +1,11 @@
-#include "server/traffic_memory.h"
+#include "server/http/traffic_memory.h"
 
 #include <gtest/gtest.h>
 
 #include <thread>
 
-#include "server/connection.h"
-#include "server/work_memory.h"
+#include "server/http/connection.h"
+#include "server/http/work_memory.h"
 
 namespace sightline {
 namespace {

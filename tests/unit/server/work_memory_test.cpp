@@ -1,11 +1,11 @@
-#include "server/work_memory.h"
+#include "server/http/work_memory.h"
 
 #include <gtest/gtest.h>
 
 #include <optional>
 #include <thread>
 
-#include "server/request_weight.h"
+#include "server/routes/request_weight.h"
 
 namespace sightline {
 namespace {

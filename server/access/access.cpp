@@ -1,0 +1,75 @@
+#include "server/access/access.h"
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "server/http/ascii.h"
+#include "server/http/router.h"
+
+namespace sightline {
+namespace {
+
+/// [RFC6750] 2.1, the scheme in any case as [RFC9110] 11.1 has it. Empty where it is none.
+std::string_view bearer_token(std::string_view authorization) {
+  constexpr std::string_view kScheme = "bearer ";
+  if (authorization.size() <= kScheme.size()) return {};
+  if (!equals_caseless(authorization.substr(0, kScheme.size()), kScheme)) return {};
+  authorization.remove_prefix(kScheme.size());
+  return authorization.substr(std::min(authorization.find_first_not_of(' '), authorization.size()));
+}
+
+bool is_read(std::string_view method) {
+  return method == "GET" || method == "HEAD" || method == "OPTIONS";
+}
+
+/// Health, and a page that is the same everywhere: what it shows it asks for, with a key.
+bool is_open(const std::vector<std::string>& path) {
+  if (path.size() == 1) return path[0] == "healthz" || path[0] == "readyz" || path[0] == "docs";
+  return path.size() == 2 && path[0] == "docs" && (path[1] == "app.js" || path[1] == "style.css");
+}
+
+}  // namespace
+
+Access needed_access(std::string_view method, std::string_view target) {
+  if (!is_read(method) && method != "POST") return Access::kWrite;
+  std::vector<std::string> path;
+  if (!split_path(target, path)) return Access::kRead;
+  if (method == "POST") {
+    const bool loads = path == std::vector<std::string>{"v1", "scenes"};
+    return loads ? Access::kWrite : Access::kRead;
+  }
+  return method != "OPTIONS" && is_open(path) ? Access::kOpen : Access::kRead;
+}
+
+void AccessRules::use(KeyRing keys) {
+  const std::lock_guard hold(mutex_);
+  if (keys_) keys.succeed(*keys_);
+  keys_ = std::make_shared<const KeyRing>(std::move(keys));
+}
+
+std::shared_ptr<const KeyRing> AccessRules::keys() const {
+  const std::lock_guard hold(mutex_);
+  return keys_;
+}
+
+std::optional<RequestFault> AccessRules::admit(RequestHead& head) const {
+  const std::string authorization = std::exchange(head.authorization, {});
+  const auto ring = keys();
+  if (!ring) {
+    head.access = Access::kWrite;
+    return std::nullopt;
+  }
+  const Key* key = ring->find(bearer_token(authorization));
+  head.access = key == nullptr ? Access::kOpen : key->access;
+  if (key != nullptr) {
+    head.key_name = key->name;
+    head.revoked = key->revoked;
+  }
+  const Access needed = needed_access(head.method, head.target);
+  if (needed <= head.access) return std::nullopt;
+  if (key == nullptr) return RequestFault{401, "UNAUTHORIZED", "this needs a key"};
+  return RequestFault{403, "FORBIDDEN", "this needs a key that may write"};
+}
+
+}  // namespace sightline

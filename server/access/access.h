@@ -1,0 +1,38 @@
+#pragma once
+/// Who may ask what: decided from a request's head alone, before its body is read and before anyone
+/// looks whether there is such a route or scene.
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string_view>
+
+#include "server/access/key_ring.h"
+#include "server/http/request_head.h"
+
+namespace sightline {
+
+/// kOpen: GET and HEAD of /healthz, /readyz, /docs and what that page is made of. kRead: other GET,
+/// HEAD and OPTIONS, and POST, which asks; but not of /v1/scenes, which loads. kWrite: everything
+/// else.
+Access needed_access(std::string_view method, std::string_view target);
+
+/// May be used from many threads.
+class AccessRules {
+ public:
+  /// Without keys everybody may do everything.
+  /// What goes on under a key that is not among them, or may less, is told so.
+  void use(KeyRing keys);
+  /// Says in `head` who asks, and forgets the key. UNAUTHORIZED (401): no good key where one is
+  /// needed, the same whatever was asked. FORBIDDEN (403): a read key that would change something.
+  std::optional<RequestFault> admit(RequestHead& head) const;
+
+ private:
+  std::shared_ptr<const KeyRing> keys() const;
+
+  mutable std::mutex mutex_;
+  std::shared_ptr<const KeyRing> keys_;
+};
+
+}  // namespace sightline

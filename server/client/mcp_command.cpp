@@ -1,0 +1,179 @@
+#include "server/client/mcp_command.h"
+
+#include <openssl/evp.h>
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "proto/openapi_document.h"
+#include "server/client/json_depth.h"
+#include "server/client/mcp_tools.h"
+#include "server/operation/version.h"
+
+namespace sightline {
+namespace {
+
+using Json = nlohmann::json;
+using Ordered = nlohmann::ordered_json;
+
+constexpr std::array<std::string_view, 3> kMcpRevisions{"2025-06-18", "2025-03-26", "2024-11-05"};
+constexpr std::string_view kPictureType = "image/png";
+constexpr std::size_t kLongestLine = 256 << 20;
+
+// The numbers of JSON-RPC 2.0.
+constexpr int kParseError = -32700, kInvalidRequest = -32600, kNoSuchMethod = -32601,
+              kInvalidParams = -32602;
+
+Ordered fault(const Json& id, int code, const std::string& message) {
+  return {{"jsonrpc", "2.0"}, {"id", id}, {"error", {{"code", code}, {"message", message}}}};
+}
+
+Ordered result(const Json& id, Ordered value) {
+  return {{"jsonrpc", "2.0"}, {"id", id}, {"result", std::move(value)}};
+}
+
+/// A line up to its end, or no more than is taken of one; the rest of a longer one is read over.
+bool read_line(std::istream& in, std::string& line, bool& too_long) {
+  line.clear();
+  too_long = false;
+  std::streambuf& bytes = *in.rdbuf();
+  for (int c = bytes.sbumpc(); c != std::istream::traits_type::eof(); c = bytes.sbumpc()) {
+    if (c == '\n') return true;
+    too_long = too_long || line.size() == kLongestLine;
+    if (!too_long) line += static_cast<char>(c);
+  }
+  return !line.empty();
+}
+
+/// [RFC4648] section 4, with padding.
+std::string base64_of(std::string_view bytes) {
+  constexpr std::size_t kPiece = 3
+                                 << 20;  // the library counts in ints; only the last one is padded
+  std::string text;
+  for (; !bytes.empty(); bytes.remove_prefix(std::min(kPiece, bytes.size()))) {
+    const std::string_view piece = bytes.substr(0, kPiece);
+    const std::size_t begin = text.size();
+    text.resize(begin + (piece.size() + 2) / 3 * 4 + 1);  // the library ends it with a zero
+    EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data() + begin),
+                    reinterpret_cast<const unsigned char*>(piece.data()),
+                    static_cast<int>(piece.size()));
+    text.pop_back();
+  }
+  return text;
+}
+
+class McpServer {
+ public:
+  McpServer(ApiClient& client, const SceneRoot* files)
+      : client_(client),
+        files_(files),
+        tools_(mcp_tools(Ordered::parse(openapi_document()), files != nullptr)) {}
+
+  /// The answer to a line; nothing to what wants none.
+  std::optional<Ordered> answer(const std::string& line) {
+    if (is_nested_deeply(line)) return fault(nullptr, kParseError, "this is nested too deeply");
+    const Json request = Json::parse(line, nullptr, false);
+    if (request.is_discarded()) return fault(nullptr, kParseError, "this is no JSON");
+    if (!request.is_object()) return fault(nullptr, kInvalidRequest, "a request is one object");
+    const Json id = request.value("id", Json());
+    const bool good_id = id.is_string() || id.is_number_integer() || id.is_null();
+    if (!good_id || request.value("jsonrpc", Json()) != "2.0" || !request.contains("method") ||
+        !request["method"].is_string()) {
+      return fault(good_id ? id : Json(), kInvalidRequest,
+                   "a request has \"jsonrpc\":\"2.0\", a method, and an id of text or number");
+    }
+    const std::string method = request["method"];
+    if (!request.contains("id")) return std::nullopt;  // a notification
+    const Json parameters = request.value("params", Json::object());
+    if (!parameters.is_object()) return fault(id, kInvalidParams, "params are an object");
+    if (method == "initialize") return result(id, introduce(parameters));
+    if (method == "ping") return result(id, Ordered::object());
+    if (method == "tools/list") return result(id, list());
+    if (method == "tools/call") return call(id, parameters);
+    return fault(id, kNoSuchMethod, "there is no such method");
+  }
+
+ private:
+  static Ordered introduce(const Json& parameters) {
+    const Json asked = parameters.value("protocolVersion", Json());
+    const auto same = std::find_if(kMcpRevisions.begin(), kMcpRevisions.end(),
+                                   [&](std::string_view each) { return asked == each; });
+    return {
+        {"protocolVersion", same == kMcpRevisions.end() ? kMcpRevisions.front() : *same},
+        {"capabilities", {{"tools", Ordered::object()}}},
+        {"serverInfo", {{"name", "sightline"}, {"version", version()}}},
+        {"instructions",
+         "Exact answers to rays, points and boxes in 3D scenes. listScenes says what is loaded, "
+         "sceneNodes what it is made of."}};
+  }
+  Ordered list() const {
+    Ordered tools = Ordered::array();
+    for (const McpTool& tool : tools_) tools.push_back(tool.description);
+    return {{"tools", std::move(tools)}};
+  }
+  Ordered call(const Json& id, const Json& parameters) {
+    const Json name = parameters.value("name", Json());
+    const auto tool = std::find_if(tools_.begin(), tools_.end(),
+                                   [&](const McpTool& each) { return name == each.name; });
+    if (tool == tools_.end()) return fault(id, kInvalidParams, "there is no such tool");
+    const auto answer =
+        call_mcp_tool(*tool, parameters.value("arguments", Json::object()), client_, files_);
+    if (!answer && answer.error().code == "ARGUMENTS_INVALID") {
+      return fault(id, kInvalidParams, answer.error().message);
+    }
+    if (answer && answer->good() && answer->media_type == kPictureType) {
+      return result(
+          id,
+          {{"content",
+            {{{"type", "image"}, {"data", base64_of(answer->body)}, {"mimeType", kPictureType}}}},
+           {"isError", false}});
+    }
+    // What an agent can mend by asking otherwise is told as an answer.
+    const std::string text =
+        answer ? answer->body : answer.error().code + ": " + answer.error().message;
+    Ordered told{{"content", {{{"type", "text"}, {"text", text}}}},
+                 {"isError", !answer || !answer->good()}};
+    if (!is_nested_deeply(text)) {
+      Ordered structured = Ordered::parse(text, nullptr, false);
+      if (structured.is_object()) told["structuredContent"] = std::move(structured);
+    }
+    return result(id, std::move(told));
+  }
+
+  ApiClient& client_;
+  const SceneRoot* files_;
+  const std::vector<McpTool> tools_;
+};
+
+}  // namespace
+
+int run_mcp(const McpCommand& command, std::istream& in, std::ostream& out,
+            std::ostream& complaints) {
+  const auto complain = [&](const Error& error) {
+    complaints << "sightline: " << error.code << ": " << error.message << "\n";
+    return 2;
+  };
+  const auto client = ApiClient::open(command.server);
+  if (!client) return complain(client.error());
+  std::optional<SceneRoot> files;
+  if (!command.files.empty()) {
+    auto root = SceneRoot::open(command.files);
+    if (!root) return complain(root.error());
+    files.emplace(std::move(*root));
+  }
+  McpServer server(**client, files ? &*files : nullptr);
+  std::string line;
+  bool too_long = false;
+  while (read_line(in, line, too_long)) {
+    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
+    const auto answer =
+        too_long ? fault(nullptr, kParseError, "the line is too long") : server.answer(line);
+    if (!answer) continue;
+    // What came may hold bytes that are no UTF-8, in a text that is said again.
+    out << answer->dump(-1, ' ', false, Ordered::error_handler_t::replace) << std::endl;
+  }
+  return 0;
+}
+
+}  // namespace sightline

@@ -1,0 +1,175 @@
+#include "server/client/ray_flags.h"
+
+#include <charconv>
+#include <sstream>
+
+#include "server/operation/flag_checks.h"
+
+namespace sightline {
+namespace {
+
+/// The nearest float64, rounded once: the library's own conversion goes through long double.
+double parse_number(const std::string& text, const char* flag) {
+  double value = 0;
+  const char* end = text.data() + text.size();
+  const auto [last, error] = std::from_chars(text.data(), end, value);
+  if (error == std::errc::result_out_of_range && last == end) {
+    throw CLI::ValidationError(flag, "'" + text + "' is beyond a float64");
+  }
+  if (text.empty() || error != std::errc() || last != end) {
+    throw CLI::ValidationError(flag, "'" + text + "' is not a number");
+  }
+  return value;
+}
+
+Vec3d parse_vector(const std::string& text, const char* flag) {
+  Vec3d vector;
+  std::stringstream parts(text);
+  std::string part;
+  int count = 0;
+  while (std::getline(parts, part, ',')) {
+    if (count < 3) vector[count] = parse_number(part, flag);
+    ++count;
+  }
+  if (count != 3 || text.ends_with(',')) {
+    throw CLI::ValidationError(flag, "needs three numbers, x,y,z");
+  }
+  return vector;
+}
+
+FieldSet parse_fields(const std::string& text) {
+  FieldSet fields;
+  std::stringstream names(text);
+  std::string name, known;
+  for (const HitField field : all_hit_fields()) {
+    if (!known.empty()) known += ",";
+    known += hit_field_name(field);
+  }
+  while (std::getline(names, name, ',')) {
+    const auto field = find_hit_field(name);
+    if (!field) {
+      std::string refusal = "'" + name + "' is not a field of a hit; there are ";
+      refusal += known;
+      throw CLI::ValidationError("--fields", refusal);
+    }
+    fields.add(*field);
+  }
+  return fields;
+}
+
+std::string check_scene_number(const std::string& text) {
+  std::uint32_t value = 0;
+  const char* end = text.data() + text.size();
+  const auto [last, error] = std::from_chars(text.data(), end, value);
+  const bool good = error == std::errc() && last == end;
+  return good ? "" : "'" + text + "' is not the number of a scene: 0, 1, 2, ...";
+}
+
+void define_ray(CLI::App& app, RayFlags& flags) {
+  app.add_option("--origin", flags.origin, "where the ray starts")->type_name("X,Y,Z");
+  app.add_option("--direction", flags.direction, "need not be of unit length")->type_name("X,Y,Z");
+  app.add_option("--tmin", flags.tmin, "least t, counted in |direction| (default 0)")
+      ->type_name("T");
+  app.add_option("--tmax", flags.tmax, "largest t (default: no limit)")->type_name("T");
+}
+
+Ray finish_ray(const RayFlags& flags) {
+  Ray ray;
+  ray.origin = parse_vector(flags.origin, "--origin");
+  ray.direction = parse_vector(flags.direction, "--direction");
+  if (!flags.tmin.empty()) ray.tmin = parse_number(flags.tmin, "--tmin");
+  if (!flags.tmax.empty()) ray.tmax = parse_number(flags.tmax, "--tmax");
+  return ray;
+}
+
+void define_mode(CLI::App& app, ModeFlags& flags, const char* all_help) {
+  CLI::App* modes = app.add_option_group("mode", "what to print; default: the closest hit");
+  CLI::Option* any =
+      modes->add_flag("--any", flags.any, "only whether there is a hit: true or false");
+  CLI::Option* all = modes->add_flag("--all", flags.all, all_help);
+  CLI::Option* count = modes->add_flag("--count", flags.count, "only how many hits there are");
+  all->excludes(any);
+  count->excludes(any, all);
+  app.add_option("--crossings", flags.crossings,
+                 "what --all and --count take for a hit: 'every' triangle that is met, or each "
+                 "passage through a surface 'once', though it be at an edge or a corner")
+      ->check(CLI::IsMember({"every", "once"}))
+      ->capture_default_str();
+}
+
+void finish_mode(const ModeFlags& flags, CastMode& mode, Crossings& crossings) {
+  mode = flags.any     ? CastMode::kAny
+         : flags.all   ? CastMode::kAll
+         : flags.count ? CastMode::kCount
+                       : CastMode::kClosest;
+  if (flags.crossings != "once") return;
+  if (!flags.all && !flags.count) {
+    throw CLI::ValidationError("--crossings", "once belongs to --all or --count");
+  }
+  crossings = Crossings::kOnce;
+}
+
+void define_server(CLI::App& app, ServerAddress& server) {
+  app.add_option("--key-file", server.key_file,
+                 "a file with the key to show; default: $SIGHTLINE_KEY, if it is set");
+}
+
+}  // namespace
+
+void define_cast(CLI::App& app, CastCommand& command, CastFlags& flags) {
+  app.add_option("FILE", command.source,
+                 "a .glb or .gltf file, or demo:town, demo:six, demo:painted")
+      ->required();
+  define_ray(app, flags.ray);
+  app.get_option("--origin")->required();
+  app.get_option("--direction")->required();
+  app.add_option("--scene", command.scene, "which scene of the file (default: the file's choice)")
+      ->check(CLI::Validator(check_scene_number, ""))
+      ->type_name("N");
+  app.add_option("--fields", flags.fields, "what to print of the hit, comma-separated");
+  app.add_option("--kernel", command.kernel, "traversal kernel (see --version); default: the best");
+  define_mode(app, flags.mode, "every hit, one line each, in the order of t");
+}
+
+void finish_cast(CastCommand& command, const CastFlags& flags) {
+  command.ray = finish_ray(flags.ray);
+  if (!flags.fields.empty()) command.fields = parse_fields(flags.fields);
+  finish_mode(flags.mode, command.mode, command.crossings);
+}
+
+void define_query(CLI::App& app, QueryCommand& command, QueryFlags& flags) {
+  app.add_option("URL", command.server.url, "of the server: http://127.0.0.1:8080")->required();
+  app.add_option("SCENE", command.scene, "its name there")->required();
+  define_ray(app, flags.ray);
+  app.add_option("--rays", command.rays,
+                 "instead of one ray, a file of rays, - for standard input: in each line six "
+                 "numbers, origin and direction, then tmin and tmax if there are limits; or a ray "
+                 "as JSON")
+      ->excludes("--origin", "--direction", "--tmin", "--tmax");
+  app.add_option("--fields", flags.fields, "what to print of a hit, comma-separated");
+  define_mode(app, flags.mode, "every hit, in the order of t");
+  app.add_flag("--json", command.json, "print the answers as they come, a line of JSON each");
+  define_server(app, command.server);
+}
+
+void finish_query(QueryCommand& command, const QueryFlags& flags) {
+  if (command.rays.empty()) {
+    if (flags.ray.origin.empty() || flags.ray.direction.empty()) {
+      throw CLI::ValidationError("query", "needs --origin and --direction, or --rays");
+    }
+    command.ray = finish_ray(flags.ray);
+  }
+  if (!flags.fields.empty()) command.fields = parse_fields(flags.fields);
+  finish_mode(flags.mode, command.mode, command.crossings);
+}
+
+void define_mcp(CLI::App& app, McpCommand& command) {
+  app.add_option("--url", command.server.url, "of the server")
+      ->default_val("http://127.0.0.1:8080");
+  app.add_option("--files", command.files,
+                 "a folder whose files the agent may upload; none without it")
+      ->check(CLI::ExistingDirectory);
+  define_server(app, command.server);
+}
+
+}  // namespace sightline

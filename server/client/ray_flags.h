@@ -1,0 +1,34 @@
+#pragma once
+/// The flags of the commands that ask: sightline cast, query and mcp.
+
+#include <CLI/CLI.hpp>
+
+#include <string>
+
+#include "server/operation/cli.h"
+
+namespace sightline {
+
+/// As they were given: numbers are read when all flags are known.
+struct RayFlags {
+  std::string origin, direction, tmin, tmax;
+};
+struct ModeFlags {
+  std::string crossings = "every";
+  bool any = false, all = false, count = false;
+};
+struct CastFlags {
+  RayFlags ray;
+  ModeFlags mode;
+  std::string fields;
+};
+using QueryFlags = CastFlags;
+
+// The finish_... throw CLI::ParseError.
+void define_cast(CLI::App& app, CastCommand& command, CastFlags& flags);
+void finish_cast(CastCommand& command, const CastFlags& flags);
+void define_query(CLI::App& app, QueryCommand& command, QueryFlags& flags);
+void finish_query(QueryCommand& command, const QueryFlags& flags);
+void define_mcp(CLI::App& app, McpCommand& command);
+
+}  // namespace sightline

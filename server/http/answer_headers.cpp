@@ -1,0 +1,116 @@
+#include "server/http/answer_headers.h"
+
+#include <fmt/chrono.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "server/http/ascii.h"
+#include "server/http/ip_address.h"
+
+namespace sightline {
+namespace {
+
+constexpr std::string_view kEvery = "*";
+
+constexpr std::string_view kCache = "Cache-Control: no-store\r\n";
+constexpr std::string_view kPolicy =
+    "Content-Security-Policy: default-src 'none'; frame-ancestors 'none'\r\n";
+constexpr std::string_view kFixed =
+    "X-Content-Type-Options: nosniff\r\nReferrer-Policy: no-referrer\r\n"
+    "Cross-Origin-Resource-Policy: same-origin\r\n";
+
+/// What a page may read of an answer, beside its body.
+constexpr std::string_view kShown =
+    "Access-Control-Expose-Headers: Allow, ETag, Location, Retry-After, WWW-Authenticate, "
+    "X-Request-Id, X-Scene-Revision, X-Sightline-Unreliable, X-Sightline-Work\r\n";
+constexpr std::string_view kAllowed =
+    "Access-Control-Allow-Methods: GET, HEAD, POST, PUT, PATCH, DELETE\r\n"
+    "Access-Control-Allow-Headers: Accept, Authorization, Content-Encoding, Content-Type, "
+    "If-Match, If-None-Match, X-Request-Id\r\n"
+    "Access-Control-Max-Age: 600\r\n";
+
+/// Of an origin: what stands in a Host field for it.
+std::string_view host_of(std::string_view origin) {
+  const std::size_t scheme = origin.find("://");
+  return scheme == std::string_view::npos ? std::string_view() : origin.substr(scheme + 3);
+}
+
+/// Of a host: without its port, and without the brackets of [::1].
+std::string name_of(std::string_view host) {
+  if (host.starts_with('[')) return std::string(host.substr(1, host.find(']') - 1));
+  return std::string(host.substr(0, host.find(':')));
+}
+
+}  // namespace
+
+void DateLine::add_to(std::string& text) {
+  const auto now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
+  const std::lock_guard hold(mutex_);
+  if (now != second_ || line_.empty()) {
+    // [RFC9110] 5.6.7
+    line_ = fmt::format("Date: {:%a, %d %b %Y %H:%M:%S} GMT\r\n", fmt::gmtime(now));
+    second_ = now;
+  }
+  text += line_;
+}
+
+bool AnswerHeaders::allows(std::string_view origin) const {
+  return !origin.empty() && std::any_of(origins_.begin(), origins_.end(), [&](const auto& each) {
+    return each == kEvery || each == origin;
+  });
+}
+
+bool AnswerHeaders::is_preflight(const RequestHead& head) const {
+  return head.method == "OPTIONS" && head.asks_for_method && allows(head.origin);
+}
+
+bool AnswerHeaders::is_strange_page(const RequestHead& head) const {
+  if (head.origin.empty() || allows(head.origin)) return false;
+  const std::string_view host = host_of(head.origin);
+  // None in "null": a page that hides where it is from.
+  return host.empty() || !is_local_host(name_of(host));
+}
+
+bool AnswerHeaders::is_strange_name(const RequestHead& head) const {
+  std::string name = name_of(head.host);
+  if (name.ends_with('.')) name.pop_back();
+  if (name.find('.') == std::string::npos || IpAddress::parse(name)) return false;
+  constexpr std::string_view kOwn = ".localhost";  // [RFC6761] 6.3
+  if (name.size() > kOwn.size() &&
+      equals_caseless(std::string_view(name).substr(name.size() - kOwn.size()), kOwn))
+    return false;
+  return std::none_of(origins_.begin(), origins_.end(), [&](const std::string& origin) {
+    return origin == kEvery || equals_caseless(head.host, host_of(origin));
+  });
+}
+
+std::string AnswerHeaders::lines(const RequestHead& head, OwnHeaders own) const {
+  std::string text;
+  constexpr std::size_t kDate = 37;
+  text.reserve(kDate + kFixed.size() + kCache.size() + kPolicy.size());
+  date_->add_to(text);
+  text += kFixed;
+  if (!own.cache) text += kCache;
+  if (!own.policy) text += kPolicy;
+  if (origins_.empty()) return text;
+  text += "Vary: Origin\r\n";
+  if (!allows(head.origin)) return text;
+  text.append("Access-Control-Allow-Origin: ").append(head.origin).append("\r\n");
+  text += is_preflight(head) ? kAllowed : kShown;
+  return text;
+}
+
+bool is_origin(std::string_view text) {
+  if (text == kEvery) return true;
+  const std::size_t host = text.find("://");
+  const std::string_view scheme = text.substr(0, std::min(host, text.size()));
+  if (host == std::string_view::npos || (scheme != "http" && scheme != "https")) return false;
+  const std::string_view rest = text.substr(host + 3);
+  return !rest.empty() && std::all_of(rest.begin(), rest.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') ||
+           std::string_view(".-:[]").find(c) != std::string_view::npos;
+  });
+}
+
+}  // namespace sightline

@@ -1,0 +1,64 @@
+#pragma once
+/// What every answer tells browsers: not to guess, not to keep, and which pages may read it.
+
+#include <chrono>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/http/request_head.h"
+
+namespace sightline {
+
+/// Of the headers below, those that an answer has already.
+struct OwnHeaders {
+  bool cache = false;   ///< Cache-Control
+  bool policy = false;  ///< Content-Security-Policy
+};
+
+/// The Date of an answer, written once a second: it would be a tenth of what a trivial answer costs
+/// outside of system calls. May be used from many threads.
+class DateLine {
+ public:
+  void add_to(std::string& text);
+
+ private:
+  std::mutex mutex_;
+  std::chrono::sys_seconds second_{};
+  std::string line_;
+};
+
+class AnswerHeaders {
+ public:
+  AnswerHeaders() = default;
+  /// `origins` are those whose pages may ask, as is_origin knows them; "*" is each.
+  explicit AnswerHeaders(std::vector<std::string> origins) : origins_(std::move(origins)) {}
+
+  /// Whether a browser asks if a page that may ask may ask this. Answered before keys are asked
+  /// for: a browser shows none then. [Fetch] 3.2.2
+  bool is_preflight(const RequestHead& head) const;
+  /// Whether a browser asks for a page of somebody else, who was not named. Where there are no keys
+  /// that page could else do what it likes: a form of any site reaches a server that only this
+  /// machine can reach.
+  bool is_strange_page(const RequestHead& head) const;
+  /// Whether the client was led here by a name that anybody may own, and that was not named: a
+  /// page's owner lets it lead to this machine once the page is there, and its questions are then
+  /// of its own origin, of which a browser does not tell. No address is such a name, nor one
+  /// without a dot.
+  bool is_strange_name(const RequestHead& head) const;
+  /// Whole lines for the answer to `head`.
+  std::string lines(const RequestHead& head, OwnHeaders own = {}) const;
+
+ private:
+  bool allows(std::string_view origin) const;
+
+  std::vector<std::string> origins_;
+  std::shared_ptr<DateLine> date_ = std::make_shared<DateLine>();
+};
+
+/// "https://example.org", "http://localhost:3000": as browsers write it, without a path. Or "*".
+bool is_origin(std::string_view text);
+
+}  // namespace sightline

@@ -1,0 +1,163 @@
+#pragma once
+/// The door: one thread holds every connection that does not need a worker right now.
+///
+///            bytes            head and body whole, or body long
+///   accept ---------> kHead ------> kBody ------------------> kAtWork (queue, then a worker)
+///                       ^             refused: a short answer, then kLingering
+///                       |                                        |
+///                       +----------- kSending <------------------+  what the client has not taken
+///                                        | the connection ends
+///                                        +--> kLingering --> closed
+///
+/// A worker is taken by a request that can be answered without waiting for its client. Those whose
+/// bodies are longer than the door gathers, chunked, or sent only after a 100, go to workers of
+/// their own, who wait for bodies at the pace that clients must keep.
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <new>
+#include <thread>
+#include <vector>
+
+#include "server/http/answer_headers.h"
+#include "server/http/connection.h"
+#include "server/http/door_limits.h"
+#include "server/http/places.h"
+#include "server/http/worker_pool.h"
+
+struct epoll_event;
+
+namespace sightline {
+
+/// What has happened at the door; each may be read at any time.
+struct DoorCounts {
+  std::atomic<std::uint64_t> accepted{0}, open{0}, evicted{0}, timed_out{0}, gone{0};
+  std::atomic<std::uint64_t> refused{0};     ///< faults of framing
+  std::atomic<std::uint64_t> locked_out{0};  ///< without a key that may
+  std::atomic<std::uint64_t> overload{0};    ///< 503, because a queue was full
+  std::atomic<std::uint64_t> answered{0};    ///< at the door, by no worker
+};
+
+/// What the door asks others, on its own thread: none may wait.
+struct DoorRules {
+  AnswerHeaders headers = {};
+  /// Whether a request may come in, by its head alone; null: each.
+  std::function<std::optional<RequestFault>(RequestHead&)> admit = {};
+  /// Whether a whole request is tried at once, on the door's thread: its answer may wait for
+  /// nothing and take no longer than to hand it over, or puts itself off. Null: none is.
+  std::function<bool(const RequestHead&, std::string_view body)> at_once = {};
+  /// Set while the door has something to do; may be null.
+  std::atomic<bool>* awake = nullptr;
+  /// Told of each request that gets no further than the door; may be null.
+  std::function<void(const RequestHead&, const RequestFault&, const std::string& request_id)>
+      refused = {};
+};
+
+class ConnectionGate {
+ public:
+  /// Called on a worker with a request's head in `connection.head`. Takes the body, appends the
+  /// answer to the output, and says by `keep` and `skip` how it goes on. Where `at_door` is set it
+  /// may say `put_off` instead, and is then called again on a worker, as if for the first time.
+  using Answer = std::function<void(Connection&)>;
+  /// `limits` and `traffic` outlive this.
+  ConnectionGate(const DoorLimits& limits, TrafficMemory& traffic, Answer answer,
+                 DoorRules rules = {});
+  ~ConnectionGate();
+
+  /// Serves a listening socket until stop, and returns when the last connection has ended.
+  void run(int listener);
+  /// No new connections; idle ones end, requests that have begun are answered. From any thread.
+  void stop();
+  /// Breaks every connection off, and tells the work for it. After stop, from any thread.
+  void break_off();
+
+  ByteBudget& budget() { return budget_; }
+  const DoorRules& rules() const { return rules_; }
+  const DoorCounts& counts() const { return counts_; }
+  std::size_t queued() const {
+    return ready_workers_->queued() + bulk_workers_->queued() + body_workers_->queued();
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  /// A client that has closed its side may still wait for the answer, or be gone: its work may go
+  /// on for so long.
+  static constexpr std::chrono::milliseconds kHalfClosed{1000};
+  using Phase = Connection::Phase;
+  using Heard = Connection::Heard;
+
+  void wake();
+  /// What the door is told of from now on. Who has the connection says so, door or worker.
+  void hear(Connection& connection, Heard heard);
+  void answer(Connection& connection);
+  void work(Connection& connection);
+  int wait(epoll_event* events, int count);
+  void on_event(int socket, std::uint32_t events);
+  void take_returned();
+  void accept_all(int listener);
+  void adopt(int socket);
+  /// Closes some of those that have been idle the longest, but never `spared`.
+  bool make_room(const Connection* spared);
+  void begin_stop(int listener);
+
+  /// Goes on with a connection that the door holds, as far as it goes without waiting.
+  void advance(Connection& connection);
+  /// Where memory runs out for one connection, that one ends.
+  template <class Step>
+  void guard(Connection& connection, const Step& step) {
+    const auto at = static_cast<std::size_t>(connection.socket);
+    try {
+      step();
+    } catch (const std::bad_alloc&) {
+      if (connections_[at]) close(*connections_[at]);
+    }
+  }
+  bool advance_head(Connection& connection);
+  bool advance_body(Connection& connection);
+  bool advance_sending(Connection& connection);
+  void advance_lingering(Connection& connection);
+  void await_head(Connection& connection);
+  void admit(Connection& connection);
+  WorkerPool& workers_for(const Connection& connection, std::size_t length);
+  void hand_over(Connection& connection, WorkerPool& workers);
+  void begin_sending(Connection& connection);
+  /// Tells its pace what the client has taken since.
+  void note_taken(Connection& connection);
+  /// False where a worker has to answer.
+  bool answer_here(Connection& connection, std::size_t length);
+  /// Whether the door may try to answer one more in this turn.
+  bool has_time_for(Connection& connection) const;
+  void refuse(Connection& connection, const RequestFault& fault);
+  void refuse_queued(Connection& connection);  ///< which has no worker
+  void linger(Connection& connection);
+  void close(Connection& connection);
+  void reset(Connection& connection);  ///< of a client that does not take its answer
+  void check_times();
+  void on_late(Connection& connection);
+
+  const DoorLimits& limits_;
+  const Answer answer_;
+  const DoorRules rules_;
+  ByteBudget budget_;
+  DoorCounts counts_;
+  int epoll_ = -1, wake_ = -1;
+  std::vector<std::unique_ptr<Connection>> connections_;  ///< by socket
+  std::size_t open_ = 0;
+  bool accepting_ = true;
+  Clock::time_point now_{}, next_check_{};
+  std::uint64_t turns_ = 0;
+  int answered_here_ = 0, slow_here_ = 0;  ///< in this turn of the loop, of all connections
+  const unsigned processors_ = std::thread::hardware_concurrency();
+
+  std::mutex mutex_;  ///< of the next three
+  Connection* returned_ = nullptr;
+  bool urgent_ = false;  ///< whether any of them waits for the door
+  bool asleep_ = false;
+  std::atomic<bool> stopping_{false}, breaking_{false};
+  // Last: their threads end before anything of the above.
+  std::unique_ptr<WorkerPool> ready_workers_, bulk_workers_, body_workers_;
+};
+
+}  // namespace sightline

@@ -1,0 +1,337 @@
+/// What ConnectionGate does with a connection in each of its phases.
+
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <utility>
+
+#include "server/http/connection_gate.h"
+#include "server/http/exchange.h"
+#include "server/http/refusal.h"
+#include "server/routes/request_weight.h"
+
+namespace sightline {
+namespace {
+
+/// How much of what a client still sends is taken in before a close, and for how long: closing over
+/// unread bytes would reset the connection, and the client would lose the answer.
+constexpr std::size_t kLingerBytes = 1 << 20;
+constexpr std::chrono::milliseconds kLinger{1000};
+/// A head that is not whole, and a body, that every connection may hold, whatever others hold.
+constexpr std::uint64_t kFreeHead = 4 << 10, kFreeBody = 4 << 10;
+/// Of heads and of what follows them at once: a string of so many takes kFreeHead.
+constexpr std::size_t kReceived = kFreeHead - 1;
+/// After so many that a client has sent in one go others have their turn.
+constexpr int kAnsweredHere = 16;
+/// The same for all clients together in one turn of the loop, and for what took the door longer
+/// than it usually does: it may also have been kept from the processor meanwhile.
+constexpr int kAnsweredInTurn = 64, kSlowInTurn = 4;
+constexpr std::chrono::microseconds kSlow{50};
+/// Who asks for more than it seems will do so again.
+constexpr int kNotTried = 64;
+
+/// Whether to try again: an end that was told together with the last bytes is told by no new edge.
+void note(Connection& connection, Received received) {
+  connection.readable =
+      received == Received::kSome || (received == Received::kAll && connection.ended);
+}
+
+/// Whether the client's head may wait for its rest: thousands may have begun long ones.
+bool charge_head(Connection& connection) {
+  const std::uint64_t held = connection.input.capacity();
+  if (held < kFreeHead || held <= connection.charged) return true;
+  if (!connection.budget.charge(held - connection.charged)) return false;
+  connection.charged = held;
+  return true;
+}
+
+}  // namespace
+
+void ConnectionGate::advance(Connection& connection) {
+  // Each returns false when the connection waits for something, or is no more.
+  for (bool goes_on = true; goes_on;) {
+    switch (connection.phase) {
+      case Phase::kHead:
+        goes_on = advance_head(connection);
+        break;
+      case Phase::kBody:
+        goes_on = advance_body(connection);
+        break;
+      case Phase::kSending:
+        goes_on = advance_sending(connection);
+        break;
+      case Phase::kLingering:
+        advance_lingering(connection);
+        return;
+      case Phase::kAtWork:
+        return;
+    }
+  }
+}
+
+void ConnectionGate::await_head(Connection& connection) {
+  connection.phase = Phase::kHead;
+  connection.scan = {};
+  // What a refusal looks at; parse_request_head makes all of it new.
+  connection.head.method.clear();
+  connection.head.request_id.clear();
+  connection.head.key_name.clear();
+  connection.head.origin.clear();
+  connection.begun = connection.skip > 0;
+  connection.idle_turn = ++turns_;
+  connection.due = now_ + (connection.begun ? limits_.head_time.get() : limits_.idle.get());
+}
+
+bool ConnectionGate::advance_head(Connection& connection) {
+  for (;;) {
+    const auto skipped = static_cast<std::size_t>(
+        std::min<std::uint64_t>(connection.skip, connection.pending_input().size()));
+    if (skipped > 0) connection.take(skipped);
+    connection.skip -= skipped;
+    if (skipped > 0 && connection.skip == 0) {
+      // All that has begun is over: from here on it is a silence between two requests.
+      connection.begun = false;
+      connection.due = now_ + limits_.idle.get();
+    }
+    if (!connection.pending_input().empty()) {
+      switch (connection.scan.look(connection.pending_input(), limits_.head)) {
+        case HeadScan::State::kWhole:
+          admit(connection);
+          return true;
+        case HeadScan::State::kFault:
+          refuse(connection, connection.scan.fault());
+          return true;
+        case HeadScan::State::kMore:
+          break;
+      }
+      if (!connection.begun) connection.due = now_ + limits_.head_time.get();
+      connection.begun = true;
+    }
+    const auto received =
+        connection.readable ? receive_some(connection, kReceived) : Received::kNothing;
+    note(connection, received);
+    if (received == Received::kSome || received == Received::kAll) continue;
+    // What came before a stop is still answered; silence ends the connection.
+    if (received == Received::kEnd || (stopping_ && !connection.begun)) {
+      close(connection);
+      return false;
+    }
+    if (charge_head(connection)) return false;
+    refuse(connection,
+           {503, "MEMORY_BUSY", "too many long headers are on their way: try again later"});
+    return true;
+  }
+}
+
+void ConnectionGate::admit(Connection& connection) {
+  const HeadScan& scan = connection.scan;
+  const std::string_view text =
+      connection.pending_input().substr(scan.begin(), scan.size() - scan.begin());
+  if (const auto fault = parse_request_head(text, limits_.head, connection.head)) {
+    return refuse(connection, *fault);
+  }
+  // Long heads take as long to read as several requests take to answer.
+  connection.answered_here += static_cast<int>(scan.size() >> 10);
+  connection.take(scan.size());
+  connection.give_back_budget();
+  if (rules_.admit) {
+    if (const auto fault = rules_.admit(connection.head)) return refuse(connection, *fault);
+  }
+  const RequestHead& head = connection.head;
+  connection.asked_at = now_;
+  if (!head.has_body()) {
+    if (answer_here(connection, 0)) return;
+    return hand_over(connection, workers_for(connection, 0));
+  }
+  const std::uint64_t length = head.length.value_or(0);
+  const bool gathered = !head.chunked && !head.expects_continue && length <= limits_.gathered &&
+                        (length <= kFreeBody || budget_.charge(length));
+  if (!gathered) return hand_over(connection, *body_workers_);
+  if (length > kFreeBody) connection.charged += length;
+  connection.phase = Phase::kBody;
+  connection.pace = Pace(limits_.pace, now_);
+  connection.due = connection.pace.due();
+}
+
+bool ConnectionGate::advance_body(Connection& connection) {
+  const auto length = static_cast<std::size_t>(connection.head.length.value_or(0));
+  while (connection.pending_input().size() < length) {
+    const std::size_t before = connection.pending_input().size();
+    const auto received =
+        connection.readable ? receive_some(connection, length - before) : Received::kNothing;
+    note(connection, received);
+    if (received == Received::kNothing) return false;
+    // Whose body ends early is told so by the worker.
+    if (received == Received::kEnd) break;
+    connection.pace.moved(connection.pending_input().size() - before, now_);
+    connection.due = connection.pace.due();
+  }
+  connection.asked_at = now_;
+  const bool is_whole = connection.pending_input().size() >= length;
+  if (!is_whole || !answer_here(connection, length)) {
+    hand_over(connection, workers_for(connection, length));
+  }
+  return true;
+}
+
+bool ConnectionGate::has_time_for(Connection& connection) const {
+  if (connection.not_tried > 0) {
+    --connection.not_tried;
+    return false;
+  }
+  // It is one thread: where there are processors enough, idle workers answer beside it.
+  if (answered_here_ >= kAnsweredHere && processors_ > 2 && ready_workers_->has_idle())
+    return false;
+  return answered_here_ < kAnsweredInTurn && slow_here_ < kSlowInTurn;
+}
+
+bool ConnectionGate::answer_here(Connection& connection, std::size_t length) {
+  if (!rules_.at_once || connection.answered_here >= kAnsweredHere) return false;
+  // What needs no body takes no time worth speaking of.
+  if (length > 0 && !has_time_for(connection)) return false;
+  if (!rules_.at_once(connection.head, connection.pending_input().substr(0, length))) return false;
+  const std::size_t taken = connection.taken;
+  const Clock::time_point begin = Clock::now();
+  connection.at_door = true;
+  answer(connection);
+  connection.at_door = false;
+  if (Clock::now() - begin > kSlow) ++slow_here_;
+  if (std::exchange(connection.put_off, false)) {
+    connection.taken = taken;
+    connection.output.clear();
+    connection.broken = false;
+    connection.not_tried = kNotTried;
+    return false;
+  }
+  connection.take(0);
+  ++connection.answered_here;
+  ++answered_here_;
+  ++counts_.answered;
+  if (connection.broken) {
+    connection.output.clear();
+    connection.sent = 0;
+    connection.keep = false;
+  }
+  begin_sending(connection);
+  return true;
+}
+
+WorkerPool& ConnectionGate::workers_for(const Connection& connection, std::size_t length) {
+  const std::string_view body = connection.pending_input().substr(0, length);
+  return asks_for_little(connection.head, body) ? *ready_workers_ : *bulk_workers_;
+}
+
+void ConnectionGate::hand_over(Connection& connection, WorkerPool& workers) {
+  connection.phase = Phase::kAtWork;
+  connection.goes_first = &workers == ready_workers_.get();
+  connection.stirred = connection.readable || connection.ended;
+  connection.due = now_ + kHalfClosed;
+  if (&workers == body_workers_.get()) hear(connection, Heard::kEnd);
+  if (!workers.submit(connection)) refuse_queued(connection);
+}
+
+void ConnectionGate::refuse_queued(Connection& connection) {
+  hear(connection, Heard::kBytes);
+  ++counts_.overload;
+  refuse(connection, {503, "QUEUE_FULL",
+                      "as many requests are waiting as may, or this one for too long: try again "
+                      "later"});
+}
+
+void ConnectionGate::refuse(Connection& connection, const RequestFault& fault) {
+  if (fault.status == 408) ++counts_.timed_out;
+  if (fault.status == 401 || fault.status == 403) {
+    ++counts_.locked_out;
+  } else if (fault.status < 500 && fault.status != 408) {
+    ++counts_.refused;
+  }
+  connection.take(connection.pending_input().size());
+  const std::string request_id = checked_request_id(connection.head.request_id);
+  if (rules_.refused) rules_.refused(connection.head, fault, request_id);
+  connection.output = refusal_text(fault, request_id, rules_.headers.lines(connection.head),
+                                   connection.head.method != "HEAD");
+  connection.sent = 0;
+  connection.keep = false;
+  begin_sending(connection);
+}
+
+void ConnectionGate::begin_sending(Connection& connection) {
+  connection.phase = Phase::kSending;
+  connection.pace = Pace(limits_.pace, now_);
+  connection.due = connection.pace.due();
+  connection.taken_before = connection.given;
+}
+
+void ConnectionGate::note_taken(Connection& connection) {
+  const std::uint64_t taken = taken_by_client(connection);
+  // The first look finds less: all that was given is only an upper bound, which spares each answer
+  // a system call at its beginning.
+  if (taken > connection.taken_before) connection.pace.moved(taken - connection.taken_before, now_);
+  connection.taken_before = taken;
+  connection.due = connection.pace.due();
+}
+
+bool ConnectionGate::advance_sending(Connection& connection) {
+  if (!send_pending(connection)) {
+    close(connection);
+    return false;
+  }
+  if (connection.pending_output() > 0) {
+    note_taken(connection);
+    hear(connection, Heard::kRoom);
+    return false;
+  }
+  connection.give_back_budget();
+  if (connection.keep) {
+    await_head(connection);
+  } else {
+    linger(connection);
+  }
+  return true;
+}
+
+void ConnectionGate::linger(Connection& connection) {
+  ::shutdown(connection.socket, SHUT_WR);
+  connection.take(connection.pending_input().size());
+  connection.phase = Phase::kLingering;
+  connection.due = now_ + kLinger;
+  connection.lingered = 0;
+  connection.readable = true;
+}
+
+void ConnectionGate::advance_lingering(Connection& connection) {
+  while (connection.lingered < kLingerBytes) {
+    // Nobody looks at them: they need not be copied.
+    const ssize_t count =
+        ::recv(connection.socket, nullptr, kLingerBytes, MSG_TRUNC | MSG_DONTWAIT);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return;
+    if (count <= 0) break;
+    connection.lingered += static_cast<std::size_t>(count);
+  }
+  close(connection);
+}
+
+void ConnectionGate::on_late(Connection& connection) {
+  switch (connection.phase) {
+    case Phase::kHead:
+      if (!connection.begun) return close(connection);
+      refuse(connection, {408, "REQUEST_TIMEOUT", "the header of the request took too long"});
+      break;
+    case Phase::kBody:
+      refuse(connection, {408, "REQUEST_TIMEOUT", "the body of the request came too slowly"});
+      break;
+    case Phase::kSending:
+      note_taken(connection);
+      if (now_ < connection.due) return;
+      return reset(connection);
+    case Phase::kLingering:
+      return close(connection);
+    case Phase::kAtWork:
+      return;
+  }
+  advance(connection);
+}
+
+}  // namespace sightline

@@ -1,0 +1,112 @@
+#include "server/http/exchange.h"
+
+#include <chrono>
+#include <cstdint>
+#include <utility>
+
+#include "core/base/split_mix.h"
+#include "core/store/scene_id.h"
+#include "server/access/key_ring.h"
+#include "server/http/http_status.h"
+#include "server/http/work_memory.h"
+
+namespace sightline {
+
+Status Exchange::reserve(std::uint64_t bytes) const { return sightline::reserve(memory, bytes); }
+
+bool Exchange::is_for_worker() const {
+  // Together with its head it leaves in one piece.
+  constexpr std::size_t kShort = 8 << 10;
+  return at_door && (response.status != 200 || response.body.size() > kShort);
+}
+
+void Exchange::reply(int status, std::string content, std::string_view media_type) {
+  response.status = status;
+  response.body = std::move(content);
+  // set_header adds: an earlier answer of this exchange must leave nothing behind.
+  response.headers.erase("Content-Type");
+  response.set_header("Content-Type", std::string(media_type));
+}
+
+void Exchange::reply_empty(int status) {
+  response.status = status;
+  response.body.clear();
+}
+
+void Exchange::reply_stream(std::string_view media_type,
+                            std::function<bool(const Send& send)> next) {
+  reply_empty(200);
+  streams = true;
+  // See HttpServer::answer: what was written leaves now, not when the buffer is full.
+  const httplib::Progress& flush = request.progress;
+  // Events are small and wanted at once; numbers hardly shrink.
+  std::shared_ptr<ContentEncoder> encoder;
+  if (accepts != Coding::kIdentity && media_type == "application/x-ndjson") {
+    encoder = std::make_shared<ContentEncoder>(accepts);
+    response.set_header("Content-Encoding", std::string(coding_name(accepts)));
+    response.set_header("Vary", "Accept-Encoding");
+  }
+  const auto provide = [next = std::move(next), encoder, &flush](std::size_t,
+                                                                 httplib::DataSink& sink) {
+    bool good = true;
+    const auto write = [&](std::string_view text) {
+      good = sink.write(text.data(), text.size()) && (!flush || flush(0, 0));
+      return good;
+    };
+    const Send send = [&](std::string_view text) {
+      return encoder ? write(encoder->encode(text, false)) : write(text);
+    };
+    if (!next(send)) {
+      if (good && encoder) write(encoder->encode("", true));
+      sink.done();
+    }
+    return good;
+  };
+  if (request.version == "HTTP/1.0") {
+    // It knows no chunks: the end of the connection is the end of the stream.
+    response.set_content_provider(std::string(media_type), provide);
+  } else {
+    response.set_chunked_content_provider(std::string(media_type), provide);
+  }
+}
+
+void Exchange::reply_problem(Problem problem) {
+  problem.request_id = request_id;
+  problem_code = problem.code;
+  const int status = problem.status;
+  reply(status, encode_problem(problem), kProblemMediaType);
+}
+
+void Exchange::reply_problem(int status, std::string_view code, std::string detail) {
+  Problem problem;
+  problem.status = status;
+  problem.title = status_title(status);
+  problem.detail = std::move(detail);
+  problem.code = code;
+  reply_problem(std::move(problem));
+}
+
+void Exchange::reply_error(const Error& error) {
+  const int status = http_status(error.kind);
+  reply_problem(make_problem(error, status, status_title(status)));
+  if (error.kind == ErrorKind::kBusy) response.set_header("Retry-After", "1");
+}
+
+std::string checked_request_id(const std::string& given) {
+  // The same alphabet as a scene's name: safe in a header and in a log.
+  if (is_scene_id(given) && !holds_key(given)) return given;
+  // It has to differ, not to be a secret, and random bytes of the system would cost a tenth of a
+  // trivial request: two requests at one moment are on two stacks.
+  std::string id(16, '0');
+  const auto moment =
+      static_cast<std::uint64_t>(std::chrono::system_clock::now().time_since_epoch().count());
+  std::uint64_t bits = scramble(moment ^ scramble(reinterpret_cast<std::uintptr_t>(&id)));
+  constexpr char kDigits[] = "0123456789abcdef";
+  for (char& digit : id) {
+    digit = kDigits[bits & 15u];
+    bits >>= 4;
+  }
+  return id;
+}
+
+}  // namespace sightline

@@ -1,0 +1,84 @@
+#pragma once
+/// One request and the answer to it, as a route sees them.
+
+#include <httplib.h>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/deadline.h"
+#include "core/base/result.h"
+#include "core/query/query_work.h"
+#include "proto/problem.h"
+#include "server/access/key_ring.h"
+#include "server/http/content_coding.h"
+#include "server/http/request_head.h"
+
+namespace sightline {
+
+class BodyReader;
+class RequestMemory;
+
+struct Exchange {
+  const httplib::Request& request;
+  httplib::Response& response;
+  BodyReader* body;          ///< null where no body can be
+  const CancelFlag* caller;  ///< set when nobody waits for the answer any more; may be null
+  RequestMemory* memory;     ///< null where nobody counts it
+  std::string request_id;
+  std::string scene_id = {};  ///< the {id} of the path, percent-decoded, not checked
+  std::string node_id = {};   ///< the {node} of the path, likewise
+  // For the metrics: the pattern of the route, which outlives this, and what was asked.
+  std::string_view route = {};
+  std::uint64_t rays = 0, boxes = 0;
+  QueryWork work = {};
+  std::string problem_code = {};       ///< of the problem that it was answered with
+  Coding accepts = Coding::kIdentity;  ///< of a stream of text
+  /// Tried on the thread of the door, which must not wait: whatever takes longer, and whatever is
+  /// no short answer of 200, is left to a worker, who begins anew.
+  bool at_door = false;
+  /// When the door had what it gathers of the request: waiting in a queue counts.
+  std::chrono::steady_clock::time_point asked_at = std::chrono::steady_clock::now();
+  /// When all of it was there: from then on the time counts that it may take.
+  std::chrono::steady_clock::time_point whole_at = asked_at;
+  bool is_for_worker() const;
+  /// The answer is a stream, which says itself what it keeps in memory.
+  bool streams = false;
+  /// Whether the client asks for an answer of this type, and of no other.
+  bool wants(std::string_view media_type) const {
+    return head != nullptr && head->accept == media_type;
+  }
+  /// As the door has read it; null where there was none.
+  const RequestHead* head = nullptr;
+  // Who asks.
+  Access access = Access::kWrite;
+  std::string_view key_name = {};
+  std::shared_ptr<const CancelFlag> revoked = {};  ///< set when the key is one no more; may be null
+
+  /// To be asked before much memory is taken for this answer. Errors: see RequestMemory.
+  Status reserve(std::uint64_t bytes) const;
+
+  void reply(int status, std::string content, std::string_view media_type);
+  void reply_json(int status, std::string content) {
+    reply(status, std::move(content), "application/json");
+  }
+  void reply_empty(int status);
+  /// Sends what `next` sends, piece by piece, until it returns false. It is called on the worker of
+  /// this request, and may wait. `send` is false when the client is gone.
+  using Send = std::function<bool(std::string_view)>;
+  void reply_stream(std::string_view media_type, std::function<bool(const Send& send)> next);
+  /// Of too much at once (kBusy) it also says when to try again.
+  void reply_error(const Error& error);
+  void reply_problem(int status, std::string_view code, std::string detail);
+  void reply_problem(Problem problem);
+};
+
+/// What the client gave as X-Request-Id when it is one (1 to 128 of A-Z a-z 0-9 . _ -, and no key),
+/// else a new one: 16 hexadecimal digits.
+std::string checked_request_id(const std::string& given);
+
+}  // namespace sightline

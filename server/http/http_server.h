@@ -1,0 +1,76 @@
+#pragma once
+/// cpp-httplib's server behind our own door.
+
+#include <httplib.h>
+
+#include <atomic>
+#include <functional>
+#include <string>
+
+#include "core/base/result.h"
+#include "server/http/connection_gate.h"
+#include "server/http/door_limits.h"
+#include "server/http/exchange.h"
+#include "server/http/work_memory.h"
+
+namespace sightline {
+
+struct ListenAddress {
+  std::string host;
+  int port = 0;
+};
+/// "127.0.0.1:8080", "[::1]:0", "localhost:80". Errors: LISTEN_ADDRESS_INVALID.
+Result<ListenAddress> parse_listen_address(const std::string& text);
+
+/// The seam is the library's protected process_request, which answers one request from any Stream:
+/// a ConnectionGate holds the connections and reads the heads, which a route finds in its Exchange.
+/// The library is asked for "/" and writes what the route answers. Bodies never come to it either:
+/// a route reads them by its Exchange, or they are read over, or they end the connection.
+///
+/// A file descriptor for each connection; a worker for each request that is being answered.
+class HttpServer : private httplib::Server {
+ public:
+  using Dispatch = std::function<void(Exchange&)>;
+  /// Called when a handler has thrown, with the exception's type: its text may be anything, and is
+  /// neither answered nor handed on.
+  using Thrown = std::function<void(const std::string& request_id, const std::string& type)>;
+
+  HttpServer(const DoorLimits& limits, Dispatch dispatch, Thrown thrown, DoorRules rules = {});
+  ~HttpServer() override;
+
+  /// Listens; connections queue up from here on. Returns the port. Errors: LISTEN_FAILED.
+  Result<int> bind(const ListenAddress& address);
+  /// Serves until stop, and returns when the last connection has ended.
+  void serve();
+  /// No new connections; idle ones end, requests that have begun are answered. From any thread.
+  void stop();
+  /// Breaks every connection off, and the work for it. From any thread.
+  void break_connections();
+
+  /// Takes what of `limits` is Live. From any thread.
+  void change(const DoorLimits& limits) { limits_.take_live(limits); }
+
+  const DoorCounts& counts() const { return gate_.counts(); }
+  /// Requests that wait for a worker. While it serves.
+  std::size_t queued() const { return gate_.queued(); }
+  /// Bytes of memory that connections and requests hold, see TrafficMemory.
+  std::uint64_t traffic() const { return traffic_.taken(); }
+
+ private:
+  void answer(Connection& connection);
+  void answer_thrown(const httplib::Request& request, httplib::Response& response,
+                     std::exception_ptr exception) const;
+
+  DoorLimits limits_;
+  const Dispatch dispatch_;
+  const Thrown thrown_;
+  TrafficMemory traffic_;
+  WorkMemory bodies_, work_;
+  /// Workers that may wait for clients to take large answers; of those that are kept for little
+  /// requests, also for memory.
+  Places waiters_;
+  std::atomic<bool> stopping_{false};
+  ConnectionGate gate_;
+};
+
+}  // namespace sightline

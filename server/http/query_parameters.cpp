@@ -1,0 +1,61 @@
+#include "server/http/query_parameters.h"
+
+#include <algorithm>
+#include <charconv>
+
+namespace sightline {
+
+std::optional<QueryParameters> QueryParameters::read(
+    Exchange& exchange, std::initializer_list<std::string_view> known) {
+  QueryParameters parameters;
+  std::string_view query = exchange.request.target;
+  query.remove_prefix(std::min(query.find('?'), query.size()));
+  while (!query.empty()) {
+    query.remove_prefix(1);  // the '?' or '&'
+    const std::string_view part = query.substr(0, query.find('&'));
+    query.remove_prefix(part.size());
+    if (part.empty()) continue;
+    const std::size_t equals = part.find('=');
+    const std::string_view name = part.substr(0, equals);
+    const bool good =
+        equals != std::string_view::npos &&
+        std::find(known.begin(), known.end(), name) != known.end() &&
+        parameters.values_.try_emplace(std::string(name), part.substr(equals + 1)).second;
+    if (good) continue;
+    std::string list;
+    for (const std::string_view each : known) {
+      list += (list.empty() ? "" : ", ") + std::string(each);
+    }
+    exchange.reply_problem(422, "QUERY_INVALID",
+                           known.size() == 0
+                               ? "there are no query parameters here"
+                               : "the query parameters here are " + list +
+                                     ", each name=value at most once, with & between them");
+    return std::nullopt;
+  }
+  return parameters;
+}
+
+std::optional<std::string_view> QueryParameters::text(std::string_view name) const {
+  const auto found = values_.find(name);
+  if (found == values_.end()) return std::nullopt;
+  return found->second;
+}
+
+bool QueryParameters::number(Exchange& exchange, std::string_view name, std::uint64_t most,
+                             std::uint64_t& value) const {
+  const auto given = text(name);
+  if (!given) return true;
+  const char* end = given->data() + given->size();
+  std::uint64_t number = 0;
+  const auto [last, error] = std::from_chars(given->data(), end, number);
+  if (error == std::errc() && last == end && number <= most) {
+    value = number;
+    return true;
+  }
+  exchange.reply_problem(422, "QUERY_INVALID",
+                         std::string(name) + " is a number from 0 to " + std::to_string(most));
+  return false;
+}
+
+}  // namespace sightline

@@ -1,0 +1,213 @@
+#include "server/http/request_body.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "server/http/body_reader.h"
+#include "server/http/work_memory.h"
+
+namespace sightline {
+namespace {
+
+/// What a parser takes, and what comes out of it: of a ray of 40 bytes 64.
+constexpr std::uint64_t kWorkPerByte = 8;
+constexpr std::uint64_t kShortBody = 64 << 10;
+
+void reply_too_large(Exchange& exchange, std::uint64_t limit) {
+  exchange.reply_problem(413, "BODY_TOO_LARGE",
+                         "the body may have " + std::to_string(limit) + " bytes");
+}
+
+}  // namespace
+
+std::optional<std::uint64_t> body_length(const Exchange& exchange) {
+  return exchange.head == nullptr ? std::nullopt : exchange.head->length;
+}
+
+bool admit_stream(Exchange& exchange) {
+  const auto coding = exchange.head == nullptr ? Coding::kIdentity : exchange.head->coding;
+  if (!coding) {
+    exchange.response.set_header("Accept-Encoding", "gzip, zstd");
+    exchange.reply_problem(415, "ENCODING_UNSUPPORTED",
+                           "send the body in gzip, in zstd, or without Content-Encoding");
+    return false;
+  }
+  if ((exchange.head == nullptr || !exchange.head->chunked) && !body_length(exchange)) {
+    exchange.reply_problem(411, "LENGTH_REQUIRED", "send Content-Length, or a chunked body");
+    return false;
+  }
+  if (exchange.body != nullptr) exchange.body->decode_as(*coding);
+  return true;
+}
+
+bool admit_body(Exchange& exchange, std::uint64_t limit) {
+  if (!admit_stream(exchange)) return false;
+  if (body_length(exchange).value_or(0) <= limit) return true;
+  reply_too_large(exchange, limit);
+  return false;
+}
+
+Error body_fault(const BodyReader* body) {
+  const auto fault = body == nullptr ? BodyReader::Fault::kEnded : body->fault();
+  if (fault == BodyReader::Fault::kSlow) {
+    return {ErrorKind::kDeadline, "REQUEST_TIMEOUT", "the body of the request came too slowly", ""};
+  }
+  if (fault == BodyReader::Fault::kMemory) {
+    return {ErrorKind::kBusy, "MEMORY_BUSY",
+            "others wait for the memory that bodies use: send it again later", ""};
+  }
+  if (fault == BodyReader::Fault::kCoding) {
+    return {ErrorKind::kMalformed, "ENCODING_BROKEN",
+            "the body is not what its Content-Encoding says, or ends too early", ""};
+  }
+  return {ErrorKind::kMalformed, "BODY_INCOMPLETE", "the body ended early or its framing is broken",
+          ""};
+}
+
+void reply_body_fault(Exchange& exchange) {
+  const Error error = body_fault(exchange.body);
+  if (error.kind == ErrorKind::kBusy) return exchange.reply_error(error);
+  exchange.reply_problem(error.kind == ErrorKind::kDeadline ? 408 : 400, error.code, error.message);
+}
+
+namespace {
+
+/// Whether bytes of a body are taken: fewer than the limit together, and what `admit` says.
+class BodyLimit {
+ public:
+  BodyLimit(Exchange& exchange, std::uint64_t limit) : exchange_(exchange), limit_(limit) {}
+
+  template <class Admit>
+  bool take(std::size_t bytes, const Admit& admit) {
+    size_ += bytes;
+    too_large_ = size_ > limit_;
+    if (too_large_) return false;
+    Status status = admit();
+    if (!status) refused_ = std::move(status).error();
+    return !refused_;
+  }
+  /// Answers a body that did not come to its end.
+  void reply() {
+    if (too_large_) {
+      reply_too_large(exchange_, limit_);
+    } else if (refused_) {
+      exchange_.reply_error(*refused_);
+    } else {
+      reply_body_fault(exchange_);
+    }
+  }
+
+ private:
+  Exchange& exchange_;
+  const std::uint64_t limit_;
+  std::uint64_t size_ = 0;
+  bool too_large_ = false;
+  std::optional<Error> refused_;
+};
+
+/// The room of a body's text, and what is counted of it.
+class BodyRoom {
+ public:
+  /// spare   bytes behind the body
+  /// length  of the whole text, where it is known
+  /// memory  null: it is not counted
+  BodyRoom(std::string& text, std::size_t spare, std::optional<std::uint64_t> length,
+           RequestMemory* memory)
+      : text_(text), spare_(spare), length_(length), memory_(memory) {}
+
+  /// For so many bytes more.
+  Status make_for(std::size_t bytes) {
+    // Four times as much at a time: a client that sends little holds little, and what has come is
+    // seldom copied.
+    constexpr std::size_t kFirst = 128 << 10, kStep = 4;
+    // Up to here all room is counted: others may have had it, so every page is there already. What
+    // is larger is new pages, of which there are as many as have come.
+    constexpr std::size_t kWhole = 2 << 20;
+    const std::size_t least = text_.size() + bytes + spare_;
+    const bool fits = least <= room_;
+    std::size_t room = fits ? room_ : std::max({least, kFirst, kStep * room_});
+    if (length_)
+      room = std::max<std::size_t>(least, std::min<std::uint64_t>(room, *length_ + spare_));
+    const std::size_t counted = std::max(counted_, std::max(least, std::min(room, kWhole)));
+    if (memory_ != nullptr && counted > counted_) {
+      const bool is_all = counted_ == 0 && length_ && *length_ + spare_ <= kFirst;
+      const bool stays_little =
+          length_ && *length_ <= kWhole && memory_->is_little(*length_ * kWorkPerByte);
+      Status status = memory_->reserve_body(counted - counted_, is_all || stays_little);
+      if (!status) return status;
+    }
+    counted_ = counted;
+    if (fits) return success();
+    room_ = room;
+    // To reserve more in the same text may double it instead.
+    std::string larger;
+    larger.reserve(room);
+    larger.append(text_);
+    text_.swap(larger);
+    return success();
+  }
+
+ private:
+  std::string& text_;
+  const std::size_t spare_;
+  const std::optional<std::uint64_t> length_;
+  RequestMemory* const memory_;
+  std::size_t room_ = 0, counted_ = 0;
+};
+
+/// What the client took to send is not the answer's time.
+void note_end(Exchange& exchange) {
+  if (exchange.body->has_received()) exchange.whole_at = std::chrono::steady_clock::now();
+}
+
+}  // namespace
+
+bool read_body(Exchange& exchange, std::uint64_t limit,
+               const std::function<Status(std::span<const char>)>& sink) {
+  BodyLimit body(exchange, limit);
+  const auto receive = [&](std::span<const char> piece) {
+    return body.take(piece.size(), [&] { return sink(piece); });
+  };
+  if (exchange.body != nullptr && exchange.body->read(receive)) {
+    note_end(exchange);
+    return true;
+  }
+  body.reply();
+  return false;
+}
+
+bool read_body(Exchange& exchange, std::uint64_t limit, std::size_t spare, std::string& text) {
+  // What a compressed body says is not how long its text will be.
+  const bool decodes = exchange.body != nullptr && exchange.body->decodes();
+  const auto length = decodes ? std::nullopt : body_length(exchange);
+  // Short ones are few bytes for each worker.
+  const bool is_short = length && *length <= kShortBody;
+  BodyLimit body(exchange, limit);
+  BodyRoom room(text, spare, length, is_short ? nullptr : exchange.memory);
+  const auto admit = [&](std::size_t bytes) {
+    return body.take(bytes, [&] { return room.make_for(bytes); });
+  };
+  if (!body.take(text.size(), success) || exchange.body == nullptr ||
+      !exchange.body->read_all(text, admit)) {
+    body.reply();
+    return false;
+  }
+  note_end(exchange);
+  Status status = reserve_decoding(exchange.memory, text);
+  if (!status) exchange.reply_error(status.error());
+  return status.ok();
+}
+
+Status reserve_decoding(RequestMemory* memory, std::string_view body) {
+  return reserve(memory, body.size() * kWorkPerByte);
+}
+
+void forget_body(Exchange& exchange, std::string& text, std::uint64_t bytes) {
+  std::string().swap(text);
+  if (exchange.memory == nullptr) return;
+  if (exchange.body != nullptr) exchange.body->end_decoding();
+  exchange.memory->forget_body();
+  exchange.memory->keep(bytes);
+}
+
+}  // namespace sightline

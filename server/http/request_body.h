@@ -1,0 +1,49 @@
+#pragma once
+/// Reads a request's body under a limit.
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "core/base/result.h"
+#include "server/http/exchange.h"
+
+namespace sightline {
+
+/// What the request says of its length; empty for a chunked body.
+std::optional<std::uint64_t> body_length(const Exchange& exchange);
+
+/// What can be said of a body before it is read. Errors: LENGTH_REQUIRED (neither Content-Length
+/// nor chunked; status 411, so it is answered here), BODY_TOO_LARGE, ENCODING_UNSUPPORTED. Returns
+/// false after it has answered.
+bool admit_body(Exchange& exchange, std::uint64_t limit);
+
+/// The same for a body of any length that is answered while it comes.
+bool admit_stream(Exchange& exchange);
+
+/// What is wrong with a body that could not be read to its end: BODY_INCOMPLETE, ENCODING_BROKEN,
+/// REQUEST_TIMEOUT (kDeadline) or MEMORY_BUSY (kBusy). `body` may be null.
+Error body_fault(const BodyReader* body);
+/// Answers so: 400, 408 for a slow one, or 503.
+void reply_body_fault(Exchange& exchange);
+
+/// Hands the body on in pieces, decoded; the limit is of what is handed on. Returns false after it
+/// has answered: BODY_TOO_LARGE, BODY_INCOMPLETE (the client stopped, or broke the framing), 408
+/// REQUEST_TIMEOUT, or what `sink` said. Precondition: admit_body was true.
+bool read_body(Exchange& exchange, std::uint64_t limit,
+               const std::function<Status(std::span<const char>)>& sink);
+
+/// The whole body as text, which may hold its begin already, with `spare` bytes of capacity to
+/// come, and the memory to decode it; or false after it has answered, also 503 MEMORY_BUSY and 413
+/// REQUEST_TOO_LARGE.
+bool read_body(Exchange& exchange, std::uint64_t limit, std::size_t spare, std::string& text);
+/// What that memory is. Errors: see RequestMemory.
+Status reserve_decoding(RequestMemory* memory, std::string_view body);
+/// After decoding: the body goes, and of the memory all but `bytes`.
+void forget_body(Exchange& exchange, std::string& text, std::uint64_t bytes);
+
+}  // namespace sightline

@@ -1,0 +1,91 @@
+#include "server/http/router.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "server/http/ascii.h"
+
+namespace sightline {
+namespace {
+
+bool decode_segment(std::string_view text, std::string& decoded) {
+  decoded.clear();
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] != '%') {
+      decoded += text[i];
+      continue;
+    }
+    if (i + 2 >= text.size()) return false;
+    const int high = hex_value(text[i + 1]), low = hex_value(text[i + 2]);
+    if (high < 0 || low < 0) return false;
+    decoded += static_cast<char>(high * 16 + low);
+    i += 2;
+  }
+  return true;
+}
+
+bool matches(const std::vector<std::string>& pattern, const std::vector<std::string>& path,
+             Exchange& exchange) {
+  if (pattern.size() != path.size()) return false;
+  for (std::size_t i = 0; i < pattern.size(); ++i) {
+    if (pattern[i] == "{id}" && !path[i].empty()) {
+      exchange.scene_id = path[i];
+    } else if (pattern[i] == "{node}" && !path[i].empty()) {
+      exchange.node_id = path[i];
+    } else if (pattern[i] != path[i]) {
+      return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+bool split_path(std::string_view target, std::vector<std::string>& segments) {
+  segments.clear();
+  target = target.substr(0, target.find('?'));
+  if (target.empty() || target.front() != '/') return false;
+  std::string segment;
+  while (!target.empty()) {
+    target.remove_prefix(1);
+    const std::size_t end = std::min(target.find('/'), target.size());
+    if (!decode_segment(target.substr(0, end), segment)) return false;
+    segments.push_back(segment);
+    target.remove_prefix(end);
+  }
+  return true;
+}
+
+void Router::add(std::string_view method, std::string_view pattern, Handler handler) {
+  Route route{std::string(method), std::string(pattern), {}, std::move(handler)};
+  split_path(pattern, route.segments);
+  routes_.push_back(std::move(route));
+}
+
+void Router::dispatch(Exchange& exchange) const {
+  std::vector<std::string> path;
+  const bool is_path = split_path(exchange.request.target, path);
+  const std::string& method = exchange.request.method;
+  std::string allowed;
+  for (const Route& route : routes_) {
+    if (!is_path || !matches(route.segments, path, exchange)) continue;
+    if (route.method == method || (route.method == "GET" && method == "HEAD")) {
+      exchange.route = route.pattern;
+      return route.handler(exchange);
+    }
+    allowed += (allowed.empty() ? "" : ", ") + route.method;
+    if (route.method == "GET") allowed += ", HEAD";
+  }
+  if (allowed.empty()) {
+    return exchange.reply_problem(404, "ROUTE_NOT_FOUND", "there is nothing at this path");
+  }
+  allowed += ", OPTIONS";
+  if (method == "OPTIONS") {
+    exchange.reply_empty(204);
+  } else {
+    exchange.reply_problem(405, "METHOD_NOT_ALLOWED", "this path allows " + allowed);
+  }
+  exchange.response.set_header("Allow", allowed);
+}
+
+}  // namespace sightline

@@ -1,0 +1,60 @@
+#pragma once
+/// How the flags of sightline serve are made, so that each kind is checked and shown in one way.
+
+#include <CLI/CLI.hpp>
+
+#include <string>
+
+#include "server/http/live.h"
+#include "server/operation/flag_checks.h"
+
+namespace sightline {
+
+/// The heading in the help of those flags whose settings SIGHUP takes from the file of --config
+/// again.
+inline constexpr const char* kLiveFlags = "Changed by SIGHUP, from --config";
+
+class FlagMaker {
+ public:
+  explicit FlagMaker(CLI::App& app) : app_(app) {}
+
+  /// A whole number from 1 on.
+  template <class T>
+  CLI::Option* add_count(const char* name, T& value, const char* help) {
+    return app_.add_option(name, value, help)->check(positive())->capture_default_str();
+  }
+  template <class T>
+  CLI::Option* add_count(const char* name, Live<T>& value, const char* help) {
+    return add_live(name, value, help)->check(positive());
+  }
+  /// A whole number within limits that the caller checks.
+  template <class T>
+  CLI::Option* add_live(const char* name, Live<T>& value, const char* help) {
+    return app_
+        .add_option_function<T>(
+            name, [&value](const T& given) { value = given; }, help)
+        ->default_str(std::to_string(value.get()))
+        ->group(kLiveFlags);
+  }
+  /// Seconds, at least `least`.
+  CLI::Option* add_seconds(const char* name, double& value, double least, const char* help) {
+    const CLI::Validator span([least](std::string& text) { return check_seconds(text, least); },
+                              "SECONDS");
+    return app_.add_option(name, value, help)->check(span)->capture_default_str();
+  }
+  CLI::Option* add_live_seconds(const char* name, double& value, double least, const char* help) {
+    return add_seconds(name, value, least, help)->group(kLiveFlags);
+  }
+
+ private:
+  static CLI::Validator positive() {
+    return {[](std::string& text) { return check_positive_count(text); }, "POSITIVE"};
+  }
+
+  CLI::App& app_;
+};
+
+/// Below it a request or a connection would have no time at all.
+inline constexpr double kLeastSeconds = 0.001;
+
+}  // namespace sightline

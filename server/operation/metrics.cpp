@@ -1,0 +1,257 @@
+#include "server/operation/metrics.h"
+
+#include <prometheus/counter.h>
+#include <prometheus/histogram.h>
+#include <prometheus/registry.h>
+#include <prometheus/text_serializer.h>
+
+#include <atomic>
+#include <map>
+#include <mutex>
+#include <tuple>
+#include <vector>
+
+#include "core/store/scene_store.h"
+#include "server/operation/version.h"
+
+namespace sightline {
+namespace {
+
+using prometheus::MetricFamily;
+using prometheus::MetricType;
+
+/// From a trivial request to the longest that tracing may take.
+const prometheus::Histogram::BucketBoundaries& buckets() {
+  static const prometheus::Histogram::BucketBoundaries kBuckets{
+      0.0001, 0.00025, 0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05,
+      0.1,    0.25,    0.5,    1,     2.5,    5,     10,   30,    60};
+  return kBuckets;
+}
+
+/// A gauge (or counter) with one label, made at the moment of asking.
+MetricFamily family(const char* name, const char* help, MetricType type, const char* label,
+                    const std::vector<std::pair<std::string, double>>& values) {
+  MetricFamily result;
+  result.name = name;
+  result.help = help;
+  result.type = type;
+  for (const auto& [value_of_label, value] : values) {
+    prometheus::ClientMetric metric;
+    if (*label != '\0') metric.label = {{label, value_of_label}};
+    if (type == MetricType::Counter) {
+      metric.counter.value = value;
+    } else {
+      metric.gauge.value = value;
+    }
+    result.metric.push_back(std::move(metric));
+  }
+  return result;
+}
+
+std::vector<std::pair<std::string, double>> as_values(const NamedCounts& counts) {
+  std::vector<std::pair<std::string, double>> values;
+  for (const auto& [name, count] : counts) values.emplace_back(name, static_cast<double>(count));
+  return values;
+}
+
+void add(std::vector<std::pair<std::string, double>>& sums, const NamedCounts& counts) {
+  if (sums.empty()) sums = as_values(NamedCounts(counts.size()));
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    sums[i].first = counts[i].first;
+    sums[i].second += static_cast<double>(counts[i].second);
+  }
+}
+
+void add_store(const SceneStore& store, std::vector<MetricFamily>& families) {
+  std::vector<std::pair<std::string, double>> states{
+      {"queued", 0}, {"loading", 0}, {"ready", 0}, {"failed", 0}};
+  std::vector<std::pair<std::string, double>> touched, skipped;
+  double triangles = 0;
+  for (const SceneSnapshot& scene : store.list()) {
+    ++states[static_cast<std::size_t>(scene->state)].second;
+    if (!scene->scene) continue;
+    triangles += static_cast<double>(scene->scene->instanced_triangle_count());
+    add(touched, touched_counts(*scene->scene));
+    add(skipped, skipped_counts(*scene->scene));
+  }
+  const MetricType gauge = MetricType::Gauge;
+  families.push_back(family("sightline_scenes", "Scenes by state.", gauge, "state", states));
+  families.push_back(family("sightline_triangles", "Of all ready scenes, each placement counted.",
+                            gauge, "", {{"", triangles}}));
+  families.push_back(family("sightline_bytes_touched",
+                            "Bytes of the files of ready scenes that were read, by what they are.",
+                            gauge, "kind", touched));
+  families.push_back(family("sightline_skipped",
+                            "What the files of ready scenes have and nobody read.", gauge, "what",
+                            skipped));
+  families.push_back(family("sightline_loads_total", "Loads that ended, by outcome.",
+                            MetricType::Counter, "outcome", as_values(store.load_counts())));
+}
+
+void add_trees(const TreeTotals& trees, std::vector<MetricFamily>& families) {
+  const auto number = [](std::uint64_t count) { return static_cast<double>(count); };
+  families.push_back(
+      family("sightline_tree_builds_total",
+             "Trees built because rays came near (near), and scenes whose trees "
+             "were all built in their lasting form (scene).",
+             MetricType::Counter, "of",
+             {{"near", number(trees.trees_built)}, {"scene", number(trees.full_builds)}}));
+  families.push_back(family("sightline_tree_evictions_total",
+                            "Scenes whose trees were dropped for want of memory.",
+                            MetricType::Counter, "", {{"", number(trees.evictions)}}));
+  families.push_back(family(
+      "sightline_tree_files_total", "Files of trees that were read, and those that were refused.",
+      MetricType::Counter, "outcome",
+      {{"read", number(trees.cache_hits)}, {"refused", number(trees.cache_rejects)}}));
+  families.push_back(family("sightline_tree_waits_total",
+                            "Rays and boxes that needed a tree that was not there.",
+                            MetricType::Counter, "", {{"", number(trees.queries_waited)}}));
+  families.push_back(family("sightline_tree_bytes", "Of all trees that are there now.",
+                            MetricType::Gauge, "", {{"", number(trees.tree_bytes)}}));
+  families.push_back(family("sightline_geometry_bytes",
+                            "Of positions and indices of all scenes, what they share counted once.",
+                            MetricType::Gauge, "", {{"", number(trees.geometry_bytes)}}));
+}
+
+void add_process(double start, const std::string& kernel, std::vector<MetricFamily>& families) {
+  MetricFamily build = family("sightline_build_info", "Which server this is.", MetricType::Gauge,
+                              "version", {{version(), 1}});
+  build.metric[0].label.push_back({"kernel", kernel});
+  families.push_back(std::move(build));
+  families.push_back(family("process_start_time_seconds",
+                            "When the server was started, in seconds since 1970.",
+                            MetricType::Gauge, "", {{"", start}}));
+}
+
+}  // namespace
+
+std::string_view known_method(std::string_view method) {
+  for (const std::string_view each : {"GET", "HEAD", "PUT", "POST", "PATCH", "DELETE", "OPTIONS"}) {
+    if (method == each) return each;
+  }
+  return "other";
+}
+
+struct Metrics::State {
+  prometheus::Registry registry;
+  prometheus::Family<prometheus::Counter>& requests =
+      prometheus::BuildCounter()
+          .Name("sightline_requests_total")
+          .Help("Requests answered, by method, route and status.")
+          .Register(registry);
+  prometheus::Family<prometheus::Histogram>& seconds =
+      prometheus::BuildHistogram()
+          .Name("sightline_request_seconds")
+          .Help(
+              "From the head of a request to its answer, by route. A stream of events ends later.")
+          .Register(registry);
+  prometheus::Counter& rays = prometheus::BuildCounter()
+                                  .Name("sightline_rays_total")
+                                  .Help("Rays asked about.")
+                                  .Register(registry)
+                                  .Add({});
+  prometheus::Counter& boxes = prometheus::BuildCounter()
+                                   .Name("sightline_boxes_total")
+                                   .Help("Boxes asked about.")
+                                   .Register(registry)
+                                   .Add({});
+
+  /// By what was counted, as QueryWork names it.
+  struct Work {
+    explicit Work(prometheus::Registry& registry)
+        : family(
+              prometheus::BuildCounter()
+                  .Name("sightline_work_total")
+                  .Help("What rays have cost: nodes of trees and blocks of triangles that were "
+                        "looked at, placements of meshes that were entered; and what float64 left "
+                        "open: triangles, orders of two hits, and roundings, decided by integers.")
+                  .Register(registry)) {}
+    prometheus::Family<prometheus::Counter>& family;
+    prometheus::Counter& nodes = family.Add({{"what", "nodes"}});
+    prometheus::Counter& blocks = family.Add({{"what", "blocks"}});
+    prometheus::Counter& placements = family.Add({{"what", "placements"}});
+    prometheus::Counter& exact_hits = family.Add({{"what", "exact_hits"}});
+    prometheus::Counter& exact_compares = family.Add({{"what", "exact_compares"}});
+    prometheus::Counter& exact_roundings = family.Add({{"what", "exact_roundings"}});
+
+    void add(const QueryWork& done) {
+      const auto count = [](prometheus::Counter& counter, std::uint64_t more) {
+        if (more > 0) counter.Increment(static_cast<double>(more));
+      };
+      count(nodes, done.nodes);
+      count(blocks, done.blocks);
+      count(placements, done.placements);
+      count(exact_hits, done.exact_hits);
+      count(exact_compares, done.exact_compares);
+      count(exact_roundings, done.exact_roundings);
+    }
+  } work{registry};
+
+  struct Series {
+    prometheus::Counter* requests;
+    prometheus::Histogram* seconds;
+  };
+  /// Method, route and status; the texts outlive this.
+  using Key = std::tuple<std::string_view, std::string_view, int>;
+  /// The library finds a series by a map of texts, which would have to be made for each request.
+  Series series_of(const Key& key) {
+    const std::lock_guard hold(mutex);
+    const auto known = found.find(key);
+    if (known != found.end()) return known->second;
+    const auto& [method, route, status] = key;
+    const Series made{&requests.Add({{"method", std::string(method)},
+                                     {"route", std::string(route)},
+                                     {"status", std::to_string(status)}}),
+                      &seconds.Add({{"route", std::string(route)}}, buckets())};
+    return found.emplace(key, made).first->second;
+  }
+  std::mutex mutex;
+  std::map<Key, Series> found;
+  std::atomic<std::uint64_t> slow{0};
+  const double start =
+      std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+};
+
+Metrics::Metrics() : state_(std::make_unique<State>()) {}
+Metrics::~Metrics() = default;
+
+void Metrics::count(const Request& request) {
+  const State::Series series =
+      state_->series_of({known_method(request.method),
+                         request.route.empty() ? "none" : request.route, request.status});
+  series.requests->Increment();
+  if (request.time.count() > 0) series.seconds->Observe(request.time.count());
+  state_->boxes.Increment(static_cast<double>(request.boxes));
+  count_part(request.rays, request.work);
+}
+
+void Metrics::count_part(std::uint64_t rays, const QueryWork& work) const {
+  state_->rays.Increment(static_cast<double>(rays));
+  state_->work.add(work);
+}
+
+void Metrics::count_slow() const { ++state_->slow; }
+std::uint64_t Metrics::slow() const { return state_->slow; }
+
+std::string Metrics::text(const SceneStore& store, const ServerNow& now) const {
+  std::vector<MetricFamily> families = state_->registry.Collect();
+  add_store(store, families);
+  add_trees(now.trees, families);
+  families.push_back(family("sightline_connections", "Connections that are open.",
+                            MetricType::Gauge, "", {{"", static_cast<double>(now.connections)}}));
+  families.push_back(
+      family("sightline_connections_total",
+             "Connections accepted, closed to make room (evicted), too slow, gone before their "
+             "answer; and requests refused for their framing, for want of a key that may "
+             "(locked_out) and for a full queue, and answered by the door itself.",
+             MetricType::Counter, "event", as_values(now.events)));
+  families.push_back(family("sightline_queued_requests", "Requests that wait for a worker now.",
+                            MetricType::Gauge, "", {{"", static_cast<double>(now.queued)}}));
+  families.push_back(family("sightline_traffic_bytes",
+                            "Of memory, that connections and requests hold now.", MetricType::Gauge,
+                            "", {{"", static_cast<double>(now.traffic)}}));
+  add_process(state_->start, now.kernel, families);
+  return prometheus::TextSerializer().Serialize(families);
+}
+
+}  // namespace sightline

@@ -1,0 +1,25 @@
+#pragma once
+/// What may change while a server runs: keys, and the settings that are Live.
+
+#include "server/access/access.h"
+#include "server/http/http_server.h"
+#include "server/operation/cli.h"
+#include "server/service/service.h"
+
+namespace sightline {
+
+/// Takes the keys of a file, and says in the log how many and what is wrong with who may read it.
+/// Errors: those of KeyRing::read; then the keys are what they were.
+Status take_keys(const std::string& file, AccessRules& access, Log& log);
+
+struct Running {
+  ServeCommand& command;  ///< what is in force
+  AccessRules& access;
+  Service& service;
+  HttpServer& server;
+};
+/// Reads the files of --keys and --config again, and says in the log what has changed, and what
+/// would need a new start. A file that is bad leaves in force what was, each for itself.
+void reload(const Running& running);
+
+}  // namespace sightline

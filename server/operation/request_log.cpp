@@ -1,0 +1,81 @@
+#include "server/operation/request_log.h"
+
+#include "core/store/scene_id.h"
+
+namespace sightline {
+namespace {
+
+/// A path is the client's text, and may be anything, a key too: shown is the route, with the name
+/// of the scene where it could be one.
+std::string shown_path(const Exchange& exchange) {
+  std::string path(exchange.route);
+  const std::size_t place = path.find("{id}");
+  if (place != std::string::npos && is_scene_id(exchange.scene_id) &&
+      !holds_key(exchange.scene_id)) {
+    path.replace(place, 4, exchange.scene_id);
+  }
+  return path;
+}
+
+/// Of a body that a worker has waited for in vain: the door counts its own.
+constexpr std::string_view kTooSlow = "REQUEST_TIMEOUT";
+
+/// What an operator should see without asking for every request. 503 is how a server says that it
+/// has enough to do.
+Log::Level level_of(int status) {
+  return status >= 500 && status != 503 ? Log::Level::warn : Log::Level::debug;
+}
+
+}  // namespace
+
+void note_request(Service& service, const Exchange& exchange, int status,
+                  std::chrono::duration<double> time) {
+  service.metrics.count({exchange.request.method, exchange.route, status, time, exchange.rays,
+                         exchange.boxes, exchange.work});
+  if (exchange.problem_code == kTooSlow) service.metrics.count_slow();
+  const Log::Level level = level_of(status);
+  if (!service.log.shows(level)) return;
+  service.log.write(level, "request",
+                    {{"method", known_method(exchange.request.method)},
+                     {"path", shown_path(exchange)},
+                     {"status", std::int64_t{status}},
+                     {"code", exchange.problem_code},
+                     {"bytes", std::uint64_t{exchange.response.body.size()}},
+                     {"ms", time.count() * 1000},
+                     {"id", exchange.request_id},
+                     {"key", exchange.key_name}});
+}
+
+StreamNote::StreamNote(const Exchange& exchange)
+    : path(shown_path(exchange)), request_id(exchange.request_id), key_name(exchange.key_name) {}
+
+void note_stream_end(const Service& service, const StreamNote& stream) {
+  if (stream.code == kTooSlow) service.metrics.count_slow();
+  const Log::Level level = stream.code.empty() ? Log::Level::debug : Log::Level::info;
+  if (!service.log.shows(level)) return;
+  const std::chrono::duration<double, std::milli> time =
+      std::chrono::steady_clock::now() - stream.begin;
+  service.log.write(level, stream.code.empty() ? "stream ended" : "stream broken off",
+                    {{"path", stream.path},
+                     {"code", stream.code},
+                     {"rays", stream.rays},
+                     {"bytes", stream.bytes},
+                     {"ms", time.count()},
+                     {"id", stream.request_id},
+                     {"key", stream.key_name}});
+}
+
+void note_refusal(Service& service, const RequestHead& head, const RequestFault& fault,
+                  const std::string& request_id) {
+  service.metrics.count({head.method, "door", fault.status});
+  // Somebody who tries keys should be seen.
+  const bool tells = fault.status == 401 || fault.status == 403;
+  service.log.write(tells ? Log::Level::info : Log::Level::debug, "refused at the door",
+                    {{"method", known_method(head.method)},
+                     {"status", std::int64_t{fault.status}},
+                     {"code", fault.code},
+                     {"id", request_id},
+                     {"key", head.key_name}});
+}
+
+}  // namespace sightline

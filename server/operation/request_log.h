@@ -1,0 +1,31 @@
+#pragma once
+/// What is kept of each request: its counts in the metrics and its line in the log.
+
+#include <chrono>
+
+#include "server/http/exchange.h"
+#include "server/http/request_head.h"
+#include "server/service/service.h"
+
+namespace sightline {
+
+/// Of a request that was answered, or whose answer failed by an exception and has this status.
+void note_request(Service& service, const Exchange& exchange, int status,
+                  std::chrono::duration<double> time);
+/// Of a stream of rays, which is noted as a request when it begins: what became of it.
+struct StreamNote {
+  /// Of a stream that is the answer to this exchange, and begins now.
+  explicit StreamNote(const Exchange& exchange);
+
+  const std::string path, request_id, key_name;
+  const std::chrono::steady_clock::time_point begin = std::chrono::steady_clock::now();
+  std::uint64_t rays = 0;
+  std::uint64_t bytes = 0;  ///< of the answer, before it was compressed
+  std::string code = {};    ///< why it was broken off; empty: it was not
+};
+void note_stream_end(const Service& service, const StreamNote& stream);
+/// Of one that came no further than the door.
+void note_refusal(Service& service, const RequestHead& head, const RequestFault& fault,
+                  const std::string& request_id);
+
+}  // namespace sightline

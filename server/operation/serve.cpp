@@ -1,0 +1,309 @@
+#include "server/operation/serve.h"
+
+#include <spdlog/sinks/stdout_sinks.h>
+
+#include <algorithm>
+#include <atomic>
+#include <filesystem>
+#include <optional>
+#include <system_error>
+#include <thread>
+
+#include "core/run/engine.h"
+#include "core/store/scene_store.h"
+#include "core/store/tree_keeper.h"
+#include "server/http/ip_address.h"
+#include "server/operation/progress_bar.h"
+#include "server/operation/reload.h"
+#include "server/operation/request_log.h"
+#include "server/operation/serve_flags.h"
+#include "server/operation/signals.h"
+#include "server/operation/system_limits.h"
+#include "server/operation/version.h"
+#include "server/routes/request_weight.h"
+#include "server/routes/routes.h"
+#include "server/service/scene_source.h"
+
+namespace sightline {
+namespace {
+
+TreeKeeperOptions keeper_options(const ServeCommand& command, Log& log) {
+  TreeKeeperOptions options;
+  options.ahead = command.laziness == Laziness::kWhenNeeded;
+  options.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / 4);
+  if (!command.data.empty()) options.folder = std::filesystem::path(command.data) / "trees";
+  options.memory_budget = command.memory_budget;
+  options.report = [&log](const std::string& line) { log.warn(line); };
+  return options;
+}
+
+/// The scene, when the keeper has room for it.
+Result<std::shared_ptr<const Scene>> kept(TreeKeeper& keeper,
+                                          Result<std::shared_ptr<const Scene>> scene,
+                                          const std::string& sha256) {
+  if (!scene) return scene;
+  if (Status status = keeper.adopt(*scene, sha256); !status) return std::move(status).error();
+  return scene;
+}
+
+std::vector<Preload> preloads_of(const ServeCommand& command, TreeKeeper& keeper) {
+  std::vector<Preload> preloads;
+  for (const auto& [id, source] : command.preloads) {
+    preloads.push_back({id, [&, source = source](Progress& progress) -> Result<PreloadedScene> {
+                          auto loaded = load_source(source, {}, progress, command.laziness);
+                          if (!loaded) return loaded;
+                          auto scene = kept(keeper, loaded->scene, {});
+                          if (!scene) return std::move(scene).error();
+                          return loaded;
+                        }});
+  }
+  return preloads;
+}
+
+Result<std::shared_ptr<const SourceRules>> sources_of(const ServeCommand& command) {
+  auto rules = std::make_shared<SourceRules>();
+  rules->urls = command.urls;
+  if (!command.scene_root.empty()) {
+    auto root = SceneRoot::open(command.scene_root);
+    if (!root) return std::move(root).error();
+    rules->root.emplace(std::move(*root));
+  }
+  return std::shared_ptr<const SourceRules>(std::move(rules));
+}
+
+/// Of the first scene of the start that is still on its way, and how many there are.
+std::optional<std::string> loading_line(const SceneStore& store) {
+  if (store.settled()) return std::nullopt;
+  std::string line;
+  std::size_t moving = 0;
+  for (const SceneSnapshot& scene : store.list()) {
+    if (scene->state == SceneState::kLoading && line.empty()) {
+      line = scene->id + ": " + progress_line(scene->progress);
+    }
+    if (scene->is_moving()) ++moving;
+  }
+  return moving > 1 ? line + " (" + std::to_string(moving) + " scenes to come)" : line;
+}
+
+/// One request, from its route to its line in the log.
+void answer(const Router& router, Service& service, Exchange& exchange) {
+  const auto note = [&](int status) {
+    note_request(service, exchange, status, std::chrono::steady_clock::now() - exchange.asked_at);
+  };
+  try {
+    router.dispatch(exchange);
+  } catch (const std::bad_alloc&) {
+    if (!exchange.at_door) note(507);
+    throw;
+  } catch (...) {
+    if (!exchange.at_door) note(500);
+    throw;
+  }
+  if (!exchange.is_for_worker()) note(exchange.response.status);
+}
+
+NamedCounts door_events(const DoorCounts& counts, const Metrics& metrics) {
+  return {{"accepted", counts.accepted},
+          {"evicted", counts.evicted},
+          {"too_slow", counts.timed_out + metrics.slow()},
+          {"gone", counts.gone},
+          {"refused", counts.refused},
+          {"locked_out", counts.locked_out},
+          {"queue_full", counts.overload},
+          {"answered_at_door", counts.answered}};
+}
+
+/// The next signal but SIGHUP, wake(), or the end of `timeout`.
+Signals::Event wait_for_stop(Signals& signals, std::chrono::milliseconds timeout) {
+  using Clock = std::chrono::steady_clock;
+  const auto end = Clock::now() + timeout;
+  for (;;) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now());
+    const auto event = signals.wait(std::max(left, std::chrono::milliseconds(0)));
+    if (event != Signals::Event::kReload) return event;
+  }
+}
+
+/// Turns signals into the steps of a stop: say that it is coming, close the door, break off.
+void watch_signals(Signals& signals, const Running& running) {
+  using Event = Signals::Event;
+  Service& service = running.service;
+  Event event = signals.wait(std::nullopt);
+  for (; event == Event::kReload; event = signals.wait(std::nullopt)) reload(running);
+  if (event == Event::kWoken) return;
+  service.log.info("stopping");
+  service.stopping = true;
+  // A load balancer sees /readyz turn before connections are refused.
+  const ServeCommand& command = running.command;
+  event = Event::kTimeout;
+  if (command.notice.count() > 0) event = wait_for_stop(signals, command.notice);
+  if (event == Event::kWoken) return;
+  running.server.stop();
+  // A second signal does not wait for anything.
+  if (event != Event::kStop) event = wait_for_stop(signals, command.drain);
+  if (event == Event::kWoken) return;
+  service.log.warn("breaking off what has not ended");
+  service.cancelled.cancel();
+  running.server.break_connections();
+}
+
+/// While everything is taken down: a signal ends the process, whose data folder is whole at any
+/// moment. Nobody has to wait for what a builder or a disk takes its time for.
+class LastWatch {
+ public:
+  LastWatch(Signals& signals, EndNow end_now)
+      : signals_(signals), end_now_(std::move(end_now)), thread_([this] { watch(); }) {}
+  ~LastWatch() {
+    done_ = true;
+    signals_.wake();
+    thread_.join();
+  }
+  LastWatch(const LastWatch&) = delete;
+  LastWatch& operator=(const LastWatch&) = delete;
+
+ private:
+  void watch() {
+    // The watcher before may have left a wake that was meant for it.
+    while (!done_) {
+      if (signals_.wait(std::nullopt) == Signals::Event::kStop) end_now_(signals_.let_through());
+    }
+  }
+
+  Signals& signals_;
+  const EndNow end_now_;
+  std::atomic<bool> done_{false};
+  std::thread thread_;
+};
+
+/// All that a server is made of is gone when it returns. The exit code; where it has served,
+/// `last_watch` is there from the end of that.
+int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWatch>& last_watch,
+          const EndNow& end_now, std::ostream& out, std::ostream& complaints) {
+  // `where`: the flag and what it names.
+  const auto complain = [&](const Error& error, const std::string& where = "") {
+    complaints << "sightline: " << error.code << ": " << where << error.message << "\n";
+    return 2;
+  };
+  AccessRules access;
+  if (!command.keys.empty()) {
+    if (Status taken = take_keys(command.keys, access, log); !taken) {
+      return complain(taken.error(), "--keys " + command.keys + ": ");
+    }
+  }
+  std::atomic<bool> hurry{false};
+  auto engine =
+      Engine::create({.threads = command.threads, .kernel = command.kernel, .hurry = &hurry});
+  if (!engine) return complain(engine.error());
+  StoreOptions options;
+  options.folder = command.data;
+  options.loads_max = command.limits.loads;
+  options.uploads_memory = command.limits.uploads;
+  options.report = [&log](const std::string& id, const Error& error) {
+    log.error("scene failed", {{"scene", id}, {"code", error.code}, {"reason", error.message}});
+  };
+  TreeKeeper keeper(keeper_options(command, log));
+  options.admit = [&keeper](const std::shared_ptr<const Scene>& scene) {
+    return keeper.adopt(scene, {}, false);
+  };
+  const auto load = [&](const LoadInput& input) {
+    return kept(keeper, load_scene(input, command.laziness), input.sha256);
+  };
+  auto store = SceneStore::open(options, load, preloads_of(command, keeper));
+  if (!store) {
+    return complain(store.error(), command.data.empty() ? "" : "--data " + command.data + ": ");
+  }
+
+  command.door.connections = allowed_connections(command.door);
+  command.door.request = std::min(command.door.request, machine_memory() / 2);
+  Service service{**engine, **store, log, command.limits, {}, {}};
+  service.door = command.door;
+  const ProgressBar bar([&store] { return loading_line(**store); });
+  auto sources = sources_of(command);
+  if (!sources) return complain(sources.error());
+  service.sources = std::move(*sources);
+  Router router;
+  add_health_routes(router, service);
+  add_docs_routes(router);
+  add_scene_routes(router, service);
+  add_node_routes(router, service);
+  add_ray_routes(router, service);
+  add_clearance_routes(router, service);
+  add_sweep_routes(router, service);
+  add_visibility_routes(router, service);
+  add_point_routes(router, service);
+  add_scene_part_routes(router, service);
+  add_box_routes(router, service);
+  const AnswerHeaders headers(command.cors_origins);
+  for (const std::string& warning : warnings_of(command)) log.warn(warning);
+  const bool for_this_machine = is_local_host(command.listen.host);
+  const DoorRules rules{
+      headers,
+      [&](RequestHead& head) {
+        auto fault = access.admit(head);
+        if (headers.is_preflight(head)) fault.reset();
+        if (command.keys.empty() && headers.is_strange_page(head)) {
+          fault = {403, "ORIGIN_NOT_ALLOWED", "only pages that --cors-origin names may ask"};
+        } else if (command.keys.empty() && for_this_machine && headers.is_strange_name(head)) {
+          fault = {403, "HOST_NOT_ALLOWED",
+                   "without keys the server answers to localhost, to addresses and to the hosts "
+                   "that --cors-origin names"};
+        }
+        return fault;
+      },
+      fits_the_door, &hurry,
+      [&](const RequestHead& head, const RequestFault& fault, const std::string& id) {
+        note_refusal(service, head, fault, id);
+      }};
+  HttpServer server(
+      command.door, [&](Exchange& exchange) { answer(router, service, exchange); },
+      [&](const std::string& id, const std::string& type) {
+        log.error("request failed by an exception", {{"id", id}, {"type", type}});
+      },
+      rules);
+  service.now = [&] {
+    return ServerNow{server.counts().open, door_events(server.counts(), service.metrics),
+                     server.queued(),      server.traffic(),
+                     keeper.totals(),      (*engine)->kernel()};
+  };
+  const auto port = server.bind(command.listen);
+  if (!port) return complain(port.error());
+
+  const bool v6 = command.listen.host.find(':') != std::string::npos;
+  out << "listening on http://" << (v6 ? "[" : "") << command.listen.host << (v6 ? "]" : "") << ":"
+      << *port << std::endl;
+  log.info("serving", {{"version", version()},
+                       {"kernel", (*engine)->kernel()},
+                       {"threads", std::int64_t{(*engine)->threads()}}});
+
+  const Running running{command, access, service, server};
+  std::thread watcher([&] { watch_signals(signals, running); });
+  std::optional<Error> fault;
+  try {
+    server.serve();
+  } catch (const std::system_error& error) {
+    fault = {ErrorKind::kInternal, "THREADS_FEW",
+             "the system does not give the threads of " + std::to_string(command.door.workers) +
+                 " workers: " + error.code().message(),
+             ""};
+  }
+  signals.wake();
+  watcher.join();
+  if (fault) return complain(*fault, "--workers: ");
+  last_watch.emplace(signals, end_now);
+  return 0;
+}
+
+}  // namespace
+
+int run_serve(const ServeCommand& command, const EndNow& end_now, std::ostream& out,
+              std::ostream& complaints) {
+  Signals signals;
+  Log log(command.log_format, command.log_level, std::make_shared<spdlog::sinks::stderr_sink_mt>());
+  std::optional<LastWatch> last_watch;
+  const int code = serve(command, signals, log, last_watch, end_now, out, complaints);
+  last_watch.reset();
+  if (code == 0) log.info("stopped");
+  return code;
+}
+
+}  // namespace sightline

@@ -1,0 +1,197 @@
+#include "server/operation/serve_flags.h"
+
+#include <algorithm>
+
+#include "core/run/engine.h"
+#include "core/store/scene_id.h"
+#include "server/http/answer_headers.h"
+#include "server/http/ip_address.h"
+#include "server/operation/flag_maker.h"
+#include "server/service/scene_source.h"
+
+namespace sightline {
+namespace {
+
+std::pair<std::string, std::string> parse_preload(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos) throw CLI::ValidationError("--preload", "needs ID=FILE");
+  std::pair<std::string, std::string> preload{text.substr(0, equals), text.substr(equals + 1)};
+  if (!is_scene_id(preload.first)) {
+    throw CLI::ValidationError("--preload", scene_id_invalid().message);
+  }
+  if (const Status found = check_source(preload.second); !found) {
+    throw CLI::ValidationError("--preload", found.error().message);
+  }
+  return preload;
+}
+
+/// What the engine would say, but with the flag's name and place.
+std::string check_kernel(const std::string& text) {
+  std::string names;
+  for (const std::string& name : Engine::kernels()) {
+    if (name == text) return "";
+    names += " " + name;
+  }
+  return "'" + text + "' is no kernel of this machine, which has" + names;
+}
+
+template <class Parsed>
+std::vector<Parsed> parse_each(const std::vector<std::string>& texts, const char* flag) {
+  std::vector<Parsed> list;
+  for (const std::string& text : texts) {
+    auto parsed = Parsed::parse(text);
+    if (!parsed) throw CLI::ValidationError(flag, parsed.error().message);
+    list.push_back(std::move(*parsed));
+  }
+  return list;
+}
+
+}  // namespace
+
+void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
+  app.add_option("--listen", flags.listen, "ADDR:PORT; port 0 takes a free one")
+      ->capture_default_str();
+  app.add_option("--config", command.config,
+                 "JSON file of settings: {\"max-rays\": 1000} is --max-rays 1000, a list repeats a "
+                 "flag; flags that are given as such go first")
+      ->check(CLI::ExistingFile);
+  app.add_option("--keys", command.keys,
+                 "file with a line for each key that may ask: 'sightline key new' makes them; "
+                 "without it everybody may do everything")
+      ->check(CLI::ExistingFile);
+  app.add_flag("--insecure", command.insecure,
+               "listen without --keys where others than this machine can ask");
+  app.add_option("--cors-origin", command.cors_origins,
+                 "pages of this origin may ask from a browser: https://example.org, or * for all "
+                 "(repeatable; default: none)")
+      ->take_all()
+      ->check(CLI::Validator(
+          [](std::string& text) {
+            return is_origin(text) ? "" : "'" + text + "' is no origin like https://example.org";
+          },
+          ""))
+      ->type_name("ORIGIN");
+  app.add_option("--data", command.data,
+                 "folder where scenes are kept; without it they live in memory only")
+      ->check(CLI::Validator(
+          [](std::string& text) { return text.empty() ? "the name of a folder is not empty" : ""; },
+          ""));
+  app.add_option("--preload", flags.preloads,
+                 "ID=FILE, or ID=demo:town, demo:six or demo:painted: a scene to load at the start "
+                 "(repeatable)")
+      ->take_all();
+  app.add_option("--threads", command.threads, "threads that trace; 0: as many as the machine has")
+      ->check(CLI::Range(0, 4096))
+      ->capture_default_str();
+  app.add_option("--kernel", command.kernel, "traversal kernel (see --version); default: the best")
+      ->check(CLI::Validator(check_kernel, ""));
+  app.add_option("--log-level", command.log_level, "of the log on standard error")
+      ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
+      ->capture_default_str()
+      ->group(kLiveFlags);
+  app.add_option("--log-format", flags.log_format,
+                 "'text' for people, 'json' for machines: an object in each line")
+      ->check(CLI::IsMember({"text", "json"}))
+      ->capture_default_str();
+  FlagMaker maker(app);
+  maker.add_count("--max-scene-bytes", command.limits.scene_bytes, "of an uploaded scene");
+  maker.add_count("--max-query-bytes", command.limits.query_bytes, "of a query's body");
+  maker.add_count("--max-rays", command.limits.rays,
+                  "in one request; points, boxes and pairs likewise");
+  maker.add_count("--max-hits", command.limits.hits,
+                  "listed in one answer: of rays, points, boxes, clearance");
+  maker.add_count("--max-loads", command.limits.loads,
+                  "scenes that may be on their way at once; two of them are built at a time");
+  maker.add_count("--max-upload-memory", command.limits.uploads,
+                  "bytes of scenes that are coming in, together, where there is no --data; one "
+                  "alone may be larger");
+  app.add_option("--skip", flags.skip,
+                 "'all': trees are built when rays come near, or ahead of them; 'none': before a "
+                 "scene is ready. No answer depends on it")
+      ->check(CLI::IsMember({"all", "none"}))
+      ->capture_default_str();
+  maker
+      .add_count("--memory-budget", command.memory_budget,
+                 "bytes of all scenes with their trees; the trees that were asked the longest ago "
+                 "go first (default: no limit)")
+      ->default_str("");
+  app.add_option("--scene-root", command.scene_root,
+                 "folder below which clients may name files to load (POST /v1/scenes with a path)")
+      ->check(CLI::ExistingDirectory);
+  app.add_option(
+         "--allow-url", flags.allow_urls,
+         "URLs that clients may name: SCHEME://HOST[:PORT][/PATH] with *.example.org, * and "
+         ":* as wildcards; a PATH that ends with / allows all below (repeatable)")
+      ->take_all()
+      ->type_name("PATTERN");
+  app.add_option("--allow-address", flags.allow_addresses,
+                 "addresses like 10.0.0.0/8 that those URLs may lead to; without it only public "
+                 "ones (repeatable)")
+      ->take_all()
+      ->type_name("RANGE");
+  maker.add_live_seconds("--request-seconds", flags.request_seconds, kLeastSeconds,
+                         "how long one request may trace");
+  maker.add_seconds("--fetch-seconds", flags.fetch_seconds, kLeastSeconds,
+                    "how long it may take to fetch a URL, with all redirects");
+  maker.add_live_seconds("--drain-seconds", flags.drain_seconds, 0,
+                         "how long a stop waits for requests that have begun");
+  maker.add_live_seconds("--notice-seconds", flags.notice_seconds, 0,
+                         "how long /readyz says 503 before a stop, for load balancers");
+  define_door(app, command.door, flags.door);
+}
+
+void finish_serve(ServeCommand& command, const ServeFlags& flags) {
+  auto listen = parse_listen_address(flags.listen);
+  if (!listen) throw CLI::ValidationError("--listen", listen.error().message);
+  command.listen = std::move(*listen);
+  for (const std::string& preload : flags.preloads) {
+    command.preloads.push_back(parse_preload(preload));
+    const std::string& name = command.preloads.back().first;
+    if (std::any_of(command.preloads.begin(), command.preloads.end() - 1,
+                    [&](const auto& other) { return other.first == name; })) {
+      throw CLI::ValidationError("--preload", "'" + name + "' stands there a second time");
+    }
+  }
+  command.urls.patterns = parse_each<UrlPattern>(flags.allow_urls, "--allow-url");
+  command.urls.addresses = parse_each<AddressRange>(flags.allow_addresses, "--allow-address");
+  command.urls.time = milliseconds_of(flags.fetch_seconds);
+  // Each of these holds a worker: half of all may wait, a quarter more may listen.
+  command.limits.waiters = command.door.workers / 2;
+  command.limits.listeners = command.door.workers / 4;
+  command.limits.streams = std::max<std::size_t>(1, command.door.workers / 4);
+  command.log_format = flags.log_format == "json" ? LogFormat::kJson : LogFormat::kText;
+  command.laziness = flags.skip == "none" ? Laziness::kEager : Laziness::kWhenNeeded;
+  command.limits.request = milliseconds_of(flags.request_seconds);
+  finish_door(command.door, flags.door);
+  command.drain = milliseconds_of(flags.drain_seconds);
+  command.notice = milliseconds_of(flags.notice_seconds);
+  command.limits.drain = command.drain;
+  command.limits.notice = command.notice;
+  command.limits.memory_budget = command.memory_budget;
+}
+
+void check_together(const ServeCommand& command) {
+  if (command.keys.empty() && !command.insecure && !is_local_host(command.listen.host)) {
+    throw CLI::ValidationError("--listen", "others can reach " + command.listen.host +
+                                               ": say who may ask with --keys FILE, or say "
+                                               "--insecure and let everybody do everything");
+  }
+}
+
+std::vector<std::string> warnings_of(const ServeCommand& command) {
+  if (!command.keys.empty() || command.cors_origins.empty()) return {};
+  return {"--cors-origin: without --keys whoever's pages may ask may change scenes as well"};
+}
+
+std::vector<FlagText> flag_texts(const CLI::App& app) {
+  std::vector<FlagText> texts;
+  for (const CLI::Option* option : app.get_options()) {
+    const auto& given = option->results();
+    texts.push_back({option->get_single_name(),
+                     given.empty() ? option->get_default_str() : CLI::detail::join(given, " "),
+                     option->get_group() == kLiveFlags});
+  }
+  return texts;
+}
+
+}  // namespace sightline

@@ -1,0 +1,188 @@
+#include "server/routes/ray_request.h"
+
+#include <algorithm>
+
+#include "core/run/kept_sides.h"
+#include "proto/hit_binary.h"
+#include "proto/hit_lines.h"
+#include "proto/point_binary.h"
+#include "proto/ray_binary.h"
+#include "proto/ray_frames.h"
+#include "server/http/body_reader.h"
+#include "server/http/media_type.h"
+#include "server/http/request_body.h"
+#include "server/routes/ray_stream.h"
+#include "server/routes/scene_admission.h"
+#include "server/service/answer_memory.h"
+#include "server/service/camera_rays.h"
+
+namespace sightline {
+
+bool RayRequest::is_for_worker() const {
+  constexpr std::size_t kFew = 8;
+  if (!exchange_.at_door) return false;
+  return query_.rays.size() > kFew || !query_.filter.keeps_all() || !query_.rays.mask.empty() ||
+         scene_->has_empty_mask() || query_.wants_explanation || query_.image ||
+         query_.fields.has_any_of(kAttributeFields);
+}
+
+bool RayRequest::read_query(const Decode& decode) {
+  if (!scene_) scene_ = admit_query_of_scene(exchange_, service_);
+  std::string body = std::move(begin_);
+  if (!scene_ || !read_body(exchange_, service_.limits.query_bytes, kRayJsonPadding, body)) {
+    return false;
+  }
+  timer_.restart();
+  if (!went_well(decode(body, query_)) || is_for_worker()) return false;
+  // What was decoded into something else than rays has no more bytes than twice its text.
+  const std::uint64_t decoded = 2 * body.size();
+  forget_body(exchange_, body, std::max(decoded, query_.rays.size() * kRayBytes));
+  // To work a filter out takes time too, of a scene with many nodes or long names.
+  deadline_ = service_.deadline(exchange_, query_.timeout_ms);
+  auto kept = kept_for_rays(*scene_, query_.filter, query_.rays.mask, deadline_,
+                            reserve_from(exchange_.memory));
+  if (!kept) {
+    exchange_.reply_error(kept.error());
+    return false;
+  }
+  kept_ = std::move(*kept);
+  add_time(&WorkReport::parse_us);
+  return true;
+}
+
+bool RayRequest::streamed(RayQuestionKind kind) {
+  if (!says_media_type(exchange_)) return false;
+  const auto type = admit_rays_type(exchange_, true);
+  if (type == QueryType::kJson) return false;
+  if (!type || !admit_stream(exchange_)) return true;
+  const bool is_lines = type == QueryType::kLines;
+  // Where a stream is not admitted its body is not read: a client may wait to be told.
+  const SceneSnapshot stored = admit_scene(exchange_, service_);
+  if (!stored) return true;
+  scene_ = stored->scene;
+  const auto begun = [&](std::span<const char> piece) {
+    begin_.append(piece.data(), piece.size());
+    return begin_.size() < kStreamMagic.size();
+  };
+  if (!is_lines && exchange_.body != nullptr && !exchange_.body->read(begun) &&
+      exchange_.body->fault() != BodyReader::Fault::kNoFault) {
+    reply_body_fault(exchange_);
+    return true;
+  }
+  if (!is_lines && !is_stream(begin_)) return !admit_body(exchange_, service_.limits.query_bytes);
+  if (exchange_.at_door) return true;
+  RayStream::reply(exchange_, service_, scene_, kind,
+                   is_lines ? RayStream::Form::kLines : RayStream::Form::kFrames,
+                   std::move(begin_));
+  return true;
+}
+
+bool RayRequest::read(RayJsonRules rules) {
+  rules.max_rays = service_.limits.rays;
+  rules.max_hits = service_.limits.hits;
+  rules.find_camera = [this](const FileCamera& camera) { return camera_rays(*scene_, camera); };
+  rules.admit_made = [this](std::uint64_t rays) { return exchange_.reserve(rays * kRayBytes); };
+  const std::optional<QueryType> type = admit_rays_type(exchange_);
+  if (!type) return false;
+  return read_query([&](std::string& body, RayQuery& query) -> Status {
+    auto decoded =
+        *type == QueryType::kBinary ? decode_rays_binary(body, rules) : decode_rays(body, rules);
+    if (!decoded) return decoded.error();
+    query = std::move(*decoded);
+    exchange_.rays = query.rays.size();
+    return choose_bytes(query, kDefaultBinaryFields);
+  });
+}
+
+/// Of a query that came as JSON and may want its answer as bytes.
+Status RayRequest::choose_bytes(RayQuery& query, FieldSet default_fields) const {
+  if (exchange_.wants(kBinaryMediaType)) {
+    query.layout = AnswerLayout::kBinary;
+  }
+  if (query.image) {
+    query.layout = AnswerLayout::kImage;
+    query.image->floats = exchange_.wants(kFloatMapMediaType);
+    query.fields = query.image->fields();
+    return success();
+  }
+  if (query.layout != AnswerLayout::kBinary) return success();
+  if (query.wants_explanation) {
+    return Error{ErrorKind::kInvalid, "EXPLAIN_IS_TEXT", "an explanation comes as JSON alone",
+                 "/explain"};
+  }
+  if (!query.chose_fields) query.fields = default_fields;
+  return check_binary_fields(query.fields);
+}
+
+bool RayRequest::read_points(PointJsonRules rules, PointQuery& points) {
+  rules.max_points = service_.limits.rays;
+  const std::optional<QueryType> type = admit_rays_type(exchange_);
+  if (!type) return false;
+  return read_query([&](std::string& body, RayQuery& options) -> Status {
+    auto decoded = *type == QueryType::kBinary ? decode_points_binary(body, rules)
+                                               : decode_points(body, rules);
+    if (!decoded) return decoded.error();
+    points = std::move(*decoded);
+    options = points.options;
+    exchange_.rays = points.points.size();
+    return choose_bytes(options, kDefaultBinaryNearestFields);
+  });
+}
+
+bool RayRequest::read_sweeps(SweepJsonRules rules, SweepQuery& sweeps) {
+  rules.max_sweeps = service_.limits.rays;
+  const std::optional<QueryType> type = admit_rays_type(exchange_);
+  if (!type) return false;
+  return read_query([&](std::string& body, RayQuery& options) -> Status {
+    auto decoded = *type == QueryType::kBinary ? decode_sweeps_binary(body, rules)
+                                               : decode_sweeps(body, rules);
+    if (!decoded) return decoded.error();
+    sweeps = std::move(*decoded);
+    options = sweeps.options;
+    exchange_.rays = sweeps.sweeps.count();
+    return choose_bytes(options, kDefaultBinaryFields);
+  });
+}
+
+bool RayRequest::read_json(const Decode& decode) {
+  return admit_query_type(exchange_) && read_query(decode);
+}
+
+bool RayRequest::went_well(const Status& status) {
+  if (!status) exchange_.reply_error(status.error());
+  return static_cast<bool>(status);
+}
+
+bool RayRequest::reserve(std::uint64_t bytes) { return went_well(exchange_.reserve(bytes)); }
+
+bool RayRequest::describe(const RayBatch& rays, const HitBatch& hits, HitDescription& about) {
+  const Status status = describe_within(exchange_.memory, service_.engine, *scene_, rays, hits,
+                                        query_.fields, query_.normalize, deadline_, about);
+  add_time(&WorkReport::describe_us);
+  return went_well(status);
+}
+
+void RayRequest::reply(std::string encoded) {
+  add_time(&WorkReport::print_us);
+  // Who has set a time no longer waits.
+  if (query_.timeout_ms && !exchange_.at_door && deadline_.passed()) {
+    return exchange_.reply_error(out_of_time(deadline_));
+  }
+  if (is_binary() || query_.image) {
+    if (query_.wants_work)
+      exchange_.response.set_header("X-Sightline-Work", encode_work(timer_.report));
+    return exchange_.reply(200, std::move(encoded),
+                           is_binary() ? kBinaryMediaType : query_.image->media_type());
+  }
+  if (invalid() != nullptr) add_member(encoded, "invalid", encode_invalid(query_.invalid));
+  if (query_.wants_work) add_member(encoded, "work", encode_work(timer_.report));
+  exchange_.reply_json(200, std::move(encoded));
+}
+
+void RayRequest::reply_hits(const HitBatch& hits, const HitDescription& about) {
+  const FieldSet fields = query_.fields;
+  reply(is_binary() ? encode_hits_binary(hits, about.details, about.terms, fields, nullptr)
+                    : encode_hits(hits, about.details, about.terms, fields, AnswerLayout::kRows));
+}
+
+}  // namespace sightline

@@ -1,0 +1,83 @@
+#pragma once
+/// What the routes of rays share: a request on its way to an answer.
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/run/engine.h"
+#include "proto/answer_members.h"
+#include "proto/point_json.h"
+#include "proto/ray_json.h"
+#include "proto/sweep_json.h"
+#include "server/http/exchange.h"
+#include "server/service/hit_terms.h"
+#include "server/service/ray_answer.h"
+#include "server/service/service.h"
+
+namespace sightline {
+
+class RayRequest {
+ public:
+  RayRequest(Exchange& exchange, const Service& service) : exchange_(exchange), service_(service) {}
+  /// What it has cost is counted, also where it failed.
+  ~RayRequest() { exchange_.work = timer_.report.work; }
+  RayRequest(const RayRequest&) = delete;
+  RayRequest& operator=(const RayRequest&) = delete;
+
+  /// Admits the request, finds the scene, reads the body, JSON or binary, and works its filter out.
+  /// The limits are the service's, the keys are the caller's. Returns false after it has answered.
+  bool read(RayJsonRules rules);
+  /// Starts a stream, and returns true, if the body is one: lines, or bytes that begin so.
+  bool streamed(RayQuestionKind kind);
+  /// The same for a query that comes as JSON and is more than rays: decode(body, options) fills the
+  /// options and returns a Status.
+  /// The same for points, JSON or binary.
+  bool read_points(PointJsonRules rules, PointQuery& points);
+  /// The same for sweeps.
+  bool read_sweeps(SweepJsonRules rules, SweepQuery& sweeps);
+  using Decode = std::function<Status(std::string& body, RayQuery& options)>;
+  bool read_json(const Decode& decode);
+
+  const Scene& scene() const { return *scene_; }
+  const RayQuery& query() const { return query_; }
+  const Deadline& deadline() const { return deadline_; }
+  RayOptions options() {
+    return {kept_ ? &*kept_ : nullptr, &timer_.report.work, !exchange_.at_door};
+  }
+  WorkTimer& timer() { return timer_; }
+  bool is_binary() const { return query_.layout == AnswerLayout::kBinary; }
+  /// The bad rays, where they are to be marked; else null.
+  const InvalidRays* invalid() const { return query_.marks_invalid ? &query_.invalid : nullptr; }
+
+  void add_time(std::uint64_t WorkReport::*step) { timer_.add(step); }
+
+  /// Answers with `status`'s error. Returns whether there was none.
+  bool went_well(const Status& status);
+  /// Takes memory for what comes next. Returns false after it has answered.
+  bool reserve(std::uint64_t bytes);
+  /// describe_within for the fields asked for. Returns false after it has answered.
+  bool describe(const RayBatch& rays, const HitBatch& hits, HitDescription& about);
+  /// Sends what was encoded, JSON or binary as the query came, with what was asked for beside it.
+  void reply(std::string encoded);
+  /// The same with a hit or none for each thing that was asked.
+  void reply_hits(const HitBatch& hits, const HitDescription& about);
+
+ private:
+  bool read_query(const Decode& decode);
+  /// At the door only what needs no walk over the scene and no file. Precondition: it is decoded.
+  bool is_for_worker() const;
+  Status choose_bytes(RayQuery& query, FieldSet default_fields) const;
+
+  Exchange& exchange_;
+  const Service& service_;
+  std::shared_ptr<const Scene> scene_;
+  RayQuery query_;
+  std::optional<KeptSides> kept_;
+  Deadline deadline_ = Deadline::never();
+  WorkTimer timer_;
+  std::string begin_;  ///< of the body, what was read already
+};
+
+}  // namespace sightline

@@ -1,0 +1,82 @@
+#pragma once
+/// Rays that are answered while they are still being sent: lines of JSON, or frames of bytes.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "core/run/engine.h"
+#include "proto/ray_frames.h"
+#include "proto/ray_lines.h"
+#include "server/http/exchange.h"
+#include "server/operation/request_log.h"
+#include "server/service/ray_answer.h"
+#include "server/service/service.h"
+
+namespace sightline {
+
+class BodyReader;
+
+/// What a client has sent is answered as soon as it is whole: every line that has come by then, or
+/// one frame. So memory does not grow with the length of the stream, and order is kept. A fault in
+/// the first batch is answered as for any request; one that comes later, as the last line or frame.
+/// The client has to read while it sends.
+class RayStream {
+ public:
+  enum class Form { kLines, kFrames };
+
+  /// `begin`: of the body, what was read already. The exchange is left when the stream begins.
+  RayStream(Exchange& exchange, const Service& service, std::shared_ptr<const Scene> scene,
+            RayQuestionKind kind, Form form, std::string begin, Claim place);
+
+  RayStream(const RayStream&) = delete;
+  RayStream& operator=(const RayStream&) = delete;
+  /// The end of the answer, however it came.
+  ~RayStream();
+
+  /// Answers the exchange with a stream, or with what is wrong.
+  static void reply(Exchange& exchange, const Service& service, std::shared_ptr<const Scene> scene,
+                    RayQuestionKind kind, Form form, std::string begin);
+
+ private:
+  /// The next part of the answer: empty at the end.
+  Result<std::string> next();
+  Result<std::string> next_lines();
+  Result<std::string> next_frame();
+  Result<std::string> answer(Result<RayQuery> query);
+  void forget_filter();
+  /// What comes next, until the buffer has that many bytes or the body has ended; with `wait` false
+  /// also until nothing more has come.
+  Status receive(std::size_t bytes, bool wait);
+  /// The same where the buffer has fewer.
+  Status fill(std::size_t bytes);
+  /// A line or frame that says what is wrong.
+  std::string last_words(const Error& error) const;
+  Deadline deadline(std::optional<std::uint64_t> timeout_ms) const;
+
+  const Service& service_;
+  BodyReader* const body_;
+  const CancelFlag* const caller_;
+  const std::shared_ptr<const CancelFlag> revoked_;
+  RequestMemory* const memory_;
+  const std::string request_id_;
+  const std::shared_ptr<const Scene> scene_;
+  const RayQuestionKind kind_;
+  const Form form_;
+  const Claim place_;
+  RayLines lines_;
+  RayFrames frames_;
+  std::optional<KeptSides> kept_;
+  bool knows_filter_ = false;
+  std::string buffer_;
+  std::size_t counted_ = 0;  ///< bytes of the buffer that are counted as a body
+  bool ended_ = false;       ///< the body has
+  bool failed_ = false;      ///< nothing is said any more
+  bool complete_ = false;    ///< everything was answered
+  StreamNote note_;
+  bool begun_ = false;  ///< the answer is a stream, not a refusal
+};
+
+}  // namespace sightline

@@ -1,0 +1,40 @@
+#include "server/routes/request_weight.h"
+
+#include <algorithm>
+#include <array>
+
+namespace sightline {
+namespace {
+
+/// So few bytes of JSON name some thirty rays.
+constexpr std::size_t kLittle = 2 << 10;
+
+bool contains(std::string_view text, std::string_view part) {
+  return text.find(part) != std::string_view::npos;
+}
+
+}  // namespace
+
+bool asks_for_little(const RequestHead& head, std::string_view body) {
+  if (body.size() > kLittle) return false;
+  // These walk over a whole scene.
+  constexpr std::array<std::string_view, 3> kWalks{"/selfcheck", "/bvh", "/nodes"};
+  if (std::any_of(kWalks.begin(), kWalks.end(),
+                  [&](std::string_view part) { return contains(head.target, part); })) {
+    return false;
+  }
+  // A few bytes make millions of rays; a backslash may spell the same word.
+  return !contains(body, "generator") && !contains(body, "\\");
+}
+
+bool fits_the_door(const RequestHead& head, std::string_view body) {
+  // Also while all workers have their hands full.
+  if (head.target == "/healthz") return body.empty();
+  if (head.method != "POST" || head.coding != Coding::kIdentity || !asks_for_little(head, body))
+    return false;
+  constexpr std::array<std::string_view, 3> kQuestions{"/rays:closest", "/rays:any", "/rays:count"};
+  return std::any_of(kQuestions.begin(), kQuestions.end(),
+                     [&](std::string_view question) { return head.target.ends_with(question); });
+}
+
+}  // namespace sightline

@@ -1,0 +1,32 @@
+#pragma once
+/// The routes, in groups. Each adds its own to the router; the service outlives the router.
+
+#include "server/http/router.h"
+#include "server/service/service.h"
+
+namespace sightline {
+
+/// GET /healthz /readyz /metrics /version
+void add_health_routes(Router& router, const Service& service);
+/// GET /openapi.json /docs /docs/app.js /docs/style.css
+void add_docs_routes(Router& router);
+/// PUT GET HEAD DELETE /v1/scenes/{id}, GET /v1/scenes/{id}/events and stats, GET POST /v1/scenes
+void add_scene_routes(Router& router, Service& service);
+/// POST /v1/rays:generate, /v1/scenes/{id}/rays:closest, rays:any, rays:all and rays:count
+void add_ray_routes(Router& router, const Service& service);
+/// POST /v1/scenes/{id}/points:inside, points:closest, points:nearest and points:distance
+void add_point_routes(Router& router, const Service& service);
+/// GET /v1/scenes/{id}/nodes, triangles, bvh and selfcheck
+void add_scene_part_routes(Router& router, const Service& service);
+/// POST /v1/scenes/{id}/clearance
+void add_clearance_routes(Router& router, const Service& service);
+/// POST /v1/scenes/{id}/sweeps:closest and sweeps:any
+void add_sweep_routes(Router& router, const Service& service);
+/// PATCH /v1/scenes/{id}/nodes/{node}
+void add_node_routes(Router& router, Service& service);
+/// POST /v1/scenes/{id}/visibility
+void add_visibility_routes(Router& router, const Service& service);
+/// POST /v1/rays-boxes, /v1/scenes/{id}/boxes:any, boxes:list and boxes:count
+void add_box_routes(Router& router, const Service& service);
+
+}  // namespace sightline

@@ -1,0 +1,191 @@
+#include "proto/box_json.h"
+#include "proto/hit_json.h"
+#include "proto/ray_box_json.h"
+#include "proto/ray_json.h"
+#include "server/http/media_type.h"
+#include "server/http/request_body.h"
+#include "server/routes/routes.h"
+#include "server/routes/scene_admission.h"
+#include "server/service/answer_memory.h"
+#include "server/service/camera_rays.h"
+#include "server/service/hit_terms.h"
+
+namespace sightline {
+namespace {
+
+void rays_boxes(Exchange& exchange, const Service& service) {
+  std::string body;
+  if (!admit_query_type(exchange) || !admit_body(exchange, service.limits.query_bytes) ||
+      !read_body(exchange, service.limits.query_bytes, kRayJsonPadding, body)) {
+    return;
+  }
+  const auto query =
+      decode_ray_boxes(body, {.max_rays = service.limits.rays, .max_boxes = service.limits.rays});
+  if (!query) return exchange.reply_error(query.error());
+  // An answer as columns, and as some twenty numbers and words of JSON.
+  constexpr std::uint64_t kAnswerBytes = 160 + 20 * kNumberBytes;
+  const std::uint64_t pairs = query->pairing == BoxPairing::kAll
+                                  ? query->rays.size() * query->boxes.size()
+                                  : query->rays.size();
+  if (Status status = exchange.reserve(pairs * kAnswerBytes); !status) {
+    return exchange.reply_error(status.error());
+  }
+
+  RayBoxAnswers answers;
+  if (Status status =
+          service.engine.ray_boxes(query->rays, query->boxes, query->pairing, query->planes,
+                                   service.deadline(exchange, query->timeout_ms), answers);
+      !status) {
+    return exchange.reply_error(status.error());
+  }
+  exchange.reply_json(200, encode_ray_boxes(answers));
+}
+
+/// An aligned or an oriented box, which it is, and what its cursor is known by.
+constexpr std::uint64_t kBoxBytes = sizeof(Box3d) + sizeof(OrientedBox) + 4 + 8;
+
+bool read_boxes(Exchange& exchange, const Service& service, const Scene& scene, bool has_limit,
+                BoxQuery& query) {
+  std::string body;
+  if (!read_body(exchange, service.limits.query_bytes, kRayJsonPadding, body)) return false;
+  auto decoded = decode_boxes(
+      body, {.find_camera = [&](const FileCamera& camera) { return camera_rays(scene, camera); },
+             .max_boxes = service.limits.rays,
+             .has_limit = has_limit,
+             .limit = service.limits.hits});
+  if (!decoded) {
+    exchange.reply_error(decoded.error());
+    return false;
+  }
+  query = std::move(*decoded);
+  exchange.boxes = query.boxes.size();
+  const std::uint64_t planes = query.boxes.planes.size() * sizeof(HalfSpace);
+  forget_body(exchange, body, query.boxes.size() * kBoxBytes + planes);
+  // A number for each box, and as JSON.
+  Status status = exchange.reserve(query.boxes.size() * (8 + kNumberBytes));
+  if (!status) exchange.reply_error(status.error());
+  return status.ok();
+}
+
+void any_triangle(Exchange& exchange, const Service& service) {
+  const auto scene = admit_scene_query(exchange, service);
+  BoxQuery query;
+  if (!scene || !read_boxes(exchange, service, *scene, false, query)) return;
+
+  Column<std::uint8_t> touched;
+  if (Status status = service.engine.boxes_any(*scene, query.boxes,
+                                               service.deadline(exchange, query.timeout_ms),
+                                               touched, query.question.relation);
+      !status) {
+    return exchange.reply_error(status.error());
+  }
+  exchange.reply_json(200, encode_occlusion(touched));
+}
+
+void count_triangles(Exchange& exchange, const Service& service) {
+  const auto scene = admit_scene_query(exchange, service);
+  BoxQuery query;
+  if (!scene || !read_boxes(exchange, service, *scene, false, query)) return;
+
+  Column<std::uint64_t> totals;
+  if (Status status =
+          service.engine.boxes_count(*scene, query.boxes, query.question,
+                                     service.deadline(exchange, query.timeout_ms), totals);
+      !status) {
+    return exchange.reply_error(status.error());
+  }
+  exchange.reply_json(200, encode_counts(totals));
+}
+
+/// The listed triangles or nodes in the file's terms.
+HitTerms terms_of(const Scene& scene, const BoxLists& lists, BoxTargets targets) {
+  if (targets == BoxTargets::kTriangles) {
+    HitBatch hits;
+    hits.resize(lists.triangles.size());
+    for (std::size_t i = 0; i < lists.triangles.size(); ++i) {
+      hits.instance[i] = lists.triangles[i].instance;
+      hits.triangle[i] = lists.triangles[i].triangle;
+    }
+    return hit_terms(scene, hits,
+                     {HitField::kPrimitive, HitField::kTriangle, HitField::kNode, HitField::kMesh});
+  }
+  HitTerms terms;
+  for (const std::uint32_t node : lists.nodes) {
+    terms.node.push_back(scene.description().nodes[node].file_node);
+    terms.node_name.push_back(scene.description().nodes[node].name);
+  }
+  return terms;
+}
+
+/// Where each list begins. Errors: CURSOR_STALE, CURSOR_OF_OTHERS.
+Status begin_lists(std::uint64_t revision, BoxQuery& query) {
+  const bool of_nodes = query.question.targets == BoxTargets::kNodes;
+  for (std::size_t i = 0; i < query.cursors.size(); ++i) {
+    const ListCursor& cursor = query.cursors[i];
+    const std::string place = "/boxes/" + std::to_string(i) + "/cursor";
+    if (cursor.from != 0 && cursor.revision != revision) {
+      return Error{ErrorKind::kConflict, "CURSOR_STALE",
+                   "the list was begun in revision " + std::to_string(cursor.revision) +
+                       ", the scene is now revision " + std::to_string(revision) + ": begin anew",
+                   place};
+    }
+    if (cursor.from != 0 && cursor.of_nodes != of_nodes) {
+      return Error{ErrorKind::kInvalid, "CURSOR_OF_OTHERS",
+                   std::string("this is the cursor of a list of ") +
+                       (cursor.of_nodes ? "nodes" : "triangles"),
+                   place};
+    }
+    if (cursor.from != 0 && cursor.question != query.questions[i]) {
+      return Error{ErrorKind::kInvalid, "CURSOR_OF_OTHERS",
+                   "this is the cursor of a list of another shape, or of another mode", place};
+    }
+    query.question.from.push_back(cursor.from);
+  }
+  return success();
+}
+
+void list(Exchange& exchange, const Service& service) {
+  if (!admit_query_type(exchange) || !admit_body(exchange, service.limits.query_bytes)) return;
+  const SceneSnapshot stored = admit_scene(exchange, service);
+  BoxQuery query;
+  if (!stored || !read_boxes(exchange, service, *stored->scene, true, query)) return;
+  const auto& scene = stored->scene;
+  if (Status status = begin_lists(stored->revision, query); !status) {
+    return exchange.reply_error(status.error());
+  }
+
+  BoxLists lists;
+  Column<std::uint64_t> totals;
+  const Deadline deadline = service.deadline(exchange, query.timeout_ms);
+  // An entry in the lists of the threads and in all of them joined, its terms, and as JSON.
+  constexpr std::uint64_t kEntryBytes = 3 * kHitBytes + 64 + 5 * kNumberBytes;
+  const Status found =
+      search_lists(exchange.memory, query.boxes.size(), service.limits.hits, kEntryBytes,
+                   [&](std::uint64_t most) {
+                     return service.engine.boxes_list(*scene, query.boxes, query.question,
+                                                      query.limit, most, deadline, lists, totals);
+                   });
+  if (!found) return exchange.reply_error(found.error());
+  const BoxTargets targets = query.question.targets;
+  const HitTerms terms = terms_of(*scene, lists, targets);
+  Status status =
+      exchange.reserve(bytes_of_names(terms.node_name) + bytes_of_names(terms.mesh_name));
+  if (!status) return exchange.reply_error(status.error());
+  exchange.reply_json(
+      200, encode_box_lists(lists, totals, targets, terms, stored->revision, query.questions));
+}
+
+}  // namespace
+
+void add_box_routes(Router& router, const Service& service) {
+  router.add("POST", "/v1/rays-boxes",
+             [&service](Exchange& exchange) { rays_boxes(exchange, service); });
+  router.add("POST", "/v1/scenes/{id}/boxes:any",
+             [&service](Exchange& exchange) { any_triangle(exchange, service); });
+  router.add("POST", "/v1/scenes/{id}/boxes:list",
+             [&service](Exchange& exchange) { list(exchange, service); });
+  router.add("POST", "/v1/scenes/{id}/boxes:count",
+             [&service](Exchange& exchange) { count_triangles(exchange, service); });
+}
+
+}  // namespace sightline

@@ -1,0 +1,118 @@
+#include <nlohmann/json.hpp>
+
+#include "server/operation/version.h"
+#include "server/routes/routes.h"
+
+namespace sightline {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+void reply_health(Exchange& exchange) { exchange.reply_json(200, "{\"status\":\"ok\"}\n"); }
+
+bool is_quarantined(const StoredScene& scene) {
+  return scene.failure && scene.failure->code == "STORE_DAMAGED";
+}
+
+/// Which scenes there are, and what an operator should look at, for those who may know.
+Json readiness_details(const Service& service, bool stopping, bool settled) {
+  std::size_t ready = 0, loading = 0;
+  Json failed = Json::array(), quarantined = Json::array(), reasons = Json::array();
+  for (const SceneSnapshot& scene : service.store.list()) {
+    switch (scene->state) {
+      case SceneState::kQueued:
+      case SceneState::kLoading:
+        ++loading;
+        break;
+      case SceneState::kReady:
+        ++ready;
+        break;
+      case SceneState::kFailed:
+        failed.push_back(scene->id);
+        if (is_quarantined(*scene)) quarantined.push_back(scene->id);
+        break;
+    }
+  }
+  if (stopping) reasons.push_back({{"code", "STOPPING"}});
+  if (!settled) reasons.push_back({{"code", "SCENES_LOADING"}, {"count", loading}});
+  if (!quarantined.empty()) {
+    reasons.push_back({{"code", "SCENES_QUARANTINED"}, {"scenes", quarantined}});
+  }
+  if (service.store.is_full()) reasons.push_back({{"code", "STORE_FULL"}});
+  if (service.store.is_failing()) reasons.push_back({{"code", "STORE_IO"}});
+  Json details{{"scenes", {{"ready", ready}, {"loading", loading}, {"failed", failed.size()}}}};
+  // A scene that failed is its own trouble: the others are served.
+  if (!failed.empty()) details["failed"] = failed;
+  if (!reasons.empty()) details["reasons"] = reasons;
+  return details;
+}
+
+void reply_readiness(Exchange& exchange, const Service& service) {
+  // Each looked at once: a status has its reason.
+  const bool stopping = service.stopping, settled = service.store.settled();
+  const char* status = stopping ? "stopping" : !settled ? "loading" : "ready";
+  const bool ready = !stopping && settled;
+  Json document{{"status", status}};
+  if (exchange.access >= Access::kRead)
+    document.update(readiness_details(service, stopping, settled));
+  exchange.reply_json(ready ? 200 : 503, document.dump() + "\n");
+  if (!ready) exchange.response.set_header("Retry-After", "1");
+}
+
+void reply_version(Exchange& exchange, const Service& service) {
+  const Json document{{"name", "sightline"},
+                      {"version", version()},
+                      {"kernel", service.engine.kernel()},
+                      {"kernels", Engine::kernels()},
+                      {"threads", service.engine.threads()},
+                      {"limits",
+                       {{"scene_bytes", service.limits.scene_bytes.get()},
+                        {"query_bytes", service.limits.query_bytes.get()},
+                        {"rays", service.limits.rays.get()},
+                        {"hits", service.limits.hits.get()},
+                        {"loads", service.limits.loads},
+                        {"upload_memory", service.limits.uploads},
+                        {"waiters", service.limits.waiters},
+                        {"listeners", service.limits.listeners},
+                        {"streams", service.limits.streams},
+                        {"request_ms", service.limits.request.get().count()},
+                        {"fetch_ms", service.sources->urls.time.count()},
+                        {"drain_ms", service.limits.drain.get().count()},
+                        {"notice_ms", service.limits.notice.get().count()},
+                        {"memory_budget", service.limits.memory_budget},
+                        {"workers", service.door.workers},
+                        {"queue", service.door.queue},
+                        {"connections", service.door.connections.get()},
+                        {"header_bytes", service.door.head.bytes.get()},
+                        {"header_fields", service.door.head.fields.get()},
+                        {"header_ms", service.door.head_time.get().count()},
+                        {"queue_ms", service.door.queue_time.get().count()},
+                        {"idle_ms", service.door.idle.get().count()},
+                        {"gathered_bytes", service.door.gathered},
+                        {"buffer_bytes", service.door.buffers},
+                        {"body_memory", service.door.bodies},
+                        {"work_memory", service.door.work},
+                        {"traffic_memory", service.door.traffic},
+                        {"request_memory", service.door.request},
+                        {"rate_bytes_per_second", service.door.pace.bytes_per_second.get()},
+                        {"busy_bytes_per_second", service.door.busy_rate.get()},
+                        {"rate_ms", service.door.pace.window.get().count()},
+                        {"body_ms", service.door.pace.longest.get().count()}}}};
+  exchange.reply_json(200, document.dump() + "\n");
+}
+
+}  // namespace
+
+void add_health_routes(Router& router, const Service& service) {
+  router.add("GET", "/healthz", reply_health);
+  router.add("GET", "/readyz",
+             [&service](Exchange& exchange) { reply_readiness(exchange, service); });
+  router.add("GET", "/metrics", [&service](Exchange& exchange) {
+    exchange.reply(200, service.metrics.text(service.store, service.now()),
+                   "text/plain; version=0.0.4; charset=utf-8");
+  });
+  router.add("GET", "/version",
+             [&service](Exchange& exchange) { reply_version(exchange, service); });
+}
+
+}  // namespace sightline

@@ -1,0 +1,172 @@
+#include "core/run/inside.h"
+#include "proto/hit_binary.h"
+#include "proto/point_binary.h"
+#include "server/routes/ray_request.h"
+#include "server/routes/routes.h"
+#include "server/service/answer_memory.h"
+#include "server/service/hit_terms.h"
+
+namespace sightline {
+namespace {
+
+InsideMethod method_of(const PointQuery& query) {
+  return query.by_winding ? InsideMethod::kWinding : InsideMethod::kParity;
+}
+
+InsideColumns columns_of(const PointQuery& query, const InsideAnswers& answers) {
+  return {query.by_winding, answers.inside,  answers.on_surface,
+          answers.reliable, answers.winding, answers.open_edges};
+}
+
+/// A binary answer has no place for a text.
+void add_unreliable_header(Exchange& exchange, const InsideAnswers& answers) {
+  if (answers.open_edges == 0) return;
+  exchange.response.set_header("X-Sightline-Unreliable", encode_unreliable(answers.open_edges));
+}
+
+void ask_inside(Exchange& exchange, const Service& service) {
+  RayRequest request(exchange, service);
+  PointQuery query;
+  if (!request.read_points({.has_method = true}, query)) return;
+  InsideAnswers answers;
+  // A ray for each point, and three columns of answers as numbers and words.
+  if (!request.reserve(query.points.size() * (kRayBytes + 4 * kNumberBytes)) ||
+      !request.went_well(points_inside(service.engine, request.scene(), query.points,
+                                       method_of(query), request.deadline(), request.options(),
+                                       reserve_from(exchange.memory), answers))) {
+    return;
+  }
+  request.add_time(&WorkReport::trace_us);
+  const InsideColumns columns = columns_of(query, answers);
+  if (!request.is_binary()) return request.reply(encode_inside(columns));
+  add_unreliable_header(exchange, answers);
+  request.reply(encode_inside_binary(columns));
+}
+
+void ask_distance(Exchange& exchange, const Service& service) {
+  RayRequest request(exchange, service);
+  PointQuery query;
+  if (!request.read_points({.has_method = true, .has_max_distance = true}, query)) return;
+  Column<double> distances;
+  InsideAnswers answers;
+  if (!request.reserve(query.points.size() * (kRayBytes + kHitBytes + 5 * kNumberBytes)) ||
+      !request.went_well(signed_distances(service.engine, request.scene(), query.points,
+                                          method_of(query), query.max_distance, request.deadline(),
+                                          request.options(), reserve_from(exchange.memory),
+                                          distances, answers))) {
+    return;
+  }
+  request.add_time(&WorkReport::trace_us);
+  const InsideColumns columns = columns_of(query, answers);
+  if (!request.is_binary()) return request.reply(encode_signed_distances(columns, distances));
+  add_unreliable_header(exchange, answers);
+  request.reply(encode_signed_distances_binary(columns, distances));
+}
+
+/// The hits of all points one behind the other, without the slots that are misses.
+HitLists lists_of(const HitBatch& slots, std::size_t points, std::size_t count) {
+  HitLists lists;
+  lists.first.assign(1, 0);
+  for (std::size_t i = 0; i < points; ++i) {
+    std::size_t found = 0;
+    while (found < count && slots.hit(i * count + found)) ++found;
+    const auto copy = [&](auto& to, const auto& from) {
+      const auto begin = from.begin() + static_cast<std::ptrdiff_t>(i * count);
+      to.insert(to.end(), begin, begin + static_cast<std::ptrdiff_t>(found));
+    };
+    copy(lists.hits.t, slots.t);
+    copy(lists.hits.instance, slots.instance);
+    copy(lists.hits.triangle, slots.triangle);
+    lists.first.push_back(lists.hits.size());
+  }
+  return lists;
+}
+
+/// What is asked of them. `of` is the point of each hit.
+bool describe(RayRequest& request, const Service& service, const HitBatch& hits,
+              const Column<Vec3d>& of, HitDescription& about) {
+  const FieldSet fields = request.query().fields;
+  if (!request.reserve(bytes_of_description(hits.size(), fields))) return false;
+  if (fields.has_any_of(kDetailFields) &&
+      !request.went_well(service.engine.nearest_details(request.scene(), of, hits,
+                                                        request.deadline(), about.details))) {
+    return false;
+  }
+  about.terms = hit_terms(request.scene(), hits, fields);
+  if (!request.went_well(read_attributes(service.engine, request.scene(), hits, fields,
+                                         request.deadline(), about))) {
+    return false;
+  }
+  if (fields.has(HitField::kDistance)) about.terms.distance = hits.t;
+  request.add_time(&WorkReport::describe_us);
+  return request.reserve(bytes_of_encoded(hits.size(), fields, about.terms));
+}
+
+void ask_closest(Exchange& exchange, const Service& service) {
+  RayRequest request(exchange, service);
+  PointQuery query;
+  if (!request.read_points({.has_max_distance = true, .has_fields = true}, query)) return;
+  HitBatch hits;
+  if (!request.reserve(query.points.size() * kHitBytes) ||
+      !request.went_well(service.engine.nearest(request.scene(), query.points, query.max_distance,
+                                                1, request.deadline(), hits, request.options()))) {
+    return;
+  }
+  request.add_time(&WorkReport::trace_us);
+  HitDescription about;
+  if (!describe(request, service, hits, query.points, about)) return;
+  request.reply_hits(hits, about);
+}
+
+void ask_nearest(Exchange& exchange, const Service& service) {
+  RayRequest request(exchange, service);
+  PointQuery query;
+  if (!request.read_points({.has_max_distance = true, .has_count = true, .has_fields = true},
+                           query)) {
+    return;
+  }
+  const std::size_t count = query.count;
+  if (query.points.size() > service.limits.hits / count) {
+    return exchange.reply_error(
+        {ErrorKind::kTooLarge, "TOO_MANY_HITS",
+         "points times count may be " + std::to_string(service.limits.hits) + " together",
+         "/count"});
+  }
+  HitBatch slots;
+  // Slots, lists of those that are none, and the point of each.
+  const std::uint64_t slot_bytes = 2 * kHitBytes + sizeof(Vec3d);
+  if (!request.reserve(query.points.size() * count * slot_bytes) ||
+      !request.went_well(service.engine.nearest(request.scene(), query.points, query.max_distance,
+                                                count, request.deadline(), slots,
+                                                request.options()))) {
+    return;
+  }
+  request.add_time(&WorkReport::trace_us);
+  const HitLists lists = lists_of(slots, query.points.size(), count);
+  Column<Vec3d> of;
+  of.reserve(lists.hits.size());
+  for (std::size_t i = 0; i < query.points.size(); ++i) {
+    of.insert(of.end(), lists.first[i + 1] - lists.first[i], query.points[i]);
+  }
+  HitDescription about;
+  if (!describe(request, service, lists.hits, of, about)) return;
+  const FieldSet fields = request.query().fields;
+  request.reply(request.is_binary()
+                    ? encode_nearest_lists_binary(lists, about.details, about.terms, fields)
+                    : encode_nearest_lists(lists, about.details, about.terms, fields));
+}
+
+}  // namespace
+
+void add_point_routes(Router& router, const Service& service) {
+  router.add("POST", "/v1/scenes/{id}/points:inside",
+             [&service](Exchange& exchange) { ask_inside(exchange, service); });
+  router.add("POST", "/v1/scenes/{id}/points:closest",
+             [&service](Exchange& exchange) { ask_closest(exchange, service); });
+  router.add("POST", "/v1/scenes/{id}/points:nearest",
+             [&service](Exchange& exchange) { ask_nearest(exchange, service); });
+  router.add("POST", "/v1/scenes/{id}/points:distance",
+             [&service](Exchange& exchange) { ask_distance(exchange, service); });
+}
+
+}  // namespace sightline

@@ -1,0 +1,92 @@
+#include <algorithm>
+#include <array>
+#include <span>
+
+#include "server/http/query_parameters.h"
+#include "server/routes/routes.h"
+#include "server/routes/scene_admission.h"
+#include "server/service/answer_memory.h"
+#include "server/service/scene_parts.h"
+#include "server/service/tree_json.h"
+
+namespace sightline {
+namespace {
+
+void nodes(Exchange& exchange, const Service& service) {
+  constexpr std::uint64_t kMost = 100'000, kMostFirst = 0xffffffffu;
+  const auto parameters = QueryParameters::read(exchange, {"first", "limit"});
+  std::uint64_t first = 0, limit = 1000;
+  if (!parameters || !parameters->number(exchange, "first", kMostFirst, first) ||
+      !parameters->number(exchange, "limit", kMost, limit)) {
+    return;
+  }
+  const SceneSnapshot stored = admit_scene(exchange, service);
+  if (!stored) return;
+  // Numbers and bounds as JSON, and a mask for every node.
+  constexpr std::uint64_t kNodeBytes = 512, kMaskBytes = sizeof(std::uint32_t);
+  const std::span all(stored->scene->description().nodes);
+  std::uint64_t bytes = all.size() * kMaskBytes;
+  const auto asked = all.subspan(std::min<std::uint64_t>(first, all.size()));
+  for (const Node& node : asked.first(std::min<std::uint64_t>(limit, asked.size()))) {
+    bytes += kNodeBytes + bytes_of_names(std::array{std::string_view(node.name)});
+  }
+  if (Status status = exchange.reserve(bytes); !status) {
+    return exchange.reply_error(status.error());
+  }
+  exchange.reply_json(200, encode_nodes(*stored->scene, first, limit));
+}
+
+void triangles(Exchange& exchange, const Service& service) {
+  const auto parameters = QueryParameters::read(exchange, {"ids"});
+  if (!parameters) return;
+  const SceneSnapshot stored = admit_scene(exchange, service);
+  if (!stored) return;
+  auto text = encode_triangles(*stored->scene, parameters->text("ids").value_or(""));
+  if (!text) return exchange.reply_error(text.error());
+  exchange.reply_json(200, std::move(*text));
+}
+
+void trees(Exchange& exchange, const Service& service) {
+  const auto parameters = QueryParameters::read(exchange, {});
+  if (!parameters) return;
+  const SceneSnapshot stored = admit_scene(exchange, service);
+  if (stored) exchange.reply_json(200, encode_trees(*stored->scene));
+}
+
+void check(Exchange& exchange, const Service& service) {
+  constexpr std::uint64_t kMostRays = 100'000;
+  const auto parameters = QueryParameters::read(exchange, {"rays", "seed"});
+  std::uint64_t rays = 16, seed = 1;
+  if (!parameters || !parameters->number(exchange, "rays", kMostRays, rays) ||
+      !parameters->number(exchange, "seed", ~std::uint64_t{0}, seed)) {
+    return;
+  }
+  const SceneSnapshot stored = admit_scene(exchange, service);
+  if (!stored) return;
+  const Deadline deadline = service.deadline(exchange);
+  // The instances to choose from, and the rays with what is found by them.
+  const std::uint64_t bytes =
+      stored->scene->description().instances.size() * sizeof(std::uint32_t) +
+      rays * (kRayBytes + kHitBytes + sizeof(std::uint64_t));
+  if (Status status = exchange.reserve(bytes); !status) {
+    return exchange.reply_error(status.error());
+  }
+  const auto found = self_check(service.engine, *stored->scene, rays, seed, deadline);
+  if (!found) return exchange.reply_error(found.error());
+  exchange.reply_json(200, encode_self_check(*found));
+}
+
+}  // namespace
+
+void add_scene_part_routes(Router& router, const Service& service) {
+  router.add("GET", "/v1/scenes/{id}/nodes",
+             [&service](Exchange& exchange) { nodes(exchange, service); });
+  router.add("GET", "/v1/scenes/{id}/triangles",
+             [&service](Exchange& exchange) { triangles(exchange, service); });
+  router.add("GET", "/v1/scenes/{id}/bvh",
+             [&service](Exchange& exchange) { trees(exchange, service); });
+  router.add("GET", "/v1/scenes/{id}/selfcheck",
+             [&service](Exchange& exchange) { check(exchange, service); });
+}
+
+}  // namespace sightline

@@ -1,0 +1,192 @@
+#include "core/store/scene_id.h"
+#include "proto/load_json.h"
+#include "server/http/http_status.h"
+#include "server/http/media_type.h"
+#include "server/http/preconditions.h"
+#include "server/http/request_body.h"
+#include "server/routes/routes.h"
+#include "server/routes/scene_admission.h"
+#include "server/routes/scene_events.h"
+#include "server/routes/scene_parameters.h"
+#include "server/service/scene_json.h"
+#include "server/service/scene_stats.h"
+
+namespace sightline {
+namespace {
+
+/// A scene in the list of all, as JSON that is built and printed.
+constexpr std::uint64_t kListedBytes = 2048;
+
+void reply_scene(Exchange& exchange, const StoredScene& scene) {
+  if (const Status status = exchange.reserve(bytes_of_scene(scene)); !status) {
+    return exchange.reply_error(status.error());
+  }
+  exchange.reply_json(200, encode_scene(scene));
+  if (!scene.etag.empty()) exchange.response.set_header("ETag", '"' + scene.etag + '"');
+}
+
+/// The load goes on without the client, who is told where to look.
+void reply_accepted(Exchange& exchange, const Service& service, const std::string& id) {
+  const SceneSnapshot scene = service.store.find(id);
+  if (scene) {
+    exchange.reply_json(202, text_within(exchange, *scene));
+  } else {
+    exchange.reply_json(202, "{\"id\":\"" + id + "\"}\n");  // removed in the meantime
+  }
+  exchange.response.set_header("Location", "/v1/scenes/" + id);
+  exchange.response.set_header("Retry-After", "1");
+}
+
+Deadline deadline_of(const Exchange& exchange, const Service& service,
+                     std::chrono::milliseconds wait) {
+  Deadline deadline = Deadline::in(wait, &service.cancelled);
+  deadline.caller = exchange.caller;
+  return deadline;
+}
+
+/// A place to wait at; none where there is no time to wait, or no place.
+Claim claim_wait(Service& service, const Deadline& deadline) {
+  return deadline.passed() ? Claim() : service.waiters.claim();
+}
+
+/// Answers with the outcome of the load if it comes in time, else with 202.
+void finish_load(Exchange& exchange, Service& service, SceneLoad& load, const Claim& claim,
+                 const Deadline& deadline) {
+  const auto put = claim ? service.store.wait(load, deadline) : std::nullopt;
+  if (!put) return reply_accepted(exchange, service, load.id());
+  if (!*put) return exchange.reply_error(put->error());
+  reply_done(exchange, (*put)->created ? 201 : 200, *(*put)->scene);
+  exchange.response.set_header("Location", "/v1/scenes/" + load.id());
+}
+
+/// What can be known before the new content is there: it is decided then, and what is on its way to
+/// the name may have come by that time.
+Status check_now(const Service& service, const std::string& id, const Precondition& precondition) {
+  const SceneSnapshot scene = service.store.find(id);
+  if (scene && scene->is_moving()) return success();
+  return precondition.check(scene ? scene->etag : "");
+}
+
+void put_scene(Exchange& exchange, Service& service) {
+  SceneParameters parameters;
+  // What curl says by itself is taken as well: the importer goes by the first bytes in any case,
+  // and a browser's form, which could come from another site, cannot PUT.
+  if (!admit_media_type(exchange, {"model/gltf-binary", "model/gltf+json"},
+                        {"application/octet-stream", kFormMediaType}) ||
+      !admit_body(exchange, service.limits.scene_bytes) ||
+      !read_parameters(exchange, KnownParameters::kSceneAndWait, parameters)) {
+    return;
+  }
+  // Before the body, so that nobody uploads a gigabyte to a bad name, nor for nothing.
+  Precondition precondition = precondition_of(exchange);
+  if (Status status = check_now(service, exchange.scene_id, precondition); !status) {
+    return exchange.reply_error(status.error());
+  }
+  auto incoming = service.store.begin(exchange.scene_id, parameters.choice);
+  if (!incoming) return exchange.reply_error(incoming.error());
+  incoming->demand(std::move(precondition));
+  incoming->expect(body_length(exchange).value_or(0));
+  if (!read_body(exchange, service.limits.scene_bytes, [&](std::span<const char> piece) {
+        return incoming->append(std::as_bytes(piece));
+      })) {
+    return;
+  }
+  const Deadline deadline = parameters.wait
+                                ? deadline_of(exchange, service, *parameters.wait)
+                                : Deadline{.flag = &service.cancelled, .caller = exchange.caller};
+  const Claim claim = claim_wait(service, deadline);
+  const auto load = service.store.submit(std::move(*incoming), static_cast<bool>(claim));
+  finish_load(exchange, service, *load, claim, deadline);
+}
+
+/// What the operator does not allow is 403, and the other faults of a source what they are.
+void reply_source_error(Exchange& exchange, const Error& error) {
+  for (const char* code : {"PATH_NOT_ALLOWED", "PATH_REFUSED", "URL_NOT_ALLOWED"}) {
+    if (error.code == code) {
+      return exchange.reply_problem(make_problem(error, 403, status_title(403)));
+    }
+  }
+  exchange.reply_error(error);
+}
+
+void post_scene(Exchange& exchange, Service& service) {
+  constexpr std::uint64_t kMostBytes = 64 << 10;
+  SceneParameters parameters;
+  // This changes something and makes the server ask others: so, other than for queries, no type
+  // that a page of another site could send without being allowed to.
+  if (!says_media_type(exchange)) {
+    return exchange.reply_problem(415, "MEDIA_TYPE_UNSUPPORTED",
+                                  "send Content-Type: application/json");
+  }
+  if (!admit_media_type(exchange, {"application/json"}) || !admit_body(exchange, kMostBytes) ||
+      !read_parameters(exchange, KnownParameters::kWait, parameters)) {
+    return;
+  }
+  std::string body;
+  if (!read_body(exchange, kMostBytes, 0, body)) return;
+  const auto request = decode_load_request(body);
+  if (!request) return exchange.reply_error(request.error());
+  if (!is_scene_id(request->id)) {
+    Error error = scene_id_invalid();
+    error.pointer = "/id";
+    return exchange.reply_error(error);
+  }
+  auto fetch = fetch_of(*request, service.sources, service.limits.scene_bytes);
+  if (!fetch) return reply_source_error(exchange, fetch.error());
+  const Deadline deadline =
+      deadline_of(exchange, service, parameters.wait.value_or(std::chrono::milliseconds(0)));
+  const Claim claim = claim_wait(service, deadline);
+  auto load = service.store.fetch(request->id, {request->scene}, std::move(*fetch),
+                                  static_cast<bool>(claim));
+  if (!load) return exchange.reply_error(load.error());
+  finish_load(exchange, service, **load, claim, deadline);
+}
+
+void get_scene(Exchange& exchange, Service& service) {
+  SceneParameters parameters;
+  if (!read_parameters(exchange, KnownParameters::kWait, parameters)) return;
+  const Claim claim = parameters.wait ? service.waiters.claim() : Claim();
+  const Deadline deadline =
+      deadline_of(exchange, service, claim ? *parameters.wait : std::chrono::seconds(0));
+  for (;;) {
+    const std::uint64_t seen = service.store.changes();
+    const SceneSnapshot scene = service.store.find(exchange.scene_id);
+    if (!scene) return exchange.reply_error(scene_not_found());
+    if (!scene->is_moving() || deadline.passed()) return reply_scene(exchange, *scene);
+    service.store.wait_for_change(seen, deadline);
+  }
+}
+
+void delete_scene(Exchange& exchange, Service& service) {
+  Status removed = service.store.remove(exchange.scene_id, precondition_of(exchange));
+  if (!removed) return exchange.reply_error(removed.error());
+  exchange.reply_empty(204);
+}
+
+}  // namespace
+
+void add_scene_routes(Router& router, Service& service) {
+  router.add("GET", "/v1/scenes", [&service](Exchange& exchange) {
+    const std::vector<SceneSnapshot> scenes = service.store.list();
+    if (Status status = exchange.reserve(scenes.size() * kListedBytes); !status) {
+      return exchange.reply_error(status.error());
+    }
+    exchange.reply_json(200, encode_scene_list(scenes));
+  });
+  router.add("POST", "/v1/scenes",
+             [&service](Exchange& exchange) { post_scene(exchange, service); });
+  router.add("GET", "/v1/scenes/{id}",
+             [&service](Exchange& exchange) { get_scene(exchange, service); });
+  router.add("GET", "/v1/scenes/{id}/events",
+             [&service](Exchange& exchange) { reply_scene_events(exchange, service); });
+  router.add("GET", "/v1/scenes/{id}/stats", [&service](Exchange& exchange) {
+    const SceneSnapshot scene = admit_scene(exchange, service);
+    if (scene) exchange.reply_json(200, encode_stats(*scene));
+  });
+  router.add("PUT", "/v1/scenes/{id}",
+             [&service](Exchange& exchange) { put_scene(exchange, service); });
+  router.add("DELETE", "/v1/scenes/{id}",
+             [&service](Exchange& exchange) { delete_scene(exchange, service); });
+}
+
+}  // namespace sightline

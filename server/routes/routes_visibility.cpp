@@ -1,0 +1,57 @@
+#include "core/run/visibility.h"
+
+#include <algorithm>
+
+#include "proto/visibility_json.h"
+#include "server/routes/ray_request.h"
+#include "server/routes/routes.h"
+#include "server/service/answer_memory.h"
+#include "server/service/hit_terms.h"
+
+namespace sightline {
+namespace {
+
+void visible(Exchange& exchange, const Service& service) {
+  RayRequest request(exchange, service);
+  VisibilityQuery query;
+  if (!request.read_json([&](std::string& body, RayQuery& options) -> Status {
+        auto decoded = decode_visibility(body, service.limits.rays);
+        if (!decoded) return decoded.error();
+        query = std::move(*decoded);
+        options = query.options;
+        exchange.rays = query.pairs.size();
+        return success();
+      })) {
+    return;
+  }
+  Column<std::uint8_t> visible;
+  HitBatch hits;
+  HitBatch* blockers = query.first_blocker ? &hits : nullptr;
+  // Two bytes for each pair, and of blockers the hit and its ray.
+  const std::uint64_t pairs = query.pairs.size();
+  const std::uint64_t pair_bytes = 2 + (blockers != nullptr ? kHitBytes + kRayBytes : 0);
+  const std::uint64_t at_once = std::min<std::uint64_t>(pairs, kPairsAtOnce);
+  if (!request.reserve(pairs * pair_bytes + at_once * (kRayBytes + kHitBytes)) ||
+      !request.went_well(visibility(service.engine, request.scene(), query.pairs,
+                                    request.deadline(), request.options(), visible, blockers))) {
+    return;
+  }
+  request.add_time(&WorkReport::trace_us);
+  HitDescription about;
+  if (blockers != nullptr) {
+    RayBatch rays;
+    rays.reserve(hits.size());
+    for (std::size_t i = 0; i < hits.size(); ++i) rays.push_back(query.pairs.ray(i));
+    if (!request.describe(rays, hits, about)) return;
+  }
+  request.reply(encode_visibility(query, visible, blockers, about.details, about.terms));
+}
+
+}  // namespace
+
+void add_visibility_routes(Router& router, const Service& service) {
+  router.add("POST", "/v1/scenes/{id}/visibility",
+             [&service](Exchange& exchange) { visible(exchange, service); });
+}
+
+}  // namespace sightline

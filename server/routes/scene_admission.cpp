@@ -1,0 +1,54 @@
+#include "server/routes/scene_admission.h"
+
+#include "core/store/scene_id.h"
+#include "server/http/media_type.h"
+#include "server/http/request_body.h"
+#include "server/service/scene_json.h"
+
+namespace sightline {
+
+SceneSnapshot admit_scene(Exchange& exchange, const Service& service) {
+  const SceneSnapshot stored = service.store.find(exchange.scene_id);
+  if (!stored) {
+    exchange.reply_error(scene_not_found());
+    return nullptr;
+  }
+  switch (stored->state) {
+    case SceneState::kReady:
+      // Which of the contents that this name has had gave the answer.
+      exchange.response.set_header("X-Scene-Revision", std::to_string(stored->revision));
+      return stored;
+    case SceneState::kFailed:
+      exchange.reply_problem(409, "SCENE_FAILED",
+                             "the scene could not be loaded: " + stored->failure->message);
+      return nullptr;
+    case SceneState::kQueued:
+    case SceneState::kLoading:
+      exchange.reply_problem(409, "SCENE_LOADING", "the scene is still loading");
+      exchange.response.set_header("Retry-After", "1");
+      return nullptr;
+  }
+  return nullptr;
+}
+
+std::string text_within(const Exchange& exchange, const StoredScene& scene) {
+  const Status status = exchange.reserve(bytes_of_scene(scene));
+  return status ? encode_scene(scene) : encode_scene_summary(scene);
+}
+
+void reply_done(Exchange& exchange, int status, const StoredScene& scene) {
+  exchange.reply_json(status, text_within(exchange, scene));
+  if (!scene.etag.empty()) exchange.response.set_header("ETag", '"' + scene.etag + '"');
+}
+
+std::shared_ptr<const Scene> admit_scene_query(Exchange& exchange, const Service& service) {
+  return admit_query_type(exchange) ? admit_query_of_scene(exchange, service) : nullptr;
+}
+
+std::shared_ptr<const Scene> admit_query_of_scene(Exchange& exchange, const Service& service) {
+  if (!admit_body(exchange, service.limits.query_bytes)) return nullptr;
+  const SceneSnapshot stored = admit_scene(exchange, service);
+  return stored ? stored->scene : nullptr;
+}
+
+}  // namespace sightline

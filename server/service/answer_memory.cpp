@@ -1,0 +1,44 @@
+#include "server/service/answer_memory.h"
+
+namespace sightline {
+
+std::uint64_t bytes_of_description(std::uint64_t hits, FieldSet fields) {
+  std::uint64_t bytes = 0;
+  for (const HitField field : all_hit_fields()) {
+    if (!fields.has(field)) continue;
+    bytes += kAttributeFields.has(field) ? hit_field_width(field) * sizeof(double)
+                                         : sizeof(std::string_view);
+  }
+  if (fields.has_any_of(kDetailFields)) bytes += sizeof(HitDetail);
+  return hits * bytes;
+}
+
+std::uint64_t bytes_of_encoded(std::uint64_t hits, FieldSet fields, const HitTerms& terms) {
+  std::uint64_t bytes = 8;
+  for (const HitField field : all_hit_fields()) {
+    // A vector, and its name.
+    if (fields.has(field)) bytes += hit_field_width(field) * kNumberBytes + 20;
+  }
+  return hits * bytes + bytes_of_names(terms.node_name) + bytes_of_names(terms.node_path) +
+         bytes_of_names(terms.mesh_name) + bytes_of_names(terms.material_name);
+}
+
+Status describe_within(RequestMemory* memory, const Engine& engine, const Scene& scene,
+                       const RayBatch& rays, const HitBatch& hits, FieldSet fields, bool normalize,
+                       const Deadline& deadline, HitDescription& about) {
+  Status status = reserve(memory, bytes_of_description(hits.size(), fields));
+  if (status) {
+    status = describe_hits(engine, scene, rays, hits, fields, normalize, deadline, about);
+  }
+  if (!status) return status;
+  return reserve(memory, bytes_of_encoded(hits.size(), fields, about.terms));
+}
+
+std::uint64_t bytes_of_names(std::span<const std::string_view> names) {
+  // Six bytes for one, where it is a control character.
+  std::uint64_t bytes = 0;
+  for (const std::string_view name : names) bytes += 6 * name.size();
+  return bytes;
+}
+
+}  // namespace sightline

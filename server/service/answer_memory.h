@@ -1,0 +1,52 @@
+#pragma once
+/// How many bytes an answer will take, so that they can be asked for before they are taken: guesses
+/// from above.
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "proto/hit_json.h"
+#include "server/http/work_memory.h"
+#include "server/service/hit_terms.h"
+
+namespace sightline {
+
+/// As columns.
+inline constexpr std::uint64_t kRayBytes = 64, kHitBytes = 16;
+/// A number as JSON, with its comma.
+inline constexpr std::uint64_t kNumberBytes = 25;
+/// A thousand boxes, with the triangles of their leaves, as they are and as JSON.
+inline constexpr std::uint64_t kExplanationBytes = 1 << 20;
+
+/// What describe_hits makes of so many hits.
+std::uint64_t bytes_of_description(std::uint64_t hits, FieldSet fields);
+/// The text or the bytes of so many described hits.
+std::uint64_t bytes_of_encoded(std::uint64_t hits, FieldSet fields, const HitTerms& terms);
+/// describe_hits with the memory for it, and for encoding it afterwards. Errors: of both.
+Status describe_within(RequestMemory* memory, const Engine& engine, const Scene& scene,
+                       const RayBatch& rays, const HitBatch& hits, FieldSet fields, bool normalize,
+                       const Deadline& deadline, HitDescription& about);
+/// The same for texts that stand in it: each may have to be escaped.
+std::uint64_t bytes_of_names(std::span<const std::string_view> names);
+
+/// For lists whose length nobody knows before: search(most) finds at most so many entries of all
+/// lists together, and fails with TOO_MANY_HITS (kTooLarge) where there are more. It is asked for a
+/// few first, then for more as memory is granted, up to `most`.
+template <class Search>
+Status search_lists(RequestMemory* memory, std::uint64_t lists, std::uint64_t most,
+                    std::uint64_t entry_bytes, const Search& search) {
+  constexpr std::uint64_t kFirst = 16 << 10, kStep = 16;
+  std::uint64_t reserved = 0, granted = std::min(most, kFirst);
+  for (;;) {
+    const std::uint64_t bytes = lists * 3 * sizeof(std::uint64_t) + granted * entry_bytes;
+    if (Status status = reserve(memory, bytes - reserved); !status) return status;
+    reserved = bytes;
+    Status found = search(granted);
+    if (found || found.error().kind != ErrorKind::kTooLarge || granted == most) return found;
+    granted = granted > most / kStep ? most : granted * kStep;
+  }
+}
+
+}  // namespace sightline

@@ -1,0 +1,141 @@
+#include "server/service/hit_terms.h"
+
+#include <unordered_map>
+
+namespace sightline {
+
+namespace {
+
+/// "/house/roof"; a node without a name is "#7", its index in the file. Of deep hierarchies only
+/// the last part, after "...", so that no file makes it long.
+std::string path_of(const SceneDescription& description, std::uint32_t node) {
+  constexpr std::size_t kLongest = 4096;
+  std::string path;
+  for (; node != kNone; node = description.nodes[node].parent) {
+    const Node& its = description.nodes[node];
+    const std::string name = its.name.empty() ? "#" + std::to_string(its.file_node) : its.name;
+    if (!path.empty() && path.size() + name.size() > kLongest) return "..." + path;
+    path.insert(0, name).insert(0, "/");
+  }
+  return path;
+}
+
+void fill_paths(const SceneDescription& description, const HitBatch& hits, HitTerms& terms) {
+  std::unordered_map<std::uint32_t, std::string_view> known;
+  terms.node_path.assign(hits.size(), {});
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    if (!hits.hit(i)) continue;
+    const std::uint32_t node = description.instances[hits.instance[i]].node;
+    const auto [at, is_new] = known.try_emplace(node);
+    if (is_new) at->second = terms.own_texts.emplace_back(path_of(description, node));
+    terms.node_path[i] = at->second;
+  }
+}
+
+}  // namespace
+
+HitTerms hit_terms(const Scene& scene, const HitBatch& hits, FieldSet fields) {
+  HitTerms terms;
+  const SceneDescription& description = scene.description();
+  const bool node_id = fields.has(HitField::kNodeId), node = fields.has(HitField::kNode);
+  const bool mesh_id = fields.has(HitField::kMeshId), mesh = fields.has(HitField::kMesh);
+  const bool material_id = fields.has(HitField::kMaterialId);
+  const bool material = fields.has(HitField::kMaterial);
+  const bool primitive = fields.has(HitField::kPrimitive);
+  const bool triangle = fields.has(HitField::kTriangle);
+  const auto make = [&](auto& column, bool wanted, auto nothing) {
+    if (wanted) column.assign(hits.size(), nothing);
+  };
+  make(terms.node, node_id, kNone);
+  make(terms.mesh, mesh_id, kNone);
+  make(terms.material, material_id, kNone);
+  make(terms.primitive, primitive, kNone);
+  make(terms.triangle, triangle, kNone);
+  make(terms.node_name, node, std::string_view());
+  make(terms.mesh_name, mesh, std::string_view());
+  make(terms.material_name, material, std::string_view());
+
+  if (fields.has(HitField::kNodePath)) fill_paths(description, hits, terms);
+  const bool others =
+      fields.has_any_of({HitField::kNodeId, HitField::kNode, HitField::kMeshId, HitField::kMesh,
+                         HitField::kMaterialId, HitField::kMaterial});
+  if (!others && !primitive && !triangle) return terms;
+  // Neighbours often meet the same one.
+  std::uint32_t instance = kNone, first = 0, count = 0, part_number = 0;
+  const Node* its_node = nullptr;
+  const Mesh* its_mesh = nullptr;
+  std::uint32_t its_material = kNone;
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    if (!hits.hit(i)) continue;
+    const TriangleId id = hits.id(i);
+    if (id.instance != instance || id.triangle - first >= count) {
+      instance = id.instance;
+      const Instance& placed = description.instances[instance];
+      its_node = &description.nodes[placed.node];
+      its_mesh = description.meshes[placed.mesh].get();
+      const Primitive& part = its_mesh->primitives[scene.primitive_of(id)];
+      first = part.first_triangle;
+      count = part.triangle_count;
+      part_number = part.file_primitive;
+      its_material = part.material;
+    }
+    if (primitive) terms.primitive[i] = part_number;
+    if (triangle) terms.triangle[i] = id.triangle - first;
+    if (!others) continue;
+    if (node_id) terms.node[i] = its_node->file_node;
+    if (node) terms.node_name[i] = its_node->name;
+    if (mesh_id) terms.mesh[i] = its_mesh->file_mesh;
+    if (mesh) terms.mesh_name[i] = its_mesh->name;
+    if (material_id) terms.material[i] = its_material;
+    if (material && its_material < description.materials.size()) {
+      terms.material_name[i] = description.materials[its_material].name;
+    }
+  }
+  return terms;
+}
+
+Status read_attributes(const Engine& engine, const Scene& scene, const HitBatch& hits,
+                       FieldSet fields, const Deadline& deadline, HitDescription& description) {
+  if (!fields.has_any_of(kAttributeFields)) return success();
+  return engine.attributes(scene, hits, description.details,
+                           {fields.has(HitField::kShadingNormal), fields.has(HitField::kUv),
+                            fields.has(HitField::kColour)},
+                           deadline, description.terms.attributes);
+}
+
+Status describe_hits(const Engine& engine, const Scene& scene, const RayBatch& rays,
+                     const HitBatch& hits, FieldSet fields, bool normalize,
+                     const Deadline& deadline, HitDescription& description) {
+  Status status = success();
+  if (fields.has_any_of(kDetailFields)) {
+    status = engine.details(scene, rays, hits, deadline, description.details);
+  }
+  if (status && fields.has(HitField::kOnEdge)) {
+    status = engine.mark_edges(scene, rays, hits, deadline, description.details);
+  }
+  if (!status) return status;
+  HitTerms& terms = description.terms;
+  terms = hit_terms(scene, hits, fields);
+  status = read_attributes(engine, scene, hits, fields, deadline, description);
+  if (!status) return status;
+  terms.t_is_distance = normalize;
+  if (normalize || fields.has(HitField::kDistance)) {
+    terms.distance.resize(hits.size());
+    for (std::size_t i = 0; i < hits.size(); ++i)
+      terms.distance[i] = distance_of(hits.t[i], rays[i].direction);
+  }
+  return success();
+}
+
+RayBatch rays_of_hits(const RayBatch& rays, const HitLists& lists) {
+  RayBatch repeated;
+  repeated.reserve(lists.hits.size());
+  for (std::size_t ray = 0; ray < rays.size(); ++ray) {
+    for (std::size_t i = lists.first[ray]; i < lists.first[ray + 1]; ++i) {
+      repeated.push_back(rays[ray]);
+    }
+  }
+  return repeated;
+}
+
+}  // namespace sightline

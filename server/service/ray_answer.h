@@ -1,0 +1,46 @@
+#pragma once
+/// From a batch of rays to the text of its answer.
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+#include "proto/answer_members.h"
+#include "proto/ray_json.h"
+#include "server/http/work_memory.h"
+#include "server/service/service.h"
+
+namespace sightline {
+
+/// What is asked of rays.
+enum class RayQuestionKind { kClosest, kAny, kAll, kCount };
+
+/// What a body that asks so may say.
+RayJsonRules rules_of(RayQuestionKind kind, const ServiceLimits& limits);
+
+/// Adds up the times of the steps of a request.
+class WorkTimer {
+ public:
+  /// The time since the last call, or since it was made.
+  void add(std::uint64_t WorkReport::*step) {
+    const Clock::time_point now = Clock::now();
+    report.*step += static_cast<std::uint64_t>(
+        std::chrono::duration_cast<std::chrono::microseconds>(now - last_).count());
+    last_ = now;
+  }
+  void restart() { last_ = Clock::now(); }
+
+  WorkReport report;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point last_ = Clock::now();
+};
+
+/// Traces, describes and encodes in the query's layout, each with its part of `memory` (which may
+/// be null). Errors: those of the engine and of RequestMemory.
+Result<std::string> answer_rays(RayQuestionKind kind, const Service& service, const Scene& scene,
+                                const RayQuery& query, const RayOptions& options,
+                                const Deadline& deadline, RequestMemory* memory, WorkTimer& timer);
+
+}  // namespace sightline

@@ -1,0 +1,173 @@
+#include "server/service/scene_parts.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+
+#include "proto/json_pointer.h"
+#include "proto/json_writer.h"
+
+namespace sightline {
+namespace {
+
+void write_vector(JsonWriter& out, const Vec3d& v) { out.vector(v.x, v.y, v.z); }
+
+void write_id(JsonWriter& out, std::uint32_t id) {
+  if (id == kNone) return out.raw("null");
+  out.number(id);
+}
+
+void write_node(JsonWriter& out, const Scene& scene, std::uint32_t number, std::uint32_t mask) {
+  const SceneDescription& description = scene.description();
+  const Node& node = description.nodes[number];
+  // Instances stand in the order of their nodes.
+  const auto& instances = description.instances;
+  const auto begin =
+      std::lower_bound(instances.begin(), instances.end(), number,
+                       [](const Instance& instance, std::uint32_t n) { return instance.node < n; });
+  auto end = begin;
+  std::uint64_t triangles = 0;
+  Box3d bounds;
+  for (; end != instances.end() && end->node == number; ++end) {
+    triangles += description.meshes[end->mesh]->triangle_count();
+    bounds.include(scene.trees().plan().placed[static_cast<std::size_t>(end - instances.begin())]);
+  }
+  out.raw("{\"node_id\":");
+  out.number(node.file_node);
+  out.raw(",\"name\":");
+  out.name(node.name);
+  out.raw(",\"parent\":");
+  write_id(out, node.parent == kNone ? kNone : description.nodes[node.parent].file_node);
+  out.raw(",\"instances\":");
+  out.number(static_cast<std::uint64_t>(end - begin));
+  out.raw(",\"triangles\":");
+  out.number(triangles);
+  out.raw(",\"hidden\":");
+  out.raw(node.hidden ? "true" : "false");
+  out.raw(",\"mask\":");
+  out.number(mask);
+  out.raw(",\"bounds\":");
+  if (bounds.empty()) {
+    out.raw("null}");
+    return;
+  }
+  out.raw("{\"min\":");
+  write_vector(out, bounds.min);
+  out.raw(",\"max\":");
+  write_vector(out, bounds.max);
+  out.raw("}}");
+}
+
+/// Three numbers with points between them. False if that is not what it is.
+bool parse_id(std::string_view text, std::array<std::uint32_t, 3>& id) {
+  const char* at = text.data();
+  const char* end = at + text.size();
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto [last, error] = std::from_chars(at, end, id[k]);
+    if (error != std::errc()) return false;
+    at = last;
+    if (k < 2 && (at == end || *at++ != '.')) return false;
+  }
+  return at == end;
+}
+
+/// The primitive that the file calls so; null if the scene has none or not that triangle.
+const Primitive* find_triangle(const SceneDescription& scene,
+                               const std::array<std::uint32_t, 3>& id) {
+  if (id[0] >= scene.instances.size()) return nullptr;
+  for (const Primitive& part : scene.meshes[scene.instances[id[0]].mesh]->primitives) {
+    if (part.file_primitive == id[1]) return id[2] < part.triangle_count ? &part : nullptr;
+  }
+  return nullptr;
+}
+
+void write_triangle(JsonWriter& out, const Scene& scene, const std::array<std::uint32_t, 3>& id,
+                    const Primitive& part) {
+  const SceneDescription& description = scene.description();
+  const WorldTriangle corners = scene.world_triangle({id[0], part.first_triangle + id[2]});
+  out.raw("{\"instance\":");
+  out.number(id[0]);
+  out.raw(",\"primitive\":");
+  out.number(id[1]);
+  out.raw(",\"triangle\":");
+  out.number(id[2]);
+  out.raw(",\"corners\":[");
+  write_vector(out, corners.v0);
+  out.raw(',');
+  write_vector(out, corners.v1);
+  out.raw(',');
+  write_vector(out, corners.v2);
+  out.raw("],\"node_id\":");
+  out.number(description.nodes[description.instances[id[0]].node].file_node);
+  out.raw(",\"material_id\":");
+  write_id(out, part.material);
+  out.raw('}');
+}
+
+}  // namespace
+
+std::string encode_nodes(const Scene& scene, std::uint64_t first, std::uint64_t limit) {
+  const std::uint64_t total = scene.description().nodes.size();
+  first = std::min(first, total);
+  const std::uint64_t end = first + std::min(limit, total - first);
+  JsonWriter out(64 + (end - first) * 160);
+  out.raw("{\"total\":");
+  out.number(total);
+  out.raw(",\"nodes\":[");
+  const std::vector<std::uint32_t> masks = node_masks(scene.description());
+  for (std::uint64_t i = first; i < end; ++i) {
+    if (i > first) out.raw(',');
+    write_node(out, scene, static_cast<std::uint32_t>(i), masks[i]);
+  }
+  out.raw(']');
+  if (end < total) {
+    out.raw(",\"next\":");
+    out.number(end);
+  }
+  out.raw("}\n");
+  return out.take();
+}
+
+Result<std::string> encode_triangles(const Scene& scene, std::string_view ids) {
+  JsonWriter out(1024);
+  out.raw("{\"triangles\":[");
+  for (std::size_t count = 0; !ids.empty(); ++count) {
+    if (count == kMostTriangles) {
+      return Error{ErrorKind::kTooLarge, "TOO_MANY_TRIANGLES",
+                   "a request may name " + std::to_string(kMostTriangles) + " triangles", ""};
+    }
+    const std::string_view text = ids.substr(0, ids.find(','));
+    ids.remove_prefix(std::min(text.size() + 1, ids.size()));
+    std::array<std::uint32_t, 3> id{};
+    const Primitive* part = parse_id(text, id) ? find_triangle(scene.description(), id) : nullptr;
+    if (part == nullptr) {
+      return Error{ErrorKind::kInvalid, "TRIANGLE_UNKNOWN",
+                   "\"" + std::string(cut_utf8(text, 64)) +
+                       "\" is no instance.primitive.triangle of this scene",
+                   ""};
+    }
+    if (count > 0) out.raw(',');
+    write_triangle(out, scene, id, *part);
+  }
+  out.raw("]}\n");
+  return out.take();
+}
+
+std::string encode_self_check(const SelfCheck& check) {
+  JsonWriter out(256);
+  out.raw("{\"rays\":");
+  out.number(check.rays);
+  out.raw(",\"hits\":");
+  out.number(check.hits);
+  out.raw(",\"triangles_decided\":");
+  out.number(check.triangles);
+  out.raw(",\"different\":[");
+  for (std::size_t i = 0; i < check.different.size(); ++i) {
+    if (i > 0) out.raw(',');
+    out.number(check.different[i]);
+  }
+  out.raw("]}\n");
+  return out.take();
+}
+
+}  // namespace sightline

@@ -1,0 +1,90 @@
+#pragma once
+/// What the routes share: made by serve, handed down, never global.
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "core/base/deadline.h"
+#include "core/run/engine.h"
+#include "core/store/scene_store.h"
+#include "server/http/door_limits.h"
+#include "server/http/exchange.h"
+#include "server/http/live.h"
+#include "server/http/places.h"
+#include "server/http/work_memory.h"
+#include "server/operation/log.h"
+#include "server/operation/metrics.h"
+#include "server/service/scene_stats.h"
+#include "server/sources/scene_sources.h"
+
+namespace sightline {
+
+/// Each is a flag, and shown by /version; those that are Live may change while it serves.
+struct ServiceLimits {
+  Live<std::uint64_t> scene_bytes{std::uint64_t{4} << 30};
+  Live<std::uint64_t> query_bytes{std::uint64_t{256} << 20};
+  Live<std::size_t> rays{10'000'000};
+  Live<std::size_t> hits{10'000'000};                   ///< listed in one answer
+  LiveTime request{std::chrono::milliseconds(60'000)};  ///< for tracing
+  std::size_t loads = 100;                              ///< under way or waiting
+  std::uint64_t uploads = std::uint64_t{1} << 30;       ///< in memory, together
+  // Of the process; a stop and the keeper of trees look at them elsewhere.
+  LiveTime drain{std::chrono::milliseconds(30'000)};
+  LiveTime notice{std::chrono::milliseconds(0)};
+  std::uint64_t memory_budget = 0;  ///< 0: no limit
+  std::size_t waiters = 16;         ///< requests that wait for a load, each on a worker
+  std::size_t listeners = 8;        ///< to events, each on a worker
+  std::size_t streams = 8;          ///< of rays, each on a worker
+
+  void take_live(const ServiceLimits& other) {
+    scene_bytes = other.scene_bytes;
+    query_bytes = other.query_bytes;
+    rays = other.rays;
+    hits = other.hits;
+    request = other.request;
+    drain = other.drain;
+    notice = other.notice;
+  }
+};
+
+struct Service {
+  const Engine& engine;
+  SceneStore& store;
+  Log& log;
+  ServiceLimits limits{};
+  std::atomic<bool> stopping{false};
+  CancelFlag cancelled{};  ///< set when even requests that have begun must end
+  Places waiters{limits.waiters};
+  Places listeners{limits.listeners};
+  mutable Places streams{limits.streams};  ///< routes of queries change nothing else
+  /// Loads that are under way share it.
+  std::shared_ptr<const SourceRules> sources = std::make_shared<const SourceRules>();
+  Metrics metrics{};
+  DoorLimits door{};                                            ///< to show them
+  std::function<ServerNow()> now = [] { return ServerNow{}; };  ///< for the metrics
+
+  /// From now on; a client may wish for less than the limit.
+  Deadline deadline(std::optional<std::uint64_t> timeout_ms = {}) const {
+    auto time = limits.request.get();
+    if (timeout_ms) time = std::min<decltype(time)>(time, std::chrono::milliseconds(*timeout_ms));
+    return Deadline::in(time, &cancelled);
+  }
+  /// Passed also when nobody waits for this answer any more, and at the door soon.
+  Deadline deadline(const Exchange& exchange, std::optional<std::uint64_t> timeout_ms = {}) const {
+    constexpr std::chrono::microseconds kAtDoor{300};
+    Deadline deadline = this->deadline(timeout_ms);
+    // Waiting in a queue counts.
+    deadline.at -= Deadline::Clock::now() - exchange.whole_at;
+    if (exchange.at_door) deadline.at = std::min(deadline.at, Deadline::Clock::now() + kAtDoor);
+    deadline.caller = exchange.caller;
+    if (exchange.memory != nullptr && !exchange.at_door) exchange.memory->wait_until(deadline.at);
+    return deadline;
+  }
+};
+
+}  // namespace sightline
