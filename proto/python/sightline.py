@@ -440,11 +440,19 @@ def _rows(name: str, value: Any) -> list:
 
 def _id_triples(ids: Any) -> list:
     """Exact integers of shape (n, 3)."""
-    rows = [tuple(row) for row in (ids.tolist() if hasattr(ids, "tolist") else ids)]
-    for i, row in enumerate(rows):
-        if len(row) != 3 or any(isinstance(x, bool) or not isinstance(x, numbers.Integral) for x in row):
-            raise ValueError(f"ids[{i}] is {row!r}: expected three integers")
-    return rows
+    if isinstance(ids, (list, tuple)) and not ids:
+        return []
+    shape = _numbers("ids", ids).shape
+    if len(shape) != 2 or shape[1] != 3:
+        raise ValueError(f"ids has shape {shape}: expected (n, 3)")
+    if numpy is not None and hasattr(ids, "__array__"):
+        ids = numpy.asarray(ids)
+        if ids.dtype.kind == "f":
+            raise ValueError(f"ids has dtype {ids.dtype}: expected integers")
+    for i, row in enumerate(ids):
+        if not all(isinstance(x, numbers.Integral) for x in row):
+            raise ValueError(f"ids[{i}] is {row!r}: expected integers")
+    return list(ids)
 
 
 def _pixels(generator: Mapping) -> tuple | None:
