@@ -8,6 +8,7 @@
 #   scripts/stress.sh kills [--times N] [--seed S]
 #   scripts/stress.sh soak [--minutes N] [--workers N] [--seed S]
 #   scripts/stress.sh faults [--times N] [--seed S]
+#   scripts/stress.sh client [--calls N] [--seed S]
 #   scripts/stress.sh large
 #   scripts/stress.sh cases
 #
@@ -33,6 +34,9 @@
 #
 # faults makes the disk full and every step of a commit fail (the kernel says so, or strace in its place),
 # exhausts the budgets of memory, damages files, and ends with kills (20 times unless told otherwise).
+#
+# client makes 100,000 random calls of the Python client, with right and wrong shapes, layouts, dtypes and numbers, and
+# compares every answer with a model (tests/integration/python_client_fuzz.py). It says SKIPPED without numpy.
 #
 # large sends 20,000,000 rays in one stream and 1,000,000 in one body of JSON, and looks at the order of the answers and
 # at the memory that a server takes above its scene (64 MiB, and 3 times the body).
@@ -70,6 +74,14 @@ case ${1:-} in
       (cd tests/integration && python3 -B "${name}_test.py" ../../build/release/sightline)
     done
     exec python3 -B tests/integration/kills.py build/release/sightline --times 20 "$@"
+    ;;
+  client)
+    shift
+    scripts/install_packages.sh test
+    configure release
+    cmake --build --preset release --target sightline
+    # Debian's numpy belongs to Debian's Python.
+    exec /usr/bin/python3 -B tests/integration/python_client_fuzz.py build/release/sightline "$@"
     ;;
   large)
     scripts/install_packages.sh test

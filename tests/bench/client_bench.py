@@ -27,7 +27,7 @@ def main():
     origins = source.uniform(-400, 400, (RAYS, 3)) + [0, 300, 0]
     directions = source.uniform(-1, 1, (RAYS, 3)) - [0, 1, 0]
     with Server("--preload", "town=demo:town", "--skip", "none", "--log-level", "warn") as server:
-        body = sightline._pack(origins, directions, None, None, {"fields": FIELDS})
+        body = sightline._pack(sightline._read_rays(origins, directions, None, None), {"fields": FIELDS})
         raw = http.client.HTTPConnection("127.0.0.1", server.port)
         times = {"raw": [], "client": []}
         with sightline.Sightline(server.url) as client:
