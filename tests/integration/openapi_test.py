@@ -141,7 +141,7 @@ class OpenApi(unittest.TestCase):
 
     def test_every_route_is_in_the_document_and_the_other_way_round(self):
         added = set()
-        for file in (SOURCE / "server").glob("*.cpp"):
+        for file in (SOURCE / "server").rglob("*.cpp"):
             added |= set(re.findall(r'\badd\(\s*"([A-Z]+)",\s*"(/[^"]*)"', file.read_text(encoding="utf-8")))
         self.assertEqual(added, {(method, path) for method, path, _ in operations()})
 
