@@ -23,7 +23,8 @@ constexpr std::string_view kFixed =
 /// What a page may read of an answer, beside its body.
 constexpr std::string_view kShown =
     "Access-Control-Expose-Headers: Allow, ETag, Location, Retry-After, WWW-Authenticate, "
-    "X-Request-Id, X-Scene-Revision, X-Sightline-Unreliable, X-Sightline-Work\r\n";
+    "X-Request-Id, X-Scene-Revision, X-Sightline-Unreliable, X-Sightline-Warnings, "
+    "X-Sightline-Work\r\n";
 constexpr std::string_view kAllowed =
     "Access-Control-Allow-Methods: GET, HEAD, POST, PUT, PATCH, DELETE\r\n"
     "Access-Control-Allow-Headers: Accept, Authorization, Content-Encoding, Content-Type, "
