@@ -71,6 +71,7 @@ struct RequestHead {
   // Who asks, by AccessRules.
   Access access = Access::kOpen;
   std::string key_name;
+  bool hides_path = false;                    ///< the path holds a key: no log shows it
   std::shared_ptr<const CancelFlag> revoked;  ///< set when the key is one no more; null without
 
   bool has_body() const { return chunked || length.value_or(0) > 0; }
