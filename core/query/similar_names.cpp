@@ -108,6 +108,7 @@ std::vector<std::string_view> similar_names(
     if (watch.passed(steps - before)) break;
   }
   std::vector<std::string_view> result;
+  result.reserve(best.size());
   for (const Candidate& each : best) result.push_back(each.name);
   return result;
 }

@@ -132,6 +132,21 @@ class Selections(TwoScenes):
         self.assertEqual((answer.status, answer.body.strip()), (200, b"true"))
 
 
+    def test_a_later_frame_ends_its_stream(self):
+        ray = [-10, 1, 0, 1, 0, 0]
+        frames = [binary(b"SLR1", ray, options) for options in ({"exclude": {"names": ["left"]}}, {"exclude": NOBODY}, {})]
+        body = b"SLS1" + bytes(4) + b"".join(struct.pack("<Q", len(frame)) + frame for frame in frames)
+        answer = self.post("rays:any", body, kind="Content-Type: application/octet-stream")
+        self.assertEqual((answer.status, answer.body[:8]), (200, b"SLS1" + bytes(4)))
+        parts, rest = [], answer.body[8:]
+        while rest:
+            (size,) = struct.unpack_from("<Q", rest)
+            parts.append(rest[8:8 + size])
+            rest = rest[8 + size:]
+        self.assertEqual((len(parts), parts[0][:4]), (2, b"SLA1"))
+        self.assertEqual(json.loads(parts[1])["code"], "SELECTION_EMPTY")
+
+
 class LargeScenes(unittest.TestCase):
     def test_a_scene_of_many_names_has_warnings_for_all_patterns(self):
         # How many steps the search for similar names may take, unit tests say.
