@@ -1,8 +1,23 @@
 #include "proto/answer_members.h"
 
+#include <nlohmann/json.hpp>
+
 #include "proto/json_writer.h"
 
 namespace sightline {
+
+namespace {
+
+/// A name that is not UTF-8 is repaired.
+std::string encode_warning(const SelectionWarning& warning, bool ascii) {
+  nlohmann::ordered_json entry;
+  entry["code"] = kSelectionEmpty;
+  entry["pointer"] = warning.pointer;
+  entry["message"] = warning.message;
+  return entry.dump(-1, ' ', ascii, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+}  // namespace
 
 std::string encode_work(const WorkReport& report) {
   JsonWriter out(256);
@@ -35,6 +50,28 @@ std::string encode_invalid(const InvalidRays& invalid) {
   }
   out.raw(']');
   return out.take();
+}
+
+std::string encode_warnings(const SelectionWarnings& warnings) {
+  std::string text = "[";
+  for (const SelectionWarning& warning : warnings) {
+    if (text.size() > 1) text += ',';
+    text += encode_warning(warning, false);
+  }
+  return text + "]";
+}
+
+std::string encode_warnings_header(const SelectionWarnings& warnings) {
+  constexpr std::size_t kMostBytes = 4096, kEnd = 2;
+  std::string text = "{\"count\":" + std::to_string(warnings.size()) + ",\"warnings\":[";
+  const std::size_t begin = text.size();
+  for (const SelectionWarning& warning : warnings) {
+    const std::string entry = encode_warning(warning, true);
+    if (text.size() + 1 + entry.size() + kEnd > kMostBytes) break;
+    if (text.size() > begin) text += ',';
+    text += entry;
+  }
+  return text + "]}";
 }
 
 void add_member(std::string& object, std::string_view name, std::string_view json) {

@@ -13,7 +13,8 @@
 /// "names":["tree*"],"materials":["leaves"]}, any of the three: see core/query/hit_filter.h.
 /// "mask": 5 for all rays, "masks": [1,4,...] for each as a column, "mask" in a row: what has no
 /// bit in common does not count. "on_invalid": "refuse" (or "mark"): what a bad ray does to the
-/// others. "work": true: what it cost. "image": "depth" ("node", "normal") with "image_unit":
+/// others. "strict": true: an entry of "include" or "exclude" that matches nothing is an error.
+/// "work": true: what it cost. "image": "depth" ("node", "normal") with "image_unit":
 /// 0.001: hit_image.h. "normalize": true: tmin, tmax and the t of the answer count in scene units,
 /// not in |direction|. "explain": true, of one ray: what it came past. Where hits are listed or
 /// counted, also "crossings": "every" (or "once"), and where they are listed "max_hits": 1000, for
@@ -45,7 +46,7 @@ struct RayJsonRules {
   FieldSet default_fields = kDefaultHitFields;
   FieldSet known_fields = kAllHitFields;
   /// As has_fields for what is said of rays through a scene: "normalize", "cull", "include",
-  /// "exclude", "on_invalid", "work", "timeout_ms".
+  /// "exclude", "on_invalid", "work", "strict", "timeout_ms".
   bool has_scene = true;
   /// Whether "timeout_ms" may stand there without a scene too.
   bool has_timeout = false;
@@ -77,6 +78,7 @@ struct RayQuery {
   bool marks_invalid = false;  ///< "on_invalid":"mark": bad rays miss, and are named in `invalid`
   InvalidRays invalid;
   bool wants_work = false;
+  bool strict = false;  ///< a part of the filter that matches nothing is an error
   std::optional<std::uint64_t> timeout_ms;  ///< the answer may take no longer
   bool wants_explanation = false;           ///< of its one ray
   std::optional<HitImage> image;            ///< with the pixels of the generator

@@ -183,6 +183,7 @@ bool RayReader::read_option(std::string_view key, Value value) {
     return read_boolean(value, query_.wants_explanation, JsonPointer().key(key));
   }
   if (key == "work") return read_boolean(value, query_.wants_work, JsonPointer().key(key));
+  if (key == "strict") return read_boolean(value, query_.strict, JsonPointer().key(key));
   if (key == "timeout_ms") {
     return read_timeout(value, query_.timeout_ms, JsonPointer().key(key));
   }

@@ -9,6 +9,7 @@
 #include "core/base/result.h"
 #include "core/base/watch.h"
 #include "core/query/hit_filter.h"
+#include "core/query/selection_warning.h"
 #include "core/scene/scene.h"
 
 namespace sightline {
@@ -19,21 +20,28 @@ namespace sightline {
 /// What one of them holds, at most.
 std::uint64_t kept_sides_bytes(const Scene& scene);
 
-/// Errors: FILTER_NODE_UNKNOWN, with a pointer to the number in "include" or "exclude". A glob may
-/// match nothing. Throws std::bad_alloc.
-/// Cost: linear in nodes times patterns (of names that come again mostly once), and in instances.
-Result<KeptSides> kept_sides(const Scene& scene, const HitFilter& filter, const Deadline& deadline,
-                             const ReserveBytes& reserve);
+// A pattern that matches no name of the scene, and a choice that has no triangle although none of
+// its lists is empty, adds an entry to `warnings`. Without `warnings` it is an error,
+// SELECTION_EMPTY, with its pointer: for a strict question, and for an answer that has no place for
+// a warning.
 
-/// All sides of what one choice names. Errors: as above, below `key`.
+/// Errors: FILTER_NODE_UNKNOWN, with a pointer to the number in "include" or "exclude", and
+/// SELECTION_EMPTY. Throws std::bad_alloc.
+/// Cost: linear in nodes times patterns (mostly once for a name that comes again), and in
+/// instances; for each list with warnings some milliseconds for similar names.
+Result<KeptSides> kept_sides(const Scene& scene, const HitFilter& filter, const Deadline& deadline,
+                             const ReserveBytes& reserve, SelectionWarnings* warnings = nullptr);
+
+/// All sides of what one choice names. Errors: those of kept_sides, below `key`.
 Result<KeptSides> chosen_sides(const Scene& scene, const TriangleChoice& choice,
                                const std::string& key, const Deadline& deadline,
-                               const ReserveBytes& reserve);
-/// The same for rays that may have masks; nothing where all triangles count for all of them, so
+                               const ReserveBytes& reserve, SelectionWarnings* warnings = nullptr);
+/// kept_sides for rays that may have masks; nothing where all triangles count for all of them, so
 /// that nobody looks for what is not there. `ray_masks` may be empty.
 Result<std::optional<KeptSides>> kept_for_rays(const Scene& scene, const HitFilter& filter,
                                                std::span<const std::uint32_t> ray_masks,
                                                const Deadline& deadline,
-                                               const ReserveBytes& reserve);
+                                               const ReserveBytes& reserve,
+                                               SelectionWarnings* warnings = nullptr);
 
 }  // namespace sightline

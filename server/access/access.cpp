@@ -29,6 +29,18 @@ bool is_open(const std::vector<std::string>& path) {
   return path.size() == 2 && path[0] == "docs" && (path[1] == "app.js" || path[1] == "style.css");
 }
 
+/// Whether a text must not be shown. `shown` is the good key of the request, or empty.
+bool tells_key(const KeyRing& ring, std::string_view shown, const std::string& text) {
+  if (text.empty()) return false;
+  return (!shown.empty() && text.find(shown) != std::string::npos) || ring.find(text) != nullptr;
+}
+
+/// The part of a path that logs show: the name of a scene in /v1/scenes/{id}.
+std::string shown_part(std::string_view target) {
+  std::vector<std::string> path;
+  return split_path(target, path) && path.size() > 2 ? std::move(path[2]) : std::string();
+}
+
 }  // namespace
 
 Access needed_access(std::string_view method, std::string_view target) {
@@ -53,6 +65,11 @@ std::shared_ptr<const KeyRing> AccessRules::keys() const {
   return keys_;
 }
 
+bool AccessRules::is_key(std::string_view text) const {
+  const auto ring = keys();
+  return holds_key(text) || (ring && ring->find(text) != nullptr);
+}
+
 std::optional<RequestFault> AccessRules::admit(RequestHead& head) const {
   const std::string authorization = std::exchange(head.authorization, {});
   const auto ring = keys();
@@ -60,7 +77,11 @@ std::optional<RequestFault> AccessRules::admit(RequestHead& head) const {
     head.access = Access::kWrite;
     return std::nullopt;
   }
-  const Key* key = ring->find(bearer_token(authorization));
+  const std::string_view token = bearer_token(authorization);
+  const Key* key = ring->find(token);
+  const std::string_view shown = key != nullptr ? token : std::string_view();
+  if (tells_key(*ring, shown, head.request_id)) head.request_id.clear();
+  head.hides_path = tells_key(*ring, shown, shown_part(head.target));
   head.access = key == nullptr ? Access::kOpen : key->access;
   if (key != nullptr) {
     head.key_name = key->name;

@@ -26,7 +26,11 @@ class AccessRules {
   void use(KeyRing keys);
   /// Says in `head` who asks, and forgets the key. UNAUTHORIZED (401): no good key where one is
   /// needed, the same whatever was asked. FORBIDDEN (403): a read key that would change something.
+  /// Where the path or the request id holds a key that may be in use, it hides them from the log: a
+  /// key of the ring alone, or in other text the key that this request shows.
   std::optional<RequestFault> admit(RequestHead& head) const;
+  /// Whether a text is a key of the ring, or holds what make_key makes. Cost: one SHA-256.
+  bool is_key(std::string_view text) const;
 
  private:
   std::shared_ptr<const KeyRing> keys() const;

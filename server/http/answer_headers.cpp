@@ -23,7 +23,8 @@ constexpr std::string_view kFixed =
 /// What a page may read of an answer, beside its body.
 constexpr std::string_view kShown =
     "Access-Control-Expose-Headers: Allow, ETag, Location, Retry-After, WWW-Authenticate, "
-    "X-Request-Id, X-Scene-Revision, X-Sightline-Unreliable, X-Sightline-Work\r\n";
+    "X-Request-Id, X-Scene-Revision, X-Sightline-Unreliable, X-Sightline-Warnings, "
+    "X-Sightline-Work\r\n";
 constexpr std::string_view kAllowed =
     "Access-Control-Allow-Methods: GET, HEAD, POST, PUT, PATCH, DELETE\r\n"
     "Access-Control-Allow-Headers: Accept, Authorization, Content-Encoding, Content-Type, "
@@ -34,12 +35,6 @@ constexpr std::string_view kAllowed =
 std::string_view host_of(std::string_view origin) {
   const std::size_t scheme = origin.find("://");
   return scheme == std::string_view::npos ? std::string_view() : origin.substr(scheme + 3);
-}
-
-/// Of a host: without its port, and without the brackets of [::1].
-std::string name_of(std::string_view host) {
-  if (host.starts_with('[')) return std::string(host.substr(1, host.find(']') - 1));
-  return std::string(host.substr(0, host.find(':')));
 }
 
 }  // namespace
@@ -55,10 +50,13 @@ void DateLine::add_to(std::string& text) {
   text += line_;
 }
 
+bool AnswerHeaders::names(std::string_view origin) const {
+  return std::any_of(origins_.begin(), origins_.end(),
+                     [&](const auto& each) { return each == kEvery || each == origin; });
+}
+
 bool AnswerHeaders::allows(std::string_view origin) const {
-  return !origin.empty() && std::any_of(origins_.begin(), origins_.end(), [&](const auto& each) {
-    return each == kEvery || each == origin;
-  });
+  return !origin.empty() && names(origin);
 }
 
 bool AnswerHeaders::is_preflight(const RequestHead& head) const {
@@ -66,14 +64,17 @@ bool AnswerHeaders::is_preflight(const RequestHead& head) const {
 }
 
 bool AnswerHeaders::is_strange_page(const RequestHead& head) const {
-  if (head.origin.empty() || allows(head.origin)) return false;
-  const std::string_view host = host_of(head.origin);
-  // None in "null": a page that hides where it is from.
-  return host.empty() || !is_local_host(name_of(host));
+  if (names(head.origin)) return false;
+  // Also without an origin, which an image and a link have none of.
+  if (head.cross_site) return true;
+  if (head.origin.empty()) return false;
+  // "null" is none: a page that hides where it is from.
+  const auto name = is_origin(head.origin) ? host_name(host_of(head.origin)) : std::nullopt;
+  return !name || !is_local_host(*name);
 }
 
 bool AnswerHeaders::is_strange_name(const RequestHead& head) const {
-  std::string name = name_of(head.host);
+  std::string name = host_name(head.host).value_or(head.host);
   if (name.ends_with('.')) name.pop_back();
   if (name.find('.') == std::string::npos || IpAddress::parse(name)) return false;
   constexpr std::string_view kOwn = ".localhost";  // [RFC6761] 6.3
@@ -107,7 +108,7 @@ bool is_origin(std::string_view text) {
   const std::string_view scheme = text.substr(0, std::min(host, text.size()));
   if (host == std::string_view::npos || (scheme != "http" && scheme != "https")) return false;
   const std::string_view rest = text.substr(host + 3);
-  return !rest.empty() && std::all_of(rest.begin(), rest.end(), [](char c) {
+  return !rest.empty() && host_name(rest) && std::all_of(rest.begin(), rest.end(), [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') ||
            std::string_view(".-:[]").find(c) != std::string_view::npos;
   });

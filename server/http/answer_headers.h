@@ -39,9 +39,9 @@ class AnswerHeaders {
   /// Whether a browser asks if a page that may ask may ask this. Answered before keys are asked
   /// for: a browser shows none then. [Fetch] 3.2.2
   bool is_preflight(const RequestHead& head) const;
-  /// Whether a browser asks for a page of somebody else, who was not named. Where there are no keys
-  /// that page could else do what it likes: a form of any site reaches a server that only this
-  /// machine can reach.
+  /// Whether a browser asks for a page that was not named: one of another site, by Sec-Fetch-Site,
+  /// or one whose origin is not this machine. Without keys that page could otherwise do what it
+  /// likes: a form or an image of any site reaches a server that only this machine can reach.
   bool is_strange_page(const RequestHead& head) const;
   /// Whether the client was led here by a name that anybody may own, and that was not named: a
   /// page's owner lets it lead to this machine once the page is there, and its questions are then
@@ -52,13 +52,15 @@ class AnswerHeaders {
   std::string lines(const RequestHead& head, OwnHeaders own = {}) const;
 
  private:
+  bool names(std::string_view origin) const;
   bool allows(std::string_view origin) const;
 
   std::vector<std::string> origins_;
   std::shared_ptr<DateLine> date_ = std::make_shared<DateLine>();
 };
 
-/// "https://example.org", "http://localhost:3000": as browsers write it, without a path. Or "*".
+/// One "https://example.org" or "http://localhost:3000", as browsers write it, without a path. Or
+/// "*".
 bool is_origin(std::string_view text);
 
 }  // namespace sightline

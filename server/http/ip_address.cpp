@@ -92,6 +92,26 @@ bool is_local_host(const std::string& host) {
   return address ? is_loopback(*address) : host == "localhost";
 }
 
+std::optional<std::string> host_name(std::string_view host) {
+  std::string name;
+  if (host.starts_with('[')) {
+    const std::size_t end = host.find(']');
+    if (end == std::string_view::npos) return std::nullopt;
+    name = host.substr(1, end - 1);
+    const auto address = IpAddress::parse(name);
+    if (!address || address->is_v4) return std::nullopt;
+    host.remove_prefix(end + 1);
+  } else {
+    name = host.substr(0, host.find(':'));
+    if (name.find_first_of("[]") != std::string::npos) return std::nullopt;
+    host.remove_prefix(name.size());
+  }
+  const bool is_port =
+      host.starts_with(':') &&
+      std::all_of(host.begin() + 1, host.end(), [](char c) { return c >= '0' && c <= '9'; });
+  return host.empty() || is_port ? std::optional(name) : std::nullopt;
+}
+
 Result<AddressRange> AddressRange::parse(const std::string& text) {
   const Error invalid{ErrorKind::kInvalid, "ADDRESS_RANGE_INVALID",
                       "'" + text + "' is no range of addresses: write 10.0.0.0/8 or fd00::/8", ""};

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "core/base/result.h"
 
@@ -32,6 +33,11 @@ bool is_public(const IpAddress& address);
 bool is_loopback(const IpAddress& address);
 /// The same of "127.0.0.1", "::1" or "localhost". Other names may lead anywhere.
 bool is_local_host(const std::string& host);
+
+/// The name or address in a Host field or in an origin, without its port and without the brackets
+/// of
+/// [::1]. Nothing where it is not "name", "name:port", "[IPv6]" or "[IPv6]:port" [RFC3986] 3.2.
+std::optional<std::string> host_name(std::string_view host);
 
 /// "10.0.0.0/8", "fd00::/8", or one address.
 class AddressRange {

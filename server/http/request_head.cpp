@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "server/http/ascii.h"
+#include "server/http/ip_address.h"
 
 namespace sightline {
 namespace {
@@ -46,11 +47,13 @@ bool is_field_value(std::string_view text) {
                      [](char c) { return c == ' ' || c == '\t' || is_visible(c); });
 }
 
-/// No list, no user, no path: what another program could take for another host.
+/// No list, no user, no path, nothing behind the port: what another program could take for another
+/// host.
 bool is_host(std::string_view text) {
-  return std::all_of(text.begin(), text.end(), [](char c) {
-    return is_visible(c) && std::string_view(",/\\@?#\"<>").find(c) == std::string_view::npos;
-  });
+  return host_name(text) && std::all_of(text.begin(), text.end(), [](char c) {
+           return is_visible(c) &&
+                  std::string_view(",/\\@?#\"<>").find(c) == std::string_view::npos;
+         });
 }
 
 /// Cuts the next line off, without its CR LF.
@@ -177,6 +180,8 @@ std::optional<RequestFault> take_field(std::string_view line, RequestHead& head,
     head.authorization = ++fields.authorizations == 1 ? value : "";
   } else if (equals_caseless(name, "origin")) {
     head.origin = ++fields.origins == 1 ? value : "null";
+  } else if (equals_caseless(name, "sec-fetch-site")) {
+    head.cross_site = head.cross_site || equals_caseless(value, "cross-site");
   } else if (equals_caseless(name, "access-control-request-method")) {
     head.asks_for_method = true;
   } else if (equals_caseless(name, "expect")) {

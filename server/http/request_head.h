@@ -66,11 +66,13 @@ struct RequestHead {
   std::string accept;                                ///< the same
   std::string authorization;     ///< the same; empty also where there is more than one
   std::string origin;            ///< of the page that asks; "null" where there is more than one
+  bool cross_site = false;       ///< Sec-Fetch-Site: a browser asks for another site
   bool asks_for_method = false;  ///< whether there is an Access-Control-Request-Method
   std::optional<std::string> if_match, if_none_match;  ///< of several one list [RFC9110] 5.3
   // Who asks, by AccessRules.
   Access access = Access::kOpen;
   std::string key_name;
+  bool hides_path = false;                    ///< the path holds a key: no log shows it
   std::shared_ptr<const CancelFlag> revoked;  ///< set when the key is one no more; null without
 
   bool has_body() const { return chunked || length.value_or(0) > 0; }

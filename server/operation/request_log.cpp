@@ -9,6 +9,7 @@ namespace {
 /// of the scene where it could be one.
 std::string shown_path(const Exchange& exchange) {
   std::string path(exchange.route);
+  if (exchange.head != nullptr && exchange.head->hides_path) return path;
   const std::size_t place = path.find("{id}");
   if (place != std::string::npos && is_scene_id(exchange.scene_id) &&
       !holds_key(exchange.scene_id)) {

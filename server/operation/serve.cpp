@@ -198,8 +198,9 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
   options.folder = command.data;
   options.loads_max = command.limits.loads;
   options.uploads_memory = command.limits.uploads;
-  options.report = [&log](const std::string& id, const Error& error) {
-    log.error("scene failed", {{"scene", id}, {"code", error.code}, {"reason", error.message}});
+  options.report = [&log, &access](const std::string& id, const Error& error) {
+    const std::string shown = access.is_key(id) ? "" : id;
+    log.error("scene failed", {{"scene", shown}, {"code", error.code}, {"reason", error.message}});
   };
   TreeKeeper keeper(keeper_options(command, log));
   options.admit = [&keeper](const std::shared_ptr<const Scene>& scene) {
@@ -252,7 +253,8 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
       },
       fits_the_door, &hurry,
       [&](const RequestHead& head, const RequestFault& fault, const std::string& id) {
-        note_refusal(service, head, fault, id);
+        // A head with a fault has not been through admit().
+        note_refusal(service, head, fault, access.is_key(id) ? std::string() : id);
       }};
   HttpServer server(
       command.door, [&](Exchange& exchange) { answer(router, service, exchange); },

@@ -40,7 +40,7 @@ bool RayRequest::read_query(const Decode& decode) {
   // To work a filter out takes time too, of a scene with many nodes or long names.
   deadline_ = service_.deadline(exchange_, query_.timeout_ms);
   auto kept = kept_for_rays(*scene_, query_.filter, query_.rays.mask, deadline_,
-                            reserve_from(exchange_.memory));
+                            reserve_from(exchange_.memory), warnings());
   if (!kept) {
     exchange_.reply_error(kept.error());
     return false;
@@ -171,10 +171,13 @@ void RayRequest::reply(std::string encoded) {
   if (is_binary() || query_.image) {
     if (query_.wants_work)
       exchange_.response.set_header("X-Sightline-Work", encode_work(timer_.report));
+    if (!warnings_.empty())
+      exchange_.response.set_header("X-Sightline-Warnings", encode_warnings_header(warnings_));
     return exchange_.reply(200, std::move(encoded),
                            is_binary() ? kBinaryMediaType : query_.image->media_type());
   }
   if (invalid() != nullptr) add_member(encoded, "invalid", encode_invalid(query_.invalid));
+  if (!warnings_.empty()) add_member(encoded, "warnings", encode_warnings(warnings_));
   if (query_.wants_work) add_member(encoded, "work", encode_work(timer_.report));
   exchange_.reply_json(200, std::move(encoded));
 }

@@ -47,6 +47,8 @@ class RayRequest {
     return {kept_ ? &*kept_ : nullptr, &timer_.report.work, !exchange_.at_door};
   }
   WorkTimer& timer() { return timer_; }
+  /// Where warnings of selections go; null for a strict question, which has errors instead.
+  SelectionWarnings* warnings() { return query_.strict ? nullptr : &warnings_; }
   bool is_binary() const { return query_.layout == AnswerLayout::kBinary; }
   /// The bad rays, where they are to be marked; else null.
   const InvalidRays* invalid() const { return query_.marks_invalid ? &query_.invalid : nullptr; }
@@ -75,6 +77,7 @@ class RayRequest {
   std::shared_ptr<const Scene> scene_;
   RayQuery query_;
   std::optional<KeptSides> kept_;
+  SelectionWarnings warnings_;
   Deadline deadline_ = Deadline::never();
   WorkTimer timer_;
   std::string begin_;  ///< of the body, what was read already

@@ -28,8 +28,8 @@ std::uint64_t triangles_of(const Scene& scene, const KeptSides& kept) {
 /// What is chosen, of all that counts at all.
 Result<KeptSides> selection(const Scene& scene, const TriangleChoice& choice,
                             const std::string& key, const KeptSides* kept, const Deadline& deadline,
-                            const ReserveBytes& reserve) {
-  auto chosen = chosen_sides(scene, choice, key, deadline, reserve);
+                            const ReserveBytes& reserve, SelectionWarnings* warnings) {
+  auto chosen = chosen_sides(scene, choice, key, deadline, reserve, warnings);
   for (std::size_t i = 0; chosen && kept != nullptr && i < kept->sides.size(); ++i)
     chosen->sides[i] = chosen->sides[i] & kept->sides[i];
   return chosen;
@@ -63,9 +63,11 @@ void ask_clearance(Exchange& exchange, const Service& service) {
   const Scene& scene = request.scene();
   const RayOptions options = request.options();
   const ReserveBytes reserve = reserve_from(exchange.memory);
-  const auto a = selection(scene, query.a, "a", options.kept, request.deadline(), reserve);
+  const auto a =
+      selection(scene, query.a, "a", options.kept, request.deadline(), reserve, request.warnings());
   if (!a) return exchange.reply_error(a.error());
-  const auto b = selection(scene, query.b, "b", options.kept, request.deadline(), reserve);
+  const auto b =
+      selection(scene, query.b, "b", options.kept, request.deadline(), reserve, request.warnings());
   if (!b) return exchange.reply_error(b.error());
   const std::uint64_t members =
       triangles_of(scene, *a) + (keep_the_same(*a, *b) ? 0 : triangles_of(scene, *b));

@@ -48,7 +48,9 @@ class FilterParts {
     for (const auto& [choice, sides, key] : {std::tuple{&filter.include, &include_, "include"},
                                              std::tuple{&filter.exclude, &exclude_, "exclude"}}) {
       if (!*choice) continue;
-      auto chosen = chosen_sides(scene_, **choice, key, deadline, reserve);
+      // The answer that is explained has them already.
+      SelectionWarnings told;
+      auto chosen = chosen_sides(scene_, **choice, key, deadline, reserve, &told);
       if (!chosen) return std::move(chosen).error();
       *sides = std::move(*chosen);
     }

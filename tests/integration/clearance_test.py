@@ -42,7 +42,8 @@ class Clearance(unittest.TestCase):
         below = pair["distance"] if Fraction(pair["distance"]) ** 2 < Fraction(64, 5) else math.nextafter(pair["distance"], 0)
         self.assertEqual(self.ask("six", LEFT, RIGHT, max_distance=math.nextafter(below, 9)), {"pair": pair})
         self.assertEqual(self.ask("six", LEFT, RIGHT, max_distance=below), {"pair": None})
-        self.assertEqual(self.ask("six", LEFT, {"names": ["nobody"]}), {"pair": None})
+        nobody = self.ask("six", LEFT, {"names": ["nobody"]})
+        self.assertEqual((nobody["pair"], [each["pointer"] for each in nobody["warnings"]]), (None, ["/b/names/0"]))
 
     def test_what_meets_is_at_no_distance(self):
         # The spire stands on the clock tower.

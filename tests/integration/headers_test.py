@@ -84,7 +84,9 @@ class Headers(unittest.TestCase):
         with Server("--preload", "six=demo:six") as server:
             # As a form of another site, or as a page whose name has come to lead here: its origin is then also the Host.
             for origin in (PAGE, "null", "http://evil.example:8080", "http://127.0.0.1.evil.example", "http://localhost.evil.example:80",
-                           "http://[::2]:80", "http://[", "http://", "x"):
+                           "http://[::2]:80", "http://[", "http://", "x", "http://[::1].evil.example", "http://127.0.0.1:80.evil.example",
+                           "http://localhost:80@evil.example", "http://127.0.0.1:80 http://evil.example", "http://127.0.0.1, http://evil.example",
+                           "moz-extension://127.0.0.1", "chrome-extension://localhost", "file://localhost", "http://127.0.0.1/evil"):
                 with self.subTest(origin=origin):
                     page = ("-H", f"Origin: {origin}", "-H", "Host: evil.example:8080")
                     for answer in (server.ask("/v1/scenes/six", "-X", "DELETE", *page), server.ask("/v1/scenes/six", *page),
@@ -92,6 +94,42 @@ class Headers(unittest.TestCase):
                         self.assertEqual((answer.status, answer.json()["code"]), (403, "ORIGIN_NOT_ALLOWED"))
             for origin in ("http://localhost:3000", "http://127.0.0.1", "http://[::1]:8080", f"http://127.0.0.1:{server.port}"):
                 self.assertEqual(server.ask("/v1/scenes/six", "-H", f"Origin: {origin}").status, 200)
+
+    def test_other_sites_reach_nothing_of_a_server_without_keys(self):
+        # An <img> or a link of another site: a GET without an Origin.
+        other, local = ("-H", "Sec-Fetch-Site: cross-site"), "http://localhost:3000"
+        fetches = [("no-cors", "image"), ("navigate", "document"), ("navigate", "iframe"), ("cors", "empty")]
+        with Server("--preload", "six=demo:six") as server:
+            for path in ("/v1/scenes/six/selfcheck?rays=1", "/v1/scenes", "/healthz", "/docs", "/nothing"):
+                for mode, target in fetches:
+                    with self.subTest(path=path, mode=mode):
+                        answer = server.ask(path, *other, "-H", f"Sec-Fetch-Mode: {mode}", "-H", f"Sec-Fetch-Dest: {target}")
+                        self.assertEqual((answer.status, answer.json()["code"]), (403, "ORIGIN_NOT_ALLOWED"))
+            self.assertEqual(server.query("six", "any", QUERY, "-H", "SEC-FETCH-SITE:Cross-Site").status, 403)
+            self.assertEqual(server.ask("/v1/scenes", *other, "-H", f"Origin: {local}").status, 403)
+            for site in ("same-origin", "same-site", "none"):
+                self.assertEqual(server.ask("/v1/scenes", "-H", f"Sec-Fetch-Site: {site}").status, 200)
+        with Server("--cors-origin", PAGE, "--cors-origin", local) as server:
+            for origin in (PAGE, local):
+                self.assertEqual(server.ask("/v1/scenes", *other, "-H", f"Origin: {origin}").status, 200)
+                self.assertEqual(server.ask("/v1/scenes", *other, *preflight(origin, "GET")).status, 204)
+            self.assertEqual(server.ask("/v1/scenes", *other).status, 403)
+        with Server("--cors-origin", "*") as server:
+            self.assertEqual(server.ask("/v1/scenes", *other).status, 200)
+        key, line = make_key("read", "page")
+        with tempfile.TemporaryDirectory() as folder:
+            with Server("--keys", write_keys(Path(folder, "keys"), line)) as server:
+                self.assertEqual(server.ask("/v1/scenes", *other, *bearer(key)).status, 200)
+
+    def test_a_host_is_a_name_or_an_address_with_a_port_or_without(self):
+        with Server() as server:
+            for host in ("[::1].evil.example", "[::1]evil.example", "[::1", "::1]", "[::1]:80.evil.example", "127.0.0.1:80.evil.example",
+                         "127.0.0.1:80:90", "localhost:x", "[127.0.0.1]", "[]", "[evil.example]", "a[::1]", "localhost:-1"):
+                with self.subTest(host=host):
+                    answer = server.ask("/v1/scenes", "-H", f"Host: {host}")
+                    self.assertEqual((answer.status, answer.json()["code"]), (400, "HOST_INVALID"))
+            for host in ("[::1]", "[::1]:80", "[::ffff:127.0.0.1]:8080", "127.0.0.1:80", "localhost:"):
+                self.assertEqual(server.ask("/v1/scenes", "-H", f"Host: {host}").status, 200, host)
 
     def test_names_that_anybody_may_own_do_not_lead_here(self):
         # A browser tells of no origin when a page asks its own: the name alone is left to see.

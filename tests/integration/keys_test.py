@@ -176,6 +176,30 @@ class Keys(unittest.TestCase):
             self.assertNotIn(key[4:30], text)
         self.assertGreater(len({answer.status for answer in said}), 4)
 
+    def test_no_key_of_ones_own_making_in_the_log(self):
+        own = "my-own.Secret_42"
+        line = f"write mine sha256:{hashlib.sha256(own.encode()).hexdigest()}"
+        file = write_keys(self.folder / "own", line)
+        with Server("--preload", "six=demo:six", "--keys", file, "--log-level", "trace") as server:
+            for shown in ((), bearer(own), bearer("x")):
+                for path in ("/v1/scenes/six", f"/v1/scenes/{own}", f"/v1/scenes/{own}/nodes", f"/v1/scenes/{own.replace('-', '%2D')}",
+                             f"/v1/scenes/six?key={own}", f"/{own}", "/healthz"):
+                    server.ask(path, "-H", f"X-Request-Id: {own}", *shown)
+            # Inside of other text, by a request that shows the key.
+            server.ask(f"/v1/scenes/a{own}b", "-H", f"X-Request-Id: a{own}b", *bearer(own))
+            server.put(own, b"no scene", *bearer(own))
+            server.ask("/v1/scenes", "-H", f"X-Request-Id: {own}", "-H", "Content-Length: x")
+            server.ask("/v1/scenes", "-H", f"X-Request-Id: {own}", "-H", "Content-Length: 1", "-H", "Transfer-Encoding: chunked", *bearer(own))
+            answer = server.ask("/v1/scenes/six", "-H", "X-Request-Id: an-id", *bearer(own))
+            self.assertEqual((answer.status, answer.headers["x-request-id"]), (200, "an-id"))
+            self.assertNotIn(own, server.ask("/v1/scenes/six", "-H", f"X-Request-Id: {own}", *bearer(own)).headers["x-request-id"])
+            self.assertEqual(server.stop(), 0)
+            log = server.log_text()
+        self.assertNotIn(own, log)
+        self.assertIn("path=/v1/scenes/{id} ", log)
+        self.assertIn("path=/v1/scenes/six ", log)
+        self.assertIn("id=an-id key=mine", log)
+
     def test_the_log_names_who_asked(self):
         self.server.ask("/v1/scenes/six", *bearer(self.read), "-H", "X-Request-Id: who-asked")
         self.assertRegex(self.server.log_text(), r"request method=GET path=/v1/scenes/six status=200 .* id=who-asked key=reader\n")

@@ -67,7 +67,7 @@ class Sweeps(unittest.TestCase):
         left = sweep([-20, 1, 0], [1, 0, 0], radius=0.5)
         self.assertEqual([hit["node"] for hit in self.closest("six", left, fields=["node"])], ["left"])
         self.assertEqual([hit["node"] for hit in self.closest("six", left, fields=["node"], exclude={"names": ["left"]})], ["right"])
-        self.assertEqual(self.ask("six", "any", {"sweeps": [left], "include": {"names": ["nobody"]}}).json(), {"hits": [False]})
+        self.assertEqual(self.ask("six", "any", {"sweeps": [left], "include": {"names": ["nobody"]}}).json()["hits"], [False])
         work = self.ask("six", "closest", {"sweeps": [left], "work": True}).json()["work"]
         self.assertGreater(work["exact"], 0)
 

@@ -255,6 +255,71 @@ TEST(Filter, chooses_the_same_names_however_often_they_come) {
   }
 }
 
+std::vector<std::string> pointers(const SelectionWarnings& warnings) {
+  std::vector<std::string> result;
+  for (const SelectionWarning& warning : warnings) result.push_back(warning.pointer);
+  return result;
+}
+
+TEST(Filter, warns_of_what_matches_nothing_or_refuses_it) {
+  const auto scene = named({"house", "house", "door"});
+  using Patterns = std::vector<std::string>;
+  const auto check = [&](const HitFilter& filter, const std::vector<std::string>& expected) {
+    SelectionWarnings warnings;
+    const auto kept = kept_for_rays(*scene, filter, {}, Deadline::never(), {}, &warnings);
+    ASSERT_TRUE(kept.ok());
+    EXPECT_EQ(pointers(warnings), expected);
+    const auto strict = kept_for_rays(*scene, filter, {}, Deadline::never(), {});
+    ASSERT_EQ(strict.ok(), expected.empty());
+    if (expected.empty()) return;
+    EXPECT_EQ(strict.error().code, kSelectionEmpty);
+    EXPECT_EQ(strict.error().pointer, expected[0]);
+    EXPECT_EQ(strict.error().message, warnings[0].message);
+  };
+  HitFilter filter;
+  // What an earlier pattern has matched is held against the later ones too.
+  filter.include = TriangleChoice{{}, Patterns{"*", "house", "h*", "door"}, {}};
+  check(filter, {});
+  filter.include->names = Patterns{"*", "hous", "door", "windows"};
+  filter.exclude = TriangleChoice{{}, {}, Patterns{"glass"}};
+  check(filter, {"/include/names/1", "/include/names/3", "/exclude/materials/0"});
+  // An empty list chooses nothing, as it says.
+  filter.include->names = Patterns{};
+  filter.exclude = {};
+  check(filter, {});
+}
+
+TEST(Filter, holds_patterns_against_what_lies_below_a_chosen_node) {
+  SceneDescription description = named({"house", "door", "knob"})->description();
+  description.nodes[1].parent = 0;
+  description.nodes[2].parent = 1;
+  const auto scene = *Scene::build(std::move(description));
+  HitFilter filter;
+  filter.include = TriangleChoice{{}, std::vector<std::string>{"house", "knob"}, {}};
+  EXPECT_TRUE(kept_sides(*scene, filter, Deadline::never(), {}).ok());
+  filter.include->names = {"house", "knobs"};
+  EXPECT_EQ(kept_sides(*scene, filter, Deadline::never(), {}).error().pointer, "/include/names/1");
+}
+
+TEST(Filter, warns_of_a_choice_without_triangles) {
+  SceneDescription description = named({"house", "door"})->description();
+  description.nodes.push_back({"camera", 2, kNone, {}});
+  description.materials.resize(1);
+  description.materials[0].name = "glass";
+  const auto scene = *Scene::build(std::move(description));
+  using Patterns = std::vector<std::string>;
+  for (const TriangleChoice& choice : {TriangleChoice{{}, Patterns{"camera"}, {}},
+                                       TriangleChoice{std::vector<std::uint32_t>{2}, {}, {}},
+                                       TriangleChoice{{}, Patterns{"house"}, Patterns{"glass"}}}) {
+    SelectionWarnings warnings;
+    ASSERT_TRUE(chosen_sides(*scene, choice, "a", Deadline::never(), {}, &warnings).ok());
+    EXPECT_EQ(pointers(warnings), std::vector<std::string>{"/a"});
+    const auto strict = chosen_sides(*scene, choice, "a", Deadline::never(), {});
+    ASSERT_FALSE(strict.ok());
+    EXPECT_EQ(strict.error().code, kSelectionEmpty);
+  }
+}
+
 TEST(Filter, ends_with_its_deadline_and_with_its_caller) {
   // A long name that nearly matches: without an end some minutes.
   const auto scene = named({std::string(std::size_t{8} << 20, 'a')});

@@ -64,6 +64,29 @@ TEST(AccessRules, say_who_asks_and_forget_the_key) {
   EXPECT_EQ(head.access, Access::kOpen);
 }
 
+TEST(AccessRules, hide_keys_that_stand_where_the_log_looks) {
+  AccessRules rules;
+  rules.use(*KeyRing::parse(key_line({"me", Access::kRead, key_sha256("own.key")})));
+  const auto admitted = [&](const char* target, const char* id, const char* authorization) {
+    RequestHead head = head_of("GET", target, authorization);
+    head.request_id = id;
+    rules.admit(head);
+    return head;
+  };
+  for (const char* authorization : {"", "Bearer x", "Bearer own.key"}) {
+    EXPECT_EQ(admitted("/v1/scenes", "own.key", authorization).request_id, "") << authorization;
+    EXPECT_EQ(admitted("/v1/scenes", "an.id", authorization).request_id, "an.id");
+    EXPECT_TRUE(admitted("/v1/scenes/own.key", "", authorization).hides_path);
+    EXPECT_TRUE(admitted("/v1/scenes/own%2ekey/nodes?a", "", authorization).hides_path);
+    EXPECT_FALSE(admitted("/v1/scenes/an.id", "", authorization).hides_path);
+  }
+  EXPECT_EQ(admitted("/v1/scenes", "1own.key2", "Bearer own.key").request_id, "");
+  EXPECT_TRUE(admitted("/v1/scenes/1own.key2", "", "Bearer own.key").hides_path);
+  EXPECT_TRUE(rules.is_key("own.key"));
+  EXPECT_FALSE(rules.is_key("other.key"));
+  EXPECT_FALSE(AccessRules().is_key("own.key"));
+}
+
 TEST(AccessRules, tell_what_goes_on_when_its_key_is_one_no_more) {
   AccessRules rules;
   const auto use = [&](const std::vector<Key>& keys) {

@@ -83,5 +83,22 @@ TEST(AddressRange, holds_what_shares_its_first_bits) {
   }
 }
 
+TEST(HostName, has_no_port_and_no_brackets) {
+  for (const auto& [host, name] : {std::pair{"", ""},
+                                   {"x", "x"},
+                                   {"x:80", "x"},
+                                   {"x:", "x"},
+                                   {"127.0.0.1:8080", "127.0.0.1"},
+                                   {"[::1]", "::1"},
+                                   {"[::1]:80", "::1"}}) {
+    EXPECT_EQ(host_name(host), name) << host;
+  }
+  for (const char* host :
+       {"[::1].evil.example", "[::1]x", "[::1", "::1]", "::1", "[]", "[127.0.0.1]", "[x]",
+        "x:80.evil.example", "x:80:90", "x:y", "x:-1", "a[::1]"}) {
+    EXPECT_FALSE(host_name(host)) << host;
+  }
+}
+
 }  // namespace
 }  // namespace sightline

@@ -70,7 +70,8 @@ TEST(RequestHead, refuses_every_head_that_can_be_read_in_two_ways) {
 TEST(RequestHead, needs_one_host) {
   EXPECT_EQ(fault_of(kLine + "\r\n"), "HOST_INVALID");
   EXPECT_EQ(fault_of(kLine + kHost + "host: y\r\n\r\n"), "HOST_INVALID");
-  for (const char* host : {"a,b", "a/b", "u@a", "a b", "a\\b", "a?b"}) {
+  for (const char* host : {"a,b", "a/b", "u@a", "a b", "a\\b", "a?b", "[::1].evil.example", "[::1",
+                           "127.0.0.1:80.evil.example", "a:b"}) {
     EXPECT_EQ(fault_of(kLine + "Host: " + host + "\r\n\r\n"), "HOST_INVALID") << host;
   }
   EXPECT_EQ(fault_of("GET / HTTP/1.0\r\n\r\n"), "");
