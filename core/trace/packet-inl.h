@@ -25,6 +25,7 @@
 #include "core/trace/kernel.h"
 #include "core/trace/one_by_one-inl.h"
 #include "core/trace/prepare-inl.h"
+#include "core/trace/thresholds.h"
 #include "core/trace/wedge-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -33,9 +34,9 @@ namespace HWY_NAMESPACE {
 
 /// Emulated vectors gain nothing.
 constexpr bool kPacketsWork = SIGHTLINE_NATIVE_COMPRESS || SIGHTLINE_TABLE_COMPRESS;
-constexpr std::size_t kFewestRays = 4;
-/// Rays of a packet at most: where they meet much in common, and elsewhere.
-constexpr std::size_t kPacketRays = 64, kNarrowRays = 32;
+using thresholds::kFewestRays;
+using thresholds::kNarrowRays;
+using thresholds::kPacketRays;
 
 template <bool kAny, Layout kLayout>
 class Packet {
@@ -98,7 +99,7 @@ class Packet {
     }
     counts_.nodes += ray_steps_;
     counts_.packet_rays += count_;
-    is_wide_ = kFewestPerStep * steps_ * count_ <= ray_steps_ * kNarrowRays;
+    is_wide_ = thresholds::kFewestPerStepIfWide * steps_ * count_ <= ray_steps_ * kNarrowRays;
     return steps_ < ray_steps_;
   }
 
@@ -116,8 +117,6 @@ class Packet {
   std::uint64_t ray_steps() const { return ray_steps_; }
 
  private:
-  /// Of kNarrowRays, that wait at a node or box in the mean: with fewer that is enough.
-  static constexpr std::uint64_t kFewestPerStep = 2;
   static constexpr std::uint64_t kStepsToTry = 48;  ///< before a try may end
 
   /// A child that waits for its turn.
@@ -237,7 +236,7 @@ class Packet {
     std::uint32_t room = 0;
     for (std::size_t i = 0; i < lanes_; i += kWide)
       room += (met >> i & ((1u << kWide) - 1u)) != 0 ? kWide : 0;
-    return 4 * kPart * count >= 3 * triangles * room;
+    return thresholds::kFullOf * kPart * count >= thresholds::kFullRays * triangles * room;
   }
 
   /// Each ray with kPart triangles at a time. Returns the rays that are still looking.
