@@ -56,33 +56,10 @@ class Beam {
   /// Returns how many; eight slots of both arrays may be overwritten.
   HWY_INLINE std::size_t children(const WideNode& node, std::uint32_t* HWY_RESTRICT slot_out,
                                   float* HWY_RESTRICT near_out) const {
-    const BoxLanes df;
-    const hn::RebindToUnsigned<BoxLanes> du;
-    const float* planes = &node.lower[0][0];
-    auto near = hn::Set(df, tau_min_);
-    auto far = hn::Set(df, limit_);
-    SIGHTLINE_UNROLL
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto before =
-          hn::Sub(hn::Load(df, planes + near_row_[k]), hn::Set(df, near_origin_[k]));
-      const auto behind = hn::Sub(hn::Load(df, planes + far_row_[k]), hn::Set(df, far_origin_[k]));
-      near = max_unless_nan(df,
-                            hn::Min(hn::Mul(before, hn::Set(df, near_inverse_[k][0])),
-                                    hn::Mul(before, hn::Set(df, near_inverse_[k][1]))),
-                            near);
-      // 0 * inf is NaN and says nothing.
-      far = min_unless_nan(df,
-                           nan_or_max(df, hn::Mul(behind, hn::Set(df, far_inverse_[k][0])),
-                                      hn::Mul(behind, hn::Set(df, far_inverse_[k][1]))),
-                           far);
-    }
-    const auto rank = child_order(node, octant_);
-    const auto index = hn::IndicesFromVec(df, rank);
-    const auto near_sorted = hn::TableLookupLanes(near, index);
-    const auto hit = hn::Le(near_sorted, hn::TableLookupLanes(far, index));
-    hn::StoreU(hn::Compress(near_sorted, hit), df, near_out);
-    hn::StoreU(hn::Compress(rank, hn::RebindMask(du, hit)), du, slot_out);
-    return hn::CountTrue(df, hit);
+    const BoxCrossings boxes = cross_boxes(node);
+    ChildList list(node, boxes);
+    list.sort(node, octant_);
+    return list.store_slots(slot_out, near_out);
   }
 
   /// Bit i: ray i meets the box of that child before its limit; minus infinity is that of a ray
@@ -115,7 +92,37 @@ class Beam {
  private:
   using D = hn::CappedTag<float, kRays>;
 
-  /// The same sums, the differences once for all rays.
+  HWY_INLINE BoxCrossings cross_boxes(const WideNode& node) const {
+    const BoxLanes df;
+    const float* planes = &node.lower[0][0];
+    BoxCrossings boxes;
+    SIGHTLINE_UNROLL
+    for (std::size_t v = 0; v < kBoxVectors; ++v) {
+      auto near = hn::Set(df, tau_min_);
+      auto far = hn::Set(df, limit_);
+      SIGHTLINE_UNROLL
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto before = hn::Sub(hn::Load(df, planes + near_row_[k] + v * kBoxLanes),
+                                    hn::Set(df, near_origin_[k]));
+        const auto behind = hn::Sub(hn::Load(df, planes + far_row_[k] + v * kBoxLanes),
+                                    hn::Set(df, far_origin_[k]));
+        near = max_unless_nan(df,
+                              hn::Min(hn::Mul(before, hn::Set(df, near_inverse_[k][0])),
+                                      hn::Mul(before, hn::Set(df, near_inverse_[k][1]))),
+                              near);
+        // 0 * inf is NaN and says nothing.
+        far = min_unless_nan(df,
+                             nan_or_max(df, hn::Mul(behind, hn::Set(df, far_inverse_[k][0])),
+                                        hn::Mul(behind, hn::Set(df, far_inverse_[k][1]))),
+                             far);
+      }
+      boxes.near[v] = near;
+      boxes.far[v] = far;
+    }
+    return boxes;
+  }
+
+  /// The sums of rays_that_meet with the differences taken once for all rays.
   HWY_INLINE LaneBits rays_from_one_point_that_meet(const WideNode& node, std::uint32_t slot,
                                                     const PreparedColumns<kRays>& columns,
                                                     const float* limits, LaneBits some) const {

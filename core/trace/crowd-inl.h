@@ -22,6 +22,7 @@
 #include "core/trace/enter-inl.h"
 #include "core/trace/group_hits-inl.h"
 #include "core/trace/slabs-inl.h"
+#include "core/trace/thresholds.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sightline {
@@ -88,7 +89,7 @@ class Crowd {
     }
     counts_.nodes += ray_steps_;
     counts_.packet_rays += kCrowdRays;
-    return kFewestPerNode * steps_ < ray_steps_;
+    return thresholds::kFewestPerNode * steps_ < ray_steps_;
   }
 
  private:
@@ -97,8 +98,6 @@ class Crowd {
   using Slabs = SlabColumns<kCrowdRays>;
   static constexpr std::size_t kVectors = kCrowdRays / hn::MaxLanes(D());
   static constexpr std::uint32_t kAllRays = ~0u >> (32 - kCrowdRays);
-  /// With fewer rays at a node the flight is faster.
-  static constexpr std::uint64_t kFewestPerNode = 5;
 
   /// What a tree makes of the rays' limits, and which order suits most of them.
   struct Space {

@@ -31,14 +31,12 @@
 #include "core/trace/kernel.h"
 #include "core/trace/prepare-inl.h"
 #include "core/trace/slabs-inl.h"
+#include "core/trace/thresholds.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// As many as are worth it where nodes come from memory; where they are near, half of it would do
-/// (docs/decisions/0020).
-constexpr std::size_t kInFlight = 48;
 constexpr std::size_t kRaysAhead = 64;  ///< are fetched before they start
 /// Each is a step of every ray in flight.
 constexpr std::uint32_t kRoundsBetweenLooks = 128;
@@ -67,6 +65,8 @@ template <bool kAny, Layout kLayout>
 class Flight {
   static constexpr bool kPlaced = kLayout != Layout::kAsItIs;
   static constexpr bool kMany = kLayout == Layout::kMany;
+  static constexpr std::size_t kInFlight =
+      kMany ? thresholds::kInFlightMany : thresholds::kInFlight;
   static constexpr Wanted kWanted = kAny ? Wanted::kAny : Wanted::kNearest;
 
  public:

@@ -16,6 +16,7 @@
 #define SIGHTLINE_TRACE_PACKET_INL_H_
 #endif
 
+#include <algorithm>
 #include <bit>
 
 #include "core/trace/beam-inl.h"
@@ -24,17 +25,18 @@
 #include "core/trace/kernel.h"
 #include "core/trace/one_by_one-inl.h"
 #include "core/trace/prepare-inl.h"
+#include "core/trace/thresholds.h"
 #include "core/trace/wedge-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// Below eight lanes there is nothing to win.
-constexpr bool kPacketsWork = HWY_MAX_BYTES >= 32;
-constexpr std::size_t kFewestRays = 4;
-/// Rays of a packet at most: where they meet much in common, and elsewhere.
-constexpr std::size_t kPacketRays = 64, kNarrowRays = 32;
+/// Emulated vectors gain nothing.
+constexpr bool kPacketsWork = SIGHTLINE_NATIVE_COMPRESS || SIGHTLINE_TABLE_COMPRESS;
+using thresholds::kFewestRays;
+using thresholds::kNarrowRays;
+using thresholds::kPacketRays;
 
 template <bool kAny, Layout kLayout>
 class Packet {
@@ -97,7 +99,7 @@ class Packet {
     }
     counts_.nodes += ray_steps_;
     counts_.packet_rays += count_;
-    is_wide_ = kFewestPerStep * steps_ * count_ <= ray_steps_ * kNarrowRays;
+    is_wide_ = thresholds::kFewestPerStepIfWide * steps_ * count_ <= ray_steps_ * kNarrowRays;
     return steps_ < ray_steps_;
   }
 
@@ -115,8 +117,6 @@ class Packet {
   std::uint64_t ray_steps() const { return ray_steps_; }
 
  private:
-  /// Of kNarrowRays, that wait at a node or box in the mean: with fewer that is enough.
-  static constexpr std::uint64_t kFewestPerStep = 2;
   static constexpr std::uint64_t kStepsToTry = 48;  ///< before a try may end
 
   /// A child that waits for its turn.
@@ -178,7 +178,8 @@ class Packet {
     const hn::CappedTag<std::uint32_t, kArity> du;
     ++steps_;
     ++counts_.packet_nodes;
-    hn::StoreU(hn::Set(du, ref), du, waiting_.parent + size);
+    for (std::size_t i = 0; i < kArity; i += hn::Lanes(du))
+      hn::StoreU(hn::Set(du, ref), du, waiting_.parent + size + i);
     const hn::CappedTag<LaneBits, kArity> dr;
     for (std::size_t i = 0; i < kArity; i += hn::Lanes(dr))
       hn::StoreU(hn::Set(dr, rays), dr, waiting_.rays + size + i);
@@ -194,22 +195,9 @@ class Packet {
     changed_ = false;
     ++counts_.packet_leaves;
     for (const LeafBlock* end = block + ChildRef::blocks(ref); block != end && met != 0; ++block) {
-      const auto count = static_cast<std::uint32_t>(std::popcount(met));
-      counts_.blocks += count;
-      const Placement& placement = hits_.placement(*block);
-      const LaneCorners<FilterLanes> corners = load_corners<kPlaced>(*block, 0, axes_, placement);
-      const double edge = largest_edge<kPlaced>(*block, placement);
-      const bool many = is_full(met, count, block->lane_count());
-      std::uint32_t triangles = (1u << block->lane_count()) - 1u;
-      if (has_wedge_ && wedge_.suits(edge)) {
-        const LaneEdges<FilterLanes> seen = wedge_.see(corners);
-        if (many) triangles &= wedge_.triangles_that_may_be_met(corners, seen);
-        met = many ? many_rays(*block, seen, triangles, edge, met)
-                   : few_rays(*block, seen, edge, met);
-      } else {
-        met = many ? many_rays(*block, corners, triangles, edge, met)
-                   : few_rays(*block, corners, edge, met);
-      }
+      counts_.blocks += static_cast<std::uint64_t>(std::popcount(met));
+      for (std::uint32_t first = 0; first < block->lane_count(); first += kPart)
+        met = visit_part(*block, first, met);
     }
     if (!changed_) return;
     if constexpr (kAny) {
@@ -219,6 +207,28 @@ class Packet {
     }
   }
 
+  /// Triangles of a block that one vector holds: four, or two.
+  static constexpr std::uint32_t kPart = hn::MaxLanes(FilterLanes());
+
+  /// The triangles of a block from `first` on, as many as a vector holds. Returns the rays that are
+  /// still looking.
+  HWY_INLINE LaneBits visit_part(const LeafBlock& block, std::uint32_t first, LaneBits met) {
+    const Placement& placement = hits_.placement(block);
+    const LaneCorners<FilterLanes> corners = load_corners<kPlaced>(block, first, axes_, placement);
+    const double edge = largest_edge<kPlaced>(block, placement);
+    const std::uint32_t lanes = std::min(kPart, block.lane_count() - first);
+    const bool many = is_full(met, static_cast<std::uint32_t>(std::popcount(met)), lanes);
+    std::uint32_t triangles = (1u << lanes) - 1u;
+    if (has_wedge_ && wedge_.suits(edge)) {
+      const LaneEdges<FilterLanes> seen = wedge_.see(corners);
+      if (many) triangles &= wedge_.triangles_that_may_be_met(corners, seen);
+      return many ? many_rays(block, first, seen, triangles, edge, met)
+                  : few_rays(block, first, seen, edge, met);
+    }
+    return many ? many_rays(block, first, corners, triangles, edge, met)
+                : few_rays(block, first, corners, edge, met);
+  }
+
   /// Whether rays side by side fill the vectors that they need at least to three quarters of what
   /// `triangles` side by side fill.
   bool is_full(LaneBits met, std::uint32_t count, std::uint32_t triangles) const {
@@ -226,18 +236,18 @@ class Packet {
     std::uint32_t room = 0;
     for (std::size_t i = 0; i < lanes_; i += kWide)
       room += (met >> i & ((1u << kWide) - 1u)) != 0 ? kWide : 0;
-    return 4 * kLanes * count >= 3 * triangles * room;
+    return thresholds::kFullOf * kPart * count >= thresholds::kFullRays * triangles * room;
   }
 
-  /// Each ray with four triangles at a time. Returns the rays that are still looking.
+  /// Each ray with kPart triangles at a time. Returns the rays that are still looking.
   template <class Triangles>
-  HWY_INLINE LaneBits few_rays(const LeafBlock& block, const Triangles& triangles, double edge,
-                               LaneBits met) {
+  HWY_INLINE LaneBits few_rays(const LeafBlock& block, std::uint32_t first,
+                               const Triangles& triangles, double edge, LaneBits met) {
     for (LaneBits rest = met; rest != 0; rest &= rest - 1) {
       const auto i = static_cast<std::uint32_t>(std::countr_zero(rest));
       LeafVerdict verdict;
       filter_triangles<Pace::kLatency>(triangles, edge, columns_.filter(i), reach_, hits_.bound(i),
-                                       0, verdict);
+                                       first, verdict);
       if (!verdict.keep_lanes_of(block)) continue;
       changed_ = true;
       if constexpr (kAny) {
@@ -253,8 +263,9 @@ class Packet {
   /// Each of those triangles that `some` has a bit for with as many rays at a time as a vector
   /// holds.
   template <class Triangles>
-  HWY_INLINE LaneBits many_rays(const LeafBlock& block, const Triangles& triangles,
-                                std::uint32_t some, double edge, LaneBits met) {
+  HWY_INLINE LaneBits many_rays(const LeafBlock& block, std::uint32_t first,
+                                const Triangles& triangles, std::uint32_t some, double edge,
+                                LaneBits met) {
     const GroupPreparation::D dd;
     const OneByOne one_by_one(triangles);
     for (; some != 0; some &= some - 1) {
@@ -271,9 +282,9 @@ class Packet {
         const std::uint32_t certain = mask_bits(dd, found.certain) & left;
         changed_ = true;
         if constexpr (kAny) {
-          met &= ~some_leave(block, lane, i, certain, left & ~certain);
+          met &= ~some_leave(block, first + lane, i, certain, left & ~certain);
         } else {
-          hits_.take_nearer(block, lane, i, found, certain, left & ~certain);
+          hits_.take_nearer(block, first + lane, i, found, certain, left & ~certain);
         }
       }
     }

@@ -73,13 +73,15 @@ HWY_INLINE T most_of(D d, const T* values, std::size_t count) {
 /// left behind would wait for both.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE void store_pair(D d, V low, V high, hn::TFromD<D>* to) {
-#if HWY_MAX_BYTES >= 32
-  const hn::Twice<D> both;
-  hn::Store(hn::Combine(both, high, low), both, to);
-#else
+#if HWY_TARGET != HWY_SCALAR  // has one lane, and no Combine
+  if constexpr (2 * sizeof(hn::TFromD<D>) * hn::MaxLanes(D()) <= HWY_MAX_BYTES) {
+    const hn::Twice<D> both;
+    hn::Store(hn::Combine(both, high, low), both, to);
+    return;
+  }
+#endif
   hn::Store(low, d, to);
   hn::Store(high, d, to + hn::Lanes(d));
-#endif
 }
 
 static_assert(std::endian::native == std::endian::little);

@@ -75,7 +75,8 @@ class Window {
       }
       i += together;
     }
-    return kFewestPerStep * static_cast<double>(steps) < static_cast<double>(ray_steps);
+    return thresholds::kFewestPerStepIfSorted * static_cast<double>(steps) <
+           static_cast<double>(ray_steps);
   }
 
  private:
@@ -83,8 +84,6 @@ class Window {
   static constexpr int kCells = 8;             ///< of a class, by where rays start
   static constexpr std::size_t kLook = 256;    ///< rays to choose those from that are tried out
   static constexpr std::size_t kLongRun = 16;  ///< rays of one class in a row, in the mean
-  /// Rays that wait at a node or box, in the mean: with fewer the flight is faster.
-  static constexpr double kFewestPerStep = 1.5, kFewestToBegin = 1.7;
 
   bool does_try_pay(std::size_t first, const std::uint32_t (&counts)[kClasses],
                     std::uint8_t wanted) {
@@ -95,7 +94,7 @@ class Window {
       if (class_[i] == wanted) order_[count++] = static_cast<std::uint32_t>(i);
     }
     copy(first, count);
-    return packet_.prepare(0, count) == count && packet_.try_out(kFewestToBegin);
+    return packet_.prepare(0, count) == count && packet_.try_out(thresholds::kFewestToBeginSorting);
   }
 
   /// Tells of the winners by their places in the batch.

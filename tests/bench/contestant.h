@@ -49,14 +49,16 @@ class Contestant {
   std::string name_;
 };
 
-/// "sightline" (batches of 262,144), "sightline_1024", "sightline_64", "sightline_1".
+/// "sightline" (batches of 262,144), "sightline_1024", "sightline_64", "sightline_1"; with
+/// "@KERNEL" behind it, e.g. "sightline_64@sse4", that kernel.
 std::vector<std::string> sightline_names();
 /// Null for an unknown kernel name; empty: the best of this machine. The scene must outlive it.
 std::unique_ptr<Contestant> make_sightline(const std::string& name, const std::string& kernel,
                                            const BenchScene& scene);
 
 /// embree1[_avx2|_robust], embree{8,16}_{coherent,incoherent}[_robust],
-/// embree_stream_{coherent,incoherent}[_robust].
+/// embree_stream_{coherent,incoherent}[_robust]; with "@avx2" or "@sse4.2" behind it that isa of
+/// Embree.
 std::vector<std::string> embree_names();
 /// Those of `names` that are Embree's. Each combination of device and scene flags that is needed is
 /// built once, with all threads.

@@ -214,12 +214,11 @@ struct Variant {
   EmbreeOptions options;
 };
 
-std::vector<Variant> variants() {
+/// Every way to ask Embree on a device of that configuration.
+std::vector<Variant> variants_of(const char* device) {
   std::vector<Variant> all;
-  const EmbreeOptions usual, robust{"", RTC_SCENE_FLAG_ROBUST},
-      avx2{"isa=avx2", RTC_SCENE_FLAG_NONE};
+  const EmbreeOptions usual{device, RTC_SCENE_FLAG_NONE}, robust{device, RTC_SCENE_FLAG_ROBUST};
   all.push_back({"embree1", Entry::kSingle, false, usual});
-  all.push_back({"embree1_avx2", Entry::kSingle, false, avx2});
   all.push_back({"embree1_robust", Entry::kSingle, false, robust});
   const std::pair<std::string, Entry> groups[] = {{"embree8", Entry::kPacket8},
                                                   {"embree16", Entry::kPacket16},
@@ -229,6 +228,19 @@ std::vector<Variant> variants() {
       const std::string flag = coherent ? "_coherent" : "_incoherent";
       all.push_back({name + flag, entry, coherent, usual});
       all.push_back({name + flag + "_robust", entry, coherent, robust});
+    }
+  }
+  return all;
+}
+
+std::vector<Variant> variants() {
+  std::vector<Variant> all = variants_of("");
+  all.push_back({"embree1_avx2", Entry::kSingle, false, {"isa=avx2", RTC_SCENE_FLAG_NONE}});
+  for (const auto& [suffix, device] :
+       {std::pair{"@avx2", "isa=avx2"}, std::pair{"@sse4.2", "isa=sse4.2"}}) {
+    for (Variant& variant : variants_of(device)) {
+      variant.name += suffix;
+      all.push_back(std::move(variant));
     }
   }
   return all;

@@ -88,15 +88,21 @@ class SightlineContestant : public Contestant {
 std::vector<std::string> sightline_names() {
   std::vector<std::string> names;
   for (const BatchSize& size : kBatchSizes) names.emplace_back(size.name);
+  for (const Kernel& kernel : supported_kernels()) {
+    for (const BatchSize& size : kBatchSizes)
+      names.push_back(std::string(size.name) + "@" + std::string(kernel.name));
+  }
   return names;
 }
 
 std::unique_ptr<Contestant> make_sightline(const std::string& name, const std::string& kernel,
                                            const BenchScene& scene) {
+  const std::size_t at = name.find('@');
+  const std::string wanted = at == std::string::npos ? kernel : name.substr(at + 1);
   for (const Kernel& candidate : supported_kernels()) {
-    if (!kernel.empty() && candidate.name != kernel) continue;
+    if (!wanted.empty() && candidate.name != wanted) continue;
     for (const BatchSize& size : kBatchSizes) {
-      if (name == size.name) {
+      if (name.substr(0, at) == size.name) {
         return std::make_unique<SightlineContestant>(name, size.rays, candidate, *scene.scene);
       }
     }

@@ -15,6 +15,7 @@
 
 #include "core/bvh/wide_tree.h"
 #include "core/query/ray_batch.h"
+#include "core/trace/child_list-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sightline::contestants {
@@ -85,40 +86,12 @@ HWY_INLINE std::size_t push_met_children(const WideNode& node, const SlabRay& ra
 #endif
     }
   };
-#if HWY_MAX_BYTES >= 32
-  const hn::RebindToUnsigned<decltype(d)> du;
-  V near, far;
-  slabs(0, near, far);
-  const auto rank = hn::And(
-      hn::Shr(hn::Set(du, node.order[ray.octant]), hn::Mul(hn::Iota(du, 0), hn::Set(du, 3))),
-      hn::Set(du, 7));
-  const auto index = hn::IndicesFromVec(d, rank);
-  const V near_sorted = hn::TableLookupLanes(near, index);
-  const auto hit = hn::Le(near_sorted, hn::TableLookupLanes(far, index));
-  const auto ref_sorted =
-      hn::TableLookupLanes(hn::Load(du, node.child), hn::IndicesFromVec(du, rank));
-  hn::StoreU(hn::Compress(near_sorted, hit), d, near_out);
-  hn::StoreU(hn::Compress(ref_sorted, hn::RebindMask(du, hit)), du, ref_out);
-  return hn::CountTrue(d, hit);
-#else
-  HWY_ALIGN float near_of[kArity];
-  HWY_ALIGN float far_of[kArity];
-  for (std::size_t i = 0; i < kArity; i += hn::Lanes(d)) {
-    V near, far;
-    slabs(i, near, far);
-    hn::Store(near, d, near_of + i);
-    hn::Store(far, d, far_of + i);
-  }
-  std::uint32_t order = node.order[ray.octant];
-  std::size_t size = 0;
-  for (int i = 0; i < kArity; ++i, order >>= 3) {
-    const std::uint32_t child = order & 7u;
-    ref_out[size] = node.child[child];
-    near_out[size] = near_of[child];
-    size += near_of[child] <= far_of[child] ? 1 : 0;
-  }
-  return size;
-#endif
+  sightline::HWY_NAMESPACE::BoxCrossings boxes;
+  for (std::size_t v = 0; v < kArity / hn::MaxLanes(d); ++v)
+    slabs(v * hn::MaxLanes(d), boxes.near[v], boxes.far[v]);
+  sightline::HWY_NAMESPACE::ChildList list(node, boxes);
+  list.sort(node, ray.octant);
+  return list.store(ref_out, near_out);
 }
 
 }  // namespace HWY_NAMESPACE
