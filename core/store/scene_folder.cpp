@@ -311,30 +311,30 @@ Status SceneFolder::remove(const std::string& id) {
   return success();
 }
 
-Result<MappedFile> SceneFolder::map(const std::string& sha256, std::uint64_t bytes,
-                                    std::optional<std::uint64_t> fingerprint) {
+Result<FileBytes> SceneFolder::read_bytes(const std::string& sha256, std::uint64_t bytes,
+                                          std::optional<std::uint64_t> fingerprint) {
   const fs::path blob = blob_path(sha256);
   std::error_code error;
   if (!fs::exists(blob, error) && !error) return damaged("the scene's file is missing");
   auto file = open_file(blob, O_RDONLY, "read the scene's bytes");
   if (!file) return std::move(file).error();
-  auto mapped = MappedFile::map(*file, "read the scene's bytes");
-  if (!mapped) return mapped;
-  if (mapped->bytes().size() != bytes) {
-    return damaged("the scene's file has " + std::to_string(mapped->bytes().size()) +
+  auto read = FileBytes::read(*file, "read the scene's bytes");
+  if (!read) return read;
+  if (read->bytes().size() != bytes) {
+    return damaged("the scene's file has " + std::to_string(read->bytes().size()) +
                    " bytes, its record says " + std::to_string(bytes));
   }
   // The fingerprint may be what is damaged, or another version's: it can only spare the SHA-256.
-  const bool is_known = fingerprint && hash_in_pieces(mapped->bytes()) == *fingerprint;
-  if (!is_known && sha256_of(mapped->bytes()) != sha256) {
+  const bool is_known = fingerprint && hash_in_pieces(read->bytes()) == *fingerprint;
+  if (!is_known && sha256_of(read->bytes()) != sha256) {
     return damaged("the bytes of the scene's file changed: their hash is another one");
   }
-  return mapped;
+  return read;
 }
 
 Result<bool> SceneFolder::quarantine(const SceneRecord& record, const File& damaged) {
   const std::lock_guard hold(mutex_);
-  const auto again = map(damaged.sha256, damaged.bytes);
+  const auto again = read_bytes(damaged.sha256, damaged.bytes);
   if (again) return false;
   // What cannot be read now may be the right bytes.
   if (!is_damage(again.error())) return again.error();

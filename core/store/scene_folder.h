@@ -29,6 +29,7 @@
 #include <vector>
 
 #include "core/base/result.h"
+#include "core/store/file_bytes.h"
 #include "core/store/posix_file.h"
 #include "core/store/scene_record.h"
 #include "core/store/temporary_file.h"
@@ -78,8 +79,8 @@ class SceneFolder {
   Status remove(const std::string& id);
   /// The bytes that have this hash. Errors: STORE_DAMAGED when they are missing, have another size
   /// or another hash; those of io_error, which say nothing about the bytes.
-  Result<MappedFile> map(const std::string& sha256, std::uint64_t bytes,
-                         std::optional<std::uint64_t> fingerprint = {});
+  Result<FileBytes> read_bytes(const std::string& sha256, std::uint64_t bytes,
+                               std::optional<std::uint64_t> fingerprint = {});
   /// One of the files that a record names.
   struct File {
     std::string sha256;

@@ -40,6 +40,9 @@ struct LoadInput {
   /// is the store's alone. Null: nobody does.
   std::shared_ptr<const void> keeper = {};
   std::span<const NodeChange> changes = {};  ///< that the scene is to have
+  /// Told of each part of the bytes that the scene shares; with a keeper only those stay. May be
+  /// called from several threads. Empty: nobody asks.
+  std::function<void(std::span<const std::byte>)> claim = {};
 };
 /// Turns the bytes of a file into a scene. Handed in, because this room knows no file format. May
 /// be called from several threads at once.
