@@ -8,32 +8,65 @@
 #include <new>
 #include <optional>
 
+#include "core/base/content_hash.h"
 #include "core/base/pages.h"
 #include "core/base/parallel.h"
 
 namespace sightline {
 namespace {
 
-/// A thread reads one piece at a time.
-constexpr std::size_t kPiece = 4 << 20;
+/// Read, then hashed while it is in the cache of its processor.
+constexpr std::size_t kCached = 256 << 10;
 
-Status read_pieces(const FileDescriptor& file, std::span<std::byte> bytes, const char* doing) {
+/// Fills `bytes` from the byte `offset` of the file on, and adds them to `hash` if there is one.
+Status read_piece(const FileDescriptor& file, std::uint64_t offset, std::span<std::byte> bytes,
+                  const char* doing, ContentHash* hash) {
+  while (!bytes.empty()) {
+    const auto part = bytes.first(std::min(kCached, bytes.size()));
+    const auto size = read_at(file, offset, part, doing);
+    if (!size) return size.error();
+    if (*size < part.size()) return io_error(doing, EIO);
+    if (hash != nullptr) hash->add(part);
+    offset += part.size();
+    bytes = bytes.subspan(part.size());
+  }
+  return success();
+}
+
+/// Each piece by one thread.
+Status read_pieces(const FileDescriptor& file, std::span<std::byte> bytes, const char* doing,
+                   std::uint64_t* fingerprint) {
+  std::vector<std::uint64_t> hashes((bytes.size() + kHashPiece - 1) / kHashPiece);
   std::mutex mutex;
   std::optional<Error> failure;
-  parallel_for((bytes.size() + kPiece - 1) / kPiece, [&](std::size_t i) {
-    const auto piece = bytes.subspan(i * kPiece, std::min(kPiece, bytes.size() - i * kPiece));
-    const auto size = read_at(file, i * kPiece, piece, doing);
-    if (size && *size == piece.size()) return;
+  parallel_for(hashes.size(), [&](std::size_t i) {
+    const std::size_t begin = i * kHashPiece;
+    const auto piece = bytes.subspan(begin, std::min(kHashPiece, bytes.size() - begin));
+    ContentHash hash;
+    Status filled = read_piece(file, begin, piece, doing, fingerprint != nullptr ? &hash : nullptr);
+    hashes[i] = hash.value();
+    if (filled) return;
     const std::lock_guard hold(mutex);
-    failure = size ? io_error(doing, EIO) : size.error();
+    failure = std::move(filled).error();
   });
   if (failure) return *std::move(failure);
+  if (fingerprint != nullptr) *fingerprint = hash_of(std::as_bytes(std::span(hashes)));
   return success();
 }
 
 }  // namespace
 
 Result<FileBytes> FileBytes::read(const FileDescriptor& file, const char* doing) {
+  return read(file, doing, nullptr);
+}
+
+Result<FileBytes> FileBytes::read(const FileDescriptor& file, const char* doing,
+                                  std::uint64_t& fingerprint) {
+  return read(file, doing, &fingerprint);
+}
+
+Result<FileBytes> FileBytes::read(const FileDescriptor& file, const char* doing,
+                                  std::uint64_t* fingerprint) {
   struct stat status {};
   if (::fstat(file.number(), &status) != 0) return io_error(doing, errno);
   FileBytes read;
@@ -43,6 +76,7 @@ Result<FileBytes> FileBytes::read(const FileDescriptor& file, const char* doing)
     const auto size = read_at(file, 0, read.small_, doing);
     if (!size) return size.error();
     read.size_ = *size;
+    if (fingerprint != nullptr) *fingerprint = hash_in_pieces(read.bytes());
     return read;
   }
   try {
@@ -50,7 +84,7 @@ Result<FileBytes> FileBytes::read(const FileDescriptor& file, const char* doing)
   } catch (const std::bad_alloc&) {
     return io_error(doing, ENOMEM);
   }
-  Status filled = read_pieces(file, {read.pages_, read.size_}, doing);
+  Status filled = read_pieces(file, {read.pages_, read.size_}, doing, fingerprint);
   if (!filled) return std::move(filled).error();
   return read;
 }

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cerrno>
 
-#include "core/base/content_hash.h"
 #include "core/store/revision_counter.h"
 #include "core/store/scene_id.h"
 #include "core/store/sha256.h"
@@ -318,14 +317,15 @@ Result<FileBytes> SceneFolder::read_bytes(const std::string& sha256, std::uint64
   if (!fs::exists(blob, error) && !error) return damaged("the scene's file is missing");
   auto file = open_file(blob, O_RDONLY, "read the scene's bytes");
   if (!file) return std::move(file).error();
-  auto read = FileBytes::read(*file, "read the scene's bytes");
+  std::uint64_t found = 0;
+  auto read = FileBytes::read(*file, "read the scene's bytes", found);
   if (!read) return read;
   if (read->bytes().size() != bytes) {
     return damaged("the scene's file has " + std::to_string(read->bytes().size()) +
                    " bytes, its record says " + std::to_string(bytes));
   }
   // The fingerprint may be what is damaged, or another version's: it can only spare the SHA-256.
-  const bool is_known = fingerprint && hash_in_pieces(read->bytes()) == *fingerprint;
+  const bool is_known = fingerprint && found == *fingerprint;
   if (!is_known && sha256_of(read->bytes()) != sha256) {
     return damaged("the bytes of the scene's file changed: their hash is another one");
   }

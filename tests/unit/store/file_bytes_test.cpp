@@ -10,6 +10,7 @@
 #include <fstream>
 #include <string>
 
+#include "core/base/content_hash.h"
 #include "tests/unit/store/text_scenes.h"
 
 namespace sightline {
@@ -21,6 +22,12 @@ std::string text_of_size(std::size_t size) {
   std::string text(size, 0);
   for (std::size_t i = 0; i < size; ++i) text[i] = static_cast<char>(1 + i * 7919 % 251);
   return text;
+}
+
+Result<FileBytes> read(const std::filesystem::path& file, std::uint64_t& fingerprint) {
+  const auto opened = open_file(file, O_RDONLY, "read it");
+  if (!opened) return opened.error();
+  return FileBytes::read(*opened, "read it", fingerprint);
 }
 
 Result<FileBytes> read(const std::filesystem::path& file) {
@@ -40,8 +47,10 @@ TEST(FileBytes, are_those_of_the_file_and_stay_when_it_is_cut_or_written_over) {
                                  FileBytes::kSharedFrom, kLarge}) {
     const std::string text = text_of_size(size);
     std::ofstream(file, std::ios::binary) << text;
-    const auto bytes = read(file);
+    std::uint64_t fingerprint = 0;
+    const auto bytes = read(file, fingerprint);
     ASSERT_TRUE(bytes.ok());
+    EXPECT_EQ(fingerprint, hash_in_pieces(bytes->bytes()));
     EXPECT_EQ(bytes->is_shared(), size >= FileBytes::kSharedFrom);
     std::ofstream(file, std::ios::binary | std::ios::in) << std::string(size / 2, 'x');
     EXPECT_TRUE(view_of(bytes->bytes()) == text) << size;
