@@ -65,12 +65,14 @@ inline std::uint64_t hash_of(std::span<const std::byte> bytes) {
   return hash.value();
 }
 
-/// In pieces, so that threads share the work: another value than hash_of.
+inline constexpr std::size_t kHashPiece = 1u << 22;
+
+/// In pieces of kHashPiece bytes, so that threads share the work: the hash of their hashes.
 inline std::uint64_t hash_in_pieces(std::span<const std::byte> bytes) {
-  constexpr std::size_t kPiece = 1u << 22;
-  std::vector<std::uint64_t> pieces((bytes.size() + kPiece - 1) / kPiece);
+  std::vector<std::uint64_t> pieces((bytes.size() + kHashPiece - 1) / kHashPiece);
   parallel_for(pieces.size(), [&](std::size_t i) {
-    pieces[i] = hash_of(bytes.subspan(i * kPiece, std::min(kPiece, bytes.size() - i * kPiece)));
+    pieces[i] =
+        hash_of(bytes.subspan(i * kHashPiece, std::min(kHashPiece, bytes.size() - i * kHashPiece)));
   });
   return hash_of(std::as_bytes(std::span(pieces)));
 }

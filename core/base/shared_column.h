@@ -57,6 +57,8 @@ class SharedColumn {
 struct KeptBytes {
   std::span<const std::byte> bytes = {};
   std::shared_ptr<const void> keeper = {};  ///< null: they may go
+  /// Told of what share() returns, in bytes; may be empty.
+  std::function<void(std::span<const std::byte>)> claim = {};
 
   /// `count` elements at `from`, without a copy. Empty where these bytes do not hold them, or where
   /// they are not aligned for that.
@@ -67,6 +69,7 @@ struct KeptBytes {
         !std::less<>()(bytes.data() + bytes.size(), from) &&
         count <= static_cast<std::size_t>(bytes.data() + bytes.size() - from) / sizeof(T);
     if (!inside || reinterpret_cast<std::uintptr_t>(from) % alignof(T) != 0) return {};
+    if (claim) claim({from, count * sizeof(T)});
     return {std::span(reinterpret_cast<const T*>(from), count), keeper};
   }
 };

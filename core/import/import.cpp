@@ -148,7 +148,7 @@ Result<SceneDescription> import_checked(std::span<const std::byte> bytes,
   Budget budget(limits);
   ViewStore views(*document, buffers, budget);
   AccessorReader accessors(*document, views, limits);
-  const KeptBytes kept{bytes, options.keeper};
+  const KeptBytes kept{bytes, options.keeper, options.claim};
   MeshReader meshes(*document, views, accessors, kept, options.copies_attributes, limits, budget,
                     scene, warnings);
   Status placed =

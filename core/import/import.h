@@ -59,6 +59,8 @@ struct ImportOptions {
   /// meshes look at positions and indices where they lie, unless these have to be changed. Null:
   /// they are copied. (import_file copies: anybody may write to the file.)
   std::shared_ptr<const void> keeper = {};
+  /// Told of each part of those bytes that may be read after the import, from several threads.
+  std::function<void(std::span<const std::byte>)> claim = {};
   /// Normals, texture coordinates and colours are never read where a keeper keeps them: hits that
   /// ask look at them there. Whether they are copied, and what is compressed with them, where they
   /// would be gone otherwise; else no hit has any.

@@ -1,6 +1,5 @@
 #pragma once
-/// Triangles of a mesh that no ray can meet, whatever places the mesh, and what can be said on the
-/// way.
+/// Triangles of a mesh without an area in mesh space, and what is found on the way.
 
 #include <cstdint>
 

@@ -10,13 +10,13 @@ namespace sightline {
 
 namespace {
 
-/// part * 2^exponent, with 1 <= part < 4: beyond the range of float64 too.
+/// part * 2^exponent: beyond the range of float64 too.
 struct Length {
   double part = 1;
   int exponent = 0;
 };
 
-/// Within one unit in the last place.
+/// Within one unit in the last place, with 1 <= part < 4.
 Length length_of(const Vec3d& direction) {
   const double largest =
       std::fmax(std::fabs(direction.x), std::fmax(std::fabs(direction.y), std::fabs(direction.z)));
@@ -31,6 +31,13 @@ Length length_of(const Vec3d& direction) {
     sum = next;
   }
   return {std::sqrt(sum + rest), exponent};
+}
+
+/// x as part * 2^exponent, with 1/2 <= |part| < 1; zero, infinities and NaN with the exponent 0.
+Length parts_of(double x) {
+  Length parts{x, 0};
+  if (std::isfinite(x)) parts.part = std::frexp(x, &parts.exponent);
+  return parts;
 }
 
 }  // namespace
@@ -58,15 +65,18 @@ void RayBatch::push_back(const Ray& ray) {
 }
 
 double distance_of(double t, const Vec3d& direction) {
-  const Length length = length_of(direction);
-  return std::scalbn(t * length.part, length.exponent);
+  // A subnormal t has too few bits to be multiplied, a large one overflows: its part does neither.
+  const Length length = length_of(direction), parts = parts_of(t);
+  return std::scalbn(parts.part * length.part, parts.exponent + length.exponent);
 }
 
 void scale_limits_to_t(RayBatch& rays) {
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const Length length = length_of({rays.dx[i], rays.dy[i], rays.dz[i]});
-    for (UnsetColumn<double>* limit : {&rays.tmin, &rays.tmax})
-      (*limit)[i] = std::scalbn((*limit)[i] / length.part, -length.exponent);
+    for (UnsetColumn<double>* limit : {&rays.tmin, &rays.tmax}) {
+      const Length parts = parts_of((*limit)[i]);
+      (*limit)[i] = std::scalbn(parts.part / length.part, parts.exponent - length.exponent);
+    }
   }
 }
 

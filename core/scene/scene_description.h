@@ -95,7 +95,8 @@ struct ImportSkips {
 struct ImportCounts {
   std::uint64_t skipped_primitives = 0;   ///< points, lines, and primitives without positions
   std::uint64_t nonfinite_triangles = 0;  ///< in mesh space, each mesh counted once
-  /// The corners lie on one line, exactly, in mesh space; each mesh counted once.
+  /// The corners lie on one line, exactly, in mesh space; each mesh counted once. A placement's
+  /// rounded corners decide whether such a triangle is hit.
   std::uint64_t degenerate_triangles = 0;
   std::uint64_t file_bytes = 0;     ///< of the file and the external buffers that were opened
   std::uint64_t bytes_touched = 0;  ///< touched.total()

@@ -1,7 +1,6 @@
 #include "core/store/posix_file.h"
 
 #include <fcntl.h>
-#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -14,20 +13,6 @@ namespace {
 
 /// Of a small file at once, whatever it says of its size.
 constexpr std::size_t kLeastRead = 4096;
-
-/// From the byte `size` on, until `bytes` are filled or the file ends. How many there are then.
-Result<std::size_t> read_some(const FileDescriptor& file, std::span<std::byte> bytes,
-                              const char* doing, std::size_t size = 0) {
-  while (size < bytes.size()) {
-    const ssize_t got =
-        ::pread(file.number(), bytes.data() + size, bytes.size() - size, static_cast<off_t>(size));
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) return io_error(doing, errno);
-    if (got == 0) break;
-    size += static_cast<std::size_t>(got);
-  }
-  return size;
-}
 
 }  // namespace
 
@@ -151,9 +136,10 @@ Result<std::string> read_small_file(const std::filesystem::path& file, std::size
       std::min(most, std::max(kLeastRead, static_cast<std::size_t>(status.st_size) + 1)), '\0');
   std::size_t filled = 0;
   for (;;) {
-    const auto size = read_some(*opened, std::as_writable_bytes(std::span(text)), doing, filled);
+    const auto rest = std::as_writable_bytes(std::span(text)).subspan(filled);
+    const auto size = read_at(*opened, filled, rest, doing);
     if (!size) return size.error();
-    filled = *size;
+    filled += *size;
     if (filled < text.size()) break;
     if (filled == most) {
       return Error{ErrorKind::kInternal, "STORE_DAMAGED",
@@ -165,28 +151,18 @@ Result<std::string> read_small_file(const std::filesystem::path& file, std::size
   return text;
 }
 
-Result<MappedFile> MappedFile::map(const FileDescriptor& file, const char* doing) {
-  struct stat status {};
-  if (::fstat(file.number(), &status) != 0) return io_error(doing, errno);
-  MappedFile mapped;
-  mapped.size_ = static_cast<std::size_t>(status.st_size);
-  if (mapped.size_ < kMappedFrom) {
-    mapped.read_.resize(mapped.size_);
-    const auto size = read_some(file, mapped.read_, doing);
-    if (!size) return size.error();
-    mapped.size_ = *size;
-    return mapped;
+Result<std::size_t> read_at(const FileDescriptor& file, std::uint64_t offset,
+                            std::span<std::byte> bytes, const char* doing) {
+  std::size_t filled = 0;
+  while (filled < bytes.size()) {
+    const ssize_t got = ::pread(file.number(), bytes.data() + filled, bytes.size() - filled,
+                                static_cast<off_t>(offset + filled));
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return io_error(doing, errno);
+    if (got == 0) break;
+    filled += static_cast<std::size_t>(got);
   }
-  void* data = ::mmap(nullptr, mapped.size_, PROT_READ, MAP_PRIVATE, file.number(), 0);
-  if (data == MAP_FAILED) {
-    return io_error(doing, errno);
-  }
-  mapped.mapped_ = static_cast<const std::byte*>(data);
-  return mapped;
-}
-
-MappedFile::~MappedFile() {
-  if (mapped_ != nullptr) ::munmap(const_cast<std::byte*>(mapped_), size_);
+  return filled;
 }
 
 }  // namespace sightline

@@ -2,14 +2,13 @@
 /// The few system calls that durable files need, with their errors as Error.
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
-#include <memory>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "core/base/column.h"
 #include "core/base/result.h"
 
 namespace sightline {
@@ -54,34 +53,9 @@ Result<std::vector<std::filesystem::path>> list_folder(const std::filesystem::pa
 Result<std::string> read_small_file(const std::filesystem::path& file, std::size_t limit,
                                     const char* doing);
 
-/// A whole file, read-only, as memory that is aligned to 64 bytes. Smaller ones are read: a process
-/// has some 65,000 mappings (vm.max_map_count), and there may be as many scenes.
-class MappedFile {
- public:
-  static constexpr std::size_t kMappedFrom = 1 << 20;
-
-  static Result<MappedFile> map(const FileDescriptor& file, const char* doing);
-  MappedFile(MappedFile&& other) noexcept
-      : mapped_(std::exchange(other.mapped_, nullptr)),
-        read_(std::exchange(other.read_, {})),
-        size_(std::exchange(other.size_, 0)) {}
-  MappedFile& operator=(MappedFile&&) = delete;
-  ~MappedFile();
-  std::span<const std::byte> bytes() const { return {mapped_ ? mapped_ : read_.data(), size_}; }
-  /// Else the bytes take memory for as long as this lives.
-  bool is_mapped() const { return mapped_ != nullptr; }
-
- private:
-  MappedFile() = default;
-  const std::byte* mapped_ = nullptr;
-  UnsetColumn<std::byte> read_;
-  std::size_t size_ = 0;
-};
-
-/// What keeps the bytes of a file that is mapped; null of one that was read: to hold on to all of
-/// it for the part that a scene needs would be dearer than a copy of that part.
-inline std::shared_ptr<const void> keeper_of(const std::shared_ptr<const MappedFile>& file) {
-  return file->is_mapped() ? std::shared_ptr<const void>(file) : nullptr;
-}
+/// Reads from the byte `offset` on until `bytes` are filled or the file ends; returns how many
+/// bytes were read. Errors: those of io_error.
+Result<std::size_t> read_at(const FileDescriptor& file, std::uint64_t offset,
+                            std::span<std::byte> bytes, const char* doing);
 
 }  // namespace sightline

@@ -35,9 +35,9 @@ RevisionCounter::RevisionCounter(const std::filesystem::path& folder, std::uint6
   last_ = stated ? std::max(last_, *stated) : last_ + kLeftOut;
 }
 
-Result<std::uint64_t> RevisionCounter::next() {
+Result<std::uint64_t> RevisionCounter::next(std::uint64_t count) {
   constexpr const char* kDoing = "number the scene";
-  ++last_;
+  last_ += count;
   if (folder_.empty()) return last_;
   auto temporary = make_temporary(folder_ / kNewName, kDoing);
   if (!temporary) return std::move(temporary).error();

@@ -21,9 +21,9 @@ class RevisionCounter {
   /// more; then far more is left out than one server ever gives.
   RevisionCounter(const std::filesystem::path& folder, std::uint64_t seen);
 
-  /// Returns when it is durable that the number is taken. Errors: STORE_IO, STORE_FULL; the number
-  /// is then lost.
-  Result<std::uint64_t> next();
+  /// Takes `count` consecutive numbers and returns the last, once it is durable that they are
+  /// taken. Errors: STORE_IO, STORE_FULL; the numbers are then lost.
+  Result<std::uint64_t> next(std::uint64_t count = 1);
 
  private:
   std::filesystem::path folder_;  ///< empty: in memory

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cerrno>
 
-#include "core/base/content_hash.h"
 #include "core/store/revision_counter.h"
 #include "core/store/scene_id.h"
 #include "core/store/sha256.h"
@@ -19,7 +18,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kFormatFamily = "sightline-store ";
-constexpr std::string_view kFormat = "sightline-store 1\n";
+constexpr std::string_view kFormat = "sightline-store 2\n";
+constexpr std::string_view kOldFormat = "sightline-store 1\n";
 constexpr const char* kFormatName = "format";
 constexpr const char* kNewFormatName = "format.new";
 constexpr const char* kLockName = "lock";
@@ -69,7 +69,7 @@ Result<std::unique_ptr<SceneFolder>> SceneFolder::open(const fs::path& folder) {
   return opened;
 }
 
-Result<bool> SceneFolder::has_format() const {
+Result<int> SceneFolder::read_format() const {
   constexpr const char* kDoing = "open the data folder";
   // A folder of somebody else may be full of names that the store uses too: nothing in it is
   // touched before it is known to be the store's.
@@ -91,23 +91,29 @@ Result<bool> SceneFolder::has_format() const {
   if (!fs::exists(format, error)) {
     if (error) return io_error(kDoing, error.value());
     if (others) return foreign;
-    return false;
+    return 0;
   }
   if (!fs::is_regular_file(format, error)) return foreign;
   const auto text = read_small_file(format, 256, kDoing);
   if (!text && !is_damage(text.error())) return text.error();
   if (!text || !text->starts_with(kFormatFamily)) return foreign;
-  if (*text != kFormat) {
-    return Error{ErrorKind::kUnsupported, "STORE_FORMAT_UNKNOWN",
-                 "the data folder was written by another version of the store", ""};
-  }
-  return true;
+  if (*text == kFormat) return 2;
+  if (*text == kOldFormat) return 1;
+  return Error{ErrorKind::kUnsupported, "STORE_FORMAT_UNKNOWN",
+               "the data folder was written by another version of the store", ""};
+}
+
+Status SceneFolder::write_format() const {
+  constexpr const char* kDoing = "write the format of the data folder";
+  auto temporary = make_temporary(folder_ / kNewFormatName, kDoing);
+  if (!temporary) return std::move(temporary).error();
+  return write_durably(*temporary, kFormat, folder_ / kFormatName, kDoing);
 }
 
 Status SceneFolder::prepare() {
   constexpr const char* kDoing = "open the data folder";
   if (Status made = make_folder(folder_, "make the data folder"); !made) return made;
-  if (auto ours = has_format(); !ours) return std::move(ours).error();
+  if (auto format = read_format(); !format) return std::move(format).error();
 
   // One process at a time; the lock goes with the process, however it ends.
   auto lock = open_file(folder_ / kLockName, O_RDWR | O_CREAT, kDoing);
@@ -120,15 +126,10 @@ Status SceneFolder::prepare() {
   }
 
   // Again, now that no other server can change it.
-  auto ours = has_format();
-  if (!ours) return std::move(ours).error();
-  if (!*ours) {
-    auto temporary = make_temporary(folder_ / kNewFormatName, kDoing);
-    if (!temporary) return std::move(temporary).error();
-    if (Status status = write_durably(*temporary, kFormat, folder_ / kFormatName, kDoing);
-        !status) {
-      return status;
-    }
+  auto format = read_format();
+  if (!format) return std::move(format).error();
+  if (*format == 0) {
+    if (Status status = write_format(); !status) return status;
   }
   for (const char* name : {"blobs", "scenes", "tmp", "quarantine"}) {
     if (Status made = make_folder(folder_ / name, "make the data folder"); !made) return made;
@@ -142,7 +143,32 @@ Status SceneFolder::prepare() {
     if (!is_temporary_name(file.filename().string())) continue;
     if (fs::symlink_status(file, error).type() == fs::file_type::regular) fs::remove(file, error);
   }
+  // A start needs no room: a folder that cannot be upgraded now is served as it is.
+  if (*format == 1 && !upgrade()) form_ = RecordForm::kAny;
   return success();
+}
+
+Status SceneFolder::upgrade() {
+  constexpr const char* kDoing = "upgrade a scene's record";
+  const auto files = list_folder(folder_ / "scenes", kDoing);
+  if (!files) return files.error();
+  for (const fs::path& file : *files) {
+    const std::string id = file.stem().string();
+    if (file.extension() != kRecordSuffix || !is_scene_id(id)) continue;
+    const auto text = read_small_file(file, kRecordLimit, kDoing);
+    if (!text && !is_damage(text.error())) return text.error();
+    const auto record = text ? decode_record(*text, id, RecordForm::kAny) : std::nullopt;
+    if (!record) continue;
+    auto temporary = new_temporary();
+    if (!temporary) return std::move(temporary).error();
+    Status status = fill_durably(*temporary, encode_record(*record), kDoing);
+    if (!status) return status;
+    status = rename_file(temporary->path(), file, kDoing);
+    if (!status) return status;
+    temporary->release();
+  }
+  if (Status status = sync_folder(folder_ / "scenes", kDoing); !status) return status;
+  return write_format();
 }
 
 Result<SceneFolder::Catalogue> SceneFolder::read_catalogue() {
@@ -156,7 +182,7 @@ Result<SceneFolder::Catalogue> SceneFolder::read_catalogue() {
     const std::string id = file.stem().string();
     if (file.extension() != kRecordSuffix || !is_scene_id(id)) continue;
     const auto text = read_small_file(file, kRecordLimit, kDoing);
-    auto record = text.ok() ? decode_record(*text, id) : std::nullopt;
+    auto record = text.ok() ? decode_record(*text, id, form_) : std::nullopt;
     if (record) {
       std::vector<std::string> hashes = hashes_of(*record);
       hold(hashes);
@@ -270,7 +296,7 @@ Status SceneFolder::amend(const SceneRecord& record) {
 Result<SceneRecord> SceneFolder::read_record(const std::string& id) const {
   const auto text = read_small_file(record_path(id), kRecordLimit, "read a scene's record");
   if (!text) return text.error();
-  auto record = decode_record(*text, id);
+  auto record = decode_record(*text, id, form_);
   if (!record) return damaged("the scene's record is damaged");
   return *std::move(record);
 }
@@ -284,30 +310,31 @@ Status SceneFolder::remove(const std::string& id) {
   return success();
 }
 
-Result<MappedFile> SceneFolder::map(const std::string& sha256, std::uint64_t bytes,
-                                    std::optional<std::uint64_t> fingerprint) {
+Result<FileBytes> SceneFolder::read_bytes(const std::string& sha256, std::uint64_t bytes,
+                                          std::optional<std::uint64_t> fingerprint) {
   const fs::path blob = blob_path(sha256);
   std::error_code error;
   if (!fs::exists(blob, error) && !error) return damaged("the scene's file is missing");
   auto file = open_file(blob, O_RDONLY, "read the scene's bytes");
   if (!file) return std::move(file).error();
-  auto mapped = MappedFile::map(*file, "read the scene's bytes");
-  if (!mapped) return mapped;
-  if (mapped->bytes().size() != bytes) {
-    return damaged("the scene's file has " + std::to_string(mapped->bytes().size()) +
+  std::uint64_t found = 0;
+  auto read = FileBytes::read(*file, "read the scene's bytes", found);
+  if (!read) return read;
+  if (read->bytes().size() != bytes) {
+    return damaged("the scene's file has " + std::to_string(read->bytes().size()) +
                    " bytes, its record says " + std::to_string(bytes));
   }
   // The fingerprint may be what is damaged, or another version's: it can only spare the SHA-256.
-  const bool is_known = fingerprint && hash_in_pieces(mapped->bytes()) == *fingerprint;
-  if (!is_known && sha256_of(mapped->bytes()) != sha256) {
+  const bool is_known = fingerprint && found == *fingerprint;
+  if (!is_known && sha256_of(read->bytes()) != sha256) {
     return damaged("the bytes of the scene's file changed: their hash is another one");
   }
-  return mapped;
+  return read;
 }
 
 Result<bool> SceneFolder::quarantine(const SceneRecord& record, const File& damaged) {
   const std::lock_guard hold(mutex_);
-  const auto again = map(damaged.sha256, damaged.bytes);
+  const auto again = read_bytes(damaged.sha256, damaged.bytes);
   if (again) return false;
   // What cannot be read now may be the right bytes.
   if (!is_damage(again.error())) return again.error();
@@ -343,7 +370,8 @@ void SceneFolder::hold_quarantined() {
     const fs::path named = file.stem();
     if (named.extension() != kRecordSuffix) continue;
     const auto text = read_small_file(file, kRecordLimit, kDoing);
-    const auto record = text ? decode_record(*text, named.stem().string()) : std::nullopt;
+    const auto record =
+        text ? decode_record(*text, named.stem().string(), RecordForm::kAny) : std::nullopt;
     if (record) {
       hold(hashes_of(*record));
     } else {

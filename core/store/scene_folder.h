@@ -1,7 +1,7 @@
 #pragma once
 /// Where scenes stay between two runs.
 ///
-///   DIR/format            "sightline-store 1"
+///   DIR/format            "sightline-store 2"; records of format 1 may lack a checksum
 ///   DIR/revision          the last number that a content was given (revision_counter.h)
 ///   DIR/lock              held while a server uses the folder
 ///   DIR/blobs/<sha256>    the bytes of a scene, named by their content
@@ -29,6 +29,7 @@
 #include <vector>
 
 #include "core/base/result.h"
+#include "core/store/file_bytes.h"
 #include "core/store/posix_file.h"
 #include "core/store/scene_record.h"
 #include "core/store/temporary_file.h"
@@ -43,9 +44,10 @@ std::string quarantine_note(const Status& moved);
 /// May be used from many threads.
 class SceneFolder {
  public:
-  /// Makes the folder if there is none. Errors: STORE_FOREIGN (there is something in it, but no
-  /// `format` of a store: then nothing was changed), STORE_IN_USE (another process holds it),
-  /// STORE_FORMAT_UNKNOWN (a newer version wrote it), those of io_error.
+  /// Makes the folder if there is none, and brings one of format 1 to format 2. A folder where that
+  /// fails, as on a full disk, stays at format 1 and is used so. Errors: STORE_FOREIGN (there is
+  /// something in it, but no `format` of a store: then nothing was changed), STORE_IN_USE (another
+  /// process holds it), STORE_FORMAT_UNKNOWN (a newer version wrote it), those of io_error.
   static Result<std::unique_ptr<SceneFolder>> open(const std::filesystem::path& folder);
 
   struct Unread {
@@ -77,8 +79,8 @@ class SceneFolder {
   Status remove(const std::string& id);
   /// The bytes that have this hash. Errors: STORE_DAMAGED when they are missing, have another size
   /// or another hash; those of io_error, which say nothing about the bytes.
-  Result<MappedFile> map(const std::string& sha256, std::uint64_t bytes,
-                         std::optional<std::uint64_t> fingerprint = {});
+  Result<FileBytes> read_bytes(const std::string& sha256, std::uint64_t bytes,
+                               std::optional<std::uint64_t> fingerprint = {});
   /// One of the files that a record names.
   struct File {
     std::string sha256;
@@ -94,9 +96,14 @@ class SceneFolder {
  private:
   explicit SceneFolder(std::filesystem::path folder) : folder_(std::move(folder)) {}
   Status prepare();
-  /// False for a folder that has nothing yet. Changes nothing. Errors: STORE_FOREIGN,
-  /// STORE_FORMAT_UNKNOWN, those of io_error.
-  Result<bool> has_format() const;
+  /// The number of the folder's format; 0 for an empty folder. Changes nothing. Errors:
+  /// STORE_FOREIGN, STORE_FORMAT_UNKNOWN, those of io_error.
+  Result<int> read_format() const;
+  Status write_format() const;
+  /// Gives every record a checksum, then writes the format. Records that are damaged stay as they
+  /// are. Errors: those of io_error, also where a record cannot be read; then the format is 1
+  /// still.
+  Status upgrade();
   std::filesystem::path record_path(const std::string& id) const;
   std::filesystem::path blob_path(const std::string& sha256) const;
   Status quarantine_file(const std::filesystem::path& file) const;
@@ -115,7 +122,8 @@ class SceneFolder {
 
   std::filesystem::path folder_;
   FileDescriptor lock_;
-  std::mutex mutex_;  ///< orders commits and removals
+  RecordForm form_ = RecordForm::kChecked;  ///< of the records in scenes/
+  std::mutex mutex_;                        ///< orders commits and removals
   /// Which bytes each id has, as the records on disk say.
   std::map<std::string, std::vector<std::string>> references_;
   /// How many times each of them is named, by records (those in quarantine as well) and commits

@@ -22,6 +22,7 @@ class SceneStore;
 
 /// What a request to load came to.
 struct Put {
+  /// The content that the request brought, also where a later request has replaced it already.
   SceneSnapshot scene;
   bool created = false;  ///< there was no content of this name before
 };
@@ -68,6 +69,8 @@ class SceneLoad {
 
   // Under the store's mutex.
   SceneState state_ = SceneState::kQueued;
+  /// The revision of this content if a later load replaces it first; set by that load.
+  std::optional<std::uint64_t> revision_;
   bool busy_ = false;    ///< somebody works on it
   bool awaited_ = true;  ///< who asked for it will be told how it ended
   std::optional<Result<Put>> outcome_;

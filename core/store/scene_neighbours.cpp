@@ -18,7 +18,7 @@ std::string tag_of(const std::vector<NeighbourRecord>& neighbours) {
 
 Result<std::span<const std::byte>> CopiedNeighbours::find(const std::string& name) {
   const auto bytes_of = [](const Copy& copy) {
-    return copy.mapped ? copy.mapped->bytes() : copy.upload.memory();
+    return copy.read ? copy.read->bytes() : copy.upload.memory();
   };
   for (const Copy& copy : copies_) {
     if (copy.record.name == name) return bytes_of(copy);
@@ -41,9 +41,9 @@ Result<std::span<const std::byte>> CopiedNeighbours::find(const std::string& nam
   if (auto& file = copy.upload.file()) {
     constexpr const char* kDoing = "store a scene's other file";
     if (Status synced = sync_file(file->file(), kDoing); !synced) return std::move(synced).error();
-    auto mapped = MappedFile::map(file->file(), kDoing);
-    if (!mapped) return std::move(mapped).error();
-    copy.mapped.emplace(std::move(*mapped));
+    auto read = FileBytes::read(file->file(), kDoing);
+    if (!read) return std::move(read).error();
+    copy.read.emplace(std::move(*read));
     // There may be thousands of them, and fewer descriptors.
     file->close();
   }
@@ -65,23 +65,23 @@ std::vector<TemporaryFile*> CopiedNeighbours::files() {
   return files;
 }
 
-Result<StoredNeighbours> StoredNeighbours::map(SceneFolder& folder, const SceneRecord& record,
-                                               SceneFolder::File& failed) {
+Result<StoredNeighbours> StoredNeighbours::read(SceneFolder& folder, const SceneRecord& record,
+                                                SceneFolder::File& failed) {
   StoredNeighbours neighbours;
   for (const NeighbourRecord& each : record.neighbours) {
-    auto mapped = folder.map(each.sha256, each.bytes);
-    if (!mapped) {
+    auto read = folder.read_bytes(each.sha256, each.bytes);
+    if (!read) {
       failed = {each.sha256, each.bytes};
-      return std::move(mapped).error();
+      return std::move(read).error();
     }
-    neighbours.files_.emplace_back(each.name, std::move(*mapped));
+    neighbours.files_.emplace_back(each.name, std::move(*read));
   }
   return neighbours;
 }
 
 Result<std::span<const std::byte>> StoredNeighbours::find(const std::string& name) const {
-  for (const auto& [known, mapped] : files_) {
-    if (known == name) return mapped.bytes();
+  for (const auto& [known, read] : files_) {
+    if (known == name) return read.bytes();
   }
   return Error{ErrorKind::kInvalid, "SOURCE_NOT_FOUND", "there is no such file beside the scene",
                ""};

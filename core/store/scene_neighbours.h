@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/base/result.h"
-#include "core/store/posix_file.h"
+#include "core/store/file_bytes.h"
 #include "core/store/scene_folder.h"
 #include "core/store/scene_upload.h"
 
@@ -44,7 +44,7 @@ class CopiedNeighbours {
   struct Copy {
     NeighbourRecord record;
     SceneUpload upload;
-    std::optional<MappedFile> mapped;
+    std::optional<FileBytes> read;
   };
   NeighbourSource source_;
   SceneFolder* folder_;
@@ -56,19 +56,19 @@ class CopiedNeighbours {
 class StoredNeighbours {
  public:
   /// failed  the one that an error is about
-  /// Errors: those of SceneFolder::map.
-  static Result<StoredNeighbours> map(SceneFolder& folder, const SceneRecord& record,
-                                      SceneFolder::File& failed);
+  /// Errors: those of SceneFolder::read_bytes.
+  static Result<StoredNeighbours> read(SceneFolder& folder, const SceneRecord& record,
+                                       SceneFolder::File& failed);
   /// Errors: SOURCE_NOT_FOUND.
   Result<std::span<const std::byte>> find(const std::string& name) const;
 
  private:
-  std::vector<std::pair<std::string, MappedFile>> files_;
+  std::vector<std::pair<std::string, FileBytes>> files_;
 };
 
 /// What a record names.
 struct RecordFiles {
-  std::shared_ptr<const MappedFile> bytes;
+  std::shared_ptr<const FileBytes> bytes;
   StoredNeighbours neighbours;
 };
 

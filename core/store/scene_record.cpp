@@ -2,14 +2,51 @@
 
 #include <algorithm>
 #include <charconv>
+#include <initializer_list>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <span>
+#include <string_view>
 
 #include "core/store/revision_counter.h"
 #include "core/store/sha256.h"
 
 namespace sightline {
 namespace {
+
+using nlohmann::json;
+
+constexpr std::string_view kChecksumBegin = ",\"checksum\":\"";
+constexpr std::string_view kChecksumEnd = "\"}\n";
+constexpr std::size_t kHashLength = 64;
+
+std::string checksum_of(std::string_view text) {
+  return sha256_of(std::as_bytes(std::span(text.data(), text.size())));
+}
+
+/// Whether the text ends with the checksum of what precedes it.
+bool has_checksum(std::string_view text) {
+  constexpr std::size_t kTail = kChecksumBegin.size() + kHashLength + kChecksumEnd.size();
+  if (text.size() < kTail) return false;
+  const std::string_view body = text.substr(0, text.size() - kTail);
+  const std::string_view tail = text.substr(body.size());
+  return tail.starts_with(kChecksumBegin) && tail.ends_with(kChecksumEnd) &&
+         tail.substr(kChecksumBegin.size(), kHashLength) == checksum_of(body);
+}
+
+/// Whether `value` is an object with no other members.
+bool has_only(const json& value, std::initializer_list<std::string_view> keys) {
+  if (!value.is_object()) return false;
+  for (const auto& [key, member] : value.items()) {
+    if (std::find(keys.begin(), keys.end(), key) == keys.end()) return false;
+  }
+  return true;
+}
+
+bool is_uint32(const json& value) {
+  return value.is_number_unsigned() &&
+         value.get<std::uint64_t>() <= std::numeric_limits<std::uint32_t>::max();
+}
 
 /// A file's name is any bytes, JSON is UTF-8: what is not plain ASCII is written %xx.
 std::string ascii_name(const std::string& name) {
@@ -44,25 +81,66 @@ std::optional<std::string> plain_name(const std::string& text) {
   return name;
 }
 
-/// False when one of them is none.
-bool decode_neighbours(const nlohmann::json& document, std::vector<NeighbourRecord>& neighbours) {
-  const auto found = document.find("neighbours");
+std::optional<NeighbourRecord> decode_neighbour(const json& value) {
+  if (!has_only(value, {"name", "sha256", "bytes"})) return std::nullopt;
+  const auto name = value.find("name"), sha256 = value.find("sha256"), bytes = value.find("bytes");
+  if (name == value.end() || !name->is_string()) return std::nullopt;
+  if (sha256 == value.end() || !sha256->is_string()) return std::nullopt;
+  if (bytes == value.end() || !bytes->is_number_unsigned()) return std::nullopt;
+  auto plain = plain_name(name->get<std::string>());
+  if (!plain) return std::nullopt;
+  NeighbourRecord record{*std::move(plain), sha256->get<std::string>(),
+                         bytes->get<std::uint64_t>()};
+  if (!is_sha256(record.sha256)) return std::nullopt;
+  return record;
+}
+
+std::optional<Affine> decode_matrix(const json& value) {
+  const auto is_row = [](const json& row) {
+    return row.is_array() && row.size() == 4 &&
+           std::all_of(row.begin(), row.end(), [](const json& x) { return x.is_number(); });
+  };
+  if (!value.is_array() || value.size() != 3) return std::nullopt;
+  if (!std::all_of(value.begin(), value.end(), is_row)) return std::nullopt;
+  Affine matrix;
+  for (std::size_t row = 0; row < 3; ++row) {
+    for (std::size_t k = 0; k < 4; ++k) matrix.m[row][k] = value[row][k].get<double>();
+  }
+  return matrix;
+}
+
+std::optional<NodeChange> decode_change(const json& value) {
+  if (!has_only(value, {"node", "matrix", "hidden", "mask"})) return std::nullopt;
+  const auto node = value.find("node");
+  if (node == value.end() || !is_uint32(*node)) return std::nullopt;
+  NodeChange change;
+  change.node = node->get<std::uint32_t>();
+  if (const auto hidden = value.find("hidden"); hidden != value.end()) {
+    if (!hidden->is_boolean()) return std::nullopt;
+    change.hidden = hidden->get<bool>();
+  }
+  if (const auto mask = value.find("mask"); mask != value.end()) {
+    if (!is_uint32(*mask)) return std::nullopt;
+    change.mask = mask->get<std::uint32_t>();
+  }
+  if (const auto matrix = value.find("matrix"); matrix != value.end()) {
+    change.parent_from_node = decode_matrix(*matrix);
+    if (!change.parent_from_node) return std::nullopt;
+  }
+  return change;
+}
+
+/// Decodes the array `key` of the document, if it has one. False where an element is invalid.
+template <class Element>
+bool decode_list(const json& document, const char* key, std::vector<Element>& elements,
+                 std::optional<Element> (*decode)(const json&)) {
+  const auto found = document.find(key);
   if (found == document.end()) return true;
   if (!found->is_array()) return false;
-  for (const auto& each : *found) {
-    const auto good = [&](const char* key, auto is_type) {
-      return each.is_object() && each.contains(key) && is_type(each[key]);
-    };
-    const auto is_text = [](const nlohmann::json& value) { return value.is_string(); };
-    const auto is_count = [](const nlohmann::json& value) { return value.is_number_unsigned(); };
-    if (!good("name", is_text) || !good("sha256", is_text) || !good("bytes", is_count)) {
-      return false;
-    }
-    const auto name = plain_name(each["name"].get<std::string>());
-    if (!name) return false;
-    neighbours.push_back(
-        {*name, each["sha256"].get<std::string>(), each["bytes"].get<std::uint64_t>()});
-    if (!is_sha256(neighbours.back().sha256)) return false;
+  for (const json& each : *found) {
+    auto element = decode(each);
+    if (!element) return false;
+    elements.push_back(*std::move(element));
   }
   return true;
 }
@@ -77,44 +155,6 @@ nlohmann::ordered_json changes_of(const NodeChanges& changes) {
     list.push_back(std::move(each));
   }
   return list;
-}
-
-/// False when one of them is none.
-bool decode_changes(const nlohmann::json& document, NodeChanges& changes) {
-  const auto found = document.find("changes");
-  if (found == document.end()) return true;
-  if (!found->is_array()) return false;
-  for (const auto& each : *found) {
-    if (!each.is_object() || !each.contains("node") || !each["node"].is_number_unsigned()) {
-      return false;
-    }
-    NodeChange change;
-    change.node = each["node"].get<std::uint32_t>();
-    if (const auto hidden = each.find("hidden"); hidden != each.end()) {
-      if (!hidden->is_boolean()) return false;
-      change.hidden = hidden->get<bool>();
-    }
-    if (const auto mask = each.find("mask"); mask != each.end()) {
-      if (!mask->is_number_unsigned()) return false;
-      change.mask = mask->get<std::uint32_t>();
-    }
-    if (const auto matrix = each.find("matrix"); matrix != each.end()) {
-      const auto is_row = [](const nlohmann::json& row) {
-        return row.is_array() && row.size() == 4 &&
-               std::all_of(row.begin(), row.end(), [](const auto& x) { return x.is_number(); });
-      };
-      if (!matrix->is_array() || matrix->size() != 3 ||
-          !std::all_of(matrix->begin(), matrix->end(), is_row)) {
-        return false;
-      }
-      Affine& own = change.parent_from_node.emplace();
-      for (std::size_t row = 0; row < 3; ++row) {
-        for (std::size_t k = 0; k < 4; ++k) own.m[row][k] = (*matrix)[row][k].get<double>();
-      }
-    }
-    changes.push_back(change);
-  }
-  return true;
 }
 
 }  // namespace
@@ -139,12 +179,24 @@ std::string encode_record(const SceneRecord& record) {
         {{"name", ascii_name(each.name)}, {"sha256", each.sha256}, {"bytes", each.bytes}});
   }
   if (!record.changes.empty()) document["changes"] = changes_of(record.changes);
-  return document.dump() + "\n";
+  std::string text = document.dump();
+  text.pop_back();  // the brace that ends the object
+  const std::string checksum = checksum_of(text);
+  return text.append(kChecksumBegin).append(checksum).append(kChecksumEnd);
 }
 
-std::optional<SceneRecord> decode_record(const std::string& text, const std::string& id) {
-  const auto document = nlohmann::json::parse(text, nullptr, false);
+std::optional<SceneRecord> decode_record(const std::string& text, const std::string& id,
+                                         RecordForm form) {
+  const bool is_checked = has_checksum(text);
+  if (!is_checked && form == RecordForm::kChecked) return std::nullopt;
+  auto document = json::parse(text, nullptr, false);
   if (!document.is_object()) return std::nullopt;
+  // Without a valid checksum the key is unknown: a damaged record is not read as an older one.
+  if (is_checked) document.erase("checksum");
+  if (!has_only(document, {"id", "sha256", "bytes", "revision", "scene", "fingerprint",
+                           "neighbours", "changes"})) {
+    return std::nullopt;
+  }
   const auto number = [&](const char* key) -> std::optional<std::uint64_t> {
     const auto found = document.find(key);
     if (found == document.end() || !found->is_number_unsigned()) return std::nullopt;
@@ -158,15 +210,19 @@ std::optional<SceneRecord> decode_record(const std::string& text, const std::str
   SceneRecord record;
   record.id = word("id");
   record.sha256 = word("sha256");
-  const auto bytes = number("bytes"), revision = number("revision"), scene = number("scene");
+  const auto bytes = number("bytes"), revision = number("revision");
   if (record.id != id || !is_sha256(record.sha256) || !bytes || !revision) return std::nullopt;
   if (*revision > kMostRevision) return std::nullopt;
   record.bytes = *bytes;
   record.revision = *revision;
-  if (scene) record.scene = static_cast<std::uint32_t>(*scene);
+  if (const auto scene = document.find("scene"); scene != document.end() && !scene->is_null()) {
+    if (!is_uint32(*scene)) return std::nullopt;
+    record.scene = scene->get<std::uint32_t>();
+  }
   record.fingerprint = number("fingerprint");
-  if (!decode_neighbours(document, record.neighbours) ||
-      !decode_changes(document, record.changes)) {
+  if (!record.fingerprint && document.contains("fingerprint")) return std::nullopt;
+  if (!decode_list(document, "neighbours", record.neighbours, decode_neighbour) ||
+      !decode_list(document, "changes", record.changes, decode_change)) {
     return std::nullopt;
   }
   return record;

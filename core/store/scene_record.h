@@ -1,5 +1,8 @@
 #pragma once
-/// What a data folder says of a scene: which bytes its name has.
+/// The record of a scene in a data folder: which bytes its name has.
+///
+/// A record is one line of JSON. Its last member, `checksum`, is the SHA-256 of the text before the
+/// comma that precedes it. Folders of format 1 also have records without a checksum.
 
 #include <cstdint>
 #include <optional>
@@ -37,8 +40,16 @@ inline constexpr std::size_t kRecordLimit = 16 << 20;
 /// Equal only where the changes are; empty where there are none.
 std::string tag_of(const NodeChanges& changes);
 
+/// Which records are valid.
+enum class RecordForm {
+  kChecked,  ///< those with a checksum
+  kAny,      ///< those without one too, as versions before format 2 wrote them
+};
+
 std::string encode_record(const SceneRecord& record);
-/// Empty when the text is not a record of this id.
-std::optional<SceneRecord> decode_record(const std::string& text, const std::string& id);
+/// Empty when the text is no record of this id: the checksum differs, a member is missing, unknown
+/// or out of range.
+std::optional<SceneRecord> decode_record(const std::string& text, const std::string& id,
+                                         RecordForm form);
 
 }  // namespace sightline

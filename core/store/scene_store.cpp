@@ -176,6 +176,15 @@ void SceneStore::end(Entry& entry, SceneLoad& load, Result<Put> outcome) {
   note_change();
 }
 
+std::vector<SceneStore::LoadPointer> SceneStore::loads_before(const Entry& entry,
+                                                              const SceneLoad& load) {
+  std::vector<LoadPointer> before;
+  for (const LoadPointer& each : entry.loads) {
+    if (each->number_ < load.number_ && !each->revision_) before.push_back(each);
+  }
+  return before;
+}
+
 void SceneStore::drop_if_bare(const std::string& id) {
   const auto found = entries_.find(id);
   if (found == entries_.end() || !found->second.loads.empty()) return;
@@ -296,8 +305,11 @@ void SceneStore::commit(const LoadPointer& load, StoredScene next) {
   // Goes last: to let go of a scene takes long, and nobody shall wait for that.
   SceneSnapshot replaced;
   const std::lock_guard commit(commit_mutex_);
-  bool created = false;
+  bool created = false, is_replaced = false;
   std::optional<Error> unmet;
+  next.state = SceneState::kReady;
+  next.persistent = folder_ && load->upload_;
+  std::vector<LoadPointer> overtaken;
   {
     const std::lock_guard hold(mutex_);
     Entry* const entry = entry_of(*load);
@@ -305,11 +317,10 @@ void SceneStore::commit(const LoadPointer& load, StoredScene next) {
     // Before what follows: of two with the same tag the one that ends later does not take place.
     if (Status status = load->precondition_.check(entry->content->etag); !status) {
       unmet = std::move(status).error();
-    } else if (entry->standing > load->number_) {
-      // What was asked for later is there already: it replaced this content at once.
-      return end(*entry, *load, Put{entry->content, false});
     }
+    is_replaced = entry->standing > load->number_;
     created = entry->content->revision == 0;
+    overtaken = loads_before(*entry, *load);
   }
   // Nothing is left of it when that is announced: there is room again.
   const auto refuse = [&](const Error& error) {
@@ -318,11 +329,12 @@ void SceneStore::commit(const LoadPointer& load, StoredScene next) {
     fail(load, error);
   };
   if (unmet) return refuse(*unmet);
-  const auto revision = revisions_.next();
+  if (is_replaced) return end_replaced(load, std::move(next));
+  // Earlier loads get the lower numbers, whenever they end.
+  const auto revision = revisions_.next(overtaken.size() + 1);
   if (!revision) return refuse(revision.error());
   next.revision = *revision;
-  next.state = SceneState::kReady;
-  if (folder_ && load->upload_) {
+  if (next.persistent) {
     SceneRecord record{next.id, next.sha256, next.bytes, next.revision, next.chosen};
     record.fingerprint = load->fingerprint_;
     std::vector<TemporaryFile*> neighbours;
@@ -333,15 +345,24 @@ void SceneStore::commit(const LoadPointer& load, StoredScene next) {
     Status status = folder_->commit(*load->upload_->file(), neighbours, record);
     if (!status) return refuse(status.error());
     failing_ = false;
-    next.persistent = true;
   }
   const auto snapshot = std::make_shared<const StoredScene>(std::move(next));
   const std::lock_guard hold(mutex_);
+  for (std::size_t i = 0; i < overtaken.size(); ++i) {
+    overtaken[i]->revision_ = *revision - overtaken.size() + i;
+  }
   // Removals wait for commit_mutex_: what was there above is there now.
   Entry& entry = *entry_of(*load);
   replaced = std::exchange(entry.content, snapshot);
   entry.standing = load->number_;
   end(entry, *load, Put{snapshot, created});
+}
+
+void SceneStore::end_replaced(const LoadPointer& load, StoredScene next) {
+  load->let_go();
+  const std::lock_guard hold(mutex_);
+  next.revision = load->revision_.value_or(0);
+  end(*entry_of(*load), *load, Put{std::make_shared<const StoredScene>(std::move(next)), false});
 }
 
 Status SceneStore::remove(const std::string& id, const Precondition& precondition) {

@@ -40,6 +40,9 @@ struct LoadInput {
   /// is the store's alone. Null: nobody does.
   std::shared_ptr<const void> keeper = {};
   std::span<const NodeChange> changes = {};  ///< that the scene is to have
+  /// Told of each part of the bytes that the scene shares; with a keeper only those stay. May be
+  /// called from several threads. Empty: nobody asks.
+  std::function<void(std::span<const std::byte>)> claim = {};
 };
 /// Turns the bytes of a file into a scene. Handed in, because this room knows no file format. May
 /// be called from several threads at once.
@@ -96,7 +99,8 @@ class SceneStore {
   /// Errors: SCENE_ID_INVALID, LOADS_TOO_MANY, those of io_error.
   Result<IncomingScene> begin(const std::string& id, const SceneChoice& choice);
   /// Makes what came the content of its name, in the background: readers see the old revision until
-  /// the new one is ready and durable. Of several at once the one that began last stands.
+  /// the new one is ready and durable. Of several at once the one that began last stands; each is
+  /// told of its own content, with revisions in the order in which they began.
   /// awaited  whether wait() will be called: else its failure is kept from the beginning
   std::shared_ptr<SceneLoad> submit(IncomingScene incoming, bool awaited = true);
   /// The same for bytes that `source` gets, in the background as well. Errors: as begin.
@@ -175,6 +179,9 @@ class SceneStore {
   Result<std::shared_ptr<const Scene>> run_loader(const LoadInput& input) const;
   /// Makes `next` the content of the load's name, durably, and ends the load.
   void commit(const LoadPointer& load, StoredScene next);
+  /// Ends a load whose content a later one has replaced already. Precondition: commit_mutex_ is
+  /// held, and the name has this load.
+  void end_replaced(const LoadPointer& load, StoredScene next);
   void fail(const LoadPointer& load, const Error& error);
   /// Takes no memory where there is none.
   void fail_without_memory(const LoadPointer& load) noexcept;
@@ -190,6 +197,8 @@ class SceneStore {
   /// Null when the load has ended.
   Entry* entry_of(const SceneLoad& load);
   void end(Entry& entry, SceneLoad& load, Result<Put> outcome);
+  /// The loads of the name that began before `load` and have no revision, in that order.
+  static std::vector<LoadPointer> loads_before(const Entry& entry, const SceneLoad& load);
   /// Forgets a name that never had content and has none on its way.
   void drop_if_bare(const std::string& id);
   static SceneSnapshot snapshot_of(const Entry& entry);

@@ -2,7 +2,6 @@
 
 #include <new>
 
-#include "core/base/content_hash.h"
 #include "core/store/free_memory.h"
 #include "core/store/scene_store.h"
 
@@ -88,14 +87,18 @@ Result<std::shared_ptr<const Scene>> SceneStore::read_upload(SceneLoad& load,
     upload.forget_memory();
     return scene;
   }
-  auto mapped = MappedFile::map(upload.file()->file(), "read the scene's bytes");
-  if (!mapped) return std::move(mapped).error();
-  const auto keeper = std::make_shared<const MappedFile>(std::move(*mapped));
-  load.fingerprint_ = hash_in_pieces(keeper->bytes());
+  std::uint64_t fingerprint = 0;
+  auto read = FileBytes::read(upload.file()->file(), "read the scene's bytes", fingerprint);
+  if (!read) return std::move(read).error();
+  const auto keeper = std::make_shared<const FileBytes>(std::move(*read));
+  load.fingerprint_ = fingerprint;
   input.bytes = keeper->bytes();
   input.sha256 = sha256;
   input.keeper = keeper_of(keeper);
-  return run_loader(input);
+  input.claim = [&](std::span<const std::byte> part) { keeper->claim(part); };
+  auto scene = run_loader(input);
+  keeper->drop_unclaimed();
+  return scene;
 }
 
 void SceneStore::load_upload(const LoadPointer& load) {

@@ -84,10 +84,10 @@ void SceneStore::forget_record(const LoadPointer& load) {
 Result<RecordFiles> SceneStore::check_record(const SceneRecord& record, const LoadPointer& load) {
   for (;;) {
     SceneFolder::File failed{record.sha256, record.bytes};
-    auto mapped = folder_->map(record.sha256, record.bytes, record.fingerprint);
-    auto neighbours = mapped ? StoredNeighbours::map(*folder_, record, failed) : mapped.error();
+    auto read = folder_->read_bytes(record.sha256, record.bytes, record.fingerprint);
+    auto neighbours = read ? StoredNeighbours::read(*folder_, record, failed) : read.error();
     if (neighbours) {
-      return RecordFiles{std::make_shared<const MappedFile>(std::move(*mapped)),
+      return RecordFiles{std::make_shared<const FileBytes>(std::move(*read)),
                          std::move(*neighbours)};
     }
     Error error = neighbours.error();
@@ -111,7 +111,9 @@ void SceneStore::load_record(const SceneRecord& record, const LoadPointer& load)
   if (!files) return fail(load, files.error());
   auto scene = run_loader({files->bytes->bytes(), load->choice_, load->progress_, record.sha256,
                            [&](const std::string& name) { return files->neighbours.find(name); },
-                           keeper_of(files->bytes), record.changes});
+                           keeper_of(files->bytes), record.changes,
+                           [&](std::span<const std::byte> part) { files->bytes->claim(part); }});
+  files->bytes->drop_unclaimed();
   if (!scene) return fail(load, scene.error());
   const std::lock_guard hold(mutex_);
   Entry* const entry = entry_of(*load);

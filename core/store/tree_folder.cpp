@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/scene/tree_cache.h"
+#include "core/store/file_bytes.h"
 #include "core/store/temporary_file.h"
 
 namespace sightline {
@@ -68,9 +69,9 @@ Result<std::optional<SceneTree>> TreeFolder::read(const ScenePlan& plan, std::ui
     return std::optional<SceneTree>();
   auto file = open_file(path, O_RDONLY | O_NOFOLLOW, kDoing);
   if (!file) return std::move(file).error();
-  auto mapped = MappedFile::map(*file, kDoing);
-  if (!mapped) return std::move(mapped).error();
-  const auto keeper = std::make_shared<const MappedFile>(std::move(*mapped));
+  auto read_file = FileBytes::read(*file, kDoing);
+  if (!read_file) return std::move(read_file).error();
+  const auto keeper = std::make_shared<const FileBytes>(std::move(*read_file));
   auto tree = decode_trees(plan, content, keeper->bytes(), keeper);
   if (!tree) {
     std::filesystem::remove(path, error);

@@ -26,8 +26,8 @@ class TreeFolder {
                       std::uint64_t bytes_max = std::uint64_t{64} << 30)
       : folder_(std::move(folder)), bytes_max_(bytes_max) {}
 
-  /// Empty where there is no file. The trees keep the file mapped. Errors: those of decode_trees,
-  /// STORE_IO; a file with such a fault is removed.
+  /// Empty where there is no file. The trees stay in the memory that the file was read to. Errors:
+  /// those of decode_trees, STORE_IO; a file with such a fault is removed.
   Result<std::optional<SceneTree>> read(const ScenePlan& plan, std::uint64_t content,
                                         const std::string& sha256) const;
   /// Durable on return; at any moment the file is whole or not there. Errors: STORE_IO, STORE_FULL;

@@ -106,6 +106,7 @@ Result<std::shared_ptr<const Scene>> load_scene(const LoadInput& input, Laziness
   ImportOptions options = options_of(input.choice, input.progress, laziness);
   options.neighbour = input.neighbour;
   options.keeper = input.keeper;
+  options.claim = input.claim;
   options.copies_attributes = true;
   return make(import_bytes(input.bytes, options), input.progress, laziness, input.changes);
 }
@@ -129,6 +130,21 @@ Status check_source(const std::string& source) {
   return not_found("there is no file '" + source + "'");
 }
 
+/// Sets size and SHA-256 of what the file has. Errors: those of io_error.
+static Status hash_file(const FileDescriptor& file, const char* doing, PreloadedScene& loaded) {
+  std::vector<std::byte> piece(1 << 20);
+  Sha256 hash;
+  for (;;) {
+    const auto size = read_at(file, loaded.bytes, piece, doing);
+    if (!size) return size.error();
+    hash.update(std::span(piece).first(*size));
+    loaded.bytes += *size;
+    if (*size < piece.size()) break;
+  }
+  loaded.sha256 = hash.finish();
+  return success();
+}
+
 Result<PreloadedScene> load_source(const std::string& source, const SceneChoice& choice,
                                    Progress& progress, Laziness laziness, bool with_attributes) {
   if (Status found = check_source(source); !found) return std::move(found).error();
@@ -144,11 +160,8 @@ Result<PreloadedScene> load_source(const std::string& source, const SceneChoice&
     constexpr const char* kDoing = "read the scene's file";
     auto file = open_file(source, O_RDONLY, kDoing);
     if (!file) return std::move(file).error();
-    auto mapped = MappedFile::map(*file, kDoing);
-    if (!mapped) return std::move(mapped).error();
-    loaded.bytes = mapped->bytes().size();
     progress.begin("checking");
-    loaded.sha256 = sha256_of(mapped->bytes());
+    if (Status hashed = hash_file(*file, kDoing, loaded); !hashed) return std::move(hashed).error();
     // By name and not from these bytes: a .gltf may have neighbours.
     progress.begin("importing");
     ImportOptions options = options_of(choice, progress, laziness);

@@ -14,6 +14,7 @@
 #include "core/demo/demo.h"
 #include "core/import/import.h"
 #include "core/run/engine.h"
+#include "core/store/file_bytes.h"
 #include "core/store/posix_file.h"
 #include "core/store/tree_keeper.h"
 #include "proto/hit_json.h"
@@ -85,11 +86,11 @@ Result<SceneDescription> import_stored(const std::filesystem::path& file) {
   constexpr const char* kDoing = "read the scene";
   auto opened = open_file(file, O_RDONLY, kDoing);
   if (!opened) return opened.error();
-  auto mapped = MappedFile::map(*opened, kDoing);
-  if (!mapped) return mapped.error();
+  std::uint64_t fingerprint = 0;
+  auto read = FileBytes::read(*opened, kDoing, fingerprint);
+  if (!read) return read.error();
   ImportOptions options;
-  const auto keeper = std::make_shared<const MappedFile>(std::move(*mapped));
-  [[maybe_unused]] const volatile std::uint64_t checked = hash_in_pieces(keeper->bytes());
+  const auto keeper = std::make_shared<const FileBytes>(std::move(*read));
   options.keeper = keeper;
   return import_bytes(keeper->bytes(), options);
 }

@@ -13,7 +13,7 @@ from sightline_server import DATA, JSON_TYPE, Server
 
 FIELDS = ["shading_normal", "uv", "colour"]
 FORMATS = {5120: ("b", 127), 5121: ("B", 255), 5122: ("h", 32767), 5123: ("H", 65535), 5125: ("I", None), 5126: ("f", None)}
-MAPPED_FROM = 1 << 20  # core/store/posix_file.h
+MAPPED_FROM = 1 << 20  # core/store/file_bytes.h
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 
 

@@ -172,13 +172,40 @@ TEST_P(SceneLoads, a_removal_cancels_in_every_stage) {
 
 TEST_P(SceneLoads, what_began_last_stands_in_whatever_order_the_bytes_come) {
   go_on();
-  auto first = send_text(*store_, "town", "first"), second = send_text(*store_, "town", "second");
-  const auto later = outcome(store_->submit(std::move(*second)));
+  auto first = send_text(*store_, "town", "first"), second = send_text(*store_, "town", "second"),
+       third = send_text(*store_, "town", "third");
+  const auto last = outcome(store_->submit(std::move(*third)));
   const auto earlier = outcome(store_->submit(std::move(*first)));
-  ASSERT_TRUE(later.ok() && earlier.ok());
-  EXPECT_TRUE(later->created);
-  EXPECT_EQ(earlier->scene, later->scene) << "it was replaced at once";
-  EXPECT_EQ(text_of(*store_, "town"), "second");
+  const auto later = outcome(store_->submit(std::move(*second)));
+  ASSERT_TRUE(last.ok() && earlier.ok() && later.ok());
+  EXPECT_TRUE(last->created);
+  EXPECT_EQ(text_of(*store_, "town"), "third");
+
+  // Each is told of its own content, as if all had come in the order in which they began.
+  EXPECT_EQ(earlier->scene->sha256, hash("first"));
+  EXPECT_EQ(earlier->scene->etag, hash("first"));
+  EXPECT_EQ(earlier->scene->state, SceneState::kReady);
+  EXPECT_EQ(earlier->scene->scene->description().name, "first");
+  EXPECT_EQ(later->scene->sha256, hash("second"));
+  EXPECT_FALSE(earlier->created || later->created);
+  EXPECT_EQ(earlier->scene->persistent, last->scene->persistent);
+  EXPECT_LT(earlier->scene->revision, later->scene->revision);
+  EXPECT_LT(later->scene->revision, last->scene->revision);
+  EXPECT_EQ(store_->find("town")->revision, last->scene->revision);
+  if (GetParam()) {
+    EXPECT_EQ(folder_.files("blobs"), std::vector{hash("third")});
+    EXPECT_TRUE(folder_.files("tmp").empty());
+  }
+}
+
+TEST_P(SceneLoads, what_was_replaced_by_a_failure_is_not_overtaken) {
+  go_on();
+  auto first = send_text(*store_, "town", "first"), second = send_text(*store_, "town", "bad");
+  EXPECT_FALSE(outcome(store_->submit(std::move(*second))).ok());
+  const auto put = outcome(store_->submit(std::move(*first)));
+  ASSERT_TRUE(put.ok());
+  EXPECT_TRUE(put->created);
+  EXPECT_EQ(text_of(*store_, "town"), "first");
 }
 
 TEST_P(SceneLoads, takes_only_so_many_at_once) {

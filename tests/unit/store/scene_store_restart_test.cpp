@@ -231,25 +231,85 @@ TEST(SceneStoreRestart, loses_nothing_where_the_quarantine_takes_no_more) {
   }
 }
 
+std::string read_file(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// Makes the folder one of format 1, whose records have neither checksum nor fingerprint.
+void make_older(const fs::path& folder) {
+  for (const auto& each : fs::directory_iterator(folder / "scenes")) {
+    std::string text = read_file(each);
+    for (const char* key : {",\"fingerprint\":", ",\"checksum\":"}) {
+      const std::size_t begin = text.find(key);
+      ASSERT_NE(begin, std::string::npos) << text;
+      text.erase(begin, text.find_first_of(",}", begin + 1) - begin);
+    }
+    write_file(each, text);
+  }
+  write_file(folder / "format", "sightline-store 1\n");
+}
+
 TEST(SceneStoreRestart, checks_by_sha256_what_an_older_version_recorded) {
   const TemporaryFolder folder;
   {
     const auto store = open_store(folder.path());
     for (const char* id : {"whole", "changed"}) ASSERT_TRUE(put_text(*store, id, id).ok());
   }
-  for (const char* id : {"whole", "changed"}) {
-    const fs::path file = folder.path() / "scenes" / (std::string(id) + ".json");
-    std::ifstream in(file);
-    std::string text{std::istreambuf_iterator<char>(in), {}};
-    const std::size_t begin = text.find(",\"fingerprint\":");
-    ASSERT_NE(begin, std::string::npos) << text;
-    text.erase(begin, text.find_first_of(",}", begin + 1) - begin);
-    write_file(file, text);
-  }
+  make_older(folder.path());
   write_file(folder.path() / "blobs" / hash("changed"), "CHANGED");
   const auto store = open_settled(folder.path());
   EXPECT_EQ(text_of(*store, "whole"), "whole");
   EXPECT_EQ(text_of(*store, "changed"), "[failed]");
+}
+
+TEST(SceneStoreRestart, gives_the_records_of_an_older_version_their_checksum) {
+  const TemporaryFolder folder;
+  {
+    const auto store = open_store(folder.path());
+    ASSERT_TRUE(put_text(*store, "town", "houses").ok());
+    ASSERT_TRUE(put_text(*store, "damaged", "d").ok());
+  }
+  make_older(folder.path());
+  const fs::path damaged = folder.path() / "scenes/damaged.json";
+  std::string text = read_file(damaged);
+  text.replace(text.find("revision"), 8, "revisiom");
+  write_file(damaged, text);
+  const std::string older = read_file(folder.path() / "scenes/town.json");
+  for (int start = 0; start < 2; ++start) {
+    const auto store = open_settled(folder.path());
+    EXPECT_EQ(text_of(*store, "town"), "houses");
+    EXPECT_EQ(text_of(*store, "damaged"), start == 0 ? "[failed]" : "[none]");
+    EXPECT_EQ(read_file(folder.path() / "format"), "sightline-store 2\n");
+    EXPECT_NE(read_file(folder.path() / "scenes/town.json").find("checksum"), std::string::npos);
+  }
+  // From then on a record without one is damaged.
+  write_file(folder.path() / "scenes/town.json", older);
+  EXPECT_EQ(text_of(*open_settled(folder.path()), "town"), "[failed]");
+}
+
+TEST(SceneStoreRestart, serves_an_older_folder_that_it_cannot_upgrade) {
+  const TemporaryFolder folder;
+  {
+    const auto store = open_store(folder.path());
+    ASSERT_TRUE(put_text(*store, "town", "houses").ok());
+  }
+  make_older(folder.path());
+  // A record that cannot be read now may be an older one at the next start.
+  const fs::path unread = folder.path() / "scenes/unread.json";
+  fs::create_symlink("unread.json", unread);
+  {
+    const auto store = open_settled(folder.path());
+    EXPECT_EQ(text_of(*store, "town"), "houses");
+    EXPECT_EQ(text_of(*store, "unread"), "[failed]");
+    EXPECT_EQ(read_file(folder.path() / "format"), "sightline-store 1\n");
+    ASSERT_TRUE(put_text(*store, "new", "newer").ok());
+  }
+  fs::remove(unread);
+  const auto store = open_settled(folder.path());
+  EXPECT_EQ(text_of(*store, "town"), "houses");
+  EXPECT_EQ(text_of(*store, "new"), "newer");
+  EXPECT_EQ(read_file(folder.path() / "format"), "sightline-store 2\n");
 }
 
 TEST(SceneStoreRestart, believes_the_sha256_where_a_fingerprint_is_another_one) {
@@ -259,18 +319,18 @@ TEST(SceneStoreRestart, believes_the_sha256_where_a_fingerprint_is_another_one) 
     ASSERT_TRUE(put_text(*store, "town", "houses").ok());
   }
   const fs::path file = folder.path() / "scenes/town.json";
-  std::ifstream in(file);
-  std::string text{std::istreambuf_iterator<char>(in), {}};
-  const std::string key = "\"fingerprint\":";
-  const std::size_t begin = text.find(key) + key.size();
-  text.replace(begin, text.find_first_of(",}", begin) - begin, "7");
-  write_file(file, text);
+  auto record = decode_record(read_file(file), "town", RecordForm::kChecked);
+  ASSERT_TRUE(record && record->fingerprint);
+  record->fingerprint = 7;
+  write_file(file, encode_record(*record));
   EXPECT_EQ(text_of(*open_settled(folder.path()), "town"), "houses");
 }
 
 TEST(SceneStoreRestart, takes_no_record_that_lies_about_itself) {
   const TemporaryFolder folder;
   open_store(folder.path());
+  // Where no checksum is demanded.
+  write_file(folder.path() / "format", "sightline-store 1\n");
   const std::string sha = std::string(64, 'a');
   const std::string rest = R"(,"bytes":1,"revision":1,"scene":null})";
   const std::pair<const char*, std::string> records[] = {

@@ -1,0 +1,125 @@
+#include "core/store/file_bytes.h"
+
+#include <sys/mman.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <new>
+#include <optional>
+
+#include "core/base/content_hash.h"
+#include "core/base/pages.h"
+#include "core/base/parallel.h"
+
+namespace sightline {
+namespace {
+
+/// Read, then hashed while it is in the cache of its processor.
+constexpr std::size_t kCached = 256 << 10;
+
+/// Fills `bytes` from the byte `offset` of the file on, and adds them to `hash` if there is one.
+Status read_piece(const FileDescriptor& file, std::uint64_t offset, std::span<std::byte> bytes,
+                  const char* doing, ContentHash* hash) {
+  while (!bytes.empty()) {
+    const auto part = bytes.first(std::min(kCached, bytes.size()));
+    const auto size = read_at(file, offset, part, doing);
+    if (!size) return size.error();
+    if (*size < part.size()) return io_error(doing, EIO);
+    if (hash != nullptr) hash->add(part);
+    offset += part.size();
+    bytes = bytes.subspan(part.size());
+  }
+  return success();
+}
+
+/// Each piece by one thread.
+Status read_pieces(const FileDescriptor& file, std::span<std::byte> bytes, const char* doing,
+                   std::uint64_t* fingerprint) {
+  std::vector<std::uint64_t> hashes((bytes.size() + kHashPiece - 1) / kHashPiece);
+  std::mutex mutex;
+  std::optional<Error> failure;
+  parallel_for(hashes.size(), [&](std::size_t i) {
+    const std::size_t begin = i * kHashPiece;
+    const auto piece = bytes.subspan(begin, std::min(kHashPiece, bytes.size() - begin));
+    ContentHash hash;
+    Status filled = read_piece(file, begin, piece, doing, fingerprint != nullptr ? &hash : nullptr);
+    hashes[i] = hash.value();
+    if (filled) return;
+    const std::lock_guard hold(mutex);
+    failure = std::move(filled).error();
+  });
+  if (failure) return *std::move(failure);
+  if (fingerprint != nullptr) *fingerprint = hash_of(std::as_bytes(std::span(hashes)));
+  return success();
+}
+
+}  // namespace
+
+Result<FileBytes> FileBytes::read(const FileDescriptor& file, const char* doing) {
+  return read(file, doing, nullptr);
+}
+
+Result<FileBytes> FileBytes::read(const FileDescriptor& file, const char* doing,
+                                  std::uint64_t& fingerprint) {
+  return read(file, doing, &fingerprint);
+}
+
+Result<FileBytes> FileBytes::read(const FileDescriptor& file, const char* doing,
+                                  std::uint64_t* fingerprint) {
+  struct stat status {};
+  if (::fstat(file.number(), &status) != 0) return io_error(doing, errno);
+  FileBytes read;
+  read.size_ = static_cast<std::size_t>(status.st_size);
+  if (read.size_ < kSharedFrom) {
+    read.small_.resize(read.size_);
+    const auto size = read_at(file, 0, read.small_, doing);
+    if (!size) return size.error();
+    read.size_ = *size;
+    if (fingerprint != nullptr) *fingerprint = hash_in_pieces(read.bytes());
+    return read;
+  }
+  try {
+    read.pages_ = static_cast<std::byte*>(take_pages(read.size_));
+  } catch (const std::bad_alloc&) {
+    return io_error(doing, ENOMEM);
+  }
+  Status filled = read_pieces(file, {read.pages_, read.size_}, doing, fingerprint);
+  if (!filled) return std::move(filled).error();
+  return read;
+}
+
+FileBytes::FileBytes(FileBytes&& other) noexcept
+    : pages_(std::exchange(other.pages_, nullptr)),
+      small_(std::move(other.small_)),
+      size_(std::exchange(other.size_, 0)),
+      claims_(std::move(other.claims_)) {}
+
+FileBytes::~FileBytes() {
+  if (pages_ != nullptr) give_pages(pages_, size_);
+}
+
+void FileBytes::claim(std::span<const std::byte> part) const {
+  const auto begin = static_cast<std::size_t>(part.data() - bytes().data());
+  const std::lock_guard hold(mutex_);
+  claims_.emplace_back(begin, begin + part.size());
+}
+
+void FileBytes::drop_unclaimed() const {
+  if (pages_ == nullptr) return;
+  const std::lock_guard hold(mutex_);
+  std::sort(claims_.begin(), claims_.end());
+  claims_.emplace_back(whole_pages(size_), whole_pages(size_));
+  std::size_t kept_to = 0;
+  for (const auto& [begin, end] : claims_) {
+    const std::size_t first = whole_pages(kept_to);
+    if (begin > first) {
+      const std::size_t last = begin / whole_pages(1) * whole_pages(1);
+      if (last > first) ::madvise(pages_ + first, last - first, MADV_DONTNEED);
+    }
+    kept_to = std::max(kept_to, end);
+  }
+  claims_ = {};
+}
+
+}  // namespace sightline
