@@ -33,8 +33,10 @@ bool fits_the_door(const RequestHead& head, std::string_view body) {
   if (head.method != "POST" || head.coding != Coding::kIdentity || !asks_for_little(head, body))
     return false;
   constexpr std::array<std::string_view, 3> kQuestions{"/rays:closest", "/rays:any", "/rays:count"};
+  // A query part may hold anything, the name of a cheap question too.
+  const std::string_view path = std::string_view(head.target).substr(0, head.target.find('?'));
   return std::any_of(kQuestions.begin(), kQuestions.end(),
-                     [&](std::string_view question) { return head.target.ends_with(question); });
+                     [&](std::string_view question) { return path.ends_with(question); });
 }
 
 }  // namespace sightline
