@@ -15,39 +15,40 @@ struct PaceLimits {
   LiveTime longest{std::chrono::milliseconds(600'000)};  ///< for one body or answer, however fast
 };
 
-/// Every window has to bring its bytes: who was fast may not be silent for it later.
+/// A token bucket: each byte allows a silence of the time that it takes at the least rate, and all
+/// together at most one window. So a fast client may not be silent for longer than a window, and a
+/// client that keeps the rate is never late, however its bytes are cut.
 class Pace {
  public:
   using Clock = std::chrono::steady_clock;
   Pace(const PaceLimits& limits, Clock::time_point now)
-      : begin_(now), last_(now + limits.longest.get()), limits_(limits) {}
+      : due_(now + limits.window.get()), last_(now + limits.longest.get()), limits_(limits) {}
 
   void moved(std::uint64_t bytes, Clock::time_point now) {
-    bytes_ += bytes;
-    const auto window_ms = static_cast<std::uint64_t>(limits_.window.get().count());
-    if (bytes_ * 1000 < limits_.bytes_per_second * window_ms) return;
-    bytes_ = 0;
-    begin_ = now;
+    const Clock::duration window = limits_.window.get();
+    const double seconds = static_cast<double>(bytes) / static_cast<double>(std::max<std::uint64_t>(
+                                                            limits_.bytes_per_second, 1));
+    const auto longest = std::chrono::duration_cast<std::chrono::duration<double>>(window);
+    const std::chrono::duration<double> gained(std::min(seconds, longest.count()));
+    due_ = std::min(due_ + std::chrono::duration_cast<Clock::duration>(gained), now + window);
   }
-  /// Nobody could move anything for so long: it does not count.
+  /// Nothing could move for so long: the time does not count.
   void pause(Clock::duration duration) {
-    begin_ += duration;
+    due_ += duration;
     if (last_ != Clock::time_point::max()) last_ += duration;
   }
-  /// A new window begins, and only the pace counts from here on.
+  /// A new window begins, and only the rate counts from here on.
   void restart(Clock::time_point now) {
-    bytes_ = 0;
-    begin_ = now;
+    due_ = now + limits_.window.get();
     last_ = Clock::time_point::max();
   }
   /// When it is too slow, unless more has moved by then.
-  Clock::time_point due() const { return std::min(begin_ + limits_.window.get(), last_); }
+  Clock::time_point due() const { return std::min(due_, last_); }
 
  private:
-  Clock::time_point begin_;  ///< of this window
-  Clock::time_point last_;
+  Clock::time_point due_;   ///< by the rate
+  Clock::time_point last_;  ///< by the longest time
   PaceLimits limits_;
-  std::uint64_t bytes_ = 0;  ///< in this window
 };
 
 }  // namespace sightline

@@ -63,5 +63,26 @@ TEST(Pace, does_not_count_a_pause) {
   EXPECT_EQ(pace.due(), begin + 20s);
 }
 
+TEST(Pace, is_kept_by_whoever_sends_at_the_rate_however_it_is_cut) {
+  using namespace std::chrono_literals;
+  PaceLimits limits;
+  limits.bytes_per_second = 4096;
+  limits.window = 5000ms;
+  limits.longest = 10'000'000ms;
+  const Pace::Clock::time_point begin{};
+  Pace pace(limits, begin);
+  // 5.0 kB/s in pieces of one second: every piece arrives before the pace is too slow.
+  for (int second = 1; second <= 1000; ++second) {
+    const auto now = begin + std::chrono::seconds(second);
+    ASSERT_LT(now, pace.due()) << second;
+    pace.moved(5000, now);
+  }
+  // A burst pays for one window and not for more.
+  pace.moved(100 << 20, begin + 1001s);
+  EXPECT_EQ(pace.due(), begin + 1006s);
+  pace.moved(1, begin + 1005s);
+  EXPECT_LT(pace.due(), begin + 1007s);
+}
+
 }  // namespace
 }  // namespace sightline
