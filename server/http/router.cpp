@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "server/http/ascii.h"
+#include "server/http/query_parameters.h"
 
 namespace sightline {
 namespace {
@@ -56,8 +57,9 @@ bool split_path(std::string_view target, std::vector<std::string>& segments) {
   return true;
 }
 
-void Router::add(std::string_view method, std::string_view pattern, Handler handler) {
-  Route route{std::string(method), std::string(pattern), {}, std::move(handler)};
+void Router::add(std::string_view method, std::string_view pattern, Handler handler,
+                 Parameters parameters) {
+  Route route{std::string(method), std::string(pattern), {}, std::move(handler), parameters};
   split_path(pattern, route.segments);
   routes_.push_back(std::move(route));
 }
@@ -71,6 +73,7 @@ void Router::dispatch(Exchange& exchange) const {
     if (!is_path || !matches(route.segments, path, exchange)) continue;
     if (route.method == method || (route.method == "GET" && method == "HEAD")) {
       exchange.route = route.pattern;
+      if (route.parameters == Parameters::kRefused && !QueryParameters::read(exchange, {})) return;
       return route.handler(exchange);
     }
     allowed += (allowed.empty() ? "" : ", ") + route.method;

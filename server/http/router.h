@@ -22,7 +22,10 @@ class Router {
   /// pattern  "/v1/scenes/{id}/rays:closest": literal segments, and {id} and {node} for any segment
   ///          that is not empty.
   /// GET answers HEAD as well.
-  void add(std::string_view method, std::string_view pattern, Handler handler);
+  /// parameters  whether the handler reads query parameters; else each is 422 QUERY_INVALID
+  enum class Parameters { kRefused, kTaken };
+  void add(std::string_view method, std::string_view pattern, Handler handler,
+           Parameters parameters = Parameters::kRefused);
 
   /// Calls the handler. Without one: 404 ROUTE_NOT_FOUND, 405 METHOD_NOT_ALLOWED with Allow, 204
   /// with Allow for OPTIONS.
@@ -33,6 +36,7 @@ class Router {
     std::string method, pattern;
     std::vector<std::string> segments;
     Handler handler;
+    Parameters parameters;
   };
   std::vector<Route> routes_;
 };

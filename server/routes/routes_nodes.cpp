@@ -4,7 +4,6 @@
 #include "proto/node_json.h"
 #include "server/http/media_type.h"
 #include "server/http/preconditions.h"
-#include "server/http/query_parameters.h"
 #include "server/http/request_body.h"
 #include "server/routes/routes.h"
 #include "server/routes/scene_admission.h"
@@ -38,7 +37,6 @@ std::uint64_t bytes_to_change(const SceneDescription& scene) {
 
 void patch_node(Exchange& exchange, Service& service) {
   constexpr std::uint64_t kMostBytes = 64 << 10;
-  if (!QueryParameters::read(exchange, {})) return;
   // A page of another site cannot send this without being allowed to.
   if (!says_media_type(exchange)) {
     return exchange.reply_problem(415, "MEDIA_TYPE_UNSUPPORTED",

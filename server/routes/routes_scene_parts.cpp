@@ -47,8 +47,6 @@ void triangles(Exchange& exchange, const Service& service) {
 }
 
 void trees(Exchange& exchange, const Service& service) {
-  const auto parameters = QueryParameters::read(exchange, {});
-  if (!parameters) return;
   const SceneSnapshot stored = admit_scene(exchange, service);
   if (stored) exchange.reply_json(200, encode_trees(*stored->scene));
 }
@@ -79,14 +77,17 @@ void check(Exchange& exchange, const Service& service) {
 }  // namespace
 
 void add_scene_part_routes(Router& router, const Service& service) {
-  router.add("GET", "/v1/scenes/{id}/nodes",
-             [&service](Exchange& exchange) { nodes(exchange, service); });
-  router.add("GET", "/v1/scenes/{id}/triangles",
-             [&service](Exchange& exchange) { triangles(exchange, service); });
+  router.add(
+      "GET", "/v1/scenes/{id}/nodes", [&service](Exchange& exchange) { nodes(exchange, service); },
+      Router::Parameters::kTaken);
+  router.add(
+      "GET", "/v1/scenes/{id}/triangles",
+      [&service](Exchange& exchange) { triangles(exchange, service); }, Router::Parameters::kTaken);
   router.add("GET", "/v1/scenes/{id}/bvh",
              [&service](Exchange& exchange) { trees(exchange, service); });
-  router.add("GET", "/v1/scenes/{id}/selfcheck",
-             [&service](Exchange& exchange) { check(exchange, service); });
+  router.add(
+      "GET", "/v1/scenes/{id}/selfcheck",
+      [&service](Exchange& exchange) { check(exchange, service); }, Router::Parameters::kTaken);
 }
 
 }  // namespace sightline

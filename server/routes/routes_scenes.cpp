@@ -173,18 +173,21 @@ void add_scene_routes(Router& router, Service& service) {
     }
     exchange.reply_json(200, encode_scene_list(scenes));
   });
-  router.add("POST", "/v1/scenes",
-             [&service](Exchange& exchange) { post_scene(exchange, service); });
-  router.add("GET", "/v1/scenes/{id}",
-             [&service](Exchange& exchange) { get_scene(exchange, service); });
+  router.add(
+      "POST", "/v1/scenes", [&service](Exchange& exchange) { post_scene(exchange, service); },
+      Router::Parameters::kTaken);
+  router.add(
+      "GET", "/v1/scenes/{id}", [&service](Exchange& exchange) { get_scene(exchange, service); },
+      Router::Parameters::kTaken);
   router.add("GET", "/v1/scenes/{id}/events",
              [&service](Exchange& exchange) { reply_scene_events(exchange, service); });
   router.add("GET", "/v1/scenes/{id}/stats", [&service](Exchange& exchange) {
     const SceneSnapshot scene = admit_scene(exchange, service);
     if (scene) exchange.reply_json(200, encode_stats(*scene));
   });
-  router.add("PUT", "/v1/scenes/{id}",
-             [&service](Exchange& exchange) { put_scene(exchange, service); });
+  router.add(
+      "PUT", "/v1/scenes/{id}", [&service](Exchange& exchange) { put_scene(exchange, service); },
+      Router::Parameters::kTaken);
   router.add("DELETE", "/v1/scenes/{id}",
              [&service](Exchange& exchange) { delete_scene(exchange, service); });
 }

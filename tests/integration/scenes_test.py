@@ -206,7 +206,10 @@ class Scenes(unittest.TestCase):
         self.assertIn(version["kernel"], version["kernels"])
         self.assertGreater(version["limits"]["rays"], 0)
         self.assertEqual(self.server.ask("/healthz", "-I").status, 200)
-        self.assertEqual(self.server.ask("/healthz?x=1").status, 200)
+        for path in ("/healthz?x=1", "/version?x=1", "/v1/scenes?x=1", "/v1/scenes/six/stats?x=1", "/docs?x=1"):
+            self.assertEqual(self.server.ask(path).json()["code"], "QUERY_INVALID", path)
+        asked = self.server.ask("/v1/scenes/six/rays:any?fields=t", "-H", "Content-Type: application/json", body='{"rays":[]}')
+        self.assertEqual((asked.status, asked.json()["code"]), (422, "QUERY_INVALID"))
 
 
 class LongNames(unittest.TestCase):
