@@ -1,10 +1,12 @@
 #include "server/operation/door_flags.h"
 
+#include <algorithm>
+
 #include "server/operation/flag_maker.h"
 
 namespace sightline {
 
-void define_door(CLI::App& app, DoorLimits& limits, DoorSeconds& seconds) {
+void define_door(CLI::App& app, DoorLimits& limits, DoorSeconds& seconds, DoorBytes& bytes) {
   FlagMaker flags(app);
   app.add_option("--workers", limits.workers,
                  "requests answered at once; as many more each for heavier ones and for long or "
@@ -21,18 +23,23 @@ void define_door(CLI::App& app, DoorLimits& limits, DoorSeconds& seconds) {
   flags.add_count("--max-header-fields", limits.head.fields, "of one request");
   flags.add_count("--max-gathered-bytes", limits.gathered,
                   "of a body that is received before a worker is taken for it");
-  flags.add_count(
-      "--max-buffer-bytes", limits.buffers,
-      "of such bodies, of long headers on their way and of answers not taken yet, together");
-  flags.add_count(
-      "--max-body-memory", limits.bodies,
-      "bytes of longer bodies of queries, together; one alone may be larger; of this and "
-      "the next two an eighth is kept for who asks for little");
-  flags.add_count("--max-work-memory", limits.work,
-                  "bytes that answering requests may take, together; one at a time may take more");
-  flags.add_count("--max-traffic-memory", limits.traffic,
-                  "bytes of these three together; one request may take more while the others have "
-                  "no more than half of it");
+  const auto add_part = [&](const char* name, std::uint64_t& value, const char* help) {
+    flags.add_count(name, value, help)->default_str("");
+  };
+  add_part(
+      "--memory", bytes.memory,
+      "bytes of memory that connections and requests hold together; one request may take more "
+      "while the others hold at most half of it (default: an eighth of the machine's, at least "
+      "256 MiB)");
+  add_part("--max-buffer-bytes", bytes.buffers,
+           "of that, for gathered bodies, long headers and answers that clients have not read "
+           "(default: four sevenths)");
+  add_part(
+      "--max-body-memory", bytes.bodies,
+      "of that, for longer bodies of queries; one alone may be larger; an eighth is kept for "
+      "small requests, here and in --memory and --max-work-memory (default: nine fourteenths)");
+  add_part("--max-work-memory", bytes.work,
+           "of that, for answering; one request at a time may take more (default: half)");
   flags.add_count(
       "--max-request-memory", limits.request,
       "bytes that answering one request may take; never more than half of the machine's memory");
@@ -52,7 +59,17 @@ void define_door(CLI::App& app, DoorLimits& limits, DoorSeconds& seconds) {
       "how long one body may take to come, or one answer to be taken, at any rate");
 }
 
-void finish_door(DoorLimits& limits, const DoorSeconds& seconds) {
+void finish_door(DoorLimits& limits, const DoorSeconds& seconds, const DoorBytes& bytes,
+                 std::uint64_t machine) {
+  constexpr std::uint64_t kLeast = std::uint64_t{256} << 20, kPart = 8;
+  limits.traffic = bytes.memory > 0 ? bytes.memory : std::max(kLeast, machine / kPart);
+  // The sum bounds all of them: of a small one each kind may use the most.
+  const auto part = [&](std::uint64_t given, std::uint64_t least, std::uint64_t fourteenths) {
+    return given > 0 ? given : std::max(least, limits.traffic / 14 * fourteenths);
+  };
+  limits.buffers = part(bytes.buffers, limits.buffers, 8);
+  limits.bodies = part(bytes.bodies, limits.bodies, 9);
+  limits.work = part(bytes.work, limits.work, 7);
   limits.queue_time = milliseconds_of(seconds.queue);
   limits.head_time = milliseconds_of(seconds.head);
   limits.idle = milliseconds_of(seconds.idle);

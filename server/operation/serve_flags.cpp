@@ -7,6 +7,7 @@
 #include "server/http/answer_headers.h"
 #include "server/http/ip_address.h"
 #include "server/operation/flag_maker.h"
+#include "server/operation/system_limits.h"
 #include "server/service/scene_source.h"
 
 namespace sightline {
@@ -137,7 +138,7 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
                          "how long a stop waits for requests that have begun");
   maker.add_live_seconds("--notice-seconds", flags.notice_seconds, 0,
                          "how long /readyz says 503 before a stop, for load balancers");
-  define_door(app, command.door, flags.door);
+  define_door(app, command.door, flags.door, flags.door_bytes);
 }
 
 void finish_serve(ServeCommand& command, const ServeFlags& flags) {
@@ -162,7 +163,7 @@ void finish_serve(ServeCommand& command, const ServeFlags& flags) {
   command.log_format = flags.log_format == "json" ? LogFormat::kJson : LogFormat::kText;
   command.laziness = flags.skip == "none" ? Laziness::kEager : Laziness::kWhenNeeded;
   command.limits.request = milliseconds_of(flags.request_seconds);
-  finish_door(command.door, flags.door);
+  finish_door(command.door, flags.door, flags.door_bytes, machine_memory());
   command.drain = milliseconds_of(flags.drain_seconds);
   command.notice = milliseconds_of(flags.notice_seconds);
   command.limits.drain = command.drain;

@@ -61,8 +61,13 @@ def curl(url, *arguments, body=None):
 class Server:
     """`with Server("--preload", "six=demo:six") as server:` is ready, and ended by its own pid."""
 
-    def __init__(self, *arguments, wait=True, prefix=()):
-        """`prefix` runs the server's command line in its own process: "strace -D", not "strace"."""
+    def __init__(self, *arguments, wait=True, prefix=(), memory=56 << 20):
+        """`prefix` runs the server's command line in its own process: "strace -D", not "strace".
+
+        `memory` is small, so that tests reach limits on any machine; None: the server's own default.
+        """
+        if memory is not None and "--memory" not in arguments:
+            arguments = ("--memory", memory, *arguments)
         level = () if "--log-level" in arguments else ("--log-level", "debug")
         self.log = tempfile.TemporaryFile()
         self.process = subprocess.Popen([*map(str, prefix), BINARY, "serve", "--listen", "127.0.0.1:0", *level,

@@ -27,7 +27,7 @@ def told(answer):
 
 class SlowBodies(unittest.TestCase):
     def serve(self, *arguments, rate_seconds=1):
-        self.server = Server("--preload", "six=demo:six", "--workers", WORKERS, "--max-traffic-memory", (4 * MIB + 65536) * 8 // 7,
+        self.server = Server("--preload", "six=demo:six", "--workers", WORKERS, "--memory", (4 * MIB + 65536) * 8 // 7,
                              "--min-rate", 1, "--rate-seconds", rate_seconds, "--queue-seconds", 1, *arguments)
         self.addCleanup(self.server.end)
 
