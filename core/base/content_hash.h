@@ -32,7 +32,8 @@ class ContentHash {
     lane_[0] = a, lane_[1] = b, lane_[2] = c, lane_[3] = d;
     std::byte last[32] = {};
     if (rest > 0) {
-      std::memcpy(last, at, rest);
+      // GCC 14 warns about the length unless the bound is visible: rest < 32 here.
+      std::memcpy(last, at, std::min(rest, sizeof last));
       for (std::size_t lane = 0; lane < 4; ++lane) lane_[lane] = mix(lane_[lane], word(last, lane));
     }
   }
