@@ -17,7 +17,8 @@ library header may be included where. This script reads them and checks, over ev
              docs/REFERENCES.md
   packages   each package that scripts/install_packages.sh installs has a line in
              docs/dependencies.md
-  routes     each route that the server adds has a row in README.md, and each row its route
+  routes     each route that the server adds has a row in docs/reference/routes.md, and each row its route
+  pages      each link from a Markdown page leads to a file that is there, and to a heading of it
   top level  nothing stands at the top but what ARCHITECTURE.md lists under "Top level"
 
 Prints what was checked; exit code 0 when every law holds, 1 with one line per violation.
@@ -37,6 +38,7 @@ SELF_INCLUDE = re.compile(r'^[ \t]*#[ \t]*define[ \t]+HWY_TARGET_INCLUDE[ \t]+"(
 ROOM_CALL = re.compile(r"\bsightline_room\s*\(\s*(\w+)([^)]*)\)")
 LINK_CALL = re.compile(r"\btarget_link_libraries\s*\(\s*(sightline_\w+|sightline)\b([^)]*)\)")
 CITATION = re.compile(r"\[([A-Z][A-Za-z]+\d{4})\](?!\()")
+ROUTES = "docs/reference/routes.md"
 SKIPPED_FOLDERS = {"build", "__pycache__", "node_modules", "scratch"}
 
 
@@ -106,13 +108,19 @@ def without_comments(text):
     return COMMENT.sub(lambda match: match.group(1) or re.sub(r"[^\n]", " ", match.group(0)), text)
 
 
+def headings(text):
+    """The anchors that a Markdown page offers, as GitHub makes them."""
+    found = re.findall(r"^#+ +(.*?) *$", text, re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", re.sub(r"[`*]", "", each).lower()).replace(" ", "-") for each in found}
+
+
 class Laws:
     def __init__(self, root):
         self.root = Path(root).resolve()
         self.tables = Tables((self.root / "ARCHITECTURE.md").read_text(encoding="utf-8"))
         self.files = tracked_files(self.root)
         self.violations = []
-        self.counts = {"sources": 0, "includes": 0, "library includes": 0, "links": 0, "citations": 0, "packages": 0, "routes": 0}
+        self.counts = {"sources": 0, "includes": 0, "library includes": 0, "links": 0, "citations": 0, "packages": 0, "routes": 0, "page links": 0}
         references = self.root / "docs/REFERENCES.md"
         text = references.read_text(encoding="utf-8") if references.is_file() else ""
         self.known_papers = set(re.findall(r"^\*\*\[(\w+)\]\*\*", text, re.MULTILINE))
@@ -135,8 +143,10 @@ class Laws:
                 self.check_citations(name)
             elif path.name == "CMakeLists.txt" or path.suffix == ".cmake":
                 self.check_links(name)
-            elif path.parts[0] == "docs" and path.suffix == ".md":
-                self.check_citations(name)
+            elif path.suffix == ".md":
+                self.check_page(name)
+                if path.parts[0] == "docs":
+                    self.check_citations(name)
         return self.violations
 
     def check_table(self):
@@ -176,10 +186,10 @@ class Laws:
                 self.fault("scripts/install_packages.sh", f"installs {package}, which docs/dependencies.md does not explain")
 
     def check_routes(self):
-        readme = self.root / "README.md"
-        if not readme.is_file():
+        page = self.root / ROUTES
+        if not page.is_file():
             return
-        table = re.search(r"^## Routes$(.*?)^## ", readme.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+        table = re.search(r"^## Routes$(.*?)^## ", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
         rows = [row.split("|")[1] for row in (table.group(1) if table else "").splitlines() if row.startswith("|")]
         told = set(re.findall(r"(/[^\s`]+)", " ".join(rows)))
         added = {}
@@ -190,9 +200,9 @@ class Laws:
                     added[path] = name
         self.counts["routes"] += len(added)
         for path in sorted(set(added) - told):
-            self.fault(added[path], f"adds the route {path}, which README.md does not list under Routes")
+            self.fault(added[path], f"adds the route {path}, which {ROUTES} does not list under Routes")
         for path in sorted(told - set(added)):
-            self.fault("README.md", f"lists the route {path}, which the server does not add")
+            self.fault(ROUTES, f"lists the route {path}, which the server does not add")
 
     def check_source(self, name):
         self.counts["sources"] += 1
@@ -228,6 +238,20 @@ class Laws:
                 self.counts["library includes"] += 1
                 if room not in allowed:
                     self.fault(place, f"room {room} includes <{header}>; only these may: {' '.join(sorted(allowed))}")
+
+    def check_page(self, name):
+        text = re.sub(r"^```.*?^```", "", (self.root / name).read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+        text = re.sub(r"`[^`\n]*`", "", re.sub(r"^ {4}.*$", "", text, flags=re.MULTILINE))
+        for target in re.findall(r"\]\(([^)\s]+)\)", text):
+            if re.match(r"[a-z]+:", target):
+                continue
+            self.counts["page links"] += 1
+            path, _, heading = target.partition("#")
+            file = (self.root / name).parent / path if path else self.root / name
+            if not file.exists():
+                self.fault(name, f"links to {target}, which is not there")
+            elif heading and heading not in headings(file.read_text(encoding="utf-8")):
+                self.fault(name, f"links to {target}, which has no such heading")
 
     def check_citations(self, name):
         for number, line in enumerate((self.root / name).read_text(encoding="utf-8", errors="replace").splitlines(), 1):

@@ -104,15 +104,21 @@ class RoomLaws(unittest.TestCase):
                                  ARCHITECTURE.replace("`docs`", "`docs` `scripts`"))
         self.assert_fault(faults, "installs libsecret-dev")
 
-    def test_routes_and_their_rows_in_the_readme_agree(self):
-        top = ARCHITECTURE.replace("`docs`", "`docs` `README.md`")
+    def test_routes_and_their_rows_in_the_reference_agree(self):
         server = {"server/routes.cpp": 'router.add("GET", "/readyz", reply);\nrouter.add("POST",\n  "/v1/x:any", any);\n'}
-        readme = "# S\n\n## Routes\n\n| request | answer |\n|---|---|\n| `GET /readyz` `{}` | ready |\n\n## More\n"
-        self.assertEqual(self.violations({**server, "README.md": readme.format("/v1/x:any")}, top), [])
-        faults = self.violations({**server, "README.md": readme.format("/readyz")}, top)
+        page = "# S\n\n## Routes\n\n| request | answer |\n|---|---|\n| `GET /readyz` `{}` | ready |\n\n## More\n"
+        self.assertEqual(self.violations({**server, room_laws.ROUTES: page.format("/v1/x:any")}), [])
+        faults = self.violations({**server, room_laws.ROUTES: page.format("/readyz")})
         self.assert_fault(faults, "server/routes.cpp", "/v1/x:any")
-        faults = self.violations({**server, "README.md": readme.format("/v1/x:any` `/gone")}, top)
-        self.assert_fault(faults, "README.md", "/gone")
+        faults = self.violations({**server, room_laws.ROUTES: page.format("/v1/x:any` `/gone")})
+        self.assert_fault(faults, room_laws.ROUTES, "/gone")
+
+    def test_a_link_to_a_page_or_heading_that_is_not_there_fails(self):
+        pages = {"docs/a.md": "# A page\n\n[b](b.md#the-end-of-b) [here](#a-page) [web](https://example.org/x) `[x](y)`\n",
+                 "docs/b.md": "# B\n\n## The end of `b`\n"}
+        self.assertEqual(self.violations(pages), [])
+        self.assert_fault(self.violations({**pages, "docs/c.md": "[a](../a.md)\n"}), "docs/c.md", "../a.md")
+        self.assert_fault(self.violations({**pages, "docs/c.md": "[b](b.md#start)\n"}), "docs/c.md", "b.md#start")
 
     def test_a_circle_in_the_table_fails(self):
         circular = ARCHITECTURE.replace("| words | nothing |", "| words | scene |")

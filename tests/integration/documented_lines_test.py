@@ -1,0 +1,113 @@
+"""Each curl line of README.md and of docs/ does what its page says.
+
+A page is read from top to bottom. A code block that begins with `curl` is a request; a continued line and a body of several
+lines belong to it. If the next block begins with `{`, it is the answer, to the byte. `sightline demo NAME FILE` writes a
+file first. docs/api.md has its own test.
+"""
+
+import json
+import re
+import shlex
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+import case_report
+from sightline_server import BINARY, PATIENCE, SOURCE, Server
+
+ADDRESS = "http://127.0.0.1:8080"
+# What needs more than a server with the demo scenes stands here with its reason.
+ELSEWHERE = {
+    "$KEY": "needs a key: keys_test.py, deploy_test.py",
+    "/path": "needs --scene-root: sources_test.py",
+    '"source"': "needs --scene-root: sources_test.py",
+    "$URL": "printed by a script",
+}
+
+
+def blocks(text):
+    """Code blocks of a page, indented or fenced, as texts."""
+    found, block, fenced, blank = [], [], False, True
+    for line in text.splitlines():
+        if line.startswith("```"):
+            if fenced:
+                found.append("\n".join(block))
+                block = []
+            fenced = not fenced
+        elif fenced:
+            block.append(line)
+        elif line.startswith("    ") and (blank or block):
+            block.append(line[4:])
+        elif block:
+            found.append("\n".join(block))
+            block = []
+        blank = not line.strip()
+    return [*found, "\n".join(block)] if block else found
+
+
+def commands(block):
+    """The shell commands of a block: a line goes on behind a backslash and inside of quotes."""
+    lines = []
+    for line in block.splitlines():
+        if lines and (lines[-1].endswith("\\") or lines[-1].count("'") % 2):
+            lines[-1] += "\n" + line
+        else:
+            lines.append(line)
+    return lines
+
+
+PAGES = [page for page in (SOURCE / "README.md", *sorted((SOURCE / "docs").rglob("*.md")))
+         if page.name != "api.md" and re.search(r"^(?: {4})?(?:\w+=\$\()?curl ", page.read_text(encoding="utf-8"), re.MULTILINE)]
+
+
+class DocumentedLines(unittest.TestCase):
+    def run_page(self, page, server, folder):
+        ran = 0
+        parts = blocks(page.read_text(encoding="utf-8"))
+        for block, following in zip(parts, [*parts[1:], ""]):
+            for command in commands(block):
+                if re.match(r"build/release/sightline demo \w+ \S+$", command):
+                    name, file = command.split()[2:]
+                    subprocess.run([BINARY, "demo", name, folder / file], check=True, timeout=PATIENCE)
+                if not re.match(r"(?:\w+=\$\()?curl ", command) or any(word in command for word in ELSEWHERE):
+                    continue
+                with self.subTest(page=page.name, command=command):
+                    # An answer that is no success is a failure here unless the page shows it.
+                    shown = following if block == command and "-o " not in command and following.startswith("{") else None
+                    line = command.replace(ADDRESS, server.url)
+                    if shown is None and "-o " not in line and "$(" not in line:
+                        line = line.replace("curl ", "curl --fail-with-body ", 1)
+                    done = subprocess.run(["bash", "-c", "set -o pipefail\n" + line], cwd=folder, capture_output=True, text=True,
+                                          timeout=PATIENCE, check=False)
+                    self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+                    if shown is not None:
+                        self.assertEqual(done.stdout.strip(), shown.strip())
+                    ran += 1
+        return ran
+
+    def test_each_curl_line_works_and_its_answer_is_true(self):
+        ran = 0
+        for page in PAGES:
+            with Server("--preload", "town=demo:town", "--preload", "six=demo:six", "--preload", "painted=demo:painted",
+                        "--preload", "house=demo:town") as server, tempfile.TemporaryDirectory() as name:
+                folder = Path(name)
+                subprocess.run([BINARY, "demo", "town", folder / "house.glb"], check=True, timeout=PATIENCE)
+                ran += self.run_page(page, server, folder)
+                for picture in folder.glob("*.png"):
+                    self.assertEqual(picture.read_bytes()[:8], b"\x89PNG\r\n\x1a\n", picture.name)
+        print(f"{ran} curl lines of {len(PAGES)} pages")
+        self.assertGreater(ran, 8)
+
+    def test_the_python_of_the_readme_prints_what_it_says(self):
+        (code,) = re.findall(r"```python\n(.*?)```", (SOURCE / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+        said = re.findall(r"  # (.+)$", code, re.MULTILINE)
+        with Server() as server, tempfile.TemporaryDirectory() as folder:
+            subprocess.run([BINARY, "demo", "town", Path(folder, "house.glb")], check=True, timeout=PATIENCE)
+            done = subprocess.run(["/usr/bin/env", f"PYTHONPATH={SOURCE / 'proto/python'}", "python3", "-B", "-c", code.replace(ADDRESS, server.url)],
+                                  cwd=folder, capture_output=True, text=True, timeout=PATIENCE, check=False)
+        self.assertEqual(done.stdout.replace("np.float64(199.75)", "199.75").splitlines(), said, done.stderr)
+
+
+if __name__ == "__main__":
+    case_report.main()

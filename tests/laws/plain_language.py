@@ -1,0 +1,240 @@
+#!/usr/bin/env python3
+"""Checks the language of the documentation and of header comments.
+
+Usage: plain_language.py [ROOT] [--list] [--write] [PATH...]
+
+Rules:
+
+  long      no sentence has more than 35 words; inline code and a link count as they are read
+  opening   no comment starts with "The same", "Likewise" or "As above"
+  retired   no retired word: RETIRED has each one with what to write instead
+
+It reads README.md, ARCHITECTURE.md, CHANGELOG.md, CONTRIBUTING.md, all Markdown of docs/ and proto/, and the comments
+of the headers of core/, proto/ and server/. Code blocks, inline code and names of code are not checked.
+
+tests/laws/plain_language_baseline.txt lists the files that still break a rule, each with its number of faults. A file
+that is not listed has no fault. The test fails when a number grows; --write lowers the numbers that have shrunk.
+--list prints each fault. PATH restricts the check to files whose name begins so.
+"""
+
+import re
+import sys
+from pathlib import Path
+
+LONGEST = 35
+BASELINE = "tests/laws/plain_language_baseline.txt"
+OPENING = re.compile(r"(The same|Likewise|As above)\b")
+
+# What is retired, as a regular expression over prose, and what to write instead.
+RETIRED = {
+    r"doors?|connection gates?": "event loop, acceptor",
+    r"flights?": "interleaved traversal, many rays in flight",
+    r"crowds?": "masked packet over instances",
+    r"windows?": "ray binning",
+    r"beams?": "interval culling of a packet",
+    r"wedges?": "vertex culling",
+    r"together": "batch scheduler; in total; at once",
+    r"seen planes": "triangle setup cache",
+    r"kept sides": "resolved filter",
+    r"pending": "unbuilt subtrees; waiting",
+    r"finishers?": "exact rounding of t",
+    r"unhittable|unskipped|lone (?:mesh|meshes)": "degenerate triangles; reference import; single-primitive meshes",
+    r"short turns|hurry|hurries|hurried|going first": "thread priority, yield",
+    r"keepers?": "tree cache manager",
+    r"ahead": "in the background; in advance",
+    r"keep|keeps|keeping|kept": "retain, cache, store, check, hold",
+    r"look|looks|looked|looking": "check, read, search",
+    r"who|whom|whoever": "name the client, the thread, the caller",
+    r"the one|the ones": "name the thing",
+    r"dear|dearer|dearest|dearly": "slow, costly",
+}
+RETIRED = [(re.compile(rf"\b(?:{words})\b", re.IGNORECASE), instead) for words, instead in RETIRED.items()]
+# Proper names and standard terms that contain such a word.
+PROPER = re.compile(r"Keep a Changelog|[Kk]eep-[Aa]live|(?:rays?|requests?) in flight|in-flight|sliding windows?|compression windows?|Windows\b")
+
+
+class Fault:
+    def __init__(self, path, line, rule, text):
+        self.path, self.line, self.rule, self.text = path, line, rule, text
+
+    def __str__(self):
+        return f"{self.path}:{self.line}: {self.rule}: {self.text}"
+
+
+def without_code(text):
+    """Prose with code replaced by X: one word for each inline code, link target or name of code."""
+    text = re.sub(r"``.*?``|`[^`]*`", "X", text)
+    text = re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", text)
+    text = re.sub(r"https?://\S+", "X", text)
+    text = PROPER.sub("X", text)
+    # Names of code: with _ or ::, a call, a file, camel case, JSON text.
+    text = re.sub(r'"[^"\s]*"', "X", text)
+    return re.sub(r"[\w./:<>~-]*(?:\w_\w|::|\w\(\)|\.(?:h|cpp|py|md|sh|json)\b|[a-z0-9][A-Z])[\w./:<>()*&,-]*", "X", text)
+
+
+SENTENCE_END = re.compile(r"(?<!\be\.g)(?<!\bi\.e)(?<!\bal)(?<!\bvs)(?<!\bcf)(?<!\beq)(?<!\bSec)[.!?][)\"'*]*(?=\s|$)")
+
+
+def sentences(text):
+    start = 0
+    for match in SENTENCE_END.finditer(text):
+        yield start, text[start:match.end()]
+        start = match.end()
+    if text[start:].strip():
+        yield start, text[start:]
+
+
+def words(sentence):
+    return [word for word in sentence.split() if re.search(r"[^\W_]", word)]
+
+
+def check_block(path, lines, opening):
+    """lines: (number, text) of one paragraph, item, cell or comment."""
+    raw = " ".join(text.strip() for _, text in lines)
+    if opening and OPENING.match(raw):
+        yield Fault(path, lines[0][0], "opening", raw[:60])
+    text = without_code(raw)
+    for _, sentence in sentences(text):
+        count = len(words(sentence))
+        if count > LONGEST:
+            yield Fault(path, lines[0][0], "long", f"{count} words: {sentence.strip()[:90]}")
+    for pattern, instead in RETIRED:
+        for match in pattern.finditer(text):
+            around = text[max(0, match.start() - 40):match.end() + 30]
+            yield Fault(path, lines[0][0], "retired", f'"{match.group(0)}" (say: {instead}): ...{around}...')
+
+
+def markdown_blocks(text):
+    """Paragraphs, items, headings and cells as lists of (number, text)."""
+    block, fenced, before_blank = [], False, True
+    in_item = False
+    for number, line in enumerate(text.splitlines(), 1):
+        if line.lstrip().startswith("```"):
+            fenced = not fenced
+            if block:
+                yield block
+            block = []
+            continue
+        if fenced:
+            continue
+        if not line.strip():
+            if block:
+                yield block
+            block, before_blank = [], True
+            continue
+        if line.startswith("    ") and before_blank and not block and not (in_item and re.match(r"\s*([-*]|\d+\.) ", line)):
+            continue  # A code block goes on until a line that is not indented.
+        before_blank = False
+        item = re.match(r"\s*(?:[-*]|\d+\.) (.*)", line)
+        if line.startswith("|"):
+            if block:
+                yield block
+            block = []
+            if not re.fullmatch(r"[|\s:-]+", line):
+                for cell in re.split(r"(?<!\\)\|", line.strip().strip("|")):
+                    yield [(number, cell)]
+        elif line.startswith("#"):
+            if block:
+                yield block
+            block, in_item = [], False
+            yield [(number, line.lstrip("# "))]
+        elif item:
+            if block:
+                yield block
+            block, in_item = [(number, item.group(1))], True
+        else:
+            if not line.startswith(" ") and not block:
+                in_item = False
+            block.append((number, line))
+    if block:
+        yield block
+
+
+STRING_OR_COMMENT = re.compile(r'"(?:\\.|[^"\\\n])*"|(?<!\w)\'(?:\\.|[^\'\\\n])\'|(//[^\n]*)|(/\*.*?\*/)', re.DOTALL)
+
+
+def comment_blocks(text):
+    """Comments of C++: lines of // that follow each other are one; ///< and a comment beside code are their own."""
+    block, last, last_beside = [], -1, False
+    for match in STRING_OR_COMMENT.finditer(text):
+        comment = match.group(1) or match.group(2)
+        if not comment:
+            continue
+        number = text.count("\n", 0, match.start()) + 1
+        beside = text[text.rfind("\n", 0, match.start()) + 1:match.start()].strip() != ""
+        lines = [comment] if match.group(1) else comment.strip("/*").splitlines()
+        for offset, line in enumerate(lines):
+            content = re.sub(r"^\s*(?:///?<?|\*)", "", line)
+            content = content[1:] if content.startswith(" ") else content
+            if "NOLINT" in content or "clang-format" in content:
+                content = ""
+            follows = number + offset == last + 1 and not beside
+            diagram = content.startswith("   ") or re.match(r"[|+\-=<>/\\ ]{4}", content)
+            item = re.match(r"\s*(?:[-*]|\d+\.) ", content)
+            if block and (not follows or not content.strip() or diagram or item):
+                yield block
+                block = []
+            last, last_beside = number + offset, beside
+            if content.strip() and not diagram:
+                block.append((number + offset, re.sub(r"^\s*[-*] ", "", content)))
+    if block:
+        yield block
+
+
+def checked_files(root):
+    yield from (name for name in ("README.md", "ARCHITECTURE.md", "CHANGELOG.md", "CONTRIBUTING.md") if (root / name).is_file())
+    for folder, pattern in (("docs", "*.md"), ("proto", "*.md"), ("core", "*.h"), ("proto", "*.h"), ("server", "*.h")):
+        yield from sorted(path.relative_to(root).as_posix() for path in (root / folder).rglob(pattern) if "node_modules" not in path.parts)
+
+
+def faults_of(root, name):
+    text = (root / name).read_text(encoding="utf-8")
+    header = name.endswith(".h")
+    for block in comment_blocks(text) if header else markdown_blocks(text):
+        yield from check_block(name, block, header)
+
+
+def read_baseline(root):
+    file = root / BASELINE
+    rows = file.read_text(encoding="utf-8").splitlines() if file.is_file() else []
+    return {row.split()[1]: int(row.split()[0]) for row in rows if row and not row.startswith("#")}
+
+
+def main(arguments):
+    flags = {argument for argument in arguments if argument.startswith("--")}
+    if flags - {"--list", "--write"}:
+        print(__doc__)
+        return 2
+    given = [argument for argument in arguments if argument not in flags]
+    root = Path(given.pop(0) if given else Path(__file__).parents[2]).resolve()
+    found = {}
+    for name in checked_files(root):
+        if not given or any(name.startswith(start) for start in given):
+            found[name] = list(faults_of(root, name))
+    if "--list" in flags:
+        for faults in found.values():
+            for fault in faults:
+                print(fault)
+    counts = {name: len(faults) for name, faults in found.items() if faults}
+    print(f"{len(found)} files, {sum(counts.values())} faults in {len(counts)} files")
+    if given:
+        return 1 if counts else 0
+    baseline = read_baseline(root)
+    grown = {name: count for name, count in counts.items() if count > baseline.get(name, 0)}
+    for name, count in grown.items():
+        print(f"{name}: {count} faults, allowed are {baseline.get(name, 0)}:")
+        for fault in found[name]:
+            print(f"  {fault}")
+    shrunk = [name for name, count in baseline.items() if counts.get(name, 0) < count]
+    if "--write" in flags and (not grown or not (root / BASELINE).is_file()):
+        rows = [f"{count} {name}" for name, count in sorted(counts.items())]
+        head = "# Files that still break a rule of plain_language.py, with their number of faults. Numbers only go down.\n"
+        (root / BASELINE).write_text(head + "\n".join([*rows, ""]), encoding="utf-8")
+        return 0
+    for name in shrunk:
+        print(f"{name}: {counts.get(name, 0)} faults, {baseline[name]} in {BASELINE}: lower it with --write")
+    return 1 if grown else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

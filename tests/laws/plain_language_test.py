@@ -1,0 +1,45 @@
+#!/usr/bin/env python3
+"""The language check under test: small texts, each with one fault, and texts that only resemble one."""
+
+import unittest
+
+import plain_language
+
+
+def faults(text, header=False):
+    blocks = plain_language.comment_blocks(text) if header else plain_language.markdown_blocks(text)
+    return [fault.rule for block in blocks for fault in plain_language.check_block("x", block, header)]
+
+
+class PlainLanguage(unittest.TestCase):
+    def test_a_sentence_of_35_words_passes_and_one_of_36_fails(self):
+        self.assertEqual(faults("word " * 34 + "end. Another one.\n"), [])
+        self.assertEqual(faults("word " * 18 + "\n" + "word " * 17 + "end.\n"), ["long"])
+        self.assertEqual(faults("/// " + "word " * 18 + "\n/// " + "word " * 17 + "end.\n", header=True), ["long"])
+
+    def test_items_cells_and_headings_are_sentences_of_their_own(self):
+        self.assertEqual(faults("- " + "word " * 20 + "\n- " + "word " * 20 + "\n"), [])
+        self.assertEqual(faults("| " + "word " * 20 + "| " + "word " * 20 + "|\n"), [])
+        self.assertEqual(faults("# " + "word " * 20 + "\n\n" + "word " * 20 + "\n"), [])
+
+    def test_code_is_not_read(self):
+        self.assertEqual(faults("    the door " + "word " * 40 + "\n"), [])
+        self.assertEqual(faults("Text.\n\n    the door\n\n    more of the door\n"), [])
+        self.assertEqual(faults("```\nthe door\n```\n`door` [a](door.md) door_flags.h\n"), [])
+        self.assertEqual(faults('int door = 1; const char* text = "// the door";\n///     door -> door\n', header=True), [])
+
+    def test_a_retired_word_fails_in_any_form(self):
+        for text in ("The door opens.", "Whoever asks.", "Kept for later.", "the one that is met"):
+            self.assertEqual(faults(text + "\n"), ["retired"], text)
+            self.assertEqual(faults(f"int x;  ///< {text}\n", header=True), ["retired"], text)
+        self.assertEqual(faults("Keep-Alive and many rays in flight; indoor; the whole.\n"), [])
+
+    def test_a_comment_does_not_begin_with_a_reference_to_another(self):
+        for start in ("The same for boxes.", "Likewise.", "As above, in float32."):
+            self.assertEqual(faults(f"/// {start}\n", header=True), ["opening"], start)
+            self.assertEqual(faults(f"{start}\n"), [])
+        self.assertEqual(faults("/// Both have\n/// The same bytes.\n", header=True), [])
+
+
+if __name__ == "__main__":
+    unittest.main()
