@@ -61,6 +61,7 @@ class BinaryAnswer {
   static constexpr std::uint32_t type_of(std::uint8_t) { return 3; }
   static constexpr std::uint32_t type_of(std::uint64_t) { return 4; }
   static constexpr std::uint32_t type_of(std::int64_t) { return 5; }
+  static constexpr std::uint32_t type_of(float) { return 6; }
 
   /// Zeros up to where the next column begins.
   const Entry& begin_next() {

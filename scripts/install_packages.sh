@@ -13,7 +13,7 @@ set -euo pipefail
 
 build="g++ cmake ninja-build pkg-config ccache ca-certificates
   libtinygltf-dev libmeshoptimizer-dev libdraco-dev nlohmann-json3-dev libcpp-httplib-dev libsimdjson-dev libfast-float-dev libspdlog-dev libfmt-dev
-  libcli11-dev libcurl4-openssl-dev prometheus-cpp-dev libtbb-dev libhwy-dev libssl-dev zlib1g-dev libpng-dev libzstd-dev libbrotli-dev"
+  libcli11-dev libcurl4-openssl-dev prometheus-cpp-dev libtbb-dev libhwy-dev libssl-dev zlib1g-dev libpng-dev libzstd-dev libbrotli-dev npm"
 run="$build curl"
 test="$run libgtest-dev libgmp-dev libembree-dev python3 python3-numpy strace clang-format"
 bench="$test librsvg2-bin fonts-dejavu-core nginx-light libnginx-mod-stream"
@@ -42,6 +42,11 @@ fi
 if ! command -v dpkg-query >/dev/null; then
   echo "$0: this is no Debian; install by hand what '$0 --print' lists, then run cmake as CONTRIBUTING.md shows" >&2
   exit 1
+fi
+
+# Node.js and npm may come from elsewhere; Debian's npm would conflict with them.
+if command -v node >/dev/null && command -v npm >/dev/null; then
+  mapfile -t packages < <(printf '%s\n' "${packages[@]}" | grep -vx npm)
 fi
 
 # What is wanted minus what dpkg calls installed.

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds the server and serves the demo scenes until Ctrl-C. When it is
-# ready it prints one curl line to paste.
+# ready it prints the address of its page and one curl line to paste.
 #
 #   scripts/run.sh [--port N] [--data DIR]
 #
@@ -88,7 +88,9 @@ fi
 
 cat <<TEXT
 
-Ready. From another terminal, ask what lies straight below a point above the town:
+Ready. Open $url/ in a browser to see the scenes.
+
+Or ask from another terminal what lies straight below a point above the town:
 
 curl -s $url/v1/scenes/town/rays:closest -d '{"rays":[{"origin":[3,200,5],"direction":[0,-1,0]}]}'
 

@@ -48,7 +48,7 @@ Points = Union[Sequence[Sequence[float]], "numpy.ndarray"]
 TEXTS = {"node", "node_path", "mesh", "material"}
 _BYTES, _JSON = "application/octet-stream", "application/json"
 # By the numbers of BINARY.md: struct letter, numpy type.
-_TYPES = {1: ("d", "<f8"), 2: ("I", "<u4"), 3: ("B", "u1"), 4: ("Q", "<u8"), 5: ("q", "<i8")}
+_TYPES = {1: ("d", "<f8"), 2: ("I", "<u4"), 3: ("B", "u1"), 4: ("Q", "<u8"), 5: ("q", "<i8"), 6: ("f", "<f4")}
 _NONE = 0xFFFFFFFF
 _WIDTHS = {"position": 3, "normal": 3, "shading_normal": 3, "barycentrics": 2, "uv": 2, "colour": 4}
 _DISTANCES = {"t", "distance"}

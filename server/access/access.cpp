@@ -1,6 +1,9 @@
 #include "server/access/access.h"
 
+#include <algorithm>
+#include <array>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -23,9 +26,13 @@ bool is_read(std::string_view method) {
   return method == "GET" || method == "HEAD" || method == "OPTIONS";
 }
 
-/// Health, and a page that is the same everywhere: what it shows it asks for, with a key.
+/// Health, and pages that are the same on every server: they ask for what they show, with a key.
 bool is_open(const std::vector<std::string>& path) {
-  if (path.size() == 1) return path[0] == "healthz" || path[0] == "readyz" || path[0] == "docs";
+  if (path.size() == 1) {
+    constexpr std::array<std::string_view, 6> kOpen{"",     "page.js", "page.css",
+                                                    "docs", "healthz", "readyz"};
+    return std::find(kOpen.begin(), kOpen.end(), path[0]) != kOpen.end();
+  }
   return path.size() == 2 && path[0] == "docs" && (path[1] == "app.js" || path[1] == "style.css");
 }
 

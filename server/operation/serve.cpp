@@ -224,6 +224,7 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
   service.sources = std::move(*sources);
   Router router;
   add_health_routes(router, service);
+  add_page_routes(router);
   add_docs_routes(router);
   add_scene_routes(router, service);
   add_node_routes(router, service);

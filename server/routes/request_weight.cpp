@@ -18,7 +18,7 @@ bool contains(std::string_view text, std::string_view part) {
 bool asks_for_little(const RequestHead& head, std::string_view body) {
   if (body.size() > kLittle) return false;
   // These walk over a whole scene.
-  constexpr std::array<std::string_view, 3> kWalks{"/selfcheck", "/bvh", "/nodes"};
+  constexpr std::array<std::string_view, 4> kWalks{"/selfcheck", "/bvh", "/nodes", "/geometry"};
   if (std::any_of(kWalks.begin(), kWalks.end(),
                   [&](std::string_view part) { return contains(head.target, part); })) {
     return false;

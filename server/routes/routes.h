@@ -8,6 +8,8 @@ namespace sightline {
 
 /// GET /healthz /readyz /metrics /version
 void add_health_routes(Router& router, const Service& service);
+/// GET / /page.js /page.css
+void add_page_routes(Router& router);
 /// GET /openapi.json /docs /docs/app.js /docs/style.css
 void add_docs_routes(Router& router);
 /// PUT GET HEAD DELETE /v1/scenes/{id}, GET /v1/scenes/{id}/events and stats, GET POST /v1/scenes
@@ -16,7 +18,7 @@ void add_scene_routes(Router& router, Service& service);
 void add_ray_routes(Router& router, const Service& service);
 /// POST /v1/scenes/{id}/points:inside, points:closest, points:nearest and points:distance
 void add_point_routes(Router& router, const Service& service);
-/// GET /v1/scenes/{id}/nodes, triangles, bvh and selfcheck
+/// GET /v1/scenes/{id}/nodes, triangles, geometry, bvh and selfcheck
 void add_scene_part_routes(Router& router, const Service& service);
 /// POST /v1/scenes/{id}/clearance
 void add_clearance_routes(Router& router, const Service& service);

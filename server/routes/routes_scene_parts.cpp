@@ -2,10 +2,12 @@
 #include <array>
 #include <span>
 
+#include "proto/ray_binary.h"
 #include "server/http/query_parameters.h"
 #include "server/routes/routes.h"
 #include "server/routes/scene_admission.h"
 #include "server/service/answer_memory.h"
+#include "server/service/scene_geometry.h"
 #include "server/service/scene_parts.h"
 #include "server/service/tree_json.h"
 
@@ -46,6 +48,26 @@ void triangles(Exchange& exchange, const Service& service) {
   exchange.reply_json(200, std::move(*text));
 }
 
+void geometry(Exchange& exchange, const Service& service) {
+  constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30, kMostFirst = 0xffffffffu;
+  const auto parameters = QueryParameters::read(exchange, {"first", "max_bytes"});
+  GeometryRange range;
+  if (!parameters || !parameters->number(exchange, "first", kMostFirst, range.first) ||
+      !parameters->number(exchange, "max_bytes", kMostBytes, range.max_bytes)) {
+    return;
+  }
+  const SceneSnapshot stored = admit_scene(exchange, service);
+  if (!stored) return;
+  if (Status status = exchange.reserve(bytes_of_geometry_lists(*stored->scene)); !status) {
+    return exchange.reply_error(status.error());
+  }
+  const GeometryAnswer answer = scene_geometry(*stored->scene, range);
+  if (Status status = exchange.reserve(bytes_of_geometry(answer)); !status) {
+    return exchange.reply_error(status.error());
+  }
+  exchange.reply(200, encode_geometry(answer), kBinaryMediaType);
+}
+
 void trees(Exchange& exchange, const Service& service) {
   const SceneSnapshot stored = admit_scene(exchange, service);
   if (stored) exchange.reply_json(200, encode_trees(*stored->scene));
@@ -83,6 +105,9 @@ void add_scene_part_routes(Router& router, const Service& service) {
   router.add(
       "GET", "/v1/scenes/{id}/triangles",
       [&service](Exchange& exchange) { triangles(exchange, service); }, Router::Parameters::kTaken);
+  router.add(
+      "GET", "/v1/scenes/{id}/geometry",
+      [&service](Exchange& exchange) { geometry(exchange, service); }, Router::Parameters::kTaken);
   router.add("GET", "/v1/scenes/{id}/bvh",
              [&service](Exchange& exchange) { trees(exchange, service); });
   router.add(

@@ -82,7 +82,7 @@ class Errors(unittest.TestCase):
                 self.expect(self.server.ask(f"/v1/scenes/{scene}", "-X", "DELETE"), 404, "SCENE_NOT_FOUND")
 
     def test_an_unknown_path_is_404(self):
-        for path in ("/", "/nothing", "/v1", "/v1/scenes/", "/v1/scenes/six/rays:most", "/v1/scenes/six/rays:closest/x",
+        for path in ("/page", "/page.js/", "/nothing", "/v1", "/v1/scenes/", "/v1/scenes/six/rays:most", "/v1/scenes/six/rays:closest/x",
                      "//v1/scenes", "/%2e%2e/etc/passwd", "/healthz/", "/v1/scenes/%zz"):
             with self.subTest(path=path):
                 self.expect(self.server.ask(path, "--path-as-is"), 404, "ROUTE_NOT_FOUND")

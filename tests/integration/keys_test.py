@@ -69,7 +69,7 @@ class Keys(unittest.TestCase):
         self.assertEqual((first[0], first[1]["www-authenticate"], first[1]["content-type"]),
                          (401, 'Bearer realm="sightline"', "application/problem+json"))
         body = "x" * 100
-        for path, arguments, body in [("/v1/scenes/none", (), None), ("/nothing", (), None), ("/", (), None), ("/version", (), None),
+        for path, arguments, body in [("/v1/scenes/none", (), None), ("/nothing", (), None), ("/page", (), None), ("/version", (), None),
                                       ("/metrics", (), None), ("/openapi.json", (), None), ("/v1/scenes/%zz", (), None),
                                       ("/v1/scenes", (), None), ("/v1/scenes", (), body), ("/v1/scenes/six/rays:any", (), body),
                                       ("/v1/scenes/none/rays:any", (), body), ("/v1/scenes/six", ("-X", "PUT"), body),

@@ -5,16 +5,17 @@
 namespace sightline {
 namespace {
 
-TEST(Access, is_open_for_health_and_the_page_alone) {
-  for (const char* path : {"/healthz", "/readyz", "/readyz?x", "/%72eadyz", "/docs", "/docs/app.js",
-                           "/docs/style.css"}) {
+TEST(Access, is_open_for_health_and_the_pages_alone) {
+  for (const char* path : {"/healthz", "/readyz", "/readyz?x", "/%72eadyz", "/", "/?x", "/page.js",
+                           "/page.css", "/docs", "/docs/app.js", "/docs/style.css"}) {
     EXPECT_EQ(needed_access("GET", path), Access::kOpen) << path;
     EXPECT_EQ(needed_access("HEAD", path), Access::kOpen) << path;
     EXPECT_EQ(needed_access("POST", path), Access::kRead) << path;
     EXPECT_EQ(needed_access("DELETE", path), Access::kWrite) << path;
   }
-  for (const char* path : {"/", "", "*", "/healthz/", "//healthz", "/v1/healthz", "/metrics",
-                           "/openapi.json", "/docs/", "/docs/x", "/docs/app.js/x"}) {
+  for (const char* path :
+       {"", "*", "//", "/page", "/page.js/x", "/healthz/", "//healthz", "/v1/healthz", "/metrics",
+        "/openapi.json", "/docs/", "/docs/x", "/docs/app.js/x"}) {
     EXPECT_EQ(needed_access("GET", path), Access::kRead) << path;
   }
 }

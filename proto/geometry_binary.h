@@ -1,0 +1,53 @@
+#pragma once
+/// The triangles of a scene as bytes, for those who draw it: proto/BINARY.md, "Geometry".
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/base/index_column.h"
+#include "core/query/ray_batch.h"
+
+namespace sightline {
+
+struct GeometryMesh {
+  std::uint32_t file_mesh = 0;
+  Vec3d origin;                      ///< positions are sent relative to it
+  std::span<const Vec3f> positions;  ///< in the mesh's space
+  IndexView indices;
+};
+
+/// A run of a mesh's triangles with one material.
+struct GeometryPart {
+  std::uint32_t mesh = 0;  ///< row in GeometryAnswer::meshes
+  std::uint32_t first_triangle = 0, triangles = 0;
+  std::uint32_t file_primitive = 0;
+  std::uint32_t material = 0xffffffffu;
+  std::array<double, 4> colour = {1, 1, 1, 1};
+};
+
+struct GeometryPlacement {
+  std::uint32_t mesh = 0;  ///< row in GeometryAnswer::meshes
+  std::uint32_t instance = 0;
+  std::uint32_t file_node = 0;
+  std::array<double, 12> world_from_mesh{};  ///< rows of a 3x4 matrix
+};
+
+struct GeometryAnswer {
+  std::vector<GeometryMesh> meshes;
+  std::vector<GeometryPart> parts;
+  std::vector<GeometryPlacement> placements;
+  std::uint64_t all_meshes = 0, all_bytes = 0;  ///< of the whole scene
+  std::optional<std::uint64_t> next;            ///< absent at the end
+};
+
+/// Bytes of one row of the answer's columns.
+inline constexpr std::uint64_t kPositionBytes = 12, kTriangleBytes = 12, kMeshBytes = 44,
+                               kPartBytes = 52, kPlacementBytes = 108;
+
+std::string encode_geometry(const GeometryAnswer& answer);
+
+}  // namespace sightline

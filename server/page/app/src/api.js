@@ -1,0 +1,62 @@
+// Requests to this server. A key stays in the memory of the page.
+
+export const BASE = new URL(".", location.href).href.replace(/\/$/, "");
+
+let key = "";
+export const hasKey = () => key !== "";
+export function useKey(text) { key = text; }
+
+/** Thrown for an answer that is no success. */
+export class Problem extends Error {
+  constructor(status, document) {
+    super(document.detail || document.title || `status ${status}`);
+    this.status = status;
+    this.code = document.code || "";
+    this.pointer = document.errors?.[0]?.pointer || "";
+  }
+}
+
+export const scenePath = (scene, rest = "") => `/v1/scenes/${encodeURIComponent(scene)}${rest}`;
+
+const authorization = () => key ? {Authorization: `Bearer ${key}`} : {};
+
+export async function ask(path, options = {}) {
+  const answer = await fetch(BASE + path, {
+    ...options, headers: {...options.headers, ...authorization()}, credentials: "omit", cache: "no-store"});
+  if (!answer.ok) throw await problemOf(answer.status, await answer.text());
+  return answer;
+}
+
+function problemOf(status, text) {
+  try {
+    return new Problem(status, JSON.parse(text));
+  } catch {
+    return new Problem(status, {});
+  }
+}
+
+export const askJson = async (path) => (await ask(path)).json();
+
+/** Posts a text and returns the text of the answer as it was sent, its revision, and how long it took. */
+export async function post(path, body) {
+  const begin = performance.now();
+  const answer = await fetch(BASE + path, {
+    method: "POST", body, headers: {"Content-Type": "application/json", ...authorization()}, credentials: "omit"});
+  const text = await answer.text();
+  return {status: answer.status, text, revision: Number(answer.headers.get("X-Scene-Revision")) || null,
+    milliseconds: performance.now() - begin};
+}
+
+/** Puts a file; fetch cannot tell how far an upload is. */
+export function put(path, file, type, onProgress) {
+  return new Promise((resolve, reject) => {
+    const request = new XMLHttpRequest();
+    request.open("PUT", BASE + path);
+    request.setRequestHeader("Content-Type", type);
+    if (key) request.setRequestHeader("Authorization", `Bearer ${key}`);
+    request.upload.onprogress = (event) => onProgress(event.loaded, event.total);
+    request.onload = () => request.status < 300 ? resolve() : reject(problemOf(request.status, request.responseText));
+    request.onerror = () => reject(new Error("the connection broke off"));
+    request.send(file);
+  });
+}

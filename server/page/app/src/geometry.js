@@ -1,0 +1,43 @@
+// Triangles of a scene, in pieces of some megabytes, the largest meshes first (proto/BINARY.md, "Geometry").
+
+import {ask, scenePath} from "./api.js";
+
+const TYPES = {1: Float64Array, 2: Uint32Array, 3: Uint8Array, 4: BigUint64Array, 5: BigInt64Array, 6: Float32Array};
+
+/** Name -> typed array. */
+export function readColumns(buffer) {
+  const view = new DataView(buffer);
+  if (view.getUint32(0) !== 0x534c4131) throw new Error("the answer does not begin with SLA1");
+  const columns = {};
+  for (let i = 0; i < view.getUint32(4, true); ++i) {
+    const at = 16 + 40 * i;
+    const name = String.fromCharCode(...new Uint8Array(buffer, at, 16)).replace(/\0+$/, "");
+    const width = view.getUint32(at + 20, true), rows = Number(view.getBigUint64(at + 32, true));
+    columns[name] = new TYPES[view.getUint32(at + 16, true)](buffer, Number(view.getBigUint64(at + 24, true)), rows * width);
+  }
+  return columns;
+}
+
+async function page(scene, first, maxBytes, signal) {
+  const answer = await ask(scenePath(scene, `/geometry?first=${first}&max_bytes=${maxBytes}`), {signal});
+  const revision = Number(answer.headers.get("X-Scene-Revision"));
+  return {columns: readColumns(await answer.arrayBuffer()), revision};
+}
+
+/** Bytes of all of it. */
+export async function geometryBytes(scene, signal) {
+  const {columns, revision} = await page(scene, 0, 0, signal);
+  return {bytes: Number(columns.all_bytes[0]), revision};
+}
+
+/** Calls take(columns) for each piece. False when the scene was replaced meanwhile. */
+export async function loadGeometry(scene, revision, signal, take) {
+  const PIECE = 8 << 20;
+  for (let first = 0; first !== undefined;) {
+    const piece = await page(scene, first, first === 0 ? PIECE / 4 : PIECE, signal);
+    if (piece.revision !== revision) return false;
+    take(piece.columns);
+    first = piece.columns.next.length ? Number(piece.columns.next[0]) : undefined;
+  }
+  return true;
+}

@@ -1,0 +1,128 @@
+// Clicks and drags on the view, as requests.
+
+import {FIELDS, length} from "./questions.js";
+
+const STILL = 5;  // pixels that a click may move
+
+export const HINTS = {
+  ray: "Click: cast a ray. Drag: turn. Right drag or two fingers: move. Wheel or pinch: zoom.",
+  measure: "Drag from one point to another: their distance. It snaps to corners and edges.",
+  box: "Drag a rectangle: the nodes that lie in it.",
+  sight: "Click two points: whether they see each other.",
+};
+
+export class Gestures {
+  /** ask(route, query) fills the console and runs it; pick(ray) returns a hit with its corners. */
+  constructor(canvas, view, marks, {ask, pick, say}) {
+    Object.assign(this, {canvas, view, marks, ask, pick, say, mode: "ray", first: null, begin: null});
+    canvas.addEventListener("pointerdown", (event) => this.down(event));
+    canvas.addEventListener("pointermove", (event) => this.move(event));
+    canvas.addEventListener("pointerup", (event) => this.up(event));
+    canvas.addEventListener("pointercancel", () => this.cancel());
+  }
+
+  use(mode) {
+    this.mode = mode;
+    this.cancel();
+    this.first = null;
+    this.view.controls.enableRotate = mode === "ray" || mode === "sight";
+    this.say(HINTS[mode]);
+  }
+
+  cancel() {
+    this.begin = null;
+    this.marks.rectangle = null;
+    this.marks.draw();
+  }
+
+  place(event) {
+    const box = this.canvas.getBoundingClientRect();
+    return [event.clientX - box.left, event.clientY - box.top];
+  }
+
+  down(event) {
+    // The second finger of a pinch is no click.
+    if (!event.isPrimary) return this.cancel();
+    if (event.button === 0) this.begin = this.place(event);
+  }
+
+  move(event) {
+    if (!this.begin || !event.isPrimary || !["measure", "box"].includes(this.mode)) return;
+    this.marks.rectangle = this.mode === "box" ? [...this.begin, ...this.place(event)] : null;
+    this.marks.rubber = this.mode === "measure" ? [this.begin, this.place(event)] : null;
+    this.marks.draw();
+  }
+
+  async up(event) {
+    const begin = this.begin, end = this.place(event);
+    if (!begin || !event.isPrimary) return;
+    this.cancel();
+    this.marks.rubber = null;
+    const still = Math.hypot(end[0] - begin[0], end[1] - begin[1]) < STILL;
+    if (this.mode === "ray" && still) this.click(...end);
+    if (this.mode === "sight" && still) await this.sight(...end);
+    if (this.mode === "measure" && !still) this.measure(begin, end);
+    if (this.mode === "box" && !still) this.box(begin, end);
+  }
+
+  /** Asks in the middle of the view, for the keyboard. */
+  middle() {
+    const at = [this.canvas.clientWidth / 2, this.canvas.clientHeight / 2];
+    if (this.mode === "sight") return this.sight(...at);
+    if (this.mode === "ray") return this.click(...at);
+    const from = this.first;
+    this.first = from ? null : at;
+    if (!from) return this.say("First corner set. Turn the view, then press Enter again.");
+    return this.mode === "measure" ? this.measure(from, at) : this.box(from, at);
+  }
+
+  click(x, y) { return this.ask("rays:closest", {rays: [this.view.ray(x, y)], fields: FIELDS}); }
+
+  measure(from, to) {
+    const rays = [this.view.ray(...from), this.view.ray(...to)];
+    return this.ask("rays:closest", {rays, fields: ["t", "position", "normal", "instance", "primitive", "triangle", "on_edge", "node"]});
+  }
+
+  box([x0, y0], [x1, y1]) {
+    const sides = [Math.min(x0, x1), Math.min(y0, y1), Math.max(x0, x1), Math.max(y0, y1)];
+    return this.ask("boxes:list", {boxes: [{planes: this.view.pyramid(...sides)}], of: "nodes", limit: 100});
+  }
+
+  async sight(x, y) {
+    const hit = await this.pick(this.view.ray(x, y));
+    if (!hit) return this.say("Nothing is there. Click on the scene.");
+    // A margin for points that were computed to lie on a surface: towards the camera.
+    const eye = this.view.pose.slice(0, 3);
+    const side = Math.sign(hit.normal.reduce((sum, n, k) => sum + n * (eye[k] - hit.position[k]), 0)) || 1;
+    const point = hit.position.map((p, k) => p + side * hit.normal[k] * this.view.radius * 1e-5);
+    if (!this.first) {
+      this.first = point;
+      this.marks.show([{kind: "point", points: [point], label: "from here"}]);
+      return this.say("Click the second point.");
+    }
+    const from = this.first;
+    this.first = null;
+    this.say(HINTS.sight);
+    return this.ask("visibility", {from: [from], to: [point], pairing: "each", first_blocker: true,
+      fields: ["t", "distance", "position", "node", "material"]});
+  }
+}
+
+const PIXELS = 12;  // within which a point snaps
+
+/** The corner, or the point of an edge, that lies near a hit on the screen: {point, kind}. */
+export function snap(view, hit, corners) {
+  const [x, y] = view.pixel(hit.position);
+  const away = (p) => Math.hypot(view.pixel(p)[0] - x, view.pixel(p)[1] - y);
+  const nearest = (points) => points.reduce((best, p) => away(p) < away(best) ? p : best);
+  const corner = nearest(corners);
+  if (away(corner) <= PIXELS) return {point: corner, kind: "corner"};
+  const feet = corners.map((a, i) => {
+    const b = corners[(i + 1) % 3];
+    const along = a.reduce((sum, from, k) => sum + (hit.position[k] - from) * (b[k] - from), 0) / (length(a, b) ** 2 || 1);
+    const s = Math.min(1, Math.max(0, along));
+    return a.map((from, k) => from + s * (b[k] - from));
+  });
+  const foot = nearest(feet);
+  return away(foot) <= PIXELS * 0.7 ? {point: foot, kind: "edge"} : {point: hit.position, kind: "surface"};
+}

@@ -1,0 +1,102 @@
+// What is drawn over the view: points, lines and outlines in the world, with labels. Positions are projected in float64.
+
+const HALO = 3;
+
+export class Marks {
+  constructor(canvas, view) {
+    this.canvas = canvas;
+    this.view = view;
+    this.shapes = [];
+    this.rectangle = null;  // of pixels, while it is dragged
+    this.rubber = null;  // two pixels, while a distance is dragged
+  }
+
+  /** shapes: {kind: "point" | "line" | "loop", points: [[x, y, z], ...], colour: name of a CSS variable, label} */
+  show(shapes) {
+    this.shapes = shapes;
+    this.draw();
+  }
+
+  draw() {
+    const {canvas, view} = this;
+    const {clientWidth: width, clientHeight: height} = canvas;
+    const scale = Math.min(devicePixelRatio, 2);
+    if (canvas.width !== width * scale || canvas.height !== height * scale) {
+      canvas.width = width * scale;
+      canvas.height = height * scale;
+    }
+    const context = canvas.getContext("2d");
+    const style = getComputedStyle(document.documentElement);
+    const colour = (name) => style.getPropertyValue(`--${name}`).trim();
+    context.setTransform(scale, 0, 0, scale, 0, 0);
+    context.clearRect(0, 0, width, height);
+    context.font = "13px system-ui, sans-serif";
+    context.lineJoin = context.lineCap = "round";
+    const stroke = (path, shade, thickness) => {
+      context.strokeStyle = colour("halo");
+      context.lineWidth = thickness + HALO;
+      context.stroke(path);
+      context.strokeStyle = shade;
+      context.lineWidth = thickness;
+      context.stroke(path);
+    };
+    for (const shape of this.shapes) {
+      const shade = colour(shape.colour || "hit");
+      if (shape.kind === "point") this.point(context, shape, shade, stroke);
+      else this.lines(shape, (path) => stroke(path, shade, 2));
+    }
+    for (const shape of this.shapes) if (shape.label) this.label(context, shape, colour, width, height);
+    if (this.rectangle) {
+      const [x0, y0, x1, y1] = this.rectangle;
+      const path = new Path2D();
+      path.rect(Math.min(x0, x1), Math.min(y0, y1), Math.abs(x1 - x0), Math.abs(y1 - y0));
+      context.fillStyle = colour("veil");
+      context.fill(path);
+      stroke(path, colour("hit"), 1);
+    }
+    if (this.rubber) {
+      const path = new Path2D();
+      path.moveTo(...this.rubber[0]);
+      path.lineTo(...this.rubber[1]);
+      stroke(path, colour("hit"), 2);
+    }
+  }
+
+  point(context, {points: [at]}, shade, stroke) {
+    const [x, y, depth] = this.view.pixel(at);
+    if (depth <= 0) return;
+    const path = new Path2D();
+    path.arc(x, y, 4.5, 0, 2 * Math.PI);
+    stroke(path, shade, 2);
+  }
+
+  lines({kind, points}, stroke) {
+    const path = new Path2D();
+    const count = kind === "loop" ? points.length : points.length - 1;
+    for (let i = 0; i < count; ++i) {
+      const seen = this.view.segment(points[i], points[(i + 1) % points.length]);
+      if (!seen) continue;
+      path.moveTo(...seen[0]);
+      path.lineTo(...seen[1]);
+    }
+    stroke(path);
+  }
+
+  label(context, {points, label}, colour, width, height) {
+    const middle = points[0].map((_, k) => points.reduce((sum, p) => sum + p[k] / points.length, 0));
+    const [x, y, depth] = this.view.pixel(middle);
+    if (depth <= 0) return;
+    const wide = context.measureText(label).width + 12;
+    const left = Math.min(Math.max(x + 10, 4), Math.max(4, width - wide - 4));
+    const top = Math.min(Math.max(y - 30, 4), height - 26);
+    context.fillStyle = colour("back");
+    context.strokeStyle = colour("line");
+    context.lineWidth = 1;
+    context.beginPath();
+    context.roundRect(left, top, wide, 22, 4);
+    context.fill();
+    context.stroke();
+    context.fillStyle = colour("text");
+    context.fillText(label, left + 6, top + 15);
+  }
+}

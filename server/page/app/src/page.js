@@ -1,0 +1,396 @@
+// The page at /: scenes, the view, and the console that shows each gesture as a request.
+
+import {Problem, askJson, post, scenePath, useKey} from "./api.js";
+import {asCurl, asJavaScript, asPython} from "./copies.js";
+import {byId, bytesText, copyText, countText, make} from "./dom.js";
+import {geometryBytes, loadGeometry} from "./geometry.js";
+import {Gestures, snap} from "./gestures.js";
+import {changeOf, readLink, writeLink} from "./link.js";
+import {Marks} from "./marks.js";
+import {QUESTIONS, length, outcomeOf, pretty, shapesOf, short} from "./questions.js";
+import {Scenes} from "./scenes.js";
+import {View} from "./view.js";
+
+const MOST_BYTES = 256 << 20;  // of geometry that a browser is sent
+
+let view, marks, gestures, scenes;
+let shown = null;     // the scene as GET /v1/scenes/{id} tells it
+let loading = null;   // AbortController of its geometry
+let asked = null;     // {route, body}: what the link repeats
+let runs = 0;
+
+const say = (id, text) => { byId(id).textContent = text; };
+
+function fail(fault) {
+  if (fault.name === "AbortError") return;
+  if (fault instanceof Problem && (fault.status === 401 || fault.status === 403)) return askForKey(fault);
+  notice(fault.message);
+}
+
+function notice(text) {
+  say("notice", text);
+  byId("notice").hidden = !text;
+}
+
+function askForKey(fault) {
+  byId("key-form").hidden = false;
+  if (fault.status === 403) notice(fault.message);
+  byId("key").focus();
+}
+
+// ---- Scenes
+
+async function choose(id, link = null) {
+  loading?.abort();
+  loading = new AbortController();
+  const {signal} = loading;
+  byId("stage").removeAttribute("data-complete");
+  try {
+    const scene = await askJson(scenePath(id));
+    if (signal.aborted) return;
+    const before = shown;
+    shown = scene;
+    scenes.current = id;
+    scenes.draw();
+    scenes.showNodes().catch(fail);
+    showPath();
+    notice(link ? changeOf(link, scene) : "");
+    view.begin(scene.bounds);
+    marks.show([]);
+    if (link?.camera) view.pose = link.camera;
+    else if (!before || before.id !== id) view.home();
+    if (!link) restart();
+    await load(id, signal);
+    saveLink();
+  } catch (fault) {
+    if (!signal.aborted) fail(fault);
+  }
+}
+
+async function load(id, signal) {
+  const {bytes, revision} = await geometryBytes(id, signal);
+  if (bytes > MOST_BYTES) {
+    return say("progress", `This scene is too large to draw here: ${bytesText(bytes)} of triangles. Questions are answered all the same.`);
+  }
+  say("progress", "Loading triangles");
+  let got = 0;
+  const whole = await loadGeometry(id, revision, signal, (columns) => {
+    view.add(columns);
+    got += columns.positions.byteLength + columns.indices.byteLength;
+    say("progress", `Loading triangles: ${Math.min(99, Math.floor(100 * got / bytes))}%`);
+  });
+  if (signal.aborted) return;
+  say("progress", "");
+  if (!whole) return choose(id);
+  await new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)));
+  byId("stage").dataset.complete = `${id} ${revision}`;
+  byId("stage").dataset.triangles = view.triangles;
+}
+
+/** After each list of scenes: the chosen one may have gone or have another content. */
+async function changed() {
+  if (!shown) {
+    const ready = scenes.all.filter((scene) => scene.state === "ready");
+    if (ready.length) await choose(ready.reduce((a, b) => b.triangles > a.triangles ? b : a).id);
+    return;
+  }
+  const now = scenes.find(shown.id);
+  if (!now) {
+    shown = null;
+    scenes.current = "";
+    view.begin(null);
+    marks.show([]);
+    view.draw();
+    saveLink();
+  } else if (now.state === "ready" && now.revision !== shown.revision) {
+    await choose(now.id);
+  }
+}
+
+// ---- The console
+
+const route = () => byId("route").value;
+const path = () => scenePath(shown?.id || "SCENE", `/${route()}`);
+
+function showPath() {
+  byId("path").textContent = shown ? `/v1/scenes/${shown.id}/` : "/v1/scenes/";
+}
+
+/** Nothing asked yet of this scene. */
+function restart() {
+  asked = null;
+  say("outcome", "Click into the scene.");
+  byId("fields").replaceChildren();
+  say("raw", "");
+  say("timing", "");
+}
+
+function fill(name, query) {
+  byId("route").value = name;
+  byId("body").value = pretty(query);
+}
+
+async function run() {
+  if (!shown) return;
+  const number = ++runs, name = route(), body = byId("body").value;
+  byId("run").disabled = true;
+  try {
+    const answer = await post(path(), body);
+    if (number !== runs) return;
+    asked = {route: name, body};
+    await show(name, body, answer);
+    saveLink();
+  } catch (fault) {
+    fail(fault);
+  } finally {
+    byId("run").disabled = false;
+  }
+}
+
+async function show(name, body, {status, text, revision, milliseconds}) {
+  say("raw", text);
+  say("timing", `${status}, ${milliseconds.toFixed(1)} ms, ${bytesText(new TextEncoder().encode(text).length)}, revision ${revision ?? "unknown"}`);
+  byId("fields").replaceChildren();
+  const answer = JSON.parse(text);
+  if (status !== 200) {
+    marks.show([]);
+    return say("outcome", `${answer.code}: ${answer.detail}${answer.errors?.[0]?.pointer ? ` (${answer.errors[0].pointer})` : ""}`);
+  }
+  const query = JSON.parse(body);
+  say("outcome", outcomeOf(name, query, answer));
+  byId("fields").append(...tables(name, answer));
+  const shapes = shapesOf(name, query, answer, view.radius);
+  marks.show(shapes);
+  byId("stage").dataset.answered = String(runs);
+  if (name !== "rays:closest" || !Array.isArray(answer.hits)) return;
+  if (answer.hits.length === 1 && answer.hits[0]) marks.show([...shapes, ...await outline(answer.hits[0])]);
+  if (gestures.mode === "measure" && answer.hits.length === 2 && answer.hits.every(Boolean)) await measure(answer.hits);
+}
+
+/** The exact corners of hits, where their triangles are named. */
+async function cornersOf(hits) {
+  if (!hits.every((hit) => Number.isInteger(hit.instance) && Number.isInteger(hit.triangle))) return null;
+  const ids = hits.map((hit) => `${hit.instance}.${hit.primitive}.${hit.triangle}`);
+  const {triangles} = await askJson(scenePath(shown.id, `/triangles?ids=${ids.join(",")}`));
+  return triangles.map(({corners}) => corners);
+}
+
+async function outline(hit) {
+  const corners = await cornersOf([hit]);
+  return corners ? [{kind: "loop", points: corners[0], colour: "hit"}] : [];
+}
+
+async function measure(hits) {
+  const corners = await cornersOf(hits);
+  const ends = hits.map((hit, i) => corners ? snap(view, hit, corners[i]) : {point: hit.position, kind: "surface"});
+  const distance = length(ends[0].point, ends[1].point);
+  const parts = ends[0].point.map((x, k) => Math.abs(ends[1].point[k] - x));
+  say("outcome", `Distance ${distance} from ${ends[0].kind} to ${ends[1].kind}.`);
+  byId("fields").replaceChildren(table([["distance", distance], ["along x, y, z", parts],
+    [`from (${ends[0].kind})`, ends[0].point], [`to (${ends[1].kind})`, ends[1].point],
+    ["nodes", hits.map(({node}) => node)]]));
+  marks.show([{kind: "line", points: [ends[0].point, ends[1].point], label: short(distance)},
+    ...ends.map(({point}) => ({kind: "point", points: [point]}))]);
+}
+
+const cell = (value) => typeof value === "string" ? value : Array.isArray(value)
+  ? value.map(cell).join(", ") : value === null ? "null" : String(value);
+
+const table = (rows) => make("table", {}, make("tbody", {}, rows.map(([name, value]) =>
+  make("tr", {}, make("th", {scope: "row"}, name), make("td", {}, cell(value))))));
+
+/** One hit as a table of its fields, lists as rows. */
+function tables(name, answer) {
+  const one = answer.hits?.length === 1 ? answer.hits[0] : null;
+  if (one && typeof one === "object") return [table(Object.entries(one))];
+  const list = answer.results?.length === 1 ? answer.results[0].nodes || answer.results[0].hits : null;
+  if (list) {
+    return [table(list.slice(0, 100).map((each) => [each.node_id ?? each.t ?? each.distance ?? "", each.node ?? JSON.stringify(each)]))];
+  }
+  if (answer.blockers?.[0]) return [table(Object.entries(answer.blockers[0]))];
+  return [];
+}
+
+// ---- Links
+
+let saving = 0;
+function saveLink() {
+  clearTimeout(saving);
+  saving = setTimeout(() => {
+    if (!shown) return history.replaceState(null, "", location.pathname);
+    history.replaceState(null, "", writeLink({scene: shown.id, rev: shown.revision, sha: shown.sha256.slice(0, 16), camera: view.pose,
+      mode: gestures.mode, ...(asked || {})}));
+  }, 200);
+}
+
+async function open(link) {
+  setMode(link.mode || "ray");
+  const ready = choose(link.scene, link);
+  if (link.route in QUESTIONS && link.body) {
+    byId("route").value = link.route;
+    byId("body").value = link.body;
+    // The answer needs the scene, not its picture.
+    while (!shown || shown.id !== link.scene) {
+      const done = await Promise.race([ready.then(() => true), new Promise((resolve) => setTimeout(resolve, 20))]);
+      if (done && shown?.id !== link.scene) return;
+    }
+    await run();
+  }
+  await ready;
+}
+
+// ---- Tools, keys and themes
+
+function setMode(mode) {
+  const buttons = [...document.querySelectorAll("#modes button")];
+  if (!buttons.some((button) => button.dataset.mode === mode)) return;
+  for (const button of buttons) {
+    const on = button.dataset.mode === mode;
+    button.setAttribute("aria-checked", String(on));
+    button.tabIndex = on ? 0 : -1;
+  }
+  gestures.use(mode);
+}
+
+function onKey(event) {
+  if (event.ctrlKey && event.key === "Enter") {
+    event.preventDefault();
+    return run();
+  }
+  if (event.target.closest("input, textarea, select") || event.ctrlKey || event.metaKey || event.altKey) return;
+  const modes = [...document.querySelectorAll("#modes button")];
+  if (event.key >= "1" && event.key <= String(modes.length)) return setMode(modes[event.key - 1].dataset.mode);
+  if (event.key === "h" || event.key === "H") return view.home();
+  if (event.target.closest("#modes") && ["ArrowLeft", "ArrowRight"].includes(event.key)) {
+    const at = modes.findIndex((button) => button.dataset.mode === gestures.mode);
+    const next = modes[(at + (event.key === "ArrowRight" ? 1 : modes.length - 1)) % modes.length];
+    setMode(next.dataset.mode);
+    return next.focus();
+  }
+  if (event.target === byId("view")) onViewKey(event);
+}
+
+function onViewKey(event) {
+  const step = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1]}[event.key];
+  if (step) {
+    event.preventDefault();
+    if (event.shiftKey) view.pan(...step);
+    else view.turn(...step);
+  } else if (event.key === "+" || event.key === "=") {
+    view.zoom(0.85);
+  } else if (event.key === "-") {
+    view.zoom(1 / 0.85);
+  } else if (event.key === "Enter") {
+    gestures.middle();
+  }
+}
+
+const THEMES = ["system", "light", "dark"];
+function setTheme(theme) {
+  if (theme === "system") document.documentElement.removeAttribute("data-theme");
+  else document.documentElement.dataset.theme = theme;
+  byId("theme").textContent = `Theme: ${theme}`;
+  byId("theme").dataset.value = theme;
+  paint();
+}
+
+function paint() {
+  view?.setBackground(getComputedStyle(document.documentElement).getPropertyValue("--sky").trim());
+}
+
+async function copy(text, label) {
+  const done = await copyText(text);
+  say("copied", done ? `${label} copied` : "The browser allows no copying here.");
+  if (!done) {
+    byId("raw-part").open = true;
+    say("raw", text);
+    getSelection().selectAllChildren(byId("raw"));
+  }
+  setTimeout(() => say("copied", ""), 3000);
+}
+
+function wire() {
+  byId("route").append(...Object.keys(QUESTIONS).map((name) => make("option", {value: name}, name)));
+  byId("route").addEventListener("change", () => {
+    byId("body").value = pretty(QUESTIONS[route()]);
+  });
+  byId("body").value = pretty(QUESTIONS[route()]);
+  byId("run").addEventListener("click", run);
+  const kinds = {curl: [asCurl, "curl"], python: [asPython, "Python"], javascript: [asJavaScript, "JavaScript"]};
+  for (const button of document.querySelectorAll("[data-copy]")) {
+    const [as, label] = kinds[button.dataset.copy];
+    button.addEventListener("click", () => copy(as(path(), byId("body").value), label));
+  }
+  byId("copy-link").addEventListener("click", () => copy(location.href, "link"));
+  byId("home").addEventListener("click", () => view.home());
+  for (const button of document.querySelectorAll("#modes button")) {
+    button.addEventListener("click", () => setMode(button.dataset.mode));
+  }
+  byId("theme").addEventListener("click", () => setTheme(THEMES[(THEMES.indexOf(byId("theme").dataset.value || "system") + 1) % 3]));
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", paint);
+  addEventListener("keydown", onKey);
+  addEventListener("hashchange", () => {
+    const link = readLink(location.hash);
+    if (link) open(link).catch(fail);
+  });
+  byId("key-form").addEventListener("submit", (event) => {
+    event.preventDefault();
+    useKey(byId("key").value.trim());
+    byId("key").value = "";
+    byId("key-form").hidden = true;
+    notice("");
+    begin().catch(fail);
+  });
+}
+
+async function begin() {
+  const version = await askJson("/version");
+  say("server", version.version);
+  const link = readLink(location.hash);
+  if (link) await Promise.all([open(link), scenes.refresh()]);
+  else await scenes.refresh();
+}
+
+function start() {
+  scenes = new Scenes({choose, changed, fail, showNode});
+  try {
+    view = new View(byId("view"), () => {
+      marks.draw();
+      if (shown) saveLink();
+    });
+  } catch {
+    return notice("This browser has no WebGL, so nothing can be drawn. The API answers all the same.");
+  }
+  marks = new Marks(byId("marks"), view);
+  gestures = new Gestures(byId("view"), view, marks, {
+    say: (text) => say("hint", text),
+    ask: (name, query) => {
+      fill(name, query);
+      return run();
+    },
+    pick: async (ray) => {
+      const {text} = await post(scenePath(shown.id, "/rays:closest"), JSON.stringify({rays: [ray], fields: ["position", "normal"]}));
+      return JSON.parse(text).hits?.[0] || null;
+    },
+  });
+  wire();
+  setTheme("system");
+  setMode("ray");
+  begin().catch(fail);
+}
+
+/** Turns around a node of the list, and outlines its box. */
+function showNode(node) {
+  if (!node.bounds) return;
+  const {min, max} = node.bounds;
+  const middle = min.map((low, k) => low / 2 + max[k] / 2);
+  const size = length(min, max) / 2 || view.radius / 50;
+  const pose = view.pose;
+  const from = [0, 1, 2].map((k) => pose[k] - pose[k + 3]);
+  const scale = 3 * size / (Math.hypot(...from) || 1);
+  view.pose = [...middle.map((x, k) => x + scale * from[k]), ...middle];
+  marks.show([...shapesOf("boxes:list", {boxes: [{min, max}]}, {}, size),
+    {kind: "point", points: [middle], label: `${node.name || `#${node.node_id}`}: ${countText(node.triangles)} triangles`}]);
+}
+
+start();

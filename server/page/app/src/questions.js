@@ -1,0 +1,154 @@
+// The questions that the console can send, and what of their answers is drawn in the scene.
+
+export const FIELDS = ["t", "distance", "instance", "primitive", "triangle", "position", "normal", "barycentrics",
+  "shading_normal", "uv", "colour", "front", "on_edge", "node", "node_id", "node_path", "mesh", "mesh_id", "material",
+  "material_id"];
+
+const DOWN = [0, -1, 0];
+
+/** Route -> a request to begin with. */
+export const QUESTIONS = {
+  "rays:closest": {rays: [{origin: [0, 100, 0], direction: DOWN}], fields: FIELDS},
+  "rays:any": {rays: [{origin: [0, 100, 0], direction: DOWN}]},
+  "rays:all": {rays: [{origin: [0, 100, 0], direction: DOWN}], max_hits: 20, fields: ["t", "position", "node"]},
+  "rays:count": {rays: [{origin: [0, 100, 0], direction: DOWN}]},
+  "visibility": {from: [[0, 50, 0]], to: [[10, 1, 10]], pairing: "each", first_blocker: true, fields: ["t", "position", "node"]},
+  "points:closest": {points: [[0, 40, 0]], fields: ["distance", "position", "node", "on_edge"]},
+  "points:nearest": {points: [[0, 40, 0]], count: 3, fields: ["distance", "position", "node", "triangle"]},
+  "points:inside": {points: [[0, 10, 0]]},
+  "points:distance": {points: [[0, 10, 0]]},
+  "boxes:list": {boxes: [{min: [-5, 0, -5], max: [5, 20, 5]}], of: "nodes", limit: 50},
+  "boxes:count": {boxes: [{min: [-5, 0, -5], max: [5, 20, 5]}]},
+  "boxes:any": {boxes: [{min: [-5, 0, -5], max: [5, 20, 5]}]},
+  "sweeps:closest": {sweeps: [{origin: [0, 100, 0], direction: DOWN, radius: 1}], fields: ["t", "position", "node"]},
+  "clearance": {a: {names: ["*"]}, b: {names: ["*"]}, max_distance: 1},
+};
+
+/** A request with its short lists in one line. */
+export const pretty = (value) => JSON.stringify(value, null, 2).replace(/\[\s*([^[\]{}]+?)\s*\]/g,
+  (_, inside) => `[${inside.split(/,\n\s*/).join(", ")}]`);
+
+const MOST_DRAWN = 200;
+
+export const length = (a, b) => Math.hypot(...a.map((x, k) => b[k] - x));
+
+/** 12.345678 -> "12.35", 0.00012345 -> "0.0001235". */
+export const short = (x) => x === null ? "none" : Number(x.toPrecision(4)).toString();
+
+const isPoint = (p) => Array.isArray(p) && p.length === 3 && p.every(Number.isFinite);
+
+/** Points that a query asks about: rows of them. */
+function raysOf(query, name = "rays") {
+  if (Array.isArray(query[name])) return query[name].slice(0, MOST_DRAWN);
+  if (!Array.isArray(query.origins)) return [];
+  const row = (list, i) => list.slice(3 * i, 3 * i + 3);
+  const count = Math.min(MOST_DRAWN, query.origins.length / 3);
+  return Array.from({length: count}, (_, i) => ({origin: row(query.origins, i), direction: row(query.directions, i)}));
+}
+
+function rayShapes(query, answer, size) {
+  const hits = answer.hits || [];
+  return raysOf(query).flatMap(({origin, direction}, i) => {
+    if (!isPoint(origin) || !isPoint(direction)) return [];
+    const scale = size / (Math.hypot(...direction) || 1);
+    const t = typeof hits[i]?.t === "number" ? hits[i].t : scale;
+    const end = hits[i]?.position || origin.map((x, k) => x + t * direction[k]);
+    const is = hits[i] && typeof hits[i] === "object";
+    return [{kind: "line", points: [origin, end], colour: is ? "ray" : "dim"}, ...(is ? hitShapes(hits[i], size) : [])];
+  });
+}
+
+function hitShapes(hit, size) {
+  if (!isPoint(hit.position)) return [];
+  const shapes = [{kind: "point", points: [hit.position], label: hit.node || undefined}];
+  if (isPoint(hit.normal)) {
+    const tip = hit.position.map((x, k) => x + 0.03 * size * hit.normal[k]);
+    shapes.unshift({kind: "line", points: [hit.position, tip], colour: "normal"});
+  }
+  return shapes;
+}
+
+function sightShapes(query, answer) {
+  const each = query.pairing === "each";
+  return (query.from || []).slice(0, MOST_DRAWN).flatMap((from, i) =>
+    (each ? [query.to[i]] : query.to.slice(0, MOST_DRAWN)).flatMap((to, j) => {
+      if (!isPoint(from) || !isPoint(to)) return [];
+      const seen = (each ? answer.visible[i] : answer.visible[i][j]) === "1";
+      const blocker = (each ? answer.blockers?.[i] : answer.blockers?.[i]?.[j]) || null;
+      const line = {kind: "line", points: [from, to], colour: seen ? "good" : "bad"};
+      const ends = [from, to].map((p) => ({kind: "point", points: [p], colour: seen ? "good" : "bad"}));
+      return [line, ...ends, ...(blocker && isPoint(blocker.position)
+        ? [{kind: "point", points: [blocker.position], label: `blocked by ${blocker.node || "a triangle"}`}] : [])];
+    }));
+}
+
+function boxShapes({boxes = []}) {
+  return boxes.slice(0, MOST_DRAWN).flatMap((box) => {
+    const {min, max} = box.radius !== undefined && isPoint(box.center)
+      ? {min: box.center.map((x) => x - box.radius), max: box.center.map((x) => x + box.radius)} : box;
+    if (!isPoint(min) || !isPoint(max)) return [];
+    const face = (y) => [[min[0], y, min[2]], [max[0], y, min[2]], [max[0], y, max[2]], [min[0], y, max[2]]];
+    const [low, high] = [face(min[1]), face(max[1])];
+    return [{kind: "loop", points: low}, {kind: "loop", points: high},
+      ...low.map((corner, i) => ({kind: "line", points: [corner, high[i]]}))];
+  });
+}
+
+function pointShapes({points = []}, answer) {
+  return points.slice(0, MOST_DRAWN).flatMap((point, i) => {
+    if (!isPoint(point)) return [];
+    const found = answer.hits ? [answer.hits[i]] : answer.results?.[i]?.hits || [];
+    const near = found.filter((each) => isPoint(each?.position));
+    return [{kind: "point", points: [point], colour: "ray"},
+      ...near.flatMap((each) => [{kind: "line", points: [point, each.position], label: short(each.distance)},
+        {kind: "point", points: [each.position]}])];
+  });
+}
+
+function clearanceShapes(answer) {
+  return [answer.pair, ...(answer.pairs || [])].filter((pair) => isPoint(pair?.a?.position) && isPoint(pair?.b?.position))
+    .slice(0, MOST_DRAWN).flatMap(({a, b, distance}) => [
+      {kind: "line", points: [a.position, b.position], label: short(distance)},
+      {kind: "point", points: [a.position]}, {kind: "point", points: [b.position]}]);
+}
+
+/** Shapes for Marks; `size` is the radius of the scene. */
+export function shapesOf(route, query, answer, size) {
+  if (route === "rays:all") {
+    const hits = (answer.results || []).slice(0, MOST_DRAWN).flatMap(({hits: list}) => list);
+    const last = raysOf(query).map(({origin, direction}, i) => {
+      const t = answer.results?.[i]?.hits.at(-1)?.t ?? size / (Math.hypot(...direction) || 1);
+      return {kind: "line", points: [origin, origin.map((x, k) => x + t * direction[k])], colour: "ray"};
+    });
+    return [...last, ...hits.filter((hit) => isPoint(hit.position)).map((hit) => ({kind: "point", points: [hit.position]}))];
+  }
+  if (route.startsWith("rays:")) return rayShapes(query, answer, size);
+  if (route === "visibility") return sightShapes(query, answer);
+  if (route.startsWith("boxes:")) return boxShapes(query);
+  if (route.startsWith("points:")) return pointShapes(query, answer);
+  if (route === "clearance") return clearanceShapes(answer);
+  if (route.startsWith("sweeps:")) return rayShapes({rays: raysOf(query, "sweeps")}, answer, size);
+  return [];
+}
+
+/** One line that says what came out. */
+export function outcomeOf(route, query, answer) {
+  const one = answer.hits?.length === 1 ? answer.hits[0] : undefined;
+  if (answer.warnings?.length) return answer.warnings[0].message;
+  if (route === "rays:closest" || route.startsWith("sweeps:")) {
+    if (one === null || one === false) return "No hit.";
+    if (one && one.node !== undefined) return `Hit: ${one.node || "a node without a name"}, t = ${short(one.t)}.`;
+    if (answer.hits) return `${answer.hits.filter(Boolean).length} of ${answer.hits.length} rays hit.`;
+  }
+  if (route === "visibility" && typeof answer.visible === "string" && answer.visible.length === 1) {
+    if (answer.visible === "1") return "The two points see each other.";
+    return `Blocked by ${answer.blockers?.[0]?.node || "a triangle"}.`;
+  }
+  if (route === "boxes:list" && answer.results?.length === 1) {
+    const [{total}] = answer.results;
+    const what = query.of === "nodes" ? "node" : "triangle";
+    return `${total} ${what}${total === 1 ? "" : "s"} selected.`;
+  }
+  if (answer.counts?.length === 1) return `Count: ${answer.counts[0]}.`;
+  return "Answered.";
+}
