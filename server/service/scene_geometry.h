@@ -1,5 +1,5 @@
 #pragma once
-/// The triangles of a scene for those who draw it.
+/// The triangles of a scene for drawing.
 
 #include <cstdint>
 

@@ -191,7 +191,7 @@ class Laws:
             return
         table = re.search(r"^## Routes$(.*?)^## ", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
         rows = [row.split("|")[1] for row in (table.group(1) if table else "").splitlines() if row.startswith("|")]
-        told = set(re.findall(r"(/[^\s`]+)", " ".join(rows)))
+        told = set(re.findall(r"(/[^\s`]*)", " ".join(rows)))
         added = {}
         for name in self.files:
             if name.startswith("server/") and name.endswith(".cpp"):
