@@ -17,7 +17,7 @@ class Arena {
   Arena() = default;
   /// Reserves `capacity` bytes of address space, none of it touched. Throws std::bad_alloc.
   explicit Arena(std::size_t capacity);
-  /// Looks at memory that `keeper` keeps: a file, or another arena. Nothing may be taken from it.
+  /// Reads memory that `keeper` owns: a file, or another arena. take() must not be called.
   Arena(const std::byte* data, std::size_t used, std::shared_ptr<const void> keeper);
   Arena(Arena&& other) noexcept { swap(other); }
   Arena& operator=(Arena&& other) noexcept {

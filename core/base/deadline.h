@@ -1,5 +1,5 @@
 #pragma once
-/// How long a piece of work may take, and whether its caller still wants it.
+/// How long a piece of work may take, and whether its caller still waits for the result.
 
 #include <atomic>
 #include <chrono>
@@ -8,7 +8,7 @@
 
 namespace sightline {
 
-/// Set by one thread, read by others; a flag outlives every Deadline that looks at it.
+/// Set by one thread, read by others. A flag outlives every Deadline that refers to it.
 class CancelFlag {
  public:
   void cancel() { cancelled_.store(true, std::memory_order_relaxed); }
@@ -18,7 +18,7 @@ class CancelFlag {
   std::atomic<bool> cancelled_{false};
 };
 
-/// The same where there may be no flag.
+/// True if `flag` is set; a null flag is never set.
 inline bool is_cancelled(const CancelFlag* flag) { return flag != nullptr && flag->cancelled(); }
 
 struct Deadline {

@@ -16,7 +16,7 @@
 
 namespace sightline {
 
-/// Looks at a list of somebody else, or is 0, 1, 2, ...
+/// A view of a list that somebody else owns, or the sequence 0, 1, 2, ...
 class IndexView {
  public:
   class Iterator {

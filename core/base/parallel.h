@@ -65,7 +65,7 @@ class ThreadGroup {
     }
   }
   int threads() const { return arena_.max_concurrency(); }
-  /// The threads that help who calls execute give way to others from now on.
+  /// From now on the threads that help callers of execute yield to other threads.
   void give_way() {
     helpers_.emplace(arena_);
     helpers_->observe(true);

@@ -1,5 +1,5 @@
 #pragma once
-/// Who goes first where there are more threads than processors.
+/// Thread priority: which thread runs first where there are more threads than processors.
 
 #include <sys/resource.h>
 #include <sys/syscall.h>
@@ -7,7 +7,8 @@
 
 namespace sightline {
 
-/// Of the calling thread, for good: only a privileged process may raise it again.
+/// Lowers the priority of the calling thread for good. Only a privileged process can raise it
+/// again.
 inline void lower_priority() {
 #if defined(__linux__)
   constexpr int kNice = 10;

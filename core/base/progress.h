@@ -1,5 +1,5 @@
 #pragma once
-/// How far a long piece of work is, told by its worker and read by others, who may ask it to end.
+/// Progress of a long piece of work. Its worker reports; other threads read, and may ask it to end.
 
 #include <algorithm>
 #include <atomic>
@@ -11,7 +11,7 @@
 
 namespace sightline {
 
-/// One worker tells; any thread may read and cancel.
+/// One worker reports; any thread may read and cancel.
 class Progress {
  public:
   struct Reading {
@@ -36,7 +36,7 @@ class Progress {
             static_cast<int>(100.0 * static_cast<double>(done) / static_cast<double>(total_))};
   }
 
-  /// The worker is asked to end; it may be done before it hears of it.
+  /// Asks the worker to end. The worker may finish before it notices.
   void cancel() { flag_.cancel(); }
   bool cancelled() const { return flag_.cancelled(); }
   const CancelFlag& flag() const { return flag_; }

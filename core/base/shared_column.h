@@ -1,5 +1,5 @@
 #pragma once
-/// SharedColumn<T>: elements that are read by many and written, if at all, before that.
+/// SharedColumn<T>: elements that many threads read. They are written, if at all, before that.
 
 #include <algorithm>
 #include <cstddef>
@@ -14,15 +14,15 @@
 
 namespace sightline {
 
-/// Owns its elements, or looks at memory that somebody keeps for it: a file that is mapped. Copies
-/// of what is looked at share it.
+/// Owns its elements, or refers to memory that another object owns, such as a mapped file. Copies
+/// share memory that is referred to.
 template <class T>
 class SharedColumn {
  public:
   SharedColumn() = default;
   SharedColumn(std::initializer_list<T> elements) : own_(elements) {}
   SharedColumn(UnsetColumn<T> elements) : own_(std::move(elements)) {}
-  /// The elements stay as they are for as long as `keeper` lives.
+  /// Refers to `elements`, which do not change while `keeper` lives.
   SharedColumn(std::span<const T> elements, std::shared_ptr<const void> keeper)
       : kept_(elements), keeper_(std::move(keeper)) {}
 
@@ -37,7 +37,7 @@ class SharedColumn {
     return std::equal(begin(), end(), other.begin(), other.end());
   }
 
-  /// To be written: what was only looked at becomes a copy.
+  /// For writing. Elements that are only referred to are copied first.
   UnsetColumn<T>& own() {
     if (keeper_) {
       own_.assign(kept_.begin(), kept_.end());
@@ -50,14 +50,14 @@ class SharedColumn {
  private:
   UnsetColumn<T> own_;
   std::span<const T> kept_;
-  std::shared_ptr<const void> keeper_;  ///< null: the elements are its own
+  std::shared_ptr<const void> keeper_;  ///< null: the column owns its elements
 };
 
-/// Bytes that stay as they are for as long as `keeper` lives.
+/// Bytes that do not change while `keeper` lives.
 struct KeptBytes {
   std::span<const std::byte> bytes = {};
-  std::shared_ptr<const void> keeper = {};  ///< null: they may go
-  /// Told of what share() returns, in bytes; may be empty.
+  std::shared_ptr<const void> keeper = {};  ///< null: the bytes may be freed
+  /// Called with the bytes that share() returns; may be empty.
   std::function<void(std::span<const std::byte>)> claim = {};
 
   /// `count` elements at `from`, without a copy. Empty where these bytes do not hold them, or where

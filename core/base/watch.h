@@ -1,6 +1,6 @@
 #pragma once
-/// A deadline for loops whose steps are short beside a look at the clock, and memory that is asked
-/// for before it is taken.
+/// A deadline for loops whose steps are shorter than a reading of the clock, and a function that
+/// reserves memory before it is allocated.
 
 #include <cstdint>
 #include <functional>
@@ -10,13 +10,14 @@
 
 namespace sightline {
 
-/// Looks at the clock once in so many steps. The deadline outlives it.
+/// Reads the clock once in so many steps. The deadline must outlive the watch.
 class DeadlineWatch {
  public:
   /// A step takes a few nanoseconds, one that misses every cache a hundred.
   explicit DeadlineWatch(const Deadline& deadline, std::uint64_t steps_per_look = 16 << 10)
       : deadline_(deadline), steps_per_look_(steps_per_look) {}
-  /// After so many steps more: whether the time was used up when it looked last, at first at once.
+  /// Counts so many steps. Returns whether the time was used up at the last reading of the clock;
+  /// the first call reads it.
   bool passed(std::uint64_t steps = 1) {
     if (passed_) return true;
     if (left_ > steps) {
@@ -37,8 +38,8 @@ class DeadlineWatch {
   bool passed_ = false;
 };
 
-/// Asked before so many bytes are taken, which may take time; null where nobody counts them. Its
-/// errors are those of whoever counts.
+/// Called before so many bytes are allocated; the call may block. Null where no limit applies. It
+/// returns the error of the limit that refuses.
 using ReserveBytes = std::function<Status(std::uint64_t bytes)>;
 
 inline Status ask_for(const ReserveBytes& reserve, std::uint64_t bytes) {

@@ -1,5 +1,5 @@
 #pragma once
-/// Where memory may run out.
+/// Turns std::bad_alloc into an error.
 
 #include <new>
 
@@ -7,7 +7,7 @@
 
 namespace sightline {
 
-/// Calls work(), which returns a Result; what it could not allocate is the error MEMORY_EXHAUSTED
+/// Calls work(), which returns a Result. If an allocation fails, returns the error MEMORY_EXHAUSTED
 /// with this message.
 template <class Work>
 auto within_memory(const char* message, const Work& work) -> decltype(work()) {

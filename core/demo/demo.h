@@ -58,11 +58,11 @@ DemoScene town(std::uint64_t seed = 1);
 ///   none   origin (1,10,0)   direction (0,-1,0): between the two
 DemoScene six_triangles();
 
-/// A square from (-1,-1,0) to (1,1,0) in two triangles, with what files say of vertices: normals
-/// that lean outwards by 0.6 on the left and the right, uv from (0,1) below left to (1,0) above
-/// right, and colours, anticlockwise from below left red, green, blue, white. A ray that is easy to
-/// check:
-///   origin (0.5,-0.5,5) direction (0,0,-1): uv (0.75,0.75), colour (0.25,0.5,0.25,1) at t = 5
+/// A square from (-1,-1,0) to (1,1,0) in two triangles, with vertex attributes. Normals lean
+/// outwards by 0.6 on the left and the right. uv goes from (0,1) at the lower left to (1,0) at the
+/// upper right. Colours, counter-clockwise from the lower left: red, green, blue, white. For
+/// example, the ray with origin (0.5,-0.5,5) and direction (0,0,-1) gives uv (0.75,0.75) and colour
+/// (0.25,0.5,0.25,1) at t = 5.
 DemoScene painted_square();
 
 // The benchmark set of "What the fastest kernels reach": one mesh and one node, except instances.

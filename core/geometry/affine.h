@@ -10,8 +10,8 @@ namespace sightline {
 struct Affine {
   double m[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
 
-  /// world = m0*x + m1*y + m2*z + m3, float64, left to right, no FMA (CONTRACT, "The scene", 3).
-  /// Anyone can recompute it; the float64 triangles that it gives are the scene.
+  /// world = m0*x + m1*y + m2*z + m3, float64, left to right, no FMA (docs/reference/contract.md,
+  /// "The scene", 3). Anyone can recompute it; the resulting float64 triangles are the scene.
   Vec3d apply(const Vec3d& p) const {
     return {((m[0][0] * p.x + m[0][1] * p.y) + m[0][2] * p.z) + m[0][3],
             ((m[1][0] * p.x + m[1][1] * p.y) + m[1][2] * p.z) + m[1][3],

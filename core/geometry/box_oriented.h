@@ -8,10 +8,11 @@
 namespace sightline {
 
 /// The points p with |axes[k] . (p - center)| <= half[k] for k = 0, 1, 2, in real arithmetic over
-/// these float64 numbers. The axes are taken as they are: they need not be unit (an axis twice as
-/// long makes the box half as thick) nor exactly orthogonal (float64 rotations never are), so the
-/// set is a parallelepiped. half is not negative; +inf leaves the box open along that axis.
-/// Border   check_boxes (core/query/box_batch.h) refuses what is not finite, and axes in one plane.
+/// these float64 numbers. The axes are used as they are. They need not be unit: an axis twice as
+/// long makes the box half as thick. They need not be exactly orthogonal, as float64 rotations
+/// never are. So the set is a parallelepiped. half is not negative; +inf leaves the box open along
+/// that axis. Precondition: check_boxes (core/query/box_batch.h) has accepted the box. It refuses
+/// numbers that are not finite, and axes in one plane.
 struct OrientedBox {
   Vec3d center;
   Vec3d half;

@@ -30,8 +30,9 @@ class BoxContact {
   /// t, rounded once.
   double rounded() const { return t_.rounded(); }
   friend int compare(const BoxContact& a, const BoxContact& b) { return compare(a.t_, b.t_); }
-  /// Of the points that both have at t the one with the least x, then y, then z; each coordinate
-  /// rounded once. The same arguments as of first. Throws std::bad_alloc.
+  /// The contact point at t: of all points that both shapes share, the point with the least x, then
+  /// y, then z. Each coordinate is rounded once. Takes the arguments of first. Throws
+  /// std::bad_alloc.
   Vec3d position(const SweepPath& path, const SweptBox& box, const Triangle& triangle) const;
 
  private:

@@ -14,8 +14,9 @@ class ClippedTriangle {
   /// All of it.
   ClippedTriangle();
 
-  /// Keeps where the linear function that has these values at the three corners is not positive.
-  /// Returns whether anything is left; a single point is something. Throws std::bad_alloc.
+  /// Clips to the half space where a linear function is not positive; `values` are its values at
+  /// the three corners. Returns whether anything is left; a single point counts. Throws
+  /// std::bad_alloc.
   bool clip(const DyadicVector& values);
 
   /// The corners of what is left, some of them maybe twice: weights of degree 2d for values of

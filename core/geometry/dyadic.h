@@ -56,8 +56,8 @@ class Dyadic {
   /// infinity. Exactly zero is +0. Precondition: denominator is not zero.
   friend double round_quotient(const Dyadic& numerator, const Dyadic& denominator);
 
-  /// The same within 2^-50 of itself, or within 2^-1074 if that is more; not rounded correctly, but
-  /// quickly. Beyond the largest float64 an infinity.
+  /// The quotient within 2^-50 of itself, or within 2^-1074 if that is more. Fast, but not
+  /// correctly rounded. Infinite beyond the largest float64.
   friend double approximate_quotient(const Dyadic& numerator, const Dyadic& denominator);
 
   /// numerator / sqrt(square), of magnitude at most 1, rounded once to the nearest float64, ties to

@@ -7,7 +7,7 @@
 ///     t = A.(B x C) / (w0 + w1 + w2).
 /// Their sum is d.n with the normal n = (v1-v0) x (v2-v0). If it is zero although no two signs
 /// disagree, all three are zero and the line lies in the triangle's plane: then t is where the line
-/// enters the triangle (CONTRACT, "The answers").
+/// enters the triangle (docs/reference/contract.md, "The answers").
 
 #include <cstdint>
 
@@ -49,11 +49,11 @@ CornerSet met_edge(const Vec3d& origin, const Vec3d& direction, const Triangle& 
 /// then one point with one t.
 bool same_corners(const Triangle& a, CornerSet in_a, const Triangle& b, CornerSet in_b);
 
-/// Whether the line crosses the triangle properly after it was moved by an infinitely small
-/// (e, e^2, e^3), e > 0, at an unchanged direction. A moved line meets no edge, no corner and no
-/// plane that it is parallel to, so on a closed mesh the number of triangles that it crosses is
-/// even, and triangles that share an edge or a corner agree on which of them is crossed. Every
-/// triangle that the moved line crosses is met by the line itself; the reverse holds except at
+/// Whether the line crosses the triangle properly after the origin is displaced by an infinitely
+/// small (e, e^2, e^3), e > 0. The direction does not change. The displaced line meets no edge, no
+/// corner and no plane that it is parallel to. So on a closed mesh it crosses an even number of
+/// triangles, and triangles that share an edge or a corner agree on which of them is crossed. The
+/// line itself meets every triangle that the displaced line crosses. The reverse holds except at
 /// edges and corners and in the plane. Source: [Edelsbrunner1990], applied to the ray alone.
 bool exact_crossing(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle);
 
@@ -69,8 +69,8 @@ int side_sign(const Vec3d& direction, const Triangle& triangle);
 /// Whether the triangle has exactly no area.
 bool is_degenerate(const Triangle& triangle);
 
-/// What a hit looks like, see HitDetail for the accuracy that is promised. Precondition: exact_hit
-/// gave t for the same ray and triangle.
+/// The properties of a hit. HitDetail states their accuracy. Precondition: exact_hit gave t for
+/// this ray and triangle.
 struct ExactDetail {
   Vec3d position;  ///< each coordinate correctly rounded
   Vec3d normal;    ///< each component of n / |n| correctly rounded

@@ -1,10 +1,10 @@
 #pragma once
-/// The exact predicate's quick stage: ray and triangle as integers on a common grid.
+/// The fast stage of the exact predicate: ray and triangle as integers on a common grid.
 ///
-/// Twelve coordinates that are multiples of one power of two and less than 2^61 of it apart - all
-/// float32 scenes of ordinary extent, and nearly all float64 rays into them - give cross products
-/// of two differences in 128 bits and determinants in 256. Nothing is rounded, so nothing needs a
-/// proof beyond counting bits; what does not fit goes to Dyadic.
+/// It applies to twelve coordinates that are multiples of one power of two and less than 2^61 of it
+/// apart. All float32 scenes of ordinary extent satisfy that, and nearly all float64 rays into
+/// them. Cross products of two differences then fit 128 bits, and determinants 256. Nothing is
+/// rounded, so the only proof is a count of bits. Other input is decided by Dyadic.
 
 #include <array>
 #include <cstdint>

@@ -41,12 +41,13 @@ struct ExactDistance {
   double rounded() const { return round_root(square, divisor); }
 };
 ExactDistance exact_distance(const Vec3d& point, const Triangle& triangle);
-/// The same for a point of exact numbers.
+/// As exact_distance of a float64 point, for a point of exact numbers.
 ExactDistance exact_distance(const DyadicVector& point, const Triangle& triangle);
 
 /// Sign of a - b.
 int compare(const ExactDistance& a, const ExactDistance& b);
-/// The same for a distance that is given. Precondition: not negative, not NaN.
+/// Compares an exact distance with a float64 distance. Precondition: `distance` is not negative and
+/// not NaN.
 int compare(const ExactDistance& a, double distance);
 
 /// The nearest point of the triangle, every number of it correctly rounded. detail.front: the point

@@ -4,7 +4,7 @@
 /// A slab k is entered at t_near(k) and left at t_far(k), quotients of numbers that are exact sums
 /// or products of the input. The line is in the box from the largest t_near to the smallest t_far.
 ///
-/// Stages  Every comparison of two quotients first looks at their float64 values. For an
+/// Stages  Every comparison of two quotients first compares their float64 values. For an
 ///         axis-aligned plane T = (plane - origin) / d, two roundings, satisfies
 ///             |t - T| <= (2u + u^2) |T| + 2^-1074,   u = 2^-53,
 ///         so two of them (or one and a limit) that differ by more than
@@ -64,10 +64,10 @@ struct RayBoxAnswer {
   /// exit if the origin is inside; else the entry, or the exit if the entry is before tmin. +inf,
   /// and no faces, if the ray runs and ends in the interior.
   double t = 0;
-  /// For a hit: every face that holds the point at t, edges and corners included. First those that
-  /// the ray crosses there on its way in (if t is the exit of an origin inside: out), then those it
-  /// crosses the other way, then those that it runs along; each group in the order x, y, z. The
-  /// first one is the face whose normal is reported.
+  /// For a hit: every face that contains the point at t, edges and corners included. First come the
+  /// faces that the ray crosses there on its way in (on its way out if t is the exit of an origin
+  /// inside). Then come faces that it crosses the other way, then faces that it runs along. Each
+  /// group is in the order x, y, z. The normal that is reported belongs to the first face.
   BoxFaces faces;
 };
 

@@ -19,8 +19,9 @@ namespace sightline {
 using Corners = std::span<const Vec3d>;
 inline Corners corners_of(const Triangle& t) { return {&t.v0, 3}; }
 
-/// Within 512 * 2^-53 of the largest extent of both together, beyond what a badly chosen pair of
-/// points costs; or everything where magnitudes pass 2^400 or fall below 2^-400.
+/// The range is within 512 * 2^-53 of the largest extent of the two triangles in total, plus the
+/// error of a badly chosen pair of points. It is everything where magnitudes exceed 2^400 or are
+/// below 2^-400.
 DistanceRange distance_range(Corners a, Corners b);
 
 /// Preconditions: `a` has two corners, or three with an area; `b` has an area.

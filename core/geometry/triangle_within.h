@@ -18,7 +18,8 @@ bool is_within(const Vec3d& p, const Sphere& sphere);
 bool is_within(const Vec3d& p, const Capsule& capsule);
 bool is_within(const Vec3d& p, const ConvexRegion& region);
 
-/// Triangles with a corner that is not finite are within nothing. The area is not looked at.
+/// Whether a triangle lies inside of the region. A triangle with a corner that is not finite lies
+/// inside of none. The area is not tested.
 template <class Region>
 bool corners_within(const Triangle& t, const Region& region) {
   return is_finite(t) && is_within(t.v0, region) && is_within(t.v1, region) &&

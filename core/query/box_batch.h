@@ -1,5 +1,5 @@
 #pragma once
-/// Boxes of a query as columns, and the one border check that they pass.
+/// Boxes of a query as columns, and the check at the border that all of them pass.
 
 #include <cstddef>
 #include <cstdint>
@@ -54,7 +54,7 @@ struct BoxBatch {
   ConvexRegion region(std::size_t number) const {
     return {{planes.data() + first_plane[number], planes.data() + first_plane[number + 1]}};
   }
-  /// The same where there are only boxes.
+  /// As the visitor above, for a batch that has only boxes.
   template <class F>
   auto visit_box(std::size_t i, F&& f) const {
     return is_aligned(i) ? f(aligned[i]) : f(oriented_boxes[oriented[i]]);

@@ -23,7 +23,7 @@ struct ClearanceQuestion {
   std::uint64_t limit = 1000;                                     ///< pairs listed
 };
 
-/// A triangle of the one selection and one of the other.
+/// A triangle of the first selection and a triangle of the second.
 struct ClearancePair {
   TriangleId a, b;
   double distance = 0;  ///< correctly rounded

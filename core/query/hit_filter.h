@@ -13,13 +13,13 @@
 
 namespace sightline {
 
-/// Of which triangles hits are left out. A triangle's front is its counter-clockwise side; the sign
-/// of direction . normal decides, exactly. A ray in the plane of a triangle meets neither side, so
-/// only kNothing keeps that hit.
+/// Which sides of triangles are culled. The front of a triangle is its counter-clockwise side. The
+/// sign of direction . normal decides, exactly. A ray in the plane of a triangle meets neither
+/// side, so it hits only with kNothing.
 enum class Culling {
   kNothing,
-  kBack,      ///< keeps those whose front is met
-  kFront,     ///< keeps those whose back is met
+  kBack,      ///< hits on fronts count
+  kFront,     ///< hits on backs count
   kMaterial,  ///< as kBack, except where the material is double-sided [glTF2]
 };
 
@@ -43,7 +43,7 @@ struct HitFilter {
   }
 };
 
-/// The same for one scene: which sides of every primitive of every instance count.
+/// A resolved filter: which sides of every primitive of every instance of a scene count.
 struct KeptSides {
   static constexpr std::uint8_t kFront = 1, kBack = 2, kEdgeOn = 4, kAll = 7;
 

@@ -6,7 +6,7 @@
 namespace sightline {
 
 struct QueryWork {
-  std::uint64_t nodes = 0;       ///< of trees, whose eight boxes were looked at
+  std::uint64_t nodes = 0;       ///< nodes of trees whose eight boxes were tested
   std::uint64_t blocks = 0;      ///< of up to four triangles that were tested
   std::uint64_t placements = 0;  ///< of meshes that were entered
   // Decisions that float64 left open, taken by integers: triangles, orders of two hits, roundings.

@@ -1,5 +1,5 @@
 #pragma once
-/// Rays as columns, and the one border check that they pass before anything is traced.
+/// Rays as columns, and the check at the border that all of them pass before anything is traced.
 
 #include <cstddef>
 #include <cstdint>

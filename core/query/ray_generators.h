@@ -15,7 +15,7 @@
 
 namespace sightline {
 
-/// Where something stands and looks. `forward` and `up` need not be unit nor orthogonal.
+/// Where a sensor is and where it points. `forward` and `up` need not be unit nor orthogonal.
 struct Pose {
   Vec3d position;
   Vec3d forward{0, 0, -1};
@@ -51,7 +51,7 @@ struct Orthographic {
   std::uint64_t width = 0, height = 0;
 };
 
-/// All around; the middle of the image looks forward, the upper edge up. Directions are unit.
+/// A panorama. The middle of the image is forward, its upper edge is up. Directions are unit.
 struct Equirectangular {
   Pose pose;
   std::uint64_t width = 0, height = 0;

@@ -1,5 +1,6 @@
 #pragma once
-/// Spheres and boxes swept along rays, as columns, and the one border check that they pass.
+/// Spheres and boxes swept along rays, as columns, and the check at the border that all of them
+/// pass.
 
 #include <cstddef>
 #include <cstdint>

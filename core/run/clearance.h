@@ -10,11 +10,11 @@
 
 namespace sightline {
 
-/// Which pairs of a triangle that `a` keeps and one that `b` keeps are wanted (sides are all or
-/// none); a triangle that both keep is at no distance from itself. `work`: nodes are pairs of
-/// boxes. Errors: TOO_MANY_HITS for more than `most` pairs, DEADLINE, CANCELLED, MEMORY_EXHAUSTED.
-/// On one thread. Cost: n log n for trees over both selections (for one, where they are the same),
-/// then what is near to each other.
+/// The pairs of a triangle selected by `a` and a triangle selected by `b` (sides are all or none).
+/// A triangle in both has distance 0 to itself. `work`: nodes are pairs of boxes. Errors:
+/// TOO_MANY_HITS for more than `most` pairs, DEADLINE, CANCELLED, MEMORY_EXHAUSTED. Runs on one
+/// thread. Cost: n log n for a tree over each selection, then proportional to the pairs that are
+/// close.
 Status clearance(const Scene& scene, const KeptSides& a, const KeptSides& b,
                  const ClearanceQuestion& question, std::uint64_t most, const Deadline& deadline,
                  ClearanceAnswer& answer, QueryWork& work);

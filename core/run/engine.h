@@ -33,13 +33,14 @@ struct EngineOptions {
 struct RayOptions {
   const KeptSides* kept = nullptr;  ///< what counts (kept_sides.h); null: everything
   QueryWork* work = nullptr;        ///< what it cost is added, if not null
-  bool builds = true;               ///< else closest, any and count refuse where trees are pending
+  /// else closest, any and count fail with TREES_PENDING where trees are unbuilt
+  bool builds = true;
 };
 
-/// Made once by main and handed down. All methods may be called from many threads at once; none
-/// keeps a pointer to its arguments. Every answer is the same bytes for every number of threads,
-/// kernel and order of rays (CONTRACT.md).
-/// Rays must have passed check_rays. Errors: DEADLINE and CANCELLED (the output is then unusable),
+/// Answers queries. main makes one and passes it on. All methods may be called from many threads at
+/// once. No method stores a pointer to its arguments. The bytes of an answer do not depend on the
+/// number of threads, the kernel or the order of rays (docs/reference/contract.md). Rays must have
+/// passed check_rays. Errors: DEADLINE and CANCELLED (the output must then not be used),
 /// MEMORY_EXHAUSTED, TREES_PENDING (RayOptions::builds), ENGINE_KERNEL_UNKNOWN from create.
 class Engine {
  public:
@@ -59,8 +60,8 @@ class Engine {
                const Deadline& deadline, Column<std::uint64_t>& totals,
                const RayOptions& options = {}) const;
   /// Every triangle that each ray meets, sorted by (exact t, id); of each ray the first `hits_max`.
-  /// `totals` counts them all, so that a cut is visible. Both are resized and overwritten.
-  /// Errors: TOO_MANY_HITS if the lists together would pass `hits_total_max`.
+  /// `totals` counts all of them, so that a cut is visible. Both are resized and overwritten.
+  /// Errors: TOO_MANY_HITS if all lists would have more than `hits_total_max` hits in total.
   Status all(const Scene& scene, const RayBatch& rays, Crossings crossings, std::size_t hits_max,
              std::size_t hits_total_max, const Deadline& deadline, HitLists& lists,
              Column<std::uint64_t>& totals, const RayOptions& options = {}) const;
@@ -77,8 +78,8 @@ class Engine {
                     const HitAttributeChoice& choice, const Deadline& deadline,
                     HitAttributes& out) const;
 
-  // Points are finite; see core/run/nearest.cpp. What counts is chosen by primitives: sides of
-  // options.kept are all or none.
+  // Points are finite; see core/run/nearest.cpp. The filter selects whole primitives: in
+  // options.kept the sides of a primitive are all or none.
 
   /// The triangles nearest to each point, at most `count` of those within max_distance (closed),
   /// which triangles and in which order exactly: by distance, at the same distance by id. `hits` is
@@ -93,12 +94,12 @@ class Engine {
   Status nearest_details(const Scene& scene, const Column<Vec3d>& points, const HitBatch& hits,
                          const Deadline& deadline, Column<HitDetail>& out) const;
 
-  // Sweeps must have passed check_sweeps; see core/run/sweeps.cpp. What counts is chosen by
-  // primitives: sides of options.kept are all or none.
+  // Sweeps must have passed check_sweeps; see core/run/sweeps.cpp. The filter selects whole
+  // primitives: in options.kept the sides of a primitive are all or none.
 
-  /// The first contact of each sweep: the least real t, at the same t the smallest id; with `any`
-  /// some contact, of which only that it is there is the same for every number of threads. `hits`
-  /// is resized and overwritten; t is correctly rounded.
+  /// The first contact of each sweep: the least real t, and at equal t the smallest id. With `any`
+  /// it is some contact; only its existence does not depend on the number of threads. `hits` is
+  /// resized and overwritten; t is correctly rounded.
   Status sweep(const Scene& scene, const SweepBatch& sweeps, bool any, const Deadline& deadline,
                HitBatch& hits, const RayOptions& options = {}) const;
   /// The positions of first contacts, each coordinate correctly rounded; nothing else is filled in.
@@ -120,9 +121,9 @@ class Engine {
   /// How many triangles or nodes count for each box. `totals` is resized and overwritten.
   Status boxes_count(const Scene& scene, const BoxBatch& boxes, const BoxQuestion& question,
                      const Deadline& deadline, Column<std::uint64_t>& totals) const;
-  /// The triangles or nodes that count for each box, sorted by id; of each box the first `limit`
-  /// from its place on. `totals` counts them all. Both are resized and overwritten.
-  /// Errors: TOO_MANY_HITS if the lists together would pass `total_max`.
+  /// The triangles or nodes that each box touches, sorted by id; of each box the first `limit` from
+  /// its cursor on. `totals` counts all of them. Both are resized and overwritten. Errors:
+  /// TOO_MANY_HITS if all lists would have more than `total_max` entries in total.
   Status boxes_list(const Scene& scene, const BoxBatch& boxes, const BoxQuestion& question,
                     std::size_t limit, std::size_t total_max, const Deadline& deadline,
                     BoxLists& lists, Column<std::uint64_t>& totals) const;

@@ -20,7 +20,7 @@ namespace sightline {
 /// Rays that one thread takes at a time: enough to hide the cost of taking them, few enough that a
 /// deadline is noticed within a millisecond or so.
 inline constexpr std::size_t kSlice = 1024;
-/// The same for rays of which every hit is wanted: one of them may meet a whole scene.
+/// Rays in a slice where every hit is listed: one ray may meet a whole scene.
 inline constexpr std::size_t kListSlice = 64;
 
 inline Error trees_are_pending() {
@@ -34,8 +34,8 @@ Status within_memory(const Answer& answer) {
   return within_memory("there is no memory for the answer", answer);
 }
 
-/// Adds up what the slices of a query have cost, when someone wants to know, and keeps whether one
-/// of them was given up in its middle.
+/// Adds up the work of the slices of a query if the caller asked for it. Records whether a slice
+/// was abandoned.
 class WorkLog {
  public:
   WorkLog(const Scene& scene, QueryWork* work) : scene_(scene), work_(work) {
@@ -173,7 +173,7 @@ struct Engine::State {
         return;
       }
       slice(i * slice_size, std::min(count, (i + 1) * slice_size));
-      // Who has the processor is otherwise asked again at the next tick, milliseconds later.
+      // Without sched_yield the scheduler runs again at its next tick, milliseconds later.
       if (hurry != nullptr && hurry->load(std::memory_order_relaxed)) ::sched_yield();
     };
     // To hand slices over takes time, and pays where somebody is idle.
@@ -188,15 +188,15 @@ struct Engine::State {
     return success();
   }
 
-  /// For queries whose answer asks every tree that they come near: a view in which those of
-  /// [0, count) are all built. find(pending, i, trees) appends what query i comes near.
+  /// For queries that need every tree near them. Returns a view in which the trees near queries [0,
+  /// count) are built. find(`pending`, i, trees) appends the trees near query i.
   template <class Find>
   Result<SceneView> with_trees(const Scene& scene, std::size_t count, const Deadline& deadline,
                                Find find);
 
-  /// For rays that were traced while trees were pending. nearest(pending, i) names the tree that
-  /// ray i must be asked of next, or kNone; again(view, numbers) answers those rays anew. Returns
-  /// when no ray wants a tree.
+  /// For rays that were traced while trees were unbuilt. nearest(`pending`, i) returns the tree
+  /// that ray i needs next, or kNone. again(view, numbers) traces those rays again. Returns when no
+  /// ray needs a tree.
   template <class Nearest, class Again>
   Status trace_again(SceneView view, std::size_t count, const Deadline& deadline, Nearest nearest,
                      Again again);

@@ -30,9 +30,9 @@ Status points_inside(const Engine& engine, const Scene& scene, const Column<Vec3
                      InsideMethod method, const Deadline& deadline, const RayOptions& options,
                      const ReserveBytes& reserve, InsideAnswers& answers);
 
-/// How many edges leave the triangles that count open, for this method, of all placements together:
-/// where there are none, every answer is right. Each mesh is looked at by itself. Errors: DEADLINE,
-/// CANCELLED, those of `reserve`. Throws std::bad_alloc.
+/// The number of open edges of the triangles that count, for this method, summed over all
+/// placements. Without open edges every answer is right. Each mesh is examined alone. Errors:
+/// DEADLINE, CANCELLED, those of `reserve`. Throws std::bad_alloc.
 Result<std::uint64_t> open_edges(const Scene& scene, const KeptSides* kept, InsideMethod method,
                                  const Deadline& deadline, const ReserveBytes& reserve);
 

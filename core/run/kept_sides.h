@@ -25,10 +25,10 @@ std::uint64_t kept_sides_bytes(const Scene& scene);
 // SELECTION_EMPTY, with its pointer: for a strict question, and for an answer that has no place for
 // a warning.
 
-/// Errors: FILTER_NODE_UNKNOWN, with a pointer to the number in "include" or "exclude", and
-/// SELECTION_EMPTY. Throws std::bad_alloc.
-/// Cost: linear in nodes times patterns (mostly once for a name that comes again), and in
-/// instances; for each list with warnings some milliseconds for similar names.
+/// Resolves a filter for a scene. Errors: FILTER_NODE_UNKNOWN, with a pointer to the number in
+/// "include" or "exclude", and SELECTION_EMPTY. Throws std::bad_alloc. Cost: linear in instances,
+/// and in nodes times patterns (repeated names mostly count once). A list with warnings takes some
+/// milliseconds more for similar names.
 Result<KeptSides> kept_sides(const Scene& scene, const HitFilter& filter, const Deadline& deadline,
                              const ReserveBytes& reserve, SelectionWarnings* warnings = nullptr);
 
@@ -36,8 +36,8 @@ Result<KeptSides> kept_sides(const Scene& scene, const HitFilter& filter, const 
 Result<KeptSides> chosen_sides(const Scene& scene, const TriangleChoice& choice,
                                const std::string& key, const Deadline& deadline,
                                const ReserveBytes& reserve, SelectionWarnings* warnings = nullptr);
-/// kept_sides for rays that may have masks; nothing where all triangles count for all of them, so
-/// that nobody looks for what is not there. `ray_masks` may be empty.
+/// kept_sides for rays that may have masks. Empty where all triangles count for all rays, which
+/// spares the kernels the test. `ray_masks` may be empty.
 Result<std::optional<KeptSides>> kept_for_rays(const Scene& scene, const HitFilter& filter,
                                                std::span<const std::uint32_t> ray_masks,
                                                const Deadline& deadline,

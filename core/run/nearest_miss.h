@@ -1,5 +1,5 @@
 #pragma once
-/// What a ray that meets nothing comes nearest to, in a scene whose trees may be pending.
+/// The triangle that a ray without a hit comes nearest to, in a scene that may have unbuilt trees.
 
 #include <optional>
 
@@ -8,8 +8,8 @@
 
 namespace sightline {
 
-/// Among the triangles that options.kept keeps on any side; see trace/nearest_miss.h. Errors: those
-/// of Engine::sweep.
+/// Among the triangles of which any side is in options.kept; see trace/nearest_miss.h. Errors:
+/// those of Engine::sweep.
 Status nearest_miss(const Engine& engine, const Scene& scene, const Ray& ray,
                     const RayOptions& options, const Deadline& deadline,
                     std::optional<NearestMiss>& miss);

@@ -1,7 +1,7 @@
 #pragma once
-/// What an engine does while trees of a scene are pending: it finds out which ones an answer needs,
-/// has them built, and asks again. Only the threads that asked wait, and never inside the work that
-/// they share: a thread that waits for a tree cannot be the one that was to build it.
+/// How an engine handles unbuilt trees: it finds the trees that an answer needs, has them built,
+/// and asks again. Only the threads that asked wait, and never inside of shared work: a thread that
+/// waits for a tree must not be the thread that was to build it.
 
 #include <algorithm>
 #include <mutex>

@@ -21,19 +21,19 @@ struct Primitive {
   std::uint32_t material = 0xffffffffu;
 };
 
-/// Positions are float32 as decoded (CONTRACT, "The scene", 1). Triangle i has the corners
-/// positions[indices[3i]], [3i+1], [3i+2]; every index is smaller than positions.size(). Importers
-/// list none where they are 0, 1, 2, ... Strips and fans are already unrolled with glTF's winding.
-/// Positions may be non-finite and triangles may have no area: both keep their number and are never
-/// hit.
+/// Positions are float32 as decoded (docs/reference/contract.md, "The scene", 1). Triangle i has
+/// the corners positions[indices[3i]], [3i+1], [3i+2]; every index is smaller than
+/// positions.size(). Importers store no indices where they would be 0, 1, 2, ... Strips and fans
+/// are unrolled with glTF's winding. Positions may be non-finite and triangles may have no area.
+/// Such triangles have a number like all others and are never hit.
 struct Mesh {
   std::string name;
   std::uint32_t file_mesh = 0;  ///< index in the file's "meshes"
   SharedColumn<Vec3f> positions;
   IndexColumn indices;
-  bool all_used = false;  ///< each position is a corner of a triangle; false: nobody has looked
+  bool all_used = false;  ///< each position is a corner of a triangle; false: not checked
   std::vector<Primitive> primitives;
-  /// Of the primitives before the last one that has any; of the others there are none.
+  /// Attributes of the primitives up to the last one that has any.
   std::vector<PrimitiveAttributes> attributes;
 
   std::uint32_t triangle_count() const { return static_cast<std::uint32_t>(indices.size() / 3); }

@@ -26,11 +26,11 @@ using NodeChanges = std::vector<NodeChange>;
 /// `changes` as they are after `change` as well.
 NodeChanges with_change(NodeChanges changes, const NodeChange& change);
 
-/// Changes the nodes; what is below them moves and hides with them, by the importer's formulas.
-/// Masks of instances are worked out anew. Returns the instances that are elsewhere, or hidden or
-/// shown, ascending. Errors, and then the description is unusable: NODE_NOT_FOUND, NODE_POSES_SKIN
-/// (a joint of a skin that is shown would move: its mesh would be another one), TRANSFORM_INVALID
-/// (with its parents, or with a placement, a matrix holds more than a float32 can).
+/// Changes the nodes. Nodes below them move and hide with them, by the importer's formulas. Masks
+/// of instances are computed again. Returns the instances that moved, were hidden or were shown,
+/// ascending. Errors, after which the description must not be used: NODE_NOT_FOUND, NODE_POSES_SKIN
+/// (a joint of a visible skin would move), TRANSFORM_INVALID (a matrix, alone or with its parents
+/// or a placement, exceeds float32).
 Result<std::vector<std::uint32_t>> change_nodes(SceneDescription& scene,
                                                 std::span<const NodeChange> changes);
 /// The mask that holds for each node.

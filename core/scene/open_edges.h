@@ -34,14 +34,14 @@ Result<OpenEdges> open_edges(const Mesh& mesh,
 std::uint64_t open_edges_bytes(const Mesh& mesh,
                                const std::function<bool(std::size_t primitive)>& counts);
 
-/// Those of the whole meshes of a scene: worked out when first asked for, then kept. May be used
-/// from many threads.
+/// The open edges of the whole meshes of a scene. They are computed when first requested, then
+/// cached. May be used from many threads.
 class KnownEdges {
  public:
   explicit KnownEdges(std::size_t meshes) : slots_(std::make_unique<Slot[]>(meshes)) {}
-  /// `mesh` is the one of this number. One thread at a time works a mesh out, others wait for it,
-  /// until their own deadlines; where it has not ended in its time the next begins anew. Errors:
-  /// those of open_edges and of `reserve`, which is asked only where it is not known yet.
+  /// `mesh` has this number. One thread at a time processes a mesh; other threads wait for it,
+  /// until their own deadlines. If it runs out of time, the next thread starts again. Errors: those
+  /// of open_edges, and of `reserve`, which is called only where the result is not cached.
   Result<OpenEdges> of(std::uint32_t number, const Mesh& mesh, const Deadline& deadline,
                        const ReserveBytes& reserve);
 

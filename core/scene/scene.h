@@ -33,7 +33,7 @@ class Scene {
                                                     TreeQuality quality = TreeQuality::kHigh,
                                                     Joining joining = Joining::kMeasured,
                                                     const CancelFlag* cancel = nullptr);
-  /// The same scene with some nodes elsewhere or hidden: it shares the meshes, and the trees of all
+  /// This scene with some nodes moved or hidden. It shares the meshes, and the trees of everything
   /// that has not moved. Errors: those of change_nodes, MEMORY_EXHAUSTED.
   Result<std::shared_ptr<const Scene>> changed(std::span<const NodeChange> changes) const;
   Scene(const Scene&) = delete;
@@ -54,8 +54,8 @@ class Scene {
   /// Of the world positions that finite triangles use (area or not); empty if there is none.
   const Box3d& bounds() const { return plan_.bounds; }
 
-  /// What its attributes say of a vertex of a triangle is read for hits; this counts the bytes of
-  /// the file that were. Shared with the scenes that share its meshes.
+  /// Counts the bytes of vertex attributes that were read from the file for hits. Scenes that share
+  /// meshes share the counter.
   std::atomic<std::uint64_t>& attribute_bytes() const { return *attribute_bytes_; }
 
   /// Whether some instance has mask 0: no ray meets it, whatever its own mask.
@@ -74,7 +74,7 @@ class Scene {
   Scene() = default;
   SceneDescription description_;
   ScenePlan plan_;
-  std::unique_ptr<SceneTrees> trees_;        ///< looks at plan_
+  std::unique_ptr<SceneTrees> trees_;        ///< refers to plan_
   std::shared_ptr<KnownEdges> known_edges_;  ///< shared with the scenes that share the meshes
   std::shared_ptr<std::atomic<std::uint64_t>> attribute_bytes_;
   std::uint64_t unique_triangle_count_ = 0;

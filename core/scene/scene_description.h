@@ -41,7 +41,7 @@ struct Node {
   std::optional<std::uint32_t> mask = {};
 };
 
-/// A camera of the file as a node shows it [glTF2] 3.10: it looks along -z of the node, y is up.
+/// A camera of the file, placed by a node [glTF2] 3.10. It points along -z of the node; y is up.
 struct Camera {
   std::string name;
   std::uint32_t file_camera = 0;  ///< index in the file's "cameras"
@@ -59,7 +59,7 @@ struct Instance {
   /// Of several at one node (EXT_mesh_gpu_instancing) index in SceneDescription::placements.
   std::uint32_t placement = 0xffffffffu;
   bool posed = false;   ///< by a skin: its mesh stands in the world, wherever its node is
-  bool hidden = false;  ///< with its node: met by nothing, but keeps its number
+  bool hidden = false;  ///< with its node: no ray meets it, but its number stays in use
   std::uint32_t mask = 0xffffffffu;  ///< of its node
 };
 
@@ -80,7 +80,7 @@ struct TouchedBytes {
   }
 };
 
-/// What the files have and the import did not look at.
+/// What the files contain and the import did not read.
 struct ImportSkips {
   std::uint64_t scenes = 0;
   std::uint64_t nodes = 0;   ///< that the loaded scene does not reach

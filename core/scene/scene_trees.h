@@ -26,14 +26,14 @@ class SceneTrees {
  public:
   /// Nothing is built. The plan outlives it.
   SceneTrees(const ScenePlan& plan, std::uint64_t geometry_bytes);
-  /// After moved_plan: has all trees of `before` that did not move, and none has been built anew
-  /// (LazyLayout::moved). Nothing of `before` is kept but trees. Throws std::bad_alloc.
+  /// After moved_plan: takes all trees of `before` that did not move; none of them is built again
+  /// (LazyLayout::moved). Refers to nothing else of `before`. Throws std::bad_alloc.
   SceneTrees(const ScenePlan& plan, SceneTrees& before, std::span<const std::uint32_t> moved);
   ~SceneTrees();
   SceneTrees(const SceneTrees&) = delete;
   SceneTrees& operator=(const SceneTrees&) = delete;
 
-  /// Held while a query runs: its trees stay.
+  /// Held while a query runs, so that its trees are not dropped.
   class Use {
    public:
     explicit Use(SceneTrees& trees);
@@ -47,13 +47,12 @@ class SceneTrees {
 
   std::shared_ptr<const SceneTree> now() const;
 
-  /// Builds the `wanted` trees of `seen`, which now() returned, each once, whoever asks: returns
-  /// when those are there that other threads had begun. A tree that is large may be cut instead, so
-  /// that some of its parts are still pending. Returns a state that has what was built, or, if all
-  /// trees were exchanged meanwhile, the present one. Must not be called by work that runs on
-  /// `threads`. What is being built is finished, also when the time is up, unless the deadline's
-  /// flag is set. Errors: DEADLINE and CANCELLED; also throws std::bad_alloc, and nothing has
-  /// changed then.
+  /// Builds the `wanted` trees of `seen`, a state that now() returned. Each tree is built once,
+  /// also when several threads ask. Waits for trees that other threads have begun. A large tree may
+  /// be split instead, which leaves some of its parts unbuilt. Returns a state with the new trees
+  /// or, if all trees were exchanged meanwhile, the present state. Work that runs on `threads` must
+  /// not call it. A build in progress is finished, also after the deadline, unless the deadline's
+  /// flag is set. Errors: DEADLINE, CANCELLED. Throws std::bad_alloc and then changes nothing.
   Result<std::shared_ptr<const SceneTree>> build(const std::shared_ptr<const SceneTree>& seen,
                                                  std::span<const std::uint32_t> wanted,
                                                  const Deadline& deadline, ThreadGroup& threads);
@@ -62,14 +61,14 @@ class SceneTrees {
   enum class Origin { kBuilt, kRead };
   /// Puts all trees, in their lasting form, in the place of what is there.
   void complete(SceneTree tree, Origin origin);
-  /// Lets go of all trees: everything is pending again. Throws std::bad_alloc.
+  /// Drops all trees: all of them count as unbuilt again. Throws std::bad_alloc.
   void drop();
 
   /// From now on this scene counts. Errors: SCENE_OVER_BUDGET. Precondition: called once at most.
   Status join(std::shared_ptr<TreeBudget> budget);
   // What a budget asks.
   std::uint64_t geometry_bytes() const { return geometry_bytes_; }
-  /// The same for scenes that share their geometry.
+  /// The address that scenes with shared geometry have in common.
   const void* geometry() const {
     return plan_.meshes.empty() ? this : static_cast<const void*>(plan_.meshes[0].positions.data());
   }
@@ -84,13 +83,14 @@ class SceneTrees {
   /// Whether some are not there that should be (in their lasting form, unless it was reached before
   /// something moved), and have been of use since they were dropped.
   bool wants_all() const;
-  /// Whether it was: then only what is pending is to be built, whoever builds ahead.
+  /// Whether the scene was made by moving nodes. Then a background build has only the unbuilt trees
+  /// to build.
   bool is_moved() const;
 
   void count_waiting(std::uint64_t queries) { waited_.fetch_add(queries); }
   void count_rejected_file() { rejects_.fetch_add(1); }
   TreeStats stats() const;
-  /// Of these the one that is asked for with every query.
+  /// The number of trees that were built. Every query reads it.
   std::uint64_t trees_built() const;
   const ScenePlan& plan() const { return plan_; }
 

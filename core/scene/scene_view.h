@@ -8,8 +8,8 @@
 
 namespace sightline {
 
-/// What a kernel reads. The trees of a scene may be replaced while queries run: a view keeps those
-/// that it was made with. The scene outlives it.
+/// The part of a scene that a kernel reads. The trees of a scene may be replaced while queries run;
+/// a view refers to the trees that it was made with. The scene outlives it.
 class SceneView {
  public:
   /// The trees that the scene has now. Implicit: a scene can be asked without further ado.

@@ -1,5 +1,6 @@
 #pragma once
-/// How much memory the scenes of a process may take together; whose trees go when it is too much.
+/// The memory that the scenes of a process may take in total, and which trees are evicted beyond
+/// it.
 
 #include <atomic>
 #include <cstdint>

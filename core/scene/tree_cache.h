@@ -35,11 +35,11 @@ struct EncodedTrees {
 /// with Joining::kMeasured.
 EncodedTrees encode_trees(const SceneTree& tree, std::uint64_t content);
 
-/// The trees in `bytes`, which are aligned to 64 bytes and kept by `keeper`; not copied. The bytes
-/// are hostile: whatever they hold, a tree that comes out loses nothing (validate.h), and answers
-/// are those of the plan's triangles. Errors: TREES_FOREIGN (no such file), TREES_STALE (of another
-/// content, version or machine), TREES_DAMAGED. Throws std::bad_alloc. Cost: some tenth of what
-/// building costs.
+/// The trees in `bytes`, which are aligned to 64 bytes and owned by `keeper`; they are not copied.
+/// The bytes are hostile. Whatever they contain, a tree that is returned has passed validate.h, and
+/// answers are those of the plan's triangles. Errors: TREES_FOREIGN (no such file), TREES_STALE (of
+/// another content, version or machine), TREES_DAMAGED. Throws std::bad_alloc. Cost: about a tenth
+/// of building them.
 Result<SceneTree> decode_trees(const ScenePlan& plan, std::uint64_t content,
                                std::span<const std::byte> bytes,
                                const std::shared_ptr<const void>& keeper);

@@ -30,6 +30,22 @@ RTCRay rounded(const Ray& ray) {
   return result;
 }
 
+#if RTC_VERSION_MAJOR >= 4
+void intersect(RTCScene scene, RTCRayHit& query) { rtcIntersect1(scene, &query, nullptr); }
+void occluded(RTCScene scene, RTCRay& query) { rtcOccluded1(scene, &query, nullptr); }
+#else
+void intersect(RTCScene scene, RTCRayHit& query) {
+  RTCIntersectContext context{};
+  rtcInitIntersectContext(&context);
+  rtcIntersect1(scene, &context, &query);
+}
+void occluded(RTCScene scene, RTCRay& query) {
+  RTCIntersectContext context{};
+  rtcInitIntersectContext(&context);
+  rtcOccluded1(scene, &context, &query);
+}
+#endif
+
 }  // namespace
 
 EmbreeScene::EmbreeScene(std::span<const oracle::Triangle> triangles, bool robust)
@@ -64,22 +80,18 @@ bool EmbreeScene::accepts(const Ray& ray) {
 }
 
 std::optional<EmbreeHit> EmbreeScene::closest(const Ray& ray) const {
-  RTCIntersectContext context{};
-  rtcInitIntersectContext(&context);
   RTCRayHit query{};
   query.ray = rounded(ray);
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   query.hit.primID = RTC_INVALID_GEOMETRY_ID;
-  rtcIntersect1(scene_, &context, &query);
+  intersect(scene_, query);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
   return EmbreeHit{query.hit.primID, query.ray.tfar};
 }
 
 bool EmbreeScene::any(const Ray& ray) const {
-  RTCIntersectContext context{};
-  rtcInitIntersectContext(&context);
   RTCRay query = rounded(ray);
-  rtcOccluded1(scene_, &context, &query);
+  occluded(scene_, query);
   return query.tfar < 0;
 }
 

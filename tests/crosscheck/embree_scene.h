@@ -1,7 +1,12 @@
 #pragma once
-/// Embree 3 over the same triangles, rounded to float32: a contestant, never a judge.
+/// Embree over the scene's triangles, rounded to float32: a contestant, never a judge. Debian 12 has
+/// Embree 3.13, Debian 13 has 4.3.
 
+#if __has_include(<embree4/rtcore.h>)
+#include <embree4/rtcore.h>
+#else
 #include <embree3/rtcore.h>
+#endif
 
 #include <cstdint>
 #include <optional>

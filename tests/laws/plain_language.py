@@ -10,7 +10,8 @@ Rules:
   retired   no retired word: RETIRED has each one with what to write instead
 
 It reads README.md, ARCHITECTURE.md, CHANGELOG.md, CONTRIBUTING.md, all Markdown of docs/ and proto/, and the comments
-of the headers of core/, proto/ and server/. Code blocks, inline code and names of code are not checked.
+of the headers of core/, proto/ and server/. Code blocks, inline code and names of code are not checked. A row of a
+table in a comment, whose columns are two spaces apart, is a sentence of its own.
 
 tests/laws/plain_language_baseline.txt lists the files that still break a rule, each with its number of faults. A file
 that is not listed has no fault. The test fails when a number grows; --write lowers the numbers that have shrunk.
@@ -69,7 +70,7 @@ def without_code(text):
     text = PROPER.sub("X", text)
     # Names of code: with _ or ::, a call, a file, camel case, JSON text.
     text = re.sub(r'"[^"\s]*"', "X", text)
-    return re.sub(r"[\w./:<>~-]*(?:\w_\w|::|\w\(\)|\.(?:h|cpp|py|md|sh|json)\b|[a-z0-9][A-Z])[\w./:<>()*&,-]*", "X", text)
+    return re.sub(r"[\w./:<>~-]*(?:\w_\w|::|\w\(\)|\.(?:h|cpp|py|md|sh|json)\b|[a-z]\.[a-z]|[a-z0-9][A-Z])[\w./:<>()*&,-]*", lambda match: "X" + re.search(r"[.,:)]*$", match.group(0)).group(0), text)
 
 
 SENTENCE_END = re.compile(r"(?<!\be\.g)(?<!\bi\.e)(?<!\bal)(?<!\bvs)(?<!\bcf)(?<!\beq)(?<!\bSec)[.!?][)\"'*]*(?=\s|$)")
@@ -154,8 +155,8 @@ STRING_OR_COMMENT = re.compile(r'"(?:\\.|[^"\\\n])*"|(?<!\w)\'(?:\\.|[^\'\\\n])\
 
 
 def comment_blocks(text):
-    """Comments of C++: lines of // that follow each other are one; ///< and a comment beside code are their own."""
-    block, last, last_beside = [], -1, False
+    """Comments of C++: lines of // that follow each other are one, and so is a comment beside code with its ///< lines."""
+    block, last, last_beside, in_item = [], -1, False, False
     for match in STRING_OR_COMMENT.finditer(text):
         comment = match.group(1) or match.group(2)
         if not comment:
@@ -168,13 +169,18 @@ def comment_blocks(text):
             content = content[1:] if content.startswith(" ") else content
             if "NOLINT" in content or "clang-format" in content:
                 content = ""
-            follows = number + offset == last + 1 and not beside
-            diagram = content.startswith("   ") or re.match(r"[|+\-=<>/\\ ]{4}", content)
-            item = re.match(r"\s*(?:[-*]|\d+\.) ", content)
+            follows = number + offset == last + 1 and not beside and (not last_beside or "///<" in line)
+            # An item of a list, or a row of a table: its columns are two spaces apart.
+            columns = re.search(r"\S {2,}\S", content)
+            item = re.match(r"\s*(?:[-*]|\d+\.) ", content) or (columns and not content.startswith(" "))
+            # What is indented is a formula or a diagram, unless it continues an item.
+            diagram = content.startswith("   ") or (content.startswith("  ") and (columns or not (in_item and follows)))
+            diagram = diagram and not item or re.match(r"[|+\-=<>/\\ ]{4}", content)
             if block and (not follows or not content.strip() or diagram or item):
                 yield block
                 block = []
-            last, last_beside = number + offset, beside
+            last, last_beside = number + offset, beside or (last_beside and follows)
+            in_item = bool(item) or (in_item and follows and content.startswith("  "))
             if content.strip() and not diagram:
                 block.append((number + offset, re.sub(r"^\s*[-*] ", "", content)))
     if block:

@@ -1,5 +1,5 @@
 #pragma once
-/// The judge of ray queries: the answers of CONTRACT.md over a list of float64 triangles, by
+/// The judge of ray queries: the answers of docs/reference/contract.md over a list of float64 triangles, by
 /// integer arithmetic. Shares no code with core/geometry, core/bvh or core/trace. A tree with
 /// conservative tests (conservative.h) decides only which triangles the integers look at.
 
