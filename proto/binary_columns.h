@@ -10,7 +10,7 @@
 
 namespace sightline {
 
-/// What a kind of request looks like.
+/// The layout of a kind of request.
 struct BinaryKind {
   std::string_view magic;  ///< four bytes
   std::string_view noun;   ///< "rays"

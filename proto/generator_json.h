@@ -26,9 +26,9 @@ using AdmitMade = std::function<Status(std::uint64_t count)>;
 
 class GeneratorReader {
  public:
-  /// `most`: rays that it may make, and entries that its lists may have.
-  /// `find_camera`: null where there is no scene.
-  /// `admit`: asked before so many rays are made, or poses kept; null: all are admitted.
+  /// `most`: rays that it may make, and entries that its lists may have. `find_camera`: null where
+  /// there is no scene. `admit`: called before so many rays are made, or poses stored; null: all
+  /// are admitted.
   GeneratorReader(JsonReader& reader, std::uint64_t most, const FindCamera& find_camera,
                   const AdmitMade& admit)
       : reader_(reader), most_(most), find_camera_(find_camera), admit_(admit) {}

@@ -54,7 +54,7 @@ void visit_vectors(const Visit& visit, const Value& value) {
   visit(VectorColumn<width, Value>{value});
 }
 
-/// Calls visit(column) with the one of the above that `field` is.
+/// Calls visit(column) with the column of `field`.
 template <class Visit>
 void visit_column(const HitAnswer& answer, HitField field, const Visit& visit) {
   const HitBatch& hits = answer.hits;

@@ -30,9 +30,10 @@ struct HitTerms {
   Column<std::uint32_t> primitive, triangle, node, mesh, material;
   std::vector<std::string_view> node_name, node_path, mesh_name, material_name;
   HitAttributes attributes;
-  Column<double> distance;            ///< t * |direction|
-  bool t_is_distance = false;         ///< what stands as t is the distance too
-  std::deque<std::string> own_texts;  ///< that node_path looks at; moving this moves none of them
+  Column<double> distance;     ///< t * |direction|
+  bool t_is_distance = false;  ///< what stands as t is the distance too
+  /// that node_path refers to; moving this struct moves none of them
+  std::deque<std::string> own_texts;
 };
 
 /// The members of an object that name a triangle, without its brackets: "instance", "primitive",

@@ -33,8 +33,8 @@ class JsonReader {
   template <class ReadObject>
   bool read_body(std::string& body, ReadObject read_object);
 
-  /// Reads `text`, behind which the parser may look up to `capacity` bytes from its begin, as one
-  /// value: calls read_value(value).
+  /// Reads `text` as one value: calls read_value(value). The parser may read up to `capacity` bytes
+  /// from the beginning of `text`.
   template <class Place, class ReadValue>
   bool read_one(simdjson::ondemand::parser& parser, std::string_view text, std::size_t capacity,
                 Place place, ReadValue read_value);

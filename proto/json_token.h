@@ -5,7 +5,7 @@
 
 namespace sightline {
 
-/// What a token looks like, for messages: "found a string".
+/// A name for the kind of a token, for messages: "found a string".
 std::string_view token_kind(std::string_view token);
 
 /// Without the white space at its end.

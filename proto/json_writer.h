@@ -32,7 +32,7 @@ class JsonWriter {
   void boolean(bool value) { raw(value ? std::string_view("true") : std::string_view("false")); }
   /// A quoted string; bytes that are not UTF-8 become U+FFFD.
   void string(std::string_view text);
-  /// The same, or null for an empty one: a name that the file does not give.
+  /// Writes a string, or null for an empty one: a name that the file does not give.
   void name(std::string_view text) { text.empty() ? raw("null") : string(text); }
 
   /// For many values at once: so many bytes to write at, then where what was written ends.

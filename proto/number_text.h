@@ -17,8 +17,8 @@ inline constexpr std::size_t kNumberRoom = 40;
 /// Precondition: `value` is finite.
 char* write_float64(char* out, double value);
 
-/// The same for JSON: -0.0 is "-0.0", because many readers take "-0" for an integer and lose the
-/// sign, and NaN and infinities, which JSON does not have, are "null".
+/// A number for JSON. -0.0 is "-0.0", because many readers take "-0" for an integer and lose the
+/// sign. NaN and infinities, which JSON does not have, are "null".
 char* write_json_number(char* out, double value);
 
 inline constexpr std::uint32_t kLongestShort = 99'999'999;
@@ -60,7 +60,7 @@ inline char* write_integer(char* out, std::uint64_t value) {
   return short_integer(static_cast<std::uint32_t>(value)).write(out);
 }
 
-/// The same, or `instead` for one value: which it is costs no branch.
+/// Writes an integer, or `instead` for one value. The choice costs no branch.
 inline char* write_integer_or(char* out, std::uint32_t value, std::uint32_t nothing,
                               ShortText instead) {
   const bool is_nothing = value == nothing;

@@ -94,9 +94,10 @@ inline bool nearest_float64(const Decimal& decimal, bool negative, double& out) 
   return true;
 }
 
-/// The same where the exponent is -18 to -12: the range of float64 has no end there, and nothing
-/// lies halfway between two of them, which by [Lemire2021] takes an exponent of -4 at least. False
-/// as well for zero, and where more than the first 64 bits of the power matter.
+/// nearest_of_19_digits for exponents of -18 to -12. Inside that range float64 neither overflows
+/// nor underflows, and no number lies halfway between two float64 numbers: by [Lemire2021] that
+/// takes an exponent of at least -4. False also for zero, and where more than the first 64 bits of
+/// the power matter.
 [[gnu::always_inline]] inline bool nearest_of_19_digits(const Decimal& decimal, bool negative,
                                                         double& out) {
   using Float64 = fast_float::binary_format<double>;
@@ -189,9 +190,9 @@ inline std::uint64_t bytes_kept(std::uint64_t others) {
 
 }  // namespace plain
 
-/// Reads the number at `at` as the nearest float64 and moves `at` behind it. False, with `at` where
-/// it was, for what has to be looked at more closely: what is no number of JSON, more than 19
-/// digits that matter, what overflows.
+/// Reads the number at `at` as the nearest float64 and moves `at` behind it. False, without moving
+/// `at`, where the slow reader must decide: text that is not a JSON number, more than 19
+/// significant digits, overflow.
 [[gnu::always_inline]] inline bool scan_plain_number(const char*& at, double& out) {
   const bool negative = *at == '-';
   plain::Decimal decimal;

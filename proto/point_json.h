@@ -31,7 +31,7 @@ struct PointJsonRules {
   std::size_t max_points = 10'000'000;
   /// Without, the body has options only.
   bool has_points = true;
-  // The same for the other keys.
+  // Whether the body may have the other keys.
   bool has_method = false, has_max_distance = false, has_count = false, has_fields = false;
   std::uint64_t max_count = 1000;
   FieldSet default_fields = kDefaultNearestFields;

@@ -9,8 +9,8 @@
 
 namespace sightline {
 
-/// Appends to `points`, a container of Vec3d. too_many(place) is called, and its answer returned,
-/// for the one after `most`. Returns false after the reader has its error.
+/// Appends to `points`, a container of Vec3d. After `most` points it calls too_many(place) and
+/// returns its answer. Returns false if the reader has an error.
 template <class Points, class TooMany>
 bool read_points(JsonReader& reader, JsonReader::Value value, const JsonPointer& place,
                  std::size_t most, Points& points, TooMany too_many) {

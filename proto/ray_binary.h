@@ -1,5 +1,5 @@
 #pragma once
-/// Rays as bytes, for those who have them as numbers: proto/BINARY.md has the table.
+/// Rays as bytes: proto/BINARY.md has the table.
 
 #include <string_view>
 
@@ -17,11 +17,10 @@ inline constexpr FieldSet kDefaultBinaryFields{HitField::kT, HitField::kInstance
 inline constexpr FieldSet kTextFields{HitField::kNode, HitField::kNodePath, HitField::kMesh,
                                       HitField::kMaterial};
 
-/// `usual`: what a body without options means, instead of none; without rays.
-/// The body is only read. Any numbers are good as float32 too: they become the same float64.
-/// Errors, 400: BINARY_MALFORMED (magic, flags, or a length that is not the one the header says;
-/// with both numbers). 422: FIELD_IS_TEXT, the codes of the options' JSON and of check_rays, whose
-/// pointer is /rays/N/... . 413: RAYS_TOO_MANY.
+/// `usual`: the options of a body that has none; without rays. The body is only read. Any float32
+/// is accepted and becomes the same float64. Errors, 400: BINARY_MALFORMED (magic, flags, or a
+/// length other than the header says; with both numbers). 422: FIELD_IS_TEXT, the codes of the
+/// options' JSON and of check_rays, whose pointer is /rays/N/... . 413: RAYS_TOO_MANY.
 Result<RayQuery> decode_rays_binary(std::string_view body, const RayJsonRules& rules,
                                     const RayQuery* usual = nullptr);
 

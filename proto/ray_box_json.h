@@ -31,9 +31,9 @@ struct RayBoxQuery {
   std::optional<std::uint64_t> timeout_ms;  ///< the answer may take no longer
 };
 
-/// As decode_rays for the body. Errors: those of decode_rays for rays (rows and columns), of boxes
-/// (box_rows.h), 422 VALUE_UNKNOWN (pairing), PAIRS_UNEQUAL (each, with more of the one than of the
-/// other); 413 PAIRS_TOO_MANY.
+/// Decodes the body as decode_rays does. Errors: those of decode_rays for rays (rows and columns),
+/// of boxes (box_rows.h), 422 VALUE_UNKNOWN (pairing), PAIRS_UNEQUAL (each, with unequal numbers of
+/// rays and boxes); 413 PAIRS_TOO_MANY.
 Result<RayBoxQuery> decode_ray_boxes(std::string& body, const RayBoxJsonRules& rules);
 
 /// {"results":[{"hit":true,"t":8,"t_enter":8,"t_exit":14,"inside":false,"on_surface":false,

@@ -1,5 +1,5 @@
 #pragma once
-/// Rays as an answer: what a generator makes, to be looked at or sent back.
+/// Rays as an answer: what a generator makes, to be read by people or sent back.
 
 #include <string>
 
@@ -10,7 +10,7 @@ namespace sightline {
 /// {"origins":[x,y,z,...],"directions":[...],"tmin":[...],"tmax":[...]}, null for no tmax: a body
 /// that decode_rays reads as the same rays.
 std::string encode_ray_columns(const RayBatch& rays);
-/// The same for decode_rays_binary, in float64.
+/// The rays as a body for decode_rays_binary, in float64.
 std::string encode_rays_binary(const RayBatch& rays);
 
 }  // namespace sightline

@@ -1,24 +1,27 @@
 #pragma once
-/// Rays as JSON, strictly: what is accepted is exactly what is meant, and everything else is an
-/// Error with a JSON pointer to the place.
+/// Rays as JSON, strictly: every accepted body has exactly one meaning. Everything else is an Error
+/// with a JSON pointer to the place.
 ///
 ///   rows     {"rays":[{"origin":[x,y,z],"direction":[x,y,z],"tmin":0,"tmax":10}],"fields":["t"]}
-///   columns {"origins":[x,y,z,...],"directions":[x,y,z,...],"tmin":[...],"tmax":[...],"fields":..}
+///   columns  {"origins":[x,y,z,...],"directions":[x,y,z,...],"tmin":[...],"tmax":[...],"fields":..}
+///   made     {"generator":{"kind":"pinhole",...}}, see generator_json.h; the answer has columns
 ///
-///   made    {"generator":{"kind":"pinhole",...}}, see generator_json.h; the answer has columns
+/// Keys come in any order. tmin, tmax and fields may be left out; null as a tmax means no limit.
+/// Numbers become the nearest float64: -0.0, denormals and 17 digits survive.
 ///
-/// Keys in any order; tmin, tmax and fields may be left out; null as a tmax means no limit. Numbers
-/// become the nearest float64: -0.0, denormals and 17 digits survive.
-/// "cull": "none" ("back", "front", "material"), "include" and "exclude": {"nodes":[3],
-/// "names":["tree*"],"materials":["leaves"]}, any of the three: see core/query/hit_filter.h.
-/// "mask": 5 for all rays, "masks": [1,4,...] for each as a column, "mask" in a row: what has no
-/// bit in common does not count. "on_invalid": "refuse" (or "mark"): what a bad ray does to the
-/// others. "strict": true: an entry of "include" or "exclude" that matches nothing is an error.
-/// "work": true: what it cost. "image": "depth" ("node", "normal") with "image_unit":
-/// 0.001: hit_image.h. "normalize": true: tmin, tmax and the t of the answer count in scene units,
-/// not in |direction|. "explain": true, of one ray: what it came past. Where hits are listed or
-/// counted, also "crossings": "every" (or "once"), and where they are listed "max_hits": 1000, for
-/// each ray.
+///   cull              "none", "back", "front" or "material"
+///   include, exclude  {"nodes":[3],"names":["tree*"],"materials":["leaves"]}, any of the three: see
+///                     core/query/hit_filter.h
+///   mask, masks       5 for all rays, [1,4,...] as a column, "mask" in a row: what has no bit in
+///                     common does not count
+///   on_invalid        "refuse" or "mark": the effect of a bad ray on the others
+///   strict            true: an entry of include or exclude that matches nothing is an error
+///   work              true: the answer has its cost
+///   image             "depth", "node" or "normal", with "image_unit": 0.001: hit_image.h
+///   normalize         true: tmin, tmax and the t of the answer count in scene units
+///   explain           true, for a single ray: the boxes and triangles that it was tested with
+///   crossings         "every" or "once", where hits are listed or counted
+///   max_hits          1000, for each ray, where hits are listed
 
 #include <cstddef>
 #include <cstdint>
@@ -58,12 +61,12 @@ struct RayJsonRules {
   bool has_image = false;    ///< "image" and "image_unit"
   bool has_returns = false;  ///< whether a generator may ask for several
   FindCamera find_camera = {};
-  /// The same for "crossings" and "max_hits".
+  /// Whether the body may have "crossings" and "max_hits".
   bool has_crossings = false;
   bool has_max_hits = false;
-  std::uint64_t max_hits = 10'000'000;  ///< the largest max_hits that may be asked for
-  /// Asked before so many rays are made of a generator, or poses kept for it; its error is the
-  /// answer. Empty: all may be.
+  std::uint64_t max_hits = 10'000'000;  ///< the largest max_hits that is accepted
+  /// Called before so many rays are made of a generator, or poses are stored for it; its error is
+  /// the answer. Empty: all are allowed.
   std::function<Status(std::uint64_t rays)> admit_made = {};
 };
 
@@ -92,12 +95,16 @@ inline constexpr std::size_t kRayJsonPadding = 64;
 
 /// `body` is only read; its capacity grows by kRayJsonPadding where it has not as much to spare.
 /// The batch does not point into it.
-/// Errors, 400: JSON_MALFORMED. 422: KEY_UNKNOWN, KEY_DUPLICATE, KEY_MISSING, KEYS_MIXED (rows and
-/// columns in one body), TYPE_WRONG, LENGTH_WRONG, NUMBER_NOT_FINITE (NaN, Infinity, 1e999),
-/// FIELD_UNKNOWN (names the known ones), FIELD_DUPLICATE, FIELDS_EMPTY, NUMBER_OUT_OF_RANGE
-/// (max_hits, nodes), VALUE_UNKNOWN (crossings, cull, on_invalid), EXPLAIN_ONE_RAY, and the codes
-/// of check_rays. 413: RAYS_TOO_MANY, FILTER_TOO_LARGE, BODY_TOO_LARGE (4 GiB and more). 507:
-/// MEMORY_FULL (the parser needs several times the body).
+///
+/// Errors, by status:
+/// - 400: JSON_MALFORMED
+/// - 422: KEY_UNKNOWN, KEY_DUPLICATE, KEY_MISSING, KEYS_MIXED (rows and columns in one body),
+///   TYPE_WRONG, LENGTH_WRONG, NUMBER_NOT_FINITE (NaN, Infinity, 1e999)
+/// - 422: FIELD_UNKNOWN (names the known ones), FIELD_DUPLICATE, FIELDS_EMPTY, NUMBER_OUT_OF_RANGE
+///   (max_hits, nodes), VALUE_UNKNOWN (crossings, cull, on_invalid), EXPLAIN_ONE_RAY, and the codes
+///   of check_rays
+/// - 413: RAYS_TOO_MANY, FILTER_TOO_LARGE, BODY_TOO_LARGE (4 GiB and more)
+/// - 507: MEMORY_FULL (the parser needs several times the body)
 Result<RayQuery> decode_rays(std::string& body, const RayJsonRules& rules);
 
 /// The last step of every decoder: puts rays that miss in the place of bad ones where those are to

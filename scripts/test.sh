@@ -54,7 +54,8 @@ reports=()
 code=0
 for preset in "${presets[@]}"; do
   echo "=== $preset: configure and build"
-  cmake --preset "$preset" -DSIGHTLINE_TESTS=ON >"build/configure-$preset.log" 2>&1 ||
+  cmake --preset "$preset" -DSIGHTLINE_TESTS=ON -DSIGHTLINE_WARNINGS_AS_ERRORS=ON \
+    >"build/configure-$preset.log" 2>&1 ||
     { cat "build/configure-$preset.log"; echo "$0: cannot configure $preset" >&2; exit 1; }
   cmake --build --preset "$preset"
   echo "=== $preset: test"

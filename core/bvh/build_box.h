@@ -30,7 +30,7 @@ struct alignas(32) BuildBox {
   }
 };
 
-/// Bounds whose fourth lane carries rubbish (an id reinterpreted) and is never looked at.
+/// Bounds whose fourth lane holds an unrelated value (an id, reinterpreted) that is never read.
 struct Bounds {
   Float4 lower = Float4::all(std::numeric_limits<float>::infinity());
   Float4 upper = Float4::all(-std::numeric_limits<float>::infinity());

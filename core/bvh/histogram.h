@@ -9,7 +9,7 @@
 
 namespace sightline {
 
-/// How many boxes are tested together, as a power of two: a leaf costs whole blocks.
+/// How many boxes are tested at once, as a power of two: a leaf costs whole blocks.
 struct BlockSize {
   std::uint32_t log2 = 0;
   float blocks(std::uint32_t boxes) const {

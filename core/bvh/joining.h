@@ -9,14 +9,17 @@
 
 namespace sightline {
 
-/// Indices of the placements to put together, ascending; none if one tree cannot hold them.
-/// `placed` are the bounds of their finite world triangles; an empty one is never chosen.
+/// Indices of the placements that share one tree in world space, ascending; none if one tree cannot
+/// hold them. `placed` are the bounds of their finite world triangles; an empty one is never
+/// chosen.
 ///
-/// Every placement of a mesh that is placed once is chosen. Those of a mesh placed more often are,
-/// all or none, if the copies they cost are few: the cheapest meshes first, until the copies of all
-/// of them would pass the triangles that the scene has anyway, or kFreeCopies if that is more.
-/// Coordinates must be of a size: a placement whose largest is beyond 2^40 times, or below 2^-40
-/// times, that of the median stays out, so that one scale serves all (docs/exactness.md, "Boxes").
+/// Every placement of a mesh that is placed once is chosen. Meshes that are placed more often are
+/// chosen as a whole, cheapest first, while their copies are few. The limit is the number of
+/// triangles that the scene has anyway, or kFreeCopies if that is more.
+///
+/// Coordinates must be of similar size, so that one scale serves all. A placement is left out if
+/// its largest coordinate is beyond 2^40 times, or below 2^-40 times, the median
+/// (docs/exactness.md, "Boxes").
 std::vector<std::uint32_t> choose_joined(std::span<const MeshView> meshes,
                                          std::span<const PlacementView> placements,
                                          std::span<const Box3d> placed);

@@ -23,7 +23,7 @@ struct TreeSlot {
   std::uint32_t entries = 0;  ///< that enter it
   /// Never cut: rays are mapped into its space, or its triangles lie around one place.
   bool whole = false;
-  Box3d box = {};                           ///< of what the one entry may hit, in the world
+  Box3d box = {};                           ///< of what its single entry may hit, in the world
   std::span<const TriangleRun> runs = {};   ///< empty: all of the mesh
   std::shared_ptr<const void> keeper = {};  ///< of the runs
 };
@@ -35,17 +35,18 @@ class LazyLayout {
   explicit LazyLayout(const ScenePlan& plan);
 
   const std::vector<TreeSlot>& slots() const { return slots_; }
-  /// Nothing built: every slot is pending.
+  /// A state in which every slot is unbuilt.
   SceneTree unbuilt() const;
   /// Enters the parts in place of the slot, which nothing enters any more. `tree` is a state of
-  /// this layout; returned is the same with the parts pending. Precondition: can_split.
+  /// this layout. Returns that state with the parts unbuilt. Precondition: can_split.
   SceneTree split(std::uint32_t slot, std::vector<MeshPart> parts, const SceneTree& tree);
 
-  /// After moved_plan: where `moved` are what it changed, and `tree` was a state of the plan
-  /// before. Trees of what has not moved stay, and so do those in a moved mesh's own space; a tree
-  /// that several placements share in the world is copied without those that moved, which are
-  /// entered on their own from then on. Pending is what is missing. before  the layout that `tree`
-  /// is a state of; null where it has the lasting form
+  /// The layout after moved_plan changed the placements `moved`; `tree` was a state of the plan
+  /// before. Trees of what has not moved are reused, and so are trees in a moved mesh's own space.
+  /// A tree that several placements share in the world is copied without the moved ones, which are
+  /// entered on their own from then on. Trees that are missing count as unbuilt.
+  ///
+  /// before  the layout that `tree` is a state of; null where `tree` has the lasting form
   struct Moved;
   static Moved moved(const ScenePlan& plan, const LazyLayout* before, const SceneTree& tree,
                      std::span<const std::uint32_t> moved);
@@ -82,7 +83,7 @@ std::vector<MeshPart> split_slot(const ScenePlan& plan, const TreeSlot& slot);
 WideTree build_slot(const ScenePlan& plan, const TreeSlot& slot, TreeQuality quality,
                     const CancelFlag* cancel = nullptr);
 
-/// The same trees: a state that differs in nothing yet.
+/// A state with the trees of `tree`.
 SceneTree share(const SceneTree& tree);
 
 /// A tree that is entered in vain.

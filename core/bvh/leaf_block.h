@@ -40,7 +40,7 @@ struct alignas(32) LeafBlock {
     return {triangle(0), triangle(1), triangle(2), triangle(3)};
   }
   std::uint32_t lane_count() const { return bits(1, 52, 3); }
-  /// Counted from the one whose tree was entered: SceneTree.
+  /// Counted from the placement whose tree was entered: SceneTree.
   std::uint32_t placement() const { return is_behind() ? bits(1, 28, 24) : 0; }
   /// At least every |component| of every edge of the lanes, mesh space.
   float edge_max() const {

@@ -8,7 +8,7 @@
 namespace sightline {
 
 struct ReinsertOptions {
-  int passes = 3;  ///< at most; they end when one saves too little
+  int passes = 3;  ///< at most; a pass that saves too little is the last
   /// Of the nodes, those with the largest surface are tried in each pass; in the first, which finds
   /// out whether there is anything to save, only a quarter of them.
   float share = 0.2f;
@@ -17,13 +17,12 @@ struct ReinsertOptions {
   const CancelFlag* cancel = nullptr;
 };
 
-/// In each pass the best new place of every chosen subtree is sought in the same tree, in parallel,
-/// by branch and bound; then the moves are made, the most profitable first, as far as they do not
-/// touch each other [Meister2018]. We differ: the moves are made by one thread in a fixed order, so
-/// that the tree does not depend on the number of threads.
-/// Leaves stay whole; ids are sorted anew so that the boxes below every node are one range again.
-/// No binary node comes to lie deeper than kMaxTreeDepth. Once it is cancelled the tree is what it
-/// was. Throws std::bad_alloc.
+/// In each pass, branch and bound finds the best new place of every chosen subtree, in parallel.
+/// Then the moves are made, most profitable first, as far as they do not touch each other
+/// [Meister2018]. Unlike there, one thread makes the moves in a fixed order, so that the tree does
+/// not depend on the number of threads. Leaves stay whole. Ids are sorted again so that the boxes
+/// below every node are one range. No binary node gets deeper than kMaxTreeDepth. A cancelled call
+/// leaves the tree as it was. Throws std::bad_alloc.
 void reinsert(BinaryTree& tree, const ReinsertOptions& options);
 
 }  // namespace sightline

@@ -23,7 +23,7 @@ enum class TreeQuality {
   kHigh,  ///< subtrees moved to better places: docs/decisions/0008
 };
 
-/// Which placements get one tree together, around their world triangles.
+/// Which placements share one tree around their world triangles.
 enum class Joining {
   kMeasured,  ///< those whose meshes are placed once, and more where memory allows: choose_joined
   kNever,     ///< every placement is entered on its own
@@ -86,10 +86,10 @@ struct SceneTree {
   std::uint64_t bytes() const;
 };
 
-/// Builds everything. Placements of meshes that are placed once, or are small, have one tree
-/// together, around their world triangles. A larger mesh placed often has one tree in its own
-/// space, unless a matrix is so nearly singular that mapping rays would cost their precision: then
-/// that placement has a tree of its own. Errors: SCENE_TOO_LARGE if a tree would pass 16 GiB;
+/// Builds all trees. Placements of meshes that are placed once, or are small, share one tree around
+/// their world triangles. A larger mesh that is placed often has one tree in its own space. An
+/// exception is a matrix that is so nearly singular that mapped rays would lose their precision:
+/// its placement has a tree of its own. Errors: SCENE_TOO_LARGE if a tree would exceed 16 GiB;
 /// CANCELLED, soon after `cancel` is.
 Result<SceneTree> build_scene_tree(const ScenePlan& plan, TreeQuality quality = TreeQuality::kHigh,
                                    Joining joining = Joining::kMeasured,

@@ -1,6 +1,6 @@
 #pragma once
-/// Cuts the triangles of a large mesh into parts that lie together, in about two passes: what a
-/// first ray needs of ten million triangles is one small tree.
+/// Splits the triangles of a large mesh into parts of neighbours, in about two passes. A first ray
+/// into ten million triangles then needs only one small tree.
 
 #include <cstdint>
 #include <memory>
@@ -27,7 +27,7 @@ std::vector<std::uint32_t> numbers_of(std::span<const TriangleRun> runs);
 struct MeshPart {
   std::span<const TriangleRun> runs;
   std::uint32_t triangle_count = 0;
-  std::shared_ptr<const void> keeper;  ///< of the runs, together with those of the other parts
+  std::shared_ptr<const void> keeper;  ///< owns the runs of all parts
   Box3d box;                           ///< around the triangles, in the space of the trees
 };
 

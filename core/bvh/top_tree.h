@@ -7,8 +7,8 @@
 
 namespace sightline {
 
-/// Over the world bounds of what is entered, in units in which float32 keeps its precision. Leaf
-/// blocks hold indices of `bounds`, one each. `all` contains them. Empty once it is cancelled.
+/// A tree over the world bounds of the entries, in units in which float32 is precise. Leaf blocks
+/// hold indices of `bounds`, one each. `all` contains them. Empty once it is cancelled.
 WideTree build_top(std::span<const Box3d> bounds, const Box3d& all, TreeQuality quality,
                    const CancelFlag* cancel = nullptr);
 

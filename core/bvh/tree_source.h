@@ -18,7 +18,7 @@ struct TreeSource {
   std::function<Result<WideTree>(std::span<const Box3d> boxes, const Box3d& all)> top;
 };
 
-/// Puts the trees together. Errors: those of the source.
+/// Assembles the trees of a scene. Errors: those of the source.
 Result<SceneTree> assemble_scene_tree(const ScenePlan& plan, Joining joining,
                                       const TreeSource& source);
 

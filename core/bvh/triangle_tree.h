@@ -1,6 +1,6 @@
 #pragma once
-/// A tree over the triangles of one mesh, in the mesh's space or in the world's, or over those of
-/// several placed meshes together.
+/// A tree over the triangles of one mesh, in the mesh's space or in the world's, or over the
+/// triangles of several placed meshes.
 
 #include <cstdint>
 #include <span>
@@ -10,11 +10,11 @@
 
 namespace sightline {
 
-/// `world_from_mesh` null: boxes around the mesh's own triangles. Else around the world triangles.
-/// Leaves hold the mesh's float32 corners in both cases. Triangles with a corner that is not finite
-/// in the tree's space, or with two equal corners, are left out: nothing can hit them under any
-/// matrix. Empty once it is cancelled, which large trees look for now and then. Precondition: at
-/// most kMaxTriangles.
+/// `world_from_mesh` null: boxes around the mesh's own triangles. Otherwise around the world
+/// triangles. Leaves hold the mesh's float32 corners in both cases. Triangles with a corner that is
+/// not finite in the tree's space, or with two equal corners, are left out: nothing can hit them
+/// under any matrix. Returns an empty tree if cancelled; large trees poll the flag at intervals.
+/// Precondition: at most kMaxTriangles.
 WideTree build_triangle_tree(const MeshView& mesh, const Affine* world_from_mesh,
                              TreeQuality quality, const CancelFlag* cancel = nullptr);
 
@@ -60,8 +60,8 @@ inline constexpr std::uint64_t kMaxTriangles =
     (1ull << 34) / (sizeof(LeafBlock) + sizeof(WideNode));
 static_assert(kMaxTriangles <= LeafBlock::kTriangles);
 
-/// The power of two by which to multiply coordinates within `bounds` so that float32 boxes keep
-/// their precision: 0 for ordinary scenes. `bounds` are finite and not empty.
+/// The power of two by which coordinates within `bounds` are multiplied so that float32 boxes are
+/// precise: 0 for ordinary scenes. `bounds` are finite and not empty.
 int choose_scale_exponent(const Box3d& bounds);
 
 }  // namespace sightline

@@ -1,18 +1,20 @@
 #pragma once
-/// Proves that a tree loses nothing. What it accepts, a kernel may walk without a further look:
-/// for tests, and for every tree that was read from a file.
+/// Proves that a tree loses no triangle. A kernel may walk an accepted tree without further checks.
+/// Used in tests, and for every tree that was read from a file.
 ///
-/// Proved: every reference stays inside the arena; every node and every leaf is reached exactly
-/// once and the arena holds nothing else; boxes are finite and ordered, each inside the box its
-/// parent keeps for it; empty children are never hit; every octant's order names every child; every
-/// triangle stands in exactly one leaf, with the mesh's own corners, inside its leaf's box; units,
-/// bounds, counts and depth are what the content says.
+/// Proved:
+/// - Every reference is inside the arena. Every node and every leaf is reached exactly once, and
+///   the arena holds nothing else.
+/// - Boxes are finite and ordered, each inside the box that its parent stores for it. Empty
+///   children are never hit. Every octant's order names every child.
+/// - Every triangle is in exactly one leaf, with the mesh's own corners, inside its leaf's box.
+/// - Units, bounds, counts and depth agree with the content.
 ///
-/// Laws    the tree is hostile: nothing is read before its place is known to lie inside the arena,
+/// Laws    The tree is hostile: nothing is read before its place is known to lie inside the arena,
 ///         and there is no recursion. Mesh and placements are trusted.
 /// Errors  kMalformed, TREE_INVALID; the message names the node by its granule in the arena.
 ///         Throws std::bad_alloc.
-/// Cost    time linear in tree and mesh; a bit per granule and one per triangle.
+/// Cost    Time linear in tree and mesh; a bit per granule and one per triangle.
 
 #include <span>
 

@@ -46,8 +46,8 @@ struct ChildRef {
 };
 
 struct alignas(kNodeAlign) WideNode {
-  /// Slots: who looks for any hit visits the children from the last to the first.
-  /// Closed boxes in tree units, rounded outwards. An empty child has lower = +inf, upper = -inf.
+  /// Slots: an any-hit query visits the children from the last slot to the first. Closed boxes in
+  /// tree units, rounded outwards. An empty child has lower = +inf, upper = -inf.
   float lower[3][kArity];
   float upper[3][kArity];
   std::uint32_t child[kArity];
@@ -68,7 +68,7 @@ struct WideTree {
   std::uint32_t block_count = 0;
   std::uint32_t depth = 0;  ///< nodes on the longest way down
 
-  /// The same tree over the same memory, which `tree` keeps.
+  /// A tree over the memory that `tree` owns.
   static WideTree alias(const std::shared_ptr<const WideTree>& tree) {
     WideTree same;
     same.arena = Arena(tree->arena.at(0), tree->arena.used(), tree);

@@ -85,24 +85,25 @@ class AccessorReader {
   /// those of ViewStore.
   Result<AccessorView> view(std::size_t index);
 
-  /// The same for an accessor whose elements were decoded before, which must be as many and of the
-  /// same type as it states. `decoded` must outlive the view. Errors: GLTF_ACCESSOR_INVALID.
+  /// A view of an accessor whose elements were decoded before. `decoded` must have as many elements
+  /// as the accessor states, of the same type, and must outlive the view. Errors:
+  /// GLTF_ACCESSOR_INVALID.
   Result<AccessorView> view(std::size_t index, const DecodedElements& decoded);
 
-  /// The same without a look at the bytes, for a bufferView that is compressed: `base` is null, and
-  /// stays so until somebody has decoded the view. The accessor's byteOffset counts from its
-  /// beginning. Errors: GLTF_ACCESSOR_INVALID, GLTF_ACCESSOR_OUT_OF_BOUNDS.
+  /// A view of an accessor in a compressed bufferView, without reading bytes: `base` is null until
+  /// the bufferView is decoded. The accessor's byteOffset counts from its beginning. Errors:
+  /// GLTF_ACCESSOR_INVALID, GLTF_ACCESSOR_OUT_OF_BOUNDS.
   Result<AccessorView> view_to_decode(std::size_t index) const;
 
-  /// The same for elements that a decoder will make, packed: `base` is null until then. Errors:
+  /// A view of packed elements that a decoder will produce: `base` is null until then. Errors:
   /// GLTF_ACCESSOR_INVALID.
   Result<AccessorView> view_of_decoded(std::size_t index) const;
 
-  /// Counts elements first .. first + count - 1 of a view, which will be read, as `kind`. Returned
-  /// are those that are the file's, for will_need.
+  /// Counts elements first .. first + count - 1 of a view as read, under `kind`. Returns those that
+  /// lie in the file, for will_need.
   std::span<const std::byte> count(const AccessorView& view, std::uint64_t first,
                                    std::uint64_t count, std::uint64_t TouchedBytes::*kind);
-  /// To be called before they are read: the same, and has the file's pages fetched together.
+  /// count() that also prefetches the file's pages. Call it before the elements are read.
   void announce(const AccessorView& view, std::uint64_t first, std::uint64_t count,
                 std::uint64_t TouchedBytes::*kind);
   const TouchedBytes& touched() const { return touched_; }
@@ -115,7 +116,7 @@ class AccessorReader {
   };
   /// What an accessor says of its elements, as if they were packed.
   AccessorView stated_type(std::size_t index) const;
-  /// The same with the stride of its view. Checked are the type and the stride.
+  /// stated_type with the stride of its view. Checks the type and the stride.
   Result<AccessorView> stated(std::size_t index) const;
   Extent extent_of(std::size_t index, const AccessorView& view) const;
   /// Whether an extent lies in a view of so many bytes.

@@ -22,9 +22,9 @@ namespace sightline::gltf {
 
 class AttributeReader {
  public:
-  /// Where the bytes of `kept` have no keeper, and in files that are not theirs, attributes are
-  /// copied, or left out where `copies` is false. All of these must outlive the reader; none is
-  /// needed by what it finds.
+  /// Attributes are copied where `kept` has no owner, and in other files; where `copies` is false,
+  /// they are left out instead. All arguments must outlive the reader. What it finds needs none of
+  /// them.
   AttributeReader(const GltfDocument& document, ViewStore& views, AccessorReader& accessors,
                   const KeptBytes& kept, bool copies, const ImportLimits& limits, Budget& budget,
                   Warnings& warnings)
@@ -47,7 +47,7 @@ class AttributeReader {
   using Numbers = std::shared_ptr<const VertexNumbers>;
   using LateView = LateDecoded<std::unique_ptr<std::byte[]>>;
   using LateDraco = LateDecoded<DracoMesh>;
-  /// What is looked for.
+  /// A requested attribute of a primitive.
   struct Wanted {
     const AttributeEntry& entry;
     VertexAttribute attribute;
@@ -63,7 +63,7 @@ class AttributeReader {
   Result<Numbers> find_meshopt(const Wanted& wanted, std::size_t view);
   Result<Numbers> find_draco(const Wanted& wanted, std::uint32_t id);
   Status check(const Wanted& wanted, const AccessorView& view) const;
-  /// Whether every byte that the view looks at stays where it is.
+  /// Whether every byte of the view stays valid after the import.
   bool is_kept(const AccessorView& view) const;
   Result<Numbers> copy(const AccessorView& view, const CornerRange& range);
   /// Compressed bytes that stay; nothing where they would have to be copied and may not be.

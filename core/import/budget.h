@@ -1,5 +1,6 @@
 #pragma once
-/// What the limits of an import still allow. One budget is shared by all who fill memory.
+/// What the limits of an import still allow. All parts of an import that allocate memory share one
+/// budget.
 
 #include <cstdint>
 

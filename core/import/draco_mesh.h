@@ -30,10 +30,10 @@ struct DracoClaim {
                                           ///< of these stands behind them
 };
 
-/// Nothing is allocated before the sizes in the compressed bytes agree with the claim, are possible
-/// for so few bytes, and their memory (as much as the decoder needs, not only what comes out) is in
-/// the budget. What the decoder alone needed is returned to the budget afterwards.
-/// Errors: GLTF_COMPRESSION_INVALID naming `place`, GLTF_LIMIT_GEOMETRY_BYTES.
+/// Decodes a Draco mesh. Nothing is allocated before three checks: the sizes in the compressed
+/// bytes agree with the claim, they are possible for so few bytes, and the decoder's memory is in
+/// the budget. Memory that only the decoder needed is returned to the budget afterwards. Errors:
+/// GLTF_COMPRESSION_INVALID naming `place`, GLTF_LIMIT_GEOMETRY_BYTES.
 Result<DracoMesh> decode_draco(std::span<const std::byte> compressed, const DracoClaim& claim,
                                Budget& budget, const std::string& place,
                                const std::string& pointer);

@@ -1,9 +1,9 @@
 #pragma once
-/// A count in Draco's bytes that nothing else bounds.
+/// Bounds a count in Draco's bytes that nothing else bounds.
 ///
-/// Where texture coordinates are predicted from positions, a bit for each says on which side of an
-/// edge it lies. The number of bits is stated on its own behind the coordinates, and the library
-/// makes as many as it says, 2^31 from no bytes, before it looks whether they are needed.
+/// Where texture coordinates are predicted from positions, each has a bit that says on which side
+/// of an edge it lies. The number of bits is stated separately behind the coordinates. The library
+/// allocates as many as stated, up to 2^31 for no bytes, before it checks whether they are needed.
 
 #include <draco/core/decoder_buffer.h>
 

@@ -1,6 +1,6 @@
 #pragma once
-/// Cameras of a file. No answer about its triangles needs one, so nothing that is wrong with them
-/// keeps a file from loading.
+/// Cameras of a file. No answer about triangles needs one, so an invalid camera never prevents
+/// loading.
 
 #include <nlohmann/json.hpp>
 

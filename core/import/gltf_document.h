@@ -1,7 +1,7 @@
 #pragma once
-/// The structure of a glTF file, checked: what is in it can be followed without further looks at
-/// types, ranges of references or missing members. Lengths against real bytes, the graph of nodes
-/// and the values in accessors are still to be judged.
+/// The structure of a glTF file, checked: types, ranges of references and required members need no
+/// further checks. Lengths against real bytes, the graph of nodes and the values in accessors are
+/// not checked yet.
 
 #include <tiny_gltf.h>
 
@@ -56,10 +56,10 @@ struct AttributeEntry {
 };
 
 struct GltfDocument {
-  /// Nodes, meshes, accessors and bufferViews as tinygltf read them; of the scenes only the one
-  /// that was asked for. Everything that rays do not need was erased before: images, textures,
-  /// materials, animations, cameras, extras, bounds of accessors, attributes that move no position
-  /// (of some `attributes` keeps what names them).
+  /// Nodes, meshes, accessors and bufferViews as tinygltf read them, and the requested scene alone.
+  /// Everything that rays do not need was erased before: images, textures, materials, animations,
+  /// cameras, extras, bounds of accessors, attributes that move no position. `attributes` names
+  /// some of those.
   tinygltf::Model model;
   std::vector<BufferEntry> buffers;
   std::vector<StatedBounds> stated_bounds;                          ///< by accessor
@@ -82,8 +82,8 @@ struct GltfDocument {
     return accessor.bufferView >= 0 && accessor.bufferView < absent_view;
   }
 
-  /// Of the scenes, images, animations and attributes that were erased; nodes and meshes are
-  /// counted by those who follow them.
+  /// Scenes, images, animations and attributes that were erased. Nodes and meshes are counted where
+  /// they are traversed.
   ImportSkips skipped;
   std::vector<std::string> image_uris;  ///< only when nothing is to be skipped
 

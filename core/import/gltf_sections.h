@@ -14,7 +14,7 @@ struct Counts {
   std::size_t nodes = 0, meshes = 0, accessors = 0, views = 0, buffers = 0;
 };
 
-/// Keeps of "extensions" what `name` says and returns it when present.
+/// Erases everything of "extensions" but `name`, and returns that member if it is present.
 nlohmann::json* only_extension(nlohmann::json& object, const char* name, JsonChecker& check,
                                const Place& at);
 

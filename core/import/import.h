@@ -1,16 +1,21 @@
 #pragma once
-/// glTF 2.0 (.glb and .gltf) to a scene description, reading only what a ray needs.
-/// Every byte of the input is hostile: the answer is a description whose every index is in range,
-/// or an Error that names the place ("accessor 7: needs 1200 bytes, view has 900"). Bounded time
-/// and memory: limits below. Never opens a file outside the scene's own folder.
+/// glTF 2.0 (.glb and .gltf) to a scene description, reading only what a ray needs. Every byte of
+/// the input is hostile. The result is a description whose every index is in range, or an Error
+/// that names the place ("accessor 7: needs 1200 bytes, view has 900"). Time and memory are bounded
+/// by the limits below. Never opens a file outside the scene's own folder.
 ///
-/// What is applied: node matrices and TRS (transform.h has the formula), EXT_mesh_gpu_instancing,
-/// KHR_mesh_quantization, EXT_meshopt_compression, KHR_draco_mesh_compression, sparse accessors,
-/// morph targets with their default weights (positions.h has the formula), skins as posed by the
-/// file's own nodes (skinning.h has the formula).
-/// What is left out: points, lines and primitives without POSITION (counted), images, materials
-/// except names, doubleSided and colours, animations, lights, extras but for masks. An extension
-/// that the file requires and that is not known here is refused by name.
+/// Applied:
+/// - node matrices and TRS (transform.h has the formula), EXT_mesh_gpu_instancing
+/// - KHR_mesh_quantization, EXT_meshopt_compression, KHR_draco_mesh_compression, sparse accessors
+/// - morph targets with their default weights (positions.h has the formula)
+/// - skins as posed by the file's own nodes (skinning.h has the formula)
+///
+/// Left out:
+/// - points, lines and primitives without POSITION, which are counted
+/// - images, materials except names, doubleSided and colours, animations, lights, extras except
+///   masks
+///
+/// An extension that the file requires and that is not known here is refused by name.
 
 #include <cstddef>
 #include <cstdint>
@@ -55,15 +60,16 @@ struct ImportOptions {
   bool skip = true;
   /// For import_bytes. Empty: there are no other files.
   NeighbourFinder neighbour = {};
-  /// For import_bytes. Who keeps the bytes as they are, longer than the import if need be: then
-  /// meshes look at positions and indices where they lie, unless these have to be changed. Null:
-  /// they are copied. (import_file copies: anybody may write to the file.)
+  /// For import_bytes. Owns the bytes, which must not change while it lives. Meshes then refer to
+  /// positions and indices in place, unless these have to be changed. Null: they are copied.
+  /// (import_file copies, because anybody may write to the file.)
   std::shared_ptr<const void> keeper = {};
   /// Told of each part of those bytes that may be read after the import, from several threads.
   std::function<void(std::span<const std::byte>)> claim = {};
-  /// Normals, texture coordinates and colours are never read where a keeper keeps them: hits that
-  /// ask look at them there. Whether they are copied, and what is compressed with them, where they
-  /// would be gone otherwise; else no hit has any.
+  /// Whether vertex attributes (normals, texture coordinates, colours) are copied, with what is
+  /// compressed along with them. It matters only without a `keeper`: with one, they are never read
+  /// here, and hits read them in place. Without a `keeper` and without copies no hit has
+  /// attributes.
   bool copies_attributes = false;
   /// Told of the stage "importing", by nodes; the import ends early (CANCELLED) when it is
   /// cancelled. May be null.
@@ -94,7 +100,7 @@ struct ImportOptions {
 Result<SceneDescription> import_file(const std::filesystem::path& file,
                                      const ImportOptions& options);
 
-/// The same from memory: a .glb, or a .gltf whose buffers are data URIs (an external one is an
+/// import_file from memory: a .glb, or a .gltf whose buffers are data URIs (an external one is an
 /// error).
 Result<SceneDescription> import_bytes(std::span<const std::byte> bytes,
                                       const ImportOptions& options);

@@ -11,12 +11,13 @@
 
 namespace sightline::gltf {
 
-/// The placements of a node that has the extension, relative to the node: instance i is
-/// from_trs(translation_i, rotation_i, scale_i) of float64 values widened from float32 or decoded
-/// from normalised integers; an absent attribute is the identity. Nothing when the node does not
-/// have the extension. TRANSLATION and SCALE are float32 VEC3, ROTATION is VEC4 of float32 or
-/// normalised i8 or i16.
+/// The placements of a node that has the extension, relative to the node; empty for a node without
+/// it. Instance i is from_trs(translation_i, rotation_i, scale_i). The values are float64, widened
+/// from float32 or decoded from normalised integers. An absent attribute is the identity.
+/// TRANSLATION and SCALE are float32 VEC3, ROTATION is VEC4 of float32 or normalised i8 or i16.
+///
 /// room    how many more instances the limits allow
+///
 /// Errors: GLTF_INSTANCING_INVALID, GLTF_LIMIT_INSTANCES, GLTF_TRANSFORM_INVALID, those of
 /// AccessorReader::view.
 Result<std::optional<std::vector<Affine>>> read_placements(const GltfDocument& document,

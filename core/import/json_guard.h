@@ -1,5 +1,5 @@
 #pragma once
-/// Looks at JSON text before anything is built from it.
+/// Checks JSON text before anything is built from it.
 
 #include <string_view>
 

@@ -35,8 +35,8 @@ class MappedFile {
   std::size_t size_ = 0;
 };
 
-/// Tells the system that these bytes are about to be read, all of them: where they are a mapped
-/// file's, they are fetched together. Bytes of other memory are left as they are.
+/// Tells the system that all of these bytes are about to be read: bytes of a mapped file are
+/// prefetched in one call. Other memory is not affected.
 void will_need(std::span<const std::byte> bytes);
 
 /// Reads every byte, in order.

@@ -25,8 +25,8 @@ struct MeshoptView {
   std::uint64_t decoded_bytes() const { return count * stride; }
 };
 
-/// The rule of the extension that stride, count, mode and filter break together, or nullptr.
-/// The decoders assert these rules, so none of them may be left unchecked.
+/// The rule of the extension that the combination of stride, count, mode and filter breaks, or
+/// nullptr. The decoders assert these rules, so all of them must be checked.
 const char* broken_rule(const MeshoptView& view);
 
 /// The fewest bytes that `count` elements can be compressed to: what must be there before anything

@@ -19,8 +19,9 @@ bool looks_like_pov(std::string_view text);
 /// Its matrix is x * (max - min) + min per axis in float64: corners are those of the file to the
 /// last bit wherever a float64 edge gives them. Corners may come in either order. A box's pigment,
 /// as it is written, is the name of its material; boxes of one pigment share a mesh.
-/// camera, light_source, global_settings, background and #version are skipped; so are what a box
-/// says about its look.
+///
+/// Skipped: camera, light_source, global_settings, background, #version, and the finish of a box.
+///
 /// Errors: POV_SYNTAX_INVALID and POV_FEATURE_UNSUPPORTED (other objects, transforms, directives,
 /// expressions), naming the line; GLTF_LIMIT_JSON_BYTES, _JSON_DEPTH (of braces), _INSTANCES,
 /// _GEOMETRY_BYTES.

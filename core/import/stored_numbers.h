@@ -1,5 +1,5 @@
 #pragma once
-/// Attributes of vertices where a file keeps them: as they lie, or compressed until somebody asks.
+/// Attributes of vertices in the file's bytes: uncompressed, or compressed until the first request.
 
 #include <functional>
 #include <memory>
@@ -18,8 +18,8 @@ namespace sightline::gltf {
 class StoredNumbers : public VertexNumbers {
  public:
   /// view    holds the vertices from `first` on
-  /// keeper  of its bytes
-  /// copied  how many of them are in memory beside the file
+  /// `keeper`  owns its bytes
+  /// copied  how many of its bytes are in memory beside the file
   StoredNumbers(const AccessorView& view, std::uint64_t first, std::shared_ptr<const void> keeper,
                 std::uint64_t copied)
       : view_(view), first_(first), keeper_(std::move(keeper)), copied_(copied) {}
@@ -39,7 +39,7 @@ class StoredNumbers : public VertexNumbers {
   std::uint64_t copied_;
 };
 
-/// What is made of compressed bytes when it is first asked for, once, and kept.
+/// A value that is decoded from compressed bytes when it is first requested, and then cached.
 template <class Decoded>
 class LateDecoded {
  public:

@@ -13,8 +13,8 @@
 namespace sightline::gltf {
 
 /// Reads what the import of `scene` left out: every byte of the file, of its buffers and of its
-/// images, and the positions and indices of every mesh that the scene does not show. Nothing of it
-/// is kept, and what is wrong with it is nobody's error: the description stays as it is.
+/// images, and the positions and indices of every mesh that the scene does not show. Stores nothing
+/// and ignores errors; the description does not change.
 void read_what_was_skipped(const GltfDocument& document, std::span<const std::byte> file,
                            BufferStore& buffers, ViewStore& views, AccessorReader& accessors,
                            const ImportLimits& limits, const SceneDescription& scene);

@@ -21,13 +21,13 @@ class ViewStore {
   ViewStore(const GltfDocument& document, BufferStore& buffers, Budget& budget)
       : document_(document), buffers_(buffers), budget_(budget) {}
 
-  /// Exactly byteLength bytes. A view with the extension is always decoded: the bytes that its
-  /// buffer may have for other readers are not looked at. Precondition: index is in range.
-  /// Errors: GLTF_ACCESSOR_OUT_OF_BOUNDS, GLTF_COMPRESSION_INVALID, GLTF_LIMIT_GEOMETRY_BYTES,
-  /// those of BufferStore.
+  /// Exactly byteLength bytes. A view with the extension is always decoded; bytes that its buffer
+  /// may have for other readers are ignored. Precondition: index is in range. Errors:
+  /// GLTF_ACCESSOR_OUT_OF_BOUNDS, GLTF_COMPRESSION_INVALID, GLTF_LIMIT_GEOMETRY_BYTES, those of
+  /// BufferStore.
   Result<std::span<const std::byte>> bytes(std::size_t index);
 
-  /// The same for bytes that are compressed as the extension of a primitive says; counts them as
+  /// The bytes of a view that is compressed as the extension of a primitive says. Counts them as
   /// read.
   Result<std::span<const std::byte>> compressed(std::size_t index);
 

@@ -60,7 +60,7 @@ class FileBytes {
   mutable std::vector<Range> claims_;
 };
 
-/// Keeps the bytes of a file that scenes share; null of a small file.
+/// Owns the bytes of a file that scenes share; null for a small file.
 inline std::shared_ptr<const void> keeper_of(const std::shared_ptr<const FileBytes>& file) {
   return file->is_shared() ? std::shared_ptr<const void>(file) : nullptr;
 }

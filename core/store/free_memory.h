@@ -8,16 +8,17 @@
 
 namespace sightline {
 
-/// Gives back what nothing uses. The allocator keeps freed memory for itself wherever something
-/// younger lies beyond it; after a large scene or a file of much JSON that is most of what it took.
-/// What stays is the free end of each heap, up to a threshold of the allocator's own (64 MiB at
-/// most): to lower that would make the buffers of every large query fresh pages.
+/// Returns unused memory to the system. The allocator retains freed memory that lies below younger
+/// blocks. After a large scene or a file with much JSON, that is most of what it took. The free end
+/// of each heap stays, up to the allocator's threshold (64 MiB at most). A lower threshold would
+/// make the buffers of every large query fresh pages.
 void give_back_free_memory();
-/// The same after work on so many bytes. Little is not worth it: a walk over all of the allocator's
-/// memory for each of ten thousand small scenes took longer than to load them.
+/// Calls give_back_free_memory after work on so many bytes, if they are many. For few bytes it does
+/// not pay: walking all heaps for each of ten thousand small scenes took longer than loading them.
 void give_back_free_memory_of(std::uint64_t bytes);
 
-/// The same scene; whoever lets go of it last gives its memory back, if its file had enough bytes.
+/// Wraps a scene so that dropping the last reference returns its memory to the system, if its file
+/// had enough bytes.
 std::shared_ptr<const Scene> giving_back_memory(std::shared_ptr<const Scene> scene,
                                                 std::uint64_t bytes);
 

@@ -1,20 +1,20 @@
 #pragma once
-/// Where scenes stay between two runs.
+/// The data folder: scenes on disk, which survive a restart.
 ///
 ///   DIR/format            "sightline-store 2"; records of format 1 may lack a checksum
 ///   DIR/revision          the last number that a content was given (revision_counter.h)
 ///   DIR/lock              held while a server uses the folder
 ///   DIR/blobs/<sha256>    the bytes of a scene, named by their content
 ///   DIR/scenes/<id>.json  which bytes the scene of that name has: the commit point
-///   DIR/trees/            what was built of them (tree_folder.h); goes with the bytes
+///   DIR/trees/            what was built of them (tree_folder.h); removed with the bytes
 ///   DIR/tmp/<number>      what is being written; removed at start
-///   DIR/quarantine/       what was found damaged, for a person to look at
+///   DIR/quarantine/       what was found damaged, for a person to examine
 ///
-/// What a record in quarantine names stays in blobs/ for as long as that record is there: a person
-/// may be able to mend it. Nothing in quarantine is ever removed.
+/// Bytes that a record in quarantine names stay in blobs/ as long as that record is there, because
+/// a person may be able to repair the scene. Nothing in quarantine is ever removed.
 ///
-/// A scene is replaced by renaming one small record over another, after its bytes are on the disk:
-/// whatever moment a machine stops at, each record names bytes that are whole.
+/// A scene is replaced by renaming one small record over another, after its bytes are on the disk.
+/// So each record names complete bytes, whenever the machine stops.
 
 #include <cstdint>
 #include <filesystem>
@@ -86,11 +86,10 @@ class SceneFolder {
     std::string sha256;
     std::uint64_t bytes = 0;
   };
-  /// Moves the record out of the way, and the one file of those it names that is damaged; the
-  /// others may be other scenes', and all of them stay. Looks at the file again, now that nobody
-  /// can replace it: false, and nothing was moved, where another scene has brought the right bytes
-  /// since it was found damaged. Errors: those of io_error; then what could not be moved stays
-  /// where it is.
+  /// Moves the record into quarantine, and `damaged`, the damaged file among those that it names.
+  /// Its other files stay, because other scenes may use them. Reads the file again first, when
+  /// nobody can replace it. If another scene has restored the right bytes meanwhile, moves nothing
+  /// and returns false. Errors: those of io_error; what could not be moved then stays where it is.
   Result<bool> quarantine(const SceneRecord& record, const File& damaged);
 
  private:
@@ -107,13 +106,13 @@ class SceneFolder {
   std::filesystem::path record_path(const std::string& id) const;
   std::filesystem::path blob_path(const std::string& sha256) const;
   Status quarantine_file(const std::filesystem::path& file) const;
-  /// Puts the record in the place of the one before. Precondition: mutex_ is held.
+  /// Replaces the previous record. Precondition: mutex_ is held.
   Status place_record(const SceneRecord& record, TemporaryFile& text, bool& stands) const;
   /// The renames of a commit. `stands` says whether a record that names the bytes may be on disk.
   Status place(TemporaryFile& bytes, std::span<TemporaryFile* const> neighbours,
                const SceneRecord& record, TemporaryFile& text, bool& stands) const;
-  // Precondition for these: mutex_ is held.
-  /// Keeps what the records in quarantine name; everything where one cannot tell.
+  // Precondition for these: mutex_ is held. Retains the files that records in quarantine name, or
+  // all files if a record cannot be understood.
   void hold_quarantined();
   void hold(const std::vector<std::string>& hashes);
   /// Drops bytes that nothing holds any more.
@@ -129,7 +128,8 @@ class SceneFolder {
   /// How many times each of them is named, by records (those in quarantine as well) and commits
   /// under way.
   std::unordered_map<std::string, std::size_t> holders_;
-  /// There are records that could not be read, here or in quarantine: who knows what they name.
+  /// Some records, here or in quarantine, could not be read, so the files that they name are
+  /// unknown.
   bool keeps_all_ = false;
   std::uint64_t next_temporary_ = 0;
 };

@@ -27,12 +27,12 @@ struct Put {
   bool created = false;  ///< there was no content of this name before
 };
 
-/// Known to the store that made it, and to those who wait for it.
+/// One load of a scene. Shared by the store that made it and the threads that wait for it.
 class SceneLoad {
  public:
   /// number  loads that begin later have a larger one
-  /// alive   counts the loads that there are; shared, since who waits may let go of a load after
-  ///         the store has gone
+  /// alive   counts the existing loads; shared, because a waiting thread may drop a load after the
+  ///         store is gone
   SceneLoad(std::string id, const SceneChoice& choice, std::uint64_t number,
             std::shared_ptr<std::atomic<std::size_t>> alive)
       : id_(std::move(id)), choice_(choice), number_(number), alive_(std::move(alive)) {
@@ -62,17 +62,17 @@ class SceneLoad {
   Progress progress_;
   std::string demanded_sha256_;  ///< empty: any will do
   Precondition precondition_;
-  /// These belong to who receives, then to the thread that loads; between them to the store.
+  /// The receiving thread owns these first, then the thread that loads; in between the store.
   std::optional<SceneUpload> upload_;
   std::optional<CopiedNeighbours> neighbours_;  ///< empty: the file has to be whole
-  std::optional<std::uint64_t> fingerprint_;    ///< of the bytes, where a folder keeps them
+  std::optional<std::uint64_t> fingerprint_;    ///< of the bytes, where a data folder stores them
 
   // Under the store's mutex.
   SceneState state_ = SceneState::kQueued;
   /// The revision of this content if a later load replaces it first; set by that load.
   std::optional<std::uint64_t> revision_;
   bool busy_ = false;    ///< somebody works on it
-  bool awaited_ = true;  ///< who asked for it will be told how it ended
+  bool awaited_ = true;  ///< a waiting client will be told how it ended
   std::optional<Result<Put>> outcome_;
   /// What the name shows if there is not even memory to say that the load has failed; null where it
   /// shows the content that it had before.
@@ -113,13 +113,13 @@ class IncomingScene {
 
 /// Equal only where the content is, as far as the file and the choice decide it.
 std::string tag_of(const std::string& sha256, const SceneChoice& choice);
-/// The same for a file with others beside it, whose tag is empty where there are none.
+/// Adds the tag of the neighbouring files, which is empty where there are none.
 std::string with_neighbours(const std::string& tag, const std::string& neighbours);
 
 /// That of the content that a record names, without its changes.
 std::string unchanged_tag_of(const SceneRecord& record);
 
-/// LOAD_CANCELLED: the answer to who waits for a load that was removed.
+/// LOAD_CANCELLED: the error for clients that wait for a removed load.
 Error load_cancelled();
 
 }  // namespace sightline

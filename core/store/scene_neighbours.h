@@ -24,8 +24,8 @@ using NeighbourSource = std::function<Status(
 /// Equal only where all of them are; empty where there are none.
 std::string tag_of(const std::vector<NeighbourRecord>& neighbours);
 
-/// Copies each neighbour when it is first asked for, so that what was loaded is what is kept, and
-/// stays when the files change.
+/// Copies each neighbour when it is first requested. The copy is both loaded and stored, so later
+/// changes of the files have no effect.
 class CopiedNeighbours {
  public:
   /// `folder` may be null: then the copies are in `memory`.
@@ -55,7 +55,7 @@ class CopiedNeighbours {
 /// Those that a record names, whole and checked.
 class StoredNeighbours {
  public:
-  /// failed  the one that an error is about
+  /// failed  the record that an error is about
   /// Errors: those of SceneFolder::read_bytes.
   static Result<StoredNeighbours> read(SceneFolder& folder, const SceneRecord& record,
                                        SceneFolder::File& failed);

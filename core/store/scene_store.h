@@ -30,18 +30,18 @@
 namespace sightline {
 
 struct LoadInput {
-  std::span<const std::byte> bytes;  ///< gone when the loader returns, unless there is a keeper
+  std::span<const std::byte> bytes;  ///< freed when the loader returns, unless there is a `keeper`
   SceneChoice choice;
   Progress& progress;       ///< a loader tells its stages, and may end early once it is cancelled
-  std::string sha256 = {};  ///< of the bytes; empty where no data folder keeps them
+  std::string sha256 = {};  ///< of the bytes; empty where no data folder stores them
   /// The bytes of a file beside the scene's, gone like the others; empty where there are none.
   std::function<Result<std::span<const std::byte>>(const std::string& name)> neighbour = {};
-  /// Keeps the bytes as they are, for as long as it is held: they are those of a data folder, which
-  /// is the store's alone. Null: nobody does.
+  /// Owns the bytes, which do not change while it is held: they belong to a data folder that only
+  /// the store writes. Null: nobody owns them.
   std::shared_ptr<const void> keeper = {};
-  std::span<const NodeChange> changes = {};  ///< that the scene is to have
-  /// Told of each part of the bytes that the scene shares; with a keeper only those stay. May be
-  /// called from several threads. Empty: nobody asks.
+  std::span<const NodeChange> changes = {};  ///< that the scene must apply
+  /// Called with each part of the bytes that the scene shares; with a `keeper` all others are freed.
+  /// May be called from several threads. Empty: nothing is called.
   std::function<void(std::span<const std::byte>)> claim = {};
 };
 /// Turns the bytes of a file into a scene. Handed in, because this room knows no file format. May
@@ -67,8 +67,8 @@ struct StoreOptions {
   std::filesystem::path folder = {};  ///< empty: scenes live in memory only
   int loads_at_once = 2;        ///< building needs several times the memory of the built scene
   int fetches_at_once = 4;      ///< each may have to wait for a slow source
-  std::size_t loads_max = 100;  ///< requests to load that are under way or waiting
-  /// Bytes of what comes in, together, where there is no folder; one alone may be larger.
+  std::size_t loads_max = 100;  ///< requests to load that are running or waiting
+  /// Bytes of all uploads in total, where there is no folder; a single one may be larger.
   std::uint64_t uploads_memory = std::uint64_t{1} << 30;
   /// Told of each load that fails with nobody waiting for it, once; from threads of the store.
   std::function<void(const std::string& id, const Error& error)> report = {};
@@ -98,12 +98,13 @@ class SceneStore {
   /// From here on the name is known as loading, its old content stays until the new one is ready.
   /// Errors: SCENE_ID_INVALID, LOADS_TOO_MANY, those of io_error.
   Result<IncomingScene> begin(const std::string& id, const SceneChoice& choice);
-  /// Makes what came the content of its name, in the background: readers see the old revision until
-  /// the new one is ready and durable. Of several at once the one that began last stands; each is
-  /// told of its own content, with revisions in the order in which they began.
-  /// awaited  whether wait() will be called: else its failure is kept from the beginning
+  /// Makes the received content the content of its name, in the background. Readers see the old
+  /// revision until the new one is ready and durable. Of several loads at once the last to begin
+  /// wins. Each is answered with its own content, with revisions in the order in which they began.
+  ///
+  /// awaited  whether wait() will be called; if not, a failure is recorded from the beginning
   std::shared_ptr<SceneLoad> submit(IncomingScene incoming, bool awaited = true);
-  /// The same for bytes that `source` gets, in the background as well. Errors: as begin.
+  /// As submit, for bytes that `source` fetches in the background. Errors: as begin.
   Result<std::shared_ptr<SceneLoad>> fetch(const std::string& id, const SceneChoice& choice,
                                            SceneFetch source, bool awaited);
   /// Waits for the outcome: the content is ready and durable, or (LOAD_CANCELLED, errors of the

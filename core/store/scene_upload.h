@@ -18,11 +18,12 @@
 
 namespace sightline {
 
-/// Bytes that uploads in memory may take together; one alone may take more. From many threads.
+/// Bytes that all uploads in memory may take in total; a single one may take more. May be used from
+/// many threads.
 class UploadMemory {
  public:
   explicit UploadMemory(std::uint64_t bytes) : limit_(bytes) {}
-  /// `own`: what who asks has already. False where it does not fit now.
+  /// `own`: bytes that the caller already has. False where it does not fit now.
   bool take(std::uint64_t bytes, std::uint64_t own);
   void give(std::uint64_t bytes) { taken_ -= bytes; }
 

@@ -37,8 +37,8 @@ Result<TemporaryFile> make_temporary(std::filesystem::path path, const char* doi
 
 /// Fills `temporary` with the text, durably, under the name that it has. Errors: those of io_error.
 Status fill_durably(TemporaryFile& temporary, std::string_view text, const char* doing);
-/// The same, and gives it the name `target`, in place of what had it. Errors: those of io_error;
-/// `target` is then what it was, or (where only the last step failed) the new one until a crash.
+/// Writes durably and renames to `target`, replacing what had that name. Errors: those of io_error.
+/// `target` is then unchanged or, where only the last step failed, the new file until a crash.
 Status write_durably(TemporaryFile& temporary, std::string_view text,
                      const std::filesystem::path& target, const char* doing);
 

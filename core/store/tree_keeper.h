@@ -1,6 +1,6 @@
 #pragma once
-/// Builds the trees of scenes ahead of their rays, on a thread of its own; keeps them in files
-/// between two runs and in memory within a budget.
+/// The tree cache manager: builds the trees of scenes in the background, on its own thread. It
+/// stores them in files between two runs and holds them in memory within a budget.
 
 #include <chrono>
 #include <condition_variable>
@@ -26,10 +26,10 @@ namespace sightline {
 
 struct TreeKeeperOptions {
   bool ahead = true;                ///< false: trees are built when rays come near, and only then
-  int threads = 1;                  ///< that build ahead
+  int threads = 1;                  ///< of background builds
   std::filesystem::path folder;     ///< of files of trees; empty: there are none
-  std::uint64_t memory_budget = 0;  ///< bytes of geometry and trees together; 0: no limit
-  /// Told of files that were refused or could not be written; from the keeper's thread.
+  std::uint64_t memory_budget = 0;  ///< bytes of geometry and trees in total; 0: no limit
+  /// Called with files that were refused or could not be written, on the thread that builds.
   std::function<void(const std::string& line)> report = {};
 };
 
@@ -37,15 +37,16 @@ struct TreeKeeperOptions {
 class TreeKeeper {
  public:
   explicit TreeKeeper(TreeKeeperOptions options);
-  /// Breaks off what is being built or kept.
+  /// Aborts builds and writes in progress.
   ~TreeKeeper();
 
-  /// sha256  of the bytes in the data folder that the scene was made of; empty: of no such bytes
-  /// lasting false: it may be another one soon, and its trees are not worth a file
+  /// sha256   of the bytes in the data folder that the scene was made of; empty: not in the data folder
+  /// lasting  false: the scene may change soon, so its trees are not written to a file
+  ///
   /// Errors: SCENE_OVER_BUDGET.
   Status adopt(const std::shared_ptr<const Scene>& scene, const std::string& sha256 = {},
                bool lasting = true);
-  /// Returns when nothing is left that could be built ahead.
+  /// Returns when no background build is left.
   void wait_until_idle();
   /// Of all that were adopted.
   TreeTotals totals() const { return budget_->totals(); }
@@ -66,10 +67,10 @@ class TreeKeeper {
     std::chrono::steady_clock::time_point since;  ///< when it came
     bool lasting = true;
   };
-  /// Those to work on before anyone looks again.
+  /// The jobs to do before the state is read again.
   std::vector<Job> next();
   bool complete(const Job& job);
-  /// Builds what is pending, one by one.
+  /// Builds the unbuilt trees, one by one.
   bool build_pending(SceneTrees& trees);
   void give_up(const Scene& scene);
   bool read(const Job& job, std::uint64_t content);

@@ -13,8 +13,8 @@ namespace sightline {
 
 class WorkQueue {
  public:
-  /// Where jobs of both lanes wait, they take turns: neither a long start nor many requests keep
-  /// the other from going on.
+  /// Where both lanes have jobs, they take turns: neither a long start nor many requests delay the
+  /// other.
   enum class Lane { kRequest, kStart };
 
   explicit WorkQueue(int threads);

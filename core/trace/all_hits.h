@@ -1,6 +1,6 @@
 #pragma once
-/// Every triangle that one ray meets: all are counted, the first in the order of (exact t, id)
-/// kept.
+/// Every triangle that one ray meets: all are counted, and the first in the order of (exact t, id)
+/// are returned.
 
 #include <algorithm>
 #include <cstddef>
@@ -15,19 +15,18 @@ namespace sightline {
 
 struct TraceCounts;
 
-/// For "all" and "count".
+/// The hits of "all" and "count".
 ///
-/// Laws    an answer depends neither on the order in which triangles come nor on how wide their
+/// Laws    An answer depends neither on the order in which triangles come nor on how wide their
 ///         intervals are: these only spare exact comparisons.
-/// Memory  entries of 24 bytes, at most 2 * limit of them (kFewest if that is more), and half as
-///         many again while their vector grows: kBytesOfHit * limit; none with limit 0. No exact t
-///         is kept, however many are equal: two at a time are computed, compared and forgotten. A
-///         thread traces one ray at a time, so a batch takes that for each thread, whatever its
-///         rays meet.
-/// Cost    of n triangles met O(n), and O(limit log limit) in the end. Exact t: one of each that
-///         is listed, and a few of each whose interval overlaps another's where it matters.
-/// Errors  std::bad_alloc. The deadline of `counts` is looked at again and again; once it has
-///         passed, answers are unusable.
+/// Memory  Entries of 24 bytes, at most 2 * limit of them (kFewest if that is more), and half as
+///         many again while their vector grows: kBytesOfHit * limit; none with limit 0. Exact t are
+///         not stored, however many are equal: two at a time are computed, compared and discarded.
+///         A thread traces one ray at a time, so a batch takes that for each thread.
+/// Cost    O(n) for n triangles met, and O(limit log limit) at the end. Exact t: one for each listed
+///         triangle, and a few where intervals overlap and the order matters.
+/// Errors  std::bad_alloc. The deadline of `counts` is polled; once it has passed, answers must not
+///         be used.
 class AllHits {
  public:
   static constexpr std::size_t kBytesOfHit = 72;
@@ -81,7 +80,7 @@ class AllHits {
   /// Puts entries of [begin, end) before, at and behind one of them; returns those at it.
   /// Precondition: there are some.
   Same split(Place begin, Place end, bool rounds);
-  /// As std::sort, with looks at the clock. False if the time is over.
+  /// std::sort that polls the clock. False if the time is over.
   template <class Less>
   bool sort(Place begin, Place end, Less less);
   /// Appends entries whose intervals do not order them.

@@ -1,4 +1,5 @@
-// What bounds the rays of a packet together, and what a box is asked by each of them.
+// Interval culling of a packet [Boulos2006, Reshetov2005]: one interval bounds the slabs of all
+// rays of a packet, and one test culls a box for all of them. Also the test of a box by each ray.
 
 #if defined(SIGHTLINE_TRACE_BEAM_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_BEAM_INL_H_
@@ -52,8 +53,8 @@ class Beam {
   void set_limit(float limit) { limit_ = limit; }
   float limit() const { return limit_; }
 
-  /// Writes which children of a node the beam meets, the nearest last, and where it enters them.
-  /// Returns how many; eight slots of both arrays may be overwritten.
+  /// Writes which children of a node the interval meets, the nearest last, and where it enters
+  /// them. Returns how many; eight slots of both arrays may be overwritten.
   HWY_INLINE std::size_t children(const WideNode& node, std::uint32_t* HWY_RESTRICT slot_out,
                                   float* HWY_RESTRICT near_out) const {
     const BoxCrossings boxes = cross_boxes(node);

@@ -1,6 +1,7 @@
 #pragma once
-/// What traversal keeps of a query box: a region in the units of one tree that contains every point
-/// of the scene that the box contains. Conservative; triangles are decided in the world, exactly.
+/// The traversal form of a query box: a region in the units of one tree that contains every point
+/// of the scene that the box contains. It is conservative; triangles are decided in the world,
+/// exactly.
 
 #include <array>
 

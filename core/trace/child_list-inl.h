@@ -62,7 +62,7 @@ class ChildList {
   HWY_INLINE hn::Mask<BoxLanes> met() const { return hn::Le(near_, far_); }
   HWY_INLINE void store(hn::Mask<BoxLanes> some, hn::Vec<RefLanes> numbers,
                         std::uint32_t* HWY_RESTRICT out, float* HWY_RESTRICT near_out) const {
-    // Compressed in registers: a compressing store would keep the next pop waiting.
+    // Compressed in registers: a compressing store would delay the next pop.
     hn::StoreU(hn::Compress(near_, some), BoxLanes(), near_out);
     hn::StoreU(hn::Compress(numbers, hn::RebindMask(RefLanes(), some)), RefLanes(), out);
   }

@@ -37,8 +37,8 @@ struct BoxCrossings {
   hn::Vec<BoxLanes> near[kBoxVectors], far[kBoxVectors];
 };
 
-/// Which child is visited first: the nearest by the octant of the ray, or the one in the last slot,
-/// where builders put the child that most likely ends an any-hit query.
+/// Which child is visited first. kNearest: the nearest by the octant of the ray. kAny: the last
+/// slot, where builders put the child that most likely ends an any-hit query.
 enum class Wanted { kNearest, kAny };
 
 #if HWY_MAX_BYTES >= 32

@@ -1,11 +1,12 @@
-// Up to 32 neighbouring rays through the tree over the placements together, and into each placement
-// that some of them meet: there their directions need not be alike any more.
+// Masked packets over instances [Wald2001]: up to 32 neighbouring rays traverse the tree over the
+// placements as one packet. Inside of a placement only the rays that meet it are active, and their
+// directions need not be similar.
 //
-//   node    each of the eight boxes is asked for by all rays that wait at the node
+//   node    all rays that are active at the node test each of its eight boxes
 //   stack   a child that some ray meets, with where each ray enters it
 //   leaf    the corners of a block are placed once for all rays that meet its box
 //
-// Where rays do not stay together this is slower than the flight; the crowd counts what both would
+// Where rays diverge, this is slower than interleaved traversal. The packet counts what both would
 // have cost.
 
 #if defined(SIGHTLINE_TRACE_CROWD_INL_H_) == defined(HWY_TARGET_TOGGLE)
@@ -28,7 +29,7 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// Rays of a crowd.
+/// Rays of a masked packet.
 constexpr std::size_t kCrowdRays = 32;
 
 /// For scenes of several entries.
@@ -47,8 +48,8 @@ class Crowd {
     for (double& scale : inner_.tau_scale) scale = 1;
   }
 
-  /// Sets up the rays from `first` on, of which there must be kCrowdRays. Returns how many can go
-  /// together: all or none.
+  /// Sets up the rays from `first` on; there must be kCrowdRays. Returns how many form a packet:
+  /// all or none.
   std::size_t prepare(std::size_t first, std::size_t /*most*/ = kCrowdRays) {
     first_ = first;
     for (LaneBits& bits : columns_.negative) bits = 0;
@@ -72,7 +73,7 @@ class Crowd {
     return kCrowdRays;
   }
 
-  /// Traces what `prepare` has set up. True if the flight would have cost more.
+  /// Traces the rays of `prepare`. True if interleaved traversal would have been faster.
   template <class Finish>
   bool trace(Finish& finish) {
     steps_ = ray_steps_ = 0;

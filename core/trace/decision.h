@@ -1,6 +1,6 @@
 #pragma once
-/// Where filters end and truth begins: keeps the best triangle so far by intervals, and asks the
-/// exact predicate for whatever an interval leaves open.
+/// Where filters end and exact tests begin. Stores the best triangle so far by intervals, and calls
+/// the exact predicate where an interval leaves the order open.
 
 #include <limits>
 

@@ -22,9 +22,9 @@ namespace HWY_NAMESPACE {
 /// as they are, one whose placements have matrices, or a tree over several entries.
 enum class Layout { kAsItIs, kPlaced, kMany };
 
-/// Whether somebody waits for the verdict, who is better off without the division for triangles
-/// that are out, or many are asked for one after the other: then a branch that nobody can foresee
-/// costs more than the division.
+/// kLatency: a caller waits for the verdict, so a branch skips the division for triangles that are
+/// missed. kThroughput: many tests follow one another, and a branch that cannot be predicted costs
+/// more than the division.
 enum class Pace { kLatency, kThroughput };
 
 /// Four triangles after the filter: lane i is met for sure (accept), may be met (examine), or is
@@ -133,8 +133,8 @@ HWY_INLINE bool filter_lanes(D dd, const LaneCorners<D>& corners, double edge,
   return judge_lanes<kPace>(dd, w, z, e, edge, rays, reach, verdicts);
 }
 
-/// Triangles seen from the one origin of several rays, in every lane the same triangle or in each
-/// its own: edge function c of a ray is normal_z + shear_x normal_x + shear_y normal_y.
+/// Triangles relative to the common origin of several rays, one triangle in all lanes or one in
+/// each. Edge function c of a ray is normal_z + shear_x normal_x + shear_y normal_y.
 template <class D>
 struct LaneEdges {
   hn::Vec<D> normal_x[3], normal_y[3], normal_z[3];
@@ -142,7 +142,7 @@ struct LaneEdges {
   double error;     ///< at least that of every edge function
 };
 
-/// The same for rays from that point: docs/exactness.md, "Wedges".
+/// The filter for rays from that origin: docs/exactness.md, "Wedges".
 template <Pace kPace, class D>
 HWY_INLINE bool filter_lanes(D dd, const LaneEdges<D>& seen, double edge, const LaneRays<D>& rays,
                              double reach, LaneVerdicts<D>& verdicts) {
@@ -208,7 +208,7 @@ HWY_INLINE double largest_edge(const LeafBlock& block, const Placement& placemen
   return (edge * placement.edge_scale + placement.edge_pad) * (1 + 0x1p-50);
 }
 
-/// One ray and the triangles of a block from lane `i` on, as many as a vector holds, given as
+/// One ray and the triangles of a block from lane `i` on, as many as a vector has lanes, given as
 /// LaneCorners or LaneEdges. `bound` is the ray's best tau so far, `reach` at least the ray's. Adds
 /// to the verdict.
 template <Pace kPace, class Triangles>

@@ -1,5 +1,5 @@
-// Rounds the t of a single winner, the three axes side by side: the same sums as IntersectionOf,
-// for somebody who waits for one ray.
+// Rounds the t of a single winner, with the three axes in parallel: the sums of IntersectionOf,
+// with the latency of one ray as the goal.
 
 #if defined(SIGHTLINE_TRACE_FINISH_ONE_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_FINISH_ONE_INL_H_

@@ -1,14 +1,16 @@
-// Many rays in flight through one tree: while one ray waits for memory, the others compute.
+// Interleaved traversal: many rays in flight through one tree, so that other rays compute while one
+// waits for memory. The technique is asynchronous memory access chaining [Kocberber2015].
 //
 //   prepared -> slot: node queue <-> leaf queue -> finished -> Finisher -> hits
 //                 \___ every round: each ray one node or one leaf ___/
 //
 // A single ray pays for memory latency at every step. Here a ray that has chosen its next node
-// prefetches it and is not looked at again until every other ray in flight has had its turn. The
-// inner step has no branch that depends on the ray: which queue a ray goes to next is computed, not
-// jumped to. A round has two passes: first all arithmetic, then all that depends on its outcome. A
-// processor that looks a few hundred instructions ahead sees three or four steps of the first pass
-// at once, none of which waits for another or may be thrown away for a branch.
+// prefetches it, and every other ray in flight gets its turn before. The inner step has no branch
+// that depends on the ray: the next queue of a ray is computed, not jumped to.
+//
+// A round has two passes: first all arithmetic, then everything that depends on its outcome. An
+// out-of-order processor overlaps three or four steps of the first pass. None of them waits for
+// another or is discarded by a mispredicted branch.
 
 #if defined(SIGHTLINE_TRACE_FLIGHT_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_FLIGHT_INL_H_
@@ -55,7 +57,7 @@ struct Whereabouts {
 };
 struct Nowhere {};
 
-/// Neighbouring rays that are set up together, at most kGroupRays.
+/// Neighbouring rays that are set up in one step, at most kGroupRays.
 struct RayGroup {
   std::uint32_t first;
   std::uint32_t count;

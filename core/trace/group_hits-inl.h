@@ -1,4 +1,4 @@
-// What neighbouring rays that go together have found so far.
+// The best hits so far of neighbouring rays in a packet.
 
 #if defined(SIGHTLINE_TRACE_GROUP_HITS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_GROUP_HITS_INL_H_
@@ -70,7 +70,7 @@ class GroupHits {
     }
     if (HWY_UNLIKELY(verdict.examine != 0)) examine_closest(i, block, verdict.examine);
   }
-  /// The same for one triangle and the rays from `first` on: bit j of the masks is ray first + j.
+  /// Takes hits of one triangle and the rays from `first` on: bit j of the masks is ray first + j.
   HWY_INLINE void take_nearer(const LeafBlock& block, std::uint32_t lane, std::size_t first,
                               const LaneVerdicts<D>& found, std::uint32_t certain,
                               std::uint32_t examine) {
@@ -114,8 +114,8 @@ class GroupHits {
     return false;
   }
 
-  /// Tells `finish` of the winners of the first `count` rays, those of neighbours together if it
-  /// has use for that.
+  /// Passes the winners of the first `count` rays to `finish`; neighbours in one call if it
+  /// supports that.
   template <class Finish>
   void hand_over(std::size_t count, Finish& finish) const {
     if constexpr (requires { Finish::kNeighbours; }) {

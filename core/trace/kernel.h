@@ -17,8 +17,8 @@ namespace sightline {
 
 /// Counted per call, added to what is there; and how long the call may take.
 struct TraceCounts {
-  /// Looked at now and then by rays one by one and in flight, so that no single ray, whatever it
-  /// meets, goes on for long after it; null: there is none.
+  /// Polled at intervals by single rays and interleaved rays, so that no ray goes on for long after
+  /// it. Null: no deadline.
   const Deadline* deadline = nullptr;
   bool stopped = false;  ///< it had passed: the answers of this call are unusable
   bool is_too_late() {
@@ -30,7 +30,7 @@ struct TraceCounts {
   std::uint64_t placements = 0;     ///< placements entered
   std::uint64_t packet_rays = 0;    ///< rays that went in packets
   std::uint64_t packet_nodes = 0;   ///< nodes that packets opened
-  std::uint64_t packet_boxes = 0;   ///< boxes that the rays of a packet were asked for together
+  std::uint64_t packet_boxes = 0;   ///< boxes that were tested for all rays of a packet at once
   std::uint64_t packet_leaves = 0;  ///< leaves that packets visited
   DecisionCounts decisions{};
 };
@@ -49,7 +49,7 @@ struct Kernel {
   void (*all)(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
               Crossings crossings, std::size_t hits_max, std::uint64_t* totals, HitBatch* hits,
               TraceCounts& counts);
-  // The same three among the triangles that count, one ray at a time.
+  // Closest, any and count among the triangles that count, one ray at a time.
   void (*closest_filtered)(const SceneView& scene, const RayBatch& rays, std::size_t begin,
                            std::size_t end, const KeptSides& kept, HitBatch& hits,
                            TraceCounts& counts);
@@ -60,7 +60,8 @@ struct Kernel {
                        std::size_t end, const KeptSides& kept, Crossings crossings,
                        std::size_t hits_max, std::uint64_t* totals, HitBatch* hits,
                        TraceCounts& counts);
-  /// What the hits of the rays look like; slots of misses are left alone. out[i] belongs to ray i.
+  /// The properties of the hits of the rays. Slots of misses are not written. out[i] belongs to ray
+  /// i.
   void (*details)(const Scene& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
                   const HitBatch& hits, HitDetail* out, TraceCounts& counts);
 };

@@ -17,9 +17,9 @@ struct NearestMiss {
   DistanceRange distance;  ///< of the triangle from the ray, within its limits
 };
 
-/// Of the triangles that count on any side the one that float64 finds nearest, of equally near ones
-/// the smallest id: to tell people, not exact. Nothing if there is none in the trees that are
-/// there; unusable if the deadline passed. Throws std::bad_alloc.
+/// Of the triangles that count on any side, the nearest by float64 arithmetic; at equal distance
+/// the smallest id. An explanation for people, not exact. Empty if the trees that are built contain
+/// none. Must not be used if the deadline passed. Throws std::bad_alloc.
 std::optional<NearestMiss> nearest_miss(const SceneView& scene, const Ray& ray,
                                         const KeptSides* kept, const Deadline& deadline);
 

@@ -1,12 +1,12 @@
-// Up to 64 neighbouring rays through one tree together: rays of a camera or a scanner that run side
-// by side meet the same nodes.
+// Packets: up to 64 neighbouring rays through one tree. Neighbouring rays of a camera or a scanner
+// meet the same nodes [Wald2001].
 //
-//   beam    bounds the slabs of all rays: culls the eight children of a node at once
-//   rays    a child that the beam meets is asked for by each ray when its turn comes, by then with
-//           the limits that earlier leaves have left
+//   beam    the interval of the packet culls the eight children of a node at once [Boulos2006]
+//   rays    each ray tests a child that passed, when its turn comes, with the limits that earlier
+//           leaves have left
 //   leaf    the corners of a block are loaded once and filtered for all rays that meet its box
 //
-// Where rays do not stay together this is slower than the flight; the packet counts what both would
+// Where rays diverge, this is slower than interleaved traversal. The packet counts what both would
 // have cost.
 
 #if defined(SIGHTLINE_TRACE_PACKET_INL_H_) == defined(HWY_TARGET_TOGGLE)
@@ -54,9 +54,9 @@ class Packet {
     hits_.enter(0);
   }
 
-  /// Sets up the rays from `first` on, of which there must be kNarrowRays, and kPacketRays if
-  /// `most` is larger; but only `most` are meant. Returns how many can go together; fewer than
-  /// kFewestRays are not to be traced so.
+  /// Sets up the rays from `first` on. There must be kNarrowRays, and kPacketRays if `most` is
+  /// larger, but only `most` of them belong to the packet. Returns how many form a packet; fewer
+  /// than kFewestRays must not be traced as one.
   std::size_t prepare(std::size_t first, std::size_t most) {
     first_ = first;
     lanes_ = is_wide_ && most > kNarrowRays ? kPacketRays : kNarrowRays;
@@ -87,7 +87,7 @@ class Packet {
     return count;
   }
 
-  /// Traces what `prepare` has set up. True if the flight would have cost more.
+  /// Traces the rays of `prepare`. True if interleaved traversal would have been faster.
   template <class Finish>
   bool trace(Finish& finish) {
     steps_ = ray_steps_ = 0;
@@ -103,8 +103,8 @@ class Packet {
     return steps_ < ray_steps_;
   }
 
-  /// The same for nothing but its verdict, found early where it is plain: whether at least so
-  /// many rays wait at a node or box in the mean.
+  /// Traces for the verdict alone, and stops early where it is clear: whether on average at least
+  /// so many rays are active at a node or box.
   bool try_out(double fewest_per_step) {
     steps_ = ray_steps_ = 0;
     steps_to_try_ = kStepsToTry;
@@ -123,11 +123,11 @@ class Packet {
   struct Waiting {
     HWY_ALIGN std::uint32_t parent[kWaiting];
     HWY_ALIGN std::uint32_t slot[kWaiting];
-    HWY_ALIGN float near[kWaiting];     ///< of the beam
+    HWY_ALIGN float near[kWaiting];     ///< entry of the packet's interval
     HWY_ALIGN LaneBits rays[kWaiting];  ///< that have met the parent
   };
 
-  /// Fills the lanes from `count` on with the first ray, so that they widen no beam.
+  /// Fills the lanes from `count` on with the first ray, which does not widen the interval.
   void repeat_first(std::size_t count) {
     for (std::size_t i = count; i < lanes_; ++i) {
       for (std::size_t k = 0; k < 3; ++k) {
@@ -173,7 +173,7 @@ class Packet {
     }
   }
 
-  /// Puts the children of a node that the beam meets on the stack, the nearest last.
+  /// Pushes the children of a node that the interval meets, the nearest last.
   HWY_INLINE std::size_t expand(std::uint32_t ref, std::size_t size, LaneBits rays) {
     const hn::CappedTag<std::uint32_t, kArity> du;
     ++steps_;
@@ -210,8 +210,8 @@ class Packet {
   /// Triangles of a block that one vector holds: four, or two.
   static constexpr std::uint32_t kPart = hn::MaxLanes(FilterLanes());
 
-  /// The triangles of a block from `first` on, as many as a vector holds. Returns the rays that are
-  /// still looking.
+  /// The triangles of a block from `first` on, as many as a vector has lanes. Returns the rays that
+  /// are still active.
   HWY_INLINE LaneBits visit_part(const LeafBlock& block, std::uint32_t first, LaneBits met) {
     const Placement& placement = hits_.placement(block);
     const LaneCorners<FilterLanes> corners = load_corners<kPlaced>(block, first, axes_, placement);
@@ -239,7 +239,7 @@ class Packet {
     return thresholds::kFullOf * kPart * count >= thresholds::kFullRays * triangles * room;
   }
 
-  /// Each ray with kPart triangles at a time. Returns the rays that are still looking.
+  /// Each ray with kPart triangles at a time. Returns the rays that are still active.
   template <class Triangles>
   HWY_INLINE LaneBits few_rays(const LeafBlock& block, std::uint32_t first,
                                const Triangles& triangles, double edge, LaneBits met) {
@@ -354,7 +354,7 @@ class Packet {
   PreparedColumns<kPacketRays> columns_;
   GroupHits<kPacketRays> hits_;
   HWY_ALIGN float limit_[kPacketRays];  ///< of the hits; minus infinity: this ray needs no more
-  bool changed_ = false;                ///< some limit, since it was last looked at
+  bool changed_ = false;                ///< some limit, since the last check
   FilterRay axes_;                      ///< kx, ky, kz of all rays
   double reach_ = 0;                    ///< at least that of every ray
   Beam<kPacketRays> beam_;

@@ -13,19 +13,19 @@ namespace sightline {
 
 struct SweepBatch;
 
-/// Looks through the tree over the placements, one query at a time. Trees are called by their index
-/// in SceneTree::trees. Makes no use of vectors: it runs while a scene is new, not when it is fast.
+/// Finds unbuilt trees by the tree over the placements, one query at a time. Trees are named by
+/// their index in SceneTree::trees. It uses no vectors, because it runs only while a scene is new.
 class PendingTrees {
  public:
   /// The view outlives it.
   explicit PendingTrees(const SceneView& scene) : tree_(scene.tree()) {}
 
-  /// The one whose box the ray enters first, of those that may hold a hit with at most this t, the
-  /// limits of the ray considered; kNone if there is none. t as rounded by Sightline, or +inf.
+  /// The tree whose box the ray enters first, of those that may hold a hit with at most this t,
+  /// within the limits of the ray. kNone if there is none. t as rounded by Sightline, or +inf.
   std::uint32_t nearest(const Ray& ray, double t);
   /// Appends all whose boxes the ray may meet within its limits.
   void met(const Ray& ray, std::vector<std::uint32_t>& trees);
-  /// The one whose box is nearest to the point, of those that may be within `distance`; kNone if
+  /// The tree whose box is nearest to the point, of those that may be within `distance`. kNone if
   /// there is none.
   std::uint32_t nearest_to(const Vec3d& point, double distance);
   /// Appends all whose boxes the box may touch.

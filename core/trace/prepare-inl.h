@@ -44,7 +44,7 @@ inline void prepare_one(const Ray& ray, const Box3d& bounds, int scale_exponent,
 /// Bit i: of ray i of those side by side.
 using LaneBits = std::uint64_t;
 
-/// What BoxRay keeps of rays side by side: lane i is a ray.
+/// The members of BoxRay for several rays: lane i is a ray.
 template <std::size_t kRays>
 struct SlabColumns {
   HWY_ALIGN float near_origin[3][kRays], far_origin[3][kRays];
@@ -54,8 +54,8 @@ struct SlabColumns {
   LaneBits negative[3] = {0, 0, 0};
 
   /// Fills axis k of the lanes from `lane` on: an origin in tree units that is known up to `pad`,
-  /// and a component of a direction whose largest is in [1, 2), with 1 / |component| beside it.
-  /// Returns by how much the origin moves outwards.
+  /// and a component of a direction. The largest component is in [1, 2); 1 / |component| comes with
+  /// it. Returns by how much the origin moves outwards.
   template <class D, class V = hn::Vec<D>>
   HWY_INLINE V set(D dd, std::size_t k, std::size_t lane, V origin, V direction, V inverse, V pad) {
     const hn::Rebind<float, D> df;
@@ -269,7 +269,7 @@ using GroupPreparation = Preparation<kGroupRays>;
 /// The three axes of one ray side by side; the fourth lane repeats the third.
 using Axes = hn::CappedTag<double, 4>;
 HWY_INLINE hn::Vec<Axes> axes_of(double x, double y, double z) {
-  // Put together in registers: a vector load of what has just been stored one by one is slow.
+  // Combined in registers: a vector load right after scalar stores is slow.
   const hn::CappedTag<double, 2> d2;
   return hn::Combine(Axes(), hn::Set(d2, z),
                      hn::InterleaveLower(d2, hn::Set(d2, x), hn::Set(d2, y)));
@@ -304,7 +304,7 @@ HWY_INLINE bool set_slabs(hn::Vec<Axes> origin, hn::Vec<Axes> direction, hn::Vec
 }
 #endif
 
-/// The same as Preparation for a ray on its own.
+/// Preparation for a single ray.
 class SinglePreparation {
  public:
   SinglePreparation(const Box3d& bounds, int scale_exponent)

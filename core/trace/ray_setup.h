@@ -1,10 +1,10 @@
 #pragma once
-/// What a kernel keeps of a ray: three views of it, each with its error bounded.
+/// The forms in which a kernel stores a ray: three views of it, each with its error bounded.
 ///
-///   AnchoredRay   the ray from a near origin, float64: o + t d = origin + tau * direction, up to
-///                 `error` on each axis
-///   FilterRay     the same, sheared so that the direction is an axis, for the triangle filter
-///   BoxRay        the same in the units of one tree, float32, for the slabs of its boxes
+/// AnchoredRay   the ray from a near origin, float64: o + t d = origin + tau * direction, up to
+///               `error` on each axis
+/// FilterRay     that ray, sheared so that the direction is an axis, for the triangle filter
+/// BoxRay        that ray in the units of one tree, float32, for the slabs of its boxes
 ///
 /// Proofs are in docs/exactness.md; the numbers there are the numbers here.
 
@@ -75,10 +75,10 @@ struct BoxRay {
   }
   static constexpr std::array<std::uint32_t, 3> kBothRows{24, 40, 56};  ///< near_row + far row
 
-  /// For the plane where the ray enters a slab and the one where it leaves:
-  /// tau_enter >= (plane - near_origin) * near_inverse, tau_leave <= (plane - far_origin) *
-  /// far_inverse as float32 arithmetic computes them, whenever tau_enter, tau_leave >= 0.
-  /// The fourth is there so that a vector can be stored, and is not read.
+  /// For the planes where the ray enters and leaves a slab, float32 arithmetic computes tau_enter
+  /// >= (plane - near_origin) * near_inverse and tau_leave <= (plane - far_origin) * far_inverse,
+  /// whenever tau_enter, tau_leave >= 0. The fourth element exists for vector stores and is not
+  /// read.
   std::array<float, 4> near_origin;
   std::array<float, 4> far_origin;
   std::array<float, 4> near_inverse;

@@ -108,7 +108,7 @@ class SeenPlanes {
  private:
   static constexpr std::size_t kSlots = 8;
 
-  /// Not when it is made: who traces a single ray has no use for it.
+  /// Not called by the constructor: single rays do not use the cache.
   HWY_NOINLINE void begin() {
     begun_ = true;
     for (std::size_t i = 0; i < kSlots; ++i) {
@@ -119,7 +119,7 @@ class SeenPlanes {
       }
     }
   }
-  /// More that kRays rays have met are looked at for each ray.
+  /// A plane that more than kRays rays have met is tested for each ray.
   static constexpr std::size_t kFew = 4;
 
   /// kSlots if it has none.

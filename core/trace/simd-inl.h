@@ -46,8 +46,8 @@ HWY_INLINE V min_unless_nan(D, V a, V b) {
 #endif
 }
 
-/// The larger one; NaN if b is. Only products with two inverses of one sign may be given: if one of
-/// them is 0 * inf the other is 0, and b is to be the one with the larger inverse.
+/// The larger one; NaN if b is. The arguments must be products with two inverses of one sign. If
+/// one of them is 0 * inf, the other is 0, and b must be the product with the larger inverse.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V nan_or_max(D d, V a, V b) {
   return max_unless_nan(d, a, b);

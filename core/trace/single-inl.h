@@ -24,7 +24,7 @@ namespace HWY_NAMESPACE {
 
 /// Seven siblings may wait on each level of two trees of at most ~130 levels each.
 constexpr std::size_t kStack = 2048;
-/// Of an ordinary ray there are fewer. A look at the clock takes about as long as two of them.
+/// An ordinary ray takes fewer steps. Reading the clock takes about as long as two of them.
 constexpr std::uint32_t kStepsBetweenLooks = 64;
 
 struct Stack {

@@ -13,8 +13,8 @@
 
 namespace sightline::thresholds {
 
-/// Rays in flight: interleaved in one tree, and in a scene of several entries. More hide more
-/// latency and take more of the first-level cache.
+/// Rays in flight in interleaved traversal: through one tree, and in a scene of several entries.
+/// More rays hide more latency and take more of the first-level cache.
 inline constexpr std::size_t kInFlight = 32, kInFlightMany = 48;
 
 /// Neighbouring rays of a packet: at least, usually, and at most where they share much.

@@ -1,4 +1,4 @@
-// Shares the rays of a batch out to packets and the flight.
+// The batch scheduler: distributes the rays of a batch to packets and interleaved traversal.
 
 #if defined(SIGHTLINE_TRACE_TOGETHER_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_TOGETHER_INL_H_
@@ -20,14 +20,14 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// Whether the rays of a batch of this size can go together.
+/// Whether a batch of this size may be traced in packets.
 inline bool can_go_together(const SceneView& scene, std::size_t count) {
   const SceneTree& tree = scene.tree();
   return count > 1 && tree.depth <= kMaxFlightDepth &&
          (tree.entries > 1 || tree.placements[0].world_boxes);
 }
 
-/// Calls `call` for the layout of a scene that can go together.
+/// Calls `call` for the layout of a scene that may be traced in packets.
 template <class Call>
 void with_layout(const SceneView& scene, Call&& call) {
   const SceneTree& tree = scene.tree();
@@ -40,8 +40,8 @@ void with_layout(const SceneView& scene, Call&& call) {
   }
 }
 
-/// How many rays from `first` on to leave to the flight before going together is worth a try: a
-/// quick look at the octants of the next few, of which there must be kNarrowRays.
+/// How many rays from `first` on to trace interleaved before a packet is worth a try. Compares the
+/// octants of the next few rays, of which there must be kNarrowRays.
 inline std::size_t rays_before(const RayBatch& rays, std::size_t first) {
   const auto octant = [&](std::size_t i) {
     return (std::signbit(rays.dx[i]) ? 1 : 0) | (std::signbit(rays.dy[i]) ? 2 : 0) |
@@ -58,9 +58,9 @@ inline std::size_t rays_before(const RayBatch& rays, std::size_t first) {
   return kNarrowRays;
 }
 
-/// Takes neighbouring rays as packets or crowds while that is the cheaper way, those that point
-/// anywhere in order if that makes packets of them, and the others, some thousands at a time, as a
-/// flight.
+/// Traces neighbouring rays as packets (masked packets over instances) while that is faster. Rays
+/// that diverge are binned by octant and origin if that makes packets of them. All others are
+/// traced interleaved, some thousands at a time.
 template <bool kAny, Layout kLayout>
 class Together {
  public:
@@ -131,7 +131,7 @@ class Together {
     group_count_ = 0;
   }
 
-  /// Traces some rays from `begin` on as a packet, or puts them off until the next flight. Returns
+  /// Traces some rays from `begin` on as a packet, or leaves them to interleaved traversal. Returns
   /// how many.
   template <class Finish>
   HWY_INLINE std::size_t step(std::size_t begin, std::size_t left, Finish& finish) {
@@ -174,7 +174,7 @@ class Together {
   RayGroup groups_[kGroups];
 };
 
-/// The finisher of "any", which has nothing to round.
+/// Finishes a hit of "any", which has no t to round.
 struct NoFinisher {
   void add(std::size_t, const Candidate&) {}
 };

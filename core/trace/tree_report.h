@@ -1,6 +1,6 @@
 #pragma once
-/// What the trees of a scene look like: how deep, how full, how much siblings overlap, and whether
-/// everything lies inside the box that its parent keeps for it.
+/// A report on the trees of a scene: how deep and how full they are, how much siblings overlap, and
+/// whether everything lies inside the box that its parent stores for it.
 
 #include <cstdint>
 

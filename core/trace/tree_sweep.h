@@ -20,7 +20,7 @@ struct TreeSweep {
   /// Between these t at the most the shape may touch something in the box, within the limits.
   Times times(const std::array<double, 3>& low, const std::array<double, 3>& high, double tmin,
               double tmax) const;
-  /// The same for child i of a node.
+  /// The times for child i of a node.
   Times times(const WideNode& node, std::size_t i, double tmin, double tmax) const;
 };
 
@@ -30,7 +30,7 @@ TreeSweep world_sweep(const SweepPath& path, const Vec3d& extent, const Box3d& b
 /// For the tree of a placement; `latest` is at least the magnitude of every t that matters.
 TreeSweep sweep_in(const WideTree& tree, const Placement& placement, const SweepPath& path,
                    const Vec3d& extent, const Box3d& bounds, double latest);
-/// The same for the tree over the placements.
+/// The sweep through the tree over the placements.
 TreeSweep sweep_over(const WideTree& top, const SweepPath& path, const Vec3d& extent,
                      const Box3d& bounds);
 

@@ -26,8 +26,8 @@ class TriangleGroup {
     std::uint32_t child = 0;             ///< the first of two; 0: a leaf
   };
 
-  /// Those of the primitives that `kept` keeps, but for triangles without area. Unusable if the
-  /// deadline passed. Throws std::bad_alloc. Cost: n log n.
+  /// The triangles of the primitives selected by `kept`, except triangles without area. Must not be
+  /// used if the deadline passed. Throws std::bad_alloc. Cost: n log n.
   TriangleGroup(const Scene& scene, const KeptSides& kept, const Deadline& deadline);
 
   bool empty() const { return members_.empty(); }

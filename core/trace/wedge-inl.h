@@ -15,9 +15,11 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// Rays from one point with the same axes kx, ky, kz: their shears lie in a rectangle, and the
-/// sheared corners and edge functions of a triangle are linear in a ray's shears, so that the
-/// corners of the rectangle bound them for all rays (docs/exactness.md, "Wedges").
+/// Vertex culling [Reshetov2007]: tests a triangle for a whole packet by the packet's corner rays.
+///
+/// The rays start at one point and have the same axes kx, ky, kz, so their shears lie in a
+/// rectangle. The sheared corners and edge functions of a triangle are linear in a ray's shears. So
+/// the corners of the rectangle bound them for all rays (docs/exactness.md, "Wedges").
 template <std::size_t kRays>
 class Wedge {
  public:

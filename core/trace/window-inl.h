@@ -1,6 +1,7 @@
-// Many rays that lie near each other but point anywhere, put in order of octant, largest axis and
-// origin so that they can go as packets: rays of ambient occlusion in a room. Where they meet too
-// little in common this is slower than the flight; one packet tells beforehand.
+// Ray binning: rays that start near each other but diverge are sorted by octant, largest axis and
+// origin, so that they can be traced as packets [Garanzha2010]. An example is ambient occlusion in
+// a room. Where rays have too little in common, this is slower than interleaved traversal; a trial
+// packet decides.
 
 #if defined(SIGHTLINE_TRACE_WINDOW_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_WINDOW_INL_H_
@@ -204,7 +205,7 @@ class Window {
   const RayBatch& rays_;
   std::uint8_t* occluded_;
   RayBatch sorted_;
-  std::uint32_t order_[kMost];  ///< ray order_[i] of the window stands at i of sorted_
+  std::uint32_t order_[kMost];  ///< ray order_[i] of the batch is at i of sorted_
   std::uint8_t class_[kMost], cell_[kMost];
   std::uint8_t found_[kMost + kPacketRays];
   Packet<kAny, kLayout> packet_;

@@ -1,6 +1,6 @@
 #pragma once
-/// Who may ask what: decided from a request's head alone, before its body is read and before anyone
-/// looks whether there is such a route or scene.
+/// Access control: what a client may request. Decided from the head of a request alone, before its
+/// body is read and before its route or scene is searched.
 
 #include <functional>
 #include <memory>
@@ -24,10 +24,10 @@ class AccessRules {
   /// Without keys everybody may do everything.
   /// What goes on under a key that is not among them, or may less, is told so.
   void use(KeyRing keys);
-  /// Says in `head` who asks, and forgets the key. UNAUTHORIZED (401): no good key where one is
-  /// needed, the same whatever was asked. FORBIDDEN (403): a read key that would change something.
-  /// Where the path or the request id holds a key that may be in use, it hides them from the log: a
-  /// key of the ring alone, or in other text the key that this request shows.
+  /// Stores the client's name in `head` and erases the key. UNAUTHORIZED (401): no good key where
+  /// one is needed; the answer does not depend on the request. FORBIDDEN (403): a read key for a
+  /// request that changes something. Where the path or the request id contains a key, it is hidden
+  /// from the log: a key of the ring as the whole text, or the key of this request anywhere in it.
   std::optional<RequestFault> admit(RequestHead& head) const;
   /// Whether a text is a key of the ring, or holds what make_key makes. Cost: one SHA-256.
   bool is_key(std::string_view text) const;

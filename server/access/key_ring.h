@@ -30,8 +30,8 @@ class KeyRing {
   /// nothing. Errors: KEYS_INVALID with the line's number and nothing of what stands there: it
   /// might be a key. Names and keys differ from each other.
   static Result<KeyRing> parse(std::string_view text);
-  /// The same of a file. `warnings` says what is wrong with who may read it or write to it. Errors:
-  /// also KEYS_UNREADABLE.
+  /// Reads the keys of a file. `warnings` lists what is wrong with its permissions. Errors: also
+  /// KEYS_UNREADABLE.
   static Result<KeyRing> read(const std::filesystem::path& file,
                               std::vector<std::string>& warnings);
 

@@ -26,7 +26,7 @@ struct ApiAnswer {
   bool good() const { return status < 400; }
 };
 
-/// One connection, kept between questions. For one thread.
+/// One connection that is reused between requests. For one thread.
 class ApiClient {
  public:
   /// Errors: URL_INVALID (not http://HOST[:PORT][/PREFIX] or https://...), KEY_UNREADABLE.

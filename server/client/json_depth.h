@@ -5,8 +5,8 @@
 
 namespace sightline {
 
-/// Deeper than any question or answer here; what is deeper could exhaust the stack of whoever
-/// prints it again. Of what is no JSON it says either.
+/// Whether JSON is nested deeper than any request or answer here. Printing deeper JSON could
+/// exhaust the stack. The result for text that is not JSON is unspecified.
 inline bool is_nested_deeply(std::string_view text) {
   constexpr int kDeepest = 64;
   int depth = 0;

@@ -66,7 +66,7 @@ struct CastCommand {
   std::string kernel;
 };
 
-/// Which server a client asks, and as whom.
+/// The server that a client talks to, and the key that it sends.
 struct ServerAddress {
   std::string url;
   std::string key_file;  ///< empty: the key is in the environment, if there is one
@@ -118,7 +118,8 @@ using Command = std::variant<ServeCommand, CastCommand, QueryCommand, McpCommand
 
 /// `arguments` begin with the name of the program. Reads the file of --config.
 Command parse_command_line(const std::vector<std::string>& arguments);
-/// The same for a server that runs, whose file of keys is read by itself and may be missing.
+/// Parses the arguments again for a running server. Its file of keys is read separately and may be
+/// missing.
 Command parse_again(const std::vector<std::string>& arguments);
 
 /// What is wrong with a file for --config, each with its place, "FILE:LINE: name: text".

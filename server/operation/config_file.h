@@ -18,7 +18,7 @@ struct Setting {
 /// settings that stand twice, and values that no flag could have.
 std::vector<Setting> read_config(const std::string& file, std::vector<std::string>& mistakes);
 
-/// The same of the text of `file`.
+/// Parses `text`, the content of `file`.
 std::vector<Setting> parse_config(std::string_view text, const std::string& file,
                                   std::vector<std::string>& mistakes);
 

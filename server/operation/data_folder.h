@@ -1,5 +1,5 @@
 #pragma once
-/// Whether a server could keep its scenes in a folder, found out without leaving anything there.
+/// Whether a server could store its scenes in a folder, tested without leaving anything there.
 
 #include <filesystem>
 

@@ -7,7 +7,7 @@
 
 namespace sightline {
 
-/// Prints "key: ..." and "line: ...", and keeps neither. Returns the exit code: 0, or 2 for an
+/// Prints "key: ..." and "line: ..." and stores neither. Returns the exit code: 0, or 2 for an
 /// error.
 int run_key(const KeyCommand& command, std::ostream& out, std::ostream& complaints);
 

@@ -8,8 +8,8 @@
 
 namespace sightline {
 
-/// Takes the keys of a file, and says in the log how many and what is wrong with who may read it.
-/// Errors: those of KeyRing::read; then the keys are what they were.
+/// Loads the keys of a file, and logs their number and what is wrong with the file's permissions.
+/// Errors: those of KeyRing::read; the old keys then stay in force.
 Status take_keys(const std::string& file, AccessRules& access, Log& log);
 
 struct Running {

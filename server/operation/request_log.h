@@ -1,5 +1,5 @@
 #pragma once
-/// What is kept of each request: its counts in the metrics and its line in the log.
+/// Records each request: its counts in the metrics and its line in the log.
 
 #include <chrono>
 
@@ -24,7 +24,7 @@ struct StreamNote {
   std::string code = {};    ///< why it was broken off; empty: it was not
 };
 void note_stream_end(const Service& service, const StreamNote& stream);
-/// Of one that came no further than the door.
+/// Records a request that the event loop refused.
 void note_refusal(Service& service, const RequestHead& head, const RequestFault& fault,
                   const std::string& request_id);
 

@@ -28,7 +28,7 @@ struct ServeFlags {
 void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags);
 /// After the parse: what each flag says by itself. Throws CLI::ValidationError.
 void finish_serve(ServeCommand& command, const ServeFlags& flags);
-/// After that: what they say together. Throws CLI::ValidationError.
+/// Checks combinations of flags, after each flag was parsed. Throws CLI::ValidationError.
 void check_together(const ServeCommand& command);
 /// What a server takes but its operator should know, each "--flag: text".
 std::vector<std::string> warnings_of(const ServeCommand& command);

@@ -31,11 +31,9 @@ class RayRequest {
   bool read(RayJsonRules rules);
   /// Starts a stream, and returns true, if the body is one: lines, or bytes that begin so.
   bool streamed(RayQuestionKind kind);
-  /// The same for a query that comes as JSON and is more than rays: decode(body, options) fills the
-  /// options and returns a Status.
-  /// The same for points, JSON or binary.
+  /// Reads points, JSON or binary, with their options.
   bool read_points(PointJsonRules rules, PointQuery& points);
-  /// The same for sweeps.
+  /// Reads sweeps, JSON or binary, with their options.
   bool read_sweeps(SweepJsonRules rules, SweepQuery& sweeps);
   using Decode = std::function<Status(std::string& body, RayQuery& options)>;
   bool read_json(const Decode& decode);
@@ -63,12 +61,13 @@ class RayRequest {
   bool describe(const RayBatch& rays, const HitBatch& hits, HitDescription& about);
   /// Sends what was encoded, JSON or binary as the query came, with what was asked for beside it.
   void reply(std::string encoded);
-  /// The same with a hit or none for each thing that was asked.
+  /// Answers with a hit or none for each item of the query.
   void reply_hits(const HitBatch& hits, const HitDescription& about);
 
  private:
   bool read_query(const Decode& decode);
-  /// At the door only what needs no walk over the scene and no file. Precondition: it is decoded.
+  /// Whether a worker must answer. The event loop answers only queries that need no traversal of
+  /// the whole scene and no file. Precondition: the query is decoded.
   bool is_for_worker() const;
   Status choose_bytes(RayQuery& query, FieldSet default_fields) const;
 

@@ -19,10 +19,10 @@ namespace sightline {
 
 class BodyReader;
 
-/// What a client has sent is answered as soon as it is whole: every line that has come by then, or
-/// one frame. So memory does not grow with the length of the stream, and order is kept. A fault in
-/// the first batch is answered as for any request; one that comes later, as the last line or frame.
-/// The client has to read while it sends.
+/// A stream of rays. Whatever has arrived is answered as soon as it is complete: every whole line
+/// so far, or one frame. Memory does not grow with the length of the stream, and answers are in
+/// order. An error in the first batch is answered as for any request, a later one as the last line
+/// or frame. The client has to read while it sends.
 class RayStream {
  public:
   enum class Form { kLines, kFrames };
@@ -50,7 +50,7 @@ class RayStream {
   /// What comes next, until the buffer has that many bytes or the body has ended; with `wait` false
   /// also until nothing more has come.
   Status receive(std::size_t bytes, bool wait);
-  /// The same where the buffer has fewer.
+  /// fill() where the buffer has fewer.
   Status fill(std::size_t bytes);
   /// A line or frame that says what is wrong.
   std::string last_words(const Error& error) const;

@@ -7,12 +7,13 @@
 
 namespace sightline {
 
-/// Whether it goes before those that ask for more. A guess: it decides who answers, not what.
-/// `body`: all of it, if the door has it; a longer one is never little.
+/// Whether a request has priority because it needs little. An estimate: it decides which thread
+/// answers, not the answer. `body`: all of it, if the event loop has it; a longer body never counts
+/// as little.
 bool asks_for_little(const RequestHead& head, std::string_view body);
 
-/// Whether to try it on the thread of the door: what takes no longer than to hand it over. The same
-/// kind of guess; of what asks for little.
+/// Whether the event loop should try the request inline, because it takes no longer than a
+/// hand-over to a worker. An estimate too; only for requests that need little.
 bool fits_the_door(const RequestHead& head, std::string_view body);
 
 }  // namespace sightline

@@ -19,7 +19,7 @@ SceneSnapshot admit_scene(Exchange& exchange, const Service& service);
 /// MEDIA_TYPE_UNSUPPORTED and what admit_body says, 404 SCENE_NOT_FOUND, 409 SCENE_FAILED or
 /// SCENE_LOADING (with Retry-After).
 std::shared_ptr<const Scene> admit_scene_query(Exchange& exchange, const Service& service);
-/// The same for a query whose media type has been looked at.
+/// Admits a query whose media type was checked before.
 std::shared_ptr<const Scene> admit_query_of_scene(Exchange& exchange, const Service& service);
 
 /// encode_scene, or, where there is no memory for names and warnings, encode_scene_summary: what

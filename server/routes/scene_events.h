@@ -11,9 +11,9 @@
 
 namespace sightline {
 
-/// Answers with the stream, which holds a worker: so there are only so many at once, and more are
-/// 503 EVENTS_BUSY. It ends with the last event, with a stop, when the client is gone, and after an
-/// hour. 404 SCENE_NOT_FOUND.
+/// Answers with a stream of events, which occupies a worker; beyond a limited number of streams the
+/// answer is 503 EVENTS_BUSY. The stream ends with the last event, on shutdown, when the client has
+/// disconnected, and after an hour. 404 SCENE_NOT_FOUND.
 void reply_scene_events(Exchange& exchange, Service& service);
 
 }  // namespace sightline

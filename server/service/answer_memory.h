@@ -28,12 +28,12 @@ std::uint64_t bytes_of_encoded(std::uint64_t hits, FieldSet fields, const HitTer
 Status describe_within(RequestMemory* memory, const Engine& engine, const Scene& scene,
                        const RayBatch& rays, const HitBatch& hits, FieldSet fields, bool normalize,
                        const Deadline& deadline, HitDescription& about);
-/// The same for texts that stand in it: each may have to be escaped.
+/// Bytes for texts inside of an answer; each may have to be escaped.
 std::uint64_t bytes_of_names(std::span<const std::string_view> names);
 
-/// For lists whose length nobody knows before: search(most) finds at most so many entries of all
-/// lists together, and fails with TOO_MANY_HITS (kTooLarge) where there are more. It is asked for a
-/// few first, then for more as memory is granted, up to `most`.
+/// For lists of unknown length. search(most) finds at most so many entries in total, and fails with
+/// TOO_MANY_HITS (kTooLarge) where there are more. It is called with a small number first, then
+/// with larger ones as memory is granted, up to `most`.
 template <class Search>
 Status search_lists(RequestMemory* memory, std::uint64_t lists, std::uint64_t most,
                     std::uint64_t entry_bytes, const Search& search) {

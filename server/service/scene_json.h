@@ -17,7 +17,7 @@ namespace sightline {
 std::string encode_scene(const StoredScene& scene);
 /// What that takes, from above: names and warnings are as long as the file has them.
 std::uint64_t bytes_of_scene(const StoredScene& scene);
-/// The same without name, counts, bounds and warnings, in one line.
+/// The scene in one line, without name, counts, bounds and warnings.
 std::string encode_scene_summary(const StoredScene& scene);
 /// {"scenes":[...]}, each without bounds and warnings.
 std::string encode_scene_list(const std::vector<SceneSnapshot>& scenes);

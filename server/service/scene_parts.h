@@ -1,5 +1,5 @@
 #pragma once
-/// What a scene is made of, for those who want to look or to check.
+/// The parts of a scene as JSON: nodes, triangles and a self-check.
 
 #include <optional>
 #include <string>

@@ -13,7 +13,7 @@ namespace sightline {
 /// When a scene's trees are built. No answer depends on it.
 enum class Laziness {
   kEager,       ///< before the scene is ready
-  kWhenNeeded,  ///< when rays come near, or ahead of them
+  kWhenNeeded,  ///< when rays come near, or in the background
 };
 
 /// The bytes of a .glb, or of a .gltf without neighbours, as a scene. Errors: those of import and

@@ -32,8 +32,8 @@ struct ServiceLimits {
   Live<std::size_t> hits{10'000'000};                   ///< listed in one answer
   LiveTime request{std::chrono::milliseconds(60'000)};  ///< for tracing
   std::size_t loads = 100;                              ///< under way or waiting
-  std::uint64_t uploads = std::uint64_t{1} << 30;       ///< in memory, together
-  // Of the process; a stop and the keeper of trees look at them elsewhere.
+  std::uint64_t uploads = std::uint64_t{1} << 30;       ///< in memory, in total
+  // Limits of the process. The shutdown and the tree cache manager read them elsewhere.
   LiveTime drain{std::chrono::milliseconds(30'000)};
   LiveTime notice{std::chrono::milliseconds(0)};
   std::uint64_t memory_budget = 0;  ///< 0: no limit
@@ -74,7 +74,7 @@ struct Service {
     if (timeout_ms) time = std::min<decltype(time)>(time, std::chrono::milliseconds(*timeout_ms));
     return Deadline::in(time, &cancelled);
   }
-  /// Passed also when nobody waits for this answer any more, and at the door soon.
+  /// Passes also when no client waits for this answer any more, and soon in the event loop.
   Deadline deadline(const Exchange& exchange, std::optional<std::uint64_t> timeout_ms = {}) const {
     constexpr std::chrono::microseconds kAtDoor{300};
     Deadline deadline = this->deadline(timeout_ms);

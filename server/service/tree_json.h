@@ -1,5 +1,5 @@
 #pragma once
-/// What trees look like and what a ray came past in them, as JSON.
+/// Trees, and the path of a ray through them, as JSON.
 
 #include <optional>
 #include <string>
@@ -14,13 +14,15 @@ namespace sightline {
 
 /// {"boxes":[{"parent":null,"leaf":false,"space":"world","min","max","verdict":"entered","t_enter",
 /// "t_exit"},{"parent":0,"leaf":true,..,"verdict":"missed","miss":["x","y"]}, ..],
-/// "truncated":false}, in the order of the visit. Verdicts of boxes: entered, missed (with the
-/// slabs that exclude each other), behind and beyond (the ray's limits), farther (than a hit found
-/// before). A leaf that was entered has
+/// "truncated":false}, in the order of the visit.
+///
+/// Verdicts of boxes: entered, missed (with the slabs that exclude each other), behind and beyond
+/// (the ray's limits), farther (than a hit found before). A leaf that was entered has
 /// "triangles":[{"instance","primitive","triangle","verdict","t"}]: hit, missed or filtered, then
 /// with "by": cull, include or exclude.
-/// Precondition: a closest hit was asked for. `kept` is what `filter` keeps, null: all. Errors:
-/// those of chosen_sides, for the parts of the filter.
+///
+/// Precondition: a closest hit was requested. `kept` is the resolved form of `filter`, null: all
+/// triangles. Errors: those of chosen_sides, for the parts of the filter.
 Result<std::string> encode_explanation(const Scene& scene, const Ray& ray, const HitFilter& filter,
                                        const KeptSides* kept, const Deadline& deadline,
                                        const ReserveBytes& reserve);
@@ -30,7 +32,7 @@ std::string encode_nearest_miss(const Scene& scene, const std::optional<NearestM
 
 /// {"complete","pending","trees":[{"placements","nodes","leaves","blocks","triangles","depth",
 /// "shallowest","mean_depth","arity","sah_cost","overlap","contained"},..],"total","top":{..}}: the
-/// first hundred trees that are there, and the one over the placements, null without it.
+/// first hundred trees that are built, and the tree over the placements, null without it.
 std::string encode_trees(const Scene& scene);
 
 }  // namespace sightline

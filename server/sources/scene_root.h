@@ -1,5 +1,5 @@
 #pragma once
-/// The one folder from which clients may name files.
+/// The folder from which clients may name files.
 
 #include <cstdint>
 #include <filesystem>
@@ -15,9 +15,9 @@ namespace sightline {
 /// Takes bytes in pieces.
 using ByteSink = std::function<Status(std::span<const std::byte>)>;
 
-/// Nothing outside of the folder is ever opened: the kernel resolves each path beneath it
-/// (openat2, RESOLVE_BENEATH), so that neither ".." nor a symbolic link leads out, not even one
-/// that is put there at the same moment. Links that stay inside are followed.
+/// Never opens anything outside of the folder: the kernel resolves each path beneath it (openat2,
+/// RESOLVE_BENEATH). So neither ".." nor a symbolic link leads out, even if it is created at the
+/// same moment. Links that stay inside are followed.
 class SceneRoot {
  public:
   /// Errors: SCENE_ROOT_INVALID (no folder, or a kernel before Linux 5.6).
@@ -31,7 +31,7 @@ class SceneRoot {
   /// or has a control character), SOURCE_NOT_FOUND (no such file, or it may not be read),
   /// SOURCE_TOO_LARGE.
   Result<File> open_file(const std::string& path, std::uint64_t limit) const;
-  /// A file beside the one at `path`: below that one's folder.
+  /// A file beside the file at `path`: in that file's folder or below.
   Result<File> open_neighbour(const std::string& path, const std::string& neighbour,
                               std::uint64_t limit) const;
 

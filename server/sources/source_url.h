@@ -22,7 +22,7 @@ class SourceUrl {
   std::string scheme;  ///< "http" or "https"
   std::string host;    ///< lower case; IPv6 in brackets
   int port = 0;
-  std::string path;  ///< "/" at least; dot segments are resolved, percent-encoding is kept
+  std::string path;  ///< "/" at least; dot segments are resolved, percent-encoding is not decoded
   Curl_URL* handle() const { return handle_.get(); }
 
  private:

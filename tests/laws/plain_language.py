@@ -51,7 +51,7 @@ RETIRED = {
 }
 RETIRED = [(re.compile(rf"\b(?:{words})\b", re.IGNORECASE), instead) for words, instead in RETIRED.items()]
 # Proper names and standard terms that contain such a word.
-PROPER = re.compile(r"Keep a Changelog|[Kk]eep-[Aa]live|(?:rays?|requests?) in flight|in-flight|sliding windows?|compression windows?|Windows\b")
+PROPER = re.compile(r"Keep a Changelog|[Kk]eep-[Aa]live|(?:[Rr]ays?|[Rr]equests?) in flight|in-flight|sliding windows?|compression windows?|Windows\b")
 
 
 class Fault:
