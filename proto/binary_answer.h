@@ -1,5 +1,6 @@
 #pragma once
-/// An answer of columns as bytes, as proto/BINARY.md lays it out. For files of this room only.
+/// An answer of columns as bytes, as docs/reference/binary.md lays it out. For files of this room
+/// only.
 
 #include <cstddef>
 #include <cstdint>

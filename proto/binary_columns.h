@@ -1,5 +1,6 @@
 #pragma once
-/// A request of columns as bytes, as proto/BINARY.md lays it out. For files of this room only.
+/// A request of columns as bytes, as docs/reference/binary.md lays it out. For files of this room
+/// only.
 
 #include <cstdint>
 #include <string>

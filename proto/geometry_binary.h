@@ -1,5 +1,5 @@
 #pragma once
-/// The triangles of a scene as bytes, for drawing: proto/BINARY.md, "Geometry".
+/// The triangles of a scene as bytes, for drawing: docs/reference/binary.md, "Geometry".
 
 #include <array>
 #include <cstdint>

@@ -10,7 +10,7 @@
 namespace sightline {
 namespace {
 
-/// As BINARY.md numbers them.
+/// As docs/reference/binary.md numbers them.
 std::uint8_t fault_number(std::string_view code) {
   constexpr std::array<std::string_view, 4> kCodes{"RAY_NOT_FINITE", "RAY_DIRECTION_ZERO",
                                                    "RAY_LIMIT_NAN", "RAY_LIMITS_REVERSED"};

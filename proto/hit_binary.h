@@ -1,5 +1,5 @@
 #pragma once
-/// Answers to rays as bytes: proto/BINARY.md has the table.
+/// Answers to rays as bytes: docs/reference/binary.md has the table.
 
 #include <span>
 #include <string>

@@ -1,5 +1,5 @@
 #pragma once
-/// Points and what is known of them as bytes: proto/BINARY.md has the tables.
+/// Points and what is known of them as bytes: docs/reference/binary.md has the tables.
 
 #include <string>
 #include <string_view>

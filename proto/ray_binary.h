@@ -1,5 +1,5 @@
 #pragma once
-/// Rays as bytes: proto/BINARY.md has the table.
+/// Rays as bytes: docs/reference/binary.md has the table.
 
 #include <string_view>
 

@@ -38,7 +38,7 @@ std::string encode_ray_columns(const RayBatch& rays) {
 
 std::string encode_rays_binary(const RayBatch& rays) {
   static_assert(std::endian::native == std::endian::little, "columns are copied as they stand");
-  // The header of proto/BINARY.md: float64, with tmin and tmax, without options.
+  // The header of docs/reference/binary.md: float64, with tmin and tmax, without options.
   constexpr std::size_t kHeaderBytes = 24;
   constexpr std::uint32_t kFlags = 7;
   const std::uint64_t count = rays.size();

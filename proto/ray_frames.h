@@ -1,5 +1,5 @@
 #pragma once
-/// A stream of binary requests: proto/BINARY.md, "Streams".
+/// A stream of binary requests: docs/reference/binary.md, "Streams".
 
 #include <cstdint>
 #include <optional>

@@ -41,7 +41,8 @@ struct SweepQuery {
 /// SWEEPS_TOO_MANY.
 Result<SweepQuery> decode_sweeps(std::string& body, const SweepJsonRules& rules);
 
-/// Decodes sweeps as bytes: proto/BINARY.md. Errors: as decode_rays_binary, and those above.
+/// Decodes sweeps as bytes: docs/reference/binary.md. Errors: as decode_rays_binary, and those
+/// above.
 Result<SweepQuery> decode_sweeps_binary(std::string_view body, const SweepJsonRules& rules);
 
 }  // namespace sightline

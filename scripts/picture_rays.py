@@ -53,7 +53,7 @@ TANGENT = math.tan(math.radians(FOV) / 2)
 
 
 def project(point):
-    """Column, row and depth of a point: the inverse of the pinhole camera of docs/queries.md."""
+    """Column, row and depth of a point: the inverse of the pinhole camera of docs/reference/generators.md."""
     at = sub(point, EYE)
     depth = dot(at, FORWARD)
     x = -dot(at, LEFT) / (depth * TANGENT * WIDTH / HEIGHT)

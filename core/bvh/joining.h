@@ -19,7 +19,7 @@ namespace sightline {
 ///
 /// Coordinates must be of similar size, so that one scale serves all. A placement is left out if
 /// its largest coordinate is beyond 2^40 times, or below 2^-40 times, the median
-/// (docs/exactness.md, "Boxes").
+/// (docs/explanation/exactness.md, "Boxes").
 std::vector<std::uint32_t> choose_joined(std::span<const MeshView> meshes,
                                          std::span<const PlacementView> placements,
                                          std::span<const Box3d> placed);

@@ -9,9 +9,9 @@ namespace sightline {
 Placement make_placement(std::uint32_t instance, const PlacementView& view, const MeshFacts& facts);
 
 /// Everything of placement i of the plan but its tree, if it does not share a tree of the world.
-/// Rays are mapped into the tree of its mesh, with every error bounded (docs/exactness.md,
-/// "Instances"), or has_own_tree. Rays are not mapped into a mesh that is placed once, or whose
-/// boxes would have to grow by more than 2^-24 of their size.
+/// Rays are mapped into the tree of its mesh, with every error bounded
+/// (docs/explanation/exactness.md, "Instances"), or has_own_tree. Rays are not mapped into a mesh
+/// that is placed once, or whose boxes would have to grow by more than 2^-24 of their size.
 ///
 /// moves  rays are mapped into a mesh that is placed once too, as it may move soon
 Placement place_alone(const ScenePlan& plan, std::uint32_t i, bool moves = false);

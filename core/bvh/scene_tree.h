@@ -30,7 +30,7 @@ enum class Joining {
 };
 
 /// How a ray gets from the world into the space of a placement's tree, and how far off it may then
-/// be (docs/exactness.md, "Instances"). x_tree = inverse * (x_world - translation).
+/// be (docs/explanation/exactness.md, "Instances"). x_tree = inverse * (x_world - translation).
 struct TreeSpace {
   double inverse[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   double translation[3] = {0, 0, 0};

@@ -1,6 +1,7 @@
 #pragma once
-/// The constants of the box filters, in units of the magnitudes that docs/exactness-boxes.md names.
-/// Each is proved there; tests/unit/geometry/box_bounds_test.cpp derives each again.
+/// The constants of the box filters, in units of the magnitudes that
+/// docs/explanation/exactness-boxes.md names. Each is proved there;
+/// tests/unit/geometry/box_bounds_test.cpp derives each again.
 
 namespace sightline::box_bounds {
 

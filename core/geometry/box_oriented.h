@@ -27,7 +27,7 @@ struct OrientedBox {
 ///   axes[1] = (xy - wz, 1 - (xx + zz), yz + wx)
 ///   axes[2] = (xz + wy, yz - wx, 1 - (xx + yy))
 /// The quaternion is never normalised; the formula is that of node rotations
-/// (docs/exactness-boxes.md).
+/// (docs/explanation/exactness-boxes.md).
 std::array<Vec3d, 3> rotated_axes(double x, double y, double z, double w);
 
 /// Whether the axes lie in one plane (exactly), so that they enclose no volume. Precondition:

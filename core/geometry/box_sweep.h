@@ -4,7 +4,7 @@
 /// Method   along each of the thirteen separating axes of box and triangle (triangle_box.h) they
 ///          share something during one interval of t, whose ends are ratios of polynomials of
 ///          degree three; they meet while they do along all of them.
-/// Proofs   docs/exactness-sweeps.md.
+/// Proofs   docs/explanation/exactness-sweeps.md.
 
 #include <optional>
 

@@ -8,7 +8,7 @@
 ///          and four at most.
 /// Filter   float64 gives an interval that contains the distance; only intervals that overlap are
 ///          compared as ratios, in Dyadic numbers.
-/// Proofs   docs/exactness-points.md.
+/// Proofs   docs/explanation/exactness-points.md.
 ///
 /// Preconditions of all: the point and the corners are finite, the triangle has an area.
 

@@ -15,7 +15,7 @@
 /// division
 ///         is the answer; else the quotient is refined to 100 bits and taken if all that its error
 ///         bound leaves rounds alike; else Dyadic.
-/// Proofs  docs/exactness-boxes.md.
+/// Proofs  docs/explanation/exactness-boxes.md.
 
 #include <array>
 #include <cstdint>

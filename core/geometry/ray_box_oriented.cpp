@@ -32,7 +32,8 @@ struct Bounded {
 };
 
 /// A compensated sum [Ogita2005] of at most eight numbers and their parts: its error is at most
-/// 2^-98 times the sum of magnitudes, and what underflow takes (docs/exactness-boxes.md).
+/// 2^-98 times the sum of magnitudes, and what underflow takes
+/// (docs/explanation/exactness-boxes.md).
 class Sum {
  public:
   void add(double x) {

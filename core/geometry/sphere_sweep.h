@@ -5,7 +5,7 @@
 ///          the triangle: at the first root of a quadratic, or at a quotient with one root in it.
 ///          Such numbers are compared by signs of polynomials, of degree 24 at most, and rounded by
 ///          comparison with float64 numbers.
-/// Proofs   docs/exactness-sweeps.md.
+/// Proofs   docs/explanation/exactness-sweeps.md.
 
 #include <optional>
 #include <variant>

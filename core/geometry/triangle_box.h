@@ -13,7 +13,7 @@
 ///          of the truth, those on the normal within
 ///              sum_k D_k B_ij + 3 sum_k D_i D_j delta_k + 32 u D_x D_y D_z + 2^-1060.
 ///          Comparisons that this leaves open are decided in Dyadic numbers.
-/// Proofs   docs/exactness-boxes.md.
+/// Proofs   docs/explanation/exactness-boxes.md.
 
 #include "core/geometry/box3.h"
 #include "core/geometry/box_oriented.h"

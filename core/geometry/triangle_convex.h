@@ -6,7 +6,7 @@
 ///          cross products of two rows of values that the corners have on two planes. So numbers
 ///          never grow beyond degree six, however many planes there are.
 /// Filter   float64: all corners beyond one plane, or one corner within all of them.
-/// Proofs   docs/exactness-boxes.md.
+/// Proofs   docs/explanation/exactness-boxes.md.
 
 #include <span>
 

@@ -6,7 +6,7 @@
 ///          distance that is a ratio of polynomials of degree six and four (point_triangle.h).
 /// Filter   float64 gives an interval that contains the distance, and leaves out what cannot be
 /// nearest.
-/// Proofs   docs/exactness-points.md.
+/// Proofs   docs/explanation/exactness-points.md.
 
 #include <span>
 

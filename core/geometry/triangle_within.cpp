@@ -14,7 +14,7 @@ bool is_between(const Vec3d& p, const Vec3d& center, const Vec3d& axis, double h
   const double x = axis.x * (p.x - center.x), y = axis.y * (p.y - center.y),
                z = axis.z * (p.z - center.z);
   const double sum = std::fabs((x + y) + z);
-  // As of the corners of a triangle (docs/exactness-boxes.md).
+  // As of the corners of a triangle (docs/explanation/exactness-boxes.md).
   const double error = box_bounds::kPlacedSlack * (std::fabs(x) + std::fabs(y) + std::fabs(z)) +
                        box_bounds::kPlacedFloor;
   if (sum + error < half) return true;

@@ -1,6 +1,7 @@
 #pragma once
-/// Rays made from a few numbers: cameras, scanners, samples of a hemisphere. docs/queries.md has
-/// the formulas; with float64 + - * / sqrt alone they give the same rays on every machine.
+/// Rays made from a few numbers: cameras, scanners, samples of a hemisphere.
+/// docs/reference/generators.md has the formulas; with float64 + - * / sqrt alone they give the
+/// same rays on every machine.
 
 #include <array>
 #include <cstdint>

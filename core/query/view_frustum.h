@@ -1,6 +1,6 @@
 #pragma once
-/// What a camera sees, as planes: float64 numbers by the formulas of docs/queries.md. The planes
-/// are the shape; nothing that they decide is rounded.
+/// What a camera sees, as planes: float64 numbers by the formulas of docs/reference/generators.md.
+/// The planes are the shape; nothing that they decide is rounded.
 
 #include <array>
 #include <vector>

@@ -17,7 +17,7 @@ namespace HWY_NAMESPACE {
 
 /// Up to kRays rays of one octant. Enters a slab no later, and leaves it no earlier, than any of
 /// them: rounded differences and products are monotone, so the extremes of origins and inverses say
-/// so (docs/exactness.md, "Boxes").
+/// so (docs/explanation/exactness.md, "Boxes").
 template <std::size_t kRays>
 class Beam {
  public:

@@ -1,6 +1,7 @@
 #pragma once
-/// Every constant of every filter, with its place in docs/exactness.md, which proves them; a test
-/// (tests/unit/trace/bounds_test.cpp) derives the smallest value that the proofs allow.
+/// Every constant of every filter, with its place in docs/explanation/exactness.md, which proves
+/// them; a test (tests/unit/trace/bounds_test.cpp) derives the smallest value that the proofs
+/// allow.
 
 namespace sightline::bounds {
 

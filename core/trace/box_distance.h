@@ -1,6 +1,6 @@
 #pragma once
 /// How far a point is at least from the boxes of a tree. Conservative; triangles are decided in the
-/// world, exactly. Proofs: docs/exactness-points.md.
+/// world, exactly. Proofs: docs/explanation/exactness-points.md.
 
 #include <array>
 

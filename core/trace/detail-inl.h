@@ -1,5 +1,5 @@
-// The properties of a hit, in double-double where that can be certified. docs/exactness.md, "What
-// is asked of a hit".
+// The properties of a hit, in double-double where that can be certified.
+// docs/explanation/exactness.md, "What is asked of a hit".
 
 #if defined(SIGHTLINE_TRACE_DETAIL_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_DETAIL_INL_H_

@@ -158,8 +158,8 @@ struct EdgesOf {
   }
 };
 
-/// Normals. Sums come with the magnitudes that bound their errors (docs/exactness.md, "Rounding
-/// t").
+/// Normals. Sums come with the magnitudes that bound their errors (docs/explanation/exactness.md,
+/// "Rounding t").
 template <class Tag>
 struct NormalOf {
   using V = hn::Vec<Tag>;

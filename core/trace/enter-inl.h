@@ -23,7 +23,7 @@ namespace HWY_NAMESPACE {
 
 #if HWY_MAX_BYTES >= 32
 /// False where magnitudes are so extreme that make_box_ray must decide. The bounds are those of
-/// docs/exactness.md, "Instances" and "Boxes".
+/// docs/explanation/exactness.md, "Instances" and "Boxes".
 HWY_INLINE bool map_box_ray(const AnchoredRay& ray, const TreeSpace& space, int scale_exponent,
                             BoxRay& box) {
   const Axes dd;

@@ -69,9 +69,9 @@ struct LaneVerdicts {
 };
 
 /// What follows from edge functions `w` and depths `z` of the corners, if each w is off by at most
-/// `e`: Theorems 1 and 2 of docs/exactness.md, "Triangles". Decides nothing that the bound leaves
-/// open. `edge` is at least the largest |component| of any edge, `reach` at least any ray's. False,
-/// with no verdicts, only if all lanes are out.
+/// `e`: Theorems 1 and 2 of docs/explanation/exactness.md, "Triangles". Decides nothing that the
+/// bound leaves open. `edge` is at least the largest |component| of any edge, `reach` at least any
+/// ray's. False, with no verdicts, only if all lanes are out.
 template <Pace kPace, class D, class V = hn::Vec<D>>
 HWY_INLINE bool judge_lanes(D dd, const V (&w)[3], const V (&z)[3], V e, double edge,
                             const LaneRays<D>& rays, double reach, LaneVerdicts<D>& verdicts) {
@@ -107,8 +107,8 @@ HWY_INLINE bool judge_lanes(D dd, const V (&w)[3], const V (&z)[3], V e, double 
   return true;
 }
 
-/// The float64 filter of docs/exactness.md, "Triangles": [Woop2013]'s sheared edge functions with a
-/// proved bound. Arguments and answer as of judge_lanes.
+/// The float64 filter of docs/explanation/exactness.md, "Triangles": [Woop2013]'s sheared edge
+/// functions with a proved bound. Arguments and answer as of judge_lanes.
 template <Pace kPace, class D>
 HWY_INLINE bool filter_lanes(D dd, const LaneCorners<D>& corners, double edge,
                              const LaneRays<D>& rays, double reach, LaneVerdicts<D>& verdicts) {
@@ -142,7 +142,7 @@ struct LaneEdges {
   double error;     ///< at least that of every edge function
 };
 
-/// The filter for rays from that origin: docs/exactness.md, "Wedges".
+/// The filter for rays from that origin: docs/explanation/exactness.md, "Wedges".
 template <Pace kPace, class D>
 HWY_INLINE bool filter_lanes(D dd, const LaneEdges<D>& seen, double edge, const LaneRays<D>& rays,
                              double reach, LaneVerdicts<D>& verdicts) {

@@ -1,5 +1,5 @@
 // Rounds the t of winners, several at a time, in double-double; what that cannot certify is asked
-// of the exact predicate. docs/exactness.md, "Rounding t".
+// of the exact predicate. docs/explanation/exactness.md, "Rounding t".
 
 #if defined(SIGHTLINE_TRACE_FINISH_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_FINISH_INL_H_

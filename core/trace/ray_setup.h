@@ -6,7 +6,7 @@
 /// FilterRay     that ray, sheared so that the direction is an axis, for the triangle filter
 /// BoxRay        that ray in the units of one tree, float32, for the slabs of its boxes
 ///
-/// Proofs are in docs/exactness.md; the numbers there are the numbers here.
+/// Proofs are in docs/explanation/exactness.md; the numbers there are the numbers here.
 
 #include <array>
 #include <bit>
@@ -54,7 +54,7 @@ bool is_rounded(const Vec3d& direction, const std::array<double, 3>& scaled);
 /// `bounds` of the scene's finite triangles, not empty. The ray has passed check_rays.
 AnchoredRay anchor_ray(const Ray& ray, const Box3d& bounds);
 
-/// What the triangle filter needs, self-contained (docs/exactness.md, "Triangles"): axes permuted
+/// What the triangle filter needs, self-contained (docs/explanation/exactness.md, "Triangles"): axes permuted
 /// so that z is the direction's largest.
 struct FilterRay {
   double origin[3];         ///< AnchoredRay::origin on the axes kx, ky, kz

@@ -1,6 +1,6 @@
 #pragma once
 /// A swept shape as the boxes of one tree see it. Conservative; triangles are decided in the world,
-/// exactly. Proofs: docs/exactness-sweeps.md.
+/// exactly. Proofs: docs/explanation/exactness-sweeps.md.
 
 #include <array>
 

@@ -21,7 +21,7 @@ False, texts None. In a hit NaN, -1 and None are what the file does not state; t
 
 Errors. ValueError: an argument is wrong, and nothing was sent. SightlineError: the server refused the request.
 
-Rays and hits travel as bytes (proto/BINARY.md), answers with texts as JSON.
+Rays and hits travel as bytes (docs/reference/binary.md), answers with texts as JSON.
 An object has one connection: use one for each thread.
 """
 
@@ -47,7 +47,7 @@ __all__ = ["Sightline", "SightlineError"]
 Points = Union[Sequence[Sequence[float]], "numpy.ndarray"]
 TEXTS = {"node", "node_path", "mesh", "material"}
 _BYTES, _JSON = "application/octet-stream", "application/json"
-# By the numbers of BINARY.md: struct letter, numpy type.
+# By the numbers of docs/reference/binary.md: struct letter, numpy type.
 _TYPES = {1: ("d", "<f8"), 2: ("I", "<u4"), 3: ("B", "u1"), 4: ("Q", "<u8"), 5: ("q", "<i8"), 6: ("f", "<f4")}
 _NONE = 0xFFFFFFFF
 _WIDTHS = {"position": 3, "normal": 3, "shading_normal": 3, "barycentrics": 2, "uv": 2, "colour": 4}
@@ -56,7 +56,7 @@ _FLAGS = {"front", "on_edge", "hits", "reliable"}
 _COUNTS = {"totals", "first"}
 _REMARKS = {"work", "unreliable"}  # Beside the columns: objects of JSON.
 _NO_SEQUENCES = (str, bytes, bytearray, AnyMapping, AnySet)
-# By the numbers of BINARY.md.
+# By the numbers of docs/reference/binary.md.
 _FAULTS = ("", "RAY_NOT_FINITE", "RAY_DIRECTION_ZERO", "RAY_LIMIT_NAN", "RAY_LIMITS_REVERSED")
 
 
@@ -151,7 +151,7 @@ class Sightline:
         by row: `totals` has the shape of the rays, `first` and the hits do not."""
         return self._rays(scene, "all", origins, directions, tmin, tmax, options)
 
-    # Everything else, as the JSON that docs/api.md shows.
+    # Everything else, as the JSON that docs/reference/api.md shows.
 
     def visibility(self, scene: str, points_from: Points, points_to: Points, **options: Any) -> dict:
         """Both of shape (n, 3); with pairing="each" the n are equal."""
@@ -397,7 +397,7 @@ def _read_rays(origins, directions, tmin, tmax, texts: bool = False, marks: bool
 
 
 def _pack(rays: _Rays, options: dict) -> bytes:
-    """A request of BINARY.md."""
+    """A request of docs/reference/binary.md."""
     limits = [(table, 1) for table in (rays.tmin, rays.tmax) if table is not None]
     flags = 2 * (rays.tmin is not None) | 4 * (rays.tmax is not None)
     return _frame(b"SLR1", flags, [(rays.origins, 3), (rays.directions, 3), *limits], options)
@@ -489,7 +489,7 @@ def _infinite(value: Any, place: str) -> str | None:
 
 
 def _unpack(body: bytes) -> dict:
-    """The columns of an answer of BINARY.md, flat."""
+    """The columns of an answer of docs/reference/binary.md, flat."""
     magic, count = struct.unpack_from("<4sI", body)
     if magic != b"SLA1":
         raise RuntimeError("the answer does not begin with SLA1")

@@ -52,7 +52,7 @@ def zstd_of(text, blanks):
 
 
 def frames(count):
-    """A stream of `count` frames of 60,000 rays each: proto/BINARY.md."""
+    """A stream of `count` frames of 60,000 rays each: docs/reference/binary.md."""
     columns = b"".join(struct.pack("<d", number) * 60000 for number in ROW["origin"] + ROW["direction"])
     body = b"SLR1" + struct.pack("<IQII", 1, 60000, 2, 0) + b"{}" + bytes(6) + columns
     return b"SLS1" + bytes(4) + (struct.pack("<Q", len(body)) + body) * count

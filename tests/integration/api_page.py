@@ -1,4 +1,4 @@
-"""docs/api.md: one curl line for each question and the answer that a server gives to it.
+"""docs/reference/api.md: one curl line for each question and the answer that a server gives to it.
 
 Usage: api_page.py BINARY [--write]; api_page_test.py holds the page against the server.
 """
@@ -19,7 +19,7 @@ SERVED = ["--skip", "none", "--preload", "town=demo:town", "--preload", "six=dem
 # Title, path, body or None for GET, and the method where it is another one than these say.
 QUESTIONS = [
     ("The first triangle that each ray meets", TOWN + "rays:closest", {"rays": [SQUARE, MISS]}),
-    ("The same as columns, with chosen fields", TOWN + "rays:closest",
+    ("Columns, with chosen fields", TOWN + "rays:closest",
      {"origins": [3, 200, 5, 3, 200, 5], "directions": [0, -1, 0, 0, 1, 0], "fields": ["t", "node_path", "front", "on_edge"]}),
     ("What the file says of the place", PAINTED + "rays:closest",
      {"rays": [{"origin": [0.5, -0.5, 5], "direction": [0, 0, -1]}], "fields": ["t", "normal", "shading_normal", "uv", "colour"]}),
@@ -94,9 +94,10 @@ QUESTIONS = [
 
 HEAD = """# Questions and answers
 
-Each of these lines was sent to a server, and this is what it said, but for revisions, which stand here as 2 (in cursors as they were), and the ids of requests; a test sends them again. They ask the three demo
-scenes: `sightline serve --skip none --preload town=demo:town --preload six=demo:six --preload painted=demo:painted` (every tree is built before). What the words mean is in
-[queries.md](queries.md), every key in [openapi.json](../proto/openapi.json).
+Each line was sent to a server, and the text below it is the answer. A test sends them again. Revisions are shown as 2 (in
+cursors as they were), and ids of requests are left out. The scenes are the three demo scenes, with every tree built before:
+`sightline serve --skip none --preload town=demo:town --preload six=demo:six --preload painted=demo:painted`. Words are explained
+in [fields.md](fields.md), every key in [openapi.json](../../proto/openapi.json).
 """
 
 
@@ -128,6 +129,6 @@ if __name__ == "__main__":
 
     with Server(*SERVED) as server:
         if "--write" in sys.argv:
-            (SOURCE / "docs/api.md").write_text(page(server.url), encoding="utf-8")
+            (SOURCE / "docs/reference/api.md").write_text(page(server.url), encoding="utf-8")
         else:
             print(page(server.url))

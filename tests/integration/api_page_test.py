@@ -1,4 +1,4 @@
-"""docs/api.md says what the server says."""
+"""docs/reference/api.md says what the server says."""
 
 import unittest
 
@@ -11,7 +11,7 @@ class ApiPage(unittest.TestCase):
     def test_every_answer_of_the_page_is_what_the_server_says(self):
         with Server(*api_page.SERVED) as server:
             self.maxDiff = None
-            self.assertEqual((SOURCE / "docs/api.md").read_text(encoding="utf-8"), api_page.page(server.url),
+            self.assertEqual((SOURCE / "docs/reference/api.md").read_text(encoding="utf-8"), api_page.page(server.url),
                              "tests/integration/api_page.py BINARY --write writes it anew")
 
 

@@ -1,4 +1,4 @@
-"""Rays and hits as bytes, read and written here by proto/BINARY.md and by nothing else."""
+"""Rays and hits as bytes, read and written here by docs/reference/binary.md and by nothing else."""
 
 import json
 import math

@@ -156,7 +156,7 @@ class Boxes(unittest.TestCase):
         faces = ((0, 1, 2), (4, 5, 6), (0, 1, 5), (1, 2, 6), (2, 3, 7), (3, 0, 4))
 
         def planes_of(corners):
-            """As docs/queries.md says, outwards."""
+            """As docs/guides/picking.md says, outwards."""
             planes = []
             for a, b, c in ([corners[i] for i in face] for face in faces):
                 (ux, uy, uz), (vx, vy, vz) = ([q - p for p, q in zip(a, end)] for end in (b, c))

@@ -2,7 +2,7 @@
 
 A page is read from top to bottom. A code block that begins with `curl` is a request; a continued line and a body of several
 lines belong to it. If the next block begins with `{`, it is the answer, to the byte. `sightline demo NAME FILE` writes a
-file first. docs/api.md has its own test.
+file first. docs/reference/api.md has its own test.
 """
 
 import json

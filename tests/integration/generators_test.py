@@ -1,4 +1,4 @@
-"""Rays that the server makes: by hand, by the formulas of docs/queries.md, and sent back as rays."""
+"""Rays that the server makes: by hand, by the formulas of docs/reference/generators.md, and sent back as rays."""
 
 import json
 import math

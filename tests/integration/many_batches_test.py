@@ -54,7 +54,7 @@ class ManyBatches(unittest.TestCase):
         self.assertEqual(answers, [alone] * CLIENTS)
 
     def test_eight_clients_with_a_million_binary_rays_each_are_all_answered(self):
-        # proto/BINARY.md: six columns of float32.
+        # docs/reference/binary.md: six columns of float32.
         columns = [array.array("f", column).tobytes() for column in zip(*rays_of(RAYS))]
         body = struct.pack("<4sIQII", b"SLR1", 0, RAYS, 0, 0) + b"".join(columns)
         self.ask_together(body, {"Content-Type": "application/octet-stream"})

@@ -115,7 +115,7 @@ class Metrics(unittest.TestCase):
                 self.assertGreaterEqual(after[name], before[name])
 
     def test_every_metric_stands_in_the_table(self):
-        page = (SOURCE / "docs/server.md").read_text(encoding="utf-8")
+        page = (SOURCE / "docs/reference/metrics.md").read_text(encoding="utf-8")
         written = dict(re.findall(r"^\| `(\w+)`(?: by .*?)? \| (\w+) \|", page, re.MULTILINE))
         self.server.query("none", "any", DOWN)
         self.assertEqual(written, dict(re.findall(r"^# TYPE (\S+) (\S+)$", self.server.ask("/metrics").body.decode(), re.MULTILINE)))

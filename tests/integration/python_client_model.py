@@ -25,7 +25,7 @@ def missing(name):
 
 
 def fault(origin, direction, tmin, tmax):
-    """The number in BINARY.md of what is wrong with a ray; 0: nothing."""
+    """The number in docs/reference/binary.md of what is wrong with a ray; 0: nothing."""
     if not all(map(math.isfinite, [*origin, *direction])):
         return 1
     if not any(direction):

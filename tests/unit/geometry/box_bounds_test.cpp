@@ -1,5 +1,5 @@
 /// Derives the constants of core/geometry/box_bounds.h again, in rational numbers, from the
-/// sentences of docs/exactness-boxes.md.
+/// sentences of docs/explanation/exactness-boxes.md.
 
 #include "core/geometry/box_bounds.h"
 

@@ -1,4 +1,4 @@
-// Derives from the formulas of docs/exactness.md the smallest constants that its proofs allow, in
+// Derives from the formulas of docs/explanation/exactness.md the smallest constants that its proofs allow, in
 // interval-free double arithmetic with u kept as a factor, and holds core/trace/bounds.h to them.
 
 #include "core/trace/bounds.h"

@@ -1,4 +1,4 @@
-// Triangles of a scene, in pieces of some megabytes, the largest meshes first (proto/BINARY.md, "Geometry").
+// Triangles of a scene, in pieces of some megabytes, the largest meshes first (docs/reference/binary.md, "Geometry").
 
 import {ask, scenePath} from "./api.js";
 
