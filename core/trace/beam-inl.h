@@ -1,4 +1,4 @@
-// Interval culling of a packet [Boulos2006, Reshetov2005]: one interval bounds the slabs of all
+// Interval culling of a packet [Boulos2006] [Reshetov2005]: one interval bounds the slabs of all
 // rays of a packet, and one test culls a box for all of them. Also the test of a box by each ray.
 
 #if defined(SIGHTLINE_TRACE_BEAM_INL_H_) == defined(HWY_TARGET_TOGGLE)
