@@ -1,12 +1,13 @@
 // Drives the page in a headless browser and prints what it saw as JSON; page_test.py judges.
 //
-//   node page_browser.mjs MODULES BROWSER URL FOLDER PLAN
+//   node page_browser.mjs MODULES BROWSER URL FOLDER PLAN [WORD...]
 //
 // MODULES has playwright-core; pictures go to FOLDER.
 
+import {readFileSync} from "node:fs";
 import {createRequire} from "node:module";
 
-const [modules, browserPath, url, folder, plan] = process.argv.slice(2);
+const [modules, browserPath, url, folder, plan, ...words] = process.argv.slice(2);
 const {chromium} = createRequire(`${modules}/x.js`)("playwright-core");
 
 const SIZES = [[1280, 720], [390, 844]];
@@ -18,7 +19,8 @@ const browser = await chromium.launch({executablePath: browserPath, args: [
 
 /** A page that notes what should not be: complaints in the console and requests to elsewhere. */
 async function open(size, theme, address = url) {
-  const context = await browser.newContext({viewport: {width: size[0], height: size[1]}, colorScheme: theme, hasTouch: size[0] < 500});
+  const context = await browser.newContext({viewport: {width: size[0], height: size[1]}, colorScheme: theme, hasTouch: size[0] < 500,
+    permissions: ["clipboard-read", "clipboard-write"]});
   const page = await context.newPage();
   const seen = {size: size.join("x"), theme, complaints: [], foreign: []};
   page.on("console", (message) => {
@@ -57,6 +59,10 @@ async function told(page) {
     rows: [...document.querySelectorAll("#fields tr")].map((row) => row.textContent),
     link: location.href,
     notice: document.querySelector("#notice").textContent,
+    hint: document.querySelector("#hint").textContent,
+    mode: document.querySelector("#modes [aria-checked=true]").dataset.mode,
+    shapes: JSON.parse(document.querySelector("#marks").dataset.shapes || "[]"),
+    scenes: [...document.querySelectorAll("#list .take")].map((each) => each.dataset.scene),
     // What is wider than its place, or lies outside the window.
     overflow: [...document.querySelectorAll("body *")].filter((element) => {
       const box = element.getBoundingClientRect();
@@ -71,19 +77,145 @@ async function at(page, x, y) {
   return [box.x + x * box.width, box.y + y * box.height];
 }
 
+/** Serious faults that axe finds. */
+async function barriers(page) {
+  await page.evaluate(readFileSync(`${modules}/axe-core/axe.min.js`, "utf8"));
+  const {violations} = await page.evaluate(() => axe.run());
+  return violations.filter(({impact}) => ["serious", "critical"].includes(impact))
+    .map(({id, nodes}) => `${id}: ${nodes.map(({target, failureSummary}) => `${target} ${failureSummary}`).join("; ")}`);
+}
+
+async function drag(page, from, to) {
+  await page.mouse.move(...await at(page, ...from));
+  await page.mouse.down();
+  await page.mouse.move(...await at(page, (from[0] + to[0]) / 2, (from[1] + to[1]) / 2), {steps: 4});
+  await page.mouse.move(...await at(page, ...to), {steps: 4});
+  await page.mouse.up();
+}
+
+const clickAt = (page, x, y) => answered(page, async () => page.mouse.click(...await at(page, x, y)));
+const choose = (page, mode) => page.click(`#modes [data-mode=${mode}]`);
+
 const PLANS = {
   async click() {
     const runs = [];
     for (const size of SIZES) {
       for (const theme of THEMES) {
         const {page, seen, close} = await open(size, theme);
-        await answered(page, async () => page.mouse.click(...await at(page, 0.5, 0.55)));
-        runs.push({...seen, ...await told(page)});
+        await clickAt(page, 0.5, 0.55);
+        runs.push({...seen, ...await told(page), barriers: await barriers(page)});
         await page.screenshot({path: `${folder}/click-${seen.size}-${theme}.png`});
         await close();
       }
     }
     return runs;
+  },
+
+  /** Every gesture, near the houses of the town. */
+  async gestures() {
+    const runs = [];
+    for (const [size, theme] of [[SIZES[0], "light"], [SIZES[1], "dark"]]) {
+      const {page, seen, close} = await open(size, theme, `${url}/#scene=town&camera=60,45,80,0,8,0`);
+      const step = async (name, act) => {
+        await answered(page, act);
+        runs.push({name, ...seen, ...await told(page)});
+        await page.screenshot({path: `${folder}/${name}-${seen.size}-${theme}.png`});
+      };
+      await choose(page, "measure");
+      await step("measure", () => drag(page, [0.35, 0.6], [0.62, 0.7]));
+      await choose(page, "box");
+      await step("select", () => drag(page, [0.3, 0.3], [0.6, 0.6]));
+      await choose(page, "sight");
+      await step("sight", async () => {
+        await page.mouse.click(...await at(page, 0.3, 0.62));
+        await page.waitForFunction(() => document.querySelector("#hint").textContent.includes("second"));
+        await page.mouse.click(...await at(page, 0.72, 0.45));
+      });
+      await close();
+    }
+    return runs;
+  },
+
+  async keyboard() {
+    const {page, seen, close} = await open(SIZES[0], "light");
+    await page.focus("#view");
+    // The link follows the camera.
+    const links = [];
+    const changed = async () => {
+      await page.waitForFunction((old) => location.hash && location.href !== old, links.at(-1) || "");
+      links.push(await page.evaluate(() => location.href));
+    };
+    await changed();
+    for (const key of ["ArrowLeft", "ArrowUp", "Shift+ArrowRight", "+"]) {
+      await page.keyboard.press(key);
+      await changed();
+    }
+    await answered(page, () => page.keyboard.press("Enter"));
+    const ray = await told(page);
+    await page.keyboard.press("3");
+    const {mode} = await told(page);
+    await page.selectOption("#route", "rays:count");
+    await page.fill("#body", '{"rays":[{"origin":[0,100,0],"direction":[0,-1,0]}]}');
+    await answered(page, () => page.press("#body", "Control+Enter"));
+    const typed = await told(page);
+    const copies = {};
+    for (const kind of ["curl", "python", "javascript"]) {
+      await page.click(`[data-copy=${kind}]`);
+      copies[kind] = await page.evaluate(() => navigator.clipboard.readText());
+    }
+    await page.fill("#body", '{"rays":[{"origin":[0,100],"direction":[0,-1,0]}]}');
+    await answered(page, () => page.click("#run"));
+    const fault = await told(page);
+    await close();
+    return {...seen, links, ray, mode, typed, copies, fault};
+  },
+
+  /** WORD: a link to open. */
+  async link() {
+    const {page, seen, close} = await open(SIZES[0], "light", words[0]);
+    await page.waitForFunction(() => document.querySelector("#raw").textContent);
+    await page.waitForTimeout(500);
+    const result = {...seen, ...await told(page)};
+    await close();
+    return result;
+  },
+
+  /** WORD: a file to put. */
+  async scenes() {
+    const {page, seen, close} = await open(SIZES[0], "dark");
+    await page.setInputFiles("#file", words[0]);
+    await page.waitForSelector("#stage[data-complete^='my-house ']");
+    const put = await told(page);
+    await page.click("#nodes-part summary");
+    await page.waitForSelector("#nodes .take");
+    await page.fill("#node-search", "RIGHT");
+    const nodes = await page.locator("#nodes .take").allTextContents();
+    await page.click("#nodes .take");
+    const node = await told(page);
+    await page.screenshot({path: `${folder}/scenes-${seen.size}-dark.png`});
+    const remove = page.getByLabel("Delete my-house");
+    await remove.click();
+    await remove.click();
+    await page.waitForFunction(() => !document.querySelector("[data-scene=my-house]"));
+    const gone = await told(page);
+    await close();
+    return {...seen, put, nodes, node, gone};
+  },
+
+  /** WORD: the key. */
+  async key() {
+    const context = await browser.newContext();
+    const page = await context.newPage();
+    await page.goto(url);
+    await page.waitForSelector("#key-form:not([hidden])");
+    await page.fill("#key", words[0]);
+    await page.click("#key-form button");
+    await page.waitForSelector("#stage[data-complete]");
+    await clickAt(page, 0.5, 0.5);
+    await page.click("[data-copy=curl]").catch(() => {});
+    const result = {...await told(page), html: await page.content()};
+    await context.close();
+    return result;
   },
 };
 

@@ -4,6 +4,7 @@ The browser part needs chromium and the packages that CMake installs for the pag
 """
 
 import json
+import math
 import os
 import re
 import shutil
@@ -11,9 +12,10 @@ import subprocess
 import tempfile
 import unittest
 from pathlib import Path
+from urllib.parse import parse_qs, urlencode
 
 import case_report
-from sightline_server import BINARY, JSON_TYPE, PATIENCE, SOURCE, Server, bearer, curl, make_key, write_keys
+from sightline_server import BINARY, JSON_TYPE, PATIENCE, SOURCE, Server, bearer, demo_glb, make_key, write_keys
 
 PARTS = {"/": "text/html", "/page.js": "text/javascript", "/page.css": "text/css"}
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
@@ -25,11 +27,11 @@ MISSING = ("no chromium is installed" if BROWSER is None else "no node is instal
            "the page was built without its packages" if not (MODULES / "playwright-core").is_dir() else "")
 
 
-def browse(url, *words, **more):
+def browse(url, *words):
     """What tests/integration/page_browser.mjs saw."""
     with tempfile.TemporaryDirectory() as folder:
         done = subprocess.run([NODE, SOURCE / "tests/integration/page_browser.mjs", MODULES, BROWSER, url, PICTURES or folder, *words],
-                              capture_output=True, text=True, timeout=PATIENCE * 4, check=False, **more)
+                              capture_output=True, text=True, timeout=PATIENCE * 4, check=False)
     if done.returncode != 0:
         raise AssertionError(done.stderr[-3000:])
     return json.loads(done.stdout)
@@ -112,8 +114,121 @@ class PageInBrowser(unittest.TestCase):
                 self.assertIsNotNone(hit)
                 self.assertIn(hit["node"], run["outcome"])
                 self.assertEqual(len(run["rows"]), len(hit))
-                self.assertEqual(run["overflow"], [])
+                self.assertEqual((run["overflow"], run["barriers"]), ([], []))
                 print(run["size"], run["theme"], "first paint", run["paint"], "ms, drawn after", run["drawn"], "ms")
+
+    def points(self, run, kind="point"):
+        return [shape["points"] for shape in run["shapes"] if shape["kind"] == kind]
+
+    def test_each_gesture_asks_and_draws_what_the_api_answers(self):
+        runs = browse(self.server.url, "gestures")
+        self.assertEqual(len(runs), 6)
+        for run in runs:
+            with self.subTest(name=run["name"], size=run["size"]):
+                self.assertEqual((run["complaints"], run["foreign"], run["overflow"], run["notice"]), ([], [], [], ""))
+                getattr(self, run["name"])(run, json.loads(run["body"]), self.same_as_curl(run))
+
+    def measure(self, run, query, answer):
+        self.assertEqual(len(query["rays"]), 2)
+        ends = [points[0] for points in self.points(run)]
+        line, = self.points(run, "line")
+        self.assertEqual(line, ends)
+        # What is snapped to is a corner, lies on an edge, or is the hit itself.
+        for end, hit, kind in zip(ends, answer["hits"], re.findall(r"corner|edge|surface", run["outcome"])):
+            name = f"{hit['instance']}.{hit['primitive']}.{hit['triangle']}"
+            corners = self.server.ask(f"/v1/scenes/town/triangles?ids={name}").json()["triangles"][0]["corners"]
+            if kind == "corner":
+                self.assertIn(end, corners)
+            elif kind == "surface":
+                self.assertEqual(end, hit["position"])
+            else:
+                sides = [math.dist(a, end) + math.dist(end, b) - math.dist(a, b) for a, b in zip(corners, corners[1:] + corners[:1])]
+                self.assertLess(min(sides), 1e-9)
+        self.assertAlmostEqual(float(re.search(r"Distance (\S+)", run["outcome"])[1]), math.dist(*ends), 9)
+
+    def select(self, run, query, answer):
+        planes = query["boxes"][0]["planes"]
+        result, = answer["results"]
+        self.assertGreater(result["total"], 0)
+        self.assertEqual(run["outcome"], f"{result['total']} node{'s' * (result['total'] > 1)} selected.")
+        self.assertEqual(run["rows"], [f"{each['node_id']}{each['node']}" for each in result["nodes"]])
+        # Each small node has its box: the loop of its lowest corners comes first.
+        bounds = {node["node_id"]: node["bounds"] for node in self.server.ask("/v1/scenes/town/nodes?limit=100000").json()["nodes"]}
+        lowest = [points[0] for points in self.points(run, "loop")[::2]]
+        self.assertGreater(len(lowest), 2)
+        self.assertLessEqual({tuple(point) for point in lowest}, {tuple(bounds[each["node_id"]]["min"]) for each in result["nodes"]})
+        # The target of the camera lies in the rectangle.
+        self.assertEqual([plane for plane in planes if plane[1] * 8 > plane[3]], [])
+        self.assertIn("clock tower", [each["node"] for each in result["nodes"]])
+
+    def sight(self, run, query, answer):
+        line, = self.points(run, "line")
+        self.assertEqual(line, [query["from"][0], query["to"][0]])
+        seen = answer["visible"] == "1"
+        self.assertEqual({shape["colour"] for shape in run["shapes"] if shape["kind"] == "line"}, {"good" if seen else "bad"})
+        if seen:
+            self.assertEqual(run["outcome"], "The two points see each other.")
+        else:
+            self.assertEqual(run["outcome"], f"Blocked by {answer['blockers'][0]['node']}.")
+            self.assertIn([answer["blockers"][0]["position"]], self.points(run))
+
+    def test_the_keyboard_does_it_too_and_requests_can_be_copied(self):
+        run = browse(self.server.url, "keyboard")
+        # The browser itself notes a request that is refused: the last one is.
+        self.assertEqual(([each for each in run["complaints"] if "422" not in each], run["foreign"]), ([], []))
+        self.assertEqual(len(set(run["links"])), 5)
+        self.assertIsNotNone(self.same_as_curl(run["ray"])["hits"][0])
+        self.assertEqual(run["mode"], "box")
+        self.assertEqual(self.same_as_curl(run["typed"]), {"counts": [32]})
+        self.assertEqual(run["typed"]["outcome"], "Count: 32.")
+        self.assertTrue(run["fault"]["outcome"].startswith("LENGTH_WRONG"), run["fault"]["outcome"])
+        self.assertIn("/rays/0/origin", run["fault"]["outcome"])
+        copies = run["copies"]
+        for command in (["sh", "-c", copies["curl"]], ["python3", "-c", copies["python"]], [NODE, "--input-type=module", "-e", copies["javascript"]]):
+            done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=True)
+            self.assertEqual(re.sub(r"[\s'\"]", "", done.stdout), "{counts:[32]}")
+
+    def test_a_link_gives_the_same_bytes_and_tells_of_a_change(self):
+        with Server("--preload", "town=demo:town", "--preload", "six=demo:six", memory=None) as server:
+            fragment = urlencode({"scene": "six", "rev": server.ask("/v1/scenes/six").json()["revision"], "sha": "c09215983e14ec1b",
+                                  "camera": "10,20,30,1,2,-0.5", "mode": "sight", "route": "rays:closest",
+                                  "body": '{"rays":[{"origin":[3,10,0],"direction":[0,-1,0]}],"fields":["t","node"]}'})
+            first = browse(server.url, "link", f"{server.url}/#{fragment}")
+            self.assertEqual((first["complaints"], first["notice"], first["mode"]), ([], "", "sight"))
+            self.assertEqual(first["raw"], '{"hits":[{"t":8,"node":"right"}]}')
+            # The page writes the link that it was opened with, whatever the order.
+            again = browse(server.url, "link", first["link"])
+            self.assertEqual((again["raw"], again["body"], again["link"]), (first["raw"], first["body"], first["link"]))
+            self.assertEqual(parse_qs(first["link"].split("#")[1])["camera"], ["10,20,30,1,2,-0.5"])
+            patched = server.ask("/v1/scenes/six/nodes/2", "-X", "PATCH", "-H", JSON_TYPE, body='{"translation":[0,3,0]}')
+            self.assertEqual(patched.status, 200)
+            moved = browse(server.url, "link", first["link"])
+            self.assertIn(f"revision {patched.json()['revision']}", moved["notice"])
+            self.assertEqual(moved["raw"], '{"hits":[{"t":5,"node":"right"}]}')
+            server.put("six", demo_glb("painted"))
+            self.assertIn("another content", browse(server.url, "link", first["link"])["notice"])
+
+    def test_scenes_are_put_searched_and_deleted(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder, "my house.glb")
+            file.write_bytes(demo_glb("six"))
+            run = browse(self.server.url, "scenes", str(file))
+        self.assertEqual((run["complaints"], run["foreign"]), ([], []))
+        self.assertIn("my-house", run["put"]["scenes"])
+        self.assertEqual(run["nodes"], ["right3 triangles"])
+        self.assertIn("right: 3 triangles", [shape.get("label") for shape in run["node"]["shapes"]])
+        self.assertNotIn("my-house", run["gone"]["scenes"])
+        self.assertEqual(self.server.ask("/v1/scenes/my-house").status, 404)
+
+    def test_a_key_is_asked_for_and_shown_nowhere(self):
+        key, line = make_key("read", "people")
+        with tempfile.TemporaryDirectory() as folder:
+            with Server("--preload", "six=demo:six", "--keys", write_keys(Path(folder, "keys"), line)) as server:
+                run = browse(server.url, "key", key)
+                answer = server.ask(run["path"], "-H", JSON_TYPE, *bearer(key), body=run["body"])
+                self.assertEqual(run["raw"], answer.body.decode())
+                for place in ("html", "link", "body"):
+                    self.assertNotIn(key, run[place])
 
 
 if __name__ == "__main__":

@@ -31,7 +31,7 @@ export class Gestures {
 
   cancel() {
     this.begin = null;
-    this.marks.rectangle = null;
+    this.marks.rectangle = this.marks.rubber = null;
     this.marks.draw();
   }
 
@@ -57,7 +57,6 @@ export class Gestures {
     const begin = this.begin, end = this.place(event);
     if (!begin || !event.isPrimary) return;
     this.cancel();
-    this.marks.rubber = null;
     const still = Math.hypot(end[0] - begin[0], end[1] - begin[1]) < STILL;
     if (this.mode === "ray" && still) this.click(...end);
     if (this.mode === "sight" && still) await this.sight(...end);

@@ -11,30 +11,33 @@ export class Marks {
     this.rubber = null;  // two pixels, while a distance is dragged
   }
 
-  /** shapes: {kind: "point" | "line" | "loop", points: [[x, y, z], ...], colour: name of a CSS variable, label} */
+  /** shapes: {kind: "point" | "line" | "loop", points: [[x, y, z], ...], colour: name of a CSS variable, label, thin} */
   show(shapes) {
     this.shapes = shapes;
+    // For tests: what is drawn.
+    this.canvas.dataset.shapes = JSON.stringify(shapes.slice(0, 100));
     this.draw();
   }
 
   draw() {
     const {canvas, view} = this;
-    const {clientWidth: width, clientHeight: height} = canvas;
+    const {clientWidth: width, clientHeight: height} = canvas.parentElement;
     const scale = Math.min(devicePixelRatio, 2);
-    if (canvas.width !== width * scale || canvas.height !== height * scale) {
-      canvas.width = width * scale;
-      canvas.height = height * scale;
-    }
+    // With software GL, Chromium shows the last picture on where a canvas is cleared and nothing is drawn after it.
+    canvas.hidden = !this.shapes.length && !this.rectangle && !this.rubber;
+    if (canvas.hidden) return;
+    // This clears it.
+    canvas.width = width * scale;
+    canvas.height = height * scale;
     const context = canvas.getContext("2d");
     const style = getComputedStyle(document.documentElement);
     const colour = (name) => style.getPropertyValue(`--${name}`).trim();
     context.setTransform(scale, 0, 0, scale, 0, 0);
-    context.clearRect(0, 0, width, height);
     context.font = "13px system-ui, sans-serif";
     context.lineJoin = context.lineCap = "round";
-    const stroke = (path, shade, thickness) => {
+    const stroke = (path, shade, thickness, halo = HALO) => {
       context.strokeStyle = colour("halo");
-      context.lineWidth = thickness + HALO;
+      context.lineWidth = thickness + halo;
       context.stroke(path);
       context.strokeStyle = shade;
       context.lineWidth = thickness;
@@ -43,6 +46,7 @@ export class Marks {
     for (const shape of this.shapes) {
       const shade = colour(shape.colour || "hit");
       if (shape.kind === "point") this.point(context, shape, shade, stroke);
+      else if (shape.thin) this.lines(shape, (path) => stroke(path, shade, 1, 1));
       else this.lines(shape, (path) => stroke(path, shade, 2));
     }
     for (const shape of this.shapes) if (shape.label) this.label(context, shape, colour, width, height);

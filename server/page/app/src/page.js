@@ -16,6 +16,7 @@ const MOST_BYTES = 256 << 20;  // of geometry that a browser is sent
 let view, marks, gestures, scenes;
 let shown = null;     // the scene as GET /v1/scenes/{id} tells it
 let loading = null;   // AbortController of its geometry
+let opening = 0;      // links that are being opened
 let asked = null;     // {route, body}: what the link repeats
 let runs = 0;
 
@@ -89,6 +90,7 @@ async function load(id, signal) {
 
 /** After each list of scenes: the chosen one may have gone or have another content. */
 async function changed() {
+  if (opening) return;
   if (!shown) {
     const ready = scenes.all.filter((scene) => scene.state === "ready");
     if (ready.length) await choose(ready.reduce((a, b) => b.triangles > a.triangles ? b : a).id);
@@ -144,6 +146,7 @@ async function run() {
     fail(fault);
   } finally {
     byId("run").disabled = false;
+    byId("stage").dataset.answered = String(number);
   }
 }
 
@@ -161,10 +164,20 @@ async function show(name, body, {status, text, revision, milliseconds}) {
   byId("fields").append(...tables(name, answer));
   const shapes = shapesOf(name, query, answer, view.radius);
   marks.show(shapes);
-  byId("stage").dataset.answered = String(runs);
+  if (name === "boxes:list" && answer.results?.some(({nodes}) => nodes?.length)) {
+    return marks.show([...shapes, ...await nodeBoxes(answer.results.flatMap(({nodes}) => nodes))]);
+  }
   if (name !== "rays:closest" || !Array.isArray(answer.hits)) return;
   if (answer.hits.length === 1 && answer.hits[0]) marks.show([...shapes, ...await outline(answer.hits[0])]);
   if (gestures.mode === "measure" && answer.hits.length === 2 && answer.hits.every(Boolean)) await measure(answer.hits);
+}
+
+/** Boxes of nodes that are smaller than half of the scene: larger ones would hide the others. */
+async function nodeBoxes(found) {
+  const ids = new Set(found.map(({node_id: id}) => id));
+  const nodes = await scenes.loadNodes();
+  return shapesOf("boxes:list", {boxes: nodes.filter(({node_id: id, bounds}) =>
+    ids.has(id) && bounds && length(bounds.min, bounds.max) < view.radius).map(({bounds}) => bounds)}, {}, view.radius);
 }
 
 /** The exact corners of hits, where their triangles are named. */
@@ -224,6 +237,15 @@ function saveLink() {
 }
 
 async function open(link) {
+  ++opening;
+  try {
+    await repeat(link);
+  } finally {
+    --opening;
+  }
+}
+
+async function repeat(link) {
   setMode(link.mode || "ray");
   const ready = choose(link.scene, link);
   if (link.route in QUESTIONS && link.body) {
@@ -393,4 +415,5 @@ function showNode(node) {
     {kind: "point", points: [middle], label: `${node.name || `#${node.node_id}`}: ${countText(node.triangles)} triangles`}]);
 }
 
-start();
+// The page is painted before the scripts of the view take their time.
+requestAnimationFrame(() => setTimeout(start));

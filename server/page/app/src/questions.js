@@ -89,8 +89,8 @@ function boxShapes({boxes = []}) {
     if (!isPoint(min) || !isPoint(max)) return [];
     const face = (y) => [[min[0], y, min[2]], [max[0], y, min[2]], [max[0], y, max[2]], [min[0], y, max[2]]];
     const [low, high] = [face(min[1]), face(max[1])];
-    return [{kind: "loop", points: low}, {kind: "loop", points: high},
-      ...low.map((corner, i) => ({kind: "line", points: [corner, high[i]]}))];
+    return [{kind: "loop", points: low, thin: true}, {kind: "loop", points: high, thin: true},
+      ...low.map((corner, i) => ({kind: "line", points: [corner, high[i]], thin: true}))];
   });
 }
 

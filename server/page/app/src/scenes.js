@@ -101,15 +101,23 @@ export class Scenes {
 
   // ---- Nodes
 
-  async showNodes() {
-    if (!byId("nodes-part").open || !this.current || this.nodesOf === `${this.current} ${this.find(this.current)?.revision}`) return;
+  /** The nodes of the chosen scene, with their depth in the tree. */
+  async loadNodes() {
+    const of = `${this.current} ${this.find(this.current)?.revision}`;
+    if (this.nodesOf === of) return this.nodes;
     const {nodes} = await askJson(scenePath(this.current, "/nodes?limit=20000"));
-    this.nodesOf = `${this.current} ${this.find(this.current)?.revision}`;
     const depth = new Map();
     this.nodes = nodes.map((node) => {
       depth.set(node.node_id, node.parent === null ? 0 : (depth.get(node.parent) ?? 0) + 1);
       return {...node, depth: depth.get(node.node_id)};
     });
+    this.nodesOf = of;
+    return this.nodes;
+  }
+
+  async showNodes() {
+    if (!byId("nodes-part").open || !this.current) return;
+    await this.loadNodes();
     this.listNodes();
   }
 

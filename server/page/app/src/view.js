@@ -118,6 +118,9 @@ export class View {
 
   /** Where the camera stands and what it turns around, in the world. */
   get pose() {
+    // The numbers of a link as they are, until the camera moves.
+    const {position} = this.camera, {target} = this.controls;
+    if (this.given && this.given.position.equals(position) && this.given.target.equals(target)) return this.given.numbers;
     const world = (v) => v.toArray().map((x, k) => x + this.middle[k]);
     return [...world(this.camera.position), ...world(this.controls.target)];
   }
@@ -125,6 +128,7 @@ export class View {
   set pose(numbers) {
     const local = (at) => this.middle.map((x, k) => numbers[at + k] - x);
     this.place(local(0), local(3));
+    this.given = {numbers, position: this.camera.position.clone(), target: this.controls.target.clone()};
   }
 
   // ---- Triangles
