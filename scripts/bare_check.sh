@@ -1,12 +1,14 @@
 #!/usr/bin/env bash
-# Proves that the install step lacks no package: makes a Debian 12 root that has nothing but
-# debootstrap's minbase in it, puts a clone of the committed tree there, runs scripts/run.sh, pastes
-# the curl line that it prints, puts two larger scenes where there are any ($SIGHTLINE_DATA, default
-# ../shared/data), and runs scripts/test.sh without them. Prints how long each took.
+# Proves that the install step lacks no package. Makes a Debian root with nothing but debootstrap's
+# minbase, puts a clone of the committed tree there, runs scripts/run.sh, and pastes the curl line
+# that it prints. Puts two larger scenes where there are any ($SIGHTLINE_DATA, default
+# ../shared/data), and runs scripts/test.sh without them. Prints how long each step took.
 #
-#   scripts/bare_check.sh [--keep] [-- ARGUMENTS OF test.sh]
+#   scripts/bare_check.sh [--suite bookworm|trixie] [--keep] [--run-only] [-- ARGUMENTS OF test.sh]
 #
-# --keep  leave the root in build/bare for a look (default: remove it)
+# --suite     the release of Debian (default: bookworm, Debian 12; trixie is Debian 13)
+# --keep      leave the root in build/bare (default: remove it)
+# --run-only  without scripts/test.sh
 #
 # Needs root. Everything that is mounted lives in a mount namespace of its own and vanishes with it,
 # whatever happens; so do all processes.
@@ -14,15 +16,20 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 keep=no
+suite=bookworm
+run_only=no
 test_arguments=()
 while [ $# -gt 0 ]; do
   case $1 in
     --keep) keep=yes; shift ;;
+    --suite) suite=${2:?--suite needs a name}; shift 2 ;;
+    --run-only) run_only=yes; shift ;;
     --) shift; test_arguments=("$@"); break ;;
     -h | --help) sed -n '2,/^set/{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; exit 0 ;;
     *) echo "$0: unknown argument '$1' (see --help)" >&2; exit 2 ;;
   esac
 done
+case $suite in bookworm | trixie) ;; *) echo "$0: no suite '$suite': bookworm or trixie" >&2; exit 2 ;; esac
 [ "$(id -u)" = 0 ] || { echo "$0: needs root" >&2; exit 1; }
 
 scripts/install_packages.sh image
@@ -33,8 +40,10 @@ mkdir -p "$work"
 trap '[ "$keep" = yes ] || rm -rf "$work"' EXIT
 
 started=$SECONDS
-mirror=$(apt-get indextargets --format '$(SITE) $(RELEASE)' 2>/dev/null | awk '$2 == "bookworm" {print $1; exit}')
-debootstrap --variant=minbase bookworm "$root" "${mirror:-http://deb.debian.org/debian}" >"$work/debootstrap.log" ||
+# The mirror of this machine's own Debian has the other releases too.
+mirror=$(apt-get indextargets --format '$(SITE) $(RELEASE)' 2>/dev/null |
+  awk '$2 ~ /^(bookworm|trixie)$/ {print $1; exit}')
+debootstrap --variant=minbase "$suite" "$root" "${mirror:-http://deb.debian.org/debian}" >"$work/debootstrap.log" ||
   { tail "$work/debootstrap.log" >&2; exit 1; }
 # Proxies and the like under which apt works on this machine hold inside too.
 apt-config dump --format '%f "%v";%n' | grep -E '^Acquire::(https?|Check|Retries)' \
@@ -46,7 +55,7 @@ for name in furnished_house jacksboro_dem; do
   [ ! -f "$scenes/$name.glb" ] || cp "$scenes/$name.glb" "$root/root/scenes/"
 done
 git clone --quiet --no-hardlinks . "$root/root/sightline"
-echo "bare root with $(git rev-parse --short HEAD): $((SECONDS - started)) s, $(chroot "$root" dpkg-query -W | wc -l) packages"
+echo "bare root of $suite with $(git rev-parse --short HEAD): $((SECONDS - started)) s, $(chroot "$root" dpkg-query -W | wc -l) packages"
 
 inside() {
   unshare --mount --pid --fork --kill-child bash -euc '
@@ -102,6 +111,7 @@ inside '
   run_and_ask first
   run_and_ask second
 '
+[ "$run_only" = no ] || exit 0
 inside "
   started=\$SECONDS
   ./scripts/test.sh ${test_arguments[*]} >/root/test.log 2>&1 || { tail -n 60 /root/test.log; exit 1; }

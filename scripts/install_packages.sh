@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs the Debian 12 packages that a task needs and that are missing; touches nothing when none
+# Installs the packages of Debian 12 or 13 that a task needs and that are missing; touches nothing when none
 # is. This file is the one place where packages are listed; docs/dependencies.md says what each is
 # for.
 #
