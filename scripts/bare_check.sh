@@ -4,11 +4,12 @@
 # that it prints. Puts two larger scenes where there are any ($SIGHTLINE_DATA, default
 # ../shared/data), and runs scripts/test.sh without them. Prints how long each step took.
 #
-#   scripts/bare_check.sh [--suite bookworm|trixie] [--keep] [--run-only] [-- ARGUMENTS OF test.sh]
+#   scripts/bare_check.sh [--suite bookworm|trixie] [--keep] [--run-only] [--package] [-- ARGUMENTS OF test.sh]
 #
 # --suite     the release of Debian (default: bookworm, Debian 12; trixie is Debian 13)
 # --keep      leave the root in build/bare (default: remove it)
 # --run-only  without scripts/test.sh
+# --package   also build the .deb; in a second bare root install it with apt, serve, ask, and purge it
 #
 # Needs root. Everything that is mounted lives in a mount namespace of its own and vanishes with it,
 # whatever happens; so do all processes.
@@ -18,12 +19,14 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 keep=no
 suite=bookworm
 run_only=no
+package=no
 test_arguments=()
 while [ $# -gt 0 ]; do
   case $1 in
     --keep) keep=yes; shift ;;
     --suite) suite=${2:?--suite needs a name}; shift 2 ;;
     --run-only) run_only=yes; shift ;;
+    --package) package=yes; shift ;;
     --) shift; test_arguments=("$@"); break ;;
     -h | --help) sed -n '2,/^set/{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; exit 0 ;;
     *) echo "$0: unknown argument '$1' (see --help)" >&2; exit 2 ;;
@@ -43,12 +46,15 @@ started=$SECONDS
 # The mirror of this machine's own Debian has the other releases too.
 mirror=$(apt-get indextargets --format '$(SITE) $(RELEASE)' 2>/dev/null |
   awk '$2 ~ /^(bookworm|trixie)$/ {print $1; exit}')
-debootstrap --variant=minbase "$suite" "$root" "${mirror:-http://deb.debian.org/debian}" >"$work/debootstrap.log" ||
-  { tail "$work/debootstrap.log" >&2; exit 1; }
-# Proxies and the like under which apt works on this machine hold inside too.
-apt-config dump --format '%f "%v";%n' | grep -E '^Acquire::(https?|Check|Retries)' \
-  >"$root/etc/apt/apt.conf.d/90host" || true
-cp -L /etc/resolv.conf /etc/hosts "$root/etc/"
+make_root() {
+  debootstrap --variant=minbase "$suite" "$1" "${mirror:-http://deb.debian.org/debian}" >"$work/debootstrap.log" ||
+    { tail "$work/debootstrap.log" >&2; exit 1; }
+  # Proxies and the like under which apt works on this machine are valid inside too.
+  apt-config dump --format '%f "%v";%n' | grep -E '^Acquire::(https?|Check|Retries)' \
+    >"$1/etc/apt/apt.conf.d/90host" || true
+  cp -L /etc/resolv.conf /etc/hosts "$1/etc/"
+}
+make_root "$root"
 scenes=${SIGHTLINE_DATA:-../shared/data}/scenes
 mkdir -p "$root/root/scenes"
 for name in furnished_house jacksboro_dem; do
@@ -66,7 +72,7 @@ inside() {
     mount -t sysfs -o ro sysfs "$root/sys"
     mount --rbind /dev "$root/dev"
     exec chroot "$root" env -i HOME=/root PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin \
-      LANG=C.UTF-8 bash -euc "cd /root/sightline; $*"
+      LANG=C.UTF-8 bash -euc "cd /root/sightline 2>/dev/null || cd /root; $*"
   ' bash "$root" "$@"
 }
 
@@ -111,6 +117,50 @@ inside '
   run_and_ask first
   run_and_ask second
 '
+if [ "$package" = yes ]; then
+  inside './scripts/package.sh'
+  deb=$(ls "$root"/root/sightline/build/package/sightline_*.deb)
+  clean=$work/clean
+  make_root "$clean"
+  cp "$deb" "$clean/root/"
+  build_root=$root
+  root=$clean
+  inside '
+    apt-get update -qq
+    apt-get install -y -qq --no-install-recommends ./sightline_*.deb curl python3 >/dev/null
+    dpkg-query -W sightline
+    # There is no systemd in this root: the command line of the unit, as root.
+    command=$(sed -n "s/^ExecStart=//p" /usr/lib/systemd/system/sightline.service)
+    mkdir -p /var/lib/sightline
+    sightline check-config /etc/sightline/sightline.json
+    $command >/root/serve.log 2>&1 &
+    server=$!
+    until curl -fsS -o /dev/null http://127.0.0.1:8080/readyz 2>/dev/null; do
+      kill -0 $server || { cat /root/serve.log; exit 1; }
+      sleep 0.2
+    done
+    sightline demo town town.glb
+    python3 -c "
+from sightline import Sightline
+with Sightline(\"http://127.0.0.1:8080\") as server:
+    server.put(\"town\", \"town.glb\")
+    print(server.closest(\"town\", [[3, 200, 5]], [[0, -1, 0]], fields=[\"t\", \"node\"]))"
+    curl -fsS http://127.0.0.1:8080/v1/scenes/town/rays:closest -d "{\"rays\":[{\"origin\":[3,200,5],\"direction\":[0,-1,0]}]}" |
+      grep -F "\"t\":199.75"
+    kill -TERM $server
+    wait $server
+    test -s /usr/share/man/man1/sightline.1
+    apt-get purge -y -qq sightline >/dev/null
+    for left in /usr/bin/sightline /etc/sightline /usr/lib/systemd/system/sightline.service \
+      /usr/lib/python3/dist-packages/sightline.py /usr/share/doc/sightline; do
+      [ ! -e $left ] || { echo "purge left $left"; exit 1; }
+    done
+    ! getent group sightline-keys
+    ls /var/lib/sightline/scenes
+    echo "package: installs, serves, is purged; the data stays"
+  '
+  root=$build_root
+fi
 [ "$run_only" = no ] || exit 0
 inside "
   started=\$SECONDS
