@@ -131,6 +131,15 @@ const PLANS = {
         await page.waitForFunction(() => document.querySelector("#hint").textContent.includes("second"));
         await page.mouse.click(...await at(page, 0.72, 0.45));
       });
+      await choose(page, "why");
+      await step("why", async () => {
+        await page.mouse.click(...await at(page, 0.45, 0.7));
+        await page.waitForFunction(() => document.querySelector("#outcome").textContent.includes("visited"));
+        // From the side the ray can be seen.
+        await page.focus("#view");
+        for (let i = 0; i < 5; ++i) await page.keyboard.press("ArrowLeft");
+        await page.waitForTimeout(500);
+      });
       await close();
     }
     return runs;

@@ -128,7 +128,7 @@ class PageInBrowser(unittest.TestCase):
 
     def test_each_gesture_asks_and_draws_what_the_api_answers(self):
         runs = browse(self.server.url, "gestures")
-        self.assertEqual(len(runs), 6)
+        self.assertEqual(len(runs), 8)
         for run in runs:
             with self.subTest(name=run["name"], size=run["size"]):
                 self.assertEqual((run["complaints"], run["foreign"], run["overflow"], run["notice"]), ([], [], [], ""))
@@ -177,6 +177,22 @@ class PageInBrowser(unittest.TestCase):
         else:
             self.assertEqual(run["outcome"], f"Blocked by {answer['blockers'][0]['node']}.")
             self.assertIn([answer["blockers"][0]["position"]], self.points(run))
+
+    def why(self, run, query, answer):
+        boxes = answer["explain"]["boxes"]
+        self.assertEqual(query["explain"], True)
+        self.assertEqual(len(run["rows"]), len(boxes) + answer["explain"]["truncated"])
+        for number, (row, box) in enumerate(zip(run["rows"], boxes), 1):
+            self.assertTrue(row.startswith(f"{number}{'leaf' if box['leaf'] else 'box'} {box['verdict']}"), row)
+        # Two loops and four lines for each box in the world, in the colour of its verdict.
+        colours = {"entered": "good", "missed": "dim", "behind": "ray", "beyond": "ray", "farther": "normal"}
+        def drawn(box):
+            (x, y, z), (a, b, c) = box["min"], box["max"]
+            return colours[box["verdict"]], ((x, y, z), (a, y, z), (a, y, c), (x, y, c))
+        loops = [(shape["colour"], tuple(map(tuple, shape["points"]))) for shape in run["shapes"] if shape["kind"] == "loop"]
+        world = [drawn(box) for box in boxes if box["space"] == "world"]
+        self.assertEqual(sorted(loops[0:2 * len(world):2]), sorted(world))
+        self.assertEqual(run["outcome"], f"Hit: {answer['hits'][0]['node']}, t = {float('%.4g' % answer['hits'][0]['t']):g}. {len(boxes)} boxes visited.")
 
     def test_the_keyboard_does_it_too_and_requests_can_be_copied(self):
         run = browse(self.server.url, "keyboard")

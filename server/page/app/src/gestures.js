@@ -9,6 +9,7 @@ export const HINTS = {
   measure: "Drag from one point to another: their distance. It snaps to corners and edges.",
   box: "Drag a rectangle: the nodes that lie in it.",
   sight: "Click two points: whether they see each other.",
+  why: "Click: the boxes that a ray visits, and why each is entered or left out. Then turn the view.",
 };
 
 export class Gestures {
@@ -25,7 +26,7 @@ export class Gestures {
     this.mode = mode;
     this.cancel();
     this.first = null;
-    this.view.controls.enableRotate = mode === "ray" || mode === "sight";
+    this.view.controls.enableRotate = !["measure", "box"].includes(mode);
     this.say(HINTS[mode]);
   }
 
@@ -59,6 +60,7 @@ export class Gestures {
     this.cancel();
     const still = Math.hypot(end[0] - begin[0], end[1] - begin[1]) < STILL;
     if (this.mode === "ray" && still) this.click(...end);
+    if (this.mode === "why" && still) this.why(...end);
     if (this.mode === "sight" && still) await this.sight(...end);
     if (this.mode === "measure" && !still) this.measure(begin, end);
     if (this.mode === "box" && !still) this.box(begin, end);
@@ -69,6 +71,7 @@ export class Gestures {
     const at = [this.canvas.clientWidth / 2, this.canvas.clientHeight / 2];
     if (this.mode === "sight") return this.sight(...at);
     if (this.mode === "ray") return this.click(...at);
+    if (this.mode === "why") return this.why(...at);
     const from = this.first;
     this.first = from ? null : at;
     if (!from) return this.say("First corner set. Turn the view, then press Enter again.");
@@ -76,6 +79,11 @@ export class Gestures {
   }
 
   click(x, y) { return this.ask("rays:closest", {rays: [this.view.ray(x, y)], fields: FIELDS}); }
+
+  why(x, y) {
+    return this.ask("rays:closest", {rays: [this.view.ray(x, y)], explain: true,
+      fields: ["t", "position", "instance", "primitive", "triangle", "node"]});
+  }
 
   measure(from, to) {
     const rays = [this.view.ray(...from), this.view.ray(...to)];

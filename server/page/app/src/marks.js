@@ -15,7 +15,7 @@ export class Marks {
   show(shapes) {
     this.shapes = shapes;
     // For tests: what is drawn.
-    this.canvas.dataset.shapes = JSON.stringify(shapes.slice(0, 100));
+    this.canvas.dataset.shapes = JSON.stringify(shapes.slice(0, 2000));
     this.draw();
   }
 
@@ -49,7 +49,9 @@ export class Marks {
       else if (shape.thin) this.lines(shape, (path) => stroke(path, shade, 1, 1));
       else this.lines(shape, (path) => stroke(path, shade, 2));
     }
-    for (const shape of this.shapes) if (shape.label) this.label(context, shape, colour, width, height);
+    const taken = [];
+    // Those that were added last, above all the hit itself, are placed first.
+    for (const shape of this.shapes.filter(({label}) => label).reverse()) this.label(context, shape, colour, width, height, taken);
     if (this.rectangle) {
       const [x0, y0, x1, y1] = this.rectangle;
       const path = new Path2D();
@@ -86,13 +88,18 @@ export class Marks {
     stroke(path);
   }
 
-  label(context, {points, label}, colour, width, height) {
+  /** Beside its point, or as near as no other label is; `taken` are the places of those. */
+  label(context, {points, label}, colour, width, height, taken) {
     const middle = points[0].map((_, k) => points.reduce((sum, p) => sum + p[k] / points.length, 0));
     const [x, y, depth] = this.view.pixel(middle);
     if (depth <= 0) return;
     const wide = context.measureText(label).width + 12;
     const left = Math.min(Math.max(x + 10, 4), Math.max(4, width - wide - 4));
-    const top = Math.min(Math.max(y - 30, 4), height - 26);
+    const free = (top) => taken.every((other) =>
+      left + wide < other.left || other.left + other.wide < left || Math.abs(top - other.top) > 24);
+    const tops = [-30, 8, -56, 34, -82].map((dy) => Math.min(Math.max(y + dy, 4), height - 26));
+    const top = tops.find(free) ?? tops[0];
+    taken.push({left, top, wide});
     context.fillStyle = colour("back");
     context.strokeStyle = colour("line");
     context.lineWidth = 1;

@@ -7,7 +7,7 @@ import {geometryBytes, loadGeometry} from "./geometry.js";
 import {Gestures, snap} from "./gestures.js";
 import {changeOf, readLink, writeLink} from "./link.js";
 import {Marks} from "./marks.js";
-import {QUESTIONS, length, outcomeOf, pretty, shapesOf, short} from "./questions.js";
+import {QUESTIONS, length, outcomeOf, pretty, shapesOf, short, visitRows} from "./questions.js";
 import {Scenes} from "./scenes.js";
 import {View} from "./view.js";
 
@@ -215,6 +215,7 @@ const table = (rows) => make("table", {}, make("tbody", {}, rows.map(([name, val
 /** One hit as a table of its fields, lists as rows. */
 function tables(name, answer) {
   const one = answer.hits?.length === 1 ? answer.hits[0] : null;
+  if (answer.explain) return [table(visitRows(answer.explain))];
   if (one && typeof one === "object") return [table(Object.entries(one))];
   const list = answer.results?.length === 1 ? answer.results[0].nodes || answer.results[0].hits : null;
   if (list) {

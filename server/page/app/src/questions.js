@@ -94,6 +94,29 @@ function boxShapes({boxes = []}) {
   });
 }
 
+const VERDICTS = {entered: "good", missed: "dim", behind: "ray", beyond: "ray", farther: "normal"};
+
+/** The boxes of the world that a ray came to, those that it entered on top, with their number in the order of the visit. */
+function visitShapes({boxes}) {
+  const shown = boxes.map((box, i) => ({...box, number: i + 1})).filter(({space}) => space === "world");
+  const entered = shown.filter(({verdict}) => verdict === "entered");
+  return [...shown.filter((box) => !entered.includes(box)), ...entered].flatMap((box) => {
+    const shapes = boxShapes({boxes: [box]}).map((shape) => ({...shape, colour: VERDICTS[box.verdict], thin: box.verdict !== "entered"}));
+    if (box.verdict === "entered" && box.leaf && shapes.length) shapes[1].label = `${box.number}`;
+    return shapes;
+  });
+}
+
+/** Rows of what a ray came to: number, verdict and reason. */
+export function visitRows({boxes, truncated}) {
+  const range = ({t_enter: from, t_exit: to}) => from === undefined ? "" : `, t ${short(from)} to ${short(to)}`;
+  const tests = ({triangles: list = []}) => list.length
+    ? `; ${list.length} triangles: ${list.filter(({verdict}) => verdict === "hit").length} hit` : "";
+  const rows = boxes.map((box, i) => [String(i + 1), `${box.leaf ? "leaf" : "box"} ${box.verdict}${box.miss
+    ? `: slabs ${box.miss.join(", ")}` : ""}${range(box)}${box.space === "mesh" ? ", in the space of a mesh" : ""}${tests(box)}`]);
+  return truncated ? [...rows, ["...", "more boxes were visited"]] : rows;
+}
+
 function pointShapes({points = []}, answer) {
   return points.slice(0, MOST_DRAWN).flatMap((point, i) => {
     if (!isPoint(point)) return [];
@@ -122,7 +145,7 @@ export function shapesOf(route, query, answer, size) {
     });
     return [...last, ...hits.filter((hit) => isPoint(hit.position)).map((hit) => ({kind: "point", points: [hit.position]}))];
   }
-  if (route.startsWith("rays:")) return rayShapes(query, answer, size);
+  if (route.startsWith("rays:")) return [...answer.explain ? visitShapes(answer.explain) : [], ...rayShapes(query, answer, size)];
   if (route === "visibility") return sightShapes(query, answer);
   if (route.startsWith("boxes:")) return boxShapes(query);
   if (route.startsWith("points:")) return pointShapes(query, answer);
@@ -136,8 +159,9 @@ export function outcomeOf(route, query, answer) {
   const one = answer.hits?.length === 1 ? answer.hits[0] : undefined;
   if (answer.warnings?.length) return answer.warnings[0].message;
   if (route === "rays:closest" || route.startsWith("sweeps:")) {
-    if (one === null || one === false) return "No hit.";
-    if (one && one.node !== undefined) return `Hit: ${one.node || "a node without a name"}, t = ${short(one.t)}.`;
+    const visited = answer.explain ? ` ${answer.explain.boxes.length} boxes visited.` : "";
+    if (one === null || one === false) return `No hit.${visited}`;
+    if (one && one.node !== undefined) return `Hit: ${one.node || "a node without a name"}, t = ${short(one.t)}.${visited}`;
     if (answer.hits) return `${answer.hits.filter(Boolean).length} of ${answer.hits.length} rays hit.`;
   }
   if (route === "visibility" && typeof answer.visible === "string" && answer.visible.length === 1) {

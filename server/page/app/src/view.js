@@ -7,7 +7,6 @@ import {
 } from "three";
 import {OrbitControls} from "three/examples/jsm/controls/OrbitControls.js";
 
-const PLAIN = [0.5, 0.52, 0.55];  // where the file names no material
 const FEW = 300;  // placements that are drawn one by one, with float64 matrices
 
 export class View {
@@ -23,18 +22,41 @@ export class View {
     this.scene.add(this.camera, new HemisphereLight(0xffffff, 0x8a8478, 1.5));
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener("change", () => this.draw());
+    this.controls.addEventListener("start", () => this.begun());
+    this.controls.addEventListener("end", () => this.ended());
     this.material = new MeshLambertMaterial({vertexColors: true, flatShading: true, side: DoubleSide});
     this.middle = [0, 0, 0];
     this.radius = 1;
     this.triangles = 0;
+    this.share = 1;  // of the pixels' rows and columns that are drawn
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
     this.resize();
+  }
+
+  // While the camera is dragged, slow machines draw fewer pixels.
+  begun() {
+    this.last = 0;
+    this.dragged = true;
+  }
+  ended() {
+    this.dragged = false;
+    if (this.share === 1) return;
+    this.share = 1;
+    this.resize();
+  }
+  measure(now) {
+    const SLOW = 70, COARSEST = 0.35;  // milliseconds of a frame; share of the pixels' rows
+    if (this.dragged && this.last && now - this.last > SLOW && this.share > COARSEST) {
+      this.share = Math.max(COARSEST, this.share * 0.7);
+      this.resize();
+    }
+    this.last = now;
   }
 
   resize() {
     const {clientWidth: width, clientHeight: height} = this.canvas.parentElement;
     if (!width || !height) return;
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2) * this.share);
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
@@ -45,8 +67,9 @@ export class View {
   draw() {
     if (this.waiting) return;
     this.waiting = true;
-    requestAnimationFrame(() => {
+    requestAnimationFrame((now) => {
       this.waiting = false;
+      this.measure(now);
       const distance = this.camera.position.length();
       this.camera.near = Math.max(distance - this.radius, this.radius * 1e-4);
       this.camera.far = distance + this.radius * 1.01;
@@ -148,7 +171,7 @@ export class View {
     const [begin, end] = [0, 1].map((k) => Number(columns.first_triangle[row + k]));
     const geometry = new BufferGeometry();
     geometry.setAttribute("position", new BufferAttribute(columns.positions.slice(3 * from, 3 * to), 3));
-    geometry.setAttribute("color", new BufferAttribute(coloursOf(columns, parts, begin, to - from), 3, true));
+    geometry.setAttribute("color", new BufferAttribute(coloursOf(columns, row, parts, begin, to - from), 3, true));
     const wide = columns.indices.subarray(3 * begin, 3 * end);
     geometry.setIndex(new BufferAttribute(to - from > 65536 ? wide.slice() : new Uint16Array(wide), 1));
     const origin = columns.origin.subarray(3 * row, 3 * row + 3);
@@ -258,24 +281,22 @@ export class View {
 }
 
 /** One colour for each vertex, linear, as the parts of the mesh say. */
-function coloursOf(columns, parts, begin, vertices) {
+function coloursOf(columns, row, parts, begin, vertices) {
   const colours = new Uint8Array(3 * vertices);
-  const byte = (x) => Math.round(255 * Math.min(1, Math.max(0, x)));
-  colours.forEach((_, i) => { colours[i] = byte(PLAIN[i % 3]); });
   for (const part of parts) {
-    const colour = partColour(columns, part).map(byte);
+    const colour = partColour(columns, row, part).map((x) => Math.round(255 * Math.min(1, Math.max(0, x))));
     const first = 3 * (begin + columns.part_first[part]);
     for (let i = first; i < first + 3 * columns.part_triangles[part]; ++i) colours.set(colour, 3 * columns.indices[i]);
   }
   return colours;
 }
 
-/** What the file says. Materials that it leaves white are told apart by soft colours of their own. */
-function partColour(columns, part) {
+/** What the file says. What it leaves white is told apart by soft colours of materials, or else of meshes. */
+function partColour(columns, row, part) {
   const material = columns.material_id[part];
-  if (material === 0xffffffff) return PLAIN;
   const given = Array.from(columns.colour.subarray(4 * part, 4 * part + 3));
-  if (given.some((x) => x !== 1)) return given;
+  if (material !== 0xffffffff && given.some((x) => x !== 1)) return given;
   const GOLDEN = 0.618033988749895;
-  return new Color().setHSL((0.09 + material * GOLDEN) % 1, 0.32, 0.62).toArray();
+  const [number, strength] = material === 0xffffffff ? [columns.mesh_id[row], 0.16] : [material, 0.32];
+  return new Color().setHSL((0.09 + number * GOLDEN) % 1, strength, 0.62).toArray();
 }
