@@ -179,6 +179,33 @@ const PLANS = {
     return {...seen, links, ray, mode, typed, copies, fault};
   },
 
+  /** WORD: a link to a view that the server traces. Which pixels have a hit, on a grid. */
+  async traced() {
+    const runs = [];
+    for (const [size, theme] of [[SIZES[0], "dark"], [SIZES[1], "light"]]) {
+      const {page, seen, close} = await open(size, theme, words[0]);
+      const begin = Date.now();
+      await page.waitForSelector("#traced[data-rows]");
+      seen.first = Date.now() - begin;
+      await page.waitForSelector("#traced[data-finest]");
+      const grid = await page.evaluate(() => {
+        const canvas = document.querySelector("#traced");
+        const {data} = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+        const points = [];
+        for (let i = 1; i < 12; ++i) {
+          for (let j = 1; j < 12; ++j) points.push([Math.floor(canvas.width * i / 12), Math.floor(canvas.height * j / 12)]);
+        }
+        return {width: canvas.width, height: canvas.height,
+          points: points.map(([x, y]) => [x, y, data[4 * (y * canvas.width + x) + 3]])};
+      });
+      await clickAt(page, 0.5, 0.55);
+      runs.push({...seen, ...await told(page), grid});
+      await page.screenshot({path: `${folder}/traced-${seen.size}-${theme}.png`});
+      await close();
+    }
+    return runs;
+  },
+
   /** WORD: a link to open. */
   async link() {
     const {page, seen, close} = await open(SIZES[0], "light", words[0]);

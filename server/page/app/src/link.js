@@ -1,6 +1,6 @@
 // What the fragment of the address holds: scene and revision, camera, tool, question and request.
 
-/** {scene, rev, sha, camera, mode, route, body} of a fragment; nothing where there is none. */
+/** {scene, rev, sha, camera, mode, traced, route, body} of a fragment; nothing where there is none. */
 export function readLink(fragment) {
   const words = new URLSearchParams(fragment.replace(/^#/, ""));
   const link = Object.fromEntries(words);
@@ -11,8 +11,9 @@ export function readLink(fragment) {
   return link;
 }
 
-export function writeLink({scene, rev, sha, camera, mode, route, body}) {
+export function writeLink({scene, rev, sha, camera, mode, traced, route, body}) {
   const words = new URLSearchParams({scene, rev, sha, camera: camera.join(","), mode});
+  if (traced) words.set("traced", traced);
   if (route) {
     words.set("route", route);
     words.set("body", body);

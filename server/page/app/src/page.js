@@ -9,11 +9,13 @@ import {changeOf, readLink, writeLink} from "./link.js";
 import {Marks} from "./marks.js";
 import {QUESTIONS, length, outcomeOf, pretty, shapesOf, short, visitRows} from "./questions.js";
 import {Scenes} from "./scenes.js";
+import {Traced} from "./traced.js";
 import {View} from "./view.js";
 
-const MOST_BYTES = 256 << 20;  // of geometry that a browser is sent
+// What a browser is sent; of larger scenes the server traces pictures.
+const MOST_BYTES = 256 << 20, MOST_TRIANGLES = 8e6;
 
-let view, marks, gestures, scenes;
+let view, marks, gestures, scenes, traced;
 let shown = null;     // the scene as GET /v1/scenes/{id} tells it
 let loading = null;   // AbortController of its geometry
 let opening = 0;      // links that are being opened
@@ -58,6 +60,7 @@ async function choose(id, link = null) {
     notice(link ? changeOf(link, scene) : "");
     view.begin(scene.bounds);
     marks.show([]);
+    setTraced(link?.traced === "1");
     if (link?.camera) view.pose = link.camera;
     else if (!before || before.id !== id) view.home();
     if (!link) restart();
@@ -70,8 +73,10 @@ async function choose(id, link = null) {
 
 async function load(id, signal) {
   const {bytes, revision} = await geometryBytes(id, signal);
-  if (bytes > MOST_BYTES) {
-    return say("progress", `This scene is too large to draw here: ${bytesText(bytes)} of triangles. Questions are answered all the same.`);
+  if (bytes > MOST_BYTES || shown.counts.triangles > MOST_TRIANGLES) {
+    say("progress", "This scene is too large to send: the server traces pictures of it.");
+    byId("stage").dataset.complete = `${id} ${revision}`;
+    return setTraced(true);
   }
   say("progress", "Loading triangles");
   let got = 0;
@@ -99,6 +104,7 @@ async function changed() {
   const now = scenes.find(shown.id);
   if (!now) {
     shown = null;
+    setTraced(false);
     scenes.current = "";
     view.begin(null);
     marks.show([]);
@@ -233,7 +239,7 @@ function saveLink() {
   saving = setTimeout(() => {
     if (!shown) return history.replaceState(null, "", location.pathname);
     history.replaceState(null, "", writeLink({scene: shown.id, rev: shown.revision, sha: shown.sha256.slice(0, 16), camera: view.pose,
-      mode: gestures.mode, ...(asked || {})}));
+      mode: gestures.mode, traced: traced.scene ? "1" : "", ...(asked || {})}));
   }, 200);
 }
 
@@ -284,6 +290,7 @@ function onKey(event) {
   const modes = [...document.querySelectorAll("#modes button")];
   if (event.key >= "1" && event.key <= String(modes.length)) return setMode(modes[event.key - 1].dataset.mode);
   if (event.key === "h" || event.key === "H") return view.home();
+  if (event.key === "t" || event.key === "T") return setTraced(!traced.scene);
   if (event.target.closest("#modes") && ["ArrowLeft", "ArrowRight"].includes(event.key)) {
     const at = modes.findIndex((button) => button.dataset.mode === gestures.mode);
     const next = modes[(at + (event.key === "ArrowRight" ? 1 : modes.length - 1)) % modes.length];
@@ -306,6 +313,12 @@ function onViewKey(event) {
   } else if (event.key === "Enter") {
     gestures.middle();
   }
+}
+
+function setTraced(on) {
+  traced.use(on && shown ? shown.id : "");
+  byId("traced-button").setAttribute("aria-pressed", String(on));
+  if (shown) saveLink();
 }
 
 const THEMES = ["system", "light", "dark"];
@@ -345,6 +358,7 @@ function wire() {
     button.addEventListener("click", () => copy(as(path(), byId("body").value), label));
   }
   byId("copy-link").addEventListener("click", () => copy(location.href, "link"));
+  byId("traced-button").addEventListener("click", () => setTraced(!traced.scene));
   byId("home").addEventListener("click", () => view.home());
   for (const button of document.querySelectorAll("#modes button")) {
     button.addEventListener("click", () => setMode(button.dataset.mode));
@@ -379,11 +393,13 @@ function start() {
   try {
     view = new View(byId("view"), () => {
       marks.draw();
+      traced.moved();
       if (shown) saveLink();
     });
   } catch {
     return notice("This browser has no WebGL, so nothing can be drawn. The API answers all the same.");
   }
+  traced = new Traced(byId("traced"), view, fail);
   marks = new Marks(byId("marks"), view);
   gestures = new Gestures(byId("view"), view, marks, {
     say: (text) => say("hint", text),

@@ -54,15 +54,16 @@ function rayShapes(query, answer, size) {
     const t = typeof hits[i]?.t === "number" ? hits[i].t : scale;
     const end = hits[i]?.position || origin.map((x, k) => x + t * direction[k]);
     const is = hits[i] && typeof hits[i] === "object";
-    return [{kind: "line", points: [origin, end], colour: is ? "ray" : "dim"}, ...(is ? hitShapes(hits[i], size) : [])];
+    return [{kind: "line", points: [origin, end], colour: is ? "ray" : "dim"}, ...(is ? hitShapes(hits[i], origin) : [])];
   });
 }
 
-function hitShapes(hit, size) {
+function hitShapes(hit, origin) {
   if (!isPoint(hit.position)) return [];
   const shapes = [{kind: "point", points: [hit.position], label: hit.node || undefined}];
   if (isPoint(hit.normal)) {
-    const tip = hit.position.map((x, k) => x + 0.03 * size * hit.normal[k]);
+    // About as long on the screen wherever it is.
+    const tip = hit.position.map((x, k) => x + 0.06 * length(origin, hit.position) * hit.normal[k]);
     shapes.unshift({kind: "line", points: [hit.position, tip], colour: "normal"});
   }
   return shapes;
