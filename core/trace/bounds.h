@@ -13,7 +13,7 @@ inline constexpr double kSign = 64;
 inline constexpr double kSlack = 32;
 inline constexpr double kSignFloor = 0x1p-960;
 
-/// "Wedges": edge functions of many rays are off by at most kWedge * u * R^2 + kSignFloor.
+/// "Vertex culling": edge functions of many rays are off by at most kWedge * u * R^2 + kSignFloor.
 inline constexpr double kWedge = 128;
 
 /// Beyond this reach products of four coordinates may overflow: nothing is decided by the filter.

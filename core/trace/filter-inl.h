@@ -142,7 +142,7 @@ struct LaneEdges {
   double error;     ///< at least that of every edge function
 };
 
-/// The filter for rays from that origin: docs/explanation/exactness.md, "Wedges".
+/// The filter for rays from that origin: docs/explanation/exactness.md, "Vertex culling".
 template <Pace kPace, class D>
 HWY_INLINE bool filter_lanes(D dd, const LaneEdges<D>& seen, double edge, const LaneRays<D>& rays,
                              double reach, LaneVerdicts<D>& verdicts) {

@@ -19,7 +19,8 @@ namespace HWY_NAMESPACE {
 ///
 /// The rays start at one point and have the same axes kx, ky, kz, so their shears lie in a
 /// rectangle. The sheared corners and edge functions of a triangle are linear in a ray's shears. So
-/// the corners of the rectangle bound them for all rays (docs/explanation/exactness.md, "Wedges").
+/// the corners of the rectangle bound them for all rays (docs/explanation/exactness.md, "Vertex
+/// culling").
 template <std::size_t kRays>
 class Wedge {
  public:

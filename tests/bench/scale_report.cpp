@@ -225,8 +225,8 @@ std::vector<std::string> scale_growth(const std::vector<ScaleRow>& rows) {
                    100 * fit_logarithm(line, measure).explained);
     };
     lines.push_back("growth: " + rays +
-                    ", per doubling in the caches and beyond: " + slopes(kTime) + ", " +
-                    slopes(kWarm) + ", " + slopes(kNodes) + ", " + slopes(kEmbree));
+                    ", per doubling in the caches and beyond: " + slopes(kTime) + ". " +
+                    slopes(kWarm) + ". " + slopes(kNodes) + ". " + slopes(kEmbree));
   }
   return lines;
 }
