@@ -1,5 +1,5 @@
 #pragma once
-/// What stands in an answer beside the answer itself, when it was asked for.
+/// Members of an answer beside the hits, if they were requested.
 
 #include <string>
 
@@ -9,7 +9,7 @@
 
 namespace sightline {
 
-/// Of one request.
+/// The work of one request.
 struct WorkReport {
   QueryWork work;
   std::uint64_t parse_us = 0, trace_us = 0, describe_us = 0, print_us = 0;

@@ -30,7 +30,7 @@ struct BinaryHeader {
   std::uint32_t options_bytes = 0;
 
   std::size_t number_bytes() const { return (flags & kFloat64) != 0 ? 8 : 4; }
-  /// Where the columns begin.
+  /// The offset of the first column.
   std::size_t columns_at() const { return (kBytes + std::size_t{options_bytes} + 7) / 8 * 8; }
 };
 

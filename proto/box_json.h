@@ -34,7 +34,8 @@ struct BoxQuery {
   BoxBatch boxes;        ///< checked by check_boxes
   BoxQuestion question;  ///< where lists begin is not filled in: a cursor may be of another scene
   Column<ListCursor> cursors;  ///< of each box, or none at all
-  /// Of each box and the mode, where lists may go on: what a cursor must have come from.
+  /// For each box a hash of the box and the mode, where lists may continue: a cursor must come from
+  /// an equal one.
   Column<std::uint64_t> questions;
   std::uint64_t limit = 1000;               ///< may be more than the rules' when left out
   std::optional<std::uint64_t> timeout_ms;  ///< the answer may take no longer

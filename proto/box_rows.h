@@ -43,7 +43,8 @@ class BoxRows {
   bool read(JsonReader::Value value, BoxBatch& boxes);
   /// One for each box, if any has one; else none.
   Column<ListCursor> take_cursors() { return std::move(cursors_); }
-  /// Of each box that may have a cursor: another number for another shape, all but surely.
+  /// For each box that may have a cursor a hash of its shape; different shapes almost surely have
+  /// different hashes.
   Column<std::uint64_t> take_shape_hashes() { return std::move(shape_hashes_); }
 
  private:

@@ -32,7 +32,7 @@ class GeneratorReader {
   GeneratorReader(JsonReader& reader, std::uint64_t most, const FindCamera& find_camera,
                   const AdmitMade& admit)
       : reader_(reader), most_(most), find_camera_(find_camera), admit_(admit) {}
-  /// Of a camera at `place`, whose rays nobody makes: kinds and keys are those that have a picture.
+  /// Reads a camera at `place` without making rays. Kinds and keys are those that have a picture.
   GeneratorReader(JsonReader& reader, const FindCamera& find_camera, JsonPointer place)
       : reader_(reader),
         most_(kMostPixels),

@@ -12,8 +12,8 @@ namespace sightline {
 /// Whether `fields` can be told without texts. Errors: FIELD_IS_TEXT, naming the first that cannot.
 Status check_binary_fields(FieldSet fields);
 
-// As the functions of the same names in hit_json.h; columns of texts are left out. `invalid`: the
-// bad rays, or null when the whole batch is good by itself.
+// The functions of hit_json.h as bytes; columns of texts are left out. `invalid`: the bad rays, or
+// null when all rays are good.
 
 std::string encode_hits_binary(const HitBatch& hits, std::span<const HitDetail> details,
                                const HitTerms& terms, FieldSet fields, const InvalidRays* invalid);

@@ -1,5 +1,5 @@
 #pragma once
-/// What the column of a field is made of, whatever it is written as. For files of this room only.
+/// The numbers of a field's column, for every format. For files of this room only.
 
 #include <array>
 #include <cstddef>
@@ -21,10 +21,10 @@ struct HitAnswer {
   const HitTerms& terms;
 };
 
-/// What stands where a column of numbers has none.
+/// The number in a column of numbers where there is no value.
 inline constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 
-/// Not finite where there is nothing.
+/// A column of numbers; a value that is not finite stands for none.
 struct NumberColumn {
   std::span<const double> numbers;
 };

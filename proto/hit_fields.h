@@ -1,5 +1,5 @@
 #pragma once
-/// What a client can ask of a hit: the names that stand in "fields" and in the answer.
+/// The fields of a hit: their names in "fields" and in the answer.
 
 #include <cstdint>
 #include <optional>
@@ -65,15 +65,15 @@ inline constexpr FieldSet kAllHitFields = [] {
   for (std::size_t i = 0; i < kHitFieldCount; ++i) fields.add(static_cast<HitField>(i));
   return fields;
 }();
-/// What a request without "fields" gets.
+/// The fields of a request without "fields".
 inline constexpr FieldSet kDefaultHitFields{
     HitField::kT,        HitField::kInstance, HitField::kPrimitive, HitField::kTriangle,
     HitField::kPosition, HitField::kNormal,   HitField::kNode,      HitField::kMesh};
-/// Those that need a HitDetail of each hit.
+/// Fields that need a HitDetail of each hit.
 inline constexpr FieldSet kDetailFields{
     HitField::kPosition, HitField::kNormal, HitField::kShadingNormal, HitField::kBarycentrics,
     HitField::kUv,       HitField::kColour, HitField::kFront,         HitField::kOnEdge};
-/// Those that read what the file says of vertices.
+/// Fields that read vertex attributes of the file.
 inline constexpr FieldSet kAttributeFields{HitField::kShadingNormal, HitField::kUv,
                                            HitField::kColour};
 

@@ -14,12 +14,13 @@ namespace sightline {
 inline constexpr std::string_view kPngMediaType = "image/png";
 inline constexpr std::string_view kFloatMapMediaType = "image/x-portable-floatmap";
 
-/// What a picture shows, and how.
+/// The content and the format of a picture.
 ///
 /// PNG, 16 bits a sample, rows from the top:
 ///   depth   grey: t / unit, rounded (to even in the middle), 1 to 65535; 0 is a miss
 ///   node    grey: the node's index in the file plus 1; 0 is a miss
 ///   normal  red, green, blue: 65535 (n + 1) / 2, rounded; 0 0 0 is a miss
+///
 /// PFM, little-endian float32, rows from the bottom, as the format has it:
 ///   depth   t rounded to the nearest float32; +inf is a miss
 ///   node    the node's index; -1 is a miss

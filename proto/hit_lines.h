@@ -12,7 +12,7 @@ namespace sightline {
 
 inline constexpr std::string_view kLinesMediaType = "application/x-ndjson";
 
-// As the functions of the same names in hit_json.h. `invalid`: the bad rays, or null.
+// The functions of hit_json.h as lines. `invalid`: the bad rays, or null.
 
 /// {"t":5,"triangle":12} or null
 std::string encode_hit_lines(const HitBatch& hits, std::span<const HitDetail> details,

@@ -1,6 +1,6 @@
 #pragma once
-/// What the readers of JSON bodies share: strictness, and an error that names the place. For the
-/// files of this room that read with simdjson, and no others.
+/// The common part of the readers of JSON bodies: strictness, and errors that name the place. For
+/// the files of this room that read with simdjson, and no others.
 
 // Checks of the end of the text inside the parser as well: this room trusts no body.
 #define SIMDJSON_CHECK_EOF 1

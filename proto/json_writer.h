@@ -23,7 +23,7 @@ class JsonWriter {
     *room(1) = c;
     ++size_;
   }
-  /// As write_json_number.
+  /// Writes a number as write_json_number does.
   void number(double value);
   void number(std::uint64_t value);
   void number(std::uint32_t value) { number(std::uint64_t{value}); }

@@ -1,5 +1,5 @@
 #pragma once
-/// Where a list goes on: a text that a client gives back as it got it.
+/// The cursor of a list that continues: a text that a client returns as it received it.
 
 #include <cstdint>
 #include <optional>

@@ -13,8 +13,8 @@
 
 namespace sightline {
 
-/// As glTF has it: a matrix of 16 numbers column by column, or 3, 4 and 3 of the others; what is
-/// empty was not given.
+/// A node's transform as in glTF: a matrix of 16 numbers column by column, or 3, 4 and 3 of the
+/// others. An empty member was not given.
 struct NodePatch {
   std::vector<double> matrix, translation, rotation, scale;
   std::optional<bool> hidden;

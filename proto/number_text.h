@@ -10,7 +10,8 @@ namespace sightline {
 
 /// The longest of them: "-1.7976931348623157e+308".
 inline constexpr std::size_t kLongestNumber = 24;
-/// What has to be writable where a number is written. Bytes behind its end are overwritten.
+/// The bytes that must be writable where a number is written. Bytes behind the number are
+/// overwritten.
 inline constexpr std::size_t kNumberRoom = 40;
 
 /// The shortest text that reads back as the same float64, of several the nearest. Returns its end.
@@ -22,7 +23,7 @@ char* write_float64(char* out, double value);
 char* write_json_number(char* out, double value);
 
 inline constexpr std::uint32_t kLongestShort = 99'999'999;
-/// Of more digits.
+/// Writes an integer with more digits.
 char* write_long_integer(char* out, std::uint64_t value);
 
 /// The digits of such a number as bytes 0 to 9, the first one lowest. Precondition: value < 10^8.

@@ -1,5 +1,5 @@
 #pragma once
-/// What the service can be asked, for machines: proto/openapi.json as it stands there.
+/// The OpenAPI document of the service: the text of proto/openapi.json.
 
 #include <string_view>
 

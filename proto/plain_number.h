@@ -9,7 +9,7 @@
 
 namespace sightline {
 
-/// What has to be readable behind a text that is scanned, after a byte that is no digit.
+/// The bytes that must be readable behind a text that is scanned, after a byte that is not a digit.
 inline constexpr std::size_t kPlainPadding = 32;
 
 namespace plain {
@@ -45,7 +45,7 @@ inline unsigned bytes_before(std::uint64_t others) {
 
 /// The first `count` of eight digits, behind zeros.
 inline std::uint64_t first_digits(std::uint64_t values, unsigned count) {
-  // Not at once: to shift by 64 is not defined.
+  // Two shifts, because a shift by 64 is not defined.
   return values << (4 * (8 - count)) << (4 * (8 - count));
 }
 

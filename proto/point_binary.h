@@ -8,14 +8,14 @@
 
 namespace sightline {
 
-/// What a binary request without "fields" gets: no texts.
+/// The fields of a binary request without "fields": no texts.
 inline constexpr FieldSet kDefaultBinaryNearestFields{HitField::kDistance, HitField::kInstance,
                                                       HitField::kPrimitive, HitField::kTriangle};
 
 /// As decode_rays_binary. Errors besides: POINT_NOT_FINITE, those of decode_points.
 Result<PointQuery> decode_points_binary(std::string_view body, const PointJsonRules& rules);
 
-/// As the functions of the same names in point_json.h; "unreliable" stands elsewhere.
+/// The functions of point_json.h as bytes; "unreliable" is returned separately.
 std::string encode_inside_binary(const InsideColumns& columns);
 std::string encode_signed_distances_binary(const InsideColumns& columns,
                                            std::span<const double> distance);

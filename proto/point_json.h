@@ -49,12 +49,12 @@ struct PointQuery {
 /// DISTANCE_NEGATIVE, COUNT_ZERO.
 Result<PointQuery> decode_points(std::string& body, const PointJsonRules& rules);
 
-/// What is known of whether points lie inside: columns of n slots, `winding` may be empty.
+/// Whether points lie inside: columns of n slots; `winding` may be empty.
 struct InsideColumns {
   bool by_winding = false;
   std::span<const std::uint8_t> inside, on_surface, reliable;
   std::span<const std::int64_t> winding;
-  /// Of the triangles that count: beside some of them the answers are no proof.
+  /// Open edges of the triangles that count. With open edges some answers are not proved.
   std::uint64_t open_edges = 0;
 };
 

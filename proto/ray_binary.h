@@ -10,7 +10,7 @@ namespace sightline {
 
 inline constexpr std::string_view kBinaryMediaType = "application/octet-stream";
 
-/// What a binary request without "fields" gets: no texts.
+/// The fields of a binary request without "fields": no texts.
 inline constexpr FieldSet kDefaultBinaryFields{HitField::kT, HitField::kInstance,
                                                HitField::kPrimitive, HitField::kTriangle};
 /// Fields that a binary answer cannot have.

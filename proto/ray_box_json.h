@@ -45,8 +45,7 @@ Result<RayBoxQuery> decode_ray_boxes(std::string& body, const RayBoxJsonRules& r
 /// miss        two slabs that exclude each other, or one that the ray runs beside; "behind" or
 ///             "beyond" when the line meets the box before or after the limits
 /// t, t_enter, t_exit  null where the box is open or the number is beyond float64; t, face and
-/// normal
-///             are null when the ray ends inside
+///             normal are null when the ray ends inside
 /// planes      if the answers have them: the t of -x +x -y +y -z +z; null where parallel or open
 std::string encode_ray_boxes(const RayBoxAnswers& answers);
 

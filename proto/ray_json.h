@@ -48,12 +48,12 @@ struct RayJsonRules {
   bool has_rays = true;
   FieldSet default_fields = kDefaultHitFields;
   FieldSet known_fields = kAllHitFields;
-  /// As has_fields for what is said of rays through a scene: "normalize", "cull", "include",
+  /// Whether the body may have the keys of rays through a scene: "normalize", "cull", "include",
   /// "exclude", "on_invalid", "work", "strict", "timeout_ms".
   bool has_scene = true;
   /// Whether "timeout_ms" may stand there without a scene too.
   bool has_timeout = false;
-  /// Of these "normalize" and "on_invalid".
+  /// Whether "normalize" and "on_invalid" are among them.
   bool has_marks = true;
   bool has_generator = true;
   bool has_culling = true;

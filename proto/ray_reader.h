@@ -14,7 +14,7 @@
 
 namespace sightline {
 
-/// As a place in a tuple: the tuple itself.
+/// The place of a tuple as a whole.
 inline constexpr std::size_t kWholeTuple = static_cast<std::size_t>(-1);
 
 /// The parts of a ray, as rows and as columns call them.
@@ -55,7 +55,7 @@ class RayReader : protected JsonReader {
   /// After the last key, before the rays are checked.
   virtual bool finish_more() { return true; }
 
-  /// What a ray without tmin gets.
+  /// The tmin of a ray that has none.
   double default_tmin_ = 0;
   /// How a row is called that is the first of the batch.
   std::size_t first_ray_ = 0;

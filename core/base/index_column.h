@@ -119,7 +119,7 @@ class IndexColumn {
     sequence_ = 0;
     return list;
   }
-  /// Lets go of a list that says 0, 1, 2, ... Cost: reads it as far as it does.
+  /// Drops the list if it is 0, 1, 2, ... Cost: reads the list up to the first other number.
   void forget_sequence() {
     std::uint32_t next = 0;
     for (const std::uint32_t index : list_) {

@@ -1,5 +1,5 @@
 #pragma once
-/// Where a ray that has no end ends.
+/// The upper limit of a ray without an end: +infinity.
 
 #include <limits>
 

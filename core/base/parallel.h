@@ -7,8 +7,7 @@
 /// only our code.
 ///
 /// Laws    each call returns after all of its work; what a piece throws, the caller gets (of
-/// several
-///         exceptions one). Calls may nest.
+///         several exceptions one). Calls may nest.
 
 #include <cstddef>
 

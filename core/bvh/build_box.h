@@ -1,5 +1,5 @@
 #pragma once
-/// What a tree is built from: boxes, and bounds of ranges of them.
+/// The input of tree builders: boxes, and bounds of ranges of boxes.
 
 #include <cstdint>
 #include <limits>
@@ -46,7 +46,7 @@ struct Bounds {
   float half_area() const { return (upper - lower).without_last().product_sum(); }
 };
 
-/// Of a range of boxes: its bounds, and those of its doubled centroids.
+/// A range of boxes: its bounds, and the bounds of its doubled centroids.
 struct RangeBounds {
   Bounds boxes;
   Bounds middles;

@@ -16,7 +16,7 @@ using LeafWriter = std::function<void(std::uint32_t first, std::uint32_t count, 
 /// several threads at once.
 using BlockCounter = std::function<std::uint32_t(std::uint32_t first, std::uint32_t count)>;
 
-/// What a step costs; only ratios matter.
+/// The cost of each step of a traversal; only ratios matter.
 struct CollapseOptions {
   float node_cost = 1.0f;
   float block_cost = 1.2f;

@@ -17,14 +17,14 @@ struct BlockSize {
   }
 };
 
-/// Where to cut a range, and what the cut costs: for both sides half surface times blocks.
+/// A cut of a range, with its cost: the sum over both sides of half surface times blocks.
 struct Split {
   float cost = std::numeric_limits<float>::infinity();
   std::size_t axis = 0;
   std::uint32_t place = 0;  ///< bins, or sorted boxes, below it go left
 };
 
-/// Where a centroid falls: bin = (middle - origin) * scale, on each axis.
+/// The bin of a centroid: bin = (middle - origin) * scale, on each axis.
 class Binning {
  public:
   Binning(const Bounds& middles, std::size_t bins) : origin_(middles.lower.without_last()) {

@@ -17,7 +17,7 @@ struct TreeSlot {
   static constexpr std::uint32_t kOwnSpace = 0xffffffffu;
 
   std::uint32_t mesh = 0;
-  /// Of the plan's placements, whose world triangles the tree is around.
+  /// The placement of the plan whose world triangles the tree is around.
   std::uint32_t placement = kOwnSpace;
   std::uint32_t triangle_count = 0;
   std::uint32_t entries = 0;  ///< that enter it
@@ -54,7 +54,7 @@ class LazyLayout {
  private:
   explicit LazyLayout(const ScenePlan* plan) : plan_(*plan) {}
   void place(SceneTree& tree) const;
-  /// What shares the last tree stays behind everything else.
+  /// Placements that share the last tree stay behind all others.
   void enter(const Placement& placement, const Box3d& box);
   void carry_shared(std::span<const Placement> shared, const std::vector<bool>& is_moved,
                     const SceneTree& from, SceneTree& to);
@@ -63,8 +63,8 @@ class LazyLayout {
   std::vector<TreeSlot> slots_;
   std::vector<Placement> placements_;  ///< one for each entry
   std::vector<Box3d> boxes_;           ///< likewise, in the world
-  /// Those that share the tree of the last entry; of one that has gone from it the instance is
-  /// kGone.
+  /// Placements that share the tree of the last entry. A placement that has left it has the
+  /// instance kGone.
   std::vector<Placement> behind_;
 
   static constexpr std::uint32_t kGone = 0xffffffffu;

@@ -1,5 +1,5 @@
 #pragma once
-/// What stands in the leaves of a tree, in 160 bytes for four triangles.
+/// The leaves of a tree: four triangles in 160 bytes.
 
 #include <array>
 #include <bit>

@@ -9,10 +9,10 @@ namespace sightline {
 
 struct ReinsertOptions {
   int passes = 3;  ///< at most; a pass that saves too little is the last
-  /// Of the nodes, those with the largest surface are tried in each pass; in the first, which finds
-  /// out whether there is anything to save, only a quarter of them.
+  /// The share of nodes, those with the largest surface, that each pass tries. The first pass tries
+  /// a quarter of them, to find out whether there is anything to save.
   float share = 0.2f;
-  /// Of the surface of all inner nodes: what a pass must save to be followed by another one.
+  /// A pass is followed by another one if it saves this share of the surface of all inner nodes.
   float least_gain = 0.005f;
   const CancelFlag* cancel = nullptr;
 };

@@ -1,6 +1,5 @@
 #pragma once
-/// What is known of a scene before any tree is built: its bounds, and what its trees will be made
-/// of.
+/// The plan of a scene before any tree is built: its bounds, and the inputs of its trees.
 
 #include <algorithm>
 #include <cstdint>
@@ -42,7 +41,7 @@ struct MeshFacts {
 /// Holds views: the arrays of the meshes outlive it.
 struct ScenePlan {
   std::vector<MeshView> meshes;
-  /// As given, but for meshes with the same content, which are all called by the first of them.
+  /// The given placements. Meshes with the same content are all named by the first of them.
   std::vector<PlacementView> placements;
   std::vector<MeshFacts> facts;  ///< one for each mesh
   /// One for each placement: bounds of the world triangles whose three corners are finite.

@@ -1,5 +1,5 @@
 #pragma once
-/// Where the trees of a scene come from: a builder, or a file that an earlier one wrote.
+/// Sources of the trees of a scene: a builder, or a file that an earlier run wrote.
 
 #include <functional>
 #include <memory>
@@ -10,11 +10,11 @@
 
 namespace sightline {
 
-/// Asked for every tree of a scene, always in the same order, the top last.
+/// Called for every tree of a scene, always in one order, the top last.
 struct TreeSource {
   /// Around the triangles of all parts, as build_triangle_tree makes it.
   std::function<Result<std::shared_ptr<const WideTree>>(std::span<const TreePart> parts)> triangles;
-  /// As build_top makes it.
+  /// A tree over boxes, as build_top makes it.
   std::function<Result<WideTree>(std::span<const Box3d> boxes, const Box3d& all)> top;
 };
 

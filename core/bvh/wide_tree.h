@@ -1,10 +1,10 @@
 #pragma once
 /// A bounding volume hierarchy with eight children per node in one arena.
 ///
-///     node (256 bytes)                          leaf block (160 bytes), up to four in a row
-///     lower x[8] y[8] z[8]  upper x[8] y[8] z[8]   corners as columns: [corner][axis][lane],
-///     float32 child[8]              order[8 octants]       triangle[4]  edge_max  lane_count
-///     placement
+///     node (256 bytes)               leaf block (160 bytes), up to four in a row
+///     lower x[8] y[8] z[8]           corners as columns: [corner][axis][lane], float32
+///     upper x[8] y[8] z[8]           triangle[4]  edge_max  lane_count  placement
+///     child[8]  order[8 octants]
 ///
 /// Everything is addressed by granules of 32 bytes from the arena's start, so that a tree is
 /// position independent and can be mapped from a file. Nodes begin on cache lines; a block touches

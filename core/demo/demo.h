@@ -18,7 +18,7 @@ struct DemoMesh {
   std::string material;
   std::vector<float> positions;
   std::vector<std::uint32_t> indices;
-  // Of each vertex 3, 2 and 4 floats, or none at all.
+  // For each vertex 3, 2 and 4 floats, or none at all.
   std::vector<float> normals{}, uvs{}, colours{};
 };
 

@@ -1,9 +1,9 @@
 #pragma once
 /// An axis-aligned box swept along a line, against a triangle, exactly.
 ///
-/// Method   along each of the thirteen separating axes of box and triangle (triangle_box.h) they
-///          share something during one interval of t, whose ends are ratios of polynomials of
-///          degree three; they meet while they do along all of them.
+/// Method   Box and triangle have thirteen separating axes (triangle_box.h). Along each of them
+///          their projections overlap during one interval of t, whose ends are ratios of
+///          polynomials of degree three. They meet while the projections overlap on all axes.
 /// Proofs   docs/explanation/exactness-sweeps.md.
 
 #include <optional>

@@ -8,7 +8,8 @@
 
 namespace sightline {
 
-/// What is left of a triangle, in its own barycentric weights up to a positive factor.
+/// The rest of a triangle after clipping, in the triangle's own barycentric weights up to a
+/// positive factor.
 class ClippedTriangle {
  public:
   /// All of it.

@@ -2,10 +2,9 @@
 /// How far a point is from a closed triangle, exactly.
 ///
 /// Method   the nearest point of a triangle lies on a corner, inside an edge or inside the
-/// triangle;
-///          which one is told by signs: of the two ends of each edge along it, and of the edge's
-///          side [Ericson2005]. The squared distance is then a ratio of polynomials, of degree six
-///          and four at most.
+///          triangle. Signs decide which: of the two ends of each edge along it, and of the
+///          edge's side [Ericson2005]. The squared distance is then a ratio of polynomials, of
+///          degree six and four at most.
 /// Filter   float64 gives an interval that contains the distance; only intervals that overlap are
 ///          compared as ratios, in Dyadic numbers.
 /// Proofs   docs/explanation/exactness-points.md.

@@ -8,13 +8,13 @@
 ///         axis-aligned plane T = (plane - origin) / d, two roundings, satisfies
 ///             |t - T| <= (2u + u^2) |T| + 2^-1074,   u = 2^-53,
 ///         so two of them (or one and a limit) that differ by more than
-///         2^-51 (|T1| + |T2|) + 2^-1072 are ordered as they look. What is closer is decided by
-///         products without error, and what those leave open by Dyadic numbers. Oriented boxes
-///         start with double-double values whose error is bounded as they are summed.
-/// Rounding  t is rounded once: plane - origin often is a float64 number, and then the IEEE
-/// division
-///         is the answer; else the quotient is refined to 100 bits and taken if all that its error
-///         bound leaves rounds alike; else Dyadic.
+///         2^-51 (|T1| + |T2|) + 2^-1072 are ordered by their float64 values. Closer ones are
+///         decided by products without error, and what those leave open by Dyadic numbers.
+///         Oriented boxes start with double-double values whose error is bounded as they are
+///         summed.
+/// Rounding  t is rounded once. plane - origin often is a float64 number, and then the IEEE
+///         division is the answer. Else the quotient is refined to 100 bits, and accepted if its
+///         whole error interval rounds to one number. Else Dyadic numbers decide.
 /// Proofs  docs/explanation/exactness-boxes.md.
 
 #include <array>

@@ -5,12 +5,11 @@
 ///          nine cross products of edges. An oriented box is an axis-aligned one in the coordinates
 ///          s_k = a_k . (p - c), a linear map under which a triangle stays a triangle.
 /// Filter   float64, after the box was cut to the triangle's own bounds, which changes nothing
-/// about
-///          what they share: so all magnitudes are the triangle's extents D_x, D_y, D_z. With
-///          corners known up to delta (0 for an axis-aligned box) and u = 2^-53 the two numbers
-///          that decide on a cross product with axis k are within
+///          about what they share: so all magnitudes are the triangle's extents D_x, D_y, D_z. Let
+///          corners be known up to delta (0 for an axis-aligned box), and u = 2^-53. The two
+///          numbers that decide on a cross product with axis k are within
 ///              B_ij = 5 (D_i delta_j + D_j delta_i) + 16 u D_i D_j + 2^-1070
-///          of the truth, those on the normal within
+///          of the truth. The numbers for the normal are within
 ///              sum_k D_k B_ij + 3 sum_k D_i D_j delta_k + 32 u D_x D_y D_z + 2^-1060.
 ///          Comparisons that this leaves open are decided in Dyadic numbers.
 /// Proofs   docs/explanation/exactness-boxes.md.

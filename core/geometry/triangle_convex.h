@@ -2,8 +2,8 @@
 /// Closed triangle against an intersection of closed half-spaces, exactly: touching counts.
 ///
 /// Method   the triangle is clipped by one plane after the other. A clipped polygon's corners are
-///          crossings of two of the given lines, kept as barycentric weights up to a common factor:
-///          cross products of two rows of values that the corners have on two planes. So numbers
+///          crossings of two of the given lines, stored as barycentric weights up to a common
+///          factor: cross products of two rows of values that the corners have on two planes. So numbers
 ///          never grow beyond degree six, however many planes there are.
 /// Filter   float64: all corners beyond one plane, or one corner within all of them.
 /// Proofs   docs/explanation/exactness-boxes.md.
@@ -21,7 +21,8 @@ struct HalfSpace {
   double offset = 0;
 };
 
-/// What all of them share: a view frustum, any convex polyhedron, bounded or not, maybe nothing.
+/// An intersection of closed half-spaces: a view frustum, any convex polyhedron, bounded or not,
+/// maybe empty.
 struct ConvexRegion {
   static constexpr std::size_t kMostPlanes = 32;
 

@@ -114,7 +114,7 @@ class AccessorReader {
     std::uint64_t offset, count, element, stride_or_zero;
     std::size_t alignment;
   };
-  /// What an accessor says of its elements, as if they were packed.
+  /// The type that an accessor states for its elements, as if they were packed.
   AccessorView stated_type(std::size_t index) const;
   /// stated_type with the stride of its view. Checks the type and the stride.
   Result<AccessorView> stated(std::size_t index) const;

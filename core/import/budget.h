@@ -32,7 +32,7 @@ class Budget {
     bytes_ -= count;
     return success();
   }
-  /// What was spent on something that is no longer held.
+  /// Returns bytes that were taken for memory that is free again.
   void return_bytes(std::uint64_t count) { bytes_ += count; }
 
  private:

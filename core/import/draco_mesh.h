@@ -22,7 +22,7 @@ struct DracoMesh {
   std::map<std::uint32_t, DecodedElements> attributes;  ///< by id, one element per point
 };
 
-/// What the file states beside the compressed bytes; they must agree.
+/// The counts that the file states beside the compressed bytes; they must agree.
 struct DracoClaim {
   std::uint64_t triangles = 0;
   std::uint64_t points = 0;

@@ -1,6 +1,6 @@
 #pragma once
-/// What a document says of the attributes that hits may ask for. Nothing in it makes a file bad:
-/// what is wrong is a warning, and left out.
+/// Vertex attributes of a document, which hits may need. An invalid attribute never makes a file
+/// invalid: it is left out with a warning.
 
 #include <nlohmann/json.hpp>
 

@@ -43,11 +43,11 @@ struct DracoEntry {
 inline constexpr std::array<const char*, kVertexAttributes> kVertexAttributeNames = {
     "NORMAL", "TEXCOORD_0", "COLOR_0"};
 
-/// What an accessor says of its numbers: three of min and of max, or more or fewer, or a min above
-/// its max. They are not believed.
+/// The bounds that an accessor states for its numbers: three of min and of max, or more or fewer,
+/// or a min above its max. They are not trusted.
 enum class StatedBounds : std::uint8_t { kNone, kOrdered, kCrossed };
 
-/// What hits may ask for of a primitive, by VertexAttribute.
+/// The accessors of a primitive's attributes, by VertexAttribute.
 struct AttributeEntry {
   std::array<int, kVertexAttributes> accessor = {-1, -1, -1};         ///< -1: none, or a wrong one
   std::array<std::optional<std::uint32_t>, kVertexAttributes> draco;  ///< ids of compressed ones

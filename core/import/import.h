@@ -64,14 +64,14 @@ struct ImportOptions {
   /// positions and indices in place, unless these have to be changed. Null: they are copied.
   /// (import_file copies, because anybody may write to the file.)
   std::shared_ptr<const void> keeper = {};
-  /// Told of each part of those bytes that may be read after the import, from several threads.
+  /// Called with each part of those bytes that may be read after the import, from several threads.
   std::function<void(std::span<const std::byte>)> claim = {};
   /// Whether vertex attributes (normals, texture coordinates, colours) are copied, with what is
   /// compressed along with them. It matters only without a `keeper`: with one, they are never read
   /// here, and hits read them in place. Without a `keeper` and without copies no hit has
   /// attributes.
   bool copies_attributes = false;
-  /// Told of the stage "importing", by nodes; the import ends early (CANCELLED) when it is
+  /// Reports the stage "importing", by nodes. The import ends early (CANCELLED) when it is
   /// cancelled. May be null.
   Progress* progress = nullptr;
 };

@@ -11,7 +11,7 @@
 
 namespace sightline::gltf {
 
-/// What a JSON text is made of.
+/// Counts of the parts of a JSON text.
 struct JsonSize {
   std::uint64_t values = 0;    ///< of any kind; those below are among them
   std::uint64_t elements = 0;  ///< values in arrays

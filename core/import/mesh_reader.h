@@ -59,8 +59,8 @@ class MeshReader {
   };
   using LoadedParts = std::map<std::vector<int>, Loaded>;
 
-  /// What a primitive has and what its mesh will call it, before anything is allocated for it;
-  /// nothing where it has no triangles.
+  /// Opens a primitive and checks it before anything is allocated for it. Empty if it has no
+  /// triangles.
   Result<std::optional<PrimitiveSource>> open_primitive(std::size_t number, const Pose& pose,
                                                         Mesh& mesh);
   Result<std::optional<std::uint32_t>> read_lone(Mesh mesh, const Pose& pose);

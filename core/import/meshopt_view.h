@@ -15,7 +15,7 @@ namespace sightline::gltf {
 enum class MeshoptMode : std::uint8_t { kAttributes, kTriangles, kIndices };
 enum class MeshoptFilter : std::uint8_t { kNone, kOctahedral, kQuaternion, kExponential };
 
-/// As the file states it; `count` elements of `stride` bytes come out.
+/// A compressed view as the file states it; `count` elements of `stride` bytes come out.
 struct MeshoptView {
   std::uint64_t buffer = 0, offset = 0, length = 0;  ///< of the compressed bytes
   std::uint64_t count = 0, stride = 0;

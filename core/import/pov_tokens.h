@@ -28,7 +28,7 @@ class Tokens {
   /// Errors: POV_SYNTAX_INVALID for a comment or string without end and for a number that is none
   /// or beyond float64.
   Result<Token> next();
-  /// What was read between two tokens of next(), as it is written.
+  /// The text between two tokens of next(), as it is written.
   std::string_view between(const Token& first, const Token& last) const;
 
  private:

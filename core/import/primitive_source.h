@@ -1,5 +1,5 @@
 #pragma once
-/// What a primitive of triangles has, found and checked before anything is allocated for it.
+/// The parts of a primitive of triangles, found and checked before anything is allocated for it.
 
 #include <cstdint>
 #include <memory>

@@ -1,5 +1,5 @@
 #pragma once
-/// What boxes touch, as columns.
+/// Answers of box queries as columns.
 
 #include <cstddef>
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace sightline {
 
-/// What a box query counts and lists.
+/// The items that a box query counts and lists.
 enum class BoxTargets {
   kTriangles,
   kNodes,  ///< nodes of the file, one of whose instances has a triangle that touches the box
@@ -18,12 +18,12 @@ enum class BoxTargets {
 /// Which triangles count.
 enum class BoxRelation {
   kIntersecting,  ///< those that have a point in the closed box
-  /// Those that lie wholly in it. A node counts if it has triangles and all of them do, but for
-  /// those without area.
+  /// Items that lie wholly in the box. A node counts if it has triangles and all of them do;
+  /// triangles without area are ignored.
   kContained,
 };
 
-/// What is asked of boxes.
+/// The options of a box query.
 struct BoxQuestion {
   BoxTargets targets;
   BoxRelation relation;
@@ -44,7 +44,8 @@ inline std::uint64_t list_place(const TriangleId& id) {
 }
 inline std::uint64_t list_place(std::uint32_t node) { return node; }
 
-/// What box i touches: entries first[i] .. first[i+1] of the columns below, in order of ids.
+/// The items that box i touches: entries first[i] .. first[i+1] of the columns below, in order of
+/// ids.
 struct BoxLists {
   Column<std::size_t> first;     ///< n + 1 entries
   Column<TriangleId> triangles;  ///< for BoxTargets::kTriangles

@@ -1,5 +1,5 @@
 #pragma once
-/// What rays meet, as columns: slot i answers ray i.
+/// Hits as columns: slot i answers ray i.
 
 #include <array>
 #include <cstddef>

@@ -31,7 +31,7 @@ struct TriangleChoice {
   std::optional<std::vector<std::string>> materials;  ///< globs of material names
 };
 
-/// What a client asks for.
+/// A filter as a client states it.
 struct HitFilter {
   Culling culling = Culling::kNothing;
   std::optional<TriangleChoice> include;  ///< nothing else counts

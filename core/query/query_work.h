@@ -1,5 +1,5 @@
 #pragma once
-/// What a query has cost.
+/// The cost of a query in counts.
 
 #include <cstdint>
 

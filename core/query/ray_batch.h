@@ -57,8 +57,8 @@ struct InvalidRays {
   std::vector<const char*> code;
 };
 
-/// As check_rays, for batches whose good rays are to be answered whatever the others are: puts a
-/// ray that meets nothing in the place of each bad one, and says which.
+/// check_rays for batches whose good rays are answered despite bad ones. Replaces each bad ray by a
+/// ray that meets nothing, and returns their numbers.
 InvalidRays replace_invalid(RayBatch& rays);
 
 /// t * |direction|, what t is in scene units, within 2^-51 of itself whatever the scale (unless it

@@ -16,7 +16,7 @@ enum class BoxPairing {
   kAll,   ///< every ray and every box; slot = ray * boxes + box
 };
 
-/// What core/geometry/ray_box.h says of a pair, field by field.
+/// The answers of core/geometry/ray_box.h, field by field.
 struct RayBoxAnswers {
   Column<RayBoxOutcome> outcome;
   Column<std::uint8_t> inside, on_surface;    ///< 1 or 0

@@ -23,7 +23,7 @@ struct Pose {
   Vec3d up{0, 1, 0};
 };
 
-/// What a pose means: three directions that are unit and at right angles, up to rounding.
+/// The axes of a pose: three directions that are unit and at right angles, up to rounding.
 struct Frame {
   Vec3d position, forward, left, up;
 };

@@ -1,5 +1,5 @@
 #pragma once
-/// What a choice of triangles asks for and the scene does not have.
+/// Warnings about choices of triangles that match nothing in the scene.
 
 #include <string>
 #include <string_view>

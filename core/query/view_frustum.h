@@ -1,6 +1,6 @@
 #pragma once
-/// What a camera sees, as planes: float64 numbers by the formulas of docs/reference/generators.md.
-/// The planes are the shape; nothing that they decide is rounded.
+/// The view of a camera as planes: float64 numbers by the formulas of docs/reference/generators.md.
+/// The planes define the shape; every decision about them is exact.
 
 #include <array>
 #include <vector>
@@ -11,9 +11,9 @@
 
 namespace sightline {
 
-/// Of a pinhole or an orthographic camera, with the range as near and far: left, right, upper,
-/// lower and near plane, then the far one unless the range has no end.
-/// Errors: GENERATOR_POSE, VIEW_KIND (another generator), VIEW_RANGE (numbers that overflow).
+/// The planes of a pinhole or an orthographic camera, with the range as near and far: left, right,
+/// upper, lower and near plane, then the far one unless the range has no end. Errors:
+/// GENERATOR_POSE, VIEW_KIND (another generator), VIEW_RANGE (numbers that overflow).
 Result<std::vector<HalfSpace>> view_frustum(const RayGenerator& camera);
 
 /// Six planes, one for each face of a box-like solid: corners 0 to 3 go around one face, 4 to 7

@@ -1,5 +1,5 @@
 #pragma once
-/// What an engine is made of, for the files that implement it.
+/// The internals of an engine, for the files that implement it.
 
 #include <sched.h>
 
@@ -63,7 +63,7 @@ class WorkLog {
     const TraceCounts& counts_;
   };
 
-  /// What the slices came to.
+  /// The result of a sliced query: `status`, or the error of the deadline.
   Status checked(Status status, const Deadline& deadline) const {
     return status && stopped_.load(std::memory_order_relaxed) ? out_of_time(deadline) : status;
   }

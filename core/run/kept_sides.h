@@ -17,7 +17,7 @@ namespace sightline {
 // All of these ask for the memory that they take, and end with DEADLINE or CANCELLED where the time
 // was used up.
 
-/// What one of them holds, at most.
+/// The most bytes that a resolved filter of the scene takes.
 std::uint64_t kept_sides_bytes(const Scene& scene);
 
 // A pattern that matches no name of the scene, and a choice that has no triangle although none of

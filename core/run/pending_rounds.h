@@ -14,7 +14,7 @@
 
 namespace sightline {
 
-/// Those rays as a batch of their own.
+/// The rays of these numbers as a batch of their own.
 inline RayBatch rays_of(const RayBatch& rays, std::span<const std::size_t> numbers) {
   RayBatch some;
   some.reserve(numbers.size());

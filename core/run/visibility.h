@@ -1,5 +1,5 @@
 #pragma once
-/// What stands between points.
+/// Visibility between points: whether segments are blocked, and the first blocker.
 
 #include "core/query/point_pairs.h"
 #include "core/run/engine.h"

@@ -1,5 +1,5 @@
 #pragma once
-/// What a client has changed about the nodes of a scene, beside what its file says.
+/// Changes of nodes that clients made after the file was loaded.
 
 #include <cstdint>
 #include <optional>
@@ -12,7 +12,7 @@
 
 namespace sightline {
 
-/// What is empty stays as it is.
+/// A change of a node. An empty member changes nothing.
 struct NodeChange {
   std::uint32_t node = 0;  ///< index in the file's "nodes"
   std::optional<Affine> parent_from_node;

@@ -30,8 +30,8 @@ Affine from_trs(const Vec3d& t, const Quaternion& q, const Vec3d& s);
 /// overflow.
 bool is_in_range(const Affine& matrix);
 
-/// As glTF has it [glTF2] 3.5.3: 16 numbers column by column with the last row 0 0 0 1, or 3, 4 and
-/// 3 of translation, rotation and scale. What is empty is not given.
+/// A transform as in glTF [glTF2] 3.5.3: 16 numbers column by column with the last row 0 0 0 1, or
+/// 3, 4 and 3 of translation, rotation and scale. An empty member is not given.
 struct NodeTransform {
   std::vector<double> matrix, translation, rotation, scale;
 };

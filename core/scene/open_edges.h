@@ -30,7 +30,7 @@ struct OpenEdges {
 Result<OpenEdges> open_edges(const Mesh& mesh,
                              const std::function<bool(std::size_t primitive)>& counts,
                              const Deadline& deadline);
-/// What it takes meanwhile: 24 bytes a triangle, and some 20 a position.
+/// Memory of open_edges: 24 bytes a triangle, and some 20 a position.
 std::uint64_t open_edges_bytes(const Mesh& mesh,
                                const std::function<bool(std::size_t primitive)>& counts);
 

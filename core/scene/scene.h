@@ -51,7 +51,8 @@ class Scene {
   std::uint64_t instanced_primitive_count() const { return instanced_primitive_count_; }
   /// Every triangle of every mesh, dropped ones included.
   std::uint64_t unique_triangle_count() const { return unique_triangle_count_; }
-  /// Of the world positions that finite triangles use (area or not); empty if there is none.
+  /// The bounds of the world positions that finite triangles use (area or not); empty if there is
+  /// none.
   const Box3d& bounds() const { return plan_.bounds; }
 
   /// Counts the bytes of vertex attributes that were read from the file for hits. Scenes that share
@@ -66,7 +67,7 @@ class Scene {
   /// The primitive of the instance's mesh that holds this triangle, as an index in
   /// Mesh::primitives.
   std::uint32_t primitive_of(TriangleId id) const;
-  /// Of a whole mesh of the description; see KnownEdges. Throws std::bad_alloc.
+  /// The open edges of a whole mesh of the description; see KnownEdges. Throws std::bad_alloc.
   Result<OpenEdges> open_edges(std::uint32_t mesh, const Deadline& deadline,
                                const ReserveBytes& reserve) const;
 

@@ -1,6 +1,6 @@
 #pragma once
-/// What an importer hands over: everything a ray may need of one scene of a file, and what was left
-/// out. Plain data, checked by the importer: every index in it is in range.
+/// The result of an import: everything that rays may need of one scene of a file, and counts of
+/// what was left out. Plain data, checked by the importer: every index in it is in range.
 
 #include <array>
 #include <cstdint>
@@ -56,7 +56,8 @@ struct Instance {
   std::uint32_t mesh = 0;  ///< index in SceneDescription::meshes
   std::uint32_t node = 0;  ///< index in SceneDescription::nodes
   Affine world_from_mesh;
-  /// Of several at one node (EXT_mesh_gpu_instancing) index in SceneDescription::placements.
+  /// Where one node has several (EXT_mesh_gpu_instancing), the index in
+  /// SceneDescription::placements.
   std::uint32_t placement = 0xffffffffu;
   bool posed = false;   ///< by a skin: its mesh stands in the world, wherever its node is
   bool hidden = false;  ///< with its node: no ray meets it, but its number stays in use
@@ -87,7 +88,8 @@ struct ImportSkips {
   std::uint64_t meshes = 0;  ///< that no node of the loaded scene shows
   std::uint64_t images = 0;
   std::uint64_t animations = 0;
-  /// Of primitives: normals, texture coordinates, colours, tangents, ...; hits may ask for some.
+  /// Attributes of primitives: normals, texture coordinates, colours, tangents, ... Hits may read
+  /// some later.
   std::uint64_t attributes = 0;
 };
 

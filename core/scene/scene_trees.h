@@ -66,7 +66,7 @@ class SceneTrees {
 
   /// From now on this scene counts. Errors: SCENE_OVER_BUDGET. Precondition: called once at most.
   Status join(std::shared_ptr<TreeBudget> budget);
-  // What a budget asks.
+  // Numbers for the memory budget.
   std::uint64_t geometry_bytes() const { return geometry_bytes_; }
   /// The address that scenes with shared geometry have in common.
   const void* geometry() const {
@@ -96,7 +96,7 @@ class SceneTrees {
 
  private:
   enum class SlotState : std::uint8_t { kPending, kBuilding, kDone };
-  /// What a thread has taken on.
+  /// The trees that a thread has undertaken to build.
   struct Claim {
     std::uint32_t number = 0;
     TreeSlot slot;

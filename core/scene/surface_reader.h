@@ -1,5 +1,5 @@
 #pragma once
-/// What a scene's file says of its surface where hits are.
+/// Reads what a scene's file states about surfaces, at hits.
 
 #include <array>
 #include <cstdint>

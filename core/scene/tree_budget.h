@@ -38,7 +38,7 @@ class TreeBudget {
 
  private:
   std::uint64_t sum() const;
-  /// Of all scenes and, if not null, of one more; what several share counts once.
+  /// The geometry of all scenes and, if not null, of one more. Shared data counts once.
   std::uint64_t geometry_sum(const SceneTrees* more = nullptr) const;
 
   const std::uint64_t limit_;

@@ -1,5 +1,5 @@
 #pragma once
-/// What stands in a file of trees (tree_cache.h), for its writer, its reader and their tests.
+/// The layout of a file of trees (tree_cache.h), for its writer, its reader and their tests.
 
 #include <algorithm>
 #include <cstddef>

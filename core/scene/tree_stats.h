@@ -1,5 +1,5 @@
 #pragma once
-/// What a scene's trees have cost and saved so far, as plain data.
+/// The cost and savings of a scene's trees so far, as plain data.
 
 #include <cstdint>
 
@@ -21,7 +21,7 @@ struct TreeStats {
   bool complete = false;             ///< nothing is left to build
 };
 
-/// Of all scenes that have joined a TreeBudget. What is "ever" counts those that are no more.
+/// Sums over all scenes that have joined a TreeBudget. Sums that are "ever" include removed scenes.
 struct TreeTotals {
   std::uint64_t trees_built = 0, full_builds = 0, evictions = 0;        ///< ever, as TreeStats
   std::uint64_t cache_hits = 0, cache_rejects = 0, queries_waited = 0;  ///< ever, as TreeStats

@@ -1,6 +1,6 @@
 #pragma once
-/// What a file says of vertices beside their positions. Nothing of it decides what a ray meets: it
-/// is read for hits whose answer asks for it.
+/// Vertex data of a file other than positions. It affects no decision, and is read for hits whose
+/// fields need it.
 
 #include <array>
 #include <cstddef>
@@ -30,7 +30,7 @@ class VertexNumbers {
   virtual std::uint64_t bytes() const = 0;
 };
 
-/// Of one primitive.
+/// The attributes of a primitive.
 struct PrimitiveAttributes {
   /// Vertex i of the mesh is vertex i + first_vertex (modulo 2^32) of the file.
   std::uint32_t first_vertex = 0;

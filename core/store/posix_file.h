@@ -45,7 +45,7 @@ Status make_folder(const std::filesystem::path& folder, const char* doing);
 /// Replaces `to` in one step: readers see the old file or the new one.
 Status rename_file(const std::filesystem::path& from, const std::filesystem::path& to,
                    const char* doing);
-/// What lies in a folder, in no order.
+/// The names in a folder, unsorted.
 Result<std::vector<std::filesystem::path>> list_folder(const std::filesystem::path& folder,
                                                        const char* doing);
 /// A small file as text. Errors: those of io_error; STORE_DAMAGED when it has more than `limit`

@@ -1,5 +1,5 @@
 #pragma once
-/// A file that is nobody's until it gets its real name.
+/// A file without a final name until it is complete.
 
 #include <filesystem>
 #include <string_view>

@@ -1,6 +1,6 @@
 #pragma once
-/// What one ray came past on its way to an answer: boxes in the order of a visit, and triangles.
-/// Slow and plain; the kernels take the same turns with fewer words.
+/// The boxes and triangles that one ray was tested with, in the order of a visit. Slow and simple;
+/// it visits as the kernels do.
 
 #include <cstdint>
 #include <vector>

@@ -44,7 +44,7 @@ struct LeafVerdict {
   }
 };
 
-/// What the filter asks of a ray, in every lane the same ray or in each its own.
+/// The values of a ray that the filter uses, one ray in all lanes or one in each.
 template <class D>
 struct LaneRays {
   using V = hn::Vec<D>;
@@ -60,7 +60,7 @@ struct LaneCorners {
   hn::Vec<D> x[3], y[3], z[3];
 };
 
-/// What is known of a lane after the filter.
+/// The verdict of the filter for each lane.
 template <class D>
 struct LaneVerdicts {
   hn::Mask<D> left;      ///< not out for sure

@@ -45,7 +45,7 @@ constexpr std::uint32_t kRoundsBetweenLooks = 128;
 /// Trees that are deeper go through the single-ray kernel.
 constexpr std::uint32_t kMaxFlightDepth = (kWaiting - kArity - 2) / (kArity - 1);
 
-/// Where a ray is in a scene of several entries: in the tree over them, or in one of them.
+/// The position of a ray in a scene of several entries: in the tree over them, or in one of them.
 struct Whereabouts {
   AnchoredRay ray;             ///< what placements map
   BoxRay top;                  ///< in the units of the tree over the placements
@@ -262,12 +262,12 @@ class Flight {
     if constexpr (kMany) return slot.where.base + std::size_t{granule} * Arena::kGranule;
     return base_ + std::size_t{granule} * Arena::kGranule;
   }
-  /// Of a block of the tree that the ray is in.
+  /// The placement of a block of the tree that the ray is in.
   HWY_INLINE const Placement& placement(const Slot& slot, const LeafBlock& block) const {
     if constexpr (kMany) return slot.where.placement[block.placement()];
     return placements_[block.placement()];
   }
-  /// Where on the stack the tree begins that the ray is in.
+  /// The place on the stack where the ray's present tree begins.
   HWY_INLINE std::uint32_t first(const Slot& slot) const {
     if constexpr (kMany) return slot.where.first;
     return 1;
@@ -311,7 +311,7 @@ class Flight {
     drop_farther(slot);
   }
 
-  /// Of the tree that the ray is in.
+  /// Drops farther entries of the tree that the ray is in.
   HWY_INLINE void drop_farther(Slot& slot) const {
     const float limit = slot.limit;
     std::uint32_t kept = first(slot);

@@ -41,7 +41,7 @@ class GroupHits {
   /// For a lane that no ray goes in: a limit that excludes all.
   void exclude(std::size_t i, double bound) { bound_[i] = bound; }
 
-  /// What follows is met in the tree of that placement.
+  /// The hits that follow are in the tree of that placement.
   void enter(std::uint32_t placement) {
     number_ = placement;
     entered_ = &tree_.placements[placement];
@@ -53,7 +53,7 @@ class GroupHits {
   const double* bounds() const { return bound_; }
   Candidate winner(std::size_t i) const { return decode(candidate_[i]); }
 
-  /// What the filter says of one ray and the triangles of a block.
+  /// Takes the verdict of the filter for one ray and the triangles of a block.
   HWY_INLINE void take_closest(std::uint32_t i, const LeafBlock& block,
                                const LeafVerdict& verdict) {
     for (std::uint32_t rest = verdict.accept; rest != 0; rest &= rest - 1) {
@@ -189,7 +189,7 @@ class GroupHits {
   const RayBatch& rays_;
   TraceCounts& counts_;
   std::size_t first_ = 0;
-  // What was entered last: the number of the placement, the placement, the start of its tree.
+  // The last entry: the number of the placement, the placement, the start of its tree.
   std::uint32_t number_ = 0;
   const Placement* entered_ = nullptr;
   const std::byte* base_ = nullptr;

@@ -66,7 +66,7 @@ struct Kernel {
                   const HitBatch& hits, HitDetail* out, TraceCounts& counts);
 };
 
-/// Those that this machine can run, best first; never empty.
+/// The kernels that this machine can run, best first; never empty.
 std::vector<Kernel> supported_kernels();
 
 }  // namespace sightline

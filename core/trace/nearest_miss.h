@@ -1,5 +1,5 @@
 #pragma once
-/// What a ray that meets nothing comes nearest to.
+/// The triangle that a ray without a hit comes nearest to.
 
 #include <optional>
 

@@ -54,8 +54,8 @@ bool is_rounded(const Vec3d& direction, const std::array<double, 3>& scaled);
 /// `bounds` of the scene's finite triangles, not empty. The ray has passed check_rays.
 AnchoredRay anchor_ray(const Ray& ray, const Box3d& bounds);
 
-/// What the triangle filter needs, self-contained (docs/explanation/exactness.md, "Triangles"): axes permuted
-/// so that z is the direction's largest.
+/// The ray for the triangle filter, self-contained (docs/explanation/exactness.md, "Triangles").
+/// Axes are permuted so that z is the direction's largest.
 struct FilterRay {
   double origin[3];         ///< AnchoredRay::origin on the axes kx, ky, kz
   double shear_x, shear_y;  ///< direction x / z and y / z

@@ -25,7 +25,7 @@ class SeenPlanes {
   using Slots = hn::RebindToUnsigned<D>;
   static constexpr std::size_t kRays = 8;  ///< of a group
 
-  /// What follows is asked by rays from there.
+  /// The queries that follow are by rays from this point.
   HWY_INLINE void look_from(const double (&origin)[3]) {
     if (!begun_) begin();
     needed_ = 0;
@@ -75,7 +75,7 @@ class SeenPlanes {
     if (stale_) look_again();
   }
 
-  /// What rays ask of the planes in their slots.
+  /// The planes of a vector of rays, each from its slot.
   struct View {
     NormalOf<D> normal;
     DoubleDouble top;

@@ -8,7 +8,7 @@
 
 namespace sightline {
 
-/// Of one tree.
+/// Statistics of one tree.
 struct TreeReport {
   std::uint64_t nodes = 0, leaves = 0, blocks = 0, triangles = 0;
   std::uint32_t depth = 0;       ///< nodes on the longest way down
@@ -18,7 +18,7 @@ struct TreeReport {
   /// Surface area heuristic: of the rays that meet the root, how many nodes and leaf blocks each
   /// meets on average, if they come from everywhere.
   double sah_cost = 0;
-  /// Of the children of a node, on average: areas of the boxes that two of them share, over the
+  /// For the children of a node, on average: areas of the boxes that two of them share, over the
   /// areas of the two.
   double overlap = 0;
   /// Every child's box lies inside its parent's, and every triangle inside its leaf's.
@@ -28,7 +28,7 @@ struct TreeReport {
 /// Precondition: entry < SceneTree::entries; its tree is there. Cost: linear in the tree. Throws
 /// std::bad_alloc.
 TreeReport report_tree(const SceneView& scene, std::uint32_t entry);
-/// Of the tree over the entries, whose leaves hold these.
+/// Statistics of the tree over the entries, whose leaves hold these.
 TreeReport report_top_tree(const SceneView& scene);
 
 }  // namespace sightline

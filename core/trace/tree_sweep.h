@@ -9,8 +9,8 @@
 
 namespace sightline {
 
-/// Where a line is within boxes that are grown by what the shape takes on each axis and by all that
-/// may be off.
+/// The times at which a line is within boxes. The boxes are grown by the extent of the shape on
+/// each axis and by all error bounds.
 struct TreeSweep {
   std::array<double, 3> origin{}, direction{}, reach{};
 

@@ -49,10 +49,10 @@ class ApiClient {
 /// One segment of a path, or the value of a parameter.
 std::string percent_encoded(std::string_view text);
 
-/// What another program said, for a terminal: without characters that would steer it.
+/// Text of another program for a terminal: without control characters.
 std::string printable(std::string_view text);
 
-/// What an answer that is not good says, for people.
+/// The message of an answer that is an error, for people.
 std::string problem_text(const ApiAnswer& answer);
 
 }  // namespace sightline

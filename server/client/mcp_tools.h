@@ -1,5 +1,5 @@
 #pragma once
-/// What an agent can ask of a server, made from the OpenAPI document: nothing is said twice.
+/// The tools that an agent can call, generated from the OpenAPI document.
 
 #include <nlohmann/json.hpp>
 #include <optional>

@@ -9,7 +9,7 @@
 
 namespace sightline {
 
-/// As they were given: numbers are read when all flags are known.
+/// The flags as given: their numbers are parsed when all flags are known.
 struct RayFlags {
   std::string origin, direction, tmin, tmax;
 };

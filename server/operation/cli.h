@@ -52,7 +52,7 @@ struct ServeCommand {
   std::vector<std::string> arguments;       ///< to parse again
 };
 
-/// What is asked of a ray.
+/// The question of `sightline cast` and `query` about a ray.
 enum class CastMode { kClosest, kAny, kAll, kCount };
 
 /// sightline cast
@@ -122,7 +122,7 @@ Command parse_command_line(const std::vector<std::string>& arguments);
 /// missing.
 Command parse_again(const std::vector<std::string>& arguments);
 
-/// What is wrong with a file for --config, each with its place, "FILE:LINE: name: text".
+/// The mistakes in a file for --config, each with its place, "FILE:LINE: name: text".
 struct ConfigReport {
   std::vector<std::string> mistakes;  ///< none: a server would take it
   std::vector<std::string> warnings;

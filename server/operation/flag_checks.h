@@ -1,5 +1,5 @@
 #pragma once
-/// What the texts of flags must be. Each returns what is wrong, or nothing.
+/// Checks of the texts of flags. Each returns what is wrong, or nothing.
 
 #include <chrono>
 #include <string>

@@ -1,5 +1,5 @@
 #pragma once
-/// What a server has done and holds, in the text format that Prometheus reads.
+/// Counts and gauges of a server, in the text format that Prometheus reads.
 
 #include <chrono>
 #include <cstdint>
@@ -18,7 +18,7 @@ class SceneStore;
 /// The method where it is one that HTTP has, else "other": a client may send any word.
 std::string_view known_method(std::string_view method);
 
-/// What others count, at the moment of asking.
+/// Gauges that other parts count, at the time of the request.
 struct ServerNow {
   std::uint64_t connections = 0;  ///< open
   NamedCounts events = {};        ///< of connections, since the start
@@ -44,7 +44,7 @@ class Metrics {
     QueryWork work = {};
   };
   void count(const Request& request);
-  /// Of a request that is counted already, and goes on.
+  /// Counts a part of a request that was counted before and continues.
   void count_part(std::uint64_t rays, const QueryWork& work) const;
   /// A client whose body a worker has waited for in vain.
   void count_slow() const;

@@ -1,5 +1,5 @@
 #pragma once
-/// What may change while a server runs: keys, and the settings that are Live.
+/// What can change while a server runs: keys, and the settings that are Live.
 
 #include "server/access/access.h"
 #include "server/http/http_server.h"

@@ -9,12 +9,12 @@
 
 namespace sightline {
 
-/// Of a request that was answered, or whose answer failed by an exception and has this status.
+/// Records a request that was answered, or whose answer failed by an exception and has this status.
 void note_request(Service& service, const Exchange& exchange, int status,
                   std::chrono::duration<double> time);
-/// Of a stream of rays, which is noted as a request when it begins: what became of it.
+/// The record of a stream of rays. The request itself is recorded when the stream begins.
 struct StreamNote {
-  /// Of a stream that is the answer to this exchange, and begins now.
+  /// For a stream that answers this exchange, and begins now.
   explicit StreamNote(const Exchange& exchange);
 
   const std::string path, request_id, key_name;

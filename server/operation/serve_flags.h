@@ -30,7 +30,7 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags);
 void finish_serve(ServeCommand& command, const ServeFlags& flags);
 /// Checks combinations of flags, after each flag was parsed. Throws CLI::ValidationError.
 void check_together(const ServeCommand& command);
-/// What a server takes but its operator should know, each "--flag: text".
+/// Warnings for the operator about settings that a server accepts, each "--flag: text".
 std::vector<std::string> warnings_of(const ServeCommand& command);
 /// Every flag of a parsed `app`.
 std::vector<FlagText> flag_texts(const CLI::App& app);

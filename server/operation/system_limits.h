@@ -1,5 +1,5 @@
 #pragma once
-/// What the operating system grants a process.
+/// Limits that the operating system sets for a process.
 
 #include <cstddef>
 #include <cstdint>

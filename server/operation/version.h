@@ -1,5 +1,5 @@
 #pragma once
-/// What this program is.
+/// Name, version and limits of the program.
 
 #include <string>
 

@@ -1,5 +1,5 @@
 #pragma once
-/// What the routes of rays share: a request on its way to an answer.
+/// The common part of the routes of rays: decoding, tracing and answering a request.
 
 #include <functional>
 #include <memory>
@@ -21,7 +21,7 @@ namespace sightline {
 class RayRequest {
  public:
   RayRequest(Exchange& exchange, const Service& service) : exchange_(exchange), service_(service) {}
-  /// What it has cost is counted, also where it failed.
+  /// Counts the work of the request, also if it failed.
   ~RayRequest() { exchange_.work = timer_.report.work; }
   RayRequest(const RayRequest&) = delete;
   RayRequest& operator=(const RayRequest&) = delete;
@@ -45,7 +45,7 @@ class RayRequest {
     return {kept_ ? &*kept_ : nullptr, &timer_.report.work, !exchange_.at_door};
   }
   WorkTimer& timer() { return timer_; }
-  /// Where warnings of selections go; null for a strict question, which has errors instead.
+  /// The collector of warnings about selections; null for a strict question, which fails instead.
   SelectionWarnings* warnings() { return query_.strict ? nullptr : &warnings_; }
   bool is_binary() const { return query_.layout == AnswerLayout::kBinary; }
   /// The bad rays, where they are to be marked; else null.

@@ -47,8 +47,8 @@ class RayStream {
   Result<std::string> next_frame();
   Result<std::string> answer(Result<RayQuery> query);
   void forget_filter();
-  /// What comes next, until the buffer has that many bytes or the body has ended; with `wait` false
-  /// also until nothing more has come.
+  /// Receives until the buffer has that many bytes or the body has ended; with `wait` false also
+  /// until nothing more has arrived.
   Status receive(std::size_t bytes, bool wait);
   /// fill() where the buffer has fewer.
   Status fill(std::size_t bytes);

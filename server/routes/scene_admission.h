@@ -1,6 +1,5 @@
 #pragma once
-/// What every query of a scene passes before its body is read, and what changes of it are answered
-/// with.
+/// Admission of queries of a scene, before their bodies are read, and answers to changes of scenes.
 
 #include <memory>
 #include <string>

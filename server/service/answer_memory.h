@@ -13,14 +13,14 @@
 
 namespace sightline {
 
-/// As columns.
+/// Bytes of a ray and of a hit as columns.
 inline constexpr std::uint64_t kRayBytes = 64, kHitBytes = 16;
 /// A number as JSON, with its comma.
 inline constexpr std::uint64_t kNumberBytes = 25;
 /// A thousand boxes, with the triangles of their leaves, as they are and as JSON.
 inline constexpr std::uint64_t kExplanationBytes = 1 << 20;
 
-/// What describe_hits makes of so many hits.
+/// Memory of describe_hits for so many hits.
 std::uint64_t bytes_of_description(std::uint64_t hits, FieldSet fields);
 /// The text or the bytes of so many described hits.
 std::uint64_t bytes_of_encoded(std::uint64_t hits, FieldSet fields, const HitTerms& terms);

@@ -1,5 +1,5 @@
 #pragma once
-/// What the ids of hits mean in the scene's own terms.
+/// Translates the ids of hits into the scene's names and file indices.
 
 #include "core/base/deadline.h"
 #include "core/query/hit_batch.h"

@@ -12,10 +12,10 @@
 
 namespace sightline {
 
-/// What is asked of rays.
+/// The questions about rays.
 enum class RayQuestionKind { kClosest, kAny, kAll, kCount };
 
-/// What a body that asks so may say.
+/// The keys that a body of this question may have.
 RayJsonRules rules_of(RayQuestionKind kind, const ServiceLimits& limits);
 
 /// Adds up the times of the steps of a request.

@@ -15,7 +15,7 @@ namespace sightline {
 /// failed. "scene" is there when ?scene=N chose it. Bounds are null for a scene without finite
 /// triangles. At most 100 warnings; "warnings_total" counts them all.
 std::string encode_scene(const StoredScene& scene);
-/// What that takes, from above: names and warnings are as long as the file has them.
+/// An upper bound of the bytes of that text; names and warnings are as long as in the file.
 std::uint64_t bytes_of_scene(const StoredScene& scene);
 /// The scene in one line, without name, counts, bounds and warnings.
 std::string encode_scene_summary(const StoredScene& scene);

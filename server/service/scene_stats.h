@@ -1,5 +1,5 @@
 #pragma once
-/// What a scene has cost and saved, as names and numbers: for /v1/scenes/{id}/stats and /metrics.
+/// Costs and savings of a scene, as names and numbers: for /v1/scenes/{id}/stats and /metrics.
 
 #include <cstdint>
 #include <string>

@@ -1,5 +1,5 @@
 #pragma once
-/// What the routes share: made by serve, handed down, never global.
+/// The objects that all routes share. serve makes them and passes them on; none is global.
 
 #include <algorithm>
 #include <atomic>

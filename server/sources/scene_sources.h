@@ -1,5 +1,5 @@
 #pragma once
-/// Where scenes may come from besides a body: files below one folder, and URLs.
+/// Sources of scenes other than request bodies: files below one folder, and URLs.
 
 #include <cstdint>
 #include <memory>

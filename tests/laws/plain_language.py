@@ -174,8 +174,9 @@ def comment_blocks(text):
             columns = re.search(r"\S {2,}\S", content)
             item = re.match(r"\s*(?:[-*]|\d+\.) ", content) or (columns and not content.startswith(" "))
             # What is indented is a formula or a diagram, unless it continues an item.
-            diagram = content.startswith("   ") or (content.startswith("  ") and (columns or not (in_item and follows)))
-            diagram = diagram and not item or re.match(r"[|+\-=<>/\\ ]{4}", content)
+            continues = in_item and follows and not columns
+            diagram = content.startswith("  ") and not continues
+            diagram = diagram and not item or re.match(r"[|+=<>/\\-]{2}", content.strip())
             if block and (not follows or not content.strip() or diagram or item):
                 yield block
                 block = []
