@@ -1,10 +1,10 @@
 #pragma once
 /// A sphere swept along a line, against a triangle, exactly.
 ///
-/// Method   The centre first comes within the radius of the triangle at a corner, inside an edge
-///          or inside the triangle. The time is the first root of a quadratic, or a quotient with one
-///          root in it. Such numbers are compared by signs of polynomials, of degree 24 at most, and
-///          rounded by comparison with float64 numbers.
+/// Method   The centre first comes within the radius of the triangle at a corner, inside an edge or
+///          inside the triangle. The time is the first root of a quadratic, or a quotient with one
+///          root in it. Such numbers are compared by signs of polynomials, of degree 24 at most,
+///          and rounded by comparison with float64 numbers.
 /// Proofs   docs/explanation/exactness-sweeps.md.
 
 #include <optional>

@@ -3,8 +3,8 @@
 ///
 /// Method   the triangle is clipped by one plane after the other. A clipped polygon's corners are
 ///          crossings of two of the given lines, stored as barycentric weights up to a common
-///          factor: cross products of two rows of values that the corners have on two planes. So numbers
-///          never grow beyond degree six, however many planes there are.
+///          factor: cross products of two rows of values that the corners have on two planes. So
+///          numbers never grow beyond degree six, however many planes there are.
 /// Filter   float64: all corners beyond one plane, or one corner within all of them.
 /// Proofs   docs/explanation/exactness-boxes.md.
 
