@@ -1,4 +1,4 @@
-# The page at /: modules of server/page/app, bundled by esbuild when the server is built.
+# The pages at / and /learn: modules of server/page/app, bundled by esbuild when the server is built.
 #
 # SIGHTLINE_PAGE  AUTO  bundle it where node, npm and the packages of its lock file are there
 #                 ON    fail at configuration where they are not
@@ -59,17 +59,21 @@ function(sightline_page output)
     set(html ${CMAKE_CURRENT_SOURCE_DIR}/page/unbuilt/index.html)
     set(script ${CMAKE_CURRENT_SOURCE_DIR}/page/unbuilt/page.js)
     set(style ${CMAKE_CURRENT_SOURCE_DIR}/page/unbuilt/page.css)
+    set(learn_html ${html})
+    set(learn_script ${script})
   else()
     message(STATUS "Page: bundled into the binary")
     set(html ${app}/index.html)
     set(script ${modules}/page.js)
     set(style ${modules}/page.css)
+    set(learn_html ${app}/learn.html)
+    set(learn_script ${modules}/learn.js)
     file(GLOB sources CONFIGURE_DEPENDS ${app}/src/*.js ${app}/src/*.css)
     # Without source maps and paths: everybody gets the same bytes.
     add_custom_command(
-      OUTPUT ${script} ${style}
+      OUTPUT ${script} ${style} ${learn_script}
       COMMAND ${CMAKE_COMMAND} -E env NODE_PATH=${modules}/node_modules ${NODE_PROGRAM}
-              ${modules}/node_modules/esbuild/bin/esbuild src/page.js src/page.css --outdir=${modules} --bundle --minify
+              ${modules}/node_modules/esbuild/bin/esbuild src/page.js src/learn.js src/page.css --outdir=${modules} --bundle --minify
               --format=iife --target=es2022 --charset=ascii --legal-comments=eof --log-level=warning
       WORKING_DIRECTORY ${app}
       DEPENDS ${sources} ${modules}/node_modules/.installed
@@ -79,9 +83,10 @@ function(sightline_page output)
   add_custom_command(
     OUTPUT ${output}
     COMMAND ${CMAKE_COMMAND} -D HTML=${html} -D SCRIPT=${script} -D STYLE=${style}
+            -D LEARN_HTML=${learn_html} -D LEARN_SCRIPT=${learn_script}
             -D TEMPLATE=${CMAKE_CURRENT_SOURCE_DIR}/page/app_page.cpp.in -D OUTPUT=${output}
             -P ${PROJECT_SOURCE_DIR}/cmake/EmbedPage.cmake
-    DEPENDS ${html} ${script} ${style} ${CMAKE_CURRENT_SOURCE_DIR}/page/app_page.cpp.in
+    DEPENDS ${html} ${script} ${style} ${learn_html} ${learn_script} ${CMAKE_CURRENT_SOURCE_DIR}/page/app_page.cpp.in
             ${PROJECT_SOURCE_DIR}/cmake/EmbedPage.cmake ${PROJECT_SOURCE_DIR}/cmake/EmbedText.cmake
     COMMENT "Embedding the page"
     VERBATIM)

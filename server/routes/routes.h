@@ -8,7 +8,7 @@ namespace sightline {
 
 /// GET /healthz /readyz /metrics /version
 void add_health_routes(Router& router, const Service& service);
-/// GET / /page.js /page.css
+/// GET / /learn /page.js /learn.js /page.css
 void add_page_routes(Router& router);
 /// GET /openapi.json /docs /docs/app.js /docs/style.css
 void add_docs_routes(Router& router);

@@ -244,6 +244,18 @@ class Lectures(unittest.TestCase):
         if report["complete"]:
             self.assertEqual(sum(tree["triangles"] for tree in report["trees"]), 6)
 
+    def test_row_26_the_interactive_example_is_served(self):
+        # What a browser makes of it is in page_test.py.
+        page = self.server.ask("/learn")
+        self.assertEqual((page.status, page.headers["content-type"]), (200, "text/html; charset=utf-8"))
+
+    def test_row_27_the_page_has_the_three_figures(self):
+        source = (SOURCE / "server/page/app/src/slabs.js").read_text(encoding="utf-8")
+        figures = re.findall(r'\["Figure \d: (\w+)", \{origin: \[(.*?)\], direction: \[(.*?)\], ...FLAT\}\]', source)
+        rays = [ray(*[[float(x) for x in numbers.split(",")] for numbers in figure[1:]]) for figure in figures]
+        self.assertEqual([figure[0] == "hits" for figure in figures], [False, True, False])
+        self.assertEqual([each["hit"] for each in self.ask(rays, [SQUARE])], [False, True, False])
+
     def test_row_28_a_miss_is_no_number(self):
         self.assertEqual(self.one((-10, 5, 0), (1, 0, 0)), {"hit": False, "miss": ["y"]})
         self.assertEqual(self.post("/v1/scenes/six/rays:closest", {"rays": [ray((1, 10, 0), (0, -1, 0))]})["hits"], [None])

@@ -18,7 +18,7 @@ const browser = await chromium.launch({executablePath: browserPath, args: [
   "--disable-sync", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]});
 
 /** A page that notes what should not be: complaints in the console and requests to elsewhere. */
-async function open(size, theme, address = url) {
+async function watch(size, theme) {
   const context = await browser.newContext({viewport: {width: size[0], height: size[1]}, colorScheme: theme, hasTouch: size[0] < 500,
     permissions: ["clipboard-read", "clipboard-write"]});
   const page = await context.newPage();
@@ -31,13 +31,19 @@ async function open(size, theme, address = url) {
   });
   page.on("pageerror", (fault) => seen.complaints.push(fault.stack));
   page.on("request", (request) => { if (!request.url().startsWith(url) && !/^(data|blob):/.test(request.url())) seen.foreign.push(request.url()); });
+  return {page, seen, close: () => context.close()};
+}
+
+/** A page that shows a whole scene. */
+async function open(size, theme, address = url) {
+  const {page, seen, close} = await watch(size, theme);
   const begin = Date.now();
   await page.goto(address);
   await page.waitForSelector("#stage[data-complete]", {timeout: 60000});
   seen.drawn = Date.now() - begin;
   seen.paint = await page.evaluate(() => Math.round(performance.getEntriesByName("first-contentful-paint")[0]?.startTime ?? -1));
   seen.triangles = await page.locator("#stage").getAttribute("data-triangles");
-  return {page, seen, close: () => context.close()};
+  return {page, seen, close};
 }
 
 /** Does something and waits for the answer to it. */
@@ -51,7 +57,13 @@ async function answered(page, act) {
 
 /** The console and the answer as the page shows them. */
 async function told(page) {
-  return page.evaluate(() => ({
+  const outside = await page.evaluate(() => [...document.querySelectorAll("body *")].filter((element) => {
+    // What is wider than its place, or lies outside the window.
+    const box = element.getBoundingClientRect();
+    return box.width > 0 && (box.right > innerWidth + 1 || box.left < -1) && !element.closest(".hidden, svg");
+  }).map((element) => `${element.tagName} ${element.id} ${element.className}`));
+  if (!await page.locator("#stage").count()) return {overflow: outside};
+  const shown = await page.evaluate(() => ({
     path: document.querySelector("#path").textContent + document.querySelector("#route").value,
     body: document.querySelector("#body").value,
     raw: document.querySelector("#raw").textContent,
@@ -63,12 +75,8 @@ async function told(page) {
     mode: document.querySelector("#modes [aria-checked=true]").dataset.mode,
     shapes: JSON.parse(document.querySelector("#marks").dataset.shapes || "[]"),
     scenes: [...document.querySelectorAll("#list .take")].map((each) => each.dataset.scene),
-    // What is wider than its place, or lies outside the window.
-    overflow: [...document.querySelectorAll("body *")].filter((element) => {
-      const box = element.getBoundingClientRect();
-      return box.width > 0 && (box.right > innerWidth + 1 || box.left < -1) && !element.closest(".hidden");
-    }).map((element) => `${element.tagName} ${element.id} ${element.className}`),
   }));
+  return {...shown, overflow: outside};
 }
 
 /** A pixel of the view, from shares of its width and height. */
@@ -236,6 +244,63 @@ const PLANS = {
     const gone = await told(page);
     await close();
     return {...seen, put, nodes, node, gone};
+  },
+
+  /** /learn: every case, every formula with its failing case, and a drag. */
+  async learn() {
+    const runs = [];
+    for (const size of SIZES) {
+      for (const theme of THEMES) {
+        const {page, seen, close} = await watch(size, theme);
+        await page.goto(`${url}/learn`);
+        const settled = () => page.waitForFunction(() => document.querySelector("#figure").dataset.answered);
+        await settled();
+        const step = async (act) => {
+          await page.evaluate(() => delete document.querySelector("#figure").dataset.answered);
+          await act();
+          await settled();
+          return page.evaluate(() => ({
+            body: document.querySelector("#request").textContent, raw: document.querySelector("#answer").textContent,
+            verdict: document.querySelector("#verdict").textContent,
+            formulas: [...document.querySelectorAll("#formulas tbody tr")].map((row) => [row.cells[0].firstChild.textContent,
+              row.cells[1].textContent, row.classList.contains("wrong")]),
+          }));
+        };
+        seen.barriers = await barriers(page);
+        seen.overflow = (await told(page)).overflow;
+        seen.cases = {};
+        seen.fails = [];
+        const names = await page.locator("#preset option").evaluateAll((options) => options.map(({value}) => value).filter(Boolean));
+        for (const name of names) {
+          seen.cases[name] = await step(async () => {
+            await page.selectOption("#preset", "");
+            await page.selectOption("#preset", name);
+          });
+        }
+        for (let i = 0; i < await page.locator("#formulas button").count(); ++i) {
+          seen.fails.push(await step(() => page.locator("#formulas button").nth(i).click()));
+        }
+        await step(() => page.selectOption("#preset", "origin inside, negative diagonal"));
+        await page.screenshot({path: `${folder}/learn-3d-${seen.size}-${theme}.png`});
+        await step(() => page.selectOption("#preset", "Figure 2: hits"));
+        await page.evaluate(() => {
+          scrollTo(0, 0);
+          document.querySelector("#text").scrollTo(0, 0);
+        });
+        await page.screenshot({path: `${folder}/learn-${seen.size}-${theme}.png`});
+        const box = await page.locator("#xy .origin").boundingBox();
+        const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+        seen.dragged = await step(async () => {
+          await page.mouse.move(x, y);
+          await page.mouse.down();
+          await page.mouse.move(x - 20, y - 40, {steps: 3});
+          await page.mouse.up();
+        });
+        runs.push(seen);
+        await close();
+      }
+    }
+    return runs;
   },
 
   /** WORD: the key. */

@@ -15,9 +15,9 @@ from pathlib import Path
 from urllib.parse import parse_qs, urlencode
 
 import case_report
-from sightline_server import BINARY, JSON_TYPE, PATIENCE, SOURCE, Server, bearer, demo_glb, make_key, write_keys
+from sightline_server import BINARY, DATA, JSON_TYPE, PATIENCE, SOURCE, Server, bearer, demo_glb, make_key, write_keys
 
-PARTS = {"/": "text/html", "/page.js": "text/javascript", "/page.css": "text/css"}
+PARTS = {"/": "text/html", "/learn": "text/html", "/page.js": "text/javascript", "/learn.js": "text/javascript", "/page.css": "text/css"}
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 MODULES = Path(BINARY).resolve().parent / "page/node_modules"
 NODE = shutil.which("node")
@@ -66,7 +66,7 @@ class PageParts(unittest.TestCase):
         self.assertNotIn("unsafe", policy)
 
     def test_nothing_is_inline_and_nothing_comes_from_elsewhere(self):
-        page = self.server.ask("/").body.decode("ascii")
+        page = (self.server.ask("/").body + self.server.ask("/learn").body).decode("ascii")
         self.assertEqual(re.findall(r'<(?:script|style)\b(?![^>]*\bsrc=)|\son\w+=|\sstyle=|javascript:|https?://', page), [])
 
     def test_texts_are_compressed(self):
@@ -90,10 +90,10 @@ class PageParts(unittest.TestCase):
     def test_the_bundle_is_the_same_bytes_each_time(self):
         skip_unbuilt(self.server)
         with tempfile.TemporaryDirectory() as folder:
-            subprocess.run([NODE, MODULES / "esbuild/bin/esbuild", "src/page.js", "src/page.css", f"--outdir={folder}", "--bundle", "--minify",
+            subprocess.run([NODE, MODULES / "esbuild/bin/esbuild", "src/page.js", "src/learn.js", "src/page.css", f"--outdir={folder}", "--bundle", "--minify",
                             "--format=iife", "--target=es2022", "--charset=ascii", "--legal-comments=eof", "--log-level=warning"],
                            cwd=SOURCE / "server/page/app", env={**os.environ, "NODE_PATH": str(MODULES)}, check=True, timeout=PATIENCE)
-            for name in ("page.js", "page.css"):
+            for name in ("page.js", "learn.js", "page.css"):
                 self.assertEqual(Path(folder, name).read_bytes(), self.server.ask(f"/{name}").body)
 
 
@@ -255,6 +255,36 @@ class PageInBrowser(unittest.TestCase):
         self.assertIn("right: 3 triangles", [shape.get("label") for shape in run["node"]["shapes"]])
         self.assertNotIn("my-house", run["gone"]["scenes"])
         self.assertEqual(self.server.ask("/v1/scenes/my-house").status, 404)
+
+    def test_the_lecture_page_answers_all_cases_and_shows_each_formula_failing(self):
+        golden = {case["name"]: case for case in json.loads((DATA / "ray_box_golden.json").read_text(encoding="utf-8"))}
+        for run in browse(self.server.url, "learn"):
+            with self.subTest(size=run["size"], theme=run["theme"]):
+                self.assertEqual((run["complaints"], run["foreign"], run["overflow"], run["barriers"]), ([], [], [], []))
+                self.assertEqual([name for name in golden if name not in run["cases"]], [])
+                for name, seen in run["cases"].items():
+                    answer = self.server.ask("/v1/rays-boxes", "-H", JSON_TYPE, body=seen["body"])
+                    self.assertEqual(answer.body.decode(), seen["raw"])
+                    result, = answer.json()["results"]
+                    if name in golden:
+                        self.assertEqual((result["hit"], result.get("t")), (golden[name]["hit"], golden[name]["t"]), name)
+                        asked = json.loads(seen["body"], parse_int=float)
+                        # -0 is no 0.
+                        self.assertEqual([str(float(x)) for x in asked["rays"][0]["direction"]], [str(float(x)) for x in golden[name]["direction"]])
+                    self.assertEqual(seen["verdict"].startswith("Miss"), not result["hit"], seen["verdict"])
+                    # The first formula is right in all cases of the texts.
+                    self.assertFalse(seen["formulas"][0][2], name)
+                    for formula, said, wrong in seen["formulas"]:
+                        if not wrong:
+                            self.assertEqual(said == "miss", not result["hit"], (name, formula))
+                self.assertEqual([run["cases"][f"Figure {i}: {what}"]["verdict"][:4] for i, what in ((1, "misses"), (2, "hits"), (3, "misses"))],
+                                 ["Miss", "Hit:", "Miss"])
+                self.assertIn("leaves slab y before it enters slab x", run["cases"]["Figure 1: misses"]["verdict"])
+                self.assertIn("leaves slab x before it enters slab y", run["cases"]["Figure 3: misses"]["verdict"])
+                for i, seen in enumerate(run["fails"]):
+                    self.assertTrue(seen["formulas"][i][2], seen["formulas"][i])
+                self.assertEqual(len(run["fails"]), 11)
+                self.assertNotEqual(json.loads(run["dragged"]["body"])["rays"][0]["origin"], [0, 0.5, 0])
 
     def test_a_key_is_asked_for_and_shown_nowhere(self):
         key, line = make_key("read", "people")

@@ -6,8 +6,9 @@ namespace sightline {
 namespace {
 
 TEST(Access, is_open_for_health_and_the_pages_alone) {
-  for (const char* path : {"/healthz", "/readyz", "/readyz?x", "/%72eadyz", "/", "/?x", "/page.js",
-                           "/page.css", "/docs", "/docs/app.js", "/docs/style.css"}) {
+  for (const char* path :
+       {"/healthz", "/readyz", "/readyz?x", "/%72eadyz", "/", "/?x", "/page.js", "/page.css",
+        "/learn", "/learn.js", "/docs", "/docs/app.js", "/docs/style.css"}) {
     EXPECT_EQ(needed_access("GET", path), Access::kOpen) << path;
     EXPECT_EQ(needed_access("HEAD", path), Access::kOpen) << path;
     EXPECT_EQ(needed_access("POST", path), Access::kRead) << path;
