@@ -20,10 +20,12 @@ class ContentHash {
   void add(std::span<const std::byte> bytes) {
     length_ += bytes.size();
     const std::byte* at = bytes.data();
-    std::size_t rest = bytes.size();
+    // Computed without the loop: GCC 14 would warn that the last copy may be longer than `last`.
+    const std::size_t rest = bytes.size() % 32;
+    const std::byte* const end = at + (bytes.size() - rest);
     // In registers: written back at each turn they would take twice the time.
     std::uint64_t a = lane_[0], b = lane_[1], c = lane_[2], d = lane_[3];
-    for (; rest >= 32; at += 32, rest -= 32) {
+    for (; at != end; at += 32) {
       a = mix(a, word(at, 0));
       b = mix(b, word(at, 1));
       c = mix(c, word(at, 2));
@@ -32,8 +34,7 @@ class ContentHash {
     lane_[0] = a, lane_[1] = b, lane_[2] = c, lane_[3] = d;
     std::byte last[32] = {};
     if (rest > 0) {
-      // GCC 14 warns about the length unless the bound is visible: rest < 32 here.
-      std::memcpy(last, at, std::min(rest, sizeof last));
+      std::memcpy(last, end, rest);
       for (std::size_t lane = 0; lane < 4; ++lane) lane_[lane] = mix(lane_[lane], word(last, lane));
     }
   }

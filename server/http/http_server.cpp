@@ -234,7 +234,15 @@ void HttpServer::answer(Connection& connection) {
   BodyReader body(connection, stream, limits_.pace, limits_.busy_rate, memory);
   Course course{connection, stream, body, memory, stopping_};
   bool wants_close = false;
-  const bool answered = process_request(stream, true, wants_close, [&](httplib::Request& request) {
+  // cpp-httplib 0.11 (Debian 12) takes no addresses, 0.18 (Debian 13) does; nothing here reads them.
+  const auto process = [&](auto& on, const auto& setup) {
+    if constexpr (requires { this->process_request(on, true, wants_close, setup); }) {
+      return this->process_request(on, true, wants_close, setup);
+    } else {
+      return this->process_request(on, {}, 0, {}, 0, true, wants_close, setup);
+    }
+  };
+  const bool answered = process(stream, [&](httplib::Request& request) {
     // What was judged is what is answered.
     request.method = connection.head.method;
     request.target = connection.head.target;

@@ -185,7 +185,8 @@ class Errors(unittest.TestCase):
     def test_a_bad_scene_name_is_422(self):
         for name in ("%2e%2e", ".hidden", "a%2fb", "a%20b", "%C3%A9", "x" * 129, "a%00b"):
             with self.subTest(name=name):
-                self.expect(self.server.put(name, b"x"), 422, "SCENE_ID_INVALID")
+                # Newer curl takes %2e%2e for a dot segment, and resolves it unless told not to.
+                self.expect(self.server.put(name, b"x", "--path-as-is"), 422, "SCENE_ID_INVALID")
 
     def test_a_bad_query_parameter_is_422(self):
         for query in ("scene=", "scene=-1", "scene=x", "scene=1&scene=2", "scen=1", "scene=4294967296", "scene=0;x=1",
