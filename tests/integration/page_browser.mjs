@@ -148,6 +148,15 @@ const PLANS = {
         for (let i = 0; i < 5; ++i) await page.keyboard.press("ArrowLeft");
         await page.waitForTimeout(500);
       });
+      await choose(page, "scan");
+      await step("scan", async () => {
+        await page.mouse.click(...await at(page, 0.55, 0.8));
+        await page.waitForFunction(() => Number(document.querySelector("#stage").dataset.points));
+      });
+      const [file] = await Promise.all([page.waitForEvent("download"), page.click("#save-ply")]);
+      const last = runs.at(-1);
+      last.ply = readFileSync(await file.path(), "utf8");
+      last.points = await page.locator("#stage").getAttribute("data-points");
       await close();
     }
     return runs;

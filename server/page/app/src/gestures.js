@@ -1,6 +1,7 @@
 // Clicks and drags on the view, as requests.
 
 import {FIELDS, length} from "./questions.js";
+import {sweepAt} from "./scan.js";
 
 const STILL = 5;  // pixels that a click may move
 
@@ -10,6 +11,7 @@ export const HINTS = {
   box: "Drag a rectangle: the nodes that lie in it.",
   sight: "Click two points: whether they see each other.",
   why: "Click: the boxes that a ray visits, and why each is entered or left out. Then turn the view.",
+  scan: "Click: a LiDAR sensor stands there and sweeps around itself.",
 };
 
 export class Gestures {
@@ -61,6 +63,7 @@ export class Gestures {
     const still = Math.hypot(end[0] - begin[0], end[1] - begin[1]) < STILL;
     if (this.mode === "ray" && still) this.click(...end);
     if (this.mode === "why" && still) this.why(...end);
+    if (this.mode === "scan" && still) await this.scan(...end);
     if (this.mode === "sight" && still) await this.sight(...end);
     if (this.mode === "measure" && !still) this.measure(begin, end);
     if (this.mode === "box" && !still) this.box(begin, end);
@@ -72,6 +75,7 @@ export class Gestures {
     if (this.mode === "sight") return this.sight(...at);
     if (this.mode === "ray") return this.click(...at);
     if (this.mode === "why") return this.why(...at);
+    if (this.mode === "scan") return this.scan(...at);
     const from = this.first;
     this.first = from ? null : at;
     if (!from) return this.say("First corner set. Turn the view, then press Enter again.");
@@ -95,13 +99,24 @@ export class Gestures {
     return this.ask("boxes:list", {boxes: [{planes: this.view.pyramid(...sides)}], of: "nodes", limit: 100});
   }
 
-  async sight(x, y) {
+  /** The point of the scene at a pixel, moved off its surface towards the camera by a share of the scene's radius. */
+  async pointAt(x, y, share) {
     const hit = await this.pick(this.view.ray(x, y));
-    if (!hit) return this.say("Nothing is there. Click on the scene.");
-    // A margin for points that were computed to lie on a surface: towards the camera.
+    if (!hit) return null;
     const eye = this.view.pose.slice(0, 3);
     const side = Math.sign(hit.normal.reduce((sum, n, k) => sum + n * (eye[k] - hit.position[k]), 0)) || 1;
-    const point = hit.position.map((p, k) => p + side * hit.normal[k] * this.view.radius * 1e-5);
+    return hit.position.map((p, k) => p + side * hit.normal[k] * this.view.radius * share);
+  }
+
+  async scan(x, y) {
+    const point = await this.pointAt(x, y, 3e-3);
+    return point ? this.ask("rays:closest", sweepAt(point)) : this.say("Nothing is there. Click on the scene.");
+  }
+
+  async sight(x, y) {
+    // A margin for points that were computed to lie on a surface.
+    const point = await this.pointAt(x, y, 1e-5);
+    if (!point) return this.say("Nothing is there. Click on the scene.");
     if (!this.first) {
       this.first = point;
       this.marks.show([{kind: "point", points: [point], label: "from here"}]);

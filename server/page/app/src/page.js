@@ -8,6 +8,7 @@ import {Gestures, snap} from "./gestures.js";
 import {changeOf, readLink, writeLink} from "./link.js";
 import {Marks} from "./marks.js";
 import {QUESTIONS, length, outcomeOf, pretty, shapesOf, short, visitRows} from "./questions.js";
+import {coloursOf, plyOf, pointsOf} from "./scan.js";
 import {Scenes} from "./scenes.js";
 import {Traced} from "./traced.js";
 import {View} from "./view.js";
@@ -19,12 +20,15 @@ let view, marks, gestures, scenes, traced;
 let shown = null;     // the scene as GET /v1/scenes/{id} tells it
 let loading = null;   // AbortController of its geometry
 let opening = 0;      // links that are being opened
+let sweep = null;     // points of the last answer, if it is one of a LiDAR sweep
 let asked = null;     // {route, body}: what the link repeats
 let runs = 0;
 
 const say = (id, text) => { byId(id).textContent = text; };
 
+/** Nothing takes a notice away. */
 function fail(fault) {
+  if (!fault) return notice("");
   if (fault.name === "AbortError") return;
   if (fault instanceof Problem && (fault.status === 401 || fault.status === 403)) return askForKey(fault);
   notice(fault.message);
@@ -131,6 +135,8 @@ function restart() {
   byId("fields").replaceChildren();
   say("raw", "");
   say("timing", "");
+  sweep = null;
+  showSweep();
 }
 
 function fill(name, query) {
@@ -156,16 +162,37 @@ async function run() {
   }
 }
 
+function showSweep() {
+  byId("sweep").hidden = !sweep;
+  view.showPoints(sweep?.positions || null, sweep && coloursOf(sweep, byId("sweep-colour").value));
+  byId("stage").dataset.points = sweep ? String(sweep.positions.length) : "0";
+}
+
+function savePly() {
+  const address = URL.createObjectURL(new Blob([plyOf(sweep)], {type: "application/octet-stream"}));
+  make("a", {href: address, download: `${shown.id}-sweep.ply`}).click();
+  setTimeout(() => URL.revokeObjectURL(address), 10000);
+}
+
 async function show(name, body, {status, text, revision, milliseconds}) {
-  say("raw", text);
+  const MOST = 200000;
+  say("raw", text.length > MOST ? `${text.slice(0, MOST)} ... and ${countText(text.length - MOST)} characters more` : text);
+  sweep = null;
   say("timing", `${status}, ${milliseconds.toFixed(1)} ms, ${bytesText(new TextEncoder().encode(text).length)}, revision ${revision ?? "unknown"}`);
   byId("fields").replaceChildren();
   const answer = JSON.parse(text);
   if (status !== 200) {
     marks.show([]);
+    showSweep();
     return say("outcome", `${answer.code}: ${answer.detail}${answer.errors?.[0]?.pointer ? ` (${answer.errors[0].pointer})` : ""}`);
   }
   const query = JSON.parse(body);
+  sweep = pointsOf(query, answer);
+  showSweep();
+  if (sweep) {
+    say("outcome", `${countText(sweep.positions.length)} of ${countText(answer.distance.length)} rays hit.`);
+    return marks.show([{kind: "point", points: [query.generator.position], colour: "ray", label: "sensor"}]);
+  }
   say("outcome", outcomeOf(name, query, answer));
   byId("fields").append(...tables(name, answer));
   const shapes = shapesOf(name, query, answer, view.radius);
@@ -357,6 +384,8 @@ function wire() {
     const [as, label] = kinds[button.dataset.copy];
     button.addEventListener("click", () => copy(as(path(), byId("body").value), label));
   }
+  byId("sweep-colour").addEventListener("change", showSweep);
+  byId("save-ply").addEventListener("click", savePly);
   byId("copy-link").addEventListener("click", () => copy(location.href, "link"));
   byId("traced-button").addEventListener("click", () => setTraced(!traced.scene));
   byId("home").addEventListener("click", () => view.home());

@@ -26,14 +26,26 @@ export class Scenes {
 
   find(id) { return this.all.find((scene) => scene.id === id); }
 
+  /** Asks again and again, also after a failure: the server may be back. */
   async refresh() {
     clearTimeout(this.timer);
+    const later = (milliseconds) => {
+      this.timer = setTimeout(() => this.refresh().then(() => {
+        if (this.lost) this.fail(null);
+        this.lost = false;
+      }, (fault) => {
+        this.lost = true;
+        this.fail(fault);
+      }), milliseconds);
+    };
+    later(5000);
     const {scenes} = await askJson("/v1/scenes");
     this.all = scenes;
     this.draw();
     await this.changed();
     const busy = scenes.some((scene) => scene.update || !["ready", "failed"].includes(scene.state));
-    this.timer = setTimeout(() => this.refresh().catch(this.fail), busy ? 500 : 10000);
+    clearTimeout(this.timer);
+    later(busy ? 500 : 10000);
   }
 
   draw() {

@@ -3,7 +3,7 @@
 
 import {
   BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, HemisphereLight, InstancedMesh, Matrix4, Mesh,
-  MeshLambertMaterial, PerspectiveCamera, Scene, Spherical, Vector3, WebGLRenderer,
+  MeshLambertMaterial, PerspectiveCamera, Points, PointsMaterial, Scene, Spherical, Vector3, WebGLRenderer,
 } from "three";
 import {OrbitControls} from "three/examples/jsm/controls/OrbitControls.js";
 
@@ -91,6 +91,7 @@ export class View {
       each.geometry.dispose();
       if (each.isInstancedMesh) each.dispose();
     }
+    this.showPoints(null);
     this.triangles = 0;
     const {min, max} = bounds || {min: [-1, -1, -1], max: [1, 1, 1]};
     this.middle = min.map((low, k) => low / 2 + max[k] / 2);
@@ -201,6 +202,26 @@ export class View {
     const moved = [0, 1, 2].map((r) =>
       m[4 * r] * origin[0] + m[4 * r + 1] * origin[1] + m[4 * r + 2] * origin[2] + m[4 * r + 3] - this.middle[r]);
     return new Matrix4().set(m[0], m[1], m[2], moved[0], m[4], m[5], m[6], moved[1], m[8], m[9], m[10], moved[2], 0, 0, 0, 1);
+  }
+
+  /** Points of the world with hues; null takes them away. */
+  showPoints(positions, colours) {
+    if (this.points) {
+      this.scene.remove(this.points);
+      this.points.geometry.dispose();
+      this.points.material.dispose();
+      this.points = null;
+    }
+    if (positions) {
+      const geometry = new BufferGeometry();
+      const local = positions.flatMap((p) => p.map((x, k) => x - this.middle[k]));
+      geometry.setAttribute("position", new BufferAttribute(new Float32Array(local), 3));
+      geometry.setAttribute("color", new BufferAttribute(new Float32Array(colours.flatMap((hsl) => new Color().setHSL(...hsl).toArray())), 3));
+      this.points = new Points(geometry, new PointsMaterial({size: 4, sizeAttenuation: false, vertexColors: true}));
+      this.points.frustumCulled = false;
+      this.scene.add(this.points);
+    }
+    this.draw();
   }
 
   // ---- Between pixels and the world
