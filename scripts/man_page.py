@@ -50,7 +50,9 @@ def escaped(text):
 
 
 def help_of(binary, command):
-    return subprocess.run([binary, *command, "--help"], capture_output=True, text=True, check=True, timeout=60).stdout
+    """CLI11 2.4 (Debian 13) writes a default as "UINT [5]", 2.1 (Debian 12) as "UINT=5": it is read as the latter."""
+    text = subprocess.run([binary, *command, "--help"], capture_output=True, text=True, check=True, timeout=60).stdout
+    return re.sub(r"^( {2}-[^\n]*?) \[([^\]\n]*)\](?: *$|(?=  ))", r"\1=\2", text, flags=re.MULTILINE).rstrip() + "\n"
 
 
 def entries(lines):
