@@ -223,6 +223,26 @@ const PLANS = {
     return runs;
   },
 
+  /** WORDs: links. Pictures of the view alone, base64, without what lies over it. */
+  async pictures() {
+    const runs = [];
+    for (const link of words) {
+      const {page, seen, close} = await open(SIZES[0], "light", link);
+      const begin = Date.now();
+      if ((await page.locator("#progress").textContent()).includes("too large")) await page.waitForSelector("#traced[data-finest]");
+      seen.traced = Date.now() - begin;
+      await page.evaluate(() => {
+        for (const id of ["tools", "hint", "progress"]) document.getElementById(id).hidden = true;
+      });
+      await page.waitForTimeout(300);
+      seen.picture = (await page.locator("#stage").screenshot()).toString("base64");
+      await clickAt(page, 0.5, 0.5);
+      runs.push({...seen, ...await told(page)});
+      await close();
+    }
+    return runs;
+  },
+
   /** WORD: a link to open. */
   async link() {
     const {page, seen, close} = await open(SIZES[0], "light", words[0]);

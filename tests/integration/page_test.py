@@ -8,6 +8,7 @@ import math
 import os
 import re
 import shutil
+import struct
 import subprocess
 import tempfile
 import unittest
@@ -15,7 +16,7 @@ from pathlib import Path
 from urllib.parse import parse_qs, urlencode
 
 import case_report
-from sightline_server import BINARY, DATA, JSON_TYPE, PATIENCE, SOURCE, Server, bearer, demo_glb, make_key, write_keys
+from sightline_server import BINARY, DATA, JSON_TYPE, PATIENCE, SOURCE, Server, bearer, demo_glb, make_key, with_document, write_keys
 
 PARTS = {"/": "text/html", "/learn": "text/html", "/page.js": "text/javascript", "/learn.js": "text/javascript", "/page.css": "text/css"}
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
@@ -35,6 +36,27 @@ def browse(url, *words):
     if done.returncode != 0:
         raise AssertionError(done.stderr[-3000:])
     return json.loads(done.stdout)
+
+
+def tiles(side, count):
+    """A GLB of a hilly tile of 2 * side * side triangles, placed so often."""
+    positions = b"".join(struct.pack("<3f", x * 10 / side, math.sin(x / 9) * math.cos(y / 7), y * 10 / side)
+                         for y in range(side + 1) for x in range(side + 1))
+    row = side + 1
+    indices = b"".join(struct.pack("<6I", a, a + row, a + 1, a + 1, a + row, a + row + 1)
+                       for y in range(side) for a in range(y * row, y * row + side))
+    data = positions + indices
+    document = {
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": list(range(count))}],
+        "nodes": [{"mesh": 0, "name": f"tile {i}", "translation": [10 * (i % 32), 0, 10 * (i // 32)]} for i in range(count)],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}], "buffers": [{"byteLength": len(data)}],
+        "bufferViews": [{"buffer": 0, "byteLength": len(positions)}, {"buffer": 0, "byteOffset": len(positions), "byteLength": len(indices)}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": row * row, "type": "VEC3", "min": [0, -1, 0], "max": [10, 1, 10]},
+                      {"bufferView": 1, "componentType": 5125, "count": 6 * side * side, "type": "SCALAR"}]}
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    return (struct.pack("<4sIIII", b"glTF", 2, 28 + len(text) + len(data), len(text), 0x4E4F534A) + text
+            + struct.pack("<II", len(data), 0x004E4942) + data)
 
 
 def skip_unbuilt(server):
@@ -255,6 +277,33 @@ class PageInBrowser(unittest.TestCase):
                 self.assertLess(len(different), 3)
                 self.assertEqual({alpha for _, _, alpha in grid["points"]}, {0, 255})
                 print(run["size"], "first traced picture after", run["first"], "ms")
+
+    def test_a_scene_far_from_the_origin_looks_as_it_does_at_the_origin(self):
+        # A power of two: the world's float64 numbers are then moved without rounding.
+        far = 2.0 ** 24
+        def move(document):
+            document["nodes"][0]["translation"] = [far, far, far]
+        moved = with_document(demo_glb("six"), move)
+        with Server("--preload", "six=demo:six", memory=None) as server:
+            self.assertEqual(server.put("far", moved).status, 201)
+            links = []
+            for scene, offset in (("six", 0), ("far", far)):
+                camera = [at + offset for at in (9.25, 6.5, 12.75, 0.5, 2.25, -0.5)]
+                links.append(f"{server.url}/#scene={scene}&camera={','.join(map(str, camera))}")
+            near, away = browse(server.url, "pictures", *links)
+            self.assertEqual((near["complaints"], away["complaints"]), ([], []))
+            self.assertEqual(near["picture"], away["picture"])
+
+    def test_a_scene_of_a_hundred_million_triangles_is_traced_and_picked(self):
+        with Server(memory=None) as server:
+            put = server.put("tiles", tiles(224, 1000))
+            self.assertEqual((put.status, put.json()["counts"]["triangles"]), (201, 100352000), put.body[:300])
+            run, = browse(server.url, "pictures", f"{server.url}/#scene=tiles")
+            self.assertEqual((run["complaints"], run["foreign"]), ([], []))
+            answer = server.ask(run["path"], "-H", JSON_TYPE, body=run["body"])
+            self.assertEqual(answer.body.decode(), run["raw"])
+            self.assertTrue(answer.json()["hits"][0]["node"].startswith("tile "))
+            print("100,352,000 triangles: finest picture after", run["drawn"] + run["traced"], "ms")
 
     def test_scenes_are_put_searched_and_deleted(self):
         with tempfile.TemporaryDirectory() as folder:
