@@ -17,7 +17,7 @@ build="g++ cmake ninja-build pkg-config ccache ca-certificates
 run="$build curl"
 test="$run libgtest-dev libgmp-dev libembree-dev python3 python3-numpy strace clang-format"
 bench="$test librsvg2-bin fonts-dejavu-core nginx-light libnginx-mod-stream"
-package="$build dpkg-dev"
+package="$build dpkg-dev file"
 lint="clang clang-format clang-tidy python3"
 image="buildah podman runc debootstrap ca-certificates curl python3"
 
