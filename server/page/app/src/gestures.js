@@ -4,12 +4,13 @@ import {FIELDS, length} from "./questions.js";
 import {sweepAt} from "./scan.js";
 
 const STILL = 5;  // pixels that a click may move
+const LIFT = 3e-3;  // of the scene's radius: an eye or a sensor above a surface, 1.7 m in the demo town
 
 export const HINTS = {
   ray: "Click: cast a ray. Drag: turn. Right drag or two fingers: move. Wheel or pinch: zoom.",
   measure: "Drag from one point to another: their distance. It snaps to corners and edges.",
   box: "Drag a rectangle: the nodes that lie in it.",
-  sight: "Click two points: whether they see each other.",
+  sight: "Click two points: whether eyes just above them see each other.",
   why: "Click: the boxes that a ray visits, and why each is entered or left out. Then turn the view.",
   scan: "Click: a LiDAR sensor stands there and sweeps around itself.",
 };
@@ -99,23 +100,22 @@ export class Gestures {
     return this.ask("boxes:list", {boxes: [{planes: this.view.pyramid(...sides)}], of: "nodes", limit: 100});
   }
 
-  /** The point of the scene at a pixel, moved off its surface towards the camera by a share of the scene's radius. */
-  async pointAt(x, y, share) {
+  /** The point of the scene at a pixel, lifted off its surface towards the camera. */
+  async pointAt(x, y) {
     const hit = await this.pick(this.view.ray(x, y));
     if (!hit) return null;
     const eye = this.view.pose.slice(0, 3);
     const side = Math.sign(hit.normal.reduce((sum, n, k) => sum + n * (eye[k] - hit.position[k]), 0)) || 1;
-    return hit.position.map((p, k) => p + side * hit.normal[k] * this.view.radius * share);
+    return hit.position.map((p, k) => p + side * hit.normal[k] * this.view.radius * LIFT);
   }
 
   async scan(x, y) {
-    const point = await this.pointAt(x, y, 3e-3);
+    const point = await this.pointAt(x, y);
     return point ? this.ask("rays:closest", sweepAt(point)) : this.say("Nothing is there. Click on the scene.");
   }
 
   async sight(x, y) {
-    // A margin for points that were computed to lie on a surface.
-    const point = await this.pointAt(x, y, 1e-5);
+    const point = await this.pointAt(x, y);
     if (!point) return this.say("Nothing is there. Click on the scene.");
     if (!this.first) {
       this.first = point;
