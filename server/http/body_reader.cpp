@@ -1,7 +1,9 @@
 #include "server/http/body_reader.h"
 
 #include <algorithm>
+#include <array>
 #include <string>
+#include <utility>
 
 #include "server/http/connection_stream.h"
 
@@ -19,38 +21,82 @@ BodyReader::BodyReader(Connection& connection, ConnectionStream& stream, const P
                        std::uint64_t busy_rate, RequestMemory& memory)
     : connection_(connection),
       stream_(stream),
-      since_(connection.head.has_body() ? Pace::Clock::now() : connection.asked_at),
+      since_(connection.streams ? Pace::Clock::now() : connection.asked_at),
       pace_(pace, since_),
       hurry_({busy_rate, pace.window, pace.longest}, since_),
-      left_(connection.head.length.value_or(0)),
-      owes_continue_(connection.head.expects_continue && connection.head.has_body()),
-      memory_(memory) {}
+      gathered_(connection.is_gathered ? connection.head.length.value_or(0) : 0),
+      memory_(memory) {
+  if (connection.body) connection.body->rewind();
+}
 
 bool BodyReader::is_over() const {
-  return connection_.head.chunked ? chunks_.is_over() : left_ == 0;
+  if (is_forgotten_ || !connection_.head.has_body()) return true;
+  if (connection_.body) return connection_.body->is_whole() && connection_.body->unread() == 0;
+  return connection_.is_gathered && gathered_ == 0;
+}
+
+std::uint64_t BodyReader::unread() const {
+  if (is_forgotten_ || !connection_.head.has_body()) return 0;
+  if (connection_.body) return connection_.body->is_whole() ? 0 : connection_.body->to_come();
+  return connection_.is_gathered ? gathered_ : connection_.head.length.value_or(0);
 }
 
 bool BodyReader::is_skippable() const {
+  if (fault_ != Fault::kNoFault) return false;
+  if (is_forgotten_ || !connection_.head.has_body()) return true;
+  if (connection_.body && connection_.body->is_whole()) return true;
   // Where a client was never told to go on it may send its body or not.
-  return !connection_.head.chunked && fault_ == Fault::kNoFault && left_ <= kSkippedBody &&
-         (!owes_continue_ || left_ == 0);
+  return !connection_.head.chunked && !connection_.owes_continue && unread() <= kSkippedBody;
+}
+
+void BodyReader::finish() { connection_.take(gathered_at_); }
+
+std::optional<std::uint64_t> BodyReader::unread_bytes() const {
+  if (decoder_) return {};
+  if (connection_.body) return connection_.body->unread();
+  return gathered_;
+}
+
+bool BodyReader::ask_for(std::uint64_t bytes) {
+  if (is_put_off()) return false;
+  if (is_over() || connection_.is_gathered || connection_.streams) return true;
+  const ReceivedBody* body = connection_.body.get();
+  if (body != nullptr && (body->is_whole() || body->is_broken() || body->size() >= bytes)) {
+    return true;
+  }
+  connection_.body_wanted = bytes;
+  connection_.put_off = Connection::PutOff::kForBody;
+  return false;
+}
+
+void BodyReader::ask_for_next_part() {
+  ReceivedBody* body = connection_.body.get();
+  if (body != nullptr) body->begin_part();
+  connection_.body_wanted = (body != nullptr ? body->size() : 0) + ReceivedBody::kPart;
+  connection_.put_off = Connection::PutOff::kForBody;
+}
+
+bool BodyReader::may_wait() {
+  if (connection_.streams) return true;
+  if (!is_put_off()) connection_.put_off = Connection::PutOff::kToStream;
+  return false;
 }
 
 void BodyReader::decode_as(Coding coding) {
   if (coding != Coding::kIdentity && !decoder_) decoder_ = std::make_unique<ContentDecoder>(coding);
 }
 
+void BodyReader::forget() {
+  decoder_.reset();
+  if (!is_over()) return;
+  is_forgotten_ = true;
+  connection_.body.reset();
+}
+
 void BodyReader::restart_pace() {
   since_ = Pace::Clock::now();
   pace_.restart(since_);
   hurry_.restart(since_);
-}
-
-void BodyReader::received(std::size_t bytes) {
-  has_received_ = true;
-  since_ = Pace::Clock::now();
-  pace_.moved(bytes, since_);
-  hurry_.moved(bytes, since_);
 }
 
 bool BodyReader::wait_for_client() {
@@ -67,9 +113,16 @@ bool BodyReader::wait_for_client() {
   }
 }
 
-bool BodyReader::get(const std::function<Received()>& receive, bool wait) {
-  if (owes_continue_) {
-    owes_continue_ = false;
+bool BodyReader::receive(bool wait) {
+  if (!connection_.body) {
+    connection_.body =
+        std::make_unique<ReceivedBody>(connection_.head, connection_.budget, connection_.spool);
+  }
+  ReceivedBody& body = *connection_.body;
+  if (body.unread() == 0) body.begin_part();
+  // It has begun without being told to [RFC9110] 10.1.1; said later it would stand in the answer.
+  if (!connection_.pending_input().empty()) connection_.owes_continue = false;
+  if (std::exchange(connection_.owes_continue, false)) {
     constexpr std::string_view kContinue = "HTTP/1.1 100 Continue\r\n\r\n";
     stream_.write(kContinue.data(), kContinue.size());
     if (!stream_.flush()) fault_ = Fault::kEnded;
@@ -79,11 +132,23 @@ bool BodyReader::get(const std::function<Received()>& receive, bool wait) {
   pace_.pause(now - since_);
   hurry_.pause(now - since_);
   since_ = now;
-  while (fault_ == Fault::kNoFault) {
-    switch (receive()) {
+  while (fault_ == Fault::kNoFault && body.unread() == 0 && !body.is_whole()) {
+    if (!connection_.pending_input().empty()) {
+      const std::size_t bytes = connection_.pending_input().size();
+      if (!take_body(connection_, kPiece)) fault_ = Fault::kMemory;
+      if (body.is_broken()) fault_ = Fault::kEnded;
+      has_received_ = true;
+      since_ = Pace::Clock::now();
+      pace_.moved(bytes, since_);
+      hurry_.moved(bytes, since_);
+      continue;
+    }
+    const auto most = static_cast<std::size_t>(
+        body.is_chunked() ? kPiece : std::min<std::uint64_t>(body.to_come(), kPiece));
+    switch (receive_some(connection_, most)) {
       case Received::kSome:
       case Received::kAll:
-        return true;
+        break;
       case Received::kEnd:
         fault_ = Fault::kEnded;
         break;
@@ -93,70 +158,54 @@ bool BodyReader::get(const std::function<Received()>& receive, bool wait) {
         break;
     }
   }
-  return false;
+  return fault_ == Fault::kNoFault;
 }
 
-bool BodyReader::get_input(bool wait) {
-  if (!connection_.pending_input().empty()) return true;
-  const auto wanted = static_cast<std::size_t>(
-      connection_.head.chunked ? kPiece : std::min<std::uint64_t>(left_, kPiece));
-  if (!get([&] { return receive_some(connection_, wanted); }, wait)) return false;
-  received(connection_.pending_input().size());
-  return true;
-}
-
-bool BodyReader::read_all(std::string& text, const std::function<bool(std::size_t)>& admit) {
-  const auto append = [&](std::span<const char> piece) {
-    if (!admit(piece.size())) return false;
-    text.append(piece.data(), piece.size());
-    return true;
-  };
-  if (decoder_ || connection_.head.chunked) return read(append);
-  if (!connection_.pending_input().empty() && !pass_on(append)) return false;
-  // What is received goes behind `end`; bytes there are made ready once, however small the pieces.
-  std::size_t end = text.size();
-  bool good = true;
-  while (good && left_ > 0) {
-    // As much again as has come: a client that sends little holds little.
-    constexpr std::size_t kAhead = 64 << 10, kMostAhead = 1 << 20;
-    if (text.size() == end) {
-      const auto ahead = static_cast<std::size_t>(
-          std::min<std::uint64_t>(left_, std::clamp(end, kAhead, kMostAhead)));
-      good = admit(ahead);
-      if (good) text.resize(end + ahead);
-    }
-    std::size_t count = 0;
-    good = good &&
-           get([&] { return receive_at(connection_, text.data() + end, text.size() - end, count); },
-               true);
-    if (!good) break;
-    received(count);
-    end += count;
-    left_ -= count;
-  }
-  text.resize(end);
-  return good;
+bool BodyReader::has_unread() const {
+  return connection_.body ? connection_.body->unread() > 0 : gathered_ > 0;
 }
 
 bool BodyReader::pass_on(const std::function<bool(std::span<const char>)>& sink) {
-  std::string_view pending = connection_.pending_input();
-  // It has begun without being told to [RFC9110] 10.1.1; said later it would stand in the answer.
-  if (!pending.empty()) owes_continue_ = false;
-  if (!connection_.head.chunked) {
-    const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(left_, pending.size()));
-    const bool wanted = sink({pending.data(), count});
-    left_ -= count;
-    connection_.take(count);
-    return wanted;
+  if (connection_.body) {
+    std::array<char, kPiece> piece;
+    const std::size_t count = connection_.body->read(piece.data(), piece.size());
+    if (connection_.body->has_failed()) fault_ = Fault::kDisk;
+    return sink({piece.data(), count}) && fault_ == Fault::kNoFault;
   }
-  // In its own place: a payload is never longer than its chunks.
-  char* payload = connection_.input.data() + connection_.taken;
-  const std::size_t before = pending.size();
-  const std::size_t count = chunks_.decode(pending, payload);
-  const bool wanted = count == 0 || sink({payload, count});
-  connection_.take(before - pending.size());
-  if (chunks_.is_broken()) fault_ = Fault::kEnded;
-  return wanted && fault_ == Fault::kNoFault;
+  // It stays there: a request may yet be put off.
+  const std::string_view pending = connection_.pending_input().substr(gathered_at_);
+  const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(gathered_, pending.size()));
+  if (count == 0) fault_ = Fault::kEnded;
+  const bool wanted = count > 0 && sink({pending.data(), count});
+  gathered_ -= count;
+  gathered_at_ += count;
+  return wanted;
+}
+
+bool BodyReader::read_all(std::string& text, const std::function<bool(std::size_t)>& admit) {
+  if (decoder_ || !connection_.body) {
+    return read([&](std::span<const char> piece) {
+      if (!admit(piece.size())) return false;
+      text.append(piece.data(), piece.size());
+      return true;
+    });
+  }
+  ReceivedBody& body = *connection_.body;
+  while (body.unread() > 0) {
+    // Pages of the text are touched as they are filled.
+    constexpr std::size_t kAhead = 1 << 20;
+    const auto ahead = static_cast<std::size_t>(std::min<std::uint64_t>(body.unread(), kAhead));
+    if (!admit(ahead)) return false;
+    const std::size_t end = text.size();
+    text.resize(end + ahead);
+    body.read(text.data() + end, ahead);
+    if (body.has_failed()) {
+      fault_ = Fault::kDisk;
+      return false;
+    }
+  }
+  if (body.is_broken()) fault_ = Fault::kEnded;
+  return fault_ == Fault::kNoFault;
 }
 
 bool BodyReader::hand_on_decoded(const std::function<bool(std::span<const char>)>& sink) {
@@ -190,7 +239,13 @@ bool BodyReader::read(const std::function<bool(std::span<const char>)>& sink, bo
   for (;;) {
     if (decoder_ && !hand_on_decoded(sink)) return false;
     if (is_over()) return true;
-    if (!get_input(wait)) return fault_ == Fault::kNoFault;
+    if (!has_unread()) {
+      if (connection_.body && connection_.body->is_broken()) fault_ = Fault::kEnded;
+      if (fault_ != Fault::kNoFault) return false;
+      if (!connection_.streams) return true;
+      if (!receive(wait)) return fault_ == Fault::kNoFault;
+      continue;
+    }
     if (!pass_on(decoder_ ? hold : sink)) return false;
   }
 }

@@ -1,13 +1,13 @@
 #pragma once
-/// Reads the body of one request off its connection, on a worker.
+/// Reads the body of one request, on a worker.
 
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
-#include "server/http/chunk_decoder.h"
 #include "server/http/connection.h"
 #include "server/http/content_coding.h"
 #include "server/http/pace.h"
@@ -17,34 +17,54 @@ namespace sightline {
 
 class ConnectionStream;
 
+/// Only a stream waits for its client. For all others the event loop receives the body, and a
+/// handler is called again when it is there: see ask_for.
 class BodyReader {
  public:
   enum class Fault {
     kNoFault,
-    kEnded,   ///< the client stopped sending, or the chunks are none
+    kEnded,   ///< the client stopped sending, or the chunks are malformed
     kSlow,    ///< it sends slower than it may
     kCoding,  ///< the body is not what its Content-Encoding says, or ends too early
     kMemory,  ///< there is no room now for what decodes it, or others wait for the room that it has
+    kDisk,    ///< the temporary file that holds it cannot be read
   };
-  /// busy_rate  bytes per second, of a body that keeps others waiting for memory
+  /// busy_rate  bytes per second, of a stream that keeps others waiting for memory
   /// memory     where a decoder counts what it takes: a client says how much
   BodyReader(Connection& connection, ConnectionStream& stream, const PaceLimits& pace,
              std::uint64_t busy_rate, RequestMemory& memory);
 
+  /// Whether `bytes` of the body can be read, as they came, or all of it. Where not the request is
+  /// put off: the handler returns without an answer and is called again when they have come.
+  bool ask_for(std::uint64_t bytes);
+  /// Whether this runs on a thread that may wait for the client. Where not the request is put off
+  /// until such a thread is free, likewise.
+  bool may_wait();
+  bool is_put_off() const { return connection_.put_off != Connection::PutOff::kNo; }
+  /// What the handler keeps of a request that it has put off. While it is not null the event loop
+  /// calls again for each part of the body that has come, and what was read does not come again.
+  std::shared_ptr<void>& kept() { return connection_.kept; }
+  /// Bytes that were read of the parts before this one.
+  std::uint64_t read_before() const { return connection_.body ? connection_.body->dropped() : 0; }
+  /// All that has come was read. The request is put off until the next part has come.
+  void ask_for_next_part();
+
   /// The body is compressed: pieces are handed on decoded. Once it is set it stays.
   void decode_as(Coding coding);
   bool decodes() const { return decoder_ != nullptr; }
-  /// All of it was read: what decoded it goes.
-  void end_decoding() { decoder_.reset(); }
-  /// It may last as long as it likes, as long as it keeps its pace whenever somebody reads.
+  /// The body is needed no longer: its bytes and what decoded it go.
+  void forget();
+  /// A stream may last as long as it likes, as long as it keeps its pace whenever somebody reads.
   void restart_pace();
   /// Hands the body on in pieces until it ends (true), `sink` returns false, or there is a fault.
-  /// After a false of `sink` it may go on where it was. With `wait` false it ends as well (true)
-  /// where nothing more has come.
+  /// After a false of `sink` it may go on where it was. It ends as well (true) where nothing more
+  /// has come; a stream waits for more, but not with `wait` false.
   bool read(const std::function<bool(std::span<const char>)>& sink, bool wait = true);
-  /// The rest of it, appended to `text`, with no copy between where it comes as it is. `admit` is
-  /// asked before so many bytes are appended, for which it may make room, and may say no.
+  /// The rest of it, appended to `text`, with no copy between. `admit` is asked before so many
+  /// bytes are appended, for which it may make room, and may say no.
   bool read_all(std::string& text, const std::function<bool(std::size_t bytes)>& admit);
+  /// Bytes that read_all will append, where that is known.
+  std::optional<std::uint64_t> unread_bytes() const;
   /// Whether its end has come; after a read() that says true all of it was handed on.
   bool is_over() const;
   Fault fault() const { return fault_; }
@@ -52,28 +72,28 @@ class BodyReader {
   bool has_received() const { return has_received_; }
   /// Whether it is known where the next request begins, and near enough to read up to there.
   bool is_skippable() const;
-  /// Bytes up to there. Precondition: is_skippable.
-  std::uint64_t unread() const { return left_; }
+  /// Bytes up to there that are still to come. Precondition: is_skippable.
+  std::uint64_t unread() const;
+  /// The answer is ready: what was read goes from the connection.
+  void finish();
 
  private:
-  /// Until receive() gets something. False with a fault, or if nothing is to be waited for.
-  bool get(const std::function<Received()>& receive, bool wait);
   /// Until there is something to receive. False with a fault.
   bool wait_for_client();
-  void received(std::size_t bytes);
-  /// Makes some input pending. The same.
-  bool get_input(bool wait);
-  bool hand_on_decoded(const std::function<bool(std::span<const char>)>& sink);
+  /// Receives some of a stream's body. False with a fault, or if nothing is to be waited for.
+  bool receive(bool wait);
+  /// Hands on what has come and was not read yet, decoded or not. False where `sink` returns false.
   bool pass_on(const std::function<bool(std::span<const char>)>& sink);
+  bool hand_on_decoded(const std::function<bool(std::span<const char>)>& sink);
+  bool has_unread() const;
 
   Connection& connection_;
   ConnectionStream& stream_;
   Pace::Clock::time_point since_;  ///< when it last had something, which then was at work here
   Pace pace_, hurry_;
-  ChunkDecoder chunks_;
-  std::uint64_t left_;  ///< unread, of a body that is not chunked
-  bool has_received_ = false;
-  bool owes_continue_;  ///< the client waits for "100 Continue"
+  std::uint64_t gathered_;       ///< unread bytes of a body that stands in the connection's input
+  std::size_t gathered_at_ = 0;  ///< where they begin there
+  bool is_forgotten_ = false, has_received_ = false;
   Fault fault_ = Fault::kNoFault;
   RequestMemory& memory_;
   std::unique_ptr<ContentDecoder> decoder_;  ///< null: the body comes as it is

@@ -4,53 +4,38 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <string_view>
 
 #include "core/base/deadline.h"
+#include "server/http/byte_budget.h"
 #include "server/http/pace.h"
+#include "server/http/received_body.h"
 #include "server/http/request_head.h"
-#include "server/http/traffic_memory.h"
+#include "server/http/spool.h"
 
 namespace sightline {
-
-/// Bytes that connections may hold together, of those of the traffic. May be used from many
-/// threads.
-class ByteBudget {
- public:
-  ByteBudget(TrafficMemory& traffic, std::uint64_t bytes)
-      : traffic_(traffic), left_(static_cast<std::int64_t>(bytes)) {}
-  bool charge(std::uint64_t bytes) {
-    const auto wanted = static_cast<std::int64_t>(bytes);
-    if (left_.fetch_sub(wanted) >= wanted && traffic_.take(nullptr, bytes)) return true;
-    left_ += wanted;
-    return false;
-  }
-  void release(std::uint64_t bytes) {
-    if (bytes == 0) return;
-    traffic_.give(nullptr, bytes);
-    left_ += static_cast<std::int64_t>(bytes);
-  }
-
- private:
-  TrafficMemory& traffic_;
-  std::atomic<std::int64_t> left_;
-};
 
 /// The door and a worker have it in turn; a queue between them hands it over. Only `gone` and
 /// `stirred` are for both at any time.
 struct Connection {
-  Connection(int socket_given, ByteBudget& budget_given)
-      : socket(socket_given), budget(budget_given) {}
+  Connection(int socket_given, ByteBudget& budget_given, Spool& spool_given)
+      : socket(socket_given), budget(budget_given), spool(spool_given) {}
   ~Connection() { budget.release(charged); }
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
 
   /// A door's phases, see ConnectionGate.
   enum class Phase { kHead, kBody, kAtWork, kSending, kLingering };
-  /// What the door is told of: only the end, where a worker reads a long body and each piece would
+  /// What the door is told of: only the end, where a stream reads its body and each piece would
   /// wake the door in vain; also bytes that come; also room for what is to be sent.
   enum class Heard { kEnd, kBytes, kRoom };
+  /// Why a handler returns without an answer. It is called again, as if for the first time, when
+  /// - kToWorker: a worker takes the request, which the event loop has tried to answer;
+  /// - kForBody: `body_wanted` bytes of the body have come, or all of it;
+  /// - kToStream: a thread for streams takes it, which may wait for the client.
+  enum class PutOff { kNo, kToWorker, kForBody, kToStream };
 
   const int socket;                  ///< does not block
   CancelFlag gone;                   ///< set when nobody waits for an answer any more
@@ -60,31 +45,44 @@ struct Connection {
   std::size_t taken = 0;
   std::string output;  ///< what was said and not yet sent, from `sent` on
   std::size_t sent = 0;
+  std::unique_ptr<SpoolFile> output_file;  ///< what is sent after `output`; null: nothing
+  std::uint64_t file_sent = 0;             ///< bytes of it
   std::uint64_t given = 0;  ///< bytes to the system, to be sent, since the connection began
   ByteBudget& budget;
+  Spool& spool;
   std::uint64_t charged = 0;  ///< bytes of the budget that this connection holds
 
   RequestHead head;                                ///< of the request that is being answered
-  std::chrono::steady_clock::time_point asked_at;  ///< when it was whole, a gathered body too
-  std::uint64_t skip = 0;  ///< bytes of an unread body, before the next head
-  bool keep = false;       ///< whether there may be a next request
-  bool broken = false;     ///< whether the answer did not get through
+  std::chrono::steady_clock::time_point asked_at;  ///< when it was whole, its body too
+  /// A body that is longer than what the event loop gathers in `input`, chunked, or sent only after
+  /// a 100; null until a handler asks for it.
+  std::unique_ptr<ReceivedBody> body;
+  bool is_gathered = false;       ///< all of the body that will come is in `input`
+  std::uint64_t body_wanted = 0;  ///< see PutOff::kForBody
+  bool owes_continue = false;     ///< the client waits for "100 Continue"
+  bool streams = false;           ///< a thread for streams has it
+  std::shared_ptr<void> kept;     ///< what a handler keeps until it is called again
+  std::uint64_t skip = 0;         ///< bytes of an unread body, before the next head
+  bool keep = false;              ///< whether there may be a next request
+  bool broken = false;            ///< whether the answer did not get through
 
   Heard heard = Heard::kBytes;
   bool goes_first = false;  ///< whether it is asked on a worker that is kept for little
   // While the door's thread tries to answer: nothing is taken or said for good.
   bool at_door = false;
-  bool put_off = false;  ///< what came of it: a worker has to begin anew
+  PutOff put_off = PutOff::kNo;
 
   Connection* next = nullptr;  ///< in the queue or the list that has it: they take no memory
 
   // The door's own.
   Phase phase = Phase::kHead;
   HeadScan scan;
-  bool begun = false;                         ///< whether something of this head has come
-  std::uint64_t idle_turn = 0;                ///< the smaller, the longer it waits for a head
-  std::chrono::steady_clock::time_point due;  ///< when this phase has lasted too long
+  bool begun = false;                              ///< whether something of this head has come
+  std::uint64_t idle_turn = 0;                     ///< the smaller, the longer it waits for a head
+  std::chrono::steady_clock::time_point due;       ///< when this phase has lasted too long
+  std::chrono::steady_clock::time_point part_due;  ///< of a body that is taken in parts
   Pace pace{{}, {}};
+  Pace hurry{{}, {}};  ///< at the busy rate: a slower one that holds much of the spool may be ended
   std::uint64_t taken_before = 0;  ///< bytes that the client had taken when `pace` last heard of it
   bool readable = true;  ///< whether to try: no receive has said "not now" since the last event
   bool ended = false;    ///< the client has closed its side, or all
@@ -95,6 +93,17 @@ struct Connection {
 
   std::string_view pending_input() const { return std::string_view(input).substr(taken); }
   std::size_t pending_output() const { return output.size() - sent; }
+  std::uint64_t pending_file() const { return output_file ? output_file->size() - file_sent : 0; }
+  bool has_output() const { return pending_output() > 0 || pending_file() > 0; }
+  /// Bytes of the spool that this connection holds.
+  std::uint64_t spooled() const {
+    return (body ? body->spooled() : 0) + (output_file ? output_file->size() : 0);
+  }
+  void forget_body() {
+    body.reset();
+    kept.reset();
+    is_gathered = streams = false;
+  }
 
   void take(std::size_t bytes) {
     taken += bytes;
@@ -113,8 +122,10 @@ struct Connection {
   }
 };
 
-/// Sends what is to be sent, as far as it goes without waiting. False when the connection is
-/// broken.
+/// Sends what is to be sent, at most some `most` bytes, as far as it goes without waiting. False
+/// when the connection is broken. `full` says whether the socket took no more.
+bool send_pending(Connection& connection, std::uint64_t most, bool& full);
+/// The same, all of it.
 bool send_pending(Connection& connection);
 
 /// Of all that was given to the system, how many bytes the client's system has taken. A send buffer
@@ -126,7 +137,9 @@ enum class Received { kSome, kAll, kNothing, kEnd };
 /// Receives at most `size` bytes to `data` without waiting, and says in `count` how many: kAll when
 /// there are no more now, kEnd also of a broken connection. Precondition: size is not 0.
 Received receive_at(Connection& connection, char* data, std::size_t size, std::size_t& count);
-/// The same, at most `most` bytes, to the end of `input`.
+/// Receives at most `most` bytes to the end of `input`, likewise.
 Received receive_some(Connection& connection, std::size_t most);
+/// Moves bytes of the body from `input` to `body`, at most `most`. False where the spool is full.
+bool take_body(Connection& connection, std::size_t most);
 
 }  // namespace sightline

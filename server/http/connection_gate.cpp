@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 #include <new>
 #include <utility>
@@ -45,14 +46,15 @@ std::uint32_t events_of(Connection::Heard heard) {
 bool owes_answer(const Connection& connection) {
   using Phase = Connection::Phase;
   return connection.phase == Phase::kBody || connection.phase == Phase::kAtWork ||
-         (connection.phase == Phase::kSending && connection.pending_output() > 0);
+         (connection.phase == Phase::kSending && connection.has_output());
 }
 
 }  // namespace
 
-ConnectionGate::ConnectionGate(const DoorLimits& limits, TrafficMemory& traffic, Answer answer,
-                               DoorRules rules)
+ConnectionGate::ConnectionGate(const DoorLimits& limits, TrafficMemory& traffic, Spool& spool,
+                               Answer answer, DoorRules rules)
     : limits_(limits),
+      spool_(spool),
       answer_(std::move(answer)),
       rules_(std::move(rules)),
       budget_(traffic, limits.buffers),
@@ -99,7 +101,8 @@ void ConnectionGate::answer(Connection& connection) {
     // Memory ran out where nobody could answer any more.
     connection.keep = false;
     connection.broken = true;
-    connection.put_off = connection.at_door;
+    connection.put_off =
+        connection.at_door ? Connection::PutOff::kToWorker : Connection::PutOff::kNo;
   }
 }
 
@@ -109,8 +112,9 @@ void ConnectionGate::work(Connection& connection) {
   // A connection that has nothing to do but wait for its next request wakes nobody: that request
   // will. Unless it has come already: the door, which then saw a connection at work, has left a
   // sign.
-  const bool is_quiet = connection.keep && !connection.broken && connection.skip == 0 &&
-                        connection.charged == 0 && connection.pending_output() == 0 &&
+  const bool is_quiet = connection.put_off == Connection::PutOff::kNo && connection.keep &&
+                        !connection.broken && connection.skip == 0 && connection.charged == 0 &&
+                        !connection.body && !connection.has_output() &&
                         connection.pending_input().empty();
   bool was_asleep = false;
   {
@@ -129,8 +133,8 @@ int ConnectionGate::wait(epoll_event* events, int count) {
   int timeout_ms = open_ > 0 || !accepting_ ? static_cast<int>(kCheck.count()) : -1;
   {
     const std::lock_guard hold(mutex_);
-    asleep_ = !urgent_;
-    if (urgent_) timeout_ms = 0;
+    asleep_ = !urgent_ && later_.empty();
+    if (!asleep_) timeout_ms = 0;
   }
   if (rules_.awake != nullptr) rules_.awake->store(false, std::memory_order_relaxed);
   const int ready = ::epoll_wait(epoll_, events, count, timeout_ms);
@@ -145,14 +149,20 @@ int ConnectionGate::wait(epoll_event* events, int count) {
 }
 
 void ConnectionGate::run(int listener) {
-  const auto start = [this](std::unique_ptr<WorkerPool>& pool, WorkerPool::Priority priority) {
-    pool = std::make_unique<WorkerPool>(limits_.workers, limits_.queue, priority,
+  // sendfile has no MSG_NOSIGNAL; the threads that start here block the signal too.
+  sigset_t broken_pipe;
+  ::sigemptyset(&broken_pipe);
+  ::sigaddset(&broken_pipe, SIGPIPE);
+  ::pthread_sigmask(SIG_BLOCK, &broken_pipe, nullptr);
+  const auto start = [this](std::unique_ptr<WorkerPool>& pool, WorkerPool::Priority priority,
+                            std::size_t threads, std::size_t queue) {
+    pool = std::make_unique<WorkerPool>(threads, queue, priority,
                                         [this](Connection& connection) { work(connection); });
   };
-  start(ready_workers_, WorkerPool::Priority::kNormal);
+  start(ready_workers_, WorkerPool::Priority::kNormal, limits_.workers, limits_.queue);
   // Many numbers to read and to write take long: who asks for little does not wait for that.
-  start(bulk_workers_, WorkerPool::Priority::kLower);
-  start(body_workers_, WorkerPool::Priority::kLower);
+  start(bulk_workers_, WorkerPool::Priority::kLower, limits_.workers, limits_.queue);
+  start(stream_workers_, WorkerPool::Priority::kLower, limits_.streams, 0);
   ask_for_short_turns();
   GoingFirst going_first;
   const KeptBlocks kept;
@@ -173,6 +183,12 @@ void ConnectionGate::run(int listener) {
       }
     }
     take_returned();
+    for (const int socket : std::exchange(later_, {})) {
+      if (connections_[static_cast<std::size_t>(socket)]) {
+        Connection& connection = *connections_[static_cast<std::size_t>(socket)];
+        guard(connection, [&] { advance(connection); });
+      }
+    }
     // After all events: a new connection may get the number of one that was just closed.
     if (has_newcomers && !stopped) accept_all(listener);
     if (stopping_ && !std::exchange(stopped, true)) begin_stop(listener);
@@ -185,7 +201,7 @@ void ConnectionGate::run(int listener) {
   }
   ready_workers_.reset();
   bulk_workers_.reset();
-  body_workers_.reset();
+  stream_workers_.reset();
 }
 
 void ConnectionGate::on_event(int socket, std::uint32_t events) {
@@ -216,10 +232,18 @@ void ConnectionGate::take_returned() {
   }
   while (Connection* connection = returned) {
     returned = connection->next;
+    if (connection->put_off != Connection::PutOff::kNo) {
+      guard(*connection, [&] {
+        go_on(*connection);
+        advance(*connection);
+      });
+      continue;
+    }
     if (connection->broken) {
       reset(*connection);
       continue;
     }
+    connection->forget_body();
     begin_sending(*connection);
     guard(*connection, [&] { advance(*connection); });
   }
@@ -257,7 +281,7 @@ void ConnectionGate::adopt(int socket) {
   ::setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
   const auto at = static_cast<std::size_t>(socket);
   if (at >= connections_.size()) connections_.resize(at + 1);
-  connections_[at] = std::make_unique<Connection>(socket, budget_);
+  connections_[at] = std::make_unique<Connection>(socket, budget_, spool_);
   Connection& connection = *connections_[at];
   ++open_;
   counts_.open = open_;
@@ -326,15 +350,6 @@ void ConnectionGate::reset(Connection& connection) {
 
 void ConnectionGate::check_times() {
   const bool breaking = breaking_;
-  // Others may send their bodies slowly for as long as bodies may take. Who is at work is due
-  // kHalfClosed after it was handed over.
-  const auto late = now_ + kHalfClosed - limits_.queue_time.get();
-  while (Connection* const connection = body_workers_->take_late(late)) {
-    guard(*connection, [&] {
-      refuse_queued(*connection);
-      advance(*connection);
-    });
-  }
   for (const auto& slot : connections_) {
     if (!slot) continue;
     Connection& connection = *slot;
@@ -352,6 +367,8 @@ void ConnectionGate::check_times() {
       close(connection);
     } else if (now_ >= connection.due) {
       guard(connection, [&] { on_late(connection); });
+    } else if (connection.phase == Phase::kBody && connection.kept) {
+      guard(connection, [&] { advance(connection); });
     }
   }
 }

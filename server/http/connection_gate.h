@@ -1,5 +1,5 @@
 #pragma once
-/// The door: one thread holds every connection that does not need a worker right now.
+/// The event loop: one thread holds every connection that needs no worker now.
 ///
 ///            bytes            head and body whole, or body long
 ///   accept ---------> kHead ------> kBody ------------------> kAtWork (queue, then a worker)
@@ -9,9 +9,12 @@
 ///                                        | the connection ends
 ///                                        +--> kLingering --> closed
 ///
-/// A worker is taken by a request that can be answered without waiting for its client. Those whose
-/// bodies are longer than the door gathers, chunked, or sent only after a 100, go to workers of
-/// their own, who wait for bodies at the pace that clients must keep.
+/// A worker never waits for a client. The event loop receives a body of up to 64 KiB before a
+/// worker takes the request. For a longer body, a chunked one and one with Expect, a worker calls
+/// the handler first. A handler that wants the body puts the request off. The event loop then
+/// receives the body, to a temporary file where it is long, and a worker calls the handler again.
+/// The part of an answer that a client does not take waits in the same way. Streams have threads of
+/// their own, which wait for their clients.
 
 #include <atomic>
 #include <functional>
@@ -58,11 +61,11 @@ struct DoorRules {
 class ConnectionGate {
  public:
   /// Called on a worker with a request's head in `connection.head`. Takes the body, appends the
-  /// answer to the output, and says by `keep` and `skip` how it goes on. Where `at_door` is set it
-  /// may say `put_off` instead, and is then called again on a worker, as if for the first time.
+  /// answer to the output, and says by `keep` and `skip` how it goes on. It may say `put_off`
+  /// instead, and is then called again.
   using Answer = std::function<void(Connection&)>;
-  /// `limits` and `traffic` outlive this.
-  ConnectionGate(const DoorLimits& limits, TrafficMemory& traffic, Answer answer,
+  /// `limits`, `traffic` and `spool` outlive this.
+  ConnectionGate(const DoorLimits& limits, TrafficMemory& traffic, Spool& spool, Answer answer,
                  DoorRules rules = {});
   ~ConnectionGate();
 
@@ -77,7 +80,7 @@ class ConnectionGate {
   const DoorRules& rules() const { return rules_; }
   const DoorCounts& counts() const { return counts_; }
   std::size_t queued() const {
-    return ready_workers_->queued() + bulk_workers_->queued() + body_workers_->queued();
+    return ready_workers_->queued() + bulk_workers_->queued() + stream_workers_->queued();
   }
 
  private:
@@ -116,6 +119,15 @@ class ConnectionGate {
   }
   bool advance_head(Connection& connection);
   bool advance_body(Connection& connection);
+  bool advance_gathered(Connection& connection);
+  bool advance_stored(Connection& connection);
+  void begin_body(Connection& connection);
+  /// After a handler has put its request off.
+  void go_on(Connection& connection);
+  /// It gets its next turn after all others.
+  void go_on_later(const Connection& connection) { later_.push_back(connection.socket); }
+  /// Ends connections that hold much of the spool and are slower than the busy rate.
+  void free_spool(const Connection& spared);
   bool advance_sending(Connection& connection);
   void advance_lingering(Connection& connection);
   void await_head(Connection& connection);
@@ -138,12 +150,14 @@ class ConnectionGate {
   void on_late(Connection& connection);
 
   const DoorLimits& limits_;
+  Spool& spool_;
   const Answer answer_;
   const DoorRules rules_;
   ByteBudget budget_;
   DoorCounts counts_;
   int epoll_ = -1, wake_ = -1;
   std::vector<std::unique_ptr<Connection>> connections_;  ///< by socket
+  std::vector<int> later_;  ///< sockets of connections that have more to do now
   std::size_t open_ = 0;
   bool accepting_ = true;
   Clock::time_point now_{}, next_check_{};
@@ -157,7 +171,7 @@ class ConnectionGate {
   bool asleep_ = false;
   std::atomic<bool> stopping_{false}, breaking_{false};
   // Last: their threads end before anything of the above.
-  std::unique_ptr<WorkerPool> ready_workers_, bulk_workers_, body_workers_;
+  std::unique_ptr<WorkerPool> ready_workers_, bulk_workers_, stream_workers_;
 };
 
 }  // namespace sightline

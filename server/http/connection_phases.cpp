@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <limits>
 #include <utility>
 
 #include "server/http/connection_gate.h"
@@ -14,6 +15,13 @@
 namespace sightline {
 namespace {
 
+/// A longer body is put to a temporary file.
+constexpr std::uint64_t kGathered = 64 << 10;
+/// Bytes that one connection receives or sends before others have their turn.
+constexpr std::uint64_t kInOneTurn = 256 << 10;
+/// How soon a handler that takes its body in parts is told of a part that is not whole.
+constexpr std::chrono::milliseconds kPart{100};
+constexpr std::string_view kContinue = "HTTP/1.1 100 Continue\r\n\r\n";
 /// How much of what a client still sends is taken in before a close, and for how long: closing over
 /// unread bytes would reset the connection, and the client would lose the answer.
 constexpr std::size_t kLingerBytes = 1 << 20;
@@ -35,6 +43,11 @@ constexpr int kNotTried = 64;
 void note(Connection& connection, Received received) {
   connection.readable =
       received == Received::kSome || (received == Received::kAll && connection.ended);
+}
+
+RequestFault spool_busy() {
+  return {503, "SPOOL_BUSY",
+          "the disk space for bodies and answers on their way is in use: try again later"};
 }
 
 /// Whether the client's head may wait for its rest: thousands may have begun long ones.
@@ -145,16 +158,105 @@ void ConnectionGate::admit(Connection& connection) {
     return hand_over(connection, workers_for(connection, 0));
   }
   const std::uint64_t length = head.length.value_or(0);
-  const bool gathered = !head.chunked && !head.expects_continue && length <= limits_.gathered &&
-                        (length <= kFreeBody || budget_.charge(length));
-  if (!gathered) return hand_over(connection, *body_workers_);
+  connection.owes_continue = head.expects_continue;
+  connection.is_gathered = !head.chunked && !head.expects_continue && length <= kGathered &&
+                           (length <= kFreeBody || budget_.charge(length));
+  // What is wrong with its head is said before its body comes.
+  if (!connection.is_gathered) return hand_over(connection, *ready_workers_);
   if (length > kFreeBody) connection.charged += length;
+  begin_body(connection);
+}
+
+void ConnectionGate::begin_body(Connection& connection) {
   connection.phase = Phase::kBody;
   connection.pace = Pace(limits_.pace, now_);
+  connection.hurry = Pace({limits_.busy_rate, limits_.pace.window, limits_.pace.longest}, now_);
   connection.due = connection.pace.due();
 }
 
+void ConnectionGate::go_on(Connection& connection) {
+  hear(connection, Heard::kBytes);
+  connection.output.clear();
+  connection.sent = 0;
+  const auto put_off = std::exchange(connection.put_off, Connection::PutOff::kNo);
+  if (put_off == Connection::PutOff::kToStream) {
+    connection.streams = true;
+    return hand_over(connection, *stream_workers_);
+  }
+  if (connection.body) {
+    // It comes in parts, at one pace.
+    connection.phase = Phase::kBody;
+    connection.due = connection.pace.due();
+  } else {
+    connection.body =
+        std::make_unique<ReceivedBody>(connection.head, connection.budget, connection.spool);
+    begin_body(connection);
+  }
+  // Said to a client that sends already it would stand in the answer [RFC9110] 10.1.1.
+  if (std::exchange(connection.owes_continue, false) && connection.pending_input().empty()) {
+    connection.output = kContinue;
+    if (!send_pending(connection)) connection.ended = true;
+  }
+}
+
 bool ConnectionGate::advance_body(Connection& connection) {
+  return connection.body ? advance_stored(connection) : advance_gathered(connection);
+}
+
+bool ConnectionGate::advance_stored(Connection& connection) {
+  ReceivedBody& body = *connection.body;
+  const std::uint64_t wanted = connection.body_wanted, begin = body.size();
+  bool waits = false;
+  while (!waits && !body.is_whole() && !body.is_broken() && body.size() < wanted) {
+    const auto left = static_cast<std::size_t>(
+        std::min<std::uint64_t>(wanted - body.size(), std::numeric_limits<std::size_t>::max()));
+    if (!connection.pending_input().empty()) {
+      const std::uint64_t before = body.size();
+      if (!take_body(connection, left)) {
+        free_spool(connection);
+        refuse(connection, spool_busy());
+        return true;
+      }
+      connection.pace.moved(body.size() - before, now_);
+      connection.hurry.moved(body.size() - before, now_);
+      connection.due = connection.pace.due();
+      continue;
+    }
+    if (body.size() - begin >= kInOneTurn) {
+      go_on_later(connection);
+      return false;
+    }
+    const auto received = connection.readable ? receive_some(connection, left) : Received::kNothing;
+    note(connection, received);
+    if (received == Received::kEnd) body.end();
+    waits = received == Received::kNothing;
+  }
+  // A handler that takes its body in parts is told of what has come also when that is less.
+  const bool is_due = connection.kept && body.unread() > 0 && now_ >= connection.part_due;
+  if (waits && !is_due) return false;
+  connection.asked_at = now_;
+  connection.part_due = now_ + kPart;
+  hand_over(connection, connection.kept ? *ready_workers_ : *bulk_workers_);
+  return true;
+}
+
+void ConnectionGate::free_spool(const Connection& spared) {
+  for (const auto& slot : connections_) {
+    if (!slot || slot.get() == &spared || spool_.is_small(slot->spooled())) continue;
+    Connection& connection = *slot;
+    if (connection.phase == Phase::kSending) note_taken(connection);
+    const bool waits = connection.phase == Phase::kBody || connection.phase == Phase::kSending;
+    if (!waits || now_ < connection.hurry.due()) continue;
+    if (connection.phase == Phase::kSending) {
+      reset(connection);
+    } else {
+      refuse(connection, spool_busy());
+      go_on_later(connection);
+    }
+  }
+}
+
+bool ConnectionGate::advance_gathered(Connection& connection) {
   const auto length = static_cast<std::size_t>(connection.head.length.value_or(0));
   while (connection.pending_input().size() < length) {
     const std::size_t before = connection.pending_input().size();
@@ -197,7 +299,7 @@ bool ConnectionGate::answer_here(Connection& connection, std::size_t length) {
   answer(connection);
   connection.at_door = false;
   if (Clock::now() - begin > kSlow) ++slow_here_;
-  if (std::exchange(connection.put_off, false)) {
+  if (std::exchange(connection.put_off, Connection::PutOff::kNo) != Connection::PutOff::kNo) {
     connection.taken = taken;
     connection.output.clear();
     connection.broken = false;
@@ -205,6 +307,7 @@ bool ConnectionGate::answer_here(Connection& connection, std::size_t length) {
     return false;
   }
   connection.take(0);
+  connection.forget_body();
   ++connection.answered_here;
   ++answered_here_;
   ++counts_.answered;
@@ -227,16 +330,16 @@ void ConnectionGate::hand_over(Connection& connection, WorkerPool& workers) {
   connection.goes_first = &workers == ready_workers_.get();
   connection.stirred = connection.readable || connection.ended;
   connection.due = now_ + kHalfClosed;
-  if (&workers == body_workers_.get()) hear(connection, Heard::kEnd);
-  if (!workers.submit(connection)) refuse_queued(connection);
-}
-
-void ConnectionGate::refuse_queued(Connection& connection) {
+  const bool streams = &workers == stream_workers_.get();
+  if (streams) hear(connection, Heard::kEnd);
+  if (workers.submit(connection)) return;
   hear(connection, Heard::kBytes);
   ++counts_.overload;
-  refuse(connection, {503, "QUEUE_FULL",
-                      "as many requests are waiting as may, or this one for too long: try again "
-                      "later"});
+  refuse(connection, streams
+                         ? RequestFault{503, "STREAMS_BUSY",
+                                        "as many streams are open as may be: try again later"}
+                         : RequestFault{503, "QUEUE_FULL",
+                                        "as many requests are waiting as may: try again later"});
 }
 
 void ConnectionGate::refuse(Connection& connection, const RequestFault& fault) {
@@ -247,6 +350,9 @@ void ConnectionGate::refuse(Connection& connection, const RequestFault& fault) {
     ++counts_.refused;
   }
   connection.take(connection.pending_input().size());
+  connection.forget_body();
+  connection.output_file.reset();
+  connection.file_sent = 0;
   const std::string request_id = checked_request_id(connection.head.request_id);
   if (rules_.refused) rules_.refused(connection.head, fault, request_id);
   connection.output = refusal_text(fault, request_id, rules_.headers.lines(connection.head),
@@ -259,6 +365,7 @@ void ConnectionGate::refuse(Connection& connection, const RequestFault& fault) {
 void ConnectionGate::begin_sending(Connection& connection) {
   connection.phase = Phase::kSending;
   connection.pace = Pace(limits_.pace, now_);
+  connection.hurry = Pace({limits_.busy_rate, limits_.pace.window, limits_.pace.longest}, now_);
   connection.due = connection.pace.due();
   connection.taken_before = connection.given;
 }
@@ -267,19 +374,24 @@ void ConnectionGate::note_taken(Connection& connection) {
   const std::uint64_t taken = taken_by_client(connection);
   // The first look finds less: all that was given is only an upper bound, which spares each answer
   // a system call at its beginning.
-  if (taken > connection.taken_before) connection.pace.moved(taken - connection.taken_before, now_);
+  if (taken > connection.taken_before) {
+    connection.pace.moved(taken - connection.taken_before, now_);
+    connection.hurry.moved(taken - connection.taken_before, now_);
+  }
   connection.taken_before = taken;
   connection.due = connection.pace.due();
 }
 
 bool ConnectionGate::advance_sending(Connection& connection) {
-  if (!send_pending(connection)) {
+  bool full = false;
+  if (!send_pending(connection, kInOneTurn, full)) {
     close(connection);
     return false;
   }
-  if (connection.pending_output() > 0) {
+  if (connection.has_output()) {
     note_taken(connection);
     hear(connection, Heard::kRoom);
+    if (!full) go_on_later(connection);
     return false;
   }
   connection.give_back_budget();

@@ -13,8 +13,9 @@ namespace sightline {
 namespace {
 
 constexpr std::size_t kCollected = 16 << 10;
-/// What every connection may leave behind, whatever others hold.
-constexpr std::size_t kFreeOutput = 4 << 10;
+/// What every connection may leave behind in memory, whatever others hold; and what it may where
+/// the budget has room.
+constexpr std::size_t kFreeOutput = 4 << 10, kMostOutput = 64 << 10;
 
 bool wait_for(int socket, short events, std::chrono::steady_clock::time_point due) {
   for (;;) {
@@ -60,16 +61,40 @@ bool ConnectionStream::send_with(std::string_view& more) {
   return true;
 }
 
+bool ConnectionStream::spool(std::string_view rest) {
+  if (!connection_.output_file) {
+    connection_.output_file = std::make_unique<SpoolFile>(connection_.spool);
+  }
+  SpoolFile& file = *connection_.output_file;
+  // The output is sent before the file: it is empty from the file's first byte on.
+  if (!file.append(std::string_view(connection_.output).substr(connection_.sent))) {
+    if (file.size() == 0) connection_.output_file.reset();
+    return false;
+  }
+  std::string().swap(connection_.output);
+  connection_.sent = 0;
+  return file.append(rest);
+}
+
 bool ConnectionStream::leave_behind(std::string_view rest) {
   const std::size_t size = connection_.pending_output() + rest.size();
-  if (size > kFreeOutput) {
-    if (!connection_.budget.charge(rest.size())) return false;
-    connection_.charged += rest.size();
+  const auto fits = [&] {
+    if (size <= kFreeOutput || size <= connection_.charged) return true;
+    if (!connection_.budget.charge(size - connection_.charged)) return false;
+    connection_.charged = size;
+    return true;
+  };
+  if (!connection_.output_file) {
+    // Where the spool is full, memory may do.
+    const bool stays = size <= kMostOutput && fits();
+    if (!stays && spool(rest)) return true;
+    if (!stays && (connection_.output_file || !fits())) return false;
+    connection_.output.erase(0, connection_.sent);
+    connection_.sent = 0;
+    connection_.output.append(rest);
+    return true;
   }
-  connection_.output.erase(0, connection_.sent);
-  connection_.sent = 0;
-  connection_.output.append(rest);
-  return true;
+  return spool(rest);
 }
 
 void ConnectionStream::Uptake::look(const Connection& connection) {
@@ -106,6 +131,10 @@ ssize_t ConnectionStream::write(const char* data, std::size_t size) {
     collect_head({data, size});
     return static_cast<ssize_t>(size);
   }
+  if (connection_.output_file) {
+    broken_ = !spool({data, size});
+    return broken_ ? -1 : static_cast<ssize_t>(size);
+  }
   if (connection_.pending_output() + size <= kCollected) {
     connection_.output.append(data, size);
     return static_cast<ssize_t>(size);
@@ -119,12 +148,12 @@ ssize_t ConnectionStream::write(const char* data, std::size_t size) {
     }
     return broken_ ? -1 : static_cast<ssize_t>(size);
   }
-  if (leave_behind(rest)) return static_cast<ssize_t>(size);
-  const Claim place = writers_.claim();
-  Uptake uptake(connection_, pace_limits_, hurry_limits_);
-  while (!rest.empty() && !broken_) {
-    broken_ = !place || !wait_for_client(uptake) || !send_with(rest);
+  if (!connection_.streams) {
+    broken_ = !leave_behind(rest);
+    return broken_ ? -1 : static_cast<ssize_t>(size);
   }
+  Uptake uptake(connection_, pace_limits_, hurry_limits_);
+  while (!rest.empty() && !broken_) broken_ = !wait_for_client(uptake) || !send_with(rest);
   return broken_ ? -1 : static_cast<ssize_t>(size);
 }
 
@@ -139,16 +168,9 @@ bool ConnectionStream::flush() {
 }
 
 bool ConnectionStream::finish() {
-  broken_ = broken_ || !send_pending(connection_);
-  const std::size_t left = connection_.pending_output();
-  if (broken_ || left <= kFreeOutput || left <= connection_.charged) return !broken_;
-  if (connection_.budget.charge(left)) {
-    connection_.charged += left;
-    return true;
-  }
-  // Nobody waits at the door.
-  const Claim place = connection_.at_door ? Claim() : writers_.claim();
-  broken_ = !place || !flush();
+  bool full = false;
+  broken_ = broken_ || !send_pending(connection_, kMostOutput, full) ||
+            (connection_.pending_output() > 0 && !leave_behind({}));
   return !broken_;
 }
 

@@ -9,25 +9,21 @@
 
 #include "server/http/connection.h"
 #include "server/http/pace.h"
-#include "server/http/places.h"
 #include "server/http/work_memory.h"
 
 namespace sightline {
 
-/// Reads a head that says nothing, and then nothing: the door has read the client's, and bodies go
-/// by BodyReader. Writes are collected, so that
-/// the head and a small body of an answer leave in one packet. What a client does not take at once
-/// stays behind in the connection's output, within the budget; beyond it the worker waits for the
-/// client, as long as the pace allows, and if one of the places of those who wait is free.
+/// Reads a head that says nothing, and then nothing: the event loop has read the client's, and
+/// bodies go by BodyReader. Writes are collected, so that the head and a small body of an answer
+/// leave in one packet. What a client does not take at once stays behind: up to 64 KiB in the
+/// connection's output, more in a temporary file. Only a stream waits for its client.
 class ConnectionStream final : public httplib::Stream {
  public:
   /// busy_rate  bytes per second, see hurry_for
-  ConnectionStream(Connection& connection, const PaceLimits& pace, std::uint64_t busy_rate,
-                   Places& writers)
+  ConnectionStream(Connection& connection, const PaceLimits& pace, std::uint64_t busy_rate)
       : connection_(connection),
         pace_limits_(pace),
         hurry_limits_{busy_rate, pace.window, pace.longest},
-        writers_(writers),
         unread_(connection.head.http10 ? "GET / HTTP/1.0\r\n\r\n" : "GET / HTTP/1.1\r\n\r\n") {}
 
   bool is_readable() const override { return !unread_.empty(); }
@@ -41,8 +37,8 @@ class ConnectionStream final : public httplib::Stream {
 
   /// What is written next is the head of an answer: `lines` go behind its first line.
   void add_to_head(std::string lines) { head_lines_ = std::move(lines); }
-  /// What is written next is in `memory`, which outlives the writing: while others wait for it the
-  /// client has to take the answer at the busy rate.
+  /// What a stream writes next is in `memory`, which outlives the writing: while others wait for it
+  /// the client has to take the answer at the busy rate.
   void hurry_for(const RequestMemory& memory) { memory_ = &memory; }
   /// Sends all, waiting for the client as the pace allows. False when it is gone or too slow.
   bool flush();
@@ -68,11 +64,13 @@ class ConnectionStream final : public httplib::Stream {
     Pace pace, hurry;
   };
   bool wait_for_client(Uptake& uptake);
+  /// Keeps what is not sent yet, and `rest`. False where there is room neither in memory nor in the
+  /// spool.
   bool leave_behind(std::string_view rest);
+  bool spool(std::string_view rest);
 
   Connection& connection_;
   const PaceLimits pace_limits_, hurry_limits_;
-  Places& writers_;
   std::string_view unread_;
   const RequestMemory* memory_ = nullptr;
   bool broken_ = false, silent_ = false;

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 
 #include "server/http/live.h"
 #include "server/http/pace.h"
@@ -13,14 +14,13 @@ namespace sightline {
 
 /// Each is a flag, and shown by /version; those that are Live may change while it serves.
 struct DoorLimits {
-  /// Requests answered at once; and again as many whose bodies are long, chunked, or waited for.
+  /// Requests answered at once, and again as many heavier ones.
   std::size_t workers = 32;
-  std::size_t queue = 512;  ///< requests that wait for a worker of either kind; more are 503
+  std::size_t queue = 512;    ///< requests that wait for a worker of either kind; more are 503
+  std::size_t streams = 128;  ///< open at once, each on a thread of its own; more are 503
   /// Beyond it those that have been idle the longest are closed.
   Live<std::size_t> connections{10'000};
   HeadLimits head{};
-  /// How long a request whose body has yet to come may wait for a worker.
-  LiveTime queue_time{std::chrono::milliseconds(30'000)};
   /// From the first byte of a head to its last.
   LiveTime head_time{std::chrono::milliseconds(10'000)};
   /// How long a connection may wait for a request.
@@ -28,8 +28,10 @@ struct DoorLimits {
   PaceLimits pace{};  ///< of bodies and answers
   /// Bytes per second, of a large answer while others wait for its memory.
   Live<std::uint64_t> busy_rate{1 << 20};
-  std::uint64_t gathered = 64 << 10;  ///< bytes of a body that comes in before a worker is taken
-  /// Bytes of gathered bodies and of answers that clients have not taken, together.
+  /// Temporary files of bodies and answers: their folder, and the bytes of all of them.
+  std::string spool_folder = "/tmp";
+  std::uint64_t spool_bytes = std::uint64_t{16} << 30;
+  /// Bytes of headers, and of bodies and answers as far as they are in memory, together.
   std::uint64_t buffers = 32 << 20;
   std::uint64_t bodies = 36 << 20;  ///< bytes of longer bodies of queries, together
   std::uint64_t work = 28 << 20;    ///< bytes that answering requests may take, together
@@ -41,7 +43,6 @@ struct DoorLimits {
   void take_live(const DoorLimits& other) {
     connections = other.connections;
     head = other.head;
-    queue_time = other.queue_time;
     head_time = other.head_time;
     idle = other.idle;
     pace = other.pace;

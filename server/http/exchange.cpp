@@ -7,6 +7,7 @@
 #include "core/base/split_mix.h"
 #include "core/store/scene_id.h"
 #include "server/access/key_ring.h"
+#include "server/http/body_reader.h"
 #include "server/http/http_status.h"
 #include "server/http/work_memory.h"
 
@@ -14,7 +15,8 @@ namespace sightline {
 
 Status Exchange::reserve(std::uint64_t bytes) const { return sightline::reserve(memory, bytes); }
 
-bool Exchange::is_for_worker() const {
+bool Exchange::is_put_off() const {
+  if (body != nullptr && body->is_put_off()) return true;
   // Together with its head it leaves in one piece.
   constexpr std::size_t kShort = 8 << 10;
   return at_door && (response.status != 200 || response.body.size() > kShort);

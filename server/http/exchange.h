@@ -45,7 +45,8 @@ struct Exchange {
   std::chrono::steady_clock::time_point asked_at = std::chrono::steady_clock::now();
   /// When all of it was there: from then on the time counts that it may take.
   std::chrono::steady_clock::time_point whole_at = asked_at;
-  bool is_for_worker() const;
+  /// Whether this call of the handler answers nothing: the request is answered by a later one.
+  bool is_put_off() const;
   /// The answer is a stream, which says itself what it keeps in memory.
   bool streams = false;
   /// Whether the client asks for an answer of this type, and of no other.
@@ -67,8 +68,9 @@ struct Exchange {
     reply(status, std::move(content), "application/json");
   }
   void reply_empty(int status);
-  /// Sends what `next` sends, piece by piece, until it returns false. It is called on the worker of
-  /// this request, and may wait. `send` is false when the client is gone.
+  /// Sends what `next` sends, piece by piece, until it returns false. It is called on a thread for
+  /// streams, and may wait. `send` is false when the client is gone. Precondition:
+  /// BodyReader::may_wait.
   using Send = std::function<bool(std::string_view)>;
   void reply_stream(std::string_view media_type, std::function<bool(const Send& send)> next);
   /// Of too much at once (kBusy) it also says when to try again.

@@ -42,11 +42,6 @@ struct CourseOf {
   bool operator()(const httplib::Response&) const { return course->keeps; }
 };
 
-void put_off(Course& course) {
-  course.connection.put_off = true;
-  course.stream.fall_silent();
-}
-
 /// It is there from before the library looks for who answers.
 Course& course_of(const httplib::Request& request) {
   return *request.response_handler.target<CourseOf>()->course;
@@ -148,12 +143,13 @@ HttpServer::HttpServer(const DoorLimits& limits, Dispatch dispatch, Thrown throw
       dispatch_(std::move(dispatch)),
       thrown_(std::move(thrown)),
       traffic_(limits.traffic),
+      spool_(limits.spool_folder, limits.spool_bytes),
       bodies_(traffic_, limits.bodies, std::numeric_limits<std::uint64_t>::max(), true),
       work_(traffic_, limits.work, limits.request),
-      // Half of the workers may wait for loads and a quarter listen to events: see cli.cpp.
+      // Half of the workers may wait for loads: see serve_flags.cpp.
       waiters_(std::max<std::size_t>(1, limits.workers / 8)),
       gate_(
-          limits_, traffic_, [this](Connection& connection) { answer(connection); },
+          limits_, traffic_, spool_, [this](Connection& connection) { answer(connection); },
           std::move(rules)) {
   // Without this the library sets SO_REUSEPORT, and two servers share a port in silence.
   set_socket_options([](socket_t socket) {
@@ -169,8 +165,9 @@ HttpServer::HttpServer(const DoorLimits& limits, Dispatch dispatch, Thrown throw
       exchange.reply_empty(204);
     } else {
       dispatch_(exchange);
-      if (exchange.is_for_worker()) {
-        put_off(course);
+      if (exchange.is_put_off()) {
+        if (!course.body.is_put_off()) course.connection.put_off = Connection::PutOff::kToWorker;
+        course.stream.fall_silent();
       } else {
         compress(head, response);
         if (!exchange.streams) course.memory.keep(response.body.size());
@@ -228,7 +225,7 @@ void HttpServer::break_connections() {
 }
 
 void HttpServer::answer(Connection& connection) {
-  ConnectionStream stream(connection, limits_.pace, limits_.busy_rate, waiters_);
+  ConnectionStream stream(connection, limits_.pace, limits_.busy_rate);
   RequestMemory memory(bodies_, work_, connection.goes_first ? &waiters_ : nullptr,
                        &connection.gone, connection.at_door);
   BodyReader body(connection, stream, limits_.pace, limits_.busy_rate, memory);
@@ -251,18 +248,25 @@ void HttpServer::answer(Connection& connection) {
     // the buffer.
     request.progress = [&](std::uint64_t, std::uint64_t) { return stream.flush(); };
   });
-  if (connection.put_off) return;
+  if (connection.put_off != Connection::PutOff::kNo) return;
   const bool sent = stream.finish() && answered;
   // Of a stream that broke off half of the answer may be on its way: only the end says so.
   connection.broken = stream.is_broken();
   connection.keep = sent && course.keeps && body.is_skippable();
   connection.skip = connection.keep ? body.unread() : 0;
+  body.finish();
 }
 
 void HttpServer::answer_thrown(const httplib::Request& request, httplib::Response& response,
                                std::exception_ptr exception) const {
   Exchange exchange = exchange_of(request, response);
-  if (exchange.at_door) return put_off(course_of(request));
+  if (exchange.at_door) {
+    Course& course = course_of(request);
+    course.connection.put_off = Connection::PutOff::kToWorker;
+    return course.stream.fall_silent();
+  }
+  // What was put off before is answered here.
+  course_of(request).connection.put_off = Connection::PutOff::kNo;
   std::string kind = "not a std::exception";
   bool out_of_memory = false;
   try {

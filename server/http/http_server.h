@@ -55,6 +55,8 @@ class HttpServer : private httplib::Server {
   std::size_t queued() const { return gate_.queued(); }
   /// Bytes of memory that connections and requests hold, see TrafficMemory.
   std::uint64_t traffic() const { return traffic_.taken(); }
+  /// Bytes of temporary files that bodies and answers hold.
+  std::uint64_t spooled() const { return spool_.used(); }
 
  private:
   void answer(Connection& connection);
@@ -65,9 +67,9 @@ class HttpServer : private httplib::Server {
   const Dispatch dispatch_;
   const Thrown thrown_;
   TrafficMemory traffic_;
+  Spool spool_;
   WorkMemory bodies_, work_;
-  /// Workers that may wait for clients to take large answers; of those that are kept for little
-  /// requests, also for memory.
+  /// Workers that are kept for little requests and may wait for memory.
   Places waiters_;
   std::atomic<bool> stopping_{false};
   ConnectionGate gate_;

@@ -60,13 +60,19 @@ Error body_fault(const BodyReader* body) {
     return {ErrorKind::kMalformed, "ENCODING_BROKEN",
             "the body is not what its Content-Encoding says, or ends too early", ""};
   }
+  if (fault == BodyReader::Fault::kDisk) {
+    return {ErrorKind::kInternal, "SPOOL_UNREADABLE",
+            "the temporary file that holds the body cannot be read", ""};
+  }
   return {ErrorKind::kMalformed, "BODY_INCOMPLETE", "the body ended early or its framing is broken",
           ""};
 }
 
 void reply_body_fault(Exchange& exchange) {
   const Error error = body_fault(exchange.body);
-  if (error.kind == ErrorKind::kBusy) return exchange.reply_error(error);
+  if (error.kind == ErrorKind::kBusy || error.kind == ErrorKind::kInternal) {
+    return exchange.reply_error(error);
+  }
   exchange.reply_problem(error.kind == ErrorKind::kDeadline ? 408 : 400, error.code, error.message);
 }
 
@@ -75,7 +81,8 @@ namespace {
 /// Whether bytes of a body are taken: fewer than the limit together, and what `admit` says.
 class BodyLimit {
  public:
-  BodyLimit(Exchange& exchange, std::uint64_t limit) : exchange_(exchange), limit_(limit) {}
+  BodyLimit(Exchange& exchange, std::uint64_t limit, std::uint64_t size = 0)
+      : exchange_(exchange), limit_(limit), size_(size) {}
 
   template <class Admit>
   bool take(std::size_t bytes, const Admit& admit) {
@@ -100,7 +107,7 @@ class BodyLimit {
  private:
   Exchange& exchange_;
   const std::uint64_t limit_;
-  std::uint64_t size_ = 0;
+  std::uint64_t size_;
   bool too_large_ = false;
   std::optional<Error> refused_;
 };
@@ -126,14 +133,14 @@ class BodyRoom {
     const std::size_t least = text_.size() + bytes + spare_;
     const bool fits = least <= room_;
     std::size_t room = fits ? room_ : std::max({least, kFirst, kStep * room_});
-    if (length_)
-      room = std::max<std::size_t>(least, std::min<std::uint64_t>(room, *length_ + spare_));
-    const std::size_t counted = std::max(counted_, std::max(least, std::min(room, kWhole)));
+    // All of it is here: it takes its room at once, and no two wait for each other's.
+    if (length_) room = std::max<std::size_t>(least, *length_ + spare_);
+    const std::size_t counted =
+        std::max(counted_, length_ ? room : std::max(least, std::min(room, kWhole)));
     if (memory_ != nullptr && counted > counted_) {
-      const bool is_all = counted_ == 0 && length_ && *length_ + spare_ <= kFirst;
       const bool stays_little =
           length_ && *length_ <= kWhole && memory_->is_little(*length_ * kWorkPerByte);
-      Status status = memory_->reserve_body(counted - counted_, is_all || stays_little);
+      Status status = memory_->reserve_body(counted - counted_, stays_little);
       if (!status) return status;
     }
     counted_ = counted;
@@ -155,31 +162,35 @@ class BodyRoom {
   std::size_t room_ = 0, counted_ = 0;
 };
 
-/// What the client took to send is not the answer's time.
-void note_end(Exchange& exchange) {
-  if (exchange.body->has_received()) exchange.whole_at = std::chrono::steady_clock::now();
-}
-
 }  // namespace
 
-bool read_body(Exchange& exchange, std::uint64_t limit,
-               const std::function<Status(std::span<const char>)>& sink) {
-  BodyLimit body(exchange, limit);
+bool is_body_here(const Exchange& exchange, std::uint64_t limit) {
+  // One byte beyond the limit is enough to refuse it.
+  return exchange.body == nullptr || exchange.body->ask_for(limit + 1);
+}
+
+bool read_body_in_parts(Exchange& exchange, std::uint64_t limit, std::shared_ptr<void> state,
+                        const std::function<Status(std::span<const char>)>& sink) {
+  BodyReader* reader = exchange.body;
+  BodyLimit body(exchange, limit, reader == nullptr ? 0 : reader->read_before());
   const auto receive = [&](std::span<const char> piece) {
     return body.take(piece.size(), [&] { return sink(piece); });
   };
-  if (exchange.body != nullptr && exchange.body->read(receive)) {
-    note_end(exchange);
-    return true;
+  if (reader == nullptr || !reader->read(receive)) {
+    body.reply();
+    return false;
   }
-  body.reply();
+  if (reader->is_over()) return true;
+  reader->kept() = std::move(state);
+  reader->ask_for_next_part();
   return false;
 }
 
 bool read_body(Exchange& exchange, std::uint64_t limit, std::size_t spare, std::string& text) {
-  // What a compressed body says is not how long its text will be.
-  const bool decodes = exchange.body != nullptr && exchange.body->decodes();
-  const auto length = decodes ? std::nullopt : body_length(exchange);
+  if (!is_body_here(exchange, limit)) return false;
+  std::optional<std::uint64_t> length;
+  if (exchange.body != nullptr) length = exchange.body->unread_bytes();
+  if (length) *length += text.size();
   // Short ones are few bytes for each worker.
   const bool is_short = length && *length <= kShortBody;
   BodyLimit body(exchange, limit);
@@ -188,11 +199,10 @@ bool read_body(Exchange& exchange, std::uint64_t limit, std::size_t spare, std::
     return body.take(bytes, [&] { return room.make_for(bytes); });
   };
   if (!body.take(text.size(), success) || exchange.body == nullptr ||
-      !exchange.body->read_all(text, admit)) {
+      !exchange.body->read_all(text, admit) || !exchange.body->is_over()) {
     body.reply();
     return false;
   }
-  note_end(exchange);
   Status status = reserve_decoding(exchange.memory, text);
   if (!status) exchange.reply_error(status.error());
   return status.ok();
@@ -205,7 +215,7 @@ Status reserve_decoding(RequestMemory* memory, std::string_view body) {
 void forget_body(Exchange& exchange, std::string& text, std::uint64_t bytes) {
   std::string().swap(text);
   if (exchange.memory == nullptr) return;
-  if (exchange.body != nullptr) exchange.body->end_decoding();
+  if (exchange.body != nullptr) exchange.body->forget();
   exchange.memory->forget_body();
   exchange.memory->keep(bytes);
 }

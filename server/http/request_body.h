@@ -31,15 +31,22 @@ Error body_fault(const BodyReader* body);
 /// Answers so: 400, 408 for a slow one, or 503.
 void reply_body_fault(Exchange& exchange);
 
-/// Hands the body on in pieces, decoded; the limit is of what is handed on. Returns false after it
-/// has answered: BODY_TOO_LARGE, BODY_INCOMPLETE (the client stopped, or broke the framing), 408
-/// REQUEST_TIMEOUT, or what `sink` said. Precondition: admit_body was true.
-bool read_body(Exchange& exchange, std::uint64_t limit,
-               const std::function<Status(std::span<const char>)>& sink);
+/// Whether all of the body is here, or more of it than the limit. Where not, the request is put
+/// off: the handler returns and is called again. Precondition: admit_body was true.
+bool is_body_here(const Exchange& exchange, std::uint64_t limit);
+
+/// Hands on what has come of the body, decoded; the limit is of what is handed on. Where that is
+/// not all it keeps `state` in BodyReader::kept, puts the request off, and returns false: the
+/// handler is called again for the next part. A body with a Content-Encoding is handed on when all
+/// of it is here, so its handler calls is_body_here first. Returns false also after it has
+/// answered: BODY_TOO_LARGE, BODY_INCOMPLETE (the client stopped, or broke the framing), or what
+/// `sink` said. Precondition: admit_body was true.
+bool read_body_in_parts(Exchange& exchange, std::uint64_t limit, std::shared_ptr<void> state,
+                        const std::function<Status(std::span<const char>)>& sink);
 
 /// The whole body as text, which may hold its begin already, with `spare` bytes of capacity to
-/// come, and the memory to decode it; or false after it has answered, also 503 MEMORY_BUSY and 413
-/// REQUEST_TOO_LARGE.
+/// come, and the memory to decode it. False where the request was put off, and after it has
+/// answered, also 503 MEMORY_BUSY and 413 REQUEST_TOO_LARGE.
 bool read_body(Exchange& exchange, std::uint64_t limit, std::size_t spare, std::string& text);
 /// What that memory is. Errors: see RequestMemory.
 Status reserve_decoding(RequestMemory* memory, std::string_view body);

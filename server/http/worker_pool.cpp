@@ -9,7 +9,7 @@
 namespace sightline {
 
 WorkerPool::WorkerPool(std::size_t threads, std::size_t queue, Priority priority, Work work)
-    : limit_(queue), priority_(priority), work_(std::move(work)) {
+    : count_(threads), limit_(queue), priority_(priority), work_(std::move(work)) {
   threads_.reserve(threads);
   try {
     for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this] { run(); });
@@ -35,7 +35,7 @@ bool WorkerPool::submit(Connection& connection) {
   {
     const std::lock_guard hold(mutex_);
     // Who finds a worker free does not wait, and so does not count.
-    if (queued_ >= limit_ + sleeping_) return false;
+    if (queued_ + working_ >= limit_ + count_) return false;
     connection.next = nullptr;
     (first_ == nullptr ? first_ : last_->next) = &connection;
     last_ = &connection;
@@ -44,13 +44,6 @@ bool WorkerPool::submit(Connection& connection) {
   }
   if (wakes) wake_.notify_one();
   return true;
-}
-
-Connection* WorkerPool::take_late(std::chrono::steady_clock::time_point time) {
-  const std::lock_guard hold(mutex_);
-  if (first_ == nullptr || first_->due >= time) return nullptr;
-  --queued_;
-  return std::exchange(first_, first_->next);
 }
 
 bool WorkerPool::should_wake() {
@@ -87,11 +80,13 @@ void WorkerPool::run() {
     Connection* connection = first_;
     first_ = connection->next;
     --queued_;
+    ++working_;
     const bool wakes = should_wake();
     hold.unlock();
     if (wakes) wake_.notify_one();
     work_(*connection);
     hold.lock();
+    --working_;
   }
 }
 

@@ -1,7 +1,6 @@
 #pragma once
 /// Threads that answer requests, and the bounded queue before them.
 
-#include <chrono>
 #include <condition_variable>
 #include <cstddef>
 #include <functional>
@@ -25,8 +24,6 @@ class WorkerPool {
 
   /// False when the queue is full.
   bool submit(Connection& connection);
-  /// Takes the first of the queue back, if it was due before `time`; null if it was not.
-  Connection* take_late(std::chrono::steady_clock::time_point time);
   std::size_t queued() const;
   /// Whether somebody sleeps who would not have to take what is queued already.
   bool has_idle() const;
@@ -37,7 +34,7 @@ class WorkerPool {
   /// Whether to wake somebody: while a queue stands and there are sleepers, one is being woken.
   bool should_wake();
 
-  const std::size_t limit_;
+  const std::size_t count_, limit_;  ///< threads; connections in the queue
   const Priority priority_;
   const Work work_;
   mutable std::mutex mutex_;
@@ -45,8 +42,9 @@ class WorkerPool {
   Connection* first_ = nullptr;  ///< of the queue
   Connection* last_ = nullptr;
   std::size_t queued_ = 0;
-  std::size_t sleeping_ = 0;
-  bool waking_ = false;  ///< somebody is on the way: nobody else needs to be woken now
+  std::size_t working_ = 0;   ///< threads
+  std::size_t sleeping_ = 0;  ///< threads
+  bool waking_ = false;       ///< somebody is on the way: nobody else needs to be woken now
   bool ending_ = false;
   std::vector<std::thread> threads_;
 };

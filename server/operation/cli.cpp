@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "server/client/ray_flags.h"
+#include "server/http/spool.h"
 #include "server/operation/config_file.h"
 #include "server/operation/data_folder.h"
 #include "server/operation/serve_flags.h"
@@ -263,6 +264,9 @@ ConfigReport report_of_config(const std::string& file) {
       if (const Status good = check_data_folder(command.data); !good) {
         mistake("--data: " + good.error().message);
       }
+    }
+    if (const Status good = SpoolFile::can_be_made_in(command.door.spool_folder); !good) {
+      mistake("--spool-dir: " + good.error().message);
     }
     if (!command.scene_root.empty()) {
       if (const auto root = SceneRoot::open(command.scene_root); !root) {

@@ -8,21 +8,23 @@ namespace sightline {
 
 void define_door(CLI::App& app, DoorLimits& limits, DoorSeconds& seconds, DoorBytes& bytes) {
   FlagMaker flags(app);
-  app.add_option("--workers", limits.workers,
-                 "requests answered at once; as many more each for heavier ones and for long or "
-                 "chunked bodies")
+  app.add_option("--workers", limits.workers, "requests answered at once, and as many heavier ones")
       ->check(CLI::Range(8, 4096))
       ->capture_default_str();
   flags.add_count("--max-queue", limits.queue, "requests that wait for a worker; more are 503");
-  flags.add_live_seconds("--queue-seconds", seconds.queue, kLeastSeconds,
-                         "how long one whose body is long or chunked may wait for a worker");
+  flags.add_count("--max-streams", limits.streams,
+                  "streams of rays and of events that are open at once; more are 503");
   flags.add_count("--max-connections", limits.connections,
                   "open at once; beyond it those that have been idle the longest are closed");
   flags.add_live("--max-header-bytes", limits.head.bytes, "of one request")
       ->check(CLI::Range(256, 1 << 20));
   flags.add_count("--max-header-fields", limits.head.fields, "of one request");
-  flags.add_count("--max-gathered-bytes", limits.gathered,
-                  "of a body that is received before a worker is taken for it");
+  app.add_option(
+         "--spool-dir", limits.spool_folder,
+         "folder for temporary files: what is beyond 64 KiB of a body that comes, and of an "
+         "answer that its client has not taken")
+      ->capture_default_str();
+  flags.add_count("--spool-bytes", limits.spool_bytes, "of these files together; more are 503");
   const auto add_part = [&](const char* name, std::uint64_t& value, const char* help) {
     flags.add_count(name, value, help)->default_str("");
   };
@@ -36,7 +38,8 @@ void define_door(CLI::App& app, DoorLimits& limits, DoorSeconds& seconds, DoorBy
            "(default: four sevenths)");
   add_part(
       "--max-body-memory", bytes.bodies,
-      "of that, for longer bodies of queries; one alone may be larger; an eighth is kept for "
+      "of that, for bodies of queries that are being read; one alone may be larger; an eighth is "
+      "kept for "
       "small requests, here and in --memory and --max-work-memory (default: nine fourteenths)");
   add_part("--max-work-memory", bytes.work,
            "of that, for answering; one request at a time may take more (default: half)");
@@ -70,7 +73,6 @@ void finish_door(DoorLimits& limits, const DoorSeconds& seconds, const DoorBytes
   limits.buffers = part(bytes.buffers, limits.buffers, 8);
   limits.bodies = part(bytes.bodies, limits.bodies, 9);
   limits.work = part(bytes.work, limits.work, 7);
-  limits.queue_time = milliseconds_of(seconds.queue);
   limits.head_time = milliseconds_of(seconds.head);
   limits.idle = milliseconds_of(seconds.idle);
   limits.pace.window = milliseconds_of(seconds.window);

@@ -13,7 +13,7 @@ namespace sightline {
 
 /// Seconds as they are written; what becomes of them is DoorLimits.
 struct DoorSeconds {
-  double queue = 30, idle = 30, head = 10, window = 5, longest = 600;
+  double idle = 30, head = 10, window = 5, longest = 600;
 };
 
 /// Bytes as they are written. 0: not given, and derived from the memory for requests, or that from

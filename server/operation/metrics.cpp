@@ -250,6 +250,9 @@ std::string Metrics::text(const SceneStore& store, const ServerNow& now) const {
   families.push_back(family("sightline_traffic_bytes",
                             "Of memory, that connections and requests hold now.", MetricType::Gauge,
                             "", {{"", static_cast<double>(now.traffic)}}));
+  families.push_back(family("sightline_spool_bytes",
+                            "Of temporary files, that bodies and answers hold now.",
+                            MetricType::Gauge, "", {{"", static_cast<double>(now.spooled)}}));
   add_process(state_->start, now.kernel, families);
   return prometheus::TextSerializer().Serialize(families);
 }

@@ -13,6 +13,7 @@
 #include "core/store/scene_store.h"
 #include "core/store/tree_keeper.h"
 #include "server/http/ip_address.h"
+#include "server/http/spool.h"
 #include "server/operation/progress_bar.h"
 #include "server/operation/reload.h"
 #include "server/operation/request_log.h"
@@ -99,7 +100,7 @@ void answer(const Router& router, Service& service, Exchange& exchange) {
     if (!exchange.at_door) note(500);
     throw;
   }
-  if (!exchange.is_for_worker()) note(exchange.response.status);
+  if (!exchange.is_put_off()) note(exchange.response.status);
 }
 
 NamedCounts door_events(const DoorCounts& counts, const Metrics& metrics) {
@@ -214,6 +215,9 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
     return complain(store.error(), command.data.empty() ? "" : "--data " + command.data + ": ");
   }
 
+  if (const Status spool = SpoolFile::can_be_made_in(command.door.spool_folder); !spool) {
+    return complain(spool.error(), "--spool-dir: ");
+  }
   command.door.connections = allowed_connections(command.door);
   command.door.request = std::min(command.door.request, machine_memory() / 2);
   Service service{**engine, **store, log, command.limits, {}, {}};
@@ -266,7 +270,8 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
   service.now = [&] {
     return ServerNow{server.counts().open, door_events(server.counts(), service.metrics),
                      server.queued(),      server.traffic(),
-                     keeper.totals(),      (*engine)->kernel()};
+                     server.spooled(),     keeper.totals(),
+                     (*engine)->kernel()};
   };
   const auto port = server.bind(command.listen);
   if (!port) return complain(port.error());
@@ -286,7 +291,8 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
   } catch (const std::system_error& error) {
     fault = {ErrorKind::kInternal, "THREADS_FEW",
              "the system does not give the threads of " + std::to_string(command.door.workers) +
-                 " workers: " + error.code().message(),
+                 " workers and " + std::to_string(command.door.streams) +
+                 " streams: " + error.code().message(),
              ""};
   }
   signals.wake();

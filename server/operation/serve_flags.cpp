@@ -156,10 +156,8 @@ void finish_serve(ServeCommand& command, const ServeFlags& flags) {
   command.urls.patterns = parse_each<UrlPattern>(flags.allow_urls, "--allow-url");
   command.urls.addresses = parse_each<AddressRange>(flags.allow_addresses, "--allow-address");
   command.urls.time = milliseconds_of(flags.fetch_seconds);
-  // Each of these holds a worker: half of all may wait, a quarter more may listen.
+  // Each of these holds a worker.
   command.limits.waiters = command.door.workers / 2;
-  command.limits.listeners = command.door.workers / 4;
-  command.limits.streams = std::max<std::size_t>(1, command.door.workers / 4);
   command.log_format = flags.log_format == "json" ? LogFormat::kJson : LogFormat::kText;
   command.laziness = flags.skip == "none" ? Laziness::kEager : Laziness::kWhenNeeded;
   command.limits.request = milliseconds_of(flags.request_seconds);

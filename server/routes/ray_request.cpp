@@ -64,13 +64,17 @@ bool RayRequest::streamed(RayQuestionKind kind) {
     begin_.append(piece.data(), piece.size());
     return begin_.size() < kStreamMagic.size();
   };
+  // The first bytes say whether it is a stream.
+  if (!is_lines && exchange_.body != nullptr && !exchange_.body->ask_for(kStreamMagic.size())) {
+    return true;
+  }
   if (!is_lines && exchange_.body != nullptr && !exchange_.body->read(begun) &&
       exchange_.body->fault() != BodyReader::Fault::kNoFault) {
     reply_body_fault(exchange_);
     return true;
   }
   if (!is_lines && !is_stream(begin_)) return !admit_body(exchange_, service_.limits.query_bytes);
-  if (exchange_.at_door) return true;
+  if (exchange_.body == nullptr || !exchange_.body->may_wait()) return true;
   RayStream::reply(exchange_, service_, scene_, kind,
                    is_lines ? RayStream::Form::kLines : RayStream::Form::kFrames,
                    std::move(begin_));

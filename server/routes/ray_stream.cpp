@@ -50,7 +50,7 @@ RayJsonRules frame_rules(RayQuestionKind kind, const ServiceLimits& limits) {
 }  // namespace
 
 RayStream::RayStream(Exchange& exchange, const Service& service, std::shared_ptr<const Scene> scene,
-                     RayQuestionKind kind, Form form, std::string begin, Claim place)
+                     RayQuestionKind kind, Form form, std::string begin)
     : service_(service),
       body_(exchange.body),
       caller_(exchange.caller),
@@ -60,7 +60,6 @@ RayStream::RayStream(Exchange& exchange, const Service& service, std::shared_ptr
       scene_(std::move(scene)),
       kind_(kind),
       form_(form),
-      place_(std::move(place)),
       lines_(line_rules(kind, service.limits)),
       frames_(frame_rules(kind, service.limits)),
       buffer_(std::move(begin)),
@@ -204,13 +203,8 @@ std::string RayStream::last_words(const Error& error) const {
 void RayStream::reply(Exchange& exchange, const Service& service,
                       std::shared_ptr<const Scene> scene, RayQuestionKind kind, Form form,
                       std::string begin) {
-  Claim place = service.streams.claim();
-  if (!place || exchange.body == nullptr) {
-    return exchange.reply_error({ErrorKind::kBusy, "STREAMS_BUSY",
-                                 "as many streams are open as may be: ask again later", ""});
-  }
   const auto stream = std::make_shared<RayStream>(exchange, service, std::move(scene), kind, form,
-                                                  std::move(begin), std::move(place));
+                                                  std::move(begin));
   std::string head;
   if (form == Form::kFrames) {
     // Admitted by its first bytes: the rest of the header must be as it should.

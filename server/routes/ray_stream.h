@@ -29,14 +29,15 @@ class RayStream {
 
   /// `begin`: of the body, what was read already. The exchange is left when the stream begins.
   RayStream(Exchange& exchange, const Service& service, std::shared_ptr<const Scene> scene,
-            RayQuestionKind kind, Form form, std::string begin, Claim place);
+            RayQuestionKind kind, Form form, std::string begin);
 
   RayStream(const RayStream&) = delete;
   RayStream& operator=(const RayStream&) = delete;
   /// The end of the answer, however it came.
   ~RayStream();
 
-  /// Answers the exchange with a stream, or with what is wrong.
+  /// Answers the exchange with a stream, or with what is wrong. Precondition:
+  /// BodyReader::may_wait.
   static void reply(Exchange& exchange, const Service& service, std::shared_ptr<const Scene> scene,
                     RayQuestionKind kind, Form form, std::string begin);
 
@@ -65,7 +66,6 @@ class RayStream {
   const std::shared_ptr<const Scene> scene_;
   const RayQuestionKind kind_;
   const Form form_;
-  const Claim place_;
   RayLines lines_;
   RayFrames frames_;
   std::optional<KeptSides> kept_;

@@ -1,5 +1,6 @@
 #include "core/store/scene_id.h"
 #include "proto/load_json.h"
+#include "server/http/body_reader.h"
 #include "server/http/http_status.h"
 #include "server/http/media_type.h"
 #include "server/http/preconditions.h"
@@ -77,20 +78,32 @@ void put_scene(Exchange& exchange, Service& service) {
       !read_parameters(exchange, KnownParameters::kSceneAndWait, parameters)) {
     return;
   }
-  // Before the body, so that nobody uploads a gigabyte to a bad name, nor for nothing.
-  Precondition precondition = precondition_of(exchange);
-  if (Status status = check_now(service, exchange.scene_id, precondition); !status) {
-    return exchange.reply_error(status.error());
-  }
-  auto incoming = service.store.begin(exchange.scene_id, parameters.choice);
-  if (!incoming) return exchange.reply_error(incoming.error());
-  incoming->demand(std::move(precondition));
-  incoming->expect(body_length(exchange).value_or(0));
-  if (!read_body(exchange, service.limits.scene_bytes, [&](std::span<const char> piece) {
-        return incoming->append(std::as_bytes(piece));
-      })) {
+  // What decodes a compressed body cannot be kept: it is decoded when all of it is here.
+  if (exchange.body != nullptr && exchange.body->decodes() &&
+      !is_body_here(exchange, service.limits.scene_bytes)) {
     return;
   }
+  // Null, where this is the first part of the body.
+  std::shared_ptr<IncomingScene> incoming;
+  if (exchange.body != nullptr) {
+    incoming = std::static_pointer_cast<IncomingScene>(exchange.body->kept());
+  }
+  if (!incoming) {
+    // Before the body, so that nobody uploads a gigabyte to a bad name, nor for nothing.
+    Precondition precondition = precondition_of(exchange);
+    if (Status status = check_now(service, exchange.scene_id, precondition); !status) {
+      return exchange.reply_error(status.error());
+    }
+    auto begun = service.store.begin(exchange.scene_id, parameters.choice);
+    if (!begun) return exchange.reply_error(begun.error());
+    incoming = std::make_shared<IncomingScene>(std::move(*begun));
+    incoming->demand(std::move(precondition));
+    incoming->expect(body_length(exchange).value_or(0));
+  }
+  const auto append = [&](std::span<const char> piece) {
+    return incoming->append(std::as_bytes(piece));
+  };
+  if (!read_body_in_parts(exchange, service.limits.scene_bytes, incoming, append)) return;
   const Deadline deadline = parameters.wait
                                 ? deadline_of(exchange, service, *parameters.wait)
                                 : Deadline{.flag = &service.cancelled, .caller = exchange.caller};

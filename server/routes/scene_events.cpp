@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "core/store/scene_id.h"
+#include "server/http/body_reader.h"
 #include "server/service/scene_json.h"
 
 namespace sightline {
@@ -11,17 +12,16 @@ namespace {
 constexpr std::chrono::milliseconds kLook{250};
 /// A client that is gone is noticed by writing to it.
 constexpr std::chrono::seconds kHeartbeat{5};
-constexpr std::chrono::hours kLongest{1};
+constexpr std::chrono::hours kLongestStream{1};
 
 /// What one listener has been told.
 class EventStream {
  public:
-  EventStream(const Exchange& exchange, Service& service, Claim claim)
+  EventStream(const Exchange& exchange, Service& service)
       : id_(exchange.scene_id),
         service_(service),
         caller_(exchange.caller),
-        revoked_(exchange.revoked),
-        claim_(std::move(claim)) {}
+        revoked_(exchange.revoked) {}
 
   /// Waits for something to tell, at most until the heartbeat is due. Empty when it was cut off.
   std::string next() {
@@ -69,8 +69,7 @@ class EventStream {
   Service& service_;
   const CancelFlag* const caller_;
   const std::shared_ptr<const CancelFlag> revoked_;
-  const Claim claim_;
-  const Clock::time_point end_ = Clock::now() + kLongest;
+  const Clock::time_point end_ = Clock::now() + kLongestStream;
   Clock::time_point spoke_ = Clock::now();
   std::string told_;
   bool ended_ = false;
@@ -82,14 +81,8 @@ void reply_scene_events(Exchange& exchange, Service& service) {
   if (!service.store.find(exchange.scene_id)) {
     return exchange.reply_error(scene_not_found());
   }
-  Claim claim = service.listeners.claim();
-  if (!claim) {
-    return exchange.reply_error({ErrorKind::kBusy, "EVENTS_BUSY",
-                                 "as many listen to events as may: ask again later, or ask GET "
-                                 "/v1/scenes/{id}?wait=SECONDS",
-                                 ""});
-  }
-  const auto stream = std::make_shared<EventStream>(exchange, service, std::move(claim));
+  if (exchange.body == nullptr || !exchange.body->may_wait()) return;
+  const auto stream = std::make_shared<EventStream>(exchange, service);
   exchange.reply_stream("text/event-stream", [stream](const Exchange::Send& send) {
     const std::string text = stream->next();
     return (text.empty() || send(text)) && !stream->ended();

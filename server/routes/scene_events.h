@@ -11,9 +11,8 @@
 
 namespace sightline {
 
-/// Answers with a stream of events, which occupies a worker; beyond a limited number of streams the
-/// answer is 503 EVENTS_BUSY. The stream ends with the last event, on shutdown, when the client has
-/// disconnected, and after an hour. 404 SCENE_NOT_FOUND.
+/// Answers with a stream of events, on a thread for streams. The stream ends with the last event, on
+/// shutdown, when the client has disconnected, and after an hour. 404 SCENE_NOT_FOUND.
 void reply_scene_events(Exchange& exchange, Service& service);
 
 }  // namespace sightline

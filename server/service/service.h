@@ -38,8 +38,6 @@ struct ServiceLimits {
   LiveTime notice{std::chrono::milliseconds(0)};
   std::uint64_t memory_budget = 0;  ///< 0: no limit
   std::size_t waiters = 16;         ///< requests that wait for a load, each on a worker
-  std::size_t listeners = 8;        ///< to events, each on a worker
-  std::size_t streams = 8;          ///< of rays, each on a worker
 
   void take_live(const ServiceLimits& other) {
     scene_bytes = other.scene_bytes;
@@ -60,8 +58,6 @@ struct Service {
   std::atomic<bool> stopping{false};
   CancelFlag cancelled{};  ///< set when even requests that have begun must end
   Places waiters{limits.waiters};
-  Places listeners{limits.listeners};
-  mutable Places streams{limits.streams};  ///< routes of queries change nothing else
   /// Loads that are under way share it.
   std::shared_ptr<const SourceRules> sources = std::make_shared<const SourceRules>();
   Metrics metrics{};

@@ -179,11 +179,12 @@ class Server {
   static void echo(Exchange& exchange) {
     std::string said = exchange.request.method + " " + exchange.request.target + "\n";
     if (exchange.body != nullptr) {
+      if (!exchange.body->ask_for(1 << 20)) return;
       const bool whole = exchange.body->read([&](std::span<const char> piece) {
         said.append(piece.data(), piece.size());
         return true;
       });
-      if (!whole) said += "broken";
+      if (!whole || !exchange.body->is_over()) said += "broken";
     }
     exchange.reply(200, std::move(said), "text/plain");
   }

@@ -278,13 +278,13 @@ class SceneEvents(unittest.TestCase):
         self.assertEqual(text.count(b"HTTP/1.1 200 OK"), 2)
 
     def test_listeners_are_bounded_and_those_who_left_are_noticed(self):
-        with Server("--workers", 8) as server:
+        with Server("--max-streams", 2) as server:
             upload = Upload(server, "long", demo_glb("town"))
             listeners = [Events(server, "long") for _ in range(2)]
             for listener in listeners:
                 self.assertEqual(listener.next()[0], "progress")
             refused = server.ask("/v1/scenes/long/events")
-            self.assertEqual((refused.status, refused.json()["code"], refused.headers["retry-after"]), (503, "EVENTS_BUSY", "1"))
+            self.assertEqual((refused.status, refused.json()["code"], refused.headers["retry-after"]), (503, "STREAMS_BUSY", "1"))
             listeners[0].end()
             end = time.monotonic() + PATIENCE
             while True:

@@ -20,7 +20,7 @@ LIVE = [("max-scene-bytes", 1001, "scene_bytes", 1001), ("max-query-bytes", 1002
         ("max-hits", 1004, "hits", 1004), ("request-seconds", 1.5, "request_ms", 1500), ("max-connections", 105, "connections", 105),
         ("max-header-bytes", 1006, "header_bytes", 1006), ("max-header-fields", 17, "header_fields", 17),
         ("header-seconds", 1.25, "header_ms", 1250), ("idle-seconds", 19, "idle_ms", 19000), ("min-rate", 10, "rate_bytes_per_second", 10),
-        ("queue-seconds", 17, "queue_ms", 17000), ("busy-rate", 11, "busy_bytes_per_second", 11),
+        ("busy-rate", 11, "busy_bytes_per_second", 11),
         ("rate-seconds", 2, "rate_ms", 2000), ("body-seconds", 21, "body_ms", 21000), ("drain-seconds", 22, "drain_ms", 22000),
         ("notice-seconds", 0.5, "notice_ms", 500), ("log-level", "info", None, None)]
 

@@ -139,6 +139,10 @@ class Server:
         """Bytes of memory that connections and requests hold."""
         return int(re.search("^sightline_traffic_bytes ([0-9]+)$", self.ask("/metrics").body.decode(), re.MULTILINE)[1])
 
+    def spooled(self):
+        """Bytes of temporary files that bodies and answers hold."""
+        return int(re.search("^sightline_spool_bytes ([0-9]+)$", self.ask("/metrics").body.decode(), re.MULTILINE)[1])
+
     def put(self, scene, body, *arguments):
         return self.ask(f"/v1/scenes/{scene}", "-X", "PUT", "-H", GLB_TYPE, *arguments, body=body)
 

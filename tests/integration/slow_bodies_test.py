@@ -1,17 +1,19 @@
-"""Bodies that come slowly keep nobody else from answers for long, and who waits is told in time."""
+"""Bodies that come slowly take neither workers nor memory from others, and wait in temporary files."""
 
 import json
-import re
 import select
+import tempfile
 import threading
+import time
 import unittest
 
 import case_report
 from abuse_case import MIB, QUERY, ROW, trickle
-from sightline_server import PATIENCE, Server, demo_glb, read_answer, with_document
+from sightline_server import PATIENCE, Server, demo_glb, read_answer
 
 BODY = json.dumps({"rays": [ROW] * 3000, "fields": ["t"]}).encode()
 WORKERS = 8
+LONG = QUERY + b"Content-Length: %d\r\n\r\n" % (200 * MIB)
 
 
 def ask(connection, *pieces):
@@ -26,9 +28,9 @@ def told(answer):
 
 
 class SlowBodies(unittest.TestCase):
-    def serve(self, *arguments, rate_seconds=1):
-        self.server = Server("--preload", "six=demo:six", "--workers", WORKERS, "--memory", (4 * MIB + 65536) * 8 // 7,
-                             "--min-rate", 1, "--rate-seconds", rate_seconds, "--queue-seconds", 1, *arguments)
+    def serve(self, *arguments, rate_seconds=PATIENCE):
+        self.server = Server("--preload", "six=demo:six", "--workers", WORKERS, "--memory", 4 * MIB,
+                             "--min-rate", 1, "--rate-seconds", rate_seconds, *arguments)
         self.addCleanup(self.server.end)
 
     def hold(self, count, head, begin):
@@ -46,37 +48,68 @@ class SlowBodies(unittest.TestCase):
         self.addCleanup(end)
         return connections
 
-    def hold_memory(self):
-        # Each counts as two, and some bytes: all but what is kept for who asks for little.
-        held = self.hold(2, QUERY + b"Content-Length: %d\r\n\r\n" % (200 * MIB), b" " * (MIB + MIB // 4))
-        while self.server.traffic() < 4 * MIB:
-            self.assertIsNone(self.server.process.poll())
-        return held
+    def wait_for_spool(self, bytes_there):
+        end = time.monotonic() + PATIENCE
+        while not bytes_there(self.server.spooled()):
+            self.assertLess(time.monotonic(), end)
 
-    def test_others_get_their_memory(self):
+    def test_others_are_answered_beside_many_slow_uploads(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.serve("--data", folder.name)
+        chunk = b"%x\r\n%s\r\n" % (MIB, b" " * MIB)
+        held = self.hold(40, LONG, b" " * (MIB // 2))
+        held += self.hold(40, QUERY + b"Transfer-Encoding: chunked\r\n\r\n", chunk[:MIB // 4])
+        held += self.hold(40, b"PUT /v1/scenes/slow HTTP/1.1\r\nHost: x\r\nContent-Length: %d\r\n\r\n" % MIB, b"glTF")
+        held += self.hold(64, QUERY + b"Expect: 100-continue\r\nContent-Length: %d\r\n\r\n" % MIB, b"")
+        self.wait_for_spool(lambda spooled: spooled > 40 * (MIB // 4))
+        self.assertLess(self.server.traffic(), 4 * MIB)
+        for _ in range(5):
+            self.assertEqual(self.server.query("six", "closest", {"rays": [ROW]}).status, 200)
+            answer = ask(self.server.connect(), QUERY + b"Content-Length: %d\r\n\r\n" % len(BODY), BODY)
+            self.assertEqual((answer.status, len(answer.json()["hits"])), (200, 3000))
+            self.assertIn(self.server.put("new", demo_glb("town")).status, (200, 201))
+        self.assertEqual(select.select(held[:80], [], [], 0)[0], [], "a slow client was refused for no need")
+
+    def test_a_long_body_waits_in_a_file_until_it_is_answered(self):
         self.serve()
-        held = self.hold_memory()
-        answer = ask(self.server.connect(), QUERY + b"Content-Length: %d\r\n\r\n" % len(BODY), BODY)
-        self.assertEqual((answer.status, len(answer.json()["hits"])), (200, 3000))
-        refused = select.select(held, [], [], PATIENCE)[0][0]
-        with refused.makefile("rb") as stream:
-            self.assertEqual(told(read_answer(stream)), (503, "MEMORY_BUSY", True))
+        connection = self.server.connect()
+        with connection, connection.makefile("rb") as stream:
+            connection.sendall(QUERY + b"Content-Length: %d\r\n\r\n" % len(BODY) + BODY[:-1])
+            self.wait_for_spool(lambda spooled: 0 < spooled <= len(BODY))
+            connection.sendall(BODY[-1:])
+            self.assertEqual(len(read_answer(stream).json()["hits"]), 3000)
+            # The connection goes on, after a chunked body too.
+            for _ in range(2):
+                chunks = b"".join(b"%x\r\n%s\r\n" % (len(piece), piece) for piece in (BODY[:7], BODY[7:100_000], BODY[100_000:]))
+                connection.sendall(QUERY + b"Transfer-Encoding: chunked\r\n\r\n" + chunks + b"0\r\n\r\n")
+                self.assertEqual(len(read_answer(stream).json()["hits"]), 3000)
+        self.wait_for_spool(lambda spooled: spooled == 0)
 
-    def test_the_door_does_not_wait_for_memory(self):
-        self.serve(rate_seconds=2)
-        named = with_document(demo_glb("six"), lambda scene: [node.update(name="n" * 600_000) for node in scene["nodes"]])
-        self.assertEqual(self.server.put("named", named).status, 201)
-        # Small enough for the door, and its answer is not; nothing has to be built any more.
-        query = json.dumps({"rays": [ROW] * 8, "fields": ["t", "node"]}).encode()
-        self.assertEqual(self.server.query("named", "closest", query).status, 200)
-        self.hold_memory()
-        refused = lambda: len(re.findall("/six/.* status=503", self.server.log_text()))
-        for _ in range(2):
-            connection, before = self.server.connect(), refused()
-            connection.sendall(QUERY.replace(b"/six/", b"/named/") + b"Content-Length: %d\r\n\r\n" % len(query) + query)
-            self.assertEqual(self.server.ask("/healthz").status, 200)
-            self.assertEqual(refused(), before, "it waited until a body gave way")
-            self.assertEqual(ask(connection).status, 200)
+    def test_a_client_that_leaves_gives_its_file_back(self):
+        self.serve()
+        connection = self.server.connect()
+        connection.sendall(LONG + b" " * MIB)
+        self.wait_for_spool(lambda spooled: spooled > MIB // 2)
+        connection.close()
+        self.wait_for_spool(lambda spooled: spooled == 0)
+
+    def test_a_full_spool_is_503_and_its_slow_holders_go(self):
+        self.serve("--spool-bytes", 4 * MIB, rate_seconds=1)
+        held = self.hold(1, LONG, b" " * (2 * MIB))
+        self.wait_for_spool(lambda spooled: spooled > MIB)
+        time.sleep(1.5)  # --busy-rate is kept over --rate-seconds
+        refused = ask(self.server.connect(), LONG, b" " * (3 * MIB))
+        self.assertEqual(told(refused), (503, "SPOOL_BUSY", True))
+        with held[0].makefile("rb") as stream:
+            self.assertEqual(told(read_answer(stream)), (503, "SPOOL_BUSY", True))
+        self.wait_for_spool(lambda spooled: spooled == 0)
+        body = BODY + b" " * (3 * MIB - len(BODY))
+        self.assertEqual(ask(self.server.connect(), QUERY + b"Content-Length: %d\r\n\r\n" % len(body), body).status, 200)
+
+    def test_a_folder_that_takes_no_files_is_said_at_the_start(self):
+        with self.assertRaisesRegex(AssertionError, "SPOOL_UNUSABLE: --spool-dir: .*'/proc/nowhere'"):
+            Server("--spool-dir", "/proc/nowhere")
 
     def test_time_in_the_queue_is_time_of_the_question(self):
         self.serve("--request-seconds", 5, "--preload", "town=demo:town")
@@ -90,31 +123,15 @@ class SlowBodies(unittest.TestCase):
         answer = ask(self.server.connect(), QUERY + b"Content-Length: %d\r\n\r\n" % len(query) + query)
         self.assertEqual((answer.status, answer.json()["code"]), (504, "DEADLINE"))
 
-    def test_time_spent_waiting_for_memory_is_not_the_clients(self):
-        self.serve()
-        self.hold_memory()
+    def test_time_that_a_body_takes_is_not_the_questions(self):
+        self.serve("--request-seconds", 1)
         connection = self.server.connect()
         with connection, connection.makefile("rb") as stream:
             connection.sendall(QUERY + b"Expect: 100-continue\r\nContent-Length: %d\r\n\r\n" % len(BODY))
             self.assertEqual((stream.readline(), stream.readline()), (b"HTTP/1.1 100 Continue\r\n", b"\r\n"))
+            time.sleep(1.5)
             connection.sendall(BODY)
             self.assertEqual(read_answer(stream).status, 200)
-
-    def test_a_query_waits_for_memory_no_longer_than_it_wants(self):
-        # Nobody is blamed for holding less than a 64th of that.
-        self.serve("--max-body-memory", 1024 * MIB)
-        self.hold_memory()
-        answer = self.server.query("six", "all", {"rays": [ROW], "timeout_ms": 50})
-        self.assertEqual((answer.status, answer.json()["code"]), (504, "DEADLINE"))
-
-    def test_a_body_waits_for_a_worker_only_so_long(self):
-        self.serve()
-        held = self.hold(WORKERS, QUERY + b"Content-Length: %d\r\n\r\n" % (200 * MIB), b"")
-        chunked = QUERY + b"Transfer-Encoding: chunked\r\n\r\n4\r\nnull\r\n0\r\n\r\n"
-        self.assertEqual(told(ask(self.server.connect(), chunked)), (503, "QUEUE_FULL", True))
-        for connection in held:
-            connection.close()
-        self.assertEqual(told(ask(self.server.connect(), chunked))[0], 422)
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ from array import array
 
 import case_report
 from process_status import is_sanitized
-from sightline_server import PATIENCE, Server
+from sightline_server import PATIENCE, Server, demo_glb
 
 LINES, BYTES = "application/x-ndjson", "application/octet-stream"
 HIT = {"origin": [-10, 1, 0], "direction": [1, 0, 0]}
@@ -388,7 +388,7 @@ class Streams(unittest.TestCase):
             self.assertEqual((count(server, "too_slow"), count(server, "gone")), (0, 1))
 
     def test_streams_are_bounded(self):
-        with Server("--preload", "six=demo:six", "--workers", 8) as server:
+        with Server("--preload", "six=demo:six", "--max-streams", 2) as server:
             for _ in range(2):
                 held = Stream(server, "any", LINES)
                 self.addCleanup(held.close)
@@ -397,6 +397,20 @@ class Streams(unittest.TestCase):
             busy = server.ask("/v1/scenes/six/rays:any", "-H", f"Content-Type: {LINES}", body=lines(HIT))
             self.assertEqual((busy.status, busy.json()["code"], busy.headers["retry-after"]), (503, "STREAMS_BUSY", "1"))
             self.assertEqual(server.query("six", "any", {"rays": [HIT]}).status, 200)
+
+    def test_idle_streams_take_no_worker(self):
+        with Server("--preload", "six=demo:six", "--workers", 8, "--rate-seconds", PATIENCE) as server:
+            held = [Stream(server, "any", LINES) for _ in range(100)]
+            for stream in held:
+                self.addCleanup(stream.close)
+                stream.send(lines(HIT))
+            for stream in held:
+                self.assertIs(stream.line(), True)
+            self.assertEqual(server.query("six", "any", {"rays": [HIT] * 3000}).status, 200)
+            self.assertEqual(server.put("new", demo_glb("six")).status, 201)
+            for stream in held:
+                stream.send(lines(HIT))
+                self.assertIs(stream.line(), True)
 
 
 if __name__ == "__main__":

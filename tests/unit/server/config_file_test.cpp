@@ -57,6 +57,7 @@ TEST_F(ConfigFile, says_the_same_as_each_flag) {
       {"memory-budget", "123456789"},
       {"memory", "123456789"},
       {"max-buffer-bytes", "123456789"},
+      {"spool-dir", '"' + folder + '"'},
       {"max-body-memory", "123456789"},
       {"max-work-memory", "123456789"},
       {"scene-root", '"' + folder + '"'},

@@ -14,7 +14,8 @@ TEST(Connection, holds_what_it_waits_for_and_not_what_was_taken) {
   ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM, 0, ends), 0);
   TrafficMemory traffic(0);
   ByteBudget budget(traffic, 0);
-  Connection connection(ends[0], budget);
+  Spool spool("/tmp", 0);
+  Connection connection(ends[0], budget, spool);
   // The rest of a request and the first half of the next, always: at no moment all is taken.
   const std::string request = std::string(500, 'a') + std::string(500, 'b');
   ASSERT_EQ(::send(ends[1], request.data(), 500, 0), 500);
@@ -35,7 +36,8 @@ TEST(Connection, holds_what_it_waits_for_and_not_what_was_taken) {
 TEST(Connection, gives_back_what_it_was_charged_for_when_all_is_taken) {
   TrafficMemory traffic(100);
   ByteBudget budget(traffic, 100);
-  Connection connection(-1, budget);
+  Spool spool("/tmp", 0);
+  Connection connection(-1, budget, spool);
   connection.input = "body";
   ASSERT_TRUE(budget.charge(60));
   connection.charged = 60;
