@@ -30,20 +30,20 @@ BodyReader::BodyReader(Connection& connection, ConnectionStream& stream, const P
 }
 
 bool BodyReader::is_over() const {
-  if (is_forgotten_ || !connection_.head.has_body()) return true;
+  if (!connection_.head.has_body()) return true;
   if (connection_.body) return connection_.body->is_whole() && connection_.body->unread() == 0;
   return connection_.is_gathered && gathered_ == 0;
 }
 
 std::uint64_t BodyReader::unread() const {
-  if (is_forgotten_ || !connection_.head.has_body()) return 0;
+  if (!connection_.head.has_body()) return 0;
   if (connection_.body) return connection_.body->is_whole() ? 0 : connection_.body->to_come();
   return connection_.is_gathered ? gathered_ : connection_.head.length.value_or(0);
 }
 
 bool BodyReader::is_skippable() const {
   if (fault_ != Fault::kNoFault) return false;
-  if (is_forgotten_ || !connection_.head.has_body()) return true;
+  if (!connection_.head.has_body()) return true;
   if (connection_.body && connection_.body->is_whole()) return true;
   // Where a client was never told to go on it may send its body or not.
   return !connection_.head.chunked && !connection_.owes_continue && unread() <= kSkippedBody;
@@ -84,13 +84,6 @@ bool BodyReader::may_wait() {
 
 void BodyReader::decode_as(Coding coding) {
   if (coding != Coding::kIdentity && !decoder_) decoder_ = std::make_unique<ContentDecoder>(coding);
-}
-
-void BodyReader::forget() {
-  decoder_.reset();
-  if (!is_over()) return;
-  is_forgotten_ = true;
-  connection_.body.reset();
 }
 
 void BodyReader::restart_pace() {

@@ -52,8 +52,8 @@ class BodyReader {
   /// The body is compressed: pieces are handed on decoded. Once it is set it stays.
   void decode_as(Coding coding);
   bool decodes() const { return decoder_ != nullptr; }
-  /// The body is needed no longer: its bytes and what decoded it go.
-  void forget();
+  /// All of it was read: what decoded it goes. The body stays, because a request may be repeated.
+  void end_decoding() { decoder_.reset(); }
   /// A stream may last as long as it likes, as long as it keeps its pace whenever somebody reads.
   void restart_pace();
   /// Hands the body on in pieces until it ends (true), `sink` returns false, or there is a fault.
@@ -93,7 +93,7 @@ class BodyReader {
   Pace pace_, hurry_;
   std::uint64_t gathered_;       ///< unread bytes of a body that stands in the connection's input
   std::size_t gathered_at_ = 0;  ///< where they begin there
-  bool is_forgotten_ = false, has_received_ = false;
+  bool has_received_ = false;
   Fault fault_ = Fault::kNoFault;
   RequestMemory& memory_;
   std::unique_ptr<ContentDecoder> decoder_;  ///< null: the body comes as it is

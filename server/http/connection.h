@@ -32,7 +32,8 @@ struct Connection {
   /// wake the door in vain; also bytes that come; also room for what is to be sent.
   enum class Heard { kEnd, kBytes, kRoom };
   /// Why a handler returns without an answer. It is called again, as if for the first time, when
-  /// - kToWorker: a worker takes the request, which the event loop has tried to answer;
+  /// - kToWorker: a worker takes the request, which the event loop has tried to answer, or for
+  ///   which another worker found no memory;
   /// - kForBody: `body_wanted` bytes of the body have come, or all of it;
   /// - kToStream: a thread for streams takes it, which may wait for the client.
   enum class PutOff { kNo, kToWorker, kForBody, kToStream };

@@ -183,6 +183,8 @@ void ConnectionGate::go_on(Connection& connection) {
     connection.streams = true;
     return hand_over(connection, *stream_workers_);
   }
+  // It may wait for memory there, beside other large ones.
+  if (put_off == Connection::PutOff::kToWorker) return hand_over(connection, *bulk_workers_);
   if (connection.body) {
     // It comes in parts, at one pace.
     connection.phase = Phase::kBody;

@@ -17,6 +17,9 @@ Status Exchange::reserve(std::uint64_t bytes) const { return sightline::reserve(
 
 bool Exchange::is_put_off() const {
   if (body != nullptr && body->is_put_off()) return true;
+  if (may_repeat && response.status == 503 && memory != nullptr && memory->was_refused()) {
+    return true;
+  }
   // Together with its head it leaves in one piece.
   constexpr std::size_t kShort = 8 << 10;
   return at_door && (response.status != 200 || response.body.size() > kShort);

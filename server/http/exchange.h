@@ -45,8 +45,11 @@ struct Exchange {
   std::chrono::steady_clock::time_point asked_at = std::chrono::steady_clock::now();
   /// When all of it was there: from then on the time counts that it may take.
   std::chrono::steady_clock::time_point whole_at = asked_at;
-  /// Whether this call of the handler answers nothing: the request is answered by a later one.
+  /// Whether this call of the handler answers nothing: the request is answered by a later one. So
+  /// it is where others had the memory: it begins again when its turn comes.
   bool is_put_off() const;
+  /// Whether a refusal for want of memory may still be put off.
+  bool may_repeat = false;
   /// The answer is a stream, which says itself what it keeps in memory.
   bool streams = false;
   /// Whether the client asks for an answer of this type, and of no other.

@@ -22,6 +22,8 @@ namespace sightline {
 namespace {
 
 constexpr int kBacklog = 1024;
+/// How long a request that finds no memory begins again.
+constexpr std::chrono::minutes kRepeats{10};
 
 /// What stands around one call of process_request. The library has no place for it; a request
 /// carries it as the target of a question that only the library's client would ask.
@@ -62,6 +64,8 @@ Exchange exchange_of(const httplib::Request& request, httplib::Response& respons
           .at_door = connection.at_door,
           .asked_at = connection.asked_at,
           .whole_at = connection.asked_at,
+          .may_repeat = !connection.streams && !connection.kept && !connection.gone.cancelled() &&
+                        std::chrono::steady_clock::now() - connection.asked_at < kRepeats,
           .head = &head,
           .access = head.access,
           .key_name = head.key_name,

@@ -215,7 +215,7 @@ Status reserve_decoding(RequestMemory* memory, std::string_view body) {
 void forget_body(Exchange& exchange, std::string& text, std::uint64_t bytes) {
   std::string().swap(text);
   if (exchange.memory == nullptr) return;
-  if (exchange.body != nullptr) exchange.body->forget();
+  if (exchange.body != nullptr) exchange.body->end_decoding();
   exchange.memory->forget_body();
   exchange.memory->keep(bytes);
 }

@@ -12,8 +12,9 @@ namespace {
 
 /// How soon a waiter sees that its caller has gone.
 constexpr std::chrono::milliseconds kLook{50};
-/// How long a request waits until there is memory for it.
-constexpr std::chrono::milliseconds kPatience{10'000};
+/// How long a request waits until there is memory for it, where it has no deadline yet. A body waits
+/// in a file, and the queue before the workers bounds how many wait.
+constexpr std::chrono::milliseconds kPatience{10'000}, kBodyPatience{600'000};
 constexpr std::uint64_t kFree = 256 << 10;
 /// From here on pages that are fresh again cost little beside the rest of the request.
 constexpr std::uint64_t kLarge = 16 << 20;
@@ -70,17 +71,26 @@ Status WorkMemory::Share::wait(std::uint64_t bytes, const Deadline& deadline, bo
   };
   TrafficMemory& traffic = memory_.traffic_;
   std::unique_lock hold(traffic.mutex_);
-  if (try_grow(bytes, stays_little)) return success();
+  // Requests begin in the order in which they come, except small ones.
+  std::deque<const Share*>& queue = memory_.queue_;
+  const bool queues = memory_.begins_late_ && !stays_little && bytes_ == 0;
+  if ((!queues || queue.empty()) && try_grow(bytes, stays_little)) return success();
   if (deadline.passed()) return busy();
+  if (queues) queue.push_back(this);
   TrafficMemory::Waiter waiter(traffic, holder_,
                                [&](std::uint64_t taken) { return fits(bytes, taken); });
   ++memory_.waiting_;
   bool has_grown = false;
   while (!has_grown && !deadline.passed() && !waiter.gives_way()) {
     traffic.changed_.wait_for(hold, kLook);
-    has_grown = try_grow(bytes, stays_little);
+    has_grown = (!queues || queue.front() == this) && try_grow(bytes, stays_little);
   }
   --memory_.waiting_;
+  if (queues) {
+    std::erase(queue, this);
+    // The next one may begin as well.
+    traffic.changed_.notify_all();
+  }
   if (!has_grown) return busy();
   return success();
 }
@@ -120,12 +130,14 @@ Status RequestMemory::reserve(std::uint64_t bytes) {
     Status status = work_.grow(more);
     if (!status && status.error().kind == ErrorKind::kBusy) {
       const Claim place = waiters_ == nullptr ? Claim() : waiters_->claim();
-      if (waiters_ != nullptr && !place) return status;
+      was_refused_ = waiters_ != nullptr && !place;
+      if (was_refused_) return status;
       Deadline deadline = Deadline::in(kPatience, caller_);
-      deadline.at = std::min(deadline.at, until_);
+      if (until_ != Deadline::Clock::time_point::max()) deadline.at = until_;
       status = work_.wait(more, deadline);
       if (!status && deadline.at == until_ && deadline.passed()) return out_of_time(deadline);
     }
+    was_refused_ = !status && status.error().kind == ErrorKind::kBusy;
     if (!status) return status;
   }
   bytes_ = after;
@@ -136,7 +148,9 @@ Status RequestMemory::reserve(std::uint64_t bytes) {
 }
 
 Status RequestMemory::reserve_body(std::uint64_t bytes, bool stays_little) {
-  return body_.wait(bytes, Deadline::in(kPatience, caller_), stays_little);
+  Status status = body_.wait(bytes, Deadline::in(kBodyPatience, caller_), stays_little);
+  was_refused_ = !status && status.error().kind == ErrorKind::kBusy;
+  return status;
 }
 
 void RequestMemory::keep(std::uint64_t bytes) {

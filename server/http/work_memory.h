@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <deque>
 
 #include "core/base/deadline.h"
 #include "core/base/result.h"
@@ -68,8 +69,9 @@ class WorkMemory {
   const bool begins_late_;
   std::atomic<int> waiting_{0};
   // Under the traffic's mutex_.
-  std::uint64_t taken_ = 0;        ///< by all shares but the next
-  const Share* beyond_ = nullptr;  ///< who went beyond
+  std::uint64_t taken_ = 0;           ///< by all shares but the next
+  std::deque<const Share*> queue_{};  ///< shares that wait to begin, in their order
+  const Share* beyond_ = nullptr;     ///< who went beyond
 };
 
 /// What one request has of it.
@@ -111,6 +113,8 @@ class RequestMemory {
   /// Whether others wait for memory, and this has enough of it to matter: of work, or of a body.
   bool keeps_others_waiting() const;
   bool body_keeps_others_waiting() const;
+  /// Whether the last reservation failed because others had the memory.
+  bool was_refused() const { return was_refused_; }
   /// From now on nothing is waited for longer than that: reserve fails with DEADLINE then.
   void wait_until(Deadline::Clock::time_point at) { until_ = at; }
 
@@ -120,6 +124,7 @@ class RequestMemory {
   WorkMemory::Share body_;
   WorkMemory::Share work_;  ///< what it takes to decode, answer and encode it
   std::uint64_t bytes_ = 0, most_ = 0;
+  bool was_refused_ = false;
   Deadline::Clock::time_point until_ = Deadline::Clock::time_point::max();
   Places* const waiters_;
   const CancelFlag* const caller_;

@@ -73,9 +73,14 @@ struct Service {
   /// Passes also when no client waits for this answer any more, and soon in the event loop.
   Deadline deadline(const Exchange& exchange, std::optional<std::uint64_t> timeout_ms = {}) const {
     constexpr std::chrono::microseconds kAtDoor{300};
-    Deadline deadline = this->deadline(timeout_ms);
-    // Waiting in a queue counts.
-    deadline.at -= Deadline::Clock::now() - exchange.whole_at;
+    Deadline deadline = this->deadline();
+    // The time in a queue counts for the client, not for what the server spends on the request.
+    if (timeout_ms) {
+      const auto most = std::chrono::duration_cast<std::chrono::milliseconds>(limits.request.get());
+      const std::chrono::milliseconds wish(
+          std::min<std::uint64_t>(*timeout_ms, static_cast<std::uint64_t>(most.count())));
+      deadline.at = std::min(deadline.at, exchange.whole_at + wish);
+    }
     if (exchange.at_door) deadline.at = std::min(deadline.at, Deadline::Clock::now() + kAtDoor);
     deadline.caller = exchange.caller;
     if (exchange.memory != nullptr && !exchange.at_door) exchange.memory->wait_until(deadline.at);
