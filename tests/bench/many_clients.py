@@ -42,8 +42,8 @@ def json_body(count):
 
 
 class Server:
-    def __init__(self, binary, memory):
-        arguments = ["--memory", str(memory)] if memory else []
+    def __init__(self, binary, memory, *more):
+        arguments = [*(["--memory", str(memory)] if memory else []), *more]
         self.process = subprocess.Popen([binary, "serve", "--listen", "127.0.0.1:0", "--preload", "town=demo:town", *arguments],
                                         stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         self.port = int(self.process.stdout.readline().rsplit(":", 1)[1])
