@@ -82,6 +82,14 @@ bool BodyReader::may_wait() {
   return false;
 }
 
+bool BodyReader::may_cost(std::uint64_t cost) {
+  // Some 50 ms of one processor.
+  constexpr std::uint64_t kShort = 64 << 10;
+  if (cost <= kShort || connection_.is_long || connection_.streams) return true;
+  if (!is_put_off()) connection_.put_off = Connection::PutOff::kToLong;
+  return false;
+}
+
 void BodyReader::decode_as(Coding coding) {
   if (coding != Coding::kIdentity && !decoder_) decoder_ = std::make_unique<ContentDecoder>(coding);
 }

@@ -40,6 +40,10 @@ class BodyReader {
   /// Whether this runs on a thread that may wait for the client. Where not the request is put off
   /// until such a thread is free, likewise.
   bool may_wait();
+  /// Whether a request of that cost may go on here: short ones anywhere, long ones on a worker for
+  /// long requests. Where not the request is put off until one of those is free, likewise.
+  /// cost  in rays of an ordinary query
+  bool may_cost(std::uint64_t cost);
   bool is_put_off() const { return connection_.put_off != Connection::PutOff::kNo; }
   /// What the handler keeps of a request that it has put off. While it is not null the event loop
   /// calls again for each part of the body that has come, and what was read does not come again.

@@ -35,8 +35,9 @@ struct Connection {
   /// - kToWorker: a worker takes the request, which the event loop has tried to answer, or for
   ///   which another worker found no memory;
   /// - kForBody: `body_wanted` bytes of the body have come, or all of it;
+  /// - kToLong: a worker for long requests takes it;
   /// - kToStream: a thread for streams takes it, which may wait for the client.
-  enum class PutOff { kNo, kToWorker, kForBody, kToStream };
+  enum class PutOff { kNo, kToWorker, kForBody, kToLong, kToStream };
 
   const int socket;                  ///< does not block
   CancelFlag gone;                   ///< set when nobody waits for an answer any more
@@ -62,6 +63,7 @@ struct Connection {
   std::uint64_t body_wanted = 0;  ///< see PutOff::kForBody
   bool owes_continue = false;     ///< the client waits for "100 Continue"
   bool streams = false;           ///< a thread for streams has it
+  bool is_long = false;           ///< a worker for long requests has it
   std::shared_ptr<void> kept;     ///< what a handler keeps until it is called again
   std::uint64_t skip = 0;         ///< bytes of an unread body, before the next head
   bool keep = false;              ///< whether there may be a next request
@@ -103,7 +105,7 @@ struct Connection {
   void forget_body() {
     body.reset();
     kept.reset();
-    is_gathered = streams = false;
+    is_gathered = streams = is_long = false;
   }
 
   void take(std::size_t bytes) {

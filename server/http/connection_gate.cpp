@@ -162,6 +162,9 @@ void ConnectionGate::run(int listener) {
   start(ready_workers_, WorkerPool::Priority::kNormal, limits_.workers, limits_.queue);
   // Many numbers to read and to write take long: who asks for little does not wait for that.
   start(bulk_workers_, WorkerPool::Priority::kLower, limits_.workers, limits_.queue);
+  // Few, so that a short request beside them waits for few. Those waiting do not hold it up.
+  start(long_workers_, WorkerPool::Priority::kLower, std::max<std::size_t>(2, limits_.workers / 4),
+        limits_.queue);
   start(stream_workers_, WorkerPool::Priority::kLower, limits_.streams, 0);
   ask_for_short_turns();
   GoingFirst going_first;
@@ -201,6 +204,7 @@ void ConnectionGate::run(int listener) {
   }
   ready_workers_.reset();
   bulk_workers_.reset();
+  long_workers_.reset();
   stream_workers_.reset();
 }
 

@@ -80,7 +80,8 @@ class ConnectionGate {
   const DoorRules& rules() const { return rules_; }
   const DoorCounts& counts() const { return counts_; }
   std::size_t queued() const {
-    return ready_workers_->queued() + bulk_workers_->queued() + stream_workers_->queued();
+    return ready_workers_->queued() + bulk_workers_->queued() + long_workers_->queued() +
+           stream_workers_->queued();
   }
 
  private:
@@ -171,7 +172,7 @@ class ConnectionGate {
   bool asleep_ = false;
   std::atomic<bool> stopping_{false}, breaking_{false};
   // Last: their threads end before anything of the above.
-  std::unique_ptr<WorkerPool> ready_workers_, bulk_workers_, stream_workers_;
+  std::unique_ptr<WorkerPool> ready_workers_, bulk_workers_, long_workers_, stream_workers_;
 };
 
 }  // namespace sightline

@@ -17,6 +17,8 @@ namespace {
 
 /// A longer body is put to a temporary file.
 constexpr std::uint64_t kGathered = 64 << 10;
+/// A request with a longer body is a long one.
+constexpr std::uint64_t kLongBody = 1 << 20;
 /// Bytes that one connection receives or sends before others have their turn.
 constexpr std::uint64_t kInOneTurn = 256 << 10;
 /// How soon a handler that takes its body in parts is told of a part that is not whole.
@@ -183,8 +185,11 @@ void ConnectionGate::go_on(Connection& connection) {
     connection.streams = true;
     return hand_over(connection, *stream_workers_);
   }
+  if (put_off == Connection::PutOff::kToLong) return hand_over(connection, *long_workers_);
   // It may wait for memory there, beside other large ones.
-  if (put_off == Connection::PutOff::kToWorker) return hand_over(connection, *bulk_workers_);
+  if (put_off == Connection::PutOff::kToWorker) {
+    return hand_over(connection, connection.is_long ? *long_workers_ : *bulk_workers_);
+  }
   if (connection.body) {
     // It comes in parts, at one pace.
     connection.phase = Phase::kBody;
@@ -238,7 +243,9 @@ bool ConnectionGate::advance_stored(Connection& connection) {
   if (waits && !is_due) return false;
   connection.asked_at = now_;
   connection.part_due = now_ + kPart;
-  hand_over(connection, connection.kept ? *ready_workers_ : *bulk_workers_);
+  hand_over(connection, connection.kept           ? *ready_workers_
+                        : body.size() > kLongBody ? *long_workers_
+                                                  : *bulk_workers_);
   return true;
 }
 
@@ -324,12 +331,14 @@ bool ConnectionGate::answer_here(Connection& connection, std::size_t length) {
 
 WorkerPool& ConnectionGate::workers_for(const Connection& connection, std::size_t length) {
   const std::string_view body = connection.pending_input().substr(0, length);
+  if (walks_scene(connection.head)) return *long_workers_;
   return asks_for_little(connection.head, body) ? *ready_workers_ : *bulk_workers_;
 }
 
 void ConnectionGate::hand_over(Connection& connection, WorkerPool& workers) {
   connection.phase = Phase::kAtWork;
   connection.goes_first = &workers == ready_workers_.get();
+  connection.is_long = &workers == long_workers_.get();
   connection.stirred = connection.readable || connection.ended;
   connection.due = now_ + kHalfClosed;
   const bool streams = &workers == stream_workers_.get();

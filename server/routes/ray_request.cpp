@@ -26,6 +26,16 @@ bool RayRequest::is_for_worker() const {
          query_.fields.has_any_of(kAttributeFields);
 }
 
+std::uint64_t RayRequest::cost(std::size_t body_bytes) const {
+  // Points, pairs and sweeps have no fewer bytes of JSON or binary columns each.
+  constexpr std::size_t kItemBytes = 12;
+  const std::string_view route = exchange_.route;
+  if (route.ends_with("/rays:closest") || route.ends_with("/rays:any")) return query_.rays.size();
+  // The pairs of triangles that it compares are not known before.
+  if (route.ends_with("/clearance")) return scene_->instanced_triangle_count();
+  return 8 * std::max(query_.rays.size(), body_bytes / kItemBytes);
+}
+
 bool RayRequest::read_query(const Decode& decode) {
   if (!scene_) scene_ = admit_query_of_scene(exchange_, service_);
   std::string body = std::move(begin_);
@@ -34,6 +44,7 @@ bool RayRequest::read_query(const Decode& decode) {
   }
   timer_.restart();
   if (!went_well(decode(body, query_)) || is_for_worker()) return false;
+  if (exchange_.body != nullptr && !exchange_.body->may_cost(cost(body.size()))) return false;
   // What was decoded into something else than rays has no more bytes than twice its text.
   const std::uint64_t decoded = 2 * body.size();
   forget_body(exchange_, body, std::max(decoded, query_.rays.size() * kRayBytes));

@@ -69,6 +69,8 @@ class RayRequest {
   /// Whether a worker must answer. The event loop answers only queries that need no traversal of
   /// the whole scene and no file. Precondition: the query is decoded.
   bool is_for_worker() const;
+  /// Of the query, see BodyReader::may_cost. body_bytes  of its text
+  std::uint64_t cost(std::size_t body_bytes) const;
   Status choose_bytes(RayQuery& query, FieldSet default_fields) const;
 
   Exchange& exchange_;

@@ -15,6 +15,11 @@ bool contains(std::string_view text, std::string_view part) {
 
 }  // namespace
 
+bool walks_scene(const RequestHead& head) {
+  const std::string_view path = std::string_view(head.target).substr(0, head.target.find('?'));
+  return path.ends_with("/selfcheck") || path.ends_with("/bvh");
+}
+
 bool asks_for_little(const RequestHead& head, std::string_view body) {
   if (body.size() > kLittle) return false;
   // These walk over a whole scene.

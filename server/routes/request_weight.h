@@ -16,4 +16,7 @@ bool asks_for_little(const RequestHead& head, std::string_view body);
 /// hand-over to a worker. An estimate too; only for requests that need little.
 bool fits_the_door(const RequestHead& head, std::string_view body);
 
+/// Whether it goes over all of a scene, whatever its parameters: a long request.
+bool walks_scene(const RequestHead& head);
+
 }  // namespace sightline

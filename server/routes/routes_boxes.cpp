@@ -2,6 +2,7 @@
 #include "proto/hit_json.h"
 #include "proto/ray_box_json.h"
 #include "proto/ray_json.h"
+#include "server/http/body_reader.h"
 #include "server/http/media_type.h"
 #include "server/http/request_body.h"
 #include "server/routes/routes.h"
@@ -27,6 +28,7 @@ void rays_boxes(Exchange& exchange, const Service& service) {
   const std::uint64_t pairs = query->pairing == BoxPairing::kAll
                                   ? query->rays.size() * query->boxes.size()
                                   : query->rays.size();
+  if (exchange.body != nullptr && !exchange.body->may_cost(pairs)) return;
   if (Status status = exchange.reserve(pairs * kAnswerBytes); !status) {
     return exchange.reply_error(status.error());
   }
@@ -59,6 +61,9 @@ bool read_boxes(Exchange& exchange, const Service& service, const Scene& scene, 
   }
   query = std::move(*decoded);
   exchange.boxes = query.boxes.size();
+  // A box may touch every triangle; a ray of an ordinary query compares some 16.
+  const std::uint64_t cost = query.boxes.size() * (1 + scene.instanced_triangle_count() / 16);
+  if (exchange.body != nullptr && !exchange.body->may_cost(cost)) return false;
   const std::uint64_t planes = query.boxes.planes.size() * sizeof(HalfSpace);
   forget_body(exchange, body, query.boxes.size() * kBoxBytes + planes);
   // A number for each box, and as JSON.

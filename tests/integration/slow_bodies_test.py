@@ -118,10 +118,28 @@ class SlowBodies(unittest.TestCase):
         for connection in hogs:
             self.addCleanup(connection.close)
             connection.sendall(hog)
-        # Too long to go before them.
-        query = json.dumps({"rays": [ROW] * 60, "fields": ["t"], "timeout_ms": 1000}).encode()
+        # Too many rays to go before them.
+        camera = {"kind": "equirectangular", "position": [3, 20, 5], "width": 400, "height": 200}
+        query = json.dumps({"generator": camera, "fields": ["t"], "timeout_ms": 1000}).encode()
         answer = ask(self.server.connect(), QUERY + b"Content-Length: %d\r\n\r\n" % len(query) + query)
         self.assertEqual((answer.status, answer.json()["code"]), (504, "DEADLINE"))
+
+    def test_long_questions_leave_workers_to_short_ones(self):
+        self.serve("--preload", "town=demo:town", rate_seconds=PATIENCE)
+        everything = json.dumps({"boxes": [{"min": [-1e9] * 3, "max": [1e9] * 3}] * 20_000}).encode()
+        self.assertGreater(len(everything), MIB)
+        heavy = [b"GET /v1/scenes/town/selfcheck?rays=100000 HTTP/1.1\r\nHost: x\r\n\r\n",
+                 b"POST /v1/scenes/town/boxes:count HTTP/1.1\r\nHost: x\r\nContent-Length: %d\r\n\r\n" % len(everything) + everything]
+        for at in range(4 * WORKERS):
+            connection = self.server.connect()
+            self.addCleanup(connection.close)
+            connection.sendall(heavy[at % 2])
+        for _ in range(10):
+            begin = time.monotonic()
+            answer = ask(self.server.connect(), QUERY + b"Content-Length: %d\r\n\r\n" % len(BODY), BODY)
+            self.assertEqual((answer.status, len(answer.json()["hits"])), (200, 3000))
+            print(f"3000 rays beside {4 * WORKERS} long questions: {1000 * (time.monotonic() - begin):.0f} ms")
+        self.addCleanup(self.server.kill)  # else it would wait for them
 
     def test_time_that_a_body_takes_is_not_the_questions(self):
         self.serve("--request-seconds", 1)

@@ -14,5 +14,14 @@ TEST(RequestWeight, judges_the_path_and_not_the_query_part) {
   EXPECT_FALSE(fits_the_door(head, "{}"));
 }
 
+TEST(RequestWeight, knows_what_goes_over_a_whole_scene) {
+  RequestHead head;
+  head.method = "GET";
+  head.target = "/v1/scenes/s/selfcheck?rays=9";
+  EXPECT_TRUE(walks_scene(head));
+  head.target = "/v1/scenes/s/nodes?x=/selfcheck";
+  EXPECT_FALSE(walks_scene(head));
+}
+
 }  // namespace
 }  // namespace sightline
