@@ -1,5 +1,6 @@
 #pragma once
-/// What every answer tells browsers: not to guess, not to keep, and which pages may read it.
+/// Response headers of every answer for browsers: no sniffing, no caching, and which pages may read
+/// the answer.
 
 #include <chrono>
 #include <memory>
@@ -43,10 +44,9 @@ class AnswerHeaders {
   /// or one whose origin is not this machine. Without keys that page could otherwise do what it
   /// likes: a form or an image of any site reaches a server that only this machine can reach.
   bool is_strange_page(const RequestHead& head) const;
-  /// Whether the client was led here by a name that anybody may own, and that was not named: a
-  /// page's owner lets it lead to this machine once the page is there, and its questions are then
-  /// of its own origin, of which a browser does not tell. No address is such a name, nor one
-  /// without a dot.
+  /// Whether the Host is a DNS name that --cors-origin does not name. The owner of such a name can
+  /// point it at this machine after a page was loaded from it (DNS rebinding). The requests of that
+  /// page are then of its own origin. Addresses and names without a dot are never refused.
   bool is_strange_name(const RequestHead& head) const;
   /// Whole lines for the answer to `head`.
   std::string lines(const RequestHead& head, OwnHeaders own = {}) const;

@@ -29,8 +29,8 @@ class BodyReader {
     kMemory,  ///< there is no room now for what decodes it, or others wait for the room that it has
     kDisk,    ///< the temporary file that holds it cannot be read
   };
-  /// busy_rate  bytes per second, of a stream that keeps others waiting for memory
-  /// memory     where a decoder counts what it takes: a client says how much
+  /// busy_rate  bytes per second: the least rate of a stream while other requests wait for memory
+  /// memory     counts what a decoder takes, since a client chooses how much
   BodyReader(Connection& connection, ConnectionStream& stream, const PaceLimits& pace,
              std::uint64_t busy_rate, RequestMemory& memory);
 
@@ -45,8 +45,8 @@ class BodyReader {
   /// cost  in rays of an ordinary query
   bool may_cost(std::uint64_t cost);
   bool is_put_off() const { return connection_.put_off != Connection::PutOff::kNo; }
-  /// What the handler keeps of a request that it has put off. While it is not null the event loop
-  /// calls again for each part of the body that has come, and what was read does not come again.
+  /// State of the handler of a request that was put off. While it is not null, the event loop calls
+  /// again for each part of the body that has arrived, and parts that were read do not come again.
   std::shared_ptr<void>& kept() { return connection_.kept; }
   /// Bytes that were read of the parts before this one.
   std::uint64_t read_before() const { return connection_.body ? connection_.body->dropped() : 0; }
@@ -58,7 +58,8 @@ class BodyReader {
   bool decodes() const { return decoder_ != nullptr; }
   /// All of it was read: what decoded it goes. The body stays, because a request may be repeated.
   void end_decoding() { decoder_.reset(); }
-  /// A stream may last as long as it likes, as long as it keeps its pace whenever somebody reads.
+  /// A stream may last for any time, as long as the client sends at the least rate while the server
+  /// reads.
   void restart_pace();
   /// Hands the body on in pieces until it ends (true), `sink` returns false, or there is a fault.
   /// After a false of `sink` it may go on where it was. It ends as well (true) where nothing more

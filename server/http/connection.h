@@ -1,5 +1,5 @@
 #pragma once
-/// One client's connection between the door and a worker.
+/// The connection of one client, between the event loop and a worker.
 
 #include <atomic>
 #include <chrono>
@@ -17,8 +17,8 @@
 
 namespace sightline {
 
-/// The door and a worker have it in turn; a queue between them hands it over. Only `gone` and
-/// `stirred` are for both at any time.
+/// The event loop and a worker own it in turn; a queue hands it over. Only `gone` and `stirred` may
+/// be used by both at any time.
 struct Connection {
   Connection(int socket_given, ByteBudget& budget_given, Spool& spool_given)
       : socket(socket_given), budget(budget_given), spool(spool_given) {}
@@ -26,10 +26,10 @@ struct Connection {
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
 
-  /// A door's phases, see ConnectionGate.
+  /// Phases in the event loop, see ConnectionGate.
   enum class Phase { kHead, kBody, kAtWork, kSending, kLingering };
-  /// What the door is told of: only the end, where a stream reads its body and each piece would
-  /// wake the door in vain; also bytes that come; also room for what is to be sent.
+  /// Events of the socket that wake the event loop. kEnd: only the end, while a stream reads its
+  /// body. kBytes: also bytes to receive. kRoom: also room for bytes to send.
   enum class Heard { kEnd, kBytes, kRoom };
   /// Why a handler returns without an answer. It is called again, as if for the first time, when
   /// - kToWorker: a worker takes the request, which the event loop has tried to answer, or for
@@ -64,20 +64,20 @@ struct Connection {
   bool owes_continue = false;     ///< the client waits for "100 Continue"
   bool streams = false;           ///< a thread for streams has it
   bool is_long = false;           ///< a worker for long requests has it
-  std::shared_ptr<void> kept;     ///< what a handler keeps until it is called again
+  std::shared_ptr<void> kept;     ///< state of a handler until it is called again
   std::uint64_t skip = 0;         ///< bytes of an unread body, before the next head
   bool keep = false;              ///< whether there may be a next request
   bool broken = false;            ///< whether the answer did not get through
 
   Heard heard = Heard::kBytes;
-  bool goes_first = false;  ///< whether it is asked on a worker that is kept for little
-  // While the door's thread tries to answer: nothing is taken or said for good.
+  bool goes_first = false;  ///< whether a worker for small requests has it
+  // While the event loop tries to answer: neither input nor output is final.
   bool at_door = false;
   PutOff put_off = PutOff::kNo;
 
   Connection* next = nullptr;  ///< in the queue or the list that has it: they take no memory
 
-  // The door's own.
+  // Only for the event loop.
   Phase phase = Phase::kHead;
   HeadScan scan;
   bool begun = false;                              ///< whether something of this head has come
@@ -115,7 +115,7 @@ struct Connection {
       if (input.capacity() > 4096) std::string().swap(input);
       input.clear();
       taken = 0;
-      // It is with who has taken it now.
+      // Its bytes are counted elsewhere now.
       if (output.empty()) give_back_budget();
     }
   }
@@ -128,12 +128,12 @@ struct Connection {
 /// Sends what is to be sent, at most some `most` bytes, as far as it goes without waiting. False
 /// when the connection is broken. `full` says whether the socket took no more.
 bool send_pending(Connection& connection, std::uint64_t most, bool& full);
-/// The same, all of it.
+/// Sends everything that the socket takes without waiting. False when the connection is broken.
 bool send_pending(Connection& connection);
 
-/// Of all that was given to the system, how many bytes the client's system has taken. A send buffer
-/// holds megabytes, and tells of room only when a third of it is free: a slow client that takes
-/// all the time looks silent from there.
+/// Bytes that the system of the client has acknowledged. A send buffer holds megabytes and reports
+/// room only when a third of it is free. By that report, a slow client that reads all the time
+/// would seem to be silent.
 std::uint64_t taken_by_client(const Connection& connection);
 
 enum class Received { kSome, kAll, kNothing, kEnd };

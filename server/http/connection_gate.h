@@ -34,26 +34,26 @@ struct epoll_event;
 
 namespace sightline {
 
-/// What has happened at the door; each may be read at any time.
+/// Counters of the event loop; each may be read at any time.
 struct DoorCounts {
   std::atomic<std::uint64_t> accepted{0}, open{0}, evicted{0}, timed_out{0}, gone{0};
   std::atomic<std::uint64_t> refused{0};     ///< faults of framing
   std::atomic<std::uint64_t> locked_out{0};  ///< without a key that may
   std::atomic<std::uint64_t> overload{0};    ///< 503, because a queue was full
-  std::atomic<std::uint64_t> answered{0};    ///< at the door, by no worker
+  std::atomic<std::uint64_t> answered{0};    ///< by the event loop, without a worker
 };
 
-/// What the door asks others, on its own thread: none may wait.
+/// Callbacks of the event loop, on its own thread. None of them may wait.
 struct DoorRules {
   AnswerHeaders headers = {};
   /// Whether a request may come in, by its head alone; null: each.
   std::function<std::optional<RequestFault>(RequestHead&)> admit = {};
-  /// Whether a whole request is tried at once, on the door's thread: its answer may wait for
-  /// nothing and take no longer than to hand it over, or puts itself off. Null: none is.
+  /// Whether the event loop tries to answer a whole request itself. Such an answer must wait for
+  /// nothing and take no longer than a hand-over to a worker, or it is put off. Null: no request.
   std::function<bool(const RequestHead&, std::string_view body)> at_once = {};
-  /// Set while the door has something to do; may be null.
+  /// Set while the event loop has work; may be null.
   std::atomic<bool>* awake = nullptr;
-  /// Told of each request that gets no further than the door; may be null.
+  /// Called for each request that the event loop refuses; may be null.
   std::function<void(const RequestHead&, const RequestFault&, const std::string& request_id)>
       refused = {};
 };
@@ -93,7 +93,7 @@ class ConnectionGate {
   using Heard = Connection::Heard;
 
   void wake();
-  /// What the door is told of from now on. Who has the connection says so, door or worker.
+  /// Sets the events of the socket that wake the event loop. The owner of the connection calls it.
   void hear(Connection& connection, Heard heard);
   void answer(Connection& connection);
   void work(Connection& connection);
@@ -106,7 +106,7 @@ class ConnectionGate {
   bool make_room(const Connection* spared);
   void begin_stop(int listener);
 
-  /// Goes on with a connection that the door holds, as far as it goes without waiting.
+  /// Advances a connection of the event loop as far as possible without waiting.
   void advance(Connection& connection);
   /// Where memory runs out for one connection, that one ends.
   template <class Step>
@@ -140,7 +140,7 @@ class ConnectionGate {
   void note_taken(Connection& connection);
   /// False where a worker has to answer.
   bool answer_here(Connection& connection, std::size_t length);
-  /// Whether the door may try to answer one more in this turn.
+  /// Whether the event loop may try to answer one more request in this turn.
   bool has_time_for(Connection& connection) const;
   void refuse(Connection& connection, const RequestFault& fault);
   void refuse_queued(Connection& connection);  ///< which has no worker
@@ -168,7 +168,7 @@ class ConnectionGate {
 
   std::mutex mutex_;  ///< of the next three
   Connection* returned_ = nullptr;
-  bool urgent_ = false;  ///< whether any of them waits for the door
+  bool urgent_ = false;  ///< whether any of them needs the event loop now
   bool asleep_ = false;
   std::atomic<bool> stopping_{false}, breaking_{false};
   // Last: their threads end before anything of the above.

@@ -42,7 +42,8 @@ class ConnectionStream final : public httplib::Stream {
   void hurry_for(const RequestMemory& memory) { memory_ = &memory; }
   /// Sends all, waiting for the client as the pace allows. False when it is gone or too slow.
   bool flush();
-  /// Sends what goes without waiting; the rest is the door's. False when the connection is broken.
+  /// Sends what goes without waiting; the event loop sends the rest. False when the connection is
+  /// broken.
   bool finish();
   bool is_broken() const { return broken_; }
   /// From now on nothing is written: somebody else will answer.
@@ -60,12 +61,12 @@ class ConnectionStream final : public httplib::Stream {
           hurry(hurry_limits, Pace::Clock::now()) {}
     void look(const Connection& connection);
 
-    std::uint64_t taken;  ///< bytes, at the last look
+    std::uint64_t taken;  ///< bytes, at the last check
     Pace pace, hurry;
   };
   bool wait_for_client(Uptake& uptake);
-  /// Keeps what is not sent yet, and `rest`. False where there is room neither in memory nor in the
-  /// spool.
+  /// Stores what is not sent yet, and `rest`. False where neither the memory nor the spool has
+  /// room.
   bool leave_behind(std::string_view rest);
   bool spool(std::string_view rest);
 
@@ -77,7 +78,7 @@ class ConnectionStream final : public httplib::Stream {
   std::string head_lines_;
 };
 
-/// How soon a slow client is seen to keep others waiting.
+/// Interval of the check whether a slow client delays other requests.
 inline constexpr std::chrono::milliseconds kSlowClientLook{100};
 
 /// Waits until there is something to receive, or the connection has ended. False at `due`.

@@ -21,8 +21,7 @@ std::optional<Coding> find_coding(std::string_view name);
 /// nothing of them.
 Coding choose_coding(std::string_view accept);
 
-/// Decodes a body. What it hands on is bounded by who takes it: a piece is at most 64 KiB, however
-/// much a bomb has in it.
+/// Decodes a body in pieces of at most 64 KiB, however much a decompression bomb expands to.
 class ContentDecoder {
  public:
   /// Precondition: not identity. Throws std::bad_alloc.
@@ -34,9 +33,10 @@ class ContentDecoder {
   /// Decodes from `input` on, which shrinks by what was read, and returns the next piece; empty
   /// when more input is needed.
   std::span<const char> decode(std::string_view& input);
-  /// What it takes; it grows when the first bytes have said how large the window is.
+  /// Bytes of memory that it uses. They grow when the first bytes have stated the size of the
+  /// history.
   std::size_t bytes() const;
-  /// What came is no such coding, or asks for a window beyond 8 MiB.
+  /// The input is not of this coding, or needs a history of more than 8 MiB.
   bool is_broken() const { return broken_; }
   /// Whether the body may end here.
   bool is_whole() const { return whole_; }

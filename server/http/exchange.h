@@ -38,10 +38,10 @@ struct Exchange {
   QueryWork work = {};
   std::string problem_code = {};       ///< of the problem that it was answered with
   Coding accepts = Coding::kIdentity;  ///< of a stream of text
-  /// Tried on the thread of the door, which must not wait: whatever takes longer, and whatever is
-  /// no short answer of 200, is left to a worker, who begins anew.
+  /// The event loop tries to answer, and must not wait. Whatever takes longer, and every answer but
+  /// a short one with status 200, is put off to a worker, which begins again.
   bool at_door = false;
-  /// When the door had what it gathers of the request: waiting in a queue counts.
+  /// When the event loop had received the request. The time in a queue counts.
   std::chrono::steady_clock::time_point asked_at = std::chrono::steady_clock::now();
   /// When all of it was there: from then on the time counts that it may take.
   std::chrono::steady_clock::time_point whole_at = asked_at;
@@ -50,15 +50,15 @@ struct Exchange {
   bool is_put_off() const;
   /// Whether a refusal for want of memory may still be put off.
   bool may_repeat = false;
-  /// The answer is a stream, which says itself what it keeps in memory.
+  /// The answer is a stream, which counts its memory itself.
   bool streams = false;
   /// Whether the client asks for an answer of this type, and of no other.
   bool wants(std::string_view media_type) const {
     return head != nullptr && head->accept == media_type;
   }
-  /// As the door has read it; null where there was none.
+  /// The header, as the event loop has parsed it; null where there was none.
   const RequestHead* head = nullptr;
-  // Who asks.
+  // The caller.
   Access access = Access::kWrite;
   std::string_view key_name = {};
   std::shared_ptr<const CancelFlag> revoked = {};  ///< set when the key is one no more; may be null

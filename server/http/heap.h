@@ -1,18 +1,19 @@
 #pragma once
-/// How much freed memory the allocator may keep, and who waits for it.
+/// Limits of the freed memory that the allocator holds back, and a cache of blocks for one thread.
 
 #include <array>
 #include <cstddef>
 
 namespace sightline {
 
-/// Large requests come on many threads, and glibc would keep for each of up to eight heaps per core
-/// the most that one ever needed: 400 MiB after 150 answers of 5 MB. Before any thread is made.
+/// Large requests run on many threads. For each of up to eight heaps per core, glibc would hold
+/// back the most that the heap ever needed: 400 MiB after 150 answers of 5 MB. To be called before
+/// any thread is made.
 void bound_heaps();
 
-/// While it lives, its thread keeps some of the blocks that it frees, at most 3 MiB, for what it
-/// asks for next. For blocks of more than a KiB, and for many at once, glibc takes the lock of a
-/// heap that others share: one that lost its processor, or gives memory back, holds it for
+/// While it lives, its thread caches at most 3 MiB of the blocks that it frees, for its next
+/// allocations. For blocks of more than 1 KiB, and for many at once, glibc takes the lock of a heap
+/// that threads share. A thread that lost its processor, or returns memory, holds the lock for
 /// milliseconds.
 class KeptBlocks {
  public:
@@ -21,11 +22,11 @@ class KeptBlocks {
   KeptBlocks(const KeptBlocks&) = delete;
   KeptBlocks& operator=(const KeptBlocks&) = delete;
 
-  /// Null where no block of that size is kept.
+  /// Null where no block of that size is cached.
   void* take(std::size_t size) noexcept;
-  /// What is to be asked of the heap for `size` bytes, so that the block can be kept later.
+  /// Bytes to allocate for `size` bytes, so that the block can be cached later.
   static std::size_t rounded(std::size_t size) noexcept;
-  /// False where it is not kept: it goes back to the heap.
+  /// False where it is not cached: it goes back to the heap.
   bool keep(void* block) noexcept;
 
  private:

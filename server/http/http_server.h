@@ -1,5 +1,5 @@
 #pragma once
-/// cpp-httplib's server behind our own door.
+/// The server of cpp-httplib behind our own event loop.
 
 #include <httplib.h>
 
@@ -69,7 +69,7 @@ class HttpServer : private httplib::Server {
   TrafficMemory traffic_;
   Spool spool_;
   WorkMemory bodies_, work_;
-  /// Workers that are kept for little requests and may wait for memory.
+  /// Places for workers of small requests that wait for memory.
   Places waiters_;
   std::atomic<bool> stopping_{false};
   ConnectionGate gate_;

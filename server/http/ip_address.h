@@ -31,7 +31,7 @@ bool is_public(const IpAddress& address);
 
 /// Whether only programs of this machine can reach it.
 bool is_loopback(const IpAddress& address);
-/// The same of "127.0.0.1", "::1" or "localhost". Other names may lead anywhere.
+/// Whether a host is "127.0.0.1", "::1" or "localhost". Other names may lead anywhere.
 bool is_local_host(const std::string& host);
 
 /// The name or address in a Host field or in an origin, without its port and without the brackets

@@ -6,7 +6,7 @@
 
 namespace sightline {
 
-/// Each reader sees the old value or the new one; nothing is said of several settings together.
+/// Each reader sees the old value or the new one; several settings may change one after the other.
 template <class T>
 class Live {
  public:

@@ -26,8 +26,8 @@ inline constexpr std::string_view kFormMediaType = "application/x-www-form-urlen
 /// is not shown to the site. Returns false after it has answered.
 bool admit_query_type(Exchange& exchange);
 
-/// The same for rays and points, which come as bytes too, and rays as lines where `takes_lines`.
-/// Nothing after it has answered.
+/// The media type of a query of rays or points: JSON, bytes, or lines where `takes_lines`. Nothing
+/// after it has answered.
 enum class QueryType { kJson, kBinary, kLines };
 std::optional<QueryType> admit_rays_type(Exchange& exchange, bool takes_lines = false);
 

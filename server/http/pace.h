@@ -15,9 +15,9 @@ struct PaceLimits {
   LiveTime longest{std::chrono::milliseconds(600'000)};  ///< for one body or answer, however fast
 };
 
-/// A token bucket: each byte allows a silence of the time that it takes at the least rate, and all
-/// together at most one window. So a fast client may not be silent for longer than a window, and a
-/// client that keeps the rate is never late, however its bytes are cut.
+/// A token bucket. Each byte allows a silence of the time that it takes at the least rate, at most
+/// as long as the averaging interval. So a fast client may not be silent for longer than that
+/// interval. A client at the least rate is never late, however its bytes are cut.
 class Pace {
  public:
   using Clock = std::chrono::steady_clock;
@@ -37,7 +37,7 @@ class Pace {
     due_ += duration;
     if (last_ != Clock::time_point::max()) last_ += duration;
   }
-  /// A new window begins, and only the rate counts from here on.
+  /// A new averaging interval begins, and only the rate counts from here on.
   void restart(Clock::time_point now) {
     due_ = now + limits_.window.get();
     last_ = Clock::time_point::max();

@@ -1,5 +1,5 @@
 #pragma once
-/// Answers to requests that get no further than the door.
+/// Answers to requests that the event loop refuses.
 
 #include <string>
 #include <string_view>

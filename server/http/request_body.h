@@ -22,7 +22,8 @@ std::optional<std::uint64_t> body_length(const Exchange& exchange);
 /// false after it has answered.
 bool admit_body(Exchange& exchange, std::uint64_t limit);
 
-/// The same for a body of any length that is answered while it comes.
+/// Admits a body of any length that is answered while it arrives. Errors: LENGTH_REQUIRED,
+/// ENCODING_UNSUPPORTED. Returns false after it has answered.
 bool admit_stream(Exchange& exchange);
 
 /// What is wrong with a body that could not be read to its end: BODY_INCOMPLETE, ENCODING_BROKEN,
@@ -35,12 +36,12 @@ void reply_body_fault(Exchange& exchange);
 /// off: the handler returns and is called again. Precondition: admit_body was true.
 bool is_body_here(const Exchange& exchange, std::uint64_t limit);
 
-/// Hands on what has come of the body, decoded; the limit is of what is handed on. Where that is
-/// not all it keeps `state` in BodyReader::kept, puts the request off, and returns false: the
-/// handler is called again for the next part. A body with a Content-Encoding is handed on when all
-/// of it is here, so its handler calls is_body_here first. Returns false also after it has
-/// answered: BODY_TOO_LARGE, BODY_INCOMPLETE (the client stopped, or broke the framing), or what
-/// `sink` said. Precondition: admit_body was true.
+/// Passes on the part of the body that has arrived, decoded; the limit counts decoded bytes. If the
+/// body is not complete, it stores `state` in BodyReader::kept, puts the request off and returns
+/// false; the handler is called again for the next part. A body with a Content-Encoding is passed
+/// on when it is complete, so its handler calls is_body_here first. Returns false also after it has
+/// answered: BODY_TOO_LARGE, BODY_INCOMPLETE (the client stopped, or broke the framing), or the
+/// error of `sink`. Precondition: admit_body was true.
 bool read_body_in_parts(Exchange& exchange, std::uint64_t limit, std::shared_ptr<void> state,
                         const std::function<Status(std::span<const char>)>& sink);
 

@@ -27,8 +27,8 @@ struct RequestFault {
   const char* detail = "";
 };
 
-/// Looks for the end of a head in bytes that come bit by bit. Each byte is looked at once. A NUL,
-/// and a CR or an LF without the other, are faults where they stand: nothing is waited for.
+/// Finds the end of a header in bytes that arrive piece by piece. It reads each byte once. A NUL,
+/// and a CR or an LF without the other, is a fault at once.
 class HeadScan {
  public:
   enum class State { kMore, kWhole, kFault };
@@ -69,7 +69,7 @@ struct RequestHead {
   bool cross_site = false;       ///< Sec-Fetch-Site: a browser asks for another site
   bool asks_for_method = false;  ///< whether there is an Access-Control-Request-Method
   std::optional<std::string> if_match, if_none_match;  ///< of several one list [RFC9110] 5.3
-  // Who asks, by AccessRules.
+  // The caller, by AccessRules.
   Access access = Access::kOpen;
   std::string key_name;
   bool hides_path = false;                    ///< the path holds a key: no log shows it
@@ -78,13 +78,14 @@ struct RequestHead {
   bool has_body() const { return chunked || length.value_or(0) > 0; }
 };
 
-/// `text` is a whole head as HeadScan found it, from its request line to its empty line. Of `head`
-/// only the request_id counts where there is a fault.
-/// Faults: REQUEST_MALFORMED, URI_TOO_LONG (414), HEADER_TOO_LARGE (431), VERSION_UNSUPPORTED
-/// (505), EXPECTATION_UNKNOWN (417); HOST_INVALID: not exactly one Host (HTTP/1.0 may leave it
-/// out); FRAMING_AMBIGUOUS: more than one Content-Length, or one that is no number; a
-/// Transfer-Encoding other than chunked, or together with a Content-Length, or in HTTP/1.0. After
-/// any of them it is not known where the next request would begin.
+/// `text` is a whole header as HeadScan found it, from its request line to its empty line. After a
+/// fault, only the request_id of `head` is valid, and the begin of the next request is unknown.
+/// Faults:
+/// - REQUEST_MALFORMED, URI_TOO_LONG (414), HEADER_TOO_LARGE (431), VERSION_UNSUPPORTED (505),
+/// EXPECTATION_UNKNOWN (417)
+/// - HOST_INVALID: not exactly one Host; HTTP/1.0 may omit it
+/// - FRAMING_AMBIGUOUS: several values of Content-Length, or one that is not a number; a Transfer-
+/// Encoding other than chunked, or beside a Content-Length, or in HTTP/1.0
 std::optional<RequestFault> parse_request_head(std::string_view text, const HeadLimits& limits,
                                                RequestHead& head);
 

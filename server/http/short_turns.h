@@ -9,10 +9,10 @@ namespace sightline {
 /// another one. A wish, heard by Linux from 6.12 on; what came before did so by itself.
 void ask_for_short_turns();
 
-/// The thread that makes it runs before all that are scheduled as usual, where that is allowed
-/// (CAP_SYS_NICE, RLIMIT_RTPRIO) and leaves them a processor. Threads that it makes do not. One
-/// that computes for more than a third of the time is scheduled as usual for a second: who is asked
-/// that much would keep all others from the processor, and be asked no more for it.
+/// Real-time priority for the calling thread, where the system allows it (CAP_SYS_NICE,
+/// RLIMIT_RTPRIO) and has another processor for the other threads. Threads that it starts do not
+/// inherit the priority. After it was busy for more than a third of the time, it has normal
+/// priority for a second, so that clients cannot monopolise a processor.
 class GoingFirst {
  public:
   using Clock = std::chrono::steady_clock;
@@ -22,7 +22,7 @@ class GoingFirst {
 
  private:
   bool allowed_, first_;
-  std::chrono::nanoseconds computed_;  ///< by this thread, until it looked last
+  std::chrono::nanoseconds computed_;  ///< by this thread, until the last check
   Clock::time_point looked_, back_until_{};
 };
 

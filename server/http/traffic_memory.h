@@ -1,6 +1,6 @@
 #pragma once
-/// The bytes that all traffic holds together: what connections have waiting, the bodies and the
-/// work of requests. Each kind has a limit of its own besides; this one bounds their sum.
+/// The memory of all connections and requests: buffers, bodies and work. Each kind has a limit of
+/// its own besides; this class limits the sum.
 
 #include <chrono>
 #include <condition_variable>
@@ -11,11 +11,11 @@
 
 namespace sightline {
 
-/// Counted and not allocated. Nobody gets more while the sum would pass `all`, but for one request
-/// that is larger than that: it may have what it likes while all others together have no more than
-/// half, and they get no more than that as long as it is there. The last eighth, of all or of that
-/// half, is kept for requests that have little: they need not wait for those who have much, and who
-/// may wait for their clients. Outlives who holds some; may be used from many threads.
+/// Bytes that are counted, not allocated. A request gets no more while the sum would exceed `all`.
+/// One request that is larger than that may exceed it while all others have at most half of `all`;
+/// they get no more than that half until it ends. The last eighth, of all or of that half, is
+/// reserved for small requests, so that they do not wait for large ones. Outlives its holders; may
+/// be used from many threads.
 class TrafficMemory {
  public:
   explicit TrafficMemory(std::uint64_t all) : all_(all) {}
@@ -36,10 +36,11 @@ class TrafficMemory {
   std::uint64_t taken() const;
 
  private:
-  /// Keeps a part of it under the same lock.
+  /// Counts a part of it under the same lock.
   friend class WorkMemory;
 
-  /// While it lives its holder, who has it alone, waits for more. All of it: mutex_ is held.
+  /// While it lives, its holder waits for more; the holder has no other waiter. Precondition of all
+  /// members: mutex_ is held.
   class Waiter {
    public:
     /// could_go_on  whether it would get that more, beside `taken` of all bytes
@@ -48,10 +49,10 @@ class TrafficMemory {
     ~Waiter();
     Waiter(const Waiter&) = delete;
     Waiter& operator=(const Waiter&) = delete;
-    /// Whether this one has to give up: all who have something wait for each other, and not for
-    /// what belongs to no request, which goes by itself; or all have waited for that for long: its
-    /// clients take their time. One at a time is told so, the next when that one has given back its
-    /// own.
+    /// Whether this waiter has to give up, since no holder can go on. All holders wait for each
+    /// other and not for memory that belongs to no request and is freed by itself. Or all have
+    /// waited for such memory for long. One waiter at a time gives up; the next one only after the
+    /// first has given its memory back.
     bool gives_way();
 
    private:
@@ -64,8 +65,8 @@ class TrafficMemory {
   // Of all these: mutex_ is held.
   /// Whether there is so much beside `taken`.
   bool has_room(const Holder* holder, std::uint64_t bytes, std::uint64_t taken) const;
-  /// Whether who has nothing yet may begin with so much: while others who have something wait for
-  /// more, only where no more than half is taken.
+  /// Whether a request without memory may begin with so many bytes. While other holders wait for
+  /// more, it may only where at most half is taken.
   bool lets_begin(const Holder& holder, std::uint64_t bytes) const;
   /// Precondition: has_room.
   void add(Holder* holder, std::uint64_t bytes);
@@ -75,10 +76,11 @@ class TrafficMemory {
   mutable std::mutex mutex_;
   std::condition_variable changed_;  ///< something was given back
   std::uint64_t taken_ = 0;
-  std::uint64_t nobodys_ = 0;       ///< of that, what belongs to no request
-  const Holder* large_ = nullptr;   ///< who went beyond; null whenever the sum is within `all_`
+  std::uint64_t nobodys_ = 0;  ///< of that, what belongs to no request
+  const Holder* large_ =
+      nullptr;  ///< the holder beyond the limit; null whenever the sum is within `all_`
   std::size_t holders_ = 0;         ///< that have something
-  std::vector<Waiter*> waiters_{};  ///< of those, who wait for more
+  std::vector<Waiter*> waiters_{};  ///< of the holders that wait for more
 };
 
 }  // namespace sightline

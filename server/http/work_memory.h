@@ -1,5 +1,5 @@
 #pragma once
-/// Memory that requests share: who does not fit waits for its turn, or is told to come again.
+/// Memory that requests share: a request that does not fit waits for its turn, or is refused.
 
 #include <atomic>
 #include <cstdint>
@@ -13,18 +13,18 @@
 
 namespace sightline {
 
-/// A number of bytes, counted and not allocated. One share at a time may go beyond it, up to a
-/// limit of its own, and is then counted by itself: so nothing that is smaller has to wait for
-/// ever, no two wait for each other, and small ones go on beside a large one. The last eighth is
-/// kept for little shares: they need not wait until the clients of large ones have read. All of it
-/// is taken out of the traffic's memory too. Outlives its shares; may be used from many threads.
+/// A number of bytes that are counted, not allocated. One share at a time may exceed it, up to a
+/// limit of its own, and is then counted separately. So no smaller share waits for ever, no two
+/// wait for each other, and small ones go on beside a large one. The last eighth is reserved for
+/// small shares. All bytes count in the TrafficMemory too. Outlives its shares; may be used from
+/// many threads.
 class WorkMemory {
  public:
-  /// all  bytes for all shares together, but for the one that goes beyond it
+  /// all  bytes for all shares, except a share that exceeds it
   /// one  bytes for one share
-  /// begins_late  of what grows slowly: while others who have something wait for more, nobody
-  ///              begins, but where no more than half of the traffic's is taken. Else all would
-  ///              have begun, and none could end.
+  /// begins_late  for shares that grow slowly. While other shares wait for more, a new one begins
+  /// only where at most half of the TrafficMemory is taken. Otherwise all would begin and none
+  /// could end.
   WorkMemory(TrafficMemory& traffic, std::uint64_t all, std::uint64_t one, bool begins_late = false)
       : traffic_(traffic), all_(all), one_(one), begins_late_(begins_late) {}
   std::uint64_t all() const { return all_; }
@@ -42,8 +42,8 @@ class WorkMemory {
     /// Adds to the share. Errors, and nothing is added: MEMORY_BUSY (it does not fit now),
     /// REQUEST_TOO_LARGE (it never will).
     Status grow(std::uint64_t bytes) { return wait(bytes, {.at = Deadline::Clock::time_point()}); }
-    /// The same, but waits for its turn until the deadline, or until nobody who has some could go
-    /// on before another gives his back.
+    /// Adds to the share, and waits for its turn until the deadline, or until no share could go on
+    /// before another one shrinks. Errors: those of grow.
     /// stays_little  it will not become large: it need not begin late
     Status wait(std::uint64_t bytes, const Deadline& deadline, bool stays_little = false);
     /// Gives back all but so many, and so many more that stay counted with the traffic alone.
@@ -71,14 +71,14 @@ class WorkMemory {
   // Under the traffic's mutex_.
   std::uint64_t taken_ = 0;           ///< by all shares but the next
   std::deque<const Share*> queue_{};  ///< shares that wait to begin, in their order
-  const Share* beyond_ = nullptr;     ///< who went beyond
+  const Share* beyond_ = nullptr;     ///< the share beyond the limit
 };
 
 /// What one request has of it.
 class RequestMemory {
  public:
-  /// waiters  places of those who wait for memory; null: whoever likes may
-  /// at_door  on the thread that all others need: there is only what is free, and no waiting
+  /// waiters  places for requests that wait for memory; null: any number may wait
+  /// at_door  on the thread of the event loop: no waiting, only free bytes
   RequestMemory(WorkMemory& bodies, WorkMemory& work, Places* waiters, const CancelFlag* caller,
                 bool at_door = false)
       : bodies_(bodies),
@@ -98,15 +98,15 @@ class RequestMemory {
   /// stays_little  all that will come is little: it need not let those go first that have begun
   Status reserve_body(std::uint64_t bytes, bool stays_little = false);
   void forget_body() { body_.keep(0); }
-  /// To be asked before the memory is taken; waits for a turn. The first 256 KiB of a request are
-  /// free: what all workers have of them together is little. Errors: those of WorkMemory::Share; at
-  /// the door MEMORY_BUSY for all that is not free.
+  /// To be called before the memory is taken; waits for its turn. The first 256 KiB of a request
+  /// are free: for all workers this is little. Errors: those of WorkMemory::Share. On the event
+  /// loop MEMORY_BUSY for all that is not free.
   Status reserve(std::uint64_t bytes);
   /// Of what was reserved so far no more than that is still in use.
   void keep(std::uint64_t bytes);
-  /// The same for a part of a stream that is on its way. A client that takes its time must not keep
-  /// others from their turns: of a large part all is counted with the traffic, but only so much
-  /// with the work.
+  /// Of what was reserved, `bytes` stay in use for a part of a stream that is being sent. A slow
+  /// client must not delay other requests: all of a large part counts in the TrafficMemory, but only
+  /// the bytes of a small part count as work.
   void keep_while_streaming(std::uint64_t bytes);
   /// Whether so much of work would be little.
   bool is_little(std::uint64_t bytes) const;
@@ -131,11 +131,11 @@ class RequestMemory {
   const bool at_door_;
 };
 
-/// The same where nobody may be counting.
+/// RequestMemory::reserve; success where `memory` is null.
 inline Status reserve(RequestMemory* memory, std::uint64_t bytes) {
   return memory == nullptr ? success() : memory->reserve(bytes);
 }
-/// The same for what asks by itself; `memory` outlives it.
+/// RequestMemory::reserve as a callback; `memory` outlives it.
 inline ReserveBytes reserve_from(RequestMemory* memory) {
   return [memory](std::uint64_t bytes) { return reserve(memory, bytes); };
 }

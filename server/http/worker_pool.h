@@ -25,7 +25,7 @@ class WorkerPool {
   /// False when the queue is full.
   bool submit(Connection& connection);
   std::size_t queued() const;
-  /// Whether somebody sleeps who would not have to take what is queued already.
+  /// Whether a thread sleeps that is not needed for what is queued already.
   bool has_idle() const;
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-/// The flags of the door: connections, heads, paces and queues.
+/// Flags of the event loop: connections, headers, rates and queues.
 
 #include <cstdint>
 
