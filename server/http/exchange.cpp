@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <memory>
 #include <utility>
 
 #include "core/base/split_mix.h"
@@ -29,7 +30,7 @@ void Exchange::reply(int status, std::string content, std::string_view media_typ
   response.status = status;
   response.body = std::move(content);
   // set_header adds: an earlier answer of this exchange must leave nothing behind.
-  response.headers.erase("Content-Type");
+  response.erase_header("Content-Type");
   response.set_header("Content-Type", std::string(media_type));
 }
 
@@ -42,37 +43,25 @@ void Exchange::reply_stream(std::string_view media_type,
                             std::function<bool(const Send& send)> next) {
   reply_empty(200);
   streams = true;
-  // See HttpServer::answer: what was written leaves now, not when the buffer is full.
-  const httplib::Progress& flush = request.progress;
+  response.erase_header("Content-Type");
+  response.set_header("Content-Type", std::string(media_type));
   // Events are small and wanted at once; numbers hardly shrink.
-  std::shared_ptr<ContentEncoder> encoder;
-  if (accepts != Coding::kIdentity && media_type == "application/x-ndjson") {
-    encoder = std::make_shared<ContentEncoder>(accepts);
-    response.set_header("Content-Encoding", std::string(coding_name(accepts)));
-    response.set_header("Vary", "Accept-Encoding");
+  if (accepts == Coding::kIdentity || media_type != "application/x-ndjson") {
+    response.stream = std::move(next);
+    return;
   }
-  const auto provide = [next = std::move(next), encoder, &flush](std::size_t,
-                                                                 httplib::DataSink& sink) {
+  const auto encoder = std::make_shared<ContentEncoder>(accepts);
+  response.set_header("Content-Encoding", std::string(coding_name(accepts)));
+  response.set_header("Vary", "Accept-Encoding");
+  response.stream = [next = std::move(next), encoder](const Send& send) {
     bool good = true;
-    const auto write = [&](std::string_view text) {
-      good = sink.write(text.data(), text.size()) && (!flush || flush(0, 0));
+    const bool goes_on = next([&](std::string_view text) {
+      good = send(encoder->encode(text, false));
       return good;
-    };
-    const Send send = [&](std::string_view text) {
-      return encoder ? write(encoder->encode(text, false)) : write(text);
-    };
-    if (!next(send)) {
-      if (good && encoder) write(encoder->encode("", true));
-      sink.done();
-    }
-    return good;
+    });
+    if (!goes_on && good) send(encoder->encode("", true));
+    return goes_on;
   };
-  if (request.version == "HTTP/1.0") {
-    // It knows no chunks: the end of the connection is the end of the stream.
-    response.set_content_provider(std::string(media_type), provide);
-  } else {
-    response.set_chunked_content_provider(std::string(media_type), provide);
-  }
 }
 
 void Exchange::reply_problem(Problem problem) {

@@ -1,8 +1,6 @@
 #pragma once
 /// One request and the answer to it, as a route sees them.
 
-#include <httplib.h>
-
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -16,6 +14,7 @@
 #include "proto/problem.h"
 #include "server/access/key_ring.h"
 #include "server/http/content_coding.h"
+#include "server/http/http_message.h"
 #include "server/http/request_head.h"
 
 namespace sightline {
@@ -24,8 +23,8 @@ class BodyReader;
 class RequestMemory;
 
 struct Exchange {
-  const httplib::Request& request;
-  httplib::Response& response;
+  const HttpRequest& request;
+  HttpResponse& response;
   BodyReader* body;          ///< null where no body can be
   const CancelFlag* caller;  ///< set when nobody waits for the answer any more; may be null
   RequestMemory* memory;     ///< null where nobody counts it
@@ -74,7 +73,7 @@ struct Exchange {
   /// Sends what `next` sends, piece by piece, until it returns false. It is called on a thread for
   /// streams, and may wait. `send` is false when the client is gone. Precondition:
   /// BodyReader::may_wait.
-  using Send = std::function<bool(std::string_view)>;
+  using Send = HttpResponse::Send;
   void reply_stream(std::string_view media_type, std::function<bool(const Send& send)> next);
   /// Of too much at once (kBusy) it also says when to try again.
   void reply_error(const Error& error);

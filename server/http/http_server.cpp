@@ -33,6 +33,8 @@ struct Course {
   BodyReader& body;
   RequestMemory& memory;
   const std::atomic<bool>& stopping;
+  HttpRequest request{};
+  HttpResponse response{};
   std::string request_id{};
   bool keeps = false;  ///< what the answer says of the connection
 
@@ -49,13 +51,12 @@ Course& course_of(const httplib::Request& request) {
   return *request.response_handler.target<CourseOf>()->course;
 }
 
-Exchange exchange_of(const httplib::Request& request, httplib::Response& response) {
-  Course& course = course_of(request);
+Exchange exchange_of(Course& course) {
   Connection& connection = course.connection;
   const RequestHead& head = connection.head;
   if (course.request_id.empty()) course.request_id = checked_request_id(head.request_id);
-  return {.request = request,
-          .response = response,
+  return {.request = course.request,
+          .response = course.response,
           .body = &course.body,
           .caller = &connection.gone,
           .memory = &course.memory,
@@ -80,15 +81,47 @@ bool has(const httplib::Headers& headers, std::string_view name) {
 
 /// In the coding that the client likes best, where that pays: raw numbers hardly shrink, and what
 /// fits a packet need not.
-void compress(const RequestHead& head, httplib::Response& response) {
+void compress(const RequestHead& head, HttpResponse& response) {
   constexpr std::size_t kWorthIt = 1400;
   if (response.body.size() < kWorthIt) return;
-  const std::string type = response.get_header_value("Content-Type");
-  if (type == "application/octet-stream") return;
-  if (!has(response.headers, "Vary")) response.set_header("Vary", "Accept-Encoding");
+  const std::string* type = response.header("Content-Type");
+  if (type != nullptr && *type == "application/octet-stream") return;
+  if (response.header("Vary") == nullptr) response.set_header("Vary", "Accept-Encoding");
   if (head.accepts == Coding::kIdentity) return;
   response.body = ContentEncoder(head.accepts).encode(response.body, true);
   response.set_header("Content-Encoding", std::string(coding_name(head.accepts)));
+}
+
+/// Hands the answer to the library, which writes it.
+void hand_over(Course& course, httplib::Response& response) {
+  HttpResponse& answer = course.response;
+  response.status = answer.status;
+  response.body = std::move(answer.body);
+  std::string type;
+  for (auto& [name, value] : answer.headers) {
+    if (answer.stream && name == "Content-Type") {
+      type = std::move(value);
+    } else {
+      response.headers.emplace(std::move(name), std::move(value));
+    }
+  }
+  if (!answer.stream) return;
+  const auto provide = [&course](std::size_t, httplib::DataSink& sink) {
+    bool good = true;
+    const bool goes_on = course.response.stream([&](std::string_view text) {
+      // What was written leaves now, not when the buffer is full.
+      good = sink.write(text.data(), text.size()) && course.stream.flush();
+      return good;
+    });
+    if (!goes_on) sink.done();
+    return good;
+  };
+  if (course.connection.head.http10) {
+    // It knows no chunks: the end of the connection is the end of the stream.
+    response.set_content_provider(type, provide);
+  } else {
+    response.set_chunked_content_provider(type, provide);
+  }
 }
 
 /// What the library adds to every answer, where it is not true; and what it does not add.
@@ -162,8 +195,8 @@ HttpServer::HttpServer(const DoorLimits& limits, Dispatch dispatch, Thrown throw
   });
   // Every request ends here, before the library's router, and before it would read a body.
   set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
-    Exchange exchange = exchange_of(request, response);
     Course& course = course_of(request);
+    Exchange exchange = exchange_of(course);
     const RequestHead& head = course.connection.head;
     if (gate_.rules().headers.is_preflight(head)) {
       exchange.reply_empty(204);
@@ -173,11 +206,12 @@ HttpServer::HttpServer(const DoorLimits& limits, Dispatch dispatch, Thrown throw
         if (!course.body.is_put_off()) course.connection.put_off = Connection::PutOff::kToWorker;
         course.stream.fall_silent();
       } else {
-        compress(head, response);
-        if (!exchange.streams) course.memory.keep(response.body.size());
+        compress(head, course.response);
+        if (!exchange.streams) course.memory.keep(course.response.body.size());
         course.stream.hurry_for(course.memory);
       }
     }
+    hand_over(course, response);
     return HandlerResponse::Handled;
   });
   set_post_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
@@ -248,9 +282,7 @@ void HttpServer::answer(Connection& connection) {
     request.method = connection.head.method;
     request.target = connection.head.target;
     request.response_handler = CourseOf{&course};
-    // This too is a question of the library's client; here it lets a stream of events out of
-    // the buffer.
-    request.progress = [&](std::uint64_t, std::uint64_t) { return stream.flush(); };
+    course.request = {connection.head.method, connection.head.target};
   });
   if (connection.put_off != Connection::PutOff::kNo) return;
   const bool sent = stream.finish() && answered;
@@ -263,14 +295,14 @@ void HttpServer::answer(Connection& connection) {
 
 void HttpServer::answer_thrown(const httplib::Request& request, httplib::Response& response,
                                std::exception_ptr exception) const {
-  Exchange exchange = exchange_of(request, response);
+  Course& course = course_of(request);
+  Exchange exchange = exchange_of(course);
   if (exchange.at_door) {
-    Course& course = course_of(request);
     course.connection.put_off = Connection::PutOff::kToWorker;
     return course.stream.fall_silent();
   }
   // What was put off before is answered here.
-  course_of(request).connection.put_off = Connection::PutOff::kNo;
+  course.connection.put_off = Connection::PutOff::kNo;
   std::string kind = "not a std::exception";
   bool out_of_memory = false;
   try {
@@ -286,6 +318,7 @@ void HttpServer::answer_thrown(const httplib::Request& request, httplib::Respons
   } else {
     exchange.reply_problem(500, "INTERNAL", "the server failed to answer; the fault is its own");
   }
+  hand_over(course, response);
 }
 
 }  // namespace sightline

@@ -1,8 +1,6 @@
 #pragma once
 /// From method and path to a handler.
 
-#include <httplib.h>
-
 #include <functional>
 #include <string>
 #include <string_view>

@@ -38,17 +38,18 @@ Asked ask(const std::string& method, const std::string& target) {
       exchange.reply(200, text + " " + exchange.scene_id, "x");
     });
   }
-  httplib::Request request;
+  HttpRequest request;
   request.method = method;
   request.target = target;
-  httplib::Response response;
+  HttpResponse response;
   Exchange exchange{request, response, nullptr, nullptr, nullptr, "id", {}};
   router.dispatch(exchange);
   std::string said = response.body;
   for (const char* code : {"ROUTE_NOT_FOUND", "METHOD_NOT_ALLOWED"}) {
     if (said.find(code) != std::string::npos) said = code;
   }
-  return {response.status, said, response.get_header_value("Allow")};
+  const std::string* allow = response.header("Allow");
+  return {response.status, said, allow == nullptr ? "" : *allow};
 }
 
 TEST(Router, finds_the_handler_and_the_name_in_the_path) {
