@@ -86,20 +86,17 @@ bool AnswerHeaders::is_strange_name(const RequestHead& head) const {
   });
 }
 
-std::string AnswerHeaders::lines(const RequestHead& head, OwnHeaders own) const {
-  std::string text;
-  constexpr std::size_t kDate = 37;
-  text.reserve(kDate + kFixed.size() + kCache.size() + kPolicy.size());
+void AnswerHeaders::append_to(std::string& text, const RequestHead& head,
+                              const HttpResponse& response) const {
   date_->add_to(text);
   text += kFixed;
-  if (!own.cache) text += kCache;
-  if (!own.policy) text += kPolicy;
-  if (origins_.empty()) return text;
+  if (response.header("Cache-Control") == nullptr) text += kCache;
+  if (response.header("Content-Security-Policy") == nullptr) text += kPolicy;
+  if (origins_.empty()) return;
   text += "Vary: Origin\r\n";
-  if (!allows(head.origin)) return text;
+  if (!allows(head.origin)) return;
   text.append("Access-Control-Allow-Origin: ").append(head.origin).append("\r\n");
   text += is_preflight(head) ? kAllowed : kShown;
-  return text;
 }
 
 bool is_origin(std::string_view text) {

@@ -9,15 +9,10 @@
 #include <string_view>
 #include <vector>
 
+#include "server/http/http_message.h"
 #include "server/http/request_head.h"
 
 namespace sightline {
-
-/// Of the headers below, those that an answer has already.
-struct OwnHeaders {
-  bool cache = false;   ///< Cache-Control
-  bool policy = false;  ///< Content-Security-Policy
-};
 
 /// The Date of an answer, written once a second: it would be a tenth of what a trivial answer costs
 /// outside of system calls. May be used from many threads.
@@ -48,8 +43,8 @@ class AnswerHeaders {
   /// point it at this machine after a page was loaded from it (DNS rebinding). The requests of that
   /// page are then of its own origin. Addresses and names without a dot are never refused.
   bool is_strange_name(const RequestHead& head) const;
-  /// Whole lines for the answer to `head`.
-  std::string lines(const RequestHead& head, OwnHeaders own = {}) const;
+  /// Appends whole lines for the answer to `head`, but none that `response` has.
+  void append_to(std::string& text, const RequestHead& head, const HttpResponse& response) const;
 
  private:
   bool names(std::string_view origin) const;

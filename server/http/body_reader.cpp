@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "server/http/connection_stream.h"
+#include "server/http/response_writer.h"
 
 namespace sightline {
 namespace {
@@ -17,10 +17,10 @@ constexpr std::size_t kPiece = 32 << 10;
 
 }  // namespace
 
-BodyReader::BodyReader(Connection& connection, ConnectionStream& stream, const PaceLimits& pace,
+BodyReader::BodyReader(Connection& connection, ResponseWriter& writer, const PaceLimits& pace,
                        std::uint64_t busy_rate, RequestMemory& memory)
     : connection_(connection),
-      stream_(stream),
+      writer_(writer),
       since_(connection.streams ? Pace::Clock::now() : connection.asked_at),
       pace_(pace, since_),
       hurry_({busy_rate, pace.window, pace.longest}, since_),
@@ -125,8 +125,8 @@ bool BodyReader::receive(bool wait) {
   if (!connection_.pending_input().empty()) connection_.owes_continue = false;
   if (std::exchange(connection_.owes_continue, false)) {
     constexpr std::string_view kContinue = "HTTP/1.1 100 Continue\r\n\r\n";
-    stream_.write(kContinue.data(), kContinue.size());
-    if (!stream_.flush()) fault_ = Fault::kEnded;
+    writer_.write(kContinue);
+    if (!writer_.flush()) fault_ = Fault::kEnded;
   }
   // It is not the client's time that went by while this waited for memory, or decoded.
   const Pace::Clock::time_point now = Pace::Clock::now();

@@ -15,7 +15,7 @@
 
 namespace sightline {
 
-class ConnectionStream;
+class ResponseWriter;
 
 /// Only a stream waits for its client. For all others the event loop receives the body, and a
 /// handler is called again when it is there: see ask_for.
@@ -31,7 +31,7 @@ class BodyReader {
   };
   /// busy_rate  bytes per second: the least rate of a stream while other requests wait for memory
   /// memory     counts what a decoder takes, since a client chooses how much
-  BodyReader(Connection& connection, ConnectionStream& stream, const PaceLimits& pace,
+  BodyReader(Connection& connection, ResponseWriter& writer, const PaceLimits& pace,
              std::uint64_t busy_rate, RequestMemory& memory);
 
   /// Whether `bytes` of the body can be read, as they came, or all of it. Where not the request is
@@ -93,7 +93,7 @@ class BodyReader {
   bool has_unread() const;
 
   Connection& connection_;
-  ConnectionStream& stream_;
+  ResponseWriter& writer_;
   Pace::Clock::time_point since_;  ///< when it last had something, which then was at work here
   Pace pace_, hurry_;
   std::uint64_t gathered_;       ///< unread bytes of a body that stands in the connection's input

@@ -9,7 +9,7 @@
 
 #include "server/http/connection_gate.h"
 #include "server/http/exchange.h"
-#include "server/http/refusal.h"
+#include "server/http/response_writer.h"
 #include "server/routes/request_weight.h"
 
 namespace sightline {
@@ -366,8 +366,10 @@ void ConnectionGate::refuse(Connection& connection, const RequestFault& fault) {
   connection.file_sent = 0;
   const std::string request_id = checked_request_id(connection.head.request_id);
   if (rules_.refused) rules_.refused(connection.head, fault, request_id);
-  connection.output = refusal_text(fault, request_id, rules_.headers.lines(connection.head),
-                                   connection.head.method != "HEAD");
+  const HttpResponse response = refusal(fault, request_id);
+  connection.output.clear();
+  append_head(connection.output, connection.head, response, request_id, true, rules_.headers);
+  if (connection.head.method != "HEAD") connection.output += response.body;
   connection.sent = 0;
   connection.keep = false;
   begin_sending(connection);

@@ -29,9 +29,7 @@ bool Exchange::is_put_off() const {
 void Exchange::reply(int status, std::string content, std::string_view media_type) {
   response.status = status;
   response.body = std::move(content);
-  // set_header adds: an earlier answer of this exchange must leave nothing behind.
-  response.erase_header("Content-Type");
-  response.set_header("Content-Type", std::string(media_type));
+  response.content_type = media_type;
 }
 
 void Exchange::reply_empty(int status) {
@@ -43,9 +41,9 @@ void Exchange::reply_stream(std::string_view media_type,
                             std::function<bool(const Send& send)> next) {
   reply_empty(200);
   streams = true;
-  response.erase_header("Content-Type");
-  response.set_header("Content-Type", std::string(media_type));
+  response.content_type = media_type;
   // Events are small and wanted at once; numbers hardly shrink.
+  const Coding accepts = head.accepts;
   if (accepts == Coding::kIdentity || media_type != "application/x-ndjson") {
     response.stream = std::move(next);
     return;
@@ -82,7 +80,7 @@ void Exchange::reply_problem(int status, std::string_view code, std::string deta
 
 void Exchange::reply_error(const Error& error) {
   const int status = http_status(error.kind);
-  reply_problem(make_problem(error, status, status_title(status)));
+  reply_problem(make_problem(error, status, std::string(status_title(status))));
   if (error.kind == ErrorKind::kBusy) response.set_header("Retry-After", "1");
 }
 

@@ -12,8 +12,6 @@
 #include "core/base/result.h"
 #include "core/query/query_work.h"
 #include "proto/problem.h"
-#include "server/access/key_ring.h"
-#include "server/http/content_coding.h"
 #include "server/http/http_message.h"
 #include "server/http/request_head.h"
 
@@ -23,7 +21,7 @@ class BodyReader;
 class RequestMemory;
 
 struct Exchange {
-  const HttpRequest& request;
+  const RequestHead& head;
   HttpResponse& response;
   BodyReader* body;          ///< null where no body can be
   const CancelFlag* caller;  ///< set when nobody waits for the answer any more; may be null
@@ -35,15 +33,12 @@ struct Exchange {
   std::string_view route = {};
   std::uint64_t rays = 0, boxes = 0;
   QueryWork work = {};
-  std::string problem_code = {};       ///< of the problem that it was answered with
-  Coding accepts = Coding::kIdentity;  ///< of a stream of text
+  std::string problem_code = {};  ///< of the problem that it was answered with
   /// The event loop tries to answer, and must not wait. Whatever takes longer, and every answer but
   /// a short one with status 200, is put off to a worker, which begins again.
   bool at_door = false;
   /// When the event loop had received the request. The time in a queue counts.
   std::chrono::steady_clock::time_point asked_at = std::chrono::steady_clock::now();
-  /// When all of it was there: from then on the time counts that it may take.
-  std::chrono::steady_clock::time_point whole_at = asked_at;
   /// Whether this call of the handler answers nothing: the request is answered by a later one. So
   /// it is where others had the memory: it begins again when its turn comes.
   bool is_put_off() const;
@@ -52,19 +47,12 @@ struct Exchange {
   /// The answer is a stream, which counts its memory itself.
   bool streams = false;
   /// Whether the client asks for an answer of this type, and of no other.
-  bool wants(std::string_view media_type) const {
-    return head != nullptr && head->accept == media_type;
-  }
-  /// The header, as the event loop has parsed it; null where there was none.
-  const RequestHead* head = nullptr;
-  // The caller.
-  Access access = Access::kWrite;
-  std::string_view key_name = {};
-  std::shared_ptr<const CancelFlag> revoked = {};  ///< set when the key is one no more; may be null
+  bool wants(std::string_view media_type) const { return head.accept == media_type; }
 
   /// To be asked before much memory is taken for this answer. Errors: see RequestMemory.
   Status reserve(std::uint64_t bytes) const;
 
+  /// media_type  a literal
   void reply(int status, std::string content, std::string_view media_type);
   void reply_json(int status, std::string content) {
     reply(status, std::move(content), "application/json");

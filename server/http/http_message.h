@@ -1,5 +1,5 @@
 #pragma once
-/// A request and its answer, as handlers see them. Independent of the HTTP library.
+/// The answer to a request, as handlers make it.
 
 #include <functional>
 #include <string>
@@ -9,16 +9,12 @@
 
 namespace sightline {
 
-struct HttpRequest {
-  std::string method;
-  std::string target;  ///< path and query part, as sent
-};
-
 struct HttpResponse {
   using Send = std::function<bool(std::string_view)>;
 
   int status = 0;  ///< 0: nothing was answered yet
   std::string body{};
+  std::string_view content_type{};  ///< a literal; empty: no such header
   std::vector<std::pair<std::string, std::string>> headers{};
   /// Not null: called again and again after the header is sent, each time with a function that sends
   /// a piece of the body. False ends the body.
@@ -27,9 +23,6 @@ struct HttpResponse {
   /// Adds a header; earlier ones of this name stay.
   void set_header(std::string_view name, std::string value) {
     headers.emplace_back(name, std::move(value));
-  }
-  void erase_header(std::string_view name) {
-    std::erase_if(headers, [&](const auto& header) { return header.first == name; });
   }
   /// The value of the first header of this name, spelled like this; null where there is none.
   const std::string* header(std::string_view name) const {

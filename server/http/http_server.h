@@ -1,7 +1,5 @@
 #pragma once
-/// The server of cpp-httplib behind our own event loop.
-
-#include <httplib.h>
+/// An HTTP server: the event loop, the memory of its requests, and one handler.
 
 #include <atomic>
 #include <functional>
@@ -11,24 +9,14 @@
 #include "server/http/connection_gate.h"
 #include "server/http/door_limits.h"
 #include "server/http/exchange.h"
+#include "server/http/listener.h"
 #include "server/http/work_memory.h"
 
 namespace sightline {
 
-struct ListenAddress {
-  std::string host;
-  int port = 0;
-};
-/// "127.0.0.1:8080", "[::1]:0", "localhost:80". Errors: LISTEN_ADDRESS_INVALID.
-Result<ListenAddress> parse_listen_address(const std::string& text);
-
-/// The seam is the library's protected process_request, which answers one request from any Stream:
-/// a ConnectionGate holds the connections and reads the heads, which a route finds in its Exchange.
-/// The library is asked for "/" and writes what the route answers. Bodies never come to it either:
-/// a route reads them by its Exchange, or they are read over, or they end the connection.
-///
-/// A file descriptor for each connection; a worker for each request that is being answered.
-class HttpServer : private httplib::Server {
+/// Calls the handler for each request that the event loop has received, and writes the answer. Uses
+/// a file descriptor for each connection, and a worker for each request that is being answered.
+class HttpServer {
  public:
   using Dispatch = std::function<void(Exchange&)>;
   /// Called when a handler has thrown, with the exception's type: its text may be anything, and is
@@ -36,7 +24,7 @@ class HttpServer : private httplib::Server {
   using Thrown = std::function<void(const std::string& request_id, const std::string& type)>;
 
   HttpServer(const DoorLimits& limits, Dispatch dispatch, Thrown thrown, DoorRules rules = {});
-  ~HttpServer() override;
+  ~HttpServer();
 
   /// Listens; connections queue up from here on. Returns the port. Errors: LISTEN_FAILED.
   Result<int> bind(const ListenAddress& address);
@@ -60,8 +48,8 @@ class HttpServer : private httplib::Server {
 
  private:
   void answer(Connection& connection);
-  void answer_thrown(const httplib::Request& request, httplib::Response& response,
-                     std::exception_ptr exception) const;
+  /// Calls the handler; an exception becomes a problem.
+  void handle(Exchange& exchange) const;
 
   DoorLimits limits_;
   const Dispatch dispatch_;
@@ -72,6 +60,7 @@ class HttpServer : private httplib::Server {
   /// Places for workers of small requests that wait for memory.
   Places waiters_;
   std::atomic<bool> stopping_{false};
+  int listener_ = -1;
   ConnectionGate gate_;
 };
 

@@ -31,8 +31,18 @@ int http_status(ErrorKind kind) {
   return 500;
 }
 
-std::string status_title(int status) {
+std::string_view status_title(int status) {
   switch (status) {
+    case 200:
+      return "OK";
+    case 201:
+      return "Created";
+    case 202:
+      return "Accepted";
+    case 204:
+      return "No Content";
+    case 304:
+      return "Not Modified";
     case 400:
       return "Bad Request";
     case 401:

@@ -13,15 +13,13 @@ namespace {
 /// The media type without its parameters, in lower case.
 std::string media_type(const Exchange& exchange) {
   if (!says_media_type(exchange)) return {};
-  const std::string_view type = *exchange.head->content_type;
+  const std::string_view type = *exchange.head.content_type;
   return lower_case(trimmed(type.substr(0, type.find(';'))));
 }
 
 }  // namespace
 
-bool says_media_type(const Exchange& exchange) {
-  return exchange.head != nullptr && exchange.head->content_type;
-}
+bool says_media_type(const Exchange& exchange) { return exchange.head.content_type.has_value(); }
 
 bool admit_media_type(Exchange& exchange, std::initializer_list<std::string_view> accepted,
                       std::initializer_list<std::string_view> tolerated) {

@@ -31,8 +31,7 @@ std::optional<TagList> tags_of(const std::optional<std::string>& list, bool take
 }  // namespace
 
 Precondition precondition_of(const Exchange& exchange) {
-  if (exchange.head == nullptr) return {};
-  return {tags_of(exchange.head->if_match, false), tags_of(exchange.head->if_none_match, true)};
+  return {tags_of(exchange.head.if_match, false), tags_of(exchange.head.if_none_match, true)};
 }
 
 }  // namespace sightline

@@ -8,7 +8,7 @@ namespace sightline {
 std::optional<QueryParameters> QueryParameters::read(
     Exchange& exchange, std::initializer_list<std::string_view> known) {
   QueryParameters parameters;
-  std::string_view query = exchange.request.target;
+  std::string_view query = exchange.head.target;
   query.remove_prefix(std::min(query.find('?'), query.size()));
   while (!query.empty()) {
     query.remove_prefix(1);  // the '?' or '&'

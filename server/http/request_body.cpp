@@ -20,19 +20,17 @@ void reply_too_large(Exchange& exchange, std::uint64_t limit) {
 
 }  // namespace
 
-std::optional<std::uint64_t> body_length(const Exchange& exchange) {
-  return exchange.head == nullptr ? std::nullopt : exchange.head->length;
-}
+std::optional<std::uint64_t> body_length(const Exchange& exchange) { return exchange.head.length; }
 
 bool admit_stream(Exchange& exchange) {
-  const auto coding = exchange.head == nullptr ? Coding::kIdentity : exchange.head->coding;
+  const auto coding = exchange.head.coding;
   if (!coding) {
     exchange.response.set_header("Accept-Encoding", "gzip, zstd");
     exchange.reply_problem(415, "ENCODING_UNSUPPORTED",
                            "send the body in gzip, in zstd, or without Content-Encoding");
     return false;
   }
-  if ((exchange.head == nullptr || !exchange.head->chunked) && !body_length(exchange)) {
+  if (!exchange.head.chunked && !body_length(exchange)) {
     exchange.reply_problem(411, "LENGTH_REQUIRED", "send Content-Length, or a chunked body");
     return false;
   }

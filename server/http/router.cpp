@@ -66,8 +66,8 @@ void Router::add(std::string_view method, std::string_view pattern, Handler hand
 
 void Router::dispatch(Exchange& exchange) const {
   std::vector<std::string> path;
-  const bool is_path = split_path(exchange.request.target, path);
-  const std::string& method = exchange.request.method;
+  const bool is_path = split_path(exchange.head.target, path);
+  const std::string& method = exchange.head.method;
   std::string allowed;
   for (const Route& route : routes_) {
     if (!is_path || !matches(route.segments, path, exchange)) continue;

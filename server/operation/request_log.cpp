@@ -9,7 +9,7 @@ namespace {
 /// of the scene where it could be one.
 std::string shown_path(const Exchange& exchange) {
   std::string path(exchange.route);
-  if (exchange.head != nullptr && exchange.head->hides_path) return path;
+  if (exchange.head.hides_path) return path;
   const std::size_t place = path.find("{id}");
   if (place != std::string::npos && is_scene_id(exchange.scene_id) &&
       !holds_key(exchange.scene_id)) {
@@ -31,24 +31,26 @@ Log::Level level_of(int status) {
 
 void note_request(Service& service, const Exchange& exchange, int status,
                   std::chrono::duration<double> time) {
-  service.metrics.count({exchange.request.method, exchange.route, status, time, exchange.rays,
+  service.metrics.count({exchange.head.method, exchange.route, status, time, exchange.rays,
                          exchange.boxes, exchange.work});
   if (exchange.problem_code == kTooSlow) service.metrics.count_slow();
   const Log::Level level = level_of(status);
   if (!service.log.shows(level)) return;
   service.log.write(level, "request",
-                    {{"method", known_method(exchange.request.method)},
+                    {{"method", known_method(exchange.head.method)},
                      {"path", shown_path(exchange)},
                      {"status", std::int64_t{status}},
                      {"code", exchange.problem_code},
                      {"bytes", std::uint64_t{exchange.response.body.size()}},
                      {"ms", time.count() * 1000},
                      {"id", exchange.request_id},
-                     {"key", exchange.key_name}});
+                     {"key", exchange.head.key_name}});
 }
 
 StreamNote::StreamNote(const Exchange& exchange)
-    : path(shown_path(exchange)), request_id(exchange.request_id), key_name(exchange.key_name) {}
+    : path(shown_path(exchange)),
+      request_id(exchange.request_id),
+      key_name(exchange.head.key_name) {}
 
 void note_stream_end(const Service& service, const StreamNote& stream) {
   if (stream.code == kTooSlow) service.metrics.count_slow();

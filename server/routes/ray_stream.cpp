@@ -54,7 +54,7 @@ RayStream::RayStream(Exchange& exchange, const Service& service, std::shared_ptr
     : service_(service),
       body_(exchange.body),
       caller_(exchange.caller),
-      revoked_(exchange.revoked),
+      revoked_(exchange.head.revoked),
       memory_(exchange.memory),
       request_id_(exchange.request_id),
       scene_(std::move(scene)),
@@ -194,7 +194,7 @@ Result<std::string> RayStream::next() try {
 
 std::string RayStream::last_words(const Error& error) const {
   const int status = http_status(error.kind);
-  Problem problem = make_problem(error, status, status_title(status));
+  Problem problem = make_problem(error, status, std::string(status_title(status)));
   problem.request_id = request_id_;
   const std::string text = encode_problem(problem);  // ends with a line
   return form_ == Form::kLines ? text : framed(text);

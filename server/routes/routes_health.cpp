@@ -53,7 +53,7 @@ void reply_readiness(Exchange& exchange, const Service& service) {
   const char* status = stopping ? "stopping" : !settled ? "loading" : "ready";
   const bool ready = !stopping && settled;
   Json document{{"status", status}};
-  if (exchange.access >= Access::kRead)
+  if (exchange.head.access >= Access::kRead)
     document.update(readiness_details(service, stopping, settled));
   exchange.reply_json(ready ? 200 : 503, document.dump() + "\n");
   if (!ready) exchange.response.set_header("Retry-After", "1");

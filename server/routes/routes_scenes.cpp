@@ -116,7 +116,7 @@ void put_scene(Exchange& exchange, Service& service) {
 void reply_source_error(Exchange& exchange, const Error& error) {
   for (const char* code : {"PATH_NOT_ALLOWED", "PATH_REFUSED", "URL_NOT_ALLOWED"}) {
     if (error.code == code) {
-      return exchange.reply_problem(make_problem(error, 403, status_title(403)));
+      return exchange.reply_problem(make_problem(error, 403, std::string(status_title(403))));
     }
   }
   exchange.reply_error(error);

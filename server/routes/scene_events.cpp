@@ -21,7 +21,7 @@ class EventStream {
       : id_(exchange.scene_id),
         service_(service),
         caller_(exchange.caller),
-        revoked_(exchange.revoked) {}
+        revoked_(exchange.head.revoked) {}
 
   /// Waits for something to tell, at most until the heartbeat is due. Empty when it was cut off.
   std::string next() {

@@ -79,7 +79,7 @@ struct Service {
       const auto most = std::chrono::duration_cast<std::chrono::milliseconds>(limits.request.get());
       const std::chrono::milliseconds wish(
           std::min<std::uint64_t>(*timeout_ms, static_cast<std::uint64_t>(most.count())));
-      deadline.at = std::min(deadline.at, exchange.whole_at + wish);
+      deadline.at = std::min(deadline.at, exchange.asked_at + wish);
     }
     if (exchange.at_door) deadline.at = std::min(deadline.at, Deadline::Clock::now() + kAtDoor);
     deadline.caller = exchange.caller;

@@ -46,6 +46,18 @@ def control(option, server):
     subprocess.run(["callgrind_control", option, str(server.pid)], check=True, stdout=subprocess.DEVNULL)
 
 
+def wait_until_idle(pid):
+    """Returns when the process has used no processor for two seconds, however slow the machine is."""
+    used = None
+    while True:
+        fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+        now = int(fields[11]) + int(fields[12])
+        if used is not None and now - used <= 2:
+            return
+        used = now
+        time.sleep(2)
+
+
 def per_request(binary, folder):
     """Instructions of one request."""
     output = Path(folder) / "callgrind.out"
@@ -61,7 +73,7 @@ def per_request(binary, folder):
                 if probe.recv(65536).startswith(b"HTTP/1.1 200"):
                     break
             time.sleep(0.2)
-        time.sleep(5)  # trees are built in the background
+        wait_until_idle(server.pid)  # trees are built in the background
         with socket.create_connection(("127.0.0.1", port)) as connection:
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             ask(connection, WARM_UP)

@@ -177,7 +177,7 @@ class Server {
 
  private:
   static void echo(Exchange& exchange) {
-    std::string said = exchange.request.method + " " + exchange.request.target + "\n";
+    std::string said = exchange.head.method + " " + exchange.head.target + "\n";
     if (exchange.body != nullptr) {
       if (!exchange.body->ask_for(1 << 20)) return;
       const bool whole = exchange.body->read([&](std::span<const char> piece) {

@@ -1,6 +1,7 @@
 #include "server/http/http_server.h"
 
 #include <gtest/gtest.h>
+#include <httplib.h>
 #include <spdlog/sinks/null_sink.h>
 
 #include <atomic>
@@ -94,7 +95,7 @@ TEST(HttpServer, answers_at_the_door_while_every_worker_is_busy) {
   };
   Running server(
       [&](Exchange& exchange) {
-        if (exchange.request.target == "/slow") {
+        if (exchange.head.target == "/slow") {
           ++begun;
           gone_on.wait();
         }

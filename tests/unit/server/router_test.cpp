@@ -38,11 +38,11 @@ Asked ask(const std::string& method, const std::string& target) {
       exchange.reply(200, text + " " + exchange.scene_id, "x");
     });
   }
-  HttpRequest request;
+  RequestHead request;
   request.method = method;
   request.target = target;
   HttpResponse response;
-  Exchange exchange{request, response, nullptr, nullptr, nullptr, "id", {}};
+  Exchange exchange{request, response, nullptr, nullptr, nullptr, "id"};
   router.dispatch(exchange);
   std::string said = response.body;
   for (const char* code : {"ROUTE_NOT_FOUND", "METHOD_NOT_ALLOWED"}) {

@@ -1,13 +1,17 @@
-#include "server/http/connection_stream.h"
+#include "server/http/response_writer.h"
 
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/uio.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
-#include <cstring>
+#include <charconv>
 #include <utility>
+
+#include "proto/problem.h"
+#include "server/http/http_status.h"
 
 namespace sightline {
 namespace {
@@ -29,19 +33,58 @@ bool wait_for(int socket, short events, std::chrono::steady_clock::time_point du
   }
 }
 
+void append_number(std::string& out, std::uint64_t value, int base) {
+  std::array<char, 20> digits;
+  const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), value, base);
+  out.append(digits.data(), end);
+}
+
 }  // namespace
 
 bool wait_until_readable(int socket, std::chrono::steady_clock::time_point due) {
   return wait_for(socket, POLLIN, due);
 }
 
-ssize_t ConnectionStream::read(char* data, std::size_t size) {
-  const std::size_t count = unread_.copy(data, size);
-  unread_.remove_prefix(count);
-  return static_cast<ssize_t>(count);
+void append_head(std::string& out, const RequestHead& head, const HttpResponse& response,
+                 std::string_view request_id, bool is_last, const AnswerHeaders& headers) {
+  // Most answers fit, with a short body.
+  constexpr std::size_t kUsual = 1024;
+  out.reserve(out.size() + kUsual);
+  out.append("HTTP/1.1 ");
+  append_number(out, static_cast<std::uint64_t>(response.status), 10);
+  out.append(" ").append(status_title(response.status)).append("\r\n");
+  const auto add = [&](std::string_view name, std::string_view value) {
+    out.append(name).append(": ").append(value).append("\r\n");
+  };
+  if (!response.content_type.empty()) add("Content-Type", response.content_type);
+  for (const auto& [name, value] : response.headers) add(name, value);
+  if (response.stream) {
+    if (!head.http10) add("Transfer-Encoding", "chunked");
+  } else if (response.status != 204 && response.status != 304) {  // [RFC9110] 8.6
+    out.append("Content-Length: ");
+    append_number(out, response.body.size(), 10);
+    out.append("\r\n");
+  }
+  if (is_last) add("Connection", "close");
+  add("X-Request-Id", request_id);
+  headers.append_to(out, head, response);
+  out.append("\r\n");
 }
 
-bool ConnectionStream::send_with(std::string_view& more) {
+HttpResponse refusal(const RequestFault& fault, const std::string& request_id) {
+  Problem problem;
+  problem.status = fault.status;
+  problem.title = status_title(fault.status);
+  problem.detail = fault.detail;
+  problem.code = fault.code;
+  problem.request_id = request_id;
+  HttpResponse response{fault.status, encode_problem(problem), kProblemMediaType};
+  if (fault.status == 503) response.set_header("Retry-After", "1");
+  if (fault.status == 401) response.set_header("WWW-Authenticate", "Bearer realm=\"sightline\"");
+  return response;
+}
+
+bool ResponseWriter::send_with(std::string_view& more) {
   while (connection_.pending_output() > 0 || !more.empty()) {
     const std::size_t before = connection_.pending_output();
     iovec parts[2] = {{connection_.output.data() + connection_.sent, before},
@@ -61,7 +104,7 @@ bool ConnectionStream::send_with(std::string_view& more) {
   return true;
 }
 
-bool ConnectionStream::spool(std::string_view rest) {
+bool ResponseWriter::spool(std::string_view rest) {
   if (!connection_.output_file) {
     connection_.output_file = std::make_unique<SpoolFile>(connection_.spool);
   }
@@ -76,7 +119,7 @@ bool ConnectionStream::spool(std::string_view rest) {
   return file.append(rest);
 }
 
-bool ConnectionStream::leave_behind(std::string_view rest) {
+bool ResponseWriter::leave_behind(std::string_view rest) {
   const std::size_t size = connection_.pending_output() + rest.size();
   const auto fits = [&] {
     if (size <= kFreeOutput || size <= connection_.charged) return true;
@@ -97,19 +140,19 @@ bool ConnectionStream::leave_behind(std::string_view rest) {
   return spool(rest);
 }
 
-void ConnectionStream::Uptake::look(const Connection& connection) {
+void ResponseWriter::Uptake::look(const Connection& connection) {
   const std::uint64_t before = std::exchange(taken, taken_by_client(connection));
   const Pace::Clock::time_point now = Pace::Clock::now();
   pace.moved(taken - before, now);
   hurry.moved(taken - before, now);
 }
 
-bool ConnectionStream::wait_for_client(Uptake& uptake) {
+bool ResponseWriter::wait_for_client(Uptake& uptake) {
   while (!connection_.gone.cancelled()) {
     uptake.look(connection_);
     const Pace::Clock::time_point now = Pace::Clock::now();
     const auto due = uptake.pace.due();
-    if (now >= uptake.hurry.due() && memory_ != nullptr && memory_->keeps_others_waiting())
+    if (now >= uptake.hurry.due() && memory_.keeps_others_waiting())
       return false;
     if (wait_for(connection_.socket, POLLOUT, std::min(due, now + kSlowClientLook))) return true;
     if (now >= due) return false;
@@ -117,47 +160,47 @@ bool ConnectionStream::wait_for_client(Uptake& uptake) {
   return false;
 }
 
-void ConnectionStream::collect_head(std::string_view head) {
-  const std::size_t line = head.find("\r\n");
-  const std::size_t end = line == std::string_view::npos ? 0 : line + 2;
-  connection_.output.append(head.substr(0, end)).append(head_lines_).append(head.substr(end));
-  head_lines_.clear();
-}
-
-ssize_t ConnectionStream::write(const char* data, std::size_t size) {
-  if (broken_) return -1;
-  if (silent_) return static_cast<ssize_t>(size);
-  if (!head_lines_.empty()) {
-    collect_head({data, size});
-    return static_cast<ssize_t>(size);
-  }
+void ResponseWriter::write(std::string_view text) {
+  if (broken_) return;
   if (connection_.output_file) {
-    broken_ = !spool({data, size});
-    return broken_ ? -1 : static_cast<ssize_t>(size);
+    broken_ = !spool(text);
+    return;
   }
-  if (connection_.pending_output() + size <= kCollected) {
-    connection_.output.append(data, size);
-    return static_cast<ssize_t>(size);
+  if (connection_.pending_output() + text.size() <= kCollected) {
+    connection_.output.append(text);
+    return;
   }
-  std::string_view rest(data, size);
-  broken_ = !send_with(rest);
-  if (broken_ || rest.empty()) {
-    if (connection_.pending_output() == 0) {
-      connection_.output.clear();
-      connection_.sent = 0;
-    }
-    return broken_ ? -1 : static_cast<ssize_t>(size);
+  broken_ = !send_with(text);
+  if (!broken_ && text.empty()) {
+    connection_.output.clear();
+    connection_.sent = 0;
+  } else if (!broken_ && !connection_.streams) {
+    broken_ = !leave_behind(text);
+  } else if (!broken_) {
+    Uptake uptake(connection_, pace_limits_, hurry_limits_);
+    while (!text.empty() && !broken_) broken_ = !wait_for_client(uptake) || !send_with(text);
   }
-  if (!connection_.streams) {
-    broken_ = !leave_behind(rest);
-    return broken_ ? -1 : static_cast<ssize_t>(size);
-  }
-  Uptake uptake(connection_, pace_limits_, hurry_limits_);
-  while (!rest.empty() && !broken_) broken_ = !wait_for_client(uptake) || !send_with(rest);
-  return broken_ ? -1 : static_cast<ssize_t>(size);
 }
 
-bool ConnectionStream::flush() {
+void ResponseWriter::write_stream(const HttpResponse& response, bool chunked) {
+  const HttpResponse::Send send = [&](std::string_view piece) {
+    if (piece.empty()) return !broken_;
+    std::string size;
+    if (chunked) {
+      append_number(size, piece.size(), 16);
+      write(size.append("\r\n"));
+    }
+    write(piece);
+    if (chunked) write("\r\n");
+    // It leaves now, not when the buffer is full.
+    return flush();
+  };
+  while (!broken_ && response.stream(send)) {
+  }
+  if (chunked) write("0\r\n\r\n");
+}
+
+bool ResponseWriter::flush() {
   Uptake uptake(connection_, pace_limits_, pace_limits_);
   while (!broken_) {
     broken_ = !send_pending(connection_);
@@ -167,24 +210,11 @@ bool ConnectionStream::flush() {
   return !broken_;
 }
 
-bool ConnectionStream::finish() {
+bool ResponseWriter::finish() {
   bool full = false;
   broken_ = broken_ || !send_pending(connection_, kMostOutput, full) ||
             (connection_.pending_output() > 0 && !leave_behind({}));
   return !broken_;
 }
-
-// Nobody asks for either, and they would cost a system call for every request.
-void ConnectionStream::get_remote_ip_and_port(std::string& ip, int& port) const {
-  get_local_ip_and_port(ip, port);
-}
-
-void ConnectionStream::get_local_ip_and_port(std::string& ip, int& port) const {
-  ip.clear();
-  port = 0;
-}
-
-// The library asks only to refuse what select() could not hold. We poll, and take any number.
-socket_t ConnectionStream::socket() const { return 0; }
 
 }  // namespace sightline
