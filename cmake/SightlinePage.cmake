@@ -45,7 +45,7 @@ endfunction()
 
 # Adds the rule that makes `output`, a C++ file with the texts of the page.
 function(sightline_page output)
-  set(app ${CMAKE_CURRENT_SOURCE_DIR}/page/app)
+  set(app ${CMAKE_CURRENT_SOURCE_DIR}/app)
   set(modules ${CMAKE_BINARY_DIR}/page)
   set(reason "SIGHTLINE_PAGE is OFF")
   if(SIGHTLINE_PAGE)
@@ -56,9 +56,9 @@ function(sightline_page output)
     message(FATAL_ERROR "SIGHTLINE_PAGE=${SIGHTLINE_PAGE}, but ${reason}")
   elseif(reason)
     message(STATUS "Page: left out of the binary, ${reason}; / will say how to build it")
-    set(html ${CMAKE_CURRENT_SOURCE_DIR}/page/unbuilt/index.html)
-    set(script ${CMAKE_CURRENT_SOURCE_DIR}/page/unbuilt/page.js)
-    set(style ${CMAKE_CURRENT_SOURCE_DIR}/page/unbuilt/page.css)
+    set(html ${CMAKE_CURRENT_SOURCE_DIR}/unbuilt/index.html)
+    set(script ${CMAKE_CURRENT_SOURCE_DIR}/unbuilt/page.js)
+    set(style ${CMAKE_CURRENT_SOURCE_DIR}/unbuilt/page.css)
     set(learn_html ${html})
     set(learn_script ${script})
   else()
@@ -84,9 +84,9 @@ function(sightline_page output)
     OUTPUT ${output}
     COMMAND ${CMAKE_COMMAND} -D HTML=${html} -D SCRIPT=${script} -D STYLE=${style}
             -D LEARN_HTML=${learn_html} -D LEARN_SCRIPT=${learn_script}
-            -D TEMPLATE=${CMAKE_CURRENT_SOURCE_DIR}/page/app_page.cpp.in -D OUTPUT=${output}
+            -D TEMPLATE=${CMAKE_CURRENT_SOURCE_DIR}/app_page.cpp.in -D OUTPUT=${output}
             -P ${PROJECT_SOURCE_DIR}/cmake/EmbedPage.cmake
-    DEPENDS ${html} ${script} ${style} ${learn_html} ${learn_script} ${CMAKE_CURRENT_SOURCE_DIR}/page/app_page.cpp.in
+    DEPENDS ${html} ${script} ${style} ${learn_html} ${learn_script} ${CMAKE_CURRENT_SOURCE_DIR}/app_page.cpp.in
             ${PROJECT_SOURCE_DIR}/cmake/EmbedPage.cmake ${PROJECT_SOURCE_DIR}/cmake/EmbedText.cmake
     COMMENT "Embedding the page"
     VERBATIM)

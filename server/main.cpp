@@ -10,7 +10,7 @@
 #include "server/operation/cli.h"
 #include "server/operation/demo_file.h"
 #include "server/operation/key_command.h"
-#include "server/operation/serve.h"
+#include "server/serve.h"
 
 namespace sightline {
 namespace {

@@ -1,17 +1,10 @@
 #include "core/store/scene_id.h"
 
-#include <algorithm>
+#include "core/base/plain_name.h"
 
 namespace sightline {
 
-bool is_scene_id(std::string_view id) {
-  if (id.empty() || id.size() > 128 || id.front() == '.') return false;
-  // Written out: isalnum depends on the locale.
-  return std::all_of(id.begin(), id.end(), [](char c) {
-    return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '.' ||
-           c == '_' || c == '-';
-  });
-}
+bool is_scene_id(std::string_view id) { return is_plain_name(id); }
 
 Error scene_id_invalid() {
   return {ErrorKind::kInvalid, "SCENE_ID_INVALID",

@@ -1,6 +1,6 @@
 /// How a store changes the nodes of a scene that it has.
 
-#include "core/store/free_memory.h"
+#include "core/base/free_memory.h"
 #include "core/store/scene_id.h"
 #include "core/store/scene_store.h"
 

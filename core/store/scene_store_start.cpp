@@ -3,7 +3,7 @@
 #include <limits>
 #include <new>
 
-#include "core/store/free_memory.h"
+#include "core/base/free_memory.h"
 #include "core/store/scene_store.h"
 
 namespace sightline {

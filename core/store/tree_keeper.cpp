@@ -6,9 +6,9 @@
 #include <numeric>
 #include <utility>
 
+#include "core/base/free_memory.h"
 #include "core/base/priority.h"
 #include "core/scene/tree_cache.h"
-#include "core/store/free_memory.h"
 
 namespace sightline {
 

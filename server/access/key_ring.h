@@ -9,11 +9,10 @@
 
 #include "core/base/deadline.h"
 #include "core/base/result.h"
+#include "server/http/request_head.h"
 
 namespace sightline {
 
-/// What a route needs, and what a client may: each includes those before it.
-enum class Access { kOpen, kRead, kWrite };
 std::string_view access_name(Access access);
 
 struct Key {

@@ -24,10 +24,10 @@
 #include <thread>
 #include <vector>
 
+#include "core/base/places.h"
 #include "server/http/answer_headers.h"
 #include "server/http/connection.h"
 #include "server/http/door_limits.h"
-#include "server/http/places.h"
 #include "server/http/worker_pool.h"
 
 struct epoll_event;
@@ -44,13 +44,25 @@ struct DoorCounts {
 };
 
 /// Callbacks of the event loop, on its own thread. None of them may wait.
+/// How much a request asks for, as far as that can be seen before it is answered. An estimate: it
+/// decides which thread answers, not the answer.
+enum class Weight {
+  kInline,  ///< the event loop tries to answer it: that takes no longer than a hand-over to a worker
+  kShort,   ///< it needs little, and goes first
+  kBulk,
+  kLong,  ///< whatever its parameters
+};
+/// So few bytes of a body are a short request, where nobody judges better.
+inline constexpr std::size_t kLittleBody = 2 << 10;
+
 struct DoorRules {
   AnswerHeaders headers = {};
   /// Whether a request may come in, by its head alone; null: each.
   std::function<std::optional<RequestFault>(RequestHead&)> admit = {};
-  /// Whether the event loop tries to answer a whole request itself. Such an answer must wait for
-  /// nothing and take no longer than a hand-over to a worker, or it is put off. Null: no request.
-  std::function<bool(const RequestHead&, std::string_view body)> at_once = {};
+  /// Judges a request by its head and by all of its body, if the event loop has it. Null: by the
+  /// size of the body.
+  std::function<Weight(const RequestHead&, std::string_view body)> weigh = {};
+  IsSecret is_secret = {};
   /// Set while the event loop has work; may be null.
   std::atomic<bool>* awake = nullptr;
   /// Called for each request that the event loop refuses; may be null.
@@ -133,6 +145,7 @@ class ConnectionGate {
   void advance_lingering(Connection& connection);
   void await_head(Connection& connection);
   void admit(Connection& connection);
+  Weight weight_of(const Connection& connection, std::size_t length) const;
   WorkerPool& workers_for(const Connection& connection, std::size_t length);
   void hand_over(Connection& connection, WorkerPool& workers);
   void begin_sending(Connection& connection);

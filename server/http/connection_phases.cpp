@@ -10,7 +10,6 @@
 #include "server/http/connection_gate.h"
 #include "server/http/exchange.h"
 #include "server/http/response_writer.h"
-#include "server/routes/request_weight.h"
 
 namespace sightline {
 namespace {
@@ -298,10 +297,10 @@ bool ConnectionGate::has_time_for(Connection& connection) const {
 }
 
 bool ConnectionGate::answer_here(Connection& connection, std::size_t length) {
-  if (!rules_.at_once || connection.answered_here >= kAnsweredHere) return false;
+  if (connection.answered_here >= kAnsweredHere) return false;
   // What needs no body takes no time worth speaking of.
   if (length > 0 && !has_time_for(connection)) return false;
-  if (!rules_.at_once(connection.head, connection.pending_input().substr(0, length))) return false;
+  if (weight_of(connection, length) != Weight::kInline) return false;
   const std::size_t taken = connection.taken;
   const Clock::time_point begin = Clock::now();
   connection.at_door = true;
@@ -329,10 +328,23 @@ bool ConnectionGate::answer_here(Connection& connection, std::size_t length) {
   return true;
 }
 
-WorkerPool& ConnectionGate::workers_for(const Connection& connection, std::size_t length) {
+Weight ConnectionGate::weight_of(const Connection& connection, std::size_t length) const {
   const std::string_view body = connection.pending_input().substr(0, length);
-  if (walks_scene(connection.head)) return *long_workers_;
-  return asks_for_little(connection.head, body) ? *ready_workers_ : *bulk_workers_;
+  if (rules_.weigh) return rules_.weigh(connection.head, body);
+  return body.size() <= kLittleBody ? Weight::kShort : Weight::kBulk;
+}
+
+WorkerPool& ConnectionGate::workers_for(const Connection& connection, std::size_t length) {
+  switch (weight_of(connection, length)) {
+    case Weight::kInline:
+    case Weight::kShort:
+      return *ready_workers_;
+    case Weight::kBulk:
+      return *bulk_workers_;
+    case Weight::kLong:
+      break;
+  }
+  return *long_workers_;
 }
 
 void ConnectionGate::hand_over(Connection& connection, WorkerPool& workers) {
@@ -364,7 +376,7 @@ void ConnectionGate::refuse(Connection& connection, const RequestFault& fault) {
   connection.forget_body();
   connection.output_file.reset();
   connection.file_sent = 0;
-  const std::string request_id = checked_request_id(connection.head.request_id);
+  const std::string request_id = checked_request_id(connection.head.request_id, rules_.is_secret);
   if (rules_.refused) rules_.refused(connection.head, fault, request_id);
   const HttpResponse response = refusal(fault, request_id);
   connection.output.clear();

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string>
 
-#include "server/http/live.h"
+#include "core/base/live.h"
 #include "server/http/pace.h"
 #include "server/http/request_head.h"
 

@@ -5,9 +5,8 @@
 #include <memory>
 #include <utility>
 
+#include "core/base/plain_name.h"
 #include "core/base/split_mix.h"
-#include "core/store/scene_id.h"
-#include "server/access/key_ring.h"
 #include "server/http/body_reader.h"
 #include "server/http/http_status.h"
 #include "server/http/work_memory.h"
@@ -84,9 +83,8 @@ void Exchange::reply_error(const Error& error) {
   if (error.kind == ErrorKind::kBusy) response.set_header("Retry-After", "1");
 }
 
-std::string checked_request_id(const std::string& given) {
-  // The same alphabet as a scene's name: safe in a header and in a log.
-  if (is_scene_id(given) && !holds_key(given)) return given;
+std::string checked_request_id(const std::string& given, const IsSecret& is_secret) {
+  if (is_plain_name(given) && !(is_secret && is_secret(given))) return given;
   // It has to differ, not to be a secret, and random bytes of the system would cost a tenth of a
   // trivial request: two requests at one moment are on two stacks.
   std::string id(16, '0');

@@ -69,8 +69,8 @@ struct Exchange {
   void reply_problem(Problem problem);
 };
 
-/// What the client gave as X-Request-Id when it is one (1 to 128 of A-Z a-z 0-9 . _ -, and no key),
-/// else a new one: 16 hexadecimal digits.
-std::string checked_request_id(const std::string& given);
+/// What the client gave as X-Request-Id when it is_plain_name and no secret, else a new one: 16
+/// hexadecimal digits.
+std::string checked_request_id(const std::string& given, const IsSecret& is_secret);
 
 }  // namespace sightline

@@ -112,7 +112,7 @@ void HttpServer::answer(Connection& connection) {
       .body = &body,
       .caller = &connection.gone,
       .memory = &memory,
-      .request_id = checked_request_id(head.request_id),
+      .request_id = checked_request_id(head.request_id, gate_.rules().is_secret),
       .at_door = connection.at_door,
       .asked_at = connection.asked_at,
       .may_repeat = !connection.streams && !connection.kept && !connection.gone.cancelled() &&

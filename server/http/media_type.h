@@ -2,7 +2,7 @@
 /// What a request says its body is.
 
 #include <initializer_list>
-#include <optional>
+#include <string>
 #include <string_view>
 
 #include "server/http/exchange.h"
@@ -21,14 +21,7 @@ bool admit_media_type(Exchange& exchange, std::initializer_list<std::string_view
 /// What `curl -d` sends when nobody tells it otherwise.
 inline constexpr std::string_view kFormMediaType = "application/x-www-form-urlencoded";
 
-/// The media types of queries: JSON, also when it comes as a form. A browser sends forms across
-/// sites without asking; that can do no harm here, because a query changes nothing and its answer
-/// is not shown to the site. Returns false after it has answered.
-bool admit_query_type(Exchange& exchange);
-
-/// The media type of a query of rays or points: JSON, bytes, or lines where `takes_lines`. Nothing
-/// after it has answered.
-enum class QueryType { kJson, kBinary, kLines };
-std::optional<QueryType> admit_rays_type(Exchange& exchange, bool takes_lines = false);
+/// The media type without its parameters, in lower case; empty where there is none.
+std::string media_type(const Exchange& exchange);
 
 }  // namespace sightline

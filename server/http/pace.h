@@ -5,7 +5,7 @@
 #include <chrono>
 #include <cstdint>
 
-#include "server/http/live.h"
+#include "core/base/live.h"
 
 namespace sightline {
 

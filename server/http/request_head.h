@@ -4,14 +4,15 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 
-#include "server/access/key_ring.h"
+#include "core/base/deadline.h"
+#include "core/base/live.h"
 #include "server/http/content_coding.h"
-#include "server/http/live.h"
 
 namespace sightline {
 
@@ -50,6 +51,12 @@ class HeadScan {
   RequestFault fault_;
 };
 
+/// Whether a text must not be repeated in an answer or a log; null: none.
+using IsSecret = std::function<bool(std::string_view)>;
+
+/// What a route needs, and what a caller may: each includes those before it.
+enum class Access { kOpen, kRead, kWrite };
+
 struct RequestHead {
   std::string method;
   std::string target;  ///< a path with its query, also where the client sent a whole URL
@@ -69,7 +76,7 @@ struct RequestHead {
   bool cross_site = false;       ///< Sec-Fetch-Site: a browser asks for another site
   bool asks_for_method = false;  ///< whether there is an Access-Control-Request-Method
   std::optional<std::string> if_match, if_none_match;  ///< of several one list [RFC9110] 5.3
-  // The caller, by AccessRules.
+  // The caller, by DoorRules::admit.
   Access access = Access::kOpen;
   std::string key_name;
   bool hides_path = false;                    ///< the path holds a key: no log shows it

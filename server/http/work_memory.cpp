@@ -5,7 +5,7 @@
 #include <limits>
 #include <string>
 
-#include "core/store/free_memory.h"
+#include "core/base/free_memory.h"
 
 namespace sightline {
 namespace {

@@ -6,9 +6,9 @@
 #include <deque>
 
 #include "core/base/deadline.h"
+#include "core/base/places.h"
 #include "core/base/result.h"
 #include "core/base/watch.h"
-#include "server/http/places.h"
 #include "server/http/traffic_memory.h"
 
 namespace sightline {

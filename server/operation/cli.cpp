@@ -4,10 +4,10 @@
 
 #include <sstream>
 
-#include "server/client/ray_flags.h"
 #include "server/http/spool.h"
 #include "server/operation/config_file.h"
 #include "server/operation/data_folder.h"
+#include "server/operation/ray_flags.h"
 #include "server/operation/serve_flags.h"
 #include "server/operation/version.h"
 #include "server/sources/scene_root.h"

@@ -17,6 +17,7 @@
 #include "server/operation/log.h"
 #include "server/service/scene_source.h"
 #include "server/service/service.h"
+#include "server/sources/url_fetch.h"
 
 namespace sightline {
 

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "server/http/live.h"
+#include "core/base/live.h"
 #include "server/operation/flag_checks.h"
 
 namespace sightline {

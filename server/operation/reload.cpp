@@ -34,10 +34,10 @@ void take_settings(const Running& running, const ServeCommand& next) {
     const FlagText& flag = next.flags[i];
     if (flag == command.flags[i]) continue;
     if (flag.live) {
-      service.log.info("setting changed", {{"name", flag.name}, {"value", flag.text}});
+      running.log.info("setting changed", {{"name", flag.name}, {"value", flag.text}});
       command.flags[i] = flag;
     } else {
-      service.log.warn("setting waits for the next start", {{"name", flag.name}});
+      running.log.warn("setting waits for the next start", {{"name", flag.name}});
     }
   }
   command.limits.take_live(next.limits);
@@ -47,9 +47,8 @@ void take_settings(const Running& running, const ServeCommand& next) {
   command.notice = next.notice;
   command.log_level = next.log_level;
   service.limits.take_live(command.limits);
-  service.door.take_live(command.door);
   running.server.change(command.door);
-  service.log.set_level(command.log_level);
+  running.log.set_level(command.log_level);
 }
 
 }  // namespace
@@ -66,7 +65,7 @@ Status take_keys(const std::string& file, AccessRules& access, Log& log) {
 
 void reload(const Running& running) {
   const ServeCommand& command = running.command;
-  Log& log = running.service.log;
+  Log& log = running.log;
   log.info("reloading");
   // First, and whatever the settings are: a key that was taken away is not to wait for them.
   bool has_keys = true, has_settings = true;

@@ -4,6 +4,7 @@
 #include "server/access/access.h"
 #include "server/http/http_server.h"
 #include "server/operation/cli.h"
+#include "server/operation/log.h"
 #include "server/service/service.h"
 
 namespace sightline {
@@ -17,6 +18,7 @@ struct Running {
   AccessRules& access;
   Service& service;
   HttpServer& server;
+  Log& log;
 };
 /// Reads the files of --keys and --config again, and says in the log what has changed, and what
 /// would need a new start. A file that is bad leaves in force what was, each for itself.

@@ -1,6 +1,7 @@
 #include "server/operation/request_log.h"
 
 #include "core/store/scene_id.h"
+#include "server/access/key_ring.h"
 
 namespace sightline {
 namespace {
@@ -29,14 +30,14 @@ Log::Level level_of(int status) {
 
 }  // namespace
 
-void note_request(Service& service, const Exchange& exchange, int status,
+void note_request(const Journal& journal, const Exchange& exchange, int status,
                   std::chrono::duration<double> time) {
-  service.metrics.count({exchange.head.method, exchange.route, status, time, exchange.rays,
+  journal.metrics.count({exchange.head.method, exchange.route, status, time, exchange.rays,
                          exchange.boxes, exchange.work});
-  if (exchange.problem_code == kTooSlow) service.metrics.count_slow();
+  if (exchange.problem_code == kTooSlow) journal.metrics.count_slow();
   const Log::Level level = level_of(status);
-  if (!service.log.shows(level)) return;
-  service.log.write(level, "request",
+  if (!journal.log.shows(level)) return;
+  journal.log.write(level, "request",
                     {{"method", known_method(exchange.head.method)},
                      {"path", shown_path(exchange)},
                      {"status", std::int64_t{status}},
@@ -52,13 +53,13 @@ StreamNote::StreamNote(const Exchange& exchange)
       request_id(exchange.request_id),
       key_name(exchange.head.key_name) {}
 
-void note_stream_end(const Service& service, const StreamNote& stream) {
-  if (stream.code == kTooSlow) service.metrics.count_slow();
+void note_stream_end(const Journal& journal, const StreamNote& stream) {
+  if (stream.code == kTooSlow) journal.metrics.count_slow();
   const Log::Level level = stream.code.empty() ? Log::Level::debug : Log::Level::info;
-  if (!service.log.shows(level)) return;
+  if (!journal.log.shows(level)) return;
   const std::chrono::duration<double, std::milli> time =
       std::chrono::steady_clock::now() - stream.begin;
-  service.log.write(level, stream.code.empty() ? "stream ended" : "stream broken off",
+  journal.log.write(level, stream.code.empty() ? "stream ended" : "stream broken off",
                     {{"path", stream.path},
                      {"code", stream.code},
                      {"rays", stream.rays},
@@ -68,12 +69,12 @@ void note_stream_end(const Service& service, const StreamNote& stream) {
                      {"key", stream.key_name}});
 }
 
-void note_refusal(Service& service, const RequestHead& head, const RequestFault& fault,
+void note_refusal(const Journal& journal, const RequestHead& head, const RequestFault& fault,
                   const std::string& request_id) {
-  service.metrics.count({head.method, "door", fault.status});
+  journal.metrics.count({head.method, "door", fault.status});
   // Somebody who tries keys should be seen.
   const bool tells = fault.status == 401 || fault.status == 403;
-  service.log.write(tells ? Log::Level::info : Log::Level::debug, "refused at the door",
+  journal.log.write(tells ? Log::Level::info : Log::Level::debug, "refused at the door",
                     {{"method", known_method(head.method)},
                      {"status", std::int64_t{fault.status}},
                      {"code", fault.code},

@@ -5,12 +5,19 @@
 
 #include "server/http/exchange.h"
 #include "server/http/request_head.h"
-#include "server/service/service.h"
+#include "server/operation/log.h"
+#include "server/operation/metrics.h"
 
 namespace sightline {
 
+/// Where requests are recorded.
+struct Journal {
+  Log& log;
+  Metrics& metrics;
+};
+
 /// Records a request that was answered, or whose answer failed by an exception and has this status.
-void note_request(Service& service, const Exchange& exchange, int status,
+void note_request(const Journal& journal, const Exchange& exchange, int status,
                   std::chrono::duration<double> time);
 /// The record of a stream of rays. The request itself is recorded when the stream begins.
 struct StreamNote {
@@ -23,9 +30,9 @@ struct StreamNote {
   std::uint64_t bytes = 0;  ///< of the answer, before it was compressed
   std::string code = {};    ///< why it was broken off; empty: it was not
 };
-void note_stream_end(const Service& service, const StreamNote& stream);
+void note_stream_end(const Journal& journal, const StreamNote& stream);
 /// Records a request that the event loop refused.
-void note_refusal(Service& service, const RequestHead& head, const RequestFault& fault,
+void note_refusal(const Journal& journal, const RequestHead& head, const RequestFault& fault,
                   const std::string& request_id);
 
 }  // namespace sightline

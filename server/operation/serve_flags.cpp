@@ -8,6 +8,7 @@
 #include "server/http/ip_address.h"
 #include "server/operation/flag_maker.h"
 #include "server/operation/system_limits.h"
+#include "server/operation/version.h"
 #include "server/service/scene_source.h"
 
 namespace sightline {
@@ -156,6 +157,7 @@ void finish_serve(ServeCommand& command, const ServeFlags& flags) {
   command.urls.patterns = parse_each<UrlPattern>(flags.allow_urls, "--allow-url");
   command.urls.addresses = parse_each<AddressRange>(flags.allow_addresses, "--allow-address");
   command.urls.time = milliseconds_of(flags.fetch_seconds);
+  command.urls.agent = "sightline/" + version();
   // Each of these holds a worker.
   command.limits.waiters = command.door.workers / 2;
   command.log_format = flags.log_format == "json" ? LogFormat::kJson : LogFormat::kText;

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "server/http/preconditions.h"
+#include "server/routes/preconditions.h"
 
 namespace sightline {
 

@@ -49,7 +49,7 @@ bool RayRequest::read_query(const Decode& decode) {
   const std::uint64_t decoded = 2 * body.size();
   forget_body(exchange_, body, std::max(decoded, query_.rays.size() * kRayBytes));
   // To work a filter out takes time too, of a scene with many nodes or long names.
-  deadline_ = service_.deadline(exchange_, query_.timeout_ms);
+  deadline_ = deadline_of(exchange_, service_, query_.timeout_ms);
   auto kept = kept_for_rays(*scene_, query_.filter, query_.rays.mask, deadline_,
                             reserve_from(exchange_.memory), warnings());
   if (!kept) {
@@ -61,7 +61,7 @@ bool RayRequest::read_query(const Decode& decode) {
   return true;
 }
 
-bool RayRequest::streamed(RayQuestionKind kind) {
+bool RayRequest::streamed(RayQuestionKind kind, const Journal& journal) {
   if (!says_media_type(exchange_)) return false;
   const auto type = admit_rays_type(exchange_, true);
   if (type == QueryType::kJson) return false;
@@ -86,7 +86,7 @@ bool RayRequest::streamed(RayQuestionKind kind) {
   }
   if (!is_lines && !is_stream(begin_)) return !admit_body(exchange_, service_.limits.query_bytes);
   if (exchange_.body == nullptr || !exchange_.body->may_wait()) return true;
-  RayStream::reply(exchange_, service_, scene_, kind,
+  RayStream::reply(exchange_, service_, journal, scene_, kind,
                    is_lines ? RayStream::Form::kLines : RayStream::Form::kFrames,
                    std::move(begin_));
   return true;
@@ -171,8 +171,9 @@ bool RayRequest::went_well(const Status& status) {
 bool RayRequest::reserve(std::uint64_t bytes) { return went_well(exchange_.reserve(bytes)); }
 
 bool RayRequest::describe(const RayBatch& rays, const HitBatch& hits, HitDescription& about) {
-  const Status status = describe_within(exchange_.memory, service_.engine, *scene_, rays, hits,
-                                        query_.fields, query_.normalize, deadline_, about);
+  const Status status =
+      describe_within(reserve_from(exchange_.memory), service_.engine, *scene_, rays, hits,
+                      query_.fields, query_.normalize, deadline_, about);
   add_time(&WorkReport::describe_us);
   return went_well(status);
 }

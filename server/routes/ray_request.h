@@ -12,6 +12,7 @@
 #include "proto/ray_json.h"
 #include "proto/sweep_json.h"
 #include "server/http/exchange.h"
+#include "server/operation/request_log.h"
 #include "server/service/hit_terms.h"
 #include "server/service/ray_answer.h"
 #include "server/service/service.h"
@@ -30,7 +31,7 @@ class RayRequest {
   /// The limits are the service's, the keys are the caller's. Returns false after it has answered.
   bool read(RayJsonRules rules);
   /// Starts a stream, and returns true, if the body is one: lines, or bytes that begin so.
-  bool streamed(RayQuestionKind kind);
+  bool streamed(RayQuestionKind kind, const Journal& journal);
   /// Reads points, JSON or binary, with their options.
   bool read_points(PointJsonRules rules, PointQuery& points);
   /// Reads sweeps, JSON or binary, with their options.

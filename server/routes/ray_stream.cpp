@@ -49,9 +49,11 @@ RayJsonRules frame_rules(RayQuestionKind kind, const ServiceLimits& limits) {
 
 }  // namespace
 
-RayStream::RayStream(Exchange& exchange, const Service& service, std::shared_ptr<const Scene> scene,
-                     RayQuestionKind kind, Form form, std::string begin)
+RayStream::RayStream(Exchange& exchange, const Service& service, const Journal& journal,
+                     std::shared_ptr<const Scene> scene, RayQuestionKind kind, Form form,
+                     std::string begin)
     : service_(service),
+      journal_(journal),
       body_(exchange.body),
       caller_(exchange.caller),
       revoked_(exchange.head.revoked),
@@ -71,7 +73,7 @@ RayStream::~RayStream() {
     if (note_.code.empty() && !complete_) {
       note_.code = caller_ != nullptr && caller_->cancelled() ? "CLIENT_GONE" : "ANSWER_NOT_TAKEN";
     }
-    note_stream_end(service_, note_);
+    note_stream_end(journal_, note_);
   } catch (const std::bad_alloc&) {
     // The line in the log is missed; a destructor that throws would end the server.
   }
@@ -168,10 +170,11 @@ Result<std::string> RayStream::answer(Result<RayQuery> query) {
   }
   WorkTimer timer;
   const RayOptions options{kept_ ? &*kept_ : nullptr, &timer.report.work};
-  auto text = answer_rays(kind_, service_, *scene_, *query, options, deadline, memory_, timer);
+  auto text = answer_rays(kind_, service_, *scene_, *query, options, deadline,
+                          reserve_from(memory_), timer);
   // Nor is it kept in memory where the next part has to work it out anew.
   if (!knows_filter_ || form_ == Form::kFrames) forget_filter();
-  service_.metrics.count_part(query->rays.size(), timer.report.work);
+  journal_.metrics.count_part(query->rays.size(), timer.report.work);
   if (text) note_.rays += query->rays.size();
   return text;
 }
@@ -200,11 +203,11 @@ std::string RayStream::last_words(const Error& error) const {
   return form_ == Form::kLines ? text : framed(text);
 }
 
-void RayStream::reply(Exchange& exchange, const Service& service,
+void RayStream::reply(Exchange& exchange, const Service& service, const Journal& journal,
                       std::shared_ptr<const Scene> scene, RayQuestionKind kind, Form form,
                       std::string begin) {
-  const auto stream = std::make_shared<RayStream>(exchange, service, std::move(scene), kind, form,
-                                                  std::move(begin));
+  const auto stream = std::make_shared<RayStream>(exchange, service, journal, std::move(scene),
+                                                  kind, form, std::move(begin));
   std::string head;
   if (form == Form::kFrames) {
     // Admitted by its first bytes: the rest of the header must be as it should.

@@ -28,8 +28,8 @@ class RayStream {
   enum class Form { kLines, kFrames };
 
   /// `begin`: of the body, what was read already. The exchange is left when the stream begins.
-  RayStream(Exchange& exchange, const Service& service, std::shared_ptr<const Scene> scene,
-            RayQuestionKind kind, Form form, std::string begin);
+  RayStream(Exchange& exchange, const Service& service, const Journal& journal,
+            std::shared_ptr<const Scene> scene, RayQuestionKind kind, Form form, std::string begin);
 
   RayStream(const RayStream&) = delete;
   RayStream& operator=(const RayStream&) = delete;
@@ -38,8 +38,9 @@ class RayStream {
 
   /// Answers the exchange with a stream, or with what is wrong. Precondition:
   /// BodyReader::may_wait.
-  static void reply(Exchange& exchange, const Service& service, std::shared_ptr<const Scene> scene,
-                    RayQuestionKind kind, Form form, std::string begin);
+  static void reply(Exchange& exchange, const Service& service, const Journal& journal,
+                    std::shared_ptr<const Scene> scene, RayQuestionKind kind, Form form,
+                    std::string begin);
 
  private:
   /// The next part of the answer: empty at the end.
@@ -58,6 +59,7 @@ class RayStream {
   Deadline deadline(std::optional<std::uint64_t> timeout_ms) const;
 
   const Service& service_;
+  const Journal journal_;
   BodyReader* const body_;
   const CancelFlag* const caller_;
   const std::shared_ptr<const CancelFlag> revoked_;

@@ -1,47 +1,36 @@
 #include "server/routes/request_weight.h"
 
 #include <algorithm>
-#include <array>
+#include <initializer_list>
 
 namespace sightline {
 namespace {
-
-/// So few bytes of JSON name some thirty rays.
-constexpr std::size_t kLittle = 2 << 10;
 
 bool contains(std::string_view text, std::string_view part) {
   return text.find(part) != std::string_view::npos;
 }
 
+bool ends_in(std::string_view path, std::initializer_list<std::string_view> names) {
+  return std::any_of(names.begin(), names.end(),
+                     [&](std::string_view name) { return path.ends_with(name); });
+}
+
 }  // namespace
 
-bool walks_scene(const RequestHead& head) {
-  const std::string_view path = std::string_view(head.target).substr(0, head.target.find('?'));
-  return path.ends_with("/selfcheck") || path.ends_with("/bvh");
-}
-
-bool asks_for_little(const RequestHead& head, std::string_view body) {
-  if (body.size() > kLittle) return false;
-  // These walk over a whole scene.
-  constexpr std::array<std::string_view, 4> kWalks{"/selfcheck", "/bvh", "/nodes", "/geometry"};
-  if (std::any_of(kWalks.begin(), kWalks.end(),
-                  [&](std::string_view part) { return contains(head.target, part); })) {
-    return false;
-  }
-  // A few bytes make millions of rays; a backslash may spell the same word.
-  return !contains(body, "generator") && !contains(body, "\\");
-}
-
-bool fits_the_door(const RequestHead& head, std::string_view body) {
-  // Also while all workers have their hands full.
-  if (head.target == "/healthz") return body.empty();
-  if (head.method != "POST" || head.coding != Coding::kIdentity || !asks_for_little(head, body))
-    return false;
-  constexpr std::array<std::string_view, 3> kQuestions{"/rays:closest", "/rays:any", "/rays:count"};
+Weight weigh_request(const RequestHead& head, std::string_view body) {
   // A query part may hold anything, the name of a cheap question too.
   const std::string_view path = std::string_view(head.target).substr(0, head.target.find('?'));
-  return std::any_of(kQuestions.begin(), kQuestions.end(),
-                     [&](std::string_view question) { return path.ends_with(question); });
+  // Also while all workers are busy.
+  if (head.target == "/healthz" && body.empty()) return Weight::kInline;
+  if (ends_in(path, {"/selfcheck", "/bvh"})) return Weight::kLong;
+  // A few bytes make millions of rays; a backslash may spell the same word.
+  if (body.size() > kLittleBody || contains(path, "/nodes") || ends_in(path, {"/geometry"}) ||
+      contains(body, "generator") || contains(body, "\\")) {
+    return Weight::kBulk;
+  }
+  const bool fits = head.method == "POST" && head.coding == Coding::kIdentity &&
+                    ends_in(path, {"/rays:closest", "/rays:any", "/rays:count"});
+  return fits ? Weight::kInline : Weight::kShort;
 }
 
 }  // namespace sightline

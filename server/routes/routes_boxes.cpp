@@ -36,7 +36,7 @@ void rays_boxes(Exchange& exchange, const Service& service) {
   RayBoxAnswers answers;
   if (Status status =
           service.engine.ray_boxes(query->rays, query->boxes, query->pairing, query->planes,
-                                   service.deadline(exchange, query->timeout_ms), answers);
+                                   deadline_of(exchange, service, query->timeout_ms), answers);
       !status) {
     return exchange.reply_error(status.error());
   }
@@ -79,7 +79,7 @@ void any_triangle(Exchange& exchange, const Service& service) {
 
   Column<std::uint8_t> touched;
   if (Status status = service.engine.boxes_any(*scene, query.boxes,
-                                               service.deadline(exchange, query.timeout_ms),
+                                               deadline_of(exchange, service, query.timeout_ms),
                                                touched, query.question.relation);
       !status) {
     return exchange.reply_error(status.error());
@@ -95,7 +95,7 @@ void count_triangles(Exchange& exchange, const Service& service) {
   Column<std::uint64_t> totals;
   if (Status status =
           service.engine.boxes_count(*scene, query.boxes, query.question,
-                                     service.deadline(exchange, query.timeout_ms), totals);
+                                     deadline_of(exchange, service, query.timeout_ms), totals);
       !status) {
     return exchange.reply_error(status.error());
   }
@@ -161,12 +161,12 @@ void list(Exchange& exchange, const Service& service) {
 
   BoxLists lists;
   Column<std::uint64_t> totals;
-  const Deadline deadline = service.deadline(exchange, query.timeout_ms);
+  const Deadline deadline = deadline_of(exchange, service, query.timeout_ms);
   // An entry in the lists of the threads and in all of them joined, its terms, and as JSON.
   constexpr std::uint64_t kEntryBytes = 3 * kHitBytes + 64 + 5 * kNumberBytes;
   const Status found =
-      search_lists(exchange.memory, query.boxes.size(), service.limits.hits, kEntryBytes,
-                   [&](std::uint64_t most) {
+      search_lists(reserve_from(exchange.memory), query.boxes.size(), service.limits.hits,
+                   kEntryBytes, [&](std::uint64_t most) {
                      return service.engine.boxes_list(*scene, query.boxes, query.question,
                                                       query.limit, most, deadline, lists, totals);
                    });
@@ -183,14 +183,10 @@ void list(Exchange& exchange, const Service& service) {
 }  // namespace
 
 void add_box_routes(Router& router, const Service& service) {
-  router.add("POST", "/v1/rays-boxes",
-             [&service](Exchange& exchange) { rays_boxes(exchange, service); });
-  router.add("POST", "/v1/scenes/{id}/boxes:any",
-             [&service](Exchange& exchange) { any_triangle(exchange, service); });
-  router.add("POST", "/v1/scenes/{id}/boxes:list",
-             [&service](Exchange& exchange) { list(exchange, service); });
-  router.add("POST", "/v1/scenes/{id}/boxes:count",
-             [&service](Exchange& exchange) { count_triangles(exchange, service); });
+  router.add("POST", "/v1/rays-boxes", with(service, rays_boxes));
+  router.add("POST", "/v1/scenes/{id}/boxes:any", with(service, any_triangle));
+  router.add("POST", "/v1/scenes/{id}/boxes:list", with(service, list));
+  router.add("POST", "/v1/scenes/{id}/boxes:count", with(service, count_triangles));
 }
 
 }  // namespace sightline

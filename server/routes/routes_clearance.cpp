@@ -2,6 +2,7 @@
 
 #include "core/run/kept_sides.h"
 #include "proto/clearance_json.h"
+#include "server/http/work_memory.h"
 #include "server/routes/ray_request.h"
 #include "server/routes/routes.h"
 #include "server/service/answer_memory.h"
@@ -74,7 +75,7 @@ void ask_clearance(Exchange& exchange, const Service& service) {
   if (!request.reserve(members * kMemberBytes)) return;
   ClearanceAnswer answer;
   const Status found =
-      search_lists(exchange.memory, 1, service.limits.hits, kPairBytes, [&](std::uint64_t most) {
+      search_lists(reserve, 1, service.limits.hits, kPairBytes, [&](std::uint64_t most) {
         return clearance(scene, *a, *b, query.question, most, request.deadline(), answer,
                          *options.work);
       });
@@ -93,8 +94,7 @@ void ask_clearance(Exchange& exchange, const Service& service) {
 }  // namespace
 
 void add_clearance_routes(Router& router, const Service& service) {
-  router.add("POST", "/v1/scenes/{id}/clearance",
-             [&service](Exchange& exchange) { ask_clearance(exchange, service); });
+  router.add("POST", "/v1/scenes/{id}/clearance", with(service, ask_clearance));
 }
 
 }  // namespace sightline

@@ -59,7 +59,7 @@ void reply_readiness(Exchange& exchange, const Service& service) {
   if (!ready) exchange.response.set_header("Retry-After", "1");
 }
 
-void reply_version(Exchange& exchange, const Service& service) {
+void reply_version(Exchange& exchange, const Service& service, const ServerFacts& facts) {
   const Json document{{"name", "sightline"},
                       {"version", version()},
                       {"kernel", service.engine.kernel()},
@@ -73,44 +73,43 @@ void reply_version(Exchange& exchange, const Service& service) {
                         {"loads", service.limits.loads},
                         {"upload_memory", service.limits.uploads},
                         {"waiters", service.limits.waiters},
-                        {"streams", service.door.streams},
+                        {"streams", facts.door.streams},
                         {"request_ms", service.limits.request.get().count()},
-                        {"fetch_ms", service.sources->urls.time.count()},
+                        {"fetch_ms", facts.sources.urls.time.count()},
                         {"drain_ms", service.limits.drain.get().count()},
                         {"notice_ms", service.limits.notice.get().count()},
                         {"memory_budget", service.limits.memory_budget},
-                        {"workers", service.door.workers},
-                        {"queue", service.door.queue},
-                        {"connections", service.door.connections.get()},
-                        {"header_bytes", service.door.head.bytes.get()},
-                        {"header_fields", service.door.head.fields.get()},
-                        {"header_ms", service.door.head_time.get().count()},
-                        {"idle_ms", service.door.idle.get().count()},
-                        {"spool_bytes", service.door.spool_bytes},
-                        {"buffer_bytes", service.door.buffers},
-                        {"body_memory", service.door.bodies},
-                        {"work_memory", service.door.work},
-                        {"traffic_memory", service.door.traffic},
-                        {"request_memory", service.door.request},
-                        {"rate_bytes_per_second", service.door.pace.bytes_per_second.get()},
-                        {"busy_bytes_per_second", service.door.busy_rate.get()},
-                        {"rate_ms", service.door.pace.window.get().count()},
-                        {"body_ms", service.door.pace.longest.get().count()}}}};
+                        {"workers", facts.door.workers},
+                        {"queue", facts.door.queue},
+                        {"connections", facts.door.connections.get()},
+                        {"header_bytes", facts.door.head.bytes.get()},
+                        {"header_fields", facts.door.head.fields.get()},
+                        {"header_ms", facts.door.head_time.get().count()},
+                        {"idle_ms", facts.door.idle.get().count()},
+                        {"spool_bytes", facts.door.spool_bytes},
+                        {"buffer_bytes", facts.door.buffers},
+                        {"body_memory", facts.door.bodies},
+                        {"work_memory", facts.door.work},
+                        {"traffic_memory", facts.door.traffic},
+                        {"request_memory", facts.door.request},
+                        {"rate_bytes_per_second", facts.door.pace.bytes_per_second.get()},
+                        {"busy_bytes_per_second", facts.door.busy_rate.get()},
+                        {"rate_ms", facts.door.pace.window.get().count()},
+                        {"body_ms", facts.door.pace.longest.get().count()}}}};
   exchange.reply_json(200, document.dump() + "\n");
 }
 
 }  // namespace
 
-void add_health_routes(Router& router, const Service& service) {
+void add_health_routes(Router& router, const Service& service, const ServerFacts& facts) {
   router.add("GET", "/healthz", reply_health);
-  router.add("GET", "/readyz",
-             [&service](Exchange& exchange) { reply_readiness(exchange, service); });
-  router.add("GET", "/metrics", [&service](Exchange& exchange) {
-    exchange.reply(200, service.metrics.text(service.store, service.now()),
+  router.add("GET", "/readyz", with(service, reply_readiness));
+  router.add("GET", "/metrics", [&service, facts](Exchange& exchange) {
+    exchange.reply(200, facts.metrics.text(service.store, facts.now()),
                    "text/plain; version=0.0.4; charset=utf-8");
   });
   router.add("GET", "/version",
-             [&service](Exchange& exchange) { reply_version(exchange, service); });
+             [&service, facts](Exchange& exchange) { reply_version(exchange, service, facts); });
 }
 
 }  // namespace sightline

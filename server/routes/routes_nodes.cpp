@@ -3,8 +3,8 @@
 #include "core/scene/node_transform.h"
 #include "proto/node_json.h"
 #include "server/http/media_type.h"
-#include "server/http/preconditions.h"
 #include "server/http/request_body.h"
+#include "server/routes/preconditions.h"
 #include "server/routes/routes.h"
 #include "server/routes/scene_admission.h"
 
@@ -68,8 +68,7 @@ void patch_node(Exchange& exchange, Service& service) {
 }  // namespace
 
 void add_node_routes(Router& router, Service& service) {
-  router.add("PATCH", "/v1/scenes/{id}/nodes/{node}",
-             [&service](Exchange& exchange) { patch_node(exchange, service); });
+  router.add("PATCH", "/v1/scenes/{id}/nodes/{node}", with(service, patch_node));
 }
 
 }  // namespace sightline

@@ -1,6 +1,7 @@
 #include "core/run/inside.h"
 #include "proto/hit_binary.h"
 #include "proto/point_binary.h"
+#include "server/http/work_memory.h"
 #include "server/routes/ray_request.h"
 #include "server/routes/routes.h"
 #include "server/service/answer_memory.h"
@@ -159,14 +160,10 @@ void ask_nearest(Exchange& exchange, const Service& service) {
 }  // namespace
 
 void add_point_routes(Router& router, const Service& service) {
-  router.add("POST", "/v1/scenes/{id}/points:inside",
-             [&service](Exchange& exchange) { ask_inside(exchange, service); });
-  router.add("POST", "/v1/scenes/{id}/points:closest",
-             [&service](Exchange& exchange) { ask_closest(exchange, service); });
-  router.add("POST", "/v1/scenes/{id}/points:nearest",
-             [&service](Exchange& exchange) { ask_nearest(exchange, service); });
-  router.add("POST", "/v1/scenes/{id}/points:distance",
-             [&service](Exchange& exchange) { ask_distance(exchange, service); });
+  router.add("POST", "/v1/scenes/{id}/points:inside", with(service, ask_inside));
+  router.add("POST", "/v1/scenes/{id}/points:closest", with(service, ask_closest));
+  router.add("POST", "/v1/scenes/{id}/points:nearest", with(service, ask_nearest));
+  router.add("POST", "/v1/scenes/{id}/points:distance", with(service, ask_distance));
 }
 
 }  // namespace sightline

@@ -2,18 +2,21 @@
 #include "proto/ray_columns.h"
 #include "server/http/media_type.h"
 #include "server/http/request_body.h"
+#include "server/http/work_memory.h"
 #include "server/routes/ray_request.h"
 #include "server/routes/routes.h"
+#include "server/routes/scene_admission.h"
 #include "server/service/answer_memory.h"
 
 namespace sightline {
 namespace {
 
-void ask_rays(Exchange& exchange, const Service& service, RayQuestionKind kind) {
+void ask_rays(Exchange& exchange, const Service& service, const Journal& journal,
+              RayQuestionKind kind) {
   RayRequest request(exchange, service);
-  if (request.streamed(kind) || !request.read(rules_of(kind, service.limits))) return;
+  if (request.streamed(kind, journal) || !request.read(rules_of(kind, service.limits))) return;
   auto answer = answer_rays(kind, service, request.scene(), request.query(), request.options(),
-                            request.deadline(), exchange.memory, request.timer());
+                            request.deadline(), reserve_from(exchange.memory), request.timer());
   if (!answer) return exchange.reply_error(answer.error());
   request.reply(std::move(*answer));
 }
@@ -44,21 +47,17 @@ void generate(Exchange& exchange, const Service& service) {
 
 }  // namespace
 
-void add_ray_routes(Router& router, const Service& service) {
-  router.add("POST", "/v1/rays:generate",
-             [&service](Exchange& exchange) { generate(exchange, service); });
-  router.add("POST", "/v1/scenes/{id}/rays:closest", [&service](Exchange& exchange) {
-    ask_rays(exchange, service, RayQuestionKind::kClosest);
-  });
-  router.add("POST", "/v1/scenes/{id}/rays:any", [&service](Exchange& exchange) {
-    ask_rays(exchange, service, RayQuestionKind::kAny);
-  });
-  router.add("POST", "/v1/scenes/{id}/rays:all", [&service](Exchange& exchange) {
-    ask_rays(exchange, service, RayQuestionKind::kAll);
-  });
-  router.add("POST", "/v1/scenes/{id}/rays:count", [&service](Exchange& exchange) {
-    ask_rays(exchange, service, RayQuestionKind::kCount);
-  });
+void add_ray_routes(Router& router, const Service& service, const Journal& journal) {
+  router.add("POST", "/v1/rays:generate", with(service, generate));
+  const auto ask = [&](RayQuestionKind kind) {
+    return [&service, journal, kind](Exchange& exchange) {
+      ask_rays(exchange, service, journal, kind);
+    };
+  };
+  router.add("POST", "/v1/scenes/{id}/rays:closest", ask(RayQuestionKind::kClosest));
+  router.add("POST", "/v1/scenes/{id}/rays:any", ask(RayQuestionKind::kAny));
+  router.add("POST", "/v1/scenes/{id}/rays:all", ask(RayQuestionKind::kAll));
+  router.add("POST", "/v1/scenes/{id}/rays:count", ask(RayQuestionKind::kCount));
 }
 
 }  // namespace sightline

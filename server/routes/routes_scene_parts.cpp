@@ -83,7 +83,7 @@ void check(Exchange& exchange, const Service& service) {
   }
   const SceneSnapshot stored = admit_scene(exchange, service);
   if (!stored) return;
-  const Deadline deadline = service.deadline(exchange);
+  const Deadline deadline = deadline_of(exchange, service);
   // The instances to choose from, and the rays with what is found by them.
   const std::uint64_t bytes =
       stored->scene->description().instances.size() * sizeof(std::uint32_t) +
@@ -99,20 +99,13 @@ void check(Exchange& exchange, const Service& service) {
 }  // namespace
 
 void add_scene_part_routes(Router& router, const Service& service) {
-  router.add(
-      "GET", "/v1/scenes/{id}/nodes", [&service](Exchange& exchange) { nodes(exchange, service); },
-      Router::Parameters::kTaken);
-  router.add(
-      "GET", "/v1/scenes/{id}/triangles",
-      [&service](Exchange& exchange) { triangles(exchange, service); }, Router::Parameters::kTaken);
-  router.add(
-      "GET", "/v1/scenes/{id}/geometry",
-      [&service](Exchange& exchange) { geometry(exchange, service); }, Router::Parameters::kTaken);
-  router.add("GET", "/v1/scenes/{id}/bvh",
-             [&service](Exchange& exchange) { trees(exchange, service); });
-  router.add(
-      "GET", "/v1/scenes/{id}/selfcheck",
-      [&service](Exchange& exchange) { check(exchange, service); }, Router::Parameters::kTaken);
+  router.add("GET", "/v1/scenes/{id}/nodes", with(service, nodes), Router::Parameters::kTaken);
+  router.add("GET", "/v1/scenes/{id}/triangles", with(service, triangles),
+             Router::Parameters::kTaken);
+  router.add("GET", "/v1/scenes/{id}/geometry", with(service, geometry),
+             Router::Parameters::kTaken);
+  router.add("GET", "/v1/scenes/{id}/bvh", with(service, trees));
+  router.add("GET", "/v1/scenes/{id}/selfcheck", with(service, check), Router::Parameters::kTaken);
 }
 
 }  // namespace sightline

@@ -3,8 +3,8 @@
 #include "server/http/body_reader.h"
 #include "server/http/http_status.h"
 #include "server/http/media_type.h"
-#include "server/http/preconditions.h"
 #include "server/http/request_body.h"
+#include "server/routes/preconditions.h"
 #include "server/routes/routes.h"
 #include "server/routes/scene_admission.h"
 #include "server/routes/scene_events.h"
@@ -38,8 +38,7 @@ void reply_accepted(Exchange& exchange, const Service& service, const std::strin
   exchange.response.set_header("Retry-After", "1");
 }
 
-Deadline deadline_of(const Exchange& exchange, const Service& service,
-                     std::chrono::milliseconds wait) {
+Deadline wait_of(const Exchange& exchange, const Service& service, std::chrono::milliseconds wait) {
   Deadline deadline = Deadline::in(wait, &service.cancelled);
   deadline.caller = exchange.caller;
   return deadline;
@@ -105,7 +104,7 @@ void put_scene(Exchange& exchange, Service& service) {
   };
   if (!read_body_in_parts(exchange, service.limits.scene_bytes, incoming, append)) return;
   const Deadline deadline = parameters.wait
-                                ? deadline_of(exchange, service, *parameters.wait)
+                                ? wait_of(exchange, service, *parameters.wait)
                                 : Deadline{.flag = &service.cancelled, .caller = exchange.caller};
   const Claim claim = claim_wait(service, deadline);
   const auto load = service.store.submit(std::move(*incoming), static_cast<bool>(claim));
@@ -122,7 +121,8 @@ void reply_source_error(Exchange& exchange, const Error& error) {
   exchange.reply_error(error);
 }
 
-void post_scene(Exchange& exchange, Service& service) {
+void post_scene(Exchange& exchange, Service& service,
+                const std::shared_ptr<const SourceRules>& sources) {
   constexpr std::uint64_t kMostBytes = 64 << 10;
   SceneParameters parameters;
   // This changes something and makes the server ask others: so, other than for queries, no type
@@ -144,10 +144,10 @@ void post_scene(Exchange& exchange, Service& service) {
     error.pointer = "/id";
     return exchange.reply_error(error);
   }
-  auto fetch = fetch_of(*request, service.sources, service.limits.scene_bytes);
+  auto fetch = fetch_of(*request, sources, service.limits.scene_bytes);
   if (!fetch) return reply_source_error(exchange, fetch.error());
   const Deadline deadline =
-      deadline_of(exchange, service, parameters.wait.value_or(std::chrono::milliseconds(0)));
+      wait_of(exchange, service, parameters.wait.value_or(std::chrono::milliseconds(0)));
   const Claim claim = claim_wait(service, deadline);
   auto load = service.store.fetch(request->id, {request->scene}, std::move(*fetch),
                                   static_cast<bool>(claim));
@@ -160,7 +160,7 @@ void get_scene(Exchange& exchange, Service& service) {
   if (!read_parameters(exchange, KnownParameters::kWait, parameters)) return;
   const Claim claim = parameters.wait ? service.waiters.claim() : Claim();
   const Deadline deadline =
-      deadline_of(exchange, service, claim ? *parameters.wait : std::chrono::seconds(0));
+      wait_of(exchange, service, claim ? *parameters.wait : std::chrono::seconds(0));
   for (;;) {
     const std::uint64_t seen = service.store.changes();
     const SceneSnapshot scene = service.store.find(exchange.scene_id);
@@ -178,7 +178,8 @@ void delete_scene(Exchange& exchange, Service& service) {
 
 }  // namespace
 
-void add_scene_routes(Router& router, Service& service) {
+void add_scene_routes(Router& router, Service& service,
+                      const std::shared_ptr<const SourceRules>& sources) {
   router.add("GET", "/v1/scenes", [&service](Exchange& exchange) {
     const std::vector<SceneSnapshot> scenes = service.store.list();
     if (Status status = exchange.reserve(scenes.size() * kListedBytes); !status) {
@@ -187,22 +188,17 @@ void add_scene_routes(Router& router, Service& service) {
     exchange.reply_json(200, encode_scene_list(scenes));
   });
   router.add(
-      "POST", "/v1/scenes", [&service](Exchange& exchange) { post_scene(exchange, service); },
+      "POST", "/v1/scenes",
+      [&service, sources](Exchange& exchange) { post_scene(exchange, service, sources); },
       Router::Parameters::kTaken);
-  router.add(
-      "GET", "/v1/scenes/{id}", [&service](Exchange& exchange) { get_scene(exchange, service); },
-      Router::Parameters::kTaken);
-  router.add("GET", "/v1/scenes/{id}/events",
-             [&service](Exchange& exchange) { reply_scene_events(exchange, service); });
+  router.add("GET", "/v1/scenes/{id}", with(service, get_scene), Router::Parameters::kTaken);
+  router.add("GET", "/v1/scenes/{id}/events", with(service, reply_scene_events));
   router.add("GET", "/v1/scenes/{id}/stats", [&service](Exchange& exchange) {
     const SceneSnapshot scene = admit_scene(exchange, service);
     if (scene) exchange.reply_json(200, encode_stats(*scene));
   });
-  router.add(
-      "PUT", "/v1/scenes/{id}", [&service](Exchange& exchange) { put_scene(exchange, service); },
-      Router::Parameters::kTaken);
-  router.add("DELETE", "/v1/scenes/{id}",
-             [&service](Exchange& exchange) { delete_scene(exchange, service); });
+  router.add("PUT", "/v1/scenes/{id}", with(service, put_scene), Router::Parameters::kTaken);
+  router.add("DELETE", "/v1/scenes/{id}", with(service, delete_scene));
 }
 
 }  // namespace sightline

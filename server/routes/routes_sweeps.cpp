@@ -61,10 +61,8 @@ void any_contacts(Exchange& exchange, const Service& service) {
 }  // namespace
 
 void add_sweep_routes(Router& router, const Service& service) {
-  router.add("POST", "/v1/scenes/{id}/sweeps:closest",
-             [&service](Exchange& exchange) { first_contacts(exchange, service); });
-  router.add("POST", "/v1/scenes/{id}/sweeps:any",
-             [&service](Exchange& exchange) { any_contacts(exchange, service); });
+  router.add("POST", "/v1/scenes/{id}/sweeps:closest", with(service, first_contacts));
+  router.add("POST", "/v1/scenes/{id}/sweeps:any", with(service, any_contacts));
 }
 
 }  // namespace sightline

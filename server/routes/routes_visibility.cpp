@@ -50,8 +50,7 @@ void visible(Exchange& exchange, const Service& service) {
 }  // namespace
 
 void add_visibility_routes(Router& router, const Service& service) {
-  router.add("POST", "/v1/scenes/{id}/visibility",
-             [&service](Exchange& exchange) { visible(exchange, service); });
+  router.add("POST", "/v1/scenes/{id}/visibility", with(service, visible));
 }
 
 }  // namespace sightline

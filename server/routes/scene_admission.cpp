@@ -1,11 +1,32 @@
 #include "server/routes/scene_admission.h"
 
+#include <algorithm>
+
 #include "core/store/scene_id.h"
+#include "proto/hit_lines.h"
+#include "proto/ray_binary.h"
 #include "server/http/media_type.h"
 #include "server/http/request_body.h"
+#include "server/http/work_memory.h"
 #include "server/service/scene_json.h"
 
 namespace sightline {
+
+bool admit_query_type(Exchange& exchange) {
+  return admit_media_type(exchange, {"application/json"}, {kFormMediaType});
+}
+
+std::optional<QueryType> admit_rays_type(Exchange& exchange, bool takes_lines) {
+  const bool good =
+      takes_lines
+          ? admit_media_type(exchange, {"application/json", kLinesMediaType, kBinaryMediaType},
+                             {kFormMediaType})
+          : admit_media_type(exchange, {"application/json", kBinaryMediaType}, {kFormMediaType});
+  if (!good) return std::nullopt;
+  const std::string type = media_type(exchange);
+  if (type == kBinaryMediaType) return QueryType::kBinary;
+  return type == kLinesMediaType ? QueryType::kLines : QueryType::kJson;
+}
 
 SceneSnapshot admit_scene(Exchange& exchange, const Service& service) {
   const SceneSnapshot stored = service.store.find(exchange.scene_id);
@@ -29,6 +50,22 @@ SceneSnapshot admit_scene(Exchange& exchange, const Service& service) {
       return nullptr;
   }
   return nullptr;
+}
+
+Deadline deadline_of(const Exchange& exchange, const Service& service,
+                     std::optional<std::uint64_t> timeout_ms) {
+  constexpr std::chrono::microseconds kAtDoor{300};
+  Deadline deadline = service.deadline();
+  // The time in a queue counts for the client, not for what the server spends on the request.
+  if (timeout_ms) {
+    const auto most = static_cast<std::uint64_t>(service.limits.request.get().count());
+    const std::chrono::milliseconds wish(std::min(*timeout_ms, most));
+    deadline.at = std::min(deadline.at, exchange.asked_at + wish);
+  }
+  if (exchange.at_door) deadline.at = std::min(deadline.at, Deadline::Clock::now() + kAtDoor);
+  deadline.caller = exchange.caller;
+  if (exchange.memory != nullptr && !exchange.at_door) exchange.memory->wait_until(deadline.at);
+  return deadline;
 }
 
 std::string text_within(const Exchange& exchange, const StoredScene& scene) {

@@ -2,6 +2,7 @@
 /// Admission of queries of a scene, before their bodies are read, and answers to changes of scenes.
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "core/scene/scene.h"
@@ -9,6 +10,16 @@
 #include "server/service/service.h"
 
 namespace sightline {
+
+/// The media types of queries: JSON, also when it comes as a form. A browser sends forms across
+/// sites without asking; that can do no harm here, because a query changes nothing and its answer
+/// is not shown to the site. Returns false after it has answered.
+bool admit_query_type(Exchange& exchange);
+
+/// The media type of a query of rays or points: JSON, bytes, or lines where `takes_lines`. Nothing
+/// after it has answered.
+enum class QueryType { kJson, kBinary, kLines };
+std::optional<QueryType> admit_rays_type(Exchange& exchange, bool takes_lines = false);
 
 /// The scene, if it can be asked now. Null after it has answered: 404 SCENE_NOT_FOUND, 409
 /// SCENE_FAILED or SCENE_LOADING (with Retry-After).
@@ -20,6 +31,12 @@ SceneSnapshot admit_scene(Exchange& exchange, const Service& service);
 std::shared_ptr<const Scene> admit_scene_query(Exchange& exchange, const Service& service);
 /// Admits a query whose media type was checked before.
 std::shared_ptr<const Scene> admit_query_of_scene(Exchange& exchange, const Service& service);
+
+/// When the answer must be there. It passes also when no client waits any more, and soon in the
+/// event loop; the request then waits no longer for memory either.
+/// timeout_ms  what the client wishes; more than the limit counts as the limit
+Deadline deadline_of(const Exchange& exchange, const Service& service,
+                     std::optional<std::uint64_t> timeout_ms = {});
 
 /// encode_scene, or, where there is no memory for names and warnings, encode_scene_summary: what
 /// was done is answered in any case.

@@ -7,8 +7,8 @@
 #include <span>
 #include <string_view>
 
+#include "core/base/watch.h"
 #include "proto/hit_json.h"
-#include "server/http/work_memory.h"
 #include "server/service/hit_terms.h"
 
 namespace sightline {
@@ -25,7 +25,7 @@ std::uint64_t bytes_of_description(std::uint64_t hits, FieldSet fields);
 /// The text or the bytes of so many described hits.
 std::uint64_t bytes_of_encoded(std::uint64_t hits, FieldSet fields, const HitTerms& terms);
 /// describe_hits with the memory for it, and for encoding it afterwards. Errors: of both.
-Status describe_within(RequestMemory* memory, const Engine& engine, const Scene& scene,
+Status describe_within(const ReserveBytes& reserve, const Engine& engine, const Scene& scene,
                        const RayBatch& rays, const HitBatch& hits, FieldSet fields, bool normalize,
                        const Deadline& deadline, HitDescription& about);
 /// Bytes for texts inside of an answer; each may have to be escaped.
@@ -35,13 +35,13 @@ std::uint64_t bytes_of_names(std::span<const std::string_view> names);
 /// TOO_MANY_HITS (kTooLarge) where there are more. It is called with a small number first, then
 /// with larger ones as memory is granted, up to `most`.
 template <class Search>
-Status search_lists(RequestMemory* memory, std::uint64_t lists, std::uint64_t most,
+Status search_lists(const ReserveBytes& reserve, std::uint64_t lists, std::uint64_t most,
                     std::uint64_t entry_bytes, const Search& search) {
   constexpr std::uint64_t kFirst = 16 << 10, kStep = 16;
   std::uint64_t reserved = 0, granted = std::min(most, kFirst);
   for (;;) {
     const std::uint64_t bytes = lists * 3 * sizeof(std::uint64_t) + granted * entry_bytes;
-    if (Status status = reserve(memory, bytes - reserved); !status) return status;
+    if (Status status = ask_for(reserve, bytes - reserved); !status) return status;
     reserved = bytes;
     Status found = search(granted);
     if (found || found.error().kind != ErrorKind::kTooLarge || granted == most) return found;

@@ -22,7 +22,7 @@ struct RayBatchCourse {
   const RayQuery& query;
   const RayOptions& options;
   const Deadline& deadline;
-  RequestMemory* memory;
+  const ReserveBytes& reserve;
   WorkTimer& timer;
 
   /// The bad rays, where they are to be marked; else null.
@@ -30,7 +30,7 @@ struct RayBatchCourse {
   bool is(AnswerLayout layout) const { return query.layout == layout; }
 
   Status describe(const RayBatch& rays, const HitBatch& hits, HitDescription& about) const {
-    Status status = describe_within(memory, service.engine, scene, rays, hits, query.fields,
+    Status status = describe_within(reserve, service.engine, scene, rays, hits, query.fields,
                                     query.normalize, deadline, about);
     timer.add(&WorkReport::describe_us);
     return status;
@@ -46,11 +46,11 @@ Status list_hits(const RayBatchCourse& course, std::uint64_t most, HitLists& lis
       std::min<std::uint64_t>(rays.size(), static_cast<std::uint64_t>(engine.threads()));
   std::uint64_t kept = 0;
   // The lists of the threads, and all of them joined.
-  return search_lists(course.memory, rays.size(), course.service.limits.hits, 3 * kHitBytes,
+  return search_lists(course.reserve, rays.size(), course.service.limits.hits, 3 * kHitBytes,
                       [&](std::uint64_t granted) {
                         const std::uint64_t keeps =
                             at_once * std::min(most, granted) * AllHits::kBytesOfHit;
-                        Status status = reserve(course.memory, keeps - kept);
+                        Status status = ask_for(course.reserve, keeps - kept);
                         if (!status) return status;
                         kept = keeps;
                         return engine.all(course.scene, rays, course.query.crossings, most, granted,
@@ -65,7 +65,7 @@ Status find_returns(const RayBatchCourse& course, HitBatch& hits, RayBatch& rays
   Column<std::uint64_t> totals;
   Status status = list_hits(course, returns, lists, totals);
   const std::uint64_t slots = course.query.rays.size() * returns;
-  if (status) status = reserve(course.memory, slots * (kHitBytes + kRayBytes));
+  if (status) status = ask_for(course.reserve, slots * (kHitBytes + kRayBytes));
   if (!status) return status;
   rays.reserve(slots);
   for (std::size_t ray = 0; ray < course.query.rays.size(); ++ray) {
@@ -89,7 +89,7 @@ Result<std::string> answer_closest(const RayBatchCourse& course) {
   if (query.returns > 1) {
     status = find_returns(course, hits, rays_of_returns);
   } else {
-    status = reserve(course.memory, query.rays.size() * kHitBytes);
+    status = ask_for(course.reserve, query.rays.size() * kHitBytes);
     if (status) {
       status = course.service.engine.closest(course.scene, query.rays, course.deadline, hits,
                                              course.options);
@@ -111,11 +111,10 @@ Result<std::string> answer_closest(const RayBatchCourse& course) {
   }
   std::string text = encode_hits(hits, about.details, about.terms, query.fields, query.layout);
   if (query.wants_explanation) {
-    status = reserve(course.memory, kExplanationBytes);
+    status = ask_for(course.reserve, kExplanationBytes);
     if (!status) return status.error();
-    auto explained =
-        encode_explanation(course.scene, query.rays[0], query.filter, course.options.kept,
-                           course.deadline, reserve_from(course.memory));
+    auto explained = encode_explanation(course.scene, query.rays[0], query.filter,
+                                        course.options.kept, course.deadline, course.reserve);
     if (!explained) return explained;
     if (!hits.hit(0)) {
       std::optional<NearestMiss> miss;
@@ -131,7 +130,7 @@ Result<std::string> answer_closest(const RayBatchCourse& course) {
 
 Result<std::string> answer_any(const RayBatchCourse& course) {
   Column<std::uint8_t> occluded;
-  Status status = reserve(course.memory, course.query.rays.size() * (1 + kNumberBytes));
+  Status status = ask_for(course.reserve, course.query.rays.size() * (1 + kNumberBytes));
   if (status) {
     status = course.service.engine.any(course.scene, course.query.rays, course.deadline, occluded,
                                        course.options);
@@ -153,7 +152,7 @@ Result<std::string> answer_all(const RayBatchCourse& course) {
   HitDescription about;
   const bool needs_rays = query.normalize || query.fields.has(HitField::kDistance) ||
                           query.fields.has_any_of(kDetailFields);
-  if (needs_rays) status = reserve(course.memory, lists.hits.size() * kRayBytes);
+  if (needs_rays) status = ask_for(course.reserve, lists.hits.size() * kRayBytes);
   if (!status) return status.error();
   status =
       course.describe(needs_rays ? rays_of_hits(query.rays, lists) : RayBatch(), lists.hits, about);
@@ -171,7 +170,7 @@ Result<std::string> answer_all(const RayBatchCourse& course) {
 
 Result<std::string> answer_count(const RayBatchCourse& course) {
   Column<std::uint64_t> totals;
-  Status status = reserve(course.memory, course.query.rays.size() * (8 + kNumberBytes));
+  Status status = ask_for(course.reserve, course.query.rays.size() * (8 + kNumberBytes));
   if (status) {
     status = course.service.engine.count(course.scene, course.query.rays, course.query.crossings,
                                          course.deadline, totals, course.options);
@@ -200,8 +199,9 @@ RayJsonRules rules_of(RayQuestionKind kind, const ServiceLimits& limits) {
 
 Result<std::string> answer_rays(RayQuestionKind kind, const Service& service, const Scene& scene,
                                 const RayQuery& query, const RayOptions& options,
-                                const Deadline& deadline, RequestMemory* memory, WorkTimer& timer) {
-  const RayBatchCourse course{service, scene, query, options, deadline, memory, timer};
+                                const Deadline& deadline, const ReserveBytes& reserve,
+                                WorkTimer& timer) {
+  const RayBatchCourse course{service, scene, query, options, deadline, reserve, timer};
   switch (kind) {
     case RayQuestionKind::kClosest:
       return answer_closest(course);

@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <string>
 
+#include "core/base/watch.h"
 #include "proto/answer_members.h"
 #include "proto/ray_json.h"
-#include "server/http/work_memory.h"
 #include "server/service/service.h"
 
 namespace sightline {
@@ -37,10 +37,11 @@ class WorkTimer {
   Clock::time_point last_ = Clock::now();
 };
 
-/// Traces, describes and encodes in the query's layout, each with its part of `memory` (which may
-/// be null). Errors: those of the engine and of RequestMemory.
+/// Traces, describes and encodes in the query's layout, each after reserving its memory. Errors:
+/// those of the engine and of `reserve`.
 Result<std::string> answer_rays(RayQuestionKind kind, const Service& service, const Scene& scene,
                                 const RayQuery& query, const RayOptions& options,
-                                const Deadline& deadline, RequestMemory* memory, WorkTimer& timer);
+                                const Deadline& deadline, const ReserveBytes& reserve,
+                                WorkTimer& timer);
 
 }  // namespace sightline

@@ -5,22 +5,13 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
-#include <functional>
-#include <memory>
 #include <optional>
 
 #include "core/base/deadline.h"
+#include "core/base/live.h"
+#include "core/base/places.h"
 #include "core/run/engine.h"
 #include "core/store/scene_store.h"
-#include "server/http/door_limits.h"
-#include "server/http/exchange.h"
-#include "server/http/live.h"
-#include "server/http/places.h"
-#include "server/http/work_memory.h"
-#include "server/operation/log.h"
-#include "server/operation/metrics.h"
-#include "server/service/scene_stats.h"
-#include "server/sources/scene_sources.h"
 
 namespace sightline {
 
@@ -53,38 +44,16 @@ struct ServiceLimits {
 struct Service {
   const Engine& engine;
   SceneStore& store;
-  Log& log;
   ServiceLimits limits{};
   std::atomic<bool> stopping{false};
   CancelFlag cancelled{};  ///< set when even requests that have begun must end
   Places waiters{limits.waiters};
-  /// Loads that are under way share it.
-  std::shared_ptr<const SourceRules> sources = std::make_shared<const SourceRules>();
-  Metrics metrics{};
-  DoorLimits door{};                                            ///< to show them
-  std::function<ServerNow()> now = [] { return ServerNow{}; };  ///< for the metrics
 
   /// From now on; a client may wish for less than the limit.
   Deadline deadline(std::optional<std::uint64_t> timeout_ms = {}) const {
     auto time = limits.request.get();
     if (timeout_ms) time = std::min<decltype(time)>(time, std::chrono::milliseconds(*timeout_ms));
     return Deadline::in(time, &cancelled);
-  }
-  /// Passes also when no client waits for this answer any more, and soon in the event loop.
-  Deadline deadline(const Exchange& exchange, std::optional<std::uint64_t> timeout_ms = {}) const {
-    constexpr std::chrono::microseconds kAtDoor{300};
-    Deadline deadline = this->deadline();
-    // The time in a queue counts for the client, not for what the server spends on the request.
-    if (timeout_ms) {
-      const auto most = std::chrono::duration_cast<std::chrono::milliseconds>(limits.request.get());
-      const std::chrono::milliseconds wish(
-          std::min<std::uint64_t>(*timeout_ms, static_cast<std::uint64_t>(most.count())));
-      deadline.at = std::min(deadline.at, exchange.asked_at + wish);
-    }
-    if (exchange.at_door) deadline.at = std::min(deadline.at, Deadline::Clock::now() + kAtDoor);
-    deadline.caller = exchange.caller;
-    if (exchange.memory != nullptr && !exchange.at_door) exchange.memory->wait_until(deadline.at);
-    return deadline;
   }
 };
 

@@ -8,7 +8,6 @@
 #include <optional>
 
 #include "core/store/scene_load.h"
-#include "server/operation/version.h"
 
 namespace sightline {
 namespace {
@@ -125,7 +124,6 @@ struct FreeEasy {
 void set_options(CURL* easy, Transfer& transfer, const SourceUrl& url, Clock::time_point end) {
   const auto left =
       std::chrono::duration_cast<std::chrono::milliseconds>(end - Clock::now()).count();
-  const std::string agent = "sightline/" + version();
   curl_easy_setopt(easy, CURLOPT_CURLU, url.handle());
   curl_easy_setopt(easy, CURLOPT_PROTOCOLS_STR, "http,https");
   curl_easy_setopt(easy, CURLOPT_HTTP_VERSION, CURL_HTTP_VERSION_1_1);
@@ -137,7 +135,7 @@ void set_options(CURL* easy, Transfer& transfer, const SourceUrl& url, Clock::ti
   // A name server that says nothing would hold this thread, and a stop, beyond every time limit:
   // the library waits for the thread that asks it.
   curl_easy_setopt(easy, CURLOPT_QUICK_EXIT, 1L);
-  curl_easy_setopt(easy, CURLOPT_USERAGENT, agent.c_str());
+  curl_easy_setopt(easy, CURLOPT_USERAGENT, transfer.rules.agent.c_str());
   curl_easy_setopt(easy, CURLOPT_TIMEOUT_MS, static_cast<long>(std::max<long long>(left, 1)));
   curl_easy_setopt(easy, CURLOPT_CONNECTTIMEOUT_MS, static_cast<long>(kConnect.count()));
   curl_easy_setopt(easy, CURLOPT_LOW_SPEED_LIMIT, kLeastBytesPerSecond);

@@ -20,6 +20,7 @@ struct UrlRules {
   std::vector<UrlPattern> patterns;         ///< a URL that matches none is refused; empty: all are
   std::vector<AddressRange> addresses;      ///< that may be reached though they are not public
   std::chrono::milliseconds time{300'000};  ///< for everything, redirects included
+  std::string agent = "sightline";          ///< User-Agent
 };
 
 struct UrlReceiver {

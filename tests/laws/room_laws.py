@@ -42,6 +42,11 @@ ROUTES = "docs/reference/routes.md"
 SKIPPED_FOLDERS = {"build", "__pycache__", "node_modules", "scratch"}
 
 
+def room_named(word, rooms):
+    """`base` is core/base, `http` is server/http."""
+    return next((folder + word for folder in ("core/", "server/") if folder + word in rooms), word)
+
+
 class Tables:
     """What ARCHITECTURE.md says. rooms: room -> rooms that it may include. libraries: header
     prefix -> rooms that may include it. top_level: names that may stand at the top."""
@@ -70,7 +75,7 @@ class Tables:
                 elif word == "core":
                     self.rooms[room] |= set(core)
                 elif word != "nothing":
-                    self.rooms[room].add("core/" + word if "core/" + word in words else word)
+                    self.rooms[room].add(room_named(word, words))
         for cells in rows.get("libraries", [])[1:]:
             for prefix in re.findall(r"`([^`]+)`", cells[0]):
                 self.libraries[prefix] = set(re.findall(r"[\w/]+", cells[-1]))
@@ -272,7 +277,7 @@ class Laws:
         for match in LINK_CALL.finditer(text):
             words += [word[len("sightline_"):] for word in re.findall(r"\bsightline_\w+", match.group(2))]
         for word in words:
-            other = "core/" + word if "core/" + word in self.tables.rooms else word
+            other = room_named(word, self.tables.rooms)
             if other not in self.tables.rooms:
                 continue
             self.counts["links"] += 1

@@ -90,8 +90,8 @@ TEST(HttpServer, answers_at_the_door_while_every_worker_is_busy) {
   const std::shared_future<void> gone_on = go_on.get_future().share();
   std::atomic<int> begun{0};
   DoorRules rules;
-  rules.at_once = [](const RequestHead& head, std::string_view) {
-    return head.target == "/at-once";
+  rules.weigh = [](const RequestHead& head, std::string_view) {
+    return head.target == "/at-once" ? Weight::kInline : Weight::kShort;
   };
   Running server(
       [&](Exchange& exchange) {
@@ -133,14 +133,17 @@ class SlowStore : public testing::Test {
                                            return Scene::build({});
                                          },
                                          {}));
-    service_.reset(new Service{*engine_, *store_, log_, {}});
-    add_health_routes(router_, *service_);
-    add_scene_routes(router_, *service_);
-    add_ray_routes(router_, *service_);
+    service_.reset(new Service{*engine_, *store_});
+    add_health_routes(router_, *service_, {metrics_, door_, *sources_});
+    add_scene_routes(router_, *service_, sources_);
+    add_ray_routes(router_, *service_, {log_, metrics_});
   }
 
   std::promise<void> begun_, go_on_;
   Log log_;
+  Metrics metrics_;
+  const DoorLimits door_;
+  const std::shared_ptr<const SourceRules> sources_ = std::make_shared<const SourceRules>();
   std::unique_ptr<Engine> engine_;
   std::unique_ptr<SceneStore> store_;
   std::unique_ptr<Service> service_;

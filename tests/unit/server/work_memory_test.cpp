@@ -5,8 +5,6 @@
 #include <optional>
 #include <thread>
 
-#include "server/routes/request_weight.h"
-
 namespace sightline {
 namespace {
 
@@ -133,19 +131,6 @@ TEST(RequestMemory, knows_whether_others_wait_for_it) {
   large.keep(0);
   waiter.join();
   EXPECT_FALSE(large.keeps_others_waiting());
-}
-
-TEST(RequestWeight, sees_what_asks_for_much_in_few_bytes) {
-  RequestHead head;
-  head.target = "/v1/scenes/town/rays:closest";
-  EXPECT_TRUE(asks_for_little(head, R"({"rays":[{"origin":[0,9,0],"direction":[0,-1,0]}]})"));
-  EXPECT_FALSE(asks_for_little(head, R"({"generator":{"kind":"pinhole","width":4000}})"));
-  EXPECT_FALSE(asks_for_little(head, R"({"gener\u0061tor":{"kind":"pinhole","width":4000}})"));
-  EXPECT_FALSE(asks_for_little(head, std::string(3000, ' ')));
-  head.target = "/v1/scenes/town/selfcheck?rays=100000";
-  EXPECT_FALSE(asks_for_little(head, ""));
-  head.target = "/healthz";
-  EXPECT_TRUE(asks_for_little(head, ""));
 }
 
 TEST(RequestMemory, waits_no_longer_than_its_request_may_take) {

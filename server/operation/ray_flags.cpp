@@ -1,4 +1,4 @@
-#include "server/client/ray_flags.h"
+#include "server/operation/ray_flags.h"
 
 #include <charconv>
 #include <sstream>

@@ -1,4 +1,4 @@
-#include "server/http/preconditions.h"
+#include "server/routes/preconditions.h"
 
 #include <algorithm>
 #include <string_view>

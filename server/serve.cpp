@@ -1,4 +1,4 @@
-#include "server/operation/serve.h"
+#include "server/serve.h"
 
 #include <spdlog/sinks/stdout_sinks.h>
 
@@ -87,9 +87,9 @@ std::optional<std::string> loading_line(const SceneStore& store) {
 }
 
 /// One request, from its route to its line in the log.
-void answer(const Router& router, Service& service, Exchange& exchange) {
+void answer(const Router& router, const Journal& journal, Exchange& exchange) {
   const auto note = [&](int status) {
-    note_request(service, exchange, status, std::chrono::steady_clock::now() - exchange.asked_at);
+    note_request(journal, exchange, status, std::chrono::steady_clock::now() - exchange.asked_at);
   };
   try {
     router.dispatch(exchange);
@@ -132,7 +132,7 @@ void watch_signals(Signals& signals, const Running& running) {
   Event event = signals.wait(std::nullopt);
   for (; event == Event::kReload; event = signals.wait(std::nullopt)) reload(running);
   if (event == Event::kWoken) return;
-  service.log.info("stopping");
+  running.log.info("stopping");
   service.stopping = true;
   // A load balancer sees /readyz turn before connections are refused.
   const ServeCommand& command = running.command;
@@ -143,7 +143,7 @@ void watch_signals(Signals& signals, const Running& running) {
   // A second signal does not wait for anything.
   if (event != Event::kStop) event = wait_for_stop(signals, command.drain);
   if (event == Event::kWoken) return;
-  service.log.warn("breaking off what has not ended");
+  running.log.warn("breaking off what has not ended");
   service.cancelled.cancel();
   running.server.break_connections();
 }
@@ -220,19 +220,18 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
   }
   command.door.connections = allowed_connections(command.door);
   command.door.request = std::min(command.door.request, machine_memory() / 2);
-  Service service{**engine, **store, log, command.limits, {}, {}};
-  service.door = command.door;
+  Service service{**engine, **store, command.limits};
+  Metrics metrics;
+  const Journal journal{log, metrics};
   const ProgressBar bar([&store] { return loading_line(**store); });
   auto sources = sources_of(command);
   if (!sources) return complain(sources.error());
-  service.sources = std::move(*sources);
   Router router;
-  add_health_routes(router, service);
   add_page_routes(router);
   add_docs_routes(router);
-  add_scene_routes(router, service);
+  add_scene_routes(router, service, *sources);
   add_node_routes(router, service);
-  add_ray_routes(router, service);
+  add_ray_routes(router, service, journal);
   add_clearance_routes(router, service);
   add_sweep_routes(router, service);
   add_visibility_routes(router, service);
@@ -256,23 +255,26 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
         }
         return fault;
       },
-      fits_the_door, &hurry,
+      weigh_request,
+      holds_key,
+      &hurry,
       [&](const RequestHead& head, const RequestFault& fault, const std::string& id) {
         // A head with a fault has not been through admit().
-        note_refusal(service, head, fault, access.is_key(id) ? std::string() : id);
+        note_refusal(journal, head, fault, access.is_key(id) ? std::string() : id);
       }};
   HttpServer server(
-      command.door, [&](Exchange& exchange) { answer(router, service, exchange); },
+      command.door, [&](Exchange& exchange) { answer(router, journal, exchange); },
       [&](const std::string& id, const std::string& type) {
         log.error("request failed by an exception", {{"id", id}, {"type", type}});
       },
       rules);
-  service.now = [&] {
-    return ServerNow{server.counts().open, door_events(server.counts(), service.metrics),
+  const auto now = [&] {
+    return ServerNow{server.counts().open, door_events(server.counts(), metrics),
                      server.queued(),      server.traffic(),
                      server.spooled(),     keeper.totals(),
                      (*engine)->kernel()};
   };
+  add_health_routes(router, service, {metrics, command.door, **sources, now});
   const auto port = server.bind(command.listen);
   if (!port) return complain(port.error());
 
@@ -283,7 +285,7 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
                        {"kernel", (*engine)->kernel()},
                        {"threads", std::int64_t{(*engine)->threads()}}});
 
-  const Running running{command, access, service, server};
+  const Running running{command, access, service, server, log};
   std::thread watcher([&] { watch_signals(signals, running); });
   std::optional<Error> fault;
   try {
