@@ -16,6 +16,10 @@ inline constexpr double kGapSlack = 4 * kU;             ///< times |gap|
 inline constexpr double kRefineSlack = 8 * kU;          ///< times |c|
 inline constexpr double kRefineFloor = 0x1p-1073;
 
+// Batches of rays and axis-aligned boxes: factors and products of TwoProduct.
+inline constexpr double kProductLeast = 0x1p-900;
+inline constexpr double kProductMost = 0x1p900;
+
 // Ray against oriented planes.
 inline constexpr double kSumSlack = 256 * kU * kU;      ///< times M
 inline constexpr double kSumFloor = 0x1p-1073;          ///< per product that underflows

@@ -16,7 +16,14 @@ enum class BoxPairing {
   kAll,   ///< every ray and every box; slot = ray * boxes + box
 };
 
-/// The answers of core/geometry/ray_box.h, field by field.
+/// How much of an answer is computed.
+enum class RayBoxDetail {
+  kT,       ///< the outcome and t
+  kAll,     ///< everything but planes
+  kPlanes,  ///< everything
+};
+
+/// The answers of core/geometry/ray_box.h, field by field. Columns that are not asked for are empty.
 struct RayBoxAnswers {
   Column<RayBoxOutcome> outcome;
   Column<std::uint8_t> inside, on_surface;    ///< 1 or 0
@@ -24,20 +31,21 @@ struct RayBoxAnswers {
   Column<double> t, t_enter, t_exit;          ///< t: of hits
   Column<BoxFaces> faces;                     ///< of hits
   Column<Vec3d> normal;                       ///< of the first face; zero without one
-  Column<PlaneTs> planes;                     ///< only if asked for, else empty
+  Column<PlaneTs> planes;
 
   std::size_t size() const { return outcome.size(); }
-  void resize(std::size_t count, bool with_planes) {
+  void resize(std::size_t count, RayBoxDetail detail) {
     outcome.resize(count);
-    inside.resize(count);
-    on_surface.resize(count);
-    apart.resize(count);
     t.resize(count);
-    t_enter.resize(count);
-    t_exit.resize(count);
-    faces.resize(count);
-    normal.resize(count);
-    planes.resize(with_planes ? count : 0);
+    const std::size_t all = detail == RayBoxDetail::kT ? 0 : count;
+    inside.resize(all);
+    on_surface.resize(all);
+    apart.resize(all);
+    t_enter.resize(all);
+    t_exit.resize(all);
+    faces.resize(all);
+    normal.resize(all);
+    planes.resize(detail == RayBoxDetail::kPlanes ? count : 0);
   }
 };
 

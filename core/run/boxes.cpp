@@ -7,7 +7,6 @@
 #include "core/run/engine_state.h"
 #include "core/run/pending_rounds.h"
 #include "core/trace/box_overlap.h"
-#include "core/trace/ray_boxes.h"
 
 namespace sightline {
 
@@ -27,13 +26,14 @@ auto near_boxes(const BoxBatch& boxes) {
 }  // namespace
 
 Status Engine::ray_boxes(const RayBatch& rays, const BoxBatch& boxes, BoxPairing pairing,
-                         bool with_planes, const Deadline& deadline, RayBoxAnswers& answers) const {
+                         RayBoxDetail detail, const Deadline& deadline,
+                         RayBoxAnswers& answers) const {
   return within_memory([&]() -> Status {
     const std::size_t count =
         pairing == BoxPairing::kEach ? rays.size() : rays.size() * boxes.size();
-    answers.resize(count, with_planes);
+    answers.resize(count, detail);
     return state_->run(count, deadline, [&](std::size_t begin, std::size_t end) {
-      answer_ray_boxes(rays, boxes, pairing, begin, end, answers);
+      state_->kernel.ray_boxes(rays, boxes, pairing, begin, end, answers);
     });
   });
 }

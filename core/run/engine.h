@@ -113,7 +113,7 @@ class Engine {
   /// * boxes + box). `answers` is resized and overwritten. Precondition for kEach: as many boxes as
   /// rays.
   Status ray_boxes(const RayBatch& rays, const BoxBatch& boxes, BoxPairing pairing,
-                   bool with_planes, const Deadline& deadline, RayBoxAnswers& answers) const;
+                   RayBoxDetail detail, const Deadline& deadline, RayBoxAnswers& answers) const;
   /// Whether any triangle counts for each box: 1 or 0. `touched` is resized and overwritten.
   Status boxes_any(const Scene& scene, const BoxBatch& boxes, const Deadline& deadline,
                    Column<std::uint8_t>& touched,

@@ -155,6 +155,10 @@ void trace_details(const Scene& scene, const RayBatch& rays, std::size_t begin, 
   details.flush();
 }
 
+// ray_boxes.cpp
+void answer_ray_boxes(const RayBatch& rays, const BoxBatch& boxes, BoxPairing pairing,
+                      std::size_t begin, std::size_t end, RayBoxAnswers& answers);
+
 }  // namespace HWY_NAMESPACE
 }  // namespace sightline
 HWY_AFTER_NAMESPACE();
@@ -177,7 +181,8 @@ std::vector<Kernel> supported_kernels() {
    target::trace_closest_filtered,     \
    target::trace_any_filtered,         \
    target::trace_all_filtered,         \
-   target::trace_details}
+   target::trace_details,              \
+   target::answer_ray_boxes}
 #if HWY_TARGETS & HWY_AVX3
   add(HWY_AVX3, SIGHTLINE_KERNEL("avx512", N_AVX3));
 #endif

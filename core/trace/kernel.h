@@ -7,9 +7,11 @@
 #include <vector>
 
 #include "core/base/deadline.h"
+#include "core/query/box_batch.h"
 #include "core/query/hit_batch.h"
 #include "core/query/hit_filter.h"
 #include "core/query/ray_batch.h"
+#include "core/query/ray_box_answers.h"
 #include "core/scene/scene_view.h"
 #include "core/trace/decision.h"
 
@@ -64,6 +66,10 @@ struct Kernel {
   /// i.
   void (*details)(const Scene& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
                   const HitBatch& hits, HitDetail* out, TraceCounts& counts);
+  /// Rays against the boxes of a request, pairs [begin, end). Columns of `answers` that are empty
+  /// are not written. Allocates nothing.
+  void (*ray_boxes)(const RayBatch& rays, const BoxBatch& boxes, BoxPairing pairing,
+                    std::size_t begin, std::size_t end, RayBoxAnswers& answers);
 };
 
 /// The kernels that this machine can run, best first; never empty.

@@ -35,7 +35,8 @@ void rays_boxes(Exchange& exchange, const Service& service) {
 
   RayBoxAnswers answers;
   if (Status status =
-          service.engine.ray_boxes(query->rays, query->boxes, query->pairing, query->planes,
+          service.engine.ray_boxes(query->rays, query->boxes, query->pairing,
+                                   query->planes ? RayBoxDetail::kPlanes : RayBoxDetail::kAll,
                                    deadline_of(exchange, service, query->timeout_ms), answers);
       !status) {
     return exchange.reply_error(status.error());

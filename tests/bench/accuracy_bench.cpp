@@ -13,7 +13,7 @@ namespace sightline::bench {
 namespace {
 
 struct Options {
-  std::string scene = "scan", out;
+  std::string scene = "scan", out, kernel, panel;
   std::size_t rays = 0, pairs = 0;
   std::uint64_t seed = 20250707;
   int repetitions = 0, cpu = -1;
@@ -38,9 +38,10 @@ void interleave(std::size_t contestants, int repetitions, Run run) {
 
 class AccuracyBench {
  public:
-  explicit AccuracyBench(Options options) : options_(std::move(options)) {
+  AccuracyBench(Options options, const Kernel& kernel)
+      : options_(std::move(options)), kernel_(kernel) {
     result_.machine = machine_name();
-    result_.kernel = supported_kernels().front().name;
+    result_.kernel = kernel_.name;
     result_.scene = options_.scene;
     result_.seed = options_.seed;
     result_.quick = options_.quick;
@@ -82,7 +83,17 @@ class AccuracyBench {
 
   void run_boxes() {
     BoxContestants contestants;
-    contestants.push_back({kOurs, [](const AccuracyPairs& pairs, BoxAnswers& answers) {
+    const Kernel kernel = kernel_;
+    for (const auto& [name, detail] :
+         {std::pair{kOurs, RayBoxDetail::kT}, std::pair{kOursAll, RayBoxDetail::kAll}}) {
+      contestants.push_back(
+          {name, [kernel, detail](const AccuracyPairs& pairs, BoxAnswers& answers) {
+             answers.batch.resize(pairs.rays.size(), detail);
+             kernel.ray_boxes(pairs.ray_batch, pairs.box_batch, BoxPairing::kEach, 0,
+                              pairs.rays.size(), answers.batch);
+           }});
+    }
+    contestants.push_back({kOursSingle, [](const AccuracyPairs& pairs, BoxAnswers& answers) {
                              for (std::size_t i = 0; i < pairs.rays.size(); ++i) {
                                const Ray& ray = pairs.rays[i];
                                const RayBoxAnswer answer = ray_box(
@@ -173,6 +184,7 @@ class AccuracyBench {
   }
 
   Options options_;
+  Kernel kernel_;
   AccuracyResult result_;
 };
 
@@ -181,6 +193,7 @@ class AccuracyBench {
 
 int main(int argc, char** argv) {
   using namespace sightline::bench;
+  using sightline::Kernel, sightline::supported_kernels;
   start_again_with_huge_pages(argv);
 
   Options options;
@@ -194,6 +207,9 @@ int main(int argc, char** argv) {
   app.add_option("--repetitions", options.repetitions, "default 9, quick 5");
   app.add_option("--cpu", options.cpu, "pin to this CPU (default: the last one)");
   app.add_option("--smaller", options.smaller, "divide the generated triangle counts");
+  app.add_option("--kernel", options.kernel, "of Sightline (default: the best)");
+  app.add_option("--panel", options.panel, "scene or box (default: both)")
+      ->check(CLI::IsMember({"scene", "box"}));
   app.add_option("--out", options.out, "write accuracy.json, .csv and .md to this folder");
   app.add_flag("--quick", options.quick, "fewer rays and repetitions");
   CLI11_PARSE(app, argc, argv);
@@ -202,10 +218,18 @@ int main(int argc, char** argv) {
   if (options.pairs == 0) options.pairs = options.quick ? 4096 : 65536;
   if (options.smaller == 0) options.smaller = 1;
 
-  AccuracyBench bench(options);
+  Kernel chosen = supported_kernels().front();
+  for (const Kernel& kernel : supported_kernels()) {
+    if (kernel.name == options.kernel) chosen = kernel;
+  }
+  if (!options.kernel.empty() && chosen.name != options.kernel) {
+    std::fprintf(stderr, "accuracy_bench: no kernel %s here\n", options.kernel.c_str());
+    return 2;
+  }
+  AccuracyBench bench(options, chosen);
   std::printf("seed %llu\n", static_cast<unsigned long long>(options.seed));
-  if (!bench.run_scene()) return 1;
-  bench.run_boxes();
+  if (options.panel != "box" && !bench.run_scene()) return 1;
+  if (options.panel != "scene") bench.run_boxes();
   for (const std::string& line : accuracy_floors(bench.result())) std::printf("%s\n", line.c_str());
   if (!options.out.empty() && !write_accuracy_report(bench.result(), options.out)) {
     std::fprintf(stderr, "accuracy_bench: cannot write to %s\n", options.out.c_str());

@@ -64,9 +64,17 @@ void judge_rays(const SceneJudge& judge, const RaySet& rays, const Contestants& 
 }
 
 void judge_pairs(const AccuracyPairs& pairs, const BoxContestants& contestants,
-                 const std::vector<BoxAnswers>& answers, AccuracyCell& cell) {
+                 std::vector<BoxAnswers>& answers, AccuracyCell& cell) {
+  for (BoxAnswers& answer : answers) {
+    for (std::size_t i = 0; i < answer.batch.size(); ++i) {
+      answer.hit[i] = answer.batch.outcome[i] == RayBoxOutcome::kHit ? 1 : 0;
+      answer.t[i] = answer.batch.t[i];
+    }
+  }
+  std::vector<stress::RayBoxCase> tests;
   for (std::size_t i = 0; i < pairs.rays.size(); ++i) {
-    const stress::RayBoxCase test{pairs.rays[i], pairs.boxes[i], {}};
+    const stress::RayBoxCase& test =
+        tests.emplace_back(stress::RayBoxCase{pairs.rays[i], pairs.boxes[i], {}});
     const stress::RayBoxTruth truth =
         stress::ray_box_truth(test.ray, oracle::axis_aligned(test.aligned));
     const bool whole_answer_right = stress::judge(test).fault.empty();
@@ -74,7 +82,7 @@ void judge_pairs(const AccuracyPairs& pairs, const BoxContestants& contestants,
     for (std::size_t c = 0; c < contestants.size(); ++c) {
       AccuracyEntry& entry = cell.entries[contestants[c].name];
       const bool hit = answers[c].hit[i] != 0;
-      const bool ours = contestants[c].name == kOurs;
+      const bool ours = is_ours(contestants[c].name);
       if (hit != truth.hit) {
         ++(hit ? entry.false_hits : entry.false_misses);
       } else if (ours && !whole_answer_right) {
@@ -88,6 +96,7 @@ void judge_pairs(const AccuracyPairs& pairs, const BoxContestants& contestants,
       }
     }
   }
+  cell.entries[kOursAll].wrong_place += stress::differing_kernels(tests).size();
 }
 
 }  // namespace sightline::bench

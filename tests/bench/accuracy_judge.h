@@ -3,6 +3,7 @@
 
 #include <functional>
 
+#include "core/query/ray_box_answers.h"
 #include "tests/bench/accuracy_rays.h"
 #include "tests/bench/accuracy_result.h"
 #include "tests/bench/contestant.h"
@@ -20,6 +21,7 @@ void judge_rays(const SceneJudge& judge, const RaySet& rays, const Contestants& 
 struct BoxAnswers {
   std::vector<std::uint8_t> hit;
   std::vector<double> t;
+  RayBoxAnswers batch;  ///< of a contestant that answers with it; then hit and t are not set
 };
 struct BoxContestant {
   std::string name;
@@ -30,8 +32,8 @@ using BoxContestants = std::vector<BoxContestant>;
 
 /// A contestant's t is taken for what it is nearest to: the entry, the exit, the lower limit from
 /// inside, or the first point on the surface; texts differ in what they call t. Sightline is held
-/// to every field of its answer. Fills cell.entries.
+/// to every field of its answer. Fills cell.entries. Sets hit and t of answers that are batches.
 void judge_pairs(const AccuracyPairs& pairs, const BoxContestants& contestants,
-                 const std::vector<BoxAnswers>& answers, AccuracyCell& cell);
+                 std::vector<BoxAnswers>& answers, AccuracyCell& cell);
 
 }  // namespace sightline::bench

@@ -79,7 +79,7 @@ stress::RayBoxCase box_case(std::string_view family, Random& random) {
 }
 
 AccuracyPairs pairs_of(const char* group, const char* family, std::size_t count, Random& random) {
-  AccuracyPairs pairs{group, family, {}, {}};
+  AccuracyPairs pairs{group, family, {}, {}, {}, {}};
   const bool ordinary = pairs.group == "ordinary";
   for (std::size_t i = 0; i < count; ++i) {
     stress::RayBoxCase test = box_case(family, random);
@@ -91,6 +91,8 @@ AccuracyPairs pairs_of(const char* group, const char* family, std::size_t count,
     }
     pairs.rays.push_back(test.ray);
     pairs.boxes.push_back(test.aligned);
+    pairs.ray_batch.push_back(test.ray);
+    pairs.box_batch.push_back(test.aligned);
   }
   return pairs;
 }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/geometry/box3.h"
+#include "core/query/box_batch.h"
 #include "tests/bench/bench_rays.h"
 
 namespace sightline::bench {
@@ -26,6 +27,8 @@ struct AccuracyPairs {
   std::string group, family;
   std::vector<Ray> rays;
   std::vector<Box3d> boxes;  ///< as many, axis-aligned
+  RayBatch ray_batch;        ///< the pairs as columns
+  BoxBatch box_batch;
 };
 
 /// ordinary: 4 * count random boxes, every other ray aimed at a point inside. hard: `count` pairs

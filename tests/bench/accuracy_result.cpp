@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 
 namespace sightline::bench {
@@ -85,7 +86,31 @@ std::vector<AccuracyPoint> accuracy_points(const AccuracyResult& result) {
 }
 
 std::vector<std::string> accuracy_floors(const AccuracyResult& result) {
-  return {floor_line(result, "scene"), floor_line(result, "box")};
+  std::vector<std::string> lines{floor_line(result, "scene"), floor_line(result, "box")};
+  const auto points = accuracy_points(result);
+  const auto ns = [&](const char* panel, const char* group, const char* name) -> double {
+    for (const AccuracyPoint& p : points) {
+      if (p.panel == panel && p.group == group && p.contestant == name) return p.ns.median;
+    }
+    return 0;
+  };
+  const auto add = [&](const std::string& text, double figure, double most, const char* unit) {
+    if (figure == 0) return;  // a panel that was not run
+    char numbers[80];
+    std::snprintf(numbers, sizeof numbers, " %.1f%s (needs at most %.0f) ", figure, unit, most);
+    lines.push_back("floor 8: " + text + numbers + (figure <= most ? "ok" : "short"));
+  };
+  add("ordinary pairs, outcome and t", ns("box", "ordinary", kOurs), 12, " ns");
+  add("ordinary pairs, all fields", ns("box", "ordinary", kOursAll), 40, " ns");
+  add("hard pairs, outcome and t", ns("box", "hard", kOurs), 60, " ns");
+  add("hard pairs, all fields", ns("box", "hard", kOursAll), 60, " ns");
+  const double ordinary = ns("scene", "ordinary", kOurs);
+  for (const char* group : {"hard_float32", "hard_float64"}) {
+    if (ordinary > 0)
+      add(std::string(group) + " rays, times ordinary ones", ns("scene", group, kOurs) / ordinary,
+          5, "");
+  }
+  return lines;
 }
 
 }  // namespace sightline::bench

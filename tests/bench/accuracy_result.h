@@ -50,7 +50,14 @@ struct AccuracyResult {
   std::map<std::string, std::vector<std::string>> contestants;
 };
 
+/// Of the box panel: batches that want the outcome and t.
 inline constexpr const char* kOurs = "sightline";
+/// Of the box panel: batches that want every field but the t of planes, and one pair at a time.
+inline constexpr const char* kOursAll = "sightline_all_fields";
+inline constexpr const char* kOursSingle = "sightline_one_pair";
+inline bool is_ours(const std::string& name) {
+  return name == kOurs || name == kOursAll || name == kOursSingle;
+}
 
 /// |t - truth| in units of the last place of truth, a correctly rounded t. Infinite if only one of
 /// them is finite, and for NaN.

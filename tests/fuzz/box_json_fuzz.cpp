@@ -34,7 +34,7 @@ void check_pairs(const RayBoxQuery& query) {
                                 ? query.rays.size()
                                 : query.rays.size() * query.boxes.size();
   require(count <= 256, "limits hold");
-  answers.resize(count, false);
+  answers.resize(count, RayBoxDetail::kAll);
   for (std::size_t i = 0; i < count; ++i) {
     const bool each = query.pairing == BoxPairing::kEach;
     const Ray ray = query.rays[each ? i : i / query.boxes.size()];

@@ -27,27 +27,33 @@ bool peers_know(const TriangleBoxCase& test, const TriangleBoxVerdict& verdict) 
   return !test.oriented && !verdict.no_area;
 }
 
+std::vector<RayBoxDifference> differences(const std::vector<RayBoxCase>& tests) {
+  return differing_kernels(tests);
+}
+/// There is one way to ask about a triangle and a box.
+std::vector<RayBoxDifference> differences(const std::vector<TriangleBoxCase>&) { return {}; }
+
 template <class Family, class Peers>
 BoxTally judge_with(const Family& family, std::uint64_t seed, std::uint64_t count,
                     const Peers& peers) {
   BoxTally tally;
   for (const auto& peer : peers) tally.peers.push_back({std::string(peer.name), 0, 0, 0});
   oracle::Random random(seed);
+  const auto fail = [&](std::uint64_t number, const std::string& fault, const auto& test) {
+    ++tally.wrong;
+    if (tally.failures.size() >= kFailuresKept) return;
+    tally.failures.push_back(std::string(family.name) + " seed " + std::to_string(seed) + " case " +
+                             std::to_string(number) + ": " + fault + "\n  " + describe(test));
+  };
+  std::vector<decltype(family.make(random))> tests;
   for (std::uint64_t i = 0; i < count; ++i) {
-    const auto test = family.make(random);
+    const auto& test = tests.emplace_back(family.make(random));
     const auto verdict = judge(test);
     ++tally.judged;
     tally.oriented += test.oriented ? 1u : 0u;
     tally.meet += meets(verdict) ? 1u : 0u;
     tally.touching += verdict.touching ? 1u : 0u;
-    if (!verdict.fault.empty()) {
-      ++tally.wrong;
-      if (tally.failures.size() < kFailuresKept) {
-        tally.failures.push_back(std::string(family.name) + " seed " + std::to_string(seed) +
-                                 " case " + std::to_string(i) + ": " + verdict.fault + "\n  " +
-                                 describe(test));
-      }
-    }
+    if (!verdict.fault.empty()) fail(i, verdict.fault, test);
     if (!peers_know(test, verdict)) continue;
     for (std::size_t p = 0; p < peers.size(); ++p) {
       const bool answer = answer_of(peers[p], test);
@@ -55,6 +61,9 @@ BoxTally judge_with(const Family& family, std::uint64_t seed, std::uint64_t coun
       tally.peers[p].false_hits += answer && !meets(verdict) ? 1u : 0u;
       tally.peers[p].false_misses += !answer && meets(verdict) ? 1u : 0u;
     }
+  }
+  for (const RayBoxDifference& found : differences(tests)) {
+    fail(found.number, found.fault, tests[found.number]);
   }
   return tally;
 }

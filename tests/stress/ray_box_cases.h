@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/geometry/box3.h"
 #include "core/geometry/box_oriented.h"
@@ -34,6 +35,13 @@ struct RayBoxVerdict {
 };
 /// Compares ray_box and ray_box_planes with the oracle, every field.
 RayBoxVerdict judge(const RayBoxCase& test);
+
+/// A pair for which a kernel's batch does not answer as ray_box, every field.
+struct RayBoxDifference {
+  std::size_t number = 0;  ///< of the pair
+  std::string fault;
+};
+std::vector<RayBoxDifference> differing_kernels(std::span<const RayBoxCase> cases);
 
 std::string describe(const RayBoxCase& test);
 

@@ -37,6 +37,13 @@ TEST(BoxBounds, one_step_of_division_leaves_less_than_eight_u_of_the_correction)
   EXPECT_GE(mpq_class(kRefineFloor) * (1 - u), tiny);
 }
 
+TEST(BoxBounds, products_of_batches_neither_underflow_nor_overflow) {
+  EXPECT_GE(mpq_class(kProductLeast) * mpq_class(0x1p-106), tiny);
+  const mpq_class largest(0x1.fffffffffffffp1023);
+  EXPECT_LT(mpq_class(kProductMost) * mpq_class(0x1p27 + 1), largest) << "Dekker's splitting";
+  EXPECT_LT(mpq_class(kProductMost) * 8 * 2, largest) << "the sum of eight terms";
+}
+
 TEST(BoxBounds, a_compensated_sum_of_seven_terms_and_six_products_keeps_98_bits) {
   const mpq_class errors = 7 * u * (1 + 7 * u) + u;        // of TwoSums and TwoProducts, times M
   const mpq_class plain = 12 * u * errors * (1 + 13 * u);  // adding thirteen of them up

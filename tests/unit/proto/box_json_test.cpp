@@ -279,7 +279,7 @@ TEST(RayBoxJson, refuses_every_proper_prefix_of_a_good_body) {
 
 TEST(RayBoxJson, writes_hits_and_misses) {
   RayBoxAnswers answers;
-  answers.resize(4, false);
+  answers.resize(4, RayBoxDetail::kAll);
   answers.outcome = {RayBoxOutcome::kHit, RayBoxOutcome::kApart, RayBoxOutcome::kBeside,
                      RayBoxOutcome::kBehind};
   answers.t[0] = 8;
@@ -302,7 +302,7 @@ TEST(RayBoxJson, writes_hits_and_misses) {
 
 TEST(RayBoxJson, writes_planes_and_rays_that_end_inside) {
   RayBoxAnswers answers;
-  answers.resize(1, true);
+  answers.resize(1, RayBoxDetail::kPlanes);
   answers.outcome[0] = RayBoxOutcome::kHit;
   answers.inside[0] = 1;
   answers.t[0] = kInf;
