@@ -6,7 +6,7 @@
 #   scripts/stress.sh --boxes [--out FOLDER] [FLAG...]
 #   scripts/stress.sh fuzz [--minutes N] [--jobs N] [--target NAME]... [--list]
 #   scripts/stress.sh kills [--times N] [--seed S]
-#   scripts/stress.sh soak [--minutes N] [--workers N] [--seed S]
+#   scripts/stress.sh soak [--minutes N] [--workers N] [--seed S] [--difficult]
 #   scripts/stress.sh faults [--times N] [--seed S]
 #   scripts/stress.sh client [--calls N] [--seed S]
 #   scripts/stress.sh large
@@ -30,7 +30,7 @@
 #
 # soak asks a server of everything at once for 30 minutes, beside clients that leave and scenes that come
 # and go, and holds every answer against a stored truth (tests/integration/soak.py); build/stress/soak.md and
-# "floor 3: ..." as the last lines.
+# "floor 3: ..." as the last lines. --difficult adds the slow, waiting and expensive clients of tests/bench/mixed_load.py.
 #
 # faults makes the disk full and every step of a commit fail (the kernel says so, or strace in its place),
 # exhausts the budgets of memory, damages files, and ends with kills (20 times unless told otherwise).

@@ -1,11 +1,12 @@
 """Everything at once, for as long as it is told: full load of many kinds beside clients that leave, and scenes that are
 put, replaced and removed under their readers. Every answer is held against a stored truth.
 
-    soak.py BINARY [--minutes N] [--seed S] [--out FOLDER] [--workers N]
+    soak.py BINARY [--minutes N] [--seed S] [--out FOLDER] [--workers N] [--difficult]
 
 The truth of each query is the answer of a quiet server with another kernel and all trees built beforehand, whose scenes
 have passed /selfcheck (rays answered again by exact brute force). Prints a table and a verdict for each line of floor 3,
-and writes FOLDER/soak.md.
+and writes FOLDER/soak.md. With --difficult the clients of tests/bench/mixed_load.py are there as well: 200 slow uploads, 200 slow readers,
+64 clients with Expect, 48 connections with the most expensive short questions and 100 idle streams.
 """
 
 import argparse
@@ -331,6 +332,19 @@ class Rude(Client):
                     self.wrong.append(f"{self.name}: a slow reader of {query.path}")
 
 
+def be_difficult(port, stop):
+    """A process of clients whose own answers nobody looks at."""
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "bench"))
+    from mixed_load import Load
+    os.nice(10)
+    load = Load(port)
+    load.begin()
+    stop.wait()
+    load.stop.set()
+    print("answers of the expensive questions:", {f"{path} {status}": count for (path, status), count in sorted(load.counts.items())}, flush=True)
+    os._exit(0)  # its threads wait for answers that nobody needs
+
+
 ROLES = [Singles, Singles, Batches, Batches, Mixed, Writer, Readers, Rude]
 
 
@@ -344,6 +358,8 @@ def measure(server, truth, options):
     stop, results = context.Event(), context.Queue()
     clients = [role(f"{role.__name__.lower()} {number}", server.port, truth, options.seed + number) for number, role in enumerate(ROLES)]
     processes = [context.Process(target=client.run, args=(stop, results), daemon=True) for client in clients]
+    if options.difficult:
+        processes.append(context.Process(target=be_difficult, args=(server.port, stop), daemon=True))
     for process in processes:
         process.start()
     begin, memory = time.monotonic(), []
@@ -353,7 +369,7 @@ def measure(server, truth, options):
         if len(memory) % (60 * LOOKS) == 0:
             print(f"{memory[-1][0] / 60:.0f} min, {memory[-1][1]:.0f} MiB, load {os.getloadavg()[0]:.1f}", flush=True)
     stop.set()
-    told = [results.get(timeout=300) for _ in processes]
+    told = [results.get(timeout=300) for _ in clients]
     for process in processes:
         process.join()
     return told, memory, time.monotonic() - begin
@@ -401,7 +417,7 @@ def report(told, memory, seconds, truth, options, log):
         f"to last {growth:+.1f}%) {verdict(spread <= 5)}",
         f"floor 3: single rays p99 {p99:.2f} ms is {p99 / median:.1f} times the median of {median:.2f} ms (needs at most 5) "
         f"{verdict(p99 <= 5 * median)}"]
-    head = [f"`scripts/stress.sh soak --minutes {options.minutes:g}` (seed {options.seed}, {options.workers} workers, {os.cpu_count()} "
+    head = [f"`scripts/stress.sh soak --minutes {options.minutes:g}{" --difficult" * options.difficult}` (seed {options.seed}, {options.workers} workers, {os.cpu_count()} "
             f"processors shared with {len(ROLES)} client processes): {seconds / 60:.1f} minutes.",
             f"Truth: a quiet server with kernel {slowest_kernel()} and all trees built, {truth.checked_rays:,} rays of its scenes "
             "answered again by exact brute force.", ""]
@@ -421,6 +437,7 @@ def main():
     parser.add_argument("--minutes", type=float, default=30)
     parser.add_argument("--workers", type=int, default=8)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--difficult", action="store_true")
     parser.add_argument("--out", type=Path, default=Path("build/stress"))
     options = parser.parse_args()
     sys.argv = [sys.argv[0], options.binary]

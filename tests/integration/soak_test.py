@@ -12,7 +12,7 @@ from sightline_server import Server
 class Soak(unittest.TestCase):
     def test_every_answer_is_right_and_none_is_missing(self):
         truth = soak.Truth(Server, seed=7, checked_rays=10)
-        options = argparse.Namespace(minutes=0.1, workers=8, seed=7)
+        options = argparse.Namespace(minutes=0.1, workers=8, seed=7, difficult=False)
         with tempfile.TemporaryDirectory() as folder:
             with Server("--preload", "town=demo:town", "--data", folder, "--workers", 8, "--log-level", "warn") as server:
                 told, _, _ = soak.measure(server, truth, options)
