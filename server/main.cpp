@@ -2,14 +2,10 @@
 #include <cstdlib>
 #include <iostream>
 
-#include "server/client/cast.h"
-#include "server/client/mcp_command.h"
-#include "server/client/query_command.h"
+#include "server/client/commands.h"
 #include "server/http/heap.h"
-#include "server/operation/check_config.h"
 #include "server/operation/cli.h"
-#include "server/operation/demo_file.h"
-#include "server/operation/key_command.h"
+#include "server/operation/small_commands.h"
 #include "server/serve.h"
 
 namespace sightline {

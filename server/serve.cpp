@@ -33,7 +33,7 @@ TreeKeeperOptions keeper_options(const ServeCommand& command, Log& log) {
   options.ahead = command.laziness == Laziness::kWhenNeeded;
   options.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / 4);
   if (!command.data.empty()) options.folder = std::filesystem::path(command.data) / "trees";
-  options.memory_budget = command.memory_budget;
+  options.memory_budget = command.limits.memory_budget;
   options.report = [&log](const std::string& line) { log.warn(line); };
   return options;
 }
@@ -137,11 +137,13 @@ void watch_signals(Signals& signals, const Running& running) {
   // A load balancer sees /readyz turn before connections are refused.
   const ServeCommand& command = running.command;
   event = Event::kTimeout;
-  if (command.notice.count() > 0) event = wait_for_stop(signals, command.notice);
+  if (command.limits.notice.get().count() > 0) {
+    event = wait_for_stop(signals, command.limits.notice);
+  }
   if (event == Event::kWoken) return;
   running.server.stop();
   // A second signal does not wait for anything.
-  if (event != Event::kStop) event = wait_for_stop(signals, command.drain);
+  if (event != Event::kStop) event = wait_for_stop(signals, command.limits.drain);
   if (event == Event::kWoken) return;
   running.log.warn("breaking off what has not ended");
   service.cancelled.cancel();
@@ -228,7 +230,6 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
   if (!sources) return complain(sources.error());
   Router router;
   add_page_routes(router);
-  add_docs_routes(router);
   add_scene_routes(router, service, *sources);
   add_node_routes(router, service);
   add_ray_routes(router, service, journal);

@@ -1,4 +1,4 @@
-#include "server/client/cast.h"
+#include "server/client/commands.h"
 
 #include <limits>
 

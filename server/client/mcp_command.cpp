@@ -1,4 +1,4 @@
-#include "server/client/mcp_command.h"
+#include "server/client/commands.h"
 
 #include <openssl/evp.h>
 

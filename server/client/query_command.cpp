@@ -1,4 +1,4 @@
-#include "server/client/query_command.h"
+#include "server/client/commands.h"
 
 #include <charconv>
 #include <fstream>
@@ -7,7 +7,7 @@
 
 #include "core/base/infinity.h"
 #include "proto/hit_lines.h"
-#include "proto/json_writer.h"
+#include "proto/json_parts.h"
 #include "server/client/api_client.h"
 #include "server/client/json_depth.h"
 
@@ -22,15 +22,8 @@ constexpr std::size_t kRaysAtOnce = 10'000;
 
 std::string line_of(const Ray& ray) {
   JsonWriter out(256);
-  out.raw("{\"origin\":");
-  out.vector(ray.origin.x, ray.origin.y, ray.origin.z);
-  out.raw(",\"direction\":");
-  out.vector(ray.direction.x, ray.direction.y, ray.direction.z);
-  out.raw(",\"tmin\":");
-  out.number(ray.tmin);
-  out.raw(",\"tmax\":");
-  out.number(ray.tmax);
-  out.raw("}\n");
+  write(out, "{\"origin\":", ray.origin, ",\"direction\":", ray.direction, ",\"tmin\":", ray.tmin,
+        ",\"tmax\":", ray.tmax, "}\n");
   return out.take();
 }
 

@@ -46,11 +46,8 @@ struct ServeCommand {
   DoorLimits door;
   ServiceLimits limits;
   Laziness laziness = Laziness::kWhenNeeded;
-  std::uint64_t memory_budget = 0;          ///< bytes of all scenes; 0: no limit
-  std::chrono::milliseconds drain{30'000};  ///< how long a stop waits for what has begun
-  std::chrono::milliseconds notice{0};      ///< between /readyz saying 503 and the stop
-  std::vector<FlagText> flags;              ///< all
-  std::vector<std::string> arguments;       ///< to parse again
+  std::vector<FlagText> flags;         ///< all
+  std::vector<std::string> arguments;  ///< to parse again
 };
 
 /// The question of `sightline cast` and `query` about a ray.

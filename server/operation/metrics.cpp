@@ -5,6 +5,7 @@
 #include <prometheus/registry.h>
 #include <prometheus/text_serializer.h>
 
+#include <array>
 #include <atomic>
 #include <map>
 #include <mutex>
@@ -48,13 +49,25 @@ MetricFamily family(const char* name, const char* help, MetricType type, const c
   return result;
 }
 
-std::vector<std::pair<std::string, double>> as_values(const NamedCounts& counts) {
-  std::vector<std::pair<std::string, double>> values;
+using Values = std::vector<std::pair<std::string, double>>;
+
+template <class Number>
+MetricFamily gauge(const char* name, const char* help, Number value) {
+  return family(name, help, MetricType::Gauge, "", {{"", static_cast<double>(value)}});
+}
+
+Values as_values(const NamedCounts& counts) {
+  Values values;
   for (const auto& [name, count] : counts) values.emplace_back(name, static_cast<double>(count));
   return values;
 }
 
-void add(std::vector<std::pair<std::string, double>>& sums, const NamedCounts& counts) {
+MetricFamily counters(const char* name, const char* help, const char* label,
+                      const NamedCounts& counts) {
+  return family(name, help, MetricType::Counter, label, as_values(counts));
+}
+
+void add(Values& sums, const NamedCounts& counts) {
   if (sums.empty()) sums = as_values(NamedCounts(counts.size()));
   for (std::size_t i = 0; i < counts.size(); ++i) {
     sums[i].first = counts[i].first;
@@ -62,65 +75,74 @@ void add(std::vector<std::pair<std::string, double>>& sums, const NamedCounts& c
   }
 }
 
-void add_store(const SceneStore& store, std::vector<MetricFamily>& families) {
-  std::vector<std::pair<std::string, double>> states{
-      {"queued", 0}, {"loading", 0}, {"ready", 0}, {"failed", 0}};
-  std::vector<std::pair<std::string, double>> touched, skipped;
-  double triangles = 0;
+using Families = std::vector<MetricFamily>;
+
+void add_store(const SceneStore& store, Families& families) {
+  Values states{{"queued", 0}, {"loading", 0}, {"ready", 0}, {"failed", 0}}, touched, skipped;
+  std::uint64_t triangles = 0;
   for (const SceneSnapshot& scene : store.list()) {
     ++states[static_cast<std::size_t>(scene->state)].second;
     if (!scene->scene) continue;
-    triangles += static_cast<double>(scene->scene->instanced_triangle_count());
+    triangles += scene->scene->instanced_triangle_count();
     add(touched, touched_counts(*scene->scene));
     add(skipped, skipped_counts(*scene->scene));
   }
-  const MetricType gauge = MetricType::Gauge;
-  families.push_back(family("sightline_scenes", "Scenes by state.", gauge, "state", states));
-  families.push_back(family("sightline_triangles", "Of all ready scenes, each placement counted.",
-                            gauge, "", {{"", triangles}}));
-  families.push_back(family("sightline_bytes_touched",
-                            "Bytes of the files of ready scenes that were read, by what they are.",
-                            gauge, "kind", touched));
-  families.push_back(family("sightline_skipped",
-                            "What the files of ready scenes have and nobody read.", gauge, "what",
-                            skipped));
-  families.push_back(family("sightline_loads_total", "Loads that ended, by outcome.",
-                            MetricType::Counter, "outcome", as_values(store.load_counts())));
-}
-
-void add_trees(const TreeTotals& trees, std::vector<MetricFamily>& families) {
-  const auto number = [](std::uint64_t count) { return static_cast<double>(count); };
+  const auto labelled = [&](const char* name, const char* help, const char* label,
+                            const Values& values) {
+    families.push_back(family(name, help, MetricType::Gauge, label, values));
+  };
+  labelled("sightline_scenes", "Scenes by state.", "state", states);
   families.push_back(
-      family("sightline_tree_builds_total",
-             "Trees built because rays came near (near), and scenes whose trees "
-             "were all built in their lasting form (scene).",
-             MetricType::Counter, "of",
-             {{"near", number(trees.trees_built)}, {"scene", number(trees.full_builds)}}));
-  families.push_back(family("sightline_tree_evictions_total",
-                            "Scenes whose trees were dropped for want of memory.",
-                            MetricType::Counter, "", {{"", number(trees.evictions)}}));
-  families.push_back(family(
-      "sightline_tree_files_total", "Files of trees that were read, and those that were refused.",
-      MetricType::Counter, "outcome",
-      {{"read", number(trees.cache_hits)}, {"refused", number(trees.cache_rejects)}}));
-  families.push_back(family("sightline_tree_waits_total",
-                            "Rays and boxes that needed a tree that was not there.",
-                            MetricType::Counter, "", {{"", number(trees.queries_waited)}}));
-  families.push_back(family("sightline_tree_bytes", "Of all trees that are there now.",
-                            MetricType::Gauge, "", {{"", number(trees.tree_bytes)}}));
-  families.push_back(family("sightline_geometry_bytes",
-                            "Of positions and indices of all scenes, what they share counted once.",
-                            MetricType::Gauge, "", {{"", number(trees.geometry_bytes)}}));
+      gauge("sightline_triangles", "Of all ready scenes, each placement counted.", triangles));
+  labelled("sightline_bytes_touched",
+           "Bytes of the files of ready scenes that were read, by what they are.", "kind", touched);
+  labelled("sightline_skipped", "What the files of ready scenes have and nobody read.", "what",
+           skipped);
+  families.push_back(counters("sightline_loads_total", "Loads that ended, by outcome.", "outcome",
+                              store.load_counts()));
 }
 
-void add_process(double start, const std::string& kernel, std::vector<MetricFamily>& families) {
+void add_trees(const TreeTotals& trees, Families& families) {
+  families.insert(
+      families.end(),
+      {counters("sightline_tree_builds_total",
+                "Trees built because rays came near (near), and scenes whose trees "
+                "were all built in their lasting form (scene).",
+                "of", {{"near", trees.trees_built}, {"scene", trees.full_builds}}),
+       counters("sightline_tree_evictions_total",
+                "Scenes whose trees were dropped for want of memory.", "", {{"", trees.evictions}}),
+       counters("sightline_tree_files_total",
+                "Files of trees that were read, and those that were refused.", "outcome",
+                {{"read", trees.cache_hits}, {"refused", trees.cache_rejects}}),
+       counters("sightline_tree_waits_total",
+                "Rays and boxes that needed a tree that was not there.", "",
+                {{"", trees.queries_waited}}),
+       gauge("sightline_tree_bytes", "Of all trees that are there now.", trees.tree_bytes),
+       gauge("sightline_geometry_bytes",
+             "Of positions and indices of all scenes, what they share counted once.",
+             trees.geometry_bytes)});
+}
+
+void add_process(double start, const ServerNow& now, Families& families) {
   MetricFamily build = family("sightline_build_info", "Which server this is.", MetricType::Gauge,
                               "version", {{version(), 1}});
-  build.metric[0].label.push_back({"kernel", kernel});
-  families.push_back(std::move(build));
-  families.push_back(family("process_start_time_seconds",
-                            "When the server was started, in seconds since 1970.",
-                            MetricType::Gauge, "", {{"", start}}));
+  build.metric[0].label.push_back({"kernel", now.kernel});
+  families.insert(
+      families.end(),
+      {gauge("sightline_connections", "Connections that are open.", now.connections),
+       counters("sightline_connections_total",
+                "Connections accepted, closed to make room (evicted), too slow, gone before their "
+                "answer; and requests refused for their framing, for want of a key that may "
+                "(locked_out) and for a full queue, and answered by the door itself.",
+                "event", now.events),
+       gauge("sightline_queued_requests", "Requests that wait for a worker now.", now.queued),
+       gauge("sightline_traffic_bytes", "Of memory, that connections and requests hold now.",
+             now.traffic),
+       gauge("sightline_spool_bytes", "Of temporary files, that bodies and answers hold now.",
+             now.spooled),
+       std::move(build),
+       gauge("process_start_time_seconds", "When the server was started, in seconds since 1970.",
+             start)});
 }
 
 }  // namespace
@@ -134,58 +156,33 @@ std::string_view known_method(std::string_view method) {
 
 struct Metrics::State {
   prometheus::Registry registry;
+  prometheus::Family<prometheus::Counter>& counter(const char* name, const char* help) {
+    return prometheus::BuildCounter().Name(name).Help(help).Register(registry);
+  }
   prometheus::Family<prometheus::Counter>& requests =
-      prometheus::BuildCounter()
-          .Name("sightline_requests_total")
-          .Help("Requests answered, by method, route and status.")
-          .Register(registry);
+      counter("sightline_requests_total", "Requests answered, by method, route and status.");
   prometheus::Family<prometheus::Histogram>& seconds =
       prometheus::BuildHistogram()
           .Name("sightline_request_seconds")
           .Help(
               "From the head of a request to its answer, by route. A stream of events ends later.")
           .Register(registry);
-  prometheus::Counter& rays = prometheus::BuildCounter()
-                                  .Name("sightline_rays_total")
-                                  .Help("Rays asked about.")
-                                  .Register(registry)
-                                  .Add({});
-  prometheus::Counter& boxes = prometheus::BuildCounter()
-                                   .Name("sightline_boxes_total")
-                                   .Help("Boxes asked about.")
-                                   .Register(registry)
-                                   .Add({});
-
-  /// By what was counted, as QueryWork names it.
-  struct Work {
-    explicit Work(prometheus::Registry& registry)
-        : family(
-              prometheus::BuildCounter()
-                  .Name("sightline_work_total")
-                  .Help("What rays have cost: nodes of trees and blocks of triangles that were "
-                        "looked at, placements of meshes that were entered; and what float64 left "
-                        "open: triangles, orders of two hits, and roundings, decided by integers.")
-                  .Register(registry)) {}
-    prometheus::Family<prometheus::Counter>& family;
-    prometheus::Counter& nodes = family.Add({{"what", "nodes"}});
-    prometheus::Counter& blocks = family.Add({{"what", "blocks"}});
-    prometheus::Counter& placements = family.Add({{"what", "placements"}});
-    prometheus::Counter& exact_hits = family.Add({{"what", "exact_hits"}});
-    prometheus::Counter& exact_compares = family.Add({{"what", "exact_compares"}});
-    prometheus::Counter& exact_roundings = family.Add({{"what", "exact_roundings"}});
-
-    void add(const QueryWork& done) {
-      const auto count = [](prometheus::Counter& counter, std::uint64_t more) {
-        if (more > 0) counter.Increment(static_cast<double>(more));
-      };
-      count(nodes, done.nodes);
-      count(blocks, done.blocks);
-      count(placements, done.placements);
-      count(exact_hits, done.exact_hits);
-      count(exact_compares, done.exact_compares);
-      count(exact_roundings, done.exact_roundings);
-    }
-  } work{registry};
+  prometheus::Counter& rays = counter("sightline_rays_total", "Rays asked about.").Add({});
+  prometheus::Counter& boxes = counter("sightline_boxes_total", "Boxes asked about.").Add({});
+  prometheus::Family<prometheus::Counter>& work = counter(
+      "sightline_work_total",
+      "What rays have cost: nodes of trees and blocks of triangles that were looked at, placements "
+      "of meshes that were entered; and what float64 left open: triangles, orders of two hits, and "
+      "roundings, decided by integers.");
+  prometheus::Counter& of_work(const char* what) { return work.Add({{"what", what}}); }
+  /// Each with what QueryWork counts of it.
+  const std::array<std::pair<std::uint64_t QueryWork::*, prometheus::Counter&>, 6> works{
+      {{&QueryWork::nodes, of_work("nodes")},
+       {&QueryWork::blocks, of_work("blocks")},
+       {&QueryWork::placements, of_work("placements")},
+       {&QueryWork::exact_hits, of_work("exact_hits")},
+       {&QueryWork::exact_compares, of_work("exact_compares")},
+       {&QueryWork::exact_roundings, of_work("exact_roundings")}}};
 
   struct Series {
     prometheus::Counter* requests;
@@ -227,33 +224,19 @@ void Metrics::count(const Request& request) {
 
 void Metrics::count_part(std::uint64_t rays, const QueryWork& work) const {
   state_->rays.Increment(static_cast<double>(rays));
-  state_->work.add(work);
+  for (const auto& [count, counter] : state_->works) {
+    if (work.*count > 0) counter.Increment(static_cast<double>(work.*count));
+  }
 }
 
 void Metrics::count_slow() const { ++state_->slow; }
 std::uint64_t Metrics::slow() const { return state_->slow; }
 
 std::string Metrics::text(const SceneStore& store, const ServerNow& now) const {
-  std::vector<MetricFamily> families = state_->registry.Collect();
+  Families families = state_->registry.Collect();
   add_store(store, families);
   add_trees(now.trees, families);
-  families.push_back(family("sightline_connections", "Connections that are open.",
-                            MetricType::Gauge, "", {{"", static_cast<double>(now.connections)}}));
-  families.push_back(
-      family("sightline_connections_total",
-             "Connections accepted, closed to make room (evicted), too slow, gone before their "
-             "answer; and requests refused for their framing, for want of a key that may "
-             "(locked_out) and for a full queue, and answered by the door itself.",
-             MetricType::Counter, "event", as_values(now.events)));
-  families.push_back(family("sightline_queued_requests", "Requests that wait for a worker now.",
-                            MetricType::Gauge, "", {{"", static_cast<double>(now.queued)}}));
-  families.push_back(family("sightline_traffic_bytes",
-                            "Of memory, that connections and requests hold now.", MetricType::Gauge,
-                            "", {{"", static_cast<double>(now.traffic)}}));
-  families.push_back(family("sightline_spool_bytes",
-                            "Of temporary files, that bodies and answers hold now.",
-                            MetricType::Gauge, "", {{"", static_cast<double>(now.spooled)}}));
-  add_process(state_->start, now.kernel, families);
+  add_process(state_->start, now, families);
   return prometheus::TextSerializer().Serialize(families);
 }
 

@@ -43,8 +43,6 @@ void take_settings(const Running& running, const ServeCommand& next) {
   command.limits.take_live(next.limits);
   command.door.take_live(next.door);
   command.door.connections = allowed_connections(command.door);
-  command.drain = next.drain;
-  command.notice = next.notice;
   command.log_level = next.log_level;
   service.limits.take_live(command.limits);
   running.server.change(command.door);

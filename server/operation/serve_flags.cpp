@@ -113,7 +113,7 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
       ->check(CLI::IsMember({"all", "none"}))
       ->capture_default_str();
   maker
-      .add_count("--memory-budget", command.memory_budget,
+      .add_count("--memory-budget", command.limits.memory_budget,
                  "bytes of all scenes with their trees; the trees that were asked the longest ago "
                  "go first (default: no limit)")
       ->default_str("");
@@ -164,11 +164,8 @@ void finish_serve(ServeCommand& command, const ServeFlags& flags) {
   command.laziness = flags.skip == "none" ? Laziness::kEager : Laziness::kWhenNeeded;
   command.limits.request = milliseconds_of(flags.request_seconds);
   finish_door(command.door, flags.door, flags.door_bytes, machine_memory());
-  command.drain = milliseconds_of(flags.drain_seconds);
-  command.notice = milliseconds_of(flags.notice_seconds);
-  command.limits.drain = command.drain;
-  command.limits.notice = command.notice;
-  command.limits.memory_budget = command.memory_budget;
+  command.limits.drain = milliseconds_of(flags.drain_seconds);
+  command.limits.notice = milliseconds_of(flags.notice_seconds);
 }
 
 void check_together(const ServeCommand& command) {

@@ -92,21 +92,55 @@ bool RayRequest::streamed(RayQuestionKind kind, const Journal& journal) {
   return true;
 }
 
+bool RayRequest::read_columns(FieldSet binary_fields, const DecodeColumns& decode) {
+  const std::optional<QueryType> type = admit_rays_type(exchange_);
+  return type && read_query([&](std::string& body, RayQuery& query) -> Status {
+           const auto count = decode(body, *type == QueryType::kBinary, query);
+           if (!count) return count.error();
+           exchange_.rays = *count;
+           return choose_bytes(query, binary_fields);
+         });
+}
+
 bool RayRequest::read(RayJsonRules rules) {
   rules.max_rays = service_.limits.rays;
   rules.max_hits = service_.limits.hits;
   rules.find_camera = [this](const FileCamera& camera) { return camera_rays(*scene_, camera); };
   rules.admit_made = [this](std::uint64_t rays) { return exchange_.reserve(rays * kRayBytes); };
-  const std::optional<QueryType> type = admit_rays_type(exchange_);
-  if (!type) return false;
-  return read_query([&](std::string& body, RayQuery& query) -> Status {
-    auto decoded =
-        *type == QueryType::kBinary ? decode_rays_binary(body, rules) : decode_rays(body, rules);
+  const auto decode = [&](std::string& body, bool is_binary,
+                          RayQuery& query) -> Result<std::size_t> {
+    auto decoded = is_binary ? decode_rays_binary(body, rules) : decode_rays(body, rules);
     if (!decoded) return decoded.error();
     query = std::move(*decoded);
-    exchange_.rays = query.rays.size();
-    return choose_bytes(query, kDefaultBinaryFields);
-  });
+    return query.rays.size();
+  };
+  return read_columns(kDefaultBinaryFields, decode);
+}
+
+bool RayRequest::read_points(PointJsonRules rules, PointQuery& points) {
+  rules.max_points = service_.limits.rays;
+  const auto decode = [&](std::string& body, bool is_binary,
+                          RayQuery& options) -> Result<std::size_t> {
+    auto decoded = is_binary ? decode_points_binary(body, rules) : decode_points(body, rules);
+    if (!decoded) return decoded.error();
+    points = std::move(*decoded);
+    options = points.options;
+    return points.points.size();
+  };
+  return read_columns(kDefaultBinaryNearestFields, decode);
+}
+
+bool RayRequest::read_sweeps(SweepJsonRules rules, SweepQuery& sweeps) {
+  rules.max_sweeps = service_.limits.rays;
+  const auto decode = [&](std::string& body, bool is_binary,
+                          RayQuery& options) -> Result<std::size_t> {
+    auto decoded = is_binary ? decode_sweeps_binary(body, rules) : decode_sweeps(body, rules);
+    if (!decoded) return decoded.error();
+    sweeps = std::move(*decoded);
+    options = sweeps.options;
+    return sweeps.sweeps.count();
+  };
+  return read_columns(kDefaultBinaryFields, decode);
 }
 
 /// Of a query that came as JSON and may want its answer as bytes.
@@ -129,46 +163,9 @@ Status RayRequest::choose_bytes(RayQuery& query, FieldSet default_fields) const 
   return check_binary_fields(query.fields);
 }
 
-bool RayRequest::read_points(PointJsonRules rules, PointQuery& points) {
-  rules.max_points = service_.limits.rays;
-  const std::optional<QueryType> type = admit_rays_type(exchange_);
-  if (!type) return false;
-  return read_query([&](std::string& body, RayQuery& options) -> Status {
-    auto decoded = *type == QueryType::kBinary ? decode_points_binary(body, rules)
-                                               : decode_points(body, rules);
-    if (!decoded) return decoded.error();
-    points = std::move(*decoded);
-    options = points.options;
-    exchange_.rays = points.points.size();
-    return choose_bytes(options, kDefaultBinaryNearestFields);
-  });
-}
-
-bool RayRequest::read_sweeps(SweepJsonRules rules, SweepQuery& sweeps) {
-  rules.max_sweeps = service_.limits.rays;
-  const std::optional<QueryType> type = admit_rays_type(exchange_);
-  if (!type) return false;
-  return read_query([&](std::string& body, RayQuery& options) -> Status {
-    auto decoded = *type == QueryType::kBinary ? decode_sweeps_binary(body, rules)
-                                               : decode_sweeps(body, rules);
-    if (!decoded) return decoded.error();
-    sweeps = std::move(*decoded);
-    options = sweeps.options;
-    exchange_.rays = sweeps.sweeps.count();
-    return choose_bytes(options, kDefaultBinaryFields);
-  });
-}
-
 bool RayRequest::read_json(const Decode& decode) {
   return admit_query_type(exchange_) && read_query(decode);
 }
-
-bool RayRequest::went_well(const Status& status) {
-  if (!status) exchange_.reply_error(status.error());
-  return static_cast<bool>(status);
-}
-
-bool RayRequest::reserve(std::uint64_t bytes) { return went_well(exchange_.reserve(bytes)); }
 
 bool RayRequest::describe(const RayBatch& rays, const HitBatch& hits, HitDescription& about) {
   const Status status =

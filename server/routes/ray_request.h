@@ -13,6 +13,7 @@
 #include "proto/sweep_json.h"
 #include "server/http/exchange.h"
 #include "server/operation/request_log.h"
+#include "server/routes/scene_admission.h"
 #include "server/service/hit_terms.h"
 #include "server/service/ray_answer.h"
 #include "server/service/service.h"
@@ -55,9 +56,9 @@ class RayRequest {
   void add_time(std::uint64_t WorkReport::*step) { timer_.add(step); }
 
   /// Answers with `status`'s error. Returns whether there was none.
-  bool went_well(const Status& status);
+  bool went_well(const Status& status) { return sightline::went_well(exchange_, status); }
   /// Takes memory for what comes next. Returns false after it has answered.
-  bool reserve(std::uint64_t bytes);
+  bool reserve(std::uint64_t bytes) { return went_well(exchange_.reserve(bytes)); }
   /// describe_within for the fields asked for. Returns false after it has answered.
   bool describe(const RayBatch& rays, const HitBatch& hits, HitDescription& about);
   /// Sends what was encoded, JSON or binary as the query came, with what was asked for beside it.
@@ -66,6 +67,10 @@ class RayRequest {
   void reply_hits(const HitBatch& hits, const HitDescription& about);
 
  private:
+  /// Decodes a body, binary or JSON, and says how many items it asks about.
+  using DecodeColumns =
+      std::function<Result<std::size_t>(std::string& body, bool is_binary, RayQuery& options)>;
+  bool read_columns(FieldSet binary_fields, const DecodeColumns& decode);
   bool read_query(const Decode& decode);
   /// Whether a worker must answer. The event loop answers only queries that need no traversal of
   /// the whole scene and no file. Precondition: the query is decoded.

@@ -26,10 +26,8 @@ struct ServerFacts {
 
 /// GET /healthz /readyz /metrics /version
 void add_health_routes(Router& router, const Service& service, const ServerFacts& facts);
-/// GET / /learn /page.js /learn.js /page.css
+/// GET / /learn /docs and what these pages are made of, GET /openapi.json
 void add_page_routes(Router& router);
-/// GET /openapi.json /docs /docs/app.js /docs/style.css
-void add_docs_routes(Router& router);
 /// PUT GET HEAD DELETE /v1/scenes/{id}, GET /v1/scenes/{id}/events and stats, GET POST /v1/scenes
 void add_scene_routes(Router& router, Service& service,
                       const std::shared_ptr<const SourceRules>& sources);

@@ -29,18 +29,14 @@ void rays_boxes(Exchange& exchange, const Service& service) {
                                   ? query->rays.size() * query->boxes.size()
                                   : query->rays.size();
   if (exchange.body != nullptr && !exchange.body->may_cost(pairs)) return;
-  if (Status status = exchange.reserve(pairs * kAnswerBytes); !status) {
-    return exchange.reply_error(status.error());
-  }
+  if (!went_well(exchange, exchange.reserve(pairs * kAnswerBytes))) return;
 
   RayBoxAnswers answers;
-  if (Status status =
-          service.engine.ray_boxes(query->rays, query->boxes, query->pairing,
-                                   query->planes ? RayBoxDetail::kPlanes : RayBoxDetail::kAll,
-                                   deadline_of(exchange, service, query->timeout_ms), answers);
-      !status) {
-    return exchange.reply_error(status.error());
-  }
+  const auto detail = query->planes ? RayBoxDetail::kPlanes : RayBoxDetail::kAll;
+  const Deadline deadline = deadline_of(exchange, service, query->timeout_ms);
+  const Status status = service.engine.ray_boxes(query->rays, query->boxes, query->pairing, detail,
+                                                 deadline, answers);
+  if (!went_well(exchange, status)) return;
   exchange.reply_json(200, encode_ray_boxes(answers));
 }
 
@@ -79,12 +75,11 @@ void any_triangle(Exchange& exchange, const Service& service) {
   if (!scene || !read_boxes(exchange, service, *scene, false, query)) return;
 
   Column<std::uint8_t> touched;
-  if (Status status = service.engine.boxes_any(*scene, query.boxes,
-                                               deadline_of(exchange, service, query.timeout_ms),
-                                               touched, query.question.relation);
-      !status) {
-    return exchange.reply_error(status.error());
-  }
+  if (!went_well(exchange,
+                 service.engine.boxes_any(*scene, query.boxes,
+                                          deadline_of(exchange, service, query.timeout_ms), touched,
+                                          query.question.relation)))
+    return;
   exchange.reply_json(200, encode_occlusion(touched));
 }
 
@@ -94,12 +89,10 @@ void count_triangles(Exchange& exchange, const Service& service) {
   if (!scene || !read_boxes(exchange, service, *scene, false, query)) return;
 
   Column<std::uint64_t> totals;
-  if (Status status =
-          service.engine.boxes_count(*scene, query.boxes, query.question,
-                                     deadline_of(exchange, service, query.timeout_ms), totals);
-      !status) {
-    return exchange.reply_error(status.error());
-  }
+  if (!went_well(exchange, service.engine.boxes_count(
+                               *scene, query.boxes, query.question,
+                               deadline_of(exchange, service, query.timeout_ms), totals)))
+    return;
   exchange.reply_json(200, encode_counts(totals));
 }
 
@@ -156,9 +149,7 @@ void list(Exchange& exchange, const Service& service) {
   BoxQuery query;
   if (!stored || !read_boxes(exchange, service, *stored->scene, true, query)) return;
   const auto& scene = stored->scene;
-  if (Status status = begin_lists(stored->revision, query); !status) {
-    return exchange.reply_error(status.error());
-  }
+  if (!went_well(exchange, begin_lists(stored->revision, query))) return;
 
   BoxLists lists;
   Column<std::uint64_t> totals;
@@ -174,9 +165,9 @@ void list(Exchange& exchange, const Service& service) {
   if (!found) return exchange.reply_error(found.error());
   const BoxTargets targets = query.question.targets;
   const HitTerms terms = terms_of(*scene, lists, targets);
-  Status status =
-      exchange.reserve(bytes_of_names(terms.node_name) + bytes_of_names(terms.mesh_name));
-  if (!status) return exchange.reply_error(status.error());
+  if (!went_well(exchange, exchange.reserve(bytes_of_names(terms.node_name) +
+                                            bytes_of_names(terms.mesh_name))))
+    return;
   exchange.reply_json(
       200, encode_box_lists(lists, totals, targets, terms, stored->revision, query.questions));
 }

@@ -56,9 +56,7 @@ void patch_node(Exchange& exchange, Service& service) {
     bytes = bytes_to_change(scene->scene->description());
   }
   // Without the scene in hand: who waits here would keep a revision that nobody asks any more.
-  if (const Status status = exchange.reserve(bytes); !status) {
-    return exchange.reply_error(status.error());
-  }
+  if (!went_well(exchange, exchange.reserve(bytes))) return;
   const auto changed = service.store.change(exchange.scene_id, *change, precondition_of(exchange));
   if (!changed) return exchange.reply_error(changed.error());
   reply_done(exchange, 200, **changed);

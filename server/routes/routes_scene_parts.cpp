@@ -32,9 +32,7 @@ void nodes(Exchange& exchange, const Service& service) {
   for (const Node& node : asked.first(std::min<std::uint64_t>(limit, asked.size()))) {
     bytes += kNodeBytes + bytes_of_names(std::array{std::string_view(node.name)});
   }
-  if (Status status = exchange.reserve(bytes); !status) {
-    return exchange.reply_error(status.error());
-  }
+  if (!went_well(exchange, exchange.reserve(bytes))) return;
   exchange.reply_json(200, encode_nodes(*stored->scene, first, limit));
 }
 
@@ -58,13 +56,9 @@ void geometry(Exchange& exchange, const Service& service) {
   }
   const SceneSnapshot stored = admit_scene(exchange, service);
   if (!stored) return;
-  if (Status status = exchange.reserve(bytes_of_geometry_lists(*stored->scene)); !status) {
-    return exchange.reply_error(status.error());
-  }
+  if (!went_well(exchange, exchange.reserve(bytes_of_geometry_lists(*stored->scene)))) return;
   const GeometryAnswer answer = scene_geometry(*stored->scene, range);
-  if (Status status = exchange.reserve(bytes_of_geometry(answer)); !status) {
-    return exchange.reply_error(status.error());
-  }
+  if (!went_well(exchange, exchange.reserve(bytes_of_geometry(answer)))) return;
   exchange.reply(200, encode_geometry(answer), kBinaryMediaType);
 }
 
@@ -88,9 +82,7 @@ void check(Exchange& exchange, const Service& service) {
   const std::uint64_t bytes =
       stored->scene->description().instances.size() * sizeof(std::uint32_t) +
       rays * (kRayBytes + kHitBytes + sizeof(std::uint64_t));
-  if (Status status = exchange.reserve(bytes); !status) {
-    return exchange.reply_error(status.error());
-  }
+  if (!went_well(exchange, exchange.reserve(bytes))) return;
   const auto found = self_check(service.engine, *stored->scene, rays, seed, deadline);
   if (!found) return exchange.reply_error(found.error());
   exchange.reply_json(200, encode_self_check(*found));

@@ -19,9 +19,7 @@ namespace {
 constexpr std::uint64_t kListedBytes = 2048;
 
 void reply_scene(Exchange& exchange, const StoredScene& scene) {
-  if (const Status status = exchange.reserve(bytes_of_scene(scene)); !status) {
-    return exchange.reply_error(status.error());
-  }
+  if (!went_well(exchange, exchange.reserve(bytes_of_scene(scene)))) return;
   exchange.reply_json(200, encode_scene(scene));
   if (!scene.etag.empty()) exchange.response.set_header("ETag", '"' + scene.etag + '"');
 }
@@ -90,9 +88,7 @@ void put_scene(Exchange& exchange, Service& service) {
   if (!incoming) {
     // Before the body, so that nobody uploads a gigabyte to a bad name, nor for nothing.
     Precondition precondition = precondition_of(exchange);
-    if (Status status = check_now(service, exchange.scene_id, precondition); !status) {
-      return exchange.reply_error(status.error());
-    }
+    if (!went_well(exchange, check_now(service, exchange.scene_id, precondition))) return;
     auto begun = service.store.begin(exchange.scene_id, parameters.choice);
     if (!begun) return exchange.reply_error(begun.error());
     incoming = std::make_shared<IncomingScene>(std::move(*begun));
@@ -182,9 +178,7 @@ void add_scene_routes(Router& router, Service& service,
                       const std::shared_ptr<const SourceRules>& sources) {
   router.add("GET", "/v1/scenes", [&service](Exchange& exchange) {
     const std::vector<SceneSnapshot> scenes = service.store.list();
-    if (Status status = exchange.reserve(scenes.size() * kListedBytes); !status) {
-      return exchange.reply_error(status.error());
-    }
+    if (!went_well(exchange, exchange.reserve(scenes.size() * kListedBytes))) return;
     exchange.reply_json(200, encode_scene_list(scenes));
   });
   router.add(

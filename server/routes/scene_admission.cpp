@@ -52,6 +52,11 @@ SceneSnapshot admit_scene(Exchange& exchange, const Service& service) {
   return nullptr;
 }
 
+bool went_well(Exchange& exchange, const Status& status) {
+  if (!status) exchange.reply_error(status.error());
+  return static_cast<bool>(status);
+}
+
 Deadline deadline_of(const Exchange& exchange, const Service& service,
                      std::optional<std::uint64_t> timeout_ms) {
   constexpr std::chrono::microseconds kAtDoor{300};

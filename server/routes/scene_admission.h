@@ -32,6 +32,9 @@ std::shared_ptr<const Scene> admit_scene_query(Exchange& exchange, const Service
 /// Admits a query whose media type was checked before.
 std::shared_ptr<const Scene> admit_query_of_scene(Exchange& exchange, const Service& service);
 
+/// Answers with the error of `status`. Returns whether there was none.
+bool went_well(Exchange& exchange, const Status& status);
+
 /// When the answer must be there. It passes also when no client waits any more, and soon in the
 /// event loop; the request then waits no longer for memory either.
 /// timeout_ms  what the client wishes; more than the limit counts as the limit

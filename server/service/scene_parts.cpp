@@ -4,13 +4,11 @@
 #include <array>
 #include <charconv>
 
+#include "proto/json_parts.h"
 #include "proto/json_pointer.h"
-#include "proto/json_writer.h"
 
 namespace sightline {
 namespace {
-
-void write_vector(JsonWriter& out, const Vec3d& v) { out.vector(v.x, v.y, v.z); }
 
 void write_id(JsonWriter& out, std::uint32_t id) {
   if (id == kNone) return out.raw("null");
@@ -32,30 +30,18 @@ void write_node(JsonWriter& out, const Scene& scene, std::uint32_t number, std::
     triangles += description.meshes[end->mesh]->triangle_count();
     bounds.include(scene.trees().plan().placed[static_cast<std::size_t>(end - instances.begin())]);
   }
-  out.raw("{\"node_id\":");
-  out.number(node.file_node);
-  out.raw(",\"name\":");
+  write(out, "{\"node_id\":", node.file_node, ",\"name\":");
   out.name(node.name);
   out.raw(",\"parent\":");
   write_id(out, node.parent == kNone ? kNone : description.nodes[node.parent].file_node);
-  out.raw(",\"instances\":");
-  out.number(static_cast<std::uint64_t>(end - begin));
-  out.raw(",\"triangles\":");
-  out.number(triangles);
-  out.raw(",\"hidden\":");
-  out.raw(node.hidden ? "true" : "false");
-  out.raw(",\"mask\":");
-  out.number(mask);
-  out.raw(",\"bounds\":");
+  write(out, ",\"instances\":", static_cast<std::uint64_t>(end - begin),
+        ",\"triangles\":", triangles, ",\"hidden\":", node.hidden, ",\"mask\":", mask,
+        ",\"bounds\":");
   if (bounds.empty()) {
     out.raw("null}");
     return;
   }
-  out.raw("{\"min\":");
-  write_vector(out, bounds.min);
-  out.raw(",\"max\":");
-  write_vector(out, bounds.max);
-  out.raw("}}");
+  write(out, "{\"min\":", bounds.min, ",\"max\":", bounds.max, "}}");
 }
 
 /// Three numbers with points between them. False if that is not what it is.
@@ -85,21 +71,10 @@ void write_triangle(JsonWriter& out, const Scene& scene, const std::array<std::u
                     const Primitive& part) {
   const SceneDescription& description = scene.description();
   const WorldTriangle corners = scene.world_triangle({id[0], part.first_triangle + id[2]});
-  out.raw("{\"instance\":");
-  out.number(id[0]);
-  out.raw(",\"primitive\":");
-  out.number(id[1]);
-  out.raw(",\"triangle\":");
-  out.number(id[2]);
-  out.raw(",\"corners\":[");
-  write_vector(out, corners.v0);
-  out.raw(',');
-  write_vector(out, corners.v1);
-  out.raw(',');
-  write_vector(out, corners.v2);
-  out.raw("],\"node_id\":");
-  out.number(description.nodes[description.instances[id[0]].node].file_node);
-  out.raw(",\"material_id\":");
+  write(out, "{\"instance\":", id[0], ",\"primitive\":", id[1], ",\"triangle\":", id[2],
+        ",\"corners\":[", corners.v0, ',', corners.v1, ',', corners.v2,
+        "],\"node_id\":", description.nodes[description.instances[id[0]].node].file_node,
+        ",\"material_id\":");
   write_id(out, part.material);
   out.raw('}');
 }
@@ -111,9 +86,7 @@ std::string encode_nodes(const Scene& scene, std::uint64_t first, std::uint64_t 
   first = std::min(first, total);
   const std::uint64_t end = first + std::min(limit, total - first);
   JsonWriter out(64 + (end - first) * 160);
-  out.raw("{\"total\":");
-  out.number(total);
-  out.raw(",\"nodes\":[");
+  write(out, "{\"total\":", total, ",\"nodes\":[");
   const std::vector<std::uint32_t> masks = node_masks(scene.description());
   for (std::uint64_t i = first; i < end; ++i) {
     if (i > first) out.raw(',');
@@ -121,8 +94,7 @@ std::string encode_nodes(const Scene& scene, std::uint64_t first, std::uint64_t 
   }
   out.raw(']');
   if (end < total) {
-    out.raw(",\"next\":");
-    out.number(end);
+    write(out, ",\"next\":", end);
   }
   out.raw("}\n");
   return out.take();
@@ -155,13 +127,8 @@ Result<std::string> encode_triangles(const Scene& scene, std::string_view ids) {
 
 std::string encode_self_check(const SelfCheck& check) {
   JsonWriter out(256);
-  out.raw("{\"rays\":");
-  out.number(check.rays);
-  out.raw(",\"hits\":");
-  out.number(check.hits);
-  out.raw(",\"triangles_decided\":");
-  out.number(check.triangles);
-  out.raw(",\"different\":[");
+  write(out, "{\"rays\":", check.rays, ",\"hits\":", check.hits,
+        ",\"triangles_decided\":", check.triangles, ",\"different\":[");
   for (std::size_t i = 0; i < check.different.size(); ++i) {
     if (i > 0) out.raw(',');
     out.number(check.different[i]);

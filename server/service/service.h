@@ -25,10 +25,10 @@ struct ServiceLimits {
   std::size_t loads = 100;                              ///< under way or waiting
   std::uint64_t uploads = std::uint64_t{1} << 30;       ///< in memory, in total
   // Limits of the process. The shutdown and the tree cache manager read them elsewhere.
-  LiveTime drain{std::chrono::milliseconds(30'000)};
-  LiveTime notice{std::chrono::milliseconds(0)};
-  std::uint64_t memory_budget = 0;  ///< 0: no limit
-  std::size_t waiters = 16;         ///< requests that wait for a load, each on a worker
+  LiveTime drain{std::chrono::milliseconds(30'000)};  ///< a stop waits so long for what has begun
+  LiveTime notice{std::chrono::milliseconds(0)};      ///< between /readyz saying 503 and the stop
+  std::uint64_t memory_budget = 0;                    ///< bytes of all scenes; 0: no limit
+  std::size_t waiters = 16;  ///< requests that wait for a load, each on a worker
 
   void take_live(const ServiceLimits& other) {
     scene_bytes = other.scene_bytes;

@@ -8,7 +8,7 @@
 #include "core/run/kept_sides.h"
 #include "core/trace/explain.h"
 #include "core/trace/tree_report.h"
-#include "proto/json_writer.h"
+#include "proto/json_parts.h"
 
 namespace sightline {
 namespace {
@@ -30,12 +30,8 @@ std::string_view verdict_of(const ExplainedBox& box) {
 
 void write_slabs(JsonWriter& out, const RayBoxAnswer& met) {
   constexpr std::array<std::string_view, 3> kAxes{"\"x\"", "\"y\"", "\"z\""};
-  out.raw(",\"miss\":[");
-  out.raw(kAxes[met.apart[0]]);
-  if (met.apart[0] != met.apart[1]) {
-    out.raw(',');
-    out.raw(kAxes[met.apart[1]]);
-  }
+  write(out, ",\"miss\":[", kAxes[met.apart[0]]);
+  if (met.apart[0] != met.apart[1]) write(out, ',', kAxes[met.apart[1]]);
   out.raw(']');
 }
 
@@ -78,12 +74,8 @@ void write_id(JsonWriter& out, const Scene& scene, TriangleId id) {
   const SceneDescription& description = scene.description();
   const Mesh& mesh = *description.meshes[description.instances[id.instance].mesh];
   const Primitive& primitive = mesh.primitives[scene.primitive_of(id)];
-  out.raw("{\"instance\":");
-  out.number(id.instance);
-  out.raw(",\"primitive\":");
-  out.number(primitive.file_primitive);
-  out.raw(",\"triangle\":");
-  out.number(id.triangle - primitive.first_triangle);
+  write(out, "{\"instance\":", id.instance, ",\"primitive\":", primitive.file_primitive,
+        ",\"triangle\":", id.triangle - primitive.first_triangle);
 }
 
 void write_seen(JsonWriter& out, const Scene& scene, const FilterParts& filter,
@@ -94,39 +86,25 @@ void write_seen(JsonWriter& out, const Scene& scene, const FilterParts& filter,
           : seen.verdict == ExplainedTriangle::Verdict::kFiltered ? ",\"verdict\":\"filtered\""
                                                                   : ",\"verdict\":\"hit\"");
   if (seen.verdict == ExplainedTriangle::Verdict::kFiltered) {
-    out.raw(",\"by\":\"");
-    out.raw(filter.name_of(seen.id));
-    out.raw('"');
+    write(out, ",\"by\":\"", filter.name_of(seen.id), '"');
   }
   if (met) {
-    out.raw(",\"t\":");
-    out.number(seen.t);
+    write(out, ",\"t\":", seen.t);
   }
   out.raw('}');
 }
 
 void write_visit(JsonWriter& out, const Scene& scene, const FilterParts& filter,
                  const ExplainedBox& box) {
-  out.raw("{\"parent\":");
-  out.raw(box.parent < 0 ? "null" : std::to_string(box.parent));
-  out.raw(",\"leaf\":");
-  out.boolean(box.is_leaf);
-  out.raw(box.in_mesh ? ",\"space\":\"mesh\"" : ",\"space\":\"world\"");
-  out.raw(",\"min\":");
-  out.vector(box.box.min.x, box.box.min.y, box.box.min.z);
-  out.raw(",\"max\":");
-  out.vector(box.box.max.x, box.box.max.y, box.box.max.z);
-  out.raw(",\"verdict\":\"");
+  write(out, "{\"parent\":", box.parent < 0 ? "null" : std::to_string(box.parent),
+        ",\"leaf\":", box.is_leaf, box.in_mesh ? ",\"space\":\"mesh\"" : ",\"space\":\"world\"",
+        ",\"min\":", box.box.min, ",\"max\":", box.box.max, ",\"verdict\":\"");
   const std::string_view verdict = verdict_of(box);
-  out.raw(verdict);
-  out.raw('"');
+  write(out, verdict, '"');
   if (verdict == "missed") {
     write_slabs(out, box.met);
   } else {
-    out.raw(",\"t_enter\":");
-    out.number(box.met.t_enter);
-    out.raw(",\"t_exit\":");
-    out.number(box.met.t_exit);
+    write(out, ",\"t_enter\":", box.met.t_enter, ",\"t_exit\":", box.met.t_exit);
   }
   if (box.is_leaf && verdict == "entered" && !box.triangles.empty()) {
     char before = '[';
@@ -142,28 +120,12 @@ void write_visit(JsonWriter& out, const Scene& scene, const FilterParts& filter,
 }
 
 void write_report(JsonWriter& out, const TreeReport& report, std::uint32_t placements) {
-  const auto count = [&](std::string_view before, std::uint64_t number) {
-    out.raw(before);
-    out.number(number);
-  };
-  const auto ratio = [&](std::string_view before, double number) {
-    out.raw(before);
-    out.number(number);
-  };
-  count("{\"placements\":", placements);
-  count(",\"nodes\":", report.nodes);
-  count(",\"leaves\":", report.leaves);
-  count(",\"blocks\":", report.blocks);
-  count(",\"triangles\":", report.triangles);
-  count(",\"depth\":", report.depth);
-  count(",\"shallowest\":", report.shallowest);
-  ratio(",\"mean_depth\":", report.mean_depth);
-  ratio(",\"arity\":", report.arity);
-  ratio(",\"sah_cost\":", report.sah_cost);
-  ratio(",\"overlap\":", report.overlap);
-  out.raw(",\"contained\":");
-  out.boolean(report.contained);
-  out.raw('}');
+  write(out, "{\"placements\":", placements, ",\"nodes\":", report.nodes,
+        ",\"leaves\":", report.leaves, ",\"blocks\":", report.blocks,
+        ",\"triangles\":", report.triangles, ",\"depth\":", report.depth,
+        ",\"shallowest\":", report.shallowest, ",\"mean_depth\":", report.mean_depth,
+        ",\"arity\":", report.arity, ",\"sah_cost\":", report.sah_cost,
+        ",\"overlap\":", report.overlap, ",\"contained\":", report.contained, '}');
 }
 
 }  // namespace
@@ -175,14 +137,8 @@ std::string encode_nearest_miss(const Scene& scene, const std::optional<NearestM
   const SceneDescription& description = scene.description();
   const std::string& name = description.nodes[description.instances[miss->id.instance].node].name;
   out.raw(",\"node\":");
-  if (name.empty()) {
-    out.raw("null");
-  } else {
-    out.string(name);
-  }
-  out.raw(",\"distance\":");
-  out.number(miss->distance.low * 0.5 + miss->distance.high * 0.5);
-  out.raw('}');
+  out.name(name);
+  write(out, ",\"distance\":", miss->distance.low * 0.5 + miss->distance.high * 0.5, '}');
   return out.take();
 }
 
@@ -200,9 +156,7 @@ Result<std::string> encode_explanation(const Scene& scene, const Ray& ray, const
     if (i > 0) out.raw(',');
     write_visit(out, scene, parts, explanation.boxes[i]);
   }
-  out.raw("],\"truncated\":");
-  out.boolean(explanation.truncated);
-  out.raw('}');
+  write(out, "],\"truncated\":", explanation.truncated, '}');
   return out.take();
 }
 
@@ -210,11 +164,7 @@ std::string encode_trees(const Scene& scene) {
   const SceneView view(scene);
   const SceneTree& trees = view.tree();
   JsonWriter out(256);
-  out.raw("{\"complete\":");
-  out.boolean(trees.complete());
-  out.raw(",\"pending\":");
-  out.number(trees.pending);
-  out.raw(",\"trees\":[");
+  write(out, "{\"complete\":", trees.complete(), ",\"pending\":", trees.pending, ",\"trees\":[");
   std::unordered_set<std::uint32_t> told;
   for (std::uint32_t entry = 0; entry < trees.entries && told.size() < kMostTrees; ++entry) {
     const std::uint32_t tree = trees.placements[entry].tree;
@@ -225,9 +175,7 @@ std::string encode_trees(const Scene& scene) {
     if (told.size() > 1) out.raw(',');
     write_report(out, report_tree(view, entry), static_cast<std::uint32_t>(uses));
   }
-  out.raw("],\"total\":");
-  out.number(std::uint64_t{trees.trees.size()});
-  out.raw(",\"top\":");
+  write(out, "],\"total\":", std::uint64_t{trees.trees.size()}, ",\"top\":");
   if (trees.entries < 2) {
     out.raw("null");
   } else {

@@ -23,7 +23,7 @@ TEST(CommandLine, reads_serve) {
   ASSERT_EQ(serve.preloads.size(), 2u);
   EXPECT_EQ(serve.preloads[1], (std::pair<std::string, std::string>("b", "demo:town")));
   EXPECT_EQ(serve.threads, 3);
-  EXPECT_EQ(serve.drain, std::chrono::milliseconds(1500));
+  EXPECT_EQ(serve.limits.drain.get(), std::chrono::milliseconds(1500));
 }
 
 TEST(CommandLine, reads_numbers_of_a_ray_exactly) {
