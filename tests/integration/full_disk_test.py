@@ -1,9 +1,12 @@
 """Disks that are full, or fail: what is refused leaves nothing behind, and what was acknowledged stays."""
 
 import http.client
+import json
 import os
+import re
 import resource
 import signal
+import socket
 import subprocess
 import tempfile
 import time
@@ -176,6 +179,55 @@ class FullDisk(OnDisk):
 
 
 @unittest.skipIf(opened_files.why_not(), opened_files.why_not())
+class FullSpool(unittest.TestCase):
+    def test_a_full_disk_of_temporary_files_refuses_what_needs_them_and_nothing_else(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=1m", "none", folder.name], capture_output=True, text=True, check=False)
+        if mounted.returncode != 0:
+            self.skipTest("no small disk: " + mounted.stderr.strip())
+        self.addCleanup(subprocess.run, ["umount", "-l", folder.name], check=True)
+        server = Server("--preload", "six=demo:six", "--spool-dir", folder.name)
+        self.addCleanup(server.end)
+        hits = server.closest("six", RAY)
+        ray = json.dumps({"rays": [{"origin": RAY[0], "direction": RAY[1]}]}).encode()
+        json_type = ("-H", "Content-Type: application/json", "-H", "Expect:")
+        for chunked in ((), ("-H", "Transfer-Encoding: chunked")):
+            answer = server.ask("/v1/scenes/six/rays:closest", *json_type, *chunked, body=ray + b" " * (4 << 20))
+            self.assertEqual((answer.status, answer.json()["code"]), (503, "SPOOL_BUSY"), answer.body)
+            self.assertEqual(answer.headers["retry-after"], "1")
+            self.assertEqual(server.closest("six", RAY), hits, "a small body needs no file")
+        # A body that fits is taken as soon as the refused ones have given their bytes back.
+        answer = server.ask("/v1/scenes/six/rays:closest", *json_type, body=ray + b" " * (700 << 10))
+        self.assertEqual((answer.status, answer.json()["hits"]), (200, hits), answer.body)
+        self.assertEqual(os.statvfs(folder.name).f_bfree, os.statvfs(folder.name).f_blocks, "no file stays")
+        # An answer that its client does not take is broken off, never cut short in silence.
+        camera = {"kind": "equirectangular", "position": [0, 1, 0], "width": 600, "height": 300}
+        body = json.dumps({"generator": camera, "fields": ["t", "position", "normal"]}).encode()
+        with socket.socket() as slow:
+            slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+            slow.settimeout(PATIENCE)
+            slow.connect(("127.0.0.1", server.port))
+            slow.sendall(b"POST /v1/scenes/six/rays:closest HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nContent-Length: %d\r\n\r\n%s" % (len(body), body))
+            time.sleep(1)
+            whole = b""
+            try:
+                while piece := slow.recv(1 << 20):
+                    whole += piece
+                    head, _, rest = whole.partition(b"\r\n\r\n")
+                    if len(rest) and len(rest) >= int(re.search(rb"content-length: (\d+)", head.lower()).group(1)):
+                        break
+            except ConnectionResetError:
+                head, rest = b"", b""
+            if head.startswith(b"HTTP/1.1 200"):
+                length = int(re.search(rb"content-length: (\d+)", head.lower()).group(1))
+                self.assertTrue(len(rest) < length or len(json.loads(rest)["hits"]) == 180_000)
+            elif head:
+                self.assertTrue(head.startswith(b"HTTP/1.1 503"), head)
+        self.assertEqual(server.closest("six", RAY), hits)
+        self.assertEqual(server.stop(), 0)
+
+
 class FailingDisk(OnDisk):
     """Every call of a kind fails in the folders that it is about; strace says so in the kernel's place."""
 

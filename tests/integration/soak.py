@@ -417,7 +417,7 @@ def report(told, memory, seconds, truth, options, log):
         f"to last {growth:+.1f}%) {verdict(spread <= 5)}",
         f"floor 3: single rays p99 {p99:.2f} ms is {p99 / median:.1f} times the median of {median:.2f} ms (needs at most 5) "
         f"{verdict(p99 <= 5 * median)}"]
-    head = [f"`scripts/stress.sh soak --minutes {options.minutes:g}{" --difficult" * options.difficult}` (seed {options.seed}, {options.workers} workers, {os.cpu_count()} "
+    head = [f"`scripts/stress.sh soak --minutes {options.minutes:g}{' --difficult' * options.difficult}` (seed {options.seed}, {options.workers} workers, {os.cpu_count()} "
             f"processors shared with {len(ROLES)} client processes): {seconds / 60:.1f} minutes.",
             f"Truth: a quiet server with kernel {slowest_kernel()} and all trees built, {truth.checked_rays:,} rays of its scenes "
             "answered again by exact brute force.", ""]
