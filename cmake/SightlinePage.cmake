@@ -1,4 +1,4 @@
-# The pages at / and /learn: modules of server/page/app, bundled by esbuild when the server is built.
+# The pages: modules of server/page/app, bundled by esbuild when the server is built, and the documents of the repository.
 #
 # SIGHTLINE_PAGE  AUTO  bundle it where node, npm and the packages of its lock file are there
 #                 ON    fail at configuration where they are not
@@ -43,50 +43,77 @@ function(sightline_install_page_packages app modules reason)
   file(WRITE ${stamp} "${wanted}")
 endfunction()
 
-# Adds the rule that makes `output`, a C++ file with the texts of the page.
+# Adds the rule that makes `output`, a C++ file with the texts of the pages.
 function(sightline_page output)
   set(app ${CMAKE_CURRENT_SOURCE_DIR}/app)
   set(modules ${CMAKE_BINARY_DIR}/page)
+  set(pages index.html learn.html status.html guide.html)
+  set(scripts boot.js page.js learn.js status.js guide.js)
   set(reason "SIGHTLINE_PAGE is OFF")
   if(SIGHTLINE_PAGE)
     set(reason "")
     sightline_install_page_packages(${app} ${modules} reason)
   endif()
+  set(parts "")
+  set(files "")
+  set(documents "")
   if(reason AND SIGHTLINE_PAGE AND NOT SIGHTLINE_PAGE STREQUAL "AUTO")
     message(FATAL_ERROR "SIGHTLINE_PAGE=${SIGHTLINE_PAGE}, but ${reason}")
   elseif(reason)
     message(STATUS "Page: left out of the binary, ${reason}; / will say how to build it")
-    set(html ${CMAKE_CURRENT_SOURCE_DIR}/unbuilt/index.html)
-    set(script ${CMAKE_CURRENT_SOURCE_DIR}/unbuilt/page.js)
-    set(style ${CMAKE_CURRENT_SOURCE_DIR}/unbuilt/page.css)
-    set(learn_html ${html})
-    set(learn_script ${script})
+    set(unbuilt ${CMAKE_CURRENT_SOURCE_DIR}/unbuilt)
+    foreach(name IN LISTS pages)
+      list(APPEND parts "${name}=${unbuilt}/index.html")
+    endforeach()
+    foreach(name IN LISTS scripts)
+      list(APPEND parts "${name}=${unbuilt}/page.js")
+    endforeach()
+    list(APPEND parts "page.css=${unbuilt}/page.css" "guide_below.html=${unbuilt}/index.html" "documents.json.gz=${unbuilt}/page.js")
+    set(files ${unbuilt}/index.html ${unbuilt}/page.js ${unbuilt}/page.css)
   else()
     message(STATUS "Page: bundled into the binary")
-    set(html ${app}/index.html)
-    set(script ${modules}/page.js)
-    set(style ${modules}/page.css)
-    set(learn_html ${app}/learn.html)
-    set(learn_script ${modules}/learn.js)
     file(GLOB sources CONFIGURE_DEPENDS ${app}/src/*.js ${app}/src/*.css)
+    file(GLOB documents CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/ARCHITECTURE.md
+         ${PROJECT_SOURCE_DIR}/CONTRIBUTING.md ${PROJECT_SOURCE_DIR}/CHANGELOG.md ${PROJECT_SOURCE_DIR}/docs/*.md ${PROJECT_SOURCE_DIR}/docs/*/*.md)
+    list(TRANSFORM scripts PREPEND src/ OUTPUT_VARIABLE inputs)
+    list(TRANSFORM scripts PREPEND ${modules}/ OUTPUT_VARIABLE bundles)
     # Without source maps and paths: everybody gets the same bytes.
     add_custom_command(
-      OUTPUT ${script} ${style} ${learn_script}
+      OUTPUT ${bundles} ${modules}/page.css
       COMMAND ${CMAKE_COMMAND} -E env NODE_PATH=${modules}/node_modules ${NODE_PROGRAM}
-              ${modules}/node_modules/esbuild/bin/esbuild src/page.js src/learn.js src/page.css --outdir=${modules} --bundle --minify
+              ${modules}/node_modules/esbuild/bin/esbuild ${inputs} src/page.css --outdir=${modules} --bundle --minify
               --format=iife --target=es2022 --charset=ascii --legal-comments=eof --log-level=warning
       WORKING_DIRECTORY ${app}
       DEPENDS ${sources} ${modules}/node_modules/.installed
       COMMENT "Bundling the page"
       VERBATIM)
+    set(document_files ${documents})
+    list(TRANSFORM document_files PREPEND ${PROJECT_SOURCE_DIR}/)
+    add_custom_command(
+      OUTPUT ${modules}/documents.json.gz ${modules}/guide_below.html
+      COMMAND ${NODE_PROGRAM} ${app}/documents.mjs ${PROJECT_SOURCE_DIR} ${modules}/documents.json.gz ${documents}
+      DEPENDS ${document_files} ${app}/documents.mjs ${app}/guide.html
+      COMMENT "Packing the documents"
+      VERBATIM)
+    foreach(name IN LISTS pages)
+      list(APPEND parts "${name}=${app}/${name}")
+      list(APPEND files ${app}/${name})
+    endforeach()
+    foreach(name IN LISTS scripts ITEMS page.css guide_below.html documents.json.gz)
+      list(APPEND parts "${name}=${modules}/${name}")
+      list(APPEND files ${modules}/${name})
+    endforeach()
+    # As the routes name them.
+    list(TRANSFORM documents REPLACE "^docs/" "")
   endif()
+  list(JOIN parts "|" parts)
+  list(JOIN documents "|" documents)
   add_custom_command(
     OUTPUT ${output}
-    COMMAND ${CMAKE_COMMAND} -D HTML=${html} -D SCRIPT=${script} -D STYLE=${style}
-            -D LEARN_HTML=${learn_html} -D LEARN_SCRIPT=${learn_script}
+    COMMAND ${CMAKE_COMMAND} -D "PARTS=${parts}" -D "DOCUMENTS=${documents}"
             -D TEMPLATE=${CMAKE_CURRENT_SOURCE_DIR}/app_page.cpp.in -D OUTPUT=${output}
             -P ${PROJECT_SOURCE_DIR}/cmake/EmbedPage.cmake
-    DEPENDS ${html} ${script} ${style} ${learn_html} ${learn_script} ${CMAKE_CURRENT_SOURCE_DIR}/app_page.cpp.in
+    DEPENDS ${files} ${CMAKE_CURRENT_SOURCE_DIR}/app_page.cpp.in
             ${PROJECT_SOURCE_DIR}/cmake/EmbedPage.cmake ${PROJECT_SOURCE_DIR}/cmake/EmbedText.cmake
     COMMENT "Embedding the page"
     VERBATIM)

@@ -229,7 +229,6 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
   auto sources = sources_of(command);
   if (!sources) return complain(sources.error());
   Router router;
-  add_page_routes(router);
   add_scene_routes(router, service, *sources);
   add_node_routes(router, service);
   add_ray_routes(router, service, journal);
@@ -239,6 +238,7 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
   add_point_routes(router, service);
   add_scene_part_routes(router, service);
   add_box_routes(router, service);
+  add_page_routes(router);
   const AnswerHeaders headers(command.cors_origins);
   for (const std::string& warning : warnings_of(command)) log.warn(warning);
   const bool for_this_machine = is_local_host(command.listen.host);

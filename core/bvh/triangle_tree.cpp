@@ -222,6 +222,9 @@ WideTree build_triangle_tree(std::span<const TreePart> parts, TreeQuality qualit
     return LeafParts(numbering, several, &binary.ids[first], count);
   };
   if (several) {
+    // Of such trees a scene has few, and a small one stays in the first cache: only time counts.
+    constexpr std::size_t kFewBoxes = 64;
+    if (binary.ids.size() <= kFewBoxes) options.memory_cost = 0;
     options.count_blocks = [&](std::uint32_t first, std::uint32_t count) {
       std::uint32_t blocks = 0;
       leaf_parts(first, count).blocks([&](std::span<const std::uint32_t>) { ++blocks; });

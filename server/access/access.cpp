@@ -29,11 +29,15 @@ bool is_read(std::string_view method) {
 /// Health, and pages that are the same on every server: they ask for what they show, with a key.
 bool is_open(const std::vector<std::string>& path) {
   if (path.size() == 1) {
-    constexpr std::array<std::string_view, 8> kOpen{"",         "page.js", "page.css", "learn",
-                                                    "learn.js", "docs",    "healthz",  "readyz"};
+    constexpr std::array<std::string_view, 12> kOpen{"",         "boot.js",  "page.js", "page.css",
+                                                     "learn",    "learn.js", "status",  "status.js",
+                                                     "guide.js", "docs",     "healthz", "readyz"};
     return std::find(kOpen.begin(), kOpen.end(), path[0]) != kOpen.end();
   }
-  return path.size() == 2 && path[0] == "docs" && (path[1] == "app.js" || path[1] == "style.css");
+  if (path[0] != "docs") return false;
+  if (path.size() <= 3 && path.back().ends_with(".md")) return true;
+  return path.size() == 2 &&
+         (path[1] == "app.js" || path[1] == "style.css" || path[1] == "documents.json.gz");
 }
 
 /// Whether a text must not be shown. `shown` is the good key of the request, or empty.

@@ -1,6 +1,7 @@
 #pragma once
 /// The pages that the binary holds.
 
+#include <span>
 #include <string_view>
 
 namespace sightline {
@@ -17,12 +18,17 @@ PageText docs_page();    ///< HTML
 PageText docs_script();  ///< JavaScript
 PageText docs_style();   ///< CSS
 
-// The pages at / and /learn: server/page/app, bundled by esbuild. A build without npm has a short
-// page instead, which says how to build the full one.
-PageText app_page();      ///< HTML
-PageText app_script();    ///< JavaScript
-PageText app_style();     ///< CSS
-PageText learn_page();    ///< HTML
-PageText learn_script();  ///< JavaScript
+/// The other pages: server/page/app, bundled by esbuild. A build without npm has a short page
+/// instead, which says how to build the full ones.
+struct PagePart {
+  std::string_view name;  ///< of the file: "index.html"
+  std::string_view media_type;
+  PageText what;
+};
+std::span<const PagePart> page_parts();
+
+/// The documents of the repository, by their paths below docs ("guides/page.md") or at the top
+/// ("README.md"). The part documents.json.gz has their texts.
+std::span<const std::string_view> page_documents();
 
 }  // namespace sightline

@@ -26,7 +26,7 @@ struct ServerFacts {
 
 /// GET /healthz /readyz /metrics /version
 void add_health_routes(Router& router, const Service& service, const ServerFacts& facts);
-/// GET / /learn /docs and what these pages are made of, GET /openapi.json
+/// GET / /learn /status /docs, the documents at /docs/.., what these pages load, GET /openapi.json
 void add_page_routes(Router& router);
 /// PUT GET HEAD DELETE /v1/scenes/{id}, GET /v1/scenes/{id}/events and stats, GET POST /v1/scenes
 void add_scene_routes(Router& router, Service& service,

@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <string>
+
 #include "proto/openapi_document.h"
 #include "server/page/pages.h"
 #include "server/routes/preconditions.h"
@@ -45,20 +48,46 @@ auto part(PageText (&text)(), const char* media_type) {
   return [&text, media_type](Exchange& exchange) { reply_page(exchange, text(), media_type); };
 }
 
+/// Answers with the file of this name. Precondition: it is one of page_parts().
+Router::Handler file(std::string_view name) {
+  const auto parts = page_parts();
+  const PagePart& found = *std::find_if(parts.begin(), parts.end(),
+                                        [&](const PagePart& each) { return each.name == name; });
+  return [&found](Exchange& exchange) {
+    if (found.name.ends_with(".html")) return reply_markup(exchange, found.what);
+    reply_page(exchange, found.what, found.media_type);
+  };
+}
+
+/// A shell; its script shows the document that the address names.
+Router::Handler shell(std::string_view document) {
+  return file(document.find('/') == document.npos ? "guide.html" : "guide_below.html");
+}
+
 }  // namespace
 
 void add_page_routes(Router& router) {
-  router.add("GET", "/", page(app_page));
-  router.add("GET", "/page.js", part(app_script, kScript));
-  router.add("GET", "/page.css", part(app_style, kStyle));
-  router.add("GET", "/learn", page(learn_page));
-  router.add("GET", "/learn.js", part(learn_script, kScript));
+  router.add("GET", "/", file("index.html"));
+  router.add("GET", "/boot.js", file("boot.js"));
+  router.add("GET", "/page.js", file("page.js"));
+  router.add("GET", "/page.css", file("page.css"));
+  router.add("GET", "/learn", file("learn.html"));
+  router.add("GET", "/learn.js", file("learn.js"));
+  router.add("GET", "/status", file("status.html"));
+  router.add("GET", "/status.js", file("status.js"));
+  router.add("GET", "/guide.js", file("guide.js"));
   router.add("GET", "/docs", page(docs_page));
   router.add("GET", "/docs/app.js", part(docs_script, kScript));
   router.add("GET", "/docs/style.css", part(docs_style, kStyle));
   router.add("GET", "/openapi.json", [](Exchange& exchange) {
     reply_tagged(exchange, {openapi_document(), openapi_tag()}, "application/json");
   });
+  router.add("GET", "/docs/documents.json.gz", file("documents.json.gz"));
+  router.add("GET", "/docs/README.md", shell("README.md"));
+  for (const std::string_view document : page_documents()) {
+    const std::string path = std::string("/docs/").append(document);
+    if (document != "README.md") router.add("GET", path, shell(document));
+  }
 }
 
 }  // namespace sightline

@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 import tempfile
+import time
 import unittest
 from fractions import Fraction
 from pathlib import Path
@@ -35,6 +36,17 @@ def slab_loop(origin, direction, low, high):
             first, last = last, first
         enter, leave = max(enter, first), min(leave, last)
     return (enter, leave) if enter <= leave else None
+
+
+def lasting_trees(server):
+    """Those of demo:six once they are built in the background: one around both meshes."""
+    end = time.monotonic() + PATIENCE
+    while True:
+        report = server.ask("/v1/scenes/six/bvh").json()
+        if report["complete"] and report["top"] is None:
+            return report["trees"]
+        assert time.monotonic() < end, report
+        time.sleep(0.02)
 
 
 class Lectures(unittest.TestCase):
@@ -209,6 +221,31 @@ class Lectures(unittest.TestCase):
             for triangle in box.get("triangles", []):
                 tested["left" if triangle["instance"] == 0 else "right"].append((triangle["triangle"], triangle["verdict"]))
         return answer["hits"][0], tested, answer["explain"]["boxes"]
+
+    def test_row_24_the_hierarchy_of_six_triangles_is_a_root_over_two_subtrees(self):
+        for flags in ((), ("--skip", "none")):
+            with Server(*flags, "--preload", "six=demo:six") as server:
+                tree, = lasting_trees(server)
+                self.assertEqual((tree["nodes"], tree["leaves"], tree["triangles"], tree["depth"]), (1, 2, 6, 1))
+
+    def test_row_24_both_left_right_and_none_are_four_different_visits(self):
+        def visit(origin, direction):
+            """The boxes and their verdicts: the root, then those of the subtrees, from left to right."""
+            _, tested, boxes = self.explained(origin, direction)
+            root, *below = sorted(boxes, key=lambda box: (box["parent"] is not None, box["min"][0]))
+            self.assertEqual((root["min"], root["max"], root["leaf"]), ([-6, 0, -2], [8, 4, 2], False))
+            self.assertEqual([(box["min"], box["max"], box["leaf"], box["parent"]) for box in below],
+                             [([-6, 0, -2], [0, 4, 2], True, 0), ([2, 0, -2], [8, 4, 2], True, 0)])
+            # What is tested are the triangles of the subtrees that are entered.
+            for box, side in zip(below, ("left", "right")):
+                self.assertEqual(len(tested[side]), 3 if box["verdict"] == "entered" else 0)
+            return tuple(box["verdict"] for box in (root, *below))
+        lasting_trees(self.server)
+        # The first hits nothing on the left: a hit there would make the right farther.
+        self.assertEqual(visit((-10, 3.5, 0.9), (1, 0, 0)), ("entered", "entered", "entered"))
+        self.assertEqual(visit((-5, 10, 0), (0, -1, 0)), ("entered", "entered", "missed"))
+        self.assertEqual(visit((3, 10, 0), (0, -1, 0)), ("entered", "missed", "entered"))
+        self.assertEqual(visit((1, 10, 0), (0, -1, 0)), ("entered", "missed", "missed"))
 
     def test_row_24_the_hierarchy_of_six_triangles_both(self):
         hit, tested, boxes = self.explained((-10, 1, 0), (1, 0, 0))

@@ -36,6 +36,25 @@ class Metrics(unittest.TestCase):
             self.assertRegex(line, r'^(# (HELP|TYPE) (sightline|process)_\w+ .+|(sightline|process)_\w+(\{\w+="[^"]*"(,\w+="[^"]*")*\})? [0-9.e+-]+)$')
         return series(answer.body)
 
+    def test_the_dashboard_names_series_and_labels_that_there_are(self):
+        self.server.put("six", demo_glb("six"))
+        self.server.query("six", "closest", DOWN)
+        labels = {}
+        for name in self.ask():
+            labels.setdefault(name.partition("{")[0], set()).update(re.findall(r'(\w+)="', name))
+        dashboard = json.loads((SOURCE / "docs/deploy/grafana.json").read_text(encoding="utf-8"))
+        exprs = [target["expr"] for panel in dashboard["panels"] for target in panel["targets"]]
+        for expr in exprs:
+            names = re.findall(r"\b(?:sightline|process)_\w+", expr)
+            self.assertTrue(names, expr)
+            self.assertLessEqual(set(names), set(labels), expr)
+            known = set().union(*(labels[name] for name in names)) | {"instance"}
+            wanted = re.findall(r"by \((.*?)\)", expr)
+            self.assertLessEqual({each for group in wanted for each in group.split(", ")}, known, expr)
+        shown = set(re.findall(r"\bsightline_\w+?(?=_bucket\b|\b)", " ".join(exprs)))
+        documented = re.findall(r"^\| `(sightline_\w+)`", (SOURCE / "docs/reference/metrics.md").read_text(encoding="utf-8"), re.MULTILINE)
+        self.assertLessEqual(shown, set(documented))
+
     def test_requests_rays_and_loads_are_counted(self):
         before = self.ask()
         self.assertEqual(self.server.put("six", demo_glb("six")).status, 201)

@@ -295,8 +295,25 @@ const PLANS = {
               row.cells[1].textContent, row.classList.contains("wrong")]),
           }));
         };
+        await page.waitForSelector("#tree-part[data-step]");
         seen.barriers = await barriers(page);
         seen.overflow = (await told(page)).overflow;
+        seen.visits = {};
+        for (const name of ["both", "left", "right", "none"]) {
+          await page.evaluate(() => delete document.querySelector("#tree-part").dataset.step);
+          await page.click(`[data-visit=${name}]`);
+          await page.waitForSelector("#tree-part[data-step]");
+          const steps = [];
+          for (let more = true; more;) {
+            steps.push(await page.evaluate(() => ({boxes: [...document.querySelectorAll("#tree rect")].map((box) => box.getAttribute("class")),
+              words: [...document.querySelectorAll("#visits li")].map(({textContent}) => textContent), end: document.querySelector("#visit-end").textContent})));
+            more = await page.isEnabled("#step-on");
+            if (more) await page.click("#step-on");
+          }
+          seen.visits[name] = {steps, body: await page.locator("#tree-request").textContent(), raw: await page.locator("#tree-answer").textContent()};
+          await page.locator("#tree-part").scrollIntoViewIfNeeded();
+          if (name === "left") await page.screenshot({path: `${folder}/learn-tree-${seen.size}-${theme}.png`});
+        }
         seen.cases = {};
         seen.fails = [];
         const names = await page.locator("#preset option").evaluateAll((options) => options.map(({value}) => value).filter(Boolean));
@@ -325,6 +342,56 @@ const PLANS = {
           await page.mouse.move(x - 20, y - 40, {steps: 3});
           await page.mouse.up();
         });
+        runs.push(seen);
+        await close();
+      }
+    }
+    return runs;
+  },
+
+  /** /status after three looks, while a client asks. WORD: the path of a question, and its body. */
+  async status() {
+    const runs = [];
+    for (const size of SIZES) {
+      for (const theme of THEMES) {
+        const {page, seen, close} = await watch(size, theme);
+        await page.goto(`${url}/status`);
+        await page.waitForFunction(() => Number(document.body.dataset.looks) >= 1);
+        for (let i = 0; i < 20; ++i) await page.evaluate(([path, body]) => fetch(path, {method: "POST", body, headers: {"Content-Type": "application/json"}}), words);
+        await page.waitForFunction(() => Number(document.body.dataset.looks) >= 3);
+        const table = (id) => page.locator(`${id} tbody tr`).evaluateAll((rows) => rows.map((row) => [...row.cells].map(({textContent}) => textContent)));
+        seen.charts = await page.locator(".chart").evaluateAll((charts) => charts.map((chart) => [chart.children[0].textContent, chart.children[1].textContent]));
+        [seen.scenes, seen.routes] = [await table("#scene-table"), await table("#routes")];
+        runs.push({...seen, ...await told(page), barriers: await barriers(page)});
+        await page.screenshot({path: `${folder}/status-${seen.size}-${theme}.png`});
+        await close();
+      }
+    }
+    return runs;
+  },
+
+  /** Documents at /docs/...: each WORD is a path. Then a search. */
+  async guide() {
+    const runs = [];
+    for (const size of SIZES) {
+      for (const theme of THEMES) {
+        const {page, seen, close} = await watch(size, theme);
+        seen.pages = {};
+        for (const path of words) {
+          await page.goto(`${url}/docs/${path}`);
+          await page.waitForSelector("body[data-complete]");
+          seen.pages[path] = await page.evaluate(() => ({title: document.title, text: document.querySelector("#document").innerText,
+            links: [...document.querySelectorAll("#document a")].map(({href}) => href)}));
+        }
+        seen.overflow = (await told(page)).overflow;
+        seen.barriers = await barriers(page);
+        await page.screenshot({path: `${folder}/guide-${seen.size}-${theme}.png`});
+        await page.fill("#search", "snap corners");
+        seen.found = await page.locator("#found a").evaluateAll((links) => links.map(({href}) => href));
+        await page.screenshot({path: `${folder}/search-${seen.size}-${theme}.png`});
+        await page.click("#found a");
+        await page.waitForSelector("body[data-complete]");
+        seen.arrived = page.url();
         runs.push(seen);
         await close();
       }

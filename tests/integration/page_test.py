@@ -3,6 +3,7 @@
 The browser part needs chromium and the packages that CMake installs for the page; it says SKIPPED without them.
 """
 
+import gzip
 import json
 import math
 import os
@@ -18,7 +19,9 @@ from urllib.parse import parse_qs, urlencode
 import case_report
 from sightline_server import BINARY, DATA, JSON_TYPE, PATIENCE, SOURCE, Server, bearer, demo_glb, make_key, with_document, write_keys
 
-PARTS = {"/": "text/html", "/learn": "text/html", "/page.js": "text/javascript", "/learn.js": "text/javascript", "/page.css": "text/css"}
+PAGES = ("/", "/learn", "/status", "/docs/README.md", "/docs/guides/page.md")
+SCRIPTS = ("boot", "page", "learn", "status", "guide")
+PARTS = {**dict.fromkeys(PAGES, "text/html"), **{f"/{name}.js": "text/javascript" for name in SCRIPTS}, "/page.css": "text/css"}
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 MODULES = Path(BINARY).resolve().parent / "page/node_modules"
 NODE = shutil.which("node")
@@ -88,7 +91,7 @@ class PageParts(unittest.TestCase):
         self.assertNotIn("unsafe", policy)
 
     def test_nothing_is_inline_and_nothing_comes_from_elsewhere(self):
-        page = (self.server.ask("/").body + self.server.ask("/learn").body).decode("ascii")
+        page = b"".join(self.server.ask(path).body for path in PAGES).decode("ascii")
         self.assertEqual(re.findall(r'<(?:script|style)\b(?![^>]*\bsrc=)|\son\w+=|\sstyle=|javascript:|https?://', page), [])
 
     def test_texts_are_compressed(self):
@@ -98,7 +101,6 @@ class PageParts(unittest.TestCase):
             packed = self.server.ask("/page.js", "-H", f"Accept-Encoding: {coding}")
             self.assertEqual(packed.headers["content-encoding"], coding)
             self.assertLess(len(packed.body), len(whole) / 2.5)
-        print("bytes of the page:", {path: len(self.server.ask(path).body) for path in PARTS})
 
     def test_the_page_is_open_and_what_it_shows_is_not(self):
         _, line = make_key("read", "people")
@@ -108,14 +110,33 @@ class PageParts(unittest.TestCase):
                     self.assertEqual(server.ask(path).status, 200)
                 self.assertEqual(server.ask("/v1/scenes/six/geometry").status, 401)
 
+    def test_every_document_is_served_and_nothing_else(self):
+        skip_unbuilt(self.server)
+        packed = self.server.ask("/docs/documents.json.gz")
+        self.assertEqual(packed.headers["content-type"], "application/gzip")
+        documents = json.loads(gzip.decompress(packed.body))
+        wanted = [SOURCE / f"{name}.md" for name in ("README", "ARCHITECTURE", "CONTRIBUTING", "CHANGELOG")]
+        wanted += [*SOURCE.glob("docs/*.md"), *SOURCE.glob("docs/*/*.md")]
+        self.assertEqual({each["path"]: each["text"] for each in documents},
+                         {str(path.relative_to(SOURCE)): path.read_text(encoding="utf-8") for path in wanted})
+        for each in documents:
+            self.assertEqual(self.server.ask(f"/docs/{each['path'].removeprefix('docs/')}").status, 200, each["path"])
+        for path in ("/docs/nothing.md", "/docs/guides/nothing.md", "/docs/guides", "/docs/guides/page.md/x", "/docs/docs/lectures.md", "/docs/..%2FREADME.md"):
+            self.assertEqual(self.server.ask(path).status, 404, path)
+
+    def test_the_pages_fit_their_part_of_the_binary(self):
+        sizes = {path: len(self.server.ask(path).body) for path in (*PARTS, "/docs/documents.json.gz") if path != PAGES[-1]}
+        self.assertLess(sum(sizes.values()), 1.2e6)
+        print("bytes of the pages:", sum(sizes.values()), sizes)
+
     @unittest.skipIf(MISSING, MISSING)
     def test_the_bundle_is_the_same_bytes_each_time(self):
         skip_unbuilt(self.server)
         with tempfile.TemporaryDirectory() as folder:
-            subprocess.run([NODE, MODULES / "esbuild/bin/esbuild", "src/page.js", "src/learn.js", "src/page.css", f"--outdir={folder}", "--bundle", "--minify",
+            subprocess.run([NODE, MODULES / "esbuild/bin/esbuild", *(f"src/{name}.js" for name in SCRIPTS), "src/page.css", f"--outdir={folder}", "--bundle", "--minify",
                             "--format=iife", "--target=es2022", "--charset=ascii", "--legal-comments=eof", "--log-level=warning"],
                            cwd=SOURCE / "server/page/app", env={**os.environ, "NODE_PATH": str(MODULES)}, check=True, timeout=PATIENCE)
-            for name in ("page.js", "learn.js", "page.css"):
+            for name in (*(f"{name}.js" for name in SCRIPTS), "page.css"):
                 self.assertEqual(Path(folder, name).read_bytes(), self.server.ask(f"/{name}").body)
 
 
@@ -346,6 +367,64 @@ class PageInBrowser(unittest.TestCase):
                     self.assertTrue(seen["formulas"][i][2], seen["formulas"][i])
                 self.assertEqual(len(run["fails"]), 11)
                 self.assertNotEqual(json.loads(run["dragged"]["body"])["rays"][0]["origin"], [0, 0.5, 0])
+
+    def test_the_lecture_page_shows_four_different_visits_of_a_tree_step_by_step(self):
+        wanted = {"both": ["entered", "entered", "entered"], "left": ["entered", "missed", "entered"], "right": ["entered", "missed", "entered"],
+                  "none": ["entered", "missed", "missed"]}
+        sides = {"The root": None, "The left subtree": "left", "The right subtree": "right"}
+        for run in browse(self.server.url, "learn"):
+            entered = {}
+            for name, visit in run["visits"].items():
+                answer = self.server.ask("/v1/scenes/six/rays:closest", "-H", JSON_TYPE, body=visit["body"])
+                self.assertEqual(answer.body.decode(), visit["raw"])
+                boxes, (hit,) = answer.json()["explain"]["boxes"], answer.json()["hits"]
+                self.assertEqual([box["verdict"] for box in boxes], wanted[name])
+                self.assertEqual(len(visit["steps"]), len(boxes))
+                for number, step in enumerate(visit["steps"], 1):
+                    self.assertEqual([box.split()[1] == "in" for box in step["boxes"]], [box["verdict"] == "entered" for box in boxes[:number]])
+                    self.assertEqual(len(step["words"]), number)
+                last = visit["steps"][-1]
+                self.assertEqual(last["end"], f"The hit is on {hit['node']}, at t = {hit['t']:.17g}." if hit else "No triangle is hit.")
+                entered[name] = frozenset(sides[words.split(" is ")[0]] for words in last["words"] if " entered " in words)
+            self.assertEqual(entered, {"both": {None, "left", "right"}, "left": {None, "left"}, "right": {None, "right"}, "none": {None}})
+
+    def test_the_status_page_shows_the_metrics(self):
+        body = '{"rays":[{"origin":[3,10,0],"direction":[0,-1,0]}]}'
+        runs = browse(self.server.url, "status", "/v1/scenes/six/rays:closest", body)
+        self.assertEqual(len(runs), 4)
+        for run in runs:
+            with self.subTest(size=run["size"], theme=run["theme"]):
+                self.assertEqual((run["complaints"], run["foreign"], run["overflow"], run["barriers"]), ([], [], [], []))
+                listed = {scene["id"]: scene for scene in self.server.ask("/v1/scenes").json()["scenes"]}
+                self.assertEqual({row[0]: (row[1], int(row[2].replace(",", "")), int(row[4])) for row in run["scenes"]},
+                                 {name: (scene["state"], scene["triangles"], scene["revision"]) for name, scene in listed.items()})
+                charts, routes = dict(run["charts"]), {row[0]: row[1:] for row in run["routes"]}
+                # Each run has asked 20 times more; the counters are those of the server.
+                asked = int(re.search(r'sightline_requests_total{method="POST",route="/v1/scenes/{id}/rays:closest",status="200"} (\d+)',
+                                      self.server.ask("/metrics").body.decode())[1])
+                self.assertLessEqual(20, int(routes["/v1/scenes/{id}/rays:closest"][0].replace(",", "")))
+                self.assertLessEqual(int(routes["/v1/scenes/{id}/rays:closest"][0].replace(",", "")), asked)
+                self.assertGreaterEqual(int(charts["Connections"]), 1)
+                self.assertRegex(charts["Memory of triangles"], r"^\d")
+                self.assertRegex(charts["Median time"], r"^(\d[\d.]* (µs|ms|s)|none)$")
+
+    def test_documents_are_shown_and_searched(self):
+        paths = ("README.md", "lectures.md", "guides/clearance.md", "guides/page.md")
+        for run in browse(self.server.url, "guide", *paths):
+            with self.subTest(size=run["size"], theme=run["theme"]):
+                self.assertEqual((run["complaints"], run["foreign"], run["overflow"], run["barriers"]), ([], [], [], []))
+                for path, page in run["pages"].items():
+                    text = (SOURCE / ("" if path == "README.md" else "docs") / path).read_text(encoding="utf-8")
+                    title = re.search(r"^# (.*)$", text, re.MULTILINE)[1]
+                    self.assertEqual(page["title"], f"{title} - Sightline")
+                    # Every line of code, every heading and every cell of a table is there.
+                    for line in re.findall(r"^    (\S.*)$|^##+ (.*)$", text, re.MULTILINE):
+                        self.assertIn(re.sub(r"[`\s]", "", "".join(line)), re.sub(r"[`\s]", "", page["text"]))
+                    for link in page["links"]:
+                        if link.startswith(self.server.url):
+                            self.assertEqual(self.server.ask(link.removeprefix(self.server.url).split("#")[0]).status, 200, link)
+                self.assertEqual(run["found"][0], f"{self.server.url}/docs/guides/page.md#tools")
+                self.assertEqual(run["arrived"], run["found"][0])
 
     def test_a_key_is_asked_for_and_shown_nowhere(self):
         key, line = make_key("read", "people")

@@ -6,9 +6,26 @@ namespace sightline {
 namespace {
 
 TEST(Access, is_open_for_health_and_the_pages_alone) {
-  for (const char* path :
-       {"/healthz", "/readyz", "/readyz?x", "/%72eadyz", "/", "/?x", "/page.js", "/page.css",
-        "/learn", "/learn.js", "/docs", "/docs/app.js", "/docs/style.css"}) {
+  for (const char* path : {"/healthz",
+                           "/readyz",
+                           "/readyz?x",
+                           "/%72eadyz",
+                           "/",
+                           "/?x",
+                           "/page.js",
+                           "/page.css",
+                           "/boot.js",
+                           "/learn",
+                           "/learn.js",
+                           "/status",
+                           "/status.js",
+                           "/guide.js",
+                           "/docs",
+                           "/docs/app.js",
+                           "/docs/style.css",
+                           "/docs/documents.json.gz",
+                           "/docs/README.md",
+                           "/docs/guides/page.md"}) {
     EXPECT_EQ(needed_access("GET", path), Access::kOpen) << path;
     EXPECT_EQ(needed_access("HEAD", path), Access::kOpen) << path;
     EXPECT_EQ(needed_access("POST", path), Access::kRead) << path;
@@ -16,7 +33,7 @@ TEST(Access, is_open_for_health_and_the_pages_alone) {
   }
   for (const char* path :
        {"", "*", "//", "/page", "/page.js/x", "/healthz/", "//healthz", "/v1/healthz", "/metrics",
-        "/openapi.json", "/docs/", "/docs/x", "/docs/app.js/x"}) {
+        "/openapi.json", "/docs/", "/docs/x", "/docs/app.js/x", "/docs/a/b/c.md", "/x/README.md"}) {
     EXPECT_EQ(needed_access("GET", path), Access::kRead) << path;
   }
 }

@@ -3,6 +3,7 @@
 import {post} from "./api.js";
 import {byId, make} from "./dom.js";
 import {CASES, FORMULAS} from "./slabs.js";
+import {startTree} from "./tree.js";
 
 const AXES = ["x", "y", "z"];
 let half = 12;        // scene units from the middle of a panel to its rim
@@ -265,3 +266,4 @@ byId("preset").addEventListener("change", (event) => {
   if (found) use(found[1], found[0]);
 });
 use(CASES[1][1], CASES[1][0]);
+startTree();

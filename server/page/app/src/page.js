@@ -461,5 +461,4 @@ function showNode(node) {
     {kind: "point", points: [middle], label: `${node.name || `#${node.node_id}`}: ${countText(node.triangles)} triangles`}]);
 }
 
-// The page is painted before the scripts of the view take their time.
-requestAnimationFrame(() => setTimeout(start));
+start();
