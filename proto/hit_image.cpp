@@ -29,6 +29,7 @@ Result<std::vector<std::uint16_t>> png_samples(const HitImage& image, const HitB
   const std::size_t width = samples_of(image);
   std::vector<std::uint16_t> samples(hits.size() * width, 0);
   for (std::size_t i = 0; i < hits.size(); ++i) {
+    if (image.of == HitImage::Of::kVisits) samples[i] = sample(terms.visits[i], 0);
     if (!hits.hit(i)) continue;
     switch (image.of) {
       case HitImage::Of::kDepth:
@@ -48,6 +49,8 @@ Result<std::vector<std::uint16_t>> png_samples(const HitImage& image, const HitB
           samples[i * 3 + static_cast<std::size_t>(k)] =
               sample(kWhite * (details[i].normal[k] + 1) / 2, 0);
         }
+        break;
+      case HitImage::Of::kVisits:
         break;
     }
   }
@@ -97,6 +100,9 @@ std::string encode_floats(const HitImage& image, const HitBatch& hits,
         for (int k = 0; k < 3; ++k) {
           put(i, static_cast<std::size_t>(k), hit ? details[i].normal[k] : 0);
         }
+        break;
+      case HitImage::Of::kVisits:
+        put(i, 0, terms.visits[i]);
         break;
     }
   }

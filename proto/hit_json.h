@@ -32,6 +32,7 @@ struct HitTerms {
   HitAttributes attributes;
   Column<double> distance;     ///< t * |direction|
   bool t_is_distance = false;  ///< what stands as t is the distance too
+  Column<std::uint32_t> visits;  ///< of a picture: boxes that each ray was tested with
   /// that node_path refers to; moving this struct moves none of them
   std::deque<std::string> own_texts;
 };

@@ -17,7 +17,7 @@
 ///   on_invalid        "refuse" or "mark": the effect of a bad ray on the others
 ///   strict            true: an entry of include or exclude that matches nothing is an error
 ///   work              true: the answer has its cost
-///   image             "depth", "node" or "normal", with "image_unit": 0.001: hit_image.h
+///   image             "depth", "node", "normal" or "visits", with "image_unit": 0.001: hit_image.h
 ///   normalize         true: tmin, tmax and the t of the answer count in scene units
 ///   explain           true, for a single ray: the boxes and triangles that it was tested with
 ///   crossings         "every" or "once", where hits are listed or counted

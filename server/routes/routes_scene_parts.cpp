@@ -63,8 +63,17 @@ void geometry(Exchange& exchange, const Service& service) {
 }
 
 void trees(Exchange& exchange, const Service& service) {
+  constexpr std::uint64_t kMostLevel = 1000, kBoxBytes = 512;
+  const auto parameters = QueryParameters::read(exchange, {"level"});
+  std::uint64_t level = 0;
+  if (!parameters || !parameters->number(exchange, "level", kMostLevel, level)) return;
   const SceneSnapshot stored = admit_scene(exchange, service);
-  if (stored) exchange.reply_json(200, encode_trees(*stored->scene));
+  if (!stored) return;
+  if (!parameters->text("level")) return exchange.reply_json(200, encode_trees(*stored->scene));
+  if (Status status = exchange.reserve(kMostLevelBoxes * kBoxBytes); !status) {
+    return exchange.reply_error(status.error());
+  }
+  exchange.reply_json(200, encode_trees(*stored->scene, static_cast<std::uint32_t>(level)));
 }
 
 void check(Exchange& exchange, const Service& service) {
@@ -96,7 +105,7 @@ void add_scene_part_routes(Router& router, const Service& service) {
              Router::Parameters::kTaken);
   router.add("GET", "/v1/scenes/{id}/geometry", with(service, geometry),
              Router::Parameters::kTaken);
-  router.add("GET", "/v1/scenes/{id}/bvh", with(service, trees));
+  router.add("GET", "/v1/scenes/{id}/bvh", with(service, trees), Router::Parameters::kTaken);
   router.add("GET", "/v1/scenes/{id}/selfcheck", with(service, check), Router::Parameters::kTaken);
 }
 

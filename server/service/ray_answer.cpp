@@ -3,8 +3,10 @@
 #include <algorithm>
 
 #include "core/base/infinity.h"
+#include "core/base/watch.h"
 #include "core/run/nearest_miss.h"
 #include "core/trace/all_hits.h"
+#include "core/trace/explain.h"
 #include "proto/hit_binary.h"
 #include "proto/hit_json.h"
 #include "proto/hit_lines.h"
@@ -81,6 +83,23 @@ Status find_returns(const RayBatchCourse& course, HitBatch& hits, RayBatch& rays
   return success();
 }
 
+/// Counts the boxes that explain_ray lists for each ray.
+Status count_visits(const RayBatchCourse& course, Column<std::uint32_t>& visits) {
+  constexpr std::size_t kMostBoxes = 65'535;  // what a sample of a PNG holds
+  const RayBatch& rays = course.query.rays;
+  Status status = ask_for(course.reserve,
+                          rays.size() * sizeof(std::uint32_t) + kMostBoxes * sizeof(ExplainedBox));
+  if (!status) return status;
+  const SceneView view(course.scene);
+  DeadlineWatch watch(course.deadline);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const auto boxes = explain_ray(view, rays[i], course.options.kept, kMostBoxes).boxes.size();
+    visits.push_back(static_cast<std::uint32_t>(boxes));
+    if (watch.passed(boxes + 1)) return watch.error();
+  }
+  return success();
+}
+
 Result<std::string> answer_closest(const RayBatchCourse& course) {
   const RayQuery& query = course.query;
   HitBatch hits;
@@ -107,6 +126,10 @@ Result<std::string> answer_closest(const RayBatchCourse& course) {
     return encode_hit_lines(hits, about.details, about.terms, query.fields, course.invalid());
   }
   if (course.is(AnswerLayout::kImage)) {
+    if (query.image->of == HitImage::Of::kVisits) {
+      status = count_visits(course, about.terms.visits);
+      if (!status) return status.error();
+    }
     return encode_image(*query.image, hits, about.details, about.terms);
   }
   std::string text = encode_hits(hits, about.details, about.terms, query.fields, query.layout);

@@ -7,6 +7,7 @@
 
 #include "core/run/kept_sides.h"
 #include "core/trace/explain.h"
+#include "core/trace/tree_levels.h"
 #include "core/trace/tree_report.h"
 #include "proto/json_parts.h"
 
@@ -128,6 +129,23 @@ void write_report(JsonWriter& out, const TreeReport& report, std::uint32_t place
         ",\"overlap\":", report.overlap, ",\"contained\":", report.contained, '}');
 }
 
+void write_level(JsonWriter& out, const TreeLevel& level) {
+  out.raw(",\"level\":{\"boxes\":[");
+  for (std::size_t i = 0; i < level.boxes.size(); ++i) {
+    const auto& [box, is_leaf] = level.boxes[i];
+    out.raw(i > 0 ? ",{\"min\":" : "{\"min\":");
+    out.vector(box.min.x, box.min.y, box.min.z);
+    out.raw(",\"max\":");
+    out.vector(box.max.x, box.max.y, box.max.z);
+    out.raw(",\"leaf\":");
+    out.boolean(is_leaf);
+    out.raw('}');
+  }
+  out.raw("],\"truncated\":");
+  out.boolean(level.truncated);
+  out.raw('}');
+}
+
 }  // namespace
 
 std::string encode_nearest_miss(const Scene& scene, const std::optional<NearestMiss>& miss) {
@@ -160,7 +178,7 @@ Result<std::string> encode_explanation(const Scene& scene, const Ray& ray, const
   return out.take();
 }
 
-std::string encode_trees(const Scene& scene) {
+std::string encode_trees(const Scene& scene, std::optional<std::uint32_t> level) {
   const SceneView view(scene);
   const SceneTree& trees = view.tree();
   JsonWriter out(256);
@@ -181,6 +199,7 @@ std::string encode_trees(const Scene& scene) {
   } else {
     write_report(out, report_top_tree(view), trees.entries);
   }
+  if (level) write_level(out, boxes_of_level(view, *level, kMostLevelBoxes));
   out.raw('}');
   return out.take();
 }

@@ -32,7 +32,9 @@ std::string encode_nearest_miss(const Scene& scene, const std::optional<NearestM
 
 /// {"complete","pending","trees":[{"placements","nodes","leaves","blocks","triangles","depth",
 /// "shallowest","mean_depth","arity","sah_cost","overlap","contained"},..],"total","top":{..}}: the
-/// first hundred trees that are built, and the tree over the placements, null without it.
-std::string encode_trees(const Scene& scene);
+/// first hundred trees that are built, and the tree over the placements, null without it. With a
+/// level also "level":{"boxes":[{"min","max","leaf"},..],"truncated"}.
+std::string encode_trees(const Scene& scene, std::optional<std::uint32_t> level = {});
+inline constexpr std::size_t kMostLevelBoxes = 2000;
 
 }  // namespace sightline

@@ -88,6 +88,19 @@ class Images(unittest.TestCase):
         self.assertEqual((answer.status, answer.headers["content-type"]), (200, kind), answer.body[:300])
         return (read_floats if floats else read_png)(answer.body)
 
+    def test_visits_are_the_boxes_that_explain_lists(self):
+        for scene, generator in (("six", TOP), ("town", {"kind": "pinhole", "position": [90, 60, 120], "look_at": [0, 10, 0], "width": 9, "height": 7})):
+            body = {"generator": generator, "image": "visits"}
+            self.closest(scene, {"generator": generator})
+            rays = self.server.ask("/v1/rays:generate", "-H", "Content-Type: application/json", body=json.dumps({"generator": generator})).json()
+            wanted = []
+            for i in range(len(rays["origins"]) // 3):
+                ray = {"origin": rays["origins"][3 * i:3 * i + 3], "direction": rays["directions"][3 * i:3 * i + 3]}
+                wanted.append(len(self.closest(scene, {"rays": [ray], "explain": True}).json()["explain"]["boxes"]))
+            self.assertEqual(self.image(scene, body)[2], [wanted[k:k + generator["width"]] for k in range(0, len(wanted), generator["width"])])
+            self.assertEqual(self.image(scene, body, True)[2], self.image(scene, body)[2])
+        self.assertGreater(len(set(wanted)), 5)
+
     def test_pixels_that_are_known(self):
         # Columns at x = 2.5, 3.5 and 4.5: heights 1, 3 and 1, and so depths 9, 7 and 9.
         self.assertEqual(self.image("six", {"generator": TOP, "image": "depth"}), (3, 1, [[9000, 7000, 9000]]))

@@ -269,6 +269,17 @@ class Lectures(unittest.TestCase):
         self.assertNotIn("hit", [verdict for side in tested.values() for _, verdict in side])
         self.assertTrue(all(box["parent"] is None or box["parent"] < i for i, box in enumerate(boxes)))
 
+    def test_row_25_the_boxes_of_each_level(self):
+        lasting_trees(self.server)
+        def level(scene, number):
+            answer = self.server.ask(f"/v1/scenes/{scene}/bvh?level={number}").json()["level"]
+            return answer["boxes"], answer["truncated"]
+        self.assertEqual(level("six", 0), ([{"min": [-6, 0, -2], "max": [8, 4, 2], "leaf": False}], False))
+        self.assertEqual(sorted(level("six", 1)[0], key=lambda box: box["min"]),
+                         [{"min": [-6, 0, -2], "max": [0, 4, 2], "leaf": True}, {"min": [2, 0, -2], "max": [8, 4, 2], "leaf": True}])
+        self.assertEqual(level("six", 2), ([], False))
+        self.assertEqual(self.server.ask("/v1/scenes/six/bvh?level=-1").json()["code"], "QUERY_INVALID")
+
     def test_row_25_what_the_trees_look_like(self):
         self.post("/v1/scenes/six/rays:closest", {"rays": [ray((-10, 1, 0), (1, 0, 0)), ray((7, 9, 0), (0, -1, 0))]})
         report = self.server.ask("/v1/scenes/six/bvh").json()

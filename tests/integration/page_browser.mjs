@@ -157,6 +157,47 @@ const PLANS = {
       const last = runs.at(-1);
       last.ply = readFileSync(await file.path(), "utf8");
       last.points = await page.locator("#stage").getAttribute("data-points");
+      await choose(page, "clearance");
+      await step("clearance", async () => {
+        await page.mouse.click(...await at(page, 0.3, 0.62));
+        await page.waitForFunction(() => document.querySelector("#hint").textContent.includes("second"));
+        await page.mouse.click(...await at(page, 0.55, 0.3));
+      });
+      await choose(page, "viewshed");
+      await step("viewshed", async () => {
+        await page.mouse.click(...await at(page, 0.5, 0.75));
+        await page.waitForSelector("#stage[data-seen]");
+      });
+      runs.at(-1).seen = await page.locator("#stage").getAttribute("data-seen");
+      await choose(page, "section");
+      await step("section", async () => {
+        await page.mouse.click(...await at(page, 0.5, 0.55));
+        await page.waitForFunction(() => document.querySelector("#outcome").textContent.includes("cuts"));
+        await page.waitForFunction(() => JSON.parse(document.querySelector("#marks").dataset.shapes).length > 2);
+      });
+      await choose(page, "levels");
+      await step("levels", async () => {
+        for (let level = 0; level < 3; ++level) {
+          await page.mouse.click(...await at(page, 0.5, 0.55));
+          await page.waitForFunction((text) => document.querySelector("#outcome").textContent.startsWith(text), `Level ${level}:`);
+        }
+      });
+      await choose(page, "heat");
+      await step("heat", async () => {
+        await page.mouse.click(...await at(page, 0.5, 0.55));
+        await page.waitForSelector("#heat:not([hidden])");
+      });
+      runs.at(-1).heat = await page.evaluate(() => {
+        const canvas = document.querySelector("#heat");
+        const {data} = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+        return {width: canvas.width, height: canvas.height, colours: Array.from({length: data.length / 4}, (_, i) => [...data.subarray(4 * i, 4 * i + 3)])};
+      });
+      await choose(page, "ray");
+      await step("ray", async () => page.mouse.click(...await at(page, 0.5, 0.7)));
+      await page.click("#cost-part summary");
+      await page.waitForSelector("#cost tr");
+      runs.at(-1).cost = await page.locator("#cost tr").evaluateAll((rows) => rows.map((row) => [...row.cells].map(({textContent}) => textContent)));
+      await page.screenshot({path: `${folder}/cost-${seen.size}-${theme}.png`});
       await close();
     }
     return runs;

@@ -150,7 +150,14 @@ class PageInBrowser(unittest.TestCase):
 
     def same_as_curl(self, seen):
         """The answer that the page shows is the one that curl gets for the request that it shows."""
-        answer = self.server.ask(seen["path"], "-H", JSON_TYPE, body=seen["body"])
+        if seen["path"].endswith("/bvh"):
+            answer = self.server.ask(f"{seen['path']}?{urlencode(json.loads(seen['body']))}")
+        elif "image" in json.loads(seen["body"]):
+            answer = self.server.ask(seen["path"], "-H", JSON_TYPE, "-H", "Accept: image/x-portable-floatmap", body=seen["body"])
+            self.assertEqual(seen["raw"], f"image/x-portable-floatmap, {len(answer.body)} bytes")
+            return answer.body
+        else:
+            answer = self.server.ask(seen["path"], "-H", JSON_TYPE, body=seen["body"])
         # The page cuts what nobody reads.
         most = 200000
         self.assertEqual(answer.body.decode()[:most], seen["raw"][:most])
@@ -173,7 +180,7 @@ class PageInBrowser(unittest.TestCase):
 
     def test_each_gesture_asks_and_draws_what_the_api_answers(self):
         runs = browse(self.server.url, "gestures")
-        self.assertEqual(len(runs), 10)
+        self.assertEqual(len(runs), 22)
         for run in runs:
             with self.subTest(name=run["name"], size=run["size"]):
                 self.assertEqual((run["complaints"], run["foreign"], run["overflow"], run["notice"]), ([], [], [], ""))
@@ -248,6 +255,71 @@ class PageInBrowser(unittest.TestCase):
         self.assertEqual([tuple(map(float, row.split())) for row in rows.splitlines()],
                          [(*answer["position"][3 * i:3 * i + 3], answer["distance"][i], answer["node_id"][i]) for i in hits])
         self.assertEqual(self.points(run), [[query["generator"]["position"]]])
+
+    def clearance(self, run, query, answer):
+        pair = answer["pair"]
+        distance, ends = re.fullmatch(r"Clearance (\S+) between (.*)\.", run["outcome"]).groups()
+        self.assertEqual((float(distance), ends), (pair["distance"], f"{pair['a']['node']} and {pair['b']['node']}"))
+        self.assertEqual(self.points(run, "line"), [[pair["a"]["position"], pair["b"]["position"]]])
+        self.assertEqual(self.points(run), [[pair["a"]["position"]], [pair["b"]["position"]]])
+        self.assertNotEqual(query["a"], query["b"])
+
+    def viewshed(self, run, query, answer):
+        self.assertGreater(len(query["to"]), 300)
+        self.assertEqual(run["seen"], answer["visible"][0])
+        self.assertEqual({"0", "1"}, set(run["seen"]))
+        self.assertEqual(run["outcome"], f"{run['seen'].count('1')} of {len(query['to'])} points are seen.")
+        self.assertEqual(self.points(run), [query["from"]])
+
+    def section(self, run, query, answer):
+        (*normal, d), other = query["boxes"][0]["planes"]
+        self.assertEqual(other, [-x for x in (*normal, d)])
+        result, = answer["results"]
+        self.assertEqual(run["outcome"], f"The plane cuts {result['total']} triangles.")
+        ids = [f"{each['instance']}.{each['primitive']}.{each['triangle']}" for each in result["triangles"]]
+        cut, axis = 0, [abs(x) for x in normal].index(1)
+        for begin in range(0, len(ids), 300):
+            for each in self.server.ask(f"/v1/scenes/town/triangles?ids={','.join(ids[begin:begin + 300])}").json()["triangles"]:
+                sides = [corner[axis] * normal[axis] - d for corner in each["corners"]]
+                cut += min(sides) < 0 < max(sides)
+        lines = self.points(run, "line")
+        # Lines through a corner or along an edge come on top.
+        self.assertGreaterEqual(len(lines), cut)
+        self.assertGreater(cut, 50)
+        for line in lines:
+            for point in line:
+                self.assertAlmostEqual(point[axis] * normal[axis], d, 9)
+
+    def levels(self, run, query, answer):
+        boxes = answer["level"]["boxes"]
+        self.assertEqual(query, {"level": 2})
+        self.assertGreater(len(boxes), 8)
+        self.assertEqual(run["outcome"], f"Level 2: {len(boxes)} boxes, {sum(box['leaf'] for box in boxes)} of them leaves.")
+        lowest = [(shape["colour"], shape["points"][0]) for shape in run["shapes"] if shape["kind"] == "loop"][::2]
+        self.assertEqual(lowest, [("good" if box["leaf"] else "normal", box["min"]) for box in boxes[:300]][:len(lowest)])
+        self.assertGreater(len(lowest), 8)
+
+    def heat(self, run, query, body):
+        self.assertEqual(query["image"], "visits")
+        head, size, _, floats = body.split(b"\n", 3)
+        width, height = map(int, size.split())
+        visits = struct.unpack(f"<{width * height}f", floats)
+        self.assertEqual((head, width, height), (b"Pf", run["heat"]["width"], run["heat"]["height"]))
+        most = max(visits)
+        shade = {count: [math.floor(255 * min(1, max(0, 1.5 - abs(4 * count / most - top))) + 0.5) for top in (3, 2, 1)] for count in set(visits)}
+        rows = [visits[begin:begin + width] for begin in range(0, len(visits), width)][::-1]
+        self.assertEqual(run["heat"]["colours"], [shade[count] for row in rows for count in row])
+        self.assertIn(f"{int(min(visits))} to {int(most)} boxes", run["outcome"])
+
+    def ray(self, run, query, answer):
+        told = dict(run["cost"])
+        work = self.server.query("town", "closest", {**query, "work": True}).json()["work"]
+        for name in ("nodes", "blocks", "placements", "exact"):
+            self.assertEqual(int(told[name]), work[name])
+        self.assertEqual(int(told["trees built"]), 0)
+        trees = self.server.ask("/v1/scenes/town/stats").json()["trees"]
+        self.assertEqual(told["trees built before"], f"{trees['meshes_built']} of {trees['meshes_total']} meshes")
+        self.assertEqual(told["skipped in the file"], "nothing")
 
     def test_the_keyboard_does_it_too_and_requests_can_be_copied(self):
         run = browse(self.server.url, "keyboard")

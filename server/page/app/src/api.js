@@ -37,14 +37,16 @@ function problemOf(status, text) {
 
 export const askJson = async (path) => (await ask(path)).json();
 
-/** Posts a text and returns the text of the answer as it was sent, its revision, and how long it took. */
-export async function post(path, body) {
+/** Posts a text (null: GET) and returns the answer as it was sent, its revision, and how long it took. `picture` has the bytes of one. */
+export async function post(path, body, accept = "*/*") {
   const begin = performance.now();
-  const answer = await fetch(BASE + path, {
-    method: "POST", body, headers: {"Content-Type": "application/json", ...authorization()}, credentials: "omit"});
-  const text = await answer.text();
-  return {status: answer.status, text, revision: Number(answer.headers.get("X-Scene-Revision")) || null,
-    milliseconds: performance.now() - begin};
+  const answer = await fetch(BASE + path, {method: body === null ? "GET" : "POST", body, credentials: "omit", cache: "no-store",
+    headers: {...(body === null ? {} : {"Content-Type": "application/json"}), Accept: accept, ...authorization()}});
+  const bytes = await answer.arrayBuffer();
+  const type = answer.headers.get("Content-Type") || "";
+  const picture = type.startsWith("image/") ? bytes : null;
+  return {status: answer.status, picture, text: picture ? `${type}, ${bytes.byteLength} bytes` : new TextDecoder().decode(bytes),
+    bytes: bytes.byteLength, revision: Number(answer.headers.get("X-Scene-Revision")) || null, milliseconds: performance.now() - begin};
 }
 
 /** Puts a file; fetch cannot tell how far an upload is. */

@@ -12,11 +12,19 @@ export const HINTS = {
   box: "Drag a rectangle: the nodes that lie in it.",
   sight: "Click two points: whether eyes just above them see each other.",
   why: "Click: the boxes that a ray visits, and why each is entered or left out. Then turn the view.",
+  clearance: "Click two nodes: the distance between them, and their nearest points.",
+  viewshed: "Click: what of this view an eye just above the point sees (green), and what not (red).",
+  section: "Click: a plane through the point cuts the scene. The next answer ends it.",
+  heat: "Click: how many boxes each pixel's ray visits, blue few, red many. Moving the view ends it.",
+  levels: "Click: the boxes of the next level of the tree; leaves are green.",
   scan: "Click: a LiDAR sensor stands there and sweeps around itself.",
 };
 
+/** Tools that a click uses; others take a drag. */
+const CLICKS = new Set(["ray", "why", "scan", "sight", "clearance", "viewshed", "section", "heat", "levels"]);
+
 export class Gestures {
-  /** ask(route, query) fills the console and runs it; pick(ray) returns a hit with its corners. */
+  /** ask(route, query) fills the console and runs it; pick(rays) returns their hits. */
   constructor(canvas, view, marks, {ask, pick, say}) {
     Object.assign(this, {canvas, view, marks, ask, pick, say, mode: "ray", first: null, begin: null});
     canvas.addEventListener("pointerdown", (event) => this.down(event));
@@ -29,6 +37,7 @@ export class Gestures {
     this.mode = mode;
     this.cancel();
     this.first = null;
+    this.level = -1;
     this.view.controls.enableRotate = !["measure", "box"].includes(mode);
     this.say(HINTS[mode]);
   }
@@ -62,10 +71,7 @@ export class Gestures {
     if (!begin || !event.isPrimary) return;
     this.cancel();
     const still = Math.hypot(end[0] - begin[0], end[1] - begin[1]) < STILL;
-    if (this.mode === "ray" && still) this.click(...end);
-    if (this.mode === "why" && still) this.why(...end);
-    if (this.mode === "scan" && still) await this.scan(...end);
-    if (this.mode === "sight" && still) await this.sight(...end);
+    if (still && CLICKS.has(this.mode)) await this[this.mode](...end);
     if (this.mode === "measure" && !still) this.measure(begin, end);
     if (this.mode === "box" && !still) this.box(begin, end);
   }
@@ -73,17 +79,14 @@ export class Gestures {
   /** Asks in the middle of the view, for the keyboard. */
   middle() {
     const at = [this.canvas.clientWidth / 2, this.canvas.clientHeight / 2];
-    if (this.mode === "sight") return this.sight(...at);
-    if (this.mode === "ray") return this.click(...at);
-    if (this.mode === "why") return this.why(...at);
-    if (this.mode === "scan") return this.scan(...at);
+    if (CLICKS.has(this.mode)) return this[this.mode](...at);
     const from = this.first;
     this.first = from ? null : at;
     if (!from) return this.say("First corner set. Turn the view, then press Enter again.");
     return this.mode === "measure" ? this.measure(from, at) : this.box(from, at);
   }
 
-  click(x, y) { return this.ask("rays:closest", {rays: [this.view.ray(x, y)], fields: FIELDS}); }
+  ray(x, y) { return this.ask("rays:closest", {rays: [this.view.ray(x, y)], fields: FIELDS}); }
 
   why(x, y) {
     return this.ask("rays:closest", {rays: [this.view.ray(x, y)], explain: true,
@@ -100,13 +103,66 @@ export class Gestures {
     return this.ask("boxes:list", {boxes: [{planes: this.view.pyramid(...sides)}], of: "nodes", limit: 100});
   }
 
-  /** The point of the scene at a pixel, lifted off its surface towards the camera. */
-  async pointAt(x, y) {
-    const hit = await this.pick(this.view.ray(x, y));
-    if (!hit) return null;
+  /** The point of a hit, lifted off its surface towards the camera. */
+  lifted(hit) {
     const eye = this.view.pose.slice(0, 3);
     const side = Math.sign(hit.normal.reduce((sum, n, k) => sum + n * (eye[k] - hit.position[k]), 0)) || 1;
     return hit.position.map((p, k) => p + side * hit.normal[k] * this.view.radius * LIFT);
+  }
+
+  async pointAt(x, y) {
+    const [hit] = await this.pick([this.view.ray(x, y)]);
+    return hit ? this.lifted(hit) : null;
+  }
+
+  async clearance(x, y) {
+    const [hit] = await this.pick([this.view.ray(x, y)]);
+    if (!hit) return this.say("Nothing is there. Click on the scene.");
+    if (!this.first) {
+      this.first = hit;
+      this.marks.show([{kind: "point", points: [hit.position], label: hit.node || `node ${hit.node_id}`}]);
+      return this.say("Click the second node.");
+    }
+    const from = this.first;
+    this.first = null;
+    this.say(HINTS.clearance);
+    return this.ask("clearance", {a: {nodes: [from.node_id]}, b: {nodes: [hit.node_id]}});
+  }
+
+  /** To points of the scene that lie on a grid of pixels. */
+  async viewshed(x, y) {
+    const COLUMNS = 32, ROWS = 18;
+    const eye = await this.pointAt(x, y);
+    if (!eye) return this.say("Nothing is there. Click on the scene.");
+    const {clientWidth, clientHeight} = this.canvas;
+    const rays = Array.from({length: COLUMNS * ROWS}, (_, i) =>
+      this.view.ray((i % COLUMNS + 0.5) * clientWidth / COLUMNS, (Math.floor(i / COLUMNS) + 0.5) * clientHeight / ROWS));
+    const to = (await this.pick(rays)).filter(Boolean).map((hit) => this.lifted(hit));
+    return this.ask("visibility", {from: [eye], to});
+  }
+
+  /** Across the axis that the view runs along most. */
+  async section(x, y) {
+    const [hit] = await this.pick([this.view.ray(x, y)]);
+    if (!hit) return this.say("Nothing is there. Click on the scene.");
+    const along = this.view.axes().forward.toArray();
+    const axis = along.reduce((best, each, k) => Math.abs(each) > Math.abs(along[best]) ? k : best, 0);
+    // It points to the camera: the near side is cut away.
+    const normal = [0, 1, 2].map((k) => k === axis ? -Math.sign(along[k]) : 0);
+    const plane = [...normal, normal[axis] * hit.position[axis]];
+    return this.ask("boxes:list", {boxes: [{planes: [plane, plane.map((n) => 0 - n)]}], of: "triangles", limit: 1000});
+  }
+
+  heat() {
+    const ROWS = 180;
+    const {right, up, forward} = this.view.axes();
+    return this.ask("rays:closest", {image: "visits", generator: {kind: "pinhole", position: this.view.pose.slice(0, 3), forward: forward.toArray(),
+      up: up.toArray(), fov_y: this.view.camera.fov, width: Math.round(ROWS * this.view.camera.aspect), height: ROWS}});
+  }
+
+  levels() {
+    ++this.level;
+    return this.ask("bvh", {level: this.level});
   }
 
   async scan(x, y) {

@@ -5,9 +5,10 @@ import {asCurl, asJavaScript, asPython} from "./copies.js";
 import {byId, bytesText, copyText, countText, make} from "./dom.js";
 import {geometryBytes, loadGeometry} from "./geometry.js";
 import {Gestures, snap} from "./gestures.js";
+import {drawHeat} from "./heat.js";
 import {changeOf, readLink, writeLink} from "./link.js";
 import {Marks} from "./marks.js";
-import {QUESTIONS, length, outcomeOf, pretty, shapesOf, short, visitRows} from "./questions.js";
+import {QUESTIONS, cutOf, isViewshed, length, outcomeOf, planeOf, pretty, shapesOf, short, visitRows} from "./questions.js";
 import {coloursOf, plyOf, pointsOf} from "./scan.js";
 import {Scenes} from "./scenes.js";
 import {Traced} from "./traced.js";
@@ -122,9 +123,15 @@ async function changed() {
 // ---- The console
 
 const route = () => byId("route").value;
-const path = () => scenePath(shown?.id || "SCENE", `/${route()}`);
+/** Path and body of the request in the console; bvh is a GET whose body is its query. */
+function request() {
+  const path = scenePath(shown?.id || "SCENE", `/${route()}`), body = byId("body").value;
+  if (route() !== "bvh") return [path, body];
+  return [`${path}?${new URLSearchParams(JSON.parse(body))}`, null];
+}
 
 function showPath() {
+  say("method", route() === "bvh" ? "GET" : "POST");
   byId("path").textContent = shown ? `/v1/scenes/${shown.id}/` : "/v1/scenes/";
 }
 
@@ -142,6 +149,7 @@ function restart() {
 function fill(name, query) {
   byId("route").value = name;
   byId("body").value = pretty(query);
+  showPath();
 }
 
 async function run() {
@@ -149,7 +157,8 @@ async function run() {
   const number = ++runs, name = route(), body = byId("body").value;
   byId("run").disabled = true;
   try {
-    const answer = await post(path(), body);
+    const [path, text] = request();
+    const answer = await post(path, text, body.includes('"image"') ? "image/x-portable-floatmap" : "*/*");
     if (number !== runs) return;
     asked = {route: name, body};
     await show(name, body, answer);
@@ -174,12 +183,27 @@ function savePly() {
   setTimeout(() => URL.revokeObjectURL(address), 10000);
 }
 
-async function show(name, body, {status, text, revision, milliseconds}) {
-  const MOST = 200000;
-  say("raw", text.length > MOST ? `${text.slice(0, MOST)} ... and ${countText(text.length - MOST)} characters more` : text);
+/** What the last answer drew beside marks. */
+function clear() {
   sweep = null;
-  say("timing", `${status}, ${milliseconds.toFixed(1)} ms, ${bytesText(new TextEncoder().encode(text).length)}, revision ${revision ?? "unknown"}`);
+  view.cut(null);
+  byId("heat").hidden = true;
+  byId("stage").removeAttribute("data-seen");
+  byId("cost-part").open = false;
+  byId("cost").replaceChildren();
+}
+
+async function show(name, body, {status, text, picture, bytes, revision, milliseconds}) {
+  const MOST = 200000;
+  clear();
+  say("raw", text.length > MOST ? `${text.slice(0, MOST)} ... and ${countText(text.length - MOST)} characters more` : text);
+  say("timing", `${status}, ${milliseconds.toFixed(1)} ms, ${bytesText(bytes)}, revision ${revision ?? "unknown"}`);
   byId("fields").replaceChildren();
+  if (picture) {
+    marks.show([]);
+    showSweep();
+    return say("outcome", JSON.parse(body).image === "visits" ? showHeat(picture) : text);
+  }
   const answer = JSON.parse(text);
   if (status !== 200) {
     marks.show([]);
@@ -197,12 +221,57 @@ async function show(name, body, {status, text, revision, milliseconds}) {
   byId("fields").append(...tables(name, answer));
   const shapes = shapesOf(name, query, answer, view.radius);
   marks.show(shapes);
+  const plane = planeOf(name, query);
+  if (plane) return showSection(plane, answer.results[0].triangles);
+  if (isViewshed(name, query)) showSeen(query.to, answer.visible[0]);
+  if (name === "bvh" && !answer.level?.boxes.length) gestures.level = -1;
   if (name === "boxes:list" && answer.results?.some(({nodes}) => nodes?.length)) {
     return marks.show([...shapes, ...await nodeBoxes(answer.results.flatMap(({nodes}) => nodes))]);
   }
   if (name !== "rays:closest" || !Array.isArray(answer.hits)) return;
   if (answer.hits.length === 1 && answer.hits[0]) marks.show([...shapes, ...await outline(answer.hits[0])]);
   if (gestures.mode === "measure" && answer.hits.length === 2 && answer.hits.every(Boolean)) await measure(answer.hits);
+}
+
+let heatPose = "";  // of the camera when it was drawn
+
+function showHeat(picture) {
+  heatPose = view.pose.join();
+  byId("heat").hidden = false;
+  return drawHeat(byId("heat"), picture);
+}
+
+/** Points that are seen are green, others red. */
+function showSeen(points, visible) {
+  const colours = points.map((_, i) => visible[i] === "1" ? [0.37, 0.85, 0.36] : [0, 0.85, 0.5]);
+  view.showPoints(points, colours);
+  byId("stage").dataset.seen = colours.map(([hue]) => hue > 0 ? "1" : "0").join("");
+}
+
+/** Cuts the view, and draws where the plane cuts the triangles. */
+async function showSection(plane, triangles) {
+  view.cut(plane);
+  const AT_ONCE = 300;
+  const ids = triangles.map(({instance, primitive, triangle}) => `${instance}.${primitive}.${triangle}`);
+  const shapes = [];
+  for (let first = 0; first < ids.length; first += AT_ONCE) {
+    const {triangles: found} = await askJson(scenePath(shown.id, `/triangles?ids=${ids.slice(first, first + AT_ONCE).join(",")}`));
+    shapes.push(...found.map(({corners}) => cutOf(corners, plane)).filter(Boolean).map((points) => ({kind: "line", points, thin: true, colour: "hit"})));
+  }
+  marks.show(shapes);
+}
+
+/** Asks the last question again with its work; what the scene's file has and was skipped stands beside it. */
+async function showCost() {
+  if (!byId("cost-part").open || !asked || asked.route === "bvh") return;
+  const query = {...JSON.parse(asked.body), work: true};
+  if (query.image) delete query.image;
+  const [{text}, stats] = await Promise.all([post(scenePath(shown.id, `/${asked.route}`), JSON.stringify(query)), askJson(scenePath(shown.id, "/stats"))]);
+  const {work} = JSON.parse(text);
+  const skipped = Object.entries(stats.skipped).filter(([, count]) => count).map(([what, count]) => `${count} ${what}`);
+  const rows = work ? Object.entries(work).filter(([key]) => key !== "microseconds").map(([key, count]) => [key.replace("_", " "), count]) : [["work", "not told"]];
+  byId("cost").replaceChildren(table([...rows, ["trees built before", `${stats.trees.meshes_built} of ${stats.trees.meshes_total} meshes`],
+    ["skipped in the file", skipped.join(", ") || "nothing"]]));
 }
 
 /** Boxes of nodes that are smaller than half of the scene: larger ones would hide the others. */
@@ -315,7 +384,7 @@ function onKey(event) {
   }
   if (event.target.closest("input, textarea, select") || event.ctrlKey || event.metaKey || event.altKey) return;
   const modes = [...document.querySelectorAll("#modes button")];
-  if (event.key >= "1" && event.key <= String(modes.length)) return setMode(modes[event.key - 1].dataset.mode);
+  if (event.key >= "1" && event.key <= "9" && modes[event.key - 1]) return setMode(modes[event.key - 1].dataset.mode);
   if (event.key === "h" || event.key === "H") return view.home();
   if (event.key === "t" || event.key === "T") return setTraced(!traced.scene);
   if (event.target.closest("#modes") && ["ArrowLeft", "ArrowRight"].includes(event.key)) {
@@ -376,13 +445,15 @@ function wire() {
   byId("route").append(...Object.keys(QUESTIONS).map((name) => make("option", {value: name}, name)));
   byId("route").addEventListener("change", () => {
     byId("body").value = pretty(QUESTIONS[route()]);
+    showPath();
   });
+  byId("cost-part").addEventListener("toggle", () => showCost().catch(fail));
   byId("body").value = pretty(QUESTIONS[route()]);
   byId("run").addEventListener("click", run);
   const kinds = {curl: [asCurl, "curl"], python: [asPython, "Python"], javascript: [asJavaScript, "JavaScript"]};
   for (const button of document.querySelectorAll("[data-copy]")) {
     const [as, label] = kinds[button.dataset.copy];
-    button.addEventListener("click", () => copy(as(path(), byId("body").value), label));
+    button.addEventListener("click", () => copy(as(...request()), label));
   }
   byId("sweep-colour").addEventListener("change", showSweep);
   byId("save-ply").addEventListener("click", savePly);
@@ -423,6 +494,7 @@ function start() {
     view = new View(byId("view"), () => {
       marks.draw();
       traced.moved();
+      if (view.pose.join() !== heatPose) byId("heat").hidden = true;
       if (shown) saveLink();
     });
   } catch {
@@ -436,9 +508,9 @@ function start() {
       fill(name, query);
       return run();
     },
-    pick: async (ray) => {
-      const {text} = await post(scenePath(shown.id, "/rays:closest"), JSON.stringify({rays: [ray], fields: ["position", "normal"]}));
-      return JSON.parse(text).hits?.[0] || null;
+    pick: async (rays) => {
+      const {text} = await post(scenePath(shown.id, "/rays:closest"), JSON.stringify({rays, fields: ["position", "normal", "node", "node_id"]}));
+      return JSON.parse(text).hits || [];
     },
   });
   wire();

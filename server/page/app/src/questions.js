@@ -21,6 +21,7 @@ export const QUESTIONS = {
   "boxes:count": {boxes: [{min: [-5, 0, -5], max: [5, 20, 5]}]},
   "boxes:any": {boxes: [{min: [-5, 0, -5], max: [5, 20, 5]}]},
   "sweeps:closest": {sweeps: [{origin: [0, 100, 0], direction: DOWN, radius: 1}], fields: ["t", "position", "node"]},
+  "bvh": {level: 1},
   "clearance": {a: {names: ["*"]}, b: {names: ["*"]}, max_distance: 1},
 };
 
@@ -136,6 +137,36 @@ function clearanceShapes(answer) {
       {kind: "point", points: [a.position]}, {kind: "point", points: [b.position]}]);
 }
 
+/** The boxes of a level: leaves green, others blue. */
+function levelShapes({level}) {
+  const MOST = 300;
+  return (level?.boxes || []).slice(0, MOST).flatMap((box) =>
+    boxShapes({boxes: [box]}).map((shape) => ({...shape, colour: box.leaf ? "good" : "normal"})));
+}
+
+/** One point that looks at many: its answer is drawn as points. */
+export const isViewshed = (route, query) => route === "visibility" && query.from?.length === 1 && query.to?.length > 8;
+
+/** The plane [nx, ny, nz, d] of a request for what lies in it; null for any other. */
+export function planeOf(route, query) {
+  const [one, other] = query.boxes?.[0]?.planes || [];
+  const is = route === "boxes:list" && query.of === "triangles" && other?.length === 4 && one.every((x, k) => x === -other[k]);
+  return is ? one : null;
+}
+
+/** Where the plane cuts a triangle: two points, or null where it only touches a corner. */
+export function cutOf(corners, [nx, ny, nz, d]) {
+  const away = corners.map(([x, y, z]) => nx * x + ny * y + nz * z - d);
+  const points = [0, 1, 2].flatMap((i) => {
+    const j = (i + 1) % 3;
+    if (away[i] === 0) return [corners[i]];
+    if (away[i] * away[j] >= 0) return [];
+    const s = away[i] / (away[i] - away[j]);
+    return [corners[i].map((x, k) => x + s * (corners[j][k] - x))];
+  });
+  return points.length === 2 ? points : null;
+}
+
 /** Shapes for Marks; `size` is the radius of the scene. */
 export function shapesOf(route, query, answer, size) {
   if (route === "rays:all") {
@@ -147,6 +178,8 @@ export function shapesOf(route, query, answer, size) {
     return [...last, ...hits.filter((hit) => isPoint(hit.position)).map((hit) => ({kind: "point", points: [hit.position]}))];
   }
   if (route.startsWith("rays:")) return [...answer.explain ? visitShapes(answer.explain) : [], ...rayShapes(query, answer, size)];
+  if (route === "bvh") return levelShapes(answer);
+  if (isViewshed(route, query)) return [{kind: "point", points: [query.from[0]], label: "from here"}];
   if (route === "visibility") return sightShapes(query, answer);
   if (route.startsWith("boxes:")) return boxShapes(query);
   if (route.startsWith("points:")) return pointShapes(query, answer);
@@ -169,6 +202,19 @@ export function outcomeOf(route, query, answer) {
     if (answer.visible === "1") return "The two points see each other.";
     return `Blocked by ${answer.blockers?.[0]?.node || "a triangle"}.`;
   }
+  if (route === "bvh" && answer.level) {
+    const {boxes} = answer.level;
+    return `Level ${query.level}: ${boxes.length}${answer.level.truncated ? " and more" : ""} box${boxes.length === 1 ? "" : "es"}, ${
+      boxes.filter(({leaf}) => leaf).length} of them leaves.`;
+  }
+  if (isViewshed(route, query) && typeof answer.visible?.[0] === "string") {
+    return `${answer.visible[0].replaceAll("0", "").length} of ${query.to.length} points are seen.`;
+  }
+  if (route === "clearance") {
+    return answer.pair ? `Clearance ${answer.pair.distance} between ${answer.pair.a.node || "a node"} and ${answer.pair.b.node || "a node"}.`
+      : answer.pairs ? `${answer.total} pairs.` : "No pair is so near.";
+  }
+  if (planeOf(route, query) && answer.results?.length === 1) return `The plane cuts ${answer.results[0].total} triangles.`;
   if (route === "boxes:list" && answer.results?.length === 1) {
     const [{total}] = answer.results;
     const what = query.of === "nodes" ? "node" : "triangle";

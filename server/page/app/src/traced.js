@@ -4,11 +4,11 @@ import {ask, scenePath} from "./api.js";
 
 const ROWS = [90, 180, 360, 720];  // of the pictures, one after the other while the camera rests
 
-/** The normals of a PFM picture, rows from the bottom, [width, height, floats]. */
+/** The numbers of a PFM picture, one or three for each pixel, rows from the bottom: [width, height, floats]. */
 export function readFloatMap(buffer) {
   const head = new TextDecoder("ascii").decode(new Uint8Array(buffer, 0, Math.min(64, buffer.byteLength)));
-  const [all, width, height] = head.match(/^PF\n(\d+) (\d+)\n-1(?:\.0+)?\n/) || [];
-  if (!all) throw new Error("the picture is no little-endian PFM of three numbers");
+  const [all, width, height] = head.match(/^P[Ff]\n(\d+) (\d+)\n-1(?:\.0+)?\n/) || [];
+  if (!all) throw new Error("the picture is no little-endian PFM");
   return [Number(width), Number(height), new Float32Array(buffer.slice(all.length))];
 }
 

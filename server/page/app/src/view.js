@@ -3,7 +3,7 @@
 
 import {
   BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, HemisphereLight, InstancedMesh, Matrix4, Mesh,
-  MeshLambertMaterial, PerspectiveCamera, Points, PointsMaterial, Scene, Spherical, Vector3, WebGLRenderer,
+  MeshLambertMaterial, PerspectiveCamera, Plane, Points, PointsMaterial, Scene, Spherical, Vector3, WebGLRenderer,
 } from "three";
 import {OrbitControls} from "three/examples/jsm/controls/OrbitControls.js";
 
@@ -202,6 +202,13 @@ export class View {
     const moved = [0, 1, 2].map((r) =>
       m[4 * r] * origin[0] + m[4 * r + 1] * origin[1] + m[4 * r + 2] * origin[2] + m[4 * r + 3] - this.middle[r]);
     return new Matrix4().set(m[0], m[1], m[2], moved[0], m[4], m[5], m[6], moved[1], m[8], m[9], m[10], moved[2], 0, 0, 0, 1);
+  }
+
+  /** Draws only what has n . x <= d for [nx, ny, nz, d]; null draws all. */
+  cut(plane) {
+    const local = plane && plane[3] - [0, 1, 2].reduce((sum, k) => sum + plane[k] * this.middle[k], 0);
+    this.renderer.clippingPlanes = plane ? [new Plane(new Vector3(-plane[0], -plane[1], -plane[2]), local)] : [];
+    this.draw();
   }
 
   /** Points of the world with hues; null takes them away. */
