@@ -36,14 +36,15 @@ constexpr std::size_t kCrowdRays = 32;
 template <bool kAny>
 class Crowd {
  public:
-  Crowd(const SceneView& scene, const RayBatch& rays, std::uint8_t* occluded, TraceCounts& counts)
+  Crowd(const SceneView& scene, const RayBatch& rays, std::uint8_t* occluded, const KeptSides* kept,
+        TraceCounts& counts)
       : tree_(scene.tree()),
         bounds_(tree_.bounds),
         rays_(rays),
         occluded_(occluded),
         counts_(counts),
         preparation_(tree_.bounds, tree_.top.scale_exponent),
-        hits_(scene, rays, counts) {
+        hits_(scene, rays, kept, counts) {
     for (double& scale : top_.tau_scale) scale = power_of_two(tree_.top.scale_exponent);
     for (double& scale : inner_.tau_scale) scale = 1;
   }
@@ -315,7 +316,7 @@ class Crowd {
         }
         filter_triangles<Pace::kLatency>(corners, edge, ray, reach_, hits_.bound(i), j, verdict);
       }
-      if (!verdict.keep_lanes_of(block)) continue;
+      if (!verdict.keep_lanes_of(block) || !hits_.does_count(i, block, verdict)) continue;
       changed = true;
       if constexpr (kAny) {
         if (verdict.accept != 0 || hits_.examine_any_of(i, block, verdict.examine))

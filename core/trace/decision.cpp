@@ -1,6 +1,7 @@
 #include "core/trace/decision.h"
 
 #include <algorithm>
+#include <bit>
 
 namespace sightline {
 
@@ -86,19 +87,27 @@ void ClosestHit::examine(const RayQuestion& question, Candidate other) {
   candidate = other;
 }
 
-bool counts(const RayQuestion& question, const KeptSides& kept, TriangleId id) {
-  const Scene& scene = question.scene.scene();
-  if (!kept.masks.empty() && (kept.masks[id.instance] & question.rays.mask[question.number]) == 0) {
-    return false;
+std::uint32_t counting_lanes(const RayQuestion& question, const KeptSides& kept,
+                             const LeafBlock& block, std::uint32_t instance, std::uint32_t lanes) {
+  if (!kept.masks.empty() && (kept.masks[instance] & question.rays.mask[question.number]) == 0) {
+    return 0;
   }
-  const std::uint8_t sides = kept.sides[kept.first[id.instance] + scene.primitive_of(id)];
-  if (sides == 0 || sides == KeptSides::kAll) return sides != 0;
-  const WorldTriangle triangle = scene.world_triangle(id);
-  if (!is_finite(triangle)) return false;
-  const int sign = side_sign(question.ray().direction, triangle);
-  return (sides & (sign < 0   ? KeptSides::kFront
-                   : sign > 0 ? KeptSides::kBack
-                              : KeptSides::kEdgeOn)) != 0;
+  for (std::uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
+    const auto lane = static_cast<std::uint32_t>(std::countr_zero(rest));
+    const Candidate candidate{&block, lane, instance};
+    const std::uint8_t sides = counting_sides(question.scene.scene(), kept, candidate.id());
+    if (sides == KeptSides::kAll) continue;
+    std::uint8_t met = 0;
+    if (sides != 0) {
+      const Triangle triangle = triangle_of(question.scene, candidate);
+      if (is_finite(triangle)) {
+        const int sign = side_sign(question.ray().direction, triangle);
+        met = sign < 0 ? KeptSides::kFront : sign > 0 ? KeptSides::kBack : KeptSides::kEdgeOn;
+      }
+    }
+    if ((sides & met) == 0) lanes &= ~(1u << lane);
+  }
+  return lanes;
 }
 
 bool exact_hit_of(const RayQuestion& question, TriangleId id, ExactT& t) {

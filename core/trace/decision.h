@@ -72,8 +72,16 @@ struct ClosestHit {
   void examine(const RayQuestion& question, Candidate other);
 };
 
-/// Whether hits of this triangle on the side that the ray meets count.
-bool counts(const RayQuestion& question, const KeptSides& kept, TriangleId id);
+/// The sides of a triangle whose hits count, of KeptSides.
+inline std::uint8_t counting_sides(const Scene& scene, const KeptSides& kept, TriangleId id) {
+  const std::size_t first = kept.first[id.instance];
+  const std::size_t end =
+      id.instance + 1 < kept.first.size() ? kept.first[id.instance + 1] : kept.sides.size();
+  return kept.sides[end - first == 1 ? first : first + scene.primitive_of(id)];
+}
+/// Those of `lanes` of a block whose hits count, on the side that the ray meets.
+std::uint32_t counting_lanes(const RayQuestion& question, const KeptSides& kept,
+                             const LeafBlock& block, std::uint32_t instance, std::uint32_t lanes);
 
 /// Whether the exact predicate finds the triangle within the ray's limits, and where.
 bool exact_hit_of(const RayQuestion& question, TriangleId id, ExactT& t);

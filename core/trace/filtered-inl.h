@@ -8,8 +8,6 @@
 #define SIGHTLINE_TRACE_FILTERED_INL_H_
 #endif
 
-#include <bit>
-
 #include "core/query/hit_filter.h"
 #include "core/trace/single-inl.h"
 
@@ -26,12 +24,10 @@ struct Filtered {
   double bound() const { return sink.bound(); }
   bool take(const LeafBlock& block, std::uint32_t instance, const LeafVerdict& verdict) {
     LeafVerdict left = verdict;
-    for (std::uint32_t rest = verdict.accept | verdict.examine; rest != 0; rest &= rest - 1) {
-      const auto lane = static_cast<std::uint32_t>(std::countr_zero(rest));
-      if (counts(sink.question, kept, {instance, block.triangle(lane)})) continue;
-      left.accept &= ~(1u << lane);
-      left.examine &= ~(1u << lane);
-    }
+    const std::uint32_t lanes =
+        counting_lanes(sink.question, kept, block, instance, verdict.accept | verdict.examine);
+    left.accept &= lanes;
+    left.examine &= lanes;
     return (left.accept | left.examine) != 0 && sink.take(block, instance, left);
   }
 };

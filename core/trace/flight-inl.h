@@ -72,7 +72,9 @@ class Flight {
   static constexpr Wanted kWanted = kAny ? Wanted::kAny : Wanted::kNearest;
 
  public:
-  Flight(const SceneView& scene, const RayBatch& rays, std::uint8_t* occluded, TraceCounts& counts)
+  /// `kept`: which triangles count; null: all of them.
+  Flight(const SceneView& scene, const RayBatch& rays, std::uint8_t* occluded,
+         const KeptSides* kept, TraceCounts& counts)
       : scene_(scene),
         tree_(scene.tree()),
         root_(root_of(scene.tree())),
@@ -80,6 +82,7 @@ class Flight {
         placements_(scene.tree().placements.data()),
         rays_(rays),
         occluded_(occluded),
+        kept_(kept),
         counts_(counts),
         preparation_(tree_.bounds, root_.scale_exponent) {}
 
@@ -157,6 +160,10 @@ class Flight {
         slot.waiting = waiting + found - 1;
       }
       for (std::uint32_t i = 0; i < leaf_count; ++i) filter(*now->slot[kLeaf][i], verdicts_[i]);
+      if (HWY_UNLIKELY(kept_ != nullptr)) {
+        for (std::uint32_t i = 0; i < leaf_count; ++i)
+          keep_counting(*now->slot[kLeaf][i], verdicts_[i]);
+      }
       for (std::uint32_t i = 0; i < node_count; ++i) {
         Slot& slot = *now->slot[kNode][i];
         proceed(slot, slot.ref[slot.waiting], *then);
@@ -295,6 +302,17 @@ class Flight {
     }
   }
 
+  /// Leaves those triangles of a verdict that count.
+  HWY_NOINLINE void keep_counting(const Slot& slot, LeafVerdict& verdict) const {
+    if ((verdict.accept | verdict.examine) == 0) return;
+    const LeafBlock& block = block_of(slot);
+    const RayQuestion question{scene_, rays_, slot.number, counts_.decisions};
+    const std::uint32_t lanes = counting_lanes(
+        question, *kept_, block, placement(slot, block).instance, verdict.accept | verdict.examine);
+    verdict.accept &= lanes;
+    verdict.examine &= lanes;
+  }
+
   HWY_INLINE void take_closest(Slot& slot, const LeafBlock& block, const LeafVerdict& verdict) {
     for (std::uint32_t rest = verdict.accept; rest != 0; rest &= rest - 1) {
       const auto lane = static_cast<std::uint32_t>(std::countr_zero(rest));
@@ -358,6 +376,7 @@ class Flight {
   const RayBatch& rays_;
   std::span<const RayGroup> groups_;
   std::uint8_t* occluded_;
+  const KeptSides* kept_;
   TraceCounts& counts_;
   GroupPreparation preparation_;
   Slot* free_[kInFlight];

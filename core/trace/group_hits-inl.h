@@ -24,8 +24,10 @@ class GroupHits {
  public:
   using D = GroupPreparation::D;
 
-  GroupHits(const SceneView& scene, const RayBatch& rays, TraceCounts& counts)
-      : scene_(scene), tree_(scene.tree()), rays_(rays), counts_(counts) {}
+  /// `kept`: which triangles count; null: all of them.
+  GroupHits(const SceneView& scene, const RayBatch& rays, const KeptSides* kept,
+            TraceCounts& counts)
+      : scene_(scene), tree_(scene.tree()), rays_(rays), kept_(kept), counts_(counts) {}
 
   /// No hits of the `count` rays from `first` on, whose limits are below `tau_max`.
   void start(std::size_t first, const double* tau_max, std::size_t count) {
@@ -52,6 +54,31 @@ class GroupHits {
   double bound(std::size_t i) const { return bound_[i]; }
   const double* bounds() const { return bound_; }
   Candidate winner(std::size_t i) const { return decode(candidate_[i]); }
+
+  /// False if a filter leaves nothing of the verdict.
+  HWY_INLINE bool does_count(std::uint32_t i, const LeafBlock& block, LeafVerdict& verdict) const {
+    if (HWY_LIKELY(kept_ == nullptr)) return true;
+    const std::uint32_t lanes = lanes_of(i, block, verdict.accept | verdict.examine);
+    verdict.accept &= lanes;
+    verdict.examine &= lanes;
+    return lanes != 0;
+  }
+  /// Whether hits of the triangle count for any ray.
+  HWY_INLINE bool may_count(const LeafBlock& block, std::uint32_t lane) const {
+    return HWY_LIKELY(kept_ == nullptr) || sides_of(block, lane) != 0;
+  }
+  /// Those of some rays, bit j being ray first + j, for which hits of the triangle count.
+  HWY_INLINE std::uint32_t counting_rays(const LeafBlock& block, std::uint32_t lane,
+                                         std::size_t first, std::uint32_t some) const {
+    if (HWY_LIKELY(kept_ == nullptr)) return some;
+    if (kept_->masks.empty() && sides_of(block, lane) == KeptSides::kAll) return some;
+    for (std::uint32_t rest = some; rest != 0; rest &= rest - 1) {
+      const auto j = static_cast<std::uint32_t>(std::countr_zero(rest));
+      if (lanes_of(static_cast<std::uint32_t>(first) + j, block, 1u << lane) == 0)
+        some &= ~(1u << j);
+    }
+    return some;
+  }
 
   /// Takes the verdict of the filter for one ray and the triangles of a block.
   HWY_INLINE void take_closest(std::uint32_t i, const LeafBlock& block,
@@ -129,6 +156,15 @@ class GroupHits {
   }
 
  private:
+  HWY_NOINLINE std::uint8_t sides_of(const LeafBlock& block, std::uint32_t lane) const {
+    return counting_sides(scene_.scene(), *kept_,
+                          {placement(block).instance, block.triangle(lane)});
+  }
+  HWY_NOINLINE std::uint32_t lanes_of(std::uint32_t i, const LeafBlock& block,
+                                      std::uint32_t lanes) const {
+    const RayQuestion question{scene_, rays_, first_ + i, counts_.decisions};
+    return counting_lanes(question, *kept_, block, placement(block).instance, lanes);
+  }
   HWY_NOINLINE void settle(std::uint32_t i, const Candidate& candidate, Interval tau) {
     const RayQuestion question{scene_, rays_, first_ + i, counts_.decisions};
     ClosestHit best = best_of(i);
@@ -187,6 +223,7 @@ class GroupHits {
   const SceneView& scene_;
   const SceneTree& tree_;
   const RayBatch& rays_;
+  const KeptSides* kept_;
   TraceCounts& counts_;
   std::size_t first_ = 0;
   // The last entry: the number of the placement, the placement, the start of its tree.

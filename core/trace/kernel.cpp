@@ -24,21 +24,40 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-void trace_closest(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
-                   HitBatch& hits, TraceCounts& counts) {
+void set_misses(HitBatch& hits, std::size_t begin, std::size_t end) {
   for (std::size_t i = begin; i < end; ++i) {
     hits.t[i] = std::numeric_limits<double>::infinity();
     hits.instance[i] = hits.triangle[i] = kNone;
   }
+}
+
+/// Answers a batch whose rays may go together; `kept` may be null. False if they may not.
+bool closest_together(const SceneView& scene, const RayBatch& rays, std::size_t begin,
+                      std::size_t end, const KeptSides* kept, Finisher& finisher,
+                      TraceCounts& counts) {
+  if (!can_go_together(scene, end - begin)) return false;
+  with_layout(scene, [&]<Layout kLayout>() {
+    Together<false, kLayout>(scene, rays, nullptr, kept, counts).run(begin, end, finisher);
+  });
+  finisher.flush();
+  return true;
+}
+bool any_together(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
+                  const KeptSides* kept, std::uint8_t* occluded, TraceCounts& counts) {
+  if (!can_go_together(scene, end - begin)) return false;
+  NoFinisher none;
+  with_layout(scene, [&]<Layout kLayout>() {
+    Together<true, kLayout>(scene, rays, occluded, kept, counts).run(begin, end, none);
+  });
+  return true;
+}
+
+void trace_closest(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
+                   HitBatch& hits, TraceCounts& counts) {
+  set_misses(hits, begin, end);
   if (scene.tree().placements.empty()) return;
   Finisher finisher(scene, rays, hits, counts.decisions);
-  if (can_go_together(scene, end - begin)) {
-    with_layout(scene, [&]<Layout kLayout>() {
-      Together<false, kLayout>(scene, rays, nullptr, counts).run(begin, end, finisher);
-    });
-    finisher.flush();
-    return;
-  }
+  if (closest_together(scene, rays, begin, end, nullptr, finisher, counts)) return;
   Stack stack;
   Traversal traversal(scene, rays, stack, counts);
   for (std::size_t i = begin; i < end; ++i) {
@@ -57,13 +76,7 @@ void trace_any(const SceneView& scene, const RayBatch& rays, std::size_t begin, 
                std::uint8_t* occluded, TraceCounts& counts) {
   for (std::size_t i = begin; i < end; ++i) occluded[i] = 0;
   if (scene.tree().placements.empty()) return;
-  if (can_go_together(scene, end - begin)) {
-    NoFinisher none;
-    with_layout(scene, [&]<Layout kLayout>() {
-      Together<true, kLayout>(scene, rays, occluded, counts).run(begin, end, none);
-    });
-    return;
-  }
+  if (any_together(scene, rays, begin, end, nullptr, occluded, counts)) return;
   Stack stack;
   Traversal traversal(scene, rays, stack, counts);
   for (std::size_t i = begin; i < end; ++i) {
@@ -97,12 +110,10 @@ void trace_all(const SceneView& scene, const RayBatch& rays, std::size_t begin, 
 void trace_closest_filtered(const SceneView& scene, const RayBatch& rays, std::size_t begin,
                             std::size_t end, const KeptSides& kept, HitBatch& hits,
                             TraceCounts& counts) {
-  for (std::size_t i = begin; i < end; ++i) {
-    hits.t[i] = std::numeric_limits<double>::infinity();
-    hits.instance[i] = hits.triangle[i] = kNone;
-  }
+  set_misses(hits, begin, end);
   if (scene.tree().placements.empty()) return;
   Finisher finisher(scene, rays, hits, counts.decisions);
+  if (closest_together(scene, rays, begin, end, &kept, finisher, counts)) return;
   trace_filtered(
       scene, rays, begin, end, kept, counts,
       [](const RayQuestion& question, double tau_max) {
@@ -119,6 +130,7 @@ void trace_any_filtered(const SceneView& scene, const RayBatch& rays, std::size_
                         TraceCounts& counts) {
   for (std::size_t i = begin; i < end; ++i) occluded[i] = 0;
   if (scene.tree().placements.empty()) return;
+  if (any_together(scene, rays, begin, end, &kept, occluded, counts)) return;
   trace_filtered(
       scene, rays, begin, end, kept, counts,
       [](const RayQuestion& question, double tau_max) {

@@ -51,7 +51,7 @@ struct Kernel {
   void (*all)(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
               Crossings crossings, std::size_t hits_max, std::uint64_t* totals, HitBatch* hits,
               TraceCounts& counts);
-  // Closest, any and count among the triangles that count, one ray at a time.
+  // Closest, any and count among the triangles that count.
   void (*closest_filtered)(const SceneView& scene, const RayBatch& rays, std::size_t begin,
                            std::size_t end, const KeptSides& kept, HitBatch& hits,
                            TraceCounts& counts);

@@ -43,14 +43,15 @@ class Packet {
   static constexpr bool kPlaced = kLayout != Layout::kAsItIs;
 
  public:
-  Packet(const SceneView& scene, const RayBatch& rays, std::uint8_t* occluded, TraceCounts& counts)
+  Packet(const SceneView& scene, const RayBatch& rays, std::uint8_t* occluded,
+         const KeptSides* kept, TraceCounts& counts)
       : tree_(*scene.tree().trees[scene.tree().placements[0].tree]),
         rays_(rays),
         occluded_(occluded),
         counts_(counts),
         preparation_(scene.tree().bounds, tree_.scale_exponent),
         scale_(power_of_two(tree_.scale_exponent)),
-        hits_(scene, rays, counts) {
+        hits_(scene, rays, kept, counts) {
     hits_.enter(0);
   }
 
@@ -248,7 +249,7 @@ class Packet {
       LeafVerdict verdict;
       filter_triangles<Pace::kLatency>(triangles, edge, columns_.filter(i), reach_, hits_.bound(i),
                                        first, verdict);
-      if (!verdict.keep_lanes_of(block)) continue;
+      if (!verdict.keep_lanes_of(block) || !hits_.does_count(i, block, verdict)) continue;
       changed_ = true;
       if constexpr (kAny) {
         if (verdict.accept != 0 || hits_.examine_any_of(i, block, verdict.examine))
@@ -270,6 +271,7 @@ class Packet {
     const OneByOne one_by_one(triangles);
     for (; some != 0; some &= some - 1) {
       const auto lane = static_cast<std::uint32_t>(std::countr_zero(some));
+      if (!hits_.may_count(block, first + lane)) continue;
       const auto triangle = one_by_one.in_every_lane(dd, lane);
       for (std::size_t i = 0; i < lanes_; i += hn::Lanes(dd)) {
         const auto wanted = static_cast<std::uint32_t>(met >> i) & ((1u << hn::Lanes(dd)) - 1u);
@@ -277,7 +279,9 @@ class Packet {
         LaneVerdicts<GroupPreparation::D> found;
         if (!filter_lanes<Pace::kLatency>(dd, triangle, edge, load_rays(i), reach_, found))
           continue;
-        const std::uint32_t left = mask_bits(dd, found.left) & wanted;
+        std::uint32_t left = mask_bits(dd, found.left) & wanted;
+        if (left == 0) continue;
+        left = hits_.counting_rays(block, first + lane, i, left);
         if (left == 0) continue;
         const std::uint32_t certain = mask_bits(dd, found.certain) & left;
         changed_ = true;

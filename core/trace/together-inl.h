@@ -64,14 +64,16 @@ inline std::size_t rays_before(const RayBatch& rays, std::size_t first) {
 template <bool kAny, Layout kLayout>
 class Together {
  public:
+  /// `kept`: which triangles count; null: all of them.
   Together(const SceneView& scene, const RayBatch& rays, std::uint8_t* occluded,
-           TraceCounts& counts)
+           const KeptSides* kept, TraceCounts& counts)
       : scene_(scene),
         rays_(rays),
         occluded_(occluded),
+        kept_(kept),
         counts_(counts),
-        group_(scene, rays, occluded, counts),
-        flight_(scene, rays, occluded, counts) {}
+        group_(scene, rays, occluded, kept, counts),
+        flight_(scene, rays, occluded, kept, counts) {}
 
   template <class Finish>
   void run(std::size_t begin, std::size_t end, Finish& finish) {
@@ -103,7 +105,7 @@ class Together {
   }
   template <class Finish>
   HWY_NOINLINE std::size_t trace_window(std::size_t begin, std::size_t left, Finish& finish) {
-    if (!window_) window_.emplace(scene_, rays_, occluded_, counts_);
+    if (!window_) window_.emplace(scene_, rays_, occluded_, kept_, counts_);
     const auto pause_from = [&](std::size_t end) {
       window_pause_ = std::min(2 * window_pause_, kLongestWindowPause);
       window_from_ = end + window_pause_;
@@ -163,6 +165,7 @@ class Together {
   const SceneView& scene_;
   const RayBatch& rays_;
   std::uint8_t* occluded_;
+  const KeptSides* kept_;
   TraceCounts& counts_;
   Group group_;
   Flight<kAny, kLayout> flight_;

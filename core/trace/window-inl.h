@@ -28,8 +28,9 @@ class Window {
   static constexpr std::size_t kMost = 4096;   ///< rays that are put in order at a time
   static constexpr std::size_t kFewest = 512;  ///< with fewer most packets would be small
 
-  Window(const SceneView& scene, const RayBatch& rays, std::uint8_t* occluded, TraceCounts& counts)
-      : rays_(rays), occluded_(occluded), packet_(scene, sorted_, found_, counts) {}
+  Window(const SceneView& scene, const RayBatch& rays, std::uint8_t* occluded,
+         const KeptSides* kept, TraceCounts& counts)
+      : rays_(rays), occluded_(occluded), packet_(scene, sorted_, found_, kept, counts) {}
 
   /// Whether it is worth a try: traces some of the rays from `first` on, of which there must be
   /// kFewest, and forgets what they have met.
@@ -200,6 +201,9 @@ class Window {
       const double* HWY_RESTRICT in = from->data() + first;
       for (std::size_t i = 0; i < count; ++i) out[i] = in[order_[i]];
     }
+    if (rays_.mask.empty()) return;
+    sorted_.mask.resize(sorted_.size());
+    for (std::size_t i = 0; i < count; ++i) sorted_.mask[i] = rays_.mask[first + order_[i]];
   }
 
   const RayBatch& rays_;

@@ -49,8 +49,9 @@ class Contestant {
   std::string name_;
 };
 
-/// "sightline" (batches of 262,144), "sightline_1024", "sightline_64", "sightline_1"; with
-/// "@KERNEL" behind it, e.g. "sightline_64@sse4", that kernel.
+/// "sightline" (batches of 262,144), "sightline_1024", "sightline_64", "sightline_1";
+/// "sightline_keep_all" and "sightline_keep_fronts" with a filter that leaves out nothing or all
+/// hits of backs; with "@KERNEL" behind it, e.g. "sightline_64@sse4", that kernel.
 std::vector<std::string> sightline_names();
 /// Null for an unknown kernel name; empty: the best of this machine. The scene must outlive it.
 std::unique_ptr<Contestant> make_sightline(const std::string& name, const std::string& kernel,

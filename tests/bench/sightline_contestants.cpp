@@ -8,22 +8,42 @@ namespace sightline::bench {
 
 namespace {
 
+/// Which sides of triangles count.
+enum class Sides { kUnfiltered, kAll, kFront };
 struct BatchSize {
   const char* name;
   std::size_t rays;
+  Sides sides = Sides::kUnfiltered;
 };
-constexpr BatchSize kBatchSizes[] = {
-    {"sightline", 262'144}, {"sightline_1024", 1'024}, {"sightline_64", 64}, {"sightline_1", 1}};
+constexpr BatchSize kBatchSizes[] = {{"sightline", 262'144},
+                                     {"sightline_1024", 1'024},
+                                     {"sightline_64", 64},
+                                     {"sightline_1", 1},
+                                     {"sightline_keep_all", 262'144, Sides::kAll},
+                                     {"sightline_keep_fronts", 262'144, Sides::kFront}};
 
 /// Calls the kernel as one thread of the engine does, a batch at a time. The trees are looked up
 /// once for all rays, as Embree's scene is committed once: a query holds them for as long as it
 /// runs.
 class SightlineContestant : public Contestant {
  public:
-  SightlineContestant(std::string name, std::size_t batch, const Kernel& kernel, const Scene& scene)
-      : Contestant(std::move(name)), batch_(batch), kernel_(kernel), scene_(scene) {}
+  SightlineContestant(std::string name, std::size_t batch, const Kernel& kernel, const Scene& scene,
+                      Sides sides)
+      : Contestant(std::move(name)), batch_(batch), kernel_(kernel), scene_(scene) {
+    if (sides == Sides::kUnfiltered) return;
+    for (const Instance& instance : scene.description().instances) {
+      kept_.first.push_back(kept_.sides.size());
+      const auto& primitives = scene.description().meshes[instance.mesh]->primitives;
+      const std::uint8_t some = sides == Sides::kAll ? KeptSides::kAll : KeptSides::kFront;
+      kept_.sides.insert(kept_.sides.end(), primitives.size(), some);
+    }
+    is_filtered_ = true;
+    is_exact_ = sides == Sides::kAll;
+  }
 
-  bool exact() const override { return true; }
+  /// What a filter leaves out is not wrong, but not comparable.
+  bool exact() const override { return is_exact_; }
+  bool float64() const override { return true; }
 
   void closest(const RaySet& rays, Answers& answers) const override {
     TraceCounts counts;
@@ -68,19 +88,31 @@ class SightlineContestant : public Contestant {
   void run_closest(const RaySet& rays, HitBatch& hits, TraceCounts& counts) const {
     const SceneView view(scene_);
     for (std::size_t i = 0; i < rays.size(); i += batch_) {
-      kernel_.closest(view, rays.rays, i, std::min(i + batch_, rays.size()), hits, counts);
+      const std::size_t end = std::min(i + batch_, rays.size());
+      if (is_filtered_) {
+        kernel_.closest_filtered(view, rays.rays, i, end, kept_, hits, counts);
+      } else {
+        kernel_.closest(view, rays.rays, i, end, hits, counts);
+      }
     }
   }
   void run_any(const RaySet& rays, std::uint8_t* occluded, TraceCounts& counts) const {
     const SceneView view(scene_);
     for (std::size_t i = 0; i < rays.size(); i += batch_) {
-      kernel_.any(view, rays.rays, i, std::min(i + batch_, rays.size()), occluded, counts);
+      const std::size_t end = std::min(i + batch_, rays.size());
+      if (is_filtered_) {
+        kernel_.any_filtered(view, rays.rays, i, end, kept_, occluded, counts);
+      } else {
+        kernel_.any(view, rays.rays, i, end, occluded, counts);
+      }
     }
   }
 
   std::size_t batch_;
   Kernel kernel_;
   const Scene& scene_;
+  KeptSides kept_;
+  bool is_filtered_ = false, is_exact_ = true;
 };
 
 }  // namespace
@@ -103,7 +135,8 @@ std::unique_ptr<Contestant> make_sightline(const std::string& name, const std::s
     if (!wanted.empty() && candidate.name != wanted) continue;
     for (const BatchSize& size : kBatchSizes) {
       if (name.substr(0, at) == size.name) {
-        return std::make_unique<SightlineContestant>(name, size.rays, candidate, *scene.scene);
+        return std::make_unique<SightlineContestant>(name, size.rays, candidate, *scene.scene,
+                                                     size.sides);
       }
     }
   }

@@ -82,7 +82,7 @@ void closest_unrounded(const Scene& scene, const RayBatch& rays, std::size_t beg
   }
   TraceCounts counts;
   PlainFinisher finisher(rays, hits);
-  product::Together<false, product::Layout::kAsItIs>(scene, rays, nullptr, counts)
+  product::Together<false, product::Layout::kAsItIs>(scene, rays, nullptr, nullptr, counts)
       .run(begin, end, finisher);
   finisher.flush();
 }
