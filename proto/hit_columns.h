@@ -10,7 +10,7 @@
 
 #include "core/query/hit_batch.h"
 #include "proto/hit_fields.h"
-#include "proto/hit_json.h"
+#include "proto/hit_terms.h"
 
 namespace sightline {
 

@@ -7,7 +7,8 @@
 
 #include "core/base/result.h"
 #include "core/query/hit_batch.h"
-#include "proto/hit_json.h"
+#include "proto/hit_fields.h"
+#include "proto/hit_terms.h"
 
 namespace sightline {
 

@@ -11,7 +11,7 @@
 
 #include "core/run/engine.h"
 #include "core/store/scene_store.h"
-#include "core/store/tree_keeper.h"
+#include "core/store/tree_cache_manager.h"
 #include "server/http/ip_address.h"
 #include "server/http/spool.h"
 #include "server/operation/progress_bar.h"
@@ -28,8 +28,8 @@
 namespace sightline {
 namespace {
 
-TreeKeeperOptions keeper_options(const ServeCommand& command, Log& log) {
-  TreeKeeperOptions options;
+TreeCacheOptions tree_cache_options(const ServeCommand& command, Log& log) {
+  TreeCacheOptions options;
   options.ahead = command.laziness == Laziness::kWhenNeeded;
   options.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / 4);
   if (!command.data.empty()) options.folder = std::filesystem::path(command.data) / "trees";
@@ -38,22 +38,22 @@ TreeKeeperOptions keeper_options(const ServeCommand& command, Log& log) {
   return options;
 }
 
-/// The scene, when the keeper has room for it.
-Result<std::shared_ptr<const Scene>> kept(TreeKeeper& keeper,
+/// The scene, when the manager has room for it.
+Result<std::shared_ptr<const Scene>> kept(TreeCacheManager& manager,
                                           Result<std::shared_ptr<const Scene>> scene,
                                           const std::string& sha256) {
   if (!scene) return scene;
-  if (Status status = keeper.adopt(*scene, sha256); !status) return std::move(status).error();
+  if (Status status = manager.adopt(*scene, sha256); !status) return std::move(status).error();
   return scene;
 }
 
-std::vector<Preload> preloads_of(const ServeCommand& command, TreeKeeper& keeper) {
+std::vector<Preload> preloads_of(const ServeCommand& command, TreeCacheManager& manager) {
   std::vector<Preload> preloads;
   for (const auto& [id, source] : command.preloads) {
     preloads.push_back({id, [&, source = source](Progress& progress) -> Result<PreloadedScene> {
                           auto loaded = load_source(source, {}, progress, command.laziness);
                           if (!loaded) return loaded;
-                          auto scene = kept(keeper, loaded->scene, {});
+                          auto scene = kept(manager, loaded->scene, {});
                           if (!scene) return std::move(scene).error();
                           return loaded;
                         }});
@@ -193,9 +193,9 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
       return complain(taken.error(), "--keys " + command.keys + ": ");
     }
   }
-  std::atomic<bool> hurry{false};
-  auto engine =
-      Engine::create({.threads = command.threads, .kernel = command.kernel, .hurry = &hurry});
+  std::atomic<bool> should_yield{false};
+  auto engine = Engine::create(
+      {.threads = command.threads, .kernel = command.kernel, .should_yield = &should_yield});
   if (!engine) return complain(engine.error());
   StoreOptions options;
   options.folder = command.data;
@@ -205,14 +205,14 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
     const std::string shown = access.is_key(id) ? "" : id;
     log.error("scene failed", {{"scene", shown}, {"code", error.code}, {"reason", error.message}});
   };
-  TreeKeeper keeper(keeper_options(command, log));
-  options.admit = [&keeper](const std::shared_ptr<const Scene>& scene) {
-    return keeper.adopt(scene, {}, false);
+  TreeCacheManager manager(tree_cache_options(command, log));
+  options.admit = [&manager](const std::shared_ptr<const Scene>& scene) {
+    return manager.adopt(scene, {}, false);
   };
   const auto load = [&](const LoadInput& input) {
-    return kept(keeper, load_scene(input, command.laziness), input.sha256);
+    return kept(manager, load_scene(input, command.laziness), input.sha256);
   };
-  auto store = SceneStore::open(options, load, preloads_of(command, keeper));
+  auto store = SceneStore::open(options, load, preloads_of(command, manager));
   if (!store) {
     return complain(store.error(), command.data.empty() ? "" : "--data " + command.data + ": ");
   }
@@ -258,7 +258,7 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
       },
       weigh_request,
       holds_key,
-      &hurry,
+      &should_yield,
       [&](const RequestHead& head, const RequestFault& fault, const std::string& id) {
         // A head with a fault has not been through admit().
         note_refusal(journal, head, fault, access.is_key(id) ? std::string() : id);
@@ -272,7 +272,7 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
   const auto now = [&] {
     return ServerNow{server.counts().open, door_events(server.counts(), metrics),
                      server.queued(),      server.traffic(),
-                     server.spooled(),     keeper.totals(),
+                     server.spooled(),     manager.totals(),
                      (*engine)->kernel()};
   };
   add_health_routes(router, service, {metrics, command.door, **sources, now});

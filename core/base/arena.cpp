@@ -8,11 +8,11 @@ Arena::Arena(std::size_t capacity) : capacity_(whole_pages(capacity)) {
   if (capacity_ > 0) data_ = static_cast<std::byte*>(take_pages(capacity_));
 }
 
-Arena::Arena(const std::byte* data, std::size_t used, std::shared_ptr<const void> keeper)
-    : data_(const_cast<std::byte*>(data)), used_(used), keeper_(std::move(keeper)) {}
+Arena::Arena(const std::byte* data, std::size_t used, std::shared_ptr<const void> owner)
+    : data_(const_cast<std::byte*>(data)), used_(used), owner_(std::move(owner)) {}
 
 Arena::~Arena() {
-  if (data_ != nullptr && keeper_ == nullptr) give_pages(data_, capacity_);
+  if (data_ != nullptr && owner_ == nullptr) give_pages(data_, capacity_);
 }
 
 std::uint32_t Arena::take(std::size_t bytes) {

@@ -17,8 +17,8 @@ class Arena {
   Arena() = default;
   /// Reserves `capacity` bytes of address space, none of it touched. Throws std::bad_alloc.
   explicit Arena(std::size_t capacity);
-  /// Reads memory that `keeper` owns: a file, or another arena. take() must not be called.
-  Arena(const std::byte* data, std::size_t used, std::shared_ptr<const void> keeper);
+  /// Reads memory that `owner` owns: a file, or another arena. take() must not be called.
+  Arena(const std::byte* data, std::size_t used, std::shared_ptr<const void> owner);
   Arena(Arena&& other) noexcept { swap(other); }
   Arena& operator=(Arena&& other) noexcept {
     swap(other);
@@ -45,12 +45,12 @@ class Arena {
     std::swap(data_, other.data_);
     std::swap(used_, other.used_);
     std::swap(capacity_, other.capacity_);
-    std::swap(keeper_, other.keeper_);
+    std::swap(owner_, other.owner_);
   }
   std::byte* data_ = nullptr;
   std::size_t used_ = 0;
   std::size_t capacity_ = 0;
-  std::shared_ptr<const void> keeper_;  ///< of memory that is not the arena's own
+  std::shared_ptr<const void> owner_;  ///< of memory that is not the arena's own
 };
 
 }  // namespace sightline

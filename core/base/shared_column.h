@@ -22,14 +22,14 @@ class SharedColumn {
   SharedColumn() = default;
   SharedColumn(std::initializer_list<T> elements) : own_(elements) {}
   SharedColumn(UnsetColumn<T> elements) : own_(std::move(elements)) {}
-  /// Refers to `elements`, which do not change while `keeper` lives.
-  SharedColumn(std::span<const T> elements, std::shared_ptr<const void> keeper)
-      : kept_(elements), keeper_(std::move(keeper)) {}
+  /// Refers to `elements`, which do not change while `owner` lives.
+  SharedColumn(std::span<const T> elements, std::shared_ptr<const void> owner)
+      : kept_(elements), owner_(std::move(owner)) {}
 
-  operator std::span<const T>() const { return keeper_ ? kept_ : std::span<const T>(own_); }
-  std::size_t size() const { return keeper_ ? kept_.size() : own_.size(); }
+  operator std::span<const T>() const { return owner_ ? kept_ : std::span<const T>(own_); }
+  std::size_t size() const { return owner_ ? kept_.size() : own_.size(); }
   bool empty() const { return size() == 0; }
-  const T* data() const { return keeper_ ? kept_.data() : own_.data(); }
+  const T* data() const { return owner_ ? kept_.data() : own_.data(); }
   const T& operator[](std::size_t i) const { return data()[i]; }
   const T* begin() const { return data(); }
   const T* end() const { return data() + size(); }
@@ -39,10 +39,10 @@ class SharedColumn {
 
   /// For writing. Elements that are only referred to are copied first.
   UnsetColumn<T>& own() {
-    if (keeper_) {
+    if (owner_) {
       own_.assign(kept_.begin(), kept_.end());
       kept_ = {};
-      keeper_.reset();
+      owner_.reset();
     }
     return own_;
   }
@@ -50,13 +50,13 @@ class SharedColumn {
  private:
   UnsetColumn<T> own_;
   std::span<const T> kept_;
-  std::shared_ptr<const void> keeper_;  ///< null: the column owns its elements
+  std::shared_ptr<const void> owner_;  ///< null: the column owns its elements
 };
 
-/// Bytes that do not change while `keeper` lives.
-struct KeptBytes {
+/// Bytes that do not change while `owner` lives.
+struct SharedBytes {
   std::span<const std::byte> bytes = {};
-  std::shared_ptr<const void> keeper = {};  ///< null: the bytes may be freed
+  std::shared_ptr<const void> owner = {};  ///< null: the bytes may be freed
   /// Called with the bytes that share() returns; may be empty.
   std::function<void(std::span<const std::byte>)> claim = {};
 
@@ -65,12 +65,12 @@ struct KeptBytes {
   template <class T>
   SharedColumn<T> share(const std::byte* from, std::size_t count) const {
     const bool inside =
-        keeper != nullptr && !std::less<>()(from, bytes.data()) &&
+        owner != nullptr && !std::less<>()(from, bytes.data()) &&
         !std::less<>()(bytes.data() + bytes.size(), from) &&
         count <= static_cast<std::size_t>(bytes.data() + bytes.size() - from) / sizeof(T);
     if (!inside || reinterpret_cast<std::uintptr_t>(from) % alignof(T) != 0) return {};
     if (claim) claim({from, count * sizeof(T)});
-    return {std::span(reinterpret_cast<const T*>(from), count), keeper};
+    return {std::span(reinterpret_cast<const T*>(from), count), owner};
   }
 };
 

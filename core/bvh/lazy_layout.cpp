@@ -55,7 +55,7 @@ void LazyLayout::place(SceneTree& tree) const {
   all.insert(all.end(), behind_.begin(), behind_.end());
   tree.set_placements(std::move(all));
   tree.top = {};
-  // Rays look for what is pending in it even where there is one entry only.
+  // Rays search it for unbuilt trees even if there is only one entry.
   if (tree.entries == 0) return;
   tree.top_memory =
       std::make_shared<const WideTree>(build_top(boxes_, tree.bounds, TreeQuality::kFast));
@@ -73,7 +73,7 @@ SceneTree LazyLayout::unbuilt() const {
   place(tree);
   tree.unbuilt = make_barren_tree();
   tree.trees.assign(slots_.size(), tree.unbuilt);
-  tree.pending = static_cast<std::uint32_t>(slots_.size());
+  tree.unbuilt_count = static_cast<std::uint32_t>(slots_.size());
   tree.depth = tree.top.depth + tree.unbuilt->depth;
   return tree;
 }
@@ -97,13 +97,13 @@ SceneTree LazyLayout::split(std::uint32_t slot, std::vector<MeshPart> parts,
     slots_.back().whole = parts.size() < 2;
     slots_.back().box = part.box;
     slots_.back().runs = part.runs;
-    slots_.back().keeper = std::move(part.keeper);
+    slots_.back().owner = std::move(part.owner);
     next.trees.push_back(next.unbuilt);
-    ++next.pending;
+    ++next.unbuilt_count;
   }
   slots_[slot] = {};
   next.trees[slot] = make_barren_tree();
-  --next.pending;
+  --next.unbuilt_count;
   place(next);
   next.depth += next.top.depth - tree.top.depth;
   return next;
@@ -138,7 +138,7 @@ SceneTree share(const SceneTree& tree) {
   same.bounds = tree.bounds;
   same.depth = tree.depth;
   same.unbuilt = tree.unbuilt;
-  same.pending = tree.pending;
+  same.unbuilt_count = tree.unbuilt_count;
   return same;
 }
 

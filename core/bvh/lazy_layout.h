@@ -23,9 +23,9 @@ struct TreeSlot {
   std::uint32_t entries = 0;  ///< that enter it
   /// Never cut: rays are mapped into its space, or its triangles lie around one place.
   bool whole = false;
-  Box3d box = {};                           ///< of what its single entry may hit, in the world
-  std::span<const TriangleRun> runs = {};   ///< empty: all of the mesh
-  std::shared_ptr<const void> keeper = {};  ///< of the runs
+  Box3d box = {};                          ///< of what its single entry may hit, in the world
+  std::span<const TriangleRun> runs = {};  ///< empty: all of the mesh
+  std::shared_ptr<const void> owner = {};  ///< of the runs
 };
 
 /// Slots are never renumbered: those of a split are added at the end. The plan outlives it.

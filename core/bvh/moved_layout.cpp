@@ -131,7 +131,7 @@ LazyLayout::Moved LazyLayout::moved(const ScenePlan& plan, const LazyLayout* bef
   std::uint32_t deepest = next.tree.unbuilt->depth;
   for (const auto& each : next.tree.trees) {
     deepest = std::max(deepest, each->depth);
-    if (each == next.tree.unbuilt) ++next.tree.pending;
+    if (each == next.tree.unbuilt) ++next.tree.unbuilt_count;
   }
   next.tree.depth = next.tree.top.depth + deepest;
   return next;

@@ -74,10 +74,10 @@ struct SceneTree {
   std::uint32_t depth = 0;  ///< nodes on the longest way down: through the top, then a tree
   /// Stands in `trees` for each that is not built yet, and has nothing to hit. Null where all are.
   std::shared_ptr<const WideTree> unbuilt;
-  std::uint32_t pending = 0;  ///< how many are not built
+  std::uint32_t unbuilt_count = 0;  ///< how many are not built
 
-  bool complete() const { return pending == 0; }
-  bool is_pending(std::uint32_t tree) const { return pending > 0 && trees[tree] == unbuilt; }
+  bool complete() const { return unbuilt_count == 0; }
+  bool is_unbuilt(std::uint32_t tree) const { return unbuilt_count > 0 && trees[tree] == unbuilt; }
   void set_placements(std::vector<Placement> all) {
     placement_memory = std::make_shared<const std::vector<Placement>>(std::move(all));
     placements = *placement_memory;

@@ -27,8 +27,8 @@ std::vector<std::uint32_t> numbers_of(std::span<const TriangleRun> runs);
 struct MeshPart {
   std::span<const TriangleRun> runs;
   std::uint32_t triangle_count = 0;
-  std::shared_ptr<const void> keeper;  ///< owns the runs of all parts
-  Box3d box;                           ///< around the triangles, in the space of the trees
+  std::shared_ptr<const void> owner;  ///< owns the runs of all parts
+  Box3d box;                          ///< around the triangles, in the space of the trees
 };
 
 /// Of `triangles` of the mesh, or of all where that is empty. Those with a corner that is not

@@ -5,21 +5,21 @@
 #include <new>
 #include <string_view>
 
-#include "core/import/accessor.h"
-#include "core/import/budget.h"
-#include "core/import/buffer_store.h"
-#include "core/import/glb_container.h"
-#include "core/import/gltf_document.h"
-#include "core/import/hierarchy.h"
-#include "core/import/instancing.h"
-#include "core/import/mapped_file.h"
-#include "core/import/mesh_reader.h"
-#include "core/import/pov_scene.h"
-#include "core/import/refusal.h"
-#include "core/import/transform.h"
-#include "core/import/unskipped.h"
-#include "core/import/view_store.h"
-#include "core/import/warnings.h"
+#include "core/import/gltf/accessor.h"
+#include "core/import/gltf/buffer_store.h"
+#include "core/import/gltf/glb_container.h"
+#include "core/import/gltf/gltf_document.h"
+#include "core/import/gltf/hierarchy.h"
+#include "core/import/gltf/instancing.h"
+#include "core/import/gltf/mesh_reader.h"
+#include "core/import/gltf/reference_import.h"
+#include "core/import/gltf/transform.h"
+#include "core/import/gltf/view_store.h"
+#include "core/import/input/budget.h"
+#include "core/import/input/mapped_file.h"
+#include "core/import/input/refusal.h"
+#include "core/import/input/warnings.h"
+#include "core/import/pov/pov_scene.h"
 #include "core/scene/node_changes.h"
 
 namespace sightline {
@@ -148,8 +148,8 @@ Result<SceneDescription> import_checked(std::span<const std::byte> bytes,
   Budget budget(limits);
   ViewStore views(*document, buffers, budget);
   AccessorReader accessors(*document, views, limits);
-  const KeptBytes kept{bytes, options.keeper, options.claim};
-  MeshReader meshes(*document, views, accessors, kept, options.copies_attributes, limits, budget,
+  const SharedBytes shared{bytes, options.owner, options.claim};
+  MeshReader meshes(*document, views, accessors, shared, options.copies_attributes, limits, budget,
                     scene, warnings);
   Status placed =
       place_meshes(*document, accessors, meshes, limits, options.progress, budget, scene);

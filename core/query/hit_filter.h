@@ -38,13 +38,13 @@ struct HitFilter {
   std::optional<TriangleChoice> exclude;  ///< does not count, included or not
   std::uint32_t mask = 0xffffffffu;       ///< only nodes whose mask has a bit in common count
 
-  bool keeps_all() const {
+  bool accepts_all() const {
     return culling == Culling::kNothing && !include && !exclude && mask == 0xffffffffu;
   }
 };
 
 /// A resolved filter: which sides of every primitive of every instance of a scene count.
-struct KeptSides {
+struct ResolvedFilter {
   static constexpr std::uint8_t kFront = 1, kBack = 2, kEdgeOn = 4, kAll = 7;
 
   Column<std::size_t> first;   ///< of each instance in `sides`

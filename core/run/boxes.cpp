@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "core/run/engine_state.h"
-#include "core/run/pending_rounds.h"
-#include "core/trace/box_overlap.h"
+#include "core/run/unbuilt_rounds.h"
+#include "core/trace/search/box_overlap.h"
 
 namespace sightline {
 
@@ -18,8 +18,8 @@ constexpr std::size_t kBoxSlice = 8;
 
 /// Which trees each box comes near.
 auto near_boxes(const BoxBatch& boxes) {
-  return [&](PendingTrees& pending, std::size_t i, std::vector<std::uint32_t>& trees) {
-    pending.touched(boxes, i, trees);
+  return [&](UnbuiltTrees& unbuilt, std::size_t i, std::vector<std::uint32_t>& trees) {
+    unbuilt.touched(boxes, i, trees);
   };
 }
 
@@ -79,7 +79,7 @@ Status Engine::boxes_list(const Scene& scene, const BoxBatch& boxes, const BoxQu
     lists.next.assign(boxes.size(), 0);
     Column<std::size_t> listed(boxes.size());
     // One more than may be answered is enough to know that it is too many.
-    const std::size_t kept = limit > total_max ? total_max + 1 : limit;
+    const std::size_t resolved = limit > total_max ? total_max + 1 : limit;
     const auto view = state_->with_trees(scene, boxes.size(), deadline, near_boxes(boxes));
     if (!view) return view.error();
     const auto part = [&](std::size_t begin, std::size_t end) {
@@ -87,8 +87,8 @@ Status Engine::boxes_list(const Scene& scene, const BoxBatch& boxes, const BoxQu
       BoxLists& slice = slices[begin / kBoxSlice];
       for (std::size_t i = begin; i < end; ++i) {
         if (gathered.load(std::memory_order_relaxed) > total_max) return;
-        totals[i] =
-            overlaps.list(boxes, i, question.targets, kept, question.relation, question.from_of(i));
+        totals[i] = overlaps.list(boxes, i, question.targets, resolved, question.relation,
+                                  question.from_of(i));
         lists.next[i] = overlaps.next();
         listed[i] = overlaps.triangles().size() + overlaps.nodes().size();
         if (overlaps.stopped()) {

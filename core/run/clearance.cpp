@@ -5,15 +5,15 @@
 #include <string>
 
 #include "core/run/engine_state.h"
-#include "core/trace/clearance.h"
+#include "core/trace/search/clearance.h"
 
 namespace sightline {
 
-bool keep_the_same(const KeptSides& a, const KeptSides& b) {
+bool keep_the_same(const ResolvedFilter& a, const ResolvedFilter& b) {
   return std::equal(a.sides.begin(), a.sides.end(), b.sides.begin(), b.sides.end());
 }
 
-Status clearance(const Scene& scene, const KeptSides& a, const KeptSides& b,
+Status clearance(const Scene& scene, const ResolvedFilter& a, const ResolvedFilter& b,
                  const ClearanceQuestion& question, std::uint64_t most, const Deadline& deadline,
                  ClearanceAnswer& answer, QueryWork& work) {
   return within_memory([&]() -> Status {

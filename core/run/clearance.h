@@ -15,11 +15,11 @@ namespace sightline {
 /// TOO_MANY_HITS for more than `most` pairs, DEADLINE, CANCELLED, MEMORY_EXHAUSTED. Runs on one
 /// thread. Cost: n log n for a tree over each selection, then proportional to the pairs that are
 /// close.
-Status clearance(const Scene& scene, const KeptSides& a, const KeptSides& b,
+Status clearance(const Scene& scene, const ResolvedFilter& a, const ResolvedFilter& b,
                  const ClearanceQuestion& question, std::uint64_t most, const Deadline& deadline,
                  ClearanceAnswer& answer, QueryWork& work);
 
 /// Whether both selections of a scene are the same triangles.
-bool keep_the_same(const KeptSides& a, const KeptSides& b);
+bool keep_the_same(const ResolvedFilter& a, const ResolvedFilter& b);
 
 }  // namespace sightline

@@ -2,7 +2,8 @@
 #include <atomic>
 
 #include "core/run/engine_state.h"
-#include "core/run/pending_rounds.h"
+#include "core/run/unbuilt_rounds.h"
+#include "core/trace/decision.h"
 
 namespace sightline {
 
@@ -32,7 +33,7 @@ Result<std::unique_ptr<Engine>> Engine::create(const EngineOptions& options) {
   }
   state->kernel = *chosen;
   state->kernel_name = std::string(chosen->name);
-  state->hurry = options.hurry;
+  state->should_yield = options.should_yield;
   state->threads.start(options.threads);
   state->turns.start(state->threads.threads());
   // A batch has many slices; a single ray is answered on the thread that asks.
@@ -50,8 +51,8 @@ Status Engine::closest(const Scene& scene, const RayBatch& rays, const Deadline&
       Status traced = state_->run(some.size(), deadline, [&](std::size_t begin, std::size_t end) {
         TraceCounts counts{&deadline};
         const WorkLog::Entry entry(log, counts);
-        if (options.kept != nullptr) {
-          state_->kernel.closest_filtered(view, some, begin, end, *options.kept, found, counts);
+        if (options.resolved != nullptr) {
+          state_->kernel.closest_filtered(view, some, begin, end, *options.resolved, found, counts);
         } else {
           state_->kernel.closest(view, some, begin, end, found, counts);
         }
@@ -61,10 +62,10 @@ Status Engine::closest(const Scene& scene, const RayBatch& rays, const Deadline&
     const SceneView view(scene);
     Status status = trace(view, rays, hits);
     if (!status || view.tree().complete()) return status;
-    if (!options.builds) return trees_are_pending();
+    if (!options.builds) return trees_are_unbuilt();
     return state_->trace_again(
         view, rays.size(), deadline,
-        [&](PendingTrees& pending, std::size_t i) { return pending.nearest(rays[i], hits.t[i]); },
+        [&](UnbuiltTrees& unbuilt, std::size_t i) { return unbuilt.nearest(rays[i], hits.t[i]); },
         [&](const SceneView& later, std::span<const std::size_t> numbers) -> Status {
           HitBatch found;
           found.resize(numbers.size());
@@ -89,8 +90,8 @@ Status Engine::any(const Scene& scene, const RayBatch& rays, const Deadline& dea
       Status traced = state_->run(some.size(), deadline, [&](std::size_t begin, std::size_t end) {
         TraceCounts counts{&deadline};
         const WorkLog::Entry entry(log, counts);
-        if (options.kept != nullptr) {
-          state_->kernel.any_filtered(view, some, begin, end, *options.kept, found, counts);
+        if (options.resolved != nullptr) {
+          state_->kernel.any_filtered(view, some, begin, end, *options.resolved, found, counts);
         } else {
           state_->kernel.any(view, some, begin, end, found, counts);
         }
@@ -100,11 +101,11 @@ Status Engine::any(const Scene& scene, const RayBatch& rays, const Deadline& dea
     const SceneView view(scene);
     Status status = trace(view, rays, occluded.data());
     if (!status || view.tree().complete()) return status;
-    if (!options.builds) return trees_are_pending();
+    if (!options.builds) return trees_are_unbuilt();
     return state_->trace_again(
         view, rays.size(), deadline,
-        [&](PendingTrees& pending, std::size_t i) {
-          return occluded[i] != 0 ? kNone : pending.nearest(rays[i], rays.tmax[i]);
+        [&](UnbuiltTrees& unbuilt, std::size_t i) {
+          return occluded[i] != 0 ? kNone : unbuilt.nearest(rays[i], rays.tmax[i]);
         },
         [&](const SceneView& later, std::span<const std::size_t> numbers) -> Status {
           Column<std::uint8_t> found(numbers.size());
@@ -122,10 +123,10 @@ Status Engine::count(const Scene& scene, const RayBatch& rays, Crossings crossin
   WorkLog log(scene, options.work);
   return within_memory([&]() -> Status {
     totals.resize(rays.size());
-    const auto met = [&](PendingTrees& pending, std::size_t i, std::vector<std::uint32_t>& trees) {
-      pending.met(rays[i], trees);
+    const auto met = [&](UnbuiltTrees& unbuilt, std::size_t i, std::vector<std::uint32_t>& trees) {
+      unbuilt.met(rays[i], trees);
     };
-    if (!options.builds && !SceneView(scene).tree().complete()) return trees_are_pending();
+    if (!options.builds && !SceneView(scene).tree().complete()) return trees_are_unbuilt();
     const auto view = state_->with_trees(scene, rays.size(), deadline, met);
     if (!view) return view.error();
     const auto slice = [&](std::size_t begin, std::size_t end) {
@@ -148,8 +149,8 @@ Status Engine::all(const Scene& scene, const RayBatch& rays, Crossings crossings
     std::vector<HitBatch> slices((rays.size() + kListSlice - 1) / kListSlice);
     std::atomic<std::size_t> gathered{0};
     totals.assign(rays.size(), 0);
-    const auto met = [&](PendingTrees& pending, std::size_t i, std::vector<std::uint32_t>& trees) {
-      pending.met(rays[i], trees);
+    const auto met = [&](UnbuiltTrees& unbuilt, std::size_t i, std::vector<std::uint32_t>& trees) {
+      unbuilt.met(rays[i], trees);
     };
     const auto view = state_->with_trees(scene, rays.size(), deadline, met);
     if (!view) return view.error();
@@ -161,7 +162,7 @@ Status Engine::all(const Scene& scene, const RayBatch& rays, Crossings crossings
       for (std::size_t i = begin; i < end; ++i) {
         const std::size_t before = gathered.load(std::memory_order_relaxed);
         if (before > hits_total_max) return;
-        // A longer list than all may still have is an error: its end need not be kept.
+        // A longer list than all may still have is an error: its end need not be resolved.
         const std::size_t most = std::min(hits_max, hits_total_max - before);
         state_->all(*view, rays, i, i + 1, options, crossings, most, totals.data(), &slice, counts);
         gathered.fetch_add(std::min<std::size_t>(totals[i], hits_max), std::memory_order_relaxed);

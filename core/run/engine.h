@@ -26,13 +26,13 @@ struct EngineOptions {
   std::string kernel;  ///< empty: the best that this machine can run; else one of Engine::kernels()
   /// While it is set somebody has short work to do: between pieces of a batch threads ask whether
   /// others want the processor. May be null; outlives the engine.
-  const std::atomic<bool>* hurry = nullptr;
+  const std::atomic<bool>* should_yield = nullptr;
 };
 
 /// How rays are asked for.
 struct RayOptions {
-  const KeptSides* kept = nullptr;  ///< what counts (kept_sides.h); null: everything
-  QueryWork* work = nullptr;        ///< what it cost is added, if not null
+  const ResolvedFilter* resolved = nullptr;  ///< what counts (resolve_filter.h); null: everything
+  QueryWork* work = nullptr;                 ///< what it cost is added, if not null
   /// else closest, any and count fail with TREES_PENDING where trees are unbuilt
   bool builds = true;
 };
@@ -79,7 +79,7 @@ class Engine {
                     HitAttributes& out) const;
 
   // Points are finite; see core/run/nearest.cpp. The filter selects whole primitives: in
-  // options.kept the sides of a primitive are all or none.
+  // options.resolved the sides of a primitive are all or none.
 
   /// The triangles nearest to each point, at most `count` of those within max_distance (closed),
   /// which triangles and in which order exactly: by distance, at the same distance by id. `hits` is
@@ -95,7 +95,7 @@ class Engine {
                          const Deadline& deadline, Column<HitDetail>& out) const;
 
   // Sweeps must have passed check_sweeps; see core/run/sweeps.cpp. The filter selects whole
-  // primitives: in options.kept the sides of a primitive are all or none.
+  // primitives: in options.resolved the sides of a primitive are all or none.
 
   /// The first contact of each sweep: the least real t, and at equal t the smallest id. With `any`
   /// it is some contact; only its existence does not depend on the number of threads. `hits` is

@@ -13,7 +13,7 @@
 #include "core/base/parallel.h"
 #include "core/base/within_memory.h"
 #include "core/run/engine.h"
-#include "core/trace/kernel.h"
+#include "core/trace/kernel/kernel.h"
 
 namespace sightline {
 
@@ -23,7 +23,7 @@ inline constexpr std::size_t kSlice = 1024;
 /// Rays in a slice where every hit is listed: one ray may meet a whole scene.
 inline constexpr std::size_t kListSlice = 64;
 
-inline Error trees_are_pending() {
+inline Error trees_are_unbuilt() {
   return {ErrorKind::kBusy, "TREES_PENDING", "trees of the scene are not built yet", ""};
 }
 
@@ -140,14 +140,14 @@ struct Engine::State {
   std::string kernel_name;
   ThreadGroup threads;
   Turns turns;
-  const std::atomic<bool>* hurry = nullptr;
+  const std::atomic<bool>* should_yield = nullptr;
 
   void all(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
            const RayOptions& options, Crossings crossings, std::size_t hits_max,
            std::uint64_t* totals, HitBatch* hits, TraceCounts& counts) const {
-    if (options.kept != nullptr) {
-      kernel.all_filtered(scene, rays, begin, end, *options.kept, crossings, hits_max, totals, hits,
-                          counts);
+    if (options.resolved != nullptr) {
+      kernel.all_filtered(scene, rays, begin, end, *options.resolved, crossings, hits_max, totals,
+                          hits, counts);
     } else {
       kernel.all(scene, rays, begin, end, crossings, hits_max, totals, hits, counts);
     }
@@ -174,7 +174,7 @@ struct Engine::State {
       }
       slice(i * slice_size, std::min(count, (i + 1) * slice_size));
       // Without sched_yield the scheduler runs again at its next tick, milliseconds later.
-      if (hurry != nullptr && hurry->load(std::memory_order_relaxed)) ::sched_yield();
+      if (should_yield != nullptr && should_yield->load(std::memory_order_relaxed)) ::sched_yield();
     };
     // To hand slices over takes time, and pays where somebody is idle.
     const std::size_t slices = (count + slice_size - 1) / slice_size;
@@ -189,12 +189,12 @@ struct Engine::State {
   }
 
   /// For queries that need every tree near them. Returns a view in which the trees near queries [0,
-  /// count) are built. find(`pending`, i, trees) appends the trees near query i.
+  /// count) are built. find(`unbuilt`, i, trees) appends the trees near query i.
   template <class Find>
   Result<SceneView> with_trees(const Scene& scene, std::size_t count, const Deadline& deadline,
                                Find find);
 
-  /// For rays that were traced while trees were unbuilt. nearest(`pending`, i) returns the tree
+  /// For rays that were traced while trees were unbuilt. nearest(`unbuilt`, i) returns the tree
   /// that ray i needs next, or kNone. again(view, numbers) traces those rays again. Returns when no
   /// ray needs a tree.
   template <class Nearest, class Again>

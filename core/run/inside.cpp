@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/run/kept_sides.h"
+#include "core/run/resolved_filter.h"
 
 namespace sightline {
 
@@ -27,8 +27,8 @@ RayBatch rays_from(const Column<Vec3d>& points, const Vec3d& direction) {
 }
 
 /// The same instances, of their sides only these.
-KeptSides only(const KeptSides& kept, std::uint8_t sides) {
-  KeptSides some = kept;
+ResolvedFilter only(const ResolvedFilter& resolved, std::uint8_t sides) {
+  ResolvedFilter some = resolved;
   for (std::uint8_t& its : some.sides) its = its & sides;
   return some;
 }
@@ -39,7 +39,7 @@ Status points_inside(const Engine& engine, const Scene& scene, const Column<Vec3
                      InsideMethod method, const Deadline& deadline, const RayOptions& options,
                      const ReserveBytes& reserve, InsideAnswers& answers) try {
   const std::size_t n = points.size();
-  auto open = open_edges(scene, options.kept, method, deadline, reserve);
+  auto open = open_edges(scene, options.resolved, method, deadline, reserve);
   if (!open) return std::move(open).error();
   answers.open_edges = *open;
   answers.inside.assign(n, 0);
@@ -53,27 +53,27 @@ Status points_inside(const Engine& engine, const Scene& scene, const Column<Vec3
     return status;
   }
 
-  std::optional<KeptSides> fronts, backs;
+  std::optional<ResolvedFilter> fronts, backs;
   if (method == InsideMethod::kWinding) {
-    if (Status status = ask_for(reserve, 2 * kept_sides_bytes(scene)); !status) return status;
-    std::optional<KeptSides> all;  // of no filter
-    if (options.kept == nullptr) {
-      auto found = kept_sides(scene, {}, deadline, reserve);
+    if (Status status = ask_for(reserve, 2 * resolved_filter_bytes(scene)); !status) return status;
+    std::optional<ResolvedFilter> all;  // of no filter
+    if (options.resolved == nullptr) {
+      auto found = resolve_filter(scene, {}, deadline, reserve);
       if (!found) return std::move(found).error();
       all = std::move(*found);
     }
-    const KeptSides& sides = all ? *all : *options.kept;
-    fronts = only(sides, KeptSides::kFront);
-    backs = only(sides, KeptSides::kBack);
+    const ResolvedFilter& sides = all ? *all : *options.resolved;
+    fronts = only(sides, ResolvedFilter::kFront);
+    backs = only(sides, ResolvedFilter::kBack);
   }
   Column<std::uint64_t> totals, minus;
   for (std::size_t k = 0; k < kDirections.size(); ++k) {
     rays = rays_from(points, kDirections[k]);
     RayOptions counted = options;
-    if (backs) counted.kept = &*backs;
+    if (backs) counted.resolved = &*backs;
     Status status = engine.count(scene, rays, Crossings::kOnce, deadline, totals, counted);
     if (status && fronts) {
-      counted.kept = &*fronts;
+      counted.resolved = &*fronts;
       status = engine.count(scene, rays, Crossings::kOnce, deadline, minus, counted);
     }
     if (!status) return status;
@@ -101,8 +101,9 @@ Status points_inside(const Engine& engine, const Scene& scene, const Column<Vec3
   return Error{ErrorKind::kOutOfSpace, "MEMORY_EXHAUSTED", "there is no memory for the answer", ""};
 }
 
-Result<std::uint64_t> open_edges(const Scene& scene, const KeptSides* kept, InsideMethod method,
-                                 const Deadline& deadline, const ReserveBytes& reserve) {
+Result<std::uint64_t> open_edges(const Scene& scene, const ResolvedFilter* resolved,
+                                 InsideMethod method, const Deadline& deadline,
+                                 const ReserveBytes& reserve) {
   const SceneDescription& description = scene.description();
   // One mesh after the other uses the same memory.
   std::uint64_t most = 0;
@@ -122,8 +123,8 @@ Result<std::uint64_t> open_edges(const Scene& scene, const KeptSides* kept, Insi
     if (watch.passed(1 + mesh.primitives.size())) return watch.error();
     if (description.instances[i].hidden) continue;
     counts.assign(mesh.primitives.size(), true);
-    for (std::size_t p = 0; kept != nullptr && p < counts.size(); ++p) {
-      counts[p] = kept->sides[kept->first[i] + p] != 0;
+    for (std::size_t p = 0; resolved != nullptr && p < counts.size(); ++p) {
+      counts[p] = resolved->sides[resolved->first[i] + p] != 0;
     }
     const auto chosen = std::count(counts.begin(), counts.end(), true);
     if (chosen == 0) continue;

@@ -23,7 +23,7 @@ struct InsideAnswers {
 };
 
 /// Crossings are counted once (Crossings::kOnce), so that edges and corners on the way do no harm.
-/// `options.kept` says which instances count; its sides must be all or none. Points are finite.
+/// `options.resolved` says which instances count; its sides must be all or none. Points are finite.
 /// `reserve` is asked for what does not grow with the points. Errors: its own, and those of
 /// Engine::count.
 Status points_inside(const Engine& engine, const Scene& scene, const Column<Vec3d>& points,
@@ -33,8 +33,9 @@ Status points_inside(const Engine& engine, const Scene& scene, const Column<Vec3
 /// The number of open edges of the triangles that count, for this method, summed over all
 /// placements. Without open edges every answer is right. Each mesh is examined alone. Errors:
 /// DEADLINE, CANCELLED, those of `reserve`. Throws std::bad_alloc.
-Result<std::uint64_t> open_edges(const Scene& scene, const KeptSides* kept, InsideMethod method,
-                                 const Deadline& deadline, const ReserveBytes& reserve);
+Result<std::uint64_t> open_edges(const Scene& scene, const ResolvedFilter* resolved,
+                                 InsideMethod method, const Deadline& deadline,
+                                 const ReserveBytes& reserve);
 
 /// Distances of points from the nearest triangle, negative inside, rounded correctly; 0 on it, +inf
 /// beyond max_distance.

@@ -1,11 +1,11 @@
 /// Batches of points on the threads of the engine.
 
-#include "core/trace/nearest.h"
+#include "core/trace/search/nearest.h"
 
 #include <atomic>
 
 #include "core/run/engine_state.h"
-#include "core/run/pending_rounds.h"
+#include "core/run/unbuilt_rounds.h"
 
 namespace sightline {
 
@@ -29,7 +29,7 @@ Status Engine::nearest(const Scene& scene, const Column<Vec3d>& points, double m
     const auto look = [&](const SceneView& view, std::size_t some, auto number) {
       std::atomic<bool> stopped{false};
       const auto slice = [&](std::size_t begin, std::size_t end) {
-        NearestTriangles nearest(view, options.kept, deadline);
+        NearestTriangles nearest(view, options.resolved, deadline);
         const WorkLog::Entry entry(log, nearest.counts());
         for (std::size_t i = begin; i < end; ++i) {
           const std::size_t at = number(i);
@@ -48,8 +48,8 @@ Status Engine::nearest(const Scene& scene, const Column<Vec3d>& points, double m
     if (!status || view.tree().complete()) return status;
     return state_->trace_again(
         view, points.size(), deadline,
-        [&](PendingTrees& pending, std::size_t i) {
-          return pending.nearest_to(points[i], reach[i]);
+        [&](UnbuiltTrees& unbuilt, std::size_t i) {
+          return unbuilt.nearest_to(points[i], reach[i]);
         },
         [&](const SceneView& later, std::span<const std::size_t> numbers) {
           return look(later, numbers.size(), [&](std::size_t i) { return numbers[i]; });

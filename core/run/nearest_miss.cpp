@@ -14,7 +14,7 @@ Status nearest_miss(const Engine& engine, const Scene& scene, const Ray& ray,
   return within_memory("there is no memory for the answer", [&]() -> Status {
     const SceneTrees::Use use(scene.trees());
     const SceneView view(scene);
-    miss = nearest_miss(view, ray, options.kept, deadline);
+    miss = nearest_miss(view, ray, options.resolved, deadline);
     if (!view.tree().complete()) {
       // Whoever sweeps a sphere of that radius has the trees built that it comes near.
       SweepBatch sweep;
@@ -24,7 +24,7 @@ Status nearest_miss(const Engine& engine, const Scene& scene, const Ray& ray,
       if (Status status = engine.sweep(scene, sweep, true, deadline, hits, options); !status) {
         return status;
       }
-      miss = nearest_miss(SceneView(scene), ray, options.kept, deadline);
+      miss = nearest_miss(SceneView(scene), ray, options.resolved, deadline);
     }
     return deadline.passed() ? Status(out_of_time(deadline)) : success();
   });

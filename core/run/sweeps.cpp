@@ -1,11 +1,11 @@
 /// Batches of sweeps on the threads of the engine.
 
-#include "core/trace/sweep.h"
+#include "core/trace/search/sweep.h"
 
 #include <atomic>
 
 #include "core/run/engine_state.h"
-#include "core/run/pending_rounds.h"
+#include "core/run/unbuilt_rounds.h"
 
 namespace sightline {
 
@@ -24,13 +24,13 @@ Status Engine::sweep(const Scene& scene, const SweepBatch& sweeps, bool any,
     hits.resize(sweeps.count());
     const auto view = state_->with_trees(
         scene, sweeps.count(), deadline,
-        [&](PendingTrees& pending, std::size_t i, std::vector<std::uint32_t>& trees) {
-          pending.swept(sweeps, i, trees);
+        [&](UnbuiltTrees& unbuilt, std::size_t i, std::vector<std::uint32_t>& trees) {
+          unbuilt.swept(sweeps, i, trees);
         });
     if (!view) return view.error();
     std::atomic<bool> stopped{false};
     const auto slice = [&](std::size_t begin, std::size_t end) {
-      Sweeps search(*view, options.kept, deadline);
+      Sweeps search(*view, options.resolved, deadline);
       const WorkLog::Entry entry(log, search.counts());
       for (std::size_t i = begin; i < end; ++i) {
         search.find(sweeps, i, any, hits);

@@ -50,8 +50,8 @@ SceneTrees::SceneTrees(const ScenePlan& plan, SceneTrees& before,
   mesh_built_.assign(plan.meshes.size(), false);
   for (const TreeSlot& slot : layout_->slots()) {
     const auto number = states_.size();
-    const bool is_there = !next.tree.is_pending(static_cast<std::uint32_t>(number));
-    states_.push_back(is_there ? SlotState::kDone : SlotState::kPending);
+    const bool is_there = !next.tree.is_unbuilt(static_cast<std::uint32_t>(number));
+    states_.push_back(is_there ? SlotState::kDone : SlotState::kUnbuilt);
     if (!is_there) continue;
     ++stats_.trees_kept;
     mesh_built_[slot.mesh] = true;
@@ -68,7 +68,7 @@ SceneTrees::SceneTrees(const ScenePlan& plan, SceneTrees& before,
 
 void SceneTrees::estimate() {
   for (std::size_t i = 0; i < states_.size(); ++i) {
-    if (states_[i] != SlotState::kPending) continue;
+    if (states_[i] != SlotState::kUnbuilt) continue;
     const TreeSlot& slot = layout_->slots()[i];
     const std::uint64_t first = can_split(slot) ? 32 * kPartTriangles : slot.triangle_count;
     least_bytes_ = std::max(least_bytes_, first * kBytesPerTriangle);
@@ -108,7 +108,7 @@ void SceneTrees::drop() {
   LazyLayout layout(plan_);
   auto none = std::make_shared<const SceneTree>(layout.unbuilt());
   const std::lock_guard hold(mutex_);
-  states_.assign(layout.slots().size(), SlotState::kPending);
+  states_.assign(layout.slots().size(), SlotState::kUnbuilt);
   mesh_built_.assign(plan_.meshes.size(), false);
   layout_.emplace(std::move(layout));
   moved_ = false;
@@ -120,7 +120,7 @@ void SceneTrees::drop() {
 
 bool SceneTrees::wants_all() const {
   const std::lock_guard hold(mutex_);
-  return layout_ && (!moved_ || now_->pending > 0) && last_use_.load() >= last_drop_.load();
+  return layout_ && (!moved_ || now_->unbuilt_count > 0) && last_use_.load() >= last_drop_.load();
 }
 
 bool SceneTrees::is_moved() const {
@@ -164,7 +164,7 @@ std::uint64_t SceneTrees::trees_built() const {
 std::vector<SceneTrees::Claim> SceneTrees::claim(std::span<const std::uint32_t> wanted) {
   std::vector<Claim> claims;
   for (const std::uint32_t number : wanted) {
-    if (states_[number] != SlotState::kPending) continue;
+    if (states_[number] != SlotState::kUnbuilt) continue;
     claims.push_back({number, layout_->slots()[number], {}, {}});
   }
   for (const Claim& claim : claims) states_[claim.number] = SlotState::kBuilding;
@@ -179,14 +179,14 @@ void SceneTrees::publish(std::vector<Claim>& claims) {
     if (claim.tree) {
       next.trees[claim.number] = claim.tree;
       next.depth = std::max(next.depth, next.top.depth + claim.tree->depth);
-      --next.pending;
+      --next.unbuilt_count;
       continue;
     }
     if (!layout) layout.emplace(*layout_);
     next = layout->split(claim.number, std::move(claim.parts), next);
   }
   auto state = std::make_shared<const SceneTree>(std::move(next));
-  states_.resize(state->trees.size(), SlotState::kPending);
+  states_.resize(state->trees.size(), SlotState::kUnbuilt);
   if (layout) layout_.emplace(std::move(*layout));
   show(std::move(state), true);
   for (const Claim& claim : claims) {
@@ -197,7 +197,7 @@ void SceneTrees::publish(std::vector<Claim>& claims) {
 }
 
 void SceneTrees::give_back(const std::vector<Claim>& claims) {
-  for (const Claim& claim : claims) states_[claim.number] = SlotState::kPending;
+  for (const Claim& claim : claims) states_[claim.number] = SlotState::kUnbuilt;
 }
 
 void SceneTrees::make(Claim& claim, const CancelFlag* cancel) const {

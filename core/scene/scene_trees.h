@@ -95,7 +95,7 @@ class SceneTrees {
   const ScenePlan& plan() const { return plan_; }
 
  private:
-  enum class SlotState : std::uint8_t { kPending, kBuilding, kDone };
+  enum class SlotState : std::uint8_t { kUnbuilt, kBuilding, kDone };
   /// The trees that a thread has undertaken to build.
   struct Claim {
     std::uint32_t number = 0;

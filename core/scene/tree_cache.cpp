@@ -63,8 +63,8 @@ Status check_header(std::span<const std::byte> bytes, std::uint64_t content) {
 class StoredTrees {
  public:
   /// Precondition: check_header.
-  StoredTrees(std::span<const std::byte> bytes, const std::shared_ptr<const void>& keeper)
-      : bytes_(bytes), keeper_(keeper), count_(read<Header>(bytes, 0).tree_count) {}
+  StoredTrees(std::span<const std::byte> bytes, const std::shared_ptr<const void>& owner)
+      : bytes_(bytes), owner_(owner), count_(read<Header>(bytes, 0).tree_count) {}
 
   /// Its shape and content are still to be proved.
   Result<WideTree> next() {
@@ -79,7 +79,7 @@ class StoredTrees {
     if (hash_in_pieces(arena) != record.hash)
       return refused("TREES_DAMAGED", "the hash of " + name + " differs");
     WideTree tree;
-    tree.arena = Arena(arena.data(), arena.size(), keeper_);
+    tree.arena = Arena(arena.data(), arena.size(), owner_);
     tree.root = record.root;
     tree.scale_exponent = record.scale_exponent;
     for (int k = 0; k < 3; ++k) {
@@ -95,7 +95,7 @@ class StoredTrees {
 
  private:
   std::span<const std::byte> bytes_;
-  const std::shared_ptr<const void>& keeper_;
+  const std::shared_ptr<const void>& owner_;
   std::uint64_t count_;
   std::uint64_t next_ = 0;
 };
@@ -165,9 +165,9 @@ EncodedTrees encode_trees(const SceneTree& tree, std::uint64_t content) {
 
 Result<SceneTree> decode_trees(const ScenePlan& plan, std::uint64_t content,
                                std::span<const std::byte> bytes,
-                               const std::shared_ptr<const void>& keeper) {
+                               const std::shared_ptr<const void>& owner) {
   if (Status good = check_header(bytes, content); !good) return std::move(good).error();
-  StoredTrees stored(bytes, keeper);
+  StoredTrees stored(bytes, owner);
   TreeSource source;
   source.triangles =
       [&](std::span<const TreePart> parts) -> Result<std::shared_ptr<const WideTree>> {

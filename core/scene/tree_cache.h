@@ -35,13 +35,13 @@ struct EncodedTrees {
 /// with Joining::kMeasured.
 EncodedTrees encode_trees(const SceneTree& tree, std::uint64_t content);
 
-/// The trees in `bytes`, which are aligned to 64 bytes and owned by `keeper`; they are not copied.
+/// The trees in `bytes`, which are aligned to 64 bytes and owned by `owner`; they are not copied.
 /// The bytes are hostile. Whatever they contain, a tree that is returned has passed validate.h, and
 /// answers are those of the plan's triangles. Errors: TREES_FOREIGN (no such file), TREES_STALE (of
 /// another content, version or machine), TREES_DAMAGED. Throws std::bad_alloc. Cost: about a tenth
 /// of building them.
 Result<SceneTree> decode_trees(const ScenePlan& plan, std::uint64_t content,
                                std::span<const std::byte> bytes,
-                               const std::shared_ptr<const void>& keeper);
+                               const std::shared_ptr<const void>& owner);
 
 }  // namespace sightline

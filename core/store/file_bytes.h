@@ -61,7 +61,7 @@ class FileBytes {
 };
 
 /// Owns the bytes of a file that scenes share; null for a small file.
-inline std::shared_ptr<const void> keeper_of(const std::shared_ptr<const FileBytes>& file) {
+inline std::shared_ptr<const void> owner_of_bytes(const std::shared_ptr<const FileBytes>& file) {
   return file->is_shared() ? std::shared_ptr<const void>(file) : nullptr;
 }
 

@@ -30,7 +30,7 @@
 namespace sightline {
 
 struct LoadInput {
-  std::span<const std::byte> bytes;  ///< freed when the loader returns, unless there is a `keeper`
+  std::span<const std::byte> bytes;  ///< freed when the loader returns, unless there is a `owner`
   SceneChoice choice;
   Progress& progress;       ///< a loader tells its stages, and may end early once it is cancelled
   std::string sha256 = {};  ///< of the bytes; empty where no data folder stores them
@@ -38,9 +38,9 @@ struct LoadInput {
   std::function<Result<std::span<const std::byte>>(const std::string& name)> neighbour = {};
   /// Owns the bytes, which do not change while it is held: they belong to a data folder that only
   /// the store writes. Null: nobody owns them.
-  std::shared_ptr<const void> keeper = {};
+  std::shared_ptr<const void> owner = {};
   std::span<const NodeChange> changes = {};  ///< that the scene must apply
-  /// Called with each part of the bytes that the scene shares; with a `keeper` all others are freed.
+  /// Called with each part of the bytes that the scene shares; with a `owner` all others are freed.
   /// May be called from several threads. Empty: nothing is called.
   std::function<void(std::span<const std::byte>)> claim = {};
 };

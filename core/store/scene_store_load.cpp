@@ -90,14 +90,14 @@ Result<std::shared_ptr<const Scene>> SceneStore::read_upload(SceneLoad& load,
   std::uint64_t fingerprint = 0;
   auto read = FileBytes::read(upload.file()->file(), "read the scene's bytes", fingerprint);
   if (!read) return std::move(read).error();
-  const auto keeper = std::make_shared<const FileBytes>(std::move(*read));
+  const auto owner = std::make_shared<const FileBytes>(std::move(*read));
   load.fingerprint_ = fingerprint;
-  input.bytes = keeper->bytes();
+  input.bytes = owner->bytes();
   input.sha256 = sha256;
-  input.keeper = keeper_of(keeper);
-  input.claim = [&](std::span<const std::byte> part) { keeper->claim(part); };
+  input.owner = owner_of_bytes(owner);
+  input.claim = [&](std::span<const std::byte> part) { owner->claim(part); };
   auto scene = run_loader(input);
-  keeper->drop_unclaimed();
+  owner->drop_unclaimed();
   return scene;
 }
 

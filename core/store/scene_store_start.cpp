@@ -111,7 +111,7 @@ void SceneStore::load_record(const SceneRecord& record, const LoadPointer& load)
   if (!files) return fail(load, files.error());
   auto scene = run_loader({files->bytes->bytes(), load->choice_, load->progress_, record.sha256,
                            [&](const std::string& name) { return files->neighbours.find(name); },
-                           keeper_of(files->bytes), record.changes,
+                           owner_of_bytes(files->bytes), record.changes,
                            [&](std::span<const std::byte> part) { files->bytes->claim(part); }});
   files->bytes->drop_unclaimed();
   if (!scene) return fail(load, scene.error());

@@ -71,8 +71,8 @@ Result<std::optional<SceneTree>> TreeFolder::read(const ScenePlan& plan, std::ui
   if (!file) return std::move(file).error();
   auto read_file = FileBytes::read(*file, kDoing);
   if (!read_file) return std::move(read_file).error();
-  const auto keeper = std::make_shared<const FileBytes>(std::move(*read_file));
-  auto tree = decode_trees(plan, content, keeper->bytes(), keeper);
+  const auto owner = std::make_shared<const FileBytes>(std::move(*read_file));
+  auto tree = decode_trees(plan, content, owner->bytes(), owner);
   if (!tree) {
     std::filesystem::remove(path, error);
     return std::move(tree).error();

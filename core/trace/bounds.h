@@ -13,8 +13,8 @@ inline constexpr double kSign = 64;
 inline constexpr double kSlack = 32;
 inline constexpr double kSignFloor = 0x1p-960;
 
-/// "Vertex culling": edge functions of many rays are off by at most kWedge * u * R^2 + kSignFloor.
-inline constexpr double kWedge = 128;
+/// "Vertex culling": edge functions of many rays are off by at most kVertexCulling * u * R^2 + kSignFloor.
+inline constexpr double kVertexCulling = 128;
 
 /// Beyond this reach products of four coordinates may overflow: nothing is decided by the filter.
 inline constexpr double kFilterReach = 0x1p320;

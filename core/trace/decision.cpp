@@ -87,22 +87,25 @@ void ClosestHit::examine(const RayQuestion& question, Candidate other) {
   candidate = other;
 }
 
-std::uint32_t counting_lanes(const RayQuestion& question, const KeptSides& kept,
+std::uint32_t counting_lanes(const RayQuestion& question, const ResolvedFilter& resolved,
                              const LeafBlock& block, std::uint32_t instance, std::uint32_t lanes) {
-  if (!kept.masks.empty() && (kept.masks[instance] & question.rays.mask[question.number]) == 0) {
+  if (!resolved.masks.empty() &&
+      (resolved.masks[instance] & question.rays.mask[question.number]) == 0) {
     return 0;
   }
   for (std::uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
     const auto lane = static_cast<std::uint32_t>(std::countr_zero(rest));
     const Candidate candidate{&block, lane, instance};
-    const std::uint8_t sides = counting_sides(question.scene.scene(), kept, candidate.id());
-    if (sides == KeptSides::kAll) continue;
+    const std::uint8_t sides = counting_sides(question.scene.scene(), resolved, candidate.id());
+    if (sides == ResolvedFilter::kAll) continue;
     std::uint8_t met = 0;
     if (sides != 0) {
       const Triangle triangle = triangle_of(question.scene, candidate);
       if (is_finite(triangle)) {
         const int sign = side_sign(question.ray().direction, triangle);
-        met = sign < 0 ? KeptSides::kFront : sign > 0 ? KeptSides::kBack : KeptSides::kEdgeOn;
+        met = sign < 0   ? ResolvedFilter::kFront
+              : sign > 0 ? ResolvedFilter::kBack
+                         : ResolvedFilter::kEdgeOn;
       }
     }
     if ((sides & met) == 0) lanes &= ~(1u << lane);

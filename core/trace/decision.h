@@ -9,15 +9,9 @@
 #include "core/query/hit_filter.h"
 #include "core/scene/scene_view.h"
 #include "core/trace/ray_setup.h"
+#include "core/trace/trace_counts.h"
 
 namespace sightline {
-
-/// How often a stage was needed, for tests, benchmarks and metrics.
-struct DecisionCounts {
-  std::uint64_t exact_hits = 0;       ///< triangles decided by the exact predicate
-  std::uint64_t exact_compares = 0;   ///< pairs of t compared exactly
-  std::uint64_t exact_roundings = 0;  ///< winners whose t was rounded by the exact predicate
-};
 
 /// What a decision needs to ask the exact predicate, for one ray of a batch.
 struct RayQuestion {
@@ -72,15 +66,16 @@ struct ClosestHit {
   void examine(const RayQuestion& question, Candidate other);
 };
 
-/// The sides of a triangle whose hits count, of KeptSides.
-inline std::uint8_t counting_sides(const Scene& scene, const KeptSides& kept, TriangleId id) {
-  const std::size_t first = kept.first[id.instance];
-  const std::size_t end =
-      id.instance + 1 < kept.first.size() ? kept.first[id.instance + 1] : kept.sides.size();
-  return kept.sides[end - first == 1 ? first : first + scene.primitive_of(id)];
+/// The sides of a triangle whose hits count, of ResolvedFilter.
+inline std::uint8_t counting_sides(const Scene& scene, const ResolvedFilter& resolved,
+                                   TriangleId id) {
+  const std::size_t first = resolved.first[id.instance];
+  const std::size_t end = id.instance + 1 < resolved.first.size() ? resolved.first[id.instance + 1]
+                                                                  : resolved.sides.size();
+  return resolved.sides[end - first == 1 ? first : first + scene.primitive_of(id)];
 }
 /// Those of `lanes` of a block whose hits count, on the side that the ray meets.
-std::uint32_t counting_lanes(const RayQuestion& question, const KeptSides& kept,
+std::uint32_t counting_lanes(const RayQuestion& question, const ResolvedFilter& resolved,
                              const LeafBlock& block, std::uint32_t instance, std::uint32_t lanes);
 
 /// Whether the exact predicate finds the triangle within the ray's limits, and where.

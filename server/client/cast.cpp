@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "core/run/engine.h"
-#include "proto/hit_json.h"
+#include "proto/json/hit_json.h"
 #include "server/operation/progress_bar.h"
 #include "server/service/hit_terms.h"
 #include "server/service/scene_source.h"

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "core/base/infinity.h"
-#include "proto/hit_lines.h"
-#include "proto/json_parts.h"
+#include "proto/json/hit_lines.h"
+#include "proto/json/json_parts.h"
 #include "server/client/api_client.h"
 #include "server/client/json_depth.h"
 

@@ -2,12 +2,13 @@
 
 #include <algorithm>
 
-#include "core/run/kept_sides.h"
-#include "proto/hit_binary.h"
-#include "proto/hit_lines.h"
-#include "proto/point_binary.h"
-#include "proto/ray_binary.h"
-#include "proto/ray_frames.h"
+#include "core/run/resolved_filter.h"
+#include "proto/binary/hit_binary.h"
+#include "proto/binary/point_binary.h"
+#include "proto/binary/ray_binary.h"
+#include "proto/binary/ray_frames.h"
+#include "proto/binary/sweep_binary.h"
+#include "proto/json/hit_lines.h"
 #include "server/http/body_reader.h"
 #include "server/http/media_type.h"
 #include "server/http/request_body.h"
@@ -21,7 +22,7 @@ namespace sightline {
 bool RayRequest::is_for_worker() const {
   constexpr std::size_t kFew = 8;
   if (!exchange_.at_door) return false;
-  return query_.rays.size() > kFew || !query_.filter.keeps_all() || !query_.rays.mask.empty() ||
+  return query_.rays.size() > kFew || !query_.filter.accepts_all() || !query_.rays.mask.empty() ||
          scene_->has_empty_mask() || query_.wants_explanation || query_.image ||
          query_.fields.has_any_of(kAttributeFields);
 }
@@ -50,13 +51,13 @@ bool RayRequest::read_query(const Decode& decode) {
   forget_body(exchange_, body, std::max(decoded, query_.rays.size() * kRayBytes));
   // To work a filter out takes time too, of a scene with many nodes or long names.
   deadline_ = deadline_of(exchange_, service_, query_.timeout_ms);
-  auto kept = kept_for_rays(*scene_, query_.filter, query_.rays.mask, deadline_,
-                            reserve_from(exchange_.memory), warnings());
-  if (!kept) {
-    exchange_.reply_error(kept.error());
+  auto resolved = resolve_for_rays(*scene_, query_.filter, query_.rays.mask, deadline_,
+                                   reserve_from(exchange_.memory), warnings());
+  if (!resolved) {
+    exchange_.reply_error(resolved.error());
     return false;
   }
-  kept_ = std::move(*kept);
+  resolved_ = std::move(*resolved);
   add_time(&WorkReport::parse_us);
   return true;
 }

@@ -7,10 +7,10 @@
 #include <string>
 
 #include "core/run/engine.h"
-#include "proto/answer_members.h"
-#include "proto/point_json.h"
-#include "proto/ray_json.h"
-#include "proto/sweep_json.h"
+#include "proto/json/answer_members.h"
+#include "proto/json/point_json.h"
+#include "proto/json/ray_json.h"
+#include "proto/json/sweep_json.h"
 #include "server/http/exchange.h"
 #include "server/operation/request_log.h"
 #include "server/routes/scene_admission.h"
@@ -44,7 +44,7 @@ class RayRequest {
   const RayQuery& query() const { return query_; }
   const Deadline& deadline() const { return deadline_; }
   RayOptions options() {
-    return {kept_ ? &*kept_ : nullptr, &timer_.report.work, !exchange_.at_door};
+    return {resolved_ ? &*resolved_ : nullptr, &timer_.report.work, !exchange_.at_door};
   }
   WorkTimer& timer() { return timer_; }
   /// The collector of warnings about selections; null for a strict question, which fails instead.
@@ -83,7 +83,7 @@ class RayRequest {
   const Service& service_;
   std::shared_ptr<const Scene> scene_;
   RayQuery query_;
-  std::optional<KeptSides> kept_;
+  std::optional<ResolvedFilter> resolved_;
   SelectionWarnings warnings_;
   Deadline deadline_ = Deadline::never();
   WorkTimer timer_;

@@ -4,9 +4,9 @@
 #include <new>
 #include <utility>
 
-#include "core/run/kept_sides.h"
-#include "proto/hit_binary.h"
-#include "proto/hit_lines.h"
+#include "core/run/resolved_filter.h"
+#include "proto/binary/hit_binary.h"
+#include "proto/json/hit_lines.h"
 #include "server/http/body_reader.h"
 #include "server/http/http_status.h"
 #include "server/http/request_body.h"
@@ -146,7 +146,7 @@ Result<std::string> RayStream::next_frame() {
 }
 
 void RayStream::forget_filter() {
-  kept_.reset();
+  resolved_.reset();
   knows_filter_ = false;
 }
 
@@ -162,17 +162,17 @@ Result<std::string> RayStream::answer(Result<RayQuery> query) {
   const bool has_masks = !query->rays.mask.empty();
   if (!knows_filter_ || has_masks || form_ == Form::kFrames) {
     forget_filter();
-    auto kept =
-        kept_for_rays(*scene_, query->filter, query->rays.mask, deadline, reserve_from(memory_));
-    if (!kept) return std::move(kept).error();
-    kept_ = std::move(*kept);
+    auto resolved =
+        resolve_for_rays(*scene_, query->filter, query->rays.mask, deadline, reserve_from(memory_));
+    if (!resolved) return std::move(resolved).error();
+    resolved_ = std::move(*resolved);
     knows_filter_ = !has_masks;
   }
   WorkTimer timer;
-  const RayOptions options{kept_ ? &*kept_ : nullptr, &timer.report.work};
+  const RayOptions options{resolved_ ? &*resolved_ : nullptr, &timer.report.work};
   auto text = answer_rays(kind_, service_, *scene_, *query, options, deadline,
                           reserve_from(memory_), timer);
-  // Nor is it kept in memory where the next part has to work it out anew.
+  // Nor is it resolved in memory where the next part has to work it out anew.
   if (!knows_filter_ || form_ == Form::kFrames) forget_filter();
   journal_.metrics.count_part(query->rays.size(), timer.report.work);
   if (text) note_.rays += query->rays.size();
@@ -185,7 +185,7 @@ Result<std::string> RayStream::next() try {
     auto part = form_ == Form::kLines ? next_lines() : next_frame();
     // Lines may all be empty ones.
     if (memory_ != nullptr) {
-      const std::uint64_t filter = kept_ ? kept_sides_bytes(*scene_) : 0;
+      const std::uint64_t filter = resolved_ ? resolved_filter_bytes(*scene_) : 0;
       memory_->keep_while_streaming(filter + (part ? part->size() : 0));
     }
     if (!part || !part->empty() || (ended_ && buffer_.empty())) return part;

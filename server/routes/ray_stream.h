@@ -8,8 +8,8 @@
 #include <string_view>
 
 #include "core/run/engine.h"
-#include "proto/ray_frames.h"
-#include "proto/ray_lines.h"
+#include "proto/binary/ray_frames.h"
+#include "proto/json/ray_lines.h"
 #include "server/http/exchange.h"
 #include "server/operation/request_log.h"
 #include "server/service/ray_answer.h"
@@ -70,7 +70,7 @@ class RayStream {
   const Form form_;
   RayLines lines_;
   RayFrames frames_;
-  std::optional<KeptSides> kept_;
+  std::optional<ResolvedFilter> resolved_;
   bool knows_filter_ = false;
   std::string buffer_;
   std::size_t counted_ = 0;  ///< bytes of the buffer that are counted as a body

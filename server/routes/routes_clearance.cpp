@@ -1,7 +1,7 @@
 #include "core/run/clearance.h"
 
-#include "core/run/kept_sides.h"
-#include "proto/clearance_json.h"
+#include "core/run/resolved_filter.h"
+#include "proto/json/clearance_json.h"
 #include "server/http/work_memory.h"
 #include "server/routes/ray_request.h"
 #include "server/routes/routes.h"
@@ -16,23 +16,24 @@ constexpr std::uint64_t kMemberBytes = 160;
 /// A pair, its terms, and as JSON.
 constexpr std::uint64_t kPairBytes = sizeof(ClearancePair) + 128 + 14 * kNumberBytes;
 
-std::uint64_t triangles_of(const Scene& scene, const KeptSides& kept) {
+std::uint64_t triangles_of(const Scene& scene, const ResolvedFilter& resolved) {
   std::uint64_t count = 0;
   std::size_t slot = 0;
   for (const Instance& instance : scene.description().instances) {
     for (const Primitive& primitive : scene.description().meshes[instance.mesh]->primitives)
-      count += kept.sides[slot++] != 0 ? primitive.triangle_count : 0;
+      count += resolved.sides[slot++] != 0 ? primitive.triangle_count : 0;
   }
   return count;
 }
 
 /// What is chosen, of all that counts at all.
-Result<KeptSides> selection(const Scene& scene, const TriangleChoice& choice,
-                            const std::string& key, const KeptSides* kept, const Deadline& deadline,
-                            const ReserveBytes& reserve, SelectionWarnings* warnings) {
+Result<ResolvedFilter> selection(const Scene& scene, const TriangleChoice& choice,
+                                 const std::string& key, const ResolvedFilter* resolved,
+                                 const Deadline& deadline, const ReserveBytes& reserve,
+                                 SelectionWarnings* warnings) {
   auto chosen = chosen_sides(scene, choice, key, deadline, reserve, warnings);
-  for (std::size_t i = 0; chosen && kept != nullptr && i < kept->sides.size(); ++i)
-    chosen->sides[i] = chosen->sides[i] & kept->sides[i];
+  for (std::size_t i = 0; chosen && resolved != nullptr && i < resolved->sides.size(); ++i)
+    chosen->sides[i] = chosen->sides[i] & resolved->sides[i];
   return chosen;
 }
 
@@ -64,11 +65,11 @@ void ask_clearance(Exchange& exchange, const Service& service) {
   const Scene& scene = request.scene();
   const RayOptions options = request.options();
   const ReserveBytes reserve = reserve_from(exchange.memory);
-  const auto a =
-      selection(scene, query.a, "a", options.kept, request.deadline(), reserve, request.warnings());
+  const auto a = selection(scene, query.a, "a", options.resolved, request.deadline(), reserve,
+                           request.warnings());
   if (!a) return exchange.reply_error(a.error());
-  const auto b =
-      selection(scene, query.b, "b", options.kept, request.deadline(), reserve, request.warnings());
+  const auto b = selection(scene, query.b, "b", options.resolved, request.deadline(), reserve,
+                           request.warnings());
   if (!b) return exchange.reply_error(b.error());
   const std::uint64_t members =
       triangles_of(scene, *a) + (keep_the_same(*a, *b) ? 0 : triangles_of(scene, *b));

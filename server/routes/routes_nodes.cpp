@@ -1,7 +1,7 @@
 #include <charconv>
 
 #include "core/scene/node_transform.h"
-#include "proto/node_json.h"
+#include "proto/json/node_json.h"
 #include "server/http/media_type.h"
 #include "server/http/request_body.h"
 #include "server/routes/preconditions.h"

@@ -1,6 +1,6 @@
 #include "core/run/inside.h"
-#include "proto/hit_binary.h"
-#include "proto/point_binary.h"
+#include "proto/binary/hit_binary.h"
+#include "proto/binary/point_binary.h"
 #include "server/http/work_memory.h"
 #include "server/routes/ray_request.h"
 #include "server/routes/routes.h"

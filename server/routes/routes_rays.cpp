@@ -1,5 +1,5 @@
-#include "proto/ray_binary.h"
-#include "proto/ray_columns.h"
+#include "proto/binary/ray_binary.h"
+#include "proto/json/ray_columns.h"
 #include "server/http/media_type.h"
 #include "server/http/request_body.h"
 #include "server/http/work_memory.h"

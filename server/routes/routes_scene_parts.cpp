@@ -2,7 +2,7 @@
 #include <array>
 #include <span>
 
-#include "proto/ray_binary.h"
+#include "proto/binary/ray_binary.h"
 #include "server/http/query_parameters.h"
 #include "server/routes/routes.h"
 #include "server/routes/scene_admission.h"

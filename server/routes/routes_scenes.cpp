@@ -1,5 +1,5 @@
 #include "core/store/scene_id.h"
-#include "proto/load_json.h"
+#include "proto/json/load_json.h"
 #include "server/http/body_reader.h"
 #include "server/http/http_status.h"
 #include "server/http/media_type.h"

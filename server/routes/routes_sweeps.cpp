@@ -1,5 +1,5 @@
-#include "proto/hit_binary.h"
-#include "proto/sweep_json.h"
+#include "proto/binary/hit_binary.h"
+#include "proto/json/sweep_json.h"
 #include "server/routes/ray_request.h"
 #include "server/routes/routes.h"
 #include "server/service/answer_memory.h"

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "proto/visibility_json.h"
+#include "proto/json/visibility_json.h"
 #include "server/routes/ray_request.h"
 #include "server/routes/routes.h"
 #include "server/service/answer_memory.h"

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "core/store/scene_id.h"
-#include "proto/hit_lines.h"
-#include "proto/ray_binary.h"
+#include "proto/binary/ray_binary.h"
+#include "proto/json/hit_lines.h"
 #include "server/http/media_type.h"
 #include "server/http/request_body.h"
 #include "server/http/work_memory.h"

@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "core/base/watch.h"
-#include "proto/hit_json.h"
+#include "proto/json/hit_json.h"
 #include "server/service/hit_terms.h"
 
 namespace sightline {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numbers>
 
-#include "proto/json_pointer.h"
+#include "proto/json/json_pointer.h"
 
 namespace sightline {
 

@@ -6,7 +6,7 @@
 #include "core/query/ray_batch.h"
 #include "core/run/engine.h"
 #include "core/scene/scene.h"
-#include "proto/hit_json.h"
+#include "proto/json/hit_json.h"
 
 namespace sightline {
 

@@ -5,11 +5,11 @@
 #include "core/base/infinity.h"
 #include "core/base/watch.h"
 #include "core/run/nearest_miss.h"
-#include "core/trace/all_hits.h"
-#include "core/trace/explain.h"
-#include "proto/hit_binary.h"
-#include "proto/hit_json.h"
-#include "proto/hit_lines.h"
+#include "core/trace/inspect/explain.h"
+#include "core/trace/kernel/all_hits.h"
+#include "proto/binary/hit_binary.h"
+#include "proto/json/hit_json.h"
+#include "proto/json/hit_lines.h"
 #include "server/service/answer_memory.h"
 #include "server/service/hit_terms.h"
 #include "server/service/tree_json.h"
@@ -93,7 +93,7 @@ Status count_visits(const RayBatchCourse& course, Column<std::uint32_t>& visits)
   const SceneView view(course.scene);
   DeadlineWatch watch(course.deadline);
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    const auto boxes = explain_ray(view, rays[i], course.options.kept, kMostBoxes).boxes.size();
+    const auto boxes = explain_ray(view, rays[i], course.options.resolved, kMostBoxes).boxes.size();
     visits.push_back(static_cast<std::uint32_t>(boxes));
     if (watch.passed(boxes + 1)) return watch.error();
   }
@@ -137,7 +137,7 @@ Result<std::string> answer_closest(const RayBatchCourse& course) {
     status = ask_for(course.reserve, kExplanationBytes);
     if (!status) return status.error();
     auto explained = encode_explanation(course.scene, query.rays[0], query.filter,
-                                        course.options.kept, course.deadline, course.reserve);
+                                        course.options.resolved, course.deadline, course.reserve);
     if (!explained) return explained;
     if (!hits.hit(0)) {
       std::optional<NearestMiss> miss;

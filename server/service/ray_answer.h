@@ -6,8 +6,8 @@
 #include <string>
 
 #include "core/base/watch.h"
-#include "proto/answer_members.h"
-#include "proto/ray_json.h"
+#include "proto/json/answer_members.h"
+#include "proto/json/ray_json.h"
 #include "server/service/service.h"
 
 namespace sightline {

@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "core/scene/scene.h"
-#include "proto/geometry_binary.h"
+#include "proto/binary/geometry_binary.h"
 
 namespace sightline {
 

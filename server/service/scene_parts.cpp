@@ -4,8 +4,8 @@
 #include <array>
 #include <charconv>
 
-#include "proto/json_parts.h"
-#include "proto/json_pointer.h"
+#include "proto/json/json_parts.h"
+#include "proto/json/json_pointer.h"
 
 namespace sightline {
 namespace {

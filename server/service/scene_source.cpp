@@ -105,7 +105,7 @@ Result<std::shared_ptr<const Scene>> load_scene(const LoadInput& input, Laziness
   input.progress.begin("importing");
   ImportOptions options = options_of(input.choice, input.progress, laziness);
   options.neighbour = input.neighbour;
-  options.keeper = input.keeper;
+  options.owner = input.owner;
   options.claim = input.claim;
   options.copies_attributes = true;
   return make(import_bytes(input.bytes, options), input.progress, laziness, input.changes);

@@ -5,11 +5,11 @@
 #include <tuple>
 #include <unordered_set>
 
-#include "core/run/kept_sides.h"
-#include "core/trace/explain.h"
-#include "core/trace/tree_levels.h"
-#include "core/trace/tree_report.h"
-#include "proto/json_parts.h"
+#include "core/run/resolved_filter.h"
+#include "core/trace/inspect/explain.h"
+#include "core/trace/inspect/tree_levels.h"
+#include "core/trace/inspect/tree_report.h"
+#include "proto/json/json_parts.h"
 
 namespace sightline {
 namespace {
@@ -39,7 +39,8 @@ void write_slabs(JsonWriter& out, const RayBoxAnswer& met) {
 /// Which part of a filter leaves a triangle out that a ray meets.
 class FilterParts {
  public:
-  FilterParts(const Scene& scene, const KeptSides* kept) : scene_(scene), kept_(kept) {}
+  FilterParts(const Scene& scene, const ResolvedFilter* resolved)
+      : scene_(scene), resolved_(resolved) {}
   /// To be called first. Errors: those of chosen_sides.
   Status choose(const HitFilter& filter, const Deadline& deadline, const ReserveBytes& reserve) {
     for (const auto& [choice, sides, key] : {std::tuple{&filter.include, &include_, "include"},
@@ -57,17 +58,17 @@ class FilterParts {
     if (include_ && !chooses(*include_, id)) return "include";
     if (exclude_ && chooses(*exclude_, id)) return "exclude";
     // Culling leaves a side of everything.
-    return kept_ != nullptr && !chooses(*kept_, id) ? "mask" : "cull";
+    return resolved_ != nullptr && !chooses(*resolved_, id) ? "mask" : "cull";
   }
 
  private:
-  bool chooses(const KeptSides& kept, TriangleId id) const {
-    return kept.sides[kept.first[id.instance] + scene_.primitive_of(id)] != 0;
+  bool chooses(const ResolvedFilter& resolved, TriangleId id) const {
+    return resolved.sides[resolved.first[id.instance] + scene_.primitive_of(id)] != 0;
   }
 
   const Scene& scene_;
-  const KeptSides* kept_;
-  std::optional<KeptSides> include_, exclude_;
+  const ResolvedFilter* resolved_;
+  std::optional<ResolvedFilter> include_, exclude_;
 };
 
 /// Begins an object.
@@ -161,13 +162,13 @@ std::string encode_nearest_miss(const Scene& scene, const std::optional<NearestM
 }
 
 Result<std::string> encode_explanation(const Scene& scene, const Ray& ray, const HitFilter& filter,
-                                       const KeptSides* kept, const Deadline& deadline,
+                                       const ResolvedFilter* resolved, const Deadline& deadline,
                                        const ReserveBytes& reserve) {
-  FilterParts parts(scene, kept);
+  FilterParts parts(scene, resolved);
   if (Status status = parts.choose(filter, deadline, reserve); !status)
     return std::move(status).error();
   const SceneView view(scene);
-  const Explanation explanation = explain_ray(view, ray, kept);
+  const Explanation explanation = explain_ray(view, ray, resolved);
   JsonWriter out(64 + explanation.boxes.size() * 200);
   out.raw("{\"boxes\":[");
   for (std::size_t i = 0; i < explanation.boxes.size(); ++i) {
@@ -182,11 +183,12 @@ std::string encode_trees(const Scene& scene, std::optional<std::uint32_t> level)
   const SceneView view(scene);
   const SceneTree& trees = view.tree();
   JsonWriter out(256);
-  write(out, "{\"complete\":", trees.complete(), ",\"pending\":", trees.pending, ",\"trees\":[");
+  write(out, "{\"complete\":", trees.complete(), ",\"pending\":", trees.unbuilt_count,
+        ",\"trees\":[");
   std::unordered_set<std::uint32_t> told;
   for (std::uint32_t entry = 0; entry < trees.entries && told.size() < kMostTrees; ++entry) {
     const std::uint32_t tree = trees.placements[entry].tree;
-    if (trees.is_pending(tree) || !told.insert(tree).second) continue;
+    if (trees.is_unbuilt(tree) || !told.insert(tree).second) continue;
     const auto uses =
         std::count_if(trees.placements.begin(), trees.placements.end(),
                       [&](const Placement& placement) { return placement.tree == tree; });

@@ -8,7 +8,7 @@
 #include "core/query/hit_filter.h"
 #include "core/query/ray_batch.h"
 #include "core/scene/scene.h"
-#include "core/trace/nearest_miss.h"
+#include "core/trace/search/nearest_miss.h"
 
 namespace sightline {
 
@@ -21,10 +21,10 @@ namespace sightline {
 /// "triangles":[{"instance","primitive","triangle","verdict","t"}]: hit, missed or filtered, then
 /// with "by": cull, include or exclude.
 ///
-/// Precondition: a closest hit was requested. `kept` is the resolved form of `filter`, null: all
+/// Precondition: a closest hit was requested. `resolved` is the resolved form of `filter`, null: all
 /// triangles. Errors: those of chosen_sides, for the parts of the filter.
 Result<std::string> encode_explanation(const Scene& scene, const Ray& ray, const HitFilter& filter,
-                                       const KeptSides* kept, const Deadline& deadline,
+                                       const ResolvedFilter* resolved, const Deadline& deadline,
                                        const ReserveBytes& reserve);
 
 /// {"instance","primitive","triangle","node","distance"}, or null for none.

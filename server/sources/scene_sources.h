@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "core/store/scene_store.h"
-#include "proto/load_json.h"
+#include "proto/json/load_json.h"
 #include "server/sources/scene_root.h"
 #include "server/sources/url_fetch.h"
 

@@ -4,7 +4,7 @@
 #include <cstdio>
 
 #include "core/geometry/ray_box.h"
-#include "core/trace/kernel.h"
+#include "core/trace/kernel/kernel.h"
 #include "tests/bench/accuracy_judge.h"
 #include "tests/bench/machine.h"
 #include "tests/contestants/slab_tests.h"

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "core/demo/random.h"
-#include "core/trace/kernel.h"
+#include "core/trace/kernel/kernel.h"
 
 namespace sightline::bench {
 

@@ -2,10 +2,10 @@
 
 #include <stdexcept>
 
-#include "proto/hit_binary.h"
-#include "proto/hit_lines.h"
-#include "proto/ray_binary.h"
-#include "proto/ray_lines.h"
+#include "proto/binary/hit_binary.h"
+#include "proto/binary/ray_binary.h"
+#include "proto/json/hit_lines.h"
+#include "proto/json/ray_lines.h"
 #include "server/service/hit_terms.h"
 #include "tests/bench/machine.h"
 

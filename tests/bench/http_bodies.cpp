@@ -2,7 +2,7 @@
 
 #include <cstring>
 
-#include "proto/json_writer.h"
+#include "proto/json/json_writer.h"
 
 namespace sightline::bench {
 namespace {

@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "core/demo/demo.h"
-#include "core/trace/kernel.h"
+#include "core/trace/kernel/kernel.h"
 #include "tests/bench/bench_rays.h"
 #include "tests/bench/bench_scene.h"
 #include "tests/bench/contestant.h"

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "core/trace/kernel.h"
+#include "core/trace/kernel/kernel.h"
 #include "tests/bench/contestant.h"
 
 namespace sightline::bench {
@@ -34,7 +34,8 @@ class SightlineContestant : public Contestant {
     for (const Instance& instance : scene.description().instances) {
       kept_.first.push_back(kept_.sides.size());
       const auto& primitives = scene.description().meshes[instance.mesh]->primitives;
-      const std::uint8_t some = sides == Sides::kAll ? KeptSides::kAll : KeptSides::kFront;
+      const std::uint8_t some =
+          sides == Sides::kAll ? ResolvedFilter::kAll : ResolvedFilter::kFront;
       kept_.sides.insert(kept_.sides.end(), primitives.size(), some);
     }
     is_filtered_ = true;
@@ -111,7 +112,7 @@ class SightlineContestant : public Contestant {
   std::size_t batch_;
   Kernel kernel_;
   const Scene& scene_;
-  KeptSides kept_;
+  ResolvedFilter kept_;
   bool is_filtered_ = false, is_exact_ = true;
 };
 

@@ -16,8 +16,8 @@
 #include "core/run/engine.h"
 #include "core/store/file_bytes.h"
 #include "core/store/posix_file.h"
-#include "core/store/tree_keeper.h"
-#include "proto/hit_json.h"
+#include "core/store/tree_cache_manager.h"
+#include "proto/json/hit_json.h"
 #include "tests/bench/embree_build.h"
 #include "tests/bench/machine.h"
 #include "tests/support/golden_hash.h"
@@ -90,9 +90,9 @@ Result<SceneDescription> import_stored(const std::filesystem::path& file) {
   auto read = FileBytes::read(*opened, kDoing, fingerprint);
   if (!read) return read.error();
   ImportOptions options;
-  const auto keeper = std::make_shared<const FileBytes>(std::move(*read));
-  options.keeper = keeper;
-  return import_bytes(keeper->bytes(), options);
+  const auto manager = std::make_shared<const FileBytes>(std::move(*read));
+  options.owner = manager;
+  return import_bytes(manager->bytes(), options);
 }
 
 }  // namespace
@@ -160,9 +160,9 @@ nlohmann::json run_rays(const std::filesystem::path& file, bool lazy) {
 
 nlohmann::json run_server(const std::filesystem::path& file, const std::filesystem::path& folder) {
   const auto engine = Engine::create({});
-  TreeKeeperOptions options;
+  TreeCacheOptions options;
   options.folder = folder;
-  TreeKeeper keeper(options);
+  TreeCacheManager manager(options);
   const double start = wall_time_seconds();
   auto description = import_stored(file);
   if (!description) return {{"error", description.error().message}};
@@ -171,12 +171,12 @@ nlohmann::json run_server(const std::filesystem::path& file, const std::filesyst
   const double ready = wall_time_seconds();
   const RayBatch rays = rays_into(**scene);
   const double asked = wall_time_seconds();
-  if (!keeper.adopt(*scene)) return {{"error", "not adopted"}};
+  if (!manager.adopt(*scene)) return {{"error", "not adopted"}};
   HitBatch hits;
   if (!(*engine)->closest(**scene, part_of(rays, 0, 1), Deadline::never(), hits))
     return {{"error", "no answer"}};
   const double first = wall_time_seconds() - asked;
-  keeper.wait_until_idle();
+  manager.wait_until_idle();
   const double settled = wall_time_seconds() - asked;
   if (!(*engine)->closest(**scene, rays, Deadline::never(), hits)) return {{"error", "no answer"}};
   malloc_trim(0);

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "core/trace/kernel.h"
+#include "core/trace/kernel/kernel.h"
 #include "tests/bench/bench_rays.h"
 #include "tests/bench/bench_scene.h"
 #include "tests/bench/contestant.h"

@@ -15,7 +15,7 @@
 
 #include "core/bvh/wide_tree.h"
 #include "core/query/ray_batch.h"
-#include "core/trace/child_list-inl.h"
+#include "core/trace/kernel/child_list-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sightline::contestants {

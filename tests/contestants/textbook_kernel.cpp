@@ -21,9 +21,9 @@ namespace sightline::contestants {
 namespace HWY_NAMESPACE {
 
 template <class Test>
-class TextbookFlight {
+class TextbookInterleaved {
  public:
-  TextbookFlight(const Scene& scene, const RayBatch& rays, HitBatch& hits)
+  TextbookInterleaved(const Scene& scene, const RayBatch& rays, HitBatch& hits)
       : tree_(*scene.tree()->trees[scene.tree()->placements[0].tree]),
         instance_(scene.tree()->placements[0].instance),
         rays_(rays),
@@ -166,7 +166,7 @@ class TextbookFlight {
 template <class Test>
 void closest(const Scene& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
              HitBatch& hits) {
-  TextbookFlight<Test>(scene, rays, hits).run(begin, end);
+  TextbookInterleaved<Test>(scene, rays, hits).run(begin, end);
 }
 
 void moeller_trumbore_float32(const Scene& scene, const RayBatch& rays, std::size_t begin,

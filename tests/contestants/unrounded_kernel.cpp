@@ -10,7 +10,7 @@
 // Highway wants its own header after foreach_target.
 #include <hwy/highway.h>
 
-#include "core/trace/together-inl.h"
+#include "core/trace/kernel/batch_scheduler-inl.h"
 #include "tests/contestants/triangle_tests-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -19,10 +19,10 @@ namespace HWY_NAMESPACE {
 
 namespace product = sightline::HWY_NAMESPACE;
 
-/// Takes winners like the product's Finisher, eight at a time, and computes t = n.(v0 - o) / n.d.
-class PlainFinisher {
+/// Takes winners like the product's TRounding, eight at a time, and computes t = n.(v0 - o) / n.d.
+class PlainDivision {
  public:
-  PlainFinisher(const RayBatch& rays, HitBatch& hits) : rays_(rays), hits_(hits) {}
+  PlainDivision(const RayBatch& rays, HitBatch& hits) : rays_(rays), hits_(hits) {}
 
   void add(std::size_t ray, const Candidate& winner) {
     const TriangleId id = winner.id();
@@ -81,13 +81,13 @@ void closest_unrounded(const Scene& scene, const RayBatch& rays, std::size_t beg
     hits.instance[i] = hits.triangle[i] = kNone;
   }
   TraceCounts counts;
-  PlainFinisher finisher(rays, hits);
-  product::Together<false, product::Layout::kAsItIs>(scene, rays, nullptr, nullptr, counts)
-      .run(begin, end, finisher);
-  finisher.flush();
+  PlainDivision rounding(rays, hits);
+  product::BatchScheduler<false, product::Layout::kAsItIs>(scene, rays, nullptr, nullptr, counts)
+      .run(begin, end, rounding);
+  rounding.flush();
 }
 
-bool go_together(const Scene& scene) { return product::can_go_together(scene, 2); }
+bool go_together(const Scene& scene) { return product::can_use_packets(scene, 2); }
 
 }  // namespace HWY_NAMESPACE
 }  // namespace sightline::contestants

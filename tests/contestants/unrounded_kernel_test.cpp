@@ -8,7 +8,7 @@
 #include <memory>
 #include <utility>
 
-#include "core/trace/kernel.h"
+#include "core/trace/kernel/kernel.h"
 #include "tests/oracle/random.h"
 
 namespace sightline::contestants {

@@ -7,8 +7,8 @@
 #include <string>
 
 #include "core/geometry/ray_box.h"
-#include "proto/box_json.h"
-#include "proto/ray_box_json.h"
+#include "proto/json/box_json.h"
+#include "proto/json/ray_box_json.h"
 #include "tests/fuzz/body_check.h"
 
 namespace {

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <span>
 
-#include "core/import/draco_mesh.h"
+#include "core/import/codec/draco_mesh.h"
 #include "tests/fuzz/scene_check.h"
 
 using namespace sightline;

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <span>
 
-#include "core/import/glb_container.h"
+#include "core/import/gltf/glb_container.h"
 #include "tests/fuzz/scene_check.h"
 
 using namespace sightline;

@@ -32,7 +32,7 @@ void check_attributes(const Mesh& shared, const Mesh& copied) {
 void check_sharing(const SceneDescription& copied, std::span<const std::byte> bytes) {
   const auto kept = std::make_shared<const std::vector<std::byte>>(bytes.begin(), bytes.end());
   ImportOptions options = fuzz::small_limits();
-  options.keeper = kept;
+  options.owner = kept;
   const auto shared = import_bytes(*kept, options);
   fuzz::check(shared);
   fuzz::require(shared.ok() && shared->meshes.size() == copied.meshes.size(), "as many meshes");

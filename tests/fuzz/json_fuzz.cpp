@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
-#include "core/import/gltf_document.h"
-#include "core/import/json_guard.h"
+#include "core/import/gltf/gltf_document.h"
+#include "core/import/input/json_guard.h"
 #include "tests/fuzz/scene_check.h"
 
 using namespace sightline;

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-#include "core/import/meshopt_view.h"
+#include "core/import/codec/meshopt_view.h"
 #include "tests/fuzz/scene_check.h"
 
 using namespace sightline;

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "proto/point_json.h"
+#include "proto/json/point_json.h"
 #include "tests/fuzz/body_check.h"
 
 using namespace sightline;

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "core/import/pov_scene.h"
+#include "core/import/pov/pov_scene.h"
 #include "tests/fuzz/scene_check.h"
 
 using namespace sightline;

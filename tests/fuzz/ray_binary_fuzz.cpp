@@ -6,10 +6,10 @@
 #include <string>
 #include <string_view>
 
-#include "proto/point_binary.h"
-#include "proto/ray_binary.h"
-#include "proto/ray_columns.h"
-#include "proto/ray_frames.h"
+#include "proto/binary/point_binary.h"
+#include "proto/binary/ray_binary.h"
+#include "proto/binary/ray_frames.h"
+#include "proto/json/ray_columns.h"
 #include "tests/fuzz/body_check.h"
 
 using namespace sightline;

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "proto/ray_json.h"
+#include "proto/json/ray_json.h"
 #include "tests/fuzz/body_check.h"
 
 namespace {

@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-#include "proto/ray_lines.h"
+#include "proto/json/ray_lines.h"
 #include "tests/fuzz/body_check.h"
 #include "tests/fuzz/cuts.h"
 

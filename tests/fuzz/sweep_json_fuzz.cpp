@@ -4,8 +4,9 @@
 
 #include <string>
 
-#include "proto/clearance_json.h"
-#include "proto/sweep_json.h"
+#include "proto/binary/sweep_binary.h"
+#include "proto/json/clearance_json.h"
+#include "proto/json/sweep_json.h"
 #include "tests/fuzz/body_check.h"
 
 using namespace sightline;

@@ -13,7 +13,7 @@
 #include "core/scene/scene.h"
 #include "core/scene/tree_cache.h"
 #include "core/scene/tree_cache_format.h"
-#include "core/trace/kernel.h"
+#include "core/trace/kernel/kernel.h"
 
 using namespace sightline;
 

@@ -3,14 +3,16 @@
 
 Usage: room_laws.py [ROOT]
 
-The two tables of ARCHITECTURE.md are the single source: which room may include which, and which
-library header may be included where. This script reads them and checks, over every tracked file
+The tables of ARCHITECTURE.md are the single source: which room and which folder of a room may
+include which, and which library header may be included where. This script reads them and checks, over every tracked file
 (every file, where there is no git):
 
   rooms      a source file lies in a room of the table, and each room of the table exists
   one way    the table has no cycle
   includes   a quoted #include is written from the root, names a file that exists, and goes from a
              room to itself or to one that the table allows
+  sub-rooms  the folders of a room obey their table in the same way
+  units      a folder of core and proto has at most 30 units: headers, each with its .cpp files
   libraries  a library header appears only where the second table allows it
   links      the CMake targets of a room link only rooms that it may include
   citations  a paper cited by key ([Ize2013]) in a source or a page of docs/ has its entry in
@@ -39,6 +41,8 @@ ROOM_CALL = re.compile(r"\bsightline_room\s*\(\s*(\w+)([^)]*)\)")
 LINK_CALL = re.compile(r"\btarget_link_libraries\s*\(\s*(sightline_\w+|sightline)\b([^)]*)\)")
 CITATION = re.compile(r"\[([A-Z][A-Za-z]+\d{4})\](?!\()")
 ROUTES = "docs/reference/routes.md"
+UNITS_MOST = 30
+UNITS_CHECKED = ("core/", "proto/")
 SKIPPED_FOLDERS = {"build", "__pycache__", "node_modules", "scratch"}
 
 
@@ -48,11 +52,13 @@ def room_named(word, rooms):
 
 
 class Tables:
-    """What ARCHITECTURE.md says. rooms: room -> rooms that it may include. libraries: header
-    prefix -> rooms that may include it. top_level: names that may stand at the top."""
+    """What ARCHITECTURE.md says. rooms: room -> rooms that it may include. folders: folder of a room
+    -> folders of that room that it may include. libraries: header prefix -> rooms that may include
+    it. top_level: names that may stand at the top."""
 
     def __init__(self, text):
         self.rooms = {}
+        self.folders = {}
         self.libraries = {}
         self.top_level = []
         heading = ""
@@ -76,6 +82,8 @@ class Tables:
                     self.rooms[room] |= set(core)
                 elif word != "nothing":
                     self.rooms[room].add(room_named(word, words))
+        for cells in rows.get("sub-rooms", [])[1:]:
+            self.folders[cells[0].strip("`")] = {word for word in re.findall(r"[\w/]+", cells[-1]) if word != "nothing"}
         for cells in rows.get("libraries", [])[1:]:
             for prefix in re.findall(r"`([^`]+)`", cells[0]):
                 self.libraries[prefix] = set(re.findall(r"[\w/]+", cells[-1]))
@@ -139,6 +147,7 @@ class Laws:
             return self.violations
         self.check_table()
         self.check_top_level()
+        self.check_units()
         self.check_packages()
         self.check_routes()
         for name in self.files:
@@ -161,6 +170,16 @@ class Laws:
                 self.fault("ARCHITECTURE.md", f"room {room} may include {other}, which is no room")
             if not (self.root / room).is_dir():
                 self.fault("ARCHITECTURE.md", f"room {room} has no folder")
+        for folder, may in self.tables.folders.items():
+            if not (self.root / folder).is_dir() or self.tables.room_of(folder + "/x") is None:
+                self.fault("ARCHITECTURE.md", f"sub-room {folder} is no folder of a room")
+            for other in sorted(may):
+                if other not in self.tables.folders or self.tables.room_of(other + "/x") != self.tables.room_of(folder + "/x"):
+                    self.fault("ARCHITECTURE.md", f"sub-room {folder} may include {other}, which is no sub-room of its room")
+        self.check_one_way("rooms", rooms)
+        self.check_one_way("sub-rooms", self.tables.folders)
+
+    def check_one_way(self, what, rooms):
         # Rooms that only include rooms already placed can be placed; what is left over is a cycle.
         # "everything" names the room itself, which is no cycle.
         placed = set()
@@ -170,7 +189,17 @@ class Laws:
                 break
             placed |= ready
         if set(rooms) - placed:
-            self.fault("ARCHITECTURE.md", "rooms include each other in a circle: " + " ".join(sorted(set(rooms) - placed)))
+            self.fault("ARCHITECTURE.md", f"{what} include each other in a circle: " + " ".join(sorted(set(rooms) - placed)))
+
+    def check_units(self):
+        units = {}
+        for name in self.files:
+            path = PurePosixPath(name)
+            if path.suffix == ".h" and name.startswith(UNITS_CHECKED):
+                units.setdefault(str(path.parent), set()).add(path.stem)
+        for folder, names in sorted(units.items()):
+            if len(names) > UNITS_MOST:
+                self.fault(folder, f"has {len(names)} units; a folder has at most {UNITS_MOST}")
 
     def check_top_level(self):
         allowed = set(self.tables.top_level)
@@ -236,6 +265,20 @@ class Laws:
         elif other != room and other not in self.tables.rooms[room]:
             may = " ".join(sorted(self.tables.rooms[room])) or "nothing"
             self.fault(place, f"room {room} includes {other}; it may include: {may}")
+        elif other == room:
+            self.check_folders(place, str(PurePosixPath(place).parent), str(PurePosixPath(target).parent))
+
+    def check_folders(self, place, folder, other):
+        folders = self.tables.folders
+        if folder == other or (folder not in folders and other not in folders):
+            return
+        for each in (folder, other):
+            if each not in folders:
+                self.fault(place, f"{each} is no sub-room of the table")
+                return
+        if other not in folders[folder]:
+            may = " ".join(sorted(folders[folder])) or "nothing"
+            self.fault(place, f"{folder} includes {other}; it may include: {may}")
 
     def check_library(self, place, room, header):
         for prefix, allowed in self.tables.libraries.items():

@@ -29,6 +29,13 @@ ARCHITECTURE = """# A house
 ## Top level
 
 `core` `proto` `server` `tests` `docs` `ARCHITECTURE.md`
+
+## Sub-rooms
+
+| sub-room | what lives there | may include |
+|---|---|---|
+| proto | fields | nothing |
+| proto/json | text | proto |
 """
 
 GOOD = {
@@ -36,6 +43,7 @@ GOOD = {
     "core/scene/scene.h": '#include "core/base/result.h"\n// #include "server/server.h" is not an include\n',
     "core/scene/CMakeLists.txt": "sightline_room(scene SOURCES scene.cpp ROOMS base LIBRARIES fmt::fmt)\n",
     "proto/rays.cpp": '#include "core/base/result.h"\n',
+    "proto/json/rays.cpp": '#include "proto/rays.cpp"\n',
     "docs/REFERENCES.md": "**[Ize2013]** T. Ize.\n",
     "core/base/cited.h": "/// See [Ize2013] eq. 3.\n",
     "server/server.h": '#include <httplib.h>\n#include "core/scene/scene.h"\n#include "proto/rays.cpp"\n',
@@ -67,6 +75,23 @@ class RoomLaws(unittest.TestCase):
     def test_an_include_inside_an_if_counts_too(self):
         faults = self.violations({"proto/bad.h": '#if 0\n  #  include "core/scene/scene.h"\n#endif\n'})
         self.assert_fault(faults, "proto/bad.h:2", "proto includes core/scene")
+
+    def test_an_include_against_the_table_of_sub_rooms_is_named(self):
+        faults = self.violations({"proto/bad.h": '#include "proto/json/rays.cpp"\n'})
+        self.assert_fault(faults, "proto/bad.h:1", "proto includes proto/json; it may include: nothing")
+
+    def test_a_folder_that_is_no_sub_room_fails(self):
+        faults = self.violations({"proto/text/bad.h": '#include "proto/rays.cpp"\n'})
+        self.assert_fault(faults, "proto/text/bad.h:1", "proto/text is no sub-room")
+
+    def test_a_circle_of_sub_rooms_fails(self):
+        circle = ARCHITECTURE.replace("| proto | fields | nothing |", "| proto | fields | proto/json |")
+        self.assert_fault(self.violations(architecture=circle), "sub-rooms include each other in a circle: proto proto/json")
+
+    def test_a_folder_of_too_many_units_fails(self):
+        self.assertEqual(self.violations({f"proto/json/unit{i}.h": "" for i in range(30)}), [])
+        faults = self.violations({f"proto/json/unit{i}.h": "" for i in range(31)})
+        self.assert_fault(faults, "proto/json: has 31 units")
 
     def test_a_comment_opener_in_a_string_hides_no_include(self):
         faults = self.violations({"proto/bad.h": 'auto a = "*/*";\n#include "core/scene/scene.h"\nauto b = "*/*";\n'})
@@ -126,7 +151,7 @@ class RoomLaws(unittest.TestCase):
         self.assertTrue(any("circle" in fault for fault in faults), faults)
 
     def test_a_room_without_a_folder_fails(self):
-        more = ARCHITECTURE.replace("| proto |", "| core/store | scenes | base |\n| proto |")
+        more = ARCHITECTURE.replace("| proto | codecs", "| core/store | scenes | base |\n| proto | codecs")
         self.assert_fault(self.violations(architecture=more), "core/store", "no folder")
 
     def test_a_stray_entry_at_the_top_fails(self):

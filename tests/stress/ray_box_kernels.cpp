@@ -1,4 +1,4 @@
-#include "core/trace/kernel.h"
+#include "core/trace/kernel/kernel.h"
 #include "tests/stress/ray_box_cases.h"
 #include "tests/support/float_text.h"
 

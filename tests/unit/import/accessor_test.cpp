@@ -1,4 +1,4 @@
-#include "core/import/accessor.h"
+#include "core/import/gltf/accessor.h"
 
 #include <gtest/gtest.h>
 

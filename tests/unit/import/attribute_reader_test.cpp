@@ -1,4 +1,4 @@
-#include "core/import/attribute_reader.h"
+#include "core/import/gltf/attribute_reader.h"
 
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ struct Imported {
   Imported(const TinyFile& file, Source source)
       : bytes(std::make_shared<const std::vector<std::byte>>(file.bytes())), scene(Error{}) {
     ImportOptions options;
-    if (source == Source::kKept) options.keeper = bytes;
+    if (source == Source::kKept) options.owner = bytes;
     options.copies_attributes = source != Source::kGone;
     scene = import_bytes(*bytes, options);
   }

@@ -1,4 +1,4 @@
-#include "core/import/buffer_store.h"
+#include "core/import/gltf/buffer_store.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "core/import/draco_mesh.h"
+#include "core/import/codec/draco_mesh.h"
 
 #include <draco/compression/encode.h>
 #include <draco/mesh/triangle_soup_mesh_builder.h>
@@ -164,7 +164,7 @@ TEST(DracoMesh, has_its_coordinates_decoded_when_a_hit_asks) {
   const std::uint64_t packed = file.root["bufferViews"].back()["byteLength"];
   for (const bool is_kept : {true, false}) {
     ImportOptions import_options;
-    if (is_kept) import_options.keeper = bytes;
+    if (is_kept) import_options.owner = bytes;
     import_options.copies_attributes = true;
     const auto scene = import_bytes(*bytes, import_options);
     ASSERT_TRUE(scene.ok()) << scene.error().message;

@@ -1,4 +1,4 @@
-#include "core/import/glb_container.h"
+#include "core/import/gltf/glb_container.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "core/import/gltf_document.h"
+#include "core/import/gltf/gltf_document.h"
 
 #include <gtest/gtest.h>
 

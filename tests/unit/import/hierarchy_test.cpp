@@ -1,4 +1,4 @@
-#include "core/import/hierarchy.h"
+#include "core/import/gltf/hierarchy.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
-#include "core/import/instancing.h"
+#include "core/import/gltf/instancing.h"
 
 #include <gtest/gtest.h>
 
-#include "core/import/transform.h"
+#include "core/import/gltf/transform.h"
 #include "tests/unit/import/tiny_gltf_file.h"
 
 namespace sightline {

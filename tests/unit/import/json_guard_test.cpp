@@ -1,4 +1,4 @@
-#include "core/import/json_guard.h"
+#include "core/import/input/json_guard.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "core/import/mesh_reader.h"
+#include "core/import/gltf/mesh_reader.h"
 
 #include <gtest/gtest.h>
 
@@ -349,7 +349,7 @@ TEST(Sharing, looks_at_positions_and_indices_where_kept_bytes_have_them) {
     const auto copied = file.import();
     const auto bytes = std::make_shared<const std::vector<std::byte>>(file.bytes());
     ImportOptions options;
-    options.keeper = bytes;
+    options.owner = bytes;
     const auto shared = import_bytes(*bytes, options);
     ASSERT_TRUE(copied.ok() && shared.ok());
     const Mesh &mesh = *shared->meshes[0], &copy = *copied->meshes[0];
@@ -373,7 +373,7 @@ TEST(Corners, are_not_listed_where_they_are_the_vertices_in_their_order) {
     const auto bytes = std::make_shared<const std::vector<std::byte>>(file.bytes());
     for (const bool is_kept : {false, true}) {
       ImportOptions options;
-      if (is_kept) options.keeper = bytes;
+      if (is_kept) options.owner = bytes;
       const auto scene = import_bytes(*bytes, options);
       ASSERT_TRUE(scene.ok());
       const Mesh& mesh = *scene->meshes[0];
@@ -392,7 +392,7 @@ TEST(Sharing, copies_what_has_to_be_changed) {
   for (const TinyFile* file : {&strip, &two}) {
     const auto bytes = std::make_shared<const std::vector<std::byte>>(file->bytes());
     ImportOptions options;
-    options.keeper = bytes;
+    options.owner = bytes;
     const auto shared = import_bytes(*bytes, options);
     const auto copied = file->import();
     ASSERT_TRUE(shared.ok() && copied.ok());
@@ -416,7 +416,7 @@ TEST(Sharing, refuses_an_index_out_of_range_as_a_copy_does) {
   TinyFile file = indexed_row(3);
   const auto bytes = std::make_shared<const std::vector<std::byte>>(file.bytes());
   ImportOptions options;
-  options.keeper = bytes;
+  options.owner = bytes;
   const auto shared = import_bytes(*bytes, options);
   const auto copied = file.import();
   ASSERT_FALSE(shared.ok());

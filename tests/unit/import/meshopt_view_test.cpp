@@ -1,4 +1,4 @@
-#include "core/import/meshopt_view.h"
+#include "core/import/codec/meshopt_view.h"
 
 #include <gtest/gtest.h>
 #include <meshoptimizer.h>
@@ -141,7 +141,7 @@ TEST(MeshoptView, of_normals_is_decoded_when_a_hit_asks) {
   const auto bytes = std::make_shared<const std::vector<std::byte>>(file.bytes());
   for (const bool is_kept : {true, false}) {
     ImportOptions options;
-    if (is_kept) options.keeper = bytes;
+    if (is_kept) options.owner = bytes;
     options.copies_attributes = true;
     const auto scene = import_bytes(*bytes, options);
     ASSERT_TRUE(scene.ok()) << scene.error().message;

@@ -1,4 +1,4 @@
-#include "core/import/pov_scene.h"
+#include "core/import/pov/pov_scene.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "core/import/refusal.h"
+#include "core/import/input/refusal.h"
 
 #include <gtest/gtest.h>
 

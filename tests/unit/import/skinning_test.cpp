@@ -1,4 +1,4 @@
-#include "core/import/skinning.h"
+#include "core/import/gltf/skinning.h"
 
 #include <gtest/gtest.h>
 

@@ -181,7 +181,7 @@ TEST(TexturedFile, is_loaded_although_nobody_may_touch_what_no_ray_needs) {
   for (const bool is_kept : {false, true}) {
     ImportOptions options;
     // Then hits may ask for normals, which the import does not touch for that.
-    if (is_kept) options.keeper = std::shared_ptr<const void>(begin, [](const void*) {});
+    if (is_kept) options.owner = std::shared_ptr<const void>(begin, [](const void*) {});
     const auto scene = import_bytes({begin, bytes.size()}, options);
     ASSERT_TRUE(scene.ok()) << scene.error().message;
     expect_little_touched(scene->counts);

@@ -1,4 +1,4 @@
-#include "core/import/transform.h"
+#include "core/import/gltf/transform.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "core/import/uri.h"
+#include "core/import/input/uri.h"
 
 #include <gtest/gtest.h>
 

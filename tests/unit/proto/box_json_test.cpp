@@ -1,4 +1,4 @@
-#include "proto/box_json.h"
+#include "proto/json/box_json.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <string>
 
 #include "core/base/infinity.h"
-#include "proto/ray_box_json.h"
+#include "proto/json/ray_box_json.h"
 
 namespace sightline {
 namespace {

@@ -1,4 +1,4 @@
-#include "proto/hit_json.h"
+#include "proto/json/hit_json.h"
 
 #include <gtest/gtest.h>
 

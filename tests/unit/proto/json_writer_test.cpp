@@ -1,4 +1,4 @@
-#include "proto/json_writer.h"
+#include "proto/json/json_writer.h"
 
 #include <gtest/gtest.h>
 

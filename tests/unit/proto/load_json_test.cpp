@@ -1,4 +1,4 @@
-#include "proto/load_json.h"
+#include "proto/json/load_json.h"
 
 #include <gtest/gtest.h>
 

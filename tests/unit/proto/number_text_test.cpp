@@ -1,6 +1,6 @@
 // Numbers as text, held against the standard library's.
 
-#include "proto/number_text.h"
+#include "proto/json/number_text.h"
 
 #include <gtest/gtest.h>
 

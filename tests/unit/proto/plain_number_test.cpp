@@ -1,6 +1,6 @@
 // Numbers read several digits at a time, held against the C library's reader.
 
-#include "proto/plain_number.h"
+#include "proto/json/plain_number.h"
 
 #include <gtest/gtest.h>
 

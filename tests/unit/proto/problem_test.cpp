@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "proto/json_pointer.h"
+#include "proto/json/json_pointer.h"
 
 namespace sightline {
 namespace {

@@ -1,4 +1,4 @@
-#include "proto/ray_binary.h"
+#include "proto/binary/ray_binary.h"
 
 #include <gtest/gtest.h>
 

@@ -9,7 +9,7 @@
 #include <random>
 #include <string>
 
-#include "proto/ray_json.h"
+#include "proto/json/ray_json.h"
 
 namespace sightline {
 namespace {

@@ -1,4 +1,4 @@
-#include "proto/ray_json.h"
+#include "proto/json/ray_json.h"
 
 #include <gtest/gtest.h>
 

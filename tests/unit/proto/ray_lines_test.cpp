@@ -1,13 +1,13 @@
 // Rays as lines, in batches cut anywhere between lines; and as frames.
 
-#include "proto/ray_lines.h"
+#include "proto/json/ray_lines.h"
 
 #include <gtest/gtest.h>
 
 #include <cstdio>
 #include <cstring>
 
-#include "proto/ray_frames.h"
+#include "proto/binary/ray_frames.h"
 #include "tests/oracle/random.h"
 
 namespace sightline {

@@ -12,7 +12,7 @@
 
 #include "core/base/infinity.h"
 #include "core/run/engine.h"
-#include "core/run/kept_sides.h"
+#include "core/run/resolved_filter.h"
 #include "tests/oracle/random.h"
 #include "tests/oracle/scene_oracle.h"
 #include "tests/oracle/world_triangles.h"
@@ -147,7 +147,7 @@ TEST(Filter, gives_what_rational_arithmetic_keeps_on_every_kernel) {
     const FilteredTruth truth(*scene);
     const RayBatch rays = grid_rays(random, test::random_cases<std::size_t>(600));
     for (const Expectation& expected : expectations()) {
-      const auto kept = kept_sides(*scene, expected.filter, Deadline::never(), {});
+      const auto kept = resolve_filter(*scene, expected.filter, Deadline::never(), {});
       ASSERT_TRUE(kept.ok());
       std::vector<FilteredTruth::Kept> truths;
       for (std::size_t i = 0; i < rays.size(); ++i) truths.push_back(truth.all(rays[i], expected));
@@ -192,7 +192,7 @@ TEST(Filter, names_a_node_that_the_scene_does_not_have) {
   const auto scene = sample(random, Joining::kMeasured);
   HitFilter filter;
   filter.exclude = TriangleChoice{std::vector<std::uint32_t>{11, 7}, {}, {}};
-  const auto kept = kept_sides(*scene, filter, Deadline::never(), {});
+  const auto kept = resolve_filter(*scene, filter, Deadline::never(), {});
   ASSERT_FALSE(kept.ok());
   EXPECT_EQ(kept.error().code, "FILTER_NODE_UNKNOWN");
   EXPECT_EQ(kept.error().pointer, "/exclude/nodes/1");
@@ -243,7 +243,7 @@ TEST(Filter, chooses_the_same_names_however_often_they_come) {
   const auto scene = named(names);
   HitFilter filter;
   filter.include = TriangleChoice{{}, std::vector<std::string>{"*7?", "n3*1", "n0"}, {}};
-  const auto kept = kept_sides(*scene, filter, Deadline::never(), {});
+  const auto kept = resolve_filter(*scene, filter, Deadline::never(), {});
   ASSERT_TRUE(kept.ok());
   const Deadline never = Deadline::never();
   DeadlineWatch watch(never);
@@ -266,10 +266,10 @@ TEST(Filter, warns_of_what_matches_nothing_or_refuses_it) {
   using Patterns = std::vector<std::string>;
   const auto check = [&](const HitFilter& filter, const std::vector<std::string>& expected) {
     SelectionWarnings warnings;
-    const auto kept = kept_for_rays(*scene, filter, {}, Deadline::never(), {}, &warnings);
+    const auto kept = resolve_for_rays(*scene, filter, {}, Deadline::never(), {}, &warnings);
     ASSERT_TRUE(kept.ok());
     EXPECT_EQ(pointers(warnings), expected);
-    const auto strict = kept_for_rays(*scene, filter, {}, Deadline::never(), {});
+    const auto strict = resolve_for_rays(*scene, filter, {}, Deadline::never(), {});
     ASSERT_EQ(strict.ok(), expected.empty());
     if (expected.empty()) return;
     EXPECT_EQ(strict.error().code, kSelectionEmpty);
@@ -296,9 +296,10 @@ TEST(Filter, holds_patterns_against_what_lies_below_a_chosen_node) {
   const auto scene = *Scene::build(std::move(description));
   HitFilter filter;
   filter.include = TriangleChoice{{}, std::vector<std::string>{"house", "knob"}, {}};
-  EXPECT_TRUE(kept_sides(*scene, filter, Deadline::never(), {}).ok());
+  EXPECT_TRUE(resolve_filter(*scene, filter, Deadline::never(), {}).ok());
   filter.include->names = {"house", "knobs"};
-  EXPECT_EQ(kept_sides(*scene, filter, Deadline::never(), {}).error().pointer, "/include/names/1");
+  EXPECT_EQ(resolve_filter(*scene, filter, Deadline::never(), {}).error().pointer,
+            "/include/names/1");
 }
 
 TEST(Filter, warns_of_a_choice_without_triangles) {
@@ -334,7 +335,7 @@ TEST(Filter, ends_with_its_deadline_and_with_its_caller) {
   for (const auto& [deadline, code] :
        {std::pair{Deadline::in(std::chrono::milliseconds(20)), "DEADLINE"},
         {Deadline::in(std::chrono::hours(1), &gone), "CANCELLED"}}) {
-    const auto kept = kept_for_rays(*scene, filter, masks, deadline, {});
+    const auto kept = resolve_for_rays(*scene, filter, masks, deadline, {});
     ASSERT_FALSE(kept.ok());
     EXPECT_EQ(kept.error().code, code);
     const auto chosen = chosen_sides(*scene, *filter.include, "a", deadline, {});
@@ -354,14 +355,14 @@ TEST(Filter, asks_for_the_memory_that_it_takes) {
     return Error{ErrorKind::kTooLarge, "REQUEST_TOO_LARGE", "", ""};
   };
   // What keeps everything takes nothing.
-  ASSERT_TRUE(kept_for_rays(*scene, {}, {}, Deadline::never(), refuses).ok());
+  ASSERT_TRUE(resolve_for_rays(*scene, {}, {}, Deadline::never(), refuses).ok());
   HitFilter back;
   back.culling = Culling::kBack;
-  const auto kept = kept_for_rays(*scene, back, {}, Deadline::never(), counts);
+  const auto kept = resolve_for_rays(*scene, back, {}, Deadline::never(), counts);
   ASSERT_TRUE(kept.ok() && kept->has_value());
   EXPECT_GE(asked, (*kept)->first.capacity() * sizeof((*kept)->first[0]) +
                        (*kept)->sides.capacity() + (*kept)->masks.capacity() * 4);
-  EXPECT_EQ(kept_for_rays(*scene, back, {}, Deadline::never(), refuses).error().code,
+  EXPECT_EQ(resolve_for_rays(*scene, back, {}, Deadline::never(), refuses).error().code,
             "REQUEST_TOO_LARGE");
   const TriangleChoice all{{}, std::vector<std::string>{"*"}, {}};
   EXPECT_EQ(chosen_sides(*scene, all, "a", Deadline::never(), refuses).error().code,

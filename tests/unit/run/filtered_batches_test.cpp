@@ -6,7 +6,7 @@
 #include "core/base/infinity.h"
 #include "core/demo/demo.h"
 #include "core/import/import.h"
-#include "core/trace/kernel.h"
+#include "core/trace/kernel/kernel.h"
 #include "tests/oracle/random.h"
 #include "tests/support/float_text.h"
 
@@ -45,10 +45,10 @@ RayBatch rays_of(const Scene& scene, oracle::Random& random, bool from_one_point
 }
 
 /// Sides at random, mostly all or none; masks in every other filter.
-KeptSides sides_of(const Scene& scene, oracle::Random& random, bool masks) {
-  constexpr std::uint8_t kSome[] = {KeptSides::kAll, KeptSides::kAll, 0, KeptSides::kFront,
-                                    KeptSides::kBack};
-  KeptSides kept;
+ResolvedFilter sides_of(const Scene& scene, oracle::Random& random, bool masks) {
+  constexpr std::uint8_t kSome[] = {ResolvedFilter::kAll, ResolvedFilter::kAll, 0,
+                                    ResolvedFilter::kFront, ResolvedFilter::kBack};
+  ResolvedFilter kept;
   for (const Instance& instance : scene.description().instances) {
     kept.first.push_back(kept.sides.size());
     const std::size_t primitives = scene.description().meshes[instance.mesh]->primitives.size();
@@ -66,7 +66,7 @@ TEST(Filtered, batches_answer_as_single_rays) {
   for (const bool masks : {false, true}) {
     for (const bool from_one_point : {true, false}) {
       const RayBatch rays = rays_of(*scene, random, from_one_point);
-      const KeptSides kept = sides_of(*scene, random, masks);
+      const ResolvedFilter kept = sides_of(*scene, random, masks);
       for (const Kernel& kernel : supported_kernels()) {
         TraceCounts counts;
         HitBatch together, single;

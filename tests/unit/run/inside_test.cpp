@@ -130,16 +130,16 @@ TEST(Inside, counts_edges_within_the_time_and_the_memory_that_there_is) {
   description.nodes.push_back({});
   description.instances.push_back({});
   const auto scene = *Scene::build(std::move(description));
-  KeptSides kept;
+  ResolvedFilter kept;
   kept.first = {0};
-  kept.sides = {KeptSides::kAll, 0};
+  kept.sides = {ResolvedFilter::kAll, 0};
   CancelFlag gone;
   gone.cancel();
   const Deadline cancelled = Deadline::in(std::chrono::hours(1), &gone);
   const ReserveBytes refuses = [](std::uint64_t) {
     return Error{ErrorKind::kBusy, "MEMORY_BUSY", "", ""};
   };
-  for (const KeptSides* which : std::initializer_list<const KeptSides*>{nullptr, &kept}) {
+  for (const ResolvedFilter* which : std::initializer_list<const ResolvedFilter*>{nullptr, &kept}) {
     const auto edges = [&](const Deadline& deadline, const ReserveBytes& reserve) {
       return open_edges(*scene, which, InsideMethod::kParity, deadline, reserve);
     };

@@ -14,7 +14,7 @@
 #include "core/demo/demo.h"
 #include "core/import/import.h"
 #include "core/store/posix_file.h"
-#include "core/store/tree_keeper.h"
+#include "core/store/tree_cache_manager.h"
 #include "tests/unit/store/text_scenes.h"
 
 namespace {
@@ -133,32 +133,33 @@ TEST(StoreMemory, a_small_record_takes_little_memory_to_read) {
 TEST(StoreMemory, a_keeper_goes_on_whichever_allocation_of_its_thread_fails) {
   is_test = true;
   for (long grant = 0; grant < 12; ++grant) {
-    TreeKeeperOptions options;
+    TreeCacheOptions options;
     options.report = [](const std::string&) {};
-    TreeKeeper keeper(options);
+    TreeCacheManager manager(options);
     const auto scene = *Scene::prepare(*import_bytes(demo::write_glb(demo::terrain(300, 1)), {}));
     refused_elsewhere = 0;
     granted_elsewhere = grant;
-    ASSERT_TRUE(keeper.adopt(scene));
+    ASSERT_TRUE(manager.adopt(scene));
     // What is refused first, and then either the line about it or the next look.
     const Deadline deadline = Deadline::in(std::chrono::seconds(20));
     while (refused_elsewhere < 2 && !deadline.passed()) std::this_thread::yield();
     granted_elsewhere = -1;
-    keeper.wait_until_idle();
+    manager.wait_until_idle();
     EXPECT_GE(refused_elsewhere, 2) << grant;
     const auto next = *Scene::prepare(*import_bytes(demo::write_glb(demo::terrain(300, 2)), {}));
-    ASSERT_TRUE(keeper.adopt(next));
-    keeper.wait_until_idle();
+    ASSERT_TRUE(manager.adopt(next));
+    manager.wait_until_idle();
     EXPECT_TRUE(next->tree()->complete());
   }
 }
 
 TEST(StoreMemory, a_keeper_that_builds_nothing_ahead_remembers_no_scenes) {
-  TreeKeeperOptions options;
+  TreeCacheOptions options;
   options.ahead = false;
-  TreeKeeper keeper(options);
+  TreeCacheManager manager(options);
   const auto adopt_many = [&] {
-    for (int i = 0; i < 1000; ++i) ASSERT_TRUE(keeper.adopt(text_scene("x"), std::string(64, 'a')));
+    for (int i = 0; i < 1000; ++i)
+      ASSERT_TRUE(manager.adopt(text_scene("x"), std::string(64, 'a')));
     return;
   };
   adopt_many();

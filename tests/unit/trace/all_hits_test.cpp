@@ -1,6 +1,6 @@
 // The first hits of a ray, and how many there are, against a sort of everything by exact t and id.
 
-#include "core/trace/all_hits.h"
+#include "core/trace/kernel/all_hits.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <cstdio>
 
 #include "core/base/infinity.h"
-#include "core/trace/kernel.h"
+#include "core/trace/kernel/kernel.h"
 #include "tests/oracle/random.h"
 #include "tests/support/random_cases.h"
 

@@ -1,7 +1,7 @@
 // Boxes against scenes: the walk must find exactly the triangles that the exact predicate finds one
 // by one, and those are the oracle's.
 
-#include "core/trace/box_overlap.h"
+#include "core/trace/search/box_overlap.h"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@
 #include "core/geometry/exact_hit.h"
 #include "core/geometry/triangle_box.h"
 #include "core/geometry/triangle_within.h"
-#include "core/trace/box_region.h"
+#include "core/trace/search/box_region.h"
 #include "tests/oracle/box_oracle.h"
 #include "tests/oracle/random.h"
 #include "tests/oracle/world_triangles.h"

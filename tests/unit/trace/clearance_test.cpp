@@ -1,6 +1,6 @@
 // Two groups of awkward scenes: the pairs that rational arithmetic finds one by one.
 
-#include "core/trace/clearance.h"
+#include "core/trace/search/clearance.h"
 
 #include <gtest/gtest.h>
 
@@ -27,16 +27,16 @@ struct ExactPair {
 };
 
 /// Those of one instance, or of all others.
-KeptSides sides_of(const Scene& scene, std::uint32_t instance, bool others) {
-  KeptSides kept;
+ResolvedFilter sides_of(const Scene& scene, std::uint32_t instance, bool others) {
+  ResolvedFilter resolved;
   const auto& description = scene.description();
   for (std::uint32_t i = 0; i < description.instances.size(); ++i) {
-    kept.first.push_back(kept.sides.size());
+    resolved.first.push_back(resolved.sides.size());
     const auto& mesh = *description.meshes[description.instances[i].mesh];
-    kept.sides.insert(kept.sides.end(), mesh.primitives.size(),
-                      (i == instance) != others ? KeptSides::kAll : std::uint8_t{0});
+    resolved.sides.insert(resolved.sides.end(), mesh.primitives.size(),
+                          (i == instance) != others ? ResolvedFilter::kAll : std::uint8_t{0});
   }
-  return kept;
+  return resolved;
 }
 
 /// By distance and ids.

@@ -1,6 +1,6 @@
 // Every kernel against the exact predicate on every triangle, on small scenes made to be awkward.
 
-#include "core/trace/kernel.h"
+#include "core/trace/kernel/kernel.h"
 
 #include <gtest/gtest.h>
 
@@ -10,6 +10,7 @@
 #include <random>
 
 #include "core/base/infinity.h"
+#include "core/trace/decision.h"
 #include "tests/support/random_cases.h"
 #include "tests/unit/trace/awkward_scenes.h"
 

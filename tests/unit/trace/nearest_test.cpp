@@ -1,7 +1,7 @@
 // Nearest triangles of awkward scenes: the same ids in the same order as rational arithmetic finds
 // one by one.
 
-#include "core/trace/nearest.h"
+#include "core/trace/search/nearest.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // Swept spheres and boxes: triangle by triangle against rational arithmetic, and scenes against
 // triangle by triangle.
 
-#include "core/trace/sweep.h"
+#include "core/trace/search/sweep.h"
 
 #include <gtest/gtest.h>
 

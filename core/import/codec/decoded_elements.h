@@ -1,0 +1,40 @@
+#pragma once
+/// The numbers that a decoder writes, in the component types of glTF.
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace sightline::gltf {
+
+enum class Component : std::uint16_t {
+  kI8 = 5120,
+  kU8 = 5121,
+  kI16 = 5122,
+  kU16 = 5123,
+  kU32 = 5125,
+  kF32 = 5126
+};
+
+/// Elements that a decoder made, packed.
+struct DecodedElements {
+  Component component = Component::kF32;
+  std::uint32_t components = 0;
+  std::vector<std::byte> bytes;
+};
+
+/// The number of bytes of one component.
+inline std::size_t component_bytes(Component component) {
+  switch (component) {
+    case Component::kI8:
+    case Component::kU8:
+      return 1;
+    case Component::kI16:
+    case Component::kU16:
+      return 2;
+    default:
+      return 4;
+  }
+}
+
+}  // namespace sightline::gltf

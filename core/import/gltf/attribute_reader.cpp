@@ -1,0 +1,237 @@
+#include "core/import/gltf/attribute_reader.h"
+
+#include <cstring>
+
+#include "core/import/codec/draco_mesh.h"
+#include "core/import/codec/meshopt_view.h"
+#include "core/import/input/refusal.h"
+
+namespace sightline::gltf {
+
+namespace {
+
+/// [glTF2] 3.7.2.1, and KHR_mesh_quantization where the file has it.
+bool is_of_its_type(VertexAttribute attribute, const AccessorView& view, bool quantization) {
+  const bool is_small = view.component != Component::kF32 && view.component != Component::kU32;
+  const bool is_number = view.component == Component::kF32 || (is_small && view.normalized);
+  switch (attribute) {
+    case VertexAttribute::kNormal:
+      return view.components == 3 && is_number;
+    case VertexAttribute::kUv:
+      return view.components == 2 && (is_number || (is_small && quantization));
+    case VertexAttribute::kColour:
+      return (view.components == 3 || view.components == 4) && is_number;
+  }
+  return false;
+}
+
+/// A skin and morph targets that move positions turn normals with them.
+bool is_moved(VertexAttribute attribute, const AttributeEntry& entry, const PrimitiveSource& found,
+              const Pose& pose) {
+  const auto bit = static_cast<unsigned>(attribute);
+  for (std::size_t k = 0; k < pose.weights.size() && k < entry.moved_by.size(); ++k) {
+    if (pose.weights[k] != 0 && (unsigned{entry.moved_by[k]} >> bit & 1u) != 0) return true;
+  }
+  return attribute == VertexAttribute::kNormal &&
+         (pose.joints != nullptr || !found.targets.empty());
+}
+
+}  // namespace
+
+void AttributeReader::append(const PrimitiveSource& found, const Pose& pose,
+                             const CornerRange& range, std::uint32_t first_vertex, Mesh& mesh) {
+  const std::pair<std::size_t, std::size_t> primitive{mesh.file_mesh,
+                                                      mesh.primitives.back().file_primitive};
+  const auto entry = document_.attributes.find(primitive);
+  if (entry == document_.attributes.end() || (shared_.owner == nullptr && !copies_)) return;
+  PrimitiveAttributes attributes;
+  bool has_any = false;
+  attributes.first_vertex = first_vertex;
+  for (std::size_t i = 0; i < kVertexAttributes; ++i) {
+    const auto attribute = static_cast<VertexAttribute>(i);
+    if (entry->second.accessor[i] < 0 || is_moved(attribute, entry->second, found, pose)) continue;
+    auto numbers = find({entry->second, attribute, primitive, found, range});
+    if (!numbers) {
+      warnings_.add(found.place + ": " + kVertexAttributeNames[i] +
+                    " was left out: " + numbers.error().message);
+      continue;
+    }
+    attributes.numbers[i] = *std::move(numbers);
+    has_any = has_any || attributes.numbers[i] != nullptr;
+  }
+  if (!has_any) return;
+  mesh.attributes.resize(mesh.primitives.size());
+  mesh.attributes.back() = std::move(attributes);
+}
+
+Result<AttributeReader::Numbers> AttributeReader::find(const Wanted& wanted) {
+  const auto index = static_cast<std::size_t>(wanted.accessor());
+  const auto& accessor = document_.model.accessors[index];
+  const auto& draco = wanted.entry.draco[static_cast<std::size_t>(wanted.attribute)];
+  if (wanted.found.decoded != nullptr && draco.has_value()) return find_draco(wanted, *draco);
+  if (wanted.found.decoded != nullptr && !document_.has_view(accessor)) {
+    return invalid("GLTF_COMPRESSION_INVALID", "it is neither in the file nor compressed");
+  }
+  if (!is_at_hand(index)) {
+    return invalid("GLTF_BUFFER_INVALID", "accessor " + std::to_string(index) +
+                                              " lies in a buffer that no geometry needs");
+  }
+  if (document_.has_view(accessor)) {
+    const auto view = static_cast<std::size_t>(accessor.bufferView);
+    if (views_.is_meshopt(view)) return find_meshopt(wanted, view);
+  }
+  return find_stored(wanted);
+}
+
+bool AttributeReader::is_at_hand(std::size_t index) const {
+  const auto& accessor = document_.model.accessors[index];
+  const auto has = [&](int view) { return views_.is_at_hand(static_cast<std::size_t>(view)); };
+  if (document_.has_view(accessor) && !has(accessor.bufferView)) return false;
+  return !accessor.sparse.isSparse ||
+         (has(accessor.sparse.indices.bufferView) && has(accessor.sparse.values.bufferView));
+}
+
+Status AttributeReader::check(const Wanted& wanted, const AccessorView& view) const {
+  const auto wrong = [&](const std::string& what) {
+    return invalid("GLTF_ACCESSOR_INVALID",
+                   "accessor " + std::to_string(view.accessor) + " " + what);
+  };
+  if (!is_of_its_type(wanted.attribute, view, document_.quantization)) {
+    return wrong("is of another type than its attribute has");
+  }
+  if (view.count != wanted.found.positions.count) {
+    return wrong("has " + std::to_string(view.count) + " elements, POSITION has " +
+                 std::to_string(wanted.found.positions.count));
+  }
+  return success();
+}
+
+Result<AttributeReader::Numbers> AttributeReader::find_stored(const Wanted& wanted) {
+  auto view = accessors_.view(static_cast<std::size_t>(wanted.accessor()));
+  if (!view) return view.error();
+  if (Status status = check(wanted, *view); !status) return status.error();
+  if (is_kept(*view)) {
+    return Numbers(std::make_shared<const StoredNumbers>(*view, 0, shared_.owner, 0));
+  }
+  return copies_ ? copy(*view, wanted.range) : Numbers();
+}
+
+bool AttributeReader::is_kept(const AccessorView& view) const {
+  const std::size_t element = view.element_bytes();
+  if (view.base != nullptr && !is_held({view.base, (view.count - 1) * view.stride + element})) {
+    return false;
+  }
+  return view.sparse_count == 0 ||
+         (is_held(
+              {view.sparse_indices, view.sparse_count * component_bytes(view.sparse_component)}) &&
+          is_held({view.sparse_values, view.sparse_count * element}));
+}
+
+Result<AttributeReader::Numbers> AttributeReader::copy(const AccessorView& view,
+                                                       const CornerRange& range) {
+  const std::uint64_t count = std::uint64_t{range.high} - range.low + 1;
+  const std::size_t element = view.element_bytes();
+  if (Status status = budget_.spend_bytes(count * element); !status) return status.error();
+  accessors_.announce(view, range.low, count, &TouchedBytes::attributes);
+  const auto bytes = std::make_shared<std::vector<std::byte>>(count * element);
+  for (std::uint64_t i = 0; i < count && view.base != nullptr; ++i) {
+    std::memcpy(bytes->data() + i * element, view.base + (range.low + i) * view.stride, element);
+  }
+  for (std::uint64_t k = sparse_lower_bound(view, range.low); k < view.sparse_count; ++k) {
+    const std::uint64_t at = sparse_index(view, k);
+    if (at > range.high) break;
+    std::memcpy(bytes->data() + (at - range.low) * element, view.sparse_values + k * element,
+                element);
+  }
+  AccessorView packed = view;
+  packed.count = count;
+  packed.base = bytes->data();
+  packed.stride = element;
+  packed.sparse_count = 0;
+  return Numbers(std::make_shared<const StoredNumbers>(packed, range.low, bytes, count * element));
+}
+
+Result<std::optional<SharedColumn<std::byte>>> AttributeReader::hold(
+    std::span<const std::byte> compressed) {
+  using Held = std::optional<SharedColumn<std::byte>>;
+  if (is_held(compressed)) {
+    return Held(shared_.share<std::byte>(compressed.data(), compressed.size()));
+  }
+  if (!copies_) return Held();
+  if (Status status = budget_.spend_bytes(compressed.size()); !status) return status.error();
+  return Held(UnsetColumn<std::byte>(compressed.begin(), compressed.end()));
+}
+
+Result<AttributeReader::Numbers> AttributeReader::find_meshopt(const Wanted& wanted,
+                                                               std::size_t number) {
+  const auto index = static_cast<std::size_t>(wanted.accessor());
+  const auto& accessor = document_.model.accessors[index];
+  if (accessor.sparse.isSparse) {
+    return invalid("GLTF_ACCESSOR_INVALID", "compressed elements cannot be sparse");
+  }
+  auto view = accessors_.view_to_decode(index);
+  if (!view) return view.error();
+  if (Status status = check(wanted, *view); !status) return status.error();
+  std::shared_ptr<const LateView>& late = late_views_[number];
+  if (late == nullptr) {
+    auto compressed = views_.to_decode(number);
+    if (!compressed) return compressed.error();
+    auto held = hold(*compressed);
+    if (!held) return held.error();
+    if (!held->has_value()) return Numbers();
+    late = std::make_shared<const LateView>(
+        **std::move(held), !is_held(*compressed),
+        [description = document_.meshopt.at(number)](std::span<const std::byte> bytes) {
+          return decode_meshopt(description, bytes, "an attribute", "");
+        });
+  }
+  const auto begin = [late, offset = accessor.byteOffset](std::uint64_t& touched) {
+    const auto* const bytes = late->get(touched);
+    return bytes != nullptr ? bytes->get() + offset : nullptr;
+  };
+  return Numbers(std::make_shared<const LateNumbers>(*view, begin, late->bytes()));
+}
+
+Result<AttributeReader::Numbers> AttributeReader::find_draco(const Wanted& wanted,
+                                                             std::uint32_t id) {
+  const auto index = static_cast<std::size_t>(wanted.accessor());
+  auto view = accessors_.view_of_decoded(index);
+  if (!view) return view.error();
+  if (Status status = check(wanted, *view); !status) return status.error();
+  std::shared_ptr<const LateDraco>& late = late_draco_[wanted.primitive];
+  if (late == nullptr) {
+    auto compressed = views_.bytes(document_.draco.at(wanted.primitive).view);
+    if (!compressed) return compressed.error();
+    auto held = hold(*compressed);
+    if (!held) return held.error();
+    if (!held->has_value()) return Numbers();
+    DracoClaim claim;
+    claim.points = wanted.found.positions.count;
+    claim.triangles = wanted.found.indices->count / 3;
+    for (std::size_t i = 0; i < kVertexAttributes; ++i) {
+      if (wanted.entry.accessor[i] >= 0 && wanted.entry.draco[i]) {
+        claim.attributes.push_back(*wanted.entry.draco[i]);
+      }
+    }
+    late = std::make_shared<const LateDraco>(
+        **std::move(held), !is_held(*compressed),
+        [claim, limits = limits_](std::span<const std::byte> bytes) {
+          Budget budget(limits);
+          auto mesh = decode_draco(bytes, claim, budget, "an attribute", "");
+          if (mesh) mesh->corners = {};  // they are the mesh's already
+          return mesh;
+        });
+  }
+  const auto begin = [late, id, layout = *view](std::uint64_t& touched) -> const std::byte* {
+    const DracoMesh* const mesh = late->get(touched);
+    if (mesh == nullptr) return nullptr;
+    const DecodedElements& elements = mesh->attributes.at(id);
+    const bool is_as_stated = elements.component == layout.component &&
+                              elements.components == layout.components &&
+                              elements.bytes.size() == layout.count * layout.stride;
+    return is_as_stated ? elements.bytes.data() : nullptr;
+  };
+  return Numbers(std::make_shared<const LateNumbers>(*view, begin, late->bytes()));
+}
+
+}  // namespace sightline::gltf

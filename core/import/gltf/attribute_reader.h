@@ -1,0 +1,87 @@
+#pragma once
+/// Finds what hits may ask for of a primitive's vertices, without reading it.
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <memory>
+
+#include "core/base/result.h"
+#include "core/base/shared_column.h"
+#include "core/import/gltf/accessor.h"
+#include "core/import/gltf/corners.h"
+#include "core/import/gltf/gltf_document.h"
+#include "core/import/gltf/primitive_source.h"
+#include "core/import/gltf/stored_numbers.h"
+#include "core/import/gltf/view_store.h"
+#include "core/import/input/budget.h"
+#include "core/import/input/warnings.h"
+#include "core/scene/mesh.h"
+
+namespace sightline::gltf {
+
+class AttributeReader {
+ public:
+  /// Attributes are copied where `shared` has no owner, and in other files; where `copies` is false,
+  /// they are left out instead. All arguments must outlive the reader. What it finds needs none of
+  /// them.
+  AttributeReader(const GltfDocument& document, ViewStore& views, AccessorReader& accessors,
+                  const SharedBytes& shared, bool copies, const ImportLimits& limits,
+                  Budget& budget, Warnings& warnings)
+      : document_(document),
+        views_(views),
+        accessors_(accessors),
+        shared_(shared),
+        copies_(copies),
+        limits_(limits),
+        budget_(budget),
+        warnings_(warnings) {}
+
+  /// Opens and decodes no buffer that geometry has not needed before.
+  /// Tells the mesh of its last primitive, which uses the vertices of `range`. What is wrong with
+  /// an attribute is a warning, and it is left out, as are those that the pose would move.
+  void append(const PrimitiveSource& found, const Pose& pose, const CornerRange& range,
+              std::uint32_t first_vertex, Mesh& mesh);
+
+ private:
+  using Numbers = std::shared_ptr<const VertexNumbers>;
+  using LateView = LateDecoded<std::unique_ptr<std::byte[]>>;
+  using LateDraco = LateDecoded<DracoMesh>;
+  /// A requested attribute of a primitive.
+  struct Wanted {
+    const AttributeEntry& entry;
+    VertexAttribute attribute;
+    std::pair<std::size_t, std::size_t> primitive;
+    const PrimitiveSource& found;
+    const CornerRange& range;
+    int accessor() const { return entry.accessor[static_cast<std::size_t>(attribute)]; }
+  };
+
+  Result<Numbers> find(const Wanted& wanted);
+  bool is_at_hand(std::size_t accessor) const;
+  Result<Numbers> find_stored(const Wanted& wanted);
+  Result<Numbers> find_meshopt(const Wanted& wanted, std::size_t view);
+  Result<Numbers> find_draco(const Wanted& wanted, std::uint32_t id);
+  Status check(const Wanted& wanted, const AccessorView& view) const;
+  /// Whether every byte of the view stays valid after the import.
+  bool is_kept(const AccessorView& view) const;
+  Result<Numbers> copy(const AccessorView& view, const CornerRange& range);
+  /// Compressed bytes that stay; nothing where they would have to be copied and may not be.
+  Result<std::optional<SharedColumn<std::byte>>> hold(std::span<const std::byte> compressed);
+  bool is_held(std::span<const std::byte> bytes) const {
+    return !bytes.empty() && !shared_.share<std::byte>(bytes.data(), bytes.size()).empty();
+  }
+
+  const GltfDocument& document_;
+  ViewStore& views_;
+  AccessorReader& accessors_;
+  const SharedBytes& shared_;
+  const bool copies_;
+  const ImportLimits& limits_;
+  Budget& budget_;
+  Warnings& warnings_;
+  std::map<std::size_t, std::shared_ptr<const LateView>> late_views_;
+  std::map<std::pair<std::size_t, std::size_t>, std::shared_ptr<const LateDraco>> late_draco_;
+};
+
+}  // namespace sightline::gltf

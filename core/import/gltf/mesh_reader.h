@@ -1,0 +1,92 @@
+#pragma once
+/// Meshes of a file, each read when the first instance needs it and stored once.
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <tuple>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/import/gltf/accessor.h"
+#include "core/import/gltf/attribute_reader.h"
+#include "core/import/gltf/corners.h"
+#include "core/import/gltf/gltf_document.h"
+#include "core/import/gltf/primitive_source.h"
+#include "core/import/gltf/single_primitive_meshes.h"
+#include "core/import/gltf/skinning.h"
+#include "core/import/input/budget.h"
+#include "core/import/input/warnings.h"
+#include "core/scene/scene_description.h"
+
+namespace sightline::gltf {
+
+class MeshReader {
+ public:
+  MeshReader(const GltfDocument& document, ViewStore& views, AccessorReader& accessors,
+             const SharedBytes& shared, bool copies_attributes, const ImportLimits& limits,
+             Budget& budget, SceneDescription& scene, Warnings& warnings)
+      : document_(document),
+        accessors_(accessors),
+        limits_(limits),
+        budget_(budget),
+        scene_(scene),
+        warnings_(warnings),
+        sources_(document, views, accessors, budget, warnings),
+        attributes_(document, views, accessors, shared, copies_attributes, limits, budget,
+                    warnings),
+        single_primitive_(accessors, attributes_, shared, budget, scene, warnings),
+        skins_(document, accessors, budget, scene.nodes, warnings) {}
+
+  /// The mesh that a node shows, as an index in scene.meshes; nothing when it has no triangles.
+  /// Nodes that show the same mesh with the same morph weights and skin share it. With a skin, its
+  /// positions are the world's, whatever the node's matrix says. Only the range of vertices that
+  /// triangles use is read, at the latest by finish: until then the mesh may be null. Precondition:
+  /// scene.nodes is complete.
+  /// Errors: GLTF_INDEX_OUT_OF_RANGE, GLTF_LIMIT_TRIANGLES, GLTF_LIMIT_GEOMETRY_BYTES, those of
+  /// PrimitiveSources::find and SkinReader::joints.
+  Result<std::optional<std::uint32_t>> mesh_of(const tinygltf::Node& node);
+  /// To be called at the end, after an error too: what is wrong with a mesh that has not been read
+  /// yet came before it. Errors: as mesh_of.
+  Status finish() { return single_primitive_.load(); }
+  /// How many meshes of the file it was asked for.
+  std::size_t shown() const;
+
+ private:
+  /// Vertices of one accessor (with its targets) that stand in the mesh already.
+  struct Loaded {
+    std::uint32_t low = 0, high = 0, base = 0;
+  };
+  using LoadedParts = std::map<std::vector<int>, Loaded>;
+
+  /// Opens a primitive and checks it before anything is allocated for it. Empty if it has no
+  /// triangles.
+  Result<std::optional<PrimitiveSource>> open_primitive(std::size_t number, const Pose& pose,
+                                                        Mesh& mesh);
+  Result<std::optional<std::uint32_t>> read_lone(Mesh mesh, const Pose& pose);
+  Result<std::optional<std::uint32_t>> read_joined(Mesh mesh, const Pose& pose);
+  Status append_primitive(std::size_t number, const Pose& pose, Mesh& mesh, LoadedParts& loaded);
+  /// Makes sure that the vertices of `range` stand in the mesh; says where the first of them is.
+  Result<std::uint32_t> append_positions(const tinygltf::Primitive& source,
+                                         const PrimitiveSource& found, const CornerRange& range,
+                                         Mesh& mesh, LoadedParts& loaded);
+  const tinygltf::Primitive& source_of(const Mesh& mesh, std::size_t number) const {
+    return document_.model.meshes[mesh.file_mesh].primitives[number];
+  }
+
+  const GltfDocument& document_;
+  AccessorReader& accessors_;
+  const ImportLimits& limits_;
+  Budget& budget_;
+  SceneDescription& scene_;
+  Warnings& warnings_;
+  PrimitiveSources sources_;
+  AttributeReader attributes_;
+  SinglePrimitiveMeshes single_primitive_;
+  SkinReader skins_;
+  /// By mesh, morph weights and skin.
+  std::map<std::tuple<int, std::vector<double>, int>, std::optional<std::uint32_t>> known_;
+};
+
+}  // namespace sightline::gltf

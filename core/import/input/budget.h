@@ -1,0 +1,44 @@
+#pragma once
+/// What the limits of an import still allow. All parts of an import that allocate memory share one
+/// budget.
+
+#include <cstdint>
+
+#include "core/base/result.h"
+#include "core/import/input/limits.h"
+#include "core/import/input/refusal.h"
+
+namespace sightline::gltf {
+
+class Budget {
+ public:
+  explicit Budget(const ImportLimits& limits)
+      : limits_(limits), triangles_(limits.triangles), bytes_(limits.geometry_bytes) {}
+
+  std::uint64_t triangles() const { return triangles_; }
+  /// Triangles counted so far, these included.
+  std::uint64_t with(std::uint64_t more_triangles) const {
+    return limits_.triangles - triangles_ + more_triangles;
+  }
+  /// Precondition: count <= triangles().
+  void spend_triangles(std::uint64_t count) { triangles_ -= count; }
+
+  /// Errors: GLTF_LIMIT_GEOMETRY_BYTES.
+  Status spend_bytes(std::uint64_t count) {
+    if (count > bytes_) {
+      return beyond_limit("GEOMETRY_BYTES", "bytes of positions, indices and instances in memory",
+                          limits_.geometry_bytes - bytes_ + count, limits_.geometry_bytes);
+    }
+    bytes_ -= count;
+    return success();
+  }
+  /// Returns bytes that were taken for memory that is free again.
+  void return_bytes(std::uint64_t count) { bytes_ += count; }
+
+ private:
+  const ImportLimits& limits_;
+  std::uint64_t triangles_;
+  std::uint64_t bytes_;
+};
+
+}  // namespace sightline::gltf

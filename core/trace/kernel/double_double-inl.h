@@ -1,0 +1,284 @@
+// Double-double arithmetic on lanes, and the intersection of ray and triangle in it.
+
+#if defined(SIGHTLINE_TRACE_DOUBLE_DOUBLE_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef SIGHTLINE_TRACE_DOUBLE_DOUBLE_INL_H_
+#undef SIGHTLINE_TRACE_DOUBLE_DOUBLE_INL_H_
+#else
+#define SIGHTLINE_TRACE_DOUBLE_DOUBLE_INL_H_
+#endif
+
+#include <cstddef>
+
+#include "core/trace/bounds.h"
+#include "core/trace/kernel/simd-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace sightline {
+namespace HWY_NAMESPACE {
+
+/// Unevaluated sums high + low of float64 lanes, |low| <= ulp(high) / 2. Error bounds:
+/// [Joldes2017].
+template <class Tag>
+struct DoubleDoubleOf {
+  using D = Tag;
+  using V = hn::Vec<D>;
+  using DoubleDouble = DoubleDoubleOf;
+  V high, low;
+
+  static HWY_INLINE DoubleDouble two_sum(V a, V b) {
+    const V s = hn::Add(a, b);
+    const V t = hn::Sub(s, a);
+    return {s, hn::Add(hn::Sub(a, hn::Sub(s, t)), hn::Sub(b, t))};
+  }
+  /// Precondition: |a| >= |b| or a is zero.
+  static HWY_INLINE DoubleDouble fast_two_sum(V a, V b) {
+    const V s = hn::Add(a, b);
+    return {s, hn::Sub(b, hn::Sub(s, a))};
+  }
+  static HWY_INLINE DoubleDouble two_difference(V a, V b) {
+    const V s = hn::Sub(a, b);
+    const V t = hn::Sub(s, a);
+    return {s, hn::Sub(hn::Sub(a, hn::Sub(s, t)), hn::Add(b, t))};
+  }
+  static HWY_INLINE DoubleDouble two_product(V a, V b) {
+    const V p = hn::Mul(a, b);
+#if HWY_NATIVE_FMA
+    return {p, hn::MulSub(a, b, p)};
+#else
+    // [Dekker1971] with Veltkamp's splitting.
+    const V splitter = hn::Set(D(), 134217729.0);
+    const V ac = hn::Mul(a, splitter);
+    const V bc = hn::Mul(b, splitter);
+    const V ah = hn::Sub(ac, hn::Sub(ac, a));
+    const V bh = hn::Sub(bc, hn::Sub(bc, b));
+    const V al = hn::Sub(a, ah);
+    const V bl = hn::Sub(b, bh);
+    V rest = hn::Sub(hn::Mul(ah, bh), p);
+    rest = hn::Add(rest, hn::Mul(ah, bl));
+    rest = hn::Add(rest, hn::Mul(al, bh));
+    return {p, hn::Add(rest, hn::Mul(al, bl))};
+#endif
+  }
+  friend HWY_INLINE DoubleDouble operator*(const DoubleDouble& a, const DoubleDouble& b) {
+    const DoubleDouble p = two_product(a.high, b.high);
+    const V cross = hn::Add(hn::Mul(a.high, b.low), hn::Mul(a.low, b.high));
+    return fast_two_sum(p.high, hn::Add(p.low, cross));
+  }
+  friend HWY_INLINE DoubleDouble operator*(V a, const DoubleDouble& b) {
+    const DoubleDouble p = two_product(a, b.high);
+    return fast_two_sum(p.high, hn::Add(p.low, hn::Mul(a, b.low)));
+  }
+  friend HWY_INLINE DoubleDouble operator+(const DoubleDouble& a, const DoubleDouble& b) {
+    const DoubleDouble s = two_sum(a.high, b.high);
+    return fast_two_sum(s.high, hn::Add(s.low, hn::Add(a.low, b.low)));
+  }
+  friend HWY_INLINE DoubleDouble operator-(const DoubleDouble& a, const DoubleDouble& b) {
+    const DoubleDouble s = two_difference(a.high, b.high);
+    return fast_two_sum(s.high, hn::Add(s.low, hn::Sub(a.low, b.low)));
+  }
+  /// The sum of three products: all lower parts, of the size of u, are added without compensation.
+  static HWY_INLINE DoubleDouble dot(const V (&a)[3], const DoubleDouble (&b)[3]) {
+    const DoubleDouble p = two_product(a[0], b[0].high), q = two_product(a[1], b[1].high),
+                       r = two_product(a[2], b[2].high);
+    const DoubleDouble first = two_sum(p.high, q.high);
+    const DoubleDouble both = two_sum(first.high, r.high);
+    V low = hn::MulAdd(a[0], b[0].low, p.low);
+    low = hn::MulAdd(a[1], b[1].low, hn::Add(low, q.low));
+    low = hn::MulAdd(a[2], b[2].low, hn::Add(low, r.low));
+    return fast_two_sum(both.high, hn::Add(hn::Add(first.low, both.low), low));
+  }
+  /// high + low correctly rounded is `high`, if no error of up to `error` can change that; bit i:
+  /// so it is for lane i. Rounding is monotone: both ends of the interval must round to `high`.
+  HWY_INLINE hn::Mask<D> certain(V error) const {
+    return hn::And(hn::Eq(hn::Add(high, hn::Add(low, error)), high),
+                   hn::Eq(hn::Add(high, hn::Sub(low, error)), high));
+  }
+};
+
+using DoubleDouble = DoubleDoubleOf<hn::CappedTag<double, 8>>;
+
+/// top / bottom as q + r / bottom with the residual r = top - q bottom; `inverse` is 1 / bottom, a
+/// float64.
+template <class Tag>
+HWY_INLINE DoubleDoubleOf<Tag> quotient_of(const DoubleDoubleOf<Tag>& top,
+                                           const DoubleDoubleOf<Tag>& bottom,
+                                           hn::Vec<Tag> inverse) {
+  const auto q = hn::Mul(top.high, inverse);
+#if HWY_NATIVE_FMA
+  const auto rest = hn::NegMulAdd(q, bottom.high, top.high);
+#else
+  const auto p = DoubleDoubleOf<Tag>::two_product(q, bottom.high);
+  const auto rest = hn::Sub(hn::Sub(top.high, p.high), p.low);
+#endif
+  const auto residual = hn::Add(rest, hn::NegMulAdd(q, bottom.low, top.low));
+  return DoubleDoubleOf<Tag>::fast_two_sum(q, hn::Mul(residual, inverse));
+}
+/// What such a quotient may be off, if the top is off by at most 24 u^2 top_size and the bottom by
+/// 43 u^2 of its size.
+template <class Tag>
+HWY_INLINE hn::Vec<Tag> error_of_quotient(Tag dd, hn::Vec<Tag> top_size, hn::Vec<Tag> bottom_size,
+                                          hn::Vec<Tag> inverse, hn::Vec<Tag> value) {
+  const auto size = hn::Abs(value);
+  return hn::Mul(hn::Set(dd, bounds::kDoubleDouble),
+                 hn::MulAdd(hn::MulAdd(size, bottom_size, top_size), hn::Abs(inverse), size));
+}
+constexpr double kLargestFactor = 0x1p300;
+/// Whether nothing underflowed or overflowed that the bound would have to know of.
+template <class Tag>
+HWY_INLINE hn::Mask<Tag> is_ordinary(Tag dd, hn::Vec<Tag> top_size, hn::Vec<Tag> bottom_size,
+                                     hn::Vec<Tag> largest, hn::Vec<Tag> t) {
+  const auto small = hn::Set(dd, 0x1p-600);
+  return hn::And(hn::And(hn::Ge(top_size, small), hn::Ge(bottom_size, small)),
+                 hn::And(hn::Le(largest, hn::Set(dd, kLargestFactor)),
+                         hn::Ge(hn::Abs(t), hn::Set(dd, 0x1p-900))));
+}
+
+/// Rays and the triangles that they meet, side by side: each pointer to as many numbers as a vector
+/// holds.
+struct MeetingColumns {
+  const double* origin[3];
+  const double* direction[3];
+  const double* corner[3][3];  ///< [corner][axis], in the world
+};
+
+/// Edges of triangles from corner 0, exact.
+template <class Tag>
+struct EdgesOf {
+  DoubleDoubleOf<Tag> e1[3], e2[3];
+
+  /// Of the lanes that the columns [corner][axis] begin with.
+  HWY_INLINE explicit EdgesOf(const double* const (&corner)[3][3]) {
+    const Tag dd;
+    SIGHTLINE_UNROLL
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto v0 = hn::LoadU(dd, corner[0][k]);
+      e1[k] = DoubleDoubleOf<Tag>::two_difference(hn::LoadU(dd, corner[1][k]), v0);
+      e2[k] = DoubleDoubleOf<Tag>::two_difference(hn::LoadU(dd, corner[2][k]), v0);
+    }
+  }
+};
+
+/// Normals. Sums come with the magnitudes that bound their errors (docs/explanation/exactness.md,
+/// "Rounding t").
+template <class Tag>
+struct NormalOf {
+  using V = hn::Vec<Tag>;
+  using DoubleDouble = DoubleDoubleOf<Tag>;
+
+  DoubleDouble n[3];  ///< e1 x e2
+  V size[3];          ///< n is off by at most 9 u^2 of it
+
+  NormalOf() = default;
+  HWY_INLINE explicit NormalOf(const EdgesOf<Tag>& edges) {
+    const Tag dd;
+    const auto& e1 = edges.e1;
+    const auto& e2 = edges.e2;
+    V rest = hn::Zero(dd);
+    SIGHTLINE_UNROLL
+    for (std::size_t k = 0; k < 3; ++k) rest = hn::Or(rest, hn::Or(e1[k].low, e2[k].low));
+    // Edges of float32 corners are float64 numbers, but for corners of very different size.
+    const bool short_edges = hn::AllTrue(dd, hn::Eq(rest, hn::Zero(dd)));
+    SIGHTLINE_UNROLL
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
+      n[k] = short_edges ? DoubleDouble::two_product(e1[i].high, e2[j].high) -
+                               DoubleDouble::two_product(e1[j].high, e2[i].high)
+                         : e1[i] * e2[j] - e1[j] * e2[i];
+      size[k] = hn::Add(hn::Abs(hn::Mul(e1[i].high, e2[j].high)),
+                        hn::Abs(hn::Mul(e1[j].high, e2[i].high)));
+    }
+  }
+};
+
+/// What of the intersection with a plane depends on the origin, but on no direction.
+template <class Tag>
+struct SeenFrom {
+  using V = hn::Vec<Tag>;
+  using DoubleDouble = DoubleDoubleOf<Tag>;
+
+  DoubleDouble a[3];  ///< from the origin to corner 0, exact
+  DoubleDouble top;   ///< a.n
+  V top_size;         ///< NaN if a factor is so large that something may overflow
+
+  HWY_INLINE SeenFrom(const NormalOf<Tag>& normal, const double* const (&corner0)[3],
+                      const double* const (&origin)[3]) {
+    const Tag dd;
+    V largest = hn::Zero(dd);
+    top_size = hn::Zero(dd);
+    SIGHTLINE_UNROLL
+    for (std::size_t k = 0; k < 3; ++k) {
+      a[k] = DoubleDouble::two_difference(hn::LoadU(dd, corner0[k]), hn::LoadU(dd, origin[k]));
+      top_size = hn::MulAdd(hn::Abs(a[k].high), normal.size[k], top_size);
+      largest = hn::Max(largest, hn::Max(normal.size[k], hn::Abs(a[k].high)));
+      top = k == 0 ? a[k] * normal.n[k] : top + a[k] * normal.n[k];
+    }
+    top_size = hn::IfThenElse(hn::Le(largest, hn::Set(dd, kLargestFactor)), top_size, hn::NaN(dd));
+  }
+};
+
+/// Where rays meet planes.
+template <class Tag>
+struct MeetingOf {
+  using D = Tag;
+  using V = hn::Vec<D>;
+  using DoubleDouble = DoubleDoubleOf<Tag>;
+
+  V direction[3];
+  DoubleDouble bottom;  ///< d.n
+  V bottom_size;
+  V inverse;  ///< 1 / bottom, a float64
+  DoubleDouble t;
+  V error;               ///< of t
+  hn::Mask<D> ordinary;  ///< nothing underflowed or overflowed that a bound would have to know of
+
+  /// `top` and `top_size` as in SeenFrom.
+  HWY_INLINE MeetingOf(const NormalOf<Tag>& normal, const DoubleDouble& top, V top_size,
+                       const double* const (&directions)[3]) {
+    const D dd;
+    V largest = hn::Zero(dd);
+    bottom_size = hn::Zero(dd);
+    SIGHTLINE_UNROLL
+    for (std::size_t k = 0; k < 3; ++k) {
+      direction[k] = hn::LoadU(dd, directions[k]);
+      const V length = hn::Abs(direction[k]);
+      bottom_size = hn::MulAdd(length, normal.size[k], bottom_size);
+      largest = hn::Max(largest, length);
+    }
+    bottom = DoubleDouble::dot(direction, normal.n);
+    inverse = hn::Div(hn::Set(dd, 1.0), bottom.high);
+    t = quotient(top);
+    error = bound(top_size, t.high);
+    ordinary = is_ordinary(dd, top_size, bottom_size, largest, t.high);
+  }
+
+  HWY_INLINE DoubleDouble quotient(const DoubleDouble& top) const {
+    return quotient_of(top, bottom, inverse);
+  }
+  HWY_INLINE V bound(V top_size, V value) const {
+    return error_of_quotient(D(), top_size, bottom_size, inverse, value);
+  }
+  /// t.high is certainly the nearest float64.
+  HWY_INLINE hn::Mask<D> certain() const { return hn::And(t.certain(error), ordinary); }
+};
+
+/// What t and everything behind it is made of, for several rays and the triangles that they meet.
+template <class Tag>
+struct IntersectionOf : EdgesOf<Tag>, NormalOf<Tag>, SeenFrom<Tag>, MeetingOf<Tag> {
+  using V = hn::Vec<Tag>;
+  using DoubleDouble = DoubleDoubleOf<Tag>;
+
+  /// Of the lanes that the columns begin with.
+  HWY_INLINE explicit IntersectionOf(const MeetingColumns& columns)
+      : EdgesOf<Tag>(columns.corner),
+        NormalOf<Tag>(static_cast<const EdgesOf<Tag>&>(*this)),
+        SeenFrom<Tag>(*this, columns.corner[0], columns.origin),
+        MeetingOf<Tag>(*this, this->top, this->top_size, columns.direction) {}
+};
+
+using Intersection = IntersectionOf<hn::CappedTag<double, 8>>;
+
+}  // namespace HWY_NAMESPACE
+}  // namespace sightline
+HWY_AFTER_NAMESPACE();
+
+#endif

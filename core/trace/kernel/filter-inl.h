@@ -1,0 +1,254 @@
+// Ray against the four triangles of a leaf block, as far as float64 can tell.
+
+#if defined(SIGHTLINE_TRACE_FILTER_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef SIGHTLINE_TRACE_FILTER_INL_H_
+#undef SIGHTLINE_TRACE_FILTER_INL_H_
+#else
+#define SIGHTLINE_TRACE_FILTER_INL_H_
+#endif
+
+#include <cmath>
+
+#include "core/bvh/scene_tree.h"
+#include "core/trace/bounds.h"
+#include "core/trace/kernel/simd-inl.h"
+#include "core/trace/ray_setup.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace sightline {
+namespace HWY_NAMESPACE {
+
+/// What a kernel is compiled for: one tree of the world whose placements leave the mesh's corners
+/// as they are, one whose placements have matrices, or a tree over several entries.
+enum class Layout { kAsItIs, kPlaced, kMany };
+
+/// kLatency: a caller waits for the verdict, so a branch skips the division for triangles that are
+/// missed. kThroughput: many tests follow one another, and a branch that cannot be predicted costs
+/// more than the division.
+enum class Pace { kLatency, kThroughput };
+
+/// Four triangles after the filter: lane i is met for sure (accept), may be met (examine), or is
+/// out.
+struct LeafVerdict {
+  std::uint32_t accept = 0;
+  std::uint32_t examine = 0;
+  HWY_ALIGN double low[kLanes];
+  HWY_ALIGN double high[kLanes];
+
+  /// Forgets the lanes that a block repeats. False if all are out.
+  HWY_INLINE bool keep_lanes_of(const LeafBlock& block) {
+    const std::uint32_t lanes = (1u << block.lane_count()) - 1u;
+    accept &= lanes;
+    examine &= lanes;
+    return (accept | examine) != 0;
+  }
+};
+
+/// The values of a ray that the filter uses, one ray in all lanes or one in each.
+template <class D>
+struct LaneRays {
+  using V = hn::Vec<D>;
+  V origin[3];  ///< on the axes kx, ky, kz
+  V shear_x, shear_y, inverse_z;
+  V tau_min_low, tau_min_high, tau_max_low;
+  V bound;  ///< the best tau so far
+};
+
+/// Corners on the axes kx, ky, kz, in every lane the same triangle or in each its own.
+template <class D>
+struct LaneCorners {
+  hn::Vec<D> x[3], y[3], z[3];
+};
+
+/// The verdict of the filter for each lane.
+template <class D>
+struct LaneVerdicts {
+  hn::Mask<D> left;      ///< not out for sure
+  hn::Mask<D> certain;   ///< if left: met for sure, within the limits
+  hn::Vec<D> low, high;  ///< contains tau
+};
+
+/// What follows from edge functions `w` and depths `z` of the corners, if each w is off by at most
+/// `e`: Theorems 1 and 2 of docs/explanation/exactness.md, "Triangles". Decides nothing that the
+/// bound leaves open. `edge` is at least the largest |component| of any edge, `reach` at least any
+/// ray's. False, with no verdicts, only if all lanes are out.
+template <Pace kPace, class D, class V = hn::Vec<D>>
+HWY_INLINE bool judge_lanes(D dd, const V (&w)[3], const V (&z)[3], V e, double edge,
+                            const LaneRays<D>& rays, double reach, LaneVerdicts<D>& verdicts) {
+  using namespace bounds;
+  const double unit = kU * reach;
+  const V least = hn::Min(w[0], hn::Min(w[1], w[2]));
+  const V most = hn::Max(w[0], hn::Max(w[1], w[2]));
+  const V minus_e = hn::Neg(e);
+  const auto out = hn::And(hn::Lt(least, minus_e), hn::Gt(most, e));
+  if (kPace == Pace::kLatency && hn::AllTrue(dd, out)) return false;
+
+  // tau = z on the ray / direction z, as an interval; it holds for uncertain lanes too, if they
+  // are met at all.
+  const V determinant = hn::Add(hn::Add(w[0], w[1]), w[2]);
+  const V inverse = hn::Div(hn::Set(dd, 1.0), determinant);
+  const V sum = hn::MulAdd(w[0], z[0], hn::MulAdd(w[1], z[1], hn::Mul(w[2], z[2])));
+  const V tau = hn::Mul(hn::Mul(sum, inverse), rays.inverse_z);
+  const V width = hn::Mul(hn::MulAdd(hn::MulAdd(e, hn::Set(dd, kTauEdge * edge + kTauReach * unit),
+                                                hn::Set(dd, kSignFloor)),
+                                     hn::Abs(inverse), hn::Set(dd, kTau * unit)),
+                          hn::Mul(hn::Abs(rays.inverse_z), hn::Set(dd, 1 + 0x1p-40)));
+  verdicts.low = hn::Sub(tau, width);
+  verdicts.high = hn::Add(tau, width);
+
+  // Certainly outside the limits or behind the best: out. Certainly inside the limits: as the
+  // signs say. NaN is neither.
+  const auto outside =
+      hn::Or(hn::Lt(verdicts.high, rays.tau_min_low), hn::Gt(verdicts.low, rays.bound));
+  const auto inside =
+      hn::And(hn::Ge(verdicts.low, rays.tau_min_high), hn::Le(verdicts.high, rays.tau_max_low));
+  verdicts.left = hn::Not(hn::Or(out, outside));
+  verdicts.certain = hn::And(hn::Or(hn::Gt(least, e), hn::Lt(most, minus_e)), inside);
+  return true;
+}
+
+/// The float64 filter of docs/explanation/exactness.md, "Triangles": [Woop2013]'s sheared edge
+/// functions with a proved bound. Arguments and answer as of judge_lanes.
+template <Pace kPace, class D>
+HWY_INLINE bool filter_lanes(D dd, const LaneCorners<D>& corners, double edge,
+                             const LaneRays<D>& rays, double reach, LaneVerdicts<D>& verdicts) {
+  using V = hn::Vec<D>;
+  using namespace bounds;
+  const double unit = kU * reach;
+  // Corners seen from the origin, sheared so that the ray is the z axis.
+  V x[3], y[3], z[3];
+  SIGHTLINE_UNROLL
+  for (std::size_t c = 0; c < 3; ++c) {
+    z[c] = hn::Sub(corners.z[c], rays.origin[2]);
+    x[c] = hn::NegMulAdd(rays.shear_x, z[c], hn::Sub(corners.x[c], rays.origin[0]));
+    y[c] = hn::NegMulAdd(rays.shear_y, z[c], hn::Sub(corners.y[c], rays.origin[1]));
+  }
+  const V w[3] = {hn::MulSub(x[2], y[1], hn::Mul(y[2], x[1])),
+                  hn::MulSub(x[0], y[2], hn::Mul(y[0], x[2])),
+                  hn::MulSub(x[1], y[0], hn::Mul(y[1], x[0]))};
+  // E bounds the error of each w; m bounds every sheared coordinate through corner 0 and the
+  // edges.
+  const V m = hn::Add(hn::Max(hn::Abs(x[0]), hn::Abs(y[0])), hn::Set(dd, 2 * edge + kSlack * unit));
+  const V e = hn::MulAdd(hn::Set(dd, kSign * unit), m, hn::Set(dd, kSignFloor));
+  return judge_lanes<kPace>(dd, w, z, e, edge, rays, reach, verdicts);
+}
+
+/// Triangles relative to the common origin of several rays, one triangle in all lanes or one in
+/// each. Edge function c of a ray is normal_z + shear_x normal_x + shear_y normal_y.
+template <class D>
+struct LaneEdges {
+  hn::Vec<D> normal_x[3], normal_y[3], normal_z[3];
+  hn::Vec<D> z[3];  ///< of the corners
+  double error;     ///< at least that of every edge function
+};
+
+/// The filter for rays from that origin: docs/explanation/exactness.md, "Vertex culling".
+template <Pace kPace, class D>
+HWY_INLINE bool filter_lanes(D dd, const LaneEdges<D>& seen, double edge, const LaneRays<D>& rays,
+                             double reach, LaneVerdicts<D>& verdicts) {
+  hn::Vec<D> w[3];
+  SIGHTLINE_UNROLL
+  for (std::size_t c = 0; c < 3; ++c) {
+    w[c] = hn::MulAdd(rays.shear_x, seen.normal_x[c],
+                      hn::MulAdd(rays.shear_y, seen.normal_y[c], seen.normal_z[c]));
+  }
+  return judge_lanes<kPace>(dd, w, seen.z, hn::Set(dd, seen.error), edge, rays, reach, verdicts);
+}
+
+using FilterLanes = hn::CappedTag<double, kLanes>;
+
+/// corner(c, k) for each corner c on the axes of `ray`: inlined, where a lambda would be called.
+template <class Corner>
+HWY_INLINE LaneCorners<FilterLanes> corners_on_axes(const FilterRay& ray, const Corner& corner) {
+  LaneCorners<FilterLanes> corners;
+  SIGHTLINE_UNROLL
+  for (std::size_t c = 0; c < 3; ++c) {
+    corners.x[c] = corner(c, ray.kx);
+    corners.y[c] = corner(c, ray.ky);
+    corners.z[c] = corner(c, ray.kz);
+  }
+  return corners;
+}
+
+/// Corners of as many triangles of a block as a vector holds, from lane `i` on, on the axes of
+/// `ray`. kPlaced: in the world, by the contract's own formula.
+template <bool kPlaced>
+HWY_INLINE LaneCorners<FilterLanes> load_corners(const LeafBlock& block, std::size_t i,
+                                                 const FilterRay& ray, const Placement& placement) {
+  const FilterLanes dd;
+  const hn::Rebind<float, FilterLanes> df;
+  const auto load = [&](std::size_t c, std::uint32_t k) {
+    return hn::PromoteTo(dd, hn::Load(df, block.corner[c][k] + i));
+  };
+  if constexpr (!kPlaced) {
+    return corners_on_axes(ray, load);
+  } else if (placement.diagonal) {
+    // What is left of the sums below: adding zeros changes no more than the sign of a zero.
+    return corners_on_axes(ray, [&](std::size_t c, std::uint32_t k) {
+      const double* m = placement.world_from_mesh.m[k];
+      return hn::Add(hn::Mul(hn::Set(dd, m[k]), load(c, k)), hn::Set(dd, m[3]));
+    });
+  } else {
+    // Separate products and sums, left to right.
+    return corners_on_axes(ray, [&](std::size_t c, std::uint32_t k) {
+      const double* m = placement.world_from_mesh.m[k];
+      return hn::Add(hn::Add(hn::Add(hn::Mul(hn::Set(dd, m[0]), load(c, 0)),
+                                     hn::Mul(hn::Set(dd, m[1]), load(c, 1))),
+                             hn::Mul(hn::Set(dd, m[2]), load(c, 2))),
+                     hn::Set(dd, m[3]));
+    });
+  }
+}
+
+/// At least every |component| of the edges of a block in the world.
+template <bool kPlaced>
+HWY_INLINE double largest_edge(const LeafBlock& block, const Placement& placement) {
+  const auto edge = static_cast<double>(block.edge_max());
+  if constexpr (!kPlaced) return edge;
+  return (edge * placement.edge_scale + placement.edge_pad) * (1 + 0x1p-50);
+}
+
+/// One ray and the triangles of a block from lane `i` on, as many as a vector has lanes, given as
+/// LaneCorners or LaneEdges. `bound` is the ray's best tau so far, `reach` at least the ray's. Adds
+/// to the verdict.
+template <Pace kPace, class Triangles>
+HWY_INLINE void filter_triangles(const Triangles& triangles, double edge, const FilterRay& ray,
+                                 double reach, double bound, std::size_t i, LeafVerdict& verdict) {
+  const FilterLanes dd;
+  const auto all = [&](double value) { return hn::Set(dd, value); };
+  const LaneRays<FilterLanes> rays{{all(ray.origin[0]), all(ray.origin[1]), all(ray.origin[2])},
+                                   all(ray.shear_x),
+                                   all(ray.shear_y),
+                                   all(ray.inverse_z),
+                                   all(ray.tau_min_low),
+                                   all(ray.tau_min_high),
+                                   all(ray.tau_max_low),
+                                   all(bound)};
+  LaneVerdicts<FilterLanes> found;
+  if (!filter_lanes<kPace>(dd, triangles, edge, rays, reach, found)) return;
+  hn::Store(found.low, dd, verdict.low + i);
+  hn::Store(found.high, dd, verdict.high + i);
+  const std::uint32_t left = mask_bits(dd, found.left);
+  const std::uint32_t certain = mask_bits(dd, found.certain);
+  verdict.accept |= (left & certain) << i;
+  verdict.examine |= (left & ~certain) << i;
+}
+
+/// All lanes of a block.
+template <bool kPlaced, Pace kPace>
+HWY_INLINE void filter_block(const LeafBlock& block, const FilterRay& ray,
+                             const Placement& placement, double bound, LeafVerdict& verdict) {
+  const double edge = largest_edge<kPlaced>(block, placement);
+  verdict.accept = verdict.examine = 0;
+  for (std::size_t i = 0; i < kLanes; i += hn::Lanes(FilterLanes())) {
+    filter_triangles<kPace>(load_corners<kPlaced>(block, i, ray, placement), edge, ray, ray.reach,
+                            bound, i, verdict);
+  }
+  verdict.keep_lanes_of(block);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace sightline
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,56 @@
+// Sinks of a traversal that are shown only the triangles that count. A triangle is left out before
+// it is compared with any other, so it hides nothing behind it.
+
+#if defined(SIGHTLINE_TRACE_FILTERED_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef SIGHTLINE_TRACE_FILTERED_INL_H_
+#undef SIGHTLINE_TRACE_FILTERED_INL_H_
+#else
+#define SIGHTLINE_TRACE_FILTERED_INL_H_
+#endif
+
+#include "core/query/hit_filter.h"
+#include "core/trace/kernel/single-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace sightline {
+namespace HWY_NAMESPACE {
+
+template <class Sink>
+struct Filtered {
+  static constexpr Wanted kWanted = Sink::kWanted;
+  const ResolvedFilter& resolved;
+  Sink sink;
+
+  double bound() const { return sink.bound(); }
+  bool take(const LeafBlock& block, std::uint32_t instance, const LeafVerdict& verdict) {
+    LeafVerdict left = verdict;
+    const std::uint32_t lanes =
+        counting_lanes(sink.question, resolved, block, instance, verdict.accept | verdict.examine);
+    left.accept &= lanes;
+    left.examine &= lanes;
+    return (left.accept | left.examine) != 0 && sink.take(block, instance, left);
+  }
+};
+
+/// Calls sink(question) for rays [begin, end), and done(i, sink) after each has been traced.
+template <class MakeSink, class Done>
+void trace_filtered(const SceneView& scene, const RayBatch& rays, std::size_t begin,
+                    std::size_t end, const ResolvedFilter& resolved, TraceCounts& counts,
+                    MakeSink make_sink, Done done) {
+  Stack stack;
+  Traversal traversal(scene, rays, stack, counts);
+  for (std::size_t i = begin; i < end; ++i) {
+    traversal.prepare(i);
+    const RayQuestion question{scene, rays, i, counts.decisions};
+    auto sink = make_sink(question, traversal.tau_max());
+    Filtered<decltype(sink)> filtered{resolved, std::move(sink)};
+    traversal.run(filtered);
+    done(i, filtered.sink);
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace sightline
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,242 @@
+// The best hits so far of neighbouring rays in a packet.
+
+#if defined(SIGHTLINE_TRACE_GROUP_HITS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef SIGHTLINE_TRACE_GROUP_HITS_INL_H_
+#undef SIGHTLINE_TRACE_GROUP_HITS_INL_H_
+#else
+#define SIGHTLINE_TRACE_GROUP_HITS_INL_H_
+#endif
+
+#include <bit>
+
+#include "core/trace/decision.h"
+#include "core/trace/kernel/filter-inl.h"
+#include "core/trace/kernel/kernel.h"
+#include "core/trace/kernel/prepare-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace sightline {
+namespace HWY_NAMESPACE {
+
+/// The ClosestHit of each of at most kRays rays, side by side.
+template <std::size_t kRays>
+class GroupHits {
+ public:
+  using D = GroupPreparation::D;
+
+  /// `resolved`: which triangles count; null: all of them.
+  GroupHits(const SceneView& scene, const RayBatch& rays, const ResolvedFilter* resolved,
+            TraceCounts& counts)
+      : scene_(scene), tree_(scene.tree()), rays_(rays), resolved_(resolved), counts_(counts) {}
+
+  /// No hits of the `count` rays from `first` on, whose limits are below `tau_max`.
+  void start(std::size_t first, const double* tau_max, std::size_t count) {
+    first_ = first;
+    const D dd;
+    const hn::RebindToUnsigned<D> du;
+    for (std::size_t i = 0; i < count; i += hn::Lanes(dd)) {
+      hn::Store(hn::Set(dd, ClosestHit::kNever), dd, low_ + i);
+      hn::Store(hn::Load(dd, tau_max + i), dd, bound_ + i);
+      hn::Store(hn::Zero(du), du, candidate_ + i);
+    }
+  }
+  /// For a lane that no ray goes in: a limit that excludes all.
+  void exclude(std::size_t i, double bound) { bound_[i] = bound; }
+
+  /// The hits that follow are in the tree of that placement.
+  void enter(std::uint32_t placement) {
+    number_ = placement;
+    entered_ = &tree_.placements[placement];
+    base_ = tree_.trees[entered_->tree]->arena.at(0);
+  }
+  const Placement& placement(const LeafBlock& block) const { return entered_[block.placement()]; }
+
+  double bound(std::size_t i) const { return bound_[i]; }
+  const double* bounds() const { return bound_; }
+  Candidate winner(std::size_t i) const { return decode(candidate_[i]); }
+
+  /// False if a filter leaves nothing of the verdict.
+  HWY_INLINE bool does_count(std::uint32_t i, const LeafBlock& block, LeafVerdict& verdict) const {
+    if (HWY_LIKELY(resolved_ == nullptr)) return true;
+    const std::uint32_t lanes = lanes_of(i, block, verdict.accept | verdict.examine);
+    verdict.accept &= lanes;
+    verdict.examine &= lanes;
+    return lanes != 0;
+  }
+  /// Whether hits of the triangle count for any ray.
+  HWY_INLINE bool may_count(const LeafBlock& block, std::uint32_t lane) const {
+    return HWY_LIKELY(resolved_ == nullptr) || sides_of(block, lane) != 0;
+  }
+  /// Those of some rays, bit j being ray first + j, for which hits of the triangle count.
+  HWY_INLINE std::uint32_t counting_rays(const LeafBlock& block, std::uint32_t lane,
+                                         std::size_t first, std::uint32_t some) const {
+    if (HWY_LIKELY(resolved_ == nullptr)) return some;
+    if (resolved_->masks.empty() && sides_of(block, lane) == ResolvedFilter::kAll) return some;
+    for (std::uint32_t rest = some; rest != 0; rest &= rest - 1) {
+      const auto j = static_cast<std::uint32_t>(std::countr_zero(rest));
+      if (lanes_of(static_cast<std::uint32_t>(first) + j, block, 1u << lane) == 0)
+        some &= ~(1u << j);
+    }
+    return some;
+  }
+
+  /// Takes the verdict of the filter for one ray and the triangles of a block.
+  HWY_INLINE void take_closest(std::uint32_t i, const LeafBlock& block,
+                               const LeafVerdict& verdict) {
+    for (std::uint32_t rest = verdict.accept; rest != 0; rest &= rest - 1) {
+      const auto lane = static_cast<std::uint32_t>(std::countr_zero(rest));
+      const Candidate candidate{&block, lane, placement(block).instance, 0};
+      const Interval tau{verdict.low[lane], verdict.high[lane]};
+      if (tau.high < low_[i]) {
+        low_[i] = tau.low;
+        bound_[i] = tau.high;
+        candidate_[i] = encode(candidate);
+      } else if (HWY_UNLIKELY(!(tau.low > bound_[i]))) {
+        settle(i, candidate, tau);
+      }
+    }
+    if (HWY_UNLIKELY(verdict.examine != 0)) examine_closest(i, block, verdict.examine);
+  }
+  /// Takes hits of one triangle and the rays from `first` on: bit j of the masks is ray first + j.
+  HWY_INLINE void take_nearer(const LeafBlock& block, std::uint32_t lane, std::size_t first,
+                              const LaneVerdicts<D>& found, std::uint32_t certain,
+                              std::uint32_t examine) {
+    const D dd;
+    const hn::RebindToUnsigned<D> du;
+    const auto best_low = hn::Load(dd, low_ + first);
+    const auto best_high = hn::Load(dd, bound_ + first);
+    const std::uint32_t nearer = mask_bits(dd, hn::Lt(found.high, best_low)) & certain;
+    const std::uint32_t farther = mask_bits(dd, hn::Gt(found.low, best_high)) & certain;
+    const auto bits = static_cast<std::uint8_t>(nearer);
+    const auto take = hn::LoadMaskBits(dd, &bits);
+    hn::Store(hn::IfThenElse(take, found.low, best_low), dd, low_ + first);
+    hn::Store(hn::IfThenElse(take, found.high, best_high), dd, bound_ + first);
+    hn::Store(hn::IfThenElse(hn::RebindMask(du, take), hn::Set(du, encode({&block, lane, 0, 0})),
+                             hn::Load(du, candidate_ + first)),
+              du, candidate_ + first);
+    const std::uint32_t clash = certain & ~nearer & ~farther;
+    if (HWY_UNLIKELY((clash | examine) != 0)) {
+      HWY_ALIGN double low[kGroupRays], high[kGroupRays];
+      hn::Store(found.low, dd, low);
+      hn::Store(found.high, dd, high);
+      for (std::uint32_t rest = clash; rest != 0; rest &= rest - 1) {
+        const auto j = static_cast<std::uint32_t>(std::countr_zero(rest));
+        settle(static_cast<std::uint32_t>(first) + j, {&block, lane, placement(block).instance, 0},
+               {low[j], high[j]});
+      }
+      for (std::uint32_t rest = examine; rest != 0; rest &= rest - 1) {
+        const auto j = static_cast<std::uint32_t>(std::countr_zero(rest));
+        examine_closest(static_cast<std::uint32_t>(first) + j, block, 1u << lane);
+      }
+    }
+  }
+
+  HWY_NOINLINE bool examine_any_of(std::uint32_t i, const LeafBlock& block, std::uint32_t examine) {
+    const RayQuestion question{scene_, rays_, first_ + i, counts_.decisions};
+    for (; examine != 0; examine &= examine - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(examine));
+      if (sightline::examine_any(question, {placement(block).instance, block.triangle(lane)}))
+        return true;
+    }
+    return false;
+  }
+
+  /// Passes the winners of the first `count` rays to `finish`; neighbours in one call if it
+  /// supports that.
+  template <class Finish>
+  void hand_over(std::size_t count, Finish& finish) const {
+    if constexpr (requires { Finish::kNeighbours; }) {
+      finish.add_neighbours(first_, count, candidate_,
+                            [this](std::uint64_t code) { return decode(code); });
+    } else {
+      for (std::size_t i = 0; i < count; ++i) {
+        if (candidate_[i] != 0) finish.add(first_ + i, winner(i));
+      }
+    }
+  }
+
+ private:
+  HWY_NOINLINE std::uint8_t sides_of(const LeafBlock& block, std::uint32_t lane) const {
+    return counting_sides(scene_.scene(), *resolved_,
+                          {placement(block).instance, block.triangle(lane)});
+  }
+  HWY_NOINLINE std::uint32_t lanes_of(std::uint32_t i, const LeafBlock& block,
+                                      std::uint32_t lanes) const {
+    const RayQuestion question{scene_, rays_, first_ + i, counts_.decisions};
+    return counting_lanes(question, *resolved_, block, placement(block).instance, lanes);
+  }
+  HWY_NOINLINE void settle(std::uint32_t i, const Candidate& candidate, Interval tau) {
+    const RayQuestion question{scene_, rays_, first_ + i, counts_.decisions};
+    ClosestHit best = best_of(i);
+    best.settle(question, candidate, tau);
+    keep(i, best);
+  }
+
+  HWY_NOINLINE void examine_closest(std::uint32_t i, const LeafBlock& block,
+                                    std::uint32_t examine) {
+    const RayQuestion question{scene_, rays_, first_ + i, counts_.decisions};
+    ClosestHit best = best_of(i);
+    for (; examine != 0; examine &= examine - 1) {
+      best.examine(question, {&block, static_cast<std::uint32_t>(std::countr_zero(examine)),
+                              placement(block).instance});
+    }
+    keep(i, best);
+  }
+
+  /// A candidate of the tree that was entered in one number, 0 for none: the entered placement, its
+  /// block's granule, the first being 1, its edge and its lane.
+  std::uint64_t encode(const Candidate& candidate) const {
+    const auto* block = reinterpret_cast<const std::byte*>(candidate.block);
+    const auto granule = static_cast<std::uint64_t>(block - base_) / Arena::kGranule;
+    return std::uint64_t{number_} << 34 | (granule + 1) << 5 | candidate.edge << 2 | candidate.lane;
+  }
+  Candidate decode(std::uint64_t code) const {
+    if (code == 0) return {};
+    const Placement* entered = entered_;
+    const std::byte* base = base_;
+    if (HWY_UNLIKELY(code >> 34 != number_)) {
+      entered = &tree_.placements[code >> 34];
+      base = tree_.trees[entered->tree]->arena.at(0);
+    }
+    const std::uint64_t granule = (code >> 5 & 0x1fffffffu) - 1;
+    const auto* block = reinterpret_cast<const LeafBlock*>(base + granule * Arena::kGranule);
+    const auto low = static_cast<std::uint32_t>(code);
+    return {block, low & 3u, entered[block->placement()].instance, low >> 2 & 7u};
+  }
+  ClosestHit best_of(std::uint32_t i) const {
+    ClosestHit best;
+    best.tau = {low_[i], bound_[i]};
+    if (candidate_[i] != 0) best.candidate = decode(candidate_[i]);
+    return best;
+  }
+  void keep(std::uint32_t i, const ClosestHit& best) {
+    low_[i] = best.tau.low;
+    bound_[i] = best.tau.high;
+    // One that stays may have been found in another tree.
+    const Candidate old = decode(candidate_[i]);
+    if (best.candidate.block == old.block && best.candidate.instance == old.instance &&
+        best.candidate.lane == old.lane)
+      return;
+    candidate_[i] = encode(best.candidate);
+  }
+
+  const SceneView& scene_;
+  const SceneTree& tree_;
+  const RayBatch& rays_;
+  const ResolvedFilter* resolved_;
+  TraceCounts& counts_;
+  std::size_t first_ = 0;
+  // The last entry: the number of the placement, the placement, the start of its tree.
+  std::uint32_t number_ = 0;
+  const Placement* entered_ = nullptr;
+  const std::byte* base_ = nullptr;
+  HWY_ALIGN double low_[kRays];
+  HWY_ALIGN double bound_[kRays];
+  HWY_ALIGN std::uint64_t candidate_[kRays];
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace sightline
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,393 @@
+// Interleaved traversal: many rays in flight through one tree, so that other rays compute while one
+// waits for memory. The technique is asynchronous memory access chaining [Kocberber2015].
+//
+//   prepared -> slot: node queue <-> leaf queue -> finished -> TRounding -> hits
+//                 \___ every round: each ray one node or one leaf ___/
+//
+// A single ray pays for memory latency at every step. Here a ray that has chosen its next node
+// prefetches it, and every other ray in flight gets its turn before. The inner step has no branch
+// that depends on the ray: the next queue of a ray is computed, not jumped to.
+//
+// A round has two passes: first all arithmetic, then everything that depends on its outcome. An
+// out-of-order processor overlaps three or four steps of the first pass. None of them waits for
+// another or is discarded by a mispredicted branch.
+
+#if defined(SIGHTLINE_TRACE_INTERLEAVED_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef SIGHTLINE_TRACE_INTERLEAVED_INL_H_
+#undef SIGHTLINE_TRACE_INTERLEAVED_INL_H_
+#else
+#define SIGHTLINE_TRACE_INTERLEAVED_INL_H_
+#endif
+
+#include <hwy/cache_control.h>
+
+#include <bit>
+#include <span>
+#include <type_traits>
+
+#include "core/geometry/rounding.h"
+#include "core/trace/decision.h"
+#include "core/trace/kernel/enter-inl.h"
+#include "core/trace/kernel/filter-inl.h"
+#include "core/trace/kernel/kernel.h"
+#include "core/trace/kernel/prepare-inl.h"
+#include "core/trace/kernel/round_t-inl.h"
+#include "core/trace/kernel/slabs-inl.h"
+#include "core/trace/kernel/thresholds.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace sightline {
+namespace HWY_NAMESPACE {
+
+constexpr std::size_t kRaysAhead = 64;  ///< are fetched before they start
+/// Each is a step of every ray in flight.
+constexpr std::uint32_t kRoundsBetweenLooks = 128;
+/// Trees that are deeper go through the single-ray kernel.
+constexpr std::uint32_t kMaxInterleavedDepth = (kWaiting - kArity - 2) / (kArity - 1);
+
+/// The position of a ray in a scene of several entries: in the tree over them, or in one of them.
+struct Whereabouts {
+  AnchoredRay ray;             ///< what placements map
+  BoxRay top;                  ///< in the units of the tree over the placements
+  const std::byte* base;       ///< of the tree that the ray is in
+  const Placement* placement;  ///< the entry that it is in, or that is being fetched
+  std::uint32_t at_top;        ///< 1 in the tree over the placements
+  std::uint32_t arriving;      ///< 1: the placement is being fetched
+  std::uint32_t first;         ///< on the stack, of the tree that the ray is in
+};
+struct Nowhere {};
+
+/// Neighbouring rays that are set up in one step, at most kGroupRays.
+struct RayGroup {
+  std::uint32_t first;
+  std::uint32_t count;
+};
+
+template <bool kAny, Layout kLayout>
+class Interleaved {
+  static constexpr bool kPlaced = kLayout != Layout::kAsItIs;
+  static constexpr bool kMany = kLayout == Layout::kMany;
+  static constexpr std::size_t kInFlight =
+      kMany ? thresholds::kInFlightMany : thresholds::kInFlight;
+  static constexpr Wanted kWanted = kAny ? Wanted::kAny : Wanted::kNearest;
+
+ public:
+  /// `resolved`: which triangles count; null: all of them.
+  Interleaved(const SceneView& scene, const RayBatch& rays, std::uint8_t* occluded,
+              const ResolvedFilter* resolved, TraceCounts& counts)
+      : scene_(scene),
+        tree_(scene.tree()),
+        root_(root_of(scene.tree())),
+        base_(root_.arena.at(0)),
+        placements_(scene.tree().placements.data()),
+        rays_(rays),
+        occluded_(occluded),
+        resolved_(resolved),
+        counts_(counts),
+        preparation_(tree_.bounds, root_.scale_exponent) {}
+
+  /// Traces the rays of the groups. `finish.add(ray, candidate)` is told of the closest hits; of
+  /// "any" only `occluded` tells.
+  template <class Finish>
+  void run(std::span<const RayGroup> groups, Finish& finish) {
+    groups_ = groups;
+    fly(finish);
+  }
+
+ private:
+  static const WideTree& root_of(const SceneTree& tree) {
+    return tree.entries > 1 ? tree.top : *tree.trees[tree.placements[0].tree];
+  }
+
+  /// One ray on its way.
+  struct alignas(64) Slot {
+    PreparedRay ray;
+    float limit;
+    std::uint32_t waiting;  ///< siblings on the stack, marks included
+    std::uint32_t next;     ///< the node or leaf that is being fetched
+    ClosestHit best;
+    std::size_t number;  ///< of the ray in its batch
+    std::conditional_t<kMany, Whereabouts, Nowhere> where;
+    std::uint32_t ref[kWaiting];
+    float near[kWaiting];
+  };
+
+  /// On the bottom of every stack, and below what waits inside a placement; neither a leaf nor a
+  /// granule that a tree has.
+  static constexpr std::uint32_t kFinished = 0x40000000u;
+  static constexpr std::uint32_t kLeave = 0x40000001u;
+
+  /// Which slots do what in the next round. A ray is put into the queue of its class by index, not
+  /// by a branch: whether the next step is a node or a leaf cannot be predicted.
+  enum Class : std::uint32_t { kNode, kLeaf, kDone, kCross };
+  struct Queues {
+    std::uint32_t size[4] = {0, 0, 0, 0};
+    Slot* slot[4][kInFlight];
+    HWY_INLINE void add(Slot& taken, std::uint32_t next) {
+      std::uint32_t leaf = next >> 31;
+      if constexpr (kMany) leaf |= (leaf & taken.where.at_top) << 1;
+      const std::uint32_t mark = (next >> 30) == 1 ? 2 | (next & 1u) : 0;
+      const std::uint32_t which = leaf | mark;
+      slot[which][size[which]++] = &taken;
+    }
+  };
+
+  template <class Finish>
+  void fly(Finish& finish) {
+    Queues a, b;
+    Queues* now = &a;
+    Queues* then = &b;
+    for (std::size_t i = 0; i < kInFlight; ++i) free_[i] = &slots_[i];
+    free_count_ = kInFlight;
+    std::uint64_t nodes = 0, blocks = 0;
+    for (std::uint32_t rounds = 1;; ++rounds) {
+      if (rounds % kRoundsBetweenLooks == 0 && counts_.is_too_late()) break;
+      // New rays start in groups: one group is set up in about the time of two single rays.
+      while (!groups_.empty() && free_count_ >= kGroupRays) start_group(*now);
+      const std::uint32_t node_count = now->size[kNode];
+      const std::uint32_t leaf_count = now->size[kLeaf];
+      const std::uint32_t done_count = now->size[kDone];
+      const std::uint32_t cross_count = kMany ? now->size[kCross] : 0;
+      if (node_count + leaf_count + done_count + cross_count == 0) break;
+      nodes += node_count;
+      blocks += leaf_count;
+      for (std::uint32_t i = 0; i < node_count; ++i) {
+        Slot& slot = *now->slot[kNode][i];
+        const std::uint32_t waiting = slot.waiting;
+        const auto& node = *reinterpret_cast<const WideNode*>(at(slot, slot.next));
+        const auto found = static_cast<std::uint32_t>(push_children<kWanted>(
+            node, slot.ray.box, slot.limit, slot.ref + waiting, slot.near + waiting));
+        slot.waiting = waiting + found - 1;
+      }
+      for (std::uint32_t i = 0; i < leaf_count; ++i) filter(*now->slot[kLeaf][i], verdicts_[i]);
+      if (HWY_UNLIKELY(resolved_ != nullptr)) {
+        for (std::uint32_t i = 0; i < leaf_count; ++i)
+          keep_counting(*now->slot[kLeaf][i], verdicts_[i]);
+      }
+      for (std::uint32_t i = 0; i < node_count; ++i) {
+        Slot& slot = *now->slot[kNode][i];
+        proceed(slot, slot.ref[slot.waiting], *then);
+      }
+      for (std::uint32_t i = 0; i < leaf_count; ++i) {
+        Slot& slot = *now->slot[kLeaf][i];
+        take(slot, verdicts_[i]);
+        // A leaf of several blocks takes a round for each.
+        const bool more = ChildRef::blocks(slot.next) > 1;
+        const std::uint32_t rest = ChildRef::rest(slot.next);
+        const std::uint32_t popped = slot.ref[slot.waiting - 1];
+        slot.waiting -= more ? 0 : 1;
+        proceed(slot, more ? rest : popped, *then);
+      }
+      if constexpr (kMany) {
+        for (std::uint32_t i = 0; i < cross_count; ++i) cross(*now->slot[kCross][i], *then);
+      }
+      for (std::uint32_t i = 0; i < done_count; ++i) {
+        Slot* slot = now->slot[kDone][i];
+        if constexpr (!kAny) {
+          if (slot->best.found()) finish.add(slot->number, slot->best.candidate);
+        }
+        free_[free_count_++] = slot;
+      }
+      now->size[kNode] = now->size[kLeaf] = now->size[kDone] = now->size[kCross] = 0;
+      std::swap(now, then);
+    }
+    counts_.nodes += nodes;
+    counts_.blocks += blocks;
+  }
+
+  /// Puts the next rays into free slots.
+  void start_group(Queues& queues) {
+    const auto [first, count] = groups_.front();
+    groups_ = groups_.subspan(1);
+    PreparedRay* prepared[kGroupRays] = {};
+    Slot* const* slots = free_ + (free_count_ - count);
+    for (std::size_t i = 0; i < count; ++i) prepared[i] = &slots[i]->ray;
+    fetch_rays(rays_, first + kRaysAhead, count);
+    preparation_.prepare(rays_, first, count, prepared);
+    for (std::size_t i = 0; i < count; ++i) {
+      Slot& slot = *slots[i];
+      slot.number = first + i;
+      slot.best = ClosestHit(slot.ray.tau_max);
+      slot.limit = slot.ray.box.limit(slot.ray.tau_max);
+      slot.ref[0] = kFinished;
+      slot.near[0] = -kInfF;
+      slot.waiting = 1;
+      if constexpr (kMany) {
+        slot.where.ray = anchored(rays_[slot.number], slot.ray, tree_.bounds);
+        slot.where.top = slot.ray.box;
+        slot.where.base = root_.arena.at(0);
+        slot.where.at_top = slot.where.first = 1;
+        slot.where.arriving = 0;
+      }
+      proceed(slot, root_.root, queues);
+    }
+    free_count_ -= count;
+  }
+
+  /// From the tree over the placements into one of them, or back. A placement is fetched in one
+  /// round and entered in the next.
+  HWY_INLINE void cross(Slot& slot, Queues& queues) {
+    Whereabouts& where = slot.where;
+    if (slot.next == kLeave) {
+      slot.ray.box = where.top;
+      where.base = root_.arena.at(0);
+      where.at_top = where.first = 1;
+      slot.limit = slot.ray.box.limit(slot.best.bound());
+      drop_farther(slot);
+      proceed(slot, slot.ref[--slot.waiting], queues);
+    } else if (where.arriving == 0) {
+      const auto& block =
+          *reinterpret_cast<const LeafBlock*>(at(slot, ChildRef::granule(slot.next)));
+      where.placement = &tree_.placements[block.triangle(0)];
+      where.arriving = 1;
+      const auto* target = reinterpret_cast<const std::byte*>(where.placement);
+      for (std::size_t i = 0; i < sizeof(Placement); i += 64) hwy::Prefetch(target + i);
+      queues.add(slot, slot.next);
+    } else {
+      ++counts_.placements;
+      const Placement& placement = *where.placement;
+      const WideTree& tree = *tree_.trees[placement.tree];
+      enter_placement(where.ray, placement, tree, root_, where.top, slot.ray.box);
+      slot.ref[slot.waiting] = kLeave;
+      slot.near[slot.waiting++] = -kInfF;
+      where.base = tree.arena.at(0);
+      where.at_top = where.arriving = 0;
+      where.first = slot.waiting;
+      slot.limit = slot.ray.box.limit(slot.best.bound());
+      proceed(slot, tree.root, queues);
+    }
+  }
+
+  /// Starts fetching the next node or leaf of a ray and queues the ray for it.
+  HWY_INLINE void proceed(Slot& slot, std::uint32_t next, Queues& queues) const {
+    slot.next = next;
+    const std::byte* target = at(slot, next & ChildRef::kGranuleMask);
+    fetch_node(target);
+    queues.add(slot, next);
+  }
+  HWY_INLINE const std::byte* at(const Slot& slot, std::uint32_t granule) const {
+    if constexpr (kMany) return slot.where.base + std::size_t{granule} * Arena::kGranule;
+    return base_ + std::size_t{granule} * Arena::kGranule;
+  }
+  /// The placement of a block of the tree that the ray is in.
+  HWY_INLINE const Placement& placement(const Slot& slot, const LeafBlock& block) const {
+    if constexpr (kMany) return slot.where.placement[block.placement()];
+    return placements_[block.placement()];
+  }
+  /// The place on the stack where the ray's present tree begins.
+  HWY_INLINE std::uint32_t first(const Slot& slot) const {
+    if constexpr (kMany) return slot.where.first;
+    return 1;
+  }
+
+  HWY_INLINE const LeafBlock& block_of(const Slot& slot) const {
+    return *reinterpret_cast<const LeafBlock*>(at(slot, ChildRef::granule(slot.next)));
+  }
+  HWY_INLINE void filter(const Slot& slot, LeafVerdict& verdict) const {
+    const LeafBlock& block = block_of(slot);
+    filter_block<kPlaced, Pace::kThroughput>(block, slot.ray.filter, placement(slot, block),
+                                             slot.best.bound(), verdict);
+  }
+  HWY_INLINE void take(Slot& slot, const LeafVerdict& verdict) {
+    if ((verdict.accept | verdict.examine) == 0) return;
+    const LeafBlock& block = block_of(slot);
+    if constexpr (kAny) {
+      if (meets_any(slot, block, verdict)) {
+        occluded_[slot.number] = 1;
+        slot.next = ChildRef::leaf(0, 1);  // nothing more of this leaf
+        slot.waiting = 1;
+      }
+    } else {
+      take_closest(slot, block, verdict);
+    }
+  }
+
+  /// Leaves those triangles of a verdict that count.
+  HWY_NOINLINE void keep_counting(const Slot& slot, LeafVerdict& verdict) const {
+    if ((verdict.accept | verdict.examine) == 0) return;
+    const LeafBlock& block = block_of(slot);
+    const RayQuestion question{scene_, rays_, slot.number, counts_.decisions};
+    const std::uint32_t lanes =
+        counting_lanes(question, *resolved_, block, placement(slot, block).instance,
+                       verdict.accept | verdict.examine);
+    verdict.accept &= lanes;
+    verdict.examine &= lanes;
+  }
+
+  HWY_INLINE void take_closest(Slot& slot, const LeafBlock& block, const LeafVerdict& verdict) {
+    for (std::uint32_t rest = verdict.accept; rest != 0; rest &= rest - 1) {
+      const auto lane = static_cast<std::uint32_t>(std::countr_zero(rest));
+      const Candidate candidate{&block, lane, placement(slot, block).instance, 0};
+      const Interval tau{verdict.low[lane], verdict.high[lane]};
+      if (HWY_UNLIKELY(!slot.best.accept(candidate, tau))) settle_closest(slot, candidate, tau);
+    }
+    if (HWY_UNLIKELY(verdict.examine != 0)) examine_closest(slot, block, verdict.examine);
+
+    // Siblings that are now too far leave the stack, so that taking one needs no test.
+    const float limit = slot.ray.box.limit(slot.best.bound());
+    if (!(limit < slot.limit)) return;
+    slot.limit = limit;
+    drop_farther(slot);
+  }
+
+  /// Drops farther entries of the tree that the ray is in.
+  HWY_INLINE void drop_farther(Slot& slot) const {
+    const float limit = slot.limit;
+    std::uint32_t resolved = first(slot);
+    for (std::uint32_t i = resolved; i < slot.waiting; ++i) {
+      slot.ref[resolved] = slot.ref[i];
+      slot.near[resolved] = slot.near[i];
+      resolved += slot.near[i] <= limit ? 1 : 0;
+    }
+    slot.waiting = resolved;
+  }
+
+  HWY_NOINLINE void settle_closest(Slot& slot, const Candidate& candidate, Interval tau) {
+    const RayQuestion question{scene_, rays_, slot.number, counts_.decisions};
+    slot.best.settle(question, candidate, tau);
+  }
+
+  HWY_NOINLINE void examine_closest(Slot& slot, const LeafBlock& block, std::uint32_t examine) {
+    const RayQuestion question{scene_, rays_, slot.number, counts_.decisions};
+    for (; examine != 0; examine &= examine - 1) {
+      slot.best.examine(question, {&block, static_cast<std::uint32_t>(std::countr_zero(examine)),
+                                   placement(slot, block).instance});
+    }
+  }
+
+  HWY_INLINE bool meets_any(Slot& slot, const LeafBlock& block, const LeafVerdict& verdict) {
+    return verdict.accept != 0 || examine_any_of(slot, block, verdict.examine);
+  }
+
+  HWY_NOINLINE bool examine_any_of(Slot& slot, const LeafBlock& block, std::uint32_t examine) {
+    const RayQuestion question{scene_, rays_, slot.number, counts_.decisions};
+    for (; examine != 0; examine &= examine - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(examine));
+      if (sightline::examine_any(question, {placement(slot, block).instance, block.triangle(lane)}))
+        return true;
+    }
+    return false;
+  }
+
+  const SceneView& scene_;
+  const SceneTree& tree_;
+  const WideTree& root_;         ///< over the entries, or of the only one
+  const std::byte* base_;        ///< of root_
+  const Placement* placements_;  ///< of the scene
+  const RayBatch& rays_;
+  std::span<const RayGroup> groups_;
+  std::uint8_t* occluded_;
+  const ResolvedFilter* resolved_;
+  TraceCounts& counts_;
+  GroupPreparation preparation_;
+  Slot* free_[kInFlight];
+  std::size_t free_count_ = 0;
+  LeafVerdict verdicts_[kInFlight];
+  Slot slots_[kInFlight];
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace sightline
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,214 @@
+// One ray at a time: requests of one ray, "all", scenes that the other kernels leave out.
+
+#if defined(SIGHTLINE_TRACE_SINGLE_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef SIGHTLINE_TRACE_SINGLE_INL_H_
+#undef SIGHTLINE_TRACE_SINGLE_INL_H_
+#else
+#define SIGHTLINE_TRACE_SINGLE_INL_H_
+#endif
+
+#include <bit>
+#include <limits>
+
+#include "core/trace/decision.h"
+#include "core/trace/kernel/all_hits.h"
+#include "core/trace/kernel/enter-inl.h"
+#include "core/trace/kernel/filter-inl.h"
+#include "core/trace/kernel/kernel.h"
+#include "core/trace/kernel/prepare-inl.h"
+#include "core/trace/kernel/slabs-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace sightline {
+namespace HWY_NAMESPACE {
+
+/// Seven siblings may wait on each level of two trees of at most ~130 levels each.
+constexpr std::size_t kStack = 2048;
+/// An ordinary ray takes fewer steps. Reading the clock takes about as long as two of them.
+constexpr std::uint32_t kStepsBetweenLooks = 64;
+
+struct Stack {
+  HWY_ALIGN std::uint32_t ref[kStack];
+  HWY_ALIGN float near[kStack];
+};
+
+/// What a traversal does with the triangles of a leaf; `take` is true if it may stop.
+struct TakeClosest {
+  static constexpr Wanted kWanted = Wanted::kNearest;
+  const RayQuestion& question;
+  ClosestHit best;
+
+  double bound() const { return best.bound(); }
+  bool take(const LeafBlock& block, std::uint32_t instance, const LeafVerdict& verdict) {
+    for (std::uint32_t rest = verdict.accept; rest != 0; rest &= rest - 1) {
+      const auto lane = static_cast<std::uint32_t>(std::countr_zero(rest));
+      const Candidate candidate{&block, lane, instance};
+      const Interval tau{verdict.low[lane], verdict.high[lane]};
+      if (!best.accept(candidate, tau)) best.settle(question, candidate, tau);
+    }
+    for (std::uint32_t rest = verdict.examine; rest != 0; rest &= rest - 1) {
+      best.examine(question,
+                   {&block, static_cast<std::uint32_t>(std::countr_zero(rest)), instance});
+    }
+    return false;
+  }
+};
+
+struct TakeAny {
+  static constexpr Wanted kWanted = Wanted::kAny;
+  const RayQuestion& question;
+  double tau_max;
+  bool found = false;
+
+  double bound() const { return tau_max; }
+  bool take(const LeafBlock& block, std::uint32_t instance, const LeafVerdict& verdict) {
+    found = verdict.accept != 0;
+    for (std::uint32_t rest = verdict.examine; rest != 0 && !found; rest &= rest - 1) {
+      found = examine_any(
+          question, {instance, block.triangle(static_cast<std::size_t>(std::countr_zero(rest)))});
+    }
+    return found;
+  }
+};
+
+struct TakeAll {
+  static constexpr Wanted kWanted = Wanted::kAny;
+  const RayQuestion& question;
+  double tau_max;
+  AllHits& hits;
+
+  double bound() const { return tau_max; }
+  bool take(const LeafBlock& block, std::uint32_t instance, const LeafVerdict& verdict) {
+    for (std::uint32_t rest = verdict.accept; rest != 0; rest &= rest - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
+      hits.accept({instance, block.triangle(lane)}, {verdict.low[lane], verdict.high[lane]});
+    }
+    for (std::uint32_t rest = verdict.examine; rest != 0; rest &= rest - 1) {
+      hits.examine({instance, block.triangle(static_cast<std::size_t>(std::countr_zero(rest)))});
+    }
+    return false;
+  }
+};
+
+/// One ray through one tree or, at the top, through the tree over placements.
+class Traversal {
+ public:
+  Traversal(const SceneView& scene, const RayBatch& rays, Stack& stack, TraceCounts& counts)
+      : scene_(scene.tree()),
+        rays_(rays),
+        stack_(stack),
+        counts_(counts),
+        alone_(scene_.entries == 1 && scene_.placements[0].world_boxes),
+        preparation_(scene_.bounds, alone_ ? scene_.trees[scene_.placements[0].tree]->scale_exponent
+                                           : scene_.top.scale_exponent) {}
+
+  /// Sets up ray `number`. Precondition: the scene has placements.
+  void prepare(std::size_t number) {
+    const Ray ray = rays_[number];
+    preparation_.prepare(ray, ray_);
+    if (!alone_) anchored_ = anchored(ray, ray_, scene_.bounds);
+  }
+  double tau_max() const { return ray_.tau_max; }
+
+  template <class Sink>
+  void run(Sink& sink) {
+    if (counts_.stopped) return;
+    if (alone_) {
+      enter(scene_.placements[0], ray_.box, 0, sink);
+      return;
+    }
+    if (scene_.entries == 1) {
+      enter(scene_.placements[0], 0, sink);
+      return;
+    }
+    walk(scene_.top, ray_.box, 0, sink, [&](std::uint32_t ref, std::size_t base) {
+      const LeafBlock& block = *scene_.top.blocks(ref);
+      for (std::uint32_t i = 0; i < block.lane_count(); ++i) {
+        if (enter(scene_.placements[block.triangle(i)], base, sink)) return true;
+      }
+      return false;
+    });
+  }
+
+ private:
+  template <class Sink>
+  bool enter(const Placement& placement, std::size_t base, Sink& sink) {
+    const WideTree& tree = *scene_.trees[placement.tree];
+    BoxRay box;
+    enter_placement(anchored_, placement, tree, scene_.top, ray_.box, box);
+    return enter(placement, box, base, sink);
+  }
+
+  /// `placement` stands among the scene's: those that share its tree are behind it.
+  template <class Sink>
+  bool enter(const Placement& placement, const BoxRay& box, std::size_t base, Sink& sink) {
+    const WideTree& tree = *scene_.trees[placement.tree];
+    ++counts_.placements;
+    const auto blocks = [&]<bool kPlaced>(std::uint32_t ref) {
+      LeafVerdict verdict;
+      const LeafBlock* block = tree.blocks(ref);
+      for (const LeafBlock* end = block + ChildRef::blocks(ref); block != end; ++block) {
+        ++counts_.blocks;
+        const Placement& own = (&placement)[block->placement()];
+        filter_block<kPlaced, Pace::kLatency>(*block, ray_.filter, own, sink.bound(), verdict);
+        if ((verdict.accept | verdict.examine) == 0) continue;
+        if (sink.take(*block, own.instance, verdict)) return true;
+      }
+      return false;
+    };
+    if (placement.identity) {
+      return walk(tree, box, base, sink, [&](std::uint32_t ref, std::size_t) {
+        return blocks.template operator()<false>(ref);
+      });
+    }
+    return walk(tree, box, base, sink, [&](std::uint32_t ref, std::size_t) {
+      return blocks.template operator()<true>(ref);
+    });
+  }
+
+  /// Visits the leaves that the ray may meet, in the order that Sink wants, until `leaf` says stop.
+  template <class Sink, class Leaf>
+  bool walk(const WideTree& tree, const BoxRay& box, std::size_t base, Sink& sink, Leaf leaf) {
+    std::size_t size = base;
+    std::uint32_t ref = tree.root;
+    float limit = box.limit(sink.bound());
+    for (;;) {
+      if (++steps_ % kStepsBetweenLooks == 0 && counts_.is_too_late()) return true;
+      if (ChildRef::is_leaf(ref)) {
+        if (leaf(ref, size)) return true;
+        limit = box.limit(sink.bound());
+        ref = kNoChild;
+      } else {
+        ++counts_.nodes;
+        const std::size_t found = push_all_but_first<Sink::kWanted>(
+            tree.node(ref), box, limit, stack_.ref + size, stack_.near + size, ref);
+        size += found;
+        if (found > 0) {
+          // Most likely the next to be taken from the stack.
+          fetch_node(tree.arena.at(ChildRef::granule(stack_.ref[size - 1])));
+        }
+      }
+      while (ref == kNoChild) {
+        if (size == base) return false;
+        --size;
+        if (stack_.near[size] <= limit) ref = stack_.ref[size];
+      }
+    }
+  }
+
+  const SceneTree& scene_;
+  const RayBatch& rays_;
+  Stack& stack_;
+  TraceCounts& counts_;
+  std::uint32_t steps_ = 0;
+  bool alone_;  ///< one tree, in world units: no top, no mapping
+  SinglePreparation preparation_;
+  PreparedRay ray_;
+  AnchoredRay anchored_;  ///< for mapping into trees; set only if !alone_
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace sightline
+HWY_AFTER_NAMESPACE();
+
+#endif

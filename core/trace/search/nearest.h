@@ -1,0 +1,82 @@
+#pragma once
+/// Points against a scene: the triangles of it that are nearest, exactly.
+
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "core/base/deadline.h"
+#include "core/geometry/point_triangle.h"
+#include "core/query/hit_batch.h"
+#include "core/query/hit_filter.h"
+#include "core/scene/scene_view.h"
+#include "core/trace/trace_counts.h"
+
+namespace sightline {
+
+struct TreePoint;
+
+/// A triangle and how far it is.
+struct NearTriangle {
+  DistanceRange range;
+  TriangleId id;
+  Triangle triangle;
+};
+
+/// The nearest triangles of one point after the other. Which ones they are, and their order, is
+/// decided exactly: by distance, and at the same distance by id. Only intervals that overlap are
+/// compared in integers.
+class NearestTriangles {
+ public:
+  /// `resolved` says which primitives count, null: all; sides are all or none. Everything given
+  /// outlives this object.
+  NearestTriangles(SceneView scene, const ResolvedFilter* resolved, const Deadline& deadline)
+      : scene_(std::move(scene)), resolved_(resolved), deadline_(deadline) {}
+
+  /// Finds at most `count` of those within `max_distance` of the point (closed). Preconditions: the
+  /// point is finite, max_distance is not negative, count is not 0. Throws std::bad_alloc.
+  void find(const Vec3d& point, double max_distance, std::size_t count);
+
+  /// By distance and id.
+  const std::vector<NearTriangle>& found() const { return found_; }
+  /// Writes them to the slots from `first` on, misses behind them up to `count`; t is the distance,
+  /// correctly rounded.
+  void write(std::size_t first, HitBatch& hits) const;
+  /// Nothing farther than this could be among them.
+  double reach() const {
+    return found_.size() == count_ ? std::min(max_distance_, found_.back().range.high)
+                                   : max_distance_;
+  }
+  /// The deadline passed in the middle: what was found is unusable.
+  bool stopped() const { return stopped_; }
+  const TraceCounts& counts() const { return counts_; }
+
+ private:
+  void enter(const Placement& placement);
+  void look_at_leaf(const Placement& entered, const LeafBlock* block, std::uint32_t blocks);
+  void offer(NearTriangle near);
+  bool comes_before(const NearTriangle& a, const NearTriangle& b);
+  bool counts_at_all(TriangleId id) const;
+  bool is_within(const NearTriangle& near);
+  bool out_of_time();
+  template <class Leaf>
+  void walk_tree(const WideTree& tree, const TreePoint& point, Leaf leaf);
+
+  const SceneView scene_;
+  const ResolvedFilter* resolved_;
+  const Deadline& deadline_;
+  std::vector<NearTriangle> found_;
+  Vec3d point_;
+  double max_distance_ = 0;
+  std::size_t count_ = 0;
+  std::uint64_t looks_ = 0;
+  bool stopped_ = false;
+  TraceCounts counts_;
+};
+
+/// The point of the triangle that is nearest to `point`, every number correctly rounded. front: the
+/// point lies on the counter-clockwise side. Precondition: the triangle is one that find() found.
+HitDetail detail_of_nearest(const Scene& scene, const Vec3d& point, TriangleId id);
+
+}  // namespace sightline

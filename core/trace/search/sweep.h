@@ -1,0 +1,62 @@
+#pragma once
+/// Spheres and boxes swept through a scene: what they meet first, exactly.
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "core/base/deadline.h"
+#include "core/query/hit_batch.h"
+#include "core/query/hit_filter.h"
+#include "core/query/sweep_batch.h"
+#include "core/scene/scene_view.h"
+#include "core/trace/search/tree_sweep.h"
+#include "core/trace/trace_counts.h"
+
+namespace sightline {
+
+/// The first contact of one sweep after the other: the least real t, at the same t the smallest id.
+class Sweeps {
+ public:
+  /// `resolved` says which primitives count, null: all; sides are all or none. Everything given
+  /// outlives this object.
+  Sweeps(SceneView scene, const ResolvedFilter* resolved, const Deadline& deadline)
+      : scene_(std::move(scene)), resolved_(resolved), deadline_(deadline) {}
+
+  /// Writes the first contact of sweep i, or a miss, to slot i. With `any` it is some contact, not
+  /// always the first. Throws std::bad_alloc.
+  void find(const SweepBatch& sweeps, std::size_t i, bool any, HitBatch& hits);
+
+  /// The deadline passed in the middle: what was found is unusable.
+  bool stopped() const { return stopped_; }
+  const TraceCounts& counts() const { return counts_; }
+
+ private:
+  template <class Shape>
+  struct Search;
+  template <class Shape>
+  void run(Search<Shape>& search);
+  template <class Shape>
+  void enter(const Placement& placement, Search<Shape>& search);
+  template <class Shape>
+  void look_at_leaf(const Placement& entered, const LeafBlock* block, std::uint32_t blocks,
+                    Search<Shape>& search);
+  template <class Shape, class Leaf>
+  void walk_tree(const WideTree& tree, const TreeSweep& sweep, Search<Shape>& search, Leaf leaf);
+  bool counts_at_all(TriangleId id) const;
+  bool out_of_time();
+
+  const SceneView scene_;
+  const ResolvedFilter* resolved_;
+  const Deadline& deadline_;
+  std::uint64_t looks_ = 0;
+  bool stopped_ = false;
+  TraceCounts counts_;
+};
+
+/// Where the sweep touches the triangle at its first contact, each coordinate rounded once (see
+/// BoxContact and SphereContact). Precondition: the triangle is one that find() found.
+Vec3d position_of_contact(const Scene& scene, const SweepBatch& sweeps, std::size_t i,
+                          TriangleId id);
+
+}  // namespace sightline

@@ -1,0 +1,186 @@
+#include "core/trace/search/unbuilt.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "core/geometry/rounding.h"
+#include "core/query/sweep_batch.h"
+#include "core/trace/ray_setup.h"
+#include "core/trace/search/box_distance.h"
+#include "core/trace/search/box_region.h"
+#include "core/trace/search/tree_sweep.h"
+
+namespace sightline {
+
+namespace {
+
+/// Where the ray enters child i, or NaN if it does not meet it up to `limit`: the slabs of
+/// slabs-inl.h, one box at a time. A NaN among the planes excludes nothing.
+float enter_child(const WideNode& node, std::size_t i, const BoxRay& ray, float limit) {
+  const float* planes = &node.lower[0][0];
+  float near = ray.tau_min;
+  float far = limit;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const float enter = (planes[ray.near_row[k] + i] - ray.near_origin[k]) * ray.near_inverse[k];
+    const float leave = (planes[BoxRay::kBothRows[k] - ray.near_row[k] + i] - ray.far_origin[k]) *
+                        ray.far_inverse[k];
+    near = enter > near ? enter : near;
+    far = leave < far ? leave : far;
+  }
+  return near <= far ? near : std::numeric_limits<float>::quiet_NaN();
+}
+
+/// A node above the root, which may be a leaf and then has no box of its own.
+WideNode above_root(const SceneTree& tree) {
+  WideNode node{};
+  const double scale = std::ldexp(1.0, tree.top.scale_exponent);
+  for (int k = 0; k < 3; ++k) {
+    node.lower[k][0] = float_below(tree.bounds.min[k] * scale);
+    node.upper[k][0] = float_above(tree.bounds.max[k] * scale);
+  }
+  node.child[0] = tree.top.root;
+  return node;
+}
+
+}  // namespace
+
+template <class Found>
+void UnbuiltTrees::unbuilt_of(std::uint32_t leaf, Found found) const {
+  const LeafBlock* block = tree_.top.blocks(leaf);
+  for (const LeafBlock* end = block + ChildRef::blocks(leaf); block != end; ++block) {
+    for (std::uint32_t lane = 0; lane < block->lane_count(); ++lane) {
+      const std::uint32_t tree = tree_.placements[block->triangle(lane)].tree;
+      if (tree_.is_unbuilt(tree)) found(tree);
+    }
+  }
+}
+
+/// found(tree, near) returns up to where boxes are of interest from then on, in units of the top.
+template <class Found>
+void UnbuiltTrees::walk(const Ray& ray, double t, Found found) {
+  if (tree_.unbuilt_count == 0 || tree_.top.root == ChildRef::kEmpty) return;
+  const AnchoredRay anchored = anchor_ray(ray, tree_.bounds);
+  const BoxRay box = make_box_ray(anchored, tree_.top.scale_exponent);
+  const Interval end = t < ray.tmax ? anchored.tau_of(t) : anchored.tau_max;
+  float limit = box.limit(end.high);
+  waiting_.clear();
+  const float first = enter_child(above_root(tree_), 0, box, limit);
+  if (first == first) waiting_.push_back({tree_.top.root, first});
+  while (!waiting_.empty()) {
+    const Waiting next = waiting_.back();
+    waiting_.pop_back();
+    if (next.near > limit) continue;
+    if (ChildRef::is_leaf(next.ref)) {
+      unbuilt_of(next.ref, [&](std::uint32_t tree) { limit = found(tree, next.near, limit); });
+      continue;
+    }
+    const WideNode& node = tree_.top.node(next.ref);
+    // Far to near, so that the nearest is looked at next.
+    for (std::size_t i = 0; i < kArity; ++i) {
+      const std::size_t child = node.order[box.octant] >> (3 * i) & 7u;
+      if (node.child[child] == ChildRef::kEmpty) continue;
+      const float near = enter_child(node, child, box, limit);
+      if (near == near) waiting_.push_back({node.child[child], near});
+    }
+  }
+}
+
+std::uint32_t UnbuiltTrees::nearest(const Ray& ray, double t) {
+  std::uint32_t nearest = kNone;
+  float nearest_near = std::numeric_limits<float>::infinity();
+  walk(ray, t, [&](std::uint32_t tree, float near, float limit) {
+    if (nearest != kNone && near >= nearest_near) return limit;
+    nearest = tree;
+    nearest_near = near;
+    return near < limit ? near : limit;
+  });
+  return nearest;
+}
+
+void UnbuiltTrees::met(const Ray& ray, std::vector<std::uint32_t>& trees) {
+  walk(ray, std::numeric_limits<double>::infinity(), [&](std::uint32_t tree, float, float limit) {
+    trees.push_back(tree);
+    return limit;
+  });
+}
+
+std::uint32_t UnbuiltTrees::nearest_to(const Vec3d& point, double distance) {
+  std::uint32_t nearest = kNone;
+  if (tree_.unbuilt_count == 0 || tree_.top.root == ChildRef::kEmpty) return nearest;
+  const TreePoint from = world_point(tree_.top, point);
+  double limit = from.square_within(distance);
+  std::vector<std::pair<std::uint32_t, double>> stack{{tree_.top.root, 0}};
+  while (!stack.empty()) {
+    const auto [ref, square] = stack.back();
+    stack.pop_back();
+    if (square > limit || (nearest != kNone && square >= limit)) continue;
+    if (ChildRef::is_leaf(ref)) {
+      unbuilt_of(ref, [&, near = square](std::uint32_t tree) {
+        nearest = tree;
+        limit = near;
+      });
+      continue;
+    }
+    const WideNode& node = tree_.top.node(ref);
+    const std::array<double, kArity> squares = square_distances(node, from);
+    for (std::size_t i = 0; i < kArity; ++i) {
+      if (node.child[i] != ChildRef::kEmpty && squares[i] <= limit)
+        stack.emplace_back(node.child[i], squares[i]);
+    }
+  }
+  return nearest;
+}
+
+/// Those below children whose bits are in children(node).
+template <class Children>
+void UnbuiltTrees::gather(Children children, std::vector<std::uint32_t>& trees) {
+  waiting_.clear();
+  WideNode above = above_root(tree_);
+  std::fill(above.child + 1, above.child + kArity, ChildRef::kEmpty);
+  if ((children(above) & 1u) != 0) waiting_.push_back({tree_.top.root, 0});
+  while (!waiting_.empty()) {
+    const std::uint32_t ref = waiting_.back().ref;
+    waiting_.pop_back();
+    if (ChildRef::is_leaf(ref)) {
+      unbuilt_of(ref, [&](std::uint32_t tree) { trees.push_back(tree); });
+      continue;
+    }
+    const WideNode& node = tree_.top.node(ref);
+    const unsigned mask = children(node);
+    for (std::size_t child = 0; child < kArity; ++child) {
+      if ((mask >> child & 1u) != 0) waiting_.push_back({node.child[child], 0});
+    }
+  }
+}
+
+void UnbuiltTrees::touched(const BoxBatch& boxes, std::size_t i,
+                           std::vector<std::uint32_t>& trees) {
+  if (tree_.unbuilt_count == 0 || tree_.top.root == ChildRef::kEmpty) return;
+  TreeRegion region;
+  boxes.visit(i, [&](const auto& box) { region = world_region(tree_.top, box); });
+  gather([&](const WideNode& node) { return overlapped_children(node, region); }, trees);
+}
+
+void UnbuiltTrees::swept(const SweepBatch& sweeps, std::size_t i,
+                         std::vector<std::uint32_t>& trees) {
+  if (tree_.unbuilt_count == 0 || tree_.top.root == ChildRef::kEmpty) return;
+  const SweepPath path = sweeps.path(i);
+  const Vec3d& size = sweeps.size[i];
+  const Vec3d extent = sweeps.sphere[i] != 0 ? Vec3d{size.x, size.x, size.x} : size;
+  const TreeSweep sweep = sweep_over(tree_.top, path, extent, tree_.bounds);
+  gather(
+      [&](const WideNode& node) {
+        unsigned mask = 0;
+        for (std::size_t child = 0; child < kArity; ++child) {
+          if (node.child[child] == ChildRef::kEmpty) continue;
+          const TreeSweep::Times times = sweep.times(node, child, path.tmin, path.tmax);
+          if (times.enter <= times.leave) mask |= 1u << child;
+        }
+        return mask;
+      },
+      trees);
+}
+
+}  // namespace sightline

@@ -1,0 +1,73 @@
+#pragma once
+/// The part of a JSON body that describes rays to be made. For the files of this room that read
+/// with simdjson, and no others.
+///
+///   {"kind":"pinhole","position":[0,2,9],"look_at":[0,1,0],"fov_y":60,"width":640,"height":480}
+///
+/// kind              keys besides "range":[tmin,tmax], tmax null for none
+/// pinhole           pose, fov_y (60), width, height
+/// orthographic      pose, extent_y, width, height
+/// equirectangular   pose, width, height
+/// lidar             pose or "poses":[{pose}], elevations, azimuths, returns (1)
+/// camera            camera (name or index in the file), width, height
+/// hemisphere        points, normals, count, seed (0), distribution: "cosine" or "uniform"
+/// A pose is "position", "forward" (or "look_at"), "up"; 0, (0,0,-1) and (0,1,0) when left out.
+
+#include <functional>
+#include <utility>
+
+#include "core/query/ray_generators.h"
+#include "proto/file_camera.h"
+#include "proto/json/json_reader.h"
+
+namespace sightline {
+
+using AdmitMade = std::function<Status(std::uint64_t count)>;
+
+class GeneratorReader {
+ public:
+  /// `most`: rays that it may make, and entries that its lists may have. `find_camera`: null where
+  /// there is no scene. `admit`: called before so many rays are made, or poses stored; null: all
+  /// are admitted.
+  GeneratorReader(JsonReader& reader, std::uint64_t most, const FindCamera& find_camera,
+                  const AdmitMade& admit)
+      : reader_(reader), most_(most), find_camera_(find_camera), admit_(admit) {}
+  /// Reads a camera at `place` without making rays. Kinds and keys are those that have a picture.
+  GeneratorReader(JsonReader& reader, const FindCamera& find_camera, JsonPointer place)
+      : reader_(reader),
+        most_(kMostPixels),
+        find_camera_(find_camera),
+        place_(std::move(place)),
+        is_view_(true) {}
+
+  /// Errors: as everywhere in a body, 422 KEY_MISSING, KEY_UNKNOWN (in this kind), and 413
+  /// RAYS_TOO_MANY; what `admit` says. Returns false after it has filled the reader's error.
+  bool read(JsonReader::Value value, RayGenerator& generator);
+
+ private:
+  static constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 53;
+  struct Parts;
+  JsonPointer root() const { return JsonPointer(place_); }
+  JsonPointer place_of(std::size_t key) const;
+  bool read_part(std::size_t which, JsonReader::Value value, Parts& parts);
+  bool read_pose(JsonReader::Value value, const JsonPointer& place, Pose& pose);
+  bool read_pose_part(std::size_t which, JsonReader::Value value, const JsonPointer& place,
+                      Pose& pose);
+  bool read_numbers(JsonReader::Value value, const JsonPointer& place, std::size_t count,
+                    double* out);
+  bool read_range(JsonReader::Value value, const JsonPointer& place, RayRange& range);
+  bool finish_pose(unsigned seen, const JsonPointer& place, Pose& pose);
+  bool assemble(Parts& parts, RayGenerator& generator);
+  bool admit(std::uint64_t count, const JsonPointer& place);
+  bool read_camera(JsonReader::Value value, const JsonPointer& place, FileCamera& camera);
+  bool too_many(const JsonPointer& place);
+
+  JsonReader& reader_;
+  std::uint64_t most_;
+  const FindCamera& find_camera_;
+  const AdmitMade admit_ = {};
+  const JsonPointer place_ = JsonPointer().key("generator");
+  const bool is_view_ = false;
+};
+
+}  // namespace sightline

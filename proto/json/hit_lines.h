@@ -1,0 +1,30 @@
+#pragma once
+/// Answers to rays as lines of JSON, one for each ray in its order. A ray that is marked as bad
+/// has {"invalid":"RAY_DIRECTION_ZERO"}.
+
+#include <span>
+#include <string>
+
+#include "core/query/ray_batch.h"
+#include "proto/json/hit_json.h"
+
+namespace sightline {
+
+inline constexpr std::string_view kLinesMediaType = "application/x-ndjson";
+
+// The functions of hit_json.h as lines. `invalid`: the bad rays, or null.
+
+/// {"t":5,"triangle":12} or null
+std::string encode_hit_lines(const HitBatch& hits, std::span<const HitDetail> details,
+                             const HitTerms& terms, FieldSet fields, const InvalidRays* invalid);
+/// {"total":2,"hits":[{"t":5},{"t":6}]}
+std::string encode_hit_list_lines(const HitLists& lists, std::span<const std::uint64_t> totals,
+                                  std::span<const HitDetail> details, const HitTerms& terms,
+                                  FieldSet fields, const InvalidRays* invalid);
+/// 2
+std::string encode_count_lines(std::span<const std::uint64_t> counts, const InvalidRays* invalid);
+/// true
+std::string encode_occlusion_lines(std::span<const std::uint8_t> occluded,
+                                   const InvalidRays* invalid);
+
+}  // namespace sightline

@@ -1,0 +1,22 @@
+#pragma once
+/// Short rows of numbers in a JSON body: vectors, quaternions, planes. For the files of this room
+/// that read with simdjson, and no others.
+
+#include <optional>
+
+#include "core/query/ray_batch.h"
+#include "proto/json/json_reader.h"
+
+namespace sightline {
+
+/// Reads exactly `count` numbers, three or four, to `out`; null stands for `open`, if given.
+/// Returns false after the reader has its error.
+bool read_numbers(JsonReader& reader, JsonReader::Value value, const JsonPointer& place,
+                  double* out, int count, std::optional<double> open = std::nullopt);
+
+inline Vec3d vector_of(const double* v) { return {v[0], v[1], v[2]}; }
+
+/// Three of them.
+bool read_vector(JsonReader& reader, JsonReader::Value value, const JsonPointer& place, Vec3d& out);
+
+}  // namespace sightline

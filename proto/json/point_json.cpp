@@ -1,0 +1,145 @@
+#include "proto/json/point_json.h"
+
+#include <array>
+#include <cmath>
+
+#include "proto/json/answer_members.h"
+#include "proto/json/json_writer.h"
+#include "proto/json/point_rows.h"
+#include "proto/json/ray_reader.h"
+
+namespace sightline {
+namespace {
+
+constexpr std::array<std::string_view, 4> kPointKeys{"points", "method", "max_distance", "count"};
+
+class PointReader : public RayReader {
+ public:
+  explicit PointReader(const PointJsonRules& rules)
+      : RayReader({.has_fields = rules.has_fields,
+                   .has_rays = false,
+                   .default_fields = rules.default_fields,
+                   .known_fields = kNearestFields,
+                   .has_marks = false,
+                   .has_culling = false}),
+        rules_(rules) {}
+
+  Result<PointQuery> read_all(std::string& body) {
+    Result<RayQuery> options = read(body);
+    if (!options) return std::move(options).error();
+    points_.options = std::move(*options);
+    return std::move(points_);
+  }
+
+ private:
+  std::span<const std::string_view> more_keys() const override { return kPointKeys; }
+  unsigned known_more_keys() const override {
+    return (rules_.has_points ? 1u : 0u) | (rules_.has_method ? 2u : 0u) |
+           (rules_.has_max_distance ? 4u : 0u) | (rules_.has_count ? 8u : 0u);
+  }
+
+  bool read_more(std::size_t which, Value value) override {
+    const JsonPointer place = JsonPointer().key(kPointKeys[which]);
+    switch (which) {
+      case 0:
+        has_points_ = true;
+        return read_points(
+            *this, value, place, rules_.max_points, points_.points,
+            [&](const JsonPointer& point_place) {
+              return fail(ErrorKind::kTooLarge, "POINTS_TOO_MANY",
+                          "a request may hold " + std::to_string(rules_.max_points) + " points",
+                          point_place);
+            });
+      case 1: {
+        constexpr std::array<std::string_view, 2> kMethods{"parity", "winding"};
+        std::size_t word = 0;
+        if (!read_word(value, kMethods, word, place)) return false;
+        points_.by_winding = word == 1;
+        return true;
+      }
+      case 2:
+        if (!read_number_or_null(value, std::numeric_limits<double>::infinity(),
+                                 points_.max_distance, [&] { return JsonPointer(place); })) {
+          return false;
+        }
+        return points_.max_distance >= 0 ||
+               invalid("DISTANCE_NEGATIVE", "a distance must not be negative", place);
+      default:
+        if (!read_count(value, rules_.max_count, points_.count, place)) return false;
+        return points_.count > 0 || invalid("COUNT_ZERO", "ask for one triangle at least", place);
+    }
+  }
+
+  bool finish_more() override {
+    return has_points_ || !rules_.has_points || invalid("KEY_MISSING", "needs \"points\"", {});
+  }
+
+  PointJsonRules rules_;
+  bool has_points_ = false;
+  PointQuery points_;
+};
+
+/// {"method":".."
+JsonWriter begin_answer(const InsideColumns& columns, std::size_t bytes_each) {
+  JsonWriter out(160 + columns.reliable.size() * bytes_each);
+  out.raw(columns.by_winding ? "{\"method\":\"winding\"" : "{\"method\":\"parity\"");
+  return out;
+}
+
+template <class Write>
+void write_list(JsonWriter& out, std::string_view name, std::size_t count, Write write) {
+  out.raw(",\"");
+  out.raw(name);
+  out.raw("\":[");
+  for (std::size_t i = 0; i < count; ++i) {
+    if (i > 0) out.raw(',');
+    write(i);
+  }
+  out.raw(']');
+}
+
+void write_flags(JsonWriter& out, std::string_view name, std::span<const std::uint8_t> flags) {
+  write_list(out, name, flags.size(), [&](std::size_t i) { out.boolean(flags[i] != 0); });
+}
+
+std::string finish_answer(JsonWriter& out, const InsideColumns& columns) {
+  if (columns.by_winding) {
+    write_list(out, "winding", columns.winding.size(),
+               [&](std::size_t i) { out.raw(std::to_string(columns.winding[i])); });
+  }
+  out.raw('}');
+  std::string text = out.take();
+  if (columns.open_edges > 0) add_member(text, "unreliable", encode_unreliable(columns.open_edges));
+  return text;
+}
+
+}  // namespace
+
+Result<PointQuery> decode_points(std::string& body, const PointJsonRules& rules) {
+  return PointReader(rules).read_all(body);
+}
+
+std::string encode_inside(const InsideColumns& columns) {
+  JsonWriter out = begin_answer(columns, 20);
+  write_list(out, "inside", columns.inside.size(), [&](std::size_t i) {
+    if (columns.on_surface[i] != 0) return out.raw("null");
+    out.boolean(columns.inside[i] != 0);
+  });
+  write_flags(out, "on_surface", columns.on_surface);
+  write_flags(out, "reliable", columns.reliable);
+  return finish_answer(out, columns);
+}
+
+std::string encode_signed_distances(const InsideColumns& columns,
+                                    std::span<const double> distance) {
+  JsonWriter out = begin_answer(columns, 26);
+  write_list(out, "distance", distance.size(), [&](std::size_t i) { out.number(distance[i]); });
+  write_flags(out, "reliable", columns.reliable);
+  return finish_answer(out, columns);
+}
+
+std::string encode_unreliable(std::uint64_t open_edges) {
+  return "{\"reason\":\"OPEN_EDGES\",\"open_edges\":" + std::to_string(open_edges) + "}";
+}
+
+}  // namespace sightline

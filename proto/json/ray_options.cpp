@@ -1,0 +1,206 @@
+// What a body says beside its rays.
+
+#include <array>
+#include <limits>
+#include <optional>
+
+#include "proto/json/ray_reader.h"
+
+namespace sightline {
+namespace {
+
+/// A pattern is tried on every name of a scene: few and short ones.
+constexpr std::size_t kMostPatterns = 64, kLongestPattern = 256;
+constexpr std::size_t kMostNodes = 100'000;
+
+std::string names_of(FieldSet fields) {
+  std::string list;
+  for (const HitField field : all_hit_fields()) {
+    if (!fields.has(field)) continue;
+    list += (list.empty() ? "" : ", ") + std::string(hit_field_name(field));
+  }
+  return list;
+}
+
+}  // namespace
+
+bool RayReader::read_fields(Value value) {
+  const JsonPointer place = JsonPointer().key("fields");
+  Array array;
+  if (value.get_array().get(array) != simdjson::SUCCESS) {
+    return wrong(value, place, "an array of names");
+  }
+  FieldSet fields;
+  std::size_t count = 0;
+  for (auto element : array) {
+    Value entry;
+    if (const auto code = element.get(entry); code != simdjson::SUCCESS) {
+      return check_end(code, [] { return JsonPointer().key("fields"); });
+    }
+    const JsonPointer entry_place = JsonPointer(place).index(count++);
+    std::string_view name;
+    if (const auto code = entry.get_string().get(name); code != simdjson::SUCCESS) {
+      if (code == simdjson::INCORRECT_TYPE) return wrong(entry, entry_place, "a name");
+      return malformed(entry_place, "this is not a valid string");
+    }
+    const std::optional<HitField> field = find_hit_field(name);
+    if (!field || !rules_.known_fields.has(*field)) {
+      return fail(ErrorKind::kInvalid, "FIELD_UNKNOWN",
+                  "unknown field \"" + std::string(cut_utf8(name, 64)) +
+                      "\"; known: " + names_of(rules_.known_fields),
+                  entry_place);
+    }
+    if (fields.has(*field)) {
+      return fail(ErrorKind::kInvalid, "FIELD_DUPLICATE", "this field is asked for twice",
+                  entry_place);
+    }
+    fields.add(*field);
+  }
+  if (fields.empty()) {
+    return fail(ErrorKind::kInvalid, "FIELDS_EMPTY",
+                "leave \"fields\" out, or name some of: " + names_of(rules_.known_fields), place);
+  }
+  query_.fields = fields;
+  query_.chose_fields = true;
+  return true;
+}
+
+bool RayReader::read_max_hits(Value value) {
+  return read_count(value, rules_.max_hits, query_.max_hits, JsonPointer().key("max_hits"));
+}
+
+bool RayReader::read_crossings(Value value) {
+  constexpr std::array<std::string_view, 2> kWords{"every", "once"};
+  std::size_t which = 0;
+  if (!read_word(value, kWords, which, JsonPointer().key("crossings"))) return false;
+  query_.crossings = which == 1 ? Crossings::kOnce : Crossings::kEvery;
+  return true;
+}
+
+bool RayReader::read_cull(Value value) {
+  constexpr std::array<std::string_view, 4> kWords{"none", "back", "front", "material"};
+  std::size_t which = 0;
+  if (!read_word(value, kWords, which, JsonPointer().key("cull"))) return false;
+  query_.filter.culling = static_cast<Culling>(which);
+  return true;
+}
+
+bool RayReader::read_on_invalid(Value value) {
+  constexpr std::array<std::string_view, 2> kWords{"refuse", "mark"};
+  std::size_t which = 0;
+  if (!read_word(value, kWords, which, JsonPointer().key("on_invalid"))) return false;
+  query_.marks_invalid = which == 1;
+  return true;
+}
+
+bool RayReader::read_image(Value value) {
+  constexpr std::array<std::string_view, 4> kWords{"depth", "node", "normal", "visits"};
+  std::size_t which = 0;
+  if (!read_word(value, kWords, which, JsonPointer().key("image"))) return false;
+  query_.image.emplace().of = static_cast<HitImage::Of>(which);
+  return true;
+}
+
+bool RayReader::read_patterns(Value value, const JsonPointer& place,
+                              std::vector<std::string>& patterns) {
+  const auto read_one = [&](std::size_t i, Value entry) {
+    const JsonPointer entry_place = JsonPointer(place).index(i);
+    if (i == kMostPatterns) {
+      return fail(ErrorKind::kTooLarge, "FILTER_TOO_LARGE",
+                  "a list may hold " + std::to_string(kMostPatterns) + " patterns", entry_place);
+    }
+    std::string_view text;
+    if (const auto code = entry.get_string().get(text); code != simdjson::SUCCESS) {
+      if (code == simdjson::INCORRECT_TYPE) return wrong(entry, entry_place, "a pattern of names");
+      return malformed(entry_place, "this is not a valid string");
+    }
+    if (text.size() > kLongestPattern) {
+      return fail(ErrorKind::kTooLarge, "FILTER_TOO_LARGE",
+                  "a pattern may have " + std::to_string(kLongestPattern) + " bytes, this has " +
+                      std::to_string(text.size()),
+                  entry_place);
+    }
+    patterns.emplace_back(text);
+    return true;
+  };
+  return read_array(value, "an array of patterns", place, read_one);
+}
+
+bool RayReader::read_choice(std::string_view name, Value value,
+                            std::optional<TriangleChoice>& choice) {
+  constexpr std::array<std::string_view, 3> kKeys{"nodes", "names", "materials"};
+  const JsonPointer place = JsonPointer().key(name);
+  Object object;
+  if (value.get_object().get(object) != simdjson::SUCCESS) {
+    return wrong(value, place, "an object");
+  }
+  choice.emplace();
+  unsigned seen = 0;
+  for (auto entry : object) {
+    Field field;
+    if (const auto code = std::move(entry).get(field); code != simdjson::SUCCESS) {
+      return check_end(code, [&] { return JsonPointer(place); });
+    }
+    std::size_t which = 0;
+    if (!read_key(field, kKeys, 7u, place, which)) return false;
+    const JsonPointer part = JsonPointer(place).key(kKeys[which]);
+    if (!mark_seen(1u << which, seen, part)) return false;
+    if (which > 0) {
+      auto& patterns = which == 1 ? choice->names : choice->materials;
+      if (!read_patterns(field.value(), part, patterns.emplace())) return false;
+      continue;
+    }
+    auto& nodes = choice->nodes.emplace();
+    const auto read_node = [&](std::size_t i, Value number) {
+      const JsonPointer node_place = JsonPointer(part).index(i);
+      if (i == kMostNodes) {
+        return fail(ErrorKind::kTooLarge, "FILTER_TOO_LARGE",
+                    "a list may hold " + std::to_string(kMostNodes) + " nodes", node_place);
+      }
+      std::uint64_t node = 0;
+      if (!read_count(number, std::numeric_limits<std::uint32_t>::max(), node, node_place)) {
+        return false;
+      }
+      nodes.push_back(static_cast<std::uint32_t>(node));
+      return true;
+    };
+    if (!read_array(field.value(), "an array of node ids", part, read_node)) return false;
+  }
+  if (seen == 0) {
+    return invalid("KEY_MISSING", "needs \"nodes\", \"names\" or \"materials\"", place);
+  }
+  return true;
+}
+
+bool RayReader::read_option(std::string_view key, Value value) {
+  if (key == "fields") return read_fields(value);
+  if (key == "max_hits") return read_max_hits(value);
+  if (key == "crossings") return read_crossings(value);
+  if (key == "normalize") return read_boolean(value, query_.normalize, JsonPointer().key(key));
+  if (key == "cull") return read_cull(value);
+  if (key == "on_invalid") return read_on_invalid(value);
+  if (key == "explain") {
+    return read_boolean(value, query_.wants_explanation, JsonPointer().key(key));
+  }
+  if (key == "work") return read_boolean(value, query_.wants_work, JsonPointer().key(key));
+  if (key == "strict") return read_boolean(value, query_.strict, JsonPointer().key(key));
+  if (key == "timeout_ms") {
+    return read_timeout(value, query_.timeout_ms, JsonPointer().key(key));
+  }
+  if (key == "image") return read_image(value);
+  if (key == "image_unit") {
+    const auto place = [&] { return JsonPointer().key(key); };
+    return read_number(value, image_unit_, place) &&
+           (image_unit_ > 0 ||
+            invalid("NUMBER_OUT_OF_RANGE", "expected a number above 0", place()));
+  }
+  if (key == "mask") {
+    std::uint64_t mask = 0;
+    if (!read_count(value, 0xffffffffu, mask, JsonPointer().key(key))) return false;
+    query_.filter.mask = static_cast<std::uint32_t>(mask);
+    return true;
+  }
+  return read_choice(key, value, key == "include" ? query_.filter.include : query_.filter.exclude);
+}
+
+}  // namespace sightline

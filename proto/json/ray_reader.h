@@ -1,0 +1,112 @@
+#pragma once
+/// The reader of rays, for bodies that hold rays and something else. For files of this room only.
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "proto/json/json_reader.h"
+#include "proto/json/ray_json.h"
+
+namespace sightline {
+
+/// The place of a tuple as a whole.
+inline constexpr std::size_t kWholeTuple = static_cast<std::size_t>(-1);
+
+/// The parts of a ray, as rows and as columns call them.
+enum class RayPart { kOrigin, kDirection, kTmin, kTmax, kMask };
+inline constexpr std::array<std::string_view, 5> kRayRowKeys{"origin", "direction", "tmin", "tmax",
+                                                             "mask"};
+inline constexpr std::array<std::string_view, 4> kRayColumnKeys{"origins", "directions", "tmin",
+                                                                "tmax"};
+
+/// Reads one body of rays.
+class RayReader : protected JsonReader {
+ public:
+  explicit RayReader(const RayJsonRules& rules) : rules_(rules) {
+    query_.fields = rules.default_fields;
+  }
+  virtual ~RayReader() = default;
+  RayReader(const RayReader&) = delete;
+  RayReader& operator=(const RayReader&) = delete;
+
+  Result<RayQuery> read(std::string& body);
+
+ protected:
+  /// Keys that a body of rays and something else has besides, and how to read them.
+  virtual std::span<const std::string_view> more_keys() const { return {}; }
+  /// The bits of those that may stand there.
+  virtual unsigned known_more_keys() const { return (1u << more_keys().size()) - 1; }
+  virtual bool read_more(std::size_t which, Value value) {
+    static_cast<void>(which);
+    static_cast<void>(value);
+    return true;
+  }
+  bool read_row(Value value, std::size_t ray);
+  /// The column of masks begins with the first row that has one.
+  void push_row(const Ray& row, std::uint32_t mask);
+  bool check_limits_and_directions();
+  static JsonPointer ray_place(std::size_t ray) { return JsonPointer().key("rays").index(ray); }
+  bool read_choice(std::string_view name, Value value, std::optional<TriangleChoice>& choice);
+  /// After the last key, before the rays are checked.
+  virtual bool finish_more() { return true; }
+
+  /// The tmin of a ray that has none.
+  double default_tmin_ = 0;
+  /// How a row is called that is the first of the batch.
+  std::size_t first_ray_ = 0;
+  RayQuery query_;
+
+ private:
+  // The top level, then one function for each form of rays.
+  bool read_top(Object object);
+  bool read_rows(Value value);
+  bool read_column(Value value, RayPart part);
+  bool read_masks(Value value);
+  bool read_generator(Value value);
+  // Options, in ray_options.cpp.
+  bool read_option(std::string_view key, Value value);
+  bool read_fields(Value value);
+  bool read_max_hits(Value value);
+  bool read_crossings(Value value);
+  bool read_cull(Value value);
+  bool read_on_invalid(Value value);
+  bool read_patterns(Value value, const JsonPointer& place, std::vector<std::string>& patterns);
+  unsigned known_top_keys() const;
+  bool finish_rows_or_columns();
+  bool read_image(Value value);
+  bool finish_image();
+
+  template <class Place>
+  bool read_limit(Value value, RayPart part, double& out, Place place);
+  bool read_vector(Value value, std::size_t ray, RayPart part, Vec3d& out);
+
+  static JsonPointer row_place(std::size_t ray, RayPart part, std::size_t component = kWholeTuple) {
+    JsonPointer place = ray_place(ray);
+    place.key(kRayRowKeys[static_cast<std::size_t>(part)]);
+    if (component != kWholeTuple) place.index(component);
+    return place;
+  }
+  static JsonPointer column_place(RayPart part, std::size_t element = kWholeTuple) {
+    JsonPointer place;
+    place.key(kRayColumnKeys[static_cast<std::size_t>(part)]);
+    if (element != kWholeTuple) place.index(element);
+    return place;
+  }
+  bool too_many(const JsonPointer& place) {
+    return fail(ErrorKind::kTooLarge, "RAYS_TOO_MANY",
+                "a request may hold " + std::to_string(rules_.max_rays) + " rays", place);
+  }
+
+  RayJsonRules rules_;
+  unsigned seen_ = 0;                      ///< top-level keys, by their number in kTopKeys
+  std::array<std::uint64_t, 2> pixels_{};  ///< width and height of the generator's, or 0
+  double image_unit_ = HitImage().unit;
+  std::array<std::size_t, 4> column_size_{};  ///< numbers read, by Part
+};
+
+}  // namespace sightline
