@@ -2,8 +2,8 @@
 #include <cstdlib>
 #include <iostream>
 
+#include "core/base/free_memory.h"
 #include "server/client/commands.h"
-#include "server/http/heap.h"
 #include "server/operation/cli.h"
 #include "server/operation/small_commands.h"
 #include "server/serve.h"
@@ -12,7 +12,7 @@ namespace sightline {
 namespace {
 
 int run(const ServeCommand& command) {
-  bound_heaps();
+  limit_heaps();
   // A file that reaches the process's limit is an error like a full disk.
   std::signal(SIGXFSZ, SIG_IGN);
   const auto end_now = [](int code) { std::_Exit(code); };

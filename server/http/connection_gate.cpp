@@ -16,9 +16,6 @@
 #include <new>
 #include <utility>
 
-#include "server/http/heap.h"
-#include "server/http/short_turns.h"
-
 namespace sightline {
 namespace {
 
@@ -166,9 +163,6 @@ void ConnectionGate::run(int listener) {
   start(long_workers_, WorkerPool::Priority::kLower, std::max<std::size_t>(2, limits_.workers / 4),
         limits_.queue);
   start(stream_workers_, WorkerPool::Priority::kLower, limits_.streams, 0);
-  ask_for_short_turns();
-  GoingFirst going_first;
-  const KeptBlocks kept;
   watch(epoll_, listener, EPOLLIN);
   bool stopped = false;
   std::array<epoll_event, 256> events;
@@ -197,7 +191,6 @@ void ConnectionGate::run(int listener) {
     if (stopping_ && !std::exchange(stopped, true)) begin_stop(listener);
     if (now_ >= next_check_) {
       check_times();
-      going_first.look(now_);
       if (!accepting_ && !stopped) accepting_ = watch(epoll_, listener, EPOLLIN);
       next_check_ = now_ + kCheck;
     }

@@ -6,10 +6,10 @@
 #include "server/http/ascii.h"
 
 namespace sightline {
-std::string media_type(const Exchange& exchange) {
+std::string_view media_type(const Exchange& exchange) {
   if (!says_media_type(exchange)) return {};
   const std::string_view type = *exchange.head.content_type;
-  return lower_case(trimmed(type.substr(0, type.find(';'))));
+  return trimmed(type.substr(0, type.find(';')));
 }
 
 bool says_media_type(const Exchange& exchange) { return exchange.head.content_type.has_value(); }
@@ -17,14 +17,15 @@ bool says_media_type(const Exchange& exchange) { return exchange.head.content_ty
 bool admit_media_type(Exchange& exchange, std::initializer_list<std::string_view> accepted,
                       std::initializer_list<std::string_view> tolerated) {
   if (!says_media_type(exchange)) return true;
-  const std::string type = media_type(exchange);
+  const std::string_view type = media_type(exchange);
+  const auto is_type = [&](std::string_view each) { return equals_caseless(type, each); };
+  if (std::any_of(accepted.begin(), accepted.end(), is_type)) return true;
+  if (std::any_of(tolerated.begin(), tolerated.end(), is_type)) return true;
   std::string list, text;
   for (const std::string_view each : accepted) {
-    if (type == each) return true;
     list.append(list.empty() ? "" : ", ").append(each);
     text.append(text.empty() ? "" : " or ").append(each);
   }
-  if (std::find(tolerated.begin(), tolerated.end(), type) != tolerated.end()) return true;
   exchange.response.set_header("Accept", list);  // [RFC9110] 15.5.16
   exchange.reply_problem(415, "MEDIA_TYPE_UNSUPPORTED", "send Content-Type: " + text);
   return false;

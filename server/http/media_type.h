@@ -2,7 +2,6 @@
 /// What a request says its body is.
 
 #include <initializer_list>
-#include <string>
 #include <string_view>
 
 #include "server/http/exchange.h"
@@ -21,7 +20,7 @@ bool admit_media_type(Exchange& exchange, std::initializer_list<std::string_view
 /// What `curl -d` sends when nobody tells it otherwise.
 inline constexpr std::string_view kFormMediaType = "application/x-www-form-urlencoded";
 
-/// The media type without its parameters, in lower case; empty where there is none.
-std::string media_type(const Exchange& exchange);
+/// The media type without its parameters, in any case; empty where there is none.
+std::string_view media_type(const Exchange& exchange);
 
 }  // namespace sightline

@@ -24,37 +24,48 @@ constexpr RequestFault kLargeHead{431, "HEADER_TOO_LARGE",
                                   "the request's header is larger than it may be"};
 constexpr const char* kFraming = "FRAMING_AMBIGUOUS";
 
-/// [RFC9110] 5.6.2
-bool is_token(std::string_view text) {
-  constexpr std::string_view kMarks = "!#$%&'*+-.^_`|~";
-  return !text.empty() && std::all_of(text.begin(), text.end(), [&](char c) {
-    return (c >= '0' && c <= '9') || (lower_case(c) >= 'a' && lower_case(c) <= 'z') ||
-           kMarks.find(c) != std::string_view::npos;
-  });
+/// A set of characters.
+class CharSet {
+ public:
+  template <class Contains>
+  explicit constexpr CharSet(const Contains& contains) {
+    for (std::size_t i = 0; i < has_.size(); ++i) has_[i] = contains(static_cast<char>(i));
+  }
+  bool has_all(std::string_view text) const {
+    return std::all_of(text.begin(), text.end(),
+                       [&](char c) { return has_[static_cast<unsigned char>(c)]; });
+  }
+
+ private:
+  std::array<bool, 256> has_{};
+};
+
+constexpr bool is_one_of(char c, std::string_view set) {
+  return set.find(c) != std::string_view::npos;
 }
+
+/// [RFC9110] 5.6.2
+constexpr CharSet kToken([](char c) {
+  return (c >= '0' && c <= '9') || (lower_case(c) >= 'a' && lower_case(c) <= 'z') ||
+         is_one_of(c, "!#$%&'*+-.^_`|~");
+});
+bool is_token(std::string_view text) { return !text.empty() && kToken.has_all(text); }
 
 /// Bytes above ASCII are let through: the router answers them like any other name it does not have.
-bool is_visible(char c) { return (c > 0x20 && c != 0x7f) || static_cast<unsigned char>(c) >= 0x80; }
+constexpr bool is_visible(char c) {
+  return (c > 0x20 && c != 0x7f) || static_cast<unsigned char>(c) >= 0x80;
+}
 
 /// [RFC9112] 3.2: no fragment. A reader that cuts one off would see another path than was judged.
-bool is_target(std::string_view text) {
-  return !text.empty() && text.find('#') == std::string_view::npos &&
-         std::all_of(text.begin(), text.end(), is_visible);
-}
+constexpr CharSet kTarget([](char c) { return c != '#' && is_visible(c); });
+bool is_target(std::string_view text) { return !text.empty() && kTarget.has_all(text); }
 
-bool is_field_value(std::string_view text) {
-  return std::all_of(text.begin(), text.end(),
-                     [](char c) { return c == ' ' || c == '\t' || is_visible(c); });
-}
+constexpr CharSet kFieldValue([](char c) { return c == ' ' || c == '\t' || is_visible(c); });
 
 /// No list, no user, no path, nothing behind the port: what another program could take for another
 /// host.
-bool is_host(std::string_view text) {
-  return host_name(text) && std::all_of(text.begin(), text.end(), [](char c) {
-           return is_visible(c) &&
-                  std::string_view(",/\\@?#\"<>").find(c) == std::string_view::npos;
-         });
-}
+constexpr CharSet kHost([](char c) { return is_visible(c) && !is_one_of(c, ",/\\@?#\"<>"); });
+bool is_host(std::string_view text) { return kHost.has_all(text) && host_name(text); }
 
 /// Cuts the next line off, without its CR LF.
 std::string_view next_line(std::string_view& text) {
@@ -165,7 +176,7 @@ std::optional<RequestFault> take_field(std::string_view line, RequestHead& head,
   const std::string_view name = line.substr(0, colon);
   const std::string_view value = trimmed(line.substr(colon + 1));
   // A blank before the colon, and a line that goes on from the last one, are no tokens.
-  if (!is_token(name) || !is_field_value(value)) return kMalformed;
+  if (!is_token(name) || !kFieldValue.has_all(value)) return kMalformed;
   if (equals_caseless(name, "host")) {
     if (++fields.hosts > 1 || !is_host(value)) {
       return RequestFault{400, "HOST_INVALID", "a request needs exactly one Host header"};
@@ -207,6 +218,15 @@ std::optional<RequestFault> take_field(std::string_view line, RequestHead& head,
   return std::nullopt;
 }
 
+/// Bytes of the first line with its CR LF; 0 where it is not all here, empty, too long, or has bytes
+/// that must be looked at one by one.
+std::size_t plain_line(std::string_view bytes) {
+  const std::size_t end = bytes.find('\r');
+  if (end == 0 || end > kLongestLine || bytes.size() - end < 2 || bytes[end + 1] != '\n') return 0;
+  const std::string_view line = bytes.substr(0, end);
+  return line.find('\0') == line.npos && line.find('\n') == line.npos ? end + 2 : 0;
+}
+
 }  // namespace
 
 HeadScan::State HeadScan::refuse(RequestFault fault) {
@@ -217,6 +237,13 @@ HeadScan::State HeadScan::refuse(RequestFault fault) {
 HeadScan::State HeadScan::look(std::string_view bytes, const HeadLimits& limits) {
   const std::size_t most = limits.bytes;
   while (at_ < bytes.size()) {
+    // A line that is here and in order needs no look at each byte.
+    if (const std::size_t line = at_ == line_ ? plain_line(bytes.substr(at_)) : 0;
+        line > 0 && at_ + line - begin_ <= most) {
+      at_ = line_ = at_ + line;
+      has_line_ = true;
+      continue;
+    }
     const char c = bytes[at_];
     const bool after_cr = at_ > begin_ && bytes[at_ - 1] == '\r';
     if (c == '\0' || (c == '\n') != after_cr) {

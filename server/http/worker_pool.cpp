@@ -4,7 +4,6 @@
 
 #include "core/base/priority.h"
 #include "server/http/connection.h"
-#include "server/http/short_turns.h"
 
 namespace sightline {
 
@@ -63,7 +62,7 @@ bool WorkerPool::has_idle() const {
 }
 
 void WorkerPool::run() {
-  priority_ == Priority::kLower ? lower_priority() : ask_for_short_turns();
+  if (priority_ == Priority::kLower) lower_priority();
   // The first allocation of a thread may take the addresses of a whole heap (64 MiB in glibc):
   // better now than when memory is short. Volatile, because it would be left out else.
   char* volatile first = new char[64];

@@ -5,6 +5,7 @@
 #include "core/store/scene_id.h"
 #include "proto/binary/ray_binary.h"
 #include "proto/json/hit_lines.h"
+#include "server/http/ascii.h"
 #include "server/http/media_type.h"
 #include "server/http/request_body.h"
 #include "server/http/work_memory.h"
@@ -23,9 +24,9 @@ std::optional<QueryType> admit_rays_type(Exchange& exchange, bool takes_lines) {
                              {kFormMediaType})
           : admit_media_type(exchange, {"application/json", kBinaryMediaType}, {kFormMediaType});
   if (!good) return std::nullopt;
-  const std::string type = media_type(exchange);
-  if (type == kBinaryMediaType) return QueryType::kBinary;
-  return type == kLinesMediaType ? QueryType::kLines : QueryType::kJson;
+  const std::string_view type = media_type(exchange);
+  if (equals_caseless(type, kBinaryMediaType)) return QueryType::kBinary;
+  return equals_caseless(type, kLinesMediaType) ? QueryType::kLines : QueryType::kJson;
 }
 
 SceneSnapshot admit_scene(Exchange& exchange, const Service& service) {
