@@ -3,6 +3,7 @@
 /// lines. Batches are structs of columns, one element per ray, query or hit.
 
 #include <cstddef>
+#include <cstdint>
 #include <new>
 #include <type_traits>
 #include <utility>
@@ -15,7 +16,7 @@ namespace sightline {
 template <class T>
 struct AlignedAllocator {
   using value_type = T;
-  static constexpr std::align_val_t kAlignment{64};
+  static constexpr std::size_t kAlignment = 64;
 
   AlignedAllocator() = default;
   template <class U>
@@ -23,9 +24,17 @@ struct AlignedAllocator {
 
   T* allocate(std::size_t count) {
     if (count > static_cast<std::size_t>(-1) / 2 / sizeof(T)) throw std::bad_array_new_length();
-    return static_cast<T*>(::operator new(count * sizeof(T), kAlignment));
+    // Cut from an ordinary block: glibc caches short ones for each thread, but searches a heap under
+    // a lock for an aligned one. The byte before the storage holds how far it was moved.
+    auto* const block = static_cast<unsigned char*>(::operator new(count * sizeof(T) + kAlignment));
+    const std::size_t moved = kAlignment - reinterpret_cast<std::uintptr_t>(block) % kAlignment;
+    block[moved - 1] = static_cast<unsigned char>(moved);
+    return reinterpret_cast<T*>(block + moved);
   }
-  void deallocate(T* pointer, std::size_t) noexcept { ::operator delete(pointer, kAlignment); }
+  void deallocate(T* pointer, std::size_t) noexcept {
+    auto* const storage = reinterpret_cast<unsigned char*>(pointer);
+    ::operator delete(storage - storage[-1]);
+  }
 
   template <class U>
   bool operator==(const AlignedAllocator<U>&) const {

@@ -103,7 +103,7 @@ std::optional<std::string> host_name(std::string_view host) {
     host.remove_prefix(end + 1);
   } else {
     name = host.substr(0, host.find(':'));
-    if (name.find_first_of("[]") != std::string::npos) return std::nullopt;
+    if (name.find('[') != name.npos || name.find(']') != name.npos) return std::nullopt;
     host.remove_prefix(name.size());
   }
   const bool is_port =
