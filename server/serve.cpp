@@ -271,7 +271,7 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
       rules);
   const auto now = [&] {
     return ServerNow{server.counts().open, door_events(server.counts(), metrics),
-                     server.queued(),      server.traffic(),
+                     server.queued(),      server.memory(),
                      server.spooled(),     manager.totals(),
                      (*engine)->kernel()};
   };

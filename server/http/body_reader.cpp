@@ -105,7 +105,7 @@ bool BodyReader::wait_for_client() {
     const Pace::Clock::time_point now = Pace::Clock::now();
     if (now >= pace_.due()) {
       fault_ = Fault::kSlow;
-    } else if (now >= hurry_.due() && memory_.body_keeps_others_waiting()) {
+    } else if (now >= hurry_.due() && memory_.keeps_others_waiting()) {
       fault_ = Fault::kMemory;
     }
     if (fault_ != Fault::kNoFault) return false;
@@ -216,7 +216,7 @@ bool BodyReader::hand_on_decoded(const std::function<bool(std::span<const char>)
     const std::span<const char> piece = decoder_->decode(input);
     const std::size_t bytes = decoder_->bytes();
     if (bytes > decoder_bytes_) {
-      if (!memory_.reserve_body(bytes - decoder_bytes_)) {
+      if (!memory_.pin(bytes - decoder_bytes_)) {
         fault_ = Fault::kMemory;
         return false;
       }

@@ -11,7 +11,7 @@
 #include "server/http/connection.h"
 #include "server/http/content_coding.h"
 #include "server/http/pace.h"
-#include "server/http/work_memory.h"
+#include "server/http/request_memory.h"
 
 namespace sightline {
 
@@ -57,7 +57,10 @@ class BodyReader {
   void decode_as(Coding coding);
   bool decodes() const { return decoder_ != nullptr; }
   /// All of it was read: what decoded it goes. The body stays, because a request may be repeated.
-  void end_decoding() { decoder_.reset(); }
+  void end_decoding() {
+    decoder_.reset();
+    memory_.unpin();
+  }
   /// A stream may last for any time, as long as the client sends at the least rate while the server
   /// reads.
   void restart_pace();

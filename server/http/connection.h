@@ -9,10 +9,10 @@
 #include <string_view>
 
 #include "core/base/deadline.h"
-#include "server/http/byte_budget.h"
 #include "server/http/pace.h"
 #include "server/http/received_body.h"
 #include "server/http/request_head.h"
+#include "server/http/request_memory.h"
 #include "server/http/spool.h"
 
 namespace sightline {
@@ -20,7 +20,7 @@ namespace sightline {
 /// The event loop and a worker own it in turn; a queue hands it over. Only `gone` and `stirred` may
 /// be used by both at any time.
 struct Connection {
-  Connection(int socket_given, ByteBudget& budget_given, Spool& spool_given)
+  Connection(int socket_given, MemoryBudget& budget_given, Spool& spool_given)
       : socket(socket_given), budget(budget_given), spool(spool_given) {}
   ~Connection() { budget.release(charged); }
   Connection(const Connection&) = delete;
@@ -50,7 +50,7 @@ struct Connection {
   std::unique_ptr<SpoolFile> output_file;  ///< what is sent after `output`; null: nothing
   std::uint64_t file_sent = 0;             ///< bytes of it
   std::uint64_t given = 0;  ///< bytes to the system, to be sent, since the connection began
-  ByteBudget& budget;
+  MemoryBudget& budget;
   Spool& spool;
   std::uint64_t charged = 0;  ///< bytes of the budget that this connection holds
 
@@ -59,6 +59,7 @@ struct Connection {
   /// A body that is longer than what the event loop gathers in `input`, chunked, or sent only after
   /// a 100; null until a handler asks for it.
   std::unique_ptr<ReceivedBody> body;
+  RequestMemory::Plan plan;       ///< of a request that begins again
   bool is_gathered = false;       ///< all of the body that will come is in `input`
   std::uint64_t body_wanted = 0;  ///< see PutOff::kForBody
   bool owes_continue = false;     ///< the client waits for "100 Continue"
@@ -105,6 +106,7 @@ struct Connection {
   void forget_body() {
     body.reset();
     kept.reset();
+    plan = {};
     is_gathered = streams = is_long = false;
   }
 

@@ -23,6 +23,9 @@ constexpr std::chrono::milliseconds kCheck{100};
 /// How long a head that has begun may take to end after a stop.
 constexpr std::chrono::milliseconds kLastHead{1000};
 constexpr int kAcceptedAtOnce = 256;
+/// Bytes that the system may hold of an answer beside those that are under way to the client. It would
+/// hold up to 4 MiB for each client that does not read.
+constexpr int kUnsent = 128 << 10;
 
 bool watch(int epoll, int socket, std::uint32_t events, int how = EPOLL_CTL_ADD) {
   epoll_event wanted{};
@@ -48,13 +51,13 @@ bool owes_answer(const Connection& connection) {
 
 }  // namespace
 
-ConnectionGate::ConnectionGate(const DoorLimits& limits, TrafficMemory& traffic, Spool& spool,
+ConnectionGate::ConnectionGate(const DoorLimits& limits, MemoryBudget& memory, Spool& spool,
                                Answer answer, DoorRules rules)
     : limits_(limits),
+      budget_(memory),
       spool_(spool),
       answer_(std::move(answer)),
       rules_(std::move(rules)),
-      budget_(traffic, limits.buffers),
       epoll_(::epoll_create1(EPOLL_CLOEXEC)),
       wake_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
   watch(epoll_, wake_, EPOLLIN | EPOLLET);
@@ -276,6 +279,7 @@ void ConnectionGate::adopt(int socket) {
   const int yes = 1;
   // Without it an answer may wait 40 ms for the client's acknowledgement.
   ::setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
+  ::setsockopt(socket, IPPROTO_TCP, TCP_NOTSENT_LOWAT, &kUnsent, sizeof kUnsent);
   const auto at = static_cast<std::size_t>(socket);
   if (at >= connections_.size()) connections_.resize(at + 1);
   connections_[at] = std::make_unique<Connection>(socket, budget_, spool_);

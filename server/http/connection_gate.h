@@ -76,8 +76,8 @@ class ConnectionGate {
   /// answer to the output, and says by `keep` and `skip` how it goes on. It may say `put_off`
   /// instead, and is then called again.
   using Answer = std::function<void(Connection&)>;
-  /// `limits`, `traffic` and `spool` outlive this.
-  ConnectionGate(const DoorLimits& limits, TrafficMemory& traffic, Spool& spool, Answer answer,
+  /// `limits`, `memory` and `spool` outlive this.
+  ConnectionGate(const DoorLimits& limits, MemoryBudget& memory, Spool& spool, Answer answer,
                  DoorRules rules = {});
   ~ConnectionGate();
 
@@ -88,7 +88,6 @@ class ConnectionGate {
   /// Breaks every connection off, and tells the work for it. After stop, from any thread.
   void break_off();
 
-  ByteBudget& budget() { return budget_; }
   const DoorRules& rules() const { return rules_; }
   const DoorCounts& counts() const { return counts_; }
   std::size_t queued() const {
@@ -164,10 +163,10 @@ class ConnectionGate {
   void on_late(Connection& connection);
 
   const DoorLimits& limits_;
+  MemoryBudget& budget_;
   Spool& spool_;
   const Answer answer_;
   const DoorRules rules_;
-  ByteBudget budget_;
   DoorCounts counts_;
   int epoll_ = -1, wake_ = -1;
   std::vector<std::unique_ptr<Connection>> connections_;  ///< by socket

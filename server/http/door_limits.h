@@ -31,13 +31,9 @@ struct DoorLimits {
   /// Temporary files of bodies and answers: their folder, and the bytes of all of them.
   std::string spool_folder = "/tmp";
   std::uint64_t spool_bytes = std::uint64_t{16} << 30;
-  /// Bytes in total of headers, and of the parts of bodies and answers that are in memory.
-  std::uint64_t buffers = 32 << 20;
-  std::uint64_t bodies = 36 << 20;  ///< bytes in total of bodies of queries that are read
-  std::uint64_t work = 28 << 20;    ///< bytes in total for answering requests
-  /// Bytes of those three in total. One request at a time may exceed it.
-  std::uint64_t traffic = 56 << 20;
-  /// Bytes that answering one may take: of those that go beyond `work` one may at a time.
+  /// Bytes of memory of connections and requests. One request at a time may exceed it.
+  std::uint64_t memory = 64 << 20;
+  /// Bytes that one request may take.
   std::uint64_t request = std::uint64_t{4} << 30;
 
   void take_live(const DoorLimits& other) {

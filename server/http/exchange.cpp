@@ -9,7 +9,7 @@
 #include "core/base/split_mix.h"
 #include "server/http/body_reader.h"
 #include "server/http/http_status.h"
-#include "server/http/work_memory.h"
+#include "server/http/request_memory.h"
 
 namespace sightline {
 
@@ -20,9 +20,8 @@ bool Exchange::is_put_off() const {
   if (may_repeat && response.status == 503 && memory != nullptr && memory->was_refused()) {
     return true;
   }
-  // Together with its head it leaves in one piece.
-  constexpr std::size_t kShort = 8 << 10;
-  return at_door && (response.status != 200 || response.body.size() > kShort);
+  // Want of time, of memory or of trees: a worker has them.
+  return at_door && (response.status == 0 || response.status >= 500);
 }
 
 void Exchange::reply(int status, std::string content, std::string_view media_type) {

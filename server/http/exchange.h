@@ -34,8 +34,8 @@ struct Exchange {
   std::uint64_t rays = 0, boxes = 0;
   QueryWork work = {};
   std::string problem_code = {};  ///< of the problem that it was answered with
-  /// The event loop tries to answer, and must not wait. Whatever takes longer, and every answer but
-  /// a short one with status 200, is put off to a worker, which begins again.
+  /// The event loop tries to answer, and must not wait. A request that takes longer, or needs memory
+  /// or trees, is put off to a worker, which begins again.
   bool at_door = false;
   /// When the event loop had received the request. The time in a queue counts.
   std::chrono::steady_clock::time_point asked_at = std::chrono::steady_clock::now();

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <limits>
 #include <new>
 #include <typeinfo>
 #include <utility>
@@ -44,14 +43,10 @@ HttpServer::HttpServer(const DoorLimits& limits, Dispatch dispatch, Thrown throw
     : limits_(limits),
       dispatch_(std::move(dispatch)),
       thrown_(std::move(thrown)),
-      traffic_(limits.traffic),
+      memory_(limits.memory, limits.request),
       spool_(limits.spool_folder, limits.spool_bytes),
-      bodies_(traffic_, limits.bodies, std::numeric_limits<std::uint64_t>::max(), true),
-      work_(traffic_, limits.work, limits.request),
-      // Half of the workers may wait for loads: see serve_flags.cpp.
-      waiters_(std::max<std::size_t>(1, limits.workers / 8)),
       gate_(
-          limits_, traffic_, spool_, [this](Connection& connection) { answer(connection); },
+          limits_, memory_, spool_, [this](Connection& connection) { answer(connection); },
           std::move(rules)) {}
 
 HttpServer::~HttpServer() {
@@ -101,8 +96,13 @@ void HttpServer::handle(Exchange& exchange) const {
 
 void HttpServer::answer(Connection& connection) {
   const RequestHead& head = connection.head;
-  RequestMemory memory(bodies_, work_, connection.goes_first ? &waiters_ : nullptr,
-                       &connection.gone, connection.at_door);
+  using Wait = RequestMemory::Wait;
+  RequestMemory memory(memory_, connection.plan,
+                       connection.at_door      ? Wait::kNever
+                       : connection.goes_first ? Wait::kBegunAgain
+                       : connection.streams    ? Wait::kStream
+                                               : Wait::kWhileEmpty,
+                       &connection.gone);
   ResponseWriter writer(connection, limits_.pace, limits_.busy_rate, memory);
   BodyReader body(connection, writer, limits_.pace, limits_.busy_rate, memory);
   HttpResponse response;
@@ -126,7 +126,7 @@ void HttpServer::answer(Connection& connection) {
     if (!body.is_put_off()) connection.put_off = Connection::PutOff::kToWorker;
     return;
   }
-  if (!exchange.streams) memory.keep(response.body.size());
+  if (!exchange.streams) memory.finish(response.body.size());
   const bool keeps = !head.close && !stopping_ && body.is_skippable();
   append_head(connection.output, head, response, exchange.request_id, !keeps,
               gate_.rules().headers);

@@ -10,7 +10,7 @@
 #include "server/http/door_limits.h"
 #include "server/http/exchange.h"
 #include "server/http/listener.h"
-#include "server/http/work_memory.h"
+#include "server/http/request_memory.h"
 
 namespace sightline {
 
@@ -41,8 +41,8 @@ class HttpServer {
   const DoorCounts& counts() const { return gate_.counts(); }
   /// Requests that wait for a worker. While it serves.
   std::size_t queued() const { return gate_.queued(); }
-  /// Bytes of memory that connections and requests hold, see TrafficMemory.
-  std::uint64_t traffic() const { return traffic_.taken(); }
+  /// Bytes of memory that connections and requests hold, see MemoryBudget.
+  std::uint64_t memory() const { return memory_.taken(); }
   /// Bytes of temporary files that bodies and answers hold.
   std::uint64_t spooled() const { return spool_.used(); }
 
@@ -54,11 +54,8 @@ class HttpServer {
   DoorLimits limits_;
   const Dispatch dispatch_;
   const Thrown thrown_;
-  TrafficMemory traffic_;
+  MemoryBudget memory_;
   Spool spool_;
-  WorkMemory bodies_, work_;
-  /// Places for workers of small requests that wait for memory.
-  Places waiters_;
   std::atomic<bool> stopping_{false};
   int listener_ = -1;
   ConnectionGate gate_;

@@ -1,6 +1,40 @@
 #include "server/http/http_status.h"
 
+#include <algorithm>
+#include <array>
+#include <utility>
+
 namespace sightline {
+namespace {
+
+constexpr auto kTitles =
+    std::to_array<std::pair<int, std::string_view>>({{200, "OK"},
+                                                     {201, "Created"},
+                                                     {202, "Accepted"},
+                                                     {204, "No Content"},
+                                                     {304, "Not Modified"},
+                                                     {400, "Bad Request"},
+                                                     {401, "Unauthorized"},
+                                                     {403, "Forbidden"},
+                                                     {404, "Not Found"},
+                                                     {405, "Method Not Allowed"},
+                                                     {408, "Request Timeout"},
+                                                     {409, "Conflict"},
+                                                     {411, "Length Required"},
+                                                     {412, "Precondition Failed"},
+                                                     {413, "Payload Too Large"},
+                                                     {414, "URI Too Long"},
+                                                     {415, "Unsupported Media Type"},
+                                                     {416, "Range Not Satisfiable"},
+                                                     {417, "Expectation Failed"},
+                                                     {422, "Unprocessable Entity"},
+                                                     {431, "Request Header Fields Too Large"},
+                                                     {503, "Service Unavailable"},
+                                                     {504, "Gateway Timeout"},
+                                                     {505, "HTTP Version Not Supported"},
+                                                     {507, "Insufficient Storage"}});
+
+}  // namespace
 
 int http_status(ErrorKind kind) {
   switch (kind) {
@@ -32,60 +66,10 @@ int http_status(ErrorKind kind) {
 }
 
 std::string_view status_title(int status) {
-  switch (status) {
-    case 200:
-      return "OK";
-    case 201:
-      return "Created";
-    case 202:
-      return "Accepted";
-    case 204:
-      return "No Content";
-    case 304:
-      return "Not Modified";
-    case 400:
-      return "Bad Request";
-    case 401:
-      return "Unauthorized";
-    case 403:
-      return "Forbidden";
-    case 404:
-      return "Not Found";
-    case 405:
-      return "Method Not Allowed";
-    case 408:
-      return "Request Timeout";
-    case 409:
-      return "Conflict";
-    case 411:
-      return "Length Required";
-    case 412:
-      return "Precondition Failed";
-    case 413:
-      return "Payload Too Large";
-    case 414:
-      return "URI Too Long";
-    case 415:
-      return "Unsupported Media Type";
-    case 416:
-      return "Range Not Satisfiable";
-    case 417:
-      return "Expectation Failed";
-    case 422:
-      return "Unprocessable Entity";
-    case 431:
-      return "Request Header Fields Too Large";
-    case 503:
-      return "Service Unavailable";
-    case 504:
-      return "Gateway Timeout";
-    case 505:
-      return "HTTP Version Not Supported";
-    case 507:
-      return "Insufficient Storage";
-    default:
-      return status >= 500 ? "Internal Server Error" : "Error";
-  }
+  const auto found = std::find_if(kTitles.begin(), kTitles.end(),
+                                  [&](const auto& each) { return each.first == status; });
+  if (found != kTitles.end()) return found->second;
+  return status >= 500 ? "Internal Server Error" : "Error";
 }
 
 }  // namespace sightline

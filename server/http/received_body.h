@@ -6,9 +6,9 @@
 #include <string>
 #include <string_view>
 
-#include "server/http/byte_budget.h"
 #include "server/http/chunk_decoder.h"
 #include "server/http/request_head.h"
+#include "server/http/request_memory.h"
 #include "server/http/spool.h"
 
 namespace sightline {
@@ -20,7 +20,7 @@ class ReceivedBody {
   /// Bytes that stay in memory, and those of a body that is taken in parts.
   static constexpr std::size_t kInMemory = 4 << 10, kPart = 64 << 10;
 
-  ReceivedBody(const RequestHead& head, ByteBudget& budget, Spool& spool)
+  ReceivedBody(const RequestHead& head, MemoryBudget& budget, Spool& spool)
       : is_chunked_(head.chunked), left_(head.length.value_or(0)), budget_(budget), file_(spool) {}
   ~ReceivedBody() { budget_.release(charged_); }
   ReceivedBody(const ReceivedBody&) = delete;
@@ -63,7 +63,7 @@ class ReceivedBody {
   std::uint64_t left_;
   ChunkDecoder chunks_;
   bool has_ended_ = false, has_failed_ = false, in_parts_ = false;
-  ByteBudget& budget_;
+  MemoryBudget& budget_;
   std::uint64_t charged_ = 0;
   std::string memory_;
   SpoolFile file_;

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "server/http/body_reader.h"
-#include "server/http/work_memory.h"
+#include "server/http/request_memory.h"
 
 namespace sightline {
 namespace {
@@ -110,7 +110,7 @@ class BodyLimit {
   std::optional<Error> refused_;
 };
 
-/// The room of a body's text, and what is counted of it.
+/// The memory of a body's text.
 class BodyRoom {
  public:
   /// spare   bytes behind the body
@@ -118,31 +118,16 @@ class BodyRoom {
   /// memory  null: it is not counted
   BodyRoom(std::string& text, std::size_t spare, std::optional<std::uint64_t> length,
            RequestMemory* memory)
-      : text_(text), spare_(spare), length_(length), memory_(memory) {}
+      : text_(text), spare_(spare), length_(length.value_or(0)), memory_(memory) {}
 
   /// For so many bytes more.
   Status make_for(std::size_t bytes) {
-    // Four times as much at a time: a client that sends little holds little, and what has come is
-    // seldom copied.
-    constexpr std::size_t kFirst = 128 << 10, kStep = 4;
-    // Up to here all room is counted: others may have had it, so every page is there already. What
-    // is larger is new pages, of which there are as many as have come.
-    constexpr std::size_t kWhole = 2 << 20;
     const std::size_t least = text_.size() + bytes + spare_;
-    const bool fits = least <= room_;
-    std::size_t room = fits ? room_ : std::max({least, kFirst, kStep * room_});
-    // All of it is here: it takes its room at once, and no two wait for each other's.
-    if (length_) room = std::max<std::size_t>(least, *length_ + spare_);
-    const std::size_t counted =
-        std::max(counted_, length_ ? room : std::max(least, std::min(room, kWhole)));
-    if (memory_ != nullptr && counted > counted_) {
-      const bool stays_little =
-          length_ && *length_ <= kWhole && memory_->is_little(*length_ * kWorkPerByte);
-      Status status = memory_->reserve_body(counted - counted_, stays_little);
-      if (!status) return status;
-    }
-    counted_ = counted;
-    if (fits) return success();
+    if (least <= room_) return success();
+    constexpr std::size_t kFirst = 128 << 10;
+    const std::size_t room = length_ > 0 ? std::max<std::size_t>(least, length_ + spare_)
+                                         : std::max({least, kFirst, 2 * room_});
+    if (Status status = reserve(memory_, room - room_); !status) return status;
     room_ = room;
     // To reserve more in the same text may double it instead.
     std::string larger;
@@ -155,9 +140,9 @@ class BodyRoom {
  private:
   std::string& text_;
   const std::size_t spare_;
-  const std::optional<std::uint64_t> length_;
+  const std::uint64_t length_;
   RequestMemory* const memory_;
-  std::size_t room_ = 0, counted_ = 0;
+  std::size_t room_ = 0;
 };
 
 }  // namespace
@@ -214,7 +199,6 @@ void forget_body(Exchange& exchange, std::string& text, std::uint64_t bytes) {
   std::string().swap(text);
   if (exchange.memory == nullptr) return;
   if (exchange.body != nullptr) exchange.body->end_decoding();
-  exchange.memory->forget_body();
   exchange.memory->keep(bytes);
 }
 

@@ -35,7 +35,8 @@ bool wait_for(int socket, short events, std::chrono::steady_clock::time_point du
 
 void append_number(std::string& out, std::uint64_t value, int base) {
   std::array<char, 20> digits;
-  const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), value, base);
+  const auto [end, error] =
+      std::to_chars(digits.data(), digits.data() + digits.size(), value, base);
   out.append(digits.data(), end);
 }
 
@@ -152,8 +153,7 @@ bool ResponseWriter::wait_for_client(Uptake& uptake) {
     uptake.look(connection_);
     const Pace::Clock::time_point now = Pace::Clock::now();
     const auto due = uptake.pace.due();
-    if (now >= uptake.hurry.due() && memory_.keeps_others_waiting())
-      return false;
+    if (now >= uptake.hurry.due() && memory_.keeps_others_waiting()) return false;
     if (wait_for(connection_.socket, POLLOUT, std::min(due, now + kSlowClientLook))) return true;
     if (now >= due) return false;
   }

@@ -9,7 +9,7 @@
 #include "server/http/connection.h"
 #include "server/http/http_message.h"
 #include "server/http/pace.h"
-#include "server/http/work_memory.h"
+#include "server/http/request_memory.h"
 
 namespace sightline {
 

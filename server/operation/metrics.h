@@ -23,7 +23,7 @@ struct ServerNow {
   std::uint64_t connections = 0;  ///< open
   NamedCounts events = {};        ///< of connections, since the start
   std::uint64_t queued = 0;       ///< requests that wait for a worker
-  std::uint64_t traffic = 0;      ///< bytes, see TrafficMemory
+  std::uint64_t traffic = 0;      ///< bytes, see MemoryBudget
   std::uint64_t spooled = 0;      ///< bytes of temporary files
   TreeTotals trees = {};
   std::string kernel = {};

@@ -104,9 +104,6 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
                   "listed in one answer: of rays, points, boxes, clearance");
   maker.add_count("--max-loads", command.limits.loads,
                   "scenes that may be on their way at once; two of them are built at a time");
-  maker.add_count("--max-upload-memory", command.limits.uploads,
-                  "bytes of scenes that are coming in, together, where there is no --data; one "
-                  "alone may be larger");
   app.add_option("--skip", flags.skip,
                  "'all': trees are built when rays come near, or ahead of them; 'none': before a "
                  "scene is ready. No answer depends on it")
@@ -139,7 +136,8 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
                          "how long a stop waits for requests that have begun");
   maker.add_live_seconds("--notice-seconds", flags.notice_seconds, 0,
                          "how long /readyz says 503 before a stop, for load balancers");
-  define_door(app, command.door, flags.door, flags.door_bytes);
+  command.door.memory = std::max(std::uint64_t{256} << 20, machine_memory() / 8);
+  define_door(app, command.door, flags.door);
 }
 
 void finish_serve(ServeCommand& command, const ServeFlags& flags) {
@@ -163,7 +161,8 @@ void finish_serve(ServeCommand& command, const ServeFlags& flags) {
   command.log_format = flags.log_format == "json" ? LogFormat::kJson : LogFormat::kText;
   command.laziness = flags.skip == "none" ? Laziness::kEager : Laziness::kWhenNeeded;
   command.limits.request = milliseconds_of(flags.request_seconds);
-  finish_door(command.door, flags.door, flags.door_bytes, machine_memory());
+  finish_door(command.door, flags.door);
+  command.limits.uploads = command.door.memory;
   command.limits.drain = milliseconds_of(flags.drain_seconds);
   command.limits.notice = milliseconds_of(flags.notice_seconds);
 }

@@ -22,7 +22,6 @@ struct ServeFlags {
   double fetch_seconds = 300;
   double drain_seconds = 30, notice_seconds = 0, request_seconds = 60;
   DoorSeconds door;
-  DoorBytes door_bytes;
 };
 
 void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags);

@@ -92,7 +92,7 @@ Status RayStream::receive(std::size_t bytes, bool wait) {
         buffer_.append(piece.data(), piece.size());
         const std::size_t holds = buffer_.capacity();
         if (memory_ != nullptr && holds > counted_) {
-          held = memory_->reserve_body(holds - counted_);
+          held = memory_->reserve(holds - counted_);
           if (held) counted_ = holds;
         }
         return held && buffer_.size() < bytes;
@@ -186,7 +186,7 @@ Result<std::string> RayStream::next() try {
     // Lines may all be empty ones.
     if (memory_ != nullptr) {
       const std::uint64_t filter = resolved_ ? resolved_filter_bytes(*scene_) : 0;
-      memory_->keep_while_streaming(filter + (part ? part->size() : 0));
+      memory_->keep(counted_ + filter + (part ? part->size() : 0));
     }
     if (!part || !part->empty() || (ended_ && buffer_.empty())) return part;
   }

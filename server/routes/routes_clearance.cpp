@@ -2,7 +2,7 @@
 
 #include "core/run/resolved_filter.h"
 #include "proto/json/clearance_json.h"
-#include "server/http/work_memory.h"
+#include "server/http/request_memory.h"
 #include "server/routes/ray_request.h"
 #include "server/routes/routes.h"
 #include "server/service/answer_memory.h"

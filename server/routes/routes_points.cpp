@@ -1,7 +1,7 @@
 #include "core/run/inside.h"
 #include "proto/binary/hit_binary.h"
 #include "proto/binary/point_binary.h"
-#include "server/http/work_memory.h"
+#include "server/http/request_memory.h"
 #include "server/routes/ray_request.h"
 #include "server/routes/routes.h"
 #include "server/service/answer_memory.h"

@@ -2,7 +2,7 @@
 #include "proto/json/ray_columns.h"
 #include "server/http/media_type.h"
 #include "server/http/request_body.h"
-#include "server/http/work_memory.h"
+#include "server/http/request_memory.h"
 #include "server/routes/ray_request.h"
 #include "server/routes/routes.h"
 #include "server/routes/scene_admission.h"

@@ -8,7 +8,7 @@
 #include "server/http/ascii.h"
 #include "server/http/media_type.h"
 #include "server/http/request_body.h"
-#include "server/http/work_memory.h"
+#include "server/http/request_memory.h"
 #include "server/service/scene_json.h"
 
 namespace sightline {

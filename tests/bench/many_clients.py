@@ -67,7 +67,7 @@ class Server:
         return int(float(re.search(r"^sightline_spool_bytes (\S+)$", self.get("/metrics")[1], re.MULTILINE)[1]))
 
     def memory(self):
-        return json.loads(self.get("/version")[1])["limits"]["traffic_memory"]
+        return json.loads(self.get("/version")[1])["limits"]["memory"]
 
     def end(self):
         self.process.terminate()

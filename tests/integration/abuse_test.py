@@ -142,7 +142,7 @@ class HoldingOn(Abuse):
 
     def test_long_heads_that_never_end_share_what_there_is(self):
         half = HEALTH[:-2] + (b"X: " + b"y" * 990 + b"\r\n") * 15
-        with Server("--max-buffer-bytes", MIB, "--header-seconds", PATIENCE) as server:
+        with Server("--memory", 2 * MIB, "--header-seconds", PATIENCE) as server:
             held = [server.connect() for _ in range(200)]
             for connection in held:
                 connection.sendall(half)
@@ -181,7 +181,7 @@ class HoldingOn(Abuse):
         def asking(width):
             body = b'{"generator":{"kind":"equirectangular","width":%d,"height":10}}' % width
             return b"POST /v1/rays:generate HTTP/1.1\r\nHost: x\r\nContent-Length: %d\r\n\r\n" % len(body) + body
-        with Server("--max-buffer-bytes", 65536, "--rate-seconds", PATIENCE) as server:
+        with Server("--memory", 2 * 65536, "--rate-seconds", PATIENCE) as server:
             held = [socket.socket() for _ in range(60)]
             for number, connection in enumerate(held):
                 self.addCleanup(connection.close)

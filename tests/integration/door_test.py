@@ -1,13 +1,9 @@
 """Small questions are answered at the door, and by a worker where that does not go: with the same bytes."""
 
 import json
-import os
 import random
 import re
-import socket
 import struct
-import threading
-import time
 import unittest
 
 import case_report
@@ -114,58 +110,6 @@ class Door(unittest.TestCase):
         self.assertEqual({status: self.counted(name) - before[status] for status, name in series.items()}, {200: 2, 422: 1})
         self.assertEqual(self.counted(b"sightline_rays_total") - rays, 3)
         self.assertEqual(self.server.log_text().count("rays:any") - lines, 3)
-
-    @staticmethod
-    def policy(thread):
-        return os.sched_getscheduler(thread) & ~os.SCHED_RESET_ON_FORK
-
-    def door_policy(self):
-        """How the door is scheduled where it is asked little: as the system allows."""
-        probe = os.fork()
-        if probe == 0:
-            try:
-                os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))
-            except PermissionError:
-                os._exit(1)
-            os._exit(0)
-        return os.SCHED_RR if os.waitpid(probe, 0)[1] == 0 and os.cpu_count() > 1 else os.SCHED_OTHER
-
-    def wait_for_policy(self, expected):
-        end = time.monotonic() + PATIENCE
-        while self.policy(self.server.process.pid) != expected:
-            self.assertLess(time.monotonic(), end)
-            self.server.ask("/healthz")
-
-    def test_the_door_goes_first_and_nobody_else(self):
-        self.wait_for_policy(self.door_policy())
-        pid = self.server.process.pid
-        others = {int(thread) for thread in os.listdir(f"/proc/{pid}/task")} - {pid}
-        self.assertGreater(len(others), 8)
-        self.assertEqual({self.policy(thread) for thread in others}, {os.SCHED_OTHER})
-
-    def test_a_door_that_is_asked_without_end_waits_its_turn(self):
-        # Long to read and quick to answer, and nobody takes the answers for long.
-        request = b"GET /healthz HTTP/1.1\r\nHost: x\r\n" + (b"X: " + b"y" * 150 + b"\r\n") * 95 + b"\r\n"
-        flood, stop = request * 16, threading.Event()
-
-        def ask():
-            with self.server.connect() as connection:
-                reader = threading.Thread(target=lambda: [None for _ in iter(lambda: connection.recv(1 << 20), b"")])
-                reader.start()
-                while not stop.is_set():
-                    connection.sendall(flood)
-                connection.shutdown(socket.SHUT_WR)
-                reader.join()
-        askers = [threading.Thread(target=ask) for _ in range(4)]
-        for asker in askers:
-            asker.start()
-        try:
-            self.wait_for_policy(os.SCHED_OTHER)
-        finally:
-            stop.set()
-            for asker in askers:
-                asker.join()
-        self.wait_for_policy(self.door_policy())
 
     def test_a_connection_goes_on_after_either_way(self):
         plain, filtered = b'{"rays":[{"origin":[1,60,2],"direction":[0,-1,0]}]}', b'{"rays":[],"cull":"back"}'

@@ -363,7 +363,7 @@ class Budget(unittest.TestCase):
                 self.assertEqual([hit["t"] for hit in found["hits"]] if form == "rows" else found["t"], [y - 0.25 for y in ys])
 
     def test_uploads_in_memory_share_what_there_is(self):
-        server = self.server("--max-upload-memory", MIB, "--rate-seconds", 100)
+        server = self.server("--memory", MIB, "--rate-seconds", 100)
         body = grid_glb(200)
         self.assertGreater(len(body), MIB)
         slow = server.connect()

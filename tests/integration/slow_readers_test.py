@@ -19,8 +19,8 @@ def request(**members):
 
 
 class SlowReaders(unittest.TestCase):
-    # Nobody is too slow here, and no answer waits outside of the work's memory.
-    ARGUMENTS = ("--min-rate", 1, "--rate-seconds", PATIENCE, "--busy-rate", 1, "--max-buffer-bytes", 65536)
+    # No client is too slow here.
+    ARGUMENTS = ("--min-rate", 1, "--rate-seconds", PATIENCE, "--busy-rate", 1, "--memory", 64 << 20)
 
     def setUp(self):
         self.server = Server("--preload", "six=demo:six", *self.ARGUMENTS)

@@ -56,10 +56,7 @@ TEST_F(ConfigFile, says_the_same_as_each_flag) {
       {"skip", "\"none\""},
       {"memory-budget", "123456789"},
       {"memory", "123456789"},
-      {"max-buffer-bytes", "123456789"},
       {"spool-dir", '"' + folder + '"'},
-      {"max-body-memory", "123456789"},
-      {"max-work-memory", "123456789"},
       {"scene-root", '"' + folder + '"'},
       {"allow-url", R"(["https://a.example/", "http://b:1/"])"},
       {"allow-address", "\"10.0.0.0/8\""}};

@@ -12,8 +12,7 @@ namespace {
 TEST(Connection, holds_what_it_waits_for_and_not_what_was_taken) {
   int ends[2];
   ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM, 0, ends), 0);
-  TrafficMemory traffic(0);
-  ByteBudget budget(traffic, 0);
+  MemoryBudget budget(0, 0);
   Spool spool("/tmp", 0);
   Connection connection(ends[0], budget, spool);
   // The rest of a request and the first half of the next, always: at no moment all is taken.
@@ -34,17 +33,16 @@ TEST(Connection, holds_what_it_waits_for_and_not_what_was_taken) {
 }
 
 TEST(Connection, gives_back_what_it_was_charged_for_when_all_is_taken) {
-  TrafficMemory traffic(100);
-  ByteBudget budget(traffic, 100);
+  MemoryBudget budget(200, 0);
   Spool spool("/tmp", 0);
   Connection connection(-1, budget, spool);
   connection.input = "body";
   ASSERT_TRUE(budget.charge(60));
   connection.charged = 60;
   connection.take(3);
-  EXPECT_EQ(traffic.taken(), 60U);
+  EXPECT_EQ(budget.taken(), 60U);
   connection.take(1);
-  EXPECT_EQ(traffic.taken(), 0U);
+  EXPECT_EQ(budget.taken(), 0U);
 }
 
 TEST(Pace, does_not_count_a_pause) {

@@ -45,8 +45,7 @@ std::string read_all(ReceivedBody& body, std::size_t piece) {
 
 class ReceivedBodyTest : public testing::Test {
  protected:
-  TrafficMemory traffic{1 << 20};
-  ByteBudget budget{traffic, 1 << 20};
+  MemoryBudget budget{2 << 20, 0};
   Spool spool{testing::TempDir(), 1 << 20};
 };
 
@@ -67,7 +66,7 @@ TEST_F(ReceivedBodyTest, gives_back_what_came_however_it_is_cut) {
     }
   }
   EXPECT_EQ(spool.used(), 0u);
-  EXPECT_EQ(traffic.taken(), 0u);
+  EXPECT_EQ(budget.taken(), 0u);
 }
 
 TEST_F(ReceivedBodyTest, takes_no_more_than_the_body) {
@@ -105,8 +104,8 @@ TEST_F(ReceivedBodyTest, is_broken_when_the_client_ends_too_early) {
 }
 
 TEST_F(ReceivedBodyTest, holds_one_part_in_memory_or_in_the_file) {
-  ByteBudget none(traffic, 0);
-  for (ByteBudget* const room : {&budget, &none}) {
+  MemoryBudget none(0, 0);
+  for (MemoryBudget* const room : {&budget, &none}) {
     ReceivedBody body(head_of(150'000), *room, spool);
     const std::string text = pattern(150'000);
     std::string got;
@@ -122,7 +121,7 @@ TEST_F(ReceivedBodyTest, holds_one_part_in_memory_or_in_the_file) {
     EXPECT_EQ(body.size(), text.size());
   }
   EXPECT_EQ(spool.used(), 0u);
-  EXPECT_EQ(traffic.taken(), 0u);
+  EXPECT_EQ(budget.taken(), 0u);
 }
 
 TEST_F(ReceivedBodyTest, says_when_the_spool_is_full) {
