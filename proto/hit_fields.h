@@ -1,44 +1,58 @@
 #pragma once
-/// The fields of a hit: their names in "fields" and in the answer.
+/// The fields of a hit, as proto/hit_fields.def describes them: names in "fields" and in the answer.
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <initializer_list>
+#include <iterator>
 #include <optional>
-#include <span>
 #include <string_view>
 
 namespace sightline {
 
+/// What a column of this field holds; see hit_fields.def.
+enum class FieldKind : std::uint8_t { kNumber, kIndex, kId, kVector, kFlag, kText };
+/// What a value is computed from.
+enum class FieldSource : std::uint8_t { kRay, kScene, kDetail, kAttribute };
+
 /// In the order in which an answer writes them.
 enum class HitField : std::uint8_t {
-  kT,              ///< number; counts in |direction|
-  kDistance,       ///< number; counts in scene units
-  kInstance,       ///< placement of a mesh, in file order
-  kPrimitive,      ///< index in the file's mesh
-  kTriangle,       ///< index in the primitive, strips and fans unrolled
-  kPosition,       ///< [x, y, z], world
-  kNormal,         ///< [x, y, z], geometric, unit, world
-  kShadingNormal,  ///< [x, y, z], of the file's normals, unit, world; null when it gives none
-  kBarycentrics,   ///< [u, v], the weights of the second and third corner
-  kUv,             ///< [u, v], of the file's TEXCOORD_0; null when it gives none
-  kColour,         ///< [r, g, b, a], of the file's COLOR_0; null when it gives none
-  kFront,          ///< whether the ray meets the counter-clockwise side
-  kOnEdge,         ///< whether it meets an edge or a corner, exactly
-  kNode,           ///< name, null when the file gives none
-  kNodeId,         ///< index in the file's "nodes"
-  kNodePath,       ///< names from the root down: "/house/roof"
-  kMesh,           ///< name, null when the file gives none
-  kMeshId,         ///< index in the file's "meshes"
-  kMaterial,       ///< name, null when the file gives none
-  kMaterialId,     ///< index in the file's "materials"
+#define HIT_FIELD(field, name, kind, width, source, doc) field,
+#include "proto/hit_fields.def"
+#undef HIT_FIELD
 };
-inline constexpr std::size_t kHitFieldCount = 20;
 
-std::string_view hit_field_name(HitField field);
+/// The description of a field.
+struct HitFieldRow {
+  HitField field;
+  std::string_view name;
+  FieldKind kind;
+  std::size_t width;  ///< numbers in one value
+  FieldSource source;
+};
+inline constexpr HitFieldRow kHitFields[] = {
+#define HIT_FIELD(field, name, kind, width, source, doc) \
+  {HitField::field, name, FieldKind::kind, width, FieldSource::source},
+#include "proto/hit_fields.def"
+#undef HIT_FIELD
+};
+inline constexpr std::size_t kHitFieldCount = std::size(kHitFields);
+static_assert(kHitFieldCount <= 32, "FieldSet has 32 bits");
+
+constexpr const HitFieldRow& hit_field_row(HitField field) {
+  return kHitFields[static_cast<std::size_t>(field)];
+}
+constexpr std::string_view hit_field_name(HitField field) { return hit_field_row(field).name; }
 /// Numbers in one value: a vector has three.
-std::size_t hit_field_width(HitField field);
+constexpr std::size_t hit_field_width(HitField field) { return hit_field_row(field).width; }
 std::optional<HitField> find_hit_field(std::string_view name);
 /// All fields in their order.
-std::span<const HitField> all_hit_fields();
+constexpr auto all_hit_fields() {
+  std::array<HitField, kHitFieldCount> fields{};
+  for (std::size_t i = 0; i < fields.size(); ++i) fields[i] = kHitFields[i].field;
+  return fields;
+}
 
 class FieldSet {
  public:
@@ -60,21 +74,29 @@ class FieldSet {
   std::uint32_t bits_ = 0;
 };
 
-inline constexpr FieldSet kAllHitFields = [] {
+/// The fields whose rows are chosen by `is_chosen`.
+template <class Chooses>
+constexpr FieldSet fields_where(Chooses is_chosen) {
   FieldSet fields;
-  for (std::size_t i = 0; i < kHitFieldCount; ++i) fields.add(static_cast<HitField>(i));
+  for (const HitFieldRow& row : kHitFields) {
+    if (is_chosen(row)) fields.add(row.field);
+  }
   return fields;
-}();
+}
+inline constexpr FieldSet kAllHitFields = fields_where([](const HitFieldRow&) { return true; });
 /// The fields of a request without "fields".
 inline constexpr FieldSet kDefaultHitFields{
     HitField::kT,        HitField::kInstance, HitField::kPrimitive, HitField::kTriangle,
     HitField::kPosition, HitField::kNormal,   HitField::kNode,      HitField::kMesh};
-/// Fields that need a HitDetail of each hit.
-inline constexpr FieldSet kDetailFields{
-    HitField::kPosition, HitField::kNormal, HitField::kShadingNormal, HitField::kBarycentrics,
-    HitField::kUv,       HitField::kColour, HitField::kFront,         HitField::kOnEdge};
 /// Fields that read vertex attributes of the file.
-inline constexpr FieldSet kAttributeFields{HitField::kShadingNormal, HitField::kUv,
-                                           HitField::kColour};
+inline constexpr FieldSet kAttributeFields =
+    fields_where([](const HitFieldRow& row) { return row.source == FieldSource::kAttribute; });
+/// Fields that need a HitDetail of each hit.
+inline constexpr FieldSet kDetailFields = fields_where([](const HitFieldRow& row) {
+  return row.source == FieldSource::kDetail || row.source == FieldSource::kAttribute;
+});
+/// Fields that a binary answer cannot have.
+inline constexpr FieldSet kTextFields =
+    fields_where([](const HitFieldRow& row) { return row.kind == FieldKind::kText; });
 
 }  // namespace sightline

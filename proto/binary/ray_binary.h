@@ -13,10 +13,6 @@ inline constexpr std::string_view kBinaryMediaType = "application/octet-stream";
 /// The fields of a binary request without "fields": no texts.
 inline constexpr FieldSet kDefaultBinaryFields{HitField::kT, HitField::kInstance,
                                                HitField::kPrimitive, HitField::kTriangle};
-/// Fields that a binary answer cannot have.
-inline constexpr FieldSet kTextFields{HitField::kNode, HitField::kNodePath, HitField::kMesh,
-                                      HitField::kMaterial};
-
 /// `usual`: the options of a body that has none; without rays. The body is only read. Any float32
 /// is accepted and becomes the same float64. Errors, 400: BINARY_MALFORMED (magic, flags, or a
 /// length other than the header says; with both numbers). 422: FIELD_IS_TEXT, the codes of the

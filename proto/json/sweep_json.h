@@ -15,11 +15,10 @@
 namespace sightline {
 
 /// A contact is a place on a triangle and no more: the surface need not be met there by a line.
-inline constexpr FieldSet kContactFields{
-    HitField::kT,         HitField::kDistance, HitField::kInstance, HitField::kPrimitive,
-    HitField::kTriangle,  HitField::kPosition, HitField::kNode,     HitField::kNodeId,
-    HitField::kNodePath,  HitField::kMesh,     HitField::kMeshId,   HitField::kMaterial,
-    HitField::kMaterialId};
+inline constexpr FieldSet kContactFields = fields_where([](const HitFieldRow& row) {
+  return row.source == FieldSource::kRay || row.source == FieldSource::kScene ||
+         row.field == HitField::kPosition;
+});
 inline constexpr FieldSet kDefaultContactFields{
     HitField::kT,        HitField::kInstance, HitField::kPrimitive, HitField::kTriangle,
     HitField::kPosition, HitField::kNode,     HitField::kMesh};

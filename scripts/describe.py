@@ -1,0 +1,177 @@
+#!/usr/bin/env python3
+"""Writes or checks what is derived from the tables of fields and questions.
+
+Usage: scripts/describe.py [--write] [ROOT]
+
+proto/hit_fields.def has one row for each field of a hit, proto/questions.json one for each question. From these come:
+
+  docs/reference/fields.md   the table under "Fields of a hit"
+  docs/reference/routes.md   the rows of the questions
+  proto/openapi.json         Field, NearestField, ContactField, and the properties of Hit, HitColumns and HitListColumns
+  proto/python/sightline.py  the constants TEXTS, _WIDTHS, _DISTANCES and _FLAGS
+  server/page/app/src        the list of fields
+
+--write rewrites them. Without it, the script prints each place that differs and fails. Both check that each question
+agrees with openapi.json (path, operation, keys, answer, layouts), has a route in the server, and has its method in the
+Python client. The tools of MCP and the flags of the command line are made from openapi.json and hit_fields.def when
+the program runs.
+"""
+
+import json
+import re
+import sys
+from pathlib import Path
+
+ROW = re.compile(r'^HIT_FIELD\((\w+), "(\w+)", k(\w+), (\d), k(\w+), "((?:[^"\\]|\\.)*)"\)$', re.MULTILINE)
+MEDIA = {"application/json": "json", "application/octet-stream": "binary", "application/x-ndjson": "lines",
+         "image/png": "png", "image/x-portable-floatmap": "pfm"}
+NO_NEAREST = {"t"}
+QUESTION = ("operation", "path", "keys", "answer", "layouts", "python", "doc")
+
+
+class Field:
+    def __init__(self, row):
+        self.enumerator, self.name, self.kind, width, self.source, self.doc = row
+        self.width = int(width)
+
+    def row_schema(self):
+        """The schema of a value in a row of JSON."""
+        if self.kind == "Vector":
+            if self.width == 3 and self.source != "Attribute":
+                return {"$ref": "#/components/schemas/Vector"}
+            kind = ["array", "null"] if self.source == "Attribute" else "array"
+            schema = {"type": kind, "items": {"type": "number"}, "minItems": self.width, "maxItems": self.width}
+            return {**schema, "description": self.doc.removesuffix("; see below").replace("`", "")}
+        return {"Number": {"type": ["number", "null"]}, "Index": {"type": "integer", "minimum": 0},
+                "Id": {"type": ["integer", "null"]}, "Flag": {"type": "boolean"}, "Text": {"type": ["string", "null"]}}[self.kind]
+
+    def column_schema(self):
+        kind = {"Number": {"type": ["number", "null"]}, "Vector": {"type": ["number", "null"]}, "Index": {"type": "integer", "minimum": -1},
+                "Id": {"type": "integer", "minimum": -1}, "Flag": {"type": ["boolean", "null"]}, "Text": {"type": ["string", "null"]}}[self.kind]
+        return {"type": "array", "items": kind}
+
+
+class Description:
+    def __init__(self, root):
+        self.root = root
+        self.fields = [Field(row) for row in ROW.findall(self.read("proto/hit_fields.def"))]
+        self.questions = json.loads(self.read("proto/questions.json"))
+        self.faults = []
+
+    def read(self, name):
+        return (self.root / name).read_text(encoding="utf-8")
+
+    def replaced(self, name, text, pattern, replacement):
+        """`text` with the only match of `pattern` replaced: its first group stays before, its last behind."""
+        found, count = re.subn(pattern, lambda match: match.group(1) + replacement + match.group(match.re.groups), text, flags=re.DOTALL)
+        if count != 1:
+            self.faults.append(f"{name}: {count} places match {pattern!r}")
+        return found
+
+    def fields_page(self, text):
+        rows = "".join(f"| `{each.name}` | {each.doc.replace('|', chr(92) + '|')} |\n" for each in self.fields)
+        return self.replaced("fields.md", text, r"(\| field \| what it is \|\n\|---\|---\|\n)(?:\|[^\n]*\n)+(\n)", rows)
+
+    def routes_page(self, text):
+        rows = "".join(f"| `POST {each['path']}` | {each['doc']} |\n" for each in self.questions)
+        return self.replaced("routes.md", text, r"(\n)(?:\| `POST /v1/(?:scenes/\{id\}/[a-z]|rays)[^\n]*\n)+(\| `GET)", rows)
+
+    def openapi(self, text):
+        def properties(schemas):
+            return ",\n".join(f'          "{each.name}": {json.dumps(schema)}' for each, schema in schemas)
+
+        rows = properties((each, each.row_schema()) for each in self.fields)
+        columns = properties((each, each.column_schema()) for each in self.fields)
+        name = "openapi.json"
+        text = self.replaced(name, text, r'(\n      "Hit": \{\n.*?"properties": \{\n).*?(\n        \},)', rows)
+        text = self.replaced(name, text, r'(\n      "HitColumns": \{\n.*?"properties": \{\n).*?(,\n          "explain")', columns)
+        text = self.replaced(name, text, r'(\n      "HitListColumns": \{\n.*?"first": \{[^\n]*\},\n).*?(,\n          "invalid")', columns)
+        # A contact has no detail but its position, and a point has no ray.
+        contact = [each.name for each in self.fields if each.source in ("Ray", "Scene") or each.name == "position"]
+        for schema, names in (("Field", [each.name for each in self.fields]), ("ContactField", contact),
+                              ("NearestField", [each.name for each in self.fields if each.name not in NO_NEAREST])):
+            text = self.replaced(name, text, rf'(\n      "{schema}": \{{\n        "type": "string",\n        "enum": \[).*?(\])', self.wrapped(names))
+        return text
+
+    def wrapped(self, names):
+        lines = [""]
+        for each in names:
+            item = f'"{each}", ' if each != names[-1] else f'"{each}"'
+            if len(lines[-1]) + len(item) > 100:
+                lines.append("")
+            lines[-1] += item
+        return ("\n" + " " * 17).join(line.rstrip() for line in lines)
+
+    def client(self, text):
+        def names(chosen):
+            return "{" + ", ".join(f'"{each.name}"' for each in self.fields if chosen(each)) + "}"
+
+        widths = "{" + ", ".join(f'"{each.name}": {each.width}' for each in self.fields if each.width > 1) + "}"
+        text = self.replaced("sightline.py", text, r"(\nTEXTS = ).*?(\n)", names(lambda each: each.kind == "Text"))
+        text = self.replaced("sightline.py", text, r"(\n_WIDTHS = ).*?(\n)", widths)
+        text = self.replaced("sightline.py", text, r"(\n_DISTANCES = ).*?(\n)", names(lambda each: each.kind == "Number"))
+        return self.replaced("sightline.py", text, r"(\n_FLAGS = ).*?( \| \{)", names(lambda each: each.kind == "Flag"))
+
+    def page(self, text):
+        lines = self.wrapped([each.name for each in self.fields]).replace("\n" + " " * 17, "\n  ")
+        return self.replaced("questions.js", text, r"(const FIELDS = \[).*?(\];)", lines)
+
+    def write(self, write):
+        for name, make in (("docs/reference/fields.md", self.fields_page), ("docs/reference/routes.md", self.routes_page),
+                           ("proto/openapi.json", self.openapi), ("proto/python/sightline.py", self.client),
+                           ("server/page/app/src/questions.js", self.page)):
+            before = self.read(name)
+            after = make(before)
+            if before != after and write:
+                (self.root / name).write_text(after, encoding="utf-8")
+            elif before != after:
+                self.faults.append(f"{name}: differs from proto/hit_fields.def and proto/questions.json: run scripts/describe.py --write")
+
+    def check_questions(self):
+        document = json.loads(self.read("proto/openapi.json"))
+        schemas = document["components"]["schemas"]
+        client = self.read("proto/python/sightline.py")
+        server = "".join(path.read_text(encoding="utf-8") for path in sorted((self.root / "server").rglob("*.cpp")))
+        told = {each["path"] for each in self.questions}
+        # A question is a POST with a body whose answer depends on it alone: not a load.
+        for path, item in document["paths"].items():
+            if "post" in item and path != "/v1/scenes" and path not in told:
+                self.faults.append(f"proto/openapi.json: {path} is not in proto/questions.json")
+        for each in self.questions:
+            place = f"proto/questions.json: {each.get('operation')}"
+            if tuple(each) != QUESTION:
+                self.faults.append(f"{place}: has the members {tuple(each)}: expected {QUESTION}")
+                continue
+            operation = document["paths"].get(each["path"], {}).get("post")
+            if operation is None:
+                self.faults.append(f"{place}: proto/openapi.json has no POST {each['path']}")
+                continue
+            answer = operation["responses"]["200"]["content"]
+            query = schemas[operation["requestBody"]["content"]["application/json"]["schema"]["$ref"].rsplit("/", 1)[1]]
+            answers = answer["application/json"]["schema"]
+            of_document = {"operation": operation["operationId"], "keys": list(query["properties"]),
+                           "answer": [one["$ref"].rsplit("/", 1)[1] for one in answers.get("anyOf", [answers])],
+                           "layouts": [MEDIA[kind] for kind in answer]}
+            for what, value in of_document.items():
+                if each[what] != value:
+                    self.faults.append(f"{place}: {what} is {each[what]}, proto/openapi.json has {value}")
+            if f'"{each["path"]}"' not in server:
+                self.faults.append(f"{place}: the server adds no route {each['path']}")
+            if each["python"] and not re.search(rf"^    def {each['python']}\(", client, re.MULTILINE):
+                self.faults.append(f"{place}: proto/python/sightline.py has no method {each['python']}")
+
+
+def main(arguments):
+    write = "--write" in arguments
+    names = [each for each in arguments if not each.startswith("--")]
+    description = Description(Path(names[0]) if names else Path(__file__).resolve().parents[1])
+    description.write(write)
+    description.check_questions()
+    for fault in description.faults:
+        print(fault)
+    print(f"{len(description.fields)} fields, {len(description.questions)} questions: {len(description.faults)} faults")
+    return 1 if description.faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
