@@ -20,3 +20,5 @@ struct FileCamera {
 using FindCamera = std::function<Result<RayGenerator>(const FileCamera& camera)>;
 
 }  // namespace sightline
+
+// Tests: tests/unit/proto/box_json_test.cpp

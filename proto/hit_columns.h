@@ -114,3 +114,5 @@ void visit_column(const HitAnswer& answer, HitField field, const Visit& visit) {
 }
 
 }  // namespace sightline
+
+// Tests: tests/unit/proto/hit_json_test.cpp

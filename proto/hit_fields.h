@@ -100,3 +100,5 @@ inline constexpr FieldSet kTextFields =
     fields_where([](const HitFieldRow& row) { return row.kind == FieldKind::kText; });
 
 }  // namespace sightline
+
+// Tests: tests/unit/proto/hit_json_test.cpp

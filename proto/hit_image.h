@@ -50,3 +50,5 @@ Result<std::string> encode_image(const HitImage& image, const HitBatch& hits,
                                  std::span<const HitDetail> details, const HitTerms& terms);
 
 }  // namespace sightline
+
+// Tests: tests/integration/images_test.py

@@ -12,3 +12,5 @@ std::string_view openapi_document();
 std::string_view openapi_tag();
 
 }  // namespace sightline
+
+// Tests: tests/integration/openapi_test.py

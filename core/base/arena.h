@@ -54,3 +54,5 @@ class Arena {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/bvh/reinsert_test.cpp

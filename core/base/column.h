@@ -81,3 +81,5 @@ requires std::is_trivially_copyable_v<T>
 using UnsetColumn = std::vector<T, UnsetAllocator<T>>;
 
 }  // namespace sightline
+
+// Tests: tests/unit/query/box_batch_test.cpp

@@ -80,3 +80,5 @@ inline std::uint64_t hash_in_pieces(std::span<const std::byte> bytes) {
 }
 
 }  // namespace sightline
+
+// Tests: tests/unit/scene/scene_plan_test.cpp

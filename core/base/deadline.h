@@ -46,3 +46,5 @@ inline Error out_of_time(const Deadline& deadline) {
 }
 
 }  // namespace sightline
+
+// Tests: tests/unit/run/engine_test.cpp

@@ -38,3 +38,5 @@ std::shared_ptr<const T> giving_back_memory(std::shared_ptr<const T> object, std
 }
 
 }  // namespace sightline
+
+// Tests: tests/unit/server/work_memory_test.cpp

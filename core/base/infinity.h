@@ -8,3 +8,5 @@ namespace sightline {
 inline constexpr double kInf = std::numeric_limits<double>::infinity();
 
 }  // namespace sightline
+
+// Tests: tests/unit/geometry/exact_hit_test.cpp

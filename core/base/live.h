@@ -25,3 +25,5 @@ class Live {
 using LiveTime = Live<std::chrono::milliseconds>;
 
 }  // namespace sightline
+
+// Tests: tests/unit/server/request_head_test.cpp

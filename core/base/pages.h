@@ -19,3 +19,5 @@ void* take_pages(std::size_t bytes);
 void give_pages(void* pages, std::size_t bytes);
 
 }  // namespace sightline
+
+// Tests: tests/unit/store/file_bytes_test.cpp

@@ -46,3 +46,5 @@ inline Claim::~Claim() {
 }
 
 }  // namespace sightline
+
+// Tests: tests/unit/server/work_memory_test.cpp

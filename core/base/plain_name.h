@@ -17,3 +17,5 @@ constexpr bool is_plain_name(std::string_view name) {
 }
 
 }  // namespace sightline
+
+// Tests: tests/unit/server/http_server_test.cpp

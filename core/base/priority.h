@@ -17,3 +17,5 @@ inline void lower_priority() {
 }
 
 }  // namespace sightline
+
+// Tests: tests/unit/base/parallel_test.cpp

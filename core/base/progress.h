@@ -50,3 +50,5 @@ class Progress {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/server/progress_bar_test.cpp

@@ -68,3 +68,5 @@ using Status = Result<Unit>;
 inline Status success() { return Unit{}; }
 
 }  // namespace sightline
+
+// Tests: tests/unit/proto/problem_test.cpp

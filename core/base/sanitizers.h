@@ -20,3 +20,5 @@
     !defined(SIGHTLINE_WATCHED_HEAP)
 #define SIGHTLINE_WATCHED_HEAP
 #endif
+
+// Tests: tests/unit/base/parallel_test.cpp

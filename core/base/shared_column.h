@@ -75,3 +75,5 @@ struct SharedBytes {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/base/index_column_test.cpp

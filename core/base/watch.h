@@ -47,3 +47,5 @@ inline Status ask_for(const ReserveBytes& reserve, std::uint64_t bytes) {
 }
 
 }  // namespace sightline
+
+// Tests: tests/unit/query/similar_names_test.cpp

@@ -19,3 +19,5 @@ auto within_memory(const char* message, const Work& work) -> decltype(work()) {
 }
 
 }  // namespace sightline
+
+// Tests: tests/unit/run/memory_test.cpp

@@ -52,3 +52,5 @@ struct BinaryOptions {
 BinaryTree build_binary_tree(Column<BuildBox> boxes, const BinaryOptions& options);
 
 }  // namespace sightline
+
+// Tests: tests/unit/bvh/reinsert_test.cpp

@@ -62,3 +62,5 @@ struct RangeBounds {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/bvh/reinsert_test.cpp

@@ -39,3 +39,5 @@ WideTree collapse(const BinaryTree& binary, const CollapseOptions& options,
                   const LeafWriter& write_leaf);
 
 }  // namespace sightline
+
+// Tests: tests/unit/bvh/triangle_tree_test.cpp

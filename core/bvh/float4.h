@@ -120,3 +120,5 @@ struct Float4 {
 #endif
 
 }  // namespace sightline
+
+// Tests: tests/unit/bvh/reinsert_test.cpp

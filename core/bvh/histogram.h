@@ -143,3 +143,5 @@ class Histogram {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/bvh/triangle_tree_test.cpp

@@ -90,3 +90,5 @@ SceneTree share(const SceneTree& tree);
 std::shared_ptr<const WideTree> make_barren_tree();
 
 }  // namespace sightline
+
+// Tests: tests/unit/scene/scene_trees_test.cpp

@@ -23,3 +23,5 @@ inline bool has_own_tree(const Placement& placement) {
 }
 
 }  // namespace sightline
+
+// Tests: tests/unit/bvh/joining_test.cpp

@@ -14,3 +14,5 @@ WideTree without_placements(const WideTree& tree,
                             const std::function<bool(std::uint32_t placement)>& gone);
 
 }  // namespace sightline
+
+// Tests: tests/unit/run/moved_test.cpp

@@ -100,3 +100,5 @@ Result<SceneTree> build_scene_tree(std::span<const MeshView> meshes,
                                    Joining joining = Joining::kMeasured);
 
 }  // namespace sightline
+
+// Tests: tests/unit/bvh/joining_test.cpp

@@ -13,3 +13,5 @@ WideTree build_top(std::span<const Box3d> bounds, const Box3d& all, TreeQuality 
                    const CancelFlag* cancel = nullptr);
 
 }  // namespace sightline
+
+// Tests: tests/unit/bvh/joining_test.cpp

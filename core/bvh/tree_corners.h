@@ -39,3 +39,5 @@ inline TreeCorners tree_corners(const MeshView& mesh, std::uint32_t triangle,
 }
 
 }  // namespace sightline
+
+// Tests: tests/unit/bvh/triangle_tree_test.cpp

@@ -23,3 +23,5 @@ Result<SceneTree> assemble_scene_tree(const ScenePlan& plan, Joining joining,
                                       const TreeSource& source);
 
 }  // namespace sightline
+
+// Tests: tests/unit/scene/tree_cache_test.cpp

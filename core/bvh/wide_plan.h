@@ -71,3 +71,5 @@ class WidePlan {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/bvh/triangle_tree_test.cpp

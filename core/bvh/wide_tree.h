@@ -89,3 +89,5 @@ struct WideTree {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/bvh/reinsert_test.cpp

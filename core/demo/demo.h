@@ -80,3 +80,5 @@ DemoScene sphere(std::uint32_t triangles, std::uint64_t seed = 1);
 DemoScene instances(std::uint32_t copies, std::uint32_t triangles_each, std::uint64_t seed = 1);
 
 }  // namespace sightline::demo
+
+// Tests: tests/unit/demo/scenes_test.cpp

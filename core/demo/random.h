@@ -33,3 +33,5 @@ Affine translation(double x, double y, double z);
 Affine scaling(double x, double y, double z);
 
 }  // namespace sightline::demo
+
+// Tests: tests/unit/demo/scenes_test.cpp

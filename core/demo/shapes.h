@@ -42,3 +42,5 @@ void add_height_field(DemoMesh& mesh, double half, std::uint32_t cells, const He
 }
 
 }  // namespace sightline::demo
+
+// Tests: tests/unit/demo/scenes_test.cpp

@@ -47,3 +47,5 @@ struct Affine {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/geometry/normal_map_test.cpp

@@ -27,3 +27,5 @@ struct Box3d {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/geometry/ray_box_test.cpp

@@ -39,3 +39,5 @@ bool axes_are_dependent(const std::array<Vec3d, 3>& axes);
 Vec3d unit_axis(const Vec3d& axis, bool negative);
 
 }  // namespace sightline
+
+// Tests: tests/unit/geometry/ray_box_test.cpp

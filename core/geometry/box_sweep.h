@@ -40,3 +40,5 @@ class BoxContact {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/trace/sweep_test.cpp

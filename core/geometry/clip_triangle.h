@@ -34,3 +34,5 @@ class ClippedTriangle {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/geometry/triangle_box_test.cpp

@@ -33,3 +33,5 @@ inline Dyadic dot(const DyadicVector& a, const DyadicVector& b) {
 }
 
 }  // namespace sightline
+
+// Tests: tests/unit/geometry/exact_hit_test.cpp

@@ -30,3 +30,5 @@ inline TwoDouble two_product(double a, double b) {
 }
 
 }  // namespace sightline
+
+// Tests: tests/unit/geometry/ray_box_test.cpp

@@ -44,3 +44,5 @@ std::optional<FixedHit> fixed_hit(const Vec3d& origin, const Vec3d& direction,
                                   const Triangle& triangle);
 
 }  // namespace sightline
+
+// Tests: tests/unit/geometry/dyadic_test.cpp

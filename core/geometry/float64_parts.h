@@ -23,3 +23,5 @@ struct Float64Parts {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/geometry/dyadic_test.cpp

@@ -32,3 +32,5 @@ std::array<double, 2> near_weights(const std::array<Numbers, 3>& corner, const N
                                    const Numbers& ac);
 
 }  // namespace sightline::float64
+
+// Tests: tests/unit/geometry/point_triangle_test.cpp

@@ -146,3 +146,5 @@ PlaneTs planes_of(const Slabs& slabs) {
 }
 
 }  // namespace sightline::ray_box_detail
+
+// Tests: tests/unit/geometry/ray_box_test.cpp

@@ -19,3 +19,5 @@ struct RootNumber {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/trace/sweep_test.cpp

@@ -32,3 +32,5 @@ inline double next_above(double x) { return std::nextafter(x, kInfD); }
 inline double next_below(double x) { return std::nextafter(x, -kInfD); }
 
 }  // namespace sightline
+
+// Tests: tests/unit/geometry/point_triangle_test.cpp

@@ -64,3 +64,5 @@ class SphereContact {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/trace/sweep_test.cpp

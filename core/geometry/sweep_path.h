@@ -13,3 +13,5 @@ struct SweepPath {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/trace/sweep_test.cpp

@@ -19,3 +19,5 @@ inline bool is_finite(const Triangle& t) {
 }
 
 }  // namespace sightline
+
+// Tests: tests/unit/geometry/exact_hit_test.cpp

@@ -24,3 +24,5 @@ bool triangle_meets_box(const Triangle& triangle, const Capsule& capsule);
 Box3d outer_bounds(const Capsule& capsule);
 
 }  // namespace sightline
+
+// Tests: tests/unit/query/box_batch_test.cpp

@@ -37,3 +37,5 @@ bool triangle_meets_box(const Triangle& triangle, const ConvexRegion& region);
 int side_of(const HalfSpace& plane, const Vec3d& p);
 
 }  // namespace sightline
+
+// Tests: tests/unit/query/box_batch_test.cpp

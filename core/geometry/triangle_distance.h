@@ -35,3 +35,5 @@ struct NearestPair {
 NearestPair nearest_pair(Corners a, const Triangle& b);
 
 }  // namespace sightline
+
+// Tests: tests/unit/trace/clearance_test.cpp

@@ -27,3 +27,5 @@ bool corners_within(const Triangle& t, const Region& region) {
 }
 
 }  // namespace sightline
+
+// Tests: tests/unit/trace/box_overlap_test.cpp

@@ -18,3 +18,5 @@ struct Vec3d {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/geometry/ray_box_test.cpp

@@ -55,3 +55,5 @@ struct BoxLists {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/proto/box_json_test.cpp

@@ -78,3 +78,5 @@ struct HitAttributeChoice {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/proto/hit_json_test.cpp

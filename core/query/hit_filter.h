@@ -59,3 +59,5 @@ struct ResolvedFilter {
 bool glob_matches(std::string_view pattern, std::string_view text, DeadlineWatch& watch);
 
 }  // namespace sightline
+
+// Tests: tests/unit/run/filter_test.cpp

@@ -35,3 +35,5 @@ struct PairFault {
 bool check_pairs(const PointPairs& pairs, PairFault& fault);
 
 }  // namespace sightline
+
+// Tests: tests/unit/run/visibility_test.cpp

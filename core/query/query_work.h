@@ -18,3 +18,5 @@ struct QueryWork {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/run/engine_test.cpp

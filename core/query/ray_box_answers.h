@@ -50,3 +50,5 @@ struct RayBoxAnswers {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/run/boxes_test.cpp

@@ -95,3 +95,5 @@ struct SinCos {
 SinCos sin_cos_degrees(double degrees);
 
 }  // namespace sightline
+
+// Tests: tests/unit/proto/ray_json_test.cpp

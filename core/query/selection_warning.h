@@ -17,3 +17,5 @@ struct SelectionWarning {
 using SelectionWarnings = std::vector<SelectionWarning>;
 
 }  // namespace sightline
+
+// Tests: tests/unit/run/filter_test.cpp

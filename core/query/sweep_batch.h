@@ -70,3 +70,5 @@ struct SweepFault {
 bool check_sweeps(const SweepBatch& sweeps, SweepFault& fault);
 
 }  // namespace sightline
+
+// Tests: tests/unit/trace/sweep_test.cpp

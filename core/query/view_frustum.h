@@ -23,3 +23,5 @@ Result<std::vector<HalfSpace>> view_frustum(const RayGenerator& camera);
 Result<std::vector<HalfSpace>> frustum_of(const std::array<Vec3d, 8>& corners);
 
 }  // namespace sightline
+
+// Tests: tests/unit/proto/box_json_test.cpp

@@ -34,3 +34,5 @@ Result<ChosenNodes> choose(const SceneDescription& scene, const TriangleChoice& 
 std::uint64_t choosing_bytes(const SceneDescription& scene, const TriangleChoice& choice);
 
 }  // namespace sightline
+
+// Tests: tests/unit/run/filter_test.cpp

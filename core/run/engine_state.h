@@ -203,3 +203,5 @@ struct Engine::State {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/run/engine_test.cpp

@@ -15,3 +15,5 @@ Status nearest_miss(const Engine& engine, const Scene& scene, const Ray& ray,
                     std::optional<NearestMiss>& miss);
 
 }  // namespace sightline
+
+// Tests: tests/integration/filters_test.py

@@ -47,3 +47,5 @@ Result<std::optional<ResolvedFilter>> resolve_for_rays(const Scene& scene, const
                                                        SelectionWarnings* warnings = nullptr);
 
 }  // namespace sightline
+
+// Tests: tests/unit/run/filter_test.cpp

@@ -25,3 +25,5 @@ Result<SelfCheck> self_check(const Engine& engine, const Scene& scene, std::uint
                              std::uint64_t seed, const Deadline& deadline);
 
 }  // namespace sightline
+
+// Tests: tests/integration/parts_test.py

@@ -98,3 +98,5 @@ Status Engine::State::trace_again(SceneView view, std::size_t count, const Deadl
 }
 
 }  // namespace sightline
+
+// Tests: tests/unit/run/engine_test.cpp

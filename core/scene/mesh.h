@@ -40,3 +40,5 @@ struct Mesh {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/scene/open_edges_test.cpp

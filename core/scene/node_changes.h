@@ -37,3 +37,5 @@ Result<std::vector<std::uint32_t>> change_nodes(SceneDescription& scene,
 std::vector<std::uint32_t> node_masks(const SceneDescription& scene);
 
 }  // namespace sightline
+
+// Tests: tests/unit/run/moved_test.cpp

@@ -43,3 +43,5 @@ Result<Affine> matrix_of(const NodeTransform& transform);
 std::string decimal(double value);
 
 }  // namespace sightline
+
+// Tests: tests/unit/run/moved_test.cpp

@@ -85,3 +85,5 @@ class Scene {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/scene/scene_trees_test.cpp

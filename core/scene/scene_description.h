@@ -119,3 +119,5 @@ struct SceneDescription {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/import/accessor_test.cpp

@@ -29,3 +29,5 @@ class SceneView {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/trace/box_overlap_test.cpp

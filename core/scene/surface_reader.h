@@ -42,3 +42,5 @@ class SurfaceReader {
 };
 
 }  // namespace sightline
+
+// Tests: tests/integration/attributes_test.py

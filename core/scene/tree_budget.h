@@ -49,3 +49,5 @@ class TreeBudget {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/scene/scene_trees_test.cpp

@@ -64,3 +64,5 @@ inline std::uint64_t hash_of(const Header& header) {
 }
 
 }  // namespace sightline::tree_cache
+
+// Tests: tests/unit/scene/tree_cache_test.cpp

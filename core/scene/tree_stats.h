@@ -30,3 +30,5 @@ struct TreeTotals {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/scene/scene_trees_test.cpp

@@ -43,3 +43,5 @@ struct PrimitiveAttributes {
 };
 
 }  // namespace sightline
+
+// Tests: tests/integration/attributes_test.py

@@ -59,3 +59,5 @@ Result<std::size_t> read_at(const FileDescriptor& file, std::uint64_t offset,
                             std::span<std::byte> bytes, const char* doing);
 
 }  // namespace sightline
+
+// Tests: tests/unit/store/durable_test.cpp

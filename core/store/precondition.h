@@ -27,3 +27,5 @@ struct Precondition {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/store/scene_load_test.cpp

@@ -31,3 +31,5 @@ class RevisionCounter {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/store/scene_record_test.cpp

@@ -135,3 +135,5 @@ class SceneFolder {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/store/scene_store_test.cpp

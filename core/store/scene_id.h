@@ -16,3 +16,5 @@ Error scene_id_invalid();
 Error scene_not_found();
 
 }  // namespace sightline
+
+// Tests: tests/unit/store/scene_store_test.cpp

@@ -73,3 +73,5 @@ struct RecordFiles {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/store/scene_load_test.cpp

@@ -69,3 +69,5 @@ Result<SceneUpload> begin_upload(SceneFolder* folder, std::shared_ptr<UploadMemo
 Error memory_full();
 
 }  // namespace sightline
+
+// Tests: tests/unit/store/scene_load_test.cpp

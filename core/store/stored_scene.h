@@ -56,3 +56,5 @@ struct SceneChoice {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/store/scene_load_test.cpp

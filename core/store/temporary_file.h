@@ -43,3 +43,5 @@ Status write_durably(TemporaryFile& temporary, std::string_view text,
                      const std::filesystem::path& target, const char* doing);
 
 }  // namespace sightline
+
+// Tests: tests/unit/store/scene_record_test.cpp

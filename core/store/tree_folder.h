@@ -49,3 +49,5 @@ class TreeFolder {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/store/tree_cache_manager_test.cpp

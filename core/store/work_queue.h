@@ -38,3 +38,5 @@ class WorkQueue {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/store/scene_store_test.cpp

@@ -94,3 +94,5 @@ HitDetail hit_detail(const Scene& scene, const Ray& ray, TriangleId id);
 bool hit_on_edge(const Scene& scene, const Ray& ray, TriangleId id, const HitDetail& detail);
 
 }  // namespace sightline
+
+// Tests: tests/unit/trace/all_hits_test.cpp

@@ -17,3 +17,5 @@ inline Triangle world_triangle(const Placement& placement, const LeafBlock& bloc
 }
 
 }  // namespace sightline
+
+// Tests: tests/unit/trace/box_overlap_test.cpp

@@ -114,3 +114,5 @@ BoxRay make_box_ray(const AnchoredRay& ray, int scale_exponent);
 BoxRay make_box_ray(const AnchoredRay& ray, const TreeSpace& space, int scale_exponent);
 
 }  // namespace sightline
+
+// Tests: tests/unit/trace/kernel_test.cpp

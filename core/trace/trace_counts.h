@@ -35,3 +35,5 @@ struct TraceCounts {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/trace/kernel_test.cpp

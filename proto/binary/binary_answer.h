@@ -80,3 +80,5 @@ class BinaryAnswer {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/proto/ray_binary_test.cpp

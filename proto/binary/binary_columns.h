@@ -48,3 +48,5 @@ void read_column(std::string_view body, const BinaryHeader& header, std::size_t 
                  UnsetColumn<double>& column);
 
 }  // namespace sightline
+
+// Tests: tests/unit/proto/ray_binary_test.cpp

@@ -51,3 +51,5 @@ inline constexpr std::uint64_t kPositionBytes = 12, kTriangleBytes = 12, kMeshBy
 std::string encode_geometry(const GeometryAnswer& answer);
 
 }  // namespace sightline
+
+// Tests: tests/integration/geometry_test.py

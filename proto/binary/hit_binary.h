@@ -28,3 +28,5 @@ std::string encode_occlusion_binary(std::span<const std::uint8_t> occluded,
                                     const InvalidRays* invalid);
 
 }  // namespace sightline
+
+// Tests: tests/unit/proto/ray_binary_test.cpp

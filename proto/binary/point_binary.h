@@ -21,3 +21,5 @@ std::string encode_signed_distances_binary(const InsideColumns& columns,
                                            std::span<const double> distance);
 
 }  // namespace sightline
+
+// Tests: tests/integration/binary_test.py

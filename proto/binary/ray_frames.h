@@ -40,3 +40,5 @@ class RayFrames {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/proto/ray_lines_test.cpp

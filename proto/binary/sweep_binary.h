@@ -11,3 +11,5 @@ namespace sightline {
 Result<SweepQuery> decode_sweeps_binary(std::string_view body, const SweepJsonRules& rules);
 
 }  // namespace sightline
+
+// Tests: tests/integration/sweeps_test.py

@@ -32,3 +32,5 @@ std::string encode_warnings_header(const SelectionWarnings& warnings);
 void add_member(std::string& object, std::string_view name, std::string_view json);
 
 }  // namespace sightline
+
+// Tests: tests/integration/selections_test.py

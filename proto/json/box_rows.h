@@ -74,3 +74,5 @@ class BoxRows {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/proto/box_json_test.cpp

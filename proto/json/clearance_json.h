@@ -31,3 +31,5 @@ std::string encode_clearance(const ClearanceAnswer& answer, ClearancePairs pairs
                              const HitTerms& b);
 
 }  // namespace sightline
+
+// Tests: tests/integration/clearance_test.py

@@ -71,3 +71,5 @@ class GeneratorReader {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/proto/ray_json_test.cpp

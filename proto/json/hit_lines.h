@@ -28,3 +28,5 @@ std::string encode_occlusion_lines(std::span<const std::uint8_t> occluded,
                                    const InvalidRays* invalid);
 
 }  // namespace sightline
+
+// Tests: tests/integration/streams_test.py

@@ -12,3 +12,5 @@ void write_row(JsonWriter& out, const HitAnswer& answer, FieldSet fields, std::s
 std::size_t expected_hit_bytes(FieldSet fields);
 
 }  // namespace sightline
+
+// Tests: tests/unit/proto/hit_json_test.cpp

@@ -30,3 +30,5 @@ void write(JsonWriter& out, const Parts&... parts) {
 }
 
 }  // namespace sightline
+
+// Tests: tests/unit/proto/json_writer_test.cpp

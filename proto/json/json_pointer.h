@@ -24,3 +24,5 @@ class JsonPointer {
 std::string_view cut_utf8(std::string_view text, std::size_t bytes);
 
 }  // namespace sightline
+
+// Tests: tests/unit/proto/json_reader_test.cpp

@@ -21,3 +21,5 @@ bool looks_like_json(std::string_view token);
 bool is_non_finite_word(std::string_view text);
 
 }  // namespace sightline
+
+// Tests: tests/unit/proto/json_reader_test.cpp

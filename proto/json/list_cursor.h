@@ -20,3 +20,5 @@ std::string encode_cursor(const ListCursor& cursor);
 std::optional<ListCursor> decode_cursor(std::string_view text);
 
 }  // namespace sightline
+
+// Tests: tests/unit/proto/box_json_test.cpp

@@ -31,3 +31,5 @@ struct NodePatch {
 Result<NodePatch> decode_node_patch(std::string_view body);
 
 }  // namespace sightline
+
+// Tests: tests/integration/patch_test.py

@@ -20,3 +20,5 @@ inline Vec3d vector_of(const double* v) { return {v[0], v[1], v[2]}; }
 bool read_vector(JsonReader& reader, JsonReader::Value value, const JsonPointer& place, Vec3d& out);
 
 }  // namespace sightline
+
+// Tests: tests/unit/proto/box_json_test.cpp

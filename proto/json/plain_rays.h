@@ -32,3 +32,5 @@ bool take_plain_arrays(std::string_view body, std::size_t most, double default_t
                        PlainArrays& arrays);
 
 }  // namespace sightline
+
+// Tests: tests/unit/proto/ray_json_test.cpp

@@ -69,3 +69,5 @@ std::string encode_signed_distances(const InsideColumns& columns, std::span<cons
 std::string encode_unreliable(std::uint64_t open_edges);
 
 }  // namespace sightline
+
+// Tests: tests/integration/points_test.py

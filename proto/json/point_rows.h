@@ -40,3 +40,5 @@ bool read_points(JsonReader& reader, JsonReader::Value value, const JsonPointer&
 }
 
 }  // namespace sightline
+
+// Tests: tests/unit/proto/ray_json_test.cpp

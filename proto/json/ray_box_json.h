@@ -50,3 +50,5 @@ Result<RayBoxQuery> decode_ray_boxes(std::string& body, const RayBoxJsonRules& r
 std::string encode_ray_boxes(const RayBoxAnswers& answers);
 
 }  // namespace sightline
+
+// Tests: tests/unit/proto/box_json_test.cpp

@@ -14,3 +14,5 @@ std::string encode_ray_columns(const RayBatch& rays);
 std::string encode_rays_binary(const RayBatch& rays);
 
 }  // namespace sightline
+
+// Tests: tests/integration/generators_test.py

@@ -110,3 +110,5 @@ class RayReader : protected JsonReader {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/proto/ray_json_test.cpp

@@ -22,3 +22,5 @@ Status check_object(const nlohmann::json& value, const std::string& place,
                     std::initializer_list<std::string_view> known);
 
 }  // namespace sightline
+
+// Tests: tests/unit/proto/load_json_test.cpp

@@ -44,3 +44,5 @@ Result<SweepQuery> decode_sweeps(std::string& body, const SweepJsonRules& rules)
 Error error_of(const SweepFault& fault);
 
 }  // namespace sightline
+
+// Tests: tests/integration/sweeps_test.py

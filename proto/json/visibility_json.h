@@ -32,3 +32,5 @@ std::string encode_visibility(const VisibilityQuery& query, std::span<const std:
                               const HitTerms& terms);
 
 }  // namespace sightline
+
+// Tests: tests/integration/visibility_test.py

@@ -13,6 +13,7 @@ include which, and which library header may be included where. This script reads
              room to itself or to one that the table allows
   sub-rooms  the folders of a room obey their table in the same way
   units      a folder of core and proto has at most 30 units: headers, each with its .cpp files
+  tests      each header of core and proto has a test of its name, or names its test in a line "// Tests: path"
   libraries  a library header appears only where the second table allows it
   links      the CMake targets of a room link only rooms that it may include
   citations  a paper cited by key ([Ize2013]) in a source or a page of docs/ has its entry in
@@ -148,6 +149,7 @@ class Laws:
         self.check_table()
         self.check_top_level()
         self.check_units()
+        self.check_tests()
         self.check_packages()
         self.check_routes()
         for name in self.files:
@@ -200,6 +202,19 @@ class Laws:
         for folder, names in sorted(units.items()):
             if len(names) > UNITS_MOST:
                 self.fault(folder, f"has {len(names)} units; a folder has at most {UNITS_MOST}")
+
+    def check_tests(self):
+        names = {PurePosixPath(name).stem for name in self.files if name.startswith("tests/") and name.endswith((".cpp", ".py"))}
+        for name in self.files:
+            if not name.endswith(".h") or not name.startswith(UNITS_CHECKED):
+                continue
+            own = PurePosixPath(name).stem.removesuffix("-inl") + "_test"
+            told = re.findall(r"^// Tests: (\S+)$", (self.root / name).read_text(encoding="utf-8"), re.MULTILINE)
+            for path in told:
+                if not path.startswith("tests/") or not (self.root / path).is_file():
+                    self.fault(name, f"names {path}, which is no test")
+            if not told and own not in names:
+                self.fault(name, f'has no test {own} and no line "// Tests: path"')
 
     def check_top_level(self):
         allowed = set(self.tables.top_level)

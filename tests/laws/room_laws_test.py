@@ -52,11 +52,13 @@ GOOD = {
 
 
 class RoomLaws(unittest.TestCase):
-    def violations(self, changes=None, architecture=ARCHITECTURE):
+    def violations(self, changes=None, architecture=ARCHITECTURE, tested=True):
         with tempfile.TemporaryDirectory() as folder:
             root = Path(folder)
             for name, text in {**GOOD, "ARCHITECTURE.md": architecture, **(changes or {})}.items():
                 (root / name).parent.mkdir(parents=True, exist_ok=True)
+                if name.endswith(".h") and tested:
+                    text += "\n// Tests: tests/unit/a_test.cpp\n"
                 (root / name).write_text(text, encoding="utf-8")
             return room_laws.Laws(root).check()
 
@@ -92,6 +94,11 @@ class RoomLaws(unittest.TestCase):
         self.assertEqual(self.violations({f"proto/json/unit{i}.h": "" for i in range(30)}), [])
         faults = self.violations({f"proto/json/unit{i}.h": "" for i in range(31)})
         self.assert_fault(faults, "proto/json: has 31 units")
+
+    def test_a_unit_without_a_test_fails(self):
+        faults = self.violations({"proto/a.h": ""}, tested=False)
+        self.assertEqual([fault.split(":")[0] for fault in faults], ["core/base/cited.h", "core/base/result.h", "core/scene/scene.h"])
+        self.assert_fault(self.violations({"proto/b.h": "// Tests: tests/unit/none_test.cpp\n"}), "proto/b.h: names tests/unit/none_test.cpp")
 
     def test_a_comment_opener_in_a_string_hides_no_include(self):
         faults = self.violations({"proto/bad.h": 'auto a = "*/*";\n#include "core/scene/scene.h"\nauto b = "*/*";\n'})

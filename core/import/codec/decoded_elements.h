@@ -38,3 +38,5 @@ inline std::size_t component_bytes(Component component) {
 }
 
 }  // namespace sightline::gltf
+
+// Tests: tests/unit/import/accessor_test.cpp

@@ -21,3 +21,5 @@ std::uint64_t claimed_orientations(draco::DecoderBuffer buffer, std::uint64_t en
                                    int components);
 
 }  // namespace sightline::gltf
+
+// Tests: tests/unit/import/draco_mesh_test.cpp

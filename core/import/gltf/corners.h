@@ -38,3 +38,5 @@ Result<CornerRange> check_corners(std::span<const std::uint32_t> corners,
                                   std::uint64_t vertex_count, const std::string& place);
 
 }  // namespace sightline::gltf
+
+// Tests: tests/unit/import/attribute_reader_test.cpp

@@ -24,3 +24,5 @@ void add_degenerate_triangles(const DegenerateTriangles& found, const Mesh& mesh
                               ImportCounts& counts, Warnings& warnings);
 
 }  // namespace sightline::gltf
+
+// Tests: tests/unit/import/mesh_reader_test.cpp

@@ -16,3 +16,5 @@ void take_attributes(nlohmann::json& primitive, nlohmann::json* draco, const Cou
                      std::size_t mesh, std::size_t number, GltfDocument& document, const Place& at);
 
 }  // namespace sightline::gltf
+
+// Tests: tests/unit/import/gltf_document_test.cpp

@@ -12,3 +12,5 @@ namespace sightline::gltf {
 void take_cameras(const nlohmann::json& root, GltfDocument& document);
 
 }  // namespace sightline::gltf
+
+// Tests: tests/unit/import/gltf_document_test.cpp

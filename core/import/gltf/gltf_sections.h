@@ -31,3 +31,5 @@ void thin_meshes(nlohmann::json* list, const Counts& counts, GltfDocument& docum
                  JsonChecker& check, const Place& at);
 
 }  // namespace sightline::gltf
+
+// Tests: tests/unit/import/gltf_document_test.cpp

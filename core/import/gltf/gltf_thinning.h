@@ -15,3 +15,5 @@ void thin_gltf(nlohmann::json& root, const ImportOptions& options, GltfDocument&
                JsonChecker& check);
 
 }  // namespace sightline::gltf
+
+// Tests: tests/unit/import/gltf_document_test.cpp

@@ -28,3 +28,5 @@ Result<std::uint64_t> load_positions(const AccessorView& base,
                                      std::uint64_t count, const std::string& place, Vec3f* out);
 
 }  // namespace sightline::gltf
+
+// Tests: tests/unit/import/mesh_reader_test.cpp

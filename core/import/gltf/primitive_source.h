@@ -85,3 +85,5 @@ class PrimitiveSources {
 };
 
 }  // namespace sightline::gltf
+
+// Tests: tests/unit/import/attribute_reader_test.cpp

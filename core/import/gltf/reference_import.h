@@ -20,3 +20,5 @@ void read_what_was_skipped(const GltfDocument& document, std::span<const std::by
                            const ImportLimits& limits, const SceneDescription& scene);
 
 }  // namespace sightline::gltf
+
+// Tests: tests/unit/import/import_test.cpp

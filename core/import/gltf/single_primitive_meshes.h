@@ -70,3 +70,5 @@ class SinglePrimitiveMeshes {
 };
 
 }  // namespace sightline::gltf
+
+// Tests: tests/unit/import/mesh_reader_test.cpp

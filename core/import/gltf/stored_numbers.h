@@ -96,3 +96,5 @@ class LateNumbers : public VertexNumbers {
 };
 
 }  // namespace sightline::gltf
+
+// Tests: tests/unit/import/attribute_reader_test.cpp

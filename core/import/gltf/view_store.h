@@ -57,3 +57,5 @@ class ViewStore {
 };
 
 }  // namespace sightline::gltf
+
+// Tests: tests/unit/import/accessor_test.cpp

@@ -42,3 +42,5 @@ class Budget {
 };
 
 }  // namespace sightline::gltf
+
+// Tests: tests/unit/import/attribute_reader_test.cpp

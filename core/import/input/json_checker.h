@@ -70,3 +70,5 @@ class JsonChecker {
 };
 
 }  // namespace sightline::gltf
+
+// Tests: tests/unit/import/gltf_document_test.cpp

@@ -31,3 +31,5 @@ std::uint64_t document_bytes(const JsonSize& size);
 Status try_memory(std::uint64_t bytes);
 
 }  // namespace sightline::gltf
+
+// Tests: tests/unit/import/gltf_document_test.cpp

@@ -21,3 +21,5 @@ struct ImportLimits {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/import/json_guard_test.cpp

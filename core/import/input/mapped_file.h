@@ -43,3 +43,5 @@ void will_need(std::span<const std::byte> bytes);
 void read_all(std::span<const std::byte> bytes);
 
 }  // namespace sightline::gltf
+
+// Tests: tests/unit/import/buffer_store_test.cpp

@@ -45,3 +45,5 @@ struct ImportOptions {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/import/gltf_document_test.cpp

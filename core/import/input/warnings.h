@@ -30,3 +30,5 @@ class Warnings {
 };
 
 }  // namespace sightline::gltf
+
+// Tests: tests/unit/import/attribute_reader_test.cpp

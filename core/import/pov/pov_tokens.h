@@ -42,3 +42,5 @@ class Tokens {
 Error broken(std::size_t line, const std::string& what);
 
 }  // namespace sightline::pov
+
+// Tests: tests/unit/import/pov_scene_test.cpp

@@ -44,3 +44,5 @@ Explanation explain_ray(const SceneView& scene, const Ray& ray, const ResolvedFi
                         std::size_t most = 1000);
 
 }  // namespace sightline
+
+// Tests: tests/integration/filters_test.py

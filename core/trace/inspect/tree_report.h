@@ -32,3 +32,5 @@ TreeReport report_tree(const SceneView& scene, std::uint32_t entry);
 TreeReport report_top_tree(const SceneView& scene);
 
 }  // namespace sightline
+
+// Tests: tests/integration/parts_test.py

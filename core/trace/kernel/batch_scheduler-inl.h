@@ -188,3 +188,5 @@ struct NoRounding {
 HWY_AFTER_NAMESPACE();
 
 #endif
+
+// Tests: tests/unit/trace/kernel_test.cpp

@@ -197,3 +197,5 @@ class ChildSlots {
 HWY_AFTER_NAMESPACE();
 
 #endif
+
+// Tests: tests/unit/trace/kernel_test.cpp

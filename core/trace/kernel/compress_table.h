@@ -26,3 +26,5 @@ constexpr CompressTable make_compress_table() {
 alignas(64) inline constexpr CompressTable kCompress = make_compress_table();
 
 }  // namespace sightline
+
+// Tests: tests/unit/trace/kernel_test.cpp

@@ -282,3 +282,5 @@ using Intersection = IntersectionOf<hn::CappedTag<double, 8>>;
 HWY_AFTER_NAMESPACE();
 
 #endif
+
+// Tests: tests/unit/trace/triangle_setup_cache_test.cpp

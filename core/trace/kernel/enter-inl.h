@@ -174,3 +174,5 @@ HWY_INLINE std::uint32_t map_lanes(D dd, const AnchoredColumns<kRays>& rays, std
 HWY_AFTER_NAMESPACE();
 
 #endif
+
+// Tests: tests/unit/trace/kernel_test.cpp

@@ -54,3 +54,5 @@ void trace_filtered(const SceneView& scene, const RayBatch& rays, std::size_t be
 HWY_AFTER_NAMESPACE();
 
 #endif
+
+// Tests: tests/unit/trace/kernel_test.cpp

@@ -240,3 +240,5 @@ class GroupHits {
 HWY_AFTER_NAMESPACE();
 
 #endif
+
+// Tests: tests/unit/trace/kernel_test.cpp

@@ -168,3 +168,5 @@ class IntervalCulling {
 HWY_AFTER_NAMESPACE();
 
 #endif
+
+// Tests: tests/unit/trace/kernel_test.cpp

@@ -354,3 +354,5 @@ class MaskedPacket {
 HWY_AFTER_NAMESPACE();
 
 #endif
+
+// Tests: tests/unit/trace/kernel_test.cpp

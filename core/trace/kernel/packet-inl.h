@@ -376,3 +376,5 @@ class Packet {
 HWY_AFTER_NAMESPACE();
 
 #endif
+
+// Tests: tests/unit/trace/kernel_test.cpp

@@ -380,3 +380,5 @@ class SinglePreparation {
 HWY_AFTER_NAMESPACE();
 
 #endif
+
+// Tests: tests/unit/trace/kernel_test.cpp

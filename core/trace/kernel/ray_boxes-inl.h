@@ -385,3 +385,5 @@ class VectorSlabs {
 HWY_AFTER_NAMESPACE();
 
 #endif
+
+// Tests: tests/unit/run/boxes_test.cpp

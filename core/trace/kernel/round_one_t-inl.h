@@ -101,3 +101,5 @@ HWY_INLINE RoundedT round_one(const double (&o)[3], const double (&d)[3],
 HWY_AFTER_NAMESPACE();
 
 #endif
+
+// Tests: tests/unit/trace/kernel_test.cpp

@@ -301,3 +301,5 @@ class TRounding {
 HWY_AFTER_NAMESPACE();
 
 #endif
+
+// Tests: tests/unit/trace/kernel_test.cpp

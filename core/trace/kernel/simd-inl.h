@@ -101,3 +101,5 @@ HWY_INLINE std::uint32_t mask_bits(D d, M mask) {
 HWY_AFTER_NAMESPACE();
 
 #endif
+
+// Tests: tests/unit/trace/kernel_test.cpp

@@ -117,3 +117,5 @@ HWY_INLINE std::size_t push_all_but_first(const WideNode& node, const BoxRay& ra
 HWY_AFTER_NAMESPACE();
 
 #endif
+
+// Tests: tests/unit/trace/kernel_test.cpp

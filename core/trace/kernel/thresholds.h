@@ -33,3 +33,5 @@ inline constexpr std::uint64_t kFewestPerNode = 5;
 inline constexpr double kFewestPerStepIfSorted = 1.5, kFewestToBeginSorting = 1.7;
 
 }  // namespace sightline::thresholds
+
+// Tests: tests/unit/trace/kernel_test.cpp

@@ -141,3 +141,5 @@ class VertexCulling {
 HWY_AFTER_NAMESPACE();
 
 #endif
+
+// Tests: tests/unit/trace/kernel_test.cpp

@@ -30,3 +30,5 @@ TreePoint mapped_point(const WideTree& tree, const TreeSpace& space, const Vec3d
 std::array<double, kArity> square_distances(const WideNode& node, const TreePoint& point);
 
 }  // namespace sightline
+
+// Tests: tests/unit/trace/nearest_test.cpp

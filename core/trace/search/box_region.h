@@ -65,3 +65,5 @@ unsigned overlapped_children(const WideNode& node, const TreeRegion& region);
 Box3d outer_bounds(const OrientedBox& box);
 
 }  // namespace sightline
+
+// Tests: tests/unit/trace/box_overlap_test.cpp

@@ -24,3 +24,5 @@ std::optional<NearestMiss> nearest_miss(const SceneView& scene, const Ray& ray,
                                         const ResolvedFilter* resolved, const Deadline& deadline);
 
 }  // namespace sightline
+
+// Tests: tests/integration/filters_test.py

@@ -35,3 +35,5 @@ TreeSweep sweep_over(const WideTree& top, const SweepPath& path, const Vec3d& ex
                      const Box3d& bounds);
 
 }  // namespace sightline
+
+// Tests: tests/unit/trace/sweep_test.cpp

@@ -44,3 +44,5 @@ class TriangleGroup {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/trace/clearance_test.cpp

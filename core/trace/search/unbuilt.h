@@ -50,3 +50,5 @@ class UnbuiltTrees {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/run/engine_test.cpp
