@@ -110,6 +110,8 @@ void visit_column(const HitAnswer& answer, HitField field, const Visit& visit) {
       return visit(NameColumn{terms.material_name});
     case HitField::kMaterialId:
       return visit(IdColumn{terms.material});
+    case HitField::kNodeInstance:
+      return visit(IdColumn{terms.node_instance});
   }
 }
 

@@ -24,7 +24,7 @@ enum class AnswerLayout {
 /// whose field is not asked for may be empty. Numbers that do not apply are kNone, names that the
 /// file does not give are empty. Names live elsewhere, as long as the scene.
 struct HitTerms {
-  Column<std::uint32_t> primitive, triangle, node, mesh, material;
+  Column<std::uint32_t> primitive, triangle, node, mesh, material, node_instance;
   std::vector<std::string_view> node_name, node_path, mesh_name, material_name;
   HitAttributes attributes;
   Column<double> distance;       ///< t * |direction|

@@ -1,6 +1,8 @@
 #include "server/service/hit_terms.h"
 
+#include <algorithm>
 #include <unordered_map>
+#include <vector>
 
 namespace sightline {
 
@@ -18,6 +20,15 @@ std::string path_of(const SceneDescription& description, std::uint32_t node) {
     path.insert(0, name).insert(0, "/");
   }
   return path;
+}
+
+/// The number of an instance among those of its node, which are neighbours: instances are in the
+/// order of nodes.
+std::uint32_t number_in_node(const std::vector<Instance>& instances, std::uint32_t instance) {
+  const auto first =
+      std::lower_bound(instances.begin(), instances.end(), instances[instance].node,
+                       [](const Instance& each, std::uint32_t node) { return each.node < node; });
+  return instance - static_cast<std::uint32_t>(first - instances.begin());
 }
 
 void fill_paths(const SceneDescription& description, const HitBatch& hits, HitTerms& terms) {
@@ -56,6 +67,13 @@ HitTerms hit_terms(const Scene& scene, const HitBatch& hits, FieldSet fields) {
   make(terms.material_name, material, std::string_view());
 
   if (fields.has(HitField::kNodePath)) fill_paths(description, hits, terms);
+  if (fields.has(HitField::kNodeInstance)) {
+    make(terms.node_instance, true, kNone);
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+      if (hits.hit(i))
+        terms.node_instance[i] = number_in_node(description.instances, hits.instance[i]);
+    }
+  }
   const bool others =
       fields.has_any_of({HitField::kNodeId, HitField::kNode, HitField::kMeshId, HitField::kMesh,
                          HitField::kMaterialId, HitField::kMaterial});

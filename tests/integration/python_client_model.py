@@ -9,7 +9,7 @@ from fractions import Fraction
 
 DISTANCES = {"t", "distance"}
 WIDTHS = {"position": 3, "normal": 3, "shading_normal": 3, "barycentrics": 2, "uv": 2, "colour": 4}
-IDS = {"instance", "primitive", "triangle", "node_id", "mesh_id", "material_id"}
+IDS = {"instance", "primitive", "triangle", "node_id", "mesh_id", "material_id", "node_instance"}
 FLAGS = {"front", "on_edge"}
 TEXTS = {"node", "node_path", "mesh", "material"}
 RAY_FIELDS = [*sorted(DISTANCES), *WIDTHS, *sorted(IDS), *sorted(FLAGS), *sorted(TEXTS)]

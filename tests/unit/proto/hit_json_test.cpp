@@ -27,6 +27,7 @@ struct Sample {
     terms.node = {7, kNone};
     terms.mesh = {8, kNone};
     terms.material = {9, kNone};
+    terms.node_instance = {2, kNone};
     terms.node_name = {"roof \"east\"", ""};
     terms.mesh_name = {"house", ""};
     terms.material_name = {"tile", ""};
@@ -65,7 +66,8 @@ TEST(HitJson, writes_every_field_in_its_order) {
             R"("position":[1,2,-0.0],"normal":[0,0,1],"shading_normal":[0,1,0],)"
             R"("barycentrics":[0.25,0.5],"uv":[0.5,-1],"colour":[1,0.5,0,1],"front":true,)"
             R"("on_edge":true,"node":"roof \"east\"","node_id":7,"node_path":"/town/roof",)"
-            R"("mesh":"house","mesh_id":8,"material":"tile","material_id":9},null]})");
+            R"("mesh":"house","mesh_id":8,"material":"tile","material_id":9,)"
+            R"("node_instance":2},null]})");
   const auto columns =
       nlohmann::json::parse(Sample().encode(every_field(), AnswerLayout::kColumns));
   EXPECT_EQ(columns.size(), kHitFieldCount);

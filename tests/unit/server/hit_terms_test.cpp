@@ -42,6 +42,21 @@ TEST(HitTerms, names_hits_as_the_file_does) {
   EXPECT_EQ(terms.material_name, (std::vector<std::string_view>{"", "", "cloth"}));
 }
 
+TEST(HitTerms, number_the_instances_of_each_node) {
+  SceneDescription description = sample()->description();
+  // Three placements of the second node, then a node with one.
+  description.nodes.push_back({"last", 9, 0, {}});
+  description.instances = {{0, 0, {}}, {0, 1, {}}, {0, 1, {}}, {0, 1, {}}, {0, 2, {}}};
+  const auto scene = Scene::build(std::move(description));
+  ASSERT_TRUE(scene);
+  HitBatch hits;
+  hits.resize(6);
+  hits.instance = {3, 0, kNone, 1, 4, 2};
+  hits.triangle = {0, 0, kNone, 0, 0, 0};
+  const HitTerms terms = hit_terms(**scene, hits, {HitField::kNodeInstance});
+  EXPECT_EQ(terms.node_instance, (Column<std::uint32_t>{2, 0, kNone, 0, 0, 1}));
+}
+
 TEST(HitTerms, keep_the_end_of_a_long_path) {
   SceneDescription description = sample()->description();
   for (std::uint32_t i = 2; i < 2000; ++i) {

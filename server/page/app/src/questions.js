@@ -2,7 +2,7 @@
 
 export const FIELDS = ["t", "distance", "instance", "primitive", "triangle", "position", "normal", "shading_normal",
   "barycentrics", "uv", "colour", "front", "on_edge", "node", "node_id", "node_path", "mesh",
-  "mesh_id", "material", "material_id"];
+  "mesh_id", "material", "material_id", "node_instance"];
 
 const DOWN = [0, -1, 0];
 
