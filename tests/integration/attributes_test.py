@@ -410,6 +410,28 @@ class Attributes(unittest.TestCase):
                 # The sign is another one where an instance is a mirror image.
                 self.assertGreater(abs(sum(a * b for a, b in zip(hit["shading_normal"], hit["normal"]))), 0.9)
 
+    def test_instances_are_numbered_within_their_node(self):
+        path = DATA / "scenes/city_gpu_instancing.glb"
+        if not path.exists():
+            self.skipTest(f"there is no {path}")
+        glb = path.read_bytes()
+        reading = Reading(glb)
+        for server in self.each("city", glb):
+            bounds = server.ask("/v1/scenes/city").json()["bounds"]
+            rays = shower(3, 300, bounds["min"], bounds["max"])
+            hits = server.query("city", "closest", {"rays": rays, "fields": ["instance", "node_id", "node_instance"]}).json()["hits"]
+            first = {}
+            for hit in filter(None, hits):
+                node = reading.root["nodes"][hit["node_id"]]
+                extension = node.get("extensions", {}).get("EXT_mesh_gpu_instancing")
+                accessor = next(iter(extension["attributes"].values())) if extension else None
+                count = reading.root["accessors"][accessor]["count"] if extension else 1
+                self.assertIn(hit["node_instance"], range(count))
+                # Instances of a node follow each other, so that all hits agree on the first one.
+                begin = hit["instance"] - hit["node_instance"]
+                self.assertEqual(first.setdefault(hit["node_id"], begin), begin)
+            self.assertGreater(len({hit["node_instance"] for hit in filter(None, hits)}), 5)
+
 
 if __name__ == "__main__":
     case_report.main()

@@ -24,3 +24,5 @@ struct TreeLevel {
 TreeLevel boxes_of_level(const SceneView& scene, std::uint32_t level, std::size_t most);
 
 }  // namespace sightline
+
+// Tests: tests/integration/parts_test.py

@@ -109,7 +109,8 @@ TEST(EngineBoxes, pair_rays_with_boxes_one_by_one_or_all_with_all) {
   }
   RayBoxAnswers answers;
   const auto own = engine(2);
-  ASSERT_TRUE(own->ray_boxes(rays, boxes, BoxPairing::kEach, RayBoxDetail::kAll, Deadline::never(), answers));
+  ASSERT_TRUE(own->ray_boxes(rays, boxes, BoxPairing::kEach, RayBoxDetail::kAll, Deadline::never(),
+                             answers));
   ASSERT_EQ(answers.size(), 3u);
   EXPECT_TRUE(answers.planes.empty());
   for (std::size_t i = 0; i < 3; ++i) {
@@ -117,14 +118,16 @@ TEST(EngineBoxes, pair_rays_with_boxes_one_by_one_or_all_with_all) {
     EXPECT_EQ(answers.t[i], 9);
     EXPECT_EQ(answers.normal[i], (Vec3d{-1, 0, 0}));
   }
-  ASSERT_TRUE(own->ray_boxes(rays, boxes, BoxPairing::kAll, RayBoxDetail::kPlanes, Deadline::never(), answers));
+  ASSERT_TRUE(own->ray_boxes(rays, boxes, BoxPairing::kAll, RayBoxDetail::kPlanes,
+                             Deadline::never(), answers));
   ASSERT_EQ(answers.size(), 9u);
   for (std::size_t i = 0; i < 9; ++i) {
     EXPECT_EQ(answers.outcome[i] == RayBoxOutcome::kHit, i / 3 == i % 3) << i;
     EXPECT_EQ(answers.planes[i][0], 9);
   }
   boxes = {};
-  ASSERT_TRUE(own->ray_boxes(rays, boxes, BoxPairing::kAll, RayBoxDetail::kPlanes, Deadline::never(), answers));
+  ASSERT_TRUE(own->ray_boxes(rays, boxes, BoxPairing::kAll, RayBoxDetail::kPlanes,
+                             Deadline::never(), answers));
   EXPECT_EQ(answers.size(), 0u);
 }
 

@@ -125,7 +125,8 @@ TEST_F(EngineMemory, answers_with_an_error_whichever_allocation_of_rays_fails) {
 TEST_F(EngineMemory, answers_with_an_error_whichever_allocation_of_boxes_fails) {
   expect_every_failure_to_be_an_error([&] {
     RayBoxAnswers answers;
-    return engine_->ray_boxes(rays_, boxes_, BoxPairing::kEach, RayBoxDetail::kPlanes, never_, answers);
+    return engine_->ray_boxes(rays_, boxes_, BoxPairing::kEach, RayBoxDetail::kPlanes, never_,
+                              answers);
   });
   expect_every_failure_to_be_an_error([&] {
     Column<std::uint8_t> touched;
