@@ -39,4 +39,4 @@ std::shared_ptr<const T> giving_back_memory(std::shared_ptr<const T> object, std
 
 }  // namespace sightline
 
-// Tests: tests/unit/server/work_memory_test.cpp
+// Tests: tests/unit/server/request_memory_test.cpp

@@ -47,4 +47,4 @@ inline Claim::~Claim() {
 
 }  // namespace sightline
 
-// Tests: tests/unit/server/work_memory_test.cpp
+// Tests: tests/unit/server/request_memory_test.cpp
