@@ -43,8 +43,7 @@ namespace sightline {
 ///                 GLTF_SCENE_UNKNOWN, GLTF_HIERARCHY_INVALID, GLTF_TRANSFORM_INVALID,
 ///                 GLTF_URI_REFUSED, GLTF_BUFFER_INVALID, GLTF_ACCESSOR_INVALID,
 ///                 GLTF_ACCESSOR_OUT_OF_BOUNDS, GLTF_INDEX_OUT_OF_RANGE, GLTF_INSTANCING_INVALID,
-///                 GLTF_SKIN_INVALID, GLTF_COMPRESSION_INVALID, GLTF_STRUCTURE_INVALID (tinygltf's
-///                 own verdict)
+///                 GLTF_SKIN_INVALID, GLTF_COMPRESSION_INVALID
 ///   kMalformed, kUnsupported  POV_SYNTAX_INVALID, POV_FEATURE_UNSUPPORTED (pov_scene.h)
 ///   kInternal     GLTF_INTERNAL
 /// Error::pointer points into the file's own JSON.

@@ -56,7 +56,7 @@ struct AttributeEntry {
 };
 
 struct GltfDocument {
-  /// Nodes, meshes, accessors and bufferViews as tinygltf read them, and the requested scene alone.
+  /// Nodes, meshes, accessors and bufferViews, and the requested scene alone.
   /// Everything that rays do not need was erased before: images, textures, materials, animations,
   /// cameras, extras, bounds of accessors, attributes that move no position. `attributes` names
   /// some of those.
@@ -75,12 +75,7 @@ struct GltfDocument {
   bool draco_required = false;  ///< KHR_draco_mesh_compression is required, there is no fallback
   bool quantization = false;    ///< KHR_mesh_quantization is used or required
 
-  /// tinygltf refuses indices without a bufferView, so such accessors name this view instead, which
-  /// is one beyond the real ones.
-  int absent_view = 0;
-  bool has_view(const tinygltf::Accessor& accessor) const {
-    return accessor.bufferView >= 0 && accessor.bufferView < absent_view;
-  }
+  static bool has_view(const tinygltf::Accessor& accessor) { return accessor.bufferView >= 0; }
 
   /// Scenes, images, animations and attributes that were erased. Nodes and meshes are counted where
   /// they are traversed.
@@ -90,10 +85,9 @@ struct GltfDocument {
   std::vector<std::string> warnings;
 };
 
-/// Guards, parses, thins and checks the JSON, then lets tinygltf read what is left.
+/// Guards, parses, thins and checks the JSON, and fills the model from what is left.
 /// Errors: GLTF_JSON_*, GLTF_LIMIT_*, GLTF_VALUE_INVALID, GLTF_REFERENCE_INVALID,
-/// GLTF_VERSION_UNSUPPORTED, GLTF_EXTENSION_UNSUPPORTED, GLTF_SCENE_UNKNOWN,
-/// GLTF_STRUCTURE_INVALID. Throws what nlohmann and the allocator throw.
+/// GLTF_VERSION_UNSUPPORTED, GLTF_EXTENSION_UNSUPPORTED, GLTF_SCENE_UNKNOWN. Throws what nlohmann and the allocator throw.
 Result<GltfDocument> read_document(std::string_view json, const ImportOptions& options);
 
 inline constexpr const char* kQuantization = "KHR_mesh_quantization";

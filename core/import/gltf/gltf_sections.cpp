@@ -77,7 +77,7 @@ void thin_sparse(json& accessor, const Counts& counts, JsonChecker& check, const
   }
 }
 
-/// tinygltf would read them for nobody.
+/// Takes them out of the accessor: only positions have bounds that somebody asks for.
 StatedBounds take_bounds(json& accessor, JsonChecker& check, const Place& at) {
   std::vector<double> bounds[2];
   for (const std::size_t i : {0u, 1u}) {
@@ -272,9 +272,7 @@ void thin_accessors(json* list, const Counts& counts, GltfDocument& document, Js
     const Place place = at.element(i);
     JsonChecker::keep_only(object, {"bufferView", "byteOffset", "componentType", "count", "type",
                                     "normalized", "sparse", "min", "max"});
-    if (!check.reference(object, "bufferView", place, counts.views, "bufferViews")) {
-      object["bufferView"] = counts.views;  // GltfDocument::absent_view
-    }
+    check.reference(object, "bufferView", place, counts.views, "bufferViews");
     check.integer(object, "byteOffset", place);
     if (check.required_integer(object, "count", place) == 0) {
       check.refuse(place.member("count"), "must be at least 1");

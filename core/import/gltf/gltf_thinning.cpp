@@ -266,7 +266,6 @@ void thin_gltf(json& root, const ImportOptions& options, GltfDocument& document,
 
   const auto size = [](const json* list) { return list != nullptr ? list->size() : 0; };
   const Counts counts = {size(nodes), size(meshes), size(accessors), size(views), size(buffers)};
-  document.absent_view = static_cast<int>(counts.views);
   if (counts.nodes > options.limits.nodes) {
     return check.refuse(
         beyond_limit("NODES", "nodes", counts.nodes, options.limits.nodes, "/nodes"));

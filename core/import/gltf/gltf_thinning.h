@@ -1,5 +1,5 @@
 #pragma once
-/// Makes the JSON of a glTF file small and certain before tinygltf sees it.
+/// Makes the JSON of a glTF file small and certain before a model is made of it.
 
 #include <nlohmann/json.hpp>
 
