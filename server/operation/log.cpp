@@ -9,8 +9,7 @@ namespace sightline {
 namespace {
 
 std::string quoted(std::string_view text) {
-  using Json = nlohmann::json;
-  return Json(text).dump(-1, ' ', true, Json::error_handler_t::replace);
+  return nlohmann::json(text).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
 }
 
 /// As it is where it is plain, so that people can read it.

@@ -16,6 +16,9 @@ auto with(Service& service, Handler handler) {
   return [&service, handler](Exchange& exchange) { handler(exchange, service); };
 }
 
+/// Of a route that reads query parameters.
+inline constexpr Router::Parameters kParameters = Router::Parameters::kTaken;
+
 /// What /version and /metrics show beside the service.
 struct ServerFacts {
   const Metrics& metrics;

@@ -16,10 +16,7 @@ namespace {
 
 void rays_boxes(Exchange& exchange, const Service& service) {
   std::string body;
-  if (!admit_query_type(exchange) || !admit_body(exchange, service.limits.query_bytes) ||
-      !read_body(exchange, service.limits.query_bytes, kRayJsonPadding, body)) {
-    return;
-  }
+  if (!read_query_body(exchange, service, body)) return;
   const auto query =
       decode_ray_boxes(body, {.max_rays = service.limits.rays, .max_boxes = service.limits.rays});
   if (!query) return exchange.reply_error(query.error());

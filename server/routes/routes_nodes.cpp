@@ -37,16 +37,8 @@ std::uint64_t bytes_to_change(const SceneDescription& scene) {
 
 void patch_node(Exchange& exchange, Service& service) {
   constexpr std::uint64_t kMostBytes = 64 << 10;
-  // A page of another site cannot send this without being allowed to.
-  if (!says_media_type(exchange)) {
-    return exchange.reply_problem(415, "MEDIA_TYPE_UNSUPPORTED",
-                                  "send Content-Type: application/json");
-  }
-  if (!admit_media_type(exchange, {"application/json"}) || !admit_body(exchange, kMostBytes)) {
-    return;
-  }
   std::string body;
-  if (!read_body(exchange, kMostBytes, 0, body)) return;
+  if (!admit_json_change(exchange, kMostBytes) || !read_body(exchange, kMostBytes, 0, body)) return;
   const auto patch = decode_node_patch(body);
   if (!patch) return exchange.reply_error(patch.error());
   const auto change = change_of(exchange.node_id, *patch);

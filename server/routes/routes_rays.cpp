@@ -24,10 +24,7 @@ void ask_rays(Exchange& exchange, const Service& service, const Journal& journal
 /// No scene: the rays themselves.
 void generate(Exchange& exchange, const Service& service) {
   std::string body;
-  if (!admit_query_type(exchange) || !admit_body(exchange, service.limits.query_bytes) ||
-      !read_body(exchange, service.limits.query_bytes, kRayJsonPadding, body)) {
-    return;
-  }
+  if (!read_query_body(exchange, service, body)) return;
   const bool is_binary = exchange.wants(kBinaryMediaType);
   const std::uint64_t encoded_bytes = is_binary ? kRayBytes : 8 * kNumberBytes;
   const auto query =

@@ -100,13 +100,11 @@ void check(Exchange& exchange, const Service& service) {
 }  // namespace
 
 void add_scene_part_routes(Router& router, const Service& service) {
-  router.add("GET", "/v1/scenes/{id}/nodes", with(service, nodes), Router::Parameters::kTaken);
-  router.add("GET", "/v1/scenes/{id}/triangles", with(service, triangles),
-             Router::Parameters::kTaken);
-  router.add("GET", "/v1/scenes/{id}/geometry", with(service, geometry),
-             Router::Parameters::kTaken);
-  router.add("GET", "/v1/scenes/{id}/bvh", with(service, trees), Router::Parameters::kTaken);
-  router.add("GET", "/v1/scenes/{id}/selfcheck", with(service, check), Router::Parameters::kTaken);
+  router.add("GET", "/v1/scenes/{id}/nodes", with(service, nodes), kParameters);
+  router.add("GET", "/v1/scenes/{id}/triangles", with(service, triangles), kParameters);
+  router.add("GET", "/v1/scenes/{id}/geometry", with(service, geometry), kParameters);
+  router.add("GET", "/v1/scenes/{id}/bvh", with(service, trees), kParameters);
+  router.add("GET", "/v1/scenes/{id}/selfcheck", with(service, check), kParameters);
 }
 
 }  // namespace sightline

@@ -121,18 +121,12 @@ void post_scene(Exchange& exchange, Service& service,
                 const std::shared_ptr<const SourceRules>& sources) {
   constexpr std::uint64_t kMostBytes = 64 << 10;
   SceneParameters parameters;
-  // This changes something and makes the server ask others: so, other than for queries, no type
-  // that a page of another site could send without being allowed to.
-  if (!says_media_type(exchange)) {
-    return exchange.reply_problem(415, "MEDIA_TYPE_UNSUPPORTED",
-                                  "send Content-Type: application/json");
-  }
-  if (!admit_media_type(exchange, {"application/json"}) || !admit_body(exchange, kMostBytes) ||
-      !read_parameters(exchange, KnownParameters::kWait, parameters)) {
+  std::string body;
+  if (!admit_json_change(exchange, kMostBytes) ||
+      !read_parameters(exchange, KnownParameters::kWait, parameters) ||
+      !read_body(exchange, kMostBytes, 0, body)) {
     return;
   }
-  std::string body;
-  if (!read_body(exchange, kMostBytes, 0, body)) return;
   const auto request = decode_load_request(body);
   if (!request) return exchange.reply_error(request.error());
   if (!is_scene_id(request->id)) {
@@ -184,14 +178,14 @@ void add_scene_routes(Router& router, Service& service,
   router.add(
       "POST", "/v1/scenes",
       [&service, sources](Exchange& exchange) { post_scene(exchange, service, sources); },
-      Router::Parameters::kTaken);
-  router.add("GET", "/v1/scenes/{id}", with(service, get_scene), Router::Parameters::kTaken);
+      kParameters);
+  router.add("GET", "/v1/scenes/{id}", with(service, get_scene), kParameters);
   router.add("GET", "/v1/scenes/{id}/events", with(service, reply_scene_events));
   router.add("GET", "/v1/scenes/{id}/stats", [&service](Exchange& exchange) {
     const SceneSnapshot scene = admit_scene(exchange, service);
     if (scene) exchange.reply_json(200, encode_stats(*scene));
   });
-  router.add("PUT", "/v1/scenes/{id}", with(service, put_scene), Router::Parameters::kTaken);
+  router.add("PUT", "/v1/scenes/{id}", with(service, put_scene), kParameters);
   router.add("DELETE", "/v1/scenes/{id}", with(service, delete_scene));
 }
 

@@ -17,6 +17,20 @@ bool admit_query_type(Exchange& exchange) {
   return admit_media_type(exchange, {"application/json"}, {kFormMediaType});
 }
 
+bool admit_json_change(Exchange& exchange, std::uint64_t most_bytes) {
+  if (!says_media_type(exchange)) {
+    exchange.reply_problem(415, "MEDIA_TYPE_UNSUPPORTED", "send Content-Type: application/json");
+    return false;
+  }
+  return admit_media_type(exchange, {"application/json"}) && admit_body(exchange, most_bytes);
+}
+
+bool read_query_body(Exchange& exchange, const Service& service, std::string& body) {
+  const std::uint64_t most = service.limits.query_bytes;
+  return admit_query_type(exchange) && admit_body(exchange, most) &&
+         read_body(exchange, most, kRayJsonPadding, body);
+}
+
 std::optional<QueryType> admit_rays_type(Exchange& exchange, bool takes_lines) {
   const bool good =
       takes_lines

@@ -16,6 +16,14 @@ namespace sightline {
 /// is not shown to the site. Returns false after it has answered.
 bool admit_query_type(Exchange& exchange);
 
+/// Admits a body of JSON that changes something or makes the server ask others: other than for a
+/// query, no type that a page of another site could send without being allowed to. Returns false
+/// after it has answered.
+bool admit_json_change(Exchange& exchange, std::uint64_t most_bytes);
+
+/// Reads the body of a query that names no scene. False as read_body.
+bool read_query_body(Exchange& exchange, const Service& service, std::string& body);
+
 /// The media type of a query of rays or points: JSON, bytes, or lines where `takes_lines`. Nothing
 /// after it has answered.
 enum class QueryType { kJson, kBinary, kLines };

@@ -9,7 +9,7 @@
 namespace sightline::gltf {
 
 /// Takes the scenes, nodes, meshes, accessors and bufferViews of `root`, whose strings are moved.
-/// An accessor without a bufferView keeps -1. Precondition: thin_gltf found nothing wrong.
+/// The bufferView of an accessor that names none is -1. Precondition: thin_gltf found nothing wrong.
 tinygltf::Model read_model(nlohmann::json& root);
 
 }  // namespace sightline::gltf
