@@ -13,3 +13,5 @@ namespace sightline::gltf {
 tinygltf::Model read_model(nlohmann::json& root);
 
 }  // namespace sightline::gltf
+
+// Tests: tests/unit/import/gltf_document_test.cpp
