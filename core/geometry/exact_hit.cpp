@@ -68,13 +68,36 @@ bool coplanar_hit(const std::array<Vector, 3>& corner, const Vector& d, const Ve
   return true;
 }
 
+/// True if in some projection along an axis all corners are certainly on one side of the line, so
+/// that it misses the triangle.
+bool passes_beside(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle) {
+  for (int k = 0; k < 3; ++k) {
+    const int i = (k + 1) % 3, j = (k + 2) % 3;
+    int left = 0, right = 0;
+    for (const Vec3d* corner : {&triangle.v0, &triangle.v1, &triangle.v2}) {
+      const double a = direction[i] * ((*corner)[j] - origin[j]);
+      const double b = direction[j] * ((*corner)[i] - origin[i]);
+      // Each product is off by two roundings, their difference by one more. Overflow and NaN make
+      // the comparisons false.
+      constexpr double kError = 0x1p-50, kUnderflow = 0x1p-1000;
+      const double slack = kError * (std::fabs(a) + std::fabs(b)) + kUnderflow;
+      left += a - b > slack ? 1 : 0;
+      right += a - b < -slack ? 1 : 0;
+    }
+    if (left == 3 || right == 3) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
-CornerSet met_edge(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle) {
-  if (!is_finite(triangle)) return 0;
-  const std::optional<FixedHit> fixed = fixed_hit(origin, direction, triangle);
-  if (!fixed) return 0;
-  const std::array<int, 3> sign{fixed->w0.sign(), fixed->w1.sign(), fixed->w2.sign()};
+SharedHit shared_hit(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle) {
+  return is_finite(triangle) ? fixed_hit(origin, direction, triangle) : std::nullopt;
+}
+
+CornerSet met_edge(const SharedHit& shared) {
+  if (!shared) return 0;
+  const std::array<int, 3> sign{shared->w0.sign(), shared->w1.sign(), shared->w2.sign()};
   CornerSet corners = 0;
   int sum = 0;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -123,23 +146,33 @@ bool is_degenerate(const Triangle& triangle) {
 
 bool exact_hit(const Vec3d& origin, const Vec3d& direction, double tmin, double tmax,
                const Triangle& triangle, ExactT& t) {
+  return exact_hit(origin, direction, tmin, tmax, triangle, shared_hit(origin, direction, triangle),
+                   t);
+}
+
+bool exact_hit(const Vec3d& origin, const Vec3d& direction, double tmin, double tmax,
+               const Triangle& triangle, const SharedHit& shared, ExactT& t) {
   if (!is_finite(triangle)) return false;
-  if (const std::optional<FixedHit> fixed = fixed_hit(origin, direction, triangle)) {
-    const int s0 = fixed->w0.sign();
-    const int s1 = fixed->w1.sign();
-    const int s2 = fixed->w2.sign();
+  if (shared) {
+    const int s0 = shared->w0.sign();
+    const int s1 = shared->w1.sign();
+    const int s2 = shared->w2.sign();
     if (s0 * s1 < 0 || s0 * s2 < 0 || s1 * s2 < 0) return false;
     if ((s0 | s1 | s2) != 0) {
-      t = make_t(Dyadic(fixed->numerator, 3 * fixed->space_exponent),
-                 Dyadic(fixed->w0 + fixed->w1 + fixed->w2,
-                        2 * fixed->space_exponent + fixed->direction_exponent));
+      t = make_t(Dyadic(shared->numerator, 3 * shared->space_exponent),
+                 Dyadic(shared->w0 + shared->w1 + shared->w2,
+                        2 * shared->space_exponent + shared->direction_exponent));
       return compare(t, tmin) >= 0 && compare(t, tmax) <= 0;
     }
   }
+  if (passes_beside(origin, direction, triangle)) return false;
   const std::array<Vector, 3> corner{difference(triangle.v0, origin),
                                      difference(triangle.v1, origin),
                                      difference(triangle.v2, origin)};
   const Vector d{Dyadic(direction.x), Dyadic(direction.y), Dyadic(direction.z)};
+
+  // Three zeros of integers: the line is in the plane, or the triangle has no area.
+  if (shared) return coplanar_hit(corner, d, normal_of(triangle), tmin, tmax, t);
 
   // A miss is two signs that disagree; leave as soon as they do.
   const Vector bc = cross(corner[1], corner[2]);

@@ -10,8 +10,10 @@
 /// enters the triangle (docs/reference/contract.md, "The answers").
 
 #include <cstdint>
+#include <optional>
 
 #include "core/geometry/dyadic.h"
+#include "core/geometry/fixed_point.h"
 #include "core/geometry/triangle.h"
 
 namespace sightline {
@@ -37,13 +39,20 @@ int compare(const ExactT& t, double limit);
 bool exact_hit(const Vec3d& origin, const Vec3d& direction, double tmin, double tmax,
                const Triangle& triangle, ExactT& t);
 
+/// Integers that exact_hit and met_edge share for one ray and triangle. Empty if the numbers do not
+/// fit, or a corner is not finite.
+using SharedHit = std::optional<FixedHit>;
+SharedHit shared_hit(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle);
+bool exact_hit(const Vec3d& origin, const Vec3d& direction, double tmin, double tmax,
+               const Triangle& triangle, const SharedHit& shared, ExactT& t);
+
 /// Corners of a triangle, bit i for corner i.
 using CornerSet = std::uint32_t;
 
 /// On which corner or edge the line meets the triangle: one corner, or the two ends of an edge. 0
 /// if it misses, passes through the inside, lies in the plane, or the numbers do not fit integers
 /// of 256 bits. Preconditions as above.
-CornerSet met_edge(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle);
+CornerSet met_edge(const SharedHit& shared);
 
 /// Whether these corners of `a` are, number by number, those of `b`. What a line meets there is
 /// then one point with one t.

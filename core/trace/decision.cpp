@@ -11,10 +11,11 @@ bool exact_hit_of(const Scene& scene, const Ray& ray, TriangleId id, ExactT& t) 
   return exact_hit(ray.origin, ray.direction, ray.tmin, ray.tmax, scene.world_triangle(id), t);
 }
 
-bool exact_hit_of(const RayQuestion& question, const Triangle& triangle, ExactT& t) {
+bool exact_hit_of(const RayQuestion& question, const Triangle& triangle, const SharedHit& shared,
+                  ExactT& t) {
   ++question.counts.exact_hits;
   const Ray ray = question.ray();
-  return exact_hit(ray.origin, ray.direction, ray.tmin, ray.tmax, triangle, t);
+  return exact_hit(ray.origin, ray.direction, ray.tmin, ray.tmax, triangle, shared, t);
 }
 
 /// The world triangle of a candidate, from its block, which the kernel has just read: the mesh is
@@ -64,7 +65,8 @@ void ClosestHit::examine(const RayQuestion& question, Candidate other) {
   if (found() && id == candidate.id()) return;
   const Ray ray = question.ray();
   const Triangle triangle = triangle_of(question.scene, other);
-  other.edge = met_edge(ray.origin, ray.direction, triangle);
+  const SharedHit shared = shared_hit(ray.origin, ray.direction, triangle);
+  other.edge = met_edge(shared);
   if (found() && candidate.edge != 0 &&
       same_corners(triangle, other.edge, triangle_of(question.scene, candidate), candidate.edge)) {
     // One point of both, so one t, which is within the limits.
@@ -72,14 +74,15 @@ void ClosestHit::examine(const RayQuestion& question, Candidate other) {
     return;
   }
   ExactT t;
-  if (!exact_hit_of(question, triangle, t)) return;
+  if (!exact_hit_of(question, triangle, shared, t)) return;
   const Interval own = question.tau_of(t);
   if (found() && !(own.high < tau.low)) {
     if (own.low > tau.high) return;
     // The intervals overlap: exact t decides, then the smaller id.
     ++question.counts.exact_compares;
     ExactT best;
-    exact_hit_of(question, triangle_of(question.scene, candidate), best);
+    const Triangle nearest = triangle_of(question.scene, candidate);
+    exact_hit_of(question, nearest, shared_hit(ray.origin, ray.direction, nearest), best);
     const int order = compare(t, best);
     if (order > 0 || (order == 0 && candidate.id() < id)) return;
   }

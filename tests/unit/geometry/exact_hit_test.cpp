@@ -86,7 +86,7 @@ TEST(ExactHit, details_are_rounded_once) {
 TEST(ExactHit, names_the_edge_or_corner_that_is_met) {
   const Triangle triangle{{0, 0, 0}, {4, 0, 0}, {0, 4, 0}};
   const auto met = [&](double x, double y) {
-    return met_edge({x + 1, y + 2, 3}, {-1, -2, -3}, triangle);
+    return met_edge(shared_hit({x + 1, y + 2, 3}, {-1, -2, -3}, triangle));
   };
   EXPECT_EQ(met(0, 0), 1u);
   EXPECT_EQ(met(4, 0), 2u);
@@ -98,8 +98,10 @@ TEST(ExactHit, names_the_edge_or_corner_that_is_met) {
   EXPECT_EQ(met(5, 0), 0u) << "on the edge's line, beyond its end";
   EXPECT_EQ(met(0, 0x1p-50), 5u);
   EXPECT_EQ(met(-0x1p-50, 0), 0u);
-  EXPECT_EQ(met_edge({-1, 0, 0}, {1, 0, 0}, triangle), 0u) << "in the plane, along an edge";
-  EXPECT_EQ(met_edge({0, 0, 1}, {0, 0, -1}, {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}), 0u) << "no area";
+  EXPECT_EQ(met_edge(shared_hit({-1, 0, 0}, {1, 0, 0}, triangle)), 0u)
+      << "in the plane, along an edge";
+  EXPECT_EQ(met_edge(shared_hit({0, 0, 1}, {0, 0, -1}, {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}})), 0u)
+      << "no area";
 }
 
 TEST(ExactHit, knows_the_corners_that_two_triangles_share) {
