@@ -1,9 +1,13 @@
 #include "proto/binary/geometry_binary.h"
 
+#include <algorithm>
+
 #include "proto/binary/binary_answer.h"
 
 namespace sightline {
 namespace {
+
+constexpr std::size_t kLinear = 9;
 
 void announce(BinaryAnswer& out, const GeometryAnswer& answer, std::size_t positions,
               std::size_t triangles) {
@@ -27,7 +31,10 @@ void announce(BinaryAnswer& out, const GeometryAnswer& answer, std::size_t posit
   out.announce<std::uint32_t>("placed_mesh", placements);
   out.announce<std::uint32_t>("instance", placements);
   out.announce<std::uint32_t>("node_id", placements);
-  out.announce<double>("matrix", placements, 12);
+  // A column of no numbers has rows of one, for readers that divide by the width.
+  const auto width = static_cast<std::uint32_t>(std::max<std::size_t>(placements, 1));
+  out.announce<float>("linear", placements > 0 ? kLinear : 0, width);
+  out.announce<double>("at", placements, 3);
 }
 
 /// What all meshes have, one after the other: mesh and number of row `row` of a column of theirs.
@@ -90,8 +97,10 @@ void write_placements(BinaryAnswer& out, const std::vector<GeometryPlacement>& p
   column(&GeometryPlacement::mesh);
   column(&GeometryPlacement::instance);
   column(&GeometryPlacement::file_node);
+  // Alike numbers in a row: it is compressed to less.
+  out.next<float>([&](std::size_t k, std::uint32_t i) { return placements[i].linear[k]; });
   out.next<double>(
-      [&](std::size_t i, std::uint32_t k) { return placements[i].world_from_mesh[k]; });
+      [&](std::size_t i, std::uint32_t k) { return placements[i].at[static_cast<int>(k)]; });
 }
 
 }  // namespace

@@ -33,7 +33,8 @@ struct GeometryPlacement {
   std::uint32_t mesh = 0;  ///< row in GeometryAnswer::meshes
   std::uint32_t instance = 0;
   std::uint32_t file_node = 0;
-  std::array<double, 12> world_from_mesh{};  ///< rows of a 3x4 matrix
+  std::array<double, 9> linear{};  ///< rows of a 3x3 matrix from the mesh's space to the world
+  Vec3d at{};                      ///< of the mesh's origin, in the world
 };
 
 struct GeometryAnswer {
@@ -46,7 +47,7 @@ struct GeometryAnswer {
 
 /// Bytes of one row of the answer's columns.
 inline constexpr std::uint64_t kPositionBytes = 12, kTriangleBytes = 12, kMeshBytes = 44,
-                               kPartBytes = 52, kPlacementBytes = 108;
+                               kPartBytes = 52, kPlacementBytes = 72;
 
 std::string encode_geometry(const GeometryAnswer& answer);
 

@@ -19,12 +19,13 @@ namespace {
 constexpr std::chrono::minutes kRepeats{10};
 
 /// Encodes the body in the coding that the client prefers, where that pays: raw numbers hardly
-/// shrink, and a short answer fits a packet already.
+/// shrink, unless the route says Vary, and a short answer fits a packet already.
 void compress(const RequestHead& head, HttpResponse& response) {
   constexpr std::size_t kWorthIt = 1400;
   if (response.body.size() < kWorthIt) return;
-  if (response.content_type == "application/octet-stream") return;
-  if (response.header("Vary") == nullptr) response.set_header("Vary", "Accept-Encoding");
+  const bool varies = response.header("Vary") != nullptr;
+  if (response.content_type == "application/octet-stream" && !varies) return;
+  if (!varies) response.set_header("Vary", "Accept-Encoding");
   if (head.accepts == Coding::kIdentity) return;
   response.body = ContentEncoder(head.accepts).encode(response.body, true);
   response.set_header("Content-Encoding", std::string(coding_name(head.accepts)));

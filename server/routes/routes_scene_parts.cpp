@@ -60,6 +60,8 @@ void geometry(Exchange& exchange, const Service& service) {
   const GeometryAnswer answer = scene_geometry(*stored->scene, range);
   if (!went_well(exchange, exchange.reserve(bytes_of_geometry(answer)))) return;
   exchange.reply(200, encode_geometry(answer), kBinaryMediaType);
+  // Indices and placements are alike: half of these bytes, or less.
+  exchange.response.set_header("Vary", "Accept-Encoding");
 }
 
 void trees(Exchange& exchange, const Service& service) {

@@ -62,8 +62,8 @@ void add_mesh(GeometryAnswer& answer, const Scene& scene, const DrawnMesh& drawn
   const SceneDescription& description = scene.description();
   const Mesh& mesh = *description.meshes[drawn.mesh];
   const auto row = static_cast<std::uint32_t>(answer.meshes.size());
-  answer.meshes.push_back({mesh.file_mesh, middle_of(scene.trees().plan().facts[drawn.mesh].box),
-                           mesh.positions, mesh.indices});
+  const Vec3d origin = middle_of(scene.trees().plan().facts[drawn.mesh].box);
+  answer.meshes.push_back({mesh.file_mesh, origin, mesh.positions, mesh.indices});
   for (const Primitive& part : mesh.primitives) {
     GeometryPart added{row, part.first_triangle, part.triangle_count, part.file_primitive,
                        part.material};
@@ -74,8 +74,10 @@ void add_mesh(GeometryAnswer& answer, const Scene& scene, const DrawnMesh& drawn
   for (const std::uint32_t i : drawn.instances) {
     const Instance& instance = description.instances[i];
     GeometryPlacement added{row, i, description.nodes[instance.node].file_node};
-    for (std::size_t k = 0; k < added.world_from_mesh.size(); ++k)
-      added.world_from_mesh[k] = instance.world_from_mesh.m[k / 4][k % 4];
+    const auto& m = instance.world_from_mesh.m;
+    for (std::size_t k = 0; k < added.linear.size(); ++k) added.linear[k] = m[k / 3][k % 3];
+    for (int r = 0; r < 3; ++r)
+      added.at[r] = m[r][0] * origin.x + m[r][1] * origin.y + m[r][2] * origin.z + m[r][3];
     answer.placements.push_back(added);
   }
 }

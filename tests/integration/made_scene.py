@@ -2,6 +2,7 @@
 
 import array
 import json
+import math
 import struct
 
 
@@ -29,3 +30,21 @@ def triangle_glb(nodes, places=None):
         document["extensionsUsed"] = ["EXT_mesh_gpu_instancing"]
         nodes[0] = {**nodes[0], "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 1}}}}
     return glb(document, corners + moved)
+
+
+def tiles(side, count):
+    """A GLB of a hilly tile of 2 * side * side triangles, placed so often."""
+    positions = b"".join(struct.pack("<3f", x * 10 / side, math.sin(x / 9) * math.cos(y / 7), y * 10 / side)
+                         for y in range(side + 1) for x in range(side + 1))
+    row = side + 1
+    indices = b"".join(struct.pack("<6I", a, a + row, a + 1, a + 1, a + row, a + row + 1)
+                       for y in range(side) for a in range(y * row, y * row + side))
+    data = positions + indices
+    document = {
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": list(range(count))}],
+        "nodes": [{"mesh": 0, "name": f"tile {i}", "translation": [10 * (i % 32), 0, 10 * (i // 32)]} for i in range(count)],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}], "buffers": [{"byteLength": len(data)}],
+        "bufferViews": [{"buffer": 0, "byteLength": len(positions)}, {"buffer": 0, "byteOffset": len(positions), "byteLength": len(indices)}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": row * row, "type": "VEC3", "min": [0, -1, 0], "max": [10, 1, 10]},
+                      {"bufferView": 1, "componentType": 5125, "count": 6 * side * side, "type": "SCALAR"}]}
+    return glb(document, data)

@@ -17,6 +17,7 @@ from pathlib import Path
 from urllib.parse import parse_qs, urlencode
 
 import case_report
+from made_scene import tiles
 from sightline_server import BINARY, DATA, JSON_TYPE, PATIENCE, SOURCE, Server, bearer, demo_glb, make_key, with_document, write_keys
 
 PAGES = ("/", "/learn", "/status", "/docs/README.md", "/docs/guides/page.md")
@@ -39,27 +40,6 @@ def browse(url, *words):
     if done.returncode != 0:
         raise AssertionError(done.stderr[-3000:])
     return json.loads(done.stdout)
-
-
-def tiles(side, count):
-    """A GLB of a hilly tile of 2 * side * side triangles, placed so often."""
-    positions = b"".join(struct.pack("<3f", x * 10 / side, math.sin(x / 9) * math.cos(y / 7), y * 10 / side)
-                         for y in range(side + 1) for x in range(side + 1))
-    row = side + 1
-    indices = b"".join(struct.pack("<6I", a, a + row, a + 1, a + 1, a + row, a + row + 1)
-                       for y in range(side) for a in range(y * row, y * row + side))
-    data = positions + indices
-    document = {
-        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": list(range(count))}],
-        "nodes": [{"mesh": 0, "name": f"tile {i}", "translation": [10 * (i % 32), 0, 10 * (i // 32)]} for i in range(count)],
-        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}], "buffers": [{"byteLength": len(data)}],
-        "bufferViews": [{"buffer": 0, "byteLength": len(positions)}, {"buffer": 0, "byteOffset": len(positions), "byteLength": len(indices)}],
-        "accessors": [{"bufferView": 0, "componentType": 5126, "count": row * row, "type": "VEC3", "min": [0, -1, 0], "max": [10, 1, 10]},
-                      {"bufferView": 1, "componentType": 5125, "count": 6 * side * side, "type": "SCALAR"}]}
-    text = json.dumps(document).encode()
-    text += b" " * (-len(text) % 4)
-    return (struct.pack("<4sIIII", b"glTF", 2, 28 + len(text) + len(data), len(text), 0x4E4F534A) + text
-            + struct.pack("<II", len(data), 0x004E4942) + data)
 
 
 def skip_unbuilt(server):

@@ -175,7 +175,6 @@ export class View {
     geometry.setAttribute("color", new BufferAttribute(coloursOf(columns, row, parts, begin, to - from), 3, true));
     const wide = columns.indices.subarray(3 * begin, 3 * end);
     geometry.setIndex(new BufferAttribute(to - from > 65536 ? wide.slice() : new Uint16Array(wide), 1));
-    const origin = columns.origin.subarray(3 * row, 3 * row + 3);
     this.triangles += (end - begin) * placements.length;
     const add = (mesh) => {
       // The sphere of three.js would have to be computed, and NaN positions would break it.
@@ -186,22 +185,21 @@ export class View {
     };
     if (many && placements.length > 1) {
       const mesh = add(new InstancedMesh(geometry, this.material, placements.length));
-      placements.forEach((each, i) => mesh.setMatrixAt(i, this.matrixOf(columns.matrix, each, origin)));
+      placements.forEach((each, i) => mesh.setMatrixAt(i, this.matrixOf(columns, each)));
     } else {
       for (const each of placements) {
         const mesh = add(new Mesh(geometry, this.material));
-        mesh.matrix.copy(this.matrixOf(columns.matrix, each, origin));
+        mesh.matrix.copy(this.matrixOf(columns, each));
         mesh.matrixWorldNeedsUpdate = true;
       }
     }
   }
 
   /** From positions relative to the mesh's origin to positions relative to the middle of the scene. */
-  matrixOf(all, placement, origin) {
-    const m = all.subarray(12 * placement, 12 * placement + 12);
-    const moved = [0, 1, 2].map((r) =>
-      m[4 * r] * origin[0] + m[4 * r + 1] * origin[1] + m[4 * r + 2] * origin[2] + m[4 * r + 3] - this.middle[r]);
-    return new Matrix4().set(m[0], m[1], m[2], moved[0], m[4], m[5], m[6], moved[1], m[8], m[9], m[10], moved[2], 0, 0, 0, 1);
+  matrixOf({linear, at}, placement) {
+    const count = linear.length / 9, m = Array.from({length: 9}, (_, k) => linear[k * count + placement]);
+    const [x, y, z] = this.middle.map((middle, k) => at[3 * placement + k] - middle);
+    return new Matrix4().set(m[0], m[1], m[2], x, m[3], m[4], m[5], y, m[6], m[7], m[8], z, 0, 0, 0, 1);
   }
 
   /** Draws only what has n . x <= d for [nx, ny, nz, d]; null draws all. */
