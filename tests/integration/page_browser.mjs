@@ -294,6 +294,26 @@ const PLANS = {
     return result;
   },
 
+  /** WORD: a file with a list of links as JSON. The answer that the page shows for each, and what it notes. */
+  async links() {
+    const links = JSON.parse(readFileSync(words[0], "utf8"));
+    // Without a link: the answer of a first link would arrive beside that of the next.
+    const {page, seen, close} = await open(SIZES[0], "light", `${url}/`);
+    seen.answers = [];
+    for (const link of links) {
+      seen.answers.push(await page.evaluate(async (fragment) => {
+        const stage = document.querySelector("#stage"), before = stage.dataset.answered;
+        location.hash = "";
+        document.querySelector("#raw").textContent = "";
+        location.hash = fragment;
+        while (!document.querySelector("#raw").textContent || stage.dataset.answered === before) await new Promise((resolve) => setTimeout(resolve, 5));
+        return [document.querySelector("#raw").textContent, document.querySelector("#notice").textContent];
+      }, link));
+    }
+    await close();
+    return seen;
+  },
+
   /** WORD: a file to put. */
   async scenes() {
     const {page, seen, close} = await open(SIZES[0], "dark");

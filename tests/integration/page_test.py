@@ -7,6 +7,7 @@ import gzip
 import json
 import math
 import os
+import random
 import re
 import shutil
 import struct
@@ -336,6 +337,55 @@ class PageInBrowser(unittest.TestCase):
             self.assertEqual(moved["raw"], '{"hits":[{"t":5,"node":"right"}]}')
             server.put("six", demo_glb("painted"))
             self.assertIn("another content", browse(server.url, "link", first["link"])["notice"])
+
+    def test_links_give_the_same_bytes_with_every_kernel_after_a_restart_and_on_a_second_server(self):
+        # SIGHTLINE_LINKS=1000 replays as many.
+        count, seeded = int(os.environ.get("SIGHTLINE_LINKS", "24")), random.Random(22)
+        with tempfile.TemporaryDirectory() as folder:
+            def server(data, *flags):
+                made = Server("--data", Path(folder, data), *flags, memory=None)
+                self.addCleanup(made.end)
+                return made
+            scenes = {"town": demo_glb("town"), "six": demo_glb("six"), "painted": demo_glb("painted")}
+            first = server("first")
+            stored = {name: first.put(name, glb).json() for name, glb in scenes.items()}
+            links = [self.made_link(seeded, stored[seeded.choice(sorted(stored))]) for _ in range(count)]
+            # One scene after the other: it is loaded once.
+            links.sort(key=lambda link: parse_qs(link)["scene"])
+            file = Path(folder, "links")
+            file.write_text(json.dumps(links), encoding="utf-8")
+            wanted = self.replay(first, file)
+            kernels = first.ask("/version").json()["kernels"]
+            first.stop()
+            for data, flags in (("first", ()), *(("first", ("--kernel", kernel)) for kernel in kernels), ("second", ("--skip", "none"))):
+                again = server(data, *flags)
+                if data == "second":
+                    for name, glb in scenes.items():
+                        self.assertEqual(again.put(name, glb).json()["revision"], stored[name]["revision"])
+                differ = sum(a != b for one, other in zip(wanted, self.replay(again, file)) for a, b in zip(one.ljust(len(other)), other.ljust(len(one))))
+                self.assertEqual(differ, 0, (data, flags))
+                again.stop()
+            print(f"{count} links, {sum(map(len, wanted))} bytes of answers; again after a restart, with {', '.join(kernels)}, on a second server: 0 bytes differ")
+
+    def made_link(self, seeded, scene):
+        low, high = scene["bounds"]["min"], scene["bounds"]["max"]
+        point = lambda: [seeded.uniform(a, b) for a, b in zip(low, high)]
+        away = lambda: [seeded.gauss(0, 1) for _ in range(3)]
+        fields = ["t", "position", "normal", "node", "triangle", "on_edge"]
+        route, query = seeded.choice([
+            ("rays:closest", {"rays": [{"origin": point(), "direction": away()} for _ in range(20)], "fields": fields}),
+            ("rays:closest", {"rays": [{"origin": point(), "direction": away()}], "fields": fields}),
+            ("rays:all", {"rays": [{"origin": point(), "direction": away()}], "max_hits": 20, "fields": fields}),
+            ("visibility", {"from": [point()], "to": [point() for _ in range(20)]}),
+            ("points:closest", {"points": [point()], "fields": ["distance", "position", "node"]}),
+            ("boxes:count", {"boxes": [{"center": point(), "radius": seeded.uniform(0, 20)}]})])
+        return urlencode({"scene": scene["id"], "rev": scene["revision"], "sha": scene["sha256"][:16],
+                          "camera": ",".join(map(str, point() + point())), "mode": "ray", "route": route, "body": json.dumps(query)})
+
+    def replay(self, server, file):
+        run = browse(server.url, "links", str(file))
+        self.assertEqual((run["complaints"], run["foreign"], {notice for _, notice in run["answers"]}), ([], [], {""}))
+        return [answer for answer, _ in run["answers"]]
 
     def test_traced_pictures_show_what_rays_hit(self):
         for run in browse(self.server.url, "traced", f"{self.server.url}/#scene=town&traced=1&camera=60,45,80,0,30,0"):
