@@ -15,7 +15,8 @@ std::size_t whole_pages(std::size_t bytes);
 /// `bytes` of zeros, on huge pages where the system has them and bytes >= kLargeMemory. Throws
 /// std::bad_alloc.
 void* take_pages(std::size_t bytes);
-/// Precondition: a range of whole pages that take_pages returned.
+/// Unmaps [pages, pages + bytes). Precondition: an allocation of take_pages or a part of one that
+/// begins at a page.
 void give_pages(void* pages, std::size_t bytes);
 
 }  // namespace sightline

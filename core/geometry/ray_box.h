@@ -60,9 +60,12 @@ struct RayBoxAnswer {
   /// rounds so. Zero is +0. Set for hits, kBehind and kBeyond.
   double t_enter = 0;
   double t_exit = 0;
-  /// For a hit: where the ray meets the surface, within the limits. 0 if the origin lies on it; the
-  /// exit if the origin is inside; else the entry, or the exit if the entry is before tmin. +inf,
-  /// and no faces, if the ray runs and ends in the interior.
+  /// For a hit: t of the reported point of the surface. The first rule that applies decides:
+  ///   0        the origin lies on the surface, and tmin <= 0 <= tmax
+  ///   t_exit   the origin lies in the interior, and the exit is not after tmax
+  ///   t_enter  the entry is not before tmin
+  ///   t_exit   the exit is not after tmax
+  ///   +inf     otherwise: [tmin, tmax] lies in the interior, and `faces` is empty
   double t = 0;
   /// For a hit: every face that contains the point at t, edges and corners included. First come the
   /// faces that the ray crosses there on its way in (on its way out if t is the exit of an origin

@@ -25,7 +25,7 @@ struct ChosenNodes {
 };
 
 /// `key` is the member of the question that holds the choice. Warnings and errors: those of
-/// chosen_sides (resolve_filter.h), and those of the watch.
+/// chosen_sides (resolved_filter.h), and those of the watch.
 Result<ChosenNodes> choose(const SceneDescription& scene, const TriangleChoice& choice,
                            const std::string& key, DeadlineWatch& watch,
                            SelectionWarnings* warnings);

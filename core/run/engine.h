@@ -31,7 +31,7 @@ struct EngineOptions {
 
 /// How rays are asked for.
 struct RayOptions {
-  const ResolvedFilter* resolved = nullptr;  ///< what counts (resolve_filter.h); null: everything
+  const ResolvedFilter* resolved = nullptr;  ///< what counts (resolved_filter.h); null: everything
   QueryWork* work = nullptr;                 ///< what it cost is added, if not null
   /// else closest, any and count fail with TREES_PENDING where trees are unbuilt
   bool builds = true;

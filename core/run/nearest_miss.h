@@ -8,7 +8,7 @@
 
 namespace sightline {
 
-/// Among the triangles of which any side is in options.resolved; see trace/nearest_miss.h. Errors:
+/// Among the triangles of which any side is in options.resolved; see core/trace/search/nearest_miss.h. Errors:
 /// those of Engine::sweep.
 Status nearest_miss(const Engine& engine, const Scene& scene, const Ray& ray,
                     const RayOptions& options, const Deadline& deadline,

@@ -8,8 +8,8 @@
 ///     arenas               as they are in memory, each from a multiple of 64 bytes on
 ///
 /// Numbers are as this machine has them: the file is for the machine that wrote it, and another one
-/// sees by the header that it is not meant. Trees are position independent, so what is mapped can
-/// be walked where it lies.
+/// sees by the header that it is not meant. Trees are position independent, so an
+/// arena is used where it is read to.
 
 #include <cstddef>
 #include <cstdint>

@@ -43,7 +43,7 @@ struct StoredScene {
   /// When ready, and a newer content is on its way or has failed since.
   std::optional<Update> update;
 
-  /// Whether a content is on its way.
+  /// Whether a load or an update is queued or in progress.
   bool is_moving() const {
     return state == SceneState::kQueued || state == SceneState::kLoading ||
            (update && !update->failure);

@@ -48,7 +48,8 @@ class TreeCacheManager {
                bool lasting = true);
   /// Returns when no background build is left.
   void wait_until_idle();
-  /// Of all that were adopted.
+  /// Statistics over all adopted scenes. Event counters include destroyed scenes. Byte counts cover
+  /// only scenes that still exist.
   TreeTotals totals() const { return budget_->totals(); }
 
  private:

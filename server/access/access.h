@@ -18,11 +18,12 @@ namespace sightline {
 /// else.
 Access needed_access(std::string_view method, std::string_view target);
 
-/// May be used from many threads.
+/// Thread-safe. Before the first call of `use` every request is allowed.
 class AccessRules {
  public:
-  /// Without keys everybody may do everything.
-  /// What goes on under a key that is not among them, or may less, is told so.
+  /// Replaces the key ring. An empty ring allows only requests that need no key (Access::kOpen).
+  /// Sets Key::revoked of each earlier key that the new ring lacks or gives less access; operations
+  /// in progress under that key observe the flag.
   void use(KeyRing keys);
   /// Stores the client's name in `head` and erases the key. UNAUTHORIZED (401): no good key where
   /// one is needed; the answer does not depend on the request. FORBIDDEN (403): a read key for a

@@ -43,9 +43,7 @@ struct DoorCounts {
   std::atomic<std::uint64_t> answered{0};    ///< by the event loop, without a worker
 };
 
-/// Callbacks of the event loop, on its own thread. None of them may wait.
-/// How much a request asks for, as far as that can be seen before it is answered. An estimate: it
-/// decides which thread answers, not the answer.
+/// Estimate of the cost of a request from its head and body. It decides which thread answers.
 enum class Weight {
   kInline,  ///< the event loop tries to answer it: that takes no longer than a hand-over to a worker
   kShort,   ///< it needs little, and goes first
@@ -55,6 +53,7 @@ enum class Weight {
 /// So few bytes of a body are a short request, where nobody judges better.
 inline constexpr std::size_t kLittleBody = 2 << 10;
 
+/// Callbacks of the event loop, on its own thread. None of them may wait.
 struct DoorRules {
   AnswerHeaders headers = {};
   /// Whether a request may come in, by its head alone; null: each.

@@ -73,7 +73,7 @@ class MemoryBudget {
 /// The memory of one request. One thread at a time.
 class RequestMemory {
  public:
-  /// What a request needs that begins again, and how long it may wait for it.
+  /// State that a request that begins again takes over. `reserve` writes it on MEMORY_BUSY.
   struct Plan {
     std::uint64_t bytes = 0;
     Deadline::Clock::time_point until = Deadline::Clock::time_point::max();

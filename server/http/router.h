@@ -11,8 +11,7 @@
 namespace sightline {
 
 /// Paths are compared segment by segment after percent-decoding each, so that an encoded slash in
-/// a name never becomes a path. httplib's own router decodes first and matches by regular
-/// expressions afterwards.
+/// a name never becomes a path.
 class Router {
  public:
   using Handler = std::function<void(Exchange&)>;

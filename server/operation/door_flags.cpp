@@ -43,7 +43,8 @@ void define_door(CLI::App& app, DoorLimits& limits, DoorSeconds& seconds) {
                   "bytes per second that a client has to send of a body, or take of an answer");
   flags.add_count(
       "--busy-rate", limits.busy_rate,
-      "the same of a large answer or body while others wait for the memory that it holds");
+      "least bytes per second of a large body or answer while others need its room in the spool, "
+      "and of a stream while others need its memory");
   flags.add_live_seconds("--rate-seconds", seconds.window, kLeastSeconds,
                          "over which both are averages");
   flags.add_live_seconds(

@@ -25,7 +25,8 @@ struct ServeFlags {
 };
 
 void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags);
-/// After the parse: what each flag says by itself. Throws CLI::ValidationError.
+/// Converts the texts of the flags into members of `command` and checks each flag alone. Call it
+/// once, after parsing. Throws CLI::ValidationError.
 void finish_serve(ServeCommand& command, const ServeFlags& flags);
 /// Checks combinations of flags, after each flag was parsed. Throws CLI::ValidationError.
 void check_together(const ServeCommand& command);

@@ -46,7 +46,7 @@ void warn_of_unbalanced(std::uint64_t vertices, const std::string& place, Warnin
 /// Joint matrices of a file's skins, each computed when first needed.
 class SkinReader {
  public:
-  /// nodes  of the loaded scene, which are told that they are joints; all of these must outlive the
+  /// nodes  nodes of the loaded scene; joints() sets Node::is_joint; all arguments must outlive the
   ///        reader
   SkinReader(const GltfDocument& document, AccessorReader& accessors, Budget& budget,
              std::vector<Node>& nodes, Warnings& warnings)
