@@ -1,7 +1,7 @@
 #!/bin/sh
 # Takes the pictures of docs/images/page anew: those that the documents name, from a run of integration_page.
 #
-#   scripts/page_pictures.sh [BINARY]     build/release/sightline by default; needs chromium, node and pngquant
+#   scripts/page_pictures.sh [BINARY]     build/release/sightline by default; needs install_packages.sh browser
 set -eu
 cd "$(dirname "$0")/.."
 binary=$(realpath "${1:-build/release/sightline}")

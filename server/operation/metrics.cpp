@@ -133,7 +133,7 @@ void add_process(double start, const ServerNow& now, Families& families) {
        counters("sightline_connections_total",
                 "Connections accepted, closed to make room (evicted), too slow, gone before their "
                 "answer; and requests refused for their framing, for want of a key that may "
-                "(locked_out) and for a full queue, and answered by the door itself.",
+                "(locked_out) or for a full queue, and requests that the event loop answers.",
                 "event", now.events),
        gauge("sightline_queued_requests", "Requests that wait for a worker now.", now.queued),
        gauge("sightline_traffic_bytes", "Of memory, that connections and requests hold now.",

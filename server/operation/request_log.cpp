@@ -74,7 +74,7 @@ void note_refusal(const Journal& journal, const RequestHead& head, const Request
   journal.metrics.count({head.method, "door", fault.status});
   // Somebody who tries keys should be seen.
   const bool tells = fault.status == 401 || fault.status == 403;
-  journal.log.write(tells ? Log::Level::info : Log::Level::debug, "refused at the door",
+  journal.log.write(tells ? Log::Level::info : Log::Level::debug, "request refused",
                     {{"method", known_method(head.method)},
                      {"status", std::int64_t{fault.status}},
                      {"code", fault.code},

@@ -50,9 +50,10 @@ struct AccuracyResult {
   std::map<std::string, std::vector<std::string>> contestants;
 };
 
-/// Of the box panel: batches that want the outcome and t.
+/// Contestant of the box panel: Sightline in batches, with the outcome and t of each pair.
 inline constexpr const char* kOurs = "sightline";
-/// Of the box panel: batches that want every field but the t of planes, and one pair at a time.
+/// Contestants of the box panel: Sightline in batches with every field but the t of planes, and one
+/// pair at a time.
 inline constexpr const char* kOursAll = "sightline_all_fields";
 inline constexpr const char* kOursSingle = "sightline_one_pair";
 inline bool is_ours(const std::string& name) {

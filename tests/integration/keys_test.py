@@ -169,7 +169,7 @@ class Keys(unittest.TestCase):
                     said.append(read_answer(stream))
             self.assertEqual(server.stop(), 0)
             log = server.log_text()
-        self.assertIn("refused at the door method=GET status=401", log)
+        self.assertIn("request refused method=GET status=401", log)
         self.assertIn(" key=ci\n", log)
         text = log + "".join(f"{answer.headers} {answer.body.decode('utf-8', 'replace')}" for answer in said)
         for key in (self.read, self.write, wrong):

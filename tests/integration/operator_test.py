@@ -55,7 +55,7 @@ class Logs(unittest.TestCase):
                          ("request", "POST", "/v1/scenes/six/rays:any", 200, "debug"))
         self.assertGreater(asked["ms"], 0)
         self.assertEqual((by_id["ask-2"]["status"], by_id["ask-2"]["code"]), (404, "SCENE_NOT_FOUND"))
-        self.assertEqual((by_id["door-1"]["message"], by_id["door-1"]["code"]), ("refused at the door", "FRAMING_AMBIGUOUS"))
+        self.assertEqual((by_id["door-1"]["message"], by_id["door-1"]["code"]), ("request refused", "FRAMING_AMBIGUOUS"))
         self.assertEqual([line["message"] for line in lines if line["level"] == "info"][-1], "stopped")
 
     def test_text_stays_one_line_whatever_a_scene_is_called(self):
