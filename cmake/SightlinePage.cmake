@@ -56,7 +56,8 @@ function(sightline_page output)
   endif()
   set(parts "")
   set(files "")
-  set(documents "")
+  file(GLOB documents CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/ARCHITECTURE.md
+       ${PROJECT_SOURCE_DIR}/CONTRIBUTING.md ${PROJECT_SOURCE_DIR}/CHANGELOG.md ${PROJECT_SOURCE_DIR}/docs/*.md ${PROJECT_SOURCE_DIR}/docs/*/*.md)
   if(reason AND SIGHTLINE_PAGE AND NOT SIGHTLINE_PAGE STREQUAL "AUTO")
     message(FATAL_ERROR "SIGHTLINE_PAGE=${SIGHTLINE_PAGE}, but ${reason}")
   elseif(reason)
@@ -73,8 +74,6 @@ function(sightline_page output)
   else()
     message(STATUS "Page: bundled into the binary")
     file(GLOB sources CONFIGURE_DEPENDS ${app}/src/*.js ${app}/src/*.css)
-    file(GLOB documents CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/ARCHITECTURE.md
-         ${PROJECT_SOURCE_DIR}/CONTRIBUTING.md ${PROJECT_SOURCE_DIR}/CHANGELOG.md ${PROJECT_SOURCE_DIR}/docs/*.md ${PROJECT_SOURCE_DIR}/docs/*/*.md)
     list(TRANSFORM scripts PREPEND src/ OUTPUT_VARIABLE inputs)
     list(TRANSFORM scripts PREPEND ${modules}/ OUTPUT_VARIABLE bundles)
     # Without source maps and paths: everybody gets the same bytes.
@@ -103,9 +102,9 @@ function(sightline_page output)
       list(APPEND parts "${name}=${modules}/${name}")
       list(APPEND files ${modules}/${name})
     endforeach()
-    # As the routes name them.
-    list(TRANSFORM documents REPLACE "^docs/" "")
   endif()
+  # As the routes name them; without the pages each address says how to build them.
+  list(TRANSFORM documents REPLACE "^docs/" "")
   list(JOIN parts "|" parts)
   list(JOIN documents "|" documents)
   add_custom_command(
