@@ -53,6 +53,13 @@ make_root() {
   apt-config dump --format '%f "%v";%n' | grep -E '^Acquire::(https?|Check|Retries)' \
     >"$1/etc/apt/apt.conf.d/90host" || true
   cp -L /etc/resolv.conf /etc/hosts "$1/etc/"
+  # So are the certificates with which npm works.
+  local certificates
+  certificates=$(npm config get cafile 2>/dev/null || true)
+  if [ -f "$certificates" ]; then
+    cp -L "$certificates" "$1/root/npm-certificates.pem"
+    echo "cafile=/root/npm-certificates.pem" >"$1/root/.npmrc"
+  fi
 }
 make_root "$root"
 scenes=${SIGHTLINE_DATA:-../shared/data}/scenes
