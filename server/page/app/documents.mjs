@@ -8,5 +8,6 @@ import {gzipSync} from "node:zlib";
 const [root, output, ...paths] = process.argv.slice(2);
 const documents = paths.map((path) => ({path, text: readFileSync(join(root, path), "utf8")}));
 writeFileSync(output, gzipSync(JSON.stringify(documents), {level: 9}));
-const shell = readFileSync(join(import.meta.dirname, "guide.html"), "utf8");
+// Node.js 18 of Debian 12 has no import.meta.dirname.
+const shell = readFileSync(new URL("guide.html", import.meta.url), "utf8");
 writeFileSync(join(dirname(output), "guide_below.html"), shell.replaceAll('"../', '"../../'));
