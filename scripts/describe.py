@@ -26,6 +26,11 @@ ROW = re.compile(r'^HIT_FIELD\((\w+), "(\w+)", k(\w+), (\d), k(\w+), "((?:[^"\\]
 MEDIA = {"application/json": "json", "application/octet-stream": "binary", "application/x-ndjson": "lines",
          "image/png": "png", "image/x-portable-floatmap": "pfm"}
 NO_NEAREST = {"t"}
+# The method of the Python client for each route that is no question; pages have none.
+CLIENT_ROUTES = {"listScenes": "scenes", "loadScene": "load", "getScene": "scene", "putScene": "put", "deleteScene": "delete",
+                 "sceneEvents": "events", "sceneStats": "stats", "sceneNodes": "nodes", "patchNode": "patch_node",
+                 "sceneTriangles": "triangles", "sceneGeometry": "geometry", "sceneTrees": "bvh", "selfCheck": "selfcheck",
+                 "health": "health", "readiness": "ready", "version": "version", "metrics": "metrics", "openapi": "openapi"}
 QUESTION = ("operation", "path", "keys", "answer", "layouts", "python", "doc")
 
 
@@ -157,8 +162,23 @@ class Description:
                     self.faults.append(f"{place}: {what} is {each[what]}, proto/openapi.json has {value}")
             if f'"{each["path"]}"' not in server:
                 self.faults.append(f"{place}: the server adds no route {each['path']}")
-            if each["python"] and not re.search(rf"^    def {each['python']}\(", client, re.MULTILINE):
-                self.faults.append(f"{place}: proto/python/sightline.py has no method {each['python']}")
+            if not re.search(rf"^    def {each['python']}\(", client, re.MULTILINE) or each["python"] == "ask":
+                self.faults.append(f"{place}: proto/python/sightline.py has no method {each['python']} of its own")
+            if sum(other.get("python") == each["python"] for other in self.questions) > 1:
+                self.faults.append(f"{place}: another question has the method {each['python']} too")
+        self.check_client_routes(document, client)
+
+    def check_client_routes(self, document, client):
+        questions = {each.get("operation") for each in self.questions}
+        for path, item in document["paths"].items():
+            for method, operation in item.items():
+                name = operation["operationId"] if isinstance(operation, dict) else None
+                is_api = path.startswith("/v1/") or name in CLIENT_ROUTES
+                if name is None or name in questions or not is_api:
+                    continue
+                if not re.search(rf"^    def {CLIENT_ROUTES.get(name)}\(", client, re.MULTILINE):
+                    self.faults.append(f"proto/openapi.json: {method} {path}: proto/python/sightline.py has no method for {name}"
+                                       " (CLIENT_ROUTES of scripts/describe.py)")
 
 
 def main(arguments):

@@ -294,13 +294,13 @@ class Fuzz:
 
     def inside(self):
         scene = self.draw.choice(SCENES)
-        points = self.make.points(ORIGINS, (self.draw.randint(0, 5),), self.plain, self.draw.random() < 0.45)
+        points = self.make.points(ORIGINS, self.lead(), self.plain, self.draw.random() < 0.45)
 
         def expected():
-            points_shape(points, images=False)
+            lead = points_shape(points)
             rows = finite(points.triples())
             told = [self.model.told(scene, "points:inside", {"points": [row]}) for row in rows]
-            return {"method": "parity", **{name: [each[name][0] for each in told] for name in ("inside", "on_surface", "reliable")}}
+            return {name: ("bool", lead, [each[name][0] is True for each in told]) for name in ("inside", "on_surface", "reliable")}
         return self.call("inside", scene, points.value), expected
 
     def visibility(self):
@@ -318,8 +318,8 @@ class Fuzz:
             def sees(a, b):
                 return self.model.told(scene, "visibility", {"from": [a], "to": [b], "pairing": "each"})["visible"]
             if each:
-                return {"visible": "".join(map(sees, *rows))}
-            return {"visible": ["".join(sees(a, b) for b in rows[1]) for a in rows[0]]}
+                return {"visible": ("bool", lengths[0], [sees(*pair) == "1" for pair in zip(*rows)])}
+            return {"visible": ("bool", lengths[0] + lengths[1], [sees(a, b) == "1" for a in rows[0] for b in rows[1]])}
         return self.call("visibility", scene, start.value, end.value, **({"pairing": "each"} if each else {})), expected
 
     def boxes(self):
@@ -345,8 +345,8 @@ class Fuzz:
         def expected():
             if refused:
                 raise Refused(refused)
-            return {"counts": [self.model.told(scene, "boxes:count", {"boxes": [box]})["counts"][0] for box in plain]}
-        return self.call("boxes", scene, "count", boxes), expected
+            return "uint64", (len(plain),), [self.model.told(scene, "boxes:count", {"boxes": [box]})["counts"][0] for box in plain]
+        return self.call("boxes_count", scene, boxes), expected
 
     def triangles(self):
         draw = self.draw

@@ -145,7 +145,7 @@ class PythonClient(TwoScenes):
         with self.assertRaisesRegex(ValueError, "^/max_distance cannot be written as JSON"):
             self.client.closest_points("six", ORIGINS, max_distance=inf)
         with self.assertRaisesRegex(ValueError, "^/boxes/0/min/1 cannot be written as JSON"):
-            self.client.boxes("six", "any", [{"min": [0, nan, 0], "max": [1, 1, 1]}])
+            self.client.boxes_any("six", [{"min": [0, nan, 0], "max": [1, 1, 1]}])
 
     def test_marked_rays_are_marked_whatever_is_asked_for(self):
         bad = [[1, 0, 0], [0, 0, 0], [math.nan, 0, 0]]
@@ -277,7 +277,7 @@ class PythonClient(TwoScenes):
         self.assertEqual(self.client.scene("mine")["counts"]["triangles"], 6)
         self.assertEqual([node["name"] for node in self.client.nodes("mine")], ["root", "left", "right"])
         self.assertEqual(self.client.triangles("mine", [(0, 0, 0)])[0]["corners"][1], [-4, 4, 0])
-        self.assertEqual(self.client.boxes("mine", "count", [{"min": [-9, 0, -9], "max": [0, 9, 9]}])["counts"], [3])
+        self.assertEqual(listed(self.client.boxes_count("mine", [{"min": [-9, 0, -9], "max": [0, 9, 9]}])), [3])
         self.client.delete("mine")
         with self.assertRaises(sightline.SightlineError) as caught:
             self.client.stats("mine")
@@ -377,7 +377,7 @@ class PythonClientWithNumpy(PythonClient):
     def test_options_and_boxes_may_be_arrays(self):
         numpy = self.numpy
         box = {"min": numpy.array([-9, 0, -9]), "max": numpy.array([0, 9, 9], ">f4")}
-        self.assertEqual(self.client.boxes("six", "count", [box])["counts"], [3])
+        self.assertEqual(listed(self.client.boxes_count("six", [box])), [3])
         self.assertEqual(self.client.triangles("six", numpy.array([[0, 0, 0]]))[0]["corners"][1], [-4, 4, 0])
         near = self.client.nearest("six", numpy.array([[-7, 3, 0]]), numpy.int32(2), max_distance=numpy.float32(50))
         self.assertEqual(near["first"].tolist(), [0, 2])
