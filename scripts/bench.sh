@@ -8,7 +8,7 @@
 #   scripts/bench.sh skip [--quick] [OPTION...]     lazily beside nothing skipped
 #   scripts/bench.sh door [--quick] [OPTION...]     trivial requests beside cpp-httplib and nginx
 #   scripts/bench.sh http [--quick] [OPTION...]     rays over HTTP beside the codec alone and Embree
-#   scripts/bench.sh client [ROUNDS]                the Python client beside raw bytes
+#   scripts/bench.sh client [ROUNDS]                5 M rays by the Python client, beside slices by hand and raw bytes
 #
 # Writes build/bench/NAME.json, .csv, .md, .svg and .png. Every floor that the benchmark measures
 # is a line "floor N: FIGURE (needs FIGURE) ok|short" at the end. OPTIONs go to the program
