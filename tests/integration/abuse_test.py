@@ -67,7 +67,7 @@ class HoldingOn(Abuse):
 
     def test_clients_that_do_not_read(self):
         # Rows of 3,000 hits with everything: some 700 kB each, of which the kernel takes a part.
-        rays = json.dumps({"rays": [ROW] * 3000, "fields": ["t", "triangle", "position", "normal", "barycentric"]})
+        rays = json.dumps({"rays": [ROW] * 3000, "fields": ["t", "triangle", "position", "normal", "barycentrics"]})
         body = rays.encode()
         answer = self.server.query("six", "closest", body)
         if answer.status != 200:
