@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/trace/kernel/targets.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "tests/contestants/textbook_kernel.cpp"
 #include <hwy/foreach_target.h>

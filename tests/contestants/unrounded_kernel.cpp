@@ -2,8 +2,8 @@
 
 #include <limits>
 
-// The levels of the product's kernel.
-#define HWY_DISABLED_TARGETS HWY_SSSE3
+#include "core/trace/kernel/targets.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "tests/contestants/unrounded_kernel.cpp"
 #include <hwy/foreach_target.h>

@@ -6,7 +6,7 @@
 /// overflows rounds to an infinity whose neighbour is the largest number; so the result moved by
 /// one number in either direction encloses the exact value, underflow and overflow included.
 ///
-/// Triangles: the 80-bit format has 64 bits and an exponent of 15 bits. Differences of float64
+/// Triangles: long double has at least 64 bits and an exponent of 15 bits (x87 extended: 64 bits; binary128 of aarch64: 113). Differences of float64
 /// numbers are zero or lie in [2^-1074, 2^1025], products of three in [2^-3222, 2^3075], quotients
 /// of those in [2^-6300, 2^6300]; so nothing overflows or underflows, and every operation has a
 /// relative error of at most 2^-64.
@@ -17,9 +17,9 @@
 
 namespace sightline::oracle {
 
-static_assert(std::numeric_limits<long double>::digits == 64 &&
+static_assert(std::numeric_limits<long double>::digits >= 64 &&
                   std::numeric_limits<long double>::max_exponent == 16384,
-              "the oracle's culling is proved for the x87 extended format");
+              "the oracle's culling is proved for at least 64 bits and an exponent of 15 bits");
 
 struct Bounds {
   Vec3d min, max;

@@ -5,10 +5,8 @@
 #include <limits>
 #include <optional>
 
-// Three x86 levels are worth their code: SSSE3 adds nothing to SSE4 here.
-#ifndef HWY_DISABLED_TARGETS
-#define HWY_DISABLED_TARGETS HWY_SSSE3
-#endif
+#include "core/trace/kernel/targets.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/trace/kernel/kernel.cpp"
 #include <hwy/foreach_target.h>

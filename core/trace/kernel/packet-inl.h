@@ -234,7 +234,7 @@ class Packet {
   /// Whether rays side by side fill the vectors that they need at least to three quarters of what
   /// `triangles` side by side fill.
   bool is_full(LaneBits met, std::uint32_t count, std::uint32_t triangles) const {
-    constexpr std::size_t kWide = hn::MaxLanes(GroupPreparation::D());
+    constexpr auto kWide = static_cast<std::uint32_t>(hn::MaxLanes(GroupPreparation::D()));
     std::uint32_t room = 0;
     for (std::size_t i = 0; i < lanes_; i += kWide)
       room += (met >> i & ((1u << kWide) - 1u)) != 0 ? kWide : 0;

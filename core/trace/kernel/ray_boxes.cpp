@@ -7,9 +7,8 @@
 #include <algorithm>
 #include <bit>
 
-#ifndef HWY_DISABLED_TARGETS
-#define HWY_DISABLED_TARGETS HWY_SSSE3
-#endif
+#include "core/trace/kernel/targets.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/trace/kernel/ray_boxes.cpp"
 #include <hwy/foreach_target.h>
