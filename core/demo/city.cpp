@@ -91,7 +91,7 @@ DemoScene city(std::uint32_t triangles, std::uint64_t seed) {
         add_cable(mesh, random, x, z, static_cast<int>(std::min(left / 8, 4 + random.below(28))));
       } else if (kind < 58 && left >= 28) {
         const double height = random.between(3, 14), radius = random.spread(0.02, 0.25);
-        add_column(mesh, 8, x, z, 0, height, radius, radius * random.between(0.4, 1));
+        add_column(mesh, {8, x, z, 0, height, radius, radius * random.between(0.4, 1)});
       } else {
         add_strip(mesh, random, x, z);
       }

@@ -35,31 +35,31 @@ void add_box(DemoMesh& mesh, const Vec3d& min, const Vec3d& max) {
   add_quad(mesh, v + 4, v + 5, v + 7, v + 6);  // +z
 }
 
-void add_column(DemoMesh& mesh, int sides, double x, double z, double bottom, double top,
-                double bottom_radius, double top_radius) {
+void add_column(DemoMesh& mesh, const UprightColumn& column) {
   // The corners of a square and of an octagon, counter-clockwise seen from above (+y towards the
   // eye, z down the page).
   const double h = std::sqrt(0.5);
   const double corner[8][2] = {{1, 0},  {h, -h}, {0, -1}, {-h, -h},
                                {-1, 0}, {-h, h}, {0, 1},  {h, h}};
-  const std::size_t step = sides == 4 ? 2 : 1, count = sides == 4 ? 4 : 8;
+  const std::size_t step = column.sides == 4 ? 2 : 1, count = column.sides == 4 ? 4 : 8;
   const auto ring = [&](double y, double radius) {
     const auto first = static_cast<std::uint32_t>(mesh.positions.size() / 3);
     for (std::size_t i = 0; i < count; ++i) {
-      add_vertex(mesh, x + radius * corner[i * step][0], y, z + radius * corner[i * step][1]);
+      add_vertex(mesh, column.x + radius * corner[i * step][0], y,
+                 column.z + radius * corner[i * step][1]);
     }
     return first;
   };
   const auto n = static_cast<std::uint32_t>(count);
-  const std::uint32_t low = ring(bottom, bottom_radius);
-  if (top_radius > 0) {
-    const std::uint32_t high = ring(top, top_radius);
+  const std::uint32_t low = ring(column.bottom, column.bottom_radius);
+  if (column.top_radius > 0) {
+    const std::uint32_t high = ring(column.top, column.top_radius);
     for (std::uint32_t i = 0; i < n; ++i) {
       add_quad(mesh, low + i, low + (i + 1) % n, high + (i + 1) % n, high + i);
     }
     for (std::uint32_t i = 2; i < n; ++i) add_triangle(mesh, high, high + i - 1, high + i);
   } else {
-    const std::uint32_t apex = add_vertex(mesh, x, top, z);
+    const std::uint32_t apex = add_vertex(mesh, column.x, column.top, column.z);
     for (std::uint32_t i = 0; i < n; ++i) add_triangle(mesh, low + i, low + (i + 1) % n, apex);
   }
   for (std::uint32_t i = 2; i < n; ++i) add_triangle(mesh, low, low + i, low + i - 1);

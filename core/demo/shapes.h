@@ -13,10 +13,14 @@ void add_quad(DemoMesh& mesh, std::uint32_t a, std::uint32_t b, std::uint32_t c,
 
 /// A closed axis-aligned box: 8 vertices, 12 triangles.
 void add_box(DemoMesh& mesh, const Vec3d& min, const Vec3d& max);
-/// A closed upright prism or cone frustum around (x, z), 4 or 8 sides: 2 * sides vertices,
-/// 4 * sides - 4 triangles. A top radius of 0 gives a cone with one apex: 2 * sides - 2 triangles.
-void add_column(DemoMesh& mesh, int sides, double x, double z, double bottom, double top,
-                double bottom_radius, double top_radius);
+/// An upright prism or cone frustum around (x, z), 4 or 8 sides.
+struct UprightColumn {
+  int sides;
+  double x, z, bottom, top, bottom_radius;
+  double top_radius;  ///< 0: a cone with one apex
+};
+/// The closed column: 2 * sides vertices and 4 * sides - 4 triangles, of a cone 2 * sides - 2.
+void add_column(DemoMesh& mesh, const UprightColumn& column);
 /// A square tube through `count` points, open at its ends: 8 triangles a piece.
 void add_tube(DemoMesh& mesh, const Vec3d* points, int count, double radius);
 /// A closed ball of 12 * cells^2 triangles: a cube's grid mapped to the sphere by a formula that

@@ -112,7 +112,7 @@ void add_streets(Plan& plan, int root) {
       plan.add_mesh(slab({-kStreetEnd, -0.5, -3}, {kStreetEnd, 0.05, 3}), "street", "asphalt");
   const int lamp = [&] {
     DemoMesh mesh;
-    add_column(mesh, 8, 0, 0, -0.5, 5, 0.08, 0.05);
+    add_column(mesh, {8, 0, 0, -0.5, 5, 0.08, 0.05});
     add_box(mesh, {-0.1, 5, -0.1}, {0.7, 5.15, 0.1});
     return plan.add_mesh(std::move(mesh), "lamp", "iron");
   }();
@@ -154,14 +154,15 @@ void add_tower(Plan& plan, int root) {
 DemoMesh tree_mesh() {
   DemoMesh mesh;
   add_ball(mesh, {0, 5, 0}, 2.5, 5);
-  add_column(mesh, 8, 0, 0, -1, 3.5, 0.35, 0.25);
+  add_column(mesh, {8, 0, 0, -1, 3.5, 0.35, 0.25});
   return mesh;
 }
 
 DemoMesh pine_mesh() {
   DemoMesh mesh;
-  add_column(mesh, 8, 0, 0, -1, 2, 0.3, 0.25);
-  for (int i = 0; i < 4; ++i) add_column(mesh, 8, 0, 0, 1.5 + 2 * i, 5 + 2 * i, 2.4 - 0.4 * i, 0);
+  add_column(mesh, {8, 0, 0, -1, 2, 0.3, 0.25});
+  for (int i = 0; i < 4; ++i)
+    add_column(mesh, {8, 0, 0, 1.5 + 2 * i, 5.0 + 2 * i, 2.4 - 0.4 * i, 0});
   return mesh;
 }
 

@@ -149,8 +149,8 @@ Result<SceneDescription> import_checked(std::span<const std::byte> bytes,
   ViewStore views(*document, buffers, budget);
   AccessorReader accessors(*document, views, limits);
   const SharedBytes shared{bytes, options.owner, options.claim};
-  MeshReader meshes(*document, views, accessors, shared, options.copies_attributes, limits, budget,
-                    scene, warnings);
+  MeshReader meshes(*document, accessors, shared, options.copies_attributes, budget, scene,
+                    warnings);
   Status placed =
       place_meshes(*document, accessors, meshes, limits, options.progress, budget, scene);
   if (Status loaded = meshes.finish(); !loaded) return loaded.error();
@@ -169,7 +169,7 @@ Result<SceneDescription> import_checked(std::span<const std::byte> bytes,
   counts.touched.compressed = views.compressed_bytes();
   counts.file_bytes = bytes.size() + buffers.external_bytes();
   if (!options.skip) {
-    read_what_was_skipped(*document, bytes, buffers, views, accessors, limits, scene);
+    read_what_was_skipped(*document, bytes, buffers, accessors, limits, scene);
     counts.file_bytes = bytes.size() + buffers.external_bytes();
     counts.touched.others = counts.file_bytes - std::min(counts.touched.total(), counts.file_bytes);
   }

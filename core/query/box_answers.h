@@ -37,6 +37,12 @@ struct BoxQuestion {
   std::uint64_t from_of(std::size_t i) const { return from.empty() ? 0 : from[i]; }
 };
 
+/// How much is listed.
+struct ListLimits {
+  std::size_t each = 0;   ///< the first entries of each list
+  std::size_t total = 0;  ///< of all lists in total: more are an error
+};
+
 /// The place of a triangle or a node in the order of a list. Where a list goes on, it begins with
 /// the least place that is not below a given one.
 inline std::uint64_t list_place(const TriangleId& id) {

@@ -21,6 +21,8 @@ struct ClearanceQuestion {
   ClearancePairs pairs = ClearancePairs::kClosest;
   double max_distance = std::numeric_limits<double>::infinity();  ///< closed
   std::uint64_t limit = 1000;                                     ///< pairs listed
+  /// Pairs that the search may find before `limit` cuts them: more are an error.
+  std::uint64_t total_max = std::numeric_limits<std::uint64_t>::max();
 };
 
 /// A triangle of the first selection and a triangle of the second.

@@ -55,6 +55,13 @@ enum class Crossings {
   kOnce,
 };
 
+/// Which hits of each ray are listed.
+struct HitListQuestion {
+  Crossings crossings = Crossings::kEvery;
+  std::size_t each_max = 0;   ///< the first hits of each ray that are listed
+  std::size_t total_max = 0;  ///< of all rays in total: more are an error
+};
+
 /// Computed for the winner only, and only when asked.
 struct HitDetail {
   Vec3d position;        ///< within one ulp per coordinate of the exact point

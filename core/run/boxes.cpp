@@ -62,13 +62,13 @@ Status Engine::boxes_count(const Scene& scene, const BoxBatch& boxes, const BoxQ
                            const Deadline& deadline, Column<std::uint64_t>& totals) const {
   return within_memory([&]() -> Status {
     BoxLists lists;
-    return boxes_list(scene, boxes, question, 0, 0, deadline, lists, totals);
+    return boxes_list(scene, boxes, question, {}, deadline, lists, totals);
   });
 }
 
 Status Engine::boxes_list(const Scene& scene, const BoxBatch& boxes, const BoxQuestion& question,
-                          std::size_t limit, std::size_t total_max, const Deadline& deadline,
-                          BoxLists& lists, Column<std::uint64_t>& totals) const {
+                          const ListLimits& limits, const Deadline& deadline, BoxLists& lists,
+                          Column<std::uint64_t>& totals) const {
   const SceneTrees::Use use(scene.trees());
   return within_memory([&]() -> Status {
     // Every slice fills a list of its own; they are joined in the order of boxes.
@@ -79,14 +79,14 @@ Status Engine::boxes_list(const Scene& scene, const BoxBatch& boxes, const BoxQu
     lists.next.assign(boxes.size(), 0);
     Column<std::size_t> listed(boxes.size());
     // One more than may be answered is enough to know that it is too many.
-    const std::size_t resolved = limit > total_max ? total_max + 1 : limit;
+    const std::size_t resolved = limits.each > limits.total ? limits.total + 1 : limits.each;
     const auto view = state_->with_trees(scene, boxes.size(), deadline, near_boxes(boxes));
     if (!view) return view.error();
     const auto part = [&](std::size_t begin, std::size_t end) {
       BoxOverlaps overlaps(*view, deadline);
       BoxLists& slice = slices[begin / kBoxSlice];
       for (std::size_t i = begin; i < end; ++i) {
-        if (gathered.load(std::memory_order_relaxed) > total_max) return;
+        if (gathered.load(std::memory_order_relaxed) > limits.total) return;
         totals[i] = overlaps.list(boxes, i, question.targets, resolved, question.relation,
                                   question.from_of(i));
         lists.next[i] = overlaps.next();
@@ -104,9 +104,9 @@ Status Engine::boxes_list(const Scene& scene, const BoxBatch& boxes, const BoxQu
     Status status = state_->run(boxes.size(), deadline, part, kBoxSlice);
     if (!status) return status;
     if (stopped.load()) return out_of_time(deadline);
-    if (gathered.load() > total_max) {
+    if (gathered.load() > limits.total) {
       return Error{ErrorKind::kTooLarge, "TOO_MANY_HITS",
-                   "the boxes touch more than " + std::to_string(total_max) +
+                   "the boxes touch more than " + std::to_string(limits.total) +
                        " things; send fewer boxes or a smaller limit",
                    ""};
     }

@@ -132,15 +132,14 @@ Status Engine::count(const Scene& scene, const RayBatch& rays, Crossings crossin
     const auto slice = [&](std::size_t begin, std::size_t end) {
       TraceCounts counts{&deadline};
       const WorkLog::Entry entry(log, counts);
-      state_->all(*view, rays, begin, end, options, crossings, 0, totals.data(), nullptr, counts);
+      state_->all(*view, rays, begin, end, options, {crossings, 0, totals.data(), nullptr}, counts);
     };
     return log.checked(state_->run(rays.size(), deadline, slice, kListSlice), deadline);
   });
 }
 
-Status Engine::all(const Scene& scene, const RayBatch& rays, Crossings crossings,
-                   std::size_t hits_max, std::size_t hits_total_max, const Deadline& deadline,
-                   HitLists& lists, Column<std::uint64_t>& totals,
+Status Engine::all(const Scene& scene, const RayBatch& rays, const HitListQuestion& question,
+                   const Deadline& deadline, HitLists& lists, Column<std::uint64_t>& totals,
                    const RayOptions& options) const {
   const SceneTrees::Use use(scene.trees());
   WorkLog log(scene, options.work);
@@ -161,18 +160,20 @@ Status Engine::all(const Scene& scene, const RayBatch& rays, Crossings crossings
       // One by one: beyond the limit there is at most one ray's list for each thread.
       for (std::size_t i = begin; i < end; ++i) {
         const std::size_t before = gathered.load(std::memory_order_relaxed);
-        if (before > hits_total_max) return;
+        if (before > question.total_max) return;
         // A longer list than all may still have is an error: its end need not be resolved.
-        const std::size_t most = std::min(hits_max, hits_total_max - before);
-        state_->all(*view, rays, i, i + 1, options, crossings, most, totals.data(), &slice, counts);
-        gathered.fetch_add(std::min<std::size_t>(totals[i], hits_max), std::memory_order_relaxed);
+        const std::size_t most = std::min(question.each_max, question.total_max - before);
+        state_->all(*view, rays, i, i + 1, options,
+                    {question.crossings, most, totals.data(), &slice}, counts);
+        gathered.fetch_add(std::min<std::size_t>(totals[i], question.each_max),
+                           std::memory_order_relaxed);
       }
     };
     Status status = log.checked(state_->run(rays.size(), deadline, gather, kListSlice), deadline);
     if (!status) return status;
-    if (gathered.load() > hits_total_max) {
+    if (gathered.load() > question.total_max) {
       return Error{ErrorKind::kTooLarge, "TOO_MANY_HITS",
-                   "the rays meet more than " + std::to_string(hits_total_max) +
+                   "the rays meet more than " + std::to_string(question.total_max) +
                        " triangles; send fewer rays or a smaller max_hits",
                    ""};
     }
@@ -180,7 +181,8 @@ Status Engine::all(const Scene& scene, const RayBatch& rays, Crossings crossings
     lists.first.assign(1, 0);
     lists.first.reserve(rays.size() + 1);
     for (std::size_t i = 0; i < rays.size(); ++i) {
-      lists.first.push_back(lists.first.back() + std::min<std::size_t>(totals[i], hits_max));
+      lists.first.push_back(lists.first.back() +
+                            std::min<std::size_t>(totals[i], question.each_max));
     }
     lists.hits.resize(0);
     for (const HitBatch& slice : slices) lists.hits.append(slice);

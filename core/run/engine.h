@@ -8,10 +8,14 @@
 
 #include "core/base/deadline.h"
 #include "core/base/result.h"
+#include "core/base/watch.h"
 #include "core/query/box_answers.h"
 #include "core/query/box_batch.h"
+#include "core/query/clearance.h"
 #include "core/query/hit_batch.h"
 #include "core/query/hit_filter.h"
+#include "core/query/inside_answers.h"
+#include "core/query/point_pairs.h"
 #include "core/query/query_work.h"
 #include "core/query/ray_batch.h"
 #include "core/query/ray_box_answers.h"
@@ -29,12 +33,14 @@ struct EngineOptions {
   const std::atomic<bool>* should_yield = nullptr;
 };
 
-/// How rays are asked for.
+/// How a query is run.
 struct RayOptions {
   const ResolvedFilter* resolved = nullptr;  ///< what counts (resolved_filter.h); null: everything
   QueryWork* work = nullptr;                 ///< what it cost is added, if not null
   /// else closest, any and count fail with TREES_PENDING where trees are unbuilt
   bool builds = true;
+  /// Called before memory is taken that does not grow with the query, but with the scene.
+  ReserveBytes reserve = {};
 };
 
 /// Answers queries. main makes one and passes it on. All methods may be called from many threads at
@@ -59,12 +65,12 @@ class Engine {
   Status count(const Scene& scene, const RayBatch& rays, Crossings crossings,
                const Deadline& deadline, Column<std::uint64_t>& totals,
                const RayOptions& options = {}) const;
-  /// Every triangle that each ray meets, sorted by (exact t, id); of each ray the first `hits_max`.
-  /// `totals` counts all of them, so that a cut is visible. Both are resized and overwritten.
-  /// Errors: TOO_MANY_HITS if all lists would have more than `hits_total_max` hits in total.
-  Status all(const Scene& scene, const RayBatch& rays, Crossings crossings, std::size_t hits_max,
-             std::size_t hits_total_max, const Deadline& deadline, HitLists& lists,
-             Column<std::uint64_t>& totals, const RayOptions& options = {}) const;
+  /// Every triangle that each ray meets, sorted by (exact t, id); of each ray the first
+  /// question.each_max. `totals` counts all of them, so that a cut is visible. Both are resized and
+  /// overwritten. Errors: TOO_MANY_HITS if all lists would have more than question.total_max hits.
+  Status all(const Scene& scene, const RayBatch& rays, const HitListQuestion& question,
+             const Deadline& deadline, HitLists& lists, Column<std::uint64_t>& totals,
+             const RayOptions& options = {}) const;
   /// Position, normal and barycentrics of hits that closest (or all) reported; slots of misses are
   /// left default. `rays[i]` belongs to `hits` slot i.
   Status details(const Scene& scene, const RayBatch& rays, const HitBatch& hits,
@@ -94,6 +100,35 @@ class Engine {
   Status nearest_details(const Scene& scene, const Column<Vec3d>& points, const HitBatch& hits,
                          const Deadline& deadline, Column<HitDetail>& out) const;
 
+  /// Which points lie inside. Crossings are counted once (Crossings::kOnce), so that edges and
+  /// corners on the way do no harm. `answers` is overwritten. Cost: a ray that is a point and three
+  /// rays for each point, six for kWinding.
+  Status inside(const Scene& scene, const Column<Vec3d>& points, InsideMethod method,
+                const Deadline& deadline, InsideAnswers& answers,
+                const RayOptions& options = {}) const;
+  /// `inside` and distances from the nearest triangle, negative inside, correctly rounded; 0 on it,
+  /// +inf beyond max_distance.
+  Status signed_distances(const Scene& scene, const Column<Vec3d>& points, InsideMethod method,
+                          double max_distance, const Deadline& deadline, InsideAnswers& answers,
+                          const RayOptions& options = {}) const;
+
+  /// The memory for rays of visibility is that of so many pairs, whatever their number.
+  static constexpr std::size_t kRaysAtOnce = 131072;
+  /// Whether nothing of the scene is between the points of each pair: 1 or 0. `visible` is resized
+  /// and overwritten. If `blockers` is not null it gets what is met first from `from`, t being the
+  /// part of the way; of visible pairs a miss. Precondition: the pairs have passed check_pairs.
+  Status visibility(const Scene& scene, const PointPairs& pairs, const Deadline& deadline,
+                    Column<std::uint8_t>& visible, HitBatch* blockers,
+                    const RayOptions& options = {}) const;
+  /// The pairs of a triangle selected by `a` and a triangle selected by `b` (sides are all or none).
+  /// A triangle in both has distance 0 to itself. What it cost is added to `work`, if not null;
+  /// nodes are pairs of boxes. Errors: TOO_MANY_HITS for more than question.total_max pairs. Runs on
+  /// the thread that calls. Cost: n log n for a tree over each selection, then proportional to the
+  /// pairs that are close.
+  Status clearance(const Scene& scene, const ResolvedFilter& a, const ResolvedFilter& b,
+                   const ClearanceQuestion& question, const Deadline& deadline,
+                   ClearanceAnswer& answer, QueryWork* work = nullptr) const;
+
   // Sweeps must have passed check_sweeps; see core/run/sweeps.cpp. The filter selects whole
   // primitives: in options.resolved the sides of a primitive are all or none.
 
@@ -121,12 +156,12 @@ class Engine {
   /// How many triangles or nodes count for each box. `totals` is resized and overwritten.
   Status boxes_count(const Scene& scene, const BoxBatch& boxes, const BoxQuestion& question,
                      const Deadline& deadline, Column<std::uint64_t>& totals) const;
-  /// The triangles or nodes that each box touches, sorted by id; of each box the first `limit` from
-  /// its cursor on. `totals` counts all of them. Both are resized and overwritten. Errors:
-  /// TOO_MANY_HITS if all lists would have more than `total_max` entries in total.
+  /// The triangles or nodes that each box touches, sorted by id; of each box the first
+  /// limits.each from its cursor on. `totals` counts all of them. Both are resized and overwritten.
+  /// Errors: TOO_MANY_HITS if all lists would have more than limits.total entries.
   Status boxes_list(const Scene& scene, const BoxBatch& boxes, const BoxQuestion& question,
-                    std::size_t limit, std::size_t total_max, const Deadline& deadline,
-                    BoxLists& lists, Column<std::uint64_t>& totals) const;
+                    const ListLimits& limits, const Deadline& deadline, BoxLists& lists,
+                    Column<std::uint64_t>& totals) const;
 
   const std::string& kernel() const;
   int threads() const;

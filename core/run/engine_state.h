@@ -143,13 +143,11 @@ struct Engine::State {
   const std::atomic<bool>* should_yield = nullptr;
 
   void all(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
-           const RayOptions& options, Crossings crossings, std::size_t hits_max,
-           std::uint64_t* totals, HitBatch* hits, TraceCounts& counts) const {
+           const RayOptions& options, const KernelLists& lists, TraceCounts& counts) const {
     if (options.resolved != nullptr) {
-      kernel.all_filtered(scene, rays, begin, end, *options.resolved, crossings, hits_max, totals,
-                          hits, counts);
+      kernel.all_filtered(scene, rays, begin, end, *options.resolved, lists, counts);
     } else {
-      kernel.all(scene, rays, begin, end, crossings, hits_max, totals, hits, counts);
+      kernel.all(scene, rays, begin, end, lists, counts);
     }
   }
 

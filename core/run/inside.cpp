@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/run/engine.h"
 #include "core/run/resolved_filter.h"
 
 namespace sightline {
@@ -35,10 +36,11 @@ ResolvedFilter only(const ResolvedFilter& resolved, std::uint8_t sides) {
 
 }  // namespace
 
-Status points_inside(const Engine& engine, const Scene& scene, const Column<Vec3d>& points,
-                     InsideMethod method, const Deadline& deadline, const RayOptions& options,
-                     const ReserveBytes& reserve, InsideAnswers& answers) try {
+Status Engine::inside(const Scene& scene, const Column<Vec3d>& points, InsideMethod method,
+                      const Deadline& deadline, InsideAnswers& answers,
+                      const RayOptions& options) const try {
   const std::size_t n = points.size();
+  const ReserveBytes& reserve = options.reserve;
   auto open = open_edges(scene, options.resolved, method, deadline, reserve);
   if (!open) return std::move(open).error();
   answers.open_edges = *open;
@@ -49,7 +51,7 @@ Status points_inside(const Engine& engine, const Scene& scene, const Column<Vec3
   // On the surface: the ray that is the point alone meets something.
   RayBatch rays = rays_from(points, kDirections[0]);
   rays.tmax.assign(n, 0);
-  if (Status status = engine.any(scene, rays, deadline, answers.on_surface, options); !status) {
+  if (Status status = any(scene, rays, deadline, answers.on_surface, options); !status) {
     return status;
   }
 
@@ -71,10 +73,10 @@ Status points_inside(const Engine& engine, const Scene& scene, const Column<Vec3
     rays = rays_from(points, kDirections[k]);
     RayOptions counted = options;
     if (backs) counted.resolved = &*backs;
-    Status status = engine.count(scene, rays, Crossings::kOnce, deadline, totals, counted);
+    Status status = count(scene, rays, Crossings::kOnce, deadline, totals, counted);
     if (status && fronts) {
       counted.resolved = &*fronts;
-      status = engine.count(scene, rays, Crossings::kOnce, deadline, minus, counted);
+      status = count(scene, rays, Crossings::kOnce, deadline, minus, counted);
     }
     if (!status) return status;
     for (std::size_t i = 0; i < n; ++i) {
@@ -153,19 +155,16 @@ Result<std::uint64_t> open_edges(const Scene& scene, const ResolvedFilter* resol
   return open;
 }
 
-Status signed_distances(const Engine& engine, const Scene& scene, const Column<Vec3d>& points,
-                        InsideMethod method, double max_distance, const Deadline& deadline,
-                        const RayOptions& options, const ReserveBytes& reserve,
-                        Column<double>& distances, InsideAnswers& answers) {
+Status Engine::signed_distances(const Scene& scene, const Column<Vec3d>& points,
+                                InsideMethod method, double max_distance, const Deadline& deadline,
+                                InsideAnswers& answers, const RayOptions& options) const {
   HitBatch hits;
-  Status status = engine.nearest(scene, points, max_distance, 1, deadline, hits, options);
-  if (status) {
-    status = points_inside(engine, scene, points, method, deadline, options, reserve, answers);
-  }
+  Status status = nearest(scene, points, max_distance, 1, deadline, hits, options);
+  if (status) status = inside(scene, points, method, deadline, answers, options);
   if (!status) return status;
-  distances = std::move(hits.t);
+  answers.distance = std::move(hits.t);
   for (std::size_t i = 0; i < points.size(); ++i)
-    if (answers.inside[i] != 0) distances[i] = -distances[i];
+    if (answers.inside[i] != 0) answers.distance[i] = -answers.distance[i];
   return success();
 }
 

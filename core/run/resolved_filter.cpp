@@ -166,4 +166,8 @@ Result<std::optional<ResolvedFilter>> resolve_for_rays(const Scene& scene, const
   return all ? Resolved() : Resolved(std::move(*resolved));
 }
 
+bool select_alike(const ResolvedFilter& a, const ResolvedFilter& b) {
+  return std::equal(a.sides.begin(), a.sides.end(), b.sides.begin(), b.sides.end());
+}
+
 }  // namespace sightline

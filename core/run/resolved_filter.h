@@ -46,6 +46,9 @@ Result<std::optional<ResolvedFilter>> resolve_for_rays(const Scene& scene, const
                                                        const ReserveBytes& reserve,
                                                        SelectionWarnings* warnings = nullptr);
 
+/// Whether both select the same triangles of their scene.
+bool select_alike(const ResolvedFilter& a, const ResolvedFilter& b);
+
 }  // namespace sightline
 
 // Tests: tests/unit/run/filter_test.cpp

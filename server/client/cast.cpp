@@ -45,11 +45,11 @@ Status cast_all(const Engine& engine, const Scene& scene, const RayBatch& rays,
   HitLists lists;
   Column<std::uint64_t> totals;
   HitDescription description;
-  Status status = engine.all(scene, rays, command.crossings, kNoLimit, kNoLimit, Deadline::never(),
-                             lists, totals);
+  Status status = engine.all(scene, rays, {command.crossings, kNoLimit, kNoLimit},
+                             Deadline::never(), lists, totals);
   if (status) {
-    status = describe_hits(engine, scene, rays_of_hits(rays, lists), lists.hits, command.fields,
-                           false, Deadline::never(), description);
+    status = describe_hits(engine, {scene, rays_of_hits(rays, lists), lists.hits, command.fields},
+                           Deadline::never(), description);
   }
   if (!status) return status;
   for (std::size_t i = 0; i < lists.hits.size(); ++i) {
@@ -66,8 +66,7 @@ Status cast_closest(const Engine& engine, const Scene& scene, const RayBatch& ra
   HitDescription description;
   Status status = engine.closest(scene, rays, Deadline::never(), hits);
   if (status) {
-    status =
-        describe_hits(engine, scene, rays, hits, fields, false, Deadline::never(), description);
+    status = describe_hits(engine, {scene, rays, hits, fields}, Deadline::never(), description);
   }
   if (!status) return status;
   out << encode_hit(hits, description.details, description.terms, fields, 0) << "\n";

@@ -170,8 +170,8 @@ bool RayRequest::read_json(const Decode& decode) {
 
 bool RayRequest::describe(const RayBatch& rays, const HitBatch& hits, HitDescription& about) {
   const Status status =
-      describe_within(reserve_from(exchange_.memory), service_.engine, *scene_, rays, hits,
-                      query_.fields, query_.normalize, deadline_, about);
+      describe_within(reserve_from(exchange_.memory), service_.engine,
+                      {*scene_, rays, hits, query_.fields, query_.normalize}, deadline_, about);
   add_time(&WorkReport::describe_us);
   return went_well(status);
 }

@@ -12,6 +12,7 @@
 #include "proto/json/ray_json.h"
 #include "proto/json/sweep_json.h"
 #include "server/http/exchange.h"
+#include "server/http/request_memory.h"
 #include "server/operation/request_log.h"
 #include "server/routes/scene_admission.h"
 #include "server/service/hit_terms.h"
@@ -44,7 +45,8 @@ class RayRequest {
   const RayQuery& query() const { return query_; }
   const Deadline& deadline() const { return deadline_; }
   RayOptions options() {
-    return {resolved_ ? &*resolved_ : nullptr, &timer_.report.work, !exchange_.at_door};
+    return {resolved_ ? &*resolved_ : nullptr, &timer_.report.work, !exchange_.at_door,
+            reserve_from(exchange_.memory)};
   }
   WorkTimer& timer() { return timer_; }
   /// The collector of warnings about selections; null for a strict question, which fails instead.

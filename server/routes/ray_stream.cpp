@@ -169,9 +169,9 @@ Result<std::string> RayStream::answer(Result<RayQuery> query) {
     knows_filter_ = !has_masks;
   }
   WorkTimer timer;
-  const RayOptions options{resolved_ ? &*resolved_ : nullptr, &timer.report.work};
-  auto text = answer_rays(kind_, service_, *scene_, *query, options, deadline,
-                          reserve_from(memory_), timer);
+  const RayOptions options{resolved_ ? &*resolved_ : nullptr, &timer.report.work, true,
+                           reserve_from(memory_)};
+  auto text = answer_rays(kind_, service_, *scene_, *query, options, deadline, timer);
   // Nor is it resolved in memory where the next part has to work it out anew.
   if (!knows_filter_ || form_ == Form::kFrames) forget_filter();
   journal_.metrics.count_part(query->rays.size(), timer.report.work);

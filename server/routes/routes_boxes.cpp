@@ -157,7 +157,7 @@ void list(Exchange& exchange, const Service& service) {
       search_lists(reserve_from(exchange.memory), query.boxes.size(), service.limits.hits,
                    kEntryBytes, [&](std::uint64_t most) {
                      return service.engine.boxes_list(*scene, query.boxes, query.question,
-                                                      query.limit, most, deadline, lists, totals);
+                                                      {query.limit, most}, deadline, lists, totals);
                    });
   if (!found) return exchange.reply_error(found.error());
   const BoxTargets targets = query.question.targets;

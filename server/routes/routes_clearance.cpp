@@ -1,5 +1,3 @@
-#include "core/run/clearance.h"
-
 #include "core/run/resolved_filter.h"
 #include "proto/json/clearance_json.h"
 #include "server/http/request_memory.h"
@@ -72,13 +70,14 @@ void ask_clearance(Exchange& exchange, const Service& service) {
                            request.warnings());
   if (!b) return exchange.reply_error(b.error());
   const std::uint64_t members =
-      triangles_of(scene, *a) + (keep_the_same(*a, *b) ? 0 : triangles_of(scene, *b));
+      triangles_of(scene, *a) + (select_alike(*a, *b) ? 0 : triangles_of(scene, *b));
   if (!request.reserve(members * kMemberBytes)) return;
   ClearanceAnswer answer;
   const Status found =
       search_lists(reserve, 1, service.limits.hits, kPairBytes, [&](std::uint64_t most) {
-        return clearance(scene, *a, *b, query.question, most, request.deadline(), answer,
-                         *options.work);
+        query.question.total_max = most;
+        return service.engine.clearance(scene, *a, *b, query.question, request.deadline(), answer,
+                                        options.work);
       });
   if (!request.went_well(found)) return;
   request.add_time(&WorkReport::trace_us);

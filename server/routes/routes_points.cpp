@@ -1,7 +1,5 @@
-#include "core/run/inside.h"
 #include "proto/binary/hit_binary.h"
 #include "proto/binary/point_binary.h"
-#include "server/http/request_memory.h"
 #include "server/routes/ray_request.h"
 #include "server/routes/routes.h"
 #include "server/service/answer_memory.h"
@@ -32,9 +30,8 @@ void ask_inside(Exchange& exchange, const Service& service) {
   InsideAnswers answers;
   // A ray for each point, and three columns of answers as numbers and words.
   if (!request.reserve(query.points.size() * (kRayBytes + 4 * kNumberBytes)) ||
-      !request.went_well(points_inside(service.engine, request.scene(), query.points,
-                                       method_of(query), request.deadline(), request.options(),
-                                       reserve_from(exchange.memory), answers))) {
+      !request.went_well(service.engine.inside(request.scene(), query.points, method_of(query),
+                                               request.deadline(), answers, request.options()))) {
     return;
   }
   request.add_time(&WorkReport::trace_us);
@@ -48,20 +45,19 @@ void ask_distance(Exchange& exchange, const Service& service) {
   RayRequest request(exchange, service);
   PointQuery query;
   if (!request.read_points({.has_method = true, .has_max_distance = true}, query)) return;
-  Column<double> distances;
   InsideAnswers answers;
   if (!request.reserve(query.points.size() * (kRayBytes + kHitBytes + 5 * kNumberBytes)) ||
-      !request.went_well(signed_distances(service.engine, request.scene(), query.points,
-                                          method_of(query), query.max_distance, request.deadline(),
-                                          request.options(), reserve_from(exchange.memory),
-                                          distances, answers))) {
+      !request.went_well(service.engine.signed_distances(
+          request.scene(), query.points, method_of(query), query.max_distance, request.deadline(),
+          answers, request.options()))) {
     return;
   }
   request.add_time(&WorkReport::trace_us);
   const InsideColumns columns = columns_of(query, answers);
-  if (!request.is_binary()) return request.reply(encode_signed_distances(columns, distances));
+  if (!request.is_binary())
+    return request.reply(encode_signed_distances(columns, answers.distance));
   add_unreliable_header(exchange, answers);
-  request.reply(encode_signed_distances_binary(columns, distances));
+  request.reply(encode_signed_distances_binary(columns, answers.distance));
 }
 
 /// The hits of all points one behind the other, without the slots that are misses.

@@ -16,7 +16,7 @@ void ask_rays(Exchange& exchange, const Service& service, const Journal& journal
   RayRequest request(exchange, service);
   if (request.streamed(kind, journal) || !request.read(rules_of(kind, service.limits))) return;
   auto answer = answer_rays(kind, service, request.scene(), request.query(), request.options(),
-                            request.deadline(), reserve_from(exchange.memory), request.timer());
+                            request.deadline(), request.timer());
   if (!answer) return exchange.reply_error(answer.error());
   request.reply(std::move(*answer));
 }

@@ -1,5 +1,3 @@
-#include "core/run/visibility.h"
-
 #include <algorithm>
 
 #include "proto/json/visibility_json.h"
@@ -30,10 +28,10 @@ void visible(Exchange& exchange, const Service& service) {
   // Two bytes for each pair, and of blockers the hit and its ray.
   const std::uint64_t pairs = query.pairs.size();
   const std::uint64_t pair_bytes = 2 + (blockers != nullptr ? kHitBytes + kRayBytes : 0);
-  const std::uint64_t at_once = std::min<std::uint64_t>(pairs, kPairsAtOnce);
+  const std::uint64_t at_once = std::min<std::uint64_t>(pairs, Engine::kRaysAtOnce);
   if (!request.reserve(pairs * pair_bytes + at_once * (kRayBytes + kHitBytes)) ||
-      !request.went_well(visibility(service.engine, request.scene(), query.pairs,
-                                    request.deadline(), request.options(), visible, blockers))) {
+      !request.went_well(service.engine.visibility(request.scene(), query.pairs, request.deadline(),
+                                                   visible, blockers, request.options()))) {
     return;
   }
   request.add_time(&WorkReport::trace_us);

@@ -23,15 +23,14 @@ std::uint64_t bytes_of_encoded(std::uint64_t hits, FieldSet fields, const HitTer
          bytes_of_names(terms.mesh_name) + bytes_of_names(terms.material_name);
 }
 
-Status describe_within(const ReserveBytes& reserve, const Engine& engine, const Scene& scene,
-                       const RayBatch& rays, const HitBatch& hits, FieldSet fields, bool normalize,
-                       const Deadline& deadline, HitDescription& about) {
-  Status status = ask_for(reserve, bytes_of_description(hits.size(), fields));
-  if (status) {
-    status = describe_hits(engine, scene, rays, hits, fields, normalize, deadline, about);
-  }
+Status describe_within(const ReserveBytes& reserve, const Engine& engine,
+                       const DescribedHits& described, const Deadline& deadline,
+                       HitDescription& about) {
+  const std::size_t hits = described.hits.size();
+  Status status = ask_for(reserve, bytes_of_description(hits, described.fields));
+  if (status) status = describe_hits(engine, described, deadline, about);
   if (!status) return status;
-  return ask_for(reserve, bytes_of_encoded(hits.size(), fields, about.terms));
+  return ask_for(reserve, bytes_of_encoded(hits, described.fields, about.terms));
 }
 
 std::uint64_t bytes_of_names(std::span<const std::string_view> names) {

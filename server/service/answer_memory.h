@@ -25,9 +25,9 @@ std::uint64_t bytes_of_description(std::uint64_t hits, FieldSet fields);
 /// The text or the bytes of so many described hits.
 std::uint64_t bytes_of_encoded(std::uint64_t hits, FieldSet fields, const HitTerms& terms);
 /// describe_hits with the memory for it, and for encoding it afterwards. Errors: of both.
-Status describe_within(const ReserveBytes& reserve, const Engine& engine, const Scene& scene,
-                       const RayBatch& rays, const HitBatch& hits, FieldSet fields, bool normalize,
-                       const Deadline& deadline, HitDescription& about);
+Status describe_within(const ReserveBytes& reserve, const Engine& engine,
+                       const DescribedHits& described, const Deadline& deadline,
+                       HitDescription& about);
 /// Bytes for texts inside of an answer; each may have to be escaped.
 std::uint64_t bytes_of_names(std::span<const std::string_view> names);
 

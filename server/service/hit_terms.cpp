@@ -121,9 +121,9 @@ Status read_attributes(const Engine& engine, const Scene& scene, const HitBatch&
                            deadline, description.terms.attributes);
 }
 
-Status describe_hits(const Engine& engine, const Scene& scene, const RayBatch& rays,
-                     const HitBatch& hits, FieldSet fields, bool normalize,
-                     const Deadline& deadline, HitDescription& description) {
+Status describe_hits(const Engine& engine, const DescribedHits& described, const Deadline& deadline,
+                     HitDescription& description) {
+  const auto& [scene, rays, hits, fields, normalize] = described;
   Status status = success();
   if (fields.has_any_of(kDetailFields)) {
     status = engine.details(scene, rays, hits, deadline, description.details);

@@ -24,11 +24,19 @@ struct HitDescription {
 Status read_attributes(const Engine& engine, const Scene& scene, const HitBatch& hits,
                        FieldSet fields, const Deadline& deadline, HitDescription& description);
 
-/// Computes what `fields` asks for. `rays[i]` belongs to slot i of `hits`; with `normalize` the
-/// answer's t is the distance. Errors: those of Engine::details.
-Status describe_hits(const Engine& engine, const Scene& scene, const RayBatch& rays,
-                     const HitBatch& hits, FieldSet fields, bool normalize,
-                     const Deadline& deadline, HitDescription& description);
+/// Hits to be described. `rays[i]` belongs to slot i of `hits`; with `normalize` the t of the answer
+/// is the distance.
+struct DescribedHits {
+  const Scene& scene;
+  const RayBatch& rays;
+  const HitBatch& hits;
+  FieldSet fields;
+  bool normalize = false;
+};
+
+/// Computes what `fields` asks for. Errors: those of Engine::details.
+Status describe_hits(const Engine& engine, const DescribedHits& described, const Deadline& deadline,
+                     HitDescription& description);
 
 /// The ray of every hit in the lists: what Engine::details wants beside lists.hits.
 RayBatch rays_of_hits(const RayBatch& rays, const HitLists& lists);

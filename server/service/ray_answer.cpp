@@ -32,8 +32,9 @@ struct RayBatchCourse {
   bool is(AnswerLayout layout) const { return query.layout == layout; }
 
   Status describe(const RayBatch& rays, const HitBatch& hits, HitDescription& about) const {
-    Status status = describe_within(reserve, service.engine, scene, rays, hits, query.fields,
-                                    query.normalize, deadline, about);
+    Status status =
+        describe_within(reserve, service.engine, {scene, rays, hits, query.fields, query.normalize},
+                        deadline, about);
     timer.add(&WorkReport::describe_us);
     return status;
   }
@@ -48,16 +49,16 @@ Status list_hits(const RayBatchCourse& course, std::uint64_t most, HitLists& lis
       std::min<std::uint64_t>(rays.size(), static_cast<std::uint64_t>(engine.threads()));
   std::uint64_t kept = 0;
   // The lists of the threads, and all of them joined.
-  return search_lists(course.reserve, rays.size(), course.service.limits.hits, 3 * kHitBytes,
-                      [&](std::uint64_t granted) {
-                        const std::uint64_t keeps =
-                            at_once * std::min(most, granted) * AllHits::kBytesOfHit;
-                        Status status = ask_for(course.reserve, keeps - kept);
-                        if (!status) return status;
-                        kept = keeps;
-                        return engine.all(course.scene, rays, course.query.crossings, most, granted,
-                                          course.deadline, lists, totals, course.options);
-                      });
+  return search_lists(
+      course.reserve, rays.size(), course.service.limits.hits, 3 * kHitBytes,
+      [&](std::uint64_t granted) {
+        const std::uint64_t keeps = at_once * std::min(most, granted) * AllHits::kBytesOfHit;
+        Status status = ask_for(course.reserve, keeps - kept);
+        if (!status) return status;
+        kept = keeps;
+        return engine.all(course.scene, rays, {course.query.crossings, most, granted},
+                          course.deadline, lists, totals, course.options);
+      });
 }
 
 /// As many slots for each ray, its first hits in them and then misses; `rays` has the ray of each.
@@ -222,9 +223,8 @@ RayJsonRules rules_of(RayQuestionKind kind, const ServiceLimits& limits) {
 
 Result<std::string> answer_rays(RayQuestionKind kind, const Service& service, const Scene& scene,
                                 const RayQuery& query, const RayOptions& options,
-                                const Deadline& deadline, const ReserveBytes& reserve,
-                                WorkTimer& timer) {
-  const RayBatchCourse course{service, scene, query, options, deadline, reserve, timer};
+                                const Deadline& deadline, WorkTimer& timer) {
+  const RayBatchCourse course{service, scene, query, options, deadline, options.reserve, timer};
   switch (kind) {
     case RayQuestionKind::kClosest:
       return answer_closest(course);

@@ -37,11 +37,10 @@ class WorkTimer {
   Clock::time_point last_ = Clock::now();
 };
 
-/// Traces, describes and encodes in the query's layout, each after reserving its memory. Errors:
-/// those of the engine and of `reserve`.
+/// Traces, describes and encodes in the query's layout, each after reserving its memory by
+/// options.reserve. Errors: those of the engine and of the reservation.
 Result<std::string> answer_rays(RayQuestionKind kind, const Service& service, const Scene& scene,
                                 const RayQuery& query, const RayOptions& options,
-                                const Deadline& deadline, const ReserveBytes& reserve,
-                                WorkTimer& timer);
+                                const Deadline& deadline, WorkTimer& timer);
 
 }  // namespace sightline

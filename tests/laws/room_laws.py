@@ -12,7 +12,9 @@ include which, and which library header may be included where. This script reads
   includes   a quoted #include is written from the root, names a file that exists, and goes from a
              room to itself or to one that the table allows
   sub-rooms  the folders of a room obey their table in the same way
-  units      a folder of core and proto has at most 30 units: headers, each with its .cpp files
+  units      a folder of core, proto and server has at most 30 units: headers, each with its .cpp files
+  parameters no function that a header of core, proto or server declares has eight parameters or more; the
+             bodies of the kernels (-inl.h) are internal and may
   tests      each header of core and proto has a test of its name, or names its test in a line "// Tests: path"
   libraries  a library header appears only where the second table allows it
   links      the CMake targets of a room link only rooms that it may include
@@ -43,7 +45,9 @@ LINK_CALL = re.compile(r"\btarget_link_libraries\s*\(\s*(sightline_\w+|sightline
 CITATION = re.compile(r"\[([A-Z][A-Za-z]+\d{4})\](?!\()")
 ROUTES = "docs/reference/routes.md"
 UNITS_MOST = 30
-UNITS_CHECKED = ("core/", "proto/")
+UNITS_CHECKED = ("core/", "proto/", "server/")
+TESTS_CHECKED = ("core/", "proto/")
+PARAMETERS_MOST = 7
 SKIPPED_FOLDERS = {"build", "__pycache__", "node_modules", "scratch"}
 
 
@@ -122,6 +126,22 @@ def without_comments(text):
     return COMMENT.sub(lambda match: match.group(1) or re.sub(r"[^\n]", " ", match.group(0)), text)
 
 
+def parameters_at(text, start):
+    """The number of parameters in the list that begins at `start`, behind its parenthesis."""
+    round_, other, angle, commas, at = 1, 0, 0, 0, start
+    while at < len(text) and round_ > 0:
+        letter = text[at]
+        round_ += {"(": 1, ")": -1}.get(letter, 0)
+        other += {"{": 1, "[": 1, "}": -1, "]": -1}.get(letter, 0)
+        if letter == "<" and re.match(r"\w", text[at - 1]):
+            angle += 1
+        elif letter == ">" and text[at - 1] != "-":
+            angle = max(0, angle - 1)
+        commas += letter == "," and round_ == 1 and other == 0 and angle == 0
+        at += 1
+    return commas + 1 if text[start:at - 1].strip() else 0
+
+
 def headings(text):
     """The anchors that a Markdown page offers, as GitHub makes them."""
     found = re.findall(r"^#+ +(.*?) *$", text, re.MULTILINE)
@@ -149,6 +169,7 @@ class Laws:
         self.check_table()
         self.check_top_level()
         self.check_units()
+        self.check_parameters()
         self.check_tests()
         self.check_packages()
         self.check_routes()
@@ -206,7 +227,7 @@ class Laws:
     def check_tests(self):
         names = {PurePosixPath(name).stem for name in self.files if name.startswith("tests/") and name.endswith((".cpp", ".py"))}
         for name in self.files:
-            if not name.endswith(".h") or not name.startswith(UNITS_CHECKED):
+            if not name.endswith(".h") or not name.startswith(TESTS_CHECKED):
                 continue
             own = PurePosixPath(name).stem.removesuffix("-inl") + "_test"
             told = re.findall(r"^// Tests: (\S+)$", (self.root / name).read_text(encoding="utf-8"), re.MULTILINE)
@@ -215,6 +236,17 @@ class Laws:
                     self.fault(name, f"names {path}, which is no test")
             if not told and own not in names:
                 self.fault(name, f'has no test {own} and no line "// Tests: path"')
+
+    def check_parameters(self):
+        for name in self.files:
+            if not name.startswith(UNITS_CHECKED) or not name.endswith(".h") or name.endswith("-inl.h"):
+                continue
+            text = without_comments((self.root / name).read_text(encoding="utf-8"))
+            for match in re.finditer(r"\b(\w+)\s*\(", text):
+                count = parameters_at(text, match.end())
+                if count > PARAMETERS_MOST:
+                    place = f"{name}:{text.count(chr(10), 0, match.start()) + 1}"
+                    self.fault(place, f"{match.group(1)} has {count} parameters; a function has at most {PARAMETERS_MOST}")
 
     def check_top_level(self):
         allowed = set(self.tables.top_level)

@@ -74,6 +74,12 @@ class RoomLaws(unittest.TestCase):
         faults = self.violations({"core/base/bad.h": '\n#include "core/scene/scene.h"\n'})
         self.assert_fault(faults, "core/base/bad.h:2", "core/base includes core/scene")
 
+    def test_a_function_with_eight_parameters_is_named(self):
+        seven = "void f(int a, std::map<int, int> b, int c[2], F<a, b> d, int e = g(1, 2), int h, int i"
+        self.assertEqual(self.violations({"core/base/seven.h": seven + ");\n", "core/base/body-inl.h": seven + ", int j);\n"}), [])
+        faults = self.violations({"core/base/eight.h": "\n" + seven + ", int j);\n"})
+        self.assert_fault(faults, "core/base/eight.h:2", "f has 8 parameters")
+
     def test_an_include_inside_an_if_counts_too(self):
         faults = self.violations({"proto/bad.h": '#if 0\n  #  include "core/scene/scene.h"\n#endif\n'})
         self.assert_fault(faults, "proto/bad.h:2", "proto includes core/scene")

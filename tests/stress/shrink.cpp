@@ -53,7 +53,7 @@ std::string judge_here(const SceneDescription& description, const Ray& ray,
           (*engine)->details(**scene, rays, hits, never, details),
           (*engine)->count(**scene, rays, Crossings::kEvery, never, counts),
           (*engine)->count(**scene, rays, Crossings::kOnce, never, once_counts),
-          (*engine)->all(**scene, rays, Crossings::kEvery, kAll, kAll, never, lists, totals)}) {
+          (*engine)->all(**scene, rays, {Crossings::kEvery, kAll, kAll}, never, lists, totals)}) {
       if (!s) return "engine: " + s.error().message;
     }
     for (std::size_t i = 0; i < copies; ++i) {

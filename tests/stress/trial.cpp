@@ -156,9 +156,9 @@ class Trial {
     HitLists lists, once_lists, short_lists;
     Column<std::uint64_t> totals, once_totals, short_totals, counts, once_counts;
     for (const Status& s :
-         {engine.all(scene, rays, Crossings::kEvery, kAll, kAll, never, lists, totals),
-          engine.all(scene, rays, Crossings::kOnce, kAll, kAll, never, once_lists, once_totals),
-          engine.all(scene, rays, Crossings::kEvery, 2, kAll, never, short_lists, short_totals),
+         {engine.all(scene, rays, {Crossings::kEvery, kAll, kAll}, never, lists, totals),
+          engine.all(scene, rays, {Crossings::kOnce, kAll, kAll}, never, once_lists, once_totals),
+          engine.all(scene, rays, {Crossings::kEvery, 2, kAll}, never, short_lists, short_totals),
           engine.count(scene, rays, Crossings::kEvery, never, counts),
           engine.count(scene, rays, Crossings::kOnce, never, once_counts)}) {
       if (!s) return "all or count: " + s.error().message;

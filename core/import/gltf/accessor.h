@@ -61,6 +61,8 @@ class AccessorReader {
   AccessorReader(const GltfDocument& document, ViewStore& views, const ImportLimits& limits)
       : document_(document), views_(views), limits_(limits) {}
 
+  ViewStore& views() const { return views_; }
+
   /// Checks view, offsets, stride, alignment, count and sparse parts against the bytes.
   /// Precondition: index is in range. Cost: sparse indices are read once.
   /// Errors: GLTF_ACCESSOR_INVALID, GLTF_ACCESSOR_OUT_OF_BOUNDS, GLTF_LIMIT_ZERO_FILLED,

@@ -25,15 +25,14 @@ class AttributeReader {
   /// Attributes are copied where `shared` has no owner, and in other files; where `copies` is false,
   /// they are left out instead. All arguments must outlive the reader. What it finds needs none of
   /// them.
-  AttributeReader(const GltfDocument& document, ViewStore& views, AccessorReader& accessors,
-                  const SharedBytes& shared, bool copies, const ImportLimits& limits,
-                  Budget& budget, Warnings& warnings)
+  AttributeReader(const GltfDocument& document, AccessorReader& accessors,
+                  const SharedBytes& shared, bool copies, Budget& budget, Warnings& warnings)
       : document_(document),
-        views_(views),
+        views_(accessors.views()),
         accessors_(accessors),
         shared_(shared),
         copies_(copies),
-        limits_(limits),
+        limits_(budget.limits()),
         budget_(budget),
         warnings_(warnings) {}
 

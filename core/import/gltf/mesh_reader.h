@@ -24,18 +24,18 @@ namespace sightline::gltf {
 
 class MeshReader {
  public:
-  MeshReader(const GltfDocument& document, ViewStore& views, AccessorReader& accessors,
-             const SharedBytes& shared, bool copies_attributes, const ImportLimits& limits,
-             Budget& budget, SceneDescription& scene, Warnings& warnings)
+  /// Vertex attributes are copied or left out as AttributeReader says. All arguments must outlive
+  /// the reader.
+  MeshReader(const GltfDocument& document, AccessorReader& accessors, const SharedBytes& shared,
+             bool copies_attributes, Budget& budget, SceneDescription& scene, Warnings& warnings)
       : document_(document),
         accessors_(accessors),
-        limits_(limits),
+        limits_(budget.limits()),
         budget_(budget),
         scene_(scene),
         warnings_(warnings),
-        sources_(document, views, accessors, budget, warnings),
-        attributes_(document, views, accessors, shared, copies_attributes, limits, budget,
-                    warnings),
+        sources_(document, accessors.views(), accessors, budget, warnings),
+        attributes_(document, accessors, shared, copies_attributes, budget, warnings),
         single_primitive_(accessors, attributes_, shared, budget, scene, warnings),
         skins_(document, accessors, budget, scene.nodes, warnings) {}
 

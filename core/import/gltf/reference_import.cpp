@@ -8,7 +8,7 @@
 namespace sightline::gltf {
 
 void read_what_was_skipped(const GltfDocument& document, std::span<const std::byte> file,
-                           BufferStore& buffers, ViewStore& views, AccessorReader& accessors,
+                           BufferStore& buffers, AccessorReader& accessors,
                            const ImportLimits& limits, const SceneDescription& scene) {
   read_all(file);
   for (std::size_t i = 0; i < document.buffers.size(); ++i) {
@@ -26,7 +26,7 @@ void read_what_was_skipped(const GltfDocument& document, std::span<const std::by
     Budget budget(limits);
     Warnings warnings;
     const SharedBytes copied;
-    MeshReader meshes(document, views, accessors, copied, false, limits, budget, spare, warnings);
+    MeshReader meshes(document, accessors, copied, false, budget, spare, warnings);
     tinygltf::Node node;
     node.mesh = static_cast<int>(i);
     static_cast<void>(meshes.mesh_of(node));

@@ -16,7 +16,7 @@ namespace sightline::gltf {
 /// images, and the positions and indices of every mesh that the scene does not show. Stores nothing
 /// and ignores errors; the description does not change.
 void read_what_was_skipped(const GltfDocument& document, std::span<const std::byte> file,
-                           BufferStore& buffers, ViewStore& views, AccessorReader& accessors,
+                           BufferStore& buffers, AccessorReader& accessors,
                            const ImportLimits& limits, const SceneDescription& scene);
 
 }  // namespace sightline::gltf

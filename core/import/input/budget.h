@@ -15,6 +15,7 @@ class Budget {
   explicit Budget(const ImportLimits& limits)
       : limits_(limits), triangles_(limits.triangles), bytes_(limits.geometry_bytes) {}
 
+  const ImportLimits& limits() const { return limits_; }
   std::uint64_t triangles() const { return triangles_; }
   /// Triangles counted so far, these included.
   std::uint64_t with(std::uint64_t more_triangles) const {

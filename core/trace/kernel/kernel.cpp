@@ -88,21 +88,20 @@ void trace_any(const SceneView& scene, const RayBatch& rays, std::size_t begin, 
 }
 
 void trace_all(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
-               Crossings crossings, std::size_t hits_max, std::uint64_t* totals, HitBatch* hits,
-               TraceCounts& counts) {
-  for (std::size_t i = begin; i < end; ++i) totals[i] = 0;
+               const KernelLists& lists, TraceCounts& counts) {
+  for (std::size_t i = begin; i < end; ++i) lists.totals[i] = 0;
   if (scene.tree().placements.empty()) return;
-  const std::size_t limit = hits == nullptr ? 0 : hits_max;
+  const std::size_t limit = lists.hits == nullptr ? 0 : lists.hits_max;
   Stack stack;
   Traversal traversal(scene, rays, stack, counts);
   for (std::size_t i = begin; i < end; ++i) {
     traversal.prepare(i);
     const RayQuestion question{scene, rays, i, counts.decisions};
-    AllHits all(question, crossings, limit, counts);
+    AllHits all(question, lists.crossings, limit, counts);
     TakeAll sink{question, traversal.tau_max(), all};
     traversal.run(sink);
-    totals[i] = all.total();
-    if (hits != nullptr) all.append_sorted(*hits);
+    lists.totals[i] = all.total();
+    if (lists.hits != nullptr) all.append_sorted(*lists.hits);
   }
 }
 
@@ -139,21 +138,20 @@ void trace_any_filtered(const SceneView& scene, const RayBatch& rays, std::size_
 }
 
 void trace_all_filtered(const SceneView& scene, const RayBatch& rays, std::size_t begin,
-                        std::size_t end, const ResolvedFilter& resolved, Crossings crossings,
-                        std::size_t hits_max, std::uint64_t* totals, HitBatch* hits,
+                        std::size_t end, const ResolvedFilter& resolved, const KernelLists& lists,
                         TraceCounts& counts) {
-  for (std::size_t i = begin; i < end; ++i) totals[i] = 0;
+  for (std::size_t i = begin; i < end; ++i) lists.totals[i] = 0;
   if (scene.tree().placements.empty()) return;
-  const std::size_t limit = hits == nullptr ? 0 : hits_max;
+  const std::size_t limit = lists.hits == nullptr ? 0 : lists.hits_max;
   std::optional<AllHits> all;
   trace_filtered(
       scene, rays, begin, end, resolved, counts,
       [&](const RayQuestion& question, double tau_max) {
-        return TakeAll{question, tau_max, all.emplace(question, crossings, limit, counts)};
+        return TakeAll{question, tau_max, all.emplace(question, lists.crossings, limit, counts)};
       },
       [&](std::size_t i, const TakeAll&) {
-        totals[i] = all->total();
-        if (hits != nullptr) all->append_sorted(*hits);
+        lists.totals[i] = all->total();
+        if (lists.hits != nullptr) all->append_sorted(*lists.hits);
       });
 }
 

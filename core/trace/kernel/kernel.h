@@ -16,6 +16,14 @@
 
 namespace sightline {
 
+/// What `all` counts and lists.
+struct KernelLists {
+  Crossings crossings;
+  std::size_t hits_max;   ///< of each ray, in `hits`
+  std::uint64_t* totals;  ///< how many triangles each ray meets: the slots of the batch
+  HitBatch* hits;         ///< the first hits of every ray are appended, by (t, id); may be null
+};
+
 /// All of them answer the same bytes (law 1). Rays [begin, end) of a checked batch; slots of the
 /// same numbers are overwritten. Errors: std::bad_alloc. Cost: closest and any allocate nothing but
 /// up to 140 KB where rays are put in order.
@@ -25,11 +33,9 @@ struct Kernel {
                   HitBatch& hits, TraceCounts& counts);
   void (*any)(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
               std::uint8_t* occluded, TraceCounts& counts);
-  /// How many triangles each ray meets: slots of `totals`. If `hits` is not null the first
-  /// `hits_max` of every ray are appended to it in order of (t, id). Memory: all_hits.h.
+  /// How many triangles each ray meets, and which. Memory: all_hits.h.
   void (*all)(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
-              Crossings crossings, std::size_t hits_max, std::uint64_t* totals, HitBatch* hits,
-              TraceCounts& counts);
+              const KernelLists& lists, TraceCounts& counts);
   // Closest, any and count among the triangles that count.
   void (*closest_filtered)(const SceneView& scene, const RayBatch& rays, std::size_t begin,
                            std::size_t end, const ResolvedFilter& resolved, HitBatch& hits,
@@ -38,8 +44,7 @@ struct Kernel {
                        std::size_t end, const ResolvedFilter& resolved, std::uint8_t* occluded,
                        TraceCounts& counts);
   void (*all_filtered)(const SceneView& scene, const RayBatch& rays, std::size_t begin,
-                       std::size_t end, const ResolvedFilter& resolved, Crossings crossings,
-                       std::size_t hits_max, std::uint64_t* totals, HitBatch* hits,
+                       std::size_t end, const ResolvedFilter& resolved, const KernelLists& lists,
                        TraceCounts& counts);
   /// The properties of the hits of the rays. Slots of misses are not written. out[i] belongs to ray
   /// i.

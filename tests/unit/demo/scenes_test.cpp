@@ -129,8 +129,8 @@ TEST(DemoScenes, are_the_same_bytes_on_every_machine_and_compiler) {
 TEST(Shapes, are_wound_outwards) {
   DemoMesh box, frustum, cone, tube;
   add_box(box, {-1, -2, -3}, {4, 5, 6});
-  add_column(frustum, 4, 7, -7, 0, 3, 1, 0.5);
-  add_column(cone, 8, 7, -7, 0, 3, 1, 0);
+  add_column(frustum, {4, 7, -7, 0, 3, 1, 0.5});
+  add_column(cone, {8, 7, -7, 0, 3, 1, 0});
   for (const DemoMesh& mesh : {box, frustum, cone}) {
     EXPECT_TRUE(closed(mesh));
     EXPECT_GT(signed_volume(mesh), 0);

@@ -156,10 +156,10 @@ TEST_P(PovAnswers, agree_with_ours) {
   // Two boxes may share a face: then either normal is right, and POV-Ray need not name ours.
   HitLists lists;
   Column<std::uint64_t> totals;
-  ASSERT_TRUE(
-      (*engine)
-          ->all(**scene, rays, Crossings::kEvery, 100, 1'000'000, Deadline::never(), lists, totals)
-          .ok());
+  ASSERT_TRUE((*engine)
+                  ->all(**scene, rays, {Crossings::kEvery, 100, 1'000'000}, Deadline::never(),
+                        lists, totals)
+                  .ok());
   std::size_t met = 0;
   for (std::size_t i = 0; i < answers.size(); ++i) {
     SCOPED_TRACE("ray " + std::to_string(i));

@@ -52,11 +52,11 @@ TEST(EngineBoxes, answer_the_same_on_one_thread_and_on_two) {
   for (const int threads : {1, 2}) {
     const auto own = engine(threads);
     const auto i = static_cast<std::size_t>(threads - 1);
-    ASSERT_TRUE(own->boxes_list(*scene, boxes, BoxTargets::kTriangles, 50, 100000,
+    ASSERT_TRUE(own->boxes_list(*scene, boxes, BoxTargets::kTriangles, {50, 100000},
                                 Deadline::never(), lists[i], totals[i]));
     ASSERT_TRUE(own->boxes_count(*scene, boxes, BoxTargets::kTriangles, Deadline::never(), counts));
     ASSERT_TRUE(own->boxes_any(*scene, boxes, Deadline::never(), touched));
-    ASSERT_TRUE(own->boxes_list(*scene, boxes, BoxTargets::kNodes, 50, 100000, Deadline::never(),
+    ASSERT_TRUE(own->boxes_list(*scene, boxes, BoxTargets::kNodes, {50, 100000}, Deadline::never(),
                                 nodes, node_totals));
     EXPECT_EQ(counts, totals[i]);
     for (std::size_t b = 0; b < boxes.size(); ++b) {
@@ -77,8 +77,8 @@ TEST(EngineBoxes, refuse_lists_beyond_what_is_allowed) {
   boxes.push_back(scene->bounds());
   BoxLists lists;
   Column<std::uint64_t> totals;
-  const Status status = engine(1)->boxes_list(*scene, boxes, BoxTargets::kTriangles, 1000000, 1000,
-                                              Deadline::never(), lists, totals);
+  const Status status = engine(1)->boxes_list(*scene, boxes, BoxTargets::kTriangles,
+                                              {1000000, 1000}, Deadline::never(), lists, totals);
   ASSERT_FALSE(status);
   EXPECT_EQ(status.error().code, "TOO_MANY_HITS");
   ASSERT_TRUE(

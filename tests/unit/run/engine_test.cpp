@@ -40,7 +40,7 @@ TEST_F(EngineTest, answers_no_rays) {
   EXPECT_TRUE(engine_->closest(*scene_, {}, never_, hits).ok());
   EXPECT_TRUE(engine_->any(*scene_, {}, never_, occluded).ok());
   EXPECT_TRUE(engine_->count(*scene_, {}, Crossings::kEvery, never_, totals).ok());
-  EXPECT_TRUE(engine_->all(*scene_, {}, Crossings::kEvery, 9, 9, never_, lists, totals).ok());
+  EXPECT_TRUE(engine_->all(*scene_, {}, {Crossings::kEvery, 9, 9}, never_, lists, totals).ok());
   EXPECT_EQ(lists.first, (Column<std::size_t>{0}));
   EXPECT_EQ(lists.hits.size() + totals.size() + hits.size() + occluded.size(), 0u);
 }
@@ -50,7 +50,7 @@ TEST_F(EngineTest, joins_the_lists_of_many_slices_in_the_order_of_rays) {
   HitLists lists;
   Column<std::uint64_t> totals, counts;
   ASSERT_TRUE(
-      engine_->all(*scene_, batch, Crossings::kEvery, 4, 1u << 20, never_, lists, totals).ok());
+      engine_->all(*scene_, batch, {Crossings::kEvery, 4, 1u << 20}, never_, lists, totals).ok());
   ASSERT_TRUE(engine_->count(*scene_, batch, Crossings::kEvery, never_, counts).ok());
   EXPECT_EQ(totals, counts);
   ASSERT_EQ(lists.first.size(), 1001u);
@@ -70,12 +70,14 @@ TEST_F(EngineTest, refuses_more_hits_than_allowed_together) {
   HitLists lists;
   Column<std::uint64_t> totals;
   const RayBatch batch = rays(900);  // 600 of them meet 6
-  EXPECT_TRUE(engine_->all(*scene_, batch, Crossings::kEvery, 6, 3600, never_, lists, totals).ok());
+  EXPECT_TRUE(
+      engine_->all(*scene_, batch, {Crossings::kEvery, 6, 3600}, never_, lists, totals).ok());
   const Status refused =
-      engine_->all(*scene_, batch, Crossings::kEvery, 6, 3599, never_, lists, totals);
+      engine_->all(*scene_, batch, {Crossings::kEvery, 6, 3599}, never_, lists, totals);
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().code, "TOO_MANY_HITS");
-  EXPECT_TRUE(engine_->all(*scene_, batch, Crossings::kEvery, 5, 3000, never_, lists, totals).ok());
+  EXPECT_TRUE(
+      engine_->all(*scene_, batch, {Crossings::kEvery, 5, 3000}, never_, lists, totals).ok());
 }
 
 }  // namespace

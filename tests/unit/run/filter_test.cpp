@@ -163,8 +163,8 @@ TEST(Filter, gives_what_rational_arithmetic_keeps_on_every_kernel) {
         ASSERT_TRUE(engine->closest(*scene, rays, never, unfiltered));
         ASSERT_TRUE(engine->any(*scene, rays, never, any, options));
         ASSERT_TRUE(engine->count(*scene, rays, Crossings::kEvery, never, counts, options));
-        ASSERT_TRUE(engine->all(*scene, rays, Crossings::kEvery, 100, 1000000, never, lists, totals,
-                                options));
+        ASSERT_TRUE(engine->all(*scene, rays, {Crossings::kEvery, 100, 1000000}, never, lists,
+                                totals, options));
         for (std::size_t i = 0; i < rays.size(); ++i) {
           SCOPED_TRACE(std::string(expected.name) + ", " + kernel + ", ray " + std::to_string(i));
           const auto& exact = truths[i];

@@ -123,7 +123,7 @@ inline Answers ask(const Engine& engine, const Scene& scene, const RayBatch& ray
   EXPECT_TRUE(engine.count(scene, rays, Crossings::kEvery, never, answers.count).ok());
   EXPECT_TRUE(engine.count(scene, rays, Crossings::kOnce, never, answers.crossings).ok());
   EXPECT_TRUE(
-      engine.all(scene, rays, Crossings::kEvery, 5, 1u << 24, never, answers.all, totals).ok());
+      engine.all(scene, rays, {Crossings::kEvery, 5, 1u << 24}, never, answers.all, totals).ok());
   EXPECT_TRUE(engine.details(scene, rays, answers.closest, never, answers.details).ok());
   return answers;
 }

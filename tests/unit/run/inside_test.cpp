@@ -72,8 +72,7 @@ TEST(Inside, is_what_is_known_of_overlapping_boxes) {
     }
     for (const InsideMethod method : {InsideMethod::kParity, InsideMethod::kWinding}) {
       InsideAnswers answers;
-      ASSERT_TRUE(
-          points_inside(*engine, *scene, points, method, Deadline::never(), {}, {}, answers));
+      ASSERT_TRUE(engine->inside(*scene, points, method, Deadline::never(), answers));
       for (std::size_t i = 0; i < points.size(); ++i) {
         std::int64_t around = 0;
         bool touches = false;
@@ -115,8 +114,8 @@ TEST(Inside, says_that_an_open_box_is_not_reliable) {
   const auto engine = *Engine::create({1, ""});
   InsideAnswers answers;
   // The third direction leaves by the lid, the others do not.
-  ASSERT_TRUE(points_inside(*engine, *scene, {{1, 1, 1.5}, {9, 9, 9}}, InsideMethod::kParity,
-                            Deadline::never(), {}, {}, answers));
+  ASSERT_TRUE(engine->inside(*scene, {{1, 1, 1.5}, {9, 9, 9}}, InsideMethod::kParity,
+                             Deadline::never(), answers));
   EXPECT_EQ(answers.reliable, (Column<std::uint8_t>{0, 1}));
 }
 

@@ -116,8 +116,8 @@ TEST(LazyScene, answers_every_kind_of_question_first_as_it_does_last) {
   EXPECT_EQ(any, lazy_any);
   for (const BoxTargets targets : {BoxTargets::kTriangles, BoxTargets::kNodes}) {
     BoxLists lists, lazy_lists;
-    ASSERT_TRUE(engine->boxes_list(*whole, boxes, targets, 50, 1u << 20, never, lists, count));
-    ASSERT_TRUE(engine->boxes_list(*lazy_scene_of(make()), boxes, targets, 50, 1u << 20, never,
+    ASSERT_TRUE(engine->boxes_list(*whole, boxes, targets, {50, 1u << 20}, never, lists, count));
+    ASSERT_TRUE(engine->boxes_list(*lazy_scene_of(make()), boxes, targets, {50, 1u << 20}, never,
                                    lazy_lists, lazy_count));
     EXPECT_EQ(count, lazy_count);
     EXPECT_EQ(lists.first, lazy_lists.first);

@@ -112,7 +112,7 @@ TEST_F(EngineMemory, answers_with_an_error_whichever_allocation_of_rays_fails) {
   expect_every_failure_to_be_an_error([&] {
     HitLists lists;
     Column<std::uint64_t> totals;
-    return engine_->all(*scene_, rays_, Crossings::kEvery, 9, 9999, never_, lists, totals);
+    return engine_->all(*scene_, rays_, {Crossings::kEvery, 9, 9999}, never_, lists, totals);
   });
   HitBatch hits;
   ASSERT_TRUE(engine_->closest(*scene_, rays_, never_, hits).ok());
@@ -140,7 +140,7 @@ TEST_F(EngineMemory, answers_with_an_error_whichever_allocation_of_boxes_fails) 
     expect_every_failure_to_be_an_error([&] {
       BoxLists lists;
       Column<std::uint64_t> totals;
-      return engine_->boxes_list(*scene_, boxes_, targets, 9, 99999, never_, lists, totals);
+      return engine_->boxes_list(*scene_, boxes_, targets, {9, 99999}, never_, lists, totals);
     });
   }
 }

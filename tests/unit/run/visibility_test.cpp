@@ -1,6 +1,6 @@
 // What stands between points, against rational arithmetic.
 
-#include "core/run/visibility.h"
+#include "core/run/engine.h"
 
 #include <gtest/gtest.h>
 
@@ -53,10 +53,8 @@ TEST(Visibility, is_what_rational_arithmetic_sees) {
     for (const bool closed : {false, true}) {
       pairs.closed = closed;
       HitBatch blockers;
-      const RayOptions options;
-      ASSERT_TRUE(
-          visibility(*engine, *scene, pairs, Deadline::never(), options, visible[closed], nullptr));
-      ASSERT_TRUE(visibility(*engine, *scene, pairs, Deadline::never(), options, again, &blockers));
+      ASSERT_TRUE(engine->visibility(*scene, pairs, Deadline::never(), visible[closed], nullptr));
+      ASSERT_TRUE(engine->visibility(*scene, pairs, Deadline::never(), again, &blockers));
       ASSERT_EQ(visible[closed], again);
       for (std::size_t i = 0; i < pairs.size(); ++i) {
         const Vec3d a = pairs.from[pairing == BoxPairing::kAll ? i / count : i];

@@ -121,14 +121,14 @@ std::size_t expect_true(const char* name, const Scene& scene, std::uint32_t tria
   for (const Kernel& kernel : supported_kernels()) {
     TraceCounts counts;
     std::uint64_t total = 0, once = 0;
-    kernel.all(scene, rays, 0, 1, Crossings::kEvery, 0, &total, nullptr, counts);
-    kernel.all(scene, rays, 0, 1, Crossings::kOnce, 0, &once, nullptr, counts);
+    kernel.all(scene, rays, 0, 1, {Crossings::kEvery, 0, &total, nullptr}, counts);
+    kernel.all(scene, rays, 0, 1, {Crossings::kOnce, 0, &once, nullptr}, counts);
     EXPECT_EQ(total, truth.ids.size()) << name << ", " << kernel.name;
     EXPECT_EQ(once, truth.once) << name << ", " << kernel.name;
     for (const std::size_t limit : {std::size_t{0}, std::size_t{1}, std::size_t{2}, std::size_t{7},
                                     std::size_t{40}, std::size_t{333}, ~std::size_t{0}}) {
       HitBatch hits;
-      kernel.all(scene, rays, 0, 1, Crossings::kEvery, limit, &total, &hits, counts);
+      kernel.all(scene, rays, 0, 1, {Crossings::kEvery, limit, &total, &hits}, counts);
       EXPECT_EQ(total, truth.ids.size()) << name << ", " << kernel.name << ", limit " << limit;
       EXPECT_EQ(hits.size(), std::min(limit, truth.ids.size())) << name << ", limit " << limit;
       for (std::size_t i = 0; i < std::min(hits.size(), truth.ids.size()); ++i) {
@@ -136,7 +136,7 @@ std::size_t expect_true(const char* name, const Scene& scene, std::uint32_t tria
         EXPECT_EQ(hits.t[i], truth.t[i]) << name << ", limit " << limit << ", hit " << i;
         if (testing::Test::HasFailure()) return truth.ids.size();
       }
-      kernel.all(scene, rays, 0, 1, Crossings::kOnce, limit, &once, &hits, counts);
+      kernel.all(scene, rays, 0, 1, {Crossings::kOnce, limit, &once, &hits}, counts);
       EXPECT_EQ(once, truth.once) << name << ", " << kernel.name << ", limit " << limit;
     }
     EXPECT_FALSE(counts.stopped);

@@ -195,9 +195,9 @@ TEST(Kernel, answers_like_the_exact_predicate_on_every_triangle) {
       std::vector<std::uint64_t> totals(rays.size());
       std::vector<std::uint64_t> once(rays.size());
       HitBatch lists;
-      kernel.all(*scene, rays, 0, rays.size(), Crossings::kEvery, 1000, totals.data(), &lists,
+      kernel.all(*scene, rays, 0, rays.size(), {Crossings::kEvery, 1000, totals.data(), &lists},
                  counts);
-      kernel.all(*scene, rays, 0, rays.size(), Crossings::kOnce, 0, once.data(), nullptr, counts);
+      kernel.all(*scene, rays, 0, rays.size(), {Crossings::kOnce, 0, once.data(), nullptr}, counts);
       std::size_t at = 0;
       for (std::size_t i = 0; i < rays.size(); ++i) {
         ASSERT_EQ(totals[i], all[i].size()) << c.name << ", " << kernel.name << ", ray " << i;
@@ -438,7 +438,7 @@ TEST(Kernel, gives_up_in_the_middle_of_a_ray_when_its_time_is_over) {
       TraceCounts one, many;
       one.deadline = many.deadline = &deadline;
       std::uint64_t total = 0;
-      kernel.all(**scene, rays, 0, 1, Crossings::kEvery, 0, &total, nullptr, one);
+      kernel.all(**scene, rays, 0, 1, {Crossings::kEvery, 0, &total, nullptr}, one);
       EXPECT_EQ(one.stopped, is_over) << kernel.name;
       EXPECT_EQ(total == kCount, !is_over) << kernel.name;
       HitBatch hits;
