@@ -36,12 +36,16 @@ function(sightline_compile_together target)
   endif()
 endfunction()
 
-# sightline_room(NAME SOURCES a.cpp ... ROOMS base geometry ... LIBRARIES fmt::fmt ... [TOGETHER])
-# A room is a static library. ROOMS are the rooms that it may include; tests/laws holds the same
-# table against the #include lines.
+# sightline_room(NAME [SOURCES a.cpp ...] [GENERATED b.cpp ...] ROOMS base geometry ... LIBRARIES fmt::fmt ... [TOGETHER])
+# A room is a static library of its SOURCES (default: all .cpp files below its folder) and of files that are GENERATED.
+# ROOMS are the rooms that it may include; tests/laws compares them with the #include lines.
 function(sightline_room name)
-  cmake_parse_arguments(ROOM "TOGETHER" "" "SOURCES;ROOMS;LIBRARIES" ${ARGN})
-  add_library(sightline_${name} STATIC ${ROOM_SOURCES})
+  cmake_parse_arguments(ROOM "TOGETHER" "" "SOURCES;GENERATED;ROOMS;LIBRARIES" ${ARGN})
+  if(NOT ROOM_SOURCES)
+    file(GLOB_RECURSE ROOM_SOURCES RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} CONFIGURE_DEPENDS *.cpp)
+    list(FILTER ROOM_SOURCES EXCLUDE REGEX node_modules/)
+  endif()
+  add_library(sightline_${name} STATIC ${ROOM_SOURCES} ${ROOM_GENERATED})
   target_link_libraries(sightline_${name} PUBLIC sightline_flags)
   foreach(room IN LISTS ROOM_ROOMS)
     target_link_libraries(sightline_${name} PUBLIC sightline_${room})

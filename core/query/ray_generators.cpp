@@ -112,7 +112,7 @@ struct Generate {
                          : size.y <= size.z                   ? Vec3d{0, 1, 0}
                                                               : Vec3d{0, 0, 1};
       const Vec3d a = *unit(cross(axis, *normal)), b = cross(*normal, a);
-      SplitMix numbers = numbers_of(samples.seed, p);
+      SplitMix numbers = numbers_of(samples.seed, samples.first + p);
       for (std::uint64_t i = 0; i < samples.count; ++i) {
         double x = 0, y = 0;
         draw_from_disc(numbers, x, y);

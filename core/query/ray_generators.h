@@ -71,7 +71,8 @@ struct Hemisphere {
   std::vector<Vec3d> points, normals;  ///< as many
   std::uint64_t count = 0;
   std::uint64_t seed = 0;
-  bool uniform = false;  ///< else by the cosine
+  bool uniform = false;     ///< else by the cosine
+  std::uint64_t first = 0;  ///< the number of the first point: each number has samples of its own
 };
 
 struct RayGenerator {

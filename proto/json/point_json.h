@@ -43,6 +43,9 @@ struct PointQuery {
   double max_distance = std::numeric_limits<double>::infinity();
   std::uint64_t count = 1;
   RayQuery options;  ///< without rays
+
+  /// How many items the request is about, which decides where it runs.
+  std::uint64_t items() const { return points.size(); }
 };
 
 /// `body` as decode_rays takes it. Errors: as decode_rays, and 413 POINTS_TOO_MANY, 422

@@ -34,7 +34,7 @@ std::uint64_t RayRequest::cost(std::size_t body_bytes) const {
   if (route.ends_with("/rays:closest") || route.ends_with("/rays:any")) return query_.rays.size();
   // The pairs of triangles that it compares are not known before.
   if (route.ends_with("/clearance")) return scene_->instanced_triangle_count();
-  return 8 * std::max(query_.rays.size(), body_bytes / kItemBytes);
+  return 8 * std::max<std::uint64_t>(exchange_.rays, body_bytes / kItemBytes);
 }
 
 bool RayRequest::read_query(const Decode& decode) {
@@ -126,7 +126,7 @@ bool RayRequest::read_points(PointJsonRules rules, PointQuery& points) {
     if (!decoded) return decoded.error();
     points = std::move(*decoded);
     options = points.options;
-    return points.points.size();
+    return points.items();
   };
   return read_columns(kDefaultBinaryNearestFields, decode);
 }

@@ -27,28 +27,30 @@ struct ServerFacts {
   std::function<ServerNow()> now = [] { return ServerNow{}; };
 };
 
-/// GET /healthz /readyz /metrics /version
+// docs/reference/routes.md lists the routes. Each group is a file routes_*.cpp.
+
+/// Health, metrics and version.
 void add_health_routes(Router& router, const Service& service, const ServerFacts& facts);
-/// GET / /learn /status /docs, the documents at /docs/.., what these pages load, GET /openapi.json
+/// The pages, the documents, and the OpenAPI document.
 void add_page_routes(Router& router);
-/// PUT GET HEAD DELETE /v1/scenes/{id}, GET /v1/scenes/{id}/events and stats, GET POST /v1/scenes
+/// Loading, listing and deleting scenes.
 void add_scene_routes(Router& router, Service& service,
                       const std::shared_ptr<const SourceRules>& sources);
-/// POST /v1/rays:generate, /v1/scenes/{id}/rays:closest, rays:any, rays:all and rays:count
+/// Questions about rays.
 void add_ray_routes(Router& router, const Service& service, const Journal& journal);
-/// POST /v1/scenes/{id}/points:inside, points:closest, points:nearest and points:distance
+/// Questions about points.
 void add_point_routes(Router& router, const Service& service);
-/// GET /v1/scenes/{id}/nodes, triangles, geometry, bvh and selfcheck
+/// Parts of a scene: nodes, triangles, geometry, trees; and the self-check.
 void add_scene_part_routes(Router& router, const Service& service);
-/// POST /v1/scenes/{id}/clearance
+/// Clearance between two selections.
 void add_clearance_routes(Router& router, const Service& service);
-/// POST /v1/scenes/{id}/sweeps:closest and sweeps:any
+/// Questions about moving spheres and boxes.
 void add_sweep_routes(Router& router, const Service& service);
-/// PATCH /v1/scenes/{id}/nodes/{node}
+/// Changes of a node.
 void add_node_routes(Router& router, Service& service);
-/// POST /v1/scenes/{id}/visibility
+/// Visibility between points.
 void add_visibility_routes(Router& router, const Service& service);
-/// POST /v1/rays-boxes, /v1/scenes/{id}/boxes:any, boxes:list and boxes:count
+/// Questions about boxes and other bodies.
 void add_box_routes(Router& router, const Service& service);
 
 }  // namespace sightline

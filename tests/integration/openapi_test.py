@@ -15,7 +15,8 @@ LIDAR = {"kind": "lidar", "position": [0, 1, 0], "elevations": [0, -5], "azimuth
 BOX = {"min": [-10, None, -10], "max": [0, 3, 3]}
 BESIDE = {"on_invalid": "mark", "work": True, "strict": False, "cull": "none", "exclude": {"names": ["nobody"]}}
 
-# By operationId: bodies that are good, so that requests and answers can be held against their schemas.
+# By operationId: bodies that are good, so that requests and answers can be held against their schemas. A question that is
+# not listed has the example of the document.
 BODIES = {
     "raysClosest": [{"rays": [RAY, MISS]}, {"rays": [RAY], "explain": True, "fields": ["t"], "cull": "back"},
                     {"rays": [MISS], "explain": True}, {"rays": [RAY], "explain": True, "include": {"names": ["nobody"]}},
@@ -120,6 +121,12 @@ def faults(value, schema, place=""):
         if not schema.get("minimum", value) <= value <= schema.get("maximum", value):
             found.append(f"{place}: {value} is out of range")
     return found
+
+
+QUESTIONS = json.loads((SOURCE / "proto/questions.json").read_text(encoding="utf-8"))
+for question in QUESTIONS:
+    content = DOCUMENT["paths"][question["path"]]["post"]["requestBody"]["content"]["application/json"]
+    BODIES.setdefault(question["operation"], [content["example"]])
 
 
 def operations():
