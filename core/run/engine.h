@@ -19,6 +19,7 @@
 #include "core/query/query_work.h"
 #include "core/query/ray_batch.h"
 #include "core/query/ray_box_answers.h"
+#include "core/query/ray_generators.h"
 #include "core/scene/scene.h"
 
 namespace sightline {
@@ -112,7 +113,7 @@ class Engine {
                           double max_distance, const Deadline& deadline, InsideAnswers& answers,
                           const RayOptions& options = {}) const;
 
-  /// The memory for rays of visibility is that of so many pairs, whatever their number.
+  /// Visibility and sky make so many rays at a time, however many they need in total.
   static constexpr std::size_t kRaysAtOnce = 131072;
   /// Whether nothing of the scene is between the points of each pair: 1 or 0. `visible` is resized
   /// and overwritten. If `blockers` is not null it gets what is met first from `from`, t being the
@@ -120,6 +121,13 @@ class Engine {
   Status visibility(const Scene& scene, const PointPairs& pairs, const Deadline& deadline,
                     Column<std::uint8_t>& visible, HitBatch* blockers,
                     const RayOptions& options = {}) const;
+  /// How many of the samples.count directions of each point meet nothing between range.tmin and
+  /// range.tmax: `any` for the rays of generate_rays. `unblocked` is resized and overwritten.
+  /// Precondition: there are as many normals as points, and samples.count is not 0. Errors: those of
+  /// generate_rays. Memory: one point's rays, or kRaysAtOnce.
+  Status sky(const Scene& scene, const Hemisphere& samples, const RayRange& range,
+             const Deadline& deadline, Column<std::uint64_t>& unblocked,
+             const RayOptions& options = {}) const;
   /// The pairs of a triangle selected by `a` and a triangle selected by `b` (sides are all or none).
   /// A triangle in both has distance 0 to itself. What it cost is added to `work`, if not null;
   /// nodes are pairs of boxes. Errors: TOO_MANY_HITS for more than question.total_max pairs. Runs on

@@ -9,8 +9,30 @@
 namespace sightline {
 namespace {
 
+constexpr std::uint32_t kNormalsFlag = 2;
 constexpr BinaryKind kPoints{"SLP1", "points", "POINTS_TOO_MANY", 1,
                              [](std::uint32_t) { return std::size_t{3}; }};
+constexpr BinaryKind kDirectedPoints{
+    "SLP1", "points", "POINTS_TOO_MANY", 3, [](std::uint32_t flags) {
+      return (flags & kNormalsFlag) != 0 ? std::size_t{6} : std::size_t{3};
+    }};
+
+/// Reads three columns from `first` on as points. Errors: POINT_NOT_FINITE, below `key`.
+Status read_vectors(std::string_view body, const BinaryHeader& header, std::size_t first,
+                    std::string_view key, Column<Vec3d>& out) {
+  out.resize(header.rows);
+  UnsetColumn<double> column(header.rows);
+  for (int k = 0; k < 3; ++k) {
+    read_column(body, header, first + static_cast<std::size_t>(k), column);
+    for (std::size_t i = 0; i < column.size(); ++i) out[i][k] = column[i];
+  }
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    if (std::isfinite(out[i].x) && std::isfinite(out[i].y) && std::isfinite(out[i].z)) continue;
+    return Error{ErrorKind::kInvalid, "POINT_NOT_FINITE", "must be three finite numbers",
+                 JsonPointer().key(key).index(i).text()};
+  }
+  return success();
+}
 
 void announce_trust(BinaryAnswer& answer, const InsideColumns& columns) {
   answer.announce<std::uint8_t>("reliable", columns.reliable.size());
@@ -26,7 +48,8 @@ void write_trust(BinaryAnswer& answer, const InsideColumns& columns) {
 }  // namespace
 
 Result<PointQuery> decode_points_binary(std::string_view body, const PointJsonRules& rules) {
-  const auto header = read_whole_header(body, kPoints, rules.max_points);
+  const auto header =
+      read_whole_header(body, rules.has_directions ? kDirectedPoints : kPoints, rules.max_points);
   if (!header) return header.error();
   PointJsonRules option_rules = rules;
   option_rules.has_points = false;
@@ -36,17 +59,17 @@ Result<PointQuery> decode_points_binary(std::string_view body, const PointJsonRu
   if (!query) return query;
   query->options.layout = AnswerLayout::kBinary;
 
-  query->points.resize(header->rows);
-  UnsetColumn<double> column(header->rows);
-  for (int k = 0; k < 3; ++k) {
-    read_column(body, *header, static_cast<std::size_t>(k), column);
-    for (std::size_t i = 0; i < column.size(); ++i) query->points[i][k] = column[i];
+  if (Status status = read_vectors(body, *header, 0, "points", query->points); !status) {
+    return status.error();
   }
-  for (std::size_t i = 0; i < query->points.size(); ++i) {
-    const Vec3d& p = query->points[i];
-    if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) continue;
-    return Error{ErrorKind::kInvalid, "POINT_NOT_FINITE", "a point must be three finite numbers",
-                 JsonPointer().key("points").index(i).text()};
+  query->has_normals = (header->flags & kNormalsFlag) != 0;
+  if (query->has_normals) {
+    if (Status status = read_vectors(body, *header, 3, "normals", query->normals); !status) {
+      return status.error();
+    }
+  }
+  if (rules.has_directions) {
+    if (Status status = finish_normals(*query); !status) return status.error();
   }
   return query;
 }

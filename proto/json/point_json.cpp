@@ -11,7 +11,9 @@
 namespace sightline {
 namespace {
 
-constexpr std::array<std::string_view, 4> kPointKeys{"points", "method", "max_distance", "count"};
+constexpr std::array<std::string_view, 8> kPointKeys{
+    "points", "method", "max_distance", "count", "normals", "seed", "distribution", "min_distance"};
+constexpr unsigned kDirectionKeys = 0xf0u;
 
 class PointReader : public RayReader {
  public:
@@ -22,7 +24,10 @@ class PointReader : public RayReader {
                    .known_fields = kNearestFields,
                    .has_marks = false,
                    .has_culling = false}),
-        rules_(rules) {}
+        rules_(rules) {
+    points_.count = rules.default_count;
+    points_.asks_rays = rules.has_directions;
+  }
 
   Result<PointQuery> read_all(std::string& body) {
     Result<RayQuery> options = read(body);
@@ -35,16 +40,18 @@ class PointReader : public RayReader {
   std::span<const std::string_view> more_keys() const override { return kPointKeys; }
   unsigned known_more_keys() const override {
     return (rules_.has_points ? 1u : 0u) | (rules_.has_method ? 2u : 0u) |
-           (rules_.has_max_distance ? 4u : 0u) | (rules_.has_count ? 8u : 0u);
+           (rules_.has_max_distance ? 4u : 0u) | (rules_.has_count ? 8u : 0u) |
+           (rules_.has_directions ? kDirectionKeys : 0u);
   }
 
   bool read_more(std::size_t which, Value value) override {
     const JsonPointer place = JsonPointer().key(kPointKeys[which]);
     switch (which) {
       case 0:
-        has_points_ = true;
+      case 4:
+        (which == 0 ? has_points_ : points_.has_normals) = true;
         return read_points(
-            *this, value, place, rules_.max_points, points_.points,
+            *this, value, place, rules_.max_points, which == 0 ? points_.points : points_.normals,
             [&](const JsonPointer& point_place) {
               return fail(ErrorKind::kTooLarge, "POINTS_TOO_MANY",
                           "a request may hold " + std::to_string(rules_.max_points) + " points",
@@ -57,21 +64,41 @@ class PointReader : public RayReader {
         points_.by_winding = word == 1;
         return true;
       }
+      case 5:
+        return read_count(value, std::numeric_limits<std::uint64_t>::max(), points_.seed, place);
+      case 6: {
+        constexpr std::array<std::string_view, 2> kDistributions{"cosine", "uniform"};
+        std::size_t word = 0;
+        if (!read_word(value, kDistributions, word, place)) return false;
+        points_.uniform = word == 1;
+        return true;
+      }
+      case 7:
+        return read_number(value, points_.min_distance, [&] { return JsonPointer(place); }) &&
+               check_distance(points_.min_distance, place);
       case 2:
         if (!read_number_or_null(value, std::numeric_limits<double>::infinity(),
                                  points_.max_distance, [&] { return JsonPointer(place); })) {
           return false;
         }
-        return points_.max_distance >= 0 ||
-               invalid("DISTANCE_NEGATIVE", "a distance must not be negative", place);
+        return check_distance(points_.max_distance, place);
       default:
         if (!read_count(value, rules_.max_count, points_.count, place)) return false;
-        return points_.count > 0 || invalid("COUNT_ZERO", "ask for one triangle at least", place);
+        return points_.count > 0 || invalid("COUNT_ZERO", "must be 1 at least", place);
     }
   }
 
+  bool check_distance(double distance, const JsonPointer& place) {
+    return distance >= 0 || invalid("DISTANCE_NEGATIVE", "a distance must not be negative", place);
+  }
+
   bool finish_more() override {
-    return has_points_ || !rules_.has_points || invalid("KEY_MISSING", "needs \"points\"", {});
+    if (!has_points_ && rules_.has_points) return invalid("KEY_MISSING", "needs \"points\"", {});
+    if (points_.min_distance > points_.max_distance) {
+      return invalid("RAY_LIMITS_REVERSED", "min_distance is greater than max_distance",
+                     JsonPointer().key("min_distance"));
+    }
+    return true;
   }
 
   PointJsonRules rules_;
@@ -116,7 +143,11 @@ std::string finish_answer(JsonWriter& out, const InsideColumns& columns) {
 }  // namespace
 
 Result<PointQuery> decode_points(std::string& body, const PointJsonRules& rules) {
-  return PointReader(rules).read_all(body);
+  auto query = PointReader(rules).read_all(body);
+  if (query && rules.has_directions && rules.has_points) {
+    if (Status status = finish_normals(*query); !status) return status.error();
+  }
+  return query;
 }
 
 std::string encode_inside(const InsideColumns& columns) {
@@ -136,6 +167,35 @@ std::string encode_signed_distances(const InsideColumns& columns,
   write_list(out, "distance", distance.size(), [&](std::size_t i) { out.number(distance[i]); });
   write_flags(out, "reliable", columns.reliable);
   return finish_answer(out, columns);
+}
+
+Status finish_normals(PointQuery& query) {
+  const JsonPointer place = JsonPointer().key("normals");
+  if (!query.has_normals) query.normals.assign(query.points.size(), {0, 1, 0});
+  if (query.normals.size() != query.points.size()) {
+    return Error{ErrorKind::kInvalid, "LENGTH_WRONG",
+                 "has " + std::to_string(query.normals.size()) + " normals for " +
+                     std::to_string(query.points.size()) + " points",
+                 place.text()};
+  }
+  for (std::size_t i = 0; i < query.normals.size(); ++i) {
+    if (query.normals[i] != Vec3d{}) continue;
+    return Error{ErrorKind::kInvalid, "NORMAL_ZERO", "a normal must not be zero",
+                 JsonPointer(place).index(i).text()};
+  }
+  return success();
+}
+
+std::string encode_sky(std::uint64_t directions, std::span<const std::uint64_t> counts) {
+  JsonWriter out(64 + counts.size() * 40);
+  out.raw("{\"directions\":" + std::to_string(directions));
+  write_list(out, "counts", counts.size(),
+             [&](std::size_t i) { out.raw(std::to_string(counts[i])); });
+  write_list(out, "ratios", counts.size(), [&](std::size_t i) {
+    out.number(static_cast<double>(counts[i]) / static_cast<double>(directions));
+  });
+  out.raw('}');
+  return out.take();
 }
 
 std::string encode_unreliable(std::uint64_t open_edges) {

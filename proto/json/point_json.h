@@ -33,7 +33,9 @@ struct PointJsonRules {
   bool has_points = true;
   // Whether the body may have the other keys.
   bool has_method = false, has_max_distance = false, has_count = false, has_fields = false;
-  std::uint64_t max_count = 1000;
+  /// "normals", "seed", "distribution" and "min_distance"; "count" is then a number of directions.
+  bool has_directions = false;
+  std::uint64_t default_count = 1, max_count = 1000;
   FieldSet default_fields = kDefaultNearestFields;
 };
 
@@ -42,14 +44,20 @@ struct PointQuery {
   bool by_winding = false;
   double max_distance = std::numeric_limits<double>::infinity();
   std::uint64_t count = 1;
-  RayQuery options;  ///< without rays
+  Column<Vec3d> normals;     ///< as many as points, finite, not zero; +Y where none were sent
+  bool has_normals = false;  ///< they were sent
+  std::uint64_t seed = 0;
+  bool uniform = false;     ///< directions by solid angle, else by the cosine
+  double min_distance = 0;  ///< at most max_distance
+  bool asks_rays = false;   ///< `count` is a number of directions
+  RayQuery options;         ///< without rays
 
   /// How many items the request is about, which decides where it runs.
-  std::uint64_t items() const { return points.size(); }
+  std::uint64_t items() const { return points.size() * (asks_rays ? count : 1); }
 };
 
 /// `body` as decode_rays takes it. Errors: as decode_rays, and 413 POINTS_TOO_MANY, 422
-/// DISTANCE_NEGATIVE, COUNT_ZERO.
+/// DISTANCE_NEGATIVE, COUNT_ZERO, NORMAL_ZERO, RAY_LIMITS_REVERSED.
 Result<PointQuery> decode_points(std::string& body, const PointJsonRules& rules);
 
 /// Whether points lie inside: columns of n slots; `winding` may be empty.
@@ -68,6 +76,13 @@ std::string encode_inside(const InsideColumns& columns);
 /// {"method":"parity","distance":[-1.5,null],"reliable":[true,true]}, and the same besides. A
 /// distance that is not finite is null.
 std::string encode_signed_distances(const InsideColumns& columns, std::span<const double> distance);
+/// Checks the normals of a query, or makes them +Y where none were sent. Errors: 422 LENGTH_WRONG,
+/// NORMAL_ZERO.
+Status finish_normals(PointQuery& query);
+
+/// {"directions":256,"counts":[199,0],"ratios":[0.77734375,0]}: of so many directions of each point
+/// those that meet nothing, and their part.
+std::string encode_sky(std::uint64_t directions, std::span<const std::uint64_t> counts);
 /// The value of "unreliable".
 std::string encode_unreliable(std::uint64_t open_edges);
 

@@ -350,6 +350,20 @@ class Sightline:
         """Signed distances, negative inside, inf beyond `max_distance`; the bool column `reliable` says where it is certain."""
         return self._near(scene, "distance", points, progress, options)
 
+    def sky(self, scene: str, points: Points, normals: Points | None = None, count: int = 256, **options: Any) -> Columns:
+        """`counts`: how many of `count` directions around each normal (default +Y) meet nothing; `ratios`: counts / count. One
+        request: the directions of a point depend on its number."""
+        tables = [(_allow(_points("points", points)), 3)]
+        if normals is not None:
+            tables.append((_allow(_points("normals", normals)), 3))
+            if tables[0][0].shape != tables[1][0].shape:
+                raise ValueError(f"normals has shape {tables[1][0].shape}, points has shape {tables[0][0].shape}: expected equal shapes")
+        body = _frame(b"SLP1", 2 * (len(tables) - 1), tables, {**options, "count": count})
+        columns, _ = self._columns(self._scene(scene, "/points:sky"), body, _BYTES)
+        counts = columns["counts"]
+        columns["ratios"] = [each / count for each in counts] if isinstance(counts, list) else counts / count
+        return _finish(columns, (), tables[0][0].shape[:-1], lists=False)
+
     # Shapes: spheres of `radius`, or boxes of `half` (x, y and z), one number or row for all or one for each.
 
     def sweeps_closest(self, scene: str, origins: Points, directions: Points, radius: Any = None, half: Any = None, tmin: Limit = None,

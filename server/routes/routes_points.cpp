@@ -153,6 +153,37 @@ void ask_nearest(Exchange& exchange, const Service& service) {
                     : encode_nearest_lists(lists, about.details, about.terms, fields));
 }
 
+void ask_sky(Exchange& exchange, const Service& service) {
+  RayRequest request(exchange, service);
+  PointQuery query;
+  if (!request.read_points({.has_max_distance = true,
+                            .has_count = true,
+                            .has_directions = true,
+                            .default_count = 256,
+                            .max_count = 65536},
+                           query)) {
+    return;
+  }
+  const auto rays = std::min<std::uint64_t>(
+      query.items(), std::max<std::uint64_t>(query.count, Engine::kRaysAtOnce));
+  const Hemisphere samples{{query.points.begin(), query.points.end()},
+                           {query.normals.begin(), query.normals.end()},
+                           query.count,
+                           query.seed,
+                           query.uniform};
+  Column<std::uint64_t> unblocked;
+  if (!request.reserve(query.points.size() * (2 * kRayBytes + 3 * kNumberBytes) +
+                       rays * (kRayBytes + 1)) ||
+      !request.went_well(service.engine.sky(request.scene(), samples,
+                                            {query.min_distance, query.max_distance},
+                                            request.deadline(), unblocked, request.options()))) {
+    return;
+  }
+  request.add_time(&WorkReport::trace_us);
+  request.reply(request.is_binary() ? encode_counts_binary(unblocked, nullptr)
+                                    : encode_sky(query.count, unblocked));
+}
+
 }  // namespace
 
 void add_point_routes(Router& router, const Service& service) {
@@ -160,6 +191,7 @@ void add_point_routes(Router& router, const Service& service) {
   router.add("POST", "/v1/scenes/{id}/points:closest", with(service, ask_closest));
   router.add("POST", "/v1/scenes/{id}/points:nearest", with(service, ask_nearest));
   router.add("POST", "/v1/scenes/{id}/points:distance", with(service, ask_distance));
+  router.add("POST", "/v1/scenes/{id}/points:sky", with(service, ask_sky));
 }
 
 }  // namespace sightline

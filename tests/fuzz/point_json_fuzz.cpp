@@ -16,7 +16,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                              .has_method = size % 2 == 0,
                              .has_max_distance = size % 3 != 0,
                              .has_count = size % 2 == 1,
-                             .has_fields = size % 2 == 1};
+                             .has_fields = size % 2 == 1,
+                             .has_directions = size % 5 < 2};
   const auto query = decode_points(body, rules);
   require(body == sent, "the body is only read");
   if (!query) {
@@ -35,6 +36,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }
   }
   require(query->count > 0 && query->count <= rules.max_count, "counts are in range");
+  require(!rules.has_directions || query->normals.size() == points.size(), "as many normals");
+  require(query->min_distance >= 0 && query->min_distance <= query->max_distance,
+          "distances are in order");
   require(query->max_distance >= 0, "a distance is none below zero");
   return 0;
 }

@@ -54,6 +54,7 @@ QUESTIONS = [
     ("How far inside or outside", TOWN + "points:distance",
      {"points": [[0, 10, 0.5], [-7, 9, 0]], "include": {"names": ["clock tower", "spire"]}}),
     ("Where inside is not defined", SIX + "points:distance", {"points": [[0, 50, 0]], "method": "winding"}),
+    ("How much of the sky a point sees", TOWN + "points:sky", {"points": [[3, 0.5, 5], [0, 400, 0]], "count": 64}),
     ("What a box touches", TOWN + "boxes:list",
      {"boxes": [{"min": [-4, 20, -4], "max": [4, 33, 4]}, {"min": [None, 97, None], "max": [None, None, None]}], "of": "nodes"}),
     ("How many triangles", TOWN + "boxes:count",
