@@ -1,6 +1,7 @@
 #pragma once
 /// The connection of one client, between the event loop and a worker.
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstdint>
@@ -76,7 +77,8 @@ struct Connection {
   bool at_door = false;
   PutOff put_off = PutOff::kNo;
 
-  Connection* next = nullptr;  ///< in the queue or the list that has it: they take no memory
+  Connection* next = nullptr;     ///< in the list that has it: that takes no memory
+  std::array<double, 4> flows{};  ///< what it has had of each WorkerPool
 
   // Only for the event loop.
   Phase phase = Phase::kHead;

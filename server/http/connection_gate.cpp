@@ -106,8 +106,7 @@ void ConnectionGate::answer(Connection& connection) {
   }
 }
 
-void ConnectionGate::work(Connection& connection) {
-  answer(connection);
+void ConnectionGate::give_back(Connection& connection) {
   if (connection.heard == Heard::kEnd) hear(connection, Heard::kBytes);
   // A connection that has nothing to do but wait for its next request wakes nobody: that request
   // will. Unless it has come already: the door, which then saw a connection at work, has left a
@@ -154,18 +153,19 @@ void ConnectionGate::run(int listener) {
   ::sigemptyset(&broken_pipe);
   ::sigaddset(&broken_pipe, SIGPIPE);
   ::pthread_sigmask(SIG_BLOCK, &broken_pipe, nullptr);
-  const auto start = [this](std::unique_ptr<WorkerPool>& pool, WorkerPool::Priority priority,
-                            std::size_t threads, std::size_t queue) {
-    pool = std::make_unique<WorkerPool>(threads, queue, priority,
-                                        [this](Connection& connection) { work(connection); });
+  const auto start = [this](std::unique_ptr<WorkerPool>& pool, const WorkerPool::Options& options) {
+    pool = std::make_unique<WorkerPool>(
+        options, [this](Connection& connection) { answer(connection); },
+        [this](Connection& connection) { give_back(connection); });
   };
-  start(ready_workers_, WorkerPool::Priority::kNormal, limits_.workers, limits_.queue);
+  const std::size_t workers = limits_.workers;
+  start(ready_workers_, {workers, limits_.queue, WorkerPool::Priority::kNormal, 0});
   // Many numbers to read and to write take long: who asks for little does not wait for that.
-  start(bulk_workers_, WorkerPool::Priority::kLower, limits_.workers, limits_.queue);
+  start(bulk_workers_, {workers, limits_.queue, WorkerPool::Priority::kLower, 1});
   // Few, so that a short request beside them waits for few. Those waiting do not hold it up.
-  start(long_workers_, WorkerPool::Priority::kLower, std::max<std::size_t>(2, limits_.workers / 4),
-        limits_.queue);
-  start(stream_workers_, WorkerPool::Priority::kLower, limits_.streams, 0);
+  start(long_workers_,
+        {std::max<std::size_t>(2, workers / 4), limits_.queue, WorkerPool::Priority::kLower, 2});
+  start(stream_workers_, {limits_.streams, 0, WorkerPool::Priority::kLower, 3});
   watch(epoll_, listener, EPOLLIN);
   bool stopped = false;
   std::array<epoll_event, 256> events;

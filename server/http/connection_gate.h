@@ -106,7 +106,7 @@ class ConnectionGate {
   /// Sets the events of the socket that wake the event loop. The owner of the connection calls it.
   void hear(Connection& connection, Heard heard);
   void answer(Connection& connection);
-  void work(Connection& connection);
+  void give_back(Connection& connection);
   int wait(epoll_event* events, int count);
   void on_event(int socket, std::uint32_t events);
   void take_returned();

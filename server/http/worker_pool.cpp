@@ -1,5 +1,7 @@
 #include "server/http/worker_pool.h"
 
+#include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include "core/base/priority.h"
@@ -7,11 +9,12 @@
 
 namespace sightline {
 
-WorkerPool::WorkerPool(std::size_t threads, std::size_t queue, Priority priority, Work work)
-    : count_(threads), limit_(queue), priority_(priority), work_(std::move(work)) {
-  threads_.reserve(threads);
+WorkerPool::WorkerPool(const Options& options, Work answer, Work give_back)
+    : options_(options), answer_(std::move(answer)), give_back_(std::move(give_back)) {
+  queue_.reserve(options.queue + options.threads);
+  threads_.reserve(options.threads);
   try {
-    for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this] { run(); });
+    for (std::size_t i = 0; i < options.threads; ++i) threads_.emplace_back([this] { run(); });
   } catch (...) {
     end();
     throw;
@@ -19,6 +22,10 @@ WorkerPool::WorkerPool(std::size_t threads, std::size_t queue, Priority priority
 }
 
 WorkerPool::~WorkerPool() { end(); }
+
+double WorkerPool::seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 void WorkerPool::end() {
   {
@@ -29,63 +36,87 @@ void WorkerPool::end() {
   for (std::thread& thread : threads_) thread.join();
 }
 
+double& WorkerPool::finish_of(Connection& connection) {
+  const std::string& key = connection.head.key_name;
+  return key.empty() ? connection.flows[options_.number] : finish_of_key_[key];
+}
+
 bool WorkerPool::submit(Connection& connection) {
   bool wakes = false;
   {
     const std::lock_guard hold(mutex_);
-    // Who finds a worker free does not wait, and so does not count.
-    if (queued_ + working_ >= limit_ + count_) return false;
-    connection.next = nullptr;
-    (first_ == nullptr ? first_ : last_->next) = &connection;
-    last_ = &connection;
-    ++queued_;
+    // A request that finds an idle worker does not wait, and so does not count.
+    if (queue_.size() + working_ >= options_.queue + options_.threads) return false;
+    queue_.push_back({std::max(now_, finish_of(connection)), ++arrivals_, &connection});
+    std::push_heap(queue_.begin(), queue_.end());
     wakes = should_wake();
   }
   if (wakes) wake_.notify_one();
   return true;
 }
 
+WorkerPool::Waiting WorkerPool::take_next() {
+  for (;;) {
+    std::pop_heap(queue_.begin(), queue_.end());
+    Waiting& next = queue_.back();
+    // Other requests of the flow may have been served since this one came.
+    const double finish = finish_of(*next.connection);
+    if (next.start >= finish) break;
+    next.start = finish;
+    std::push_heap(queue_.begin(), queue_.end());
+  }
+  const Waiting next = queue_.back();
+  queue_.pop_back();
+  return next;
+}
+
 bool WorkerPool::should_wake() {
-  if (first_ == nullptr || sleeping_ == 0 || waking_) return false;
+  if (queue_.empty() || sleeping_ == 0 || waking_) return false;
   waking_ = true;
   return true;
 }
 
 std::size_t WorkerPool::queued() const {
   const std::lock_guard hold(mutex_);
-  return queued_;
+  return queue_.size();
 }
 
 bool WorkerPool::has_idle() const {
   const std::lock_guard hold(mutex_);
-  return queued_ < sleeping_;
+  return queue_.size() < sleeping_;
 }
 
 void WorkerPool::run() {
-  if (priority_ == Priority::kLower) lower_priority();
+  if (options_.priority == Priority::kLower) lower_priority();
   // The first allocation of a thread may take the addresses of a whole heap (64 MiB in glibc):
   // better now than when memory is short. Volatile, because it would be left out else.
   char* volatile first = new char[64];
   delete[] first;
   std::unique_lock hold(mutex_);
   for (;;) {
-    while (first_ == nullptr && !ending_) {
+    while (queue_.empty() && !ending_) {
       ++sleeping_;
       wake_.wait(hold);
       --sleeping_;
       waking_ = false;
     }
-    if (first_ == nullptr) return;
-    Connection* connection = first_;
-    first_ = connection->next;
-    --queued_;
+    if (queue_.empty()) return;
+    const auto [start, arrival, connection] = take_next();
+    now_ = std::max(now_, start);
     ++working_;
     const bool wakes = should_wake();
     hold.unlock();
     if (wakes) wake_.notify_one();
-    work_(*connection);
+    const double begin = options_.clock();
+    answer_(*connection);
+    const double cost = options_.clock() - begin;
     hold.lock();
+    double& finish = finish_of(*connection);
+    finish = std::max(finish, start) + cost;
     --working_;
+    hold.unlock();
+    give_back_(*connection);
+    hold.lock();
   }
 }
 

@@ -1,0 +1,117 @@
+#include "server/http/worker_pool.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "server/http/connection.h"
+
+namespace sightline {
+namespace {
+
+/// One worker, and clients that ask again as soon as they are answered. Names the client of each request
+/// in the order of service.
+class FairQueue : public testing::Test {
+ protected:
+  Connection& client(const std::string& name, const std::string& key = {}) {
+    clients_.push_back(std::make_unique<Connection>(-1, budget_, spool_));
+    clients_.back()->head.target = name;
+    clients_.back()->head.key_name = key;
+    return *clients_.back();
+  }
+
+  /// Serves so many requests; each that is called "slow" takes ten times as long as any other.
+  std::vector<std::string> serve(std::size_t count) {
+    std::unique_lock hold(mutex_);
+    WorkerPool pool(
+        {.threads = 1, .queue = 100, .clock = [&] { return time_.load(); }},
+        [&](Connection& connection) {
+          // All have come before the first is served.
+          while (!begun_) std::this_thread::yield();
+          time_ = time_ + (connection.head.target == "slow" ? 10 : 1);
+        },
+        [&](Connection& connection) {
+          const std::lock_guard again(mutex_);
+          if (served_.size() == count) return;
+          served_.push_back(connection.head.target);
+          if (served_.size() == count) done_.notify_one();
+          EXPECT_TRUE(pool_->submit(connection));
+        });
+    pool_ = &pool;
+    for (const auto& connection : clients_) EXPECT_TRUE(pool.submit(*connection));
+    begun_ = true;
+    done_.wait(hold, [&] { return served_.size() == count; });
+    hold.unlock();
+    return served_;
+  }
+
+  static std::ptrdiff_t count(const std::vector<std::string>& served, const std::string& name) {
+    return std::count(served.begin(), served.end(), name);
+  }
+
+ private:
+  MemoryBudget budget_{0, 0};
+  Spool spool_{"/tmp", 0};
+  std::vector<std::unique_ptr<Connection>> clients_;
+  std::mutex mutex_;
+  std::condition_variable done_;
+  std::atomic<bool> begun_{false};
+  std::atomic<double> time_{0};  ///< passes only while a request is served
+  WorkerPool* pool_ = nullptr;
+  std::vector<std::string> served_;
+};
+
+TEST_F(FairQueue, serves_a_connection_of_quick_requests_more_often_than_one_of_slow_requests) {
+  for (int i = 0; i < 20; ++i) client("slow");
+  client("quick");
+  const auto served = serve(100);
+  // In the order of arrival it would be served four times.
+  EXPECT_GE(count(served, "quick"), 15);
+}
+
+TEST_F(FairQueue, gives_a_key_with_many_connections_no_more_than_another_key) {
+  for (int i = 0; i < 20; ++i) client("many", "many");
+  client("one", "one");
+  const auto served = serve(60);
+  EXPECT_GE(count(served, "one"), 15);
+  EXPECT_GE(count(served, "many"), 15);
+}
+
+TEST_F(FairQueue, counts_what_a_key_has_had_since_its_requests_came) {
+  for (int i = 0; i < 80; ++i) client("many", "many");
+  client("one", "one");
+  EXPECT_GE(count(serve(60), "one"), 15);
+}
+
+TEST_F(FairQueue, serves_equal_connections_in_turns) {
+  for (const char* name : {"a", "b", "c"}) client(name);
+  const auto served = serve(60);
+  for (const char* name : {"a", "b", "c"}) EXPECT_GE(count(served, name), 12) << name;
+}
+
+TEST(WorkerPool, takes_as_many_as_may_wait_and_no_more) {
+  MemoryBudget budget(0, 0);
+  Spool spool("/tmp", 0);
+  Connection first(-1, budget, spool), second(-1, budget, spool), third(-1, budget, spool);
+  std::atomic<bool> go_on{false};
+  WorkerPool pool(
+      {.threads = 1, .queue = 1},
+      [&](Connection&) {
+        while (!go_on) std::this_thread::yield();
+      },
+      [](Connection&) {});
+  EXPECT_TRUE(pool.submit(first));
+  EXPECT_TRUE(pool.submit(second));
+  EXPECT_FALSE(pool.submit(third));
+  go_on = true;
+}
+
+}  // namespace
+}  // namespace sightline
