@@ -11,7 +11,8 @@ proto/hit_fields.def has one row for each field of a hit, proto/questions.json o
   proto/python/sightline.py  the constants TEXTS, _WIDTHS, _DISTANCES and _FLAGS
   server/page/app/src        the list of fields
 
---write rewrites them. Without it, the script prints each place that differs and fails. Both check that each question
+--write rewrites them. Without it, the script prints each place that differs and fails. Both check that
+docs/reference/errors.md has each error code of the source and no other, with the status of its kind. Both check that each question
 agrees with openapi.json (path, operation, keys, answer, layouts), has a route in the server, and has its method in the
 Python client. The tools of MCP and the flags of the command line are made from openapi.json and hit_fields.def when
 the program runs.
@@ -31,6 +32,15 @@ CLIENT_ROUTES = {"listScenes": "scenes", "loadScene": "load", "getScene": "scene
                  "sceneEvents": "events", "sceneStats": "stats", "sceneNodes": "nodes", "patchNode": "patch_node",
                  "sceneTriangles": "triangles", "sceneGeometry": "geometry", "sceneTrees": "bvh", "selfCheck": "selfcheck",
                  "health": "health", "readiness": "ready", "version": "version", "metrics": "metrics", "openapi": "openapi"}
+# Texts of the source that look like error codes.
+NO_CODES = {"COLOR_0", "TEXCOORD_0", "SIGHTLINE_KEY", "OPEN_EDGES"}
+CODE = r'"([A-Z][A-Z0-9]+(?:_[A-Z0-9]+)+)"'
+KIND = re.compile(r'ErrorKind::(k\w+),\s*"([A-Z][A-Z0-9_]+)"')
+# What core/base/result.h says of each kind. A deadline of a body is 408, one of an answer 504.
+STATUS = {"kInvalid": "422", "kMalformed": "400", "kUnsupported": "415", "kTooLarge": "413", "kNotFound": "404", "kConflict": "409",
+          "kPrecondition": "412", "kBusy": "503", "kOutOfSpace": "507", "kInternal": "500"}
+# Answered with 403 by the routes.
+FORBIDDEN = {"PATH_NOT_ALLOWED", "PATH_REFUSED"}
 QUESTION = ("operation", "path", "keys", "answer", "layouts", "python", "doc")
 
 
@@ -180,6 +190,24 @@ class Description:
                     self.faults.append(f"proto/openapi.json: {method} {path}: proto/python/sightline.py has no method for {name}"
                                        " (CLIENT_ROUTES of scripts/describe.py)")
 
+    def check_error_codes(self):
+        page = (self.root / "docs/reference/errors.md").read_text()
+        documented = dict(re.findall(r"^\| `([A-Z0-9_]+)` \| ([^|]*) \|", page, re.MULTILINE))
+        source = "\n".join(path.read_text() for room in ("core", "proto", "server")
+                           for path in sorted((self.root / room).rglob("*")) if path.suffix in (".cpp", ".h"))
+        limits = set(re.findall(r'beyond_limit\(\s*"([A-Z_]+)"', source))
+        codes = set(re.findall(CODE, source)) | {code for _, code in KIND.findall(source)}
+        codes = codes - limits - NO_CODES - {"GLTF_LIMIT_"} | {f"GLTF_LIMIT_{limit}" for limit in limits}
+        for code in sorted(codes - documented.keys()):
+            self.faults.append(f"docs/reference/errors.md has no row for {code}")
+        for code in sorted(documented.keys() - codes):
+            if f'"{code}"' not in source:
+                self.faults.append(f"docs/reference/errors.md: no source has {code}")
+        for kind, code in KIND.findall(source):
+            status = documented.get(code, "")
+            if status[:1].isdigit() and code not in FORBIDDEN and STATUS.get(kind, status) not in status:
+                self.faults.append(f"docs/reference/errors.md: {code} has status {status}, its kind {kind} has {STATUS[kind]}")
+
 
 def main(arguments):
     write = "--write" in arguments
@@ -187,6 +215,7 @@ def main(arguments):
     description = Description(Path(names[0]) if names else Path(__file__).resolve().parents[1])
     description.write(write)
     description.check_questions()
+    description.check_error_codes()
     for fault in description.faults:
         print(fault)
     print(f"{len(description.fields)} fields, {len(description.questions)} questions: {len(description.faults)} faults")
