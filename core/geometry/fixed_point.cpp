@@ -28,8 +28,8 @@ struct Range {
     include(v.y);
     include(v.z);
   }
-  /// All values are less than 2^61 of the lowest's unit: their differences are below 2^62.
-  bool fits() const { return highest - lowest < 61; }
+  /// All values are less than 2^60 of the lowest's unit: their differences are below 2^61.
+  bool fits() const { return highest - lowest < 60; }
 };
 
 std::int64_t on_grid(double value, int exponent) {
@@ -50,15 +50,23 @@ Vector on_grid(const Vec3d& v, int exponent) {
 
 Vector minus(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 
-/// Components below 2^62 give products below 2^124 and their difference below 2^125.
+/// Components below 2^61 give products below 2^122 and their difference below 2^123.
 WideVector cross(const Vector& a, const Vector& b) {
   return {Int128{a[1]} * b[2] - Int128{a[2]} * b[1], Int128{a[2]} * b[0] - Int128{a[0]} * b[2],
           Int128{a[0]} * b[1] - Int128{a[1]} * b[0]};
 }
 
-/// Three products below 2^187: the sum is below 2^189.
+/// The halves of a (64 bits unsigned, 59 bits signed) times b (61 bits) are summed apart: three products are below 2^127.
 Int256 dot(const WideVector& a, const Vector& b) {
-  return multiply(a[0], b[0]) + multiply(a[1], b[1]) + multiply(a[2], b[2]);
+  Int128 low = 0, high = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    low += Int128{static_cast<std::uint64_t>(a[i])} * b[i];
+    high += Int128{static_cast<std::int64_t>(a[i] >> 64)} * b[i];
+  }
+  high += low >> 64;
+  const auto top = static_cast<std::uint64_t>(high >> 64);
+  return {{static_cast<std::uint64_t>(low), static_cast<std::uint64_t>(high), top,
+           high < 0 ? ~std::uint64_t{0} : 0}};
 }
 
 }  // namespace
@@ -83,18 +91,6 @@ Int256 Int256::operator-() const {
     carry >>= 64;
   }
   return result;
-}
-
-Int256 multiply(Int128 a, std::int64_t b) {
-  const bool negative = (a < 0) != (b < 0);
-  const UInt128 x = a < 0 ? -static_cast<UInt128>(a) : static_cast<UInt128>(a);
-  const std::uint64_t y = b < 0 ? 0 - static_cast<std::uint64_t>(b) : static_cast<std::uint64_t>(b);
-  const UInt128 low = UInt128{static_cast<std::uint64_t>(x)} * y;
-  const UInt128 high = (x >> 64) * y + (low >> 64);
-  Int256 product;
-  product.limb = {static_cast<std::uint64_t>(low), static_cast<std::uint64_t>(high),
-                  static_cast<std::uint64_t>(high >> 64), 0};
-  return negative ? -product : product;
 }
 
 std::optional<FixedHit> fixed_hit(const Vec3d& origin, const Vec3d& direction,
