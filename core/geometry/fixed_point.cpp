@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 
 #include "core/geometry/float64_parts.h"
 
@@ -11,41 +12,43 @@ namespace {
 
 __extension__ using UInt128 = unsigned __int128;
 
-/// value = mantissa * 2^place, mantissa odd; place and top (its leading bit's weight) of all of
-/// them.
-struct Range {
-  int lowest = 1 << 20;
-  int highest = -(1 << 20);
-
-  void include(double value) {
-    const Float64Parts parts(value);
-    if (parts.mantissa == 0) return;
-    lowest = std::min(lowest, parts.place + std::countr_zero(parts.mantissa));
-    highest = std::max(highest, parts.place + 63 - std::countl_zero(parts.mantissa));
-  }
-  void include(const Vec3d& v) {
-    include(v.x);
-    include(v.y);
-    include(v.z);
-  }
-  /// All values are less than 2^60 of the lowest's unit: their differences are below 2^61.
-  bool fits() const { return highest - lowest < 60; }
-};
-
-std::int64_t on_grid(double value, int exponent) {
-  const Float64Parts parts(value);
-  if (parts.mantissa == 0) return 0;
-  const int shift = parts.place - exponent;
-  const auto magnitude =
-      static_cast<std::int64_t>(shift >= 0 ? parts.mantissa << shift : parts.mantissa >> -shift);
-  return parts.negative ? -magnitude : magnitude;
-}
-
 using Vector = std::array<std::int64_t, 3>;
 using WideVector = std::array<Int128, 3>;
 
-Vector on_grid(const Vec3d& v, int exponent) {
-  return {on_grid(v.x, exponent), on_grid(v.y, exponent), on_grid(v.z, exponent)};
+/// The grid of the multiples of 2^exponent, on which the largest of some numbers lies in [2^59, 2^60).
+class Grid {
+ public:
+  explicit Grid(double largest) {
+    if (!(largest > 0)) return;  // all are zero, on every grid
+    const Float64Parts parts(largest);
+    exponent_ = parts.place + 63 - std::countl_zero(parts.mantissa) - 59;
+    // Both powers of two, and every multiple below 2^60, are normal float64 numbers.
+    is_exact_ = exponent_ >= -960 && exponent_ <= 960;
+    if (is_exact_) unit_ = power(exponent_), scale_ = power(-exponent_);
+  }
+  int exponent() const { return exponent_; }
+  /// Whether all numbers so far were multiples.
+  bool is_exact() const { return is_exact_; }
+  std::int64_t operator()(double value) {
+    if (!is_exact_) return 0;
+    const auto multiple = static_cast<std::int64_t>(value * scale_);
+    is_exact_ = static_cast<double>(multiple) * unit_ == value;
+    return multiple;
+  }
+  Vector operator()(const Vec3d& v) { return {(*this)(v.x), (*this)(v.y), (*this)(v.z)}; }
+
+ private:
+  /// 2^exponent, a normal number.
+  static double power(int exponent) {
+    return std::bit_cast<double>(static_cast<std::uint64_t>(1023 + exponent) << 52);
+  }
+  int exponent_ = 0;
+  bool is_exact_ = true;
+  double unit_ = 1, scale_ = 1;
+};
+
+double largest_of(const Vec3d& v) {
+  return std::max({std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)});
 }
 
 Vector minus(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
@@ -56,7 +59,7 @@ WideVector cross(const Vector& a, const Vector& b) {
           Int128{a[0]} * b[1] - Int128{a[1]} * b[0]};
 }
 
-/// The halves of a (64 bits unsigned, 59 bits signed) times b (61 bits) are summed apart: three products are below 2^127.
+/// The halves of a (64 bits unsigned, 59 bits signed) times b (61 bits) are summed apart. Three products are below 2^127.
 Int256 dot(const WideVector& a, const Vector& b) {
   Int128 low = 0, high = 0;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -95,23 +98,18 @@ Int256 Int256::operator-() const {
 
 std::optional<FixedHit> fixed_hit(const Vec3d& origin, const Vec3d& direction,
                                   const Triangle& triangle) {
-  Range space;
-  space.include(origin);
-  space.include(triangle.v0);
-  space.include(triangle.v1);
-  space.include(triangle.v2);
-  Range directions;
-  directions.include(direction);
-  if (!space.fits() || !directions.fits()) return std::nullopt;
+  Grid space(std::max({largest_of(origin), largest_of(triangle.v0), largest_of(triangle.v1),
+                       largest_of(triangle.v2)}));
+  Grid directions(largest_of(direction));
+  const Vector o = space(origin), d = directions(direction);
+  const Vector a = minus(space(triangle.v0), o);
+  const Vector b = minus(space(triangle.v1), o);
+  const Vector c = minus(space(triangle.v2), o);
+  if (!space.is_exact() || !directions.is_exact()) return std::nullopt;
 
   FixedHit hit;
-  hit.space_exponent = space.lowest > space.highest ? 0 : space.lowest;
-  hit.direction_exponent = directions.lowest;
-  const Vector o = on_grid(origin, hit.space_exponent);
-  const Vector d = on_grid(direction, hit.direction_exponent);
-  const Vector a = minus(on_grid(triangle.v0, hit.space_exponent), o);
-  const Vector b = minus(on_grid(triangle.v1, hit.space_exponent), o);
-  const Vector c = minus(on_grid(triangle.v2, hit.space_exponent), o);
+  hit.space_exponent = space.exponent();
+  hit.direction_exponent = directions.exponent();
   const WideVector bc = cross(b, c);
   hit.w0 = dot(bc, d);
   hit.w1 = dot(cross(c, a), d);

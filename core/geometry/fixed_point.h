@@ -1,8 +1,8 @@
 #pragma once
 /// The fast stage of the exact predicate: ray and triangle as integers on a common grid.
 ///
-/// It applies to twelve coordinates that are multiples of one power of two and less than 2^60 of it
-/// in magnitude. All float32 scenes of ordinary extent satisfy that, and nearly all float64 rays into
+/// It applies to twelve coordinates that are multiples of one power of two, and less than 2^60 times
+/// that power. All float32 scenes of ordinary extent satisfy that, and nearly all float64 rays into
 /// them. Cross products of two differences then fit 128 bits, and determinants 256. Nothing is
 /// rounded, so the only proof is a count of bits. Other input is decided by Dyadic.
 
