@@ -94,16 +94,16 @@ void answer(const Router& router, const Journal& journal, Exchange& exchange) {
   try {
     router.dispatch(exchange);
   } catch (const std::bad_alloc&) {
-    if (!exchange.at_door) note(507);
+    if (!exchange.on_event_loop) note(507);
     throw;
   } catch (...) {
-    if (!exchange.at_door) note(500);
+    if (!exchange.on_event_loop) note(500);
     throw;
   }
   if (!exchange.is_put_off()) note(exchange.response.status);
 }
 
-NamedCounts door_events(const DoorCounts& counts, const Metrics& metrics) {
+NamedCounts connection_events(const EventLoopCounts& counts, const Metrics& metrics) {
   return {{"accepted", counts.accepted},
           {"evicted", counts.evicted},
           {"too_slow", counts.timed_out + metrics.slow()},
@@ -125,7 +125,7 @@ Signals::Event wait_for_stop(Signals& signals, std::chrono::milliseconds timeout
   }
 }
 
-/// Turns signals into the steps of a stop: say that it is coming, close the door, break off.
+/// Turns signals into the steps of a stop: announce it, accept no more connections, cancel what is left.
 void watch_signals(Signals& signals, const Running& running) {
   using Event = Signals::Event;
   Service& service = running.service;
@@ -217,11 +217,11 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
     return complain(store.error(), command.data.empty() ? "" : "--data " + command.data + ": ");
   }
 
-  if (const Status spool = SpoolFile::can_be_made_in(command.door.spool_folder); !spool) {
+  if (const Status spool = SpoolFile::can_be_made_in(command.http.spool_folder); !spool) {
     return complain(spool.error(), "--spool-dir: ");
   }
-  command.door.connections = allowed_connections(command.door);
-  command.door.request = std::min(command.door.request, machine_memory() / 2);
+  command.http.connections = allowed_connections(command.http);
+  command.http.request = std::min(command.http.request, machine_memory() / 2);
   Service service{**engine, **store, command.limits};
   Metrics metrics;
   const Journal journal{log, metrics};
@@ -242,7 +242,7 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
   const AnswerHeaders headers(command.cors_origins);
   for (const std::string& warning : warnings_of(command)) log.warn(warning);
   const bool for_this_machine = is_local_host(command.listen.host);
-  const DoorRules rules{
+  const EventLoopCallbacks rules{
       headers,
       [&](RequestHead& head) {
         auto fault = access.admit(head);
@@ -264,18 +264,18 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
         note_refusal(journal, head, fault, access.is_key(id) ? std::string() : id);
       }};
   HttpServer server(
-      command.door, [&](Exchange& exchange) { answer(router, journal, exchange); },
+      command.http, [&](Exchange& exchange) { answer(router, journal, exchange); },
       [&](const std::string& id, const std::string& type) {
         log.error("request failed by an exception", {{"id", id}, {"type", type}});
       },
       rules);
   const auto now = [&] {
-    return ServerNow{server.counts().open, door_events(server.counts(), metrics),
+    return ServerNow{server.counts().open, connection_events(server.counts(), metrics),
                      server.queued(),      server.memory(),
                      server.spooled(),     manager.totals(),
                      (*engine)->kernel()};
   };
-  add_health_routes(router, service, {metrics, command.door, **sources, now});
+  add_health_routes(router, service, {metrics, command.http, **sources, now});
   const auto port = server.bind(command.listen);
   if (!port) return complain(port.error());
 
@@ -293,8 +293,8 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
     server.serve();
   } catch (const std::system_error& error) {
     fault = {ErrorKind::kInternal, "THREADS_FEW",
-             "the system does not give the threads of " + std::to_string(command.door.workers) +
-                 " workers and " + std::to_string(command.door.streams) +
+             "the system does not give the threads of " + std::to_string(command.http.workers) +
+                 " workers and " + std::to_string(command.http.streams) +
                  " streams: " + error.code().message(),
              ""};
   }

@@ -23,7 +23,7 @@ BodyReader::BodyReader(Connection& connection, ResponseWriter& writer, const Pac
       writer_(writer),
       since_(connection.streams ? Pace::Clock::now() : connection.asked_at),
       pace_(pace, since_),
-      hurry_({busy_rate, pace.window, pace.longest}, since_),
+      busy_pace_({busy_rate, pace.window, pace.longest}, since_),
       gathered_(connection.is_gathered ? connection.head.length.value_or(0) : 0),
       memory_(memory) {
   if (connection.body) connection.body->rewind();
@@ -97,7 +97,7 @@ void BodyReader::decode_as(Coding coding) {
 void BodyReader::restart_pace() {
   since_ = Pace::Clock::now();
   pace_.restart(since_);
-  hurry_.restart(since_);
+  busy_pace_.restart(since_);
 }
 
 bool BodyReader::wait_for_client() {
@@ -105,7 +105,7 @@ bool BodyReader::wait_for_client() {
     const Pace::Clock::time_point now = Pace::Clock::now();
     if (now >= pace_.due()) {
       fault_ = Fault::kSlow;
-    } else if (now >= hurry_.due() && memory_.keeps_others_waiting()) {
+    } else if (now >= busy_pace_.due() && memory_.keeps_others_waiting()) {
       fault_ = Fault::kMemory;
     }
     if (fault_ != Fault::kNoFault) return false;
@@ -131,7 +131,7 @@ bool BodyReader::receive(bool wait) {
   // It is not the client's time that went by while this waited for memory, or decoded.
   const Pace::Clock::time_point now = Pace::Clock::now();
   pace_.pause(now - since_);
-  hurry_.pause(now - since_);
+  busy_pace_.pause(now - since_);
   since_ = now;
   while (fault_ == Fault::kNoFault && body.unread() == 0 && !body.is_whole()) {
     if (!connection_.pending_input().empty()) {
@@ -141,7 +141,7 @@ bool BodyReader::receive(bool wait) {
       has_received_ = true;
       since_ = Pace::Clock::now();
       pace_.moved(bytes, since_);
-      hurry_.moved(bytes, since_);
+      busy_pace_.moved(bytes, since_);
       continue;
     }
     const auto most = static_cast<std::size_t>(

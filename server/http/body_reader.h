@@ -98,7 +98,7 @@ class BodyReader {
   Connection& connection_;
   ResponseWriter& writer_;
   Pace::Clock::time_point since_;  ///< when it last had something, which then was at work here
-  Pace pace_, hurry_;
+  Pace pace_, busy_pace_;
   std::uint64_t gathered_;       ///< unread bytes of a body that stands in the connection's input
   std::size_t gathered_at_ = 0;  ///< where they begin there
   bool has_received_ = false;

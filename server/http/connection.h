@@ -27,7 +27,7 @@ struct Connection {
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
 
-  /// Phases in the event loop, see ConnectionGate.
+  /// Phases in the event loop, see EventLoop.
   enum class Phase { kHead, kBody, kAtWork, kSending, kLingering };
   /// Events of the socket that wake the event loop. kEnd: only the end, while a stream reads its
   /// body. kBytes: also bytes to receive. kRoom: also room for bytes to send.
@@ -74,7 +74,7 @@ struct Connection {
   Heard heard = Heard::kBytes;
   bool goes_first = false;  ///< whether a worker for small requests has it
   // While the event loop tries to answer: neither input nor output is final.
-  bool at_door = false;
+  bool on_event_loop = false;
   PutOff put_off = PutOff::kNo;
 
   Connection* next = nullptr;     ///< in the list that has it: that takes no memory
@@ -88,7 +88,8 @@ struct Connection {
   std::chrono::steady_clock::time_point due;       ///< when this phase has lasted too long
   std::chrono::steady_clock::time_point part_due;  ///< of a body that is taken in parts
   Pace pace{{}, {}};
-  Pace hurry{{}, {}};  ///< at the busy rate: a slower one that holds much of the spool may be ended
+  Pace busy_pace{{},
+                 {}};  ///< at the busy rate: a slower one that holds much of the spool may be ended
   std::uint64_t taken_before = 0;  ///< bytes that the client had taken when `pace` last heard of it
   bool readable = true;  ///< whether to try: no receive has said "not now" since the last event
   bool ended = false;    ///< the client has closed its side, or all
@@ -114,7 +115,7 @@ struct Connection {
 
   void take(std::size_t bytes) {
     taken += bytes;
-    if (taken == input.size() && !at_door) {
+    if (taken == input.size() && !on_event_loop) {
       // An idle connection holds next to nothing.
       if (input.capacity() > 4096) std::string().swap(input);
       input.clear();

@@ -21,7 +21,7 @@ bool Exchange::is_put_off() const {
     return true;
   }
   // Want of time, of memory or of trees: a worker has them.
-  return at_door && (response.status == 0 || response.status >= 500);
+  return on_event_loop && (response.status == 0 || response.status >= 500);
 }
 
 void Exchange::reply(int status, std::string content, std::string_view media_type) {

@@ -36,7 +36,7 @@ struct Exchange {
   std::string problem_code = {};  ///< of the problem that it was answered with
   /// The event loop tries to answer, and must not wait. A request that takes longer, or needs memory
   /// or trees, is put off to a worker, which begins again.
-  bool at_door = false;
+  bool on_event_loop = false;
   /// When the event loop had received the request. The time in a queue counts.
   std::chrono::steady_clock::time_point asked_at = std::chrono::steady_clock::now();
   /// Whether this call of the handler answers nothing: the request is answered by a later one. So

@@ -40,13 +40,14 @@ std::string type_name(const std::exception& exception) {
 
 }  // namespace
 
-HttpServer::HttpServer(const DoorLimits& limits, Dispatch dispatch, Thrown thrown, DoorRules rules)
+HttpServer::HttpServer(const HttpLimits& limits, Dispatch dispatch, Thrown thrown,
+                       EventLoopCallbacks rules)
     : limits_(limits),
       dispatch_(std::move(dispatch)),
       thrown_(std::move(thrown)),
       memory_(limits.memory, limits.request),
       spool_(limits.spool_folder, limits.spool_bytes),
-      gate_(
+      loop_(
           limits_, memory_, spool_, [this](Connection& connection) { answer(connection); },
           std::move(rules)) {}
 
@@ -61,16 +62,16 @@ Result<int> HttpServer::bind(const ListenAddress& address) {
   return socket->port;
 }
 
-void HttpServer::serve() { gate_.run(listener_); }
+void HttpServer::serve() { loop_.run(listener_); }
 
 void HttpServer::stop() {
   stopping_ = true;
-  gate_.stop();
+  loop_.stop();
 }
 
 void HttpServer::break_connections() {
   stopping_ = true;
-  gate_.break_off();
+  loop_.break_off();
 }
 
 void HttpServer::handle(Exchange& exchange) const {
@@ -86,7 +87,7 @@ void HttpServer::handle(Exchange& exchange) const {
   } catch (...) {
   }
   exchange.response = {};
-  if (exchange.at_door) return;  // a worker begins again, and reports it
+  if (exchange.on_event_loop) return;  // a worker begins again, and reports it
   thrown_(exchange.request_id, kind);
   if (out_of_memory) {
     exchange.reply_problem(507, "MEMORY_FULL", "there is no memory left for this request");
@@ -99,10 +100,10 @@ void HttpServer::answer(Connection& connection) {
   const RequestHead& head = connection.head;
   using Wait = RequestMemory::Wait;
   RequestMemory memory(memory_, connection.plan,
-                       connection.at_door      ? Wait::kNever
-                       : connection.goes_first ? Wait::kBegunAgain
-                       : connection.streams    ? Wait::kStream
-                                               : Wait::kWhileEmpty,
+                       connection.on_event_loop ? Wait::kNever
+                       : connection.goes_first  ? Wait::kBegunAgain
+                       : connection.streams     ? Wait::kStream
+                                                : Wait::kWhileEmpty,
                        &connection.gone);
   ResponseWriter writer(connection, limits_.pace, limits_.busy_rate, memory);
   BodyReader body(connection, writer, limits_.pace, limits_.busy_rate, memory);
@@ -113,12 +114,12 @@ void HttpServer::answer(Connection& connection) {
       .body = &body,
       .caller = &connection.gone,
       .memory = &memory,
-      .request_id = checked_request_id(head.request_id, gate_.rules().is_secret),
-      .at_door = connection.at_door,
+      .request_id = checked_request_id(head.request_id, loop_.rules().is_secret),
+      .on_event_loop = connection.on_event_loop,
       .asked_at = connection.asked_at,
       .may_repeat = !connection.streams && !connection.kept && !connection.gone.cancelled() &&
                     std::chrono::steady_clock::now() - connection.asked_at < kRepeats};
-  if (gate_.rules().headers.is_preflight(head)) {
+  if (loop_.rules().headers.is_preflight(head)) {
     exchange.reply_empty(204);
   } else {
     handle(exchange);
@@ -130,7 +131,7 @@ void HttpServer::answer(Connection& connection) {
   if (!exchange.streams) memory.finish(response.body.size());
   const bool keeps = !head.close && !stopping_ && body.is_skippable();
   append_head(connection.output, head, response, exchange.request_id, !keeps,
-              gate_.rules().headers);
+              loop_.rules().headers);
   if (head.method != "HEAD") {
     response.stream ? writer.write_stream(response, !head.http10) : writer.write(response.body);
   }

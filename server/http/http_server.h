@@ -6,9 +6,9 @@
 #include <string>
 
 #include "core/base/result.h"
-#include "server/http/connection_gate.h"
-#include "server/http/door_limits.h"
+#include "server/http/event_loop.h"
 #include "server/http/exchange.h"
+#include "server/http/http_limits.h"
 #include "server/http/listener.h"
 #include "server/http/request_memory.h"
 
@@ -23,7 +23,8 @@ class HttpServer {
   /// neither answered nor handed on.
   using Thrown = std::function<void(const std::string& request_id, const std::string& type)>;
 
-  HttpServer(const DoorLimits& limits, Dispatch dispatch, Thrown thrown, DoorRules rules = {});
+  HttpServer(const HttpLimits& limits, Dispatch dispatch, Thrown thrown,
+             EventLoopCallbacks rules = {});
   ~HttpServer();
 
   /// Listens; connections queue up from here on. Returns the port. Errors: LISTEN_FAILED.
@@ -36,11 +37,11 @@ class HttpServer {
   void break_connections();
 
   /// Takes what of `limits` is Live. From any thread.
-  void change(const DoorLimits& limits) { limits_.take_live(limits); }
+  void change(const HttpLimits& limits) { limits_.take_live(limits); }
 
-  const DoorCounts& counts() const { return gate_.counts(); }
+  const EventLoopCounts& counts() const { return loop_.counts(); }
   /// Requests that wait for a worker. While it serves.
-  std::size_t queued() const { return gate_.queued(); }
+  std::size_t queued() const { return loop_.queued(); }
   /// Bytes of memory that connections and requests hold, see MemoryBudget.
   std::uint64_t memory() const { return memory_.taken(); }
   /// Bytes of temporary files that bodies and answers hold.
@@ -51,14 +52,14 @@ class HttpServer {
   /// Calls the handler; an exception becomes a problem.
   void handle(Exchange& exchange) const;
 
-  DoorLimits limits_;
+  HttpLimits limits_;
   const Dispatch dispatch_;
   const Thrown thrown_;
   MemoryBudget memory_;
   Spool spool_;
   std::atomic<bool> stopping_{false};
   int listener_ = -1;
-  ConnectionGate gate_;
+  EventLoop loop_;
 };
 
 }  // namespace sightline

@@ -76,7 +76,7 @@ struct RequestHead {
   bool cross_site = false;       ///< Sec-Fetch-Site: a browser asks for another site
   bool asks_for_method = false;  ///< whether there is an Access-Control-Request-Method
   std::optional<std::string> if_match, if_none_match;  ///< of several one list [RFC9110] 5.3
-  // The caller, by DoorRules::admit.
+  // The caller, by EventLoopCallbacks::admit.
   Access access = Access::kOpen;
   std::string key_name;
   bool hides_path = false;                    ///< the path holds a key: no log shows it

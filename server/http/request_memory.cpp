@@ -112,7 +112,7 @@ std::uint64_t MemoryBudget::taken() const {
 }
 
 bool MemoryBudget::is_wanted(std::uint64_t bytes) const {
-  // Even if all who are not asked to hurry had so much, half would be left.
+  // So small a request is left alone: 32 of them hold half of the memory.
   if (bytes <= all_ / 64) return false;
   const std::lock_guard hold(mutex_);
   return !queue_.empty();

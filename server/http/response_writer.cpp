@@ -145,7 +145,7 @@ void ResponseWriter::Uptake::look(const Connection& connection) {
   const std::uint64_t before = std::exchange(taken, taken_by_client(connection));
   const Pace::Clock::time_point now = Pace::Clock::now();
   pace.moved(taken - before, now);
-  hurry.moved(taken - before, now);
+  busy_pace.moved(taken - before, now);
 }
 
 bool ResponseWriter::wait_for_client(Uptake& uptake) {
@@ -153,7 +153,7 @@ bool ResponseWriter::wait_for_client(Uptake& uptake) {
     uptake.look(connection_);
     const Pace::Clock::time_point now = Pace::Clock::now();
     const auto due = uptake.pace.due();
-    if (now >= uptake.hurry.due() && memory_.keeps_others_waiting()) return false;
+    if (now >= uptake.busy_pace.due() && memory_.keeps_others_waiting()) return false;
     if (wait_for(connection_.socket, POLLOUT, std::min(due, now + kSlowClientLook))) return true;
     if (now >= due) return false;
   }
@@ -177,7 +177,7 @@ void ResponseWriter::write(std::string_view text) {
   } else if (!broken_ && !connection_.streams) {
     broken_ = !leave_behind(text);
   } else if (!broken_) {
-    Uptake uptake(connection_, pace_limits_, hurry_limits_);
+    Uptake uptake(connection_, pace_limits_, busy_limits_);
     while (!text.empty() && !broken_) broken_ = !wait_for_client(uptake) || !send_with(text);
   }
 }

@@ -32,7 +32,7 @@ class ResponseWriter {
                  const RequestMemory& memory)
       : connection_(connection),
         pace_limits_(pace),
-        hurry_limits_{busy_rate, pace.window, pace.longest},
+        busy_limits_{busy_rate, pace.window, pace.longest},
         memory_(memory) {}
 
   void write(std::string_view text);
@@ -49,14 +49,14 @@ class ResponseWriter {
   /// How fast the client takes what waits for it.
   struct Uptake {
     Uptake(const Connection& connection, const PaceLimits& pace_limits,
-           const PaceLimits& hurry_limits)
+           const PaceLimits& busy_limits)
         : taken(taken_by_client(connection)),
           pace(pace_limits, Pace::Clock::now()),
-          hurry(hurry_limits, Pace::Clock::now()) {}
+          busy_pace(busy_limits, Pace::Clock::now()) {}
     void look(const Connection& connection);
 
     std::uint64_t taken;  ///< bytes, at the last check
-    Pace pace, hurry;
+    Pace pace, busy_pace;
   };
   bool wait_for_client(Uptake& uptake);
   /// Stores what is not sent yet, and `rest`. False where neither the memory nor the spool has
@@ -65,7 +65,7 @@ class ResponseWriter {
   bool spool(std::string_view rest);
 
   Connection& connection_;
-  const PaceLimits pace_limits_, hurry_limits_;
+  const PaceLimits pace_limits_, busy_limits_;
   const RequestMemory& memory_;
   bool broken_ = false;
 };

@@ -265,7 +265,7 @@ ConfigReport report_of_config(const std::string& file) {
         mistake("--data: " + good.error().message);
       }
     }
-    if (const Status good = SpoolFile::can_be_made_in(command.door.spool_folder); !good) {
+    if (const Status good = SpoolFile::can_be_made_in(command.http.spool_folder); !good) {
       mistake("--spool-dir: " + good.error().message);
     }
     if (!command.scene_root.empty()) {

@@ -12,7 +12,7 @@
 #include "core/query/ray_batch.h"
 #include "proto/hit_fields.h"
 #include "server/access/key_ring.h"
-#include "server/http/door_limits.h"
+#include "server/http/http_limits.h"
 #include "server/http/http_server.h"
 #include "server/operation/log.h"
 #include "server/service/scene_source.h"
@@ -43,7 +43,7 @@ struct ServeCommand {
   std::string kernel;
   std::string log_level = "info";
   LogFormat log_format = LogFormat::kText;
-  DoorLimits door;
+  HttpLimits http;
   ServiceLimits limits;
   Laziness laziness = Laziness::kWhenNeeded;
   std::vector<FlagText> flags;         ///< all

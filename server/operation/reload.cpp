@@ -41,11 +41,11 @@ void take_settings(const Running& running, const ServeCommand& next) {
     }
   }
   command.limits.take_live(next.limits);
-  command.door.take_live(next.door);
-  command.door.connections = allowed_connections(command.door);
+  command.http.take_live(next.http);
+  command.http.connections = allowed_connections(command.http);
   command.log_level = next.log_level;
   service.limits.take_live(command.limits);
-  running.server.change(command.door);
+  running.server.change(command.http);
   running.log.set_level(command.log_level);
 }
 

@@ -19,7 +19,7 @@ std::string shown_path(const Exchange& exchange) {
   return path;
 }
 
-/// Of a body that a worker has waited for in vain: the door counts its own.
+/// Counts a body that a worker has waited for in vain. The event loop counts its own.
 constexpr std::string_view kTooSlow = "REQUEST_TIMEOUT";
 
 /// What an operator should see without asking for every request. 503 is how a server says that it

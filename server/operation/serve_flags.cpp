@@ -136,8 +136,8 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
                          "how long a stop waits for requests that have begun");
   maker.add_live_seconds("--notice-seconds", flags.notice_seconds, 0,
                          "how long /readyz says 503 before a stop, for load balancers");
-  command.door.memory = std::max(std::uint64_t{256} << 20, machine_memory() / 8);
-  define_door(app, command.door, flags.door);
+  command.http.memory = std::max(std::uint64_t{256} << 20, machine_memory() / 8);
+  define_http_flags(app, command.http, flags.http);
 }
 
 void finish_serve(ServeCommand& command, const ServeFlags& flags) {
@@ -157,12 +157,12 @@ void finish_serve(ServeCommand& command, const ServeFlags& flags) {
   command.urls.time = milliseconds_of(flags.fetch_seconds);
   command.urls.agent = "sightline/" + version();
   // Each of these holds a worker.
-  command.limits.waiters = command.door.workers / 2;
+  command.limits.waiters = command.http.workers / 2;
   command.log_format = flags.log_format == "json" ? LogFormat::kJson : LogFormat::kText;
   command.laziness = flags.skip == "none" ? Laziness::kEager : Laziness::kWhenNeeded;
   command.limits.request = milliseconds_of(flags.request_seconds);
-  finish_door(command.door, flags.door);
-  command.limits.uploads = command.door.memory;
+  finish_http_flags(command.http, flags.http);
+  command.limits.uploads = command.http.memory;
   command.limits.drain = milliseconds_of(flags.drain_seconds);
   command.limits.notice = milliseconds_of(flags.notice_seconds);
 }

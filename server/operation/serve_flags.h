@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "server/operation/cli.h"
-#include "server/operation/door_flags.h"
+#include "server/operation/http_flags.h"
 
 namespace CLI {
 class App;
@@ -21,7 +21,7 @@ struct ServeFlags {
   std::vector<std::string> preloads, allow_urls, allow_addresses;
   double fetch_seconds = 300;
   double drain_seconds = 30, notice_seconds = 0, request_seconds = 60;
-  DoorSeconds door;
+  HttpSeconds http;
 };
 
 void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags);

@@ -8,7 +8,7 @@
 
 namespace sightline {
 
-std::size_t allowed_connections(const DoorLimits& limits) {
+std::size_t allowed_connections(const HttpLimits& limits) {
   // Each worker may read or write a file; and there are the standard ones, sockets and folders.
   const std::size_t others = 2 * std::min<std::size_t>(limits.workers, 64) + 64;
   const rlim_t wanted = limits.connections + others;

@@ -4,13 +4,13 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "server/http/door_limits.h"
+#include "server/http/http_limits.h"
 
 namespace sightline {
 
 /// Raises the soft limit of open files as far as it is needed and may be, and returns how many
 /// connections fit below it, with room left for files: at most `limits.connections`, at least 16.
-std::size_t allowed_connections(const DoorLimits& limits);
+std::size_t allowed_connections(const HttpLimits& limits);
 
 /// Bytes of memory that the machine has, or that its container may use.
 std::uint64_t machine_memory();

@@ -21,7 +21,7 @@ namespace sightline {
 
 bool RayRequest::is_for_worker() const {
   constexpr std::size_t kFew = 8;
-  if (!exchange_.at_door) return false;
+  if (!exchange_.on_event_loop) return false;
   return query_.rays.size() > kFew || !query_.filter.accepts_all() || !query_.rays.mask.empty() ||
          scene_->has_empty_mask() || query_.wants_explanation || query_.image ||
          query_.fields.has_any_of(kAttributeFields);
@@ -179,7 +179,7 @@ bool RayRequest::describe(const RayBatch& rays, const HitBatch& hits, HitDescrip
 void RayRequest::reply(std::string encoded) {
   add_time(&WorkReport::print_us);
   // Who has set a time no longer waits.
-  if (query_.timeout_ms && !exchange_.at_door && deadline_.passed()) {
+  if (query_.timeout_ms && !exchange_.on_event_loop && deadline_.passed()) {
     return exchange_.reply_error(out_of_time(deadline_));
   }
   if (is_binary() || query_.image) {

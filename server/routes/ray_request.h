@@ -45,7 +45,7 @@ class RayRequest {
   const RayQuery& query() const { return query_; }
   const Deadline& deadline() const { return deadline_; }
   RayOptions options() {
-    return {resolved_ ? &*resolved_ : nullptr, &timer_.report.work, !exchange_.at_door,
+    return {resolved_ ? &*resolved_ : nullptr, &timer_.report.work, !exchange_.on_event_loop,
             reserve_from(exchange_.memory)};
   }
   WorkTimer& timer() { return timer_; }

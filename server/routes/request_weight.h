@@ -3,11 +3,11 @@
 
 #include <string_view>
 
-#include "server/http/connection_gate.h"
+#include "server/http/event_loop.h"
 
 namespace sightline {
 
-/// DoorRules::weigh for the routes of scenes.
+/// EventLoopCallbacks::weigh for the routes of scenes.
 Weight weigh_request(const RequestHead& head, std::string_view body);
 
 }  // namespace sightline

@@ -1,7 +1,7 @@
 #pragma once
 /// The routes, in groups. Each adds its own to the router; the service outlives the router.
 
-#include "server/http/door_limits.h"
+#include "server/http/http_limits.h"
 #include "server/http/router.h"
 #include "server/operation/request_log.h"
 #include "server/service/service.h"
@@ -22,7 +22,7 @@ inline constexpr Router::Parameters kParameters = Router::Parameters::kTaken;
 /// What /version and /metrics show beside the service.
 struct ServerFacts {
   const Metrics& metrics;
-  const DoorLimits& door;
+  const HttpLimits& http;
   const SourceRules& sources;
   std::function<ServerNow()> now = [] { return ServerNow{}; };
 };

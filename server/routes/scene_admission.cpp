@@ -74,7 +74,7 @@ bool went_well(Exchange& exchange, const Status& status) {
 
 Deadline deadline_of(const Exchange& exchange, const Service& service,
                      std::optional<std::uint64_t> timeout_ms) {
-  constexpr std::chrono::microseconds kAtDoor{300};
+  constexpr std::chrono::microseconds kOnEventLoop{300};
   Deadline deadline = service.deadline();
   // The time in a queue counts for the client, not for what the server spends on the request.
   if (timeout_ms) {
@@ -82,9 +82,11 @@ Deadline deadline_of(const Exchange& exchange, const Service& service,
     const std::chrono::milliseconds wish(std::min(*timeout_ms, most));
     deadline.at = std::min(deadline.at, exchange.asked_at + wish);
   }
-  if (exchange.at_door) deadline.at = std::min(deadline.at, Deadline::Clock::now() + kAtDoor);
+  if (exchange.on_event_loop)
+    deadline.at = std::min(deadline.at, Deadline::Clock::now() + kOnEventLoop);
   deadline.caller = exchange.caller;
-  if (exchange.memory != nullptr && !exchange.at_door) exchange.memory->wait_until(deadline.at);
+  if (exchange.memory != nullptr && !exchange.on_event_loop)
+    exchange.memory->wait_until(deadline.at);
   return deadline;
 }
 

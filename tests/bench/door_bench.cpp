@@ -9,7 +9,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "tests/bench/door_servers.h"
+#include "tests/bench/http_servers.h"
 #include "tests/bench/load_client.h"
 #include "tests/bench/machine.h"
 #include "tests/bench/statistics.h"

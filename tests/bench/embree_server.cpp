@@ -109,7 +109,7 @@ class Answerer {
 
 void serve_embree(const Scene& scene, int workers, int port) {
   const Answerer answerer(scene);
-  DoorLimits limits;
+  HttpLimits limits;
   limits.workers = static_cast<std::size_t>(workers);
   HttpServer server(
       limits,

@@ -17,9 +17,9 @@
 #include <stdexcept>
 
 #include "tests/bench/bench_rays.h"
-#include "tests/bench/door_servers.h"
 #include "tests/bench/embree_server.h"
 #include "tests/bench/http_alone.h"
+#include "tests/bench/http_servers.h"
 #include "tests/bench/load_client.h"
 #include "tests/bench/machine.h"
 #include "tests/bench/statistics.h"

@@ -2,7 +2,7 @@
 // Run:  scripts/stress.sh fuzz --target framing_fuzz
 //
 // The first byte of an input says how it is cut; the rest is what a client sends. It goes through
-// the readers of heads and chunks as the door uses them, and every eighth through a whole server.
+// the readers of heads and chunks as the event loop uses them, and every eighth through a whole server.
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -36,7 +36,7 @@ using fuzz::require;
 /// Below every limit of time that the server has.
 constexpr std::chrono::milliseconds kPatience{500};
 
-/// One connection's requests as the door and the reader of bodies see them, written down.
+/// One connection's requests as the event loop and the reader of bodies see them, written down.
 class Reader {
  public:
   /// False once it is not known where the next request would begin.
@@ -134,7 +134,7 @@ void let_system_calls_go_on() {
 class Server {
  public:
   Server()
-      : server_(DoorLimits{.workers = 8, .head = {.bytes = 1024, .fields = 16}}, echo,
+      : server_(HttpLimits{.workers = 8, .head = {.bytes = 1024, .fields = 16}}, echo,
                 [](const std::string&, const std::string&) { require(false, "nothing throws"); }) {
     let_system_calls_go_on();
     const auto port = server_.bind({"127.0.0.1", 0});
@@ -156,7 +156,7 @@ class Server {
     address.sin_port = htons(static_cast<std::uint16_t>(port_));
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     require(::connect(client, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0,
-            "the door is open");
+            "the server is open");
     const int yes = 1;
     ::setsockopt(client, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
     Cuts cuts(seed);

@@ -61,7 +61,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t most);
 
-/// Most changes of a GLB break its lengths and are refused at the door. Three times in four only
+/// Most changes of a GLB break its lengths and are refused at once. Three times in four only
 /// one chunk's payload is changed and the lengths are put right.
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
                                                std::size_t most, unsigned seed) {

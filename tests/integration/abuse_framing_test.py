@@ -1,4 +1,4 @@
-"""Requests that lie about where they end, or are none: refused at the door, and nothing hidden in them is run."""
+"""Requests that lie about where they end, or are none: refused before a handler runs, and nothing hidden in them is run."""
 
 import signal
 import socket

@@ -172,7 +172,7 @@ class Measures(unittest.TestCase):
             last = series(server.ask("/metrics").body)
             self.assertGreater(last['sightline_work_total{what="blocks"}'], after['sightline_work_total{what="blocks"}'])
 
-    def test_refusals_at_the_door_are_counted(self):
+    def test_refusals_of_the_event_loop_are_counted(self):
         key, line = make_key("read", "a")
         with tempfile.TemporaryDirectory() as folder:
             keys = write_keys(Path(folder, "keys"), line)

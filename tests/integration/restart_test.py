@@ -116,7 +116,7 @@ class Stop(unittest.TestCase):
                 self.assertIsNone(read_answer(stream))
             self.assertEqual(server.wait(), 0)
 
-    def test_readyz_says_503_before_the_door_closes(self):
+    def test_readyz_says_503_before_connections_are_refused(self):
         with Server("--notice-seconds", 100000) as server:
             self.assertEqual(curl(server.url + "/readyz").json()["status"], "ready")
             server.signal()

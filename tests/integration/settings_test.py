@@ -208,7 +208,7 @@ class Settings(unittest.TestCase):
     def test_streams_end_with_their_key(self):
         (stays, kept_line), (goes, lost_line) = make_key("write", "stays"), make_key("read", "goes")
         write_keys(self.keys, kept_line, lost_line)
-        body = demo_glb("town")  # too long to wait for at the door
+        body = demo_glb("town")  # too long for the event loop to wait for
         with contextlib.ExitStack() as stack:
             server = stack.enter_context(Server("--preload", "six=demo:six", "--keys", self.keys, "--rate-seconds", PATIENCE))
 

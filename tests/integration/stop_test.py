@@ -66,7 +66,7 @@ class Stop(unittest.TestCase):
                 rest = events.read()
                 self.assertTrue(rest.endswith(b"0\r\n\r\n"), rest)
                 with self.assertRaises(OSError):
-                    while True:  # the door closes when the signal has come through
+                    while True:  # no connection is accepted once the signal has come through
                         server.connect().close()
                 stream.write(body)
                 stream.flush()
@@ -204,13 +204,13 @@ class Stop(unittest.TestCase):
             # All answers that the server gave have arrived.
             answered = {name for asker in askers for name in asker.answered}
             self.assertEqual(set(re.findall(r"path=/v1/scenes/six/rays:closest status=200 .*id=(asker\S+)", log)), answered)
-            # What had come whole before the signal was answered; of what came later each may have met a door that was closed.
+            # What had come whole before the signal was answered; a later connection may have been refused.
             late = {name: sent for asker in askers for name, sent in asker.unanswered.items()}
             self.assertEqual([name for name, sent in late.items() if sent < before], [])
             self.assertLessEqual(len(late), len(askers))
             for connection in idle:
                 self.assertEqual(connection.recv(1), b"")
-        print(f"floor 4: {len(answered)} requests of {len(askers)} clients answered, 0 lost, {len(late)} met a closed door; 2 streams "
+        print(f"floor 4: {len(answered)} requests of {len(askers)} clients answered, 0 lost, {len(late)} refused; 2 streams "
               f"finished, 200 idle connections; exit 0 after {lasted:.2f} s (needs at most {PATIENCE} s) ok")
 
 

@@ -20,9 +20,9 @@ namespace {
 /// A server on a free port, ended with the object.
 class Running {
  public:
-  explicit Running(HttpServer::Dispatch dispatch, DoorRules rules = {})
+  explicit Running(HttpServer::Dispatch dispatch, EventLoopCallbacks rules = {})
       : server_(
-            DoorLimits{.workers = 8}, std::move(dispatch),
+            HttpLimits{.workers = 8}, std::move(dispatch),
             [this](const std::string&, const std::string& what) {
               const std::lock_guard hold(mutex_);
               thrown_ = what;
@@ -79,17 +79,17 @@ TEST(HttpServer, says_507_when_memory_is_full) {
 
 TEST(HttpServer, stops_before_it_has_begun_to_serve) {
   HttpServer server(
-      DoorLimits{.workers = 8}, [](Exchange&) {}, [](const auto&, const auto&) {});
+      HttpLimits{.workers = 8}, [](Exchange&) {}, [](const auto&, const auto&) {});
   ASSERT_TRUE(server.bind({"127.0.0.1", 0}).ok());
   server.stop();
   server.serve();  // returns
 }
 
-TEST(HttpServer, answers_at_the_door_while_every_worker_is_busy) {
+TEST(HttpServer, answers_in_the_event_loop_while_every_worker_is_busy) {
   std::promise<void> go_on;
   const std::shared_future<void> gone_on = go_on.get_future().share();
   std::atomic<int> begun{0};
-  DoorRules rules;
+  EventLoopCallbacks rules;
   rules.weigh = [](const RequestHead& head, std::string_view) {
     return head.target == "/at-once" ? Weight::kInline : Weight::kShort;
   };
@@ -134,7 +134,7 @@ class SlowStore : public testing::Test {
                                          },
                                          {}));
     service_.reset(new Service{*engine_, *store_});
-    add_health_routes(router_, *service_, {metrics_, door_, *sources_});
+    add_health_routes(router_, *service_, {metrics_, http_, *sources_});
     add_scene_routes(router_, *service_, sources_);
     add_ray_routes(router_, *service_, {log_, metrics_});
   }
@@ -142,7 +142,7 @@ class SlowStore : public testing::Test {
   std::promise<void> begun_, go_on_;
   Log log_;
   Metrics metrics_;
-  const DoorLimits door_;
+  const HttpLimits http_;
   const std::shared_ptr<const SourceRules> sources_ = std::make_shared<const SourceRules>();
   std::unique_ptr<Engine> engine_;
   std::unique_ptr<SceneStore> store_;

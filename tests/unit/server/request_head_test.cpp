@@ -149,7 +149,7 @@ TEST(RequestHead, keeps_what_a_body_is_and_what_is_wanted) {
   }
 }
 
-TEST(RequestHead, takes_what_is_decided_at_the_door) {
+TEST(RequestHead, takes_what_is_decided_before_the_handler) {
   RequestHead head;
   EXPECT_EQ(
       fault_of("BREW http://other/a?b HTTP/1.1\r\nHost: x\r\nRange: bytes=x\r\nExpect: "

@@ -1,4 +1,4 @@
-#include "server/http/connection_gate.h"
+#include "server/http/event_loop.h"
 
 #include <netinet/in.h>
 #include <netinet/tcp.h>
@@ -51,8 +51,8 @@ bool owes_answer(const Connection& connection) {
 
 }  // namespace
 
-ConnectionGate::ConnectionGate(const DoorLimits& limits, MemoryBudget& memory, Spool& spool,
-                               Answer answer, DoorRules rules)
+EventLoop::EventLoop(const HttpLimits& limits, MemoryBudget& memory, Spool& spool, Answer answer,
+                     EventLoopCallbacks rules)
     : limits_(limits),
       budget_(memory),
       spool_(spool),
@@ -63,7 +63,7 @@ ConnectionGate::ConnectionGate(const DoorLimits& limits, MemoryBudget& memory, S
   watch(epoll_, wake_, EPOLLIN | EPOLLET);
 }
 
-ConnectionGate::~ConnectionGate() {
+EventLoop::~EventLoop() {
   for (auto& connection : connections_) {
     if (connection) ::close(connection->socket);
   }
@@ -71,30 +71,30 @@ ConnectionGate::~ConnectionGate() {
   ::close(wake_);
 }
 
-void ConnectionGate::wake() {
+void EventLoop::wake() {
   const std::uint64_t one = 1;
   (void)!::write(wake_, &one, sizeof one);
 }
 
-void ConnectionGate::stop() {
+void EventLoop::stop() {
   stopping_ = true;
   wake();
 }
 
-void ConnectionGate::break_off() {
+void EventLoop::break_off() {
   stopping_ = true;
   breaking_ = true;
   wake();
 }
 
-void ConnectionGate::hear(Connection& connection, Heard heard) {
+void EventLoop::hear(Connection& connection, Heard heard) {
   if (connection.heard == heard) return;
   connection.heard = heard;
   // What is there already is told at once.
   watch(epoll_, connection.socket, events_of(heard), EPOLL_CTL_MOD);
 }
 
-void ConnectionGate::answer(Connection& connection) {
+void EventLoop::answer(Connection& connection) {
   try {
     answer_(connection);
   } catch (...) {
@@ -102,15 +102,14 @@ void ConnectionGate::answer(Connection& connection) {
     connection.keep = false;
     connection.broken = true;
     connection.put_off =
-        connection.at_door ? Connection::PutOff::kToWorker : Connection::PutOff::kNo;
+        connection.on_event_loop ? Connection::PutOff::kToWorker : Connection::PutOff::kNo;
   }
 }
 
-void ConnectionGate::give_back(Connection& connection) {
+void EventLoop::give_back(Connection& connection) {
   if (connection.heard == Heard::kEnd) hear(connection, Heard::kBytes);
-  // A connection that has nothing to do but wait for its next request wakes nobody: that request
-  // will. Unless it has come already: the door, which then saw a connection at work, has left a
-  // sign.
+  // A connection that only waits for its next request does not wake the event loop: the request
+  // does. If that has come meanwhile, the event loop has seen a connection at work and marked it.
   const bool is_quiet = connection.put_off == Connection::PutOff::kNo && connection.keep &&
                         !connection.broken && connection.skip == 0 && connection.charged == 0 &&
                         !connection.body && !connection.has_output() &&
@@ -128,7 +127,7 @@ void ConnectionGate::give_back(Connection& connection) {
   if (was_asleep) wake();
 }
 
-int ConnectionGate::wait(epoll_event* events, int count) {
+int EventLoop::wait(epoll_event* events, int count) {
   int timeout_ms = open_ > 0 || !accepting_ ? static_cast<int>(kCheck.count()) : -1;
   {
     const std::lock_guard hold(mutex_);
@@ -147,7 +146,7 @@ int ConnectionGate::wait(epoll_event* events, int count) {
   return std::max(ready, 0);
 }
 
-void ConnectionGate::run(int listener) {
+void EventLoop::run(int listener) {
   // sendfile has no MSG_NOSIGNAL; the threads that start here block the signal too.
   sigset_t broken_pipe;
   ::sigemptyset(&broken_pipe);
@@ -204,7 +203,7 @@ void ConnectionGate::run(int listener) {
   stream_workers_.reset();
 }
 
-void ConnectionGate::on_event(int socket, std::uint32_t events) {
+void EventLoop::on_event(int socket, std::uint32_t events) {
   const auto at = static_cast<std::size_t>(socket);
   if (at >= connections_.size() || !connections_[at]) return;
   Connection& connection = *connections_[at];
@@ -223,7 +222,7 @@ void ConnectionGate::on_event(int socket, std::uint32_t events) {
   guard(connection, [&] { advance(connection); });
 }
 
-void ConnectionGate::take_returned() {
+void EventLoop::take_returned() {
   Connection* returned = nullptr;
   {
     const std::lock_guard hold(mutex_);
@@ -249,7 +248,7 @@ void ConnectionGate::take_returned() {
   }
 }
 
-void ConnectionGate::accept_all(int listener) {
+void EventLoop::accept_all(int listener) {
   for (int i = 0; i < kAcceptedAtOnce || stopping_; ++i) {
     const int socket = ::accept4(listener, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (socket >= 0) {
@@ -274,7 +273,7 @@ void ConnectionGate::accept_all(int listener) {
   }
 }
 
-void ConnectionGate::adopt(int socket) {
+void EventLoop::adopt(int socket) {
   ++counts_.accepted;
   const int yes = 1;
   // Without it an answer may wait 40 ms for the client's acknowledgement.
@@ -298,7 +297,7 @@ void ConnectionGate::adopt(int socket) {
   guard(connection, [&] { advance(connection); });
 }
 
-bool ConnectionGate::make_room(const Connection* spared) try {
+bool EventLoop::make_room(const Connection* spared) try {
   std::vector<Connection*> idle;
   for (const auto& connection : connections_) {
     if (!connection || connection.get() == spared) continue;
@@ -319,7 +318,7 @@ bool ConnectionGate::make_room(const Connection* spared) try {
   return false;
 }
 
-void ConnectionGate::begin_stop(int listener) {
+void EventLoop::begin_stop(int listener) {
   // Who is in the queue of the kernel was accepted in the eyes of its client.
   accept_all(listener);
   ::epoll_ctl(epoll_, EPOLL_CTL_DEL, listener, nullptr);
@@ -332,7 +331,7 @@ void ConnectionGate::begin_stop(int listener) {
   }
 }
 
-void ConnectionGate::close(Connection& connection) {
+void EventLoop::close(Connection& connection) {
   const int socket = connection.socket;
   ::close(socket);
   connections_[static_cast<std::size_t>(socket)].reset();
@@ -340,7 +339,7 @@ void ConnectionGate::close(Connection& connection) {
   counts_.open = open_;
 }
 
-void ConnectionGate::reset(Connection& connection) {
+void EventLoop::reset(Connection& connection) {
   // Who is gone is counted as that.
   if (!connection.gone.cancelled()) ++counts_.timed_out;
   // Else the kernel would go on with what it has taken of the answer.
@@ -349,7 +348,7 @@ void ConnectionGate::reset(Connection& connection) {
   close(connection);
 }
 
-void ConnectionGate::check_times() {
+void EventLoop::check_times() {
   const bool breaking = breaking_;
   for (const auto& slot : connections_) {
     if (!slot) continue;

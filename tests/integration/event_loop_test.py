@@ -1,4 +1,4 @@
-"""Small questions are answered at the door, and by a worker where that does not go: with the same bytes."""
+"""The event loop answers small requests itself, and a worker the others: with equal bytes."""
 
 import json
 import random
@@ -29,7 +29,7 @@ def binary(*rays, options=b""):
 
 
 def bodies():
-    """(kind, headers, body): what fits the door, what does not although it is small, and what is wrong."""
+    """(kind, headers, body): requests for the event loop, small ones for a worker, and faulty ones."""
     chance = random.Random(1)
     ray = lambda: {"origin": [chance.uniform(-30, 30), 60, chance.uniform(-30, 30)], "direction": [chance.uniform(-1, 1), -1, 0.25]}
     rows = lambda count, **more: json.dumps({"rays": [ray() for _ in range(count)], **more})
@@ -56,7 +56,7 @@ def bodies():
                                                    "height": 2, "span": 9}})
 
 
-class Door(unittest.TestCase):
+class EventLoop(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.server = Server("--preload", "town=demo:town", "--skip", "none")
@@ -74,30 +74,30 @@ class Door(unittest.TestCase):
         return float(found[1]) if found else 0
 
     def both_ways(self, kind, more, body, scene="town"):
-        """The answers of the door, where it answers, and of a worker."""
+        """The answers of the event loop, where it answers, and of a worker."""
         body = body if isinstance(body, bytes) else body.encode()
         ask = lambda extra: self.answer(HEAD.format(scene=scene, kind=kind, more="Connection: close\r\n" + more + extra,
                                                     length=len(body)).encode() + body)
-        at_door, by_worker = ask(""), ask(BY_WORKER)
-        return at_door, by_worker.removeprefix(b"HTTP/1.1 100 Continue\r\n\r\n")
+        on_event_loop, by_worker = ask(""), ask(BY_WORKER)
+        return on_event_loop, by_worker.removeprefix(b"HTTP/1.1 100 Continue\r\n\r\n")
 
     def test_both_ways_give_the_same_bytes(self):
         answered = b'sightline_connections_total{event="answered_at_door"}'
         before, asked, good = self.counted(answered), 0, 0
         for kind, more, body in bodies():
             with self.subTest(kind=kind, more=more, body=body):
-                at_door, by_worker = self.both_ways(kind, more, body)
-                self.assertEqual(lasting(at_door), lasting(by_worker))
-                self.assertIn(b"\r\n\r\n", at_door)
+                on_event_loop, by_worker = self.both_ways(kind, more, body)
+                self.assertEqual(lasting(on_event_loop), lasting(by_worker))
+                self.assertIn(b"\r\n\r\n", on_event_loop)
                 asked += 1
-                good += at_door.startswith(b"HTTP/1.1 200")
+                good += on_event_loop.startswith(b"HTTP/1.1 200")
         self.assertGreater(asked, 60)
         # How many depends on how busy the machine is; some are always too much for it.
         self.assertGreater(self.counted(answered) - before, 0)
         self.assertLess(self.counted(answered) - before, good)
-        at_door, by_worker = self.both_ways("closest", "", '{"rays":[]}', "none")
-        self.assertTrue(at_door.startswith(b"HTTP/1.1 404"))
-        self.assertEqual(lasting(at_door), lasting(by_worker))
+        on_event_loop, by_worker = self.both_ways("closest", "", '{"rays":[]}', "none")
+        self.assertTrue(on_event_loop.startswith(b"HTTP/1.1 404"))
+        self.assertEqual(lasting(on_event_loop), lasting(by_worker))
 
     def test_each_request_is_counted_and_logged_once(self):
         series = {status: b'sightline_requests_total{method="POST",route="/v1/scenes/{id}/rays:any",status="%d"}' % status

@@ -27,7 +27,7 @@
 #include "core/base/places.h"
 #include "server/http/answer_headers.h"
 #include "server/http/connection.h"
-#include "server/http/door_limits.h"
+#include "server/http/http_limits.h"
 #include "server/http/worker_pool.h"
 
 struct epoll_event;
@@ -35,7 +35,7 @@ struct epoll_event;
 namespace sightline {
 
 /// Counters of the event loop; each may be read at any time.
-struct DoorCounts {
+struct EventLoopCounts {
   std::atomic<std::uint64_t> accepted{0}, open{0}, evicted{0}, timed_out{0}, gone{0};
   std::atomic<std::uint64_t> refused{0};     ///< faults of framing
   std::atomic<std::uint64_t> locked_out{0};  ///< without a key that may
@@ -54,7 +54,7 @@ enum class Weight {
 inline constexpr std::size_t kLittleBody = 2 << 10;
 
 /// Callbacks of the event loop, on its own thread. None of them may wait.
-struct DoorRules {
+struct EventLoopCallbacks {
   AnswerHeaders headers = {};
   /// Whether a request may come in, by its head alone; null: each.
   std::function<std::optional<RequestFault>(RequestHead&)> admit = {};
@@ -69,16 +69,16 @@ struct DoorRules {
       refused = {};
 };
 
-class ConnectionGate {
+class EventLoop {
  public:
   /// Called on a worker with a request's head in `connection.head`. Takes the body, appends the
   /// answer to the output, and says by `keep` and `skip` how it goes on. It may say `put_off`
   /// instead, and is then called again.
   using Answer = std::function<void(Connection&)>;
   /// `limits`, `memory` and `spool` outlive this.
-  ConnectionGate(const DoorLimits& limits, MemoryBudget& memory, Spool& spool, Answer answer,
-                 DoorRules rules = {});
-  ~ConnectionGate();
+  EventLoop(const HttpLimits& limits, MemoryBudget& memory, Spool& spool, Answer answer,
+            EventLoopCallbacks rules = {});
+  ~EventLoop();
 
   /// Serves a listening socket until stop, and returns when the last connection has ended.
   void run(int listener);
@@ -87,8 +87,8 @@ class ConnectionGate {
   /// Breaks every connection off, and tells the work for it. After stop, from any thread.
   void break_off();
 
-  const DoorRules& rules() const { return rules_; }
-  const DoorCounts& counts() const { return counts_; }
+  const EventLoopCallbacks& rules() const { return rules_; }
+  const EventLoopCounts& counts() const { return counts_; }
   std::size_t queued() const {
     return ready_workers_->queued() + bulk_workers_->queued() + long_workers_->queued() +
            stream_workers_->queued();
@@ -161,12 +161,12 @@ class ConnectionGate {
   void check_times();
   void on_late(Connection& connection);
 
-  const DoorLimits& limits_;
+  const HttpLimits& limits_;
   MemoryBudget& budget_;
   Spool& spool_;
   const Answer answer_;
-  const DoorRules rules_;
-  DoorCounts counts_;
+  const EventLoopCallbacks rules_;
+  EventLoopCounts counts_;
   int epoll_ = -1, wake_ = -1;
   std::vector<std::unique_ptr<Connection>> connections_;  ///< by socket
   std::vector<int> later_;  ///< sockets of connections that have more to do now

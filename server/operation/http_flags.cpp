@@ -1,4 +1,4 @@
-#include "server/operation/door_flags.h"
+#include "server/operation/http_flags.h"
 
 #include <algorithm>
 
@@ -6,7 +6,7 @@
 
 namespace sightline {
 
-void define_door(CLI::App& app, DoorLimits& limits, DoorSeconds& seconds) {
+void define_http_flags(CLI::App& app, HttpLimits& limits, HttpSeconds& seconds) {
   FlagMaker flags(app);
   app.add_option("--workers", limits.workers, "requests answered at once, and as many heavier ones")
       ->check(CLI::Range(8, 4096))
@@ -52,7 +52,7 @@ void define_door(CLI::App& app, DoorLimits& limits, DoorSeconds& seconds) {
       "how long one body may take to come, or one answer to be taken, at any rate");
 }
 
-void finish_door(DoorLimits& limits, const DoorSeconds& seconds) {
+void finish_http_flags(HttpLimits& limits, const HttpSeconds& seconds) {
   limits.head_time = milliseconds_of(seconds.head);
   limits.idle = milliseconds_of(seconds.idle);
   limits.pace.window = milliseconds_of(seconds.window);

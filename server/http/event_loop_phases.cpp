@@ -1,4 +1,4 @@
-/// What ConnectionGate does with a connection in each of its phases.
+/// What EventLoop does with a connection in each of its phases.
 
 #include <sys/socket.h>
 
@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-#include "server/http/connection_gate.h"
+#include "server/http/event_loop.h"
 #include "server/http/exchange.h"
 #include "server/http/response_writer.h"
 
@@ -27,17 +27,17 @@ constexpr std::string_view kContinue = "HTTP/1.1 100 Continue\r\n\r\n";
 /// unread bytes would reset the connection, and the client would lose the answer.
 constexpr std::size_t kLingerBytes = 1 << 20;
 constexpr std::chrono::milliseconds kLinger{1000};
-/// A head that is not whole, and a body, that every connection may hold, whatever others hold.
+/// Bytes of an incomplete head and of a body that every connection may hold, whatever others hold.
 constexpr std::uint64_t kFreeHead = 4 << 10, kFreeBody = 4 << 10;
-/// Of heads and of what follows them at once: a string of so many takes kFreeHead.
+/// Capacity of the string that receives heads. With its terminator it takes kFreeHead.
 constexpr std::size_t kReceived = kFreeHead - 1;
-/// After so many that a client has sent in one go others have their turn.
+/// Answers to pipelined requests of one connection before other connections get their turn.
 constexpr int kAnsweredHere = 16;
-/// The same for all clients together in one turn of the loop, and for what took the door longer
-/// than it usually does: it may also have been kept from the processor meanwhile.
+/// Limits of one turn of the loop: answers of all connections, and slow ones among them. One alone
+/// may have been slow because the thread was preempted.
 constexpr int kAnsweredInTurn = 64, kSlowInTurn = 4;
 constexpr std::chrono::microseconds kSlow{50};
-/// Who asks for more than it seems will do so again.
+/// Requests of a connection that go to workers untried after one that took too long here.
 constexpr int kNotTried = 64;
 
 /// Whether to try again: an end that was told together with the last bytes is told by no new edge.
@@ -62,7 +62,7 @@ bool charge_head(Connection& connection) {
 
 }  // namespace
 
-void ConnectionGate::advance(Connection& connection) {
+void EventLoop::advance(Connection& connection) {
   // Each returns false when the connection waits for something, or is no more.
   for (bool goes_on = true; goes_on;) {
     switch (connection.phase) {
@@ -84,7 +84,7 @@ void ConnectionGate::advance(Connection& connection) {
   }
 }
 
-void ConnectionGate::await_head(Connection& connection) {
+void EventLoop::await_head(Connection& connection) {
   connection.phase = Phase::kHead;
   connection.scan = {};
   // What a refusal looks at; parse_request_head makes all of it new.
@@ -97,7 +97,7 @@ void ConnectionGate::await_head(Connection& connection) {
   connection.due = now_ + (connection.begun ? limits_.head_time.get() : limits_.idle.get());
 }
 
-bool ConnectionGate::advance_head(Connection& connection) {
+bool EventLoop::advance_head(Connection& connection) {
   for (;;) {
     const auto skipped = static_cast<std::size_t>(
         std::min<std::uint64_t>(connection.skip, connection.pending_input().size()));
@@ -138,7 +138,7 @@ bool ConnectionGate::advance_head(Connection& connection) {
   }
 }
 
-void ConnectionGate::admit(Connection& connection) {
+void EventLoop::admit(Connection& connection) {
   const HeadScan& scan = connection.scan;
   const std::string_view text =
       connection.pending_input().substr(scan.begin(), scan.size() - scan.begin());
@@ -168,14 +168,14 @@ void ConnectionGate::admit(Connection& connection) {
   begin_body(connection);
 }
 
-void ConnectionGate::begin_body(Connection& connection) {
+void EventLoop::begin_body(Connection& connection) {
   connection.phase = Phase::kBody;
   connection.pace = Pace(limits_.pace, now_);
-  connection.hurry = Pace({limits_.busy_rate, limits_.pace.window, limits_.pace.longest}, now_);
+  connection.busy_pace = Pace({limits_.busy_rate, limits_.pace.window, limits_.pace.longest}, now_);
   connection.due = connection.pace.due();
 }
 
-void ConnectionGate::go_on(Connection& connection) {
+void EventLoop::go_on(Connection& connection) {
   hear(connection, Heard::kBytes);
   connection.output.clear();
   connection.sent = 0;
@@ -205,11 +205,11 @@ void ConnectionGate::go_on(Connection& connection) {
   }
 }
 
-bool ConnectionGate::advance_body(Connection& connection) {
+bool EventLoop::advance_body(Connection& connection) {
   return connection.body ? advance_stored(connection) : advance_gathered(connection);
 }
 
-bool ConnectionGate::advance_stored(Connection& connection) {
+bool EventLoop::advance_stored(Connection& connection) {
   ReceivedBody& body = *connection.body;
   const std::uint64_t wanted = connection.body_wanted, begin = body.size();
   bool waits = false;
@@ -224,7 +224,7 @@ bool ConnectionGate::advance_stored(Connection& connection) {
         return true;
       }
       connection.pace.moved(body.size() - before, now_);
-      connection.hurry.moved(body.size() - before, now_);
+      connection.busy_pace.moved(body.size() - before, now_);
       connection.due = connection.pace.due();
       continue;
     }
@@ -248,13 +248,13 @@ bool ConnectionGate::advance_stored(Connection& connection) {
   return true;
 }
 
-void ConnectionGate::free_spool(const Connection& spared) {
+void EventLoop::free_spool(const Connection& spared) {
   for (const auto& slot : connections_) {
     if (!slot || slot.get() == &spared || spool_.is_small(slot->spooled())) continue;
     Connection& connection = *slot;
     if (connection.phase == Phase::kSending) note_taken(connection);
     const bool waits = connection.phase == Phase::kBody || connection.phase == Phase::kSending;
-    if (!waits || now_ < connection.hurry.due()) continue;
+    if (!waits || now_ < connection.busy_pace.due()) continue;
     if (connection.phase == Phase::kSending) {
       reset(connection);
     } else {
@@ -264,7 +264,7 @@ void ConnectionGate::free_spool(const Connection& spared) {
   }
 }
 
-bool ConnectionGate::advance_gathered(Connection& connection) {
+bool EventLoop::advance_gathered(Connection& connection) {
   const auto length = static_cast<std::size_t>(connection.head.length.value_or(0));
   while (connection.pending_input().size() < length) {
     const std::size_t before = connection.pending_input().size();
@@ -285,7 +285,7 @@ bool ConnectionGate::advance_gathered(Connection& connection) {
   return true;
 }
 
-bool ConnectionGate::has_time_for(Connection& connection) const {
+bool EventLoop::has_time_for(Connection& connection) const {
   if (connection.not_tried > 0) {
     --connection.not_tried;
     return false;
@@ -296,16 +296,16 @@ bool ConnectionGate::has_time_for(Connection& connection) const {
   return answered_here_ < kAnsweredInTurn && slow_here_ < kSlowInTurn;
 }
 
-bool ConnectionGate::answer_here(Connection& connection, std::size_t length) {
+bool EventLoop::answer_here(Connection& connection, std::size_t length) {
   if (connection.answered_here >= kAnsweredHere) return false;
   // What needs no body takes no time worth speaking of.
   if (length > 0 && !has_time_for(connection)) return false;
   if (weight_of(connection, length) != Weight::kInline) return false;
   const std::size_t taken = connection.taken;
   const Clock::time_point begin = Clock::now();
-  connection.at_door = true;
+  connection.on_event_loop = true;
   answer(connection);
-  connection.at_door = false;
+  connection.on_event_loop = false;
   if (Clock::now() - begin > kSlow) ++slow_here_;
   if (std::exchange(connection.put_off, Connection::PutOff::kNo) != Connection::PutOff::kNo) {
     connection.taken = taken;
@@ -328,13 +328,13 @@ bool ConnectionGate::answer_here(Connection& connection, std::size_t length) {
   return true;
 }
 
-Weight ConnectionGate::weight_of(const Connection& connection, std::size_t length) const {
+Weight EventLoop::weight_of(const Connection& connection, std::size_t length) const {
   const std::string_view body = connection.pending_input().substr(0, length);
   if (rules_.weigh) return rules_.weigh(connection.head, body);
   return body.size() <= kLittleBody ? Weight::kShort : Weight::kBulk;
 }
 
-WorkerPool& ConnectionGate::workers_for(const Connection& connection, std::size_t length) {
+WorkerPool& EventLoop::workers_for(const Connection& connection, std::size_t length) {
   switch (weight_of(connection, length)) {
     case Weight::kInline:
     case Weight::kShort:
@@ -347,7 +347,7 @@ WorkerPool& ConnectionGate::workers_for(const Connection& connection, std::size_
   return *long_workers_;
 }
 
-void ConnectionGate::hand_over(Connection& connection, WorkerPool& workers) {
+void EventLoop::hand_over(Connection& connection, WorkerPool& workers) {
   connection.phase = Phase::kAtWork;
   connection.goes_first = &workers == ready_workers_.get();
   connection.is_long = &workers == long_workers_.get();
@@ -365,7 +365,7 @@ void ConnectionGate::hand_over(Connection& connection, WorkerPool& workers) {
                                         "as many requests are waiting as may: try again later"});
 }
 
-void ConnectionGate::refuse(Connection& connection, const RequestFault& fault) {
+void EventLoop::refuse(Connection& connection, const RequestFault& fault) {
   if (fault.status == 408) ++counts_.timed_out;
   if (fault.status == 401 || fault.status == 403) {
     ++counts_.locked_out;
@@ -387,27 +387,27 @@ void ConnectionGate::refuse(Connection& connection, const RequestFault& fault) {
   begin_sending(connection);
 }
 
-void ConnectionGate::begin_sending(Connection& connection) {
+void EventLoop::begin_sending(Connection& connection) {
   connection.phase = Phase::kSending;
   connection.pace = Pace(limits_.pace, now_);
-  connection.hurry = Pace({limits_.busy_rate, limits_.pace.window, limits_.pace.longest}, now_);
+  connection.busy_pace = Pace({limits_.busy_rate, limits_.pace.window, limits_.pace.longest}, now_);
   connection.due = connection.pace.due();
   connection.taken_before = connection.given;
 }
 
-void ConnectionGate::note_taken(Connection& connection) {
+void EventLoop::note_taken(Connection& connection) {
   const std::uint64_t taken = taken_by_client(connection);
   // The first look finds less: all that was given is only an upper bound, which spares each answer
   // a system call at its beginning.
   if (taken > connection.taken_before) {
     connection.pace.moved(taken - connection.taken_before, now_);
-    connection.hurry.moved(taken - connection.taken_before, now_);
+    connection.busy_pace.moved(taken - connection.taken_before, now_);
   }
   connection.taken_before = taken;
   connection.due = connection.pace.due();
 }
 
-bool ConnectionGate::advance_sending(Connection& connection) {
+bool EventLoop::advance_sending(Connection& connection) {
   bool full = false;
   if (!send_pending(connection, kInOneTurn, full)) {
     close(connection);
@@ -428,7 +428,7 @@ bool ConnectionGate::advance_sending(Connection& connection) {
   return true;
 }
 
-void ConnectionGate::linger(Connection& connection) {
+void EventLoop::linger(Connection& connection) {
   ::shutdown(connection.socket, SHUT_WR);
   connection.take(connection.pending_input().size());
   connection.phase = Phase::kLingering;
@@ -437,7 +437,7 @@ void ConnectionGate::linger(Connection& connection) {
   connection.readable = true;
 }
 
-void ConnectionGate::advance_lingering(Connection& connection) {
+void EventLoop::advance_lingering(Connection& connection) {
   while (connection.lingered < kLingerBytes) {
     // Nobody looks at them: they need not be copied.
     const ssize_t count =
@@ -450,7 +450,7 @@ void ConnectionGate::advance_lingering(Connection& connection) {
   close(connection);
 }
 
-void ConnectionGate::on_late(Connection& connection) {
+void EventLoop::on_late(Connection& connection) {
   switch (connection.phase) {
     case Phase::kHead:
       if (!connection.begun) return close(connection);

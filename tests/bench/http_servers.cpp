@@ -1,4 +1,4 @@
-#include "tests/bench/door_servers.h"
+#include "tests/bench/http_servers.h"
 
 #include <httplib.h>
 #include <signal.h>
@@ -89,12 +89,12 @@ ServerProcess ServerProcess::plain(int workers) {
 
 ServerProcess ServerProcess::nginx(const std::string& folder) {
   const int port = free_port();
-  const std::string file = folder + "/door_nginx.conf";
+  const std::string file = folder + "/http_nginx.conf";
   std::string body = kHealthBody;
   body.pop_back();
   std::ofstream(file)
       << "daemon off; master_process off; pid " << folder
-      << "/door_nginx.pid;\nerror_log stderr;\nevents { worker_connections 1024; }\n"
+      << "/http_nginx.pid;\nerror_log stderr;\nevents { worker_connections 1024; }\n"
          "http { access_log off; keepalive_requests 1000000000;\n"
          "  server { listen 127.0.0.1:"
       << port << "; location / { default_type application/json; return 200 '" << body

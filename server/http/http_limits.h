@@ -13,7 +13,7 @@
 namespace sightline {
 
 /// Each is a flag, and shown by /version; those that are Live may change while it serves.
-struct DoorLimits {
+struct HttpLimits {
   /// Workers for short requests, as many for bulk ones, and a quarter as many for long ones.
   std::size_t workers = 32;
   std::size_t queue = 512;    ///< requests that wait for a worker of either kind; more are 503
@@ -38,7 +38,7 @@ struct DoorLimits {
   /// Bytes that one request may take.
   std::uint64_t request = std::uint64_t{4} << 30;
 
-  void take_live(const DoorLimits& other) {
+  void take_live(const HttpLimits& other) {
     connections = other.connections;
     head = other.head;
     head_time = other.head_time;

@@ -1,5 +1,5 @@
 #pragma once
-/// The servers that are compared at the door, each a process of its own.
+/// The HTTP servers that the benchmarks compare, each a process of its own.
 
 #include <sys/types.h>
 
