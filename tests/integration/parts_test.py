@@ -88,7 +88,7 @@ class Parts(TwoScenes):
 
     def test_brute_force_tries_what_can_be_seen_only(self):
         # One of a hundred thousand placements is not hidden: to find it by chance, for each ray, takes longer than there is.
-        server = Server("--request-seconds", 5)
+        server = Server("--request-seconds", 30)
         self.addCleanup(server.end)
         places = array.array("f", bytes(12 * 100000))
         self.assertEqual(server.put("hid", triangle_glb([{"mesh": 0}, {"mesh": 0}], places)).status, 201)
