@@ -1,5 +1,6 @@
 #pragma once
-/// Memory for things that are written once, front to back, and then only read: trees.
+/// Arena: memory for data that is written once, front to back, and then only read. Trees are stored
+/// in arenas.
 
 #include <cstddef>
 #include <cstdint>
@@ -8,16 +9,17 @@
 
 namespace sightline {
 
-/// A range of address space that is touched as far as it is used. Huge pages where the kernel has
-/// them: random walks through a tree cost 5-7% more without.
+/// A reserved range of address space. The system adds memory when a page is first written. It uses
+/// huge pages where it has them: without them, random walks through a tree take 5-7% longer.
 class Arena {
  public:
   static constexpr std::size_t kGranule = 32;  ///< every allocation starts on half a cache line
 
-  Arena() = default;
+  Arena() = default;  ///< every allocation starts at a multiple of 32 bytes, half a cache line
   /// Reserves `capacity` bytes of address space, none of it touched. Throws std::bad_alloc.
   explicit Arena(std::size_t capacity);
-  /// Reads memory that `owner` owns: a file, or another arena. take() must not be called.
+  /// Refers to `used` bytes at `data`, which stay valid while `owner` lives: a mapped file, or
+  /// another arena. take() must not be called.
   Arena(const std::byte* data, std::size_t used, std::shared_ptr<const void> owner);
   Arena(Arena&& other) noexcept { swap(other); }
   Arena& operator=(Arena&& other) noexcept {
@@ -28,16 +30,18 @@ class Arena {
   Arena& operator=(const Arena&) = delete;
   ~Arena();
 
-  /// Takes the next `bytes`, rounded up to whole granules; zero-filled. Returns the number of the
-  /// first granule. Precondition: it fits the capacity.
+  /// Allocates the next `bytes`, rounded up to whole granules and zero-filled. Returns the index of
+  /// their first granule, for at(). Precondition: they fit into the capacity.
   std::uint32_t take(std::size_t bytes);
-  /// Gives the untouched rest of the reservation back.
+  /// Returns the pages behind the allocated ones to the system.
   void shrink_to_fit();
 
+  /// The address of a granule.
   std::byte* at(std::uint32_t granule) { return data_ + std::size_t{granule} * kGranule; }
   const std::byte* at(std::uint32_t granule) const {
     return data_ + std::size_t{granule} * kGranule;
   }
+  /// Bytes allocated so far, whole granules.
   std::size_t used() const { return used_; }
 
  private:
@@ -50,7 +54,8 @@ class Arena {
   std::byte* data_ = nullptr;
   std::size_t used_ = 0;
   std::size_t capacity_ = 0;
-  std::shared_ptr<const void> owner_;  ///< of memory that is not the arena's own
+  /// owner of the memory if the arena only refers to it; else null
+  std::shared_ptr<const void> owner_;
 };
 
 }  // namespace sightline

@@ -13,6 +13,7 @@
 
 namespace sightline {
 
+/// Allocates storage at multiples of 64 bytes, the size of a cache line.
 template <class T>
 struct AlignedAllocator {
   using value_type = T;
@@ -24,8 +25,9 @@ struct AlignedAllocator {
 
   T* allocate(std::size_t count) {
     if (count > static_cast<std::size_t>(-1) / 2 / sizeof(T)) throw std::bad_array_new_length();
-    // Cut from an ordinary block: glibc caches short ones for each thread, but searches a heap under
-    // a lock for an aligned one. The byte before the storage holds how far it was moved.
+    // Allocates an ordinary block and moves the start up: glibc caches short ordinary blocks for
+    // each thread, but searches a heap under a lock for an aligned one. The byte before the storage
+    // holds the distance.
     auto* const block = static_cast<unsigned char*>(::operator new(count * sizeof(T) + kAlignment));
     const std::size_t moved = kAlignment - reinterpret_cast<std::uintptr_t>(block) % kAlignment;
     block[moved - 1] = static_cast<unsigned char>(moved);
@@ -45,9 +47,10 @@ struct AlignedAllocator {
 template <class T>
 using Column = std::vector<T, AlignedAllocator<T>>;
 
-/// Leaves new elements as they are found where no value is given: to write zeros over a hundred
-/// megabytes that are overwritten next takes as long as reading them from a file. Takes large
-/// memory from the system, whose pages threads may then touch side by side.
+/// Leaves an element uninitialised where no value is given. Filling a hundred megabytes with zeros,
+/// only to overwrite them, takes as long as reading them from a file. Blocks of at least
+/// kLargeMemory come directly from the system (pages.h), so that several threads may touch their
+/// pages first.
 template <class T>
 struct UnsetAllocator : AlignedAllocator<T> {
   template <class U>
@@ -75,7 +78,7 @@ struct UnsetAllocator : AlignedAllocator<T> {
   }
 };
 
-/// A column whose constructor and resize leave new elements unset.
+/// A column whose constructor and resize leave new elements uninitialised.
 template <class T>
 requires std::is_trivially_copyable_v<T>
 using UnsetColumn = std::vector<T, UnsetAllocator<T>>;

@@ -1,6 +1,6 @@
 #pragma once
-/// A quick 64-bit hash of bytes: finds what may be equal, and damage that nobody made on purpose.
-/// Not for anything that an adversary must not be able to forge.
+/// A fast 64-bit hash of bytes. It detects equal contents and accidental damage. It is not
+/// cryptographic: an attacker can forge a content with a given hash.
 
 #include <algorithm>
 #include <bit>
@@ -14,7 +14,9 @@
 
 namespace sightline {
 
-/// Four lanes of multiply and rotate, as in xxHash64 (same rounds, other finish).
+/// Incremental hash: any number of add(), then value(). Four lanes of multiply and rotate, as in
+/// xxHash64 (same rounds, other final mixing). The parts are not joined: the split into add() calls
+/// changes the value unless each part but the last is a multiple of 32 bytes.
 class ContentHash {
  public:
   void add(std::span<const std::byte> bytes) {
@@ -23,7 +25,7 @@ class ContentHash {
     // Computed without the loop: GCC 14 would warn that the last copy may be longer than `last`.
     const std::size_t rest = bytes.size() % 32;
     const std::byte* const end = at + (bytes.size() - rest);
-    // In registers: written back at each turn they would take twice the time.
+    // In registers: storing the lanes at each turn would take twice the time.
     std::uint64_t a = lane_[0], b = lane_[1], c = lane_[2], d = lane_[3];
     for (; at != end; at += 32) {
       a = mix(a, word(at, 0));
@@ -61,15 +63,18 @@ class ContentHash {
   std::uint64_t length_ = 0;
 };
 
+/// The hash of one block of bytes.
 inline std::uint64_t hash_of(std::span<const std::byte> bytes) {
   ContentHash hash;
   hash.add(bytes);
   return hash.value();
 }
 
+/// The size of a piece of hash_in_pieces, in bytes.
 inline constexpr std::size_t kHashPiece = 1u << 22;
 
-/// In pieces of kHashPiece bytes, so that threads share the work: the hash of their hashes.
+/// The hash of the hashes of all pieces of kHashPiece bytes, computed in parallel. It differs from
+/// hash_of of the whole.
 inline std::uint64_t hash_in_pieces(std::span<const std::byte> bytes) {
   std::vector<std::uint64_t> pieces((bytes.size() + kHashPiece - 1) / kHashPiece);
   parallel_for(pieces.size(), [&](std::size_t i) {

@@ -1,5 +1,6 @@
 #pragma once
-/// How long a piece of work may take, and whether its caller still waits for the result.
+/// Deadline and cancel flag: how long a piece of work may take, and whether its caller still waits
+/// for the result.
 
 #include <atomic>
 #include <chrono>
@@ -8,7 +9,7 @@
 
 namespace sightline {
 
-/// Set by one thread, read by others. A flag outlives every Deadline that refers to it.
+/// A flag that one thread sets and others read. It must outlive every Deadline that refers to it.
 class CancelFlag {
  public:
   void cancel() { cancelled_.store(true, std::memory_order_relaxed); }
@@ -21,11 +22,15 @@ class CancelFlag {
 /// True if `flag` is set; a null flag is never set.
 inline bool is_cancelled(const CancelFlag* flag) { return flag != nullptr && flag->cancelled(); }
 
+/// Ends work at a time, or when one of two flags is set. By default it never ends.
 struct Deadline {
   using Clock = std::chrono::steady_clock;
+  /// The time at which the work must end.
   Clock::time_point at = Clock::time_point::max();
+  /// Set when the work is to be cancelled; may be null.
   const CancelFlag* flag = nullptr;
-  const CancelFlag* caller = nullptr;  ///< set when nobody waits for the answer any more
+  /// set when the caller no longer waits for the answer; may be null
+  const CancelFlag* caller = nullptr;
 
   static Deadline never() { return {}; }
   static Deadline in(Clock::duration duration, const CancelFlag* flag = nullptr) {
@@ -37,7 +42,8 @@ struct Deadline {
   }
 };
 
-/// Precondition: it has passed.
+/// The error to return for a deadline that has passed: CANCELLED or DEADLINE. Precondition:
+/// deadline.passed().
 inline Error out_of_time(const Deadline& deadline) {
   if (deadline.cancelled()) {
     return {ErrorKind::kCancelled, "CANCELLED", "the request was cancelled", ""};

@@ -1,5 +1,5 @@
 #pragma once
-/// Memory that was freed goes back to the system, not only to the allocator.
+/// Returns freed memory from the allocator to the system.
 
 #include <cstdint>
 #include <memory>
@@ -7,26 +7,27 @@
 
 namespace sightline {
 
-/// Limits the freed memory that glibc's allocator retains. For each of up to eight heaps per core, it
-/// would retain the most that the heap ever needed: 400 MiB after 150 answers of 5 MB. To be called
-/// before any thread is made.
+/// Limits how much freed memory glibc's allocator retains. It has up to eight heaps per core, and
+/// each would retain the most that it ever needed: 400 MiB after 150 answers of 5 MB. Must be
+/// called before the process starts a thread.
 void limit_heaps();
 
-/// Returns unused memory to the system. The allocator retains freed memory that lies below younger
-/// blocks. After a large scene or a file with much JSON, that is most of what it took. The free end
-/// of each heap stays, up to the allocator's threshold (64 MiB at most). A lower threshold would
+/// Returns the unused memory of all heaps to the system. Without it, freed memory below a younger
+/// block stays with the allocator; after a large scene or much JSON, that is most of the memory.
+/// The free end of a heap stays, up to the threshold that limit_heaps sets. A lower threshold would
 /// make the buffers of every large query fresh pages.
 void give_back_free_memory();
-/// Below that it does not pay: walking all heaps for each of ten thousand small scenes took longer
-/// than loading them.
+/// Fewer freed bytes are not worth a call of give_back_free_memory, which walks all heaps: for each
+/// of ten thousand small scenes that took longer than loading it.
 inline constexpr std::uint64_t kWorthGivingBack = 64 << 10;
-/// Calls give_back_free_memory after work on so many bytes, if they are many.
+/// Calls give_back_free_memory if `bytes`, the memory that was freed, is at least kWorthGivingBack.
 inline void give_back_free_memory_of(std::uint64_t bytes) {
   if (bytes >= kWorthGivingBack) give_back_free_memory();
 }
 
-/// Wraps an object so that dropping the last reference returns its memory to the system, if it was
-/// made of enough bytes.
+/// Returns a pointer to the same object. When its last copy is dropped, it frees the object and
+/// returns the memory to the system. `bytes` is the memory of the object; below kWorthGivingBack
+/// the argument is returned unchanged.
 template <class T>
 std::shared_ptr<const T> giving_back_memory(std::shared_ptr<const T> object, std::uint64_t bytes) {
   if (bytes < kWorthGivingBack) return object;

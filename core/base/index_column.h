@@ -1,6 +1,6 @@
 #pragma once
-/// IndexColumn: which elements of another column are meant, listed one by one, or all of them in
-/// their order, which needs no list.
+/// IndexColumn: a column of indices of elements in another column. The common list 0, 1, 2, ...
+/// takes no memory.
 
 #include <algorithm>
 #include <array>
@@ -16,7 +16,7 @@
 
 namespace sightline {
 
-/// A view of a list that somebody else owns, or the sequence 0, 1, 2, ...
+/// A view of a list of indices that its owner must retain, or of the sequence 0, 1, 2, ...
 class IndexView {
  public:
   class Iterator {
@@ -45,7 +45,7 @@ class IndexView {
   };
 
   IndexView() = default;
-  /// A vector, a column, a span.
+  /// Views a vector, a column or a span.
   template <class List>
   requires std::is_convertible_v<const List&, std::span<const std::uint32_t>> IndexView(
       const List& list) {
@@ -53,14 +53,14 @@ class IndexView {
     list_ = span.data();
     size_ = span.size();
   }
-  /// 0, 1, ... size - 1.
+  /// The sequence 0, 1, ... size - 1.
   static IndexView sequence(std::size_t size) {
     IndexView view;
     view.size_ = size;
     return view;
   }
 
-  /// The list; empty where there is none.
+  /// The list in memory; empty for a sequence.
   std::span<const std::uint32_t> listed() const {
     return {list_, list_ != nullptr ? size_ : std::size_t{0}};
   }
@@ -69,7 +69,7 @@ class IndexView {
   std::uint32_t operator[](std::size_t i) const {
     return list_ != nullptr ? list_[i] : static_cast<std::uint32_t>(i);
   }
-  /// The three of triangle t.
+  /// The three indices of triangle t: elements 3t, 3t+1 and 3t+2.
   std::array<std::uint32_t, 3> corners(std::size_t t) const {
     if (list_ != nullptr) return {list_[3 * t], list_[3 * t + 1], list_[3 * t + 2]};
     const auto first = static_cast<std::uint32_t>(3 * t);
@@ -88,12 +88,14 @@ class IndexView {
   std::size_t size_ = 0;
 };
 
-/// Owns its list, or shares it as a SharedColumn does, or has none.
+/// Owns its list, shares it with an owner (SharedColumn), or is a sequence 0, 1, 2, ... without a
+/// list.
 class IndexColumn {
  public:
   IndexColumn() = default;
   IndexColumn(std::initializer_list<std::uint32_t> list) : list_(list) {}
   IndexColumn(SharedColumn<std::uint32_t> list) : list_(std::move(list)) {}
+  /// The sequence 0, 1, ... size - 1. A size of 0 is an empty list.
   static IndexColumn sequence(std::size_t size) {
     IndexColumn column;
     column.sequence_ = size;
@@ -112,14 +114,16 @@ class IndexColumn {
   IndexView::Iterator end() const { return IndexView(*this).end(); }
   bool operator==(const IndexColumn& other) const { return IndexView(*this) == IndexView(other); }
 
-  /// To be written: as a list.
+  /// The indices as a list that may be written. A sequence becomes a list; a shared list is copied
+  /// first.
   UnsetColumn<std::uint32_t>& own() {
     UnsetColumn<std::uint32_t>& list = list_.own();
     if (sequence_ > 0) list.assign(begin(), end());
     sequence_ = 0;
     return list;
   }
-  /// Drops the list if it is 0, 1, 2, ... Cost: reads the list up to the first other number.
+  /// Replaces the list by a sequence if it is 0, 1, 2, ... Cost: reads the list up to the first
+  /// other number.
   void forget_sequence() {
     std::uint32_t next = 0;
     for (const std::uint32_t index : list_) {
@@ -130,7 +134,7 @@ class IndexColumn {
 
  private:
   SharedColumn<std::uint32_t> list_;
-  std::size_t sequence_ = 0;  ///< how many there are without a list; 0: the list has them
+  std::size_t sequence_ = 0;  ///< size of the sequence; 0: the indices are in list_
 };
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-/// The upper limit of a ray without an end: +infinity.
+/// kInf: +infinity, the upper limit of a ray without an end.
 
 #include <limits>
 

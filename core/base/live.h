@@ -1,12 +1,13 @@
 #pragma once
-/// A setting that may change while others read it.
+/// Live<T>: a setting that one thread changes while others read it.
 
 #include <atomic>
 #include <chrono>
 
 namespace sightline {
 
-/// Each reader sees the old value or the new one; several settings may change one after the other.
+/// An atomic value with relaxed order. A reader gets the old value or the new one. Several settings
+/// that are set in turn may be seen in any order.
 template <class T>
 class Live {
  public:

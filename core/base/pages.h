@@ -1,22 +1,22 @@
 #pragma once
-/// Large memory straight from the system: nothing of it is touched before its owner does, and all
-/// of it goes back at once.
+/// Large memory directly from the system (mmap). Its pages take no memory before they are written,
+/// and all of them return to the system when they are freed.
 
 #include <cstddef>
 
 namespace sightline {
 
-/// Less than this is better taken from the allocator, and stays on small pages, so that a scene of
-/// ten thousand little meshes does not take 2 MiB for each.
+/// Allocations below this size, in bytes, should come from the allocator. take_pages puts them on
+/// small pages, so that ten thousand small meshes do not take 2 MiB each.
 inline constexpr std::size_t kLargeMemory = 8u << 20;
 
-/// Up to whole pages.
+/// `bytes` rounded up to whole pages.
 std::size_t whole_pages(std::size_t bytes);
-/// `bytes` of zeros, on huge pages where the system has them and bytes >= kLargeMemory. Throws
-/// std::bad_alloc.
+/// Allocates `bytes` of zeros, rounded up to whole pages; on huge pages where the system has them
+/// and bytes >= kLargeMemory. Throws std::bad_alloc.
 void* take_pages(std::size_t bytes);
-/// Unmaps [pages, pages + bytes). Precondition: an allocation of take_pages or a part of one that
-/// begins at a page.
+/// Unmaps [pages, pages + bytes). Precondition: it is an allocation of take_pages, or a part of one
+/// that begins at a page.
 void give_pages(void* pages, std::size_t bytes);
 
 }  // namespace sightline

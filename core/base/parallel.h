@@ -1,13 +1,13 @@
 #pragma once
-/// The shapes in which threads share work here, over oneTBB: a loop, two branches, a sum, and a
-/// group of threads to do it on.
+/// The four patterns in which threads share work, over oneTBB: a loop, two branches, a reduction,
+/// and a group of threads that runs them.
 ///
-/// ThreadSanitizer does not see what Debian's libtbb synchronises inside and calls every hand-over
-/// a race. In a build for it the same shapes stand on std::thread, so that it watches our code and
-/// only our code.
+/// ThreadSanitizer does not see the synchronisation inside Debian's libtbb and would report every
+/// hand-over as a race. So builds with ThreadSanitizer implement the four patterns with
+/// std::thread.
 ///
-/// Laws    each call returns after all of its work; what a piece throws, the caller gets (of
-///         several exceptions one). Calls may nest.
+/// Laws    each call returns after all of its work. If pieces throw, the caller gets one of the
+///         exceptions. Calls may nest.
 
 #include <cstddef>
 
@@ -34,13 +34,16 @@ void parallel_for(std::size_t count, const Piece& piece) {
   tbb::parallel_for(std::size_t{0}, count, piece);
 }
 
+/// Calls first() and second(), possibly at the same time.
 template <class First, class Second>
 void parallel_invoke(const First& first, const Second& second) {
   tbb::parallel_invoke(first, second);
 }
 
-/// Joins, in order, add(begin, end, value) over ranges that cover [begin, end). How it is cut is
-/// not fixed: joining must be associative and `empty` neutral.
+/// Returns a fold over [begin, end): cuts the range into parts, folds each part with value =
+/// add(part begin, part end, value), starting with `empty`, and combines neighbours with join(left,
+/// right). A part of at most `grain` elements is not cut further; otherwise the cuts are not fixed.
+/// So join must be associative, and `empty` neutral.
 template <class Value, class Add, class Join>
 Value parallel_reduce(std::size_t begin, std::size_t end, std::size_t grain, const Value& empty,
                       const Add& add, const Join& join) {
@@ -52,10 +55,11 @@ Value parallel_reduce(std::size_t begin, std::size_t end, std::size_t grain, con
       join);
 }
 
-/// How many threads run at once what execute calls in parallel.
+/// A group of threads. Parallel calls inside execute() run on at most this many threads at once.
 class ThreadGroup {
  public:
-  /// 0: as many as the machine has. Precondition: called once, before execute.
+  /// Sets the number of threads; 0: one for each processor. Precondition: called once, before
+  /// execute.
   void start(int threads) {
     if (threads > 0) {
       arena_.initialize(threads);
@@ -64,11 +68,12 @@ class ThreadGroup {
     }
   }
   int threads() const { return arena_.max_concurrency(); }
-  /// From now on the threads that help callers of execute yield to other threads.
+  /// Lowers the priority of the threads that help the callers of execute, from now on.
   void give_way() {
     helpers_.emplace(arena_);
     helpers_->observe(true);
   }
+  /// Calls work() on the calling thread; other threads of the group help with its parallel calls.
   template <class Work>
   void execute(const Work& work) {
     arena_.execute(work);
@@ -113,7 +118,8 @@ void parallel_for(std::size_t count, const Piece& piece) {
       thrown = std::current_exception();
     }
   };
-  constexpr std::size_t kThreads = 4;  // more than the machine may have: more orders are seen
+  // more than the machine may have, so that more orders are seen
+  constexpr std::size_t kThreads = 4;
   std::vector<std::thread> threads;
   for (std::size_t i = 1; i < std::min(count, kThreads); ++i) threads.emplace_back(work);
   work();

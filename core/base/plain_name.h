@@ -1,12 +1,12 @@
 #pragma once
-/// Names that are safe in a URL, a header, a log and as a file name.
+/// is_plain_name: names that are safe in a URL, a header, a log and as a file name.
 
 #include <algorithm>
 #include <string_view>
 
 namespace sightline {
 
-/// 1 to 128 of A-Z a-z 0-9 . _ - and not beginning with a dot.
+/// True for 1 to 128 characters of A-Z a-z 0-9 . _ - that do not begin with a dot.
 constexpr bool is_plain_name(std::string_view name) {
   if (name.empty() || name.size() > 128 || name.front() == '.') return false;
   // Written out: isalnum depends on the locale.

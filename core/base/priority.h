@@ -7,8 +7,8 @@
 
 namespace sightline {
 
-/// Lowers the priority of the calling thread for good. Only a privileged process can raise it
-/// again.
+/// Lowers the priority of the calling thread for the rest of its life: nice level 10. Only a
+/// privileged process could raise it again. Does nothing on systems other than Linux.
 inline void lower_priority() {
 #if defined(__linux__)
   constexpr int kNice = 10;

@@ -1,5 +1,6 @@
 #pragma once
-/// Progress of a long piece of work. Its worker reports; other threads read, and may ask it to end.
+/// Progress of a long piece of work. Its worker thread reports; other threads read, and may cancel
+/// it.
 
 #include <algorithm>
 #include <atomic>
@@ -11,22 +12,24 @@
 
 namespace sightline {
 
-/// One worker reports; any thread may read and cancel.
+/// One thread reports with begin() and reach(); any thread may read and cancel.
 class Progress {
  public:
   struct Reading {
-    const char* stage = "";      ///< of static storage; "" before the first stage
-    std::optional<int> percent;  ///< of the stage, 0 to 100; empty where its end is not known
+    const char* stage = "";  ///< a literal; "" before the first stage
+    /// progress within the stage, 0 to 100; empty if its total is not known
+    std::optional<int> percent;
   };
 
-  /// `stage` has static storage. `total` is what reach() counts up to; 0: nobody knows.
+  /// Starts a stage. `stage` must be a literal. `total` is the value of reach() at the end of the
+  /// stage; 0: not known.
   void begin(const char* stage, std::uint64_t total = 0) {
     const std::lock_guard hold(mutex_);
     stage_ = stage;
     total_ = total;
     done_.store(0, std::memory_order_relaxed);
   }
-  /// Cheap enough for an inner loop.
+  /// Sets how much of the stage's total is done. Cheap enough for an inner loop.
   void reach(std::uint64_t done) { done_.store(done, std::memory_order_relaxed); }
   Reading reading() const {
     const std::lock_guard hold(mutex_);
@@ -36,7 +39,7 @@ class Progress {
             static_cast<int>(100.0 * static_cast<double>(done) / static_cast<double>(total_))};
   }
 
-  /// Asks the worker to end. The worker may finish before it notices.
+  /// Asks the worker to stop. The worker may finish before it notices.
   void cancel() { flag_.cancel(); }
   bool cancelled() const { return flag_.cancelled(); }
   const CancelFlag& flag() const { return flag_; }

@@ -1,6 +1,7 @@
 #pragma once
-/// Result<T>: a value, or an Error that says what the caller may do about it.
-/// Debian 12's compilers lack <expected> in C++20 mode; this is the small part of it that we use.
+/// Result<T>: a value of type T, or an Error that says what the caller may do about it. The
+/// compilers of Debian 12 lack <expected> in C++20 mode; this is the small part of it that
+/// Sightline uses.
 
 #include <string>
 #include <string_view>
@@ -9,33 +10,35 @@
 
 namespace sightline {
 
-/// What the caller may do, in a short closed list. The server maps each to one HTTP status.
+/// What the caller may do, as a short closed list. The server maps each kind to an HTTP status.
 enum class ErrorKind {
-  kInvalid,       ///< the input is wrong: mend it (422)
-  kMalformed,     ///< the input is not even the format it claims to be (400)
-  kUnsupported,   ///< a valid input that needs something we do not have (415)
+  kInvalid,       ///< the input is wrong and must be corrected (422)
+  kMalformed,     ///< the input is not in the format that it claims to be in (400)
+  kUnsupported,   ///< the input is valid, but needs something that Sightline does not have (415)
   kTooLarge,      ///< a limit would be exceeded (413)
-  kNotFound,      ///< no such thing (404)
-  kConflict,      ///< not in this state, try again later (409)
-  kPrecondition,  ///< not what the caller believes it to be (412)
-  kCancelled,     ///< the caller went away or asked to stop
+  kNotFound,      ///< the thing does not exist (404)
+  kConflict,      ///< not possible in the present state; try again later (409)
+  kPrecondition,  ///< the state is not what the caller expects (412)
+  kCancelled,     ///< the caller disconnected or asked to stop
   kDeadline,      ///< the time allowed was used up (504)
-  kBusy,          ///< too much is under way: try again later (503)
+  kBusy,          ///< too much work is under way; try again later (503)
   kOutOfSpace,    ///< disk or memory budget is full (507)
-  kInternal,      ///< our fault (500)
+  kInternal,      ///< a fault of Sightline (500)
 };
 
+/// An error for the caller.
 struct Error {
   ErrorKind kind = ErrorKind::kInternal;
-  /// Stable, machine readable, upper case: RAY_DIRECTION_ZERO. Never changes once released.
+  /// Stable, machine readable, in upper case: RAY_DIRECTION_ZERO. A released code never changes.
   std::string code;
   /// One sentence for people, with the place and both numbers: "accessor 7: needs 1200 bytes, view
-  /// has 900". Never a path of this machine.
+  /// has 900". Never contains a path of this machine.
   std::string message;
   /// JSON pointer to the offending part of the input, or empty.
   std::string pointer;
 };
 
+/// Holds a value or an error; never both, never neither.
 template <class T>
 class [[nodiscard]] Result {
  public:
@@ -45,7 +48,7 @@ class [[nodiscard]] Result {
   bool ok() const { return state_.index() == 0; }
   explicit operator bool() const { return ok(); }
 
-  /// Precondition for all of these: ok().
+  /// The value. Precondition: ok().
   T& value() & { return std::get<0>(state_); }
   const T& value() const& { return std::get<0>(state_); }
   T&& value() && { return std::get<0>(std::move(state_)); }
@@ -55,7 +58,7 @@ class [[nodiscard]] Result {
   T* operator->() { return &value(); }
   const T* operator->() const { return &value(); }
 
-  /// Precondition: !ok().
+  /// The error. Precondition: !ok().
   const Error& error() const& { return std::get<1>(state_); }
   Error&& error() && { return std::get<1>(std::move(state_)); }
 
@@ -63,6 +66,7 @@ class [[nodiscard]] Result {
   std::variant<T, Error> state_;
 };
 
+/// The value of a Result that has nothing to say but success.
 struct Unit {};
 using Status = Result<Unit>;
 inline Status success() { return Unit{}; }

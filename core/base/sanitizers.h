@@ -1,8 +1,10 @@
 #pragma once
-/// Which sanitizer watches this build: GCC and Clang say it differently.
+/// Defines macros that tell which sanitizer instruments this build. GCC and Clang have different
+/// tests for it.
 ///
-/// SIGHTLINE_WATCHED_THREADS  ThreadSanitizer
-/// SIGHTLINE_WATCHED_HEAP     that, or AddressSanitizer: the heap is the sanitizer's own
+/// SIGHTLINE_WATCHED_THREADS  defined with ThreadSanitizer
+/// SIGHTLINE_WATCHED_HEAP     defined with ThreadSanitizer or AddressSanitizer, which replace the
+///                            heap
 
 #if defined(__has_feature)
 #if __has_feature(thread_sanitizer)

@@ -1,5 +1,5 @@
 #pragma once
-/// SharedColumn<T>: elements that many threads read. They are written, if at all, before that.
+/// SharedColumn<T>: a column that many threads read. It must not be written while others read it.
 
 #include <algorithm>
 #include <cstddef>
@@ -14,15 +14,15 @@
 
 namespace sightline {
 
-/// Owns its elements, or refers to memory that another object owns, such as a mapped file. Copies
-/// share memory that is referred to.
+/// Owns its elements, or refers to memory of another object such as a mapped file. Copies of a
+/// column that refers share that memory; copies of a column that owns are deep.
 template <class T>
 class SharedColumn {
  public:
   SharedColumn() = default;
   SharedColumn(std::initializer_list<T> elements) : own_(elements) {}
   SharedColumn(UnsetColumn<T> elements) : own_(std::move(elements)) {}
-  /// Refers to `elements`, which do not change while `owner` lives.
+  /// Refers to `elements`, which must not change while `owner` lives.
   SharedColumn(std::span<const T> elements, std::shared_ptr<const void> owner)
       : kept_(elements), owner_(std::move(owner)) {}
 
@@ -37,7 +37,7 @@ class SharedColumn {
     return std::equal(begin(), end(), other.begin(), other.end());
   }
 
-  /// For writing. Elements that are only referred to are copied first.
+  /// The elements for writing. If the column only refers to them, it first copies them.
   UnsetColumn<T>& own() {
     if (owner_) {
       own_.assign(kept_.begin(), kept_.end());
@@ -56,12 +56,13 @@ class SharedColumn {
 /// Bytes that do not change while `owner` lives.
 struct SharedBytes {
   std::span<const std::byte> bytes = {};
-  std::shared_ptr<const void> owner = {};  ///< null: the bytes may be freed
-  /// Called with the bytes that share() returns; may be empty.
+  /// null: the bytes may be freed at any time, and share() returns nothing
+  std::shared_ptr<const void> owner = {};
+  /// share() calls it with the bytes that it returns; may be empty.
   std::function<void(std::span<const std::byte>)> claim = {};
 
-  /// `count` elements at `from`, without a copy. Empty where these bytes do not hold them, or where
-  /// they are not aligned for that.
+  /// A column of `count` elements at `from` that refers to these bytes. Empty if there is no owner,
+  /// if the elements are not wholly inside of these bytes, or if `from` is not aligned for T.
   template <class T>
   SharedColumn<T> share(const std::byte* from, std::size_t count) const {
     const bool inside =

@@ -1,12 +1,12 @@
 #pragma once
-/// Reproducible numbers from a seed, the same on every machine: integer arithmetic, and one exact
+/// Pseudo-random numbers from a seed, equal on every machine: only integer arithmetic and one exact
 /// product.
 
 #include <cstdint>
 
 namespace sightline {
 
-/// One step of splitmix64 [Steele2014]: a bijective scrambling of 64 bits.
+/// One step of splitmix64 [Steele2014]: a bijective mixing of 64 bits.
 constexpr std::uint64_t scramble(std::uint64_t x) {
   x += 0x9e3779b97f4a7c15u;
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
@@ -14,17 +14,18 @@ constexpr std::uint64_t scramble(std::uint64_t x) {
   return x ^ (x >> 31);
 }
 
-/// The splitmix64 sequence of a seed.
+/// The splitmix64 generator of a seed.
 class SplitMix {
  public:
   constexpr explicit SplitMix(std::uint64_t seed) : state_(seed) {}
 
+  /// The next 64 bits.
   constexpr std::uint64_t bits() {
     const std::uint64_t value = scramble(state_);
     state_ += 0x9e3779b97f4a7c15u;
     return value;
   }
-  /// Uniform in [0, 1), a multiple of 2^-53.
+  /// The next number, uniform in [0, 1), a multiple of 2^-53.
   constexpr double unit() { return static_cast<double>(bits() >> 11) * 0x1p-53; }
 
  private:

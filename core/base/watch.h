@@ -1,6 +1,6 @@
 #pragma once
-/// A deadline for loops whose steps are shorter than a reading of the clock, and a function that
-/// reserves memory before it is allocated.
+/// DeadlineWatch: a deadline for loops whose steps are shorter than a reading of the clock.
+/// ReserveBytes: a function that asks for memory before it is allocated.
 
 #include <cstdint>
 #include <functional>
@@ -10,14 +10,14 @@
 
 namespace sightline {
 
-/// Reads the clock once in so many steps. The deadline must outlive the watch.
+/// Reads the clock once in `steps_per_look` steps. The deadline must outlive the watch.
 class DeadlineWatch {
  public:
-  /// A step takes a few nanoseconds, one that misses every cache a hundred.
+  /// The default suits steps of a few nanoseconds, or a hundred for a step that misses every cache.
   explicit DeadlineWatch(const Deadline& deadline, std::uint64_t steps_per_look = 16 << 10)
       : deadline_(deadline), steps_per_look_(steps_per_look) {}
-  /// Counts so many steps. Returns whether the time was used up at the last reading of the clock;
-  /// the first call reads it.
+  /// Counts `steps` steps. Returns whether the deadline had passed at the last reading of the
+  /// clock. The first call reads it.
   bool passed(std::uint64_t steps = 1) {
     if (passed_) return true;
     if (left_ > steps) {
@@ -28,7 +28,7 @@ class DeadlineWatch {
     passed_ = deadline_.passed();
     return passed_;
   }
-  /// Precondition: it has passed.
+  /// The error to return after passed() was true.
   Error error() const { return out_of_time(deadline_); }
 
  private:
@@ -38,10 +38,11 @@ class DeadlineWatch {
   bool passed_ = false;
 };
 
-/// Called before so many bytes are allocated; the call may block. Null where no limit applies. It
-/// returns the error of the limit that refuses.
+/// Called before `bytes` are allocated; the call may block. It returns success, or the error of the
+/// limit that refuses. A null function means no limit.
 using ReserveBytes = std::function<Status(std::uint64_t bytes)>;
 
+/// Calls `reserve` unless it is null.
 inline Status ask_for(const ReserveBytes& reserve, std::uint64_t bytes) {
   return reserve ? reserve(bytes) : success();
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// Turns std::bad_alloc into an error.
+/// within_memory: turns std::bad_alloc into an error.
 
 #include <new>
 
@@ -7,8 +7,8 @@
 
 namespace sightline {
 
-/// Calls work(), which returns a Result. If an allocation fails, returns the error MEMORY_EXHAUSTED
-/// with this message.
+/// Returns the Result of work(). If work throws std::bad_alloc, returns the error MEMORY_EXHAUSTED
+/// with `message`.
 template <class Work>
 auto within_memory(const char* message, const Work& work) -> decltype(work()) {
   try {

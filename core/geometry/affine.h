@@ -1,5 +1,6 @@
 #pragma once
-/// A float64 3x4 matrix, rows of (m0 m1 m2 m3), applied exactly as the contract states it.
+/// Affine: a float64 3x4 matrix with rows (m0 m1 m2 m3). apply() states its order of operations,
+/// because its results define the scene.
 
 #include <cstddef>
 
@@ -7,11 +8,13 @@
 
 namespace sightline {
 
+/// An affine map of points. The default is the identity.
 struct Affine {
   double m[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
 
-  /// world = m0*x + m1*y + m2*z + m3, float64, left to right, no FMA (docs/reference/contract.md,
-  /// "The scene", 3). Anyone can recompute it; the resulting float64 triangles are the scene.
+  /// Maps a point: world = m0*x + m1*y + m2*z + m3 for each row, in float64, summed left to right,
+  /// without FMA (docs/reference/contract.md, "The scene", 3). Anyone can recompute it. The world
+  /// triangles of a scene are computed so.
   Vec3d apply(const Vec3d& p) const {
     return {((m[0][0] * p.x + m[0][1] * p.y) + m[0][2] * p.z) + m[0][3],
             ((m[1][0] * p.x + m[1][1] * p.y) + m[1][2] * p.z) + m[1][3],
@@ -22,7 +25,8 @@ struct Affine {
         Vec3d{static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z)});
   }
 
-  /// parent * child: 4x4 product with the implied last row (0 0 0 1), each sum left to right.
+  /// The map that applies the child `b` first and its parent `a` afterwards. 4x4 product with the
+  /// implied last row (0 0 0 1), each sum left to right.
   friend Affine operator*(const Affine& a, const Affine& b) {
     Affine r;
     for (int i = 0; i < 3; ++i) {
@@ -35,7 +39,8 @@ struct Affine {
   }
   bool operator==(const Affine&) const = default;
   bool is_identity() const { return *this == Affine{}; }
-  /// Only scales the axes and moves: each world coordinate comes from one mesh coordinate.
+  /// True if the map only scales the axes and translates: each world coordinate depends on one mesh
+  /// coordinate.
   bool is_diagonal() const {
     for (std::size_t k = 0; k < 3; ++k) {
       for (std::size_t j = 0; j < 3; ++j) {

@@ -1,5 +1,6 @@
 #pragma once
-/// Closed axis-aligned boxes. The empty box has min = +inf and max = -inf.
+/// Box3d: a closed axis-aligned box. The empty box has min = +inf and max = -inf; it is the
+/// default.
 
 #include <algorithm>
 #include <limits>
@@ -14,6 +15,7 @@ struct Box3d {
   Vec3d max{-kInf, -kInf, -kInf};
 
   bool empty() const { return !(min.x <= max.x && min.y <= max.y && min.z <= max.z); }
+  /// Extends the box to contain a point, or another box.
   void include(const Vec3d& p) {
     min = {std::min(min.x, p.x), std::min(min.y, p.y), std::min(min.z, p.z)};
     max = {std::max(max.x, p.x), std::max(max.y, p.y), std::max(max.z, p.z)};

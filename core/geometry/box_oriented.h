@@ -1,5 +1,6 @@
 #pragma once
-/// Closed oriented boxes, defined by float64 numbers that anyone can recompute.
+/// OrientedBox: a closed box with any orientation, defined by float64 numbers that anyone can
+/// recompute.
 
 #include <array>
 
@@ -30,12 +31,12 @@ struct OrientedBox {
 /// (docs/explanation/exactness-boxes.md).
 std::array<Vec3d, 3> rotated_axes(double x, double y, double z, double w);
 
-/// Whether the axes lie in one plane (exactly), so that they enclose no volume. Precondition:
-/// finite.
+/// True if the axes lie in one plane (exactly), so that the box has no volume. Precondition: the
+/// axes are finite.
 bool axes_are_dependent(const std::array<Vec3d, 3>& axes);
 
-/// axes[k] * sign scaled to unit length, each component within 1e-15; no component is -0.
-/// Precondition: finite and not zero.
+/// The unit vector along axes[k], or opposite to it if `negative`. Each component is within 1e-15;
+/// no component is -0. Precondition: the axis is finite and not zero.
 Vec3d unit_axis(const Vec3d& axis, bool negative);
 
 }  // namespace sightline

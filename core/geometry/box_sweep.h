@@ -1,9 +1,10 @@
 #pragma once
 /// An axis-aligned box swept along a line, against a triangle, exactly.
 ///
-/// Method   Box and triangle have thirteen separating axes (triangle_box.h). Along each of them
-///          their projections overlap during one interval of t, whose ends are ratios of
-///          polynomials of degree three. They meet while the projections overlap on all axes.
+/// Method   A box and a triangle have thirteen separating axes (triangle_box.h). Along each of them
+///          the projections of the moving box and the triangle overlap during one interval of t,
+///          whose ends are ratios of polynomials of degree three. The box meets the triangle while
+///          the projections overlap on all axes.
 /// Proofs   docs/explanation/exactness-sweeps.md.
 
 #include <optional>
@@ -14,25 +15,27 @@
 
 namespace sightline {
 
-/// The closed box of these half extents around the centre; finite, not negative.
+/// An axis-aligned box with these half extents around the centre of the path. They are finite and
+/// not negative; a flat box is allowed.
 struct SweptBox {
   Vec3d half;
 };
 
-/// The first contact of a swept box with a triangle.
+/// The first contact of a swept box with a triangle, as an exact number t.
 class BoxContact {
  public:
-  /// Empty if they never meet within the limits, and for triangles that have exactly no area or a
-  /// corner that is not finite.
+  /// The contact with the least t in [tmin, tmax]. Empty if box and triangle never meet within
+  /// these limits, if the triangle has exactly no area, or if a corner of it is not finite.
   static std::optional<BoxContact> first(const SweepPath& path, const SweptBox& box,
                                          const Triangle& triangle);
 
-  /// t, rounded once.
+  /// t rounded once to float64.
   double rounded() const { return t_.rounded(); }
+  /// Sign of a.t - b.t, exactly.
   friend int compare(const BoxContact& a, const BoxContact& b) { return compare(a.t_, b.t_); }
-  /// The contact point at t: of all points that both shapes share, the point with the least x, then
-  /// y, then z. Each coordinate is rounded once. Takes the arguments of first. Throws
-  /// std::bad_alloc.
+  /// The contact point at t: of all points that box and triangle share, the point with the least x,
+  /// then y, then z. Each coordinate is rounded once. The arguments must be those given to first().
+  /// Throws std::bad_alloc.
   Vec3d position(const SweepPath& path, const SweptBox& box, const Triangle& triangle) const;
 
  private:

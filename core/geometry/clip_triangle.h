@@ -8,27 +8,29 @@
 
 namespace sightline {
 
-/// The rest of a triangle after clipping, in the triangle's own barycentric weights up to a
-/// positive factor.
+/// The polygon that remains of a triangle after clipping. Its corners are barycentric weights of
+/// the triangle's corners, up to a positive factor. It refers to no coordinates: clip() gets values
+/// of a linear function.
 class ClippedTriangle {
  public:
-  /// All of it.
+  /// The whole triangle.
   ClippedTriangle();
 
-  /// Clips to the half space where a linear function is not positive; `values` are its values at
-  /// the three corners. Returns whether anything is left; a single point counts. Throws
+  /// Clips to the half-space where a linear function is at most zero; `values` are its values at
+  /// the three corners of the triangle. Returns true if at least one point is left. Throws
   /// std::bad_alloc.
   bool clip(const DyadicVector& values);
 
-  /// The corners of what is left, some of them maybe twice: weights of degree 2d for values of
-  /// degree d; their sum is positive.
+  /// The corners of the remaining polygon, in order; a corner may be listed twice. The sum of its
+  /// weights is positive. If the values given to clip() are polynomials of degree d, the weights
+  /// have degree 2d.
   std::size_t size() const { return polygon_.size(); }
   const DyadicVector& weights(std::size_t i) const { return polygon_[i].at; }
 
  private:
   struct Corner {
     DyadicVector at;
-    DyadicVector line;  ///< function that is zero here and at the next corner
+    DyadicVector line;  ///< linear function that is zero at this corner and the next one
   };
   std::vector<Corner> polygon_;
 };

@@ -1,6 +1,7 @@
 #pragma once
-/// Dyadic: an exact number m * 2^e with an integer m, wide enough for every determinant that the
-/// predicates form from float64 coordinates. The last stage of every decision.
+/// Dyadic: an exact number m * 2^e with an integer m of up to 53,760 bits. That is wide enough for
+/// every determinant that the predicates form from float64 coordinates. It decides what the faster
+/// filters leave open.
 
 #include <cstdint>
 
@@ -8,17 +9,19 @@
 
 namespace sightline {
 
-/// Sign and magnitude; the magnitude is `count` limbs of 64 bits, the lowest weighing
-/// 2^(64*exponent). The lowest and the highest limb are never zero, so equal values have equal
-/// limbs.
+/// Stored as sign and magnitude. The magnitude is `count_` limbs of 64 bits; the lowest limb has
+/// the weight 2^(64 * exponent_). The lowest and the highest limb are never zero, so equal values
+/// have equal limbs.
 ///
-/// Laws    +, -, * and comparisons are exact. No rounding, no overflow, no underflow: a finite
-///         float64 spans the limbs -17 .. 15, a difference of two as many and a carry: 34. The
-///         widest thing formed compares the times at which a sphere comes to two planes: products
-///         of 24 such differences, 816 limbs and the carries of the sums (kCapacity).
-/// Cost    a constructor writes two limbs; nothing allocates. Products are schoolbook.
+/// Laws    +, -, * and comparisons are exact: no rounding, overflow or underflow. The width follows
+///         from the inputs. A finite float64 spans the limbs -17 .. 15; a difference of two float64
+///         numbers has at most 34 limbs with its carry. The widest number compares the times at
+///         which a sphere reaches two planes: it sums products of 24 such differences, 816 limbs
+///         and carries. kCapacity is above that.
+/// Cost    a constructor writes two limbs at most; nothing allocates. Products are schoolbook.
 class Dyadic {
  public:
+  /// Most limbs of a number.
   static constexpr int kCapacity = 840;
 
   Dyadic() = default;
@@ -30,10 +33,10 @@ class Dyadic {
     return *this;
   }
 
-  /// value * 2^exponent. Precondition: |exponent| < 10000.
+  /// value * 2^exponent, exactly. Precondition: |exponent| < 10000.
   Dyadic(const Int256& value, int exponent);
 
-  /// -1, 0 or 1.
+  /// The sign of the number: -1, 0 or 1.
   int sign() const { return sign_; }
   Dyadic operator-() const {
     Dyadic result(*this);
@@ -51,13 +54,14 @@ class Dyadic {
   friend bool operator<(const Dyadic& a, const Dyadic& b) { return compare(a, b) < 0; }
   friend bool operator==(const Dyadic& a, const Dyadic& b) { return compare(a, b) == 0; }
 
-  /// numerator / denominator rounded once to the nearest float64, ties to even, as IEEE 754 rounds:
-  /// gradual underflow (a negative quotient may become -0), and beyond the largest number an
-  /// infinity. Exactly zero is +0. Precondition: denominator is not zero.
+  /// numerator / denominator, rounded once to the nearest float64, ties to even, as IEEE 754
+  /// rounds: with gradual underflow (a negative quotient may become -0), and infinite beyond the
+  /// largest number. An exact zero is +0. Precondition: denominator is not zero.
   friend double round_quotient(const Dyadic& numerator, const Dyadic& denominator);
 
-  /// The quotient within 2^-50 of itself, or within 2^-1074 if that is more. Fast, but not
-  /// correctly rounded. Infinite beyond the largest float64.
+  /// numerator / denominator with an error of at most 2^-50 of itself or 2^-1074, whichever is
+  /// more. Faster than round_quotient, but not correctly rounded. Infinite beyond the largest
+  /// float64.
   friend double approximate_quotient(const Dyadic& numerator, const Dyadic& denominator);
 
   /// numerator / sqrt(square), of magnitude at most 1, rounded once to the nearest float64, ties to
@@ -73,7 +77,8 @@ class Dyadic {
   void trim();
   static Dyadic sum(const Dyadic& a, const Dyadic& b, int b_sign);
   static int compare_magnitude(const Dyadic& a, const Dyadic& b);
-  /// The 64 leading bits as a float64 in [2^63, 2^64] and the exponent that belongs to them.
+  /// Returns the 64 leading bits as a float64 in [2^63, 2^64]; sets `exponent` to the exponent that
+  /// belongs to them.
   double leading(int& exponent) const;
   /// sqrt(numerator / denominator) within some units in the last place; may overflow.
   static double approximate_root(const Dyadic& numerator, const Dyadic& denominator);
@@ -81,7 +86,8 @@ class Dyadic {
   int sign_ = 0;
   int exponent_ = 0;
   int count_ = 0;
-  std::uint64_t limb_[kCapacity];  // only the first count_ are written: a constructor stays cheap
+  // only the first count_ limbs are initialised, so that a constructor is cheap
+  std::uint64_t limb_[kCapacity];
 };
 
 }  // namespace sightline

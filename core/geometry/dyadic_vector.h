@@ -1,5 +1,5 @@
 #pragma once
-/// Vectors of Dyadic numbers: what the exact predicates are written in.
+/// Vectors of Dyadic numbers, in which the exact predicates are written.
 
 #include <array>
 #include <cstddef>
@@ -11,6 +11,7 @@ namespace sightline {
 
 using DyadicVector = std::array<Dyadic, 3>;
 
+/// The vector with the same, exact coordinates. Precondition: finite.
 inline DyadicVector exact_vector(const Vec3d& v) { return {Dyadic(v.x), Dyadic(v.y), Dyadic(v.z)}; }
 
 /// a - b. Precondition: both finite.
@@ -18,6 +19,7 @@ inline DyadicVector difference(const Vec3d& a, const Vec3d& b) {
   return {Dyadic(a.x) - Dyadic(b.x), Dyadic(a.y) - Dyadic(b.y), Dyadic(a.z) - Dyadic(b.z)};
 }
 
+/// Component k of the cross product a x b.
 inline Dyadic cross_component(const DyadicVector& a, const DyadicVector& b, std::size_t k) {
   const std::size_t i = (k + 1) % 3;
   const std::size_t j = (k + 2) % 3;

@@ -1,28 +1,29 @@
 #pragma once
-/// Sums and products of two float64 numbers without error, as the rounded result and what rounding
-/// lost [Dekker1971], [Shewchuk1997].
+/// Error-free transformations: sums and products of two float64 numbers as the rounded result and
+/// its rounding error [Dekker1971], [Shewchuk1997].
 
 #include <cmath>
 
 namespace sightline {
 
-/// high + low; high is the sum of both rounded to nearest.
+/// The exact number high + low, where high is that number rounded to nearest.
 struct TwoDouble {
   double high = 0;
   double low = 0;
 };
 
-/// a + b exactly, gradual underflow included. If high overflows, low is not a number.
+/// a + b exactly, with gradual underflow. If high overflows, low is NaN.
 inline TwoDouble two_sum(double a, double b) {
   const double high = a + b;
   const double part = high - a;
   return {high, (a - (high - part)) + (b - part)};
 }
 
+/// a - b, with the properties of two_sum.
 inline TwoDouble two_difference(double a, double b) { return two_sum(a, -b); }
 
-/// a * b exactly if |high| is in [kProductMin, inf) or a factor is zero: then the last bit of the
-/// product weighs at least 2^-1066. Below it low may be off by 2^-1074.
+/// a * b. It is exact if a factor is zero, or if |high| is in [kProductMin, inf): then the last bit
+/// of the product weighs at least 2^-1066. Otherwise low may be off by 2^-1074.
 inline constexpr double kProductMin = 0x1p-960;
 inline TwoDouble two_product(double a, double b) {
   const double high = a * b;

@@ -1,17 +1,18 @@
 #pragma once
-/// A finite float64 taken apart.
+/// Float64Parts: mantissa, exponent and sign of a finite float64.
 
 #include <bit>
 #include <cstdint>
 
 namespace sightline {
 
-/// |value| = mantissa * 2^place; mantissa is below 2^53, and 0 for zero of either sign.
+/// |value| = mantissa * 2^place. mantissa is below 2^53; it is 0 for +0 and -0.
 struct Float64Parts {
   std::uint64_t mantissa = 0;
   int place = 0;
   bool negative = false;
 
+  /// Precondition: value is finite.
   explicit Float64Parts(double value) {
     const auto bits = std::bit_cast<std::uint64_t>(value);
     const int biased = static_cast<int>((bits >> 52) & 0x7ff);

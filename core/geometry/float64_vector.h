@@ -1,5 +1,5 @@
 #pragma once
-/// Vectors of rounded float64 numbers: what filters are written in.
+/// Vectors of float64 numbers with ordinary rounding, in which the filters are written.
 
 #include <algorithm>
 #include <array>
@@ -21,13 +21,15 @@ inline double dot(const Numbers& a, const Numbers& b) {
 inline Numbers cross(const Numbers& a, const Numbers& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
+/// The largest magnitude of a component.
 inline double largest(const Numbers& a) {
   return std::max({std::fabs(a[0]), std::fabs(a[1]), std::fabs(a[2])});
 }
 
-/// Weights of the second and third corner that are near those of the point of the triangle nearest
-/// to the origin, and of some point of the triangle whatever rounding does. By regions, as
-/// [Ericson2005] has them. ab and ac: from the first corner to the others.
+/// Approximate barycentric weights of the second and third corner for the point of the triangle
+/// nearest to the origin. Whatever rounding does, they belong to some point of the triangle: both
+/// are at least 0, and their sum is at most 1. Method: regions of the triangle [Ericson2005]. `ab`
+/// and `ac` are the edges from the first corner to the second and third.
 std::array<double, 2> near_weights(const std::array<Numbers, 3>& corner, const Numbers& ab,
                                    const Numbers& ac);
 

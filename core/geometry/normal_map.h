@@ -1,19 +1,21 @@
 #pragma once
-/// How normals go where a matrix takes points.
+/// NormalMap: how an affine map transforms normals.
 
 #include "core/geometry/affine.h"
 
 namespace sightline {
 
-/// The inverse transpose of a matrix but for a positive factor, which normals do not have: its
-/// cofactors, each within 1.5 units in the last place, with the exact sign of its determinant. A
-/// matrix that flattens has the sign +.
+/// The inverse transpose of the map's 3x3 matrix, up to a positive factor, which does not matter
+/// for normals. It is stored as the cofactors times the sign of the determinant. Each cofactor is
+/// within 1.5 units in the last place of the matrix scaled to size 1; the sign is exact. For a
+/// singular matrix the sign is +.
 class NormalMap {
  public:
   explicit NormalMap(const Affine& affine);
-  /// Of length 1, by float64 sums: a rotation or an even scale costs some units in the last place,
-  /// a matrix that flattens a thousandfold that many times more. NaN where there is no direction:
-  /// `normal` is zero or not finite, or is flattened.
+  /// The normal of length 1 on the mapped surface. Its error is some units in the last place for a
+  /// rotation or a uniform scale, and a thousand times that for a matrix that flattens a
+  /// thousandfold. NaN if there is no such direction: `normal` is zero or not finite, or the map
+  /// sends it to zero.
   Vec3d apply(const Vec3d& normal) const;
 
  private:

@@ -1,10 +1,12 @@
 #pragma once
 /// Ray against closed box: the slab test [Kay1986], decided exactly.
 ///
-/// A slab k is entered at t_near(k) and left at t_far(k), quotients of numbers that are exact sums
-/// or products of the input. The line is in the box from the largest t_near to the smallest t_far.
+/// The ray enters slab k at t_near(k) and leaves it at t_far(k). Both are quotients of numbers that
+/// are exact sums or products of the input. The line is in the box from the largest t_near to the
+/// smallest t_far.
 ///
 /// Stages  Every comparison of two quotients first compares their float64 values. For an
+///         axis-aligned plane T = (plane - origin) / d, computed as t with two roundings, satisfies
 ///         axis-aligned plane T = (plane - origin) / d, two roundings, satisfies
 ///             |t - T| <= (2u + u^2) |T| + 2^-1074,   u = 2^-53,
 ///         so two of them (or one and a limit) that differ by more than
@@ -35,14 +37,15 @@ enum class RayBoxOutcome : std::uint8_t {
   kBeyond,  ///< the line meets the box, but enters it after tmax
 };
 
-/// A face is a plane of slab `axis`, its lower (-) or upper (+) one. For an oriented box the lower
-/// one is where axes[axis] . (p - center) = -half[axis].
+/// One face of a box: `upper` or lower plane of slab `axis`. The lower plane of an oriented box is
+/// where axes[axis] . (p - center) = -half[axis].
 struct BoxFace {
   std::uint8_t axis = 0;
   bool upper = false;
   bool operator==(const BoxFace&) const = default;
 };
 
+/// A list of up to six faces.
 struct BoxFaces {
   std::uint8_t count = 0;
   std::array<BoxFace, 6> face{};
@@ -53,11 +56,12 @@ struct RayBoxAnswer {
   RayBoxOutcome outcome = RayBoxOutcome::kApart;
   bool inside = false;      ///< the origin (t = 0) lies in the interior
   bool on_surface = false;  ///< the origin lies in the box, but not in its interior
-  /// kApart: the two slabs that exclude each other (of those entered last and left first), the
-  /// smaller first. kBeside: the first such slab, twice.
+  /// Set for kApart: the slab that is entered last and the slab that is left first, which exclude
+  /// each other; the smaller number first. Set for kBeside: the first slab that the ray runs
+  /// outside of, twice.
   std::array<std::uint8_t, 2> apart{};
-  /// Of the line, rounded once each; infinite where the box is open or a finite t beyond float64
-  /// rounds so. Zero is +0. Set for hits, kBehind and kBeyond.
+  /// Where the line enters and leaves the box, each rounded once; zero is +0. Infinite where the
+  /// box is open, or where a finite t rounds to infinity. Set for kHit, kBehind and kBeyond.
   double t_enter = 0;
   double t_exit = 0;
   /// For a hit: t of the reported point of the surface. The first rule that applies decides:
@@ -74,17 +78,20 @@ struct RayBoxAnswer {
   BoxFaces faces;
 };
 
+/// Tests the part tmin <= t <= tmax of a ray against a box.
 /// Law     exact: the answer is that of real arithmetic over the given float64 numbers.
-/// Preconditions: origin and direction finite, direction not zero, limits not NaN, tmin <= tmax;
-/// box.min <= box.max on every axis, min < +inf, max > -inf.
+/// Preconditions: origin and direction are finite, direction is not zero, limits are not NaN, tmin
+/// <= tmax; box.min <= box.max on every axis, min < +inf, max > -inf.
 RayBoxAnswer ray_box(const Vec3d& origin, const Vec3d& direction, double tmin, double tmax,
                      const Box3d& box);
-/// Preconditions: as above; center and axes finite, half not negative and not NaN.
+/// The test for an oriented box. Preconditions: those above for the ray; center and axes are
+/// finite, half is not negative and not NaN.
 RayBoxAnswer ray_box(const Vec3d& origin, const Vec3d& direction, double tmin, double tmax,
                      const OrientedBox& box);
 
-/// The t of the six planes in the order -x +x -y +y -z +z, rounded once; nothing where the ray is
-/// parallel to the plane or the box is open.
+/// The t at which the line crosses the six planes of a box, in the order -x +x -y +y -z +z, each
+/// rounded once. An element is empty if the line is parallel to the plane, or if the box is open
+/// there.
 using PlaneTs = std::array<std::optional<double>, 6>;
 PlaneTs ray_box_planes(const Vec3d& origin, const Vec3d& direction, const Box3d& box);
 PlaneTs ray_box_planes(const Vec3d& origin, const Vec3d& direction, const OrientedBox& box);

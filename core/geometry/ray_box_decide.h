@@ -1,12 +1,13 @@
 #pragma once
-/// What a ray-box answer is, given slabs that can be compared: one text for both kinds of boxes.
+/// The rules of ray_box.h as one template for axis-aligned and oriented boxes.
 ///
-/// Slabs must offer, for slabs k = 0, 1, 2 and planes {k, upper} (all of them exact):
-///   parallel(k)          whether the direction does not cross the slab
-///   lower_first(k)       whether the line passes the lower plane first; not parallel
-///   bounded(plane)       whether the plane exists (its slab may be open on that side)
-///   depth_sign(plane)    sign of how far inside the plane the origin is; +1 if not bounded
-///   order(a, b)          sign of t(a) - t(b); both bounded, not parallel
+/// The template argument Slabs represents a ray and a box. It must offer these functions for k = 0,
+/// 1, 2 and planes {k, upper}, all of them exact:
+///   parallel(k)          true if the line does not cross the planes of slab k
+///   lower_first(k)       true if the line passes the lower plane first; not called if parallel
+///   bounded(plane)       true if the plane exists (a box may be open on that side)
+///   depth_sign(plane)    sign of how far inside of the plane the origin is; +1 if not bounded
+///   order(a, b)          sign of t(a) - t(b); both planes are bounded and not parallel
 ///   order(a, limit)      sign of t(a) - limit; the limit may be infinite
 ///   rounded(a)           t(a) rounded once; zero is +0
 
@@ -15,6 +16,7 @@
 
 namespace sightline::ray_box_detail {
 
+/// Computes one answer. Usage: Decision(slabs, tmin, tmax).answer().
 template <class Slabs>
 class Decision {
  public:
@@ -52,6 +54,7 @@ class Decision {
   BoxFace near_plane(std::uint8_t k) const { return {k, !slabs_.lower_first(k)}; }
   BoxFace far_plane(std::uint8_t k) const { return {k, slabs_.lower_first(k)}; }
 
+  /// Sets `inside` and `on_surface` of the answer.
   void place_origin() {
     bool strict = true;
     for (std::uint8_t k = 0; k < 3; ++k) {
@@ -64,7 +67,8 @@ class Decision {
     answer_.on_surface = !strict;
   }
 
-  /// The last entry and the first exit; of equal ones the smaller axis.
+  /// Finds the last entry and the first exit. Of planes with equal t it takes that of the smaller
+  /// axis.
   void find_span() {
     for (std::uint8_t k = 0; k < 3; ++k) {
       if (slabs_.parallel(k)) continue;
@@ -81,7 +85,7 @@ class Decision {
     }
   }
 
-  /// The ray is known to meet the box: enter <= tmax and exit >= tmin.
+  /// Sets t and faces. Precondition: the ray meets the box, so enter <= tmax and exit >= tmin.
   void choose_t() {
     const bool exit_in_limits = has_exit_ && slabs_.order(exit_, tmax_) <= 0;
     if (answer_.on_surface && tmin_ <= 0 && tmax_ >= 0) {
@@ -101,10 +105,13 @@ class Decision {
     }
   }
 
+  /// True if the line crosses `plane` at the t of `at`.
   bool meets(BoxFace plane, BoxFace at) const {
     return plane == at || slabs_.order(plane, at) == 0;
   }
 
+  /// Lists the faces that satisfy `holds` in the order that RayBoxAnswer::faces states; `leaving`:
+  /// the ray is on its way out.
   template <class Holds>
   void collect_faces(Holds holds, bool leaving) {
     for (const bool far : {leaving, !leaving}) {
@@ -132,6 +139,7 @@ class Decision {
   BoxFace exit_;
 };
 
+/// The t of the six planes, as ray_box_planes returns them.
 template <class Slabs>
 PlaneTs planes_of(const Slabs& slabs) {
   PlaneTs out;

@@ -1,5 +1,6 @@
 #pragma once
-/// Directed rounding from float64, without touching the rounding mode.
+/// Directed rounding from float64 to float32, and to neighbouring float64 numbers, without changing
+/// the rounding mode.
 
 #include <cmath>
 #include <limits>
@@ -9,8 +10,8 @@ namespace sightline {
 inline constexpr float kInfF = std::numeric_limits<float>::infinity();
 inline constexpr double kInfD = std::numeric_limits<double>::infinity();
 
-/// float64 -> float32 to nearest. The value passes through memory: g++ 12.2 -O2 was seen to drop a
-/// double -> float -> double rounding inside a vectorised loop.
+/// x rounded to the nearest float32. The value passes through memory because g++ 12.2 -O2 was seen
+/// to drop a double -> float -> double rounding inside a vectorised loop.
 inline float to_float(double x) {
   volatile float rounded = static_cast<float>(x);
   return rounded;
@@ -28,6 +29,7 @@ inline float float_above(double x) {
   return static_cast<double>(f) < x ? std::nextafterf(f, kInfF) : f;
 }
 
+/// The neighbouring float64 numbers above and below x.
 inline double next_above(double x) { return std::nextafter(x, kInfD); }
 inline double next_below(double x) { return std::nextafter(x, -kInfD); }
 

@@ -1,10 +1,10 @@
 #pragma once
 /// A sphere swept along a line, against a triangle, exactly.
 ///
-/// Method   The centre first comes within the radius of the triangle at a corner, inside an edge or
-///          inside the triangle. The time is the first root of a quadratic, or a quotient with one
-///          root in it. Such numbers are compared by signs of polynomials, of degree 24 at most,
-///          and rounded by comparison with float64 numbers.
+/// Method   The centre first comes within the radius of the triangle at a corner, at a point inside
+///          of an edge, or at a point inside of the triangle. The time is the lesser root of a
+///          quadratic, or a quotient with one square root in it. Such numbers are compared by signs
+///          of polynomials of degree at most 24, and rounded by comparison with float64 numbers.
 /// Proofs   docs/explanation/exactness-sweeps.md.
 
 #include <optional>
@@ -17,41 +17,44 @@
 
 namespace sightline {
 
-/// The points within this distance of the centre; finite, not negative.
+/// A ball of this radius around the centre of the path. The radius is finite and not negative.
 struct SweptSphere {
   double radius = 0;
 };
 
-/// The first contact of a swept sphere with a triangle.
+/// The first contact of a swept sphere with a triangle, as an exact number t.
 class SphereContact {
  public:
-  /// Empty if they never meet within the limits, and for triangles that have exactly no area or a
-  /// corner that is not finite.
+  /// The contact with the least t in [tmin, tmax]. Empty if sphere and triangle never meet within
+  /// these limits, if the triangle has exactly no area, or if a corner of it is not finite.
   static std::optional<SphereContact> first(const SweepPath& path, const SweptSphere& sphere,
                                             const Triangle& triangle);
 
-  /// t, rounded once.
+  /// t rounded once to float64.
   double rounded() const;
-  /// Sign of a - b. They are of the same radius.
+  /// Sign of a.t - b.t, exactly. Precondition: both are contacts of spheres of the same radius.
   friend int compare(const SphereContact& a, const SphereContact& b);
   /// The point of the triangle that is nearest to the centre at t, each coordinate rounded once.
-  /// The same arguments as of first.
+  /// The arguments must be those given to first().
   Vec3d position(const SweepPath& path, const SweptSphere& sphere, const Triangle& triangle) const;
 
-  /// The lesser root of a t^2 + 2 b t + c; a is positive, the discriminant not negative.
+  /// A time of contact with a corner or an edge: the lesser root of a t^2 + 2 b t + c. a is
+  /// positive, the discriminant is not negative.
   struct Quadratic {
     Dyadic a, b, c;
   };
-  /// (p - radius sqrt(square)) / rate; the rate is positive.
+  /// A time of contact with the inside of the triangle: (p - radius sqrt(square)) / rate. The rate
+  /// is positive.
   struct OfPlane {
     Dyadic p, radius, square, rate;
-    bool front = true;  ///< it comes from the counter-clockwise side
+    /// the sphere comes from the side on which the corners run counter-clockwise
+    bool front = true;
   };
 
  private:
   enum class Part { kCorner, kEdge, kInside };
 
-  /// A limit, where the sphere has been in contact before.
+  /// A contact at the limit t, for a sphere that touches the triangle there already.
   explicit SphereContact(double t) : t_(t) {}
   SphereContact(Part part, std::size_t at, Quadratic t) : part_(part), at_(at), t_(t) {}
   explicit SphereContact(OfPlane t) : part_(Part::kInside), t_(t) {}

@@ -1,12 +1,13 @@
 #pragma once
-/// The way of a swept shape.
+/// SweepPath: the line segment along which a swept shape moves.
 
 #include "core/geometry/vec3.h"
 
 namespace sightline {
 
-/// The shape's centre is origin + t * direction, tmin <= t <= tmax. As checked for rays: finite but
-/// for the limits, the direction not zero.
+/// The shape's centre moves over origin + t * direction for tmin <= t <= tmax; it does not turn.
+/// Preconditions, checked as for rays: origin and direction are finite, direction is not zero, the
+/// limits are not NaN.
 struct SweepPath {
   Vec3d origin, direction;
   double tmin = 0, tmax = 0;

@@ -1,5 +1,5 @@
 #pragma once
-/// A closed triangle of three float64 corners: edges and corners belong to it.
+/// Triangle: three float64 corners. It is closed: its edges and corners belong to it.
 
 #include <cmath>
 

@@ -1,26 +1,27 @@
 #pragma once
 /// Closed triangle against closed capsule, exactly: touching counts.
 ///
-/// Method   the exact distance of the axis (triangle_distance.h) is compared with the radius.
-/// Filter   the interval of that distance.
+/// Method   compares the exact distance between the capsule's axis and the triangle
+///          (triangle_distance.h) with the radius.
+/// Filter   the float64 interval of that distance.
 
 #include "core/geometry/box3.h"
 #include "core/geometry/triangle.h"
 
 namespace sightline {
 
-/// The points within `radius` of the segment from..to, in real arithmetic. All finite, the radius
-/// not negative; the ends may coincide.
+/// The points within `radius` of the segment from `from` to `to`, in real arithmetic. All numbers
+/// are finite, the radius is not negative; the two ends may be equal.
 struct Capsule {
   Vec3d from, to;
   double radius = 0;
 };
 
-/// Whether they have a point in common. False for a triangle that has exactly no area or a corner
-/// that is not finite, as of boxes (triangle_box.h).
+/// True if triangle and capsule have at least one point in common. False for a triangle that has
+/// exactly no area or a corner that is not finite.
 bool triangle_meets_box(const Triangle& triangle, const Capsule& capsule);
 
-/// Contains the capsule.
+/// An axis-aligned box that contains the capsule, rounded outwards.
 Box3d outer_bounds(const Capsule& capsule);
 
 }  // namespace sightline

@@ -1,11 +1,12 @@
 #pragma once
 /// Closed triangle against an intersection of closed half-spaces, exactly: touching counts.
 ///
-/// Method   the triangle is clipped by one plane after the other. A clipped polygon's corners are
-///          crossings of two of the given lines, stored as barycentric weights up to a common
-///          factor: cross products of two rows of values that the corners have on two planes. So
-///          numbers never grow beyond degree six, however many planes there are.
-/// Filter   float64: all corners beyond one plane, or one corner within all of them.
+/// Method   clips the triangle by one plane after the other. A corner of a clipped polygon is the
+///          crossing of two lines. It is stored as barycentric weights up to a common factor, the
+///          cross product of the two rows of values that the triangle's corners have on the planes.
+///          So degrees never exceed six, however many planes there are.
+/// Filter   float64. It decides if all corners are beyond one plane, or one corner is within all
+///          planes.
 /// Proofs   docs/explanation/exactness-boxes.md.
 
 #include <span>
@@ -14,26 +15,26 @@
 
 namespace sightline {
 
-/// The points p with normal . p <= offset, in real arithmetic: nothing is normalised. Finite, and
-/// the normal is not zero.
+/// The points p with normal . p <= offset, in real arithmetic; the normal need not be of unit
+/// length. All numbers are finite, and the normal is not zero.
 struct HalfSpace {
   Vec3d normal;
   double offset = 0;
 };
 
-/// An intersection of closed half-spaces: a view frustum, any convex polyhedron, bounded or not,
-/// maybe empty.
+/// An intersection of closed half-spaces: a view frustum or any other convex polyhedron. It may be
+/// unbounded or empty. It refers to its planes, which the caller retains.
 struct ConvexRegion {
   static constexpr std::size_t kMostPlanes = 32;
 
   std::span<const HalfSpace> planes;
 };
 
-/// Whether they have a point in common. False for a triangle that has exactly no area or a corner
-/// that is not finite, as of boxes (triangle_box.h). Throws std::bad_alloc.
+/// True if triangle and region have at least one point in common. False for a triangle that has
+/// exactly no area or a corner that is not finite. Throws std::bad_alloc.
 bool triangle_meets_box(const Triangle& triangle, const ConvexRegion& region);
 
-/// Sign of normal . p - offset.
+/// Sign of normal . p - offset, exactly: -1 inside of the half-space, 0 on its plane, +1 outside.
 int side_of(const HalfSpace& plane, const Vec3d& p);
 
 }  // namespace sightline

@@ -1,11 +1,12 @@
 #pragma once
-/// How far a segment or a triangle is from a triangle, exactly.
+/// The distance between a segment or triangle and another triangle, exactly.
 ///
-/// Method   0 if an edge of one goes through the other; else the nearest points are a corner of one
-///          and a point of the other, or lie inside of two edges. Each of these has a squared
-///          distance that is a ratio of polynomials of degree six and four (point_triangle.h).
-/// Filter   float64 gives an interval that contains the distance, and leaves out what cannot be
-/// nearest.
+/// Method   the distance is 0 if an edge of one passes through the other. Otherwise the nearest
+///          points are either a corner of one and a point of the other, or points inside of two
+///          edges. Each of these pairs has a squared distance that is a ratio of polynomials of
+///          degree six and four (point_triangle.h).
+/// Filter   float64 gives an interval that contains the distance, and excludes pairs that cannot be
+///          the nearest.
 /// Proofs   docs/explanation/exactness-points.md.
 
 #include <span>
@@ -15,20 +16,22 @@
 
 namespace sightline {
 
-/// One, two or three finite corners: a point, a segment, a triangle. All may coincide.
+/// The corners of a shape: one for a point, two for a segment, three for a triangle. They are
+/// finite; some or all may be equal.
 using Corners = std::span<const Vec3d>;
 inline Corners corners_of(const Triangle& t) { return {&t.v0, 3}; }
 
-/// The range is within 512 * 2^-53 of the largest extent of the two triangles in total, plus the
-/// error of a badly chosen pair of points. It is everything where magnitudes exceed 2^400 or are
-/// below 2^-400.
+/// An interval that contains the distance, by float64 arithmetic. Its width is at most 512 * 2^-53
+/// of the largest extent of both shapes in total, plus the error of a pair of points that rounding
+/// chose wrongly. It is [0, inf] if coordinates exceed 2^400 or are below 2^-400.
 DistanceRange distance_range(Corners a, Corners b);
 
-/// Preconditions: `a` has two corners, or three with an area; `b` has an area.
+/// The exact distance. Preconditions: `a` has two corners, or three with an area; `b` has an area.
 ExactDistance exact_distance(Corners a, const Triangle& b);
 
-/// A point of each that are as near as any, every coordinate correctly rounded; where they meet, a
-/// point that both have. The same precondition.
+/// The points of `a` and `b` that are nearest to each other, each coordinate correctly rounded; if
+/// several pairs are, one of them. If the shapes meet, both are a common point. Preconditions:
+/// those of exact_distance.
 struct NearestPair {
   Vec3d on_a, on_b;
 };

@@ -1,6 +1,6 @@
 #pragma once
-/// Whether a closed triangle lies wholly within a closed convex region, exactly: it does if its
-/// corners do. The border belongs to the region.
+/// Tests exactly whether a closed triangle lies wholly within a closed convex region: it does if
+/// its corners do. The region's surface belongs to it.
 
 #include "core/geometry/box3.h"
 #include "core/geometry/box_oriented.h"
@@ -11,15 +11,16 @@
 
 namespace sightline {
 
-/// Preconditions: p is finite, the region as its query has checked it.
+/// True if the region contains p. Preconditions: p is finite, and the region satisfies the
+/// preconditions of its type.
 bool is_within(const Vec3d& p, const Box3d& box);
 bool is_within(const Vec3d& p, const OrientedBox& box);
 bool is_within(const Vec3d& p, const Sphere& sphere);
 bool is_within(const Vec3d& p, const Capsule& capsule);
 bool is_within(const Vec3d& p, const ConvexRegion& region);
 
-/// Whether a triangle lies inside of the region. A triangle with a corner that is not finite lies
-/// inside of none. The area is not tested.
+/// True if all three corners of the triangle lie within the region. False if a corner is not
+/// finite. The triangle's area is not tested.
 template <class Region>
 bool corners_within(const Triangle& t, const Region& region) {
   return is_finite(t) && is_within(t.v0, region) && is_within(t.v1, region) &&

@@ -1,6 +1,6 @@
 #pragma once
-/// Plain three-component vectors. No arithmetic operators on purpose: exact code names each
-/// rounding.
+/// Three-component vectors of float32 and float64. They have no arithmetic operators on purpose:
+/// exact code writes each operation, and so each rounding, itself.
 
 namespace sightline {
 
