@@ -1,6 +1,7 @@
 #pragma once
-/// A binary tree over boxes, built from the top by the surface-area heuristic: the first step of
-/// building. What follows improves it (reinsert) and makes it eight-wide (collapse).
+/// BinaryTree: a binary tree over boxes, built top-down by the surface-area heuristic. It is the
+/// first of three steps: reinsert.h improves it, and collapse.h converts it into the eight-wide
+/// tree that rays traverse.
 
 #include <cstdint>
 
@@ -12,25 +13,31 @@
 
 namespace sightline {
 
+/// A node. Its bounds are lower to upper.
 struct alignas(32) BinaryNode {
   static constexpr std::uint32_t kInner = 0x80000000u;
 
   float lower[3];
-  std::uint32_t link;  ///< leaf: its first box; inner: its left child (the right one is the next)
+  /// leaf: index in BinaryTree::ids of its first box; inner: index of its left child, the right
+  /// child is the next node
+  std::uint32_t link;
   float upper[3];
-  std::uint32_t mark;  ///< boxes below; kInner is set for an inner node
+  /// number of boxes below the node; an inner node has the bit kInner set as well
+  std::uint32_t mark;
 
   bool is_leaf() const { return (mark & kInner) == 0; }
   std::uint32_t box_count() const { return mark & ~kInner; }
+  /// Half the surface area of the bounds.
   float half_area() const {
     return (Float4::load(upper) - Float4::load(lower)).without_last().product_sum();
   }
 };
 
 struct BinaryTree {
-  Arena nodes;                 ///< the root is the first; which index another one has means nothing
-  std::uint32_t node_end = 0;  ///< above every index in use
-  Column<std::uint32_t> ids;   ///< of the boxes, so that every leaf is a range of them
+  Arena nodes;  ///< BinaryNode[]; the root has index 0, the order of the others has no meaning
+  std::uint32_t node_end = 0;  ///< one above the largest index in use
+  /// ids of the boxes (BuildBox::id), sorted so that every node covers a range of them
+  Column<std::uint32_t> ids;
 
   bool empty() const { return ids.empty(); }
   const BinaryNode& operator[](std::uint32_t i) const {
@@ -40,15 +47,18 @@ struct BinaryTree {
 };
 
 struct BinaryOptions {
+  /// How many boxes the leaves of the final tree test at once.
   BlockSize block_size{2};
-  std::uint32_t leaf_max = 4;  ///< ranges are cut until they are not larger
-  /// Below it ranges are halved in the middle, so that depth stays bounded (kMaxTreeDepth).
+  std::uint32_t leaf_max = 4;  ///< a leaf has at most this many boxes
+  /// From this depth on, ranges are halved in the middle instead, so that no node is deeper than
+  /// kMaxTreeDepth.
   std::uint32_t max_depth = 96;
-  const CancelFlag* cancel = nullptr;
+  const CancelFlag* cancel = nullptr;  ///< may be null
 };
 
-/// Consumes `boxes`, which are finite and not empty. Parallel for large inputs; the tree does not
-/// depend on the number of threads. Empty once it is cancelled.
+/// Builds a tree over `boxes`, which are finite and not empty, and consumes them. Parallel for
+/// large inputs; the tree does not depend on the number of threads. Returns an empty tree if
+/// cancelled.
 BinaryTree build_binary_tree(Column<BuildBox> boxes, const BinaryOptions& options);
 
 }  // namespace sightline

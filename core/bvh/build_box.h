@@ -1,5 +1,6 @@
 #pragma once
-/// The input of tree builders: boxes, and bounds of ranges of boxes.
+/// The input of tree builders: BuildBox, and bounds of ranges of boxes. All coordinates are
+/// float32, in tree units.
 
 #include <cstdint>
 #include <limits>
@@ -8,19 +9,20 @@
 
 namespace sightline {
 
-/// A box and what it bounds. 32 bytes, so that a partition moves whole vectors.
+/// A box and the number of the thing that it bounds. 32 bytes, so that a partition moves whole
+/// vectors.
 struct alignas(32) BuildBox {
   float lower[3];
   std::uint32_t id;
   float upper[3];
   std::uint32_t padding;
 
-  /// Twice the centroid.
+  /// Twice the centroid; lane 3 is 0.
   Float4 middle() const {
-    // The id must not take part: as a float32 it is subnormal, and sums of those are slow.
+    // The id must not enter the sum: as a float32 it is subnormal, and adding those is slow.
     return (Float4::load(lower) + Float4::load(upper)).without_last();
   }
-  /// By whole vectors: one that is loaded soon after its numbers were stored one by one must wait.
+  /// Swaps by whole vectors: loading a vector soon after its numbers were stored one by one stalls.
   friend void swap(BuildBox& a, BuildBox& b) {
     const Float4 low = Float4::load(a.lower), high = Float4::load(a.upper);
     Float4::load(b.lower).store(a.lower);
@@ -30,7 +32,8 @@ struct alignas(32) BuildBox {
   }
 };
 
-/// Bounds whose fourth lane holds an unrelated value (an id, reinterpreted) that is never read.
+/// Bounds of points and boxes; empty by default. Lane 3 holds an unrelated value (an id,
+/// reinterpreted) that is never used.
 struct Bounds {
   Float4 lower = Float4::all(std::numeric_limits<float>::infinity());
   Float4 upper = Float4::all(-std::numeric_limits<float>::infinity());
@@ -42,11 +45,11 @@ struct Bounds {
   void include(Float4 point) { include(point, point); }
   void include(const Bounds& other) { include(other.lower, other.upper); }
   void include(const BuildBox& box) { include(Float4::load(box.lower), Float4::load(box.upper)); }
-  /// Half the surface. Precondition: not empty.
+  /// Half the surface area. Precondition: not empty.
   float half_area() const { return (upper - lower).without_last().product_sum(); }
 };
 
-/// A range of boxes: its bounds, and the bounds of its doubled centroids.
+/// The bounds of a range of boxes, and the bounds of twice their centroids.
 struct RangeBounds {
   Bounds boxes;
   Bounds middles;

@@ -1,5 +1,6 @@
 #pragma once
-/// The last step of building: a binary tree becomes eight-wide nodes in one arena [Dammertz2008].
+/// The last of three steps of building: converts a binary tree into eight-wide nodes in one arena
+/// [Dammertz2008].
 
 #include <functional>
 
@@ -8,33 +9,38 @@
 
 namespace sightline {
 
-/// Fills consecutive leaf blocks with the boxes [first, first + count) of BinaryTree::ids. Called
-/// from several threads at once.
+/// Callback that fills consecutive leaf blocks with the boxes [first, first + count) of
+/// BinaryTree::ids. Called from several threads at once.
 using LeafWriter = std::function<void(std::uint32_t first, std::uint32_t count, LeafBlock* blocks)>;
 
-/// How many leaf blocks the boxes [first, first + count) of BinaryTree::ids need. Called from
-/// several threads at once.
+/// Callback that returns how many leaf blocks the boxes [first, first + count) of BinaryTree::ids
+/// need. Called from several threads at once.
 using BlockCounter = std::function<std::uint32_t(std::uint32_t first, std::uint32_t count)>;
 
-/// The cost of each step of a traversal; only ratios matter.
+/// The costs of the steps of a traversal. Only their ratios matter.
 struct CollapseOptions {
+  /// Cost of testing a node's eight child boxes.
   float node_cost = 1.0f;
+  /// Cost of testing a block of triangles.
   float block_cost = 1.2f;
-  /// For each granule of memory, spread over the boxes: what costs memory must be worth it.
+  /// Cost of a granule (32 bytes) of memory, divided by the number of boxes. It makes a larger tree
+  /// worth building only if it saves time.
   float memory_cost = 1.5f;
-  std::uint32_t block = kLanes;  ///< boxes in a block
-  std::uint32_t leaf_max = 8;    ///< boxes in a leaf at most, if the binary leaves are not larger
-  /// Where boxes cannot share a block with any other: boxes that need more than kMaxLeafBlocks are
-  /// no leaf. Empty: as few blocks as hold the boxes.
+  std::uint32_t block = kLanes;  ///< boxes that fit in a leaf block
+  std::uint32_t leaf_max = 8;  ///< most boxes in a leaf, unless a leaf of the binary tree has more
+  /// For boxes that cannot share a block with all others: returns the blocks that a leaf needs.
+  /// Boxes that need more than kMaxLeafBlocks are divided. If empty, a leaf needs as few blocks as
+  /// hold its boxes.
   BlockCounter count_blocks;
+  /// May be null.
   const CancelFlag* cancel = nullptr;
 };
 
-/// Chooses which binary nodes become wide ones and which subtrees become leaves so that the
-/// expected cost of a ray is the least that this binary tree allows [Ylitie2017]. Writes nodes
-/// depth first, each followed by its own leaves. Sets everything of WideTree but scale_exponent and
-/// bounds. Parallel; the bytes do not depend on the number of threads. Empty once it is cancelled.
-/// Throws std::bad_alloc.
+/// Chooses which binary nodes become wide nodes and which subtrees become leaves, so that the
+/// expected cost of a ray is the least possible for this binary tree [Ylitie2017]. Writes nodes
+/// depth first, each followed by its leaves. Sets every member of WideTree except scale_exponent
+/// and bounds. Parallel; the bytes do not depend on the number of threads. Returns an empty tree if
+/// cancelled. Throws std::bad_alloc.
 WideTree collapse(const BinaryTree& binary, const CollapseOptions& options,
                   const LeafWriter& write_leaf);
 

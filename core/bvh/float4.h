@@ -1,8 +1,9 @@
 #pragma once
 /// Four float32 values in one register: the operations that the tree builder needs.
 ///
-/// Written with the vector extensions of g++ and clang, which become SSE2 on x86-64 and NEON on aarch64. Highway 1.0.3 has no
-/// vectors for baseline x86-64 (docs/decisions/0029-builder-by-vector-extensions.md). The results are identical on every
+/// Written with the vector extensions of g++ and clang, which compile to SSE2 on x86-64 and NEON on
+/// aarch64. Highway 1.0.3 has no vectors for baseline x86-64
+/// (docs/decisions/0029-builder-by-vector-extensions.md). The results are identical on every
 /// machine: min and max are defined lane by lane below, and no operation is fused.
 
 #include <array>
@@ -20,7 +21,8 @@ struct Mask4 {
 /// Four float32 values. Lanes are numbered from 0.
 struct Float4 {
   using Lanes = float __attribute__((vector_size(16)));
-  /// Lanes in memory. They may be of another type: the fourth value of a BuildBox is a number of a triangle.
+  /// Lanes in memory. The memory may hold another type: the fourth value of a BuildBox is an
+  /// integer.
   using Memory = float __attribute__((vector_size(16), may_alias));
   Lanes v;
 
@@ -54,7 +56,8 @@ struct Float4 {
   Float4 spread() const {
     return {__builtin_shufflevector(v, v, kLane, kLane, kLane, kLane)};
   }
-  /// (x y + y z) + z x of lanes 0 to 2.
+  /// x*y + y*z + z*x of lanes 0 to 2, summed left to right. Of the sides of a box, this is half its
+  /// surface area.
   float product_sum() const {
     const Lanes p = v * __builtin_shufflevector(v, v, 1, 2, 0, 3);
     return (p[0] + p[1]) + p[2];

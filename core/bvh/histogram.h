@@ -1,5 +1,6 @@
 #pragma once
-/// Binned SAH [Wald2007]: boxes sorted into bins by their centroids, on all three axes at once.
+/// Binned surface-area heuristic [Wald2007]: counts boxes in bins by their centroids, on all three
+/// axes at once.
 
 #include <algorithm>
 #include <array>
@@ -9,22 +10,25 @@
 
 namespace sightline {
 
-/// How many boxes are tested at once, as a power of two: a leaf costs whole blocks.
+/// The number of boxes that a leaf tests at once, as a power of two. It matters because a leaf
+/// costs whole blocks.
 struct BlockSize {
   std::uint32_t log2 = 0;
+  /// The blocks that `boxes` boxes need.
   float blocks(std::uint32_t boxes) const {
     return static_cast<float>(static_cast<int>((boxes + (1u << log2) - 1) >> log2));
   }
 };
 
-/// A cut of a range, with its cost: the sum over both sides of half surface times blocks.
+/// A cut of a range into two. Its cost is the sum over both sides of half the surface area times
+/// the number of blocks.
 struct Split {
   float cost = std::numeric_limits<float>::infinity();
   std::size_t axis = 0;
-  std::uint32_t place = 0;  ///< bins, or sorted boxes, below it go left
+  std::uint32_t place = 0;  ///< the boxes in bins below it, or the sorted boxes before it, go left
 };
 
-/// The bin of a centroid: bin = (middle - origin) * scale, on each axis.
+/// Maps a centroid to its bin, on each axis: bin = (middle - origin) * scale.
 class Binning {
  public:
   Binning(const Bounds& middles, std::size_t bins) : origin_(middles.lower.without_last()) {
@@ -34,7 +38,8 @@ class Binning {
     scale_ = Float4::load(size.data()).without_last();
     last_ = Float4::all(static_cast<float>(bins - 1));
   }
-  /// An extent so small that the scale overflowed gives NaN: then everything lands in bin 0.
+  /// The bin of twice a centroid, on each axis, not yet rounded to an integer. If an extent is so
+  /// small that the scale overflows, everything is in bin 0.
   Float4 place(Float4 middle) const {
     return min(max((middle - origin_) * scale_, Float4::all(0)), last_);
   }
@@ -45,6 +50,7 @@ class Binning {
   Float4 last_;
 };
 
+/// The number of boxes in each bin of each axis, and their bounds.
 class Histogram {
  public:
   static constexpr std::size_t kMaxBins = 32;
@@ -72,7 +78,8 @@ class Histogram {
     }
   }
 
-  /// The cheapest cut between two bins; infinite if one bin has everything on every axis.
+  /// The cheapest cut between two bins. Its cost is infinite if on every axis all boxes are in one
+  /// bin.
   Split best(std::uint32_t count, BlockSize size) const {
     std::array<std::array<float, 3>, kMaxBins> right_cost;
     Side right;
@@ -98,7 +105,7 @@ class Histogram {
     return best;
   }
 
-  /// The bounds of the boxes in bins [begin, end).
+  /// The bounds of the boxes in bins [begin, end) of an axis.
   Bounds bounds(std::size_t axis, std::size_t begin, std::size_t end) const {
     Bounds sum;
     for (std::size_t bin = begin; bin < end; ++bin) sum.include(bounds_[bin].axis[axis]);

@@ -1,5 +1,5 @@
 #pragma once
-/// Which placements are better off in one tree of the world than in trees of their own.
+/// Chooses which placements share one tree in world space, and which have trees of their own.
 
 #include <cstdint>
 #include <span>
@@ -9,13 +9,14 @@
 
 namespace sightline {
 
-/// Indices of the placements that share one tree in world space, ascending; none if one tree cannot
-/// hold them. `placed` are the bounds of their finite world triangles; an empty one is never
-/// chosen.
+/// Returns the indices of the placements that should share one tree in world space, ascending;
+/// empty if one tree cannot hold them. `placed` are the bounds of the finite world triangles of
+/// each placement; a placement with empty bounds is never chosen.
 ///
-/// Every placement of a mesh that is placed once is chosen. Meshes that are placed more often are
-/// chosen as a whole, cheapest first, while their copies are few. The limit is the number of
-/// triangles that the scene has anyway, or kFreeCopies if that is more.
+/// Every placement of a mesh that is placed once is chosen. For a mesh that is placed more often,
+/// all its placements are chosen or none: the tree needs a copy of the triangles for each. Meshes
+/// with the fewest copied triangles are chosen first. The limit of copies is the number of
+/// triangles of the scene's meshes, or kFreeCopies if that is more.
 ///
 /// Coordinates must be of similar size, so that one scale serves all. A placement is left out if
 /// its largest coordinate is beyond 2^40 times, or below 2^-40 times, the median
@@ -24,7 +25,7 @@ std::vector<std::uint32_t> choose_joined(std::span<const MeshView> meshes,
                                          std::span<const PlacementView> placements,
                                          std::span<const Box3d> placed);
 
-/// Triangles, at some 90 bytes each.
+/// Copied triangles, of about 90 bytes each.
 inline constexpr std::uint64_t kFreeCopies = 1u << 20;
 
 }  // namespace sightline

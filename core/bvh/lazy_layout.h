@@ -1,6 +1,6 @@
 #pragma once
-/// Which trees a scene may build one by one, when rays come near them, and what is entered for
-/// each.
+/// LazyLayout: which trees of a scene can be built one by one, on demand, and which trees each
+/// entry of the scene uses.
 
 #include <cstdint>
 #include <memory>
@@ -11,42 +11,49 @@
 
 namespace sightline {
 
-/// A tree that can be built on its own: of a mesh in its own space, of a placed mesh in the world,
-/// or of a part of one.
+/// A tree that can be built on its own: of a mesh in its own space, of a placed mesh in world
+/// space, or of a part of either.
 struct TreeSlot {
   static constexpr std::uint32_t kOwnSpace = 0xffffffffu;
 
+  /// Index in ScenePlan::meshes.
   std::uint32_t mesh = 0;
-  /// The placement of the plan whose world triangles the tree is around.
+  /// Index in ScenePlan::placements if the tree is around the world triangles of that placement;
+  /// kOwnSpace if it is in the mesh's own space.
   std::uint32_t placement = kOwnSpace;
   std::uint32_t triangle_count = 0;
-  std::uint32_t entries = 0;  ///< that enter it
-  /// Never cut: rays are mapped into its space, or its triangles lie around one place.
+  std::uint32_t entries = 0;  ///< number of entries that use this tree
+  /// True if the tree is never split: rays are mapped into its space, or its triangles are all
+  /// around one place.
   bool whole = false;
-  Box3d box = {};                          ///< of what its single entry may hit, in the world
-  std::span<const TriangleRun> runs = {};  ///< empty: all of the mesh
-  std::shared_ptr<const void> owner = {};  ///< of the runs
+  Box3d box = {};  ///< world bounds of the triangles, if only one entry uses the tree
+  std::span<const TriangleRun> runs = {};  ///< the triangles of the tree; empty: all of the mesh
+  std::shared_ptr<const void> owner = {};  ///< owns the memory of `runs`
 };
 
-/// Slots are never renumbered: those of a split are added at the end. The plan outlives it.
+/// The list of slots, one for each tree. Slots are never renumbered: a split appends the new ones.
+/// The plan must outlive the layout.
 class LazyLayout {
  public:
-  /// Every placement with something finite is entered on its own. Throws std::bad_alloc.
+  /// Makes an entry for each placement that has a finite triangle. Throws std::bad_alloc.
   explicit LazyLayout(const ScenePlan& plan);
 
   const std::vector<TreeSlot>& slots() const { return slots_; }
-  /// A state in which every slot is unbuilt.
+  /// The state of the scene in which no slot is built.
   SceneTree unbuilt() const;
-  /// Enters the parts in place of the slot, which nothing enters any more. `tree` is a state of
-  /// this layout. Returns that state with the parts unbuilt. Precondition: can_split.
+  /// Replaces a slot by its parts: the entry of the slot becomes one entry for each part. `tree` is
+  /// the present state of this layout; returns the state with the parts unbuilt. Precondition:
+  /// can_split(slot).
   SceneTree split(std::uint32_t slot, std::vector<MeshPart> parts, const SceneTree& tree);
 
-  /// The layout after moved_plan changed the placements `moved`; `tree` was a state of the plan
-  /// before. Trees of what has not moved are reused, and so are trees in a moved mesh's own space.
-  /// A tree that several placements share in the world is copied without the moved ones, which are
-  /// entered on their own from then on. Trees that are missing count as unbuilt.
+  /// The layout after moved_plan changed the placements `moved`, and its state. `tree` is the state
+  /// of the plan before. Trees of placements that did not move are reused, and so are trees in a
+  /// moved mesh's own space. A tree that several placements share in world space is copied without
+  /// the moved placements, which become entries of their own. Trees that are missing are marked as
+  /// unbuilt.
   ///
-  /// before  the layout that `tree` is a state of; null where `tree` has the lasting form
+  /// before  the layout of the state `tree`; null if all trees of `tree` were built at once
+  ///         (scene_tree.h)
   struct Moved;
   static Moved moved(const ScenePlan& plan, const LazyLayout* before, const SceneTree& tree,
                      std::span<const std::uint32_t> moved);
@@ -54,7 +61,7 @@ class LazyLayout {
  private:
   explicit LazyLayout(const ScenePlan* plan) : plan_(*plan) {}
   void place(SceneTree& tree) const;
-  /// Placements that share the last tree stay behind all others.
+  /// Adds an entry. Placements that share the last tree are stored after all entries.
   void enter(const Placement& placement, const Box3d& box);
   void carry_shared(std::span<const Placement> shared, const std::vector<bool>& is_moved,
                     const SceneTree& from, SceneTree& to);
@@ -62,31 +69,34 @@ class LazyLayout {
   const ScenePlan& plan_;
   std::vector<TreeSlot> slots_;
   std::vector<Placement> placements_;  ///< one for each entry
-  std::vector<Box3d> boxes_;           ///< likewise, in the world
-  /// Placements that share the tree of the last entry. A placement that has left it has the
+  std::vector<Box3d> boxes_;           ///< world bounds of each entry
+  /// Placements that share the tree of the last entry. A placement that has left that tree has the
   /// instance kGone.
   std::vector<Placement> behind_;
 
   static constexpr std::uint32_t kGone = 0xffffffffu;
 };
 
+/// The result of moved().
 struct LazyLayout::Moved {
   LazyLayout layout;
   SceneTree tree;
 };
 
-/// Whether what a first ray needs of it is little of the whole.
+/// True if the slot has so many triangles that a first ray needs only a small part of them.
 bool can_split(const TreeSlot& slot);
-/// Parallel. Precondition: can_split.
+/// Divides the triangles of a slot into parts of neighbours (split.h). Parallel. Precondition:
+/// can_split(slot).
 std::vector<MeshPart> split_slot(const ScenePlan& plan, const TreeSlot& slot);
-/// Parallel. Leaves name triangles by their number in the mesh. Empty once it is cancelled.
+/// Builds the tree of a slot. Leaves hold the triangles' numbers in the mesh. Parallel. Returns an
+/// empty tree if cancelled.
 WideTree build_slot(const ScenePlan& plan, const TreeSlot& slot, TreeQuality quality,
                     const CancelFlag* cancel = nullptr);
 
-/// A state with the trees of `tree`.
+/// A second state that shares the trees of `tree`.
 SceneTree share(const SceneTree& tree);
 
-/// A tree that is entered in vain.
+/// An empty tree: a ray that enters it hits nothing.
 std::shared_ptr<const WideTree> make_barren_tree();
 
 }  // namespace sightline

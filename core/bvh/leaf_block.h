@@ -1,5 +1,5 @@
 #pragma once
-/// The leaves of a tree: four triangles in 160 bytes.
+/// LeafBlock: a block of up to four triangles in a leaf of a tree, 160 bytes.
 
 #include <array>
 #include <bit>
@@ -10,25 +10,27 @@ namespace sightline {
 
 inline constexpr int kLanes = 4;
 
-/// Four triangles of one placement. Lanes from lane_count on repeat lane 0 and are to be ignored.
+/// Up to four triangles of one placement, as columns. Lanes from lane_count() on repeat lane 0 and
+/// must be ignored.
 ///
-/// Behind the corners stand two words, from their lowest bit on:
-///     placement 0      triangle[0] 26, triangle[1] 26, edge_max 12
+/// After the corners, two words hold these fields, from their lowest bit on:
+///     placement is 0   triangle[0] 26, triangle[1] 26, edge_max 12
 ///                      triangle[2] 26, triangle[3] 26, lane_count 3, zeros
-///     another          triangle[0] 26, difference[1] 18, difference[3] 8 low bits, edge_max 12
+///     placement > 0    triangle[0] 26, difference[1] 18, difference[3] 8 low bits, edge_max 12
 ///                      difference[2] 18, difference[3] 10 high bits, placement 24, lane_count 3,
 ///                      zeros, a one
-/// A difference is that to triangle[0], the smallest. edge_max is the upper half of a float32, its
-/// sign left out, rounded up.
+/// difference[i] is triangle[i] - triangle[0]; triangle[0] is the smallest. edge_max holds the
+/// upper half of a float32 without its sign, rounded up.
 struct alignas(32) LeafBlock {
-  static constexpr std::uint64_t kTriangles = 1u << 26;    ///< numbers of triangles are smaller
-  static constexpr std::uint32_t kDifferences = 1u << 18;  ///< likewise, behind placement 0
-  static constexpr std::uint32_t kPlacements = 1u << 24;   ///< likewise
+  static constexpr std::uint64_t kTriangles = 1u << 26;    ///< numbers of triangles are below this
+  static constexpr std::uint32_t kDifferences = 1u << 18;  ///< differences are below this
+  static constexpr std::uint32_t kPlacements = 1u << 24;   ///< numbers of placements are below this
 
   float corner[3][3][kLanes];  ///< [corner][axis][lane], mesh space, float32 as the file has it
   std::uint64_t word[2];
 
-  /// In the mesh; in a tree over placements the number of a placement.
+  /// The number of the triangle in its mesh. In a tree over placements: the number of the
+  /// placement.
   std::uint32_t triangle(std::size_t lane) const {
     if (!is_behind()) return bits(lane / 2, lane % 2 * 26, 26);
     const std::uint32_t first = bits(0, 0, 26);
@@ -40,19 +42,22 @@ struct alignas(32) LeafBlock {
     return {triangle(0), triangle(1), triangle(2), triangle(3)};
   }
   std::uint32_t lane_count() const { return bits(1, 52, 3); }
-  /// Counted from the placement whose tree was entered: SceneTree.
+  /// The number of the placement in a tree that several placements share, counted from the entered
+  /// placement; 0 in other trees (SceneTree::placements).
   std::uint32_t placement() const { return is_behind() ? bits(1, 28, 24) : 0; }
-  /// At least every |component| of every edge of the lanes, mesh space.
+  /// An upper bound of |x|, |y| and |z| of all edges of the lanes, in mesh space.
   float edge_max() const {
     return std::bit_cast<float>(static_cast<std::uint32_t>(word[0] >> 52) << 19);
   }
 
-  /// Whether triangles with the least and the greatest of these numbers may share a block.
+  /// True if triangles of one placement can share a block, given the least and the greatest of
+  /// their numbers.
   static bool fit(std::uint32_t least, std::uint32_t greatest, std::uint32_t of_placement) {
     return of_placement == 0 || greatest - least < kDifferences;
   }
-  /// Names what stands in the lanes; edge_max stays. Precondition: the numbers are small enough,
-  /// and behind placement 0 the first triangle is the least and they fit.
+  /// Sets the triangles' numbers, lane_count and placement; edge_max is unchanged. Preconditions:
+  /// the numbers are below their limits; if of_placement > 0, named[0] is the least number and
+  /// fit() holds.
   void set_names(const std::array<std::uint32_t, kLanes>& named, std::uint32_t count,
                  std::uint32_t of_placement) {
     constexpr std::uint64_t kOne = 1;
@@ -70,7 +75,7 @@ struct alignas(32) LeafBlock {
     word[1] = difference(2) | difference(3) >> 8 << 18 | std::uint64_t{of_placement} << 28 | lanes |
               kOne << 63;
   }
-  /// Rounds up. Precondition: not negative.
+  /// Sets edge_max, rounded up. Precondition: not negative.
   void set_edge_max(float edge) {
     const std::uint64_t upper = (std::bit_cast<std::uint32_t>(edge) + 0x7ffffu) >> 19;
     word[0] = (word[0] << 12 >> 12) | upper << 52;

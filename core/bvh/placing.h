@@ -1,15 +1,15 @@
 #pragma once
-/// How a placed mesh is entered: by a tree of the world, or through a map into the mesh's space.
+/// How rays enter the tree of a placed mesh: in world space, or by a map into the mesh's space.
 
 #include "core/bvh/scene_tree.h"
 
 namespace sightline {
 
-/// Everything of a Placement but its tree, as if its tree had world boxes.
+/// Returns a placement with every member set except `tree`, for a tree with boxes in world space.
 Placement make_placement(std::uint32_t instance, const PlacementView& view, const MeshFacts& facts);
 
-/// Returns placement i of the plan with every member set except `tree`. Precondition: it shares no
-/// tree around world triangles with others. There are three cases:
+/// Returns placement i of the plan with every member set except `tree`. Precondition: the placement
+/// does not share a tree in world space with others. There are three cases:
 ///   identity matrix          rays use the tree of the mesh without a mapping
 ///   !world_boxes             rays are mapped into the tree of the mesh; `space` has the map and its
 ///                            error bounds (docs/explanation/exactness.md, "Instances")
@@ -18,11 +18,11 @@ Placement make_placement(std::uint32_t instance, const PlacementView& view, cons
 /// and a matrix without a finite inverse. It also applies if boxes would have to grow by more than
 /// 2^-24 times the largest absolute coordinate of the mesh.
 ///
-/// moves  true: a mesh that is placed once may be mapped, because it may move soon
+/// moves  true: the placement may move soon, so a mesh that is placed once may be mapped too
 Placement place_alone(const ScenePlan& plan, std::uint32_t i, bool moves = false);
 
-/// Whether the tree is to be around this placement's world triangles and nobody else's; else it is
-/// that of the mesh. Precondition: it comes from place_alone.
+/// True if the tree is built around the world triangles of this placement only; false if it is the
+/// tree of the mesh. Precondition: the placement comes from place_alone.
 inline bool has_own_tree(const Placement& placement) {
   return placement.world_boxes && !placement.identity;
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// A tree of several placements without some of them.
+/// Removes placements from a tree that several placements share.
 
 #include <functional>
 
@@ -7,9 +7,9 @@
 
 namespace sightline {
 
-/// A copy in which no leaf block of a placement is left for which `gone(LeafBlock::placement)` is
-/// true. Boxes stay as they were, so what was contained still is; kEmpty as root if nothing is
-/// left in a tree of one leaf. Cost: a copy of the arena and a walk; throws std::bad_alloc.
+/// Returns a copy of the tree without the leaf blocks for whose LeafBlock::placement() `gone`
+/// returns true. Boxes do not change, so they still contain the rest. If nothing is left, the root
+/// is kEmpty. Cost: a copy of the arena and a traversal. Throws std::bad_alloc.
 WideTree without_placements(const WideTree& tree,
                             const std::function<bool(std::uint32_t placement)>& gone);
 

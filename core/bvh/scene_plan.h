@@ -1,5 +1,6 @@
 #pragma once
-/// The plan of a scene before any tree is built: its bounds, and the inputs of its trees.
+/// ScenePlan: the meshes and placements of a scene before any tree is built, with the bounds that
+/// builders need.
 
 #include <algorithm>
 #include <cstdint>
@@ -14,55 +15,58 @@
 
 namespace sightline {
 
-/// A mesh as the builder sees it; the arrays belong to the caller.
+/// A view of a mesh; the arrays belong to the caller.
 struct MeshView {
   std::span<const Vec3f> positions;
-  IndexView indices;      ///< three per triangle, all in range
-  bool all_used = false;  ///< each position is a corner of a triangle; false: it is not known
+  IndexView indices;      ///< three per triangle, all below positions.size()
+  bool all_used = false;  ///< true: each position is a corner of a triangle; false: not known
 
   std::uint32_t triangle_count() const { return static_cast<std::uint32_t>(indices.size() / 3); }
 };
 
+/// A mesh at a place in the world.
 struct PlacementView {
-  std::uint32_t mesh = 0;
+  std::uint32_t mesh = 0;  ///< index in ScenePlan::meshes
   Affine world_from_mesh;
-  bool hidden = false;  ///< has no bounds, so nothing meets it
+  bool hidden = false;  ///< a hidden placement has no bounds, so no ray meets it
 };
 
+/// What planning finds out about a mesh.
 struct MeshFacts {
-  bool finite = true;      ///< every position is
-  Box3d box;               ///< of finite positions, those that no triangle uses included
-  std::uint32_t uses = 0;  ///< placements that were not hidden when it was planned
+  bool finite = true;      ///< all positions are finite
+  Box3d box;               ///< bounds of the finite positions, also of those that no triangle uses
+  std::uint32_t uses = 0;  ///< number of placements that were not hidden when the scene was planned
 
-  /// The largest |coordinate| of finite positions.
+  /// The largest |coordinate| of finite positions on an axis.
   double largest(int axis) const { return std::max({0.0, -box.min[axis], box.max[axis]}); }
 };
 
-/// Holds views: the arrays of the meshes outlive it.
+/// The plan refers to the arrays of the meshes, which must outlive it.
 struct ScenePlan {
   std::vector<MeshView> meshes;
-  /// The given placements. Meshes with the same content are all named by the first of them.
+  /// The given placements. If several meshes have equal content, their placements all name the
+  /// first of these meshes.
   std::vector<PlacementView> placements;
   std::vector<MeshFacts> facts;  ///< one for each mesh
-  /// One for each placement: bounds of the world triangles whose three corners are finite.
+  /// For each placement, the bounds of the world triangles whose three corners are finite.
   std::vector<Box3d> placed;
-  Box3d bounds;                ///< of all of them
-  std::uint32_t distinct = 0;  ///< meshes that are placed under their own number
+  Box3d bounds;                ///< union of `placed`
+  std::uint32_t distinct = 0;  ///< number of meshes that some placement names
 };
 
-/// Parallel. Cost: every position and index is read once for each mesh, every position that a
-/// triangle uses once more for each placement. Errors: SCENE_TOO_LARGE for a mesh, or for so many
-/// placements, that no tree holds.
+/// Plans a scene. Parallel. Cost: reads every position and index once for each mesh, and every
+/// position that a triangle uses once more for each placement. Errors: SCENE_TOO_LARGE if a mesh
+/// has more triangles, or the scene has more placements, than a tree can hold.
 Result<ScenePlan> plan_scene(std::vector<MeshView> meshes, std::vector<PlacementView> placements);
 
-/// A placement of a plan that is to be elsewhere.
+/// The new place of a placement of a plan.
 struct MovedPlacement {
-  std::uint32_t number = 0;
+  std::uint32_t number = 0;  ///< index in ScenePlan::placements
   Affine world_from_mesh;
   bool hidden = false;
 };
-/// The plan of the same scene with some placements elsewhere. Cost: as plan_scene for the meshes of
-/// those alone.
+/// The plan of the same scene with some placements changed. Cost: that of plan_scene for the meshes
+/// of these placements only.
 ScenePlan moved_plan(const ScenePlan& before, std::span<const MovedPlacement> moved);
 
 }  // namespace sightline

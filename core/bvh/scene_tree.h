@@ -1,6 +1,6 @@
 #pragma once
-/// The trees of a scene: one for all that is not worth sharing, one per shared mesh, and one over
-/// the placements of shared ones where there are any.
+/// SceneTree: all trees of a scene. Meshes that are worth sharing have a tree each; the rest share
+/// one tree in world space; a top tree holds the placements if there are several.
 
 #include <cstdint>
 #include <memory>
@@ -17,64 +17,70 @@
 
 namespace sightline {
 
-/// How much time a tree may take.
+/// How much time the building of a tree may take.
 enum class TreeQuality {
-  kFast,  ///< soon
-  kHigh,  ///< subtrees moved to better places: docs/decisions/0008
+  kFast,  ///< built quickly
+  kHigh,  ///< subtrees are moved to better places afterwards: docs/decisions/0008
 };
 
-/// Which placements share one tree around their world triangles.
+/// Which placements share one tree in world space.
 enum class Joining {
-  kMeasured,  ///< those whose meshes are placed once, and more where memory allows: choose_joined
-  kNever,     ///< every placement is entered on its own
+  kMeasured,  ///< those that choose_joined chooses
+  kNever,     ///< none: every placement is an entry of its own
 };
 
-/// How a ray gets from the world into the space of a placement's tree, and how far off it may then
-/// be (docs/explanation/exactness.md, "Instances"). x_tree = inverse * (x_world - translation).
+/// The map from world space to the space of a placement's tree, and bounds of its rounding errors
+/// (docs/explanation/exactness.md, "Instances"). x_tree = inverse * (x_world - translation).
 struct TreeSpace {
   double inverse[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   double translation[3] = {0, 0, 0};
-  /// Tree units; on every axis at least the distance by which the mapped world triangles may lie
-  /// outside the boxes of the tree.
+  /// In tree units: a bound, for each axis, of the distance by which mapped world triangles may lie
+  /// outside of the boxes of the tree.
   double pad[3] = {0, 0, 0};
-  /// On every world axis at least |coordinate| of the placed triangles plus |translation|.
+  /// In world units: a bound, for each axis, of |coordinate| of the placed triangles plus
+  /// |translation|.
   double reach[3] = {0, 0, 0};
 };
 
-/// One placed mesh. The world triangles are world_from_mesh applied to the float32 corners.
+/// A mesh at a place in the world. Its world triangles are world_from_mesh applied to the float32
+/// corners.
 struct Placement {
   std::uint32_t tree = 0;  ///< index in SceneTree::trees
-  /// World corners are the mesh's: world_from_mesh changes no number, nor does that of any
-  /// placement that shares a tree of the world with this one.
+  /// True if world corners equal mesh corners: world_from_mesh changes no coordinate. If placements
+  /// share a tree in world space, it is true only if that holds for all of them.
   bool identity = true;
-  bool diagonal = true;        ///< world_from_mesh is: world corners cost a third
-  bool world_boxes = true;     ///< the tree's boxes are in world units: rays need no mapping
-  std::uint32_t instance = 0;  ///< the scene's number for it
+  /// world_from_mesh only scales axes and translates: world corners cost a third
+  bool diagonal = true;
+  bool world_boxes = true;     ///< the boxes of the tree are in world units: rays are not mapped
+  std::uint32_t instance = 0;  ///< number of the placement in the scene
   Affine world_from_mesh;
-  TreeSpace space;  ///< read only if !world_boxes
-  /// World edges are at most edge_scale * (mesh edge_max) + edge_pad on every axis.
+  TreeSpace space;  ///< set if !world_boxes
+  /// Each component of a world edge is at most edge_scale * (edge_max of its block) + edge_pad.
   double edge_scale = 1;
   double edge_pad = 0;
 };
 
-/// Never changes once it is shared.
+/// The trees of a scene. A SceneTree that is shared between threads never changes.
 struct SceneTree {
   std::vector<std::shared_ptr<const WideTree>> trees;
-  /// Those with something to hit. The first `entries` are entered one by one. All behind them
-  /// share the tree of the last of those, which has world boxes. In every tree a leaf block says by
-  /// `placement` how far behind the entered placement its own one stands.
+  /// The placements that have something to hit. The first `entries` of them are entered one by one.
+  /// The placements after these share the tree of the last entry, which has world boxes. Its leaf
+  /// blocks name their placement by its distance from the last entry (LeafBlock::placement).
   std::span<const Placement> placements;
+  /// Owns the memory of `placements`.
   std::shared_ptr<const std::vector<Placement>> placement_memory;
   std::uint32_t entries = 0;
-  /// Over the entries; leaf blocks hold indices of placements in `triangle`. Need not be there for
-  /// fewer than two entries.
+  /// The tree over the entries; its leaf blocks hold indices of placements in LeafBlock::triangle.
+  /// May be empty if there are fewer than two entries.
   WideTree top;
-  std::shared_ptr<const WideTree> top_memory;  ///< what `top` is an alias of, if it is one
-  Box3d bounds;             ///< of all finite world triangles, whether they can be hit or not
-  std::uint32_t depth = 0;  ///< nodes on the longest way down: through the top, then a tree
-  /// Stands in `trees` for each that is not built yet, and has nothing to hit. Null where all are.
+  /// owner of the memory of `top` if `top` is an alias; else null
+  std::shared_ptr<const WideTree> top_memory;
+  Box3d bounds;             ///< bounds of all finite world triangles, with or without an area
+  std::uint32_t depth = 0;  ///< nodes on the longest path through the top tree and then a tree
+  /// A placeholder without triangles. It is an element of `trees` for each tree that is not built
+  /// yet. Null if all are built.
   std::shared_ptr<const WideTree> unbuilt;
-  std::uint32_t unbuilt_count = 0;  ///< how many are not built
+  std::uint32_t unbuilt_count = 0;  ///< number of trees that are not built
 
   bool complete() const { return unbuilt_count == 0; }
   bool is_unbuilt(std::uint32_t tree) const { return unbuilt_count > 0 && trees[tree] == unbuilt; }
@@ -87,13 +93,14 @@ struct SceneTree {
 };
 
 /// Builds all trees. Placements of meshes that are placed once, or are small, share one tree around
-/// their world triangles. A larger mesh that is placed often has one tree in its own space. An
-/// exception is a matrix that is so nearly singular that mapped rays would lose their precision:
-/// its placement has a tree of its own. Errors: SCENE_TOO_LARGE if a tree would exceed 16 GiB;
-/// CANCELLED, soon after `cancel` is.
+/// their world triangles. A larger mesh that is placed often has one tree in its own space. If a
+/// matrix is so nearly singular that mapped rays would lose precision, its placement has a tree of
+/// its own in world space. Errors: SCENE_TOO_LARGE if a tree would exceed 16 GiB; CANCELLED soon
+/// after `cancel` is set.
 Result<SceneTree> build_scene_tree(const ScenePlan& plan, TreeQuality quality = TreeQuality::kHigh,
                                    Joining joining = Joining::kMeasured,
                                    const CancelFlag* cancel = nullptr);
+/// Plans the scene (plan_scene) and builds all trees.
 Result<SceneTree> build_scene_tree(std::span<const MeshView> meshes,
                                    std::span<const PlacementView> placements,
                                    TreeQuality quality = TreeQuality::kHigh,

@@ -1,6 +1,6 @@
 #pragma once
-/// Splits the triangles of a large mesh into parts of neighbours, in about two passes. A first ray
-/// into ten million triangles then needs only one small tree.
+/// Splits the triangles of a large mesh into parts of neighbours, in about two passes over them. A
+/// first ray into ten million triangles then needs only the tree of one part.
 
 #include <cstdint>
 #include <memory>
@@ -12,29 +12,32 @@
 
 namespace sightline {
 
-/// Triangles of a part, unless so many lie in one place that a finer grid is needed: such a part
-/// may be cut again.
+/// The usual number of triangles of a part. If more triangles than that lie in one cell of the
+/// grid, their part is larger; it may be split again.
 inline constexpr std::uint32_t kPartTriangles = 1u << 12;
 
-/// Triangles of a mesh that have consecutive numbers. Files list neighbours one after the other, so
-/// that a part has few runs.
+/// A range of consecutive triangle numbers of a mesh. Files list neighbours one after the other, so
+/// a part has few ranges.
 struct TriangleRun {
   std::uint32_t first;
   std::uint32_t count;
 };
+/// The numbers of all triangles of the ranges.
 std::vector<std::uint32_t> numbers_of(std::span<const TriangleRun> runs);
 
+/// A part of a mesh.
 struct MeshPart {
   std::span<const TriangleRun> runs;
   std::uint32_t triangle_count = 0;
-  std::shared_ptr<const void> owner;  ///< owns the runs of all parts
-  Box3d box;                          ///< around the triangles, in the space of the trees
+  std::shared_ptr<const void> owner;  ///< owns the memory of `runs`
+  Box3d box;                          ///< bounds of the triangles, in the space of the trees
 };
 
-/// Of `triangles` of the mesh, or of all where that is empty. Those with a corner that is not
-/// finite, or with one vertex twice, are left out: nothing can hit them. `bounds` contain the
-/// corners of the others. At least two parts, unless all triangles lie
-/// around one place. Parallel; does not depend on the number of threads.
+/// Splits the given triangles of the mesh, or all if `triangles` is empty. world_from_mesh is null
+/// for parts in the mesh's own space. Leaves out triangles with a corner that is not finite or with
+/// two equal vertices: nothing can hit them. `bounds` must contain the corners of the others.
+/// Returns at least two parts, unless all triangles lie around one place. Parallel; the result does
+/// not depend on the number of threads.
 std::vector<MeshPart> split_mesh(const MeshView& mesh, const Affine* world_from_mesh,
                                  std::span<const std::uint32_t> triangles, const Box3d& bounds);
 

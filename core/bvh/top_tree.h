@@ -1,5 +1,5 @@
 #pragma once
-/// The tree over what is entered one by one.
+/// The top tree: a tree over the entries of a scene.
 
 #include <span>
 
@@ -7,8 +7,9 @@
 
 namespace sightline {
 
-/// A tree over the world bounds of the entries, in units in which float32 is precise. Leaf blocks
-/// hold indices of `bounds`, one each. `all` contains them. Empty once it is cancelled.
+/// Builds a tree over the world bounds of the entries, in units in which float32 is precise. A leaf
+/// block holds one index of `bounds`. `all` must contain all bounds. Returns an empty tree if
+/// cancelled.
 WideTree build_top(std::span<const Box3d> bounds, const Box3d& all, TreeQuality quality,
                    const CancelFlag* cancel = nullptr);
 

@@ -1,5 +1,6 @@
 #pragma once
-/// The corners of a mesh's triangles in the space of a tree, and which triangles belong in one.
+/// The corners of a mesh's triangle in the space of a tree, and whether the tree needs the
+/// triangle.
 
 #include <array>
 #include <cstddef>
@@ -9,14 +10,15 @@
 
 namespace sightline {
 
+/// The result of tree_corners.
 struct TreeCorners {
   std::array<Vec3d, 3> at;
   /// False for a triangle that nothing can hit under any matrix: a corner is not finite in the
-  /// tree's space, or two corners are equal. `at` is then not to be read.
+  /// tree's space, or two corners are equal. `at` is then not set.
   bool usable = false;
 };
 
-/// `world_from_mesh` null: the mesh's own space.
+/// Maps the corners of a triangle by world_from_mesh; null leaves them in the mesh's own space.
 inline TreeCorners tree_corners(const MeshView& mesh, std::uint32_t triangle,
                                 const Affine* world_from_mesh) {
   TreeCorners corners;

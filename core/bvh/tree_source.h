@@ -1,5 +1,6 @@
 #pragma once
-/// Sources of the trees of a scene: a builder, or a file that an earlier run wrote.
+/// TreeSource: an interface to a builder of trees, or to a file with trees that an earlier run
+/// wrote.
 
 #include <functional>
 #include <memory>
@@ -10,15 +11,16 @@
 
 namespace sightline {
 
-/// Called for every tree of a scene, always in one order, the top last.
+/// Two functions that assemble_scene_tree calls for the trees of a scene, in a fixed order, the top
+/// tree last.
 struct TreeSource {
-  /// Around the triangles of all parts, as build_triangle_tree makes it.
+  /// Returns the tree around the triangles of all parts, like build_triangle_tree.
   std::function<Result<std::shared_ptr<const WideTree>>(std::span<const TreePart> parts)> triangles;
-  /// A tree over boxes, as build_top makes it.
+  /// Returns a tree over boxes that `all` contains, like build_top.
   std::function<Result<WideTree>(std::span<const Box3d> boxes, const Box3d& all)> top;
 };
 
-/// Assembles the trees of a scene. Errors: those of the source.
+/// Assembles the trees of a scene from the results of `source`. Errors: those of the source.
 Result<SceneTree> assemble_scene_tree(const ScenePlan& plan, Joining joining,
                                       const TreeSource& source);
 

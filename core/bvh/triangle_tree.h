@@ -1,5 +1,5 @@
 #pragma once
-/// A tree over the triangles of one mesh, in the mesh's space or in the world's, or over the
+/// Builds a tree over the triangles of one mesh, in mesh space or world space, or over the
 /// triangles of several placed meshes.
 
 #include <cstdint>
@@ -10,31 +10,32 @@
 
 namespace sightline {
 
-/// `world_from_mesh` null: boxes around the mesh's own triangles. Otherwise around the world
-/// triangles. Leaves hold the mesh's float32 corners in both cases. Triangles with a corner that is
-/// not finite in the tree's space, or with two equal corners, are left out: nothing can hit them
-/// under any matrix. Returns an empty tree if cancelled; large trees poll the flag at intervals.
-/// Precondition: at most kMaxTriangles.
+/// Builds a tree over all triangles of a mesh. With a null world_from_mesh its boxes are around the
+/// mesh's own triangles, else around the world triangles. Leaves hold the mesh's float32 corners in
+/// both cases. Triangles with a corner that is not finite in the tree's space, or with two equal
+/// corners, are left out: nothing can hit them under any matrix. Returns an empty tree if
+/// cancelled; large trees poll the flag at intervals. Precondition: at most kMaxTriangles.
 WideTree build_triangle_tree(const MeshView& mesh, const Affine* world_from_mesh,
                              TreeQuality quality, const CancelFlag* cancel = nullptr);
 
-/// Only of these triangles of the mesh, by which leaves call them.
+/// Builds a tree over some triangles of a mesh. Leaves hold their numbers in the mesh.
 WideTree build_triangle_tree(const MeshView& mesh, std::span<const std::uint32_t> triangles,
                              const Affine* world_from_mesh, TreeQuality quality,
                              const CancelFlag* cancel = nullptr);
 
-/// A mesh where its triangles stand in a tree.
+/// A mesh and the map into the space of a tree.
 struct TreePart {
   MeshView mesh;
-  const Affine* world_from_mesh = nullptr;  ///< as in build_triangle_tree
+  const Affine* world_from_mesh = nullptr;  ///< null: the mesh's own space is that of the tree
 };
 
-/// Around the triangles of all parts; a leaf block belongs to one part, whose index is its
-/// `placement`. Precondition: at most kMaxTriangles in all.
+/// Builds a tree around the triangles of all parts. A leaf block has triangles of one part; its
+/// `placement` is the index of the part. Precondition: at most kMaxTriangles in all.
 WideTree build_triangle_tree(std::span<const TreePart> parts, TreeQuality quality,
                              const CancelFlag* cancel = nullptr);
 
-/// The triangles of several parts numbered one after the other.
+/// Numbers the triangles of several parts consecutively: first all of part 0, then all of part 1,
+/// and so on.
 class PartNumbers {
  public:
   explicit PartNumbers(std::span<const TreePart> parts);
@@ -43,6 +44,7 @@ class PartNumbers {
     std::uint32_t part;
     std::uint32_t triangle;
   };
+  /// The number of triangles of all parts.
   std::uint32_t count() const { return ends_.back(); }
   std::uint32_t number(Place place) const { return begin(place.part) + place.triangle; }
   std::uint32_t part_of(std::uint32_t number) const;
@@ -53,15 +55,16 @@ class PartNumbers {
 
  private:
   std::uint32_t begin(std::uint32_t part) const { return part == 0 ? 0 : ends_[part - 1]; }
-  std::vector<std::uint32_t> ends_;  ///< one for each part
+  std::vector<std::uint32_t> ends_;  ///< for each part, the number after its last triangle
 };
 
+/// A tree of at most 16 GiB can hold this many triangles.
 inline constexpr std::uint64_t kMaxTriangles =
     (1ull << 34) / (sizeof(LeafBlock) + sizeof(WideNode));
 static_assert(kMaxTriangles <= LeafBlock::kTriangles);
 
-/// The power of two by which coordinates within `bounds` are multiplied so that float32 boxes are
-/// precise: 0 for ordinary scenes. `bounds` are finite and not empty.
+/// Returns the exponent e such that float32 boxes are precise for coordinates that are multiplied
+/// by 2^e; 0 for ordinary scenes. `bounds` are the finite bounds of all coordinates and not empty.
 int choose_scale_exponent(const Box3d& bounds);
 
 }  // namespace sightline

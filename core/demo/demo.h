@@ -1,7 +1,7 @@
 #pragma once
-/// The project's own scenes, made from seeds: the demo that a fresh server shows, and what tests
-/// and benchmarks trace when no file is at hand. Written as GLB, so that they take the same road as
-/// a user's scene.
+/// The project's own scenes, made from seeds: the demo that a new server shows, and the scenes of
+/// tests and benchmarks that use no file. They are written as GLB, so that they are loaded as a
+/// user's scene is.
 
 #include <cstddef>
 #include <cstdint>
@@ -12,16 +12,17 @@
 
 namespace sightline::demo {
 
-/// A triangle soup or an indexed mesh to be written: 3 floats per position, 3 indices per triangle.
+/// A mesh to be written: 3 floats per position, 3 indices per triangle.
 struct DemoMesh {
   std::string name;
   std::string material;
   std::vector<float> positions;
   std::vector<std::uint32_t> indices;
-  // For each vertex 3, 2 and 4 floats, or none at all.
+  // 3, 2 and 4 floats for each vertex; an empty vector leaves the attribute out.
   std::vector<float> normals{}, uvs{}, colours{};
 };
 
+/// A node to be written.
 struct DemoNode {
   std::string name;
   int parent = -1;  ///< index of an earlier node, or -1
@@ -35,12 +36,13 @@ struct DemoScene {
   std::vector<DemoNode> nodes;
 };
 
-/// The scene as one GLB file: u16 indices where they fit, matrices only where not identity.
-/// Parents stand before their children, every mesh has triangles, and the whole is below 4 GiB.
+/// Returns the scene as a GLB file: 16-bit indices where they fit, matrices only where they are not
+/// the identity. Preconditions: parents precede their children, every mesh has triangles, the file
+/// is below 4 GiB.
 std::vector<std::byte> write_glb(const DemoScene& scene);
 
-// All generators use integer arithmetic and float64 + - * / sqrt, each correctly rounded, and no
-// other libm function: a seed gives the same bytes on every machine and with every compiler.
+// All generators use integer arithmetic and float64 + - * / sqrt, which are correctly rounded, and
+// no other libm function. So a seed gives the same bytes on every machine and with every compiler.
 
 /// A small town on terrain with instanced trees: 52,078 unique and 362,254 placed triangles, named
 /// "house 3", "roof of house 3", "tree 17" (mesh "tree", material "leaves"), "clock tower", ...
@@ -65,18 +67,21 @@ DemoScene six_triangles();
 /// (0.25,0.5,0.25,1) at t = 5.
 DemoScene painted_square();
 
-// The benchmark set of "What the fastest kernels reach": one mesh and one node, except instances.
+// The scenes of the benchmarks: one mesh and one node each, except instances.
 
-/// A fractal height field over 1000 x 1000: the nearest 2 n^2 triangles.
+/// A fractal height field over 1000 x 1000, of 2 n^2 triangles for the n that is nearest to
+/// `triangles`.
 DemoScene terrain(std::uint32_t triangles, std::uint64_t seed = 1);
-/// Random triangles, edges about 1, in a cube of side 100: exactly `triangles`.
+/// Random triangles with edges of about 1 in a cube of side 100, exactly `triangles` of them.
 DemoScene soup(std::uint32_t triangles, std::uint64_t seed = 1);
-/// Buildings, boxes, strips, cables and poles of very different sizes, many long and thin, many
-/// flush or interpenetrating: `triangles` or one less.
+/// Buildings, boxes, strips, cables and poles of very different sizes; many are long and thin, and
+/// many touch or intersect. `triangles` or one less.
 DemoScene city(std::uint32_t triangles, std::uint64_t seed = 1);
-/// A closed dense ball of radius 1 around the origin: the nearest 12 n^2 triangles.
+/// A closed ball of radius 1 around the origin, of 12 n^2 triangles for the n that is nearest to
+/// `triangles`.
 DemoScene sphere(std::uint32_t triangles, std::uint64_t seed = 1);
-/// Copies of one sphere on a jittered grid of pitch 3, rotated and scaled (0.5 to 1.5 per axis).
+/// `copies` placements of one sphere of `triangles_each` triangles, on a jittered grid of pitch 3,
+/// each rotated and scaled by 0.5 to 1.5 per axis.
 DemoScene instances(std::uint32_t copies, std::uint32_t triangles_each, std::uint64_t seed = 1);
 
 }  // namespace sightline::demo

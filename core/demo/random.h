@@ -1,6 +1,6 @@
 #pragma once
-/// Small deterministic generators, so that a seed gives the same bytes on every machine: only
-/// integer arithmetic, and float64 + - * / (correctly rounded everywhere). No libm.
+/// Small deterministic generators: a seed gives the same numbers on every machine. They use only
+/// integer arithmetic and float64 + - * /, which are correctly rounded everywhere, and no libm.
 
 #include <cstdint>
 
@@ -9,25 +9,30 @@
 
 namespace sightline::demo {
 
-/// The numbers of a seed. Seeds that follow one another give sequences that do not overlap.
+/// The pseudo-random numbers of a seed. Consecutive seeds give sequences that do not overlap.
 class Random : public SplitMix {
  public:
   explicit Random(std::uint64_t seed) : SplitMix(scramble(seed)) {}
 
+  /// Uniform in [low, high).
   double between(double low, double high) { return low + (high - low) * unit(); }
-  /// In [low, high), every halving of the range about equally likely: sizes from pebbles to towers.
+  /// In [low, high), about equally likely in each halving of the range, for sizes from pebbles to
+  /// towers.
   double spread(double low, double high);
+  /// Uniform in 0, 1, ... count - 1.
   std::uint32_t below(std::uint32_t count) {
     return static_cast<std::uint32_t>((bits() >> 32) * count >> 32);
   }
 };
 
-/// Value noise with `octaves` halvings of its cell, in (-1, 1); `cell` is the largest cell's side.
+/// Fractal value noise in (-1, 1): `octaves` layers, the first with cells of side `cell`, each next
+/// one with cells of half the side.
 double fractal_noise(double x, double z, double cell, int octaves, std::uint64_t seed);
 
-/// A rotation about +y. Sine and cosine come from the half-angle's tangent, which is drawn.
+/// A random rotation about +y. Sine and cosine are computed from a random tangent of the
+/// half-angle.
 Affine random_turn(Random& random);
-/// A rotation about a random axis, from an unnormalised quaternion.
+/// A random rotation about a random axis, from an unnormalised quaternion.
 Affine random_rotation(Random& random);
 Affine translation(double x, double y, double z);
 Affine scaling(double x, double y, double z);

@@ -1,21 +1,21 @@
 #pragma once
-/// glTF 2.0 (.glb and .gltf) to a scene description, reading only what a ray needs. Every byte of
-/// the input is hostile. The result is a description whose every index is in range, or an Error
-/// that names the place ("accessor 7: needs 1200 bytes, view has 900"). Time and memory are bounded
-/// by ImportLimits. Never opens a file outside the scene's own folder.
+/// Imports glTF 2.0 (.glb and .gltf) into a scene description, reading only what rays need. No byte
+/// of the input is trusted. The result is a description whose every index is in range, or an Error
+/// that names the place ("accessor 7: needs 1200 bytes, view has 900"). ImportLimits bounds time
+/// and memory. No file outside of the scene's folder is opened.
 ///
-/// Applied:
+/// What is applied:
 /// - node matrices and TRS (transform.h has the formula), EXT_mesh_gpu_instancing
 /// - KHR_mesh_quantization, EXT_meshopt_compression, KHR_draco_mesh_compression, sparse accessors
 /// - morph targets with their default weights (positions.h has the formula)
 /// - skins as posed by the file's own nodes (skinning.h has the formula)
 ///
-/// Left out:
+/// What is left out:
 /// - points, lines and primitives without POSITION, which are counted
 /// - images, materials except names, doubleSided and colours, animations, lights, extras except
 ///   masks
 ///
-/// An extension that the file requires and that is not known here is refused by name.
+/// A file that requires an unknown extension is refused; the error names the extension.
 
 #include <cstddef>
 #include <filesystem>
@@ -27,9 +27,9 @@
 
 namespace sightline {
 
-/// Reads a mapped .glb, a .gltf with its neighbours, or a .pov made of boxes, told apart by how
-/// they begin. External buffers must lie in the file's own folder (symbolic links included). The
-/// name does not matter: GLB is known by its magic.
+/// Imports a .glb, a .gltf with the files beside it, or a .pov made of boxes. The format is
+/// recognised by the first bytes, not by the name. Files that a .gltf refers to must be in its own
+/// folder (after resolving symbolic links).
 ///
 /// Errors, by kind:
 ///   kNotFound     GLTF_FILE_UNREADABLE
@@ -50,8 +50,8 @@ namespace sightline {
 Result<SceneDescription> import_file(const std::filesystem::path& file,
                                      const ImportOptions& options);
 
-/// import_file from memory: a .glb, or a .gltf whose buffers are data URIs (an external one is an
-/// error).
+/// Imports a file from memory: a .glb, or a .gltf whose buffers are data URIs. Other buffers are
+/// found by ImportOptions::neighbour; without it they are an error.
 Result<SceneDescription> import_bytes(std::span<const std::byte> bytes,
                                       const ImportOptions& options);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// The numbers that a decoder writes, in the component types of glTF.
+/// DecodedElements: the packed numbers that a decoder writes, in a component type of glTF.
 
 #include <cstddef>
 #include <cstdint>
@@ -7,6 +7,7 @@
 
 namespace sightline::gltf {
 
+/// The component types of glTF accessors, with their codes in files.
 enum class Component : std::uint16_t {
   kI8 = 5120,
   kU8 = 5121,
@@ -16,7 +17,7 @@ enum class Component : std::uint16_t {
   kF32 = 5126
 };
 
-/// Elements that a decoder made, packed.
+/// Packed elements of `components` numbers each, as a decoder writes them.
 struct DecodedElements {
   Component component = Component::kF32;
   std::uint32_t components = 0;

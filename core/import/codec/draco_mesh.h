@@ -1,6 +1,6 @@
 #pragma once
-/// The decoding of KHR_draco_mesh_compression. Source: the extension's own text (Khronos registry)
-/// and the bitstream of Draco 2.2.
+/// Decodes meshes compressed with KHR_draco_mesh_compression. Sources: the text of the extension
+/// (Khronos registry) and the bitstream specification of Draco 2.2.
 
 #include <cstddef>
 #include <cstdint>
@@ -18,24 +18,29 @@ namespace sightline::gltf {
 
 inline constexpr const char* kDraco = "KHR_draco_mesh_compression";
 
+/// A decoded mesh.
 struct DracoMesh {
+  /// Number of points; a point is a vertex with all its attributes.
   std::uint64_t points = 0;
   std::vector<std::uint32_t> corners;  ///< three points per triangle, each below `points`
-  std::map<std::uint32_t, DecodedElements> attributes;  ///< by id, one element per point
+  /// by Draco's id of the attribute, one element per point
+  std::map<std::uint32_t, DecodedElements> attributes;
 };
 
-/// The counts that the file states beside the compressed bytes; they must agree.
+/// What the glTF file states about the compressed mesh. The compressed bytes must agree.
 struct DracoClaim {
   std::uint64_t triangles = 0;
   std::uint64_t points = 0;
-  std::vector<std::uint32_t> attributes;  ///< ids that are wanted; others are decoded only when one
-                                          ///< of these stands behind them
+  /// Ids of the attributes to decode. Another attribute is decoded only if one of these follows it
+  /// in the stream.
+  std::vector<std::uint32_t> attributes;
 };
 
-/// Decodes a Draco mesh. Nothing is allocated before three checks: the sizes in the compressed
-/// bytes agree with the claim, they are possible for so few bytes, and the decoder's memory is in
-/// the budget. Memory that only the decoder needed is returned to the budget afterwards. Errors:
-/// GLTF_COMPRESSION_INVALID naming `place`, GLTF_LIMIT_GEOMETRY_BYTES.
+/// Decodes a Draco mesh. Before it allocates memory it checks that the sizes in the compressed
+/// bytes agree with `claim`, that so few bytes can hold them, and that `budget` allows the
+/// decoder's memory. Afterwards it returns to the budget what only the decoder needed. `place` and
+/// `pointer` name the primitive in errors. Errors: GLTF_COMPRESSION_INVALID,
+/// GLTF_LIMIT_GEOMETRY_BYTES.
 Result<DracoMesh> decode_draco(std::span<const std::byte> compressed, const DracoClaim& claim,
                                Budget& budget, const std::string& place,
                                const std::string& pointer);

@@ -1,9 +1,11 @@
 #pragma once
-/// Bounds a count in Draco's bytes that nothing else bounds.
+/// Reads a count from Draco's bytes that the Draco library does not check before it allocates
+/// memory.
 ///
-/// Where texture coordinates are predicted from positions, each has a bit that says on which side
-/// of an edge it lies. The number of bits is stated separately behind the coordinates. The library
-/// allocates as many as stated, up to 2^31 for no bytes, before it checks whether they are needed.
+/// If texture coordinates are predicted from positions, each has a bit that tells on which side of
+/// an edge it lies. The stream states the number of bits after the coordinates. The library
+/// allocates as many as stated, up to 2^31 even if no bytes follow, and checks only later if they
+/// are needed.
 
 #include <draco/core/decoder_buffer.h>
 
@@ -11,12 +13,12 @@
 
 namespace sightline::gltf {
 
-/// How many bits will be made. `buffer` stands behind the two bytes that name an attribute's
-/// prediction, as where the library sets the prediction up. 0 when the attribute is predicted in
-/// another way, or its bytes end before the number (then the library fails by itself).
-/// entries     values of the attribute
-/// components  of each; two, if the file is right
-/// Cost        the coordinates are decoded once more, and thrown away.
+/// Returns the number of bits that the library will allocate; 0 if the attribute is predicted in
+/// another way, or if its bytes end before the number (then the library returns an error).
+/// buffer      stands after the two bytes that name the prediction of an attribute
+/// entries     number of values of the attribute
+/// components  numbers in a value; two in a valid file
+/// Cost        decodes the coordinates a second time.
 std::uint64_t claimed_orientations(draco::DecoderBuffer buffer, std::uint64_t entries,
                                    int components);
 

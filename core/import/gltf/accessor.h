@@ -1,5 +1,6 @@
 #pragma once
-/// Typed views of the numbers in a glTF file, every one of which lies inside the file's bytes.
+/// AccessorView: a typed view of the elements of a glTF accessor. All bytes that it refers to are
+/// inside of the file or of decoded memory.
 
 #include <cstddef>
 #include <cstdint>
@@ -17,45 +18,51 @@
 
 namespace sightline::gltf {
 
-/// `count` elements of `components` numbers each. Reading is by value and needs no alignment.
+/// `count` elements of `components` numbers each. Elements are read by value, so they need no
+/// alignment.
 struct AccessorView {
-  std::uint32_t accessor = 0;  ///< its index, for messages
+  std::uint32_t accessor = 0;  ///< index of the accessor, for messages
   std::uint64_t count = 0;
   Component component = Component::kF32;
   std::uint32_t components = 1;
   bool normalized = false;
 
-  const std::byte* base = nullptr;  ///< nullptr: all zeros
-  bool is_decoded = false;          ///< base does not lie in the file, it was decoded before
+  const std::byte* base = nullptr;  ///< first byte of the elements; nullptr: all are zero
+  bool is_decoded = false;          ///< true: base points to decoded bytes, not to the file
+  /// Bytes from an element to the next one.
   std::size_t stride = 0;
 
-  /// Replaced elements; their indices rise strictly and are below count.
+  /// Sparse accessor: these elements replace others. Their indices rise strictly and are below
+  /// count.
   std::uint64_t sparse_count = 0;
   const std::byte* sparse_indices = nullptr;
   Component sparse_component = Component::kU32;
   const std::byte* sparse_values = nullptr;  ///< tightly packed
 
   std::size_t element_bytes() const;
-  /// Packed float32 without replacements, as nearly every file has it.
+  /// True for float32 numbers without sparse elements, which nearly every file has.
   bool plain_float() const { return component == Component::kF32 && sparse_count == 0; }
 };
 
-/// An integer component as the file holds it. Precondition: not kF32.
+/// Reads an integer component as stored. Precondition: component is not kF32.
 std::int64_t load_integer(const std::byte* at, Component component);
 
-/// One component as a number, in float64: a float32 widened; an integer, when `normalized`, by
-/// glTF's formula [glTF2] 3.11: c / 255, c / 65535, max(c / 127, -1), max(c / 32767, -1).
+/// Reads a component as a number in float64. A float32 is widened. An integer is converted; if
+/// `normalized`, by the formula of [glTF2] 3.11: c / 255, c / 65535, max(c / 127, -1), max(c /
+/// 32767, -1).
 double load_number(const std::byte* at, Component component, bool normalized);
 
-/// Element `index` with its replacement, if it has one. Precondition: index < count, components >=
-/// `wanted`; writes `wanted` numbers.
+/// Reads element `index`, or its sparse replacement, and writes its first `wanted` numbers to
+/// `out`. Preconditions: index < count, components >= wanted.
 void load_element(const AccessorView& view, std::uint64_t index, std::uint32_t wanted, double* out);
 
-/// The sparse entry that replaces element `index` or the first one after it.
+/// Returns the first sparse entry whose index is at least `index`; sparse_count if there is none.
 std::uint64_t sparse_lower_bound(const AccessorView& view, std::uint64_t index);
+/// The element that sparse entry `entry` replaces.
 std::uint64_t sparse_index(const AccessorView& view, std::uint64_t entry);
 
-/// Makes views, and counts what is read through them.
+/// Makes views of a document's accessors, and counts the bytes that are read through them. All
+/// arguments must outlive the reader.
 class AccessorReader {
  public:
   AccessorReader(const GltfDocument& document, ViewStore& views, const ImportLimits& limits)
@@ -63,31 +70,31 @@ class AccessorReader {
 
   ViewStore& views() const { return views_; }
 
-  /// Checks view, offsets, stride, alignment, count and sparse parts against the bytes.
-  /// Precondition: index is in range. Cost: sparse indices are read once.
-  /// Errors: GLTF_ACCESSOR_INVALID, GLTF_ACCESSOR_OUT_OF_BOUNDS, GLTF_LIMIT_ZERO_FILLED,
+  /// Returns a view of an accessor. Checks its bufferView, offsets, stride, alignment, count and
+  /// sparse parts against the bytes. Precondition: index is in range. Cost: sparse indices are read
+  /// once. Errors: GLTF_ACCESSOR_INVALID, GLTF_ACCESSOR_OUT_OF_BOUNDS, GLTF_LIMIT_ZERO_FILLED,
   /// those of ViewStore.
   Result<AccessorView> view(std::size_t index);
 
-  /// A view of an accessor whose elements were decoded before. `decoded` must have as many elements
-  /// as the accessor states, of the same type, and must outlive the view. Errors:
+  /// Returns a view of elements that are decoded already. `decoded` must have the number and type
+  /// of elements that the accessor states, and must outlive the view. Errors:
   /// GLTF_ACCESSOR_INVALID.
   Result<AccessorView> view(std::size_t index, const DecodedElements& decoded);
 
-  /// A view of an accessor in a compressed bufferView, without reading bytes: `base` is null until
-  /// the bufferView is decoded. The accessor's byteOffset counts from its beginning. Errors:
-  /// GLTF_ACCESSOR_INVALID, GLTF_ACCESSOR_OUT_OF_BOUNDS.
+  /// Returns a view of an accessor in a compressed bufferView without reading bytes: `base` is
+  /// null, and the caller sets it when the bufferView is decoded. The accessor's byteOffset counts
+  /// from the first decoded byte. Errors: GLTF_ACCESSOR_INVALID, GLTF_ACCESSOR_OUT_OF_BOUNDS.
   Result<AccessorView> view_to_decode(std::size_t index) const;
 
-  /// A view of packed elements that a decoder will produce: `base` is null until then. Errors:
-  /// GLTF_ACCESSOR_INVALID.
+  /// Returns a view of packed elements that a decoder will produce: `base` is null, and the caller
+  /// sets it after decoding. Errors: GLTF_ACCESSOR_INVALID.
   Result<AccessorView> view_of_decoded(std::size_t index) const;
 
-  /// Counts elements first .. first + count - 1 of a view as read, under `kind`. Returns those that
-  /// lie in the file, for will_need.
+  /// Counts elements first .. first + count - 1 of a view as read, in the member `kind` of
+  /// touched(). Returns their bytes in the file, for will_need; empty if they are not in the file.
   std::span<const std::byte> count(const AccessorView& view, std::uint64_t first,
                                    std::uint64_t count, std::uint64_t TouchedBytes::*kind);
-  /// count() that also prefetches the file's pages. Call it before the elements are read.
+  /// Calls count() and prefetches the file's pages. To be called before the elements are read.
   void announce(const AccessorView& view, std::uint64_t first, std::uint64_t count,
                 std::uint64_t TouchedBytes::*kind);
   const TouchedBytes& touched() const { return touched_; }
@@ -98,12 +105,12 @@ class AccessorReader {
     std::uint64_t offset, count, element, stride_or_zero;
     std::size_t alignment;
   };
-  /// The type that an accessor states for its elements, as if they were packed.
+  /// A view without bytes that has the element type of the accessor, with packed elements.
   AccessorView stated_type(std::size_t index) const;
-  /// stated_type with the stride of its view. Checks the type and the stride.
+  /// stated_type with the stride of the accessor's bufferView. Checks the type and the stride.
   Result<AccessorView> stated(std::size_t index) const;
   Extent extent_of(std::size_t index, const AccessorView& view) const;
-  /// Whether an extent lies in a view of so many bytes.
+  /// Checks that an extent is inside of a bufferView of `bytes` bytes.
   Status check(std::size_t index, const char* part, const Extent& extent,
                std::uint64_t bytes) const;
   Result<const std::byte*> locate(std::size_t index, const char* part, const Extent& extent);

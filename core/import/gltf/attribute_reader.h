@@ -1,5 +1,6 @@
 #pragma once
-/// Finds what hits may ask for of a primitive's vertices, without reading it.
+/// AttributeReader: finds the vertex attributes of a primitive that hits may request, without
+/// reading them.
 
 #include <array>
 #include <cstdint>
@@ -20,11 +21,12 @@
 
 namespace sightline::gltf {
 
+/// Attaches vertex attributes (normals, texture coordinates, colours) to meshes.
 class AttributeReader {
  public:
-  /// Attributes are copied where `shared` has no owner, and in other files; where `copies` is false,
-  /// they are left out instead. All arguments must outlive the reader. What it finds needs none of
-  /// them.
+  /// Attributes that are in the bytes of `shared` are referred to. Others are copied, or left out
+  /// if `copies` is false; that applies to all if `shared` has no owner. All arguments must outlive
+  /// the reader; the attributes that it attaches need none of them.
   AttributeReader(const GltfDocument& document, AccessorReader& accessors,
                   const SharedBytes& shared, bool copies, Budget& budget, Warnings& warnings)
       : document_(document),
@@ -36,9 +38,10 @@ class AttributeReader {
         budget_(budget),
         warnings_(warnings) {}
 
-  /// Opens and decodes no buffer that geometry has not needed before.
-  /// Tells the mesh of its last primitive, which uses the vertices of `range`. What is wrong with
-  /// an attribute is a warning, and it is left out, as are those that the pose would move.
+  /// Attaches the attributes of a primitive to the last primitive of `mesh`, which uses the
+  /// vertices of `range`; `first_vertex` is the index in the mesh of the first of them. An invalid
+  /// attribute is left out with a warning, and so are attributes that `pose` would change. Opens
+  /// and decodes only buffers that geometry has needed before.
   void append(const PrimitiveSource& found, const Pose& pose, const CornerRange& range,
               std::uint32_t first_vertex, Mesh& mesh);
 
@@ -62,10 +65,11 @@ class AttributeReader {
   Result<Numbers> find_meshopt(const Wanted& wanted, std::size_t view);
   Result<Numbers> find_draco(const Wanted& wanted, std::uint32_t id);
   Status check(const Wanted& wanted, const AccessorView& view) const;
-  /// Whether every byte of the view stays valid after the import.
+  /// True if every byte of the view stays valid after the import.
   bool is_kept(const AccessorView& view) const;
   Result<Numbers> copy(const AccessorView& view, const CornerRange& range);
-  /// Compressed bytes that stay; nothing where they would have to be copied and may not be.
+  /// Compressed bytes that stay valid after the import; empty if they would have to be copied and
+  /// `copies` is false.
   Result<std::optional<SharedColumn<std::byte>>> hold(std::span<const std::byte> compressed);
   bool is_held(std::span<const std::byte> bytes) const {
     return !bytes.empty() && !shared_.share<std::byte>(bytes.data(), bytes.size()).empty();

@@ -1,6 +1,6 @@
 #pragma once
-/// The bytes behind a document's buffers, found when they are first needed and held until the end
-/// of the import.
+/// BufferStore: the bytes of a document's buffers. A buffer is opened or decoded when it is first
+/// needed, and stays in memory until the end of the import.
 
 #include <filesystem>
 #include <memory>
@@ -15,29 +15,30 @@ namespace sightline::gltf {
 
 class BufferStore {
  public:
-  /// binary  the BIN chunk, when there is one; must outlive the store
-  /// file    the scene's own file; nothing when it came from memory
-  /// neighbour  where the files beside it are then, if anywhere
+  /// binary     the BIN chunk if there is one; must outlive the store
+  /// file       path of the scene's file; empty if the scene came from memory
+  /// neighbour  finds other files for a scene from memory; may be empty
   BufferStore(const std::vector<BufferEntry>& entries,
               std::optional<std::span<const std::byte>> binary,
               std::optional<std::filesystem::path> file, const ImportLimits& limits,
               NeighbourFinder neighbour = {});
 
-  /// Exactly byte_length bytes. Precondition: index is in range.
-  /// Errors: GLTF_URI_REFUSED, GLTF_BUFFER_INVALID, GLTF_FILE_UNREADABLE, GLTF_LIMIT_FILE_BYTES,
-  /// GLTF_EXTENSION_UNSUPPORTED (a buffer that only EXT_meshopt_compression could fill).
+  /// Returns the byte_length bytes of a buffer. Precondition: index is in range. Errors:
+  /// GLTF_URI_REFUSED, GLTF_BUFFER_INVALID, GLTF_FILE_UNREADABLE, GLTF_LIMIT_FILE_BYTES,
+  /// GLTF_EXTENSION_UNSUPPORTED (for a buffer that only EXT_meshopt_compression could fill).
   Result<std::span<const std::byte>> bytes(std::size_t index);
 
-  /// The bytes of a data URI, or of a file beside the scene's: an image. Errors: as above.
+  /// Returns the bytes of a data URI, or of a file beside the scene's file, such as an image.
+  /// Errors: those of bytes().
   Result<std::span<const std::byte>> neighbour(const std::string& uri);
 
-  /// Whether its bytes can be had without opening or decoding what nobody has needed so far.
+  /// True if bytes(index) opens no file and decodes nothing that was not needed before.
   bool is_at_hand(std::size_t index) const {
     return found_[index].has_value() || !entries_[index].has_uri;
   }
-  /// Whether reading this buffer reads the file, rather than text that was decoded before.
+  /// True if the bytes are those of a file; false if they were decoded from a data URI.
   bool is_mapped(std::size_t index) const { return !is_data_uri_[index]; }
-  /// Sizes of the external files that were opened.
+  /// Total size of the external files that were opened, in bytes.
   std::uint64_t external_bytes() const { return external_bytes_; }
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-/// Which vertices the triangles of a primitive join.
+/// Reads the vertex indices of the triangles of a primitive.
 
 #include <cstdint>
 #include <optional>
@@ -11,29 +11,32 @@
 
 namespace sightline::gltf {
 
-/// How many triangles `count` indices (or vertices) make: triangles (4) n / 3, strips (5) and fans
-/// (6) n - 2 or none.
+/// The number of triangles that `count` indices (or vertices) form, by glTF's mode: triangles (4) n
+/// / 3, strip (5) and fan (6) n - 2, at least 0.
 std::uint64_t triangle_count(int mode, std::uint64_t count);
 
+/// The range of vertices that triangles use.
 struct CornerRange {
   std::uint32_t low = 0, high = 0;  ///< smallest and largest vertex that a triangle uses
   std::size_t count() const { return std::size_t{high} - low + 1; }
 };
 
-/// Writes three vertices per triangle, unrolled as [glTF2] 3.7.2.1 orders them:
-///   strip  i: v[i], v[i + 1 + i % 2], v[i + 2 - i % 2]
-///   fan    i: v[i + 1], v[i + 2], v[0]
-/// indices   the index accessor, or nothing: then vertices 0 .. vertex_count - 1 in order.
-/// Precondition: there is at least one triangle, vertex_count < 2^32.
-/// Errors: GLTF_INDEX_OUT_OF_RANGE naming `place`.
+/// Writes three vertex indices per triangle to `out`, in the order of [glTF2] 3.7.2.1:
+///   strip  triangle i: v[i], v[i + 1 + i % 2], v[i + 2 - i % 2]
+///   fan    triangle i: v[i + 1], v[i + 2], v[0]
+/// indices  the index accessor; if empty, v is 0 .. vertex_count - 1
+/// Returns the range of the indices. Preconditions: there is at least one triangle; vertex_count <
+/// 2^32; `out` has room for all triangles. Errors: GLTF_INDEX_OUT_OF_RANGE naming `place`.
 Result<CornerRange> load_corners(const std::optional<AccessorView>& indices,
                                  std::uint64_t vertex_count, int mode, const std::string& place,
                                  std::uint32_t* out);
 
-/// Those of plain triangles (4) as they lie in the file; empty where they are not to be had so.
+/// The indices of a primitive of triangles (mode 4) as a column that refers to the file's bytes.
+/// Empty if they are not 32-bit integers in those bytes that `shared` can share.
 SharedColumn<std::uint32_t> stored_corners(const AccessorView& indices, const SharedBytes& shared);
 
-/// Their range. Precondition: there is at least one triangle. Errors: as above.
+/// Checks that all indices are below vertex_count, and returns their range. Precondition: there is
+/// at least one triangle. Errors: GLTF_INDEX_OUT_OF_RANGE naming `place`.
 Result<CornerRange> check_corners(std::span<const std::uint32_t> corners,
                                   std::uint64_t vertex_count, const std::string& place);
 

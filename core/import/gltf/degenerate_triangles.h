@@ -1,5 +1,5 @@
 #pragma once
-/// Triangles of a mesh without an area in mesh space, and what is found on the way.
+/// Counts triangles of a mesh that have no area in mesh space.
 
 #include <cstdint>
 
@@ -8,18 +8,20 @@
 
 namespace sightline::gltf {
 
+/// The counts of a mesh.
 struct DegenerateTriangles {
   std::uint64_t nonfinite = 0;   ///< a corner is not finite
   std::uint64_t degenerate = 0;  ///< finite corners on one line, exactly
-  bool all_used = false;         ///< each position is a corner of a triangle, of these too
+  bool all_used = false;  ///< each position is a corner of a triangle, degenerate ones included
 };
 
-/// Both kinds, in mesh space. A placement may flatten more triangles (a scale of zero), and the
-/// rounding of its world positions may lift or flatten one by an ulp: those are not counted here.
-/// Cost: a few nanoseconds per triangle, a byte for each position meanwhile. Parallel.
+/// Counts both kinds in mesh space. A placement may flatten more triangles (a scale of zero), and
+/// rounding of world positions may change whether one is flat; such triangles are not counted.
+/// Parallel. Cost: a few nanoseconds per triangle, and a byte of memory per position during the
+/// call.
 DegenerateTriangles count_degenerate_triangles(const Mesh& mesh);
 
-/// Adds what was found in a mesh to the counts, and warns of it.
+/// Adds what was found in a mesh to `counts`, and adds a warning if there is any.
 void add_degenerate_triangles(const DegenerateTriangles& found, const Mesh& mesh,
                               ImportCounts& counts, Warnings& warnings);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// The GLB container: a 12-byte header, a JSON chunk, at most one BIN chunk, unknown chunks.
+/// Splits the GLB container: a 12-byte header, a JSON chunk, at most one BIN chunk, unknown chunks.
 
 #include <cstddef>
 #include <optional>
@@ -9,14 +9,15 @@
 
 namespace sightline::gltf {
 
-/// Views into the caller's bytes.
+/// The chunks of a GLB file, as views of the caller's bytes.
 struct GlbChunks {
   std::span<const std::byte> json;
   std::optional<std::span<const std::byte>> binary;
-  std::size_t bytes_after_end = 0;  ///< beyond the length that the header states; ignored
+  /// bytes after the length that the header states, which are ignored
+  std::size_t bytes_after_end = 0;
 };
 
-/// Whether the bytes begin with "glTF".
+/// True if the bytes begin with "glTF".
 bool has_glb_magic(std::span<const std::byte> bytes);
 
 /// Splits a GLB file. Every length is checked against the bytes; chunks must be aligned to 4 bytes.

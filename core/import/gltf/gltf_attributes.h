@@ -1,6 +1,6 @@
 #pragma once
-/// Vertex attributes of a document, which hits may need. An invalid attribute never makes a file
-/// invalid: it is left out with a warning.
+/// Reads which vertex attributes a document has. An invalid attribute does not make a file invalid:
+/// it is left out with a warning.
 
 #include <nlohmann/json.hpp>
 
@@ -10,8 +10,9 @@
 
 namespace sightline::gltf {
 
-/// Moves them into document.attributes. `draco` is the primitive's extension, or null.
-/// Precondition: nothing of the primitive was erased before.
+/// Moves the attributes of a primitive from its JSON into document.attributes. `draco` is the
+/// primitive's KHR_draco_mesh_compression, or null. `at` is the place of the primitive, for
+/// warnings. Must be called before other members of the primitive are erased.
 void take_attributes(nlohmann::json& primitive, nlohmann::json* draco, const Counts& counts,
                      std::size_t mesh, std::size_t number, GltfDocument& document, const Place& at);
 

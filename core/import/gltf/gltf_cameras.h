@@ -1,6 +1,6 @@
 #pragma once
-/// Cameras of a file. No answer about triangles needs one, so an invalid camera never prevents
-/// loading.
+/// Reads the cameras of a document. No answer about triangles needs a camera, so an invalid one
+/// does not prevent loading.
 
 #include <nlohmann/json.hpp>
 
@@ -8,7 +8,8 @@
 
 namespace sightline::gltf {
 
-/// Fills document.cameras and camera_of_node from the file's JSON, which is not checked yet.
+/// Sets document.cameras and document.camera_of_node from the file's JSON. The JSON need not have
+/// been checked.
 void take_cameras(const nlohmann::json& root, GltfDocument& document);
 
 }  // namespace sightline::gltf

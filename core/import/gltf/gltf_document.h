@@ -1,7 +1,7 @@
 #pragma once
-/// The structure of a glTF file, checked: types, ranges of references and required members need no
-/// further checks. Lengths against real bytes, the graph of nodes and the values in accessors are
-/// not checked yet.
+/// GltfDocument: the structure of a glTF file after checks. The types of members, the ranges of
+/// references, and required members are valid. Not yet checked are lengths against real bytes, the
+/// graph of nodes, and the values in accessors.
 
 #include <tiny_gltf.h>
 
@@ -21,73 +21,81 @@
 
 namespace sightline::gltf {
 
-/// A buffer as the file states it; where its bytes are is found when they are first needed.
+/// A buffer as the file states it. BufferStore finds its bytes when they are first needed.
 struct BufferEntry {
   std::uint64_t byte_length = 0;
   bool has_uri = false;
   std::string uri;
-  bool fallback_only = false;  ///< EXT_meshopt_compression: no bytes, only a place for decoded ones
+  /// EXT_meshopt_compression: the buffer has no bytes; compressed views refer to it
+  bool fallback_only = false;
 };
 
+/// A skin.
 struct SkinEntry {
-  std::vector<std::uint32_t> joints;         ///< indices in the file's "nodes"
-  std::optional<std::size_t> inverse_binds;  ///< accessor; nothing: identities
+  std::vector<std::uint32_t> joints;         ///< indices of nodes in the file
+  std::optional<std::size_t> inverse_binds;  ///< accessor; empty: all matrices are the identity
 };
 
-/// KHR_draco_mesh_compression of a primitive.
+/// The extension KHR_draco_mesh_compression of a primitive.
 struct DracoEntry {
-  std::size_t view = 0;                             ///< bufferView of the compressed bytes
-  std::map<std::string, std::uint32_t> attributes;  ///< ids of the attributes that rays need
+  std::size_t view = 0;  ///< bufferView of the compressed bytes
+  /// by name of the attribute: its id in the compressed bytes, for attributes that rays need
+  std::map<std::string, std::uint32_t> attributes;
 };
 
 inline constexpr std::array<const char*, kVertexAttributes> kVertexAttributeNames = {
     "NORMAL", "TEXCOORD_0", "COLOR_0"};
 
-/// The bounds that an accessor states for its numbers: three of min and of max, or more or fewer,
-/// or a min above its max. They are not trusted.
+/// What an accessor states as min and max of its numbers: nothing usable (kNone), three of each
+/// with min <= max (kOrdered), or a min above its max (kCrossed). The values are not trusted.
 enum class StatedBounds : std::uint8_t { kNone, kOrdered, kCrossed };
 
-/// The accessors of a primitive's attributes, by VertexAttribute.
+/// The accessors of the vertex attributes of a primitive. Arrays are indexed by VertexAttribute.
 struct AttributeEntry {
-  std::array<int, kVertexAttributes> accessor = {-1, -1, -1};         ///< -1: none, or a wrong one
-  std::array<std::optional<std::uint32_t>, kVertexAttributes> draco;  ///< ids of compressed ones
-  /// One for each morph target: bit i says that it moves VertexAttribute i.
+  std::array<int, kVertexAttributes> accessor = {-1, -1, -1};  ///< -1: absent or invalid
+  /// id in the Draco bytes, if compressed
+  std::array<std::optional<std::uint32_t>, kVertexAttributes> draco;
+  /// For each morph target a bit set: bit i means that the target moves VertexAttribute i.
   std::vector<std::uint8_t> moved_by;
 };
 
+/// A checked glTF document.
 struct GltfDocument {
-  /// Nodes, meshes, accessors and bufferViews, and the requested scene alone.
-  /// Everything that rays do not need was erased before: images, textures, materials, animations,
-  /// cameras, extras, bounds of accessors, attributes that move no position. `attributes` names
-  /// some of those.
+  /// The nodes, meshes, accessors, bufferViews and the requested scene; other members are empty.
+  /// What rays do not need was erased: images, textures, materials, animations, cameras, extras,
+  /// bounds of accessors, and attributes that do not move positions. The members below hold what is
+  /// still needed of those.
   tinygltf::Model model;
   std::vector<BufferEntry> buffers;
   std::vector<StatedBounds> stated_bounds;                          ///< by accessor
   std::map<std::size_t, MeshoptView> meshopt;                       ///< by bufferView
   std::map<std::pair<std::size_t, std::size_t>, DracoEntry> draco;  ///< by mesh and primitive
-  std::map<std::pair<std::size_t, std::size_t>, AttributeEntry> attributes;  ///< likewise
+  /// by mesh and primitive
+  std::map<std::pair<std::size_t, std::size_t>, AttributeEntry> attributes;
   std::vector<Material> materials;
   std::vector<SkinEntry> skins;
-  std::vector<std::optional<Camera>> cameras;         ///< what is wrong with one is a warning
-  std::map<std::size_t, std::size_t> camera_of_node;  ///< both in range
-  std::map<std::size_t, std::uint32_t> masks;         ///< by node: extras.sightline.mask
-  bool has_scene = false;       ///< false: the file names none, every root node is loaded
-  bool draco_required = false;  ///< KHR_draco_mesh_compression is required, there is no fallback
-  bool quantization = false;    ///< KHR_mesh_quantization is used or required
+  std::vector<std::optional<Camera>> cameras;         ///< empty: invalid, there is a warning
+  std::map<std::size_t, std::size_t> camera_of_node;  ///< node to camera, both in range
+  std::map<std::size_t, std::uint32_t> masks;         ///< by node: its extras.sightline.mask
+  bool has_scene = false;  ///< false: the file names no scene, every root node is loaded
+  /// the file requires KHR_draco_mesh_compression: accessors have no uncompressed bytes
+  bool draco_required = false;
+  bool quantization = false;  ///< KHR_mesh_quantization is used or required
 
   static bool has_view(const tinygltf::Accessor& accessor) { return accessor.bufferView >= 0; }
 
-  /// Scenes, images, animations and attributes that were erased. Nodes and meshes are counted where
-  /// they are traversed.
+  /// Counts of scenes, images, animations and attributes that were erased. Nodes and meshes are
+  /// counted when they are traversed.
   ImportSkips skipped;
-  std::vector<std::string> image_uris;  ///< only when nothing is to be skipped
+  std::vector<std::string> image_uris;  ///< set only if ImportOptions::skip is false
 
   std::vector<std::string> warnings;
 };
 
-/// Guards, parses, thins and checks the JSON, and fills the model from what is left.
-/// Errors: GLTF_JSON_*, GLTF_LIMIT_*, GLTF_VALUE_INVALID, GLTF_REFERENCE_INVALID,
-/// GLTF_VERSION_UNSUPPORTED, GLTF_EXTENSION_UNSUPPORTED, GLTF_SCENE_UNKNOWN. Throws what nlohmann and the allocator throw.
+/// Checks the JSON text of a glTF file, erases what rays do not need, and fills a document from the
+/// rest. Errors: GLTF_JSON_*, GLTF_LIMIT_*, GLTF_VALUE_INVALID, GLTF_REFERENCE_INVALID,
+/// GLTF_VERSION_UNSUPPORTED, GLTF_EXTENSION_UNSUPPORTED, GLTF_SCENE_UNKNOWN. Throws the exceptions
+/// of nlohmann and the allocator.
 Result<GltfDocument> read_document(std::string_view json, const ImportOptions& options);
 
 inline constexpr const char* kQuantization = "KHR_mesh_quantization";

@@ -1,6 +1,6 @@
 #pragma once
-/// Fills the structures of tinygltf from JSON that is parsed and checked already. Its own reader
-/// would need the text again.
+/// Fills tinygltf's structures from JSON that is already parsed and checked. tinygltf's own reader
+/// would need the text, and parse it again.
 
 #include <tiny_gltf.h>
 
@@ -8,8 +8,9 @@
 
 namespace sightline::gltf {
 
-/// Takes the scenes, nodes, meshes, accessors and bufferViews of `root`, whose strings are moved.
-/// The bufferView of an accessor that names none is -1. Precondition: thin_gltf found nothing wrong.
+/// Returns a model with the scenes, nodes, meshes, accessors and bufferViews of `root`; moves the
+/// strings out of `root`. An accessor without a bufferView gets -1. Precondition: thin_gltf found
+/// no error in `root`.
 tinygltf::Model read_model(nlohmann::json& root);
 
 }  // namespace sightline::gltf

@@ -1,6 +1,6 @@
 #pragma once
-/// The sections of a glTF file's JSON that hold geometry, checked and thinned one by one. A part of
-/// gltf_thinning.cpp and gltf_attributes.cpp; nothing else includes it.
+/// Functions that check one section of a glTF file's JSON each, and erase from it what rays do not
+/// need. Included by gltf_thinning.cpp and gltf_attributes.cpp only.
 
 #include <nlohmann/json.hpp>
 
@@ -9,16 +9,18 @@
 
 namespace sightline::gltf {
 
-/// Sizes of the sections, which references are held against.
+/// Numbers of elements of the sections; references are checked against them.
 struct Counts {
   std::size_t nodes = 0, meshes = 0, accessors = 0, views = 0, buffers = 0;
 };
 
-/// Erases everything of "extensions" but `name`, and returns that member if it is present.
+/// Erases every member of object.extensions except `name`. Returns that member, or null if absent.
 nlohmann::json* only_extension(nlohmann::json& object, const char* name, JsonChecker& check,
                                const Place& at);
 
-// Each takes a section (nullptr: the file has none), and leaves what is wrong in `check`.
+// Each function checks a section (`list` is null if the file has none) and reports the first error
+// to `check`. take_ functions move the section into `document`; thin_ functions leave it in the
+// JSON, without what rays do not need.
 void take_buffers(nlohmann::json* list, GltfDocument& document, JsonChecker& check,
                   const Place& at);
 void take_skins(nlohmann::json* list, const Counts& counts, GltfDocument& document,

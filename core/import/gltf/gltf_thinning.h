@@ -1,5 +1,5 @@
 #pragma once
-/// Makes the JSON of a glTF file small and certain before a model is made of it.
+/// Reduces the JSON of a glTF file to what rays need, and checks it, before a model is made of it.
 
 #include <nlohmann/json.hpp>
 
@@ -8,9 +8,9 @@
 
 namespace sightline::gltf {
 
-/// Checks asset.version and extensionsRequired, moves buffers, materials and the choice of scene
-/// into `document`, checks every member of the sections that stay, and erases all others. What is
-/// wrong is left in `check`.
+/// Checks asset.version and extensionsRequired; moves buffers, materials and the choice of scene
+/// into `document`; checks every member of the remaining sections; erases all other sections.
+/// Reports the first error to `check`.
 void thin_gltf(nlohmann::json& root, const ImportOptions& options, GltfDocument& document,
                JsonChecker& check);
 

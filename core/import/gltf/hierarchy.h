@@ -1,5 +1,5 @@
 #pragma once
-/// The nodes of the chosen scene with their world matrices.
+/// Lists the nodes of the chosen scene with their world matrices.
 
 #include <vector>
 
@@ -10,10 +10,10 @@
 
 namespace sightline::gltf {
 
-/// Walks depth first from the roots, children in file order, without recursion. A root's world
-/// matrix is its own; a child's is parent * child by Affine's operator*.
-/// The whole file's graph is checked, also the part that is not loaded: every node has at most one
-/// parent, none is its own ancestor, roots have no parent and are listed once.
+/// Walks depth first from the scene's roots, children in the order of the file, without recursion.
+/// The world matrix of a root is its own matrix; that of a child is parent * child by Affine's
+/// operator*. Checks the graph of the whole file, including parts that are not loaded: a node has
+/// at most one parent and is not its own ancestor; roots have no parent and are listed once.
 /// Errors: GLTF_HIERARCHY_INVALID, GLTF_TRANSFORM_INVALID, GLTF_LIMIT_NODE_DEPTH.
 Result<std::vector<Node>> walk_scene(const GltfDocument& document, const ImportLimits& limits,
                                      Warnings& warnings);

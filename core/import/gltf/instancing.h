@@ -1,5 +1,5 @@
 #pragma once
-/// EXT_mesh_gpu_instancing: one node, many placements of its mesh.
+/// Reads EXT_mesh_gpu_instancing: a node that places its mesh many times.
 
 #include <optional>
 #include <vector>
@@ -11,12 +11,12 @@
 
 namespace sightline::gltf {
 
-/// The placements of a node that has the extension, relative to the node; empty for a node without
-/// it. Instance i is from_trs(translation_i, rotation_i, scale_i). The values are float64, widened
-/// from float32 or decoded from normalised integers. An absent attribute is the identity.
+/// Returns the placements of a node relative to the node; empty if the node does not have the
+/// extension. Instance i is from_trs(translation_i, rotation_i, scale_i) in float64. Values are
+/// widened from float32, or decoded from normalised integers. An absent attribute is the identity.
 /// TRANSLATION and SCALE are float32 VEC3, ROTATION is VEC4 of float32 or normalised i8 or i16.
 ///
-/// room    how many more instances the limits allow
+/// room    number of instances that the limits still allow
 ///
 /// Errors: GLTF_INSTANCING_INVALID, GLTF_LIMIT_INSTANCES, GLTF_TRANSFORM_INVALID, those of
 /// AccessorReader::view.

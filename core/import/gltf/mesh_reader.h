@@ -1,5 +1,5 @@
 #pragma once
-/// Meshes of a file, each read when the first instance needs it and stored once.
+/// MeshReader: reads a mesh of a file when a node first needs it, once for each pose.
 
 #include <cstdint>
 #include <map>
@@ -22,10 +22,11 @@
 
 namespace sightline::gltf {
 
+/// Adds meshes to a scene description.
 class MeshReader {
  public:
-  /// Vertex attributes are copied or left out as AttributeReader says. All arguments must outlive
-  /// the reader.
+  /// AttributeReader states which vertex attributes are copied or left out. All arguments must
+  /// outlive the reader.
   MeshReader(const GltfDocument& document, AccessorReader& accessors, const SharedBytes& shared,
              bool copies_attributes, Budget& budget, SceneDescription& scene, Warnings& warnings)
       : document_(document),
@@ -39,35 +40,36 @@ class MeshReader {
         single_primitive_(accessors, attributes_, shared, budget, scene, warnings),
         skins_(document, accessors, budget, scene.nodes, warnings) {}
 
-  /// The mesh that a node shows, as an index in scene.meshes; nothing when it has no triangles.
-  /// Nodes that show the same mesh with the same morph weights and skin share it. With a skin, its
-  /// positions are the world's, whatever the node's matrix says. Only the range of vertices that
-  /// triangles use is read, at the latest by finish: until then the mesh may be null. Precondition:
-  /// scene.nodes is complete.
-  /// Errors: GLTF_INDEX_OUT_OF_RANGE, GLTF_LIMIT_TRIANGLES, GLTF_LIMIT_GEOMETRY_BYTES, those of
-  /// PrimitiveSources::find and SkinReader::joints.
+  /// Returns the index in scene.meshes of the mesh that a node shows; empty if it has no triangles.
+  /// Nodes that show one mesh with equal morph weights and the same skin share the index. The
+  /// positions of a skinned mesh are in world space, whatever the node's matrix. Only the vertices
+  /// that triangles use are read. The mesh may be null until finish(). Precondition: scene.nodes is
+  /// complete. Errors: GLTF_INDEX_OUT_OF_RANGE, GLTF_LIMIT_TRIANGLES, GLTF_LIMIT_GEOMETRY_BYTES,
+  /// those of PrimitiveSources::find and SkinReader::joints.
   Result<std::optional<std::uint32_t>> mesh_of(const tinygltf::Node& node);
-  /// To be called at the end, after an error too: what is wrong with a mesh that has not been read
-  /// yet came before it. Errors: as mesh_of.
+  /// Reads the meshes that are not read yet. Must be called at the end, also after an error of
+  /// mesh_of: an error that it returns belongs to an earlier mesh, and replaces that one. Errors:
+  /// those of mesh_of.
   Status finish() { return single_primitive_.load(); }
-  /// How many meshes of the file it was asked for.
+  /// The number of meshes of the file that mesh_of was called for.
   std::size_t shown() const;
 
  private:
-  /// Vertices of one accessor (with its targets) that stand in the mesh already.
+  /// Vertices of an accessor (and its morph targets) that are in the mesh already.
   struct Loaded {
     std::uint32_t low = 0, high = 0, base = 0;
   };
   using LoadedParts = std::map<std::vector<int>, Loaded>;
 
-  /// Opens a primitive and checks it before anything is allocated for it. Empty if it has no
+  /// Opens a primitive and checks it before memory is allocated for it. Empty if it has no
   /// triangles.
   Result<std::optional<PrimitiveSource>> open_primitive(std::size_t number, const Pose& pose,
                                                         Mesh& mesh);
   Result<std::optional<std::uint32_t>> read_lone(Mesh mesh, const Pose& pose);
   Result<std::optional<std::uint32_t>> read_joined(Mesh mesh, const Pose& pose);
   Status append_primitive(std::size_t number, const Pose& pose, Mesh& mesh, LoadedParts& loaded);
-  /// Makes sure that the vertices of `range` stand in the mesh; says where the first of them is.
+  /// Appends the vertices of `range` to the mesh unless they are in it; returns the index of the
+  /// first.
   Result<std::uint32_t> append_positions(const tinygltf::Primitive& source,
                                          const PrimitiveSource& found, const CornerRange& range,
                                          Mesh& mesh, LoadedParts& loaded);
@@ -85,7 +87,7 @@ class MeshReader {
   AttributeReader attributes_;
   SinglePrimitiveMeshes single_primitive_;
   SkinReader skins_;
-  /// By mesh, morph weights and skin.
+  /// By mesh, morph weights and skin: the result of mesh_of.
   std::map<std::tuple<int, std::vector<double>, int>, std::optional<std::uint32_t>> known_;
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Vertex positions as the file encodes them: decoded, morphed, rounded once.
+/// Reads vertex positions: decodes them, applies morph targets and skin, and rounds once.
 
 #include <cstdint>
 #include <vector>
@@ -10,18 +10,19 @@
 
 namespace sightline::gltf {
 
-/// A morph target with a weight that is not zero.
+/// A morph target whose weight is not zero.
 struct WeightedTarget {
   AccessorView deltas;
   double weight = 0;
 };
 
-/// Writes positions first .. first + count - 1. Per component, in float64 without FMA:
-///   p = base;  p = p + w_k * d_k  for each target k in file order;  p is posed by the skin when
-///   there is one (skinning.h);  round p once to float32
+/// Writes positions first .. first + count - 1 to `out`. For each component, in float64 without
+/// FMA:
+///   p = base;  p = p + w_k * d_k  for each target k in the order of the file;
+///   if there is a skin, p is posed (skinning.h);  p is rounded once to float32
 /// base and d_k are float32 widened, or integers decoded by glTF's formula (accessor.h). A float32
-/// position without targets and skin is copied as it stands. Targets whose weight is zero are left
-/// out. What it gives and its errors are those of pose().
+/// position without targets and skin is copied unchanged. Returns the result of pose(): the number
+/// of vertices with unbalanced weights, or an error.
 Result<std::uint64_t> load_positions(const AccessorView& base,
                                      const std::vector<WeightedTarget>& targets,
                                      const Skinning& skinning, std::uint64_t first,

@@ -1,5 +1,6 @@
 #pragma once
-/// The parts of a primitive of triangles, found and checked before anything is allocated for it.
+/// PrimitiveSource: the accessors of a primitive of triangles, checked before memory is allocated
+/// for its mesh.
 
 #include <cstdint>
 #include <memory>
@@ -21,28 +22,31 @@
 
 namespace sightline::gltf {
 
-inline constexpr std::uint64_t kMostVertices = 0xfffffffeu;  ///< so that an index is a u32
+inline constexpr std::uint64_t kMostVertices = 0xfffffffeu;  ///< a vertex index must fit 32 bits
 
-/// How a node shows a mesh.
+/// The pose in which a node shows a mesh.
 struct Pose {
-  std::vector<double> weights;            ///< of morph targets
-  const JointMatrices* joints = nullptr;  ///< of its skin, if it has one
+  std::vector<double> weights;            ///< weights of morph targets
+  const JointMatrices* joints = nullptr;  ///< matrices of the node's skin; null without one
 };
 
+/// A primitive whose views are checked.
 struct PrimitiveSource {
   std::string place;  ///< "mesh 3, primitive 0"
   AccessorView positions;
   std::optional<AccessorView> indices;
   std::vector<WeightedTarget> targets;
   Skinning skinning;
-  std::unique_ptr<const DracoMesh> decoded;  ///< what the views point into, when it was compressed
+  /// the memory of the views if the primitive is Draco-compressed
+  std::unique_ptr<const DracoMesh> decoded;
 };
 
-/// Counts its vertices of `range`, which will be read, and has those of targets and skin fetched.
-/// Returned are the positions that are the file's (AccessorReader::count).
+/// Counts the vertices of `range` as read, and prefetches those of morph targets and skin. Returns
+/// the bytes of the positions that are in the file (AccessorReader::count).
 std::span<const std::byte> count_vertices(const PrimitiveSource& found, const CornerRange& range,
                                           AccessorReader& accessors);
 
+/// Finds and checks primitives. All arguments must outlive it.
 class PrimitiveSources {
  public:
   PrimitiveSources(const GltfDocument& document, ViewStore& views, AccessorReader& accessors,
@@ -53,17 +57,18 @@ class PrimitiveSources {
         budget_(budget),
         warnings_(warnings) {}
 
-  /// Precondition: the primitive has POSITION and is made of triangles.
-  /// Errors: GLTF_ACCESSOR_INVALID, GLTF_SKIN_INVALID, GLTF_COMPRESSION_INVALID,
-  /// GLTF_EXTENSION_UNSUPPORTED, GLTF_LIMIT_GEOMETRY_BYTES, those of AccessorReader::view.
+  /// Returns the views of a primitive; decodes it if it is compressed. Precondition: the primitive
+  /// has POSITION and is made of triangles. Errors: GLTF_ACCESSOR_INVALID, GLTF_SKIN_INVALID,
+  /// GLTF_COMPRESSION_INVALID, GLTF_EXTENSION_UNSUPPORTED, GLTF_LIMIT_GEOMETRY_BYTES, those of
+  /// AccessorReader::view.
   Result<PrimitiveSource> find(std::size_t mesh, std::size_t primitive, const Pose& pose);
 
  private:
-  /// What KHR_draco_mesh_compression holds. nullptr without the extension, and when the file does
-  /// not require it and the accessors have bytes of their own: those are what was compressed.
+  /// Decodes KHR_draco_mesh_compression. Null without the extension, and if the file does not
+  /// require it and the accessors have uncompressed bytes, which are then used.
   Result<std::unique_ptr<const DracoMesh>> decoded(std::size_t mesh, std::size_t primitive,
                                                    const std::string& place);
-  /// The view of an attribute, decoded or in the file.
+  /// A view of an attribute: of `decoded` if not null, else of the file.
   Result<AccessorView> attribute_view(int accessor, const DecodedElements* decoded);
   Result<AccessorView> position_view(int accessor, const std::string& place,
                                      const DecodedElements* decoded);
@@ -71,7 +76,7 @@ class PrimitiveSources {
   Result<std::vector<WeightedTarget>> target_views(const tinygltf::Primitive& primitive,
                                                    const std::vector<double>& weights,
                                                    std::uint64_t count, const std::string& place);
-  /// JOINTS_n and WEIGHTS_n for n = 0, 1, ... as far as there are any.
+  /// The views of JOINTS_n and WEIGHTS_n for n = 0, 1, ... up to the last that exists.
   Result<std::vector<InfluenceSet>> influence_sets(const tinygltf::Primitive& primitive,
                                                    const PrimitiveSource& found,
                                                    const DracoEntry* draco);

@@ -1,5 +1,5 @@
 #pragma once
-/// The twin of an import that skips nothing, to measure what skipping saves.
+/// Reads what an import skips, to measure how much time skipping saves.
 
 #include <cstddef>
 #include <span>
@@ -12,9 +12,9 @@
 
 namespace sightline::gltf {
 
-/// Reads what the import of `scene` left out: every byte of the file, of its buffers and of its
+/// Reads what the import of `scene` did not read: every byte of the file, of its buffers and of its
 /// images, and the positions and indices of every mesh that the scene does not show. Stores nothing
-/// and ignores errors; the description does not change.
+/// and ignores errors; the scene description does not change.
 void read_what_was_skipped(const GltfDocument& document, std::span<const std::byte> file,
                            BufferStore& buffers, AccessorReader& accessors,
                            const ImportLimits& limits, const SceneDescription& scene);

@@ -1,5 +1,6 @@
 #pragma once
-/// Meshes of one primitive, as nearly all are: found one after the other, loaded side by side.
+/// SinglePrimitiveMeshes: collects meshes of one primitive, which are most meshes, and loads them
+/// in parallel.
 
 #include <cstdint>
 #include <memory>
@@ -18,9 +19,10 @@
 
 namespace sightline::gltf {
 
+/// A queue of meshes to load.
 class SinglePrimitiveMeshes {
  public:
-  /// All of these must outlive it.
+  /// All arguments must outlive the object.
   SinglePrimitiveMeshes(AccessorReader& accessors, AttributeReader& attributes,
                         const SharedBytes& shared, Budget& budget, SceneDescription& scene,
                         Warnings& warnings)
@@ -31,12 +33,13 @@ class SinglePrimitiveMeshes {
         scene_(scene),
         warnings_(warnings) {}
 
-  /// Takes on a mesh that has its one primitive, but no positions and no indices: it is
-  /// scene.meshes[number], which is null until load. Loads all that wait where that is worth it,
-  /// or where this one needs more than copying. Errors: as load.
+  /// Appends a mesh that has its one primitive, but no positions and indices yet. `number` is its
+  /// index in scene.meshes, where it is null until it is loaded. Loads all waiting meshes if they
+  /// are large enough, or if this mesh needs more than copying. Errors: those of load().
   Status add(std::uint32_t number, Mesh mesh, PrimitiveSource found, int mode, const Pose& pose);
-  /// Loads all that wait. Parallel, each as if it were alone: the error is that of the first one
-  /// that has any. Errors: GLTF_INDEX_OUT_OF_RANGE, GLTF_LIMIT_GEOMETRY_BYTES, those of pose.
+  /// Loads all waiting meshes in parallel. The result is that of loading them one after the other:
+  /// if several have errors, the first one's error is returned. Errors: GLTF_INDEX_OUT_OF_RANGE,
+  /// GLTF_LIMIT_GEOMETRY_BYTES, those of pose.
   Status load();
 
  private:
@@ -46,9 +49,12 @@ class SinglePrimitiveMeshes {
     PrimitiveSource found;
     int mode;
     Pose pose;
-    std::size_t first_corner = 0, first_vertex = 0;  ///< in the memory that all of them share
-    std::span<const std::byte> corner_bytes = {};    ///< of the file, about to be read
-    std::span<const std::byte> vertex_bytes = {};    ///< likewise
+    /// in the memory that all waiting meshes share
+    std::size_t first_corner = 0, first_vertex = 0;
+    /// bytes of the indices in the file, which will be read
+    std::span<const std::byte> corner_bytes = {};
+    /// bytes of the vertices in the file, which will be read
+    std::span<const std::byte> vertex_bytes = {};
     std::optional<Result<CornerRange>> range = {};
     std::optional<Result<std::uint64_t>> unbalanced = {};
     DegenerateTriangles degenerate_triangles = {};
@@ -66,7 +72,7 @@ class SinglePrimitiveMeshes {
   SceneDescription& scene_;
   Warnings& warnings_;
   std::vector<Waiting> waiting_;
-  std::uint64_t triangles_ = 0;  ///< of those that wait
+  std::uint64_t triangles_ = 0;  ///< triangles of all waiting meshes
 };
 
 }  // namespace sightline::gltf

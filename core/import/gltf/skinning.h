@@ -1,5 +1,5 @@
 #pragma once
-/// Skins, posed by the file's own node transforms [glTF2] 3.7.3.
+/// Skins: moves vertices by the matrices of joints, which are the file's own nodes [glTF2] 3.7.3.
 
 #include <cstdint>
 #include <map>
@@ -16,38 +16,39 @@
 
 namespace sightline::gltf {
 
-/// Four joints and their weights for each vertex: JOINTS_n and WEIGHTS_n.
+/// Four joints and four weights for each vertex: the accessors JOINTS_n and WEIGHTS_n.
 struct InfluenceSet {
   AccessorView joints;
   AccessorView weights;
 };
 
-/// Joint k's matrix is world_from_node(joint k) * inverse_bind(k), by Affine's operator*.
+/// The matrices of a skin's joints: joint k has world_from_node(joint k) * inverse_bind(k), by
+/// Affine's operator*.
 using JointMatrices = std::vector<Affine>;
 
-/// How a primitive is bound to a skin; without sets it is not.
+/// The skin of a primitive. Without sets the primitive has none.
 struct Skinning {
   const JointMatrices* joints = nullptr;
   std::vector<InfluenceSet> sets;
 };
 
-/// Poses `count` vertices, `first` being the number of points[0]. Per component, in float64 without
-/// FMA, over sets and joints in file order, weights of zero left out:
+/// Poses `count` vertices in place; points[0] is vertex number `first`. For each component, in
+/// float64 without FMA, over sets and joints in the order of the file, without weights of zero:
 ///   q = 0;  q = q + w_k * (J_k p)  with J_k p by Affine::apply
-/// Weights are taken as they stand (integers by glTF's formula), not made to sum to 1.
-/// Gives the number of vertices whose weights do not sum to 1 within 1%.
-/// Errors: GLTF_INDEX_OUT_OF_RANGE naming `place`.
+/// Weights are used as stored (integers by glTF's formula); they are not normalised to the sum 1.
+/// Returns the number of vertices whose weights do not sum to 1 within 1%. Errors:
+/// GLTF_INDEX_OUT_OF_RANGE naming `place`.
 Result<std::uint64_t> pose(const Skinning& skinning, std::uint64_t first, std::uint64_t count,
                            const std::string& place, Vec3d* points);
 
-/// Says of how many vertices the weights do not, if of any.
+/// Adds a warning that the weights of so many vertices do not sum to 1; no warning for 0.
 void warn_of_unbalanced(std::uint64_t vertices, const std::string& place, Warnings& warnings);
 
-/// Joint matrices of a file's skins, each computed when first needed.
+/// Joint matrices of a file's skins. Each skin is computed when first needed, and then cached.
 class SkinReader {
  public:
-  /// nodes  nodes of the loaded scene; joints() sets Node::is_joint; all arguments must outlive the
-  ///        reader
+  /// nodes  nodes of the loaded scene; joints() sets Node::is_joint
+  /// All arguments must outlive the reader.
   SkinReader(const GltfDocument& document, AccessorReader& accessors, Budget& budget,
              std::vector<Node>& nodes, Warnings& warnings)
       : document_(document),
@@ -56,14 +57,16 @@ class SkinReader {
         nodes_(nodes),
         warnings_(warnings) {}
 
-  /// Precondition: index is in range. Errors: GLTF_SKIN_INVALID (a joint outside of the loaded
-  /// scene, inverse bind matrices of another type or too few), GLTF_TRANSFORM_INVALID,
-  /// GLTF_LIMIT_GEOMETRY_BYTES, those of AccessorReader::view.
+  /// Returns the matrices of a skin; they live as long as the reader. Precondition: index is in
+  /// range. Errors: GLTF_SKIN_INVALID (a joint outside of the loaded scene; inverse bind matrices
+  /// of another type or too few), GLTF_TRANSFORM_INVALID, GLTF_LIMIT_GEOMETRY_BYTES, those of
+  /// AccessorReader::view.
   Result<const JointMatrices*> joints(std::size_t index);
 
  private:
   Result<JointMatrices> read(std::size_t index);
-  /// An inverse bind matrix; what its last row holds instead of 0 0 0 1 is left out.
+  /// Reads an inverse bind matrix; ignores its last row. Sets is_affine to false if that row is not
+  /// 0 0 0 1.
   Affine inverse_bind(const AccessorView& view, std::uint64_t joint, bool& is_affine);
 
   const GltfDocument& document_;

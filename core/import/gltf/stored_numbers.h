@@ -1,5 +1,6 @@
 #pragma once
-/// Attributes of vertices in the file's bytes: uncompressed, or compressed until the first request.
+/// Vertex attributes after the import: in the file's bytes, or compressed until a hit first
+/// requests them.
 
 #include <functional>
 #include <memory>
@@ -14,12 +15,12 @@
 
 namespace sightline::gltf {
 
-/// Elements whose bytes are there.
+/// An attribute whose bytes are uncompressed.
 class StoredNumbers : public VertexNumbers {
  public:
-  /// view    holds the vertices from `first` on
-  /// `owner`  owns its bytes
-  /// copied  how many of its bytes are in memory beside the file
+  /// view    holds the vertices from number `first` on
+  /// owner   owns the bytes of the view
+  /// copied  how many of these bytes are a copy in memory, rather than bytes of the file
   StoredNumbers(const AccessorView& view, std::uint64_t first, std::shared_ptr<const void> owner,
                 std::uint64_t copied)
       : view_(view), first_(first), owner_(std::move(owner)), copied_(copied) {}
@@ -40,6 +41,7 @@ class StoredNumbers : public VertexNumbers {
 };
 
 /// A value that is decoded from compressed bytes when it is first requested, and then cached.
+/// Thread-safe.
 template <class Decoded>
 class LateDecoded {
  public:
@@ -47,7 +49,9 @@ class LateDecoded {
   LateDecoded(SharedColumn<std::byte> compressed, bool is_copied, Decode decode)
       : compressed_(std::move(compressed)), is_copied_(is_copied), decode_(std::move(decode)) {}
 
-  /// Null: it cannot be decoded, now and ever. Throws std::bad_alloc, and then may be asked again.
+  /// Returns the decoded value. Adds to `touched` the compressed bytes of the file that the call
+  /// read. Null if the bytes cannot be decoded; later calls also return null. Throws
+  /// std::bad_alloc; a later call tries again.
   const Decoded* get(std::uint64_t& touched) const {
     std::call_once(once_, [&] {
       if (!is_copied_) touched += compressed_.size();
@@ -70,12 +74,13 @@ class LateDecoded {
   mutable std::optional<Decoded> made_;
 };
 
-/// Elements whose bytes have to be decoded first.
+/// An attribute whose bytes are decoded when a hit first requests them.
 class LateNumbers : public VertexNumbers {
  public:
-  /// Where they begin, or null. May throw std::bad_alloc.
+  /// Returns the first byte of the decoded elements, or null if they cannot be decoded. May throw
+  /// std::bad_alloc.
   using Begin = std::function<const std::byte*(std::uint64_t& touched)>;
-  /// `bytes` are those that wait in memory to be decoded.
+  /// bytes  size of the compressed bytes that are in memory
   LateNumbers(const AccessorView& view, Begin begin, std::uint64_t bytes)
       : view_(view), begin_(std::move(begin)), bytes_(bytes) {}
 

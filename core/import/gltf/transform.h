@@ -1,5 +1,5 @@
 #pragma once
-/// The transform that a file states for a node.
+/// The matrix of a node, from its matrix or from translation, rotation and scale.
 
 #include <tiny_gltf.h>
 
@@ -11,9 +11,9 @@
 
 namespace sightline::gltf {
 
-/// The node's matrix, or that of its TRS, or the identity. Errors: GLTF_TRANSFORM_INVALID where
-/// matrix_of has TRANSFORM_INVALID.
-/// warning  set when the rotation's squared length is not within 1% of 1
+/// Returns the node's matrix, or that of its translation, rotation and scale, or the identity. Sets
+/// `warning` if the squared length of the rotation is not within 1% of 1. Errors:
+/// GLTF_TRANSFORM_INVALID if matrix_of returns TRANSFORM_INVALID.
 Result<Affine> node_matrix(const tinygltf::Node& node, std::size_t index, std::string& warning);
 
 }  // namespace sightline::gltf

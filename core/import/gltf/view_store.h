@@ -1,7 +1,7 @@
 #pragma once
-/// The bytes behind a document's bufferViews: a part of a buffer as it stands, or what
-/// EXT_meshopt_compression makes of one, decoded when first needed and held until the end of the
-/// import.
+/// ViewStore: the bytes of a document's bufferViews. A view is a part of a buffer; if it has
+/// EXT_meshopt_compression, it is decoded when first needed and stays in memory until the end of
+/// the import.
 
 #include <cstdint>
 #include <map>
@@ -17,30 +17,29 @@ namespace sightline::gltf {
 
 class ViewStore {
  public:
-  /// All three must outlive the store.
+  /// All arguments must outlive the store.
   ViewStore(const GltfDocument& document, BufferStore& buffers, Budget& budget)
       : document_(document), buffers_(buffers), budget_(budget) {}
 
-  /// Exactly byteLength bytes. A view with the extension is always decoded; bytes that its buffer
-  /// may have for other readers are ignored. Precondition: index is in range. Errors:
-  /// GLTF_ACCESSOR_OUT_OF_BOUNDS, GLTF_COMPRESSION_INVALID, GLTF_LIMIT_GEOMETRY_BYTES, those of
-  /// BufferStore.
+  /// Returns the byteLength bytes of a view. A compressed view is always decoded; uncompressed
+  /// bytes that its buffer may have for other readers are ignored. Precondition: index is in range.
+  /// Errors: GLTF_ACCESSOR_OUT_OF_BOUNDS, GLTF_COMPRESSION_INVALID, GLTF_LIMIT_GEOMETRY_BYTES,
+  /// those of BufferStore.
   Result<std::span<const std::byte>> bytes(std::size_t index);
 
-  /// The bytes of a view that is compressed as the extension of a primitive says. Counts them as
-  /// read.
+  /// Returns the bytes of a view that hold a Draco-compressed primitive, and counts them as read.
   Result<std::span<const std::byte>> compressed(std::size_t index);
 
-  /// What a view with EXT_meshopt_compression is decoded from, which is not done. Precondition:
-  /// is_meshopt(index). Errors: those of bytes().
+  /// Returns the compressed bytes of a view with EXT_meshopt_compression without decoding them.
+  /// Precondition: is_meshopt(index). Errors: those of bytes().
   Result<std::span<const std::byte>> to_decode(std::size_t index);
   bool is_meshopt(std::size_t index) const { return document_.meshopt.count(index) != 0; }
 
-  /// BufferStore::is_at_hand of the buffer with its bytes, or with what they are decoded from.
+  /// BufferStore::is_at_hand for the buffer that has the view's bytes or its compressed bytes.
   bool is_at_hand(std::size_t index) const;
-  /// Whether reading this view reads the file, rather than what was decoded before.
+  /// True if the bytes are those of a file; false if they were decoded.
   bool is_mapped(std::size_t index) const;
-  /// How many compressed bytes of the file were read.
+  /// Total number of compressed bytes that were read from the file.
   std::uint64_t compressed_bytes() const { return compressed_bytes_; }
 
  private:

@@ -1,6 +1,6 @@
 #pragma once
-/// What the limits of an import still allow. All parts of an import that allocate memory share one
-/// budget.
+/// Budget: how many triangles and bytes the limits of an import still allow. All parts of an import
+/// share one budget.
 
 #include <cstdint>
 
@@ -10,21 +10,23 @@
 
 namespace sightline::gltf {
 
+/// Not thread-safe. The limits must outlive the budget.
 class Budget {
  public:
   explicit Budget(const ImportLimits& limits)
       : limits_(limits), triangles_(limits.triangles), bytes_(limits.geometry_bytes) {}
 
   const ImportLimits& limits() const { return limits_; }
+  /// Triangles that may still be added.
   std::uint64_t triangles() const { return triangles_; }
-  /// Triangles counted so far, these included.
+  /// The total number of triangles if `more_triangles` were added to those spent so far.
   std::uint64_t with(std::uint64_t more_triangles) const {
     return limits_.triangles - triangles_ + more_triangles;
   }
   /// Precondition: count <= triangles().
   void spend_triangles(std::uint64_t count) { triangles_ -= count; }
 
-  /// Errors: GLTF_LIMIT_GEOMETRY_BYTES.
+  /// Takes bytes from the budget, or returns GLTF_LIMIT_GEOMETRY_BYTES and takes none.
   Status spend_bytes(std::uint64_t count) {
     if (count > bytes_) {
       return beyond_limit("GEOMETRY_BYTES", "bytes of positions, indices and instances in memory",
@@ -33,7 +35,7 @@ class Budget {
     bytes_ -= count;
     return success();
   }
-  /// Returns bytes that were taken for memory that is free again.
+  /// Returns bytes to the budget after their memory was freed.
   void return_bytes(std::uint64_t count) { bytes_ += count; }
 
  private:

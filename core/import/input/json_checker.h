@@ -1,6 +1,6 @@
 #pragma once
-/// Checks of a JSON document that remember the first thing that is wrong, so that a reader can be
-/// written straight down and ask once at the end.
+/// JsonChecker: checks the members of a JSON document and remembers the first error, so that a
+/// reader needs to test for errors only once, at the end.
 
 #include <cstdint>
 #include <initializer_list>
@@ -14,12 +14,12 @@
 
 namespace sightline::gltf {
 
-/// A place in the document, linked on the stack; text is made only when something is wrong.
+/// A place in the document, as a linked list on the stack. Its text is built only for an error.
 struct Place {
   static constexpr std::size_t kMember = std::numeric_limits<std::size_t>::max();
   const Place* up = nullptr;
-  std::string_view name;        ///< of a member
-  std::size_t index = kMember;  ///< of an element
+  std::string_view name;        ///< name of the member
+  std::size_t index = kMember;  ///< index of the element; kMember for a member
 
   Place member(std::string_view key) const { return {this, key, kMember}; }
   Place element(std::size_t i) const { return {this, {}, i}; }
@@ -27,42 +27,47 @@ struct Place {
   std::string text() const;     ///< "nodes[5].mesh"
 };
 
-/// Integers may be written as 3 or 3.0 [glTF2] 2.7.1; the checker rewrites them as 3. All numbers
-/// are bounded by 2^53, beyond which JSON readers disagree.
+/// An integer may be written as 3 or 3.0 [glTF2] 2.7.1; the checker rewrites it as 3. The magnitude
+/// of a number is at most 2^53, because JSON readers disagree beyond that.
 class JsonChecker {
  public:
   static constexpr std::uint64_t kMost = 1ull << 53;
 
+  /// True if there was no error so far.
   bool good() const { return error_.code.empty(); }
-  /// Precondition: !good().
+  /// Returns the first error. Precondition: !good().
   Error take() { return std::move(error_); }
-  /// Only the first refusal counts.
+  /// Records an error unless there is one already.
   void refuse(Error error) {
     if (good()) error_ = std::move(error);
   }
   void refuse(const Place& at, const std::string& what);
 
-  /// The member, or nullptr when absent or wrong. Error: GLTF_VALUE_INVALID.
+  /// Returns the member if it is an array (or object); nullptr if it is absent, or invalid, which
+  /// is an error. Error: GLTF_VALUE_INVALID.
   nlohmann::json* array(nlohmann::json& object, const char* key, const Place& at);
   nlohmann::json* object(nlohmann::json& object, const char* key, const Place& at);
   bool is_object(const nlohmann::json& value, const Place& at);
-  /// Checks that a string member is one when present.
+  /// Checks that a member is a string (or boolean) if it is present.
   void text(const nlohmann::json& object, const char* key, const Place& at);
   void boolean(const nlohmann::json& object, const char* key, const Place& at);
-  /// An array of numbers; `count` 0 means any number of them.
+  /// Checks that a member is an array of `count` numbers if it is present; 0 means any number of
+  /// them.
   void numbers(const nlohmann::json& object, const char* key, const Place& at, std::size_t count);
-  /// 0 <= integer <= most.
+  /// Returns an integer from 0 to `most`; empty if it is absent or invalid. `required_integer`
+  /// returns 0 in these cases, and an absent member is an error.
   std::optional<std::uint64_t> integer(nlohmann::json& object, const char* key, const Place& at,
                                        std::uint64_t most = kMost);
   std::optional<std::uint64_t> integer(nlohmann::json& value, const Place& at,
                                        std::uint64_t most = kMost);
   std::uint64_t required_integer(nlohmann::json& object, const char* key, const Place& at,
                                  std::uint64_t most = kMost);
-  /// An index into `count` things called `what`. Error: GLTF_REFERENCE_INVALID.
+  /// Returns an index below `count`; empty if it is absent or invalid. `what` names the indexed
+  /// things in the error. Error: GLTF_REFERENCE_INVALID.
   std::optional<std::uint64_t> reference(nlohmann::json& object, const char* key, const Place& at,
                                          std::size_t count, const char* what);
   void reference(nlohmann::json& value, const Place& at, std::size_t count, const char* what);
-  /// Erases every other member.
+  /// Erases every member that is not in `keys`.
   static void keep_only(nlohmann::json& object, std::initializer_list<const char*> keys);
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-/// Checks JSON text before anything is built from it.
+/// Checks JSON text before a document is built from it.
 
 #include <string_view>
 
@@ -9,10 +9,10 @@
 
 namespace sightline::gltf {
 
-/// One pass without recursion and without a document: syntax, UTF-8, depth, number of values, and
-/// that no object names a key twice (which glTF forbids, and which readers resolve differently).
-/// Deeply nested text overflows tinygltf's stack; a text of "[],[],..." takes 30 times its size as
-/// a document. Returns what the text is made of.
+/// Checks syntax, UTF-8, depth, the number of values, and that no object names a key twice (glTF
+/// forbids that, and readers differ in how they resolve it). One pass without recursion that builds
+/// no document. Without this check, deep nesting would overflow tinygltf's stack, and a text of
+/// "[],[],..." would take 30 times its size as a document. Returns the counts of the text's parts.
 /// Errors: GLTF_JSON_INVALID, GLTF_JSON_DUPLICATE_KEY, GLTF_LIMIT_JSON_BYTES, _JSON_DEPTH,
 /// _JSON_VALUES.
 Result<JsonSize> guard_json(std::string_view text, const ImportLimits& limits);

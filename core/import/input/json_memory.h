@@ -1,9 +1,9 @@
 #pragma once
-/// Whether there is memory for what libraries build from JSON text, asked before they begin.
+/// Checks whether there is enough memory for a JSON document before the library builds it.
 ///
-/// nlohmann's destructor moves the values of a document to a stack on the heap: where that
-/// allocation fails, in a function that may not throw, the process ends. So a document is only
-/// begun when there is room for all of it and for its end.
+/// nlohmann's destructor moves the values of a document to a stack on the heap. If that allocation
+/// fails, inside a function that must not throw, the process ends. So a document is built only if
+/// there is memory for it and for its destruction.
 
 #include <cstdint>
 
@@ -13,21 +13,21 @@ namespace sightline::gltf {
 
 /// Counts of the parts of a JSON text.
 struct JsonSize {
-  std::uint64_t values = 0;    ///< of any kind; those below are among them
+  std::uint64_t values = 0;    ///< values of any kind, those below included
   std::uint64_t elements = 0;  ///< values in arrays
   std::uint64_t members = 0;   ///< values in objects, each with its key
   std::uint64_t arrays = 0, objects = 0, strings = 0;
-  std::uint64_t bytes = 0;  ///< of the text
+  std::uint64_t bytes = 0;  ///< size of the text
 };
 
-/// A bound of what nlohmann's document of such a text takes at its largest: while it grows, while
-/// it is written as text again, and while it is destroyed.
+/// An upper bound of the memory that nlohmann's document of such a text needs at any time: while it
+/// is built, while it is written as text, and while it is destroyed.
 std::uint64_t document_bytes(const JsonSize& size);
 
-/// Reserves twice these bytes of address space, because another thread may be growing as well, and
-/// gives them back. Refused under a limit of the address space (ulimit -v) or of what the system
-/// promises (overcommit off), which are what makes an allocation fail.
-/// Errors: GLTF_OUT_OF_MEMORY.
+/// Checks that `bytes` can be allocated: reserves twice as much address space, since another thread
+/// may allocate as well, and releases it. It fails under a limit of the address space (ulimit -v)
+/// or if the system does not overcommit memory; only then can an allocation fail. Errors:
+/// GLTF_OUT_OF_MEMORY.
 Status try_memory(std::uint64_t bytes);
 
 }  // namespace sightline::gltf

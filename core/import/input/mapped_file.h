@@ -1,5 +1,5 @@
 #pragma once
-/// A regular file mapped read-only. Only the pages that are touched are read.
+/// MappedFile: a regular file mapped read-only. The system reads only the pages that are accessed.
 
 #include <cstddef>
 #include <cstdint>
@@ -12,8 +12,9 @@ namespace sightline::gltf {
 
 class MappedFile {
  public:
+  /// Maps a file of at most `limit` bytes. Messages name it `name` and do not contain its path.
   /// Errors: GLTF_FILE_UNREADABLE (absent, not a regular file, no permission),
-  /// GLTF_LIMIT_FILE_BYTES. Messages call the file `name`, never by its path.
+  /// GLTF_LIMIT_FILE_BYTES.
   static Result<MappedFile> open(const std::filesystem::path& path, std::uint64_t limit,
                                  const std::string& name);
 
@@ -25,8 +26,8 @@ class MappedFile {
 
   std::span<const std::byte> bytes() const { return {data_, size_}; }
 
-  /// From now on the system reads the pages that are touched, or announced by will_need, and none
-  /// around them.
+  /// Turns off the prefetching of neighbours: from now on the system reads only pages that are
+  /// accessed or announced by will_need.
   void read_sparsely() const;
 
  private:
@@ -35,11 +36,11 @@ class MappedFile {
   std::size_t size_ = 0;
 };
 
-/// Tells the system that all of these bytes are about to be read: bytes of a mapped file are
-/// prefetched in one call. Other memory is not affected.
+/// Tells the system that these bytes will be read soon. It prefetches them if they are in a mapped
+/// file; there is no effect on other memory.
 void will_need(std::span<const std::byte> bytes);
 
-/// Reads every byte, in order.
+/// Reads every byte, in order, and discards it.
 void read_all(std::span<const std::byte> bytes);
 
 }  // namespace sightline::gltf

@@ -1,5 +1,5 @@
 #pragma once
-/// What a caller of an import chooses.
+/// ImportOptions: the choices of a caller of an import.
 
 #include <cstddef>
 #include <cstdint>
@@ -15,32 +15,34 @@
 
 namespace sightline {
 
-/// The bytes of a file beside the scene's, by its relative path, which has passed all checks of its
-/// text; they outlive the import.
+/// Returns the bytes of a file beside the scene's file. `path` is relative, and uri.h has checked
+/// it. The bytes must outlive the import.
 using NeighbourFinder = std::function<Result<std::span<const std::byte>>(const std::string& path)>;
 
 struct ImportOptions {
   ImportLimits limits = {};
-  /// Empty: the file's default scene, else its first, else (a file without scenes) every root node.
+  /// Index of the scene to load. Empty: the file's default scene, or its first scene, or every root
+  /// node if it has no scenes.
   std::optional<std::uint32_t> scene = {};
-  /// False: everything that a ray does not need is read as well, and thrown away (reference_import.h). The
-  /// description is the same but for counts.touched; what is wrong in the rest is no error.
+  /// False: reads and discards everything that rays do not need as well (reference_import.h). The
+  /// description is the same except for counts.touched; errors in what is discarded are ignored.
   bool skip = true;
-  /// For import_bytes. Empty: there are no other files.
+  /// Only for import_bytes: finds files beside the scene's. Empty: there are none.
   NeighbourFinder neighbour = {};
-  /// For import_bytes. Owns the bytes, which must not change while it lives. Meshes then refer to
-  /// positions and indices in place, unless these have to be changed. Null: they are copied.
-  /// (import_file copies, because anybody may write to the file.)
+  /// Only for import_bytes: owner of the bytes, which must not change while it lives. Meshes then
+  /// refer to positions and indices in these bytes, unless they have to be converted. Null: they
+  /// are copied. import_file always copies, because another process may write to the file.
   std::shared_ptr<const void> owner = {};
-  /// Called with each part of those bytes that may be read after the import, from several threads.
+  /// Called with each part of the bytes that may be read after the import. It is called from
+  /// several threads.
   std::function<void(std::span<const std::byte>)> claim = {};
-  /// Whether vertex attributes (normals, texture coordinates, colours) are copied, with what is
-  /// compressed along with them. It matters only without a `owner`: with one, they are never read
-  /// here, and hits read them in place. Without a `owner` and without copies no hit has
-  /// attributes.
+  /// True: vertex attributes (normals, texture coordinates, colours) are copied if there is no
+  /// `owner`, compressed ones as they are. False: without an `owner`, hits have no attributes. With
+  /// an `owner` this has no effect: attributes are not read by the import, and hits read them in
+  /// place.
   bool copies_attributes = false;
-  /// Reports the stage "importing", by nodes. The import ends early (CANCELLED) when it is
-  /// cancelled. May be null.
+  /// Gets the stage "importing", with the nodes as its total. If it is cancelled, the import ends
+  /// early with CANCELLED. May be null.
   Progress* progress = nullptr;
 };
 

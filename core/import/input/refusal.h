@@ -1,5 +1,6 @@
 #pragma once
-/// How this room words its errors: short, with the place, never echoing much of a hostile file.
+/// Makes the errors of this room: short, with the place, and with little text from an untrusted
+/// file.
 
 #include <cstdint>
 #include <string>
@@ -9,8 +10,8 @@
 
 namespace sightline::gltf {
 
-/// Text from the file for use in a message: cut to `most` bytes (at a character's border), control
-/// characters and bytes that are not UTF-8 replaced by '?'.
+/// Text from the file for a message: cut to at most `most` bytes at a character's border, with
+/// control characters and invalid UTF-8 replaced by '?'.
 std::string shortened(std::string_view text, std::size_t most = 60);
 
 inline Error invalid(std::string code, std::string message, std::string pointer = "") {
@@ -21,7 +22,7 @@ inline Error malformed(std::string code, std::string message, std::string pointe
   return {ErrorKind::kMalformed, std::move(code), std::move(message), std::move(pointer)};
 }
 
-/// "<what>: <value>, the limit is <limit>" under GLTF_LIMIT_<name>.
+/// The error GLTF_LIMIT_<name> with the message "<what>: <value>, the limit is <limit>".
 Error beyond_limit(std::string_view name, std::string_view what, std::uint64_t value,
                    std::uint64_t limit, std::string pointer = "");
 

@@ -1,5 +1,6 @@
 #pragma once
-/// Sentences about what was left out or put right; a hostile file cannot make them many.
+/// Warnings: sentences about what an import left out or corrected. Their number is limited, so that
+/// a hostile file cannot make too many.
 
 #include <cstddef>
 #include <string>
@@ -8,6 +9,7 @@
 
 namespace sightline::gltf {
 
+/// Retains the first kMost sentences, and counts the rest.
 class Warnings {
  public:
   static constexpr std::size_t kMost = 100;
@@ -19,6 +21,7 @@ class Warnings {
       ++dropped_;
     }
   }
+  /// Returns the sentences, and one that tells how many were dropped.
   std::vector<std::string> take() {
     if (dropped_ > 0) kept_.push_back("and " + std::to_string(dropped_) + " more warnings");
     return std::move(kept_);
