@@ -1,5 +1,5 @@
 #pragma once
-/// Answers of box queries as columns.
+/// Questions about boxes in a scene, and their answers as columns.
 
 #include <cstddef>
 #include <cstdint>
@@ -9,17 +9,17 @@
 
 namespace sightline {
 
-/// The items that a box query counts and lists.
+/// What a box query counts and lists.
 enum class BoxTargets {
   kTriangles,
-  kNodes,  ///< nodes of the file, one of whose instances has a triangle that touches the box
+  kNodes,  ///< nodes of the file; a node counts if one of its instances has a triangle that counts
 };
 
-/// Which triangles count.
+/// When a triangle counts for a box.
 enum class BoxRelation {
-  kIntersecting,  ///< those that have a point in the closed box
-  /// Items that lie wholly in the box. A node counts if it has triangles and all of them do;
-  /// triangles without area are ignored.
+  kIntersecting,  ///< it has a point in the closed box
+  /// It lies wholly in the closed box. A node counts if it has triangles and all of them lie in the
+  /// box; triangles without area are ignored.
   kContained,
 };
 
@@ -27,7 +27,8 @@ enum class BoxRelation {
 struct BoxQuestion {
   BoxTargets targets;
   BoxRelation relation;
-  /// For each box where its list begins (list_place); or nothing: at the begin.
+  /// For each box the place (list_place) at which its list begins; empty: every list begins at the
+  /// first item.
   Column<std::uint64_t> from;
 
   // NOLINTNEXTLINE(*-explicit-*): most questions are just that
@@ -37,26 +38,26 @@ struct BoxQuestion {
   std::uint64_t from_of(std::size_t i) const { return from.empty() ? 0 : from[i]; }
 };
 
-/// How much is listed.
+/// How many entries the lists may have.
 struct ListLimits {
-  std::size_t each = 0;   ///< the first entries of each list
-  std::size_t total = 0;  ///< of all lists in total: more are an error
+  std::size_t each = 0;   ///< each list has the first entries up to this number
+  std::size_t total = 0;  ///< if all lists have more entries than this in total, the query fails
 };
 
-/// The place of a triangle or a node in the order of a list. Where a list goes on, it begins with
-/// the least place that is not below a given one.
+/// The sort key of a triangle or a node in a list. A list that begins at a place has the items
+/// whose key is at least that.
 inline std::uint64_t list_place(const TriangleId& id) {
   return std::uint64_t{id.instance} << 32 | id.triangle;
 }
 inline std::uint64_t list_place(std::uint32_t node) { return node; }
 
-/// The items that box i touches: entries first[i] .. first[i+1] of the columns below, in order of
-/// ids.
+/// The lists of n boxes. The items of box i are the entries first[i] .. first[i+1] of a column
+/// below, sorted by id.
 struct BoxLists {
   Column<std::size_t> first;     ///< n + 1 entries
   Column<TriangleId> triangles;  ///< for BoxTargets::kTriangles
   Column<std::uint32_t> nodes;   ///< for BoxTargets::kNodes: indices in SceneDescription::nodes
-  /// For each box the place where its list would go on; 0 where nothing is left.
+  /// For each box the place at which its list would go on; 0 if it is complete.
   Column<std::uint64_t> next;
 };
 

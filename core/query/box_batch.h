@@ -1,5 +1,6 @@
 #pragma once
-/// Boxes of a query as columns, and the check at the border that all of them pass.
+/// BoxBatch: the boxes and other shapes of a query as columns, and check_boxes, the validation of
+/// all of them.
 
 #include <cstddef>
 #include <cstdint>
@@ -14,21 +15,23 @@
 
 namespace sightline {
 
-/// n closed boxes, axis-aligned and oriented ones mixed, and other shapes where a query takes them.
+/// n closed shapes, one per slot: axis-aligned boxes, oriented boxes and, in queries that allow
+/// them, spheres, capsules and convex regions.
 struct BoxBatch {
   static constexpr std::uint32_t kAligned = 0xffffffffu;
-  /// The two upper bits of a slot say which column its number counts in.
+  /// The two upper bits of a value of `oriented` are the shape; the other bits are the index in the
+  /// column of that shape.
   static constexpr std::uint32_t kShapeBits = 0xc0000000u, kBoxShape = 0,
                                  kSphereShape = 0x40000000u, kCapsuleShape = 0x80000000u,
                                  kConvexShape = 0xc0000000u;
 
-  Column<Box3d> aligned;  ///< n slots; unused for the others
-  /// n slots: kAligned, or a shape and a number in its column.
+  Column<Box3d> aligned;  ///< n slots; set only for axis-aligned boxes
+  /// n slots: kAligned, or a shape and an index in its column.
   Column<std::uint32_t> oriented;
   Column<OrientedBox> oriented_boxes;
   Column<Sphere> spheres;
   Column<Capsule> capsules;
-  /// Region i has the planes first_plane[i] .. first_plane[i + 1].
+  /// The planes of region i are first_plane[i] .. first_plane[i + 1].
   Column<HalfSpace> planes;
   Column<std::size_t> first_plane{0};
 
@@ -37,11 +40,11 @@ struct BoxBatch {
   void push_back(const OrientedBox& box);
   void push_back(const Sphere& sphere);
   void push_back(const Capsule& capsule);
-  /// Copies the planes.
+  /// Copies the planes of the region.
   void push_back(const ConvexRegion& region);
   bool is_aligned(std::size_t i) const { return oriented[i] == kAligned; }
 
-  /// Calls f with the shape of slot i, and returns what it returns.
+  /// Calls f with the shape of slot i, and returns the result of f.
   template <class F>
   auto visit(std::size_t i, F&& f) const {
     const std::uint32_t shape = is_aligned(i) ? kBoxShape : oriented[i] & kShapeBits;
@@ -54,26 +57,28 @@ struct BoxBatch {
   ConvexRegion region(std::size_t number) const {
     return {{planes.data() + first_plane[number], planes.data() + first_plane[number + 1]}};
   }
-  /// As the visitor above, for a batch that has only boxes.
+  /// visit() for a batch that has only boxes.
   template <class F>
   auto visit_box(std::size_t i, F&& f) const {
     return is_aligned(i) ? f(aligned[i]) : f(oriented_boxes[oriented[i]]);
   }
 };
 
-/// The place of a bad box in a batch.
+/// The first invalid box of a batch.
 struct BoxFault {
+  /// Value of `component` if the whole part is invalid.
   static constexpr int kWhole = -1;
 
   std::size_t box = 0;
   /// "min", "max", "center", "half", "axes", "radius", "from", "to" or "planes"
   const char* part = "";
-  int component = kWhole;  ///< of the part
+  int component = kWhole;  ///< index of the invalid number in the part; of "planes", of the plane
   const char* code = "";
   const char* message = "";
 };
 
-/// The border. Open sides are an infinite min, max or half. Finds the first box with
+/// Validates boxes of clients. An open side is an infinite min, max or half. Finds the first box
+/// with one of these faults:
 ///   BOX_NOT_FINITE       a NaN, a min of +inf, a max of -inf, an infinite center, axis or radius
 ///   BOX_REVERSED         min > max on an axis
 ///   BOX_HALF_NEGATIVE    half < 0
@@ -82,11 +87,11 @@ struct BoxFault {
 ///   BOX_AXES_DEPENDENT   three axes in one plane, exactly
 ///   BOX_PLANES_COUNT     no plane, or more than ConvexRegion::kMostPlanes
 ///   BOX_PLANE_ZERO       a plane's normal of exactly zero
-/// Returns true and leaves `fault` alone when every box is good.
+/// Returns true, and does not set `fault`, if every box is valid.
 bool check_boxes(const BoxBatch& boxes, BoxFault& fault);
 
-/// A rotation that is meant as one: its squared length is within 1% of 1. The axes are made by the
-/// formula of rotated_axes, which normalises nothing.
+/// True if the squared length of a quaternion is within 1% of 1, so that it represents a rotation.
+/// rotated_axes uses the quaternion as it is, without normalising it.
 bool is_rotation(double x, double y, double z, double w);
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-/// How far two selections of a scene are from each other: question and answer.
+/// The question how far two selections of triangles are from each other, and its answer.
 
 #include <cstdint>
 #include <limits>
@@ -10,18 +10,20 @@
 
 namespace sightline {
 
-/// Which pairs are wanted.
+/// Which pairs the answer lists.
 enum class ClearancePairs {
   kClosest,    ///< the closest pair of triangles
   kTriangles,  ///< all pairs of triangles within the distance
-  kNodes,      ///< of all pairs of nodes within the distance the closest pair of triangles
+  kNodes,      ///< for each pair of nodes within the distance, their closest pair of triangles
 };
 
+/// The question.
 struct ClearanceQuestion {
   ClearancePairs pairs = ClearancePairs::kClosest;
-  double max_distance = std::numeric_limits<double>::infinity();  ///< closed
-  std::uint64_t limit = 1000;                                     ///< pairs listed
-  /// Pairs that the search may find before `limit` cuts them: more are an error.
+  /// pairs at exactly this distance count
+  double max_distance = std::numeric_limits<double>::infinity();
+  std::uint64_t limit = 1000;  ///< the answer lists at most so many pairs
+  /// The search fails if it finds more pairs than this, whatever `limit` is.
   std::uint64_t total_max = std::numeric_limits<std::uint64_t>::max();
 };
 
@@ -29,12 +31,13 @@ struct ClearanceQuestion {
 struct ClearancePair {
   TriangleId a, b;
   double distance = 0;  ///< correctly rounded
-  Vec3d on_a, on_b;     ///< points of both that are so far apart, correctly rounded
+  Vec3d on_a, on_b;     ///< the nearest points of both triangles, each coordinate correctly rounded
 };
 
 struct ClearanceAnswer {
-  Column<ClearancePair> pairs;  ///< by (a, b), or by (node of a, node of b)
-  std::uint64_t total = 0;      ///< more than there are pairs where the limit cut them
+  Column<ClearancePair> pairs;  ///< sorted by (a, b), or for kNodes by (node of a, node of b)
+  /// number of pairs found; larger than pairs.size() if `limit` cut the list
+  std::uint64_t total = 0;
 };
 
 }  // namespace sightline

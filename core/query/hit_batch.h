@@ -10,13 +10,14 @@
 
 namespace sightline {
 
+/// The instance and triangle of a miss.
 inline constexpr std::uint32_t kNone = 0xffffffffu;
 
-/// Names one triangle of a scene. Ids are ordered by (instance, triangle): file order, because a
-/// mesh counts its triangles through its primitives. The smaller id wins when t is equal.
+/// The id of a triangle of a scene. Ids are ordered by (instance, triangle), which is the order of
+/// the file. Of triangles with equal t, the smaller id is the closest hit.
 struct TriangleId {
   std::uint32_t instance = kNone;
-  std::uint32_t triangle = kNone;  ///< index in the mesh, through all its primitives
+  std::uint32_t triangle = kNone;  ///< index in the mesh, counted through all its primitives
   auto operator<=>(const TriangleId&) const = default;
 };
 
@@ -38,48 +39,55 @@ struct HitBatch {
     triangle.insert(triangle.end(), other.triangle.begin(), other.triangle.end());
   }
   TriangleId id(std::size_t i) const { return {instance[i], triangle[i]}; }
+  /// True if ray i has a hit.
   bool hit(std::size_t i) const { return instance[i] != kNone; }
 };
 
-/// Lists of hits ("all"): those of ray i are entries first[i] .. first[i+1] of `hits`.
+/// The hits of n rays ("all"): the hits of ray i are the entries first[i] .. first[i+1] of `hits`.
 struct HitLists {
   Column<std::size_t> first;  ///< n + 1 entries
   HitBatch hits;
 };
 
-/// Which of the triangles that a ray meets count for "all" and "count".
+/// Which triangles count as crossed by a ray, for "all" and "count".
 enum class Crossings {
-  kEvery,  ///< every triangle met: a shared edge gives two hits, a corner as many as meet there
-  /// Those that the ray crosses after an infinitely small movement of its origin (exact_hit.h): a
-  /// passage through a closed surface counts once, wherever it happens, a touch never or twice.
+  /// every triangle that the ray meets: a shared edge gives two hits, a shared corner more
+  kEvery,
+  /// Triangles that the ray crosses after an infinitely small displacement of its origin
+  /// (exact_hit.h). So a passage through a closed surface counts once, also at an edge or corner;
+  /// where the ray only touches the surface, it counts never or twice.
   kOnce,
 };
 
-/// Which hits of each ray are listed.
+/// How many hits are listed.
 struct HitListQuestion {
   Crossings crossings = Crossings::kEvery;
-  std::size_t each_max = 0;   ///< the first hits of each ray that are listed
-  std::size_t total_max = 0;  ///< of all rays in total: more are an error
+  std::size_t each_max = 0;  ///< of each ray, its first hits up to this number
+  /// if all rays have more listed hits than this in total, the query fails
+  std::size_t total_max = 0;
 };
 
-/// Computed for the winner only, and only when asked.
+/// Properties of a hit. They are computed only for hits that are reported, and only on request.
 struct HitDetail {
-  Vec3d position;        ///< within one ulp per coordinate of the exact point
-  Vec3d normal;          ///< geometric, unit, (v1-v0)x(v2-v0) of the world triangle; within 1e-15
-  double u = 0;          ///< weight of v1, within 2^-50
-  double v = 0;          ///< weight of v2, within 2^-50
-  bool front = true;     ///< direction . normal < 0 exactly; false when the ray lies in the plane
-  bool on_edge = false;  ///< exactly on an edge or a corner; only if asked for (Engine::mark_edges)
+  Vec3d position;  ///< within one ulp per coordinate of the exact point
+  Vec3d normal;    ///< unit normal of the world triangle, (v1-v0)x(v2-v0) normalised; within 1e-15
+  double u = 0;    ///< barycentric weight of v1, within 2^-50
+  double v = 0;    ///< barycentric weight of v2, within 2^-50
+  /// direction . normal < 0, exactly; false if the ray lies in the triangle's plane
+  bool front = true;
+  bool on_edge = false;  ///< exactly on an edge or a corner; set only by Engine::mark_edges
 };
 
-/// What the file says of the surface at a hit: of the three vertices a, b, c with the weights of
-/// HitDetail ((1 - u) - v) a + u b + v c, in float64, left to right. Columns of n slots, or none
-/// when not asked for; NaN where the file says nothing, or not a number.
+/// Vertex attributes of the file, interpolated at hits: ((1 - u) - v) a + u b + v c for the values
+/// a, b, c of the three vertices, in float64, left to right. Each column has n slots, or none if
+/// not requested. A slot is NaN if the file has no value, or a value that is not finite.
 struct HitAttributes {
-  Column<Vec3d> shading_normal;          ///< unit, world, by the inverse transpose (normal_map.h)
-  Column<std::array<double, 2>> uv;      ///< TEXCOORD_0
-  Column<std::array<double, 4>> colour;  ///< COLOR_0: red, green, blue, alpha (1 if there is none)
+  Column<Vec3d> shading_normal;  ///< unit, in world space, by the inverse transpose (normal_map.h)
+  Column<std::array<double, 2>> uv;  ///< TEXCOORD_0
+  /// COLOR_0: red, green, blue, alpha (1 if the file has none)
+  Column<std::array<double, 4>> colour;
 };
+/// Which columns of HitAttributes are requested.
 struct HitAttributeChoice {
   bool shading_normal = false, uv = false, colour = false;
 };

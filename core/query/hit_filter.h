@@ -1,5 +1,5 @@
 #pragma once
-/// Which triangles of a scene count: by the side that a ray meets, by node and by material.
+/// Filters of hits: by the side of a triangle that a ray meets, by node, by material and by mask.
 
 #include <cstdint>
 #include <optional>
@@ -13,49 +13,57 @@
 
 namespace sightline {
 
-/// Which sides of triangles are culled. The front of a triangle is its counter-clockwise side. The
-/// sign of direction . normal decides, exactly. A ray in the plane of a triangle meets neither
-/// side, so it hits only with kNothing.
+/// Which sides of triangles are culled: rays pass through them. The front of a triangle is the side
+/// from which its corners run counter-clockwise. The exact sign of direction . normal decides which
+/// side a ray meets. A ray in the plane of a triangle meets neither side, so it hits the triangle
+/// only with kNothing.
 enum class Culling {
   kNothing,
   kBack,      ///< hits on fronts count
   kFront,     ///< hits on backs count
-  kMaterial,  ///< as kBack, except where the material is double-sided [glTF2]
+  kMaterial,  ///< like kBack, but both sides count if the material is double-sided [glTF2]
 };
 
-/// Some of a scene's triangles: those below any of the named nodes (anywhere, if none of `nodes`
-/// and `names` is given) with any of the named materials (any, if not given).
+/// A choice of triangles: those below one of the chosen nodes and with one of the chosen materials.
+/// Without `nodes` and `names` all nodes are chosen, without `materials` all materials.
 struct TriangleChoice {
-  std::optional<std::vector<std::uint32_t>> nodes;    ///< indices in the file, with all below them
-  std::optional<std::vector<std::string>> names;      ///< globs of node names, with all below them
-  std::optional<std::vector<std::string>> materials;  ///< globs of material names
+  /// indices in the file; the nodes below them are chosen too
+  std::optional<std::vector<std::uint32_t>> nodes;
+  /// glob patterns of node names; the nodes below matching nodes are chosen too
+  std::optional<std::vector<std::string>> names;
+  std::optional<std::vector<std::string>> materials;  ///< glob patterns of material names
 };
 
-/// A filter as a client states it.
+/// A filter in the terms of a client's request.
 struct HitFilter {
   Culling culling = Culling::kNothing;
-  std::optional<TriangleChoice> include;  ///< nothing else counts
-  std::optional<TriangleChoice> exclude;  ///< does not count, included or not
-  std::uint32_t mask = 0xffffffffu;       ///< only nodes whose mask has a bit in common count
+  std::optional<TriangleChoice> include;  ///< if set, only these triangles count
+  /// if set, these triangles do not count, even if included
+  std::optional<TriangleChoice> exclude;
+  std::uint32_t mask = 0xffffffffu;  ///< only nodes whose mask shares a bit with it count
 
+  /// True if the filter excludes nothing.
   bool accepts_all() const {
     return culling == Culling::kNothing && !include && !exclude && mask == 0xffffffffu;
   }
 };
 
-/// A resolved filter: which sides of every primitive of every instance of a scene count.
+/// A filter resolved for a scene: which sides of every primitive of every instance count.
 struct ResolvedFilter {
+  /// The bits of an element of `sides`; kEdgeOn is a ray in the plane of the triangle.
   static constexpr std::uint8_t kFront = 1, kBack = 2, kEdgeOn = 4, kAll = 7;
 
-  Column<std::size_t> first;   ///< of each instance in `sides`
-  Column<std::uint8_t> sides;  ///< by instance and primitive
-  /// By instance, to be compared with that of each ray; empty where they need not be.
+  Column<std::size_t> first;   ///< by instance: index in `sides` of its first primitive
+  Column<std::uint8_t> sides;  ///< for each primitive of each instance, the set of sides that count
+  /// By instance: its mask, which is compared with that of each ray. Empty if masks exclude
+  /// nothing.
   Column<std::uint32_t> masks = {};
 };
 
-/// `*` stands for any text, `?` for one character of UTF-8; everything else for itself. False also
-/// where the watch has passed. Cost: mostly one step for each character, at worst (many places
-/// where a long part nearly matches) the product of the lengths.
+/// True if the pattern matches the whole text: `*` stands for any text, `?` for one character of
+/// UTF-8, everything else for itself. Also false if the deadline of `watch` passes. Cost: mostly
+/// one step for each character. At worst, with many partial matches of a long part, the product of
+/// the lengths.
 bool glob_matches(std::string_view pattern, std::string_view text, DeadlineWatch& watch);
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-/// Which points lie inside of what a scene's triangles enclose: the methods, and the answer.
+/// The question which points lie inside of closed surfaces: its methods and its answer.
 
 #include <cstdint>
 
@@ -7,21 +7,25 @@
 
 namespace sightline {
 
+/// How "inside" is decided, with a ray from the point to infinity.
 enum class InsideMethod {
-  kParity,   ///< inside: a ray that leaves crosses an odd number of triangles
-  kWinding,  ///< inside: it crosses not as many fronts as backs
+  kParity,   ///< inside: the ray crosses an odd number of triangles
+  kWinding,  ///< inside: the ray crosses unequal numbers of front and back sides
 };
 
-/// Columns of n slots.
+/// The answers for n points, as columns of n slots.
 struct InsideAnswers {
-  Column<std::uint8_t> inside;      ///< 1 or 0; of a point on a triangle 0
-  Column<std::uint8_t> on_surface;  ///< 1: exactly on a triangle
-  /// 1: rays in three directions agree. Around a closed mesh they always do (for the winding number
-  /// if its triangles are oriented alike). Where they disagree the mesh has holes.
+  Column<std::uint8_t> inside;      ///< 1 or 0; 0 for a point on a triangle
+  Column<std::uint8_t> on_surface;  ///< 1 for a point exactly on a triangle, else 0
+  /// 1 if rays in three directions give the same result. That is always so for closed meshes (for
+  /// kWinding, if their triangles are also oriented consistently). If the results differ, a mesh
+  /// has holes.
   Column<std::uint8_t> reliable;
-  Column<std::int64_t> winding;  ///< backs less fronts, of the first direction; only for kWinding
-  Column<double> distance;       ///< scene units, negative inside; only of signed_distances
-  /// Open edges of the triangles that count (core/run/inside.h): without, every answer is right.
+  /// back sides minus front sides along the first direction; set only for kWinding
+  Column<std::int64_t> winding;
+  Column<double> distance;  ///< scene units, negative inside; set only by signed_distances
+  /// The number of open edges of the triangles that count (core/run/inside.h). If it is 0, every
+  /// answer is right.
   std::uint64_t open_edges = 0;
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Pairs of points, to ask what stands between them.
+/// PointPairs: pairs of points, for the question whether something blocks the line between them.
 
 #include <cstddef>
 
@@ -10,28 +10,30 @@
 
 namespace sightline {
 
-/// Pair i of "each" is from[i] and to[i]; of "all" pair i * to.size() + j is from[i] and to[j].
+/// Pairs of points. With kEach, pair i is from[i] and to[i]. With kAll, pair i * to.size() + j is
+/// from[i] and to[j].
 struct PointPairs {
   Column<Vec3d> from, to;
   BoxPairing pairing = BoxPairing::kAll;
-  bool closed = false;  ///< whether what holds an end stands between, too
+  bool closed = false;  ///< true: a triangle that contains an end point also blocks
 
   std::size_t size() const {
     return pairing == BoxPairing::kAll ? from.size() * to.size() : from.size();
   }
-  /// The ray that decides pair i: from `from` in the direction to - from, each coordinate rounded
-  /// once, with t from 0 to 1, or, with open ends, from 2^-1074 to 1 - 2^-53. Of a point and
-  /// itself: the point alone, or with open ends a ray that meets nothing.
+  /// The ray that decides pair i. It starts at `from`; its direction is to - from, each coordinate
+  /// rounded once; t is in [0, 1] if `closed`, else in [2^-1074, 1 - 2^-53]. For two equal points
+  /// it is that point alone if `closed`, else a ray that meets nothing.
   Ray ray(std::size_t i) const;
 };
 
-/// The place of a bad pair.
+/// The first invalid pair.
 struct PairFault {
   std::size_t from = 0, to = 0;
 };
 
-/// Points are finite. Finds the first pair whose difference is not. Returns true if there is none.
-/// Precondition for "each": as many from as to.
+/// Finds the first pair whose difference is not finite. Returns true, and does not set `fault`, if
+/// there is none. Preconditions: the points are finite; for kEach, `from` and `to` have equal
+/// sizes.
 bool check_pairs(const PointPairs& pairs, PairFault& fault);
 
 }  // namespace sightline

@@ -1,17 +1,19 @@
 #pragma once
-/// The cost of a query in counts.
+/// QueryWork: the cost of a query as counts of operations.
 
 #include <cstdint>
 
 namespace sightline {
 
+/// Counts of one query.
 struct QueryWork {
-  std::uint64_t nodes = 0;       ///< nodes of trees whose eight boxes were tested
-  std::uint64_t blocks = 0;      ///< of up to four triangles that were tested
-  std::uint64_t placements = 0;  ///< of meshes that were entered
-  // Decisions that float64 left open, taken by integers: triangles, orders of two hits, roundings.
+  std::uint64_t nodes = 0;       ///< tree nodes whose eight boxes were tested
+  std::uint64_t blocks = 0;      ///< leaf blocks (of up to four triangles) that were tested
+  std::uint64_t placements = 0;  ///< placements of meshes whose tree was entered
+  // Decisions that float64 left open and integers decided: ray against triangle, order of two hits,
+  // rounding of t.
   std::uint64_t exact_hits = 0, exact_compares = 0, exact_roundings = 0;
-  /// In this scene while the query ran, by whomever.
+  /// Trees of this scene that were built while the query ran, also for other queries.
   std::uint64_t trees_built = 0;
 
   std::uint64_t exact() const { return exact_hits + exact_compares + exact_roundings; }

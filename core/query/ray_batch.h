@@ -1,5 +1,6 @@
 #pragma once
-/// Rays as columns, and the check at the border that all of them pass before anything is traced.
+/// RayBatch: rays as columns, and check_rays, the validation that all rays pass before they are
+/// traced.
 
 #include <cstddef>
 #include <cstdint>
@@ -12,8 +13,8 @@
 
 namespace sightline {
 
-/// One ray: the points origin + t * direction with tmin <= t <= tmax, exactly the float64 numbers
-/// that were received. The direction is never normalised; t counts in |direction|.
+/// A ray: the points origin + t * direction with tmin <= t <= tmax, with exactly the float64
+/// numbers of the client. The direction is never normalised, so t is in units of |direction|.
 struct Ray {
   Vec3d origin;
   Vec3d direction;
@@ -21,15 +22,17 @@ struct Ray {
   double tmax = std::numeric_limits<double>::infinity();
 };
 
-/// n rays as eight columns of n float64 numbers, scene units, and perhaps one of masks.
+/// n rays as eight columns of n float64 numbers, in scene units, and optionally a column of masks.
 struct RayBatch {
   UnsetColumn<double> ox, oy, oz, dx, dy, dz, tmin, tmax;
-  /// Which instances each ray may meet: those with a bit in common. Empty: all of them.
+  /// The mask of each ray: it meets only instances whose mask shares a bit with it. Empty: rays
+  /// meet all instances.
   Column<std::uint32_t> mask = {};
 
   std::size_t size() const { return ox.size(); }
   void reserve(std::size_t count);
-  /// New rays have no limits, and origins and directions that are not set.
+  /// Sets the number of rays. New rays have no limits; their origins and directions are
+  /// uninitialised.
   void resize(std::size_t count);
   void push_back(const Ray& ray);
   Ray operator[](std::size_t i) const {
@@ -37,36 +40,38 @@ struct RayBatch {
   }
 };
 
-/// The place of a bad ray in a batch, for the codec to turn into a JSON pointer.
+/// The first invalid ray of a batch. The codec makes a JSON pointer of it.
 struct RayFault {
   std::size_t ray = 0;
   const char* part = "";  ///< "origin", "direction", "tmin" or "tmax"
-  const char* code =
-      "";  ///< RAY_NOT_FINITE, RAY_DIRECTION_ZERO, RAY_LIMIT_NAN, RAY_LIMITS_REVERSED
+  /// RAY_NOT_FINITE, RAY_DIRECTION_ZERO, RAY_LIMIT_NAN or RAY_LIMITS_REVERSED
+  const char* code = "";
   const char* message = "";
 };
 
-/// The border: after it the inside trusts the rays. Finds the first ray with a non-finite origin or
-/// direction, a direction of exactly zero, a NaN limit, or tmin > tmax. Infinite limits are
-/// allowed. Returns true and leaves `fault` alone when every ray is good.
+/// Validates rays of clients; everything behind this check trusts them. Finds the first ray with a
+/// non-finite origin or direction, a direction of exactly zero, a NaN limit, or tmin > tmax.
+/// Infinite limits are valid. Returns true, and does not set `fault`, if every ray is valid.
 bool check_rays(const RayBatch& rays, RayFault& fault);
 
-/// The bad rays of a batch.
+/// The invalid rays of a batch.
 struct InvalidRays {
-  Column<std::size_t> number;  ///< ascending
+  Column<std::size_t> number;  ///< indices of the rays, ascending
+  /// The code of RayFault for each of them.
   std::vector<const char*> code;
 };
 
-/// check_rays for batches whose good rays are answered despite bad ones. Replaces each bad ray by a
-/// ray that meets nothing, and returns their numbers.
+/// check_rays for a batch whose valid rays are answered despite invalid ones. Replaces each invalid
+/// ray by a ray that meets nothing, and returns which were replaced.
 InvalidRays replace_invalid(RayBatch& rays);
 
-/// t * |direction|, what t is in scene units, within 2^-51 of itself whatever the scale (unless it
-/// underflows). Precondition: the direction is finite and not zero. An infinite t stays so.
+/// Returns t * |direction|: the distance in scene units. The relative error is at most 2^-51
+/// whatever the scale, unless the result underflows. An infinite t stays infinite. Precondition:
+/// the direction is finite and not zero.
 double distance_of(double t, const Vec3d& direction);
 
-/// Turns limits that count in scene units into limits of t: divides each by |direction|, with the
-/// same accuracy.
+/// Converts tmin and tmax from scene units to units of t: divides each by |direction|, with the
+/// accuracy of distance_of.
 void scale_limits_to_t(RayBatch& rays);
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-/// Rays against boxes as columns: slot i answers pair i.
+/// The answers of rays against boxes as columns: slot i answers pair i.
 
 #include <cstddef>
 #include <cstdint>
@@ -10,27 +10,28 @@
 
 namespace sightline {
 
-/// Which rays meet which boxes.
-enum class BoxPairing {
-  kEach,  ///< ray i and box i
-  kAll,   ///< every ray and every box; slot = ray * boxes + box
+/// Which rays are tested against which boxes.
+enum class BoxPairing {  ///< ray i with box i
+  kEach,                 ///< every ray with every box; slot = ray * boxes + box
+  kAll,                  ///< every ray and every box; slot = ray * boxes + box
 };
 
-/// How much of an answer is computed.
+/// Which columns are computed.
 enum class RayBoxDetail {
-  kT,       ///< the outcome and t
-  kAll,     ///< everything but planes
-  kPlanes,  ///< everything
+  kT,       ///< `outcome` and `t`
+  kAll,     ///< all columns except `planes`
+  kPlanes,  ///< all columns
 };
 
-/// The answers of core/geometry/ray_box.h, field by field. Columns that are not asked for are empty.
+/// The fields of RayBoxAnswer (core/geometry/ray_box.h) as columns. Columns that are not requested
+/// are empty.
 struct RayBoxAnswers {
   Column<RayBoxOutcome> outcome;
   Column<std::uint8_t> inside, on_surface;    ///< 1 or 0
-  Column<std::array<std::uint8_t, 2>> apart;  ///< of kApart and kBeside
-  Column<double> t, t_enter, t_exit;          ///< t: of hits
-  Column<BoxFaces> faces;                     ///< of hits
-  Column<Vec3d> normal;                       ///< of the first face; zero without one
+  Column<std::array<std::uint8_t, 2>> apart;  ///< set for kApart and kBeside
+  Column<double> t, t_enter, t_exit;          ///< t is set for hits
+  Column<BoxFaces> faces;                     ///< set for hits
+  Column<Vec3d> normal;  ///< outward normal of the first face; zero if there is no face
   Column<PlaneTs> planes;
 
   std::size_t size() const { return outcome.size(); }

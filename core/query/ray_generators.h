@@ -1,7 +1,6 @@
 #pragma once
-/// Rays made from a few numbers: cameras, scanners, samples of a hemisphere.
-/// docs/reference/generators.md has the formulas; with float64 + - * / sqrt alone they give the
-/// same rays on every machine.
+/// Generators of rays: cameras, scanners, and samples of a hemisphere. docs/reference/generators.md
+/// has the formulas. They use only float64 + - * / sqrt, so the rays are the same on every machine.
 
 #include <array>
 #include <cstdint>
@@ -16,80 +15,90 @@
 
 namespace sightline {
 
-/// Where a sensor is and where it points. `forward` and `up` need not be unit nor orthogonal.
+/// The place and the orientation of a sensor. `forward` and `up` need not be of length 1 or
+/// orthogonal.
 struct Pose {
   Vec3d position;
   Vec3d forward{0, 0, -1};
   Vec3d up{0, 1, 0};
 };
 
-/// The axes of a pose: three directions that are unit and at right angles, up to rounding.
+/// The axes of a pose: orthogonal unit vectors, up to rounding.
 struct Frame {
   Vec3d position, forward, left, up;
 };
-/// Empty where forward is zero, or along up.
+/// Empty if forward is zero, or parallel to up.
 std::optional<Frame> frame_of(const Pose& pose);
 
-/// Limits of every ray.
+/// The limits tmin and tmax of every generated ray.
 struct RayRange {
   double tmin = 0;
   double tmax = std::numeric_limits<double>::infinity();
 };
 
-// Pixels are numbered by rows from the upper left one.
+// Images: pixels are numbered row by row, beginning at the upper left.
 
-/// The forward part of every direction has length 1: t is the depth.
+/// A perspective camera. The component of every direction along `forward` is 1, so t is the depth.
 struct Pinhole {
   Pose pose;
   double fov_y = 60;  ///< degrees, above 0 and below 180
   std::uint64_t width = 0, height = 0;
 };
 
-/// Parallel rays; `extent_y` is the height of the image in scene units.
+/// A camera with parallel rays; `extent_y` is the height of the image in scene units.
 struct Orthographic {
   Pose pose;
   double extent_y = 1;
   std::uint64_t width = 0, height = 0;
 };
 
-/// A panorama. The middle of the image is forward, its upper edge is up. Directions are unit.
+/// A camera for a panorama of 360 by 180 degrees. The middle of the image is `forward`, its upper
+/// edge is `up`. Directions are unit vectors.
 struct Equirectangular {
   Pose pose;
   std::uint64_t width = 0, height = 0;
 };
 
-/// Ray (pose * azimuths + a) * rings + r; azimuth a is 360 a / azimuths degrees from forward to the
-/// left. Directions are unit.
+/// A rotating scanner with several rings. Ray (pose * azimuths + a) * rings + r has the azimuth 360
+/// a / azimuths degrees, from forward to the left, and the elevation r. Directions are unit
+/// vectors.
 struct Lidar {
   std::vector<Pose> poses;
-  std::vector<double> elevations;  ///< degrees up, one for each ring
+  /// degrees above the horizontal plane of the pose, one for each ring
+  std::vector<double> elevations;
   std::uint64_t azimuths = 0;
 };
 
-/// `count` directions on the side of each normal, which need not be unit; ray point * count + i.
+/// Random directions in the hemisphere around each normal, `count` for each point: ray point *
+/// count + i. Normals need not be of length 1.
 struct Hemisphere {
-  std::vector<Vec3d> points, normals;  ///< as many
+  std::vector<Vec3d> points, normals;  ///< of equal sizes
   std::uint64_t count = 0;
   std::uint64_t seed = 0;
-  bool uniform = false;     ///< else by the cosine
-  std::uint64_t first = 0;  ///< the number of the first point: each number has samples of its own
+  /// true: uniformly distributed; false: with the density of the cosine to the normal
+  bool uniform = false;
+  /// number of the first point; the samples of a point depend on its number
+  std::uint64_t first = 0;
 };
 
+/// A request for generated rays.
 struct RayGenerator {
   std::variant<Pinhole, Orthographic, Equirectangular, Lidar, Hemisphere> kind;
   RayRange range;
-  std::uint64_t returns = 1;  ///< how many hits of each ray an answer has slots for
+  std::uint64_t returns = 1;  ///< how many hits of each ray the answer has slots for
 };
 
-/// How many rays it makes; the largest number when that does not fit.
+/// The number of rays that generate_rays returns; the largest 64-bit number if it is larger.
 std::uint64_t ray_count(const RayGenerator& generator);
 
-/// Errors: GENERATOR_POSE (forward is zero, or along up), GENERATOR_RANGE (numbers that overflow,
-/// or an angle that is none). The rays have passed check_rays. Throws std::bad_alloc.
+/// Generates the rays, which pass check_rays. Errors: GENERATOR_POSE (forward is zero, or parallel
+/// to up), GENERATOR_RANGE (a number overflows, or an angle is out of range). Throws
+/// std::bad_alloc.
 Result<RayBatch> generate_rays(const RayGenerator& generator);
 
-/// Sine and cosine of an angle in degrees, within 2^-52, exact at multiples of 90; the same bits on
-/// every machine, which libm does not promise. Precondition: finite.
+/// Sine and cosine of an angle in degrees, with an error of at most 2^-52 and exact at multiples of
+/// 90. The bits are the same on every machine, which libm does not promise. Precondition: `degrees`
+/// is finite.
 struct SinCos {
   double sin = 0, cos = 1;
 };

@@ -1,5 +1,5 @@
 #pragma once
-/// Warnings about choices of triangles that match nothing in the scene.
+/// Warnings about parts of a filter that match nothing in the scene.
 
 #include <string>
 #include <string_view>
@@ -7,12 +7,13 @@
 
 namespace sightline {
 
-/// The code of a warning and of an error for a part of a choice that matches nothing.
+/// The code of this warning, and of the error in requests where it is an error.
 inline constexpr std::string_view kSelectionEmpty = "SELECTION_EMPTY";
 
+/// A warning about one entry of a filter.
 struct SelectionWarning {
-  std::string pointer;  ///< a JSON pointer to the entry: "/include/names/0"
-  std::string message;  ///< one sentence, with similar names of the scene where there are some
+  std::string pointer;  ///< JSON pointer to the entry: "/include/names/0"
+  std::string message;  ///< one sentence, with similar names of the scene if there are any
 };
 using SelectionWarnings = std::vector<SelectionWarning>;
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Names that a client may have meant by a pattern that matches none.
+/// Suggests names that a client may have meant by a pattern that matches no name.
 
 #include <cstddef>
 #include <cstdint>
@@ -11,12 +11,14 @@
 
 namespace sightline {
 
-/// Returns at most three different names, nearest first; at equal distance in their order in
-/// `names`. The distance is the number of bytes to insert, delete or replace until the pattern
-/// matches, ignoring the case of ASCII letters. It is at most a third of the pattern's bytes,
-/// rounded. A name that contains a pattern without wildcards has distance one. Names above 64 bytes
-/// are not suggested. Cost: at most `most_steps` steps of some nanoseconds; names that are left
-/// then are not examined. Ends early where the watch has passed.
+/// Returns at most three different names, nearest first; names at equal distance are in the order
+/// of `name_at`. The distance is the number of bytes to insert, delete or replace until the pattern
+/// matches the name, ignoring the case of ASCII letters. Names whose distance exceeds a third of
+/// the pattern's length (rounded) are not suggested. A name that contains a pattern without
+/// wildcards has distance one. Names above 64 bytes are not suggested.
+/// names     number of names; name_at(i) returns name i
+/// Cost: at most `most_steps` steps of some nanoseconds; names that remain are not examined. Ends
+/// early if the deadline of `watch` passes.
 std::vector<std::string_view> similar_names(
     std::string_view pattern, std::size_t names,
     const std::function<std::string_view(std::size_t)>& name_at, std::uint64_t most_steps,

@@ -1,6 +1,6 @@
 #pragma once
-/// Spheres and boxes swept along rays, as columns, and the check at the border that all of them
-/// pass.
+/// SweepBatch: spheres and boxes that are swept along rays, as columns, and check_sweeps, the
+/// validation of all of them.
 
 #include <cstddef>
 #include <cstdint>
@@ -12,11 +12,11 @@
 
 namespace sightline {
 
-/// n sweeps: the centre of the shape goes along a ray.
+/// n sweeps: the centre of a shape moves along a ray.
 struct SweepBatch {
   RayBatch rays;
-  Column<Vec3d> size;           ///< half extents of a box; x alone: the radius of a sphere
-  Column<std::uint8_t> sphere;  ///< 1 or 0
+  Column<Vec3d> size;           ///< half extents of a box; for a sphere x is the radius
+  Column<std::uint8_t> sphere;  ///< 1: sphere, 0: box
 
   std::size_t count() const { return size.size(); }
   void push_back(const Ray& ray, const SweptSphere& shape) {
@@ -33,14 +33,15 @@ struct SweepBatch {
     const Ray ray = rays[i];
     return {ray.origin, ray.direction, ray.tmin, ray.tmax};
   }
-  /// Calls f with the SweptSphere or the SweptBox of slot i, and returns what it returns.
+  /// Calls f with the SweptSphere or SweptBox of slot i, and returns the result of f.
   template <class F>
   auto visit(std::size_t i, F&& f) const {
     return sphere[i] != 0 ? f(SweptSphere{size[i].x}) : f(SweptBox{size[i]});
   }
 };
 
-/// The contact of a shape that is swept.
+/// The type of the contact of a swept shape: ContactOf<SweptSphere>::Type,
+/// ContactOf<SweptBox>::Type.
 template <class Shape>
 struct ContactOf;
 template <>
@@ -52,21 +53,21 @@ struct ContactOf<SweptBox> {
   using Type = BoxContact;
 };
 
-/// The place of a bad sweep in a batch.
+/// The first invalid sweep of a batch.
 struct SweepFault {
   static constexpr int kWhole = -1;
 
   std::size_t sweep = 0;
-  const char* part = "";   ///< that of a ray, or "radius" or "half"
-  int component = kWhole;  ///< of "half"
+  const char* part = "";   ///< a part of RayFault, or "radius" or "half"
+  int component = kWhole;  ///< index of the invalid number of "half"
   const char* code = "";
   const char* message = "";
 };
 
-/// The border: rays as check_rays has them, and
-///   SWEEP_SIZE_NOT_FINITE  a radius or half extent that is no finite number
-///   SWEEP_SIZE_NEGATIVE    one below 0
-/// Returns true and leaves `fault` alone when every sweep is good.
+/// Validates sweeps of clients. Finds the first sweep with a fault of check_rays or one of these:
+///   SWEEP_SIZE_NOT_FINITE  a radius or half extent that is not finite
+///   SWEEP_SIZE_NEGATIVE    a radius or half extent below 0
+/// Returns true, and does not set `fault`, if every sweep is valid.
 bool check_sweeps(const SweepBatch& sweeps, SweepFault& fault);
 
 }  // namespace sightline

@@ -1,5 +1,6 @@
 #pragma once
-/// Which nodes and materials of a scene a choice names, and which of its entries name none.
+/// Resolves a TriangleChoice: which nodes and materials of a scene it names, and which of its
+/// entries match nothing.
 
 #include <algorithm>
 #include <cstdint>
@@ -14,23 +15,27 @@
 
 namespace sightline {
 
+/// The nodes and materials that a choice names.
 struct ChosenNodes {
-  Column<std::uint8_t> node;      ///< 1 or 0, by SceneDescription::nodes
-  Column<std::uint8_t> material;  ///< by SceneDescription::materials; the last one: no material
+  Column<std::uint8_t> node;  ///< 1 or 0, by index in SceneDescription::nodes
+  /// 1 or 0, by index in SceneDescription::materials; the last element: no material
+  Column<std::uint8_t> material;
 
+  /// True if the triangles of an instance with a material are chosen.
   bool holds(const Instance& instance, std::uint32_t its_material) const {
     const std::size_t none = material.size() - 1;
     return node[instance.node] != 0 && material[std::min<std::size_t>(its_material, none)] != 0;
   }
 };
 
-/// `key` is the member of the question that holds the choice. Warnings and errors: those of
-/// chosen_sides (resolved_filter.h), and those of the watch.
+/// Resolves a choice. `key` is the member of the question that holds the choice, for pointers.
+/// Warnings and errors are those of chosen_sides (resolved_filter.h); if `warnings` is null, they
+/// are all errors. Errors also of the deadline of `watch`.
 Result<ChosenNodes> choose(const SceneDescription& scene, const TriangleChoice& choice,
                            const std::string& key, DeadlineWatch& watch,
                            SelectionWarnings* warnings);
 
-/// Bytes that choose() takes at most, its result and its warnings included.
+/// The most bytes that choose() allocates, its result and warnings included.
 std::uint64_t choosing_bytes(const SceneDescription& scene, const TriangleChoice& choice);
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-/// The internals of an engine, for the files that implement it.
+/// Engine::State: the internals of an engine, for the files that implement it.
 
 #include <sched.h>
 
@@ -17,25 +17,27 @@
 
 namespace sightline {
 
-/// Rays that one thread takes at a time: enough to hide the cost of taking them, few enough that a
-/// deadline is noticed within a millisecond or so.
+/// Rays in a slice, the part of a batch that one thread takes at a time. Large enough that the cost
+/// of taking slices is hidden, and small enough that a deadline is noticed within about a
+/// millisecond.
 inline constexpr std::size_t kSlice = 1024;
-/// Rays in a slice where every hit is listed: one ray may meet a whole scene.
+/// Rays in a slice of a query that lists every hit, because one ray may meet a whole scene.
 inline constexpr std::size_t kListSlice = 64;
 
 inline Error trees_are_unbuilt() {
   return {ErrorKind::kBusy, "TREES_PENDING", "trees of the scene are not built yet", ""};
 }
 
-/// Around the whole of an answer: the columns that it resizes before and the lists that it joins
-/// after the threads' work are the largest that it has.
+/// Runs a whole query, answer(), and turns std::bad_alloc into an error. The largest allocations of
+/// a query are here: columns that are resized before the threads work, and lists that are joined
+/// afterwards.
 template <class Answer>
 Status within_memory(const Answer& answer) {
   return within_memory("there is no memory for the answer", answer);
 }
 
-/// Adds up the work of the slices of a query if the caller asked for it. Records whether a slice
-/// was abandoned.
+/// Sums the work of the slices of a query if the caller asked for it, and records whether a slice
+/// was abandoned because of the deadline.
 class WorkLog {
  public:
   WorkLog(const Scene& scene, QueryWork* work) : scene_(scene), work_(work) {
@@ -47,7 +49,7 @@ class WorkLog {
   WorkLog(const WorkLog&) = delete;
   WorkLog& operator=(const WorkLog&) = delete;
 
-  /// Adds the counts of a slice when the slice is over.
+  /// Adds the counts of a slice at the end of its scope.
   class Entry {
    public:
     Entry(WorkLog& log, const TraceCounts& counts) : log_(log), counts_(counts) {}
@@ -63,7 +65,7 @@ class WorkLog {
     const TraceCounts& counts_;
   };
 
-  /// The result of a sliced query: `status`, or the error of the deadline.
+  /// The result of a query: `status`, or the error of the deadline if a slice was abandoned.
   Status checked(Status status, const Deadline& deadline) const {
     return status && stopped_.load(std::memory_order_relaxed) ? out_of_time(deadline) : status;
   }
@@ -86,9 +88,9 @@ class WorkLog {
   std::mutex mutex_;
 };
 
-/// Batches take turns: as many at once as there are threads. The others wait, and what they have
-/// decoded stays in nobody's way. They do not wait for long, nor beyond their deadlines: a batch
-/// may take minutes, and the processor can be shared in other ways too.
+/// Limits how many batches run at once to the number of threads. Others wait for their turn, so
+/// that their data does not displace that of running batches from caches. A batch waits for at most
+/// kPatience and at most until its deadline, because a running batch may take minutes.
 class Turns {
  public:
   static constexpr std::chrono::milliseconds kPatience{20};
@@ -98,10 +100,11 @@ class Turns {
     threads_ = threads;
     patience_ = patience;
   }
-  /// Whether every thread has a batch of its own, or will at once, so that nobody is idle to help
-  /// with one.
+  /// True if there are at least as many batches, running or waiting, as threads. Then no thread is
+  /// idle, and sharing a batch would gain nothing.
   bool all_wanted() const { return wanted_.load(std::memory_order_relaxed) >= threads_; }
 
+  /// A turn: waits in the constructor, ends in the destructor.
   class Turn {
    public:
     Turn(Turns& turns, const Deadline& deadline) : turns_(turns) {
@@ -132,7 +135,7 @@ class Turns {
   std::mutex mutex_;
   std::condition_variable free_;
   int taken_ = 0;
-  std::atomic<int> wanted_{0};  ///< those that are taken, and those that are waited for
+  std::atomic<int> wanted_{0};  ///< batches that run or wait
 };
 
 struct Engine::State {
@@ -142,6 +145,7 @@ struct Engine::State {
   Turns turns;
   const std::atomic<bool>* should_yield = nullptr;
 
+  /// Calls the kernel for hit lists, with or without a filter.
   void all(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
            const RayOptions& options, const KernelLists& lists, TraceCounts& counts) const {
     if (options.resolved != nullptr) {
@@ -151,8 +155,8 @@ struct Engine::State {
     }
   }
 
-  /// Calls slice(begin, end) over [0, count) on the threads of this engine until the deadline.
-  /// Throws what a slice throws.
+  /// Calls slice(begin, end) for slices of [0, count), in parallel if other threads are idle, until
+  /// the deadline. Throws what a slice throws.
   template <class Slice>
   Status run(std::size_t count, const Deadline& deadline, Slice slice,
              std::size_t slice_size = kSlice) {
@@ -171,10 +175,11 @@ struct Engine::State {
         return;
       }
       slice(i * slice_size, std::min(count, (i + 1) * slice_size));
-      // Without sched_yield the scheduler runs again at its next tick, milliseconds later.
+      // Without sched_yield the waiting thread would run only at the scheduler's next tick,
+      // milliseconds later.
       if (should_yield != nullptr && should_yield->load(std::memory_order_relaxed)) ::sched_yield();
     };
-    // To hand slices over takes time, and pays where somebody is idle.
+    // Sharing slices between threads costs time, so it is done only if a thread is idle.
     const std::size_t slices = (count + slice_size - 1) / slice_size;
     std::size_t alone = 0;
     while (alone < slices && turns.all_wanted()) take(alone++);
@@ -186,15 +191,16 @@ struct Engine::State {
     return success();
   }
 
-  /// For queries that need every tree near them. Returns a view in which the trees near queries [0,
-  /// count) are built. find(`unbuilt`, i, trees) appends the trees near query i.
+  /// For queries that need every tree near them. Builds the trees that queries [0, count) need, and
+  /// returns a view of the scene with these trees. find(`unbuilt`, i, trees) appends to `trees` the
+  /// unbuilt trees near query i.
   template <class Find>
   Result<SceneView> with_trees(const Scene& scene, std::size_t count, const Deadline& deadline,
                                Find find);
 
-  /// For rays that were traced while trees were unbuilt. nearest(`unbuilt`, i) returns the tree
-  /// that ray i needs next, or kNone. again(view, numbers) traces those rays again. Returns when no
-  /// ray needs a tree.
+  /// For rays that were traced while trees were unbuilt. Repeats until no ray needs another tree:
+  /// nearest(`unbuilt`, i) returns the unbuilt tree that ray i needs next, or kNone; these trees
+  /// are built; again(view, numbers) traces the rays `numbers` again.
   template <class Nearest, class Again>
   Status trace_again(SceneView view, std::size_t count, const Deadline& deadline, Nearest nearest,
                      Again again);

@@ -1,5 +1,6 @@
 #pragma once
-/// Open edges: where a mesh has them, inside is not defined everywhere.
+/// Counts the open edges of the meshes of a scene. If a mesh has open edges, "inside" is not
+/// defined everywhere.
 
 #include "core/base/watch.h"
 #include "core/query/hit_filter.h"
@@ -8,9 +9,9 @@
 
 namespace sightline {
 
-/// The number of open edges of the triangles that count, for this method, summed over all
-/// placements. Without open edges every answer is right. Each mesh is examined alone. Errors:
-/// DEADLINE, CANCELLED, those of `reserve`. Throws std::bad_alloc.
+/// Returns the number of open edges of the triangles that count (resolved; null: all), for a
+/// method, summed over all placements. Each mesh is examined alone. If it is 0, every answer of
+/// Engine::inside is right. Errors: DEADLINE, CANCELLED, those of `reserve`. Throws std::bad_alloc.
 Result<std::uint64_t> open_edges(const Scene& scene, const ResolvedFilter* resolved,
                                  InsideMethod method, const Deadline& deadline,
                                  const ReserveBytes& reserve);

@@ -1,5 +1,6 @@
 #pragma once
-/// The triangle that a ray without a hit comes nearest to, in a scene that may have unbuilt trees.
+/// Finds the triangle to which a ray without a hit comes nearest; builds the trees that the search
+/// needs.
 
 #include <optional>
 
@@ -8,8 +9,9 @@
 
 namespace sightline {
 
-/// Among the triangles of which any side is in options.resolved; see core/trace/search/nearest_miss.h. Errors:
-/// those of Engine::sweep.
+/// Considers triangles of which options.resolved has any side; core/trace/search/nearest_miss.h has
+/// the definition. `miss` is set, or left empty if there is no triangle. Errors: those of
+/// Engine::sweep.
 Status nearest_miss(const Engine& engine, const Scene& scene, const Ray& ray,
                     const RayOptions& options, const Deadline& deadline,
                     std::optional<NearestMiss>& miss);

@@ -1,5 +1,5 @@
 #pragma once
-/// A filter of hits, worked out for one scene.
+/// Resolves a filter of hits for a scene.
 
 #include <cstdint>
 #include <optional>
@@ -14,39 +14,40 @@
 
 namespace sightline {
 
-// All of these ask for the memory that they take, and end with DEADLINE or CANCELLED where the time
-// was used up.
+// All functions here call `reserve` before they allocate memory, and return DEADLINE or CANCELLED
+// if the deadline passes.
 
 /// The most bytes that a resolved filter of the scene takes.
 std::uint64_t resolved_filter_bytes(const Scene& scene);
 
-// A pattern that matches no name of the scene, and a choice that has no triangle although none of
-// its lists is empty, adds an entry to `warnings`. Without `warnings` it is an error,
-// SELECTION_EMPTY, with its pointer: for a strict question, and for an answer that has no place for
-// a warning.
+// A pattern that matches no name of the scene adds an entry to `warnings`. So does a choice that
+// selects no triangle although none of its lists is empty. If `warnings` is null, both are the
+// error SELECTION_EMPTY with a pointer: for strict requests, and for answers that have no place for
+// warnings.
 
-/// Resolves a filter for a scene. Errors: FILTER_NODE_UNKNOWN, with a pointer to the number in
-/// "include" or "exclude", and SELECTION_EMPTY. Throws std::bad_alloc. Cost: linear in instances,
-/// and in nodes times patterns (repeated names mostly count once). A list with warnings takes some
-/// milliseconds more for similar names.
+/// Resolves a filter. Errors: FILTER_NODE_UNKNOWN with a pointer to the number in "include" or
+/// "exclude", and SELECTION_EMPTY. Throws std::bad_alloc. Cost: linear in instances, and in nodes
+/// times patterns (equal names are mostly matched once). The search for similar names, for
+/// warnings, takes some milliseconds more.
 Result<ResolvedFilter> resolve_filter(const Scene& scene, const HitFilter& filter,
                                       const Deadline& deadline, const ReserveBytes& reserve,
                                       SelectionWarnings* warnings = nullptr);
 
-/// All sides of what one choice names. Errors: those of resolve_filter, below `key`.
+/// Returns a filter with all sides of the triangles of one choice. `key` is the member that holds
+/// the choice, for pointers. Errors: those of resolve_filter.
 Result<ResolvedFilter> chosen_sides(const Scene& scene, const TriangleChoice& choice,
                                     const std::string& key, const Deadline& deadline,
                                     const ReserveBytes& reserve,
                                     SelectionWarnings* warnings = nullptr);
-/// resolve_filter for rays that may have masks. Empty where all triangles count for all rays, which
-/// spares the kernels the test. `ray_masks` may be empty.
+/// resolve_filter for rays that may have masks (`ray_masks`, may be empty). Empty if all triangles
+/// count for all rays, so that kernels need not test the filter.
 Result<std::optional<ResolvedFilter>> resolve_for_rays(const Scene& scene, const HitFilter& filter,
                                                        std::span<const std::uint32_t> ray_masks,
                                                        const Deadline& deadline,
                                                        const ReserveBytes& reserve,
                                                        SelectionWarnings* warnings = nullptr);
 
-/// Whether both select the same triangles of their scene.
+/// True if both filters of a scene select the same triangles.
 bool select_alike(const ResolvedFilter& a, const ResolvedFilter& b);
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-/// Asks a scene about random rays twice: as ever, and by brute force.
+/// Compares the answers for random rays with those of brute force.
 
 #include <cstdint>
 #include <vector>
@@ -8,19 +8,21 @@
 
 namespace sightline {
 
+/// The result of a self check.
 struct SelfCheck {
   std::uint64_t rays = 0;
-  std::uint64_t hits = 0;       ///< of rays that meet anything
-  std::uint64_t triangles = 0;  ///< decided exactly by brute force, for all rays
-  /// Numbers of rays whose closest hit or whose count differ. There should be none.
+  std::uint64_t hits = 0;       ///< rays that hit a triangle
+  std::uint64_t triangles = 0;  ///< exact decisions of brute force, for all rays
+  /// Indices of rays whose closest hit or number of hits differs from brute force. It should be
+  /// empty.
   std::vector<std::uint64_t> different;
 };
 
-/// Rays in the scene's bounds and around them, aimed at random triangles: at their corners, edges
-/// and insides, and past them. Brute force is the exact predicate (exact_hit.h) on every triangle
-/// of every instance: no tree, no filter.
-/// Errors: DEADLINE, CANCELLED, MEMORY_EXHAUSTED. Cost: instances, and rays times triangles; takes
-/// 4 bytes for each instance.
+/// Traces random rays twice: with the engine, and by brute force, which tests every triangle of
+/// every instance with the exact predicate (exact_hit.h), without tree or filter. The rays start in
+/// the scene's bounds and around them, and aim at corners, edges and insides of random triangles,
+/// and past them. Errors: DEADLINE, CANCELLED, MEMORY_EXHAUSTED. Cost: instances, plus rays times
+/// triangles; memory of 4 bytes for each instance.
 Result<SelfCheck> self_check(const Engine& engine, const Scene& scene, std::uint64_t rays,
                              std::uint64_t seed, const Deadline& deadline);
 

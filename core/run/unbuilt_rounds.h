@@ -1,7 +1,7 @@
 #pragma once
-/// How an engine handles unbuilt trees: it finds the trees that an answer needs, has them built,
-/// and asks again. Only the threads that asked wait, and never inside of shared work: a thread that
-/// waits for a tree must not be the thread that was to build it.
+/// How an engine handles unbuilt trees: it finds the trees that an answer needs, lets the scene
+/// build them, and traces again. Only the calling thread waits for a tree, and never inside of
+/// parallel work: otherwise it could wait for a tree that it was itself to build.
 
 #include <algorithm>
 #include <mutex>
@@ -14,7 +14,7 @@
 
 namespace sightline {
 
-/// The rays of these numbers as a batch of their own.
+/// Copies the rays with these indices into a new batch.
 inline RayBatch rays_of(const RayBatch& rays, std::span<const std::size_t> numbers) {
   RayBatch some;
   some.reserve(numbers.size());
@@ -25,6 +25,7 @@ inline RayBatch rays_of(const RayBatch& rays, std::span<const std::size_t> numbe
   return some;
 }
 
+/// Sorts indices and removes duplicates.
 inline void sort_and_merge(std::vector<std::uint32_t>& trees) {
   std::sort(trees.begin(), trees.end());
   trees.erase(std::unique(trees.begin(), trees.end()), trees.end());
@@ -47,7 +48,7 @@ Result<SceneView> Engine::State::with_trees(const Scene& scene, std::size_t coun
         const std::size_t before = trees.size();
         find(unbuilt, i, trees);
         wanting += trees.size() > before ? 1u : 0u;
-        // Many may want the same few.
+        // Many queries may need the same few trees.
         if (trees.size() > 2 * view.tree().trees.size()) sort_and_merge(trees);
       }
       sort_and_merge(trees);

@@ -1,5 +1,5 @@
 #pragma once
-/// Triangles in a mesh's own space, as the file encodes them.
+/// Mesh: triangles in the mesh's own space, as the file encodes them.
 
 #include <cstdint>
 #include <string>
@@ -12,28 +12,29 @@
 
 namespace sightline {
 
-/// A run of a mesh's triangles with one material: a glTF primitive.
+/// A range of a mesh's triangles with one material: a glTF primitive.
 struct Primitive {
   std::uint32_t first_triangle = 0;
   std::uint32_t triangle_count = 0;
   std::uint32_t file_primitive =
       0;  ///< its index in the file's mesh (points and lines are left out)
+  /// Index in SceneDescription::materials; 0xffffffff: none.
   std::uint32_t material = 0xffffffffu;
 };
 
-/// Positions are float32 as decoded (docs/reference/contract.md, "The scene", 1). Triangle i has
-/// the corners positions[indices[3i]], [3i+1], [3i+2]; every index is smaller than
-/// positions.size(). Importers store no indices where they would be 0, 1, 2, ... Strips and fans
-/// are unrolled with glTF's winding. Positions may be non-finite and triangles may have no area.
-/// Such triangles have a number like all others and are never hit.
+/// A mesh. Positions are float32 as decoded (docs/reference/contract.md, "The scene", 1). Triangle
+/// i has the corners positions[indices[3i]], [3i+1], [3i+2]; every index is below positions.size().
+/// Strips and fans are unrolled with glTF's winding. Positions may be non-finite, and triangles may
+/// have no area. Such triangles have a number like all others, and are never hit.
 struct Mesh {
   std::string name;
   std::uint32_t file_mesh = 0;  ///< index in the file's "meshes"
   SharedColumn<Vec3f> positions;
+  /// Importers store the indices 0, 1, 2, ... as a sequence without memory.
   IndexColumn indices;
   bool all_used = false;  ///< each position is a corner of a triangle; false: not checked
   std::vector<Primitive> primitives;
-  /// Attributes of the primitives up to the last one that has any.
+  /// Vertex attributes by primitive, up to the last primitive that has any.
   std::vector<PrimitiveAttributes> attributes;
 
   std::uint32_t triangle_count() const { return static_cast<std::uint32_t>(indices.size() / 3); }

@@ -12,28 +12,30 @@
 
 namespace sightline {
 
-/// A change of a node. An empty member changes nothing.
+/// A change of a node by a client. An empty member changes nothing.
 struct NodeChange {
   std::uint32_t node = 0;  ///< index in the file's "nodes"
   std::optional<Affine> parent_from_node;
-  std::optional<bool> hidden;         ///< neither it nor what is below it is met by anything
-  std::optional<std::uint32_t> mask;  ///< of it, and of what is below it without a mask of its own
+  std::optional<bool> hidden;  ///< true: no ray meets the node or the nodes below it
+  /// mask of the node, and of the nodes below it that have none of their own
+  std::optional<std::uint32_t> mask;
   bool operator==(const NodeChange&) const = default;
 };
 
-/// One change for each node, ascending by node.
+/// All changes of a scene: one for each changed node, ascending by node.
 using NodeChanges = std::vector<NodeChange>;
-/// `changes` as they are after `change` as well.
+/// Adds a change to `changes`: merges it into the change of its node, if there is one.
 NodeChanges with_change(NodeChanges changes, const NodeChange& change);
 
-/// Changes the nodes. Nodes below them move and hide with them, by the importer's formulas. Masks
-/// of instances are computed again. Returns the instances that moved, were hidden or were shown,
-/// ascending. Errors, after which the description must not be used: NODE_NOT_FOUND, NODE_POSES_SKIN
-/// (a joint of a visible skin would move), TRANSFORM_INVALID (a matrix, alone or with its parents
-/// or a placement, exceeds float32).
+/// Applies changes to the nodes of a scene description. Nodes below them move and hide with them,
+/// by the importer's formulas. Masks of instances are computed again. Returns the instances that
+/// moved, were hidden or were shown, ascending. Errors: NODE_NOT_FOUND; NODE_POSES_SKIN (a joint of
+/// a visible skin would move); TRANSFORM_INVALID (a matrix, alone or multiplied by those of its
+/// parents or a placement, exceeds float32). After an error the description must not be used.
 Result<std::vector<std::uint32_t>> change_nodes(SceneDescription& scene,
                                                 std::span<const NodeChange> changes);
-/// The mask that holds for each node.
+/// Returns the effective mask of each node: its own, or that of its nearest parent with a mask, or
+/// all bits.
 std::vector<std::uint32_t> node_masks(const SceneDescription& scene);
 
 }  // namespace sightline

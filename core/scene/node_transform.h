@@ -1,5 +1,5 @@
 #pragma once
-/// Node transforms as float64 matrices, by formulas that anyone can recompute.
+/// Matrices of nodes in float64, by formulas that anyone can recompute.
 
 #include <string>
 #include <vector>
@@ -10,15 +10,15 @@
 
 namespace sightline {
 
-/// Translation t, rotation (x, y, z, w) and scale s, in float64 without FMA, in this order:
+/// from_trs returns the matrix of a translation t, a rotation (x, y, z, w) and a scale s, in
+/// float64 without FMA, in this order:
 ///   x2 = x + x    y2 = y + y    z2 = z + z
 ///   xx = x * x2   xy = x * y2   xz = x * z2   yy = y * y2   yz = y * z2   zz = z * z2
 ///   wx = w * x2   wy = w * y2   wz = w * z2
 ///   | (1 - (yy + zz)) * sx    (xy - wz) * sy          (xz + wy) * sz          tx |
 ///   | (xy + wz) * sx          (1 - (xx + zz)) * sy    (yz - wx) * sz          ty |
 ///   | (xz - wy) * sx          (yz + wx) * sy          (1 - (xx + yy)) * sz    tz |
-/// The quaternion is taken as it stands, not normalised: that is what the file says, and what other
-/// readers do.
+/// The quaternion is used as it is, without normalising, as other readers of glTF do.
 struct Quaternion {
   double x = 0, y = 0, z = 0, w = 1;
   /// The squared length, left to right.
@@ -26,20 +26,22 @@ struct Quaternion {
 };
 Affine from_trs(const Vec3d& t, const Quaternion& q, const Vec3d& s);
 
-/// Whether all numbers are finite and within float32's range: then world positions stay far from
-/// overflow.
+/// True if all numbers are finite and within the range of float32. Then world positions are far
+/// from overflow.
 bool is_in_range(const Affine& matrix);
 
-/// A transform as in glTF [glTF2] 3.5.3: 16 numbers column by column with the last row 0 0 0 1, or
-/// 3, 4 and 3 of translation, rotation and scale. An empty member is not given.
+/// A transform as in glTF [glTF2] 3.5.3: `matrix` has 16 numbers, column by column, with the last
+/// row 0 0 0 1; or `translation`, `rotation` and `scale` have 3, 4 and 3 numbers. A member that is
+/// not given is empty.
 struct NodeTransform {
   std::vector<double> matrix, translation, rotation, scale;
 };
-/// Errors: TRANSFORM_INVALID with the member as pointer: a number beyond float32's range, a
-/// rotation of zero, a last row that is not 0 0 0 1. Precondition: as many numbers as above.
+/// Returns the matrix of a transform. Errors: TRANSFORM_INVALID with the member as pointer: a
+/// number beyond the range of float32, a rotation of zero, a last row that is not 0 0 0 1.
+/// Precondition: members that are given have the numbers of elements above.
 Result<Affine> matrix_of(const NodeTransform& transform);
 
-/// The shortest decimal that reads back as the same float64.
+/// The shortest decimal text from which the same float64 is read.
 std::string decimal(double value);
 
 }  // namespace sightline

@@ -1,5 +1,6 @@
 #pragma once
-/// Whether a mesh is closed, by its edges: what lies inside is only defined where it is.
+/// Finds out if a mesh is closed, by counting its open edges. "Inside" is only defined for closed
+/// meshes.
 
 #include <atomic>
 #include <condition_variable>
@@ -14,41 +15,44 @@
 
 namespace sightline {
 
-/// Edges are the same where their ends are the same points; triangles that are not finite have
-/// none.
+/// Counts of the open edges of a mesh. Two edges are the same if their ends have equal coordinates.
+/// Triangles that are not finite are ignored.
 struct OpenEdges {
-  /// Edges of an odd number of triangles. None: every ray that leaves crosses the mesh an odd
-  /// number of times from a point inside, an even number from outside.
+  /// Edges that an odd number of triangles have. If there are none, a ray to infinity crosses the
+  /// mesh an odd number of times from a point inside, and an even number of times from a point
+  /// outside.
   std::uint64_t unpaired = 0;
-  /// Edges that the triangles beside them do not walk as often in one direction as in the other.
-  /// None: fronts less backs is the same along every ray that leaves.
+  /// Edges that their triangles do not run along equally often in both directions. If there are
+  /// none, the number of fronts minus backs is the same along every ray to infinity from a point.
   std::uint64_t unbalanced = 0;
 };
 
-/// Of the triangles of those primitives for which `counts(primitive)` is true. Errors: DEADLINE,
-/// CANCELLED. Throws std::bad_alloc. Cost: some 10 ns for each position and each edge.
+/// Counts the open edges of the triangles of those primitives for which `counts(primitive)` is
+/// true. Errors: DEADLINE, CANCELLED. Throws std::bad_alloc. Cost: about 10 ns for each position
+/// and each edge.
 Result<OpenEdges> open_edges(const Mesh& mesh,
                              const std::function<bool(std::size_t primitive)>& counts,
                              const Deadline& deadline);
-/// Memory of open_edges: 24 bytes a triangle, and some 20 a position.
+/// The memory that open_edges allocates: 24 bytes for each triangle, about 20 for each position.
 std::uint64_t open_edges_bytes(const Mesh& mesh,
                                const std::function<bool(std::size_t primitive)>& counts);
 
-/// The open edges of the whole meshes of a scene. They are computed when first requested, then
-/// cached. May be used from many threads.
+/// The open edges of the whole meshes of a scene, computed on first request and then cached.
+/// Thread-safe.
 class KnownEdges {
  public:
   explicit KnownEdges(std::size_t meshes) : slots_(std::make_unique<Slot[]>(meshes)) {}
-  /// `mesh` has this number. One thread at a time processes a mesh; other threads wait for it,
-  /// until their own deadlines. If it runs out of time, the next thread starts again. Errors: those
-  /// of open_edges, and of `reserve`, which is called only where the result is not cached.
+  /// Returns the open edges of mesh number `number`. One thread computes them; other threads that
+  /// request them wait until their own deadlines. If the thread runs out of time, the next one
+  /// starts again. Errors: those of open_edges and of `reserve`, which is called only if the result
+  /// is not cached.
   Result<OpenEdges> of(std::uint32_t number, const Mesh& mesh, const Deadline& deadline,
                        const ReserveBytes& reserve);
 
  private:
   enum class State : std::uint8_t { kUnknown, kUnderWay, kKnown };
   struct Slot {
-    OpenEdges edges;  ///< once it is known
+    OpenEdges edges;  ///< valid in state kKnown
     std::atomic<State> state{State::kUnknown};
   };
   std::mutex mutex_;

@@ -1,5 +1,5 @@
 #pragma once
-/// An immutable scene: what every reader of a revision shares.
+/// Scene: an immutable scene, which all readers of a revision share.
 
 #include <atomic>
 #include <cstdint>
@@ -18,56 +18,55 @@
 
 namespace sightline {
 
-/// A triangle of the scene in the world: the truth that every answer is about.
+/// A triangle of the scene in world space, in float64. All answers are about world triangles.
 using WorldTriangle = Triangle;
 
-/// Nothing that an answer depends on ever changes; hold it by shared_ptr<const Scene> for as long
-/// as it is read. Its trees are a cache that fills while it is used.
+/// A scene. Nothing changes that an answer depends on. Readers hold it by shared_ptr<const Scene>.
+/// Its trees are a cache that is filled when queries need them.
 class Scene {
  public:
-  /// Knows its bounds and has no tree yet. Errors: SCENE_TOO_LARGE when a tree would not fit,
-  /// MEMORY_EXHAUSTED.
+  /// Makes a scene with its bounds, but no tree built. Errors: SCENE_TOO_LARGE if a tree would be
+  /// too large, MEMORY_EXHAUSTED.
   static Result<std::shared_ptr<const Scene>> prepare(SceneDescription description);
-  /// Has all trees. Errors: as prepare; CANCELLED.
+  /// Makes a scene with all trees built. Errors: those of prepare; CANCELLED.
   static Result<std::shared_ptr<const Scene>> build(SceneDescription description,
                                                     TreeQuality quality = TreeQuality::kHigh,
                                                     Joining joining = Joining::kMeasured,
                                                     const CancelFlag* cancel = nullptr);
-  /// This scene with some nodes moved or hidden. It shares the meshes, and the trees of everything
-  /// that has not moved. Errors: those of change_nodes, MEMORY_EXHAUSTED.
+  /// Makes a copy of this scene with some nodes moved or hidden. The copy shares the meshes, and
+  /// the trees of everything that did not move. Errors: those of change_nodes, MEMORY_EXHAUSTED.
   Result<std::shared_ptr<const Scene>> changed(std::span<const NodeChange> changes) const;
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;
 
   const SceneDescription& description() const { return description_; }
-  /// Never null. A query takes it once, in a SceneView.
+  /// The present trees; never null. A query reads them once, in a SceneView.
   std::shared_ptr<const SceneTree> tree() const { return trees_->now(); }
-  /// To build them, drop them, or ask what they cost: nothing of it changes an answer.
+  /// To build or drop trees, or for statistics; that does not change answers.
   SceneTrees& trees() const { return *trees_; }
 
-  /// Every triangle of every instance, dropped ones included.
+  /// The number of triangles of all instances, including triangles that no ray can hit.
   std::uint64_t instanced_triangle_count() const { return instanced_triangle_count_; }
-  /// Every primitive of every instance.
+  /// The number of primitives of all instances.
   std::uint64_t instanced_primitive_count() const { return instanced_primitive_count_; }
-  /// Every triangle of every mesh, dropped ones included.
+  /// The number of triangles of all meshes, including triangles that no ray can hit.
   std::uint64_t unique_triangle_count() const { return unique_triangle_count_; }
-  /// The bounds of the world positions that finite triangles use (area or not); empty if there is
-  /// none.
+  /// The bounds of all world triangles with finite corners, with or without an area; empty if there
+  /// are none.
   const Box3d& bounds() const { return plan_.bounds; }
 
-  /// Counts the bytes of vertex attributes that were read from the file for hits. Scenes that share
-  /// meshes share the counter.
+  /// The number of bytes of vertex attributes that were read from the file for hits. Scenes that
+  /// share meshes share the counter.
   std::atomic<std::uint64_t>& attribute_bytes() const { return *attribute_bytes_; }
 
-  /// Whether some instance has mask 0: no ray meets it, whatever its own mask.
+  /// True if an instance has the mask 0: no ray meets it, whatever the ray's mask.
   bool has_empty_mask() const { return has_empty_mask_; }
 
-  /// Precondition: id names a triangle of this scene.
+  /// The corners of a triangle in world space. Precondition: id names a triangle of this scene.
   WorldTriangle world_triangle(TriangleId id) const;
-  /// The primitive of the instance's mesh that holds this triangle, as an index in
-  /// Mesh::primitives.
+  /// The primitive that contains a triangle: index in Mesh::primitives of the instance's mesh.
   std::uint32_t primitive_of(TriangleId id) const;
-  /// The open edges of a whole mesh of the description; see KnownEdges. Throws std::bad_alloc.
+  /// The open edges of a whole mesh (KnownEdges). Throws std::bad_alloc.
   Result<OpenEdges> open_edges(std::uint32_t mesh, const Deadline& deadline,
                                const ReserveBytes& reserve) const;
 

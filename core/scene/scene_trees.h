@@ -1,6 +1,6 @@
 #pragma once
-/// The trees of a scene as a cache: they may be built one by one when rays come near, all at once,
-/// read from a file, or dropped. No answer depends on it (law 1).
+/// SceneTrees: the trees of a scene as a cache. Trees may be built one by one on demand, built all
+/// at once, read from a file, or dropped. No answer depends on it (law 1).
 
 #include <atomic>
 #include <condition_variable>
@@ -21,19 +21,22 @@
 
 namespace sightline {
 
-/// May be used from many threads. What now() returns never changes: later states are other objects.
+/// Thread-safe. A state that now() returned never changes; a change makes a new state. Trees have
+/// two forms: built one by one by the LazyLayout of the scene, or all at once by build_scene_tree,
+/// which is called the lasting form.
 class SceneTrees {
  public:
-  /// Nothing is built. The plan outlives it.
+  /// Starts with no tree built. The plan must outlive the object.
   SceneTrees(const ScenePlan& plan, std::uint64_t geometry_bytes);
-  /// After moved_plan: takes all trees of `before` that did not move; none of them is built again
-  /// (LazyLayout::moved). Refers to nothing else of `before`. Throws std::bad_alloc.
+  /// For a scene with moved placements (moved_plan): uses all trees of `before` that did not move;
+  /// none of them is built again (LazyLayout::moved). Does not refer to `before` afterwards. Throws
+  /// std::bad_alloc.
   SceneTrees(const ScenePlan& plan, SceneTrees& before, std::span<const std::uint32_t> moved);
   ~SceneTrees();
   SceneTrees(const SceneTrees&) = delete;
   SceneTrees& operator=(const SceneTrees&) = delete;
 
-  /// Held while a query runs, so that its trees are not dropped.
+  /// A query holds a Use while it runs, so that its trees are not dropped.
   class Use {
    public:
     explicit Use(SceneTrees& trees);
@@ -45,66 +48,71 @@ class SceneTrees {
     SceneTrees& trees_;
   };
 
+  /// The present state.
   std::shared_ptr<const SceneTree> now() const;
 
-  /// Builds the `wanted` trees of `seen`, a state that now() returned. Each tree is built once,
-  /// also when several threads ask. Waits for trees that other threads have begun. A large tree may
-  /// be split instead, which leaves some of its parts unbuilt. Returns a state with the new trees
-  /// or, if all trees were exchanged meanwhile, the present state. Work that runs on `threads` must
-  /// not call it. A build in progress is finished, also after the deadline, unless the deadline's
-  /// flag is set. Errors: DEADLINE, CANCELLED. Throws std::bad_alloc and then changes nothing.
+  /// Builds the trees `wanted` (indices in SceneTree::trees) of `seen`, a state that now()
+  /// returned. Each tree is built once, even if several threads request it; the call waits for
+  /// trees that other threads are building. A large tree may be split instead, which leaves some of
+  /// its parts unbuilt. Returns a state with the new trees or, if all trees were replaced
+  /// meanwhile, the present state. Must not be called from work that runs on `threads`. A build in
+  /// progress is finished even after the deadline, unless the deadline's flag is set. Errors:
+  /// DEADLINE, CANCELLED. Throws std::bad_alloc, and then changes nothing.
   Result<std::shared_ptr<const SceneTree>> build(const std::shared_ptr<const SceneTree>& seen,
                                                  std::span<const std::uint32_t> wanted,
                                                  const Deadline& deadline, ThreadGroup& threads);
 
-  /// How all trees came to be there.
+  /// How trees in the lasting form were made: built, or read from a file.
   enum class Origin { kBuilt, kRead };
-  /// Puts all trees, in their lasting form, in the place of what is there.
+  /// Replaces the present trees by all trees in the lasting form.
   void complete(SceneTree tree, Origin origin);
-  /// Drops all trees: all of them count as unbuilt again. Throws std::bad_alloc.
+  /// Drops all trees, which are then unbuilt. Throws std::bad_alloc.
   void drop();
 
-  /// From now on this scene counts. Errors: SCENE_OVER_BUDGET. Precondition: called once at most.
+  /// Adds the scene to a memory budget. Errors: SCENE_OVER_BUDGET. Precondition: called at most
+  /// once.
   Status join(std::shared_ptr<TreeBudget> budget);
-  // Numbers for the memory budget.
+  // Figures for the memory budget, in bytes.
   std::uint64_t geometry_bytes() const { return geometry_bytes_; }
-  /// The address that scenes with shared geometry have in common.
+  /// An address that is equal for scenes that share their geometry.
   const void* geometry() const {
     return plan_.meshes.empty() ? this : static_cast<const void*>(plan_.meshes[0].positions.data());
   }
   std::uint64_t tree_bytes() const { return bytes_.load(std::memory_order_relaxed); }
-  /// An estimate: of the largest tree that a first ray may need.
+  /// Estimated bytes of the largest tree that a first ray may need.
   std::uint64_t least_tree_bytes() const { return least_bytes_; }
-  /// An estimate: of all of them that were not there when this was made.
+  /// Estimated bytes of all trees that were unbuilt when this object was made.
   std::uint64_t full_tree_bytes() const { return full_bytes_; }
+  /// True if no query uses the trees and there is one to drop.
   bool can_drop() const { return users_.load() == 0 && droppable_.load(); }
-  /// On the steady clock; 0: never.
+  /// Time of the last query on the steady clock; 0: none yet.
   Deadline::Clock::rep last_use() const { return last_use_.load(); }
-  /// Whether some are not there that should be (in their lasting form, unless it was reached before
-  /// something moved), and have been of use since they were dropped.
+  /// True if a background build should run: trees are unbuilt or not in the lasting form, and the
+  /// scene was queried since its trees were last dropped. Trees that were in the lasting form
+  /// before a node moved count as lasting.
   bool wants_all() const;
-  /// Whether the scene was made by moving nodes. Then a background build has only the unbuilt trees
-  /// to build.
+  /// True if the scene was made by moving nodes. Then a background build builds only the unbuilt
+  /// trees.
   bool is_moved() const;
 
   void count_waiting(std::uint64_t queries) { waited_.fetch_add(queries); }
   void count_rejected_file() { rejects_.fetch_add(1); }
   TreeStats stats() const;
-  /// The number of trees that were built. Every query reads it.
+  /// The number of trees that were built so far. Every query reads it.
   std::uint64_t trees_built() const;
   const ScenePlan& plan() const { return plan_; }
 
  private:
   enum class SlotState : std::uint8_t { kUnbuilt, kBuilding, kDone };
-  /// The trees that a thread has undertaken to build.
+  /// A tree that a thread builds.
   struct Claim {
     std::uint32_t number = 0;
     TreeSlot slot;
-    std::shared_ptr<const WideTree> tree;  ///< when built
-    std::vector<MeshPart> parts;           ///< when cut
+    std::shared_ptr<const WideTree> tree;  ///< the tree, when it is built
+    std::vector<MeshPart> parts;           ///< the parts instead, when the tree is split
   };
 
-  /// Precondition for this: mutex_ is held.
+  /// Precondition for show: mutex_ is held.
   void show(std::shared_ptr<const SceneTree> tree, bool droppable);
   std::shared_ptr<TreeBudget> budget() const;
   bool is_present(const SceneTree& seen) const { return layout_ && seen.unbuilt == now_->unbuilt; }
@@ -127,11 +135,11 @@ class SceneTrees {
   std::atomic<Deadline::Clock::rep> last_use_{0};
   std::atomic<Deadline::Clock::rep> last_drop_{0};
 
-  mutable std::mutex mutex_;  ///< for what follows; not held while a tree is built
+  mutable std::mutex mutex_;  ///< protects the members below; not held while a tree is built
   std::condition_variable changed_;
   std::shared_ptr<const SceneTree> now_;
-  std::optional<LazyLayout> layout_;  ///< none while trees have their lasting form
-  bool moved_ = false;                ///< is a lasting form but for what has moved since
+  std::optional<LazyLayout> layout_;  ///< empty while trees are in the lasting form
+  bool moved_ = false;                ///< the trees were in the lasting form before nodes moved
   std::vector<SlotState> states_;
   std::vector<bool> mesh_built_;
   TreeStats stats_;

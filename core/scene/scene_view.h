@@ -1,5 +1,5 @@
 #pragma once
-/// A scene and the trees that it had when a query began.
+/// SceneView: a scene with the trees that it had when a query began.
 
 #include <memory>
 #include <utility>
@@ -9,10 +9,10 @@
 namespace sightline {
 
 /// The part of a scene that a kernel reads. The trees of a scene may be replaced while queries run;
-/// a view refers to the trees that it was made with. The scene outlives it.
+/// a view retains the trees that it was made with. The scene must outlive the view.
 class SceneView {
  public:
-  /// The trees that the scene has now. Implicit: a scene can be asked without further ado.
+  /// A view with the present trees. Implicit, so that a Scene can be passed where a view is needed.
   SceneView(const Scene& scene) : SceneView(scene, scene.tree()) {}  // NOLINT(*-explicit-*)
   SceneView(const Scene& scene, std::shared_ptr<const SceneTree> tree)
       : scene_(&scene), tree_(std::move(tree)) {}

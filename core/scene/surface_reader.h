@@ -1,5 +1,5 @@
 #pragma once
-/// Reads what a scene's file states about surfaces, at hits.
+/// SurfaceReader: reads and interpolates vertex attributes at hits.
 
 #include <array>
 #include <cstdint>
@@ -11,8 +11,9 @@
 
 namespace sightline {
 
-/// Reads hits one after the other, as HitAttributes has them; neighbours often lie on one
-/// placement. One for each thread; the scene outlives it and counts what it has read when it goes.
+/// Reads the attributes of one hit after the other, as HitAttributes defines them. Fast if
+/// consecutive hits are on one instance. Each thread has its own reader. The scene must outlive it;
+/// the destructor adds the bytes that were read to the scene's counter.
 class SurfaceReader {
  public:
   explicit SurfaceReader(const Scene& scene) : scene_(scene) {}
@@ -20,16 +21,16 @@ class SurfaceReader {
   SurfaceReader(const SurfaceReader&) = delete;
   SurfaceReader& operator=(const SurfaceReader&) = delete;
 
-  /// Precondition: id names a triangle of the scene.
+  /// Selects a hit. Precondition: id names a triangle of the scene.
   void go_to(TriangleId id, const HitDetail& detail);
-  // Of the hit that it has gone to. Throw std::bad_alloc.
+  // The attributes of the selected hit; NaN where the file has none. Throw std::bad_alloc.
   Vec3d shading_normal();
   std::array<double, 2> uv();
   std::array<double, 4> colour();
 
  private:
-  /// False: the file says nothing, or something that is not a number. A fourth number that the file
-  /// does not have is 1.
+  /// Interpolates an attribute. False if the file has none, or a value that is not finite. A fourth
+  /// number that the file does not have is 1.
   bool interpolate(VertexAttribute attribute, double (&out)[4]);
 
   const Scene& scene_;
@@ -38,7 +39,7 @@ class SurfaceReader {
   std::array<std::uint32_t, 3> corners_{};
   double weight_[3] = {};
   std::uint32_t instance_ = kNone;
-  std::optional<NormalMap> normals_;  ///< of the instance, when it was asked for
+  std::optional<NormalMap> normals_;  ///< of the instance, once a normal was requested
 };
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-/// The memory that the scenes of a process may take in total, and which trees are evicted beyond
+/// TreeBudget: the memory that all scenes of a process may use, and the eviction of trees beyond
 /// it.
 
 #include <atomic>
@@ -14,23 +14,23 @@ namespace sightline {
 
 class SceneTrees;
 
-/// Counts positions, indices and trees. May be used from many threads.
+/// Counts positions, indices and trees of the scenes that joined. Thread-safe.
 class TreeBudget {
  public:
-  /// In bytes; 0: no limit.
+  /// `limit` in bytes; 0: no limit.
   explicit TreeBudget(std::uint64_t limit) : limit_(limit) {}
 
-  /// Takes the trees of a scene in. Errors: SCENE_OVER_BUDGET when the scene's geometry and its
-  /// largest tree do not fit beside the geometry of the others.
+  /// Adds a scene. Errors: SCENE_OVER_BUDGET if the scene's geometry and its largest tree do not
+  /// fit beside the geometry of the other scenes.
   Status admit(SceneTrees& trees);
-  /// Precondition: they were admitted.
+  /// Removes a scene. Precondition: it was admitted.
   void dismiss(SceneTrees& trees);
-  /// While there is too much: drops the trees of the scene that was asked the longest ago, of those
-  /// that are not being asked.
+  /// While the memory exceeds the limit: drops the trees of the least recently queried scene that
+  /// no query uses now.
   void settle();
-  /// Whether so many bytes more would fit.
+  /// True if `bytes` more would not exceed the limit.
   bool has_room(std::uint64_t bytes) const;
-  /// Whether settle() left too much.
+  /// True if the memory still exceeded the limit after the last settle().
   bool is_exceeded() const { return exceeded_.load(std::memory_order_relaxed); }
   std::uint64_t limit() const { return limit_; }
   std::uint64_t used() const;
@@ -38,14 +38,14 @@ class TreeBudget {
 
  private:
   std::uint64_t sum() const;
-  /// The geometry of all scenes and, if not null, of one more. Shared data counts once.
+  /// Bytes of the geometry of all scenes and, if not null, of `more`. Shared geometry counts once.
   std::uint64_t geometry_sum(const SceneTrees* more = nullptr) const;
 
   const std::uint64_t limit_;
   std::atomic<bool> exceeded_{false};
   mutable std::mutex mutex_;
   std::vector<SceneTrees*> scenes_;
-  TreeTotals past_;  ///< what is "ever", of those that were dismissed
+  TreeTotals past_;  ///< totals of removed scenes
 };
 
 }  // namespace sightline

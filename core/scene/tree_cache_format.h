@@ -1,5 +1,5 @@
 #pragma once
-/// The layout of a file of trees (tree_cache.h), for its writer, its reader and their tests.
+/// The layout of a file of trees (tree_cache.h), for its encoder, its decoder and their tests.
 
 #include <algorithm>
 #include <cstddef>
@@ -14,7 +14,7 @@
 
 namespace sightline::tree_cache {
 
-/// To be raised with every change of what builders make or of how it is laid out.
+/// The version of the format and of the builder. It must be raised when either changes.
 inline constexpr std::uint32_t kVersion = 3;
 inline constexpr char kMagic[8] = {'S', 'L', 't', 'r', 'e', 'e', 's', '\n'};
 inline constexpr std::size_t kAlign = kNodeAlign;
@@ -26,14 +26,16 @@ struct Header {
   std::uint32_t node_bytes, block_bytes, arity, lanes;
   std::uint64_t content;
   std::uint64_t file_bytes;
-  std::uint64_t tree_count;  ///< the top included
-  std::uint64_t records_hash;
+  std::uint64_t tree_count;    ///< number of records, that of the top tree included
+  std::uint64_t records_hash;  ///< hash_of all records
   std::uint64_t reserved[7];
-  std::uint64_t hash;  ///< of what stands before
+  std::uint64_t hash;  ///< hash_of the members above
 };
 static_assert(sizeof(Header) == 128);
 
+/// Describes a tree. Members without a comment are those of WideTree.
 struct Record {
+  /// Position and size of the arena in the file.
   std::uint64_t offset, bytes;
   std::uint32_t root;
   std::int32_t scale_exponent;
@@ -41,10 +43,11 @@ struct Record {
   std::uint32_t node_count, block_count, depth;
   std::uint32_t reserved[5];
   std::uint64_t reserved_too[2];
-  std::uint64_t hash;  ///< of the arena
+  std::uint64_t hash;  ///< hash_of the arena
 };
 static_assert(sizeof(Record) == 128);
 
+/// A header for this machine; counts and hashes are 0.
 inline Header make_header() {
   Header header{};
   std::copy(std::begin(kMagic), std::end(kMagic), header.magic);
@@ -59,6 +62,7 @@ inline Header make_header() {
 
 using sightline::hash_of;
 
+/// The value of Header::hash.
 inline std::uint64_t hash_of(const Header& header) {
   return hash_of(std::as_bytes(std::span(&header, 1)).first(offsetof(Header, hash)));
 }

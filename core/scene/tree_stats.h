@@ -1,32 +1,36 @@
 #pragma once
-/// The cost and savings of a scene's trees so far, as plain data.
+/// Statistics of a scene's trees, as plain data. Counters count since the scene was made.
 
 #include <cstdint>
 
 namespace sightline {
 
+/// Statistics of one scene.
 struct TreeStats {
-  std::uint64_t meshes_total = 0;    ///< with different content
-  std::uint64_t meshes_built = 0;    ///< of those, with a tree now, or with a tree for a part
-  std::uint64_t trees_built = 0;     ///< because a ray or a box came near, ever
-  std::uint64_t trees_kept = 0;      ///< of the revision before, when a node changed
-  std::uint64_t meshes_split = 0;    ///< large meshes that were cut into parts, ever
-  std::uint64_t full_builds = 0;     ///< all trees of the scene in their lasting form, ever
-  std::uint64_t evictions = 0;       ///< all trees dropped for want of memory, ever
-  std::uint64_t cache_hits = 0;      ///< all trees read from a file that held what it should, ever
-  std::uint64_t cache_rejects = 0;   ///< a file was there and was not what it should be, ever
-  std::uint64_t queries_waited = 0;  ///< rays and boxes that needed a tree that was not there, ever
-  std::uint64_t tree_bytes = 0;      ///< of the trees that are there now
-  std::uint64_t geometry_bytes = 0;  ///< positions and indices
-  bool complete = false;             ///< nothing is left to build
+  std::uint64_t meshes_total = 0;   ///< meshes with different content
+  std::uint64_t meshes_built = 0;   ///< meshes that have a tree, or a tree of a part, now
+  std::uint64_t trees_built = 0;    ///< counter: trees that were built for a query
+  std::uint64_t trees_kept = 0;     ///< trees reused from the previous revision, if a node changed
+  std::uint64_t meshes_split = 0;   ///< counter: large meshes that were split into parts
+  std::uint64_t full_builds = 0;    ///< counter: builds of all trees at once in the lasting form
+  std::uint64_t evictions = 0;      ///< counter: evictions of all trees for lack of memory
+  std::uint64_t cache_hits = 0;     ///< counter: times that all trees were read from a valid file
+  std::uint64_t cache_rejects = 0;  ///< counter: files of trees that were invalid
+  /// counter: rays and boxes that had to wait for an unbuilt tree
+  std::uint64_t queries_waited = 0;
+  std::uint64_t tree_bytes = 0;      ///< bytes of the trees that exist now
+  std::uint64_t geometry_bytes = 0;  ///< bytes of positions and indices
+  bool complete = false;             ///< no tree is unbuilt
 };
 
-/// Sums over all scenes that have joined a TreeBudget. Sums that are "ever" include removed scenes.
+/// Sums over all scenes that have joined a TreeBudget. Counters include removed scenes.
 struct TreeTotals {
-  std::uint64_t trees_built = 0, full_builds = 0, evictions = 0;        ///< ever, as TreeStats
-  std::uint64_t cache_hits = 0, cache_rejects = 0, queries_waited = 0;  ///< ever, as TreeStats
-  std::uint64_t tree_bytes = 0;                                         ///< now
-  std::uint64_t geometry_bytes = 0;  ///< now; what several scenes share counts once
+  std::uint64_t trees_built = 0, full_builds = 0, evictions = 0;  ///< counters, as in TreeStats
+  /// counters, as in TreeStats
+  std::uint64_t cache_hits = 0, cache_rejects = 0, queries_waited = 0;
+  std::uint64_t tree_bytes = 0;  ///< of present scenes
+  /// of present scenes; geometry that several scenes share counts once
+  std::uint64_t geometry_bytes = 0;
 };
 
 }  // namespace sightline

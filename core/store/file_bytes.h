@@ -1,9 +1,9 @@
 #pragma once
-/// A whole file in memory of this process.
+/// FileBytes: a whole file in the memory of this process.
 ///
-/// A stored file is read, never mapped: a page of a mapping that the disk cannot deliver, or that a
-/// cut file no longer has, is a signal that ends the process. A failing read is an error of one
-/// scene. docs/decisions/0021-stored-files-are-read.md has the measurements.
+/// A stored file is read, not mapped: if the disk cannot deliver a page of a mapping, or the file
+/// was truncated, the access is a signal that ends the process. A failing read is an error of one
+/// scene. docs/decisions/0021-stored-files-are-read.md has measurements.
 
 #include <cstddef>
 #include <cstdint>
@@ -19,32 +19,35 @@
 
 namespace sightline {
 
+/// The bytes of a file that was read.
 class FileBytes {
  public:
-  /// Files from this size on are read by all threads into pages of the system, and scenes share
-  /// them. Of smaller files a scene copies what it needs.
+  /// Files of at least so many bytes are read by all threads into pages of the system, and scenes
+  /// refer to these pages. From a smaller file a scene copies what it needs.
   static constexpr std::size_t kSharedFrom = 1 << 20;
 
-  /// Errors: those of io_error; STORE_IO also where the file becomes shorter while it is read.
+  /// Reads a file. `doing` names the purpose in errors. Errors: those of io_error; STORE_IO also if
+  /// the file becomes shorter meanwhile.
   static Result<FileBytes> read(const FileDescriptor& file, const char* doing);
-  /// As read, and sets `fingerprint` to the hash_in_pieces of the bytes: computed while they are in
-  /// the processor's cache, it costs less than another pass.
+  /// Reads a file, and sets `fingerprint` to the hash_in_pieces of its bytes. Computing it while
+  /// the bytes are in the processor's cache costs less than a second pass.
   static Result<FileBytes> read(const FileDescriptor& file, const char* doing,
                                 std::uint64_t& fingerprint);
   FileBytes(FileBytes&& other) noexcept;
   FileBytes& operator=(FileBytes&&) = delete;
   ~FileBytes();
 
-  /// Aligned to 64 bytes.
+  /// The content of the file, aligned to 64 bytes.
   std::span<const std::byte> bytes() const {
     return {pages_ != nullptr ? pages_ : small_.data(), size_};
   }
+  /// True if scenes may refer to the bytes (kSharedFrom).
   bool is_shared() const { return pages_ != nullptr; }
 
-  /// Marks a part of bytes() as needed beyond the load. May be called from several threads.
+  /// Marks a part of bytes() as needed after the load. Thread-safe.
   void claim(std::span<const std::byte> part) const;
-  /// Returns the pages without any claim to the system; they read as zeros then. Precondition: only
-  /// claimed parts are read from here on, and nothing is claimed.
+  /// Returns pages without a claimed part to the system; they read as zeros afterwards.
+  /// Preconditions: only claimed parts are read from now on, and nothing more is claimed.
   void drop_unclaimed() const;
 
  private:
@@ -60,7 +63,7 @@ class FileBytes {
   mutable std::vector<Range> claims_;
 };
 
-/// Owns the bytes of a file that scenes share; null for a small file.
+/// The owner of the bytes for scenes that refer to them; null for a small file.
 inline std::shared_ptr<const void> owner_of_bytes(const std::shared_ptr<const FileBytes>& file) {
   return file->is_shared() ? std::shared_ptr<const void>(file) : nullptr;
 }

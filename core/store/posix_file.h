@@ -1,5 +1,5 @@
 #pragma once
-/// The few system calls that durable files need, with their errors as Error.
+/// The system calls that durable files need; failures are returned as Error.
 
 #include <cstddef>
 #include <cstdint>
@@ -13,12 +13,12 @@
 
 namespace sightline {
 
-/// STORE_FULL (no space, quota, a limit of the process), STORE_BUSY (too many open files),
-/// MEMORY_FULL or STORE_IO. `doing` is what failed, without a path: "write a scene". `number` is an
-/// errno.
+/// The error of a failed system call: STORE_FULL (no space, quota, or a limit of the process),
+/// STORE_BUSY (too many open files), MEMORY_FULL or STORE_IO. `doing` names what failed, without a
+/// path: "write a scene". `number` is an errno. The functions below return these errors.
 Error io_error(const char* doing, int number);
 
-/// An open file; closed with its last owner.
+/// An open file, closed by the destructor.
 class FileDescriptor {
  public:
   FileDescriptor() = default;
@@ -34,27 +34,29 @@ class FileDescriptor {
   int number_ = -1;
 };
 
+/// Opens a file; `flags` are those of open(2).
 Result<FileDescriptor> open_file(const std::filesystem::path& file, int flags, const char* doing);
+/// Writes all bytes at the file's position.
 Status write_all(const FileDescriptor& file, std::span<const std::byte> bytes, const char* doing);
-/// Returns when the bytes are on the disk.
+/// Waits until the file's bytes are on the disk.
 Status sync_file(const FileDescriptor& file, const char* doing);
-/// Makes renames and removals in `folder` durable.
+/// Waits until renames and removals in `folder` are on the disk.
 Status sync_folder(const std::filesystem::path& folder, const char* doing);
-/// Makes a folder and those above it that are missing, durably; there may be one already.
+/// Makes a folder, and missing folders above it, durably. It is no error if the folder exists.
 Status make_folder(const std::filesystem::path& folder, const char* doing);
-/// Replaces `to` in one step: readers see the old file or the new one.
+/// Renames a file, atomically replacing `to`: readers see the old file or the new one.
 Status rename_file(const std::filesystem::path& from, const std::filesystem::path& to,
                    const char* doing);
-/// The names in a folder, unsorted.
+/// Returns the names in a folder, unsorted.
 Result<std::vector<std::filesystem::path>> list_folder(const std::filesystem::path& folder,
                                                        const char* doing);
-/// A small file as text. Errors: those of io_error; STORE_DAMAGED when it has more than `limit`
-/// bytes. Cost: memory for what the file has, not for what it may have.
+/// Returns the content of a small file as text. Errors: those of io_error; STORE_DAMAGED if it has
+/// more than `limit` bytes. Memory is allocated for the bytes that it has, not for `limit`.
 Result<std::string> read_small_file(const std::filesystem::path& file, std::size_t limit,
                                     const char* doing);
 
-/// Reads from the byte `offset` on until `bytes` are filled or the file ends; returns how many
-/// bytes were read. Errors: those of io_error.
+/// Reads from byte `offset` on until `bytes` is filled or the file ends; returns the number of
+/// bytes read. Errors: those of io_error.
 Result<std::size_t> read_at(const FileDescriptor& file, std::uint64_t offset,
                             std::span<std::byte> bytes, const char* doing);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Which content a name must have for a request to change it [RFC9110] 13.1.
+/// Precondition: which content a scene must have for a request to change it [RFC9110] 13.1.
 
 #include <optional>
 #include <string>
@@ -9,20 +9,22 @@
 
 namespace sightline {
 
-/// Of entity tags, as If-Match and If-None-Match name them.
-struct TagList {
+/// The entity tags of an If-Match or If-None-Match header.
+struct TagList {     ///< "*": matches any content
   bool any = false;  ///< "*": of any content
   std::vector<std::string> tags;
 
-  /// `tag` of a content; empty where there is none.
+  /// True if the list matches `tag`, the entity tag of a content; an empty `tag` means that there
+  /// is no content.
   bool names(const std::string& tag) const;
 };
 
+/// The conditions of a request. Without both headers, every change is allowed.
 struct Precondition {
   std::optional<TagList> match, none_match;
 
-  /// Whether a content of this ETag may be changed; empty: there is no content. Errors:
-  /// PRECONDITION_FAILED.
+  /// Checks if a content with this entity tag may be changed; an empty `tag` means that there is no
+  /// content. Errors: PRECONDITION_FAILED.
   Status check(const std::string& tag) const;
 };
 

@@ -1,5 +1,6 @@
 #pragma once
-/// Numbers for contents: over all names of a store, and over all of its runs, none is given twice.
+/// RevisionCounter: numbers of contents. No number is given twice, over all names of a store and
+/// all of its runs.
 
 #include <cstdint>
 #include <filesystem>
@@ -8,25 +9,25 @@
 
 namespace sightline {
 
-/// Every JSON reader can hold it.
+/// The largest revision. Every JSON reader can represent it.
 inline constexpr std::uint64_t kMostRevision = std::uint64_t{1} << 53;
 
-/// Not to be used from several threads at once.
+/// Not thread-safe.
 class RevisionCounter {
  public:
-  /// In memory: 1, 2, 3, ...
+  /// In memory, for a store without a folder: 1, 2, 3, ...
   RevisionCounter() = default;
-  /// Goes on after the number that DIR/revision states. `seen` is the largest that is in use:
-  /// where there is no such file, it goes on after that. A file that cannot be read may have stated
-  /// more; then far more is left out than one server ever gives.
+  /// Continues after the number in the file DIR/revision, or after `seen` if there is no such file;
+  /// `seen` is the largest number in use. If the file cannot be read, its number is unknown; then
+  /// the counter skips far more numbers than a server ever gives.
   RevisionCounter(const std::filesystem::path& folder, std::uint64_t seen);
 
-  /// Takes `count` consecutive numbers and returns the last, once it is durable that they are
-  /// taken. Errors: STORE_IO, STORE_FULL; the numbers are then lost.
+  /// Takes `count` consecutive numbers, and returns the last one after the file is durably updated.
+  /// Errors: STORE_IO, STORE_FULL; the numbers are then not given to anyone.
   Result<std::uint64_t> next(std::uint64_t count = 1);
 
  private:
-  std::filesystem::path folder_;  ///< empty: in memory
+  std::filesystem::path folder_;  ///< empty: no file
   std::uint64_t last_ = 0;
 };
 

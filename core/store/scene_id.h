@@ -1,5 +1,5 @@
 #pragma once
-/// Which names a scene may have.
+/// Names of scenes.
 
 #include <string_view>
 
@@ -7,12 +7,12 @@
 
 namespace sightline {
 
-/// 1 to 128 of A-Z a-z 0-9 . _ - and not beginning with a dot: safe as a file name, in a URL and in
-/// a log, and unambiguous on every case-sensitive file system.
+/// True for 1 to 128 characters of A-Z a-z 0-9 . _ - that do not begin with a dot. Such a name is
+/// safe as a file name, in a URL and in a log, and unambiguous on every case-sensitive file system.
 bool is_scene_id(std::string_view id);
-/// SCENE_ID_INVALID, with the rule in its message.
+/// The error SCENE_ID_INVALID, whose message states the rule.
 Error scene_id_invalid();
-/// SCENE_NOT_FOUND: no scene has the name.
+/// The error SCENE_NOT_FOUND for a name that no scene has.
 Error scene_not_found();
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-/// One content on its way to a name, from its first byte to its outcome.
+/// SceneLoad: the load of one content of a scene, from the first byte to the outcome.
 
 #include <atomic>
 #include <cstdint>
@@ -20,19 +20,19 @@ namespace sightline {
 
 class SceneStore;
 
-/// What a request to load came to.
+/// The outcome of a successful load.
 struct Put {
-  /// The content that the request brought, also where a later request has replaced it already.
+  /// The loaded content, even if a later load has replaced it already.
   SceneSnapshot scene;
-  bool created = false;  ///< there was no content of this name before
+  bool created = false;  ///< the scene had no content before
 };
 
-/// One load of a scene. Shared by the store that made it and the threads that wait for it.
+/// A load. Shared by the store that made it and the threads that wait for it.
 class SceneLoad {
  public:
-  /// number  loads that begin later have a larger one
-  /// alive   counts the existing loads; shared, because a waiting thread may drop a load after the
-  ///         store is gone
+  /// number  later loads have larger numbers
+  /// alive   counter of existing loads; shared, because a waiting thread may drop a load after the
+  ///         store is destroyed
   SceneLoad(std::string id, const SceneChoice& choice, std::uint64_t number,
             std::shared_ptr<std::atomic<std::size_t>> alive)
       : id_(std::move(id)), choice_(choice), number_(number), alive_(std::move(alive)) {
@@ -49,7 +49,7 @@ class SceneLoad {
   friend class SceneStore;
   friend class IncomingScene;
 
-  /// Of what came, once nobody needs it any more.
+  /// Frees the received bytes when they are no longer needed.
   void let_go() {
     upload_.reset();
     neighbours_.reset();
@@ -60,26 +60,28 @@ class SceneLoad {
   const std::uint64_t number_;
   const std::shared_ptr<std::atomic<std::size_t>> alive_;
   Progress progress_;
-  std::string demanded_sha256_;  ///< empty: any will do
+  std::string demanded_sha256_;  ///< empty: not demanded
   Precondition precondition_;
-  /// The receiving thread owns these first, then the thread that loads; in between the store.
+  /// Owned by the receiving thread, then by the store, then by the loading thread.
   std::optional<SceneUpload> upload_;
-  std::optional<CopiedNeighbours> neighbours_;  ///< empty: the file has to be whole
-  std::optional<std::uint64_t> fingerprint_;    ///< of the bytes, where a data folder stores them
+  std::optional<CopiedNeighbours> neighbours_;  ///< empty: the file must be self-contained
+  /// hash_in_pieces of the bytes if a data folder stores them
+  std::optional<std::uint64_t> fingerprint_;
 
-  // Under the store's mutex.
+  // Protected by the store's mutex.
   SceneState state_ = SceneState::kQueued;
-  /// The revision of this content if a later load replaces it first; set by that load.
+  /// The revision of this content; set in advance by a later load that replaces it first.
   std::optional<std::uint64_t> revision_;
-  bool busy_ = false;    ///< somebody works on it
-  bool awaited_ = true;  ///< a waiting client will be told how it ended
+  bool busy_ = false;    ///< a thread works on the load
+  bool awaited_ = true;  ///< a client waits for the outcome
   std::optional<Result<Put>> outcome_;
-  /// What the name shows if there is not even memory to say that the load has failed; null where it
-  /// shows the content that it had before.
+  /// The state to show if there is no memory to record a failure. Null if the scene continues to
+  /// show its previous content.
   std::shared_ptr<const StoredScene> failed_;
 };
 
-/// The bytes of a load while they arrive. Let go without SceneStore::submit, nothing has happened.
+/// The bytes of a load while they are received. Destroying it without SceneStore::submit abandons
+/// the load without any effect.
 class IncomingScene {
  public:
   IncomingScene(SceneStore& store, std::shared_ptr<SceneLoad> load)
@@ -88,38 +90,38 @@ class IncomingScene {
   IncomingScene& operator=(IncomingScene&&) = delete;
   ~IncomingScene();
 
-  /// How many bytes will come; 0: nobody knows.
+  /// Sets the number of bytes that will arrive, for progress; 0: unknown.
   void expect(std::uint64_t total) { load_->progress_.begin("receiving", total); }
-  /// Errors: LOAD_CANCELLED (the scene was removed meanwhile), those of io_error; then only letting
-  /// go is left.
+  /// Appends received bytes. Errors: LOAD_CANCELLED (the scene was removed meanwhile), those of
+  /// io_error; after an error the object can only be destroyed.
   Status append(std::span<const std::byte> piece);
   std::uint64_t size() const { return load_->upload_->size(); }
   bool cancelled() const { return load_->progress_.cancelled(); }
-  /// Where the file's neighbours come from, while it is loaded; `source` is called on the thread
-  /// that loads.
+  /// Sets the source of files that the scene's file refers to. It is called on the loading thread.
   void find_neighbours(NeighbourSource source);
-  /// SOURCE_HASH_MISMATCH at the end, before anything is loaded, unless the bytes have this
-  /// SHA-256.
+  /// Demands that the bytes have this SHA-256. If not, the load fails with SOURCE_HASH_MISMATCH
+  /// before anything is loaded.
   void demand_sha256(std::string sha256) { load_->demanded_sha256_ = std::move(sha256); }
-  /// PRECONDITION_FAILED at the end, unless the content that would be replaced then is one of
-  /// these.
+  /// Demands that the content that the load would replace satisfies `precondition`. If not, the
+  /// load fails with PRECONDITION_FAILED at its end.
   void demand(Precondition precondition) { load_->precondition_ = std::move(precondition); }
 
  private:
   friend class SceneStore;
   SceneStore* store_;
-  std::shared_ptr<SceneLoad> load_;  ///< null once submitted
+  std::shared_ptr<SceneLoad> load_;  ///< null after submit
 };
 
-/// Equal only where the content is, as far as the file and the choice decide it.
+/// The entity tag of a content that is determined by the file's bytes and the chosen scene.
+/// Different contents have different tags.
 std::string tag_of(const std::string& sha256, const SceneChoice& choice);
-/// Adds the tag of the neighbouring files, which is empty where there are none.
+/// Adds the tag of neighbouring files to a tag; `neighbours` is empty if there are none.
 std::string with_neighbours(const std::string& tag, const std::string& neighbours);
 
-/// That of the content that a record names, without its changes.
+/// The entity tag of the content that a record names, without its node changes.
 std::string unchanged_tag_of(const SceneRecord& record);
 
-/// LOAD_CANCELLED: the error for clients that wait for a removed load.
+/// The error LOAD_CANCELLED for clients that wait for a load of a removed scene.
 Error load_cancelled();
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-/// The files beside a scene's file that its load asked for.
+/// Neighbours of a scene's file: the files beside it that it refers to.
 
 #include <deque>
 #include <functional>
@@ -16,28 +16,29 @@
 
 namespace sightline {
 
-/// Hands the bytes of the neighbour on, in pieces. Whatever it says of them is the place where they
-/// come from to decide.
+/// Passes the bytes of the neighbour `name` to `sink`, in pieces. Returns the errors of the source
+/// and of `sink`; the source decides which files may be read.
 using NeighbourSource = std::function<Status(
     const std::string& name, const std::function<Status(std::span<const std::byte>)>& sink)>;
 
-/// Equal only where all of them are; empty where there are none.
+/// A tag of a list of neighbours; equal only if all their names and bytes are. Empty if there are
+/// none.
 std::string tag_of(const std::vector<NeighbourRecord>& neighbours);
 
-/// Copies each neighbour when it is first requested. The copy is both loaded and stored, so later
-/// changes of the files have no effect.
+/// Copies each neighbour when it is first requested. The copy is both loaded and stored, so that
+/// later changes of the original files have no effect.
 class CopiedNeighbours {
  public:
-  /// `folder` may be null: then the copies are in `memory`.
+  /// Copies go into temporary files of `folder`, or into `memory` if it is null.
   CopiedNeighbours(NeighbourSource source, SceneFolder* folder,
                    std::shared_ptr<UploadMemory> memory)
       : source_(std::move(source)), folder_(folder), memory_(std::move(memory)) {}
 
-  /// Valid as long as this object. Errors: those of the source, NEIGHBOURS_TOO_MANY, those
-  /// of SceneUpload.
+  /// Returns the bytes of a neighbour, valid as long as this object. Errors: those of the source,
+  /// NEIGHBOURS_TOO_MANY, those of SceneUpload.
   Result<std::span<const std::byte>> find(const std::string& name);
   std::vector<NeighbourRecord> records() const;
-  /// The copies on disk, in the order of records(); none in memory.
+  /// The temporary files of the copies, in the order of records(); empty if copies are in memory.
   std::vector<TemporaryFile*> files();
 
  private:
@@ -52,21 +53,21 @@ class CopiedNeighbours {
   std::deque<Copy> copies_;
 };
 
-/// Those that a record names, whole and checked.
+/// The stored neighbours of a scene, read from the data folder and checked.
 class StoredNeighbours {
  public:
-  /// failed  the record that an error is about
+  /// Reads all neighbours that a record names. Sets `failed` to the file that an error is about.
   /// Errors: those of SceneFolder::read_bytes.
   static Result<StoredNeighbours> read(SceneFolder& folder, const SceneRecord& record,
                                        SceneFolder::File& failed);
-  /// Errors: SOURCE_NOT_FOUND.
+  /// Returns the bytes of a neighbour, valid as long as this object. Errors: SOURCE_NOT_FOUND.
   Result<std::span<const std::byte>> find(const std::string& name) const;
 
  private:
   std::vector<std::pair<std::string, FileBytes>> files_;
 };
 
-/// What a record names.
+/// The files that a record names.
 struct RecordFiles {
   std::shared_ptr<const FileBytes> bytes;
   StoredNeighbours neighbours;

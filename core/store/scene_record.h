@@ -1,5 +1,5 @@
 #pragma once
-/// The record of a scene in a data folder: which bytes its name has.
+/// SceneRecord: the record of a scene in a data folder, which names its bytes.
 ///
 /// A record is one line of JSON. Its last member, `checksum`, is the SHA-256 of the text before the
 /// comma that precedes it. Folders of format 1 also have records without a checksum.
@@ -14,41 +14,45 @@
 
 namespace sightline {
 
-/// A file beside the scene's, by the name that the scene's file has for it.
+/// A neighbour of the scene's file (scene_neighbours.h).
 struct NeighbourRecord {
+  /// As the scene's file refers to it.
   std::string name;
   std::string sha256;
   std::uint64_t bytes = 0;
 };
 
+/// A record.
 struct SceneRecord {
   std::string id;
   std::string sha256;
   std::uint64_t bytes = 0;
   std::uint64_t revision = 0;
-  std::optional<std::uint32_t> scene;  ///< which scene of the file; empty: the file's choice
+  /// index of the chosen scene of the file; empty: the file's default
+  std::optional<std::uint32_t> scene;
   std::vector<NeighbourRecord> neighbours = {};
-  /// hash_in_pieces of the bytes: quicker to check than their SHA-256, and enough against damage.
-  /// Empty in records of older versions.
+  /// hash_in_pieces of the bytes. It is faster to check than SHA-256, and sufficient to detect
+  /// damage. Empty in records of older versions.
   std::optional<std::uint64_t> fingerprint = {};
-  NodeChanges changes = {};  ///< since the file came
+  NodeChanges changes = {};  ///< changes of nodes since the file was loaded
 };
 
-/// A longer text is no record.
+/// The largest size of a record in bytes.
 inline constexpr std::size_t kRecordLimit = 16 << 20;
 
-/// Equal only where the changes are; empty where there are none.
+/// A tag of a list of changes; equal only if the changes are. Empty if there are none.
 std::string tag_of(const NodeChanges& changes);
 
-/// Which records are valid.
+/// Which records are accepted.
 enum class RecordForm {
-  kChecked,  ///< those with a checksum
-  kAny,      ///< those without one too, as versions before format 2 wrote them
+  kChecked,  ///< only records with a checksum
+  kAny,      ///< also records without one, which versions before format 2 wrote
 };
 
+/// Returns the text of a record, with its checksum.
 std::string encode_record(const SceneRecord& record);
-/// Empty when the text is no record of this id: the checksum differs, a member is missing, unknown
-/// or out of range.
+/// Returns the record, or empty if the text is not a valid record of the scene `id`: its checksum
+/// differs, or a member is missing, unknown or out of range.
 std::optional<SceneRecord> decode_record(const std::string& text, const std::string& id,
                                          RecordForm form);
 

@@ -1,6 +1,6 @@
 #pragma once
-/// Named scenes, each an immutable revision that readers share; persistent where there is a data
-/// folder. Contents are loaded in the background, a few at once.
+/// SceneStore: named scenes. Each content is an immutable revision that readers share. They are
+/// persistent if there is a data folder. Contents are loaded in the background, a few at a time.
 
 #include <atomic>
 #include <condition_variable>
@@ -29,109 +29,120 @@
 
 namespace sightline {
 
+/// The input of a SceneLoader.
 struct LoadInput {
-  std::span<const std::byte> bytes;  ///< freed when the loader returns, unless there is a `owner`
+  /// the file; freed when the loader returns, unless there is an `owner`
+  std::span<const std::byte> bytes;
   SceneChoice choice;
-  Progress& progress;       ///< a loader tells its stages, and may end early once it is cancelled
-  std::string sha256 = {};  ///< of the bytes; empty where no data folder stores them
-  /// The bytes of a file beside the scene's, gone like the others; empty where there are none.
+  Progress& progress;       ///< the loader reports its stages, and may end early if it is cancelled
+  std::string sha256 = {};  ///< hash of the bytes; empty if no data folder stores them
+  /// Returns the bytes of a neighbour of the file; freed like `bytes`. Empty if the file must be
+  /// self-contained.
   std::function<Result<std::span<const std::byte>>(const std::string& name)> neighbour = {};
-  /// Owns the bytes, which do not change while it is held: they belong to a data folder that only
-  /// the store writes. Null: nobody owns them.
+  /// Owner of the bytes; they do not change while it is held, because only the store writes to the
+  /// data folder. Null: the bytes are valid only during the call.
   std::shared_ptr<const void> owner = {};
-  std::span<const NodeChange> changes = {};  ///< that the scene must apply
-  /// Called with each part of the bytes that the scene shares; with a `owner` all others are freed.
-  /// May be called from several threads. Empty: nothing is called.
+  std::span<const NodeChange> changes = {};  ///< changes of nodes that the loader must apply
+  /// The loader calls it with each part of the bytes that the scene refers to; with an `owner`, the
+  /// store frees all other parts. It may be called from several threads. Empty: must not be called.
   std::function<void(std::span<const std::byte>)> claim = {};
 };
-/// Turns the bytes of a file into a scene. Handed in, because this room knows no file format. May
-/// be called from several threads at once.
+/// Makes a scene from the bytes of a file. A parameter of the store, because this room knows no
+/// file format. It may be called from several threads at once.
 using SceneLoader = std::function<Result<std::shared_ptr<const Scene>>(const LoadInput& input)>;
 
-/// Gets the bytes of a scene from elsewhere, on a thread of the store. Throws nothing.
+/// Fetches the bytes of a scene and appends them to `incoming`, on a thread of the store. It must
+/// not throw.
 using SceneFetch = std::function<Status(IncomingScene& incoming)>;
 
-/// A scene that does not come by upload: made or read by `load` on a thread of the store.
+/// A scene that is not uploaded but made or read by Preload::load.
 struct PreloadedScene {
   std::shared_ptr<const Scene> scene;
   std::string sha256;      ///< of the file
-  std::string neighbours;  ///< a hash of what came from other files; empty where nothing did
+  std::string neighbours;  ///< hash of the other files that it was made from; empty: none
   std::uint64_t bytes = 0;
 };
+/// A scene to be loaded at start; `load` runs on a thread of the store.
 struct Preload {
   std::string id;
   std::function<Result<PreloadedScene>(Progress& progress)> load;
 };
 
+/// Options of a store.
 struct StoreOptions {
-  std::filesystem::path folder = {};  ///< empty: scenes live in memory only
-  int loads_at_once = 2;        ///< building needs several times the memory of the built scene
-  int fetches_at_once = 4;      ///< each may have to wait for a slow source
-  std::size_t loads_max = 100;  ///< requests to load that are running or waiting
-  /// Bytes of all uploads in total, where there is no folder; a single one may be larger.
+  std::filesystem::path folder = {};  ///< data folder; empty: scenes are in memory only
+  int loads_at_once = 2;    ///< loading a scene needs several times the memory of the loaded scene
+  int fetches_at_once = 4;  ///< a fetch may wait for a slow source
+  std::size_t loads_max = 100;  ///< largest number of requests to load that run or wait
+  /// Bytes of all uploads in total if there is no folder; a single upload may be larger.
+  /// Bytes of all uploads in total if there is no folder; a single upload may be larger.
   std::uint64_t uploads_memory = std::uint64_t{1} << 30;
-  /// Told of each load that fails with nobody waiting for it, once; from threads of the store.
+  /// Called once for each load that fails while no client waits for it, from threads of the store.
   std::function<void(const std::string& id, const Error& error)> report = {};
-  /// Shown each scene that is another one's with some nodes changed, before it has a name; the
-  /// change fails where this does.
+  /// Called with each scene that is made by changing nodes, before it becomes visible. The change
+  /// fails if this returns an error.
   std::function<Status(const std::shared_ptr<const Scene>& scene)> admit = {};
 };
 
-/// May be used from many threads.
+/// Thread-safe.
 class SceneStore {
  public:
-  /// Reads the catalogue and starts to load it, then the preloads, in the background: what is
-  /// damaged fails by itself and stops nothing. A scene of the catalogue goes before a preload of
-  /// the same name. Errors: those of SceneFolder::open, SCENE_ID_INVALID of a preload.
+  /// Opens the data folder, and starts to load its scenes and then the preloads, in the background.
+  /// A damaged scene fails alone. A scene of the folder takes precedence over a preload of the same
+  /// name. Errors: those of SceneFolder::open, SCENE_ID_INVALID of a preload.
   static Result<std::unique_ptr<SceneStore>> open(const StoreOptions& options, SceneLoader loader,
                                                   std::vector<Preload> preloads);
-  /// Cancels what is being loaded, and waits for its threads. Nobody waits for a load any more.
+  /// Cancels running loads and waits for the store's threads. Precondition: no thread waits for a
+  /// load.
   ~SceneStore();
 
-  /// Null when there is no scene of this name.
+  /// The present state of a scene; null if there is none.
   SceneSnapshot find(const std::string& id) const;
-  /// Sorted by id.
+  /// All scenes, sorted by id.
   std::vector<SceneSnapshot> list() const;
-  /// Whether everything that was there at the start is ready or failed.
+  /// True if every scene that was to be loaded at start is ready or has failed.
   bool settled() const;
 
-  /// From here on the name is known as loading, its old content stays until the new one is ready.
-  /// Errors: SCENE_ID_INVALID, LOADS_TOO_MANY, those of io_error.
+  /// Begins a load. The scene is shown as loading; its old content stays until the new one is
+  /// ready. Errors: SCENE_ID_INVALID, LOADS_TOO_MANY, those of io_error.
   Result<IncomingScene> begin(const std::string& id, const SceneChoice& choice);
-  /// Makes the received content the content of its name, in the background. Readers see the old
-  /// revision until the new one is ready and durable. Of several loads at once the last to begin
-  /// wins. Each is answered with its own content, with revisions in the order in which they began.
+  /// Loads the received content in the background and makes it the content of its scene. Readers
+  /// see the old revision until the new one is ready and durable. Of several loads at once, the last
+  /// to begin wins. Each client gets the result of its own load; revisions are in the order in which
+  /// the loads began.
   ///
-  /// awaited  whether wait() will be called; if not, a failure is recorded from the beginning
+  /// awaited  true: the caller will call wait(); false: a failure is recorded in the scene's state
   std::shared_ptr<SceneLoad> submit(IncomingScene incoming, bool awaited = true);
-  /// As submit, for bytes that `source` fetches in the background. Errors: as begin.
+  /// Begins a load whose bytes `source` fetches in the background, and submits it. Errors: those of
+  /// begin.
   Result<std::shared_ptr<SceneLoad>> fetch(const std::string& id, const SceneChoice& choice,
                                            SceneFetch source, bool awaited);
-  /// Waits for the outcome: the content is ready and durable, or (LOAD_CANCELLED, errors of the
-  /// loader, those of io_error) nothing has changed. Empty at the deadline: then the load goes
-  /// on by itself, and its failure will be shown by find(). Call once for each load.
+  /// Waits for the outcome of a load: its content is ready and durable, or an error
+  /// (LOAD_CANCELLED, those of the loader and of io_error), after which nothing has changed. Empty
+  /// at the deadline; the load then continues, and find() shows its failure. Must be called once
+  /// for each load.
   std::optional<Result<Put>> wait(SceneLoad& load, const Deadline& deadline);
-  /// Changes a node of the present content: a new revision, durable where the content is. What is
-  /// on its way to the name goes on, and replaces it all the same.
-  /// Errors: SCENE_NOT_FOUND, SCENE_LOADING, SCENE_FAILED, PRECONDITION_FAILED, CHANGES_TOO_MANY,
-  /// those of Scene::changed, of StoreOptions::admit and of io_error.
+  /// Changes a node of the present content, which makes a new revision; it is durable if the
+  /// content is. A running load continues, and will replace the changed content. Errors:
+  /// SCENE_NOT_FOUND, SCENE_LOADING, SCENE_FAILED, PRECONDITION_FAILED, CHANGES_TOO_MANY, those of
+  /// Scene::changed, of StoreOptions::admit and of io_error.
   Result<SceneSnapshot> change(const std::string& id, const NodeChange& change,
                                const Precondition& precondition = {});
-  /// Also cancels what is on its way to this name. Errors: SCENE_NOT_FOUND, PRECONDITION_FAILED,
+  /// Removes a scene, and cancels its running loads. Errors: SCENE_NOT_FOUND, PRECONDITION_FAILED,
   /// those of io_error.
   Status remove(const std::string& id, const Precondition& precondition = {});
 
-  /// Whether there was no space for a scene, and none has become ready since.
+  /// True if a scene could not be stored for lack of space, and no scene has become ready since.
   bool is_full() const { return full_; }
-  /// Whether the data folder failed (STORE_IO), and nothing was written to it since.
+  /// True if the data folder failed (STORE_IO) and was not written successfully since.
   bool is_failing() const { return failing_; }
 
-  /// How many loads have ended so far, by outcome: "ready", "failed", "cancelled".
+  /// Counts of ended loads by outcome: "ready", "failed", "cancelled".
   std::vector<std::pair<std::string, std::uint64_t>> load_counts() const;
 
-  /// Counts the changes of states, of all scenes.
+  /// A number that increases with each change of the state of any scene.
   std::uint64_t changes() const;
-  /// Returns once changes() is not `seen` any more, or at the deadline.
+  /// Waits until changes() differs from `seen`, or until the deadline.
   void wait_for_change(std::uint64_t seen, const Deadline& deadline) const;
 
  private:
@@ -139,35 +150,36 @@ class SceneStore {
   using LoadPointer = std::shared_ptr<SceneLoad>;
   using LoadCount = std::shared_ptr<std::atomic<std::size_t>>;
 
-  /// A name's time from its first mention to its removal.
+  /// A name from its first load to its removal.
   struct Entry {
-    SceneSnapshot content;           ///< never null: at first it says no more than the name
-    std::vector<LoadPointer> loads;  ///< on their way, in the order in which they began
-    std::uint64_t standing = 0;      ///< the number of the load that the content came by
+    SceneSnapshot content;           ///< never null; at first it has only the name
+    std::vector<LoadPointer> loads;  ///< running loads, in the order in which they began
+    std::uint64_t standing = 0;      ///< number of the load that brought the content
   };
 
   SceneStore(const StoreOptions& options, SceneLoader loader);
   void start(SceneFolder::Catalogue catalogue, std::vector<Preload> preloads);
-  /// Null when there is a scene of this name already.
+  /// Null if there is a scene of this name already.
   LoadPointer add_start(StoredScene scene, const SceneChoice& choice);
-  /// `bytes`: of the file.
+  /// `bytes` is the size of the file.
   void push_start(const LoadPointer& load, std::uint64_t bytes, std::function<void()> job);
-  /// Makes `next` the content of its name if it is still `before`; false if it is not.
+  /// Makes `next` the content of its name if the content is still `before`; returns false if it is
+  /// not.
   Result<bool> commit_change(const SceneSnapshot& before, StoredScene& next);
-  /// Fails the load where the work throws, as it does without memory.
+  /// Runs `work`; fails the load if it throws, as it does when memory is exhausted.
   void guarded(const LoadPointer& load, const std::function<void()>& work);
   void load_record(const SceneRecord& record, const LoadPointer& load);
-  /// All files of the record. What is damaged is in quarantine when it returns STORE_DAMAGED, or
-  /// the message says why not.
+  /// Reads all files of the record. If it returns STORE_DAMAGED, the damaged file is in quarantine,
+  /// or the message says why not.
   Result<RecordFiles> check_record(const SceneRecord& record, const LoadPointer& load);
-  /// The folder has the scene no more: nor has its name a content.
+  /// Removes the content of a name whose record the folder no longer has.
   void forget_record(const LoadPointer& load);
   void load_preload(const Preload& preload, const LoadPointer& load);
   void load_upload(const LoadPointer& load);
   Result<std::shared_ptr<const Scene>> read_upload(SceneLoad& load, const std::string& sha256);
   void run_fetch(const LoadPointer& load, const SceneFetch& source);
   void push_load(const LoadPointer& load);
-  /// Fails the load where there is no memory for a queue, nor for the job itself.
+  /// Fails the load if there is no memory for the queue or the job.
   template <class Job>
   void push_job(WorkQueue& queue, const LoadPointer& load, Job job) {
     try {
@@ -176,31 +188,31 @@ class SceneStore {
       fail_without_memory(load);
     }
   }
-  /// The border to the loader: what it throws becomes an Error.
+  /// Calls the loader, and turns its exceptions into an Error.
   Result<std::shared_ptr<const Scene>> run_loader(const LoadInput& input) const;
   /// Makes `next` the content of the load's name, durably, and ends the load.
   void commit(const LoadPointer& load, StoredScene next);
-  /// Ends a load whose content a later one has replaced already. Precondition: commit_mutex_ is
-  /// held, and the name has this load.
+  /// Ends a load whose content a later load has already replaced. Preconditions: commit_mutex_ is
+  /// held, and the load is not ended.
   void end_replaced(const LoadPointer& load, StoredScene next);
   void fail(const LoadPointer& load, const Error& error);
-  /// Takes no memory where there is none.
+  /// Fails a load without allocating memory.
   void fail_without_memory(const LoadPointer& load) noexcept;
-  /// Nothing has come of it, and nobody is told.
+  /// Drops an unfinished upload without reporting an error.
   void abandon(const LoadPointer& load);
-  /// Marks the load as worked on. False when it has ended already.
+  /// Marks the load as worked on. Returns false if it has ended already.
   bool enter(const LoadPointer& load);
   bool is_wanted(const LoadPointer& load) const;
 
-  // Precondition for these: mutex_ is held.
+  // Preconditions: mutex_ is held.
   LoadPointer add_load(Entry& entry, const std::string& id, const SceneChoice& choice,
                        const LoadCount& alive);
-  /// Null when the load has ended.
+  /// Null if the load has ended.
   Entry* entry_of(const SceneLoad& load);
   void end(Entry& entry, SceneLoad& load, Result<Put> outcome);
-  /// The loads of the name that began before `load` and have no revision, in that order.
+  /// The loads of the name that began before `load` and have no revision yet, in order.
   static std::vector<LoadPointer> loads_before(const Entry& entry, const SceneLoad& load);
-  /// Forgets a name that never had content and has none on its way.
+  /// Removes a name that has neither content nor loads.
   void drop_if_bare(const std::string& id);
   static SceneSnapshot snapshot_of(const Entry& entry);
   void note_change();
@@ -217,7 +229,7 @@ class SceneStore {
   const LoadCount requests_alive_ = std::make_shared<std::atomic<std::size_t>>(0);
   const LoadCount starts_alive_ = std::make_shared<std::atomic<std::size_t>>(0);
 
-  mutable std::mutex mutex_;  ///< for what follows; never held while a file is touched
+  mutable std::mutex mutex_;  ///< protects the members below; never held during file access
   mutable std::condition_variable changed_;
   std::uint64_t changes_ = 0;
   std::map<std::string, Entry, std::less<>> entries_;
@@ -226,10 +238,10 @@ class SceneStore {
   std::uint64_t loads_ready_ = 0, loads_failed_ = 0, loads_cancelled_ = 0;
 
   std::atomic<bool> full_{false}, failing_{false};
-  std::mutex change_mutex_;    ///< one change after the other; held before commit_mutex_
-  std::mutex commit_mutex_;    ///< disk and memory see puts and removals in the same order
-  RevisionCounter revisions_;  ///< under commit_mutex_
-  // Last: their threads use what stands above, and those that fetch use those that build.
+  std::mutex change_mutex_;    ///< serialises changes of nodes; locked before commit_mutex_
+  std::mutex commit_mutex_;    ///< orders loads and removals equally on disk and in memory
+  RevisionCounter revisions_;  ///< protected by commit_mutex_
+  // Last, because their threads use the members above; threads of fetches_ use builds_.
   std::optional<WorkQueue> builds_, fetches_;
 };
 

@@ -1,6 +1,6 @@
 #pragma once
-/// The bytes of a scene while they arrive: into a temporary file where there is a data folder, else
-/// into memory; hashed on the way.
+/// SceneUpload: receives the bytes of a scene and hashes them. They are stored in a temporary file
+/// if there is a data folder, else in memory.
 
 #include <atomic>
 #include <cstddef>
@@ -18,13 +18,15 @@
 
 namespace sightline {
 
-/// Bytes that all uploads in memory may take in total; a single one may take more. May be used from
-/// many threads.
+/// Limits the bytes of all uploads in memory. A single upload may exceed the limit if it is the
+/// only one. Thread-safe.
 class UploadMemory {
  public:
   explicit UploadMemory(std::uint64_t bytes) : limit_(bytes) {}
-  /// `own`: bytes that the caller already has. False where it does not fit now.
+  /// Takes `bytes` more for an upload that has `own` bytes already. Returns false if the limit does
+  /// not allow it now.
   bool take(std::uint64_t bytes, std::uint64_t own);
+  /// Returns bytes of an upload that was freed.
   void give(std::uint64_t bytes) { taken_ -= bytes; }
 
  private:
@@ -32,22 +34,23 @@ class UploadMemory {
   std::atomic<std::uint64_t> taken_{0};
 };
 
+/// One upload.
 class SceneUpload {
  public:
-  /// In memory.
+  /// An upload into memory.
   explicit SceneUpload(std::shared_ptr<UploadMemory> shared) : shared_(std::move(shared)) {}
   explicit SceneUpload(TemporaryFile file) : file_(std::move(file)) {}
 
   SceneUpload(SceneUpload&&) noexcept = default;
   ~SceneUpload() { forget_memory(); }
 
-  /// Errors: those of io_error, MEMORY_BUSY; the upload is then unusable.
+  /// Appends bytes. Errors: those of io_error, MEMORY_BUSY; the upload is then unusable.
   Status append(std::span<const std::byte> piece);
   std::uint64_t size() const { return size_; }
 
-  /// Ends the upload; call once. 64 hexadecimal digits.
+  /// Ends the upload and returns the SHA-256 as 64 hexadecimal digits. Must be called once.
   std::string finish_hash() { return hash_.finish(); }
-  /// Empty for an upload in memory.
+  /// The temporary file; empty for an upload into memory.
   std::optional<TemporaryFile>& file() { return file_; }
   std::span<const std::byte> memory() const { return memory_; }
   void forget_memory();
@@ -56,16 +59,17 @@ class SceneUpload {
   Status make_room(std::size_t bytes);
 
   std::optional<TemporaryFile> file_;
-  std::shared_ptr<UploadMemory> shared_;  ///< null where there is a file
+  std::shared_ptr<UploadMemory> shared_;  ///< null if there is a file
   std::vector<std::byte> memory_;
   std::uint64_t size_ = 0;
   Sha256 hash_;
 };
 
-/// Into a temporary file of the folder; into `memory` where it is null. Errors: those of io_error.
+/// Begins an upload into a temporary file of `folder`, or into `memory` if `folder` is null.
+/// Errors: those of io_error.
 Result<SceneUpload> begin_upload(SceneFolder* folder, std::shared_ptr<UploadMemory> memory);
 
-/// MEMORY_FULL
+/// The error MEMORY_FULL.
 Error memory_full();
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-/// SHA-256 of bytes that arrive in pieces: the name of a scene's content.
+/// SHA-256 of bytes that arrive in pieces. It names the contents of scenes.
 
 #include <cstddef>
 #include <memory>
@@ -11,12 +11,13 @@ struct evp_md_ctx_st;
 
 namespace sightline {
 
+/// An incremental hash: any number of update(), then finish().
 class Sha256 {
  public:
   Sha256();
   void update(std::span<const std::byte> bytes);
-  /// 64 lower-case hexadecimal digits; the object is used up. Empty if the library refused to
-  /// compute, which no caller takes for a hash.
+  /// Returns 64 lower-case hexadecimal digits; the object must not be used afterwards. Returns an
+  /// empty string, which equals no hash, if the crypto library refuses to compute.
   std::string finish();
 
  private:
@@ -27,9 +28,10 @@ class Sha256 {
   bool good_ = false;
 };
 
+/// The hash of a block of bytes.
 std::string sha256_of(std::span<const std::byte> bytes);
 
-/// Whether it is written as one: 64 lower-case hexadecimal digits.
+/// True if the text has the form of a hash: 64 lower-case hexadecimal digits.
 bool is_sha256(std::string_view text);
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-/// What a store tells about a scene.
+/// StoredScene: what a store tells about a scene at one moment.
 
 #include <cstdint>
 #include <memory>
@@ -16,9 +16,9 @@ enum class SceneState { kQueued, kLoading, kReady, kFailed };
 /// "queued", "loading", "ready", "failed"
 const char* scene_state_name(SceneState state);
 
-/// What is known of a scene at one moment. Never changes: a later moment is another object.
+/// The state of a scene at one moment. It never changes; each change makes a new object.
 struct StoredScene {
-  /// A content on its way, or the last one that failed on it.
+  /// A newer content that is queued or being loaded, or the last one that failed.
   struct Update {
     SceneState state = SceneState::kQueued;
     Progress::Reading progress;
@@ -27,23 +27,26 @@ struct StoredScene {
 
   std::string id;
   SceneState state = SceneState::kQueued;
-  /// No two contents of a store have the same number, in no run of it; 0 before the first content.
+  /// The number of the content. No other content of the store has it, in this run or another; 0:
+  /// there was no content yet.
   std::uint64_t revision = 0;
-  std::string sha256;  ///< of the file's bytes, 64 hexadecimal digits
-  /// Equal only where the content is: the hash, and what else the content depends on (the scene
-  /// that was chosen, the bytes of other files, changes of nodes).
+  std::string sha256;  ///< SHA-256 of the file's bytes, 64 hexadecimal digits
+  /// The entity tag. Contents with equal tags are equal: it depends on the bytes of the file and of
+  /// its neighbours, the chosen scene, and changes of nodes.
   std::string etag;
-  std::optional<std::uint32_t> chosen;  ///< of the file's scenes; empty: the file's choice
-  NodeChanges changes;                  ///< since the file came
+  /// index of the chosen scene of the file; empty: the file's default
+  std::optional<std::uint32_t> chosen;
+  NodeChanges changes;  ///< changes of nodes since the file was loaded
+  /// Size of the file.
   std::uint64_t bytes = 0;
-  bool persistent = false;             ///< survives a restart
-  std::shared_ptr<const Scene> scene;  ///< when ready
-  std::optional<Error> failure;        ///< when failed
-  Progress::Reading progress;          ///< when loading
-  /// When ready, and a newer content is on its way or has failed since.
+  bool persistent = false;             ///< stored in a data folder, so it survives a restart
+  std::shared_ptr<const Scene> scene;  ///< set in state kReady
+  std::optional<Error> failure;        ///< set in state kFailed
+  Progress::Reading progress;          ///< set in state kLoading
+  /// Set in state kReady if a newer content is on its way, or failed.
   std::optional<Update> update;
 
-  /// Whether a load or an update is queued or in progress.
+  /// True if a load or an update is queued or running.
   bool is_moving() const {
     return state == SceneState::kQueued || state == SceneState::kLoading ||
            (update && !update->failure);
@@ -51,8 +54,9 @@ struct StoredScene {
 };
 using SceneSnapshot = std::shared_ptr<const StoredScene>;
 
+/// Which scene of a file is loaded.
 struct SceneChoice {
-  std::optional<std::uint32_t> scene;  ///< of the file's scenes; empty: the file's choice
+  std::optional<std::uint32_t> scene;  ///< index of a scene of the file; empty: the file's default
 };
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-/// A file without a final name until it is complete.
+/// TemporaryFile: a file that has no final name until it is complete.
 
 #include <filesystem>
 #include <string_view>
@@ -10,7 +10,7 @@
 
 namespace sightline {
 
-/// Gone with this object unless it was released.
+/// Removes the file in its destructor, unless it was released.
 class TemporaryFile {
  public:
   TemporaryFile(FileDescriptor file, std::filesystem::path path)
@@ -22,9 +22,9 @@ class TemporaryFile {
 
   const FileDescriptor& file() const { return file_; }
   const std::filesystem::path& path() const { return path_; }
-  /// The name stays until release() or the end of this object.
+  /// Closes the file; it remains until release() or the destructor.
   void close() { file_.close(); }
-  /// It has another name now and stays.
+  /// Lets the file remain: it was renamed.
   void release() { path_.clear(); }
 
  private:
@@ -32,13 +32,14 @@ class TemporaryFile {
   std::filesystem::path path_;
 };
 
-/// A file of this name, empty, in place of whatever file had it. Errors: those of io_error.
+/// Makes an empty file at `path`, replacing an existing one. Errors: those of io_error.
 Result<TemporaryFile> make_temporary(std::filesystem::path path, const char* doing);
 
-/// Fills `temporary` with the text, durably, under the name that it has. Errors: those of io_error.
+/// Writes the text to `temporary` and syncs it, without renaming. Errors: those of io_error.
 Status fill_durably(TemporaryFile& temporary, std::string_view text, const char* doing);
-/// Writes durably and renames to `target`, replacing what had that name. Errors: those of io_error.
-/// `target` is then unchanged or, where only the last step failed, the new file until a crash.
+/// Writes the text to `temporary`, syncs it, and renames it to `target`, which is replaced. Errors:
+/// those of io_error; `target` is then unchanged, or, if only the last sync failed, it is the new
+/// file unless the machine crashes.
 Status write_durably(TemporaryFile& temporary, std::string_view text,
                      const std::filesystem::path& target, const char* doing);
 

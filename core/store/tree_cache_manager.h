@@ -1,6 +1,6 @@
 #pragma once
-/// The tree cache manager: builds the trees of scenes in the background, on its own thread. It
-/// stores them in files between two runs and holds them in memory within a budget.
+/// TreeCacheManager: builds the trees of scenes in the background on its own threads. It stores
+/// them in files for the next run, and evicts them from memory beyond a budget.
 
 #include <chrono>
 #include <condition_variable>
@@ -25,58 +25,62 @@
 namespace sightline {
 
 struct TreeCacheOptions {
-  bool ahead = true;                ///< false: trees are built when rays come near, and only then
-  int threads = 1;                  ///< of background builds
-  std::filesystem::path folder;     ///< of files of trees; empty: there are none
+  /// true: all trees of a scene are built in the background; false: trees are only built for
+  /// queries
+  bool ahead = true;
+  int threads = 1;                  ///< threads of background builds
+  std::filesystem::path folder;     ///< folder of files of trees; empty: no files
   std::uint64_t memory_budget = 0;  ///< bytes of geometry and trees in total; 0: no limit
-  /// Called with files that were refused or could not be written, on the thread that builds.
+  /// Called on the background thread with a line about a file that was invalid or could not be
+  /// written.
   std::function<void(const std::string& line)> report = {};
 };
 
-/// May be used from many threads. Holds no scene alive.
+/// Thread-safe. Holds weak references to scenes only.
 class TreeCacheManager {
  public:
   explicit TreeCacheManager(TreeCacheOptions options);
-  /// Aborts builds and writes in progress.
+  /// Cancels running builds and writes.
   ~TreeCacheManager();
 
-  /// sha256   of the bytes in the data folder that the scene was made of; empty: not in the data folder
+  /// Takes a scene into the cache and its memory budget.
+  /// sha256   hash of the scene's file in the data folder; empty if it is not there
   /// lasting  false: the scene may change soon, so its trees are not written to a file
-  ///
   /// Errors: SCENE_OVER_BUDGET.
   Status adopt(const std::shared_ptr<const Scene>& scene, const std::string& sha256 = {},
                bool lasting = true);
-  /// Returns when no background build is left.
+  /// Waits until no background build is left.
   void wait_until_idle();
-  /// Statistics over all adopted scenes. Event counters include destroyed scenes. Byte counts cover
-  /// only scenes that still exist.
+  /// Statistics over all adopted scenes. Counters include destroyed scenes; byte counts cover only
+  /// present ones.
   TreeTotals totals() const { return budget_->totals(); }
 
  private:
+  /// An adopted scene.
   struct Adopted {
     std::weak_ptr<const Scene> scene;
     std::string sha256;
     std::chrono::steady_clock::time_point since;
     bool lasting = true;
-    bool failed = false;  ///< is not tried again
+    bool failed = false;  ///< its build failed and is not tried again
   };
 
   void run();
   struct Job {
     std::shared_ptr<const Scene> scene;
     std::string sha256;
-    std::chrono::steady_clock::time_point since;  ///< when it came
+    std::chrono::steady_clock::time_point since;  ///< when the scene was adopted
     bool lasting = true;
   };
-  /// The jobs to do before the state is read again.
+  /// Returns the jobs that are due now.
   std::vector<Job> next();
   bool complete(const Job& job);
-  /// Builds the unbuilt trees, one by one.
+  /// Builds the unbuilt trees of a scene, one by one.
   bool build_pending(SceneTrees& trees);
   void give_up(const Scene& scene);
   bool read(const Job& job, std::uint64_t content);
   void write(const Job& job, std::uint64_t content);
-  /// One line of these; nothing where there is no memory to say it.
+  /// Reports a line made of these words; does nothing if there is no memory for it.
   void say(std::initializer_list<std::string_view> words) const noexcept;
 
   const TreeCacheOptions options_;
@@ -84,12 +88,12 @@ class TreeCacheManager {
   std::optional<TreeFolder> folder_;
   ThreadGroup builders_;
 
-  std::mutex mutex_;  ///< for what follows
+  std::mutex mutex_;  ///< protects the members below
   std::condition_variable changed_;
   std::vector<Adopted> scenes_;
   bool working_ = false;
   bool stopping_ = false;
-  CancelFlag cancel_;  ///< is set with it
+  CancelFlag cancel_;  ///< set with stopping_
   std::thread thread_;
 };
 

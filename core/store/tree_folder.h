@@ -1,10 +1,10 @@
 #pragma once
-/// Trees between two runs (core/scene/tree_cache.h). Nothing depends on them: what is missing,
-/// foreign, stale or damaged is built again.
+/// TreeFolder: files of trees between two runs (core/scene/tree_cache.h). They are only a cache:
+/// trees whose file is missing, foreign, stale or damaged are built again.
 ///
-///     DIR/<sha256>-<content>.trees   of a scene whose bytes a data folder keeps; goes with them
-///     DIR/<content>.trees            of any other
-///     DIR/writing                    what is being written
+///     DIR/<sha256>-<content>.trees   of a scene in a data folder; removed with the scene's bytes
+///     DIR/<content>.trees            of any other scene
+///     DIR/writing                    the file that is being written
 
 #include <cstdint>
 #include <filesystem>
@@ -18,26 +18,29 @@
 
 namespace sightline {
 
+/// Reads and writes files of trees.
 class TreeFolder {
  public:
-  /// The folder is made when the first file is written. Beyond `bytes_max` the files that were used
-  /// the longest ago go.
+  /// The folder is made when the first file is written. If all files exceed `bytes_max`, the least
+  /// recently used are removed.
   explicit TreeFolder(std::filesystem::path folder,
                       std::uint64_t bytes_max = std::uint64_t{64} << 30)
       : folder_(std::move(folder)), bytes_max_(bytes_max) {}
 
-  /// Empty where there is no file. The trees stay in the memory that the file was read to. Errors:
-  /// those of decode_trees, STORE_IO; a file with such a fault is removed.
+  /// Reads the trees of a plan; empty if there is no file. `content` is the plan's content_hash,
+  /// `sha256` the hash of the scene's file in the data folder or empty. The trees refer to the
+  /// memory into which the file was read. Errors: those of decode_trees, STORE_IO; a file with such
+  /// an error is removed.
   Result<std::optional<SceneTree>> read(const ScenePlan& plan, std::uint64_t content,
                                         const std::string& sha256) const;
-  /// Durable on return; at any moment the file is whole or not there. Errors: STORE_IO, STORE_FULL;
-  /// CANCELLED, soon after `cancel` is.
+  /// Writes trees, durably; at any moment the file is either complete or absent. Errors: STORE_IO,
+  /// STORE_FULL; CANCELLED soon after `cancel` is set.
   Status write(const SceneTree& tree, std::uint64_t content, const std::string& sha256,
                const CancelFlag* cancel = nullptr) const;
 
-  /// Removes the files of those bytes from the folder of trees `folder`.
+  /// Removes the tree files of a scene's file from `folder`.
   static void forget(const std::filesystem::path& folder, const std::string& sha256);
-  /// The bytes that a file belongs to; empty if it belongs to none.
+  /// The hash of the scene's file to which a file of trees belongs; empty if it belongs to none.
   static std::string owner_of(const std::filesystem::path& file);
 
  private:

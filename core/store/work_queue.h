@@ -1,5 +1,5 @@
 #pragma once
-/// A few threads that do one job after the other.
+/// WorkQueue: a few threads that run jobs one after the other.
 
 #include <array>
 #include <condition_variable>
@@ -11,19 +11,20 @@
 
 namespace sightline {
 
+/// A queue with two lanes.
 class WorkQueue {
  public:
-  /// Where both lanes have jobs, they take turns: neither a long start nor many requests delay the
-  /// other.
+  /// If both lanes have jobs, they alternate, so that neither the loads at start nor many requests
+  /// delay the others.
   enum class Lane { kRequest, kStart };
 
   explicit WorkQueue(int threads);
-  /// Waits for the jobs that run; the others are dropped.
+  /// Waits for running jobs; drops the others.
   ~WorkQueue();
   WorkQueue(const WorkQueue&) = delete;
   WorkQueue& operator=(const WorkQueue&) = delete;
 
-  /// A job throws nothing.
+  /// Appends a job, which must not throw.
   void push(Lane lane, std::function<void()> job);
 
  private:
