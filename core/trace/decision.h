@@ -1,6 +1,6 @@
 #pragma once
-/// Where filters end and exact tests begin. Stores the best triangle so far by intervals, and calls
-/// the exact predicate where an interval leaves the order open.
+/// Decisions that filters leave open. ClosestHit stores the best triangle so far as an interval of
+/// tau, and calls the exact predicate if intervals do not decide.
 
 #include <limits>
 
@@ -13,7 +13,7 @@
 
 namespace sightline {
 
-/// What a decision needs to ask the exact predicate, for one ray of a batch.
+/// A ray of a batch, with what the exact predicate needs to decide about it.
 struct RayQuestion {
   const SceneView& scene;
   const RayBatch& rays;
@@ -21,37 +21,41 @@ struct RayQuestion {
   DecisionCounts& counts;
 
   Ray ray() const { return rays[number]; }
-  /// Contains the tau of an exact t.
+  /// An interval that contains tau for an exact t (ray_setup.h defines tau).
   Interval tau_of(const ExactT& t) const {
     return anchor_ray(ray(), scene.tree().bounds).tau_of(t.approximate());
   }
 };
 
-/// A triangle where a kernel found it.
+/// A triangle that a kernel found, by its place in a leaf block.
 struct Candidate {
   const LeafBlock* block = nullptr;
   std::uint32_t lane = 0;
   std::uint32_t instance = kNone;
-  CornerSet edge = 0;  ///< where the ray is known to meet an edge or a corner of it: met_edge
+  /// corner or edge where the ray is known to meet the triangle (met_edge); 0: not known
+  CornerSet edge = 0;
 
   TriangleId id() const { return {instance, block->triangle(lane)}; }
 };
 
-/// The closest hit of one ray while its candidates arrive in any order. The answer does not depend
-/// on that order: every pair of candidates is compared by disjoint intervals or exactly.
+/// The closest hit of one ray. Its candidates may arrive in any order, and the result does not
+/// depend on the order: two candidates are compared by disjoint intervals or exactly.
 struct ClosestHit {
   Interval tau{kNever, kNever};
   Candidate candidate;
 
   static constexpr double kNever = std::numeric_limits<double>::infinity();
-  /// No triangle whose tau is certainly larger can win.
+  /// Starts without a hit. `tau_max` is the upper end of the interval of the ray's limit: a
+  /// triangle whose tau is certainly larger cannot win.
   explicit ClosestHit(double tau_max) : tau{kNever, tau_max} {}
   ClosestHit() = default;
+  /// Triangles whose tau is certainly above this cannot win.
   double bound() const { return tau.high; }
   bool found() const { return candidate.instance != kNone; }
 
-  /// Takes a triangle that is certainly met, at a tau inside the interval and certainly within the
-  /// limits, if the intervals tell. False if they do not: then `settle` does.
+  /// Compares with a triangle that is certainly met within the limits, at a tau inside of
+  /// `other_tau`. Returns true if the intervals decide, and false if not; the caller must then call
+  /// settle().
   bool accept(const Candidate& other, Interval other_tau) {
     if (other_tau.high < tau.low) {
       tau = other_tau;
@@ -60,13 +64,14 @@ struct ClosestHit {
     }
     return other_tau.low > tau.high;
   }
-  /// Decides between the best and a certain hit whose intervals overlap.
+  /// Decides exactly between the best hit and a certain hit whose intervals overlap.
   void settle(const RayQuestion& question, const Candidate& other, Interval other_tau);
-  /// Decides exactly whether a triangle is met and beats the best.
+  /// Decides exactly whether a triangle is met within the limits, and whether it beats the best
+  /// hit.
   void examine(const RayQuestion& question, Candidate other);
 };
 
-/// The sides of a triangle whose hits count, of ResolvedFilter.
+/// The sides of a triangle whose hits count: a set of ResolvedFilter's bits.
 inline std::uint8_t counting_sides(const Scene& scene, const ResolvedFilter& resolved,
                                    TriangleId id) {
   const std::size_t first = resolved.first[id.instance];
@@ -74,23 +79,25 @@ inline std::uint8_t counting_sides(const Scene& scene, const ResolvedFilter& res
                                                                   : resolved.sides.size();
   return resolved.sides[end - first == 1 ? first : first + scene.primitive_of(id)];
 }
-/// Those of `lanes` of a block whose hits count, on the side that the ray meets.
+/// Returns those of `lanes` (bit i: lane i of the block) whose triangles count, given the side that
+/// the ray meets.
 std::uint32_t counting_lanes(const RayQuestion& question, const ResolvedFilter& resolved,
                              const LeafBlock& block, std::uint32_t instance, std::uint32_t lanes);
 
-/// Whether the exact predicate finds the triangle within the ray's limits, and where.
+/// True if the exact predicate finds the triangle within the ray's limits; sets `t`.
 bool exact_hit_of(const RayQuestion& question, TriangleId id, ExactT& t);
+/// True if the exact predicate finds the triangle within the ray's limits.
 bool examine_any(const RayQuestion& question, TriangleId id);
 
-/// The exact t of a triangle that the ray meets, rounded once.
+/// The exact t of a triangle that the ray meets, rounded once. Precondition: the ray meets it.
 double exact_t(const Scene& scene, const Ray& ray, TriangleId id);
 
-/// Position, normal and barycentrics where the ray meets the triangle, computed exactly and rounded
-/// once. Default values if it does not meet it.
+/// Position, normal and barycentrics of the point where the ray meets the triangle, computed
+/// exactly and rounded once. Default values if the ray does not meet it.
 HitDetail hit_detail(const Scene& scene, const Ray& ray, TriangleId id);
 
-/// Whether the ray meets the triangle on an edge or a corner, exactly. `detail` is what hit_detail
-/// says of it, within the bounds that HitDetail promises.
+/// True if the ray meets the triangle exactly on an edge or a corner. `detail` is the result of
+/// hit_detail, or of a kernel within the bounds of HitDetail.
 bool hit_on_edge(const Scene& scene, const Ray& ray, TriangleId id, const HitDetail& detail);
 
 }  // namespace sightline

@@ -1,12 +1,13 @@
 #pragma once
-/// A lane of a leaf block as the world sees it.
+/// The world triangle of a lane of a leaf block.
 
 #include "core/bvh/scene_tree.h"
 #include "core/geometry/triangle.h"
 
 namespace sightline {
 
-/// By the same arithmetic as Scene::world_triangle. `placement` is the block's.
+/// Maps the corners of a lane to world space by the arithmetic of Scene::world_triangle.
+/// `placement` is the placement of the block.
 inline Triangle world_triangle(const Placement& placement, const LeafBlock& block,
                                std::size_t lane) {
   const auto corner = [&](std::size_t c) {

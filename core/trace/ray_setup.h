@@ -1,12 +1,12 @@
 #pragma once
-/// The forms in which a kernel stores a ray: three views of it, each with its error bounded.
+/// The three forms in which a kernel stores a ray, each with bounds of its rounding errors.
 ///
-/// AnchoredRay   the ray from a near origin, float64: o + t d = origin + tau * direction, up to
-///               `error` on each axis
-/// FilterRay     that ray, sheared so that the direction is an axis, for the triangle filter
-/// BoxRay        that ray in the units of one tree, float32, for the slabs of its boxes
+/// AnchoredRay   the ray from an origin near the scene, in float64: o + t d = origin + tau *
+///               direction, up to `error` on each axis. tau is the ray's parameter in this form.
+/// FilterRay     the AnchoredRay sheared so that its direction is an axis, for the triangle filter
+/// BoxRay        the AnchoredRay in the units of one tree, in float32, for the slabs of boxes
 ///
-/// Proofs are in docs/explanation/exactness.md; the numbers there are the numbers here.
+/// docs/explanation/exactness.md proves the bounds.
 
 #include <array>
 #include <bit>
@@ -19,54 +19,60 @@
 
 namespace sightline {
 
-/// 2^exponent. Precondition: it is a normal float64, as it is for every tree's scale_exponent.
+/// 2^exponent. Precondition: it is a normal float64, as for scale_exponent of every tree.
 inline double power_of_two(int exponent) {
   return std::bit_cast<double>(static_cast<std::uint64_t>(1023 + exponent) << 52);
 }
 
-/// A closed range that contains a number which is not known exactly.
+/// A closed interval that contains a number which is not known exactly.
 struct Interval {
   double low = 0;
   double high = 0;
 };
 
+/// The first form.
 struct AnchoredRay {
   std::array<double, 3> origin;
   std::array<double, 3>
       direction;     ///< a power of two times the ray's; the largest |component| is in [1, 2)
-  double error = 0;  ///< on every axis at least |origin - (o + anchor * direction)|
-  /// Of the ray's own origin, negated: no point of the scene within the limits has tau < 0, unless
-  /// the origin is unknown (NaN).
+  double error = 0;  ///< at least |origin - (o + anchor * direction)| on every axis
+  /// Minus the tau of the ray's own origin. No point of the scene within the limits has tau < 0,
+  /// unless the anchor is unknown (NaN).
   double anchor = 0;
   double tau_per_t = 1;  ///< a power of two: tau = t * tau_per_t - anchor
   double reach =
       0;  ///< at least |v - origin| on every axis, for all points v of the scene, and 2^53 error
-  Interval tau_min;  ///< contains the tau of tmin
-  Interval tau_max;  ///< contains the tau of tmax; may be infinite
+  Interval tau_min;  ///< interval that contains the tau of tmin
+  Interval tau_max;  ///< interval that contains the tau of tmax; may be infinite
 
-  /// Contains the tau of every t that `t` approximates: within 2^-50 of it or 2^-1074.
+  /// An interval that contains the tau of every exact t that `t` approximates with a relative error
+  /// of 2^-50 or an absolute error of 2^-1074.
   Interval tau_of(double t) const;
 };
 
-/// Whether scaling a direction by a power of two may have cost a component its last bits, or all.
+/// True if a component of `scaled`, a direction times a power of two, may have lost bits by
+/// underflow.
 bool is_rounded(const Vec3d& direction, const std::array<double, 3>& scaled);
 
-/// `bounds` of the scene's finite triangles, not empty. The ray has passed check_rays.
+/// Makes the first form. `bounds` are the bounds of the scene's finite triangles, not empty.
+/// Precondition: the ray has passed check_rays.
 AnchoredRay anchor_ray(const Ray& ray, const Box3d& bounds);
 
-/// The ray for the triangle filter, self-contained (docs/explanation/exactness.md, "Triangles").
-/// Axes are permuted so that z is the direction's largest.
+/// The second form (docs/explanation/exactness.md, "Triangles"). Axes are permuted so that the
+/// direction's largest component is z.
 struct FilterRay {
   double origin[3];         ///< AnchoredRay::origin on the axes kx, ky, kz
   double shear_x, shear_y;  ///< direction x / z and y / z
   double inverse_z;         ///< 1 / direction z: tau = z * inverse_z
   double reach;             ///< AnchoredRay::reach; every bound is a multiple of it
-  double tau_min_low, tau_min_high, tau_max_low;  ///< of the limits' intervals
+  double tau_min_low, tau_min_high, tau_max_low;  ///< ends of AnchoredRay::tau_min and tau_max
+  /// The axes of the world that are x, y, z here.
   std::uint32_t kx, ky, kz;
 };
 
 FilterRay make_filter_ray(const AnchoredRay& ray);
 
+/// The third form.
 struct BoxRay {
   /// Sets octant and near_row. `negative` is 0 or 1 per axis.
   void set_octant(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
@@ -75,42 +81,41 @@ struct BoxRay {
   }
   static constexpr std::array<std::uint32_t, 3> kBothRows{24, 40, 56};  ///< near_row + far row
 
-  /// For the planes where the ray enters and leaves a slab, float32 arithmetic computes tau_enter
-  /// >= (plane - near_origin) * near_inverse and tau_leave <= (plane - far_origin) * far_inverse,
-  /// whenever tau_enter, tau_leave >= 0. The fourth element exists for vector stores and is not
-  /// read.
+  /// In float32 arithmetic, for the planes where the ray enters and leaves a slab: tau_enter >=
+  /// (plane - near_origin) * near_inverse and tau_leave <= (plane - far_origin) * far_inverse, if
+  /// tau_enter, tau_leave >= 0. The fourth element exists for vector stores and is not read.
   std::array<float, 4> near_origin;
   std::array<float, 4> far_origin;
   std::array<float, 4> near_inverse;
   std::array<float, 4> far_inverse;
   std::uint32_t octant = 0;  ///< bit k: direction component k is negative (-0 counts)
-  /// Where in a WideNode the near planes of each axis stand, in float32 from its start; the far
-  /// ones are at kBothRows - near_row: no branch chooses.
+  /// Offsets of the near planes of each axis in a WideNode, in float32 from its start. The far
+  /// planes are at kBothRows - near_row, so no branch chooses between planes.
   std::array<std::uint32_t, 3> near_row{};
   float tau_min = 0;     ///< tree units, rounded down, not below 0
   double tau_scale = 1;  ///< tree tau = scene tau * tau_scale, a power of two
 
-  /// A lower bound for tree tau, not below 0; a NaN says nothing.
+  /// A lower bound of the tree's tau for a tau of the scene, at least 0; NaN gives 0.
   static float lowest_tau(double scene_tau, double tau_scale) {
     const double tau = scene_tau * tau_scale;
     const double size = tau < 0 ? -tau : tau;
     const auto low = static_cast<float>(tau - (size * bounds::kLimitStep + bounds::kLimitFloor));
     return low > 0 ? low : 0.0f;
   }
-  /// An upper bound for tree tau that has the scene's upper bound.
+  /// An upper bound of the tree's tau for an upper bound of the scene's tau.
   float limit(double scene_tau) const { return limit(scene_tau, tau_scale); }
   static float limit(double scene_tau, double tau_scale) {
     const double tau = scene_tau * tau_scale;
     const double size = tau < 0 ? -tau : tau;
-    // A step up that is larger than what rounding to float32 can take back, underflow included.
+    // A step up that is larger than the rounding error of float32, underflow included.
     const auto limit = static_cast<float>(tau + (size * bounds::kLimitStep + bounds::kLimitFloor));
     return limit == limit ? limit : std::numeric_limits<float>::infinity();
   }
 };
 
-/// For a tree whose boxes are in world units.
+/// Makes the third form for a tree whose boxes are in world units.
 BoxRay make_box_ray(const AnchoredRay& ray, int scale_exponent);
-/// For a tree in mesh units, entered through a placement.
+/// Makes the third form for a tree in mesh units, entered through a placement.
 BoxRay make_box_ray(const AnchoredRay& ray, const TreeSpace& space, int scale_exponent);
 
 }  // namespace sightline

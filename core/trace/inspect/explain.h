@@ -1,6 +1,6 @@
 #pragma once
-/// The boxes and triangles that one ray was tested with, in the order of a visit. Slow and simple;
-/// it visits as the kernels do.
+/// Lists the boxes and triangles with which one ray is tested, in the order of the traversal. It
+/// visits nodes as the kernels do, but is slow and simple.
 
 #include <cstdint>
 #include <vector>
@@ -12,34 +12,38 @@
 
 namespace sightline {
 
+/// A triangle in a leaf that the ray entered.
 struct ExplainedTriangle {
   enum class Verdict : std::uint8_t {
     kHit,
-    kMissed,    ///< the line passes it, or its t is outside of the ray's limits
-    kFiltered,  ///< met, but it does not count: cull, include or exclude
+    kMissed,    ///< the ray does not meet it within its limits
+    kFiltered,  ///< the ray meets it, but a filter excludes it
   };
   TriangleId id;
   Verdict verdict = Verdict::kMissed;
-  double t = 0;  ///< rounded; only where it was met
+  double t = 0;  ///< rounded; set if the ray meets the triangle
 };
 
+/// A box of a tree.
 struct ExplainedBox {
-  std::int64_t parent = -1;  ///< its number in the list; -1 for the first
+  std::int64_t parent = -1;  ///< index of the parent box in the list; -1 for the root
   bool is_leaf = false;
-  Box3d box;             ///< in the tree's space: the world, or that of a mesh placed often
-  bool in_mesh = false;  ///< which of them
-  RayBoxAnswer met;      ///< of the ray and the box, within the ray's limits
-  /// Met, but a hit before it is nearer: not entered.
+  Box3d box;             ///< in world space, or in mesh space if in_mesh
+  bool in_mesh = false;  ///< the box belongs to the tree of a mesh that is placed often
+  RayBoxAnswer met;      ///< the result of ray_box for the ray and the box, within the ray's limits
+  /// True if the ray meets the box, but does not enter it because an earlier hit is nearer.
   bool behind_hit = false;
-  std::vector<ExplainedTriangle> triangles;  ///< of a leaf that was entered
+  /// the triangles, if this is a leaf that the ray entered
+  std::vector<ExplainedTriangle> triangles;
 };
 
-/// The list ends after `most` boxes. Precondition: the trees near the ray are there (a closest hit
-/// was asked for). Throws std::bad_alloc.
+/// The list, of at most `most` boxes.
 struct Explanation {
   std::vector<ExplainedBox> boxes;
   bool truncated = false;
 };
+/// Traces the ray and returns the list. Precondition: the trees near the ray are built, as they are
+/// after a closest hit was requested. Throws std::bad_alloc.
 Explanation explain_ray(const SceneView& scene, const Ray& ray, const ResolvedFilter* resolved,
                         std::size_t most = 1000);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// The boxes of one level of the trees of a scene.
+/// Lists the boxes at one level of the trees of a scene.
 
 #include <cstdint>
 #include <vector>
@@ -8,19 +8,21 @@
 
 namespace sightline {
 
+/// A box of a node or leaf.
 struct LevelBox {
-  Box3d box;  ///< in the world
+  Box3d box;  ///< in world space
   bool is_leaf = false;
 };
 
+/// The boxes of a level.
 struct TreeLevel {
   std::vector<LevelBox> boxes;
-  bool truncated = false;
+  bool truncated = false;  ///< there are more boxes than were requested
 };
 
-/// Boxes at `level`: the root is level 0. Below a leaf of the tree over the placements come the
-/// trees of these, unless they are in the space of a mesh or not built yet: then the leaf ends it.
-/// At most `most` boxes. Cost: linear in the levels above. Throws std::bad_alloc.
+/// Returns at most `most` boxes at `level`; the root is level 0. The levels below a leaf of the top
+/// tree are those of the trees of its placements, if they are built and in world space; otherwise
+/// the path ends at the leaf. Cost: linear in the size of the levels above. Throws std::bad_alloc.
 TreeLevel boxes_of_level(const SceneView& scene, std::uint32_t level, std::size_t most);
 
 }  // namespace sightline

@@ -1,6 +1,6 @@
 #pragma once
-/// A report on the trees of a scene: how deep and how full they are, how much siblings overlap, and
-/// whether everything lies inside the box that its parent stores for it.
+/// Statistics of the quality of a tree: depth, fill, overlap of siblings, and whether everything is
+/// inside of its parent's box.
 
 #include <cstdint>
 
@@ -11,24 +11,25 @@ namespace sightline {
 /// Statistics of one tree.
 struct TreeReport {
   std::uint64_t nodes = 0, leaves = 0, blocks = 0, triangles = 0;
-  std::uint32_t depth = 0;       ///< nodes on the longest way down
-  std::uint32_t shallowest = 0;  ///< and on the shortest way to a leaf
-  double mean_depth = 0;         ///< of the leaves
-  double arity = 0;              ///< children of a node, on average
-  /// Surface area heuristic: of the rays that meet the root, how many nodes and leaf blocks each
-  /// meets on average, if they come from everywhere.
+  std::uint32_t depth = 0;       ///< nodes on the longest path
+  std::uint32_t shallowest = 0;  ///< nodes on the shortest path to a leaf
+  double mean_depth = 0;         ///< mean over leaves
+  double arity = 0;              ///< mean number of children of a node
+  /// Surface area heuristic: the expected number of nodes and leaf blocks that a random ray meets,
+  /// if it meets the root.
   double sah_cost = 0;
-  /// For the children of a node, on average: areas of the boxes that two of them share, over the
-  /// areas of the two.
+  /// Overlap of siblings, as a mean over nodes: the surface areas of the intersections of two
+  /// children's boxes, divided by the sum of the areas of the two.
   double overlap = 0;
-  /// Every child's box lies inside its parent's, and every triangle inside its leaf's.
+  /// True if every child's box is inside of its parent's box, and every triangle inside of its
+  /// leaf's box.
   bool contained = true;
 };
 
-/// Precondition: entry < SceneTree::entries; its tree is there. Cost: linear in the tree. Throws
-/// std::bad_alloc.
+/// Statistics of the tree of an entry. Precondition: entry < SceneTree::entries, and its tree is
+/// built. Cost: linear in the tree. Throws std::bad_alloc.
 TreeReport report_tree(const SceneView& scene, std::uint32_t entry);
-/// Statistics of the tree over the entries, whose leaves hold these.
+/// Statistics of the top tree, whose leaves hold entries.
 TreeReport report_top_tree(const SceneView& scene);
 
 }  // namespace sightline

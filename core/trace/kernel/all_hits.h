@@ -1,6 +1,6 @@
 #pragma once
-/// Every triangle that one ray meets: all are counted, and the first in the order of (exact t, id)
-/// are returned.
+/// AllHits: collects every triangle that a ray meets; counts all, and returns the first in the
+/// order of (exact t, id).
 
 #include <algorithm>
 #include <cstddef>
@@ -15,18 +15,18 @@ namespace sightline {
 
 struct TraceCounts;
 
-/// The hits of "all" and "count".
+/// The hits of one ray, for "all" and "count".
 ///
-/// Laws    An answer depends neither on the order in which triangles come nor on how wide their
-///         intervals are: these only spare exact comparisons.
-/// Memory  Entries of 24 bytes, at most 2 * limit of them (kFewest if that is more), and half as
-///         many again while their vector grows: kBytesOfHit * limit; none with limit 0. Exact t are
-///         not stored, however many are equal: two at a time are computed, compared and discarded.
-///         A thread traces one ray at a time, so a batch takes that for each thread.
-/// Cost    O(n) for n triangles met, and O(limit log limit) at the end. Exact t: one for each listed
-///         triangle, and a few where intervals overlap and the order matters.
-/// Errors  std::bad_alloc. The deadline of `counts` is polled; once it has passed, answers must not
-///         be used.
+/// Laws    The answer does not depend on the order in which triangles are added, nor on the widths
+///         of their intervals; narrow intervals only save exact comparisons.
+/// Memory  Entries of 24 bytes, at most 2 * limit of them (at least kFewest), and half as many
+///         again while their vector grows: kBytesOfHit * limit; none with limit 0. Exact t are not
+///         stored: two at a time are computed, compared and discarded. A thread traces one ray at a
+///         time, so each thread of a batch needs this memory.
+/// Cost    O(n) for n triangles, and O(limit log limit) at the end. An exact t is computed for each
+///         listed triangle, and for a few whose intervals overlap where the order matters.
+/// Errors  std::bad_alloc. The deadline of `counts` is polled; after it has passed, the answer must
+///         not be used.
 class AllHits {
  public:
   static constexpr std::size_t kBytesOfHit = 72;
@@ -38,17 +38,18 @@ class AllHits {
         limit_(limit),
         room_(limit > kUnlimited / 2 ? kUnlimited : std::max(2 * limit, kFewest)) {}
 
-  /// A triangle that is certainly met inside of its edges and within the limits, at a tau inside
-  /// the interval.
+  /// Adds a triangle that is certainly met inside of its edges and within the limits, at a tau
+  /// inside of the interval.
   void accept(TriangleId id, Interval tau) {
     ++total_;
     if (limit_ != 0) keep({id, tau});
   }
-  /// Decides exactly whether a triangle is met.
+  /// Adds a triangle if the exact predicate finds that it is met.
   void examine(TriangleId id);
 
+  /// The number of added triangles.
   std::uint64_t total() const { return total_; }
-  /// Appends the first `limit` hits in order. Call it once, last.
+  /// Appends the first `limit` hits in order. Must be called once, after all triangles were added.
   void append_sorted(HitBatch& hits);
 
  private:
@@ -60,10 +61,10 @@ class AllHits {
   };
   static_assert(3 * sizeof(Entry) == kBytesOfHit);
   using Place = std::vector<Entry>::iterator;
-  /// Entries [begin, end) that are met at one t.
+  /// Entries [begin, end) with one and the same exact t.
   struct Same {
     Place begin, end;
-    double t = 0;  ///< rounded; only if asked for
+    double t = 0;  ///< rounded; set on request
   };
 
   void keep(const Entry& entry) {
@@ -73,17 +74,17 @@ class AllHits {
   }
   void make_room();
   bool meets(TriangleId id, ExactT& t);
-  /// Leaves the first `limit_` entries, in any order.
+  /// Reduces the entries to the first `limit_`, in any order.
   void drop_all_but_first();
-  /// Moves the first `wanted` entries of [begin, end) to its front.
+  /// Moves the first `wanted` entries of [begin, end) in the order of hits to its front.
   void select(Place begin, Place end, std::size_t wanted);
-  /// Puts entries of [begin, end) before, at and behind one of them; returns those at it.
-  /// Precondition: there are some.
+  /// Partitions [begin, end) by the t of one of its entries into smaller, equal and larger; returns
+  /// the equal ones. Precondition: the range is not empty.
   Same split(Place begin, Place end, bool rounds);
-  /// std::sort that polls the clock. False if the time is over.
+  /// std::sort that polls the clock. Returns false if the deadline passed.
   template <class Less>
   bool sort(Place begin, Place end, Less less);
-  /// Appends entries whose intervals do not order them.
+  /// Appends entries whose order intervals do not decide.
   void append_exactly(Place begin, Place end, HitBatch& hits);
 
   const RayQuestion& question_;
@@ -91,8 +92,8 @@ class AllHits {
   Crossings crossings_;
   std::size_t limit_, room_;
   std::uint64_t total_ = 0;
-  std::uint32_t exact_ = 0;  ///< exact t so far
-  /// At least `limit_` entries are met at a tau that is not beyond.
+  std::uint32_t exact_ = 0;  ///< number of exact t that were computed
+  /// At least `limit_` entries have a tau that is certainly not above this.
   double farthest_ = std::numeric_limits<double>::infinity();
   std::vector<Entry> entries_;
 };

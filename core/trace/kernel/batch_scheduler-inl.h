@@ -40,8 +40,8 @@ void with_layout(const SceneView& scene, Call&& call) {
   }
 }
 
-/// How many rays from `first` on to trace interleaved before a packet is worth a try. Compares the
-/// octants of the next few rays, of which there must be kNarrowRays.
+/// Returns how many rays from `first` on to trace interleaved before it is worth trying a packet.
+/// It compares the octants of the next rays; there must be kNarrowRays of them.
 inline std::size_t rays_before(const RayBatch& rays, std::size_t first) {
   const auto octant = [&](std::size_t i) {
     return (std::signbit(rays.dx[i]) ? 1 : 0) | (std::signbit(rays.dy[i]) ? 2 : 0) |
@@ -58,13 +58,14 @@ inline std::size_t rays_before(const RayBatch& rays, std::size_t first) {
   return kNarrowRays;
 }
 
-/// Traces neighbouring rays as packets (masked packets over instances) while that is faster. Rays
-/// that diverge are binned by octant and origin if that makes packets of them. All others are
-/// traced interleaved, some thousands at a time.
+/// Distributes the rays of a batch to the traversal methods. Neighbouring rays go as packets
+/// (masked packets if there are several entries) while that is faster. Rays that diverge are binned
+/// by octant and origin, if that makes packets of them. All others are traced interleaved, some
+/// thousands at a time.
 template <bool kAny, Layout kLayout>
 class BatchScheduler {
  public:
-  /// `resolved`: which triangles count; null: all of them.
+  /// `resolved`: which triangles count; null: all. `occluded` is written for "any", else null.
   BatchScheduler(const SceneView& scene, const RayBatch& rays, std::uint8_t* occluded,
                  const ResolvedFilter* resolved, TraceCounts& counts)
       : scene_(scene),
@@ -75,6 +76,7 @@ class BatchScheduler {
         group_(scene, rays, occluded, resolved, counts),
         interleaved_(scene, rays, occluded, resolved, counts) {}
 
+  /// Traces rays [begin, end). finish.add(ray, candidate) is called for each closest hit.
   template <class Finish>
   void run(std::size_t begin, std::size_t end, Finish& finish) {
     while (begin < end) {
@@ -90,17 +92,16 @@ class BatchScheduler {
   using Rays = RayBins<kAny, kLayout>;
   static constexpr std::size_t kGroups = 512;
   static constexpr std::size_t kFirstBinningPause = 512, kLongestBinningPause = 8192;  ///< in rays
-  /// Both are tried again after a while, later every time they have not paid.
+  /// Packets and bins are tried again after a pause, which grows each time that they were slower.
   static constexpr std::size_t kLongestPause = 64;
 
-  /// Traces some rays from `begin` on as packets whatever their directions, where that pays.
-  /// Returns how many.
+  /// Traces some rays from `begin` on as binned packets, if that pays. Returns how many; 0 if none.
   template <class Finish>
   HWY_INLINE std::size_t step_in_order(std::size_t begin, std::size_t left, Finish& finish) {
     if constexpr (kLayout != Layout::kMany && kPacketsWork) {
       if (begin < binning_from_ || left < Rays::kFewest) return 0;
       if (rays_before(rays_, begin) > 0) return trace_binned(begin, left, finish);
-      binning_from_ = begin + Rays::kFewest / 2;  // alike as they are
+      binning_from_ = begin + Rays::kFewest / 2;  // the rays are similar already
     }
     return 0;
   }
@@ -128,14 +129,15 @@ class BatchScheduler {
     return count;
   }
 
+  /// Traces the queued groups interleaved.
   template <class Finish>
   void fly(Finish& finish) {
     interleaved_.run({groups_, group_count_}, finish);
     group_count_ = 0;
   }
 
-  /// Traces some rays from `begin` on as a packet, or leaves them to interleaved traversal. Returns
-  /// how many.
+  /// Traces some rays from `begin` on as a packet, or queues them for interleaved traversal.
+  /// Returns how many.
   template <class Finish>
   HWY_INLINE std::size_t step(std::size_t begin, std::size_t left, Finish& finish) {
     std::size_t alone = std::min(left, kNarrowRays);
@@ -172,13 +174,13 @@ class BatchScheduler {
   Interleaved<kAny, kLayout> interleaved_;
   std::size_t wait_ = 0, pause_ = 0;
   std::optional<Rays> bins_;
-  bool binning_pays_ = false;  ///< the last one did
+  bool binning_pays_ = false;  ///< the last binning was faster
   std::size_t binning_from_ = 0, binning_pause_ = kFirstBinningPause;
   std::size_t group_count_ = 0;
   RayGroup groups_[kGroups];
 };
 
-/// Finishes a hit of "any", which has no t to round.
+/// Takes the hits of "any", which have no t to round.
 struct NoRounding {
   void add(std::size_t, const Candidate&) {}
 };

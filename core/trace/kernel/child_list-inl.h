@@ -23,7 +23,7 @@ namespace HWY_NAMESPACE {
 
 #if SIGHTLINE_NATIVE_COMPRESS
 
-/// The children of a node in slot order, or after `sort` in the order of the visit.
+/// The children of a node in the order of slots, or after `sort` in the order of the visit.
 class ChildList {
  public:
   HWY_INLINE ChildList(const WideNode& node, const BoxCrossings& boxes)
@@ -36,22 +36,22 @@ class ChildList {
     far_ = hn::TableLookupLanes(far_, index);
     child_ = hn::TableLookupLanes(child_, hn::IndicesFromVec(RefLanes(), slot_));
   }
-  /// Bit i: the ray meets child i of the order.
+  /// Bit i: the ray meets the child at position i.
   HWY_INLINE std::uint32_t bits() const { return mask_bits(BoxLanes(), met()); }
 
-  /// Writes the children that are met. Returns how many.
+  /// Writes references and entry distances of the children that are met. Returns their number.
   HWY_INLINE std::size_t store(std::uint32_t* HWY_RESTRICT ref_out,
                                float* HWY_RESTRICT near_out) const {
     store(met(), child_, ref_out, near_out);
     return hn::CountTrue(BoxLanes(), met());
   }
-  /// Writes their slots in the place of their references. Precondition: they are sorted.
+  /// Writes their slots instead of their references. Precondition: `sort` was called.
   HWY_INLINE std::size_t store_slots(std::uint32_t* HWY_RESTRICT slot_out,
                                      float* HWY_RESTRICT near_out) const {
     store(met(), slot_, slot_out, near_out);
     return hn::CountTrue(BoxLanes(), met());
   }
-  /// Writes those with a set bit.
+  /// Writes the children whose bit is set.
   HWY_INLINE void store(std::uint32_t bits, std::uint32_t* HWY_RESTRICT ref_out,
                         float* HWY_RESTRICT near_out) const {
     const auto some = static_cast<std::uint8_t>(bits);
@@ -72,7 +72,7 @@ class ChildList {
 };
 
 #elif SIGHTLINE_TABLE_COMPRESS
-/// The children of a node in slot order, or after `sort` in the order of the visit.
+/// The children of a node in the order of slots, or after `sort` in the order of the visit.
 class ChildList {
  public:
   HWY_INLINE ChildList(const WideNode& node, const BoxCrossings& boxes)
@@ -83,17 +83,17 @@ class ChildList {
     met_ = ChildSlots::shuffle(met_, order_);
     sorted_ = true;
   }
-  /// Bit i: the ray meets child i of the order.
+  /// Bit i: the ray meets the child at position i.
   HWY_INLINE std::uint32_t bits() const { return ChildSlots::bits(met_); }
 
-  /// Writes the children that are met. Returns how many.
+  /// Writes references and entry distances of the children that are met. Returns their number.
   HWY_INLINE std::size_t store(std::uint32_t* HWY_RESTRICT ref_out,
                                float* HWY_RESTRICT near_out) const {
     const std::uint32_t all = bits();
     store(all, ref_out, near_out);
     return static_cast<std::size_t>(std::popcount(all));
   }
-  /// Writes their slots in the place of their references.
+  /// Writes their slots instead of their references.
   HWY_INLINE std::size_t store_slots(std::uint32_t* HWY_RESTRICT slot_out,
                                      float* HWY_RESTRICT near_out) const {
     const std::uint32_t all = bits();
@@ -102,7 +102,7 @@ class ChildList {
     ChildSlots::store_near(slots, boxes_, near_out);
     return static_cast<std::size_t>(std::popcount(all));
   }
-  /// Writes those with a set bit.
+  /// Writes the children whose bit is set.
   HWY_INLINE void store(std::uint32_t bits, std::uint32_t* HWY_RESTRICT ref_out,
                         float* HWY_RESTRICT near_out) const {
     const auto slots = slots_of(bits);
@@ -124,7 +124,7 @@ class ChildList {
 
 #elif !SIGHTLINE_NATIVE_COMPRESS
 
-/// The children of a node in slot order, or after `sort` in the order of the visit.
+/// The children of a node in the order of slots, or after `sort` in the order of the visit.
 class ChildList {
  public:
   HWY_INLINE ChildList(const WideNode& node, const BoxCrossings& boxes) : node_(node) {
@@ -135,21 +135,21 @@ class ChildList {
   }
 
   HWY_INLINE void sort(const WideNode& node, std::uint32_t octant) { order_ = node.order[octant]; }
-  /// Bit i: the ray meets child i of the order.
+  /// Bit i: the ray meets the child at position i.
   HWY_INLINE std::uint32_t bits() const {
     std::uint32_t bits = 0;
     for (std::uint32_t i = 0; i < kArity; ++i) bits |= (met(slot(i)) ? 1u : 0u) << i;
     return bits;
   }
 
-  /// Writes the children that are met. Returns how many.
+  /// Writes references and entry distances of the children that are met. Returns their number.
   HWY_INLINE std::size_t store(std::uint32_t* HWY_RESTRICT ref_out,
                                float* HWY_RESTRICT near_out) const {
     const std::size_t size = store_slots(ref_out, near_out);
     for (std::size_t i = 0; i < size; ++i) ref_out[i] = node_.child[ref_out[i]];
     return size;
   }
-  /// Writes their slots in the place of their references.
+  /// Writes their slots instead of their references.
   HWY_INLINE std::size_t store_slots(std::uint32_t* HWY_RESTRICT slot_out,
                                      float* HWY_RESTRICT near_out) const {
     std::size_t size = 0;
@@ -160,7 +160,7 @@ class ChildList {
     }
     return size;
   }
-  /// Writes those with a set bit.
+  /// Writes the children whose bit is set.
   HWY_INLINE void store(std::uint32_t bits, std::uint32_t* HWY_RESTRICT ref_out,
                         float* HWY_RESTRICT near_out) const {
     for (; bits != 0; bits &= bits - 1) {

@@ -1,4 +1,5 @@
-// Vectors of the eight children of a node: box tests, slot numbers, and their shuffles by table.
+// Vectors over the eight children of a node: results of box tests, slot numbers, and their
+// permutation by table lookups.
 
 #if defined(SIGHTLINE_TRACE_CHILD_SLOTS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_CHILD_SLOTS_INL_H_
@@ -11,7 +12,7 @@
 #include "core/trace/kernel/compress_table.h"
 #include "core/trace/kernel/simd-inl.h"
 
-// Which of the four ways this target takes.
+// Defines how this target compresses: by an instruction, by a table, or, if both are 0, one by one.
 #undef SIGHTLINE_NATIVE_COMPRESS
 #undef SIGHTLINE_TABLE_COMPRESS
 #define SIGHTLINE_NATIVE_COMPRESS (HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3)
@@ -32,17 +33,17 @@ using RefLanes = hn::RebindToUnsigned<BoxLanes>;
 constexpr std::size_t kBoxLanes = hn::MaxLanes(BoxLanes());
 constexpr std::size_t kBoxVectors = kArity / kBoxLanes;
 
-/// Where a ray enters and leaves the boxes of a node; it meets a box if near <= far.
+/// The entry and exit distances of a ray for the boxes of a node. It meets a box if near <= far.
 struct BoxCrossings {
   hn::Vec<BoxLanes> near[kBoxVectors], far[kBoxVectors];
 };
 
-/// Which child is visited first. kNearest: the nearest by the octant of the ray. kAny: the last
-/// slot, where builders put the child that most likely ends an any-hit query.
+/// Which child is visited first. kNearest: the nearest for the octant of the ray. kAny: the child
+/// in the last slot, where builders put the child that most likely ends an any-hit query.
 enum class Wanted { kNearest, kAny };
 
 #if HWY_MAX_BYTES >= 32
-/// The slots of the children from far to near for rays of that octant.
+/// The slots of the children from far to near, for rays of an octant.
 HWY_INLINE hn::Vec<RefLanes> child_order(const WideNode& node, std::uint32_t octant) {
   // The permutation is eight fields of three bits.
   HWY_ALIGN static constexpr std::uint32_t kShift[kArity] = {0, 3, 6, 9, 12, 15, 18, 21};
@@ -53,11 +54,12 @@ HWY_INLINE hn::Vec<RefLanes> child_order(const WideNode& node, std::uint32_t oct
 
 #if SIGHTLINE_TABLE_COMPRESS && HWY_MAX_BYTES >= 32
 
-/// Eight lanes of 32 bits: slot numbers, or truth values. Shuffled as a whole.
+/// Eight lanes of 32 bits: slot numbers or truth values.
 class ChildSlots {
  public:
   using V = hn::Vec<RefLanes>;
 
+  /// True in the lanes whose boxes are met.
   static HWY_INLINE V met(const BoxCrossings& boxes) {
     const BoxLanes df;
     return hn::BitCast(RefLanes(), hn::VecFromMask(df, hn::Le(boxes.near[0], boxes.far[0])));
@@ -73,11 +75,12 @@ class ChildSlots {
   static HWY_INLINE V shuffle(V from, V index) {
     return hn::TableLookupLanes(from, hn::IndicesFromVec(RefLanes(), index));
   }
+  /// The numbers of the set bits, in ascending order.
   static HWY_INLINE V set_bits(std::uint32_t bits) {
     const hn::Rebind<std::uint8_t, RefLanes> d8;
     return hn::PromoteTo(RefLanes(), hn::Load(d8, kCompress[bits].data()));
   }
-  /// Writes the slots, or the references that stand in them.
+  /// Writes the slots, or the elements of `refs` at these slots.
   static HWY_INLINE void store(V slots, std::uint32_t* HWY_RESTRICT out) {
     hn::StoreU(slots, RefLanes(), out);
   }
@@ -93,7 +96,7 @@ class ChildSlots {
 
 #elif SIGHTLINE_TABLE_COMPRESS
 
-/// Eight bytes: slot numbers, or truth values.
+/// Eight bytes: slot numbers or truth values.
 class ChildSlots {
  public:
   using Bytes = hn::CappedTag<std::uint8_t, kArity>;
@@ -109,8 +112,9 @@ class ChildSlots {
     const auto words = hn::ReorderDemote2To(hn::CappedTag<std::int16_t, 8>(), truth(0), truth(1));
     return hn::BitCast(Bytes(), hn::DemoteTo(hn::RebindToSigned<Bytes>(), words));
   }
-  /// The permutation is eight fields of three bits: each is brought to the top of a lane of 16 bits
-  /// by a multiplication and down again by a shift.
+  /// The slots of the children from far to near, for rays of an octant. node.order has eight fields
+  /// of three bits. A multiplication moves each field to the top of a lane of 16 bits, and a shift
+  /// moves it down.
   static HWY_INLINE V order(const WideNode& node, std::uint32_t octant) {
     using Words = hn::CappedTag<std::uint16_t, 8>;
     HWY_ALIGN static constexpr std::uint8_t kByte[16] = {0, 1, 0, 1, 0, 1, 1, 2,
@@ -132,7 +136,7 @@ class ChildSlots {
   static HWY_INLINE V set_bits(std::uint32_t bits) {
     return hn::Load(Bytes(), kCompress[bits].data());
   }
-  /// Writes the slots, or the references that stand in them.
+  /// Writes the slots, or the elements of `refs` at these slots.
   static HWY_INLINE void store(V slots, std::uint32_t* HWY_RESTRICT out) {
     const hn::CappedTag<std::uint8_t, 16> d16;
     const hn::CappedTag<std::uint8_t, 4> d4;
@@ -160,10 +164,10 @@ class ChildSlots {
   }
 
  private:
-  /// Lookups of four lanes of 32 bits in two vectors of four.
+  /// Lookups of four lanes of 32 bits in a table of eight lanes, which is two vectors of four.
   struct Moves {
     using Sixteen = hn::CappedTag<std::uint8_t, 16>;
-    hn::Vec<Sixteen> in_low, in_high;  ///< indices of bytes; from 128 on they give 0
+    hn::Vec<Sixteen> in_low, in_high;  ///< indices of bytes; an index of at least 128 gives 0
 
     HWY_INLINE Moves(V slots, std::size_t half) {
       HWY_ALIGN static constexpr std::uint8_t kSpread[2][16] = {

@@ -1,5 +1,5 @@
 #pragma once
-/// Compression of eight lanes by table lookup, for instruction sets without a compress instruction.
+/// A table that compresses eight lanes, for instruction sets without a compress instruction.
 
 #include <array>
 #include <cstddef>
@@ -7,9 +7,9 @@
 
 namespace sightline {
 
-/// kCompress[m][i] is the number of the i-th set bit of m, for i below the number of set bits, and
-/// 0 after them. 2 KiB with static storage: g++ 12 copies a table that is a local constant of an
-/// inlined function to the stack at each call (docs/decisions/0022).
+/// kCompress[m][i] is the number of the i-th set bit of m, for i below the number of set bits; it
+/// is 0 for larger i. 2 KiB with static storage: g++ 12 would copy a local constant of an inlined
+/// function to the stack at each call (docs/decisions/0022).
 using CompressTable = std::array<std::array<std::uint8_t, 8>, 256>;
 
 constexpr CompressTable make_compress_table() {

@@ -1,4 +1,4 @@
-// The properties of a hit, in double-double where that can be certified.
+// Computes the properties of hits, in double-double if its error bound suffices, else exactly.
 // docs/explanation/exactness.md, "What is asked of a hit".
 
 #if defined(SIGHTLINE_TRACE_DETAIL_INL_H_) == defined(HWY_TARGET_TOGGLE)
@@ -16,8 +16,8 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// Position, normal and barycentrics of hits, several at a time. Every number is the exact one
-/// rounded once; lanes for which double-double cannot certify that are computed exactly.
+/// Computes position, normal and barycentrics of hits, eight at a time. Every number is the exact
+/// value rounded once. Lanes for which double-double cannot certify that are computed exactly.
 class Details {
  public:
   static constexpr std::size_t kGroup = 8;
@@ -26,6 +26,7 @@ class Details {
           TraceCounts& counts)
       : scene_(scene), rays_(rays), hits_(hits), out_(out), counts_(counts) {}
 
+  /// Adds the hit of a ray; writes eight results to `out` when eight are collected.
   void add(std::size_t ray) {
     ray_[size_] = ray;
     const Triangle triangle = scene_.world_triangle(hits_.id(ray));
@@ -40,6 +41,7 @@ class Details {
     if (++size_ == kGroup) flush();
   }
 
+  /// Writes the results that remain.
   void flush() {
     if (size_ == 0) return;
     for (std::size_t i = size_; i < kGroup; ++i) {
@@ -77,10 +79,11 @@ class Details {
     return hn::Or(hn::Ge(hn::Abs(value), hn::Set(D(), 0x1p-900)), is_zero);
   }
   static HWY_INLINE M is_zero(V value) { return hn::Eq(value, hn::Zero(D())); }
-  /// Whether a product is zero because a factor is, not because it underflowed.
+  /// True where a product is zero because a factor is zero, and not because it underflowed.
   static HWY_INLINE M is_zero(V a, V b) { return hn::Or(is_zero(a), is_zero(b)); }
 
-  /// Bit i: everything of lane at + i is certainly the exact value rounded once.
+  /// Computes the lanes from `at` on. Bit i of the result: all numbers of lane at + i are certainly
+  /// correctly rounded.
   HWY_INLINE std::uint32_t compute(std::size_t at) {
     const D dd;
     const V zero = hn::Zero(dd);

@@ -1,4 +1,4 @@
-// Double-double arithmetic on lanes, and the intersection of ray and triangle in it.
+// Double-double arithmetic on vectors, and the intersection of rays and triangles in it.
 
 #if defined(SIGHTLINE_TRACE_DOUBLE_DOUBLE_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_DOUBLE_DOUBLE_INL_H_
@@ -16,7 +16,7 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// Unevaluated sums high + low of float64 lanes, |low| <= ulp(high) / 2. Error bounds:
+/// A vector of unevaluated sums high + low of two float64, |low| <= ulp(high) / 2. Error bounds:
 /// [Joldes2017].
 template <class Tag>
 struct DoubleDoubleOf {
@@ -76,7 +76,7 @@ struct DoubleDoubleOf {
     const DoubleDouble s = two_difference(a.high, b.high);
     return fast_two_sum(s.high, hn::Add(s.low, hn::Sub(a.low, b.low)));
   }
-  /// The sum of three products: all lower parts, of the size of u, are added without compensation.
+  /// The dot product. The lower parts, of relative size u, are summed without compensation.
   static HWY_INLINE DoubleDouble dot(const V (&a)[3], const DoubleDouble (&b)[3]) {
     const DoubleDouble p = two_product(a[0], b[0].high), q = two_product(a[1], b[1].high),
                        r = two_product(a[2], b[2].high);
@@ -87,8 +87,9 @@ struct DoubleDoubleOf {
     low = hn::MulAdd(a[2], b[2].low, hn::Add(low, r.low));
     return fast_two_sum(both.high, hn::Add(hn::Add(first.low, both.low), low));
   }
-  /// high + low correctly rounded is `high`, if no error of up to `error` can change that; bit i:
-  /// so it is for lane i. Rounding is monotone: both ends of the interval must round to `high`.
+  /// True in lanes where `high` is certainly the correct rounding of a number that differs from
+  /// high + low by at most `error`. Rounding is monotone, so it suffices that both ends of the
+  /// interval round to `high`.
   HWY_INLINE hn::Mask<D> certain(V error) const {
     return hn::And(hn::Eq(hn::Add(high, hn::Add(low, error)), high),
                    hn::Eq(hn::Add(high, hn::Sub(low, error)), high));
@@ -97,8 +98,8 @@ struct DoubleDoubleOf {
 
 using DoubleDouble = DoubleDoubleOf<hn::CappedTag<double, 8>>;
 
-/// top / bottom as q + r / bottom with the residual r = top - q bottom; `inverse` is 1 / bottom, a
-/// float64.
+/// The quotient top / bottom in double-double: q + residual / bottom, where residual = top - q
+/// bottom. `inverse` is 1 / bottom as a float64.
 template <class Tag>
 HWY_INLINE DoubleDoubleOf<Tag> quotient_of(const DoubleDoubleOf<Tag>& top,
                                            const DoubleDoubleOf<Tag>& bottom,
@@ -113,8 +114,8 @@ HWY_INLINE DoubleDoubleOf<Tag> quotient_of(const DoubleDoubleOf<Tag>& top,
   const auto residual = hn::Add(rest, hn::NegMulAdd(q, bottom.low, top.low));
   return DoubleDoubleOf<Tag>::fast_two_sum(q, hn::Mul(residual, inverse));
 }
-/// What such a quotient may be off, if the top is off by at most 24 u^2 top_size and the bottom by
-/// 43 u^2 of its size.
+/// A bound for the error of quotient_of, if top is off by at most 24 u^2 top_size and bottom by at
+/// most 43 u^2 bottom_size.
 template <class Tag>
 HWY_INLINE hn::Vec<Tag> error_of_quotient(Tag dd, hn::Vec<Tag> top_size, hn::Vec<Tag> bottom_size,
                                           hn::Vec<Tag> inverse, hn::Vec<Tag> value) {
@@ -123,7 +124,7 @@ HWY_INLINE hn::Vec<Tag> error_of_quotient(Tag dd, hn::Vec<Tag> top_size, hn::Vec
                  hn::MulAdd(hn::MulAdd(size, bottom_size, top_size), hn::Abs(inverse), size));
 }
 constexpr double kLargestFactor = 0x1p300;
-/// Whether nothing underflowed or overflowed that the bound would have to know of.
+/// True in lanes where nothing underflowed or overflowed, so that the error bounds hold.
 template <class Tag>
 HWY_INLINE hn::Mask<Tag> is_ordinary(Tag dd, hn::Vec<Tag> top_size, hn::Vec<Tag> bottom_size,
                                      hn::Vec<Tag> largest, hn::Vec<Tag> t) {
@@ -133,20 +134,20 @@ HWY_INLINE hn::Mask<Tag> is_ordinary(Tag dd, hn::Vec<Tag> top_size, hn::Vec<Tag>
                          hn::Ge(hn::Abs(t), hn::Set(dd, 0x1p-900))));
 }
 
-/// Rays and the triangles that they meet, side by side: each pointer to as many numbers as a vector
-/// holds.
+/// Pointers to the columns of rays and of the triangles that they meet. Each column has as many
+/// numbers as a vector has lanes.
 struct MeetingColumns {
   const double* origin[3];
   const double* direction[3];
-  const double* corner[3][3];  ///< [corner][axis], in the world
+  const double* corner[3][3];  ///< [corner][axis], in world space
 };
 
-/// Edges of triangles from corner 0, exact.
+/// The edges of triangles from corner 0, exact.
 template <class Tag>
 struct EdgesOf {
   DoubleDoubleOf<Tag> e1[3], e2[3];
 
-  /// Of the lanes that the columns [corner][axis] begin with.
+  /// Loads the first lanes of the columns [corner][axis].
   HWY_INLINE explicit EdgesOf(const double* const (&corner)[3][3]) {
     const Tag dd;
     SIGHTLINE_UNROLL
@@ -158,15 +159,15 @@ struct EdgesOf {
   }
 };
 
-/// Normals. Sums come with the magnitudes that bound their errors (docs/explanation/exactness.md,
-/// "Rounding t").
+/// The normals of triangles, not normalised. `size` bounds their errors
+/// (docs/explanation/exactness.md, "Rounding t").
 template <class Tag>
 struct NormalOf {
   using V = hn::Vec<Tag>;
   using DoubleDouble = DoubleDoubleOf<Tag>;
 
   DoubleDouble n[3];  ///< e1 x e2
-  V size[3];          ///< n is off by at most 9 u^2 of it
+  V size[3];          ///< n is off by at most 9 u^2 size
 
   NormalOf() = default;
   HWY_INLINE explicit NormalOf(const EdgesOf<Tag>& edges) {
@@ -190,15 +191,16 @@ struct NormalOf {
   }
 };
 
-/// What of the intersection with a plane depends on the origin, but on no direction.
+/// The part of the intersection with a plane that depends on the ray's origin, but not on its
+/// direction.
 template <class Tag>
 struct SeenFrom {
   using V = hn::Vec<Tag>;
   using DoubleDouble = DoubleDoubleOf<Tag>;
 
-  DoubleDouble a[3];  ///< from the origin to corner 0, exact
+  DoubleDouble a[3];  ///< vector from the origin to corner 0, exact
   DoubleDouble top;   ///< a.n
-  V top_size;         ///< NaN if a factor is so large that something may overflow
+  V top_size;         ///< bounds the error of top; NaN if a factor is so large that it may overflow
 
   HWY_INLINE SeenFrom(const NormalOf<Tag>& normal, const double* const (&corner0)[3],
                       const double* const (&origin)[3]) {
@@ -216,7 +218,7 @@ struct SeenFrom {
   }
 };
 
-/// Where rays meet planes.
+/// The intersections of rays with planes.
 template <class Tag>
 struct MeetingOf {
   using D = Tag;
@@ -228,10 +230,10 @@ struct MeetingOf {
   V bottom_size;
   V inverse;  ///< 1 / bottom, a float64
   DoubleDouble t;
-  V error;               ///< of t
-  hn::Mask<D> ordinary;  ///< nothing underflowed or overflowed that a bound would have to know of
+  V error;               ///< bound of the error of t
+  hn::Mask<D> ordinary;  ///< nothing underflowed or overflowed, so that the bounds hold
 
-  /// `top` and `top_size` as in SeenFrom.
+  /// `top` and `top_size` are those of SeenFrom.
   HWY_INLINE MeetingOf(const NormalOf<Tag>& normal, const DoubleDouble& top, V top_size,
                        const double* const (&directions)[3]) {
     const D dd;
@@ -257,17 +259,17 @@ struct MeetingOf {
   HWY_INLINE V bound(V top_size, V value) const {
     return error_of_quotient(D(), top_size, bottom_size, inverse, value);
   }
-  /// t.high is certainly the nearest float64.
+  /// True in lanes where t.high is certainly the float64 nearest to the exact t.
   HWY_INLINE hn::Mask<D> certain() const { return hn::And(t.certain(error), ordinary); }
 };
 
-/// What t and everything behind it is made of, for several rays and the triangles that they meet.
+/// All of the above for several rays and the triangles that they meet.
 template <class Tag>
 struct IntersectionOf : EdgesOf<Tag>, NormalOf<Tag>, SeenFrom<Tag>, MeetingOf<Tag> {
   using V = hn::Vec<Tag>;
   using DoubleDouble = DoubleDoubleOf<Tag>;
 
-  /// Of the lanes that the columns begin with.
+  /// Loads the first lanes of the columns.
   HWY_INLINE explicit IntersectionOf(const MeetingColumns& columns)
       : EdgesOf<Tag>(columns.corner),
         NormalOf<Tag>(static_cast<const EdgesOf<Tag>&>(*this)),

@@ -1,5 +1,5 @@
-// A ray into the space of a placement's tree: make_box_ray of ray_setup, the three axes of the mesh
-// side by side.
+// Maps rays into the space of a placement's tree, as make_box_ray of ray_setup.h does, but with the
+// three axes in the lanes of a vector, or with several rays.
 
 #if defined(SIGHTLINE_TRACE_ENTER_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_ENTER_INL_H_
@@ -22,8 +22,9 @@ namespace sightline {
 namespace HWY_NAMESPACE {
 
 #if HWY_MAX_BYTES >= 32
-/// False where magnitudes are so extreme that make_box_ray must decide. The bounds are those of
-/// docs/explanation/exactness.md, "Instances" and "Boxes".
+/// Maps a ray into the space of a tree and sets `box`. Returns false, if numbers are so large or
+/// small that make_box_ray must do it. The error bounds are those of docs/explanation/exactness.md,
+/// "Instances" and "Boxes".
 HWY_INLINE bool map_box_ray(const AnchoredRay& ray, const TreeSpace& space, int scale_exponent,
                             BoxRay& box) {
   const Axes dd;
@@ -62,7 +63,7 @@ HWY_INLINE bool map_box_ray(const AnchoredRay& ray, const TreeSpace& space, int 
 }
 #endif
 
-/// What make_box_ray asks of an AnchoredRay, for a ray that has been set up with others.
+/// The members of AnchoredRay that mapping needs, for a ray that was set up with others.
 HWY_INLINE AnchoredRay anchored(const Ray& ray, const PreparedRay& prepared, const Box3d& bounds) {
   if (HWY_UNLIKELY(!prepared.simple)) return anchor_ray(ray, bounds);
   const Vec3d& d = ray.direction;
@@ -77,8 +78,8 @@ HWY_INLINE AnchoredRay anchored(const Ray& ray, const PreparedRay& prepared, con
   return out;
 }
 
-/// The ray for the tree of a placement. `top` is the same ray in the units of the tree over the
-/// placements.
+/// Sets `box` to the ray for the tree of a placement. `top` is the ray in the units of the top
+/// tree.
 HWY_INLINE void enter_placement(const AnchoredRay& ray, const Placement& placement,
                                 const WideTree& tree, const WideTree& top_tree, const BoxRay& top,
                                 BoxRay& box) {
@@ -93,14 +94,14 @@ HWY_INLINE void enter_placement(const AnchoredRay& ray, const Placement& placeme
   box = make_box_ray(ray, placement.space, tree.scale_exponent);
 }
 
-/// AnchoredRay's for rays side by side that need no new origin.
+/// The members of AnchoredRay that mapping needs, as columns, for rays whose origin need not move.
 template <std::size_t kRays>
 struct AnchoredColumns {
   const double* origin[3];
   HWY_ALIGN double direction[3][kRays];
   const double* tau_min;
 
-  /// Fills lane i. False if the direction is so uneven that scaling it costs precision.
+  /// Sets lane i. Returns false if scaling the direction rounds a component.
   bool set_direction(std::size_t i, const Vec3d& d) {
     const double largest = std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)});
     const auto exponent = std::bit_cast<std::uint64_t>(largest) & 0x7ff0000000000000ull;
@@ -111,8 +112,8 @@ struct AnchoredColumns {
   }
 };
 
-/// make_box_ray for as many rays as a vector holds, from lane i on. Returns which of them came out
-/// right: bit j for lane i + j. The bounds are those of map_box_ray.
+/// make_box_ray for the rays from lane i on, as many as a vector has lanes. Returns a bit set: bit
+/// j is set if lane i + j is valid. The error bounds are those of map_box_ray.
 template <class D, std::size_t kRays>
 HWY_INLINE std::uint32_t map_lanes(D dd, const AnchoredColumns<kRays>& rays, std::size_t i,
                                    const TreeSpace& space, double scale, SlabColumns<kRays>& slabs,

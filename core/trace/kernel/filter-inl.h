@@ -1,4 +1,5 @@
-// Ray against the four triangles of a leaf block, as far as float64 can tell.
+// The float64 filter for a ray and the four triangles of a leaf block: decides which are certainly
+// met or missed.
 
 #if defined(SIGHTLINE_TRACE_FILTER_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_FILTER_INL_H_
@@ -18,24 +19,25 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// What a kernel is compiled for: one tree of the world whose placements leave the mesh's corners
-/// as they are, one whose placements have matrices, or a tree over several entries.
+/// The layout of a scene for which a kernel is compiled. kAsItIs: one tree in world space, whose
+/// placements do not change the mesh's coordinates. kPlaced: one tree, whose placements have
+/// matrices. kMany: a top tree over several entries.
 enum class Layout { kAsItIs, kPlaced, kMany };
 
-/// kLatency: a caller waits for the verdict, so a branch skips the division for triangles that are
-/// missed. kThroughput: many tests follow one another, and a branch that cannot be predicted costs
-/// more than the division.
+/// kLatency: the caller waits for the verdict, so a branch skips the division for triangles that
+/// are missed. kThroughput: many independent tests follow one another, and a mispredicted branch
+/// costs more than the division.
 enum class Pace { kLatency, kThroughput };
 
-/// Four triangles after the filter: lane i is met for sure (accept), may be met (examine), or is
-/// out.
+/// The result of the filter for four triangles. Bit i of `accept`: triangle i is certainly met. Bit
+/// i of `examine`: it may be met, and the exact predicate must decide. low and high bound tau.
 struct LeafVerdict {
   std::uint32_t accept = 0;
   std::uint32_t examine = 0;
   HWY_ALIGN double low[kLanes];
   HWY_ALIGN double high[kLanes];
 
-  /// Forgets the lanes that a block repeats. False if all are out.
+  /// Clears the bits of lanes that repeat lane 0 of the block. Returns false if no bit is left.
   HWY_INLINE bool keep_lanes_of(const LeafBlock& block) {
     const std::uint32_t lanes = (1u << block.lane_count()) - 1u;
     accept &= lanes;
@@ -44,34 +46,34 @@ struct LeafVerdict {
   }
 };
 
-/// The values of a ray that the filter uses, one ray in all lanes or one in each.
+/// The values of a ray that the filter uses: one ray in all lanes, or a ray in each lane.
 template <class D>
 struct LaneRays {
   using V = hn::Vec<D>;
   V origin[3];  ///< on the axes kx, ky, kz
   V shear_x, shear_y, inverse_z;
   V tau_min_low, tau_min_high, tau_max_low;
-  V bound;  ///< the best tau so far
+  V bound;  ///< upper bound of the best tau so far
 };
 
-/// Corners on the axes kx, ky, kz, in every lane the same triangle or in each its own.
+/// Corners on the axes kx, ky, kz: one triangle in all lanes, or a triangle in each lane.
 template <class D>
 struct LaneCorners {
   hn::Vec<D> x[3], y[3], z[3];
 };
 
-/// The verdict of the filter for each lane.
+/// The result of the filter for each lane.
 template <class D>
 struct LaneVerdicts {
-  hn::Mask<D> left;      ///< not out for sure
-  hn::Mask<D> certain;   ///< if left: met for sure, within the limits
-  hn::Vec<D> low, high;  ///< contains tau
+  hn::Mask<D> left;      ///< not certainly missed
+  hn::Mask<D> certain;   ///< if left: certainly met, within the limits
+  hn::Vec<D> low, high;  ///< interval that contains tau
 };
 
-/// What follows from edge functions `w` and depths `z` of the corners, if each w is off by at most
-/// `e`: Theorems 1 and 2 of docs/explanation/exactness.md, "Triangles". Decides nothing that the
-/// bound leaves open. `edge` is at least the largest |component| of any edge, `reach` at least any
-/// ray's. False, with no verdicts, only if all lanes are out.
+/// Decides lanes from their edge functions `w` and the depths `z` of the corners, if each w is off
+/// by at most `e`: Theorems 1 and 2 of docs/explanation/exactness.md, "Triangles". `edge` is an
+/// upper bound of |component| of all edges, `reach` of the reach of all rays. Returns false,
+/// without verdicts, only if all lanes are certainly missed.
 template <Pace kPace, class D, class V = hn::Vec<D>>
 HWY_INLINE bool judge_lanes(D dd, const V (&w)[3], const V (&z)[3], V e, double edge,
                             const LaneRays<D>& rays, double reach, LaneVerdicts<D>& verdicts) {
@@ -107,15 +109,16 @@ HWY_INLINE bool judge_lanes(D dd, const V (&w)[3], const V (&z)[3], V e, double 
   return true;
 }
 
-/// The float64 filter of docs/explanation/exactness.md, "Triangles": [Woop2013]'s sheared edge
-/// functions with a proved bound. Arguments and answer as of judge_lanes.
+/// The filter for triangles and rays: sheared edge functions [Woop2013] with the error bound of
+/// docs/explanation/exactness.md, "Triangles". Other arguments and the result are those of
+/// judge_lanes.
 template <Pace kPace, class D>
 HWY_INLINE bool filter_lanes(D dd, const LaneCorners<D>& corners, double edge,
                              const LaneRays<D>& rays, double reach, LaneVerdicts<D>& verdicts) {
   using V = hn::Vec<D>;
   using namespace bounds;
   const double unit = kU * reach;
-  // Corners seen from the origin, sheared so that the ray is the z axis.
+  // The corners relative to the origin, sheared so that the ray is the z axis.
   V x[3], y[3], z[3];
   SIGHTLINE_UNROLL
   for (std::size_t c = 0; c < 3; ++c) {
@@ -133,13 +136,14 @@ HWY_INLINE bool filter_lanes(D dd, const LaneCorners<D>& corners, double edge,
   return judge_lanes<kPace>(dd, w, z, e, edge, rays, reach, verdicts);
 }
 
-/// Triangles relative to the common origin of several rays, one triangle in all lanes or one in
-/// each. Edge function c of a ray is normal_z + shear_x normal_x + shear_y normal_y.
+/// Triangles relative to an origin that several rays share: one triangle in all lanes, or a
+/// triangle in each lane. Edge function c of a ray is normal_z[c] + shear_x normal_x[c] + shear_y
+/// normal_y[c].
 template <class D>
 struct LaneEdges {
   hn::Vec<D> normal_x[3], normal_y[3], normal_z[3];
   hn::Vec<D> z[3];  ///< of the corners
-  double error;     ///< at least that of every edge function
+  double error;     ///< bounds the error of every edge function
 };
 
 /// The filter for rays from that origin: docs/explanation/exactness.md, "Vertex culling".
@@ -157,7 +161,8 @@ HWY_INLINE bool filter_lanes(D dd, const LaneEdges<D>& seen, double edge, const 
 
 using FilterLanes = hn::CappedTag<double, kLanes>;
 
-/// corner(c, k) for each corner c on the axes of `ray`: inlined, where a lambda would be called.
+/// Collects corner(c, k) for each corner c on the axes of `ray`. A template, because a lambda would
+/// not be inlined.
 template <class Corner>
 HWY_INLINE LaneCorners<FilterLanes> corners_on_axes(const FilterRay& ray, const Corner& corner) {
   LaneCorners<FilterLanes> corners;
@@ -170,8 +175,8 @@ HWY_INLINE LaneCorners<FilterLanes> corners_on_axes(const FilterRay& ray, const 
   return corners;
 }
 
-/// Corners of as many triangles of a block as a vector holds, from lane `i` on, on the axes of
-/// `ray`. kPlaced: in the world, by the contract's own formula.
+/// Loads the corners of the triangles of a block from lane `i` on, as many as a vector has lanes,
+/// on the axes of `ray`. If kPlaced, maps them to world space by the formula of Affine::apply.
 template <bool kPlaced>
 HWY_INLINE LaneCorners<FilterLanes> load_corners(const LeafBlock& block, std::size_t i,
                                                  const FilterRay& ray, const Placement& placement) {
@@ -200,7 +205,7 @@ HWY_INLINE LaneCorners<FilterLanes> load_corners(const LeafBlock& block, std::si
   }
 }
 
-/// At least every |component| of the edges of a block in the world.
+/// An upper bound of |component| of all edges of a block, in world space.
 template <bool kPlaced>
 HWY_INLINE double largest_edge(const LeafBlock& block, const Placement& placement) {
   const auto edge = static_cast<double>(block.edge_max());
@@ -208,9 +213,9 @@ HWY_INLINE double largest_edge(const LeafBlock& block, const Placement& placemen
   return (edge * placement.edge_scale + placement.edge_pad) * (1 + 0x1p-50);
 }
 
-/// One ray and the triangles of a block from lane `i` on, as many as a vector has lanes, given as
-/// LaneCorners or LaneEdges. `bound` is the ray's best tau so far, `reach` at least the ray's. Adds
-/// to the verdict.
+/// Filters triangles (LaneCorners or LaneEdges of the lanes from `i` on) for one ray. `bound` is
+/// the upper bound of the ray's best tau so far; `reach` is at least the ray's reach. Adds to the
+/// verdict.
 template <Pace kPace, class Triangles>
 HWY_INLINE void filter_triangles(const Triangles& triangles, double edge, const FilterRay& ray,
                                  double reach, double bound, std::size_t i, LeafVerdict& verdict) {
@@ -234,7 +239,7 @@ HWY_INLINE void filter_triangles(const Triangles& triangles, double edge, const 
   verdict.examine |= (left & ~certain) << i;
 }
 
-/// All lanes of a block.
+/// Filters all lanes of a block.
 template <bool kPlaced, Pace kPace>
 HWY_INLINE void filter_block(const LeafBlock& block, const FilterRay& ray,
                              const Placement& placement, double bound, LeafVerdict& verdict) {

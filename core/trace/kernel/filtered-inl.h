@@ -1,5 +1,5 @@
-// Sinks of a traversal that are shown only the triangles that count. A triangle is left out before
-// it is compared with any other, so it hides nothing behind it.
+// Traversal with a resolved filter. A triangle that does not count is removed before it is compared
+// with any other, so it hides nothing behind it.
 
 #if defined(SIGHTLINE_TRACE_FILTERED_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_FILTERED_INL_H_
@@ -15,6 +15,7 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
+/// A sink (single-inl.h) that passes only the triangles that count to another sink.
 template <class Sink>
 struct Filtered {
   static constexpr Wanted kWanted = Sink::kWanted;
@@ -32,7 +33,8 @@ struct Filtered {
   }
 };
 
-/// Calls sink(question) for rays [begin, end), and done(i, sink) after each has been traced.
+/// Traces rays [begin, end) one by one. Makes a sink for each by make_sink(question, tau_max), and
+/// calls done(i, sink) after ray i was traced.
 template <class MakeSink, class Done>
 void trace_filtered(const SceneView& scene, const RayBatch& rays, std::size_t begin,
                     std::size_t end, const ResolvedFilter& resolved, TraceCounts& counts,

@@ -1,4 +1,4 @@
-// The best hits so far of neighbouring rays in a packet.
+// The best hits so far of the rays of a packet.
 
 #if defined(SIGHTLINE_TRACE_GROUP_HITS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_GROUP_HITS_INL_H_
@@ -18,18 +18,19 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// The ClosestHit of each of at most kRays rays, side by side.
+/// The ClosestHit of each of at most kRays rays, as columns.
 template <std::size_t kRays>
 class GroupHits {
  public:
   using D = GroupPreparation::D;
 
-  /// `resolved`: which triangles count; null: all of them.
+  /// `resolved`: which triangles count; null: all.
   GroupHits(const SceneView& scene, const RayBatch& rays, const ResolvedFilter* resolved,
             TraceCounts& counts)
       : scene_(scene), tree_(scene.tree()), rays_(rays), resolved_(resolved), counts_(counts) {}
 
-  /// No hits of the `count` rays from `first` on, whose limits are below `tau_max`.
+  /// Resets to no hits, for `count` rays from `first` on; `tau_max` are the upper ends of their
+  /// limits.
   void start(std::size_t first, const double* tau_max, std::size_t count) {
     first_ = first;
     const D dd;
@@ -40,10 +41,10 @@ class GroupHits {
       hn::Store(hn::Zero(du), du, candidate_ + i);
     }
   }
-  /// For a lane that no ray goes in: a limit that excludes all.
+  /// Sets a bound for a lane without a ray, which excludes all triangles.
   void exclude(std::size_t i, double bound) { bound_[i] = bound; }
 
-  /// The hits that follow are in the tree of that placement.
+  /// Enters a placement: the following blocks are in its tree.
   void enter(std::uint32_t placement) {
     number_ = placement;
     entered_ = &tree_.placements[placement];
@@ -55,7 +56,7 @@ class GroupHits {
   const double* bounds() const { return bound_; }
   Candidate winner(std::size_t i) const { return decode(candidate_[i]); }
 
-  /// False if a filter leaves nothing of the verdict.
+  /// Removes triangles that do not count from the verdict. Returns false if none is left.
   HWY_INLINE bool does_count(std::uint32_t i, const LeafBlock& block, LeafVerdict& verdict) const {
     if (HWY_LIKELY(resolved_ == nullptr)) return true;
     const std::uint32_t lanes = lanes_of(i, block, verdict.accept | verdict.examine);
@@ -63,11 +64,11 @@ class GroupHits {
     verdict.examine &= lanes;
     return lanes != 0;
   }
-  /// Whether hits of the triangle count for any ray.
+  /// True if hits of the triangle can count for some ray.
   HWY_INLINE bool may_count(const LeafBlock& block, std::uint32_t lane) const {
     return HWY_LIKELY(resolved_ == nullptr) || sides_of(block, lane) != 0;
   }
-  /// Those of some rays, bit j being ray first + j, for which hits of the triangle count.
+  /// Returns those rays of `some` for which hits of the triangle count; bit j is ray first + j.
   HWY_INLINE std::uint32_t counting_rays(const LeafBlock& block, std::uint32_t lane,
                                          std::size_t first, std::uint32_t some) const {
     if (HWY_LIKELY(resolved_ == nullptr)) return some;
@@ -80,7 +81,7 @@ class GroupHits {
     return some;
   }
 
-  /// Takes the verdict of the filter for one ray and the triangles of a block.
+  /// Adds the verdict of the filter for ray i and the triangles of a block.
   HWY_INLINE void take_closest(std::uint32_t i, const LeafBlock& block,
                                const LeafVerdict& verdict) {
     for (std::uint32_t rest = verdict.accept; rest != 0; rest &= rest - 1) {
@@ -97,7 +98,8 @@ class GroupHits {
     }
     if (HWY_UNLIKELY(verdict.examine != 0)) examine_closest(i, block, verdict.examine);
   }
-  /// Takes hits of one triangle and the rays from `first` on: bit j of the masks is ray first + j.
+  /// Adds the verdicts of one triangle and the rays from `first` on; bit j of the masks is ray
+  /// first + j.
   HWY_INLINE void take_nearer(const LeafBlock& block, std::uint32_t lane, std::size_t first,
                               const LaneVerdicts<D>& found, std::uint32_t certain,
                               std::uint32_t examine) {
@@ -131,6 +133,8 @@ class GroupHits {
     }
   }
 
+  /// True if the exact predicate finds that ray i meets one of the triangles `examine` of the
+  /// block.
   HWY_NOINLINE bool examine_any_of(std::uint32_t i, const LeafBlock& block, std::uint32_t examine) {
     const RayQuestion question{scene_, rays_, first_ + i, counts_.decisions};
     for (; examine != 0; examine &= examine - 1) {
@@ -141,8 +145,8 @@ class GroupHits {
     return false;
   }
 
-  /// Passes the winners of the first `count` rays to `finish`; neighbours in one call if it
-  /// supports that.
+  /// Passes the closest hits of the first `count` rays to `finish`: all in one call if it has
+  /// kNeighbours, else one by one.
   template <class Finish>
   void hand_over(std::size_t count, Finish& finish) const {
     if constexpr (requires { Finish::kNeighbours; }) {
@@ -183,8 +187,8 @@ class GroupHits {
     keep(i, best);
   }
 
-  /// A candidate of the tree that was entered in one number, 0 for none: the entered placement, its
-  /// block's granule, the first being 1, its edge and its lane.
+  /// Encodes a candidate in one number; 0 is none. It holds the entered placement, the block's
+  /// granule plus 1, `edge` and `lane`.
   std::uint64_t encode(const Candidate& candidate) const {
     const auto* block = reinterpret_cast<const std::byte*>(candidate.block);
     const auto granule = static_cast<std::uint64_t>(block - base_) / Arena::kGranule;
@@ -212,7 +216,7 @@ class GroupHits {
   void keep(std::uint32_t i, const ClosestHit& best) {
     low_[i] = best.tau.low;
     bound_[i] = best.tau.high;
-    // One that stays may have been found in another tree.
+    // A candidate that remains may have been found in another tree.
     const Candidate old = decode(candidate_[i]);
     if (best.candidate.block == old.block && best.candidate.instance == old.instance &&
         best.candidate.lane == old.lane)
@@ -226,7 +230,7 @@ class GroupHits {
   const ResolvedFilter* resolved_;
   TraceCounts& counts_;
   std::size_t first_ = 0;
-  // The last entry: the number of the placement, the placement, the start of its tree.
+  // The entered placement: its number, itself, and the start of its tree.
   std::uint32_t number_ = 0;
   const Placement* entered_ = nullptr;
   const std::byte* base_ = nullptr;

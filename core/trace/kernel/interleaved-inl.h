@@ -1,12 +1,12 @@
-// Interleaved traversal: many rays in flight through one tree, so that other rays compute while one
+// Interleaved traversal: many rays in flight on one thread, so that other rays compute while a ray
 // waits for memory. The technique is asynchronous memory access chaining [Kocberber2015].
 //
 //   prepared -> slot: node queue <-> leaf queue -> finished -> TRounding -> hits
 //                 \___ every round: each ray one node or one leaf ___/
 //
-// A single ray pays for memory latency at every step. Here a ray that has chosen its next node
-// prefetches it, and every other ray in flight gets its turn before. The inner step has no branch
-// that depends on the ray: the next queue of a ray is computed, not jumped to.
+// A single ray waits for memory at every step. Here a ray that has chosen its next node prefetches
+// it, and all other rays in flight make a step before it continues. The inner step has no branch
+// that depends on the ray: the queue for its next step is computed by arithmetic.
 //
 // A round has two passes: first all arithmetic, then everything that depends on its outcome. An
 // out-of-order processor overlaps three or four steps of the first pass. None of them waits for
@@ -39,30 +39,33 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-constexpr std::size_t kRaysAhead = 64;  ///< are fetched before they start
-/// Each is a step of every ray in flight.
+constexpr std::size_t kRaysAhead = 64;  ///< rays are prefetched so many rays before they start
+/// The deadline is checked once in so many rounds. A round is a step of every ray in flight.
 constexpr std::uint32_t kRoundsBetweenLooks = 128;
-/// Trees that are deeper go through the single-ray kernel.
+/// Scenes with deeper trees are traced by the single-ray kernel, because the stack of a slot is
+/// short.
 constexpr std::uint32_t kMaxInterleavedDepth = (kWaiting - kArity - 2) / (kArity - 1);
 
-/// The position of a ray in a scene of several entries: in the tree over them, or in one of them.
+/// The place of a ray in a scene of several entries: in the top tree, or in the tree of an entry.
 struct Whereabouts {
-  AnchoredRay ray;             ///< what placements map
-  BoxRay top;                  ///< in the units of the tree over the placements
-  const std::byte* base;       ///< of the tree that the ray is in
-  const Placement* placement;  ///< the entry that it is in, or that is being fetched
-  std::uint32_t at_top;        ///< 1 in the tree over the placements
+  AnchoredRay ray;             ///< is mapped into the trees of entries
+  BoxRay top;                  ///< the ray in the units of the top tree
+  const std::byte* base;       ///< arena of the tree in which the ray is
+  const Placement* placement;  ///< the entry in which the ray is, or that is being fetched
+  std::uint32_t at_top;        ///< 1: the ray is in the top tree
   std::uint32_t arriving;      ///< 1: the placement is being fetched
-  std::uint32_t first;         ///< on the stack, of the tree that the ray is in
+  std::uint32_t first;         ///< index on the stack of the first element of the present tree
 };
+/// The place of a ray in a scene of one entry.
 struct Nowhere {};
 
-/// Neighbouring rays that are set up in one step, at most kGroupRays.
+/// Neighbouring rays that are set up in one step: at most kGroupRays.
 struct RayGroup {
   std::uint32_t first;
   std::uint32_t count;
 };
 
+/// Traces rays of a batch for closest hits (or any hits if kAny), with kInFlight rays in flight.
 template <bool kAny, Layout kLayout>
 class Interleaved {
   static constexpr bool kPlaced = kLayout != Layout::kAsItIs;
@@ -72,7 +75,7 @@ class Interleaved {
   static constexpr Wanted kWanted = kAny ? Wanted::kAny : Wanted::kNearest;
 
  public:
-  /// `resolved`: which triangles count; null: all of them.
+  /// `resolved`: which triangles count; null: all. `occluded` is written if kAny.
   Interleaved(const SceneView& scene, const RayBatch& rays, std::uint8_t* occluded,
               const ResolvedFilter* resolved, TraceCounts& counts)
       : scene_(scene),
@@ -86,8 +89,8 @@ class Interleaved {
         counts_(counts),
         preparation_(tree_.bounds, root_.scale_exponent) {}
 
-  /// Traces the rays of the groups. `finish.add(ray, candidate)` is told of the closest hits; of
-  /// "any" only `occluded` tells.
+  /// Traces the rays of the groups. Calls finish.add(ray, candidate) for each closest hit; if kAny,
+  /// sets `occluded` instead.
   template <class Finish>
   void run(std::span<const RayGroup> groups, Finish& finish) {
     groups_ = groups;
@@ -99,26 +102,27 @@ class Interleaved {
     return tree.entries > 1 ? tree.top : *tree.trees[tree.placements[0].tree];
   }
 
-  /// One ray on its way.
+  /// A ray in flight.
   struct alignas(64) Slot {
     PreparedRay ray;
     float limit;
-    std::uint32_t waiting;  ///< siblings on the stack, marks included
-    std::uint32_t next;     ///< the node or leaf that is being fetched
+    std::uint32_t waiting;  ///< number of elements on the stack, marks included
+    std::uint32_t next;     ///< reference of the node or leaf that is being fetched
     ClosestHit best;
-    std::size_t number;  ///< of the ray in its batch
+    std::size_t number;  ///< index of the ray in the batch
     std::conditional_t<kMany, Whereabouts, Nowhere> where;
     std::uint32_t ref[kWaiting];
     float near[kWaiting];
   };
 
-  /// On the bottom of every stack, and below what waits inside a placement; neither a leaf nor a
-  /// granule that a tree has.
+  /// Marks on the stack: kFinished at its bottom, kLeave below the elements of an entry's tree.
+  /// Neither is a leaf or a granule of a tree.
   static constexpr std::uint32_t kFinished = 0x40000000u;
   static constexpr std::uint32_t kLeave = 0x40000001u;
 
-  /// Which slots do what in the next round. A ray is put into the queue of its class by index, not
-  /// by a branch: whether the next step is a node or a leaf cannot be predicted.
+  /// The kind of a ray's next step: a node, a leaf, finished, or a crossing between the top tree
+  /// and an entry. A ray is put into the queue of its kind by index rather than by a branch,
+  /// because the kind cannot be predicted.
   enum Class : std::uint32_t { kNode, kLeaf, kDone, kCross };
   struct Queues {
     std::uint32_t size[4] = {0, 0, 0, 0};
@@ -132,6 +136,7 @@ class Interleaved {
     }
   };
 
+  /// Runs rounds until no ray is left, or until the deadline.
   template <class Finish>
   void fly(Finish& finish) {
     Queues a, b;
@@ -195,7 +200,7 @@ class Interleaved {
     counts_.blocks += blocks;
   }
 
-  /// Puts the next rays into free slots.
+  /// Puts the next group of rays into free slots.
   void start_group(Queues& queues) {
     const auto [first, count] = groups_.front();
     groups_ = groups_.subspan(1);
@@ -224,8 +229,8 @@ class Interleaved {
     free_count_ -= count;
   }
 
-  /// From the tree over the placements into one of them, or back. A placement is fetched in one
-  /// round and entered in the next.
+  /// Moves a ray from the top tree into an entry, or back. A placement is fetched in one round and
+  /// entered in the next.
   HWY_INLINE void cross(Slot& slot, Queues& queues) {
     Whereabouts& where = slot.where;
     if (slot.next == kLeave) {
@@ -258,7 +263,7 @@ class Interleaved {
     }
   }
 
-  /// Starts fetching the next node or leaf of a ray and queues the ray for it.
+  /// Prefetches the next node or leaf of a ray and queues the ray for it.
   HWY_INLINE void proceed(Slot& slot, std::uint32_t next, Queues& queues) const {
     slot.next = next;
     const std::byte* target = at(slot, next & ChildRef::kGranuleMask);
@@ -269,12 +274,12 @@ class Interleaved {
     if constexpr (kMany) return slot.where.base + std::size_t{granule} * Arena::kGranule;
     return base_ + std::size_t{granule} * Arena::kGranule;
   }
-  /// The placement of a block of the tree that the ray is in.
+  /// The placement of a block of the tree in which the ray is.
   HWY_INLINE const Placement& placement(const Slot& slot, const LeafBlock& block) const {
     if constexpr (kMany) return slot.where.placement[block.placement()];
     return placements_[block.placement()];
   }
-  /// The place on the stack where the ray's present tree begins.
+  /// The index on the stack where the ray's present tree begins.
   HWY_INLINE std::uint32_t first(const Slot& slot) const {
     if constexpr (kMany) return slot.where.first;
     return 1;
@@ -302,7 +307,7 @@ class Interleaved {
     }
   }
 
-  /// Leaves those triangles of a verdict that count.
+  /// Removes the triangles that do not count from a verdict.
   HWY_NOINLINE void keep_counting(const Slot& slot, LeafVerdict& verdict) const {
     if ((verdict.accept | verdict.examine) == 0) return;
     const LeafBlock& block = block_of(slot);
@@ -323,14 +328,14 @@ class Interleaved {
     }
     if (HWY_UNLIKELY(verdict.examine != 0)) examine_closest(slot, block, verdict.examine);
 
-    // Siblings that are now too far leave the stack, so that taking one needs no test.
+    // Siblings that are now too far are removed from the stack, so that popping needs no test.
     const float limit = slot.ray.box.limit(slot.best.bound());
     if (!(limit < slot.limit)) return;
     slot.limit = limit;
     drop_farther(slot);
   }
 
-  /// Drops farther entries of the tree that the ray is in.
+  /// Removes stack elements of the present tree that are beyond the limit.
   HWY_INLINE void drop_farther(Slot& slot) const {
     const float limit = slot.limit;
     std::uint32_t resolved = first(slot);
@@ -371,9 +376,9 @@ class Interleaved {
 
   const SceneView& scene_;
   const SceneTree& tree_;
-  const WideTree& root_;         ///< over the entries, or of the only one
-  const std::byte* base_;        ///< of root_
-  const Placement* placements_;  ///< of the scene
+  const WideTree& root_;         ///< the top tree, or the tree of the only entry
+  const std::byte* base_;        ///< start of the arena of root_
+  const Placement* placements_;  ///< placements of the scene
   const RayBatch& rays_;
   std::span<const RayGroup> groups_;
   std::uint8_t* occluded_;

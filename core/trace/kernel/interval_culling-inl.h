@@ -1,5 +1,5 @@
 // Interval culling of a packet [Boulos2006] [Reshetov2005]: one interval bounds the slabs of all
-// rays of a packet, and one test culls a box for all of them. Also the test of a box by each ray.
+// rays of a packet, so that one test culls a box for all of them. Also tests a box for each ray.
 
 #if defined(SIGHTLINE_TRACE_INTERVAL_CULLING_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_INTERVAL_CULLING_INL_H_
@@ -15,13 +15,15 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// Up to kRays rays of one octant. Enters a slab no later, and leaves it no earlier, than any of
-/// them: rounded differences and products are monotone, so the extremes of origins and inverses say
-/// so (docs/explanation/exactness.md, "Boxes").
+/// The interval of up to kRays rays of one octant. It enters a slab no later, and leaves it no
+/// earlier, than any of the rays. Rounded differences and products are monotone, so it suffices to
+/// use the extremes of the rays' origins and inverse directions (docs/explanation/exactness.md,
+/// "Boxes").
 template <std::size_t kRays>
 class IntervalCulling {
  public:
-  /// `limit` is the largest of the rays' in tree units. `one_origin`: all rays start at one point.
+  /// `limit` is the largest limit of the rays in tree units. `one_origin`: all rays start at one
+  /// point.
   void set(const PreparedColumns<kRays>& columns, std::size_t lanes, bool one_origin, float limit) {
     lanes_ = lanes;
     const bool negative[3] = {(columns.negative[0] & 1u) != 0, (columns.negative[1] & 1u) != 0,
@@ -53,8 +55,8 @@ class IntervalCulling {
   void set_limit(float limit) { limit_ = limit; }
   float limit() const { return limit_; }
 
-  /// Writes which children of a node the interval meets, the nearest last, and where it enters
-  /// them. Returns how many; eight slots of both arrays may be overwritten.
+  /// Writes the slots of the children that the interval meets, the nearest last, and their entry
+  /// distances. Returns their number; eight slots of both arrays may be overwritten.
   HWY_INLINE std::size_t children(const WideNode& node, std::uint32_t* HWY_RESTRICT slot_out,
                                   float* HWY_RESTRICT near_out) const {
     const BoxCrossings boxes = cross_boxes(node);
@@ -63,8 +65,8 @@ class IntervalCulling {
     return list.store_slots(slot_out, near_out);
   }
 
-  /// Bit i: ray i meets the box of that child before its limit; minus infinity is that of a ray
-  /// that meets no box any more.
+  /// Returns the rays of `some` that meet the box of a child before their limits; bit i is ray i. A
+  /// ray with the limit -inf meets no box.
   HWY_INLINE LaneBits rays_that_meet(const WideNode& node, std::uint32_t slot,
                                      const PreparedColumns<kRays>& columns, const float* limits,
                                      LaneBits some) const {
@@ -123,7 +125,7 @@ class IntervalCulling {
     return boxes;
   }
 
-  /// The sums of rays_that_meet with the differences taken once for all rays.
+  /// rays_that_meet for rays from one point, whose differences are computed once.
   HWY_INLINE LaneBits rays_from_one_point_that_meet(const WideNode& node, std::uint32_t slot,
                                                     const PreparedColumns<kRays>& columns,
                                                     const float* limits, LaneBits some) const {
@@ -157,7 +159,7 @@ class IntervalCulling {
   std::uint32_t octant_ = 0;
   std::uint32_t near_row_[3], far_row_[3];  ///< as in BoxRay
   float near_origin_[3], far_origin_[3];
-  float near_inverse_[3][2], far_inverse_[3][2];  ///< the extremes
+  float near_inverse_[3][2], far_inverse_[3][2];  ///< the extremes of all rays
   float tau_min_, limit_;
   bool one_origin_ = false;
   std::size_t lanes_ = 0;

@@ -1,5 +1,6 @@
 #pragma once
-/// Traversal kernels: one body compiled per instruction set, chosen at run time.
+/// Kernel: the traversal of batches of rays, compiled for each instruction set and chosen at run
+/// time.
 
 #include <cstddef>
 #include <cstdint>
@@ -16,27 +17,31 @@
 
 namespace sightline {
 
-/// What `all` counts and lists.
+/// The arguments and results of Kernel::all.
 struct KernelLists {
   Crossings crossings;
-  std::size_t hits_max;   ///< of each ray, in `hits`
-  std::uint64_t* totals;  ///< how many triangles each ray meets: the slots of the batch
-  HitBatch* hits;         ///< the first hits of every ray are appended, by (t, id); may be null
+  std::size_t hits_max;   ///< number of hits of each ray to append to `hits`
+  std::uint64_t* totals;  ///< totals[i]: number of triangles that ray i meets
+  /// the first hits of each ray are appended, sorted by (t, id); null: not requested
+  HitBatch* hits;
 };
 
-/// All of them answer the same bytes (law 1). Rays [begin, end) of a checked batch; slots of the
-/// same numbers are overwritten. Errors: std::bad_alloc. Cost: closest and any allocate nothing but
-/// up to 140 KB where rays are put in order.
+/// The functions of one instruction set. All kernels give the same bytes (law 1). Each function
+/// processes rays [begin, end) of a checked batch and overwrites the slots with these indices;
+/// costs are added to `counts`. Errors: std::bad_alloc. Memory: `closest` and `any` allocate
+/// nothing, or up to 140 KB if they bin rays.
 struct Kernel {
   std::string_view name;  ///< "avx512", "avx2", "sse4", "baseline", "neon"
+  /// The closest hit of each ray.
   void (*closest)(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
                   HitBatch& hits, TraceCounts& counts);
+  /// occluded[i] is 1 if ray i meets a triangle, else 0.
   void (*any)(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
               std::uint8_t* occluded, TraceCounts& counts);
-  /// How many triangles each ray meets, and which. Memory: all_hits.h.
+  /// Counts, and lists, all triangles that each ray meets. Memory: all_hits.h.
   void (*all)(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
               const KernelLists& lists, TraceCounts& counts);
-  // Closest, any and count among the triangles that count.
+  // The three functions above, restricted to the triangles that count in `resolved`.
   void (*closest_filtered)(const SceneView& scene, const RayBatch& rays, std::size_t begin,
                            std::size_t end, const ResolvedFilter& resolved, HitBatch& hits,
                            TraceCounts& counts);
@@ -46,17 +51,17 @@ struct Kernel {
   void (*all_filtered)(const SceneView& scene, const RayBatch& rays, std::size_t begin,
                        std::size_t end, const ResolvedFilter& resolved, const KernelLists& lists,
                        TraceCounts& counts);
-  /// The properties of the hits of the rays. Slots of misses are not written. out[i] belongs to ray
-  /// i.
+  /// The properties of the hits of each ray: out[i] belongs to ray i. Slots of misses are not
+  /// written.
   void (*details)(const Scene& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
                   const HitBatch& hits, HitDetail* out, TraceCounts& counts);
-  /// Rays against the boxes of a request, pairs [begin, end). Columns of `answers` that are empty
-  /// are not written. Allocates nothing.
+  /// Rays against the boxes of a request, for pairs [begin, end). Empty columns of `answers` are
+  /// not written. Allocates nothing.
   void (*ray_boxes)(const RayBatch& rays, const BoxBatch& boxes, BoxPairing pairing,
                     std::size_t begin, std::size_t end, RayBoxAnswers& answers);
 };
 
-/// The kernels that this machine can run, best first; never empty.
+/// The kernels that this machine can run, fastest first; never empty.
 std::vector<Kernel> supported_kernels();
 
 }  // namespace sightline

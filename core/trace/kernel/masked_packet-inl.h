@@ -1,13 +1,12 @@
-// Masked packets over instances [Wald2001]: up to 32 neighbouring rays traverse the tree over the
-// placements as one packet. Inside of a placement only the rays that meet it are active, and their
-// directions need not be similar.
+// Masked packets over instances [Wald2001]: up to 32 neighbouring rays traverse the top tree as one
+// packet. Inside of a placement only the rays that meet it are active, and their directions need
+// not be similar.
 //
 //   node    all rays that are active at the node test each of its eight boxes
-//   stack   a child that some ray meets, with where each ray enters it
-//   leaf    the corners of a block are placed once for all rays that meet its box
+//   stack   children that some ray meets, with the entry distance of each ray
+//   leaf    the corners of a block are mapped to world space once for all rays that meet its box
 //
-// Where rays diverge, this is slower than interleaved traversal. The packet counts what both would
-// have cost.
+// If rays diverge, this is slower than interleaved traversal; the packet counts the steps of both.
 
 #if defined(SIGHTLINE_TRACE_MASKED_PACKET_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_MASKED_PACKET_INL_H_
@@ -32,7 +31,7 @@ namespace HWY_NAMESPACE {
 /// Rays of a masked packet.
 constexpr std::size_t kMaskedPacketRays = 32;
 
-/// For scenes of several entries.
+/// A masked packet, for scenes of several entries.
 template <bool kAny>
 class MaskedPacket {
  public:
@@ -49,7 +48,7 @@ class MaskedPacket {
     for (double& scale : inner_.tau_scale) scale = 1;
   }
 
-  /// Sets up the rays from `first` on; there must be kMaskedPacketRays. Returns how many form a packet:
+  /// Sets up the kMaskedPacketRays rays from `first` on. Returns how many of them form a packet:
   /// all or none.
   std::size_t prepare(std::size_t first, std::size_t /*most*/ = kMaskedPacketRays) {
     first_ = first;
@@ -74,7 +73,7 @@ class MaskedPacket {
     return kMaskedPacketRays;
   }
 
-  /// Traces the rays of `prepare`. True if interleaved traversal would have been faster.
+  /// Traces the rays of `prepare`. Returns true if interleaved traversal would have been faster.
   template <class Finish>
   bool trace(Finish& finish) {
     steps_ = ray_steps_ = 0;
@@ -101,7 +100,7 @@ class MaskedPacket {
   static constexpr std::size_t kVectors = kMaskedPacketRays / hn::MaxLanes(D());
   static constexpr std::uint32_t kAllRays = ~0u >> (32 - kMaskedPacketRays);
 
-  /// What a tree makes of the rays' limits, and which order suits most of them.
+  /// The rays' limits in the units of a tree, and the octant of most rays.
   struct Space {
     HWY_ALIGN double tau_scale[kMaskedPacketRays];
     HWY_ALIGN float limit[kMaskedPacketRays];
@@ -112,7 +111,7 @@ class MaskedPacket {
       for (std::uint32_t k = 0; k < 3; ++k)
         octant |= 2 * std::popcount(slabs.negative[k] & rays) > std::popcount(rays) ? 1u << k : 0;
     }
-    /// BoxRay::limit of all bounds.
+    /// Sets all limits from the bounds of the hits, as BoxRay::limit does.
     void set_limits(const GroupHits<kMaskedPacketRays>& hits) {
       const DoubleLanes dd;
       const hn::Rebind<float, DoubleLanes> df;
@@ -126,15 +125,15 @@ class MaskedPacket {
     }
   };
 
-  /// Puts the root of a tree on the stack: where the rays of `rays` enter it; NaN for the others,
-  /// which passes no comparison, there and in all that is below.
+  /// Puts the root of a tree on the stack. Its entry distance is set for the rays of `rays`; it is
+  /// NaN for the others, so that they pass no comparison in this tree.
   void start(std::size_t at, const Slabs& slabs, std::uint32_t rays) {
     for (std::size_t i = 0; i < kMaskedPacketRays; ++i)
       near_[at][i] =
           (rays >> i & 1u) != 0 ? slabs.box_min[i] : std::numeric_limits<float>::quiet_NaN();
   }
 
-  /// From the root, which is the entry `base` of the stack.
+  /// Traverses a tree from the root, which is the element `base` of the stack.
   template <bool kTop>
   void walk(const WideTree& tree, const Slabs& slabs, Space& space, std::size_t base) {
     const D d;
@@ -163,8 +162,8 @@ class MaskedPacket {
     }
   }
 
-  /// Takes a node from the top of the stack, where its entry still is, and puts its children there
-  /// that any ray of `met` meets, the first to visit last.
+  /// Replaces a node, the top element of the stack, by those of its children that a ray of `met`
+  /// meets, the first to visit last.
   HWY_INLINE std::size_t expand(const WideNode& node, const Slabs& slabs, const Space& space,
                                 std::uint32_t met, std::size_t size) {
     const D d;
@@ -209,7 +208,7 @@ class MaskedPacket {
     return size;
   }
 
-  /// Enters the placements of a leaf of the tree over them, above `size` entries of the stack.
+  /// Enters the placements of a leaf of the top tree; `size` elements of the stack are in use.
   HWY_NOINLINE void enter_all(std::uint32_t ref, std::uint32_t met, std::size_t size) {
     const LeafBlock* block = tree_.top.blocks(ref);
     for (const LeafBlock* end = block + ChildRef::blocks(ref); block != end; ++block) {
@@ -255,7 +254,7 @@ class MaskedPacket {
       map_one(placement, scale_exponent, static_cast<std::uint32_t>(std::countr_zero(rest)));
   }
 
-  /// The few that vectors cannot do.
+  /// Maps one ray, if map_lanes could not.
   HWY_NOINLINE void map_one(const Placement& placement, int scale_exponent, std::uint32_t i) {
     const AnchoredRay ray = anchor_ray(rays_[first_ + i], bounds_);
     const BoxRay box = placement.world_boxes ? make_box_ray(ray, scale_exponent)
@@ -283,7 +282,8 @@ class MaskedPacket {
     if (!kAny && changed) space.set_limits(hits_);
   }
 
-  /// Each ray with four triangles at a time. True if some ray may have got a new limit.
+  /// Filters each ray with four triangles at a time. Returns true if the limit of some ray may have
+  /// changed.
   HWY_INLINE bool filter_rays(const LeafBlock& block, std::uint32_t met) {
     const FilterLanes d4;
     const Placement& placement = hits_.placement(block);
@@ -338,11 +338,11 @@ class MaskedPacket {
   PreparedColumns<kMaskedPacketRays>
       columns_;  ///< slabs in the units of the tree over the placements
   AnchoredColumns<kMaskedPacketRays> anchored_;
-  Slabs inner_slabs_;  ///< in the space of the placement that was entered
+  Slabs inner_slabs_;  ///< in the space of the entered placement
   Space top_, inner_;
   GroupHits<kMaskedPacketRays> hits_;
   std::uint32_t looking_ = 0;  ///< rays of "any" that have met nothing yet
-  double reach_ = 0;           ///< at least that of every ray
+  double reach_ = 0;           ///< at least the reach of every ray
   std::uint32_t ref_[kWaiting];
   HWY_ALIGN float near_[kWaiting][kMaskedPacketRays];
   std::uint64_t steps_ = 0;      ///< nodes opened

@@ -1,13 +1,13 @@
-// Packets: up to 64 neighbouring rays through one tree. Neighbouring rays of a camera or a scanner
-// meet the same nodes [Wald2001].
+// Packets: up to 64 neighbouring rays traverse one tree as a group. Neighbouring rays of a camera
+// or a scanner mostly visit the same nodes [Wald2001].
 //
 //   cull    the interval of the packet culls the eight children of a node at once [Boulos2006]
-//   rays    each ray tests a child that passed, when its turn comes, with the limits that earlier
-//           leaves have left
+//   rays    when a child is popped, each ray tests its box, with the limits that earlier leaves
+//   have
+//           set
 //   leaf    the corners of a block are loaded once and filtered for all rays that meet its box
 //
-// Where rays diverge, this is slower than interleaved traversal. The packet counts what both would
-// have cost.
+// If rays diverge, this is slower than interleaved traversal; the packet counts the steps of both.
 
 #if defined(SIGHTLINE_TRACE_PACKET_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_PACKET_INL_H_
@@ -32,12 +32,13 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// Emulated vectors gain nothing.
+/// Packets are not used with emulated vectors, which gain nothing.
 constexpr bool kPacketsWork = SIGHTLINE_NATIVE_COMPRESS || SIGHTLINE_TABLE_COMPRESS;
 using thresholds::kFewestRays;
 using thresholds::kNarrowRays;
 using thresholds::kPacketRays;
 
+/// A packet, for scenes of one entry.
 template <bool kAny, Layout kLayout>
 class Packet {
   static constexpr bool kPlaced = kLayout != Layout::kAsItIs;
@@ -55,9 +56,9 @@ class Packet {
     hits_.enter(0);
   }
 
-  /// Sets up the rays from `first` on. There must be kNarrowRays, and kPacketRays if `most` is
-  /// larger, but only `most` of them belong to the packet. Returns how many form a packet; fewer
-  /// than kFewestRays must not be traced as one.
+  /// Sets up rays from `first` on. At least kNarrowRays rays must exist, and kPacketRays if `most`
+  /// is larger; at most `most` of them belong to the packet. Returns how many form a packet; if
+  /// they are fewer than kFewestRays, they must not be traced as one.
   std::size_t prepare(std::size_t first, std::size_t most) {
     first_ = first;
     lanes_ = is_wide_ && most > kNarrowRays ? kPacketRays : kNarrowRays;
@@ -88,7 +89,7 @@ class Packet {
     return count;
   }
 
-  /// Traces the rays of `prepare`. True if interleaved traversal would have been faster.
+  /// Traces the rays of `prepare`. Returns true if interleaved traversal would have been faster.
   template <class Finish>
   bool trace(Finish& finish) {
     steps_ = ray_steps_ = 0;
@@ -104,8 +105,8 @@ class Packet {
     return steps_ < ray_steps_;
   }
 
-  /// Traces for the verdict alone, and stops early where it is clear: whether on average at least
-  /// so many rays are active at a node or box.
+  /// Traces the rays without reporting hits, and stops early if the result is clear. Returns true
+  /// if on average more than `fewest_per_step` rays are active at a node or box.
   bool try_out(double fewest_per_step) {
     steps_ = ray_steps_ = 0;
     steps_to_try_ = kStepsToTry;
@@ -118,17 +119,17 @@ class Packet {
   std::uint64_t ray_steps() const { return ray_steps_; }
 
  private:
-  static constexpr std::uint64_t kStepsToTry = 48;  ///< before a try may end
+  static constexpr std::uint64_t kStepsToTry = 48;  ///< a trial does not end before so many steps
 
-  /// A child that waits for its turn.
+  /// The stack: children that are to be visited.
   struct Waiting {
     HWY_ALIGN std::uint32_t parent[kWaiting];
     HWY_ALIGN std::uint32_t slot[kWaiting];
-    HWY_ALIGN float near[kWaiting];     ///< entry of the packet's interval
-    HWY_ALIGN LaneBits rays[kWaiting];  ///< that have met the parent
+    HWY_ALIGN float near[kWaiting];     ///< entry distance of the packet's interval
+    HWY_ALIGN LaneBits rays[kWaiting];  ///< rays that met the parent
   };
 
-  /// Fills the lanes from `count` on with the first ray, which does not widen the interval.
+  /// Fills the lanes from `count` on with copies of the first ray, which do not widen the interval.
   void repeat_first(std::size_t count) {
     for (std::size_t i = count; i < lanes_; ++i) {
       for (std::size_t k = 0; k < 3; ++k) {
@@ -209,11 +210,11 @@ class Packet {
     }
   }
 
-  /// Triangles of a block that one vector holds: four, or two.
+  /// Triangles of a block that one vector holds: four or two.
   static constexpr std::uint32_t kPart = hn::MaxLanes(FilterLanes());
 
-  /// The triangles of a block from `first` on, as many as a vector has lanes. Returns the rays that
-  /// are still active.
+  /// Filters the triangles of a block from `first` on, as many as a vector has lanes. Returns the
+  /// rays that are still active.
   HWY_INLINE LaneBits visit_part(const LeafBlock& block, std::uint32_t first, LaneBits met) {
     const Placement& placement = hits_.placement(block);
     const LaneCorners<FilterLanes> corners = load_corners<kPlaced>(block, first, axes_, placement);
@@ -231,8 +232,8 @@ class Packet {
                 : few_rays(block, first, corners, edge, met);
   }
 
-  /// Whether rays side by side fill the vectors that they need at least to three quarters of what
-  /// `triangles` side by side fill.
+  /// True if filtering many rays per vector uses at least three quarters of the lanes that
+  /// filtering `triangles` triangles per vector would use.
   bool is_full(LaneBits met, std::uint32_t count, std::uint32_t triangles) const {
     constexpr auto kWide = static_cast<std::uint32_t>(hn::MaxLanes(GroupPreparation::D()));
     std::uint32_t room = 0;
@@ -241,7 +242,7 @@ class Packet {
     return thresholds::kFullOf * kPart * count >= thresholds::kFullRays * triangles * room;
   }
 
-  /// Each ray with kPart triangles at a time. Returns the rays that are still active.
+  /// Filters each ray with kPart triangles at a time. Returns the rays that are still active.
   template <class Triangles>
   HWY_INLINE LaneBits few_rays(const LeafBlock& block, std::uint32_t first,
                                const Triangles& triangles, double edge, LaneBits met) {
@@ -262,8 +263,8 @@ class Packet {
     return met;
   }
 
-  /// Each of those triangles that `some` has a bit for with as many rays at a time as a vector
-  /// holds.
+  /// Filters each triangle of the bit set `some` with as many rays at a time as a vector has lanes.
+  /// Returns the rays that are still active.
   template <class Triangles>
   HWY_INLINE LaneBits many_rays(const LeafBlock& block, std::uint32_t first,
                                 const Triangles& triangles, std::uint32_t some, double edge,
@@ -311,7 +312,7 @@ class Packet {
             hn::Load(dd, hits_.bounds() + i)};
   }
 
-  /// Marks rays that need no more; returns their bits in the packet.
+  /// Ends rays of "any" that have a hit; returns their bits in the packet.
   HWY_INLINE LaneBits some_leave(const LeafBlock& block, std::uint32_t lane, std::size_t first,
                                  std::uint32_t certain, std::uint32_t examine) {
     LaneBits left = 0;
@@ -323,11 +324,11 @@ class Packet {
     return left;
   }
   LaneBits leave(std::uint32_t i) {
-    limit_[i] = -kInfF;  // meets no box any more
+    limit_[i] = -kInfF;  // the ray meets no box any more
     return LaneBits{1} << i;
   }
 
-  /// BoxRay::limit of all bounds. Returns the largest.
+  /// Sets all limits from the bounds of the hits, as BoxRay::limit does. Returns the largest limit.
   HWY_INLINE float set_limits() {
     const GroupPreparation::D dd;
     const hn::Rebind<float, GroupPreparation::D> df;
@@ -354,21 +355,22 @@ class Packet {
   GroupPreparation preparation_;
   double scale_;
   std::size_t first_ = 0, count_ = 0;
-  std::size_t lanes_ = kNarrowRays;  ///< count_ rounded up to whole vectors, or more
-  bool is_wide_ = false;             ///< rays have met much in common
+  std::size_t lanes_ = kNarrowRays;  ///< count_ rounded up to kNarrowRays or kPacketRays
+  /// the last packet's rays visited many nodes in common, so the next may be wide
+  bool is_wide_ = false;
   PreparedColumns<kPacketRays> columns_;
   GroupHits<kPacketRays> hits_;
-  HWY_ALIGN float limit_[kPacketRays];  ///< of the hits; minus infinity: this ray needs no more
-  bool changed_ = false;                ///< some limit, since the last check
-  FilterRay axes_;                      ///< kx, ky, kz of all rays
-  double reach_ = 0;                    ///< at least that of every ray
+  HWY_ALIGN float limit_[kPacketRays];  ///< limits of the rays; minus infinity: the ray is finished
+  bool changed_ = false;                ///< some limit may have changed since the last check
+  FilterRay axes_;                      ///< its kx, ky, kz are those of all rays
+  double reach_ = 0;                    ///< at least the reach of every ray
   IntervalCulling<kPacketRays> interval_culling_;
   VertexCulling<kPacketRays> vertex_culling_;
   bool has_vertex_culling_ = false;  ///< all rays start at one point
   Waiting waiting_;
   std::uint64_t steps_to_try_ = ~std::uint64_t{0};
-  std::uint64_t steps_ = 0;      ///< of the packet: nodes opened and boxes asked for by rays
-  std::uint64_t ray_steps_ = 0;  ///< nodes that the rays would have visited one by one
+  std::uint64_t steps_ = 0;  ///< steps of the packet: nodes opened and boxes tested for all rays
+  std::uint64_t ray_steps_ = 0;  ///< nodes that the rays would have visited in single traversals
 };
 
 }  // namespace HWY_NAMESPACE

@@ -1,5 +1,5 @@
-// Sets rays up several at a time: the same three views as ray_setup, for the rays that need no new
-// origin; the others go through ray_setup itself.
+// Sets up several rays at once: the three views of ray_setup.h, for rays whose origin need not
+// move. Other rays are set up by the functions of ray_setup.h.
 
 #if defined(SIGHTLINE_TRACE_PREPARE_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_PREPARE_INL_H_
@@ -23,16 +23,16 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// A ray as the kernels carry it through a tree in world units. The AnchoredRay behind it is made
-/// again in the rare case that something must be examined.
+/// A ray as kernels store it during traversal of a tree in world units. Its AnchoredRay is not
+/// stored; it is computed again in the rare cases that need it.
 struct PreparedRay {
   BoxRay box;
   FilterRay filter;
-  double tau_max;  ///< upper end of the limit's interval
-  bool simple;     ///< origin, tau = t times a power of two, and limits are the ray's own
+  double tau_max;  ///< upper end of the interval of the ray's limit
+  bool simple;     ///< origin and limits are the ray's own, and tau is t times a power of two
 };
 
-/// Scalar, for any ray.
+/// Sets up any ray, by the functions of ray_setup.h.
 inline void prepare_one(const Ray& ray, const Box3d& bounds, int scale_exponent, PreparedRay& out) {
   const AnchoredRay anchored = anchor_ray(ray, bounds);
   out.box = make_box_ray(anchored, scale_exponent);
@@ -41,25 +41,25 @@ inline void prepare_one(const Ray& ray, const Box3d& bounds, int scale_exponent,
   out.simple = false;
 }
 
-/// Bit i: of ray i of those side by side.
+/// A bit set of lanes or rays: bit i is ray i.
 using LaneBits = std::uint64_t;
 
-/// The members of BoxRay for several rays: lane i is a ray.
+/// The members of BoxRay for several rays, as columns: lane i is a ray.
 template <std::size_t kRays>
 struct SlabColumns {
   HWY_ALIGN float near_origin[3][kRays], far_origin[3][kRays];
   HWY_ALIGN float near_inverse[3][kRays], far_inverse[3][kRays];
   HWY_ALIGN float box_min[kRays];
-  /// Bit i: of lane i. The component of the direction is negative.
+  /// Bit i is set if the component of the direction of lane i is negative.
   LaneBits negative[3] = {0, 0, 0};
 
-  /// Fills axis k of the lanes from `lane` on: an origin in tree units that is known up to `pad`,
-  /// and a component of a direction. The largest component is in [1, 2); 1 / |component| comes with
-  /// it. Returns by how much the origin moves outwards.
+  /// Sets axis k of the lanes from `lane` on. `origin` is in tree units with an error of at most
+  /// `pad`; `direction` has its largest component in [1, 2); `inverse` is 1 / |direction|. Returns
+  /// by how much the origin was moved outwards.
   template <class D, class V = hn::Vec<D>>
   HWY_INLINE V set(D dd, std::size_t k, std::size_t lane, V origin, V direction, V inverse, V pad) {
     const hn::Rebind<float, D> df;
-    // To the nearest float32 after a step outwards that is larger than what rounding can undo.
+    // Rounded to the nearest float32, after a step outwards that is larger than the rounding error.
     const V step = hn::MulAdd(hn::Abs(origin), hn::Set(dd, bounds::kOriginStep), pad);
     const auto below = hn::DemoteTo(df, hn::Sub(origin, step));
     const auto above = hn::DemoteTo(df, hn::Add(origin, step));
@@ -82,13 +82,14 @@ struct SlabColumns {
   }
 };
 
-/// Rays side by side, as the vectors that set them up leave them.
+/// Several rays set up, as columns.
 template <std::size_t kRays>
 struct PreparedColumns : SlabColumns<kRays> {
   HWY_ALIGN double origin[3][kRays];  ///< on the axes kx, ky, kz of each ray
   HWY_ALIGN double shear_x[kRays], shear_y[kRays], inverse_z[kRays], reach[kRays];
   HWY_ALIGN double tau_min[kRays], tau_max[kRays];
-  LaneBits largest_x = 0, largest_y = 0;  ///< bit i: that component of lane i is the largest
+  /// bit i: this component of the direction of lane i is the largest
+  LaneBits largest_x = 0, largest_y = 0;
 
   FilterRay filter(std::size_t i) const {
     FilterRay ray;
@@ -104,7 +105,7 @@ struct PreparedColumns : SlabColumns<kRays> {
              static_cast<std::uint32_t>(largest_y >> i & 1u), ray);
     return ray;
   }
-  /// Each argument 0 or 1.
+  /// Each argument is 0 or 1.
   static void set_axes(std::uint32_t is_x, std::uint32_t is_y, FilterRay& ray) {
     ray.kz = 2 - 2 * is_x - is_y;
     ray.kx = is_x + 2 * is_y;
@@ -112,7 +113,7 @@ struct PreparedColumns : SlabColumns<kRays> {
   }
 };
 
-/// As many rays at a time as a vector holds, at most kMaxLanes.
+/// Sets up as many rays at a time as a vector holds, at most kMaxLanes.
 template <std::size_t kMaxLanes>
 class Preparation {
  public:
@@ -128,6 +129,7 @@ class Preparation {
     if (!(far_ < bounds::kFilterReach / 2)) far_ = -1;
   }
 
+  /// Sets up `count` rays from `begin` on into *out[i].
   void prepare(const RayBatch& rays, std::size_t begin, std::size_t count,
                PreparedRay* const* out) const {
     const D d;
@@ -142,8 +144,8 @@ class Preparation {
     }
   }
 
-  /// Fills as many lanes as a vector has from lane `lane` on with the rays from `at` on, and says
-  /// which of them came out right: bit i for ray at + i. The others are for prepare_one.
+  /// Sets as many lanes as a vector has, from `lane` on, to the rays from `at` on. Returns a bit
+  /// set: bit i is set if ray at + i is valid; other rays must be set up by prepare_one.
   template <std::size_t kRays>
   HWY_INLINE std::uint32_t prepare_columns(const RayBatch& rays, std::size_t at, std::size_t lane,
                                            PreparedColumns<kRays>& out) const {
@@ -166,8 +168,8 @@ class Preparation {
     const V shrink = hn::BitCast(dd, hn::Sub(hn::Set(du, 2046ull << 52), exponent));
     for (V& component : d) component = hn::Mul(component, shrink);
 
-    // Rays for ray_setup: far away, with limits behind the origin, of extreme length, or with
-    // limits so small that scaling them may round.
+    // Rays that are left to ray_setup.h: with a far origin, with limits behind the origin, of
+    // extreme length, or with limits so small that scaling them may round.
     V most = hn::Max(hn::Abs(o[0]), hn::Max(hn::Abs(o[1]), hn::Abs(o[2])));
     const V tau_min = hn::Mul(tmin, tau_per_t);
     const V tau_max = hn::Mul(tmax, tau_per_t);
@@ -253,8 +255,8 @@ class Preparation {
 
 constexpr std::size_t kGroupRays = 8;
 
-/// Starts fetching `count` rays from `first` on, if there are as many: processors that see eight
-/// columns at a time come too late.
+/// Prefetches `count` rays from `first` on, if the batch has so many. Hardware prefetchers are too
+/// slow for eight columns at a time.
 HWY_INLINE void fetch_rays(const RayBatch& rays, std::size_t first, std::size_t count) {
   if (rays.size() < first + count) return;
   for (const auto* column :
@@ -266,7 +268,7 @@ HWY_INLINE void fetch_rays(const RayBatch& rays, std::size_t first, std::size_t 
 using GroupPreparation = Preparation<kGroupRays>;
 
 #if HWY_MAX_BYTES >= 32
-/// The three axes of one ray side by side; the fourth lane repeats the third.
+/// The three axes of a vector in lanes; the fourth lane repeats the third.
 using Axes = hn::CappedTag<double, 4>;
 HWY_INLINE hn::Vec<Axes> axes_of(double x, double y, double z) {
   // Combined in registers: a vector load right after scalar stores is slow.
@@ -275,9 +277,9 @@ HWY_INLINE hn::Vec<Axes> axes_of(double x, double y, double z) {
                      hn::InterleaveLower(d2, hn::Set(d2, x), hn::Set(d2, y)));
 }
 
-/// Slabs for an origin in tree units that is known up to `pad`, and a direction whose largest
-/// component is in [1, 2), with 1 / |direction| beside it. False, and nothing set, if the origin
-/// does not fit float32.
+/// Sets the slabs of `box` for an origin in tree units with an error of at most `pad`, and a
+/// direction whose largest component is in [1, 2); `inverse` is 1 / |direction|. Returns false, and
+/// sets nothing, if the origin exceeds float32.
 HWY_INLINE bool set_slabs(hn::Vec<Axes> origin, hn::Vec<Axes> direction, hn::Vec<Axes> inverse,
                           hn::Vec<Axes> pad, BoxRay& box) {
   const Axes dd;
@@ -304,7 +306,7 @@ HWY_INLINE bool set_slabs(hn::Vec<Axes> origin, hn::Vec<Axes> direction, hn::Vec
 }
 #endif
 
-/// Preparation for a single ray.
+/// Sets up a single ray.
 class SinglePreparation {
  public:
   SinglePreparation(const Box3d& bounds, int scale_exponent)
@@ -319,8 +321,7 @@ class SinglePreparation {
 
  private:
 #if HWY_MAX_BYTES >= 32
-  /// False for the rays that Preparation leaves to prepare_one, and for the few that set_slabs
-  /// does not like.
+  /// Returns false for rays that Preparation leaves to prepare_one, or if set_slabs fails.
   HWY_INLINE bool prepare_axes(const Ray& ray, PreparedRay& out) const {
     const Axes dd;
     const auto most = [&](hn::Vec<Axes> v) { return hn::GetLane(hn::MaxOfLanes(dd, v)); };

@@ -21,34 +21,35 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// Some rays of a batch.
+/// Traces up to kMost rays of a batch as sorted packets.
 template <bool kAny, Layout kLayout>
 class RayBins {
  public:
-  static constexpr std::size_t kMost = 4096;   ///< rays that are put in order at a time
-  static constexpr std::size_t kFewest = 512;  ///< with fewer most packets would be small
+  static constexpr std::size_t kMost = 4096;   ///< rays that are sorted at a time
+  static constexpr std::size_t kFewest = 512;  ///< with fewer rays, most packets would be small
 
   RayBins(const SceneView& scene, const RayBatch& rays, std::uint8_t* occluded,
           const ResolvedFilter* resolved, TraceCounts& counts)
       : rays_(rays), occluded_(occluded), packet_(scene, sorted_, found_, resolved, counts) {}
 
-  /// Whether it is worth a try: traces some of the rays from `first` on, of which there must be
-  /// kFewest, and forgets what they have met.
+  /// True if sorting is worth a trial: traces some of the kFewest rays from `first` on, and
+  /// discards the results.
   bool is_promising(std::size_t first) {
     classify(first, kLook);
     std::uint32_t counts[kClasses] = {};
     for (std::size_t i = 0; i < kLook; ++i) ++counts[class_[i]];
-    // A scanner's rays turn to another octant now and then; between they go as they stand.
+    // A scanner's rays change the octant rarely; between changes they need no sorting.
     std::size_t turns = 0;
     for (std::size_t i = 1; i < kLook; ++i) turns += class_[i] != class_[i - 1] ? 1 : 0;
     if (turns < kLook / kLongRun) return false;
-    // Of two rays' classes: those of the sky alone would always do.
+    // Tries the classes of two rays: rays into the sky alone would always be promising.
     return does_try_pay(first, counts, class_[kLook / 3]) &&
            does_try_pay(first, counts, class_[kLook - 1]);
   }
 
-  /// Traces `count` rays from `first` on, at least kFewest and at most kMost. `alone(ray)` is told
-  /// of those that cannot go with others. False if that was not the cheaper way.
+  /// Sorts and traces `count` rays from `first` on, at least kFewest and at most kMost. Calls
+  /// alone(ray) for rays that are in no packet. Returns false if interleaved traversal would have
+  /// been faster.
   template <class Finish, class Alone>
   bool trace(std::size_t first, std::size_t count, Finish& finish, const Alone& alone) {
     classify(first, count);
@@ -83,13 +84,13 @@ class RayBins {
 
  private:
   static constexpr std::size_t kClasses = 24;
-  static constexpr int kCells = 8;             ///< of a class, by where rays start
-  static constexpr std::size_t kLook = 256;    ///< rays to choose those from that are tried out
-  static constexpr std::size_t kLongRun = 16;  ///< rays of one class in a row, in the mean
+  static constexpr int kCells = 8;             ///< parts of a class, by the rays' origins
+  static constexpr std::size_t kLook = 256;    ///< rays from which those of a trial are chosen
+  static constexpr std::size_t kLongRun = 16;  ///< mean length of runs of one class
 
   bool does_try_pay(std::size_t first, const std::uint32_t (&counts)[kClasses],
                     std::uint8_t wanted) {
-    // If most are alike they go as packets where they stand.
+    // If most rays are similar, they need no sorting.
     if (counts[wanted] < kNarrowRays / 2 || counts[wanted] > kLook / 2) return false;
     std::size_t count = 0;
     for (std::size_t i = 0; i < kLook && count < kNarrowRays; ++i) {
@@ -99,7 +100,8 @@ class RayBins {
     return packet_.prepare(0, count) == count && packet_.try_out(thresholds::kFewestToBeginSorting);
   }
 
-  /// Tells of the winners by their places in the batch.
+  /// Passes hits on, with the index of the ray in the batch instead of its position in sorted
+  /// order.
   template <class Finish>
   struct InOrder {
     Finish& finish;
@@ -109,13 +111,13 @@ class RayBins {
     void add(std::size_t i, const Candidate& winner) const { finish.add(first + order[i], winner); }
   };
 
-  /// Fills class_ for `count` rays: octant and largest axis.
+  /// Sets class_ for `count` rays, by octant and largest axis of the direction.
   void classify(std::size_t first, std::size_t count) {
     const D dd;
     const hn::RebindToUnsigned<D> du;
     std::size_t i = 0;
     for (; i + hn::Lanes(dd) <= count; i += hn::Lanes(dd)) {
-      if (i % 8 == 0) {  // what `copy` reads in no order that a processor foresees
+      if (i % 8 == 0) {  // `copy` reads these columns in an order that the processor cannot predict
         for (const auto* column : {&rays_.ox, &rays_.oy, &rays_.oz, &rays_.tmin, &rays_.tmax})
           hwy::Prefetch(column->data() + first + i);
       }
@@ -143,7 +145,7 @@ class RayBins {
     return static_cast<std::uint8_t>(3 * octant + axis);
   }
 
-  /// Divides the classes along the axis on which the origins lie farthest apart.
+  /// Divides the classes into cells along the axis on which the origins differ most.
   void divide(std::size_t first, std::size_t count) {
     const D dd;
     const double* widest = nullptr;
@@ -151,7 +153,7 @@ class RayBins {
     for (const auto* column : {&rays_.ox, &rays_.oy, &rays_.oz}) {
       const double* values = column->data() + first;
       auto low = hn::LoadU(dd, values), high = low;
-      // Nothing depends on the cells but the order: the last few rays need not lie between.
+      // Cells only affect the order, so the last few rays may be outside of the range.
       for (std::size_t i = hn::Lanes(dd); i + hn::Lanes(dd) <= count; i += hn::Lanes(dd)) {
         low = hn::Min(low, hn::LoadU(dd, values + i));
         high = hn::Max(high, hn::LoadU(dd, values + i));
@@ -163,7 +165,7 @@ class RayBins {
       least = from;
       extent = wide;
     }
-    // What may overflow needs no cells.
+    // No cells if numbers may overflow.
     const bool divides = extent > 0x1p-1000 && extent < 0x1p1000;
     const double cells = divides ? kCells / extent : 0;
     const hn::RebindToSigned<D> di;
@@ -181,7 +183,7 @@ class RayBins {
   }
 
   using D = hn::CappedTag<double, 8>;
-  /// The lowest byte of each lane.
+  /// Stores the lowest byte of each lane.
   static HWY_INLINE void store_bytes(hn::Vec<hn::RebindToUnsigned<D>> lanes, std::uint8_t* to) {
     const hn::Rebind<std::uint8_t, D> d8;
     hn::StoreU(hn::TruncateTo(d8, lanes), d8, to);
@@ -209,7 +211,7 @@ class RayBins {
   const RayBatch& rays_;
   std::uint8_t* occluded_;
   RayBatch sorted_;
-  std::uint32_t order_[kMost];  ///< ray order_[i] of the batch is at i of sorted_
+  std::uint32_t order_[kMost];  ///< sorted position i is ray order_[i] of those sorted
   std::uint8_t class_[kMost], cell_[kMost];
   std::uint8_t found_[kMost + kPacketRays];
   Packet<kAny, kLayout> packet_;

@@ -1,5 +1,6 @@
-// The slab test for a vector of rays and axis-aligned boxes: the decision of
-// core/geometry/ray_box_decide.h, all lanes at once. Lanes that stay undecided are for ray_box.
+// The slab test for a vector of rays and axis-aligned boxes: the rules of
+// core/geometry/ray_box_decide.h, for all lanes at once. ray_box decides the lanes that remain
+// open.
 //
 // Every comparison of two t begins with the float64 filter of core/geometry/ray_box.h. If that
 // leaves lanes open, products and sums without error decide them
@@ -23,7 +24,7 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// Pairs side by side: as many as fill the vectors of every instruction set.
+/// Columns of rays and boxes: as many pairs as fill the vectors of every instruction set.
 struct PairColumns {
   static constexpr std::size_t kPairs = 64;
 
@@ -31,26 +32,25 @@ struct PairColumns {
   HWY_ALIGN double lower[3][kPairs], upper[3][kPairs];
 };
 
-/// What VectorSlabs says of a lane in one word.
+/// The code of an answer of VectorSlabs: its fields in one word.
 namespace pair_code {
 constexpr std::uint64_t kOutcome = 7;         ///< a RayBoxOutcome
 constexpr int kEnterAxis = 3, kExitAxis = 5;  ///< shifts of two bits
 constexpr std::uint64_t kInside = 1 << 7, kOnSurface = 1 << 8;
-constexpr std::uint64_t kLeaving = 1 << 9;      ///< faces that the ray leaves come first
+constexpr std::uint64_t kLeaving = 1 << 9;  ///< faces through which the ray leaves are listed first
 constexpr int kNearFaces = 10, kFarFaces = 13;  ///< shifts of three bits, one per axis
 constexpr int kLowerFirst = 16;                 ///< a shift of three bits
 }  // namespace pair_code
 
-/// Exact arithmetic on lanes for what the filter leaves open. Called seldom and out of line, so that
-/// the ordinary case has its numbers in registers.
+/// Exact arithmetic on lanes, for comparisons that the filter leaves open. Rarely called and not
+/// inlined, so that the common case has its numbers in registers.
 struct ExactSlabs {
   using D = hn::CappedTag<double, 8>;
   using V = hn::Vec<D>;
   using M = hn::Mask<D>;
   using Sum = DoubleDoubleOf<D>;
 
-  /// The sign of ta - tb as 1, 0 or -1, and NaN where that is not known. ta = (plane - origin) /
-  /// direction.
+  /// The sign of ta - tb as 1, 0 or -1; NaN if unknown. ta = (a_plane - a_origin) / a_direction.
   static HWY_NOINLINE V compare(V a_plane, V a_origin, V a_direction, V b_plane, V b_origin,
                                 V b_direction) {
     const Sum a = numerator(a_plane, a_origin, a_direction),
@@ -71,13 +71,13 @@ struct ExactSlabs {
                         left_rest.high, hn::Neg(right_rest.high), left.high, hn::Neg(right.high)};
     return sign({last_part(terms), zero}, {zero, zero}, known);
   }
-  /// The sign of ta - limit, or NaN.
+  /// The sign of ta - limit as 1, 0 or -1; NaN if unknown.
   static HWY_NOINLINE V compare(V plane, V origin, V direction, V limit) {
     const Sum a = numerator(plane, origin, direction);
     const Sum right = Sum::two_product(limit, hn::Abs(direction));
     return sign(a, right, is_exact_product(limit, hn::Abs(direction), right.high));
   }
-  /// t = (plane - origin) / direction rounded once, NaN where that is not certain; `t` is the
+  /// t = (plane - origin) / direction rounded once; NaN if the rounding is not certain. `t` is the
   /// float64 value of the filter.
   static HWY_INLINE V rounded(V t, V plane, V origin, V direction) {
     const V zero = hn::Zero(D());
@@ -106,7 +106,7 @@ struct ExactSlabs {
   }
 
  private:
-  /// Turned so that the rate is positive.
+  /// The numerator of t, with a sign that makes the denominator positive.
   static HWY_INLINE Sum numerator(V plane, V origin, V direction) {
     const Sum n = Sum::two_difference(plane, origin);
     const V turn = hn::And(direction, hn::Set(D(), -0.0));
@@ -120,7 +120,7 @@ struct ExactSlabs {
     const V result = hn::IfThenElse(greater, one, hn::IfThenElse(less, hn::Neg(one), zero));
     return hn::IfThenElse(known, result, hn::Set(D(), std::numeric_limits<double>::quiet_NaN()));
   }
-  /// Lanes where two_product gives the exact product on every instruction set.
+  /// Lanes in which two_product is exact on every instruction set.
   static HWY_INLINE M is_exact_product(V a, V b, V product) {
     const V most = hn::Set(D(), box_bounds::kProductMost), zero = hn::Zero(D());
     const V size = hn::Abs(product);
@@ -133,8 +133,8 @@ struct ExactSlabs {
     const V size = hn::Abs(x);
     return hn::And(hn::Gt(size, hn::Set(D(), 0x1p-900)), hn::Lt(size, hn::Set(D(), 0x1p900)));
   }
-  /// A number of the sign of the exact sum: an expansion grows by one term after the other, and its
-  /// last part that is not zero outweighs all parts before it [Shewchuk1997].
+  /// A number with the sign of the exact sum of eight terms. An expansion is extended by one term
+  /// after the other; its last nonzero part outweighs all parts before it [Shewchuk1997].
   static HWY_INLINE V last_part(const V (&terms)[8]) {
     V parts[8];
     V last = hn::Zero(D());
@@ -157,8 +157,8 @@ struct ExactSlabs {
   }
 };
 
-/// Answers for a vector of pairs. Members are single vectors and masks: g++ 12 copies structs and
-/// arrays of vectors through memory, sixteen bytes at a time.
+/// Answers a vector of pairs. Members are single vectors and masks, because g++ 12 copies structs
+/// and arrays of vectors through memory.
 class VectorSlabs {
   using D = ExactSlabs::D;
   using DU = hn::RebindToUnsigned<D>;
@@ -169,7 +169,7 @@ class VectorSlabs {
   static constexpr std::size_t kLanes = hn::MaxLanes(D());
 
   /// Answers the pairs from `first` on, a multiple of kLanes. Stores t, t_enter and t_exit (if
-  /// kAll) and `code` (if not kAll, only its outcome). Returns the lanes that are decided.
+  /// kAll), and `code` (if not kAll, only its outcome). Returns the lanes that are decided.
   template <bool kAll>
   static HWY_INLINE M decide(const PairColumns& pairs, std::size_t first, double* t_to,
                              double* enter_to, double* exit_to, std::uint64_t* code_to) {
@@ -184,7 +184,7 @@ class VectorSlabs {
       code = hn::Or(code, hn::IfThenElseZero(hn::RebindMask(du, lanes), hn::Set(du, value)));
     };
 
-    // The span: the last entry and the first exit; of equal ones that of the smaller axis.
+    // Finds the last entry and the first exit; of equal ones that of the smaller axis.
     M inside = all, within = all, enter_second = none, enter_third = none, exit_second = none,
       exit_third = none, near_shared0 = all, near_shared1 = none, near_shared2 = none,
       far_shared0 = all, far_shared1 = none, far_shared2 = none;
@@ -200,7 +200,7 @@ class VectorSlabs {
       const V direction = hn::Load(d, pairs.direction[k] + first);
       inside = hn::And(inside, hn::And(hn::Lt(lower, origin), hn::Lt(origin, upper)));
       within = hn::And(within, hn::And(hn::Le(lower, origin), hn::Le(origin, upper)));
-      // ray_box has rules for parallel rays and for infinite sides.
+      // Parallel rays and infinite sides are left to ray_box.
       decided = hn::And(
           decided, hn::And(hn::Ne(direction, zero), hn::And(hn::Lt(hn::Abs(lower), infinite),
                                                             hn::Lt(hn::Abs(upper), infinite))));
@@ -281,7 +281,7 @@ class VectorSlabs {
     note(behind, static_cast<std::uint64_t>(RayBoxOutcome::kBehind));
     note(beyond, static_cast<std::uint64_t>(RayBoxOutcome::kBeyond));
 
-    // t, as Decision::choose_t.
+    // Chooses t, as Decision::choose_t does.
     const M at_origin =
         hn::And(hn::And(hit, on_surface), hn::And(hn::Le(tmin, zero), hn::Ge(tmax, zero)));
     const M moves = hn::AndNot(at_origin, hit);
@@ -328,7 +328,7 @@ class VectorSlabs {
       note(enter_third, 2ull << pc::kEnterAxis);
       note(exit_second, 1ull << pc::kExitAxis);
       note(exit_third, 2ull << pc::kExitAxis);
-      // Planes of the other kind hold the point only where the line enters and leaves at one t.
+      // Planes of the other kind contain the point only if the line enters and leaves at one t.
       const M touches = hn::Not(hn::Or(apart, crosses));
       const M near = hn::Or(at_enter, hn::And(at_exit, touches));
       const M far = hn::Or(at_exit, hn::And(at_enter, touches));
@@ -348,8 +348,8 @@ class VectorSlabs {
   }
 
  private:
-  /// Whether t a is greater or less than t b, for lanes of `care`; the others may say anything.
-  /// Lanes that stay open leave `decided`.
+  /// Compares t a with t b in the lanes of `care`; results of other lanes are arbitrary. Lanes that
+  /// remain open are removed from `decided`.
   static HWY_INLINE void order(V a, V a_plane, V a_origin, V a_direction, V b, V b_plane,
                                V b_origin, V b_direction, M care, M& decided, M& greater, M& less) {
     const M open = filter(a, b, hn::Add(hn::Abs(a), hn::Abs(b)), care, greater, less);

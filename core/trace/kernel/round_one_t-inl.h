@@ -1,5 +1,5 @@
-// Rounds the t of a single winner, with the three axes in parallel: the sums of IntersectionOf,
-// with the latency of one ray as the goal.
+// Rounds the t of a single hit, with the three axes in the lanes of a vector. It computes the sums
+// of IntersectionOf with a short latency for a single ray.
 
 #if defined(SIGHTLINE_TRACE_ROUND_ONE_T_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_ROUND_ONE_T_INL_H_
@@ -17,11 +17,11 @@ namespace HWY_NAMESPACE {
 
 struct RoundedT {
   double t;
-  bool certain;  ///< t is the float64 nearest to the exact one
+  bool certain;  ///< t is certainly the float64 nearest to the exact t
 };
 
 #if HWY_MAX_BYTES >= 32
-/// Origin, direction and corners [corner][axis] in the world.
+/// Computes t of a ray and the triangle that it meets; corners are [corner][axis] in world space.
 HWY_INLINE RoundedT round_one(const double (&o)[3], const double (&d)[3],
                               const double (&corner)[3][3]) {
   const Axes dd;
@@ -37,7 +37,7 @@ HWY_INLINE RoundedT round_one(const double (&o)[3], const double (&d)[3],
   const Axial e2 = Axial::two_difference(xyz(corner[2]), v0);
   const V e1_next = next(e1.high), e2_next = next(e2.high);
   const bool short_edges = hn::AllTrue(dd, hn::Eq(hn::Or(e1.low, e2.low), hn::Zero(dd)));
-  // From here on in the order z, x, y, as the products come.
+  // From here on the axes are in the order z, x, y, in which the cross products come.
   const Axial n = HWY_LIKELY(short_edges)
                       ? Axial::two_product(e1.high, e2_next) - Axial::two_product(e1_next, e2.high)
                       : e1 * Axial{e2_next, next(e2.low)} - Axial{e1_next, next(e1.low)} * e2;
@@ -46,7 +46,7 @@ HWY_INLINE RoundedT round_one(const double (&o)[3], const double (&d)[3],
   const V direction = zxy(d);
   const Axial top_terms = a * n, bottom_terms = direction * n;
 
-  // The sums of both, side by side.
+  // Numerator and denominator in the lanes of one vector.
   const hn::CappedTag<double, 2> d2;
   using Pair = DoubleDoubleOf<hn::CappedTag<double, 2>>;
   const auto first = [&](V top, V bottom) {

@@ -1,5 +1,5 @@
-// Rounds the t of winners, several at a time, in double-double; what that cannot certify is asked
-// of the exact predicate. docs/explanation/exactness.md, "Rounding t".
+// Rounds the t of closest hits, several at a time, in double-double. If its error bound does not
+// suffice, the exact predicate rounds t. docs/explanation/exactness.md, "Rounding t".
 
 #if defined(SIGHTLINE_TRACE_ROUND_T_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_ROUND_T_INL_H_
@@ -19,11 +19,11 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// Winners on their way to their slots; rounded in groups.
+/// Collects closest hits and writes them to the slots of a batch; rounds t in groups.
 class TRounding {
  public:
   static constexpr std::size_t kGroup = 8;
-  static constexpr bool kNeighbours = true;  ///< has use for rays that stand side by side
+  static constexpr bool kNeighbours = true;  ///< neighbouring rays are passed in one call
 
   TRounding(const SceneView& scene, const RayBatch& rays, HitBatch& hits, DecisionCounts& counts)
       : scene_(scene), rays_(rays), hits_(hits), counts_(counts) {
@@ -43,7 +43,7 @@ class TRounding {
     if (++size_ == kGroup) flush();
   }
 
-  /// Rounds at once: a request of one ray need not wait for eight.
+  /// Rounds one hit at once, so that a request of one ray does not wait for a group.
   void finish(std::size_t ray, const Candidate& winner) {
     const double o[3] = {rays_.ox[ray], rays_.oy[ray], rays_.oz[ray]};
     const double d[3] = {rays_.dx[ray], rays_.dy[ray], rays_.dz[ray]};
@@ -70,9 +70,9 @@ class TRounding {
     size_ = 0;
   }
 
-  /// The winners of `count` neighbouring rays from `first` on, each by a code: 0 for none, the same
-  /// for the same triangle, which `winner(code)` names. There are as many rays and codes as fill
-  /// groups of kGroup.
+  /// Adds the closest hits of `count` neighbouring rays from `first` on. codes[i] is 0 for a miss,
+  /// and equal codes are one triangle, which winner(code) returns. `count` is rounded up to whole
+  /// groups of kGroup, and rays and codes exist for these.
   template <class Winner>
   HWY_INLINE void add_neighbours(std::size_t first, std::size_t count, const std::uint64_t* codes,
                                  const Winner& winner) {
@@ -111,7 +111,7 @@ class TRounding {
   static constexpr std::size_t kMostNeighbours = 64;
   static_assert(kGroup == TriangleSetupCache::kRays);
 
-  /// Whether those rays start at one point: then planes_ are seen from there.
+  /// True if these rays start at one point; then planes_ is set up for that point.
   HWY_INLINE bool look_from_one_origin(std::size_t first, std::size_t count) {
     const DoubleDouble::D dd;
     const double origin[3] = {rays_.ox[first], rays_.oy[first], rays_.oz[first]};
@@ -128,7 +128,7 @@ class TRounding {
     return true;
   }
 
-  /// Those rays of a group, whose planes have slots.
+  /// Adds those rays of a group whose planes have slots in planes_.
   HWY_INLINE void add_seen(std::size_t first, std::uint32_t some, const std::uint64_t* slots) {
     const TriangleSetupCache::D dd;
     const TriangleSetupCache::Slots du;
@@ -161,7 +161,7 @@ class TRounding {
     }
   }
 
-  /// The winners of kGroup neighbouring rays from `first` on; those that miss have none.
+  /// Adds the closest hits of kGroup neighbouring rays from `first` on; a miss has no block.
   void add_group(std::size_t first, const Candidate (&winner)[kGroup]) {
     const Candidate* some = nullptr;
     std::uint32_t found = 0;
@@ -176,11 +176,11 @@ class TRounding {
       }
       return;
     }
-    // Lanes without a winner repeat some other one's triangle.
+    // Lanes without a hit repeat the triangle of another lane.
     const Candidate* last = nullptr;
     for (std::uint32_t i = 0; i < kGroup; ++i) {
       const Candidate& own = (found >> i & 1u) != 0 ? winner[i] : *some;
-      // Neighbours often meet the same triangle, and to place its corners takes time.
+      // Neighbours often meet one triangle, and mapping its corners to world space takes time.
       if (!plain_ && last != nullptr && own.block == last->block && own.lane == last->lane &&
           own.instance == last->instance) {
         neighbours_.repeat(i - 1, i);
@@ -200,7 +200,7 @@ class TRounding {
 
   struct Winners {
     std::uint32_t instance[kGroup], triangle[kGroup];
-    HWY_ALIGN double corner[3][3][kGroup];  ///< in the world
+    HWY_ALIGN double corner[3][3][kGroup];  ///< in world space
 
     HWY_INLINE void repeat(std::size_t from, std::size_t to) {
       instance[to] = instance[from];
@@ -214,7 +214,7 @@ class TRounding {
     TriangleId id(std::size_t i) const { return {instance[i], triangle[i]}; }
   };
 
-  /// Lanes without a winner repeat the first one.
+  /// Lanes without a hit repeat the first lane.
   HWY_INLINE void repeat_first(double (&lanes)[kGroup]) const {
     const DoubleDouble::D dd;
     const auto first = hn::Set(dd, lanes[0]);
@@ -229,7 +229,7 @@ class TRounding {
     winners.triangle[i] = winner.block->triangle(winner.lane);
     each_coordinate(winner, [&](int c, int k, double x) { winners.corner[c][k][i] = x; });
   }
-  /// Calls use(corner, axis, coordinate in the world).
+  /// Calls use(corner, axis, world coordinate) for each coordinate of a triangle.
   template <class Use>
   HWY_INLINE void each_coordinate(const Candidate& winner, const Use& use) const {
     const auto& mesh = winner.block->corner;
@@ -250,7 +250,7 @@ class TRounding {
     }
   }
 
-  /// Fills t_; bit i: lane i is certainly the nearest float64.
+  /// Sets t_. Bit i of the result: lane i is certainly the nearest float64.
   HWY_INLINE std::uint32_t round(const double* const (&origin)[3],
                                  const double* const (&direction)[3], const Winners& winners) {
     const DoubleDouble::D dd;
@@ -286,7 +286,7 @@ class TRounding {
   const RayBatch& rays_;
   HitBatch& hits_;
   DecisionCounts& counts_;
-  bool plain_;  ///< every placement leaves the corners as they are
+  bool plain_;  ///< no placement changes the corners
   std::size_t size_ = 0;
   std::size_t ray_[kGroup];
   HWY_ALIGN double origin_[3][kGroup];

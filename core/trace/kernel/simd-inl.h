@@ -1,4 +1,5 @@
-// Small things that every kernel file of one instruction set shares. Highway's per-target guard.
+// Vector functions that all kernel files share. Compiled once for each instruction set, by
+// Highway's include guard.
 
 #if defined(SIGHTLINE_TRACE_SIMD_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_SIMD_INL_H_
@@ -14,7 +15,7 @@
 #include <cstdint>
 #include <cstring>
 
-// Loops over axes and corners must unroll, or their vectors live in memory.
+// Loops over axes and corners must be unrolled; otherwise their vectors are stored in memory.
 #undef SIGHTLINE_UNROLL
 #if defined(__clang__)
 #define SIGHTLINE_UNROLL _Pragma("unroll")
@@ -28,7 +29,7 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// a unless it is NaN or smaller: NaN says nothing about a slab.
+/// The larger of a and b; b if a is NaN, because a NaN does not restrict a slab.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V max_unless_nan(D, V a, V b) {
 #if HWY_ARCH_X86
@@ -46,14 +47,15 @@ HWY_INLINE V min_unless_nan(D, V a, V b) {
 #endif
 }
 
-/// The larger one; NaN if b is. The arguments must be products with two inverses of one sign. If
-/// one of them is 0 * inf, the other is 0, and b must be the product with the larger inverse.
+/// The larger of a and b; NaN if b is NaN. Precondition: a and b are products of one number with
+/// two inverses of the same sign. If one product is 0 * inf, the other is 0, and b must be the
+/// product with the larger inverse.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V nan_or_max(D d, V a, V b) {
   return max_unless_nan(d, a, b);
 }
 
-/// Of `count` aligned numbers, which fill their vectors.
+/// The least of `count` aligned numbers, which fill whole vectors.
 template <class D, class T = hn::TFromD<D>>
 HWY_INLINE T least_of(D d, const T* values, std::size_t count) {
   auto low = hn::Load(d, values);
@@ -69,8 +71,8 @@ HWY_INLINE T most_of(D d, const T* values, std::size_t count) {
   return hn::GetLane(hn::MaxOfLanes(d, high));
 }
 
-/// Two vectors side by side in one store where there is one as wide: a load of what two stores have
-/// left behind would wait for both.
+/// Stores two vectors to consecutive addresses, in one store if there are vectors of twice the
+/// size. A load that spans two stores would wait for both.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE void store_pair(D d, V low, V high, hn::TFromD<D>* to) {
 #if HWY_TARGET != HWY_SCALAR  // has one lane, and no Combine
@@ -85,7 +87,7 @@ HWY_INLINE void store_pair(D d, V low, V high, hn::TFromD<D>* to) {
 }
 
 static_assert(std::endian::native == std::endian::little);
-/// Bit i says lane i; at most sixteen lanes.
+/// The bits of a mask: bit i is lane i. Precondition: at most sixteen lanes.
 template <class D, class M>
 HWY_INLINE std::uint32_t mask_bits(D d, M mask) {
   HWY_ALIGN std::uint8_t bits[8] = {};

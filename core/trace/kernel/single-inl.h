@@ -1,4 +1,5 @@
-// One ray at a time: requests of one ray, "all", scenes that the other kernels leave out.
+// Traverses one ray at a time: for requests of one ray, for "all", and for scenes that the batch
+// methods do not support.
 
 #if defined(SIGHTLINE_TRACE_SINGLE_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_SINGLE_INL_H_
@@ -22,9 +23,10 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// Seven siblings may wait on each level of two trees of at most ~130 levels each.
+/// Up to seven siblings are stacked at each level of two trees of at most about 130 levels each.
 constexpr std::size_t kStack = 2048;
-/// An ordinary ray takes fewer steps. Reading the clock takes about as long as two of them.
+/// The deadline is checked once in so many steps; ordinary rays take fewer. Reading the clock takes
+/// about as long as two steps.
 constexpr std::uint32_t kStepsBetweenLooks = 64;
 
 struct Stack {
@@ -32,7 +34,8 @@ struct Stack {
   HWY_ALIGN float near[kStack];
 };
 
-/// What a traversal does with the triangles of a leaf; `take` is true if it may stop.
+/// Sinks: they get the triangles of each visited leaf. take() returns true if the traversal may
+/// stop.
 struct TakeClosest {
   static constexpr Wanted kWanted = Wanted::kNearest;
   const RayQuestion& question;
@@ -90,7 +93,8 @@ struct TakeAll {
   }
 };
 
-/// One ray through one tree or, at the top, through the tree over placements.
+/// The traversal of one ray through a tree or, if there are several entries, through the top tree
+/// and their trees.
 class Traversal {
  public:
   Traversal(const SceneView& scene, const RayBatch& rays, Stack& stack, TraceCounts& counts)
@@ -139,7 +143,8 @@ class Traversal {
     return enter(placement, box, base, sink);
   }
 
-  /// `placement` stands among the scene's: those that share its tree are behind it.
+  /// Enters a placement of the scene; placements that share its tree follow it in
+  /// SceneTree::placements.
   template <class Sink>
   bool enter(const Placement& placement, const BoxRay& box, std::size_t base, Sink& sink) {
     const WideTree& tree = *scene_.trees[placement.tree];
@@ -166,7 +171,8 @@ class Traversal {
     });
   }
 
-  /// Visits the leaves that the ray may meet, in the order that Sink wants, until `leaf` says stop.
+  /// Visits the leaves that the ray may meet, in the order that Sink wants, until leaf() returns
+  /// true.
   template <class Sink, class Leaf>
   bool walk(const WideTree& tree, const BoxRay& box, std::size_t base, Sink& sink, Leaf leaf) {
     std::size_t size = base;
@@ -184,7 +190,7 @@ class Traversal {
             tree.node(ref), box, limit, stack_.ref + size, stack_.near + size, ref);
         size += found;
         if (found > 0) {
-          // Most likely the next to be taken from the stack.
+          // This child will most likely be popped next.
           fetch_node(tree.arena.at(ChildRef::granule(stack_.ref[size - 1])));
         }
       }
@@ -201,10 +207,10 @@ class Traversal {
   Stack& stack_;
   TraceCounts& counts_;
   std::uint32_t steps_ = 0;
-  bool alone_;  ///< one tree, in world units: no top, no mapping
+  bool alone_;  ///< the scene has one tree, in world units: no top tree, no mapping
   SinglePreparation preparation_;
   PreparedRay ray_;
-  AnchoredRay anchored_;  ///< for mapping into trees; set only if !alone_
+  AnchoredRay anchored_;  ///< is mapped into trees; set only if !alone_
 };
 
 }  // namespace HWY_NAMESPACE

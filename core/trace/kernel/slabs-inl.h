@@ -1,4 +1,4 @@
-// Ray against the eight boxes of a node, all at once [Wald2008].
+// Tests a ray against the eight boxes of a node at once [Wald2008].
 
 #if defined(SIGHTLINE_TRACE_SLABS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_SLABS_INL_H_
@@ -20,17 +20,17 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// Starts fetching a node, or as much of a leaf.
+/// Prefetches a node, or as many bytes of a leaf.
 HWY_INLINE void fetch_node(const std::byte* target) {
   SIGHTLINE_UNROLL
   for (std::size_t i = 0; i < sizeof(WideNode); i += 64) hwy::Prefetch(target + i);
 }
 
-/// Siblings that may wait, of one ray in flight or one packet.
+/// Size of the stack of a ray in flight, or of a packet.
 constexpr std::size_t kWaiting = 248;
 
-/// Where the ray enters and leaves the boxes of a node, from box `i` on: [Kay1986] slabs,
-/// conservative as BoxRay says.
+/// The entry (and exit) distances of a ray for the boxes of a node from box `i` on, by the slab
+/// test [Kay1986], conservative as BoxRay states.
 HWY_INLINE hn::Vec<BoxLanes> slab_near(const WideNode& node, const BoxRay& ray, std::size_t i) {
   const BoxLanes df;
   const float* planes = &node.lower[0][0];
@@ -71,8 +71,8 @@ HWY_INLINE BoxCrossings cross_boxes(const WideNode& node, const BoxRay& ray, flo
   return boxes;
 }
 
-/// Writes the children of a node that the ray meets before `limit`, the first to visit last, and
-/// returns how many. Eight slots of both arrays may be overwritten.
+/// Writes references and entry distances of the children that the ray meets before `limit`, the
+/// first to visit last, and returns their number. Eight slots of both arrays may be overwritten.
 template <Wanted kWanted>
 HWY_INLINE std::size_t push_children(const WideNode& node, const BoxRay& ray, float limit,
                                      std::uint32_t* HWY_RESTRICT ref_out,
@@ -83,9 +83,9 @@ HWY_INLINE std::size_t push_children(const WideNode& node, const BoxRay& ray, fl
   return list.store(ref_out, near_out);
 }
 
-/// Writes all children that push_children writes but the first to visit, which goes to `next`: a
-/// ray on its own need not wait for the stack. Returns how many were written; `next` is kNoChild if
-/// the ray meets none.
+/// Writes what push_children writes, except for the child to visit first, which is returned in
+/// `next`: a single ray then does not wait for the stack. Returns the number of children written;
+/// `next` is kNoChild if the ray meets none.
 constexpr std::uint32_t kNoChild = 0xffffffffu;
 template <Wanted kWanted>
 HWY_INLINE std::size_t push_all_but_first(const WideNode& node, const BoxRay& ray, float limit,
@@ -97,7 +97,7 @@ HWY_INLINE std::size_t push_all_but_first(const WideNode& node, const BoxRay& ra
   next = kNoChild;
   if (met == 0) return 0;
   if ((met & (met - 1)) == 0) {
-    // A single one needs no order.
+    // A single child needs no sorting.
     next = node.child[std::countr_zero(met)];
     return 0;
   }

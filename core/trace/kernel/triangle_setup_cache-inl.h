@@ -1,5 +1,5 @@
-// The planes of the last few triangles that neighbouring rays have met: neighbours often meet the
-// same ones, and what rounding t asks of a plane costs more than what it asks of a ray.
+// Caches the planes of triangles that neighbouring rays met. Neighbours often meet the same
+// triangles, and of the work to round t, the part for a plane costs more than the part for a ray.
 
 #if defined(SIGHTLINE_TRACE_TRIANGLE_SETUP_CACHE_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_TRIANGLE_SETUP_CACHE_INL_H_
@@ -16,16 +16,17 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// As many planes as the widest vector has lanes, each in a slot, all seen from one point. They are
-/// computed side by side, and each ray picks that of its own slot.
+/// The planes of a few triangles, as many as the widest vector has lanes, each in a slot, with
+/// their distances from one origin. New planes are computed several at a time, and each ray uses
+/// that of its slot.
 class TriangleSetupCache {
  public:
   using D = DoubleDouble::D;
   using V = DoubleDouble::V;
   using Slots = hn::RebindToUnsigned<D>;
-  static constexpr std::size_t kRays = 8;  ///< of a group
+  static constexpr std::size_t kRays = 8;  ///< rays of a group
 
-  /// The queries that follow are by rays from this point.
+  /// Sets the origin of the rays of the following queries.
   HWY_INLINE void start_from(const double (&origin)[3]) {
     if (!begun_) begin();
     needed_ = 0;
@@ -39,9 +40,9 @@ class TriangleSetupCache {
     }
   }
 
-  /// Finds the slots of the planes that those of kRays rays have met, by codes that are not 0, or
-  /// fills them: `see(code, slot)` is to set the corners and returns the id. False if the planes
-  /// are too many.
+  /// Finds the slots of the triangles that kRays rays met, by codes; code 0 is a miss. A new
+  /// triangle gets a slot, for which see(code, slot) must set the corners and return its id.
+  /// Returns false if there are not enough slots.
   template <class See>
   HWY_INLINE bool find(const std::uint64_t* codes, std::uint32_t rays, const See& see,
                        std::uint64_t* slots) {
@@ -70,7 +71,7 @@ class TriangleSetupCache {
     corner_[c][k][slot] = coordinate;
   }
 
-  /// Computes what is new.
+  /// Computes the planes of new slots.
   HWY_INLINE void look() {
     if (stale_) look_again();
   }
@@ -96,7 +97,7 @@ class TriangleSetupCache {
     return hn::BitCast(Slots(), pick(reinterpret_cast<const double*>(id_), slots));
   }
 
-  /// Bit i: codes[i] of kRays.
+  /// Bit i is set if codes[i] equals `code`, for kRays codes.
   static HWY_INLINE std::uint32_t lanes_of(const std::uint64_t* codes, std::uint64_t code) {
     const Slots du;
     std::uint32_t lanes = 0;
@@ -108,7 +109,8 @@ class TriangleSetupCache {
  private:
   static constexpr std::size_t kSlots = 8;
 
-  /// Not called by the constructor: single rays do not use the cache.
+  /// Initialises the cache. Not called by the constructor, because single rays do not use the
+  /// cache.
   HWY_NOINLINE void begin() {
     begun_ = true;
     for (std::size_t i = 0; i < kSlots; ++i) {
@@ -119,21 +121,21 @@ class TriangleSetupCache {
       }
     }
   }
-  /// A plane that more than kRays rays have met is tested for each ray.
+  /// Planes for at most so many triangles of a group are searched code by code.
   static constexpr std::size_t kFew = 4;
 
-  /// kSlots if it has none.
+  /// The slot of a code; kSlots if it has none.
   HWY_INLINE std::uint32_t slot_of(std::uint64_t code) {
     const std::uint32_t found = lanes_of(code_, code);
     needed_ |= found;
     return found == 0 ? kSlots : static_cast<std::uint32_t>(std::countr_zero(found));
   }
-  /// Gives a slot to that code that no ray has asked for since `start_from`. kSlots if there is
-  /// none.
+  /// Gives a slot to a code. It replaces a code that no ray has used since start_from; returns
+  /// kSlots if there is none.
   std::uint32_t take_slot(std::uint64_t code) {
     const std::uint32_t free = ~needed_ & ((1u << kSlots) - 1);
     if (free == 0) return kSlots;
-    // In turns: what was met last is met next.
+    // Slots are replaced in turns: a triangle that was met last will be met next.
     const std::uint32_t behind = free & ~((1u << next_) - 1);
     const auto slot = static_cast<std::uint32_t>(std::countr_zero(behind != 0 ? behind : free));
     next_ = (slot + 1) % kSlots;
@@ -150,7 +152,7 @@ class TriangleSetupCache {
       return hn::GatherIndex(dd, column, hn::BitCast(hn::RebindToSigned<D>(), slots));
     }
   }
-  /// By whole vectors: they are read so at once.
+  /// Writes whole vectors, because they are read as such immediately afterwards.
   static HWY_INLINE void put(std::uint64_t value, std::uint32_t slot, std::uint64_t* column) {
     const Slots du;
     for (std::size_t i = 0; i < kSlots; i += hn::Lanes(du)) {
@@ -189,7 +191,7 @@ class TriangleSetupCache {
   bool begun_ = false, stale_ = false;
   std::uint32_t needed_ = 0, next_ = 0;
   HWY_ALIGN std::uint64_t code_[kSlots], id_[kSlots];
-  HWY_ALIGN double corner_[3][3][kSlots];  ///< in the world
+  HWY_ALIGN double corner_[3][3][kSlots];  ///< in world space
   HWY_ALIGN double origin_[3][kSlots];
   HWY_ALIGN double high_[3][kSlots], low_[3][kSlots], size_[3][kSlots];
   HWY_ALIGN double top_high_[kSlots], top_low_[kSlots], top_size_[kSlots];

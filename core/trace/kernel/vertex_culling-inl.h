@@ -1,4 +1,4 @@
-// Culls the triangles of a leaf for neighbouring rays at once.
+// Culls the triangles of a leaf for all rays of a packet at once.
 
 #if defined(SIGHTLINE_TRACE_VERTEX_CULLING_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_VERTEX_CULLING_INL_H_
@@ -24,8 +24,8 @@ namespace HWY_NAMESPACE {
 template <std::size_t kRays>
 class VertexCulling {
  public:
-  /// `reach` is at least that of every ray. False, and of no use, if the rays start at several
-  /// points.
+  /// Sets the rays. `reach` is at least the reach of every ray. Returns false, and the object must
+  /// not be used, if the rays do not start at one point.
   bool set(const PreparedColumns<kRays>& rays, std::size_t lanes, double reach) {
     const D d;
     auto same = hn::FirstN(d, hn::Lanes(d));
@@ -44,7 +44,7 @@ class VertexCulling {
     return true;
   }
 
-  /// Whether the error of edge functions of triangles this large is small enough to decide by them.
+  /// True if the error of edge functions is small enough to decide triangles of this size.
   bool suits(double edge) const { return edge_error_ * 0x1p12 <= edge * edge; }
 
   HWY_INLINE LaneEdges<FilterLanes> see(const LaneCorners<FilterLanes>& corners) const {
@@ -58,8 +58,8 @@ class VertexCulling {
       y[c] = hn::Sub(corners.y[c], hn::Set(d, origin_[1]));
       seen.z[c] = hn::Sub(corners.z[c], hn::Set(d, origin_[2]));
     }
-    // The filter's w, expanded: for the edge from corner j to i, w = nz + sx nx + sy ny with n
-    // across the plane through that edge and the origin.
+    // The edge functions of the filter, expanded: for the edge from corner j to i, w = nz + sx nx +
+    // sy ny, where n is normal to the plane through the edge and the origin.
     const auto& z = seen.z;
     SIGHTLINE_UNROLL
     for (std::size_t c = 0; c < 3; ++c) {
@@ -71,7 +71,7 @@ class VertexCulling {
     return seen;
   }
 
-  /// Bit i: some ray may meet triangle i; if not, certainly none does.
+  /// Bit i is set if some ray may meet triangle i; if it is not set, certainly no ray does.
   HWY_INLINE std::uint32_t triangles_that_may_be_met(const LaneCorners<FilterLanes>& corners,
                                                      const LaneEdges<FilterLanes>& seen) const {
     const FilterLanes d;
@@ -115,7 +115,7 @@ class VertexCulling {
     const auto b = hn::Mul(factor, hn::Set(d, range[1]));
     return {hn::Min(a, b), hn::Max(a, b)};
   }
-  /// Whether all corners lie on one side of all rays, in each lane.
+  /// True in lanes whose corners are all on one side of all rays.
   static HWY_INLINE hn::Mask<FilterLanes> beside(const hn::Vec<FilterLanes> (&across)[3],
                                                  const hn::Vec<FilterLanes> (&along)[3],
                                                  const double (&shear)[2], double error) {
@@ -132,7 +132,7 @@ class VertexCulling {
   }
 
   double origin_[3];                ///< on the axes kx, ky, kz
-  double shear_x_[2], shear_y_[2];  ///< least and most
+  double shear_x_[2], shear_y_[2];  ///< least and largest shear of all rays
   double coordinate_error_, edge_error_;
 };
 

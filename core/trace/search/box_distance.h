@@ -1,6 +1,6 @@
 #pragma once
-/// How far a point is at least from the boxes of a tree. Conservative; triangles are decided in the
-/// world, exactly. Proofs: docs/explanation/exactness-points.md.
+/// Lower bounds of the distance of a point from the boxes of a tree. Triangles are decided exactly,
+/// in world space. Proofs: docs/explanation/exactness-points.md.
 
 #include <array>
 
@@ -11,22 +11,23 @@ namespace sightline {
 /// A point in the units of one tree.
 struct TreePoint {
   std::array<double, 3> at{};
-  /// By how much the point, or what a box holds, may be off on each axis.
+  /// On each axis, a bound of the error of the point and of what a box contains.
   std::array<double, 3> margin{};
-  /// Distances in the tree are at most this times those in the world.
+  /// A distance in tree units is at most `stretch` times the distance in world units.
   double stretch = 1;
 
-  /// Boxes whose square distance is larger hold nothing that is within `distance` of the point, in
-  /// scene units.
+  /// A box whose squared distance in tree units is larger contains nothing within `distance`, in
+  /// world units, of the point.
   double square_within(double distance) const;
 };
 
-/// For a tree in world units: that of the placements, or one with world boxes.
+/// For a tree in world units: the top tree, or one with world boxes.
 TreePoint world_point(const WideTree& tree, const Vec3d& point);
 /// For a tree in mesh units, entered through a placement.
 TreePoint mapped_point(const WideTree& tree, const TreeSpace& space, const Vec3d& point);
 
-/// At most the square distances of the point from the eight children's boxes; of no child +inf.
+/// Lower bounds of the squared distances of the point from the boxes of the eight children; +inf
+/// for an empty child.
 std::array<double, kArity> square_distances(const WideNode& node, const TreePoint& point);
 
 }  // namespace sightline

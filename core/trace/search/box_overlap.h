@@ -1,5 +1,5 @@
 #pragma once
-/// Boxes against a scene: every triangle of it that a closed box touches, exactly.
+/// BoxOverlaps: finds all triangles of a scene that touch a closed box, exactly.
 
 #include <cstddef>
 #include <cstdint>
@@ -13,42 +13,43 @@
 
 namespace sightline {
 
-/// Counted per call, added to what is there.
+/// Counts of the work, summed over calls.
 struct OverlapCounts {
   std::uint64_t nodes = 0;      ///< wide nodes whose eight boxes were tested
-  std::uint64_t triangles = 0;  ///< triangles decided
+  std::uint64_t triangles = 0;  ///< triangles that were decided
 };
 
-/// What one box touches, found in the order of the trees and sorted at the end.
+/// Answers one box after the other.
 class BoxOverlaps {
  public:
-  /// The scene and the deadline outlive this object.
+  /// The scene and the deadline must outlive this object.
   BoxOverlaps(SceneView scene, const Deadline& deadline)
       : scene_(std::move(scene)),
         deadline_(deadline),
         node_seen_(scene_.description().nodes.size(), 0) {}
 
-  /// Whether any triangle counts for box i.
+  /// True if any triangle counts for box i.
   bool any(const BoxBatch& boxes, std::size_t i, BoxRelation relation = BoxRelation::kIntersecting);
-  /// How many triangles or nodes count for box i; of those whose place (list_place) is not below
-  /// `from` the `limit` first ones are then in triangles() or nodes(), ascending. Throws
+  /// Returns how many triangles or nodes count for box i. Also lists them, in triangles() or
+  /// nodes(): those whose place (list_place) is at least `from`, ascending, up to `limit`. Throws
   /// std::bad_alloc.
   std::uint64_t list(const BoxBatch& boxes, std::size_t i, BoxTargets targets, std::size_t limit,
                      BoxRelation relation = BoxRelation::kIntersecting, std::uint64_t from = 0);
 
   const std::vector<TriangleId>& triangles() const { return triangles_; }
   const std::vector<std::uint32_t>& nodes() const { return nodes_; }
-  /// Where the last list would go on; 0 if nothing is left, or nothing was to be listed.
+  /// The place at which the last list would go on; 0 if it was complete, or nothing was to be
+  /// listed.
   std::uint64_t next() const { return next_; }
-  /// The deadline passed in the middle: what was found is unusable.
+  /// True if the deadline passed: the results are unusable.
   bool stopped() const { return stopped_; }
   const OverlapCounts& counts() const { return counts_; }
 
  private:
-  /// What the finder of a triangle wants next.
+  /// The result of a callback for a found triangle.
   enum class Next {
-    kOn,             ///< the next triangle
-    kNextPlacement,  ///< nothing more of this placement: `left` says so from now on
+    kOn,             ///< continue with the next triangle
+    kNextPlacement,  ///< skip the rest of this instance; from now on left(instance) returns true
     kStop,
   };
   template <class Box, class Found, class Left>
@@ -73,7 +74,7 @@ class BoxOverlaps {
   const Deadline& deadline_;
   std::vector<TriangleId> triangles_;
   std::vector<std::uint32_t> nodes_;
-  std::vector<std::uint32_t> node_seen_;  ///< the query in which a node was found last
+  std::vector<std::uint32_t> node_seen_;  ///< by node: the query that found the node last
   std::uint32_t query_ = 0;
   BoxRelation relation_ = BoxRelation::kIntersecting;
   std::uint64_t next_ = 0;

@@ -1,7 +1,6 @@
 #pragma once
-/// The traversal form of a query box: a region in the units of one tree that contains every point
-/// of the scene that the box contains. It is conservative; triangles are decided in the world,
-/// exactly.
+/// TreeRegion: a region in the units of one tree that contains every point of the scene that a
+/// query box contains. It is conservative; triangles are decided exactly, in world space.
 
 #include <array>
 
@@ -14,11 +13,11 @@
 
 namespace sightline {
 
+/// An axis-aligned box, intersected with up to kMostSlabs slabs.
 struct TreeRegion {
   std::array<float, 3> lower{}, upper{};
-  /// Slabs low <= normal . x <= high beside the bounds, for an oriented box in a tree with world
-  /// boxes, and for the first planes of a convex region. Errors of evaluating them on boxes of the
-  /// tree are included.
+  /// A slab low <= normal . x <= high: for an oriented box in a tree with world boxes, and for the
+  /// first planes of a convex region. Errors of evaluating it on boxes of the tree are included.
   struct Slab {
     std::array<double, 3> normal{};
     double low = 0, high = 0;
@@ -28,7 +27,7 @@ struct TreeRegion {
   int slab_count = 0;
 };
 
-/// For a tree in world units: that of the placements, or one with world boxes.
+/// For a tree in world units: the top tree, or one with world boxes.
 TreeRegion world_region(const WideTree& tree, const Box3d& box);
 TreeRegion world_region(const WideTree& tree, const OrientedBox& box);
 inline TreeRegion world_region(const WideTree& tree, const Sphere& sphere) {
@@ -50,7 +49,7 @@ inline TreeRegion mapped_region(const WideTree& tree, const TreeSpace& space,
   return mapped_region(tree, space, outer_bounds(capsule));
 }
 
-/// For the tree of a placement.
+/// The region for the tree of a placement.
 template <class Box>
 TreeRegion region_in(const WideTree& tree, const Placement& placement, const Box& box) {
   return placement.world_boxes ? world_region(tree, box)
@@ -58,10 +57,10 @@ TreeRegion region_in(const WideTree& tree, const Placement& placement, const Box
 }
 TreeRegion region_in(const WideTree& tree, const Placement& placement, const ConvexRegion& region);
 
-/// Which of the eight children may hold something of the region: bit i for child i.
+/// A bit set: bit i is set if child i may contain a point of the region.
 unsigned overlapped_children(const WideNode& node, const TreeRegion& region);
 
-/// Axis-aligned bounds that contain the box; infinite where nothing better is certain.
+/// An axis-aligned box that contains the oriented box; infinite if no better bound is certain.
 Box3d outer_bounds(const OrientedBox& box);
 
 }  // namespace sightline

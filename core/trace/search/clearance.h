@@ -1,5 +1,5 @@
 #pragma once
-/// Two groups of triangles against each other: the closest pair, or all within a distance, exactly.
+/// Clearance: the pairs of triangles of two groups that are closest, or within a distance, exactly.
 
 #include <cstdint>
 #include <map>
@@ -17,20 +17,22 @@
 
 namespace sightline {
 
+/// One search.
 class Clearance {
  public:
-  /// Everything given outlives this object.
+  /// All arguments must outlive this object.
   Clearance(const Scene& scene, const TriangleGroup& a, const TriangleGroup& b,
             const Deadline& deadline)
       : scene_(scene), a_(a), b_(b), deadline_(deadline) {}
 
-  /// Which pairs are wanted, and their order, is decided exactly: by distance, at the same distance
-  /// by ids. Stops after `most` pairs. Throws std::bad_alloc.
+  /// Finds the pairs of the question. The order is decided exactly: by distance, and at equal
+  /// distance by ids. Stops if it finds more than `most` pairs. Throws std::bad_alloc.
   void find(const ClearanceQuestion& question, std::uint64_t most);
-  /// The first `limit` of them, and how many there were.
+  /// Writes the first `limit` pairs, and the number of all.
   void write(std::uint64_t limit, ClearanceAnswer& answer) const;
 
-  /// There are more than were allowed, or the deadline passed: what was found is unusable.
+  /// True if there were more pairs than allowed; stopped: the deadline passed. In both cases the
+  /// results are unusable.
   bool too_many() const { return too_many_; }
   bool stopped() const { return stopped_; }
   const TraceCounts& counts() const { return counts_; }
@@ -40,8 +42,8 @@ class Clearance {
     const TriangleGroup::Member* a = nullptr;
     const TriangleGroup::Member* b = nullptr;
     DistanceRange range;
-    std::unique_ptr<const ExactDistance> exact;  ///< once it was needed; many kilobytes
-    bool is_zero = false;                        ///< known to be, with or without `exact`
+    std::unique_ptr<const ExactDistance> exact;  ///< computed when first needed; many kilobytes
+    bool is_zero = false;                        ///< the distance is known to be 0
 
     std::pair<TriangleId, TriangleId> ids() const { return {a->id, b->id}; }
   };

@@ -1,5 +1,5 @@
 #pragma once
-/// Points against a scene: the triangles of it that are nearest, exactly.
+/// NearestTriangles: the triangles of a scene that are nearest to a point, exactly.
 
 #include <cstddef>
 #include <cstdint>
@@ -17,38 +17,39 @@ namespace sightline {
 
 struct TreePoint;
 
-/// A triangle and how far it is.
+/// A triangle and an interval of its distance.
 struct NearTriangle {
   DistanceRange range;
   TriangleId id;
   Triangle triangle;
 };
 
-/// The nearest triangles of one point after the other. Which ones they are, and their order, is
-/// decided exactly: by distance, and at the same distance by id. Only intervals that overlap are
-/// compared in integers.
+/// Answers one point after the other. Which triangles are nearest, and their order, is decided
+/// exactly: by distance, and at equal distance by id. Only distances with overlapping intervals are
+/// compared exactly.
 class NearestTriangles {
  public:
-  /// `resolved` says which primitives count, null: all; sides are all or none. Everything given
-  /// outlives this object.
+  /// `resolved`: which primitives count, with all of their sides or none; null: all. All arguments
+  /// must outlive this object.
   NearestTriangles(SceneView scene, const ResolvedFilter* resolved, const Deadline& deadline)
       : scene_(std::move(scene)), resolved_(resolved), deadline_(deadline) {}
 
-  /// Finds at most `count` of those within `max_distance` of the point (closed). Preconditions: the
-  /// point is finite, max_distance is not negative, count is not 0. Throws std::bad_alloc.
+  /// Finds the triangles nearest to the point: at most `count`, within `max_distance` (closed).
+  /// Preconditions: the point is finite, max_distance is not negative, count is not 0. Throws
+  /// std::bad_alloc.
   void find(const Vec3d& point, double max_distance, std::size_t count);
 
-  /// By distance and id.
+  /// The result of find(), sorted by distance and id.
   const std::vector<NearTriangle>& found() const { return found_; }
-  /// Writes them to the slots from `first` on, misses behind them up to `count`; t is the distance,
-  /// correctly rounded.
+  /// Writes the result to the slots [first, first + count) of `hits`, misses last; t is the
+  /// distance, correctly rounded.
   void write(std::size_t first, HitBatch& hits) const;
-  /// Nothing farther than this could be among them.
+  /// A triangle that is certainly farther than this is not in the result.
   double reach() const {
     return found_.size() == count_ ? std::min(max_distance_, found_.back().range.high)
                                    : max_distance_;
   }
-  /// The deadline passed in the middle: what was found is unusable.
+  /// True if the deadline passed: the result is unusable.
   bool stopped() const { return stopped_; }
   const TraceCounts& counts() const { return counts_; }
 
@@ -76,7 +77,8 @@ class NearestTriangles {
 };
 
 /// The point of the triangle that is nearest to `point`, every number correctly rounded. front: the
-/// point lies on the counter-clockwise side. Precondition: the triangle is one that find() found.
+/// query point lies on the side from which the corners run counter-clockwise. Precondition: find()
+/// has found the triangle.
 HitDetail detail_of_nearest(const Scene& scene, const Vec3d& point, TriangleId id);
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-/// The triangle that a ray without a hit comes nearest to.
+/// Finds the triangle to which a ray without a hit comes nearest.
 
 #include <optional>
 
@@ -12,14 +12,17 @@
 
 namespace sightline {
 
+/// The result.
 struct NearestMiss {
   TriangleId id;
-  DistanceRange distance;  ///< of the triangle from the ray, within its limits
+  /// interval of the distance between the triangle and the ray within its limits
+  DistanceRange distance;
 };
 
-/// Of the triangles that count on any side, the nearest by float64 arithmetic; at equal distance
-/// the smallest id. An explanation for people, not exact. Empty if the trees that are built contain
-/// none. Must not be used if the deadline passed. Throws std::bad_alloc.
+/// Returns the nearest of the triangles of which any side counts, by float64 arithmetic; at equal
+/// distance the smallest id. It explains a miss to people, and is not exact. Empty if built trees
+/// contain no such triangle. The result must not be used if the deadline passed. Throws
+/// std::bad_alloc.
 std::optional<NearestMiss> nearest_miss(const SceneView& scene, const Ray& ray,
                                         const ResolvedFilter* resolved, const Deadline& deadline);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Spheres and boxes swept through a scene: what they meet first, exactly.
+/// Sweeps: the first contacts of spheres and boxes that are swept through a scene, exactly.
 
 #include <cstdint>
 #include <utility>
@@ -15,19 +15,20 @@
 
 namespace sightline {
 
-/// The first contact of one sweep after the other: the least real t, at the same t the smallest id.
+/// Answers one sweep after the other: the contact with the least real t; at equal t the smallest
+/// id.
 class Sweeps {
  public:
-  /// `resolved` says which primitives count, null: all; sides are all or none. Everything given
-  /// outlives this object.
+  /// `resolved`: which primitives count, with all of their sides or none; null: all. All arguments
+  /// must outlive this object.
   Sweeps(SceneView scene, const ResolvedFilter* resolved, const Deadline& deadline)
       : scene_(std::move(scene)), resolved_(resolved), deadline_(deadline) {}
 
-  /// Writes the first contact of sweep i, or a miss, to slot i. With `any` it is some contact, not
-  /// always the first. Throws std::bad_alloc.
+  /// Writes the first contact of sweep i, or a miss, to slot i of `hits`. If `any`, writes some
+  /// contact, not necessarily the first. Throws std::bad_alloc.
   void find(const SweepBatch& sweeps, std::size_t i, bool any, HitBatch& hits);
 
-  /// The deadline passed in the middle: what was found is unusable.
+  /// True if the deadline passed: the result is unusable.
   bool stopped() const { return stopped_; }
   const TraceCounts& counts() const { return counts_; }
 
@@ -54,8 +55,8 @@ class Sweeps {
   TraceCounts counts_;
 };
 
-/// Where the sweep touches the triangle at its first contact, each coordinate rounded once (see
-/// BoxContact and SphereContact). Precondition: the triangle is one that find() found.
+/// The point where the shape touches the triangle at its first contact, each coordinate rounded
+/// once (see BoxContact and SphereContact). Precondition: find() has found the triangle.
 Vec3d position_of_contact(const Scene& scene, const SweepBatch& sweeps, std::size_t i,
                           TriangleId id);
 

@@ -1,6 +1,6 @@
 #pragma once
-/// A swept shape as the boxes of one tree see it. Conservative; triangles are decided in the world,
-/// exactly. Proofs: docs/explanation/exactness-sweeps.md.
+/// TreeSweep: a swept shape as a line against enlarged boxes of a tree. It is conservative;
+/// triangles are decided exactly, in world space. Proofs: docs/explanation/exactness-sweeps.md.
 
 #include <array>
 
@@ -9,28 +9,30 @@
 
 namespace sightline {
 
-/// The times at which a line is within boxes. The boxes are grown by the extent of the shape on
-/// each axis and by all error bounds.
+/// The line of the shape's centre in the space of a tree. Boxes are enlarged by `reach`: the extent
+/// of the shape on each axis plus all error bounds.
 struct TreeSweep {
   std::array<double, 3> origin{}, direction{}, reach{};
 
+  /// An interval of t.
   struct Times {
-    double enter, leave;  ///< enter <= leave, or nothing of it is met
+    double enter, leave;  ///< the box is met only if enter <= leave
   };
-  /// Between these t at the most the shape may touch something in the box, within the limits.
+  /// An interval that contains all t within the limits at which the shape may touch something in
+  /// the box.
   Times times(const std::array<double, 3>& low, const std::array<double, 3>& high, double tmin,
               double tmax) const;
-  /// The times for child i of a node.
+  /// The interval for child i of a node.
   Times times(const WideNode& node, std::size_t i, double tmin, double tmax) const;
 };
 
-/// In the world. `extent`: how far the shape reaches from its centre on each axis; `bounds`: all
-/// that the boxes hold.
+/// The sweep in world space. `extent`: how far the shape extends from its centre on each axis;
+/// `bounds` contain everything that boxes contain.
 TreeSweep world_sweep(const SweepPath& path, const Vec3d& extent, const Box3d& bounds);
-/// For the tree of a placement; `latest` is at least the magnitude of every t that matters.
+/// The sweep in the tree of a placement; `latest` is a bound of |t| for all t that matter.
 TreeSweep sweep_in(const WideTree& tree, const Placement& placement, const SweepPath& path,
                    const Vec3d& extent, const Box3d& bounds, double latest);
-/// The sweep through the tree over the placements.
+/// The sweep in the top tree.
 TreeSweep sweep_over(const WideTree& top, const SweepPath& path, const Vec3d& extent,
                      const Box3d& bounds);
 

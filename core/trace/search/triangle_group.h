@@ -1,6 +1,6 @@
 #pragma once
-/// Some triangles of a scene under a tree of their own, for questions between two selections: the
-/// trees of a scene hold what is not asked for as well.
+/// TriangleGroup: selected triangles of a scene with a tree of their own, for questions about two
+/// selections. (The trees of the scene contain other triangles as well.)
 
 #include <cstdint>
 #include <vector>
@@ -15,24 +15,27 @@ namespace sightline {
 
 class TriangleGroup {
  public:
+  /// A triangle of the group.
   struct Member {
     TriangleId id;
     Triangle triangle;
   };
+  /// A node of the binary tree.
   struct Node {
-    Box3d box;                           ///< exactly around its members
-    TriangleId least;                    ///< of their ids
-    std::uint32_t first = 0, count = 0;  ///< its members
-    std::uint32_t child = 0;             ///< the first of two; 0: a leaf
+    Box3d box;                           ///< the exact bounds of its members
+    TriangleId least;                    ///< the smallest id of its members
+    std::uint32_t first = 0, count = 0;  ///< its members: [first, first + count)
+    std::uint32_t child = 0;             ///< index of the first of two children; 0: a leaf
   };
 
-  /// The triangles of the primitives selected by `resolved`, except triangles without area. Must not be
-  /// used if the deadline passed. Throws std::bad_alloc. Cost: n log n.
+  /// Makes a group of the triangles of the primitives that `resolved` selects, without those that
+  /// have no area. The group must not be used if the deadline passed. Throws std::bad_alloc. Cost:
+  /// n log n.
   TriangleGroup(const Scene& scene, const ResolvedFilter& resolved, const Deadline& deadline);
 
   bool empty() const { return members_.empty(); }
   std::uint32_t size() const { return static_cast<std::uint32_t>(members_.size()); }
-  /// The root is the first; there is none if the group is empty.
+  /// Node 0 is the root; there is none if the group is empty.
   const Node& node(std::uint32_t i) const { return nodes_[i]; }
   const Member& member(std::uint32_t i) const { return members_[i]; }
 

@@ -1,5 +1,6 @@
 #pragma once
-/// Which trees that are not built yet a query comes near: conservative, never one too few.
+/// UnbuiltTrees: finds the unbuilt trees that a query needs. It is conservative: it may find too
+/// many, and never too few.
 
 #include <cstdint>
 #include <vector>
@@ -13,24 +14,25 @@ namespace sightline {
 
 struct SweepBatch;
 
-/// Finds unbuilt trees by the tree over the placements, one query at a time. Trees are named by
-/// their index in SceneTree::trees. It uses no vectors, because it runs only while a scene is new.
+/// Searches the top tree for unbuilt trees, one query at a time. Results are indices in
+/// SceneTree::trees. The code is scalar, because it runs only while a scene has unbuilt trees.
 class UnbuiltTrees {
  public:
-  /// The view outlives it.
+  /// The view must outlive the object.
   explicit UnbuiltTrees(const SceneView& scene) : tree_(scene.tree()) {}
 
-  /// The tree whose box the ray enters first, of those that may hold a hit with at most this t,
-  /// within the limits of the ray. kNone if there is none. t as rounded by Sightline, or +inf.
+  /// Of the unbuilt trees that may have a hit at t or less within the ray's limits, returns the
+  /// tree whose box the ray enters first; kNone if there is none. `t` is a result of a kernel, or
+  /// +inf.
   std::uint32_t nearest(const Ray& ray, double t);
-  /// Appends all whose boxes the ray may meet within its limits.
+  /// Appends all unbuilt trees whose boxes the ray may meet within its limits.
   void met(const Ray& ray, std::vector<std::uint32_t>& trees);
-  /// The tree whose box is nearest to the point, of those that may be within `distance`. kNone if
-  /// there is none.
+  /// Of the unbuilt trees that may be within `distance`, returns the tree whose box is nearest to
+  /// the point; kNone if there is none.
   std::uint32_t nearest_to(const Vec3d& point, double distance);
-  /// Appends all whose boxes the box may touch.
+  /// Appends all unbuilt trees whose boxes the query's box may touch.
   void touched(const BoxBatch& boxes, std::size_t i, std::vector<std::uint32_t>& trees);
-  /// Appends all whose boxes the shape may touch on its way.
+  /// Appends all unbuilt trees whose boxes the swept shape may touch.
   void swept(const SweepBatch& sweeps, std::size_t i, std::vector<std::uint32_t>& trees);
 
  private:
