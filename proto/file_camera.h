@@ -1,5 +1,5 @@
 #pragma once
-/// A camera of a scene's file, as a client names it.
+/// FileCamera: a reference to a camera of a scene's file, in a client's request.
 
 #include <cstdint>
 #include <functional>
@@ -11,12 +11,13 @@
 
 namespace sightline {
 
+/// The camera, and the size of the image in pixels.
 struct FileCamera {
-  std::string name;                    ///< of the camera, or of a node that shows it
-  std::optional<std::uint32_t> index;  ///< in the file's "cameras"; then there is no name
+  std::string name;  ///< name of the camera, or of a node that has it; empty if `index` is set
+  std::optional<std::uint32_t> index;  ///< index in the file's "cameras"
   std::uint64_t width = 0, height = 0;
 };
-/// The rays of its pixels. Errors: CAMERA_UNKNOWN.
+/// Returns a generator of the rays of the camera's pixels. Errors: CAMERA_UNKNOWN.
 using FindCamera = std::function<Result<RayGenerator>(const FileCamera& camera)>;
 
 }  // namespace sightline

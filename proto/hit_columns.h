@@ -1,5 +1,6 @@
 #pragma once
-/// The numbers of a field's column, for every format. For files of this room only.
+/// The values of each field of hits as a column, for all formats of answers. For files of this room
+/// only.
 
 #include <array>
 #include <cstddef>
@@ -14,41 +15,42 @@
 
 namespace sightline {
 
-/// The stations of an answer that every value is read from.
+/// The data from which the columns are made.
 struct HitAnswer {
   const HitBatch& hits;
   std::span<const HitDetail> details;
   const HitTerms& terms;
 };
 
-/// The number in a column of numbers where there is no value.
+/// The value in a column of numbers if there is none.
 inline constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 
-/// A column of numbers; a value that is not finite stands for none.
+/// A column of numbers; a number that is not finite means that there is no value.
 struct NumberColumn {
   std::span<const double> numbers;
 };
-/// `width` numbers of each hit: value(i, k). Not a number where the file gives none.
+/// A column of `width` numbers for each hit: value(i, k). NaN if the file has no value.
 template <std::size_t width, class Value>
 struct VectorColumn {
   Value value;
 };
-/// kNone where there is nothing.
+/// A column of indices; kNone if there is no value.
 struct IdColumn {
   std::span<const std::uint32_t> ids;
 };
-/// value(i) of each hit.
+/// A column of booleans: value(i) for each hit.
 template <class Value>
 struct FlagColumn {
   Value value;
 };
 template <class Value>
 FlagColumn(Value) -> FlagColumn<Value>;
-/// Empty where there is nothing.
+/// A column of texts; empty if there is no value.
 struct NameColumn {
   std::span<const std::string_view> names;
 };
 
+/// Calls visit(column) with the VectorColumn of `value`.
 template <std::size_t width, class Visit, class Value>
 void visit_vectors(const Visit& visit, const Value& value) {
   visit(VectorColumn<width, Value>{value});

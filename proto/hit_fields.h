@@ -1,5 +1,5 @@
 #pragma once
-/// The fields of a hit, as proto/hit_fields.def describes them: names in "fields" and in the answer.
+/// The fields of a hit, from the table in proto/hit_fields.def, and sets of them.
 
 #include <array>
 #include <cstddef>
@@ -11,24 +11,25 @@
 
 namespace sightline {
 
-/// What a column of this field holds; see hit_fields.def.
+/// The type of a field's values; hit_fields.def explains them.
 enum class FieldKind : std::uint8_t { kNumber, kIndex, kId, kVector, kFlag, kText };
-/// What a value is computed from.
+/// What a value is computed from: the ray and its hit, the scene, a HitDetail, or vertex
+/// attributes.
 enum class FieldSource : std::uint8_t { kRay, kScene, kDetail, kAttribute };
 
-/// In the order in which an answer writes them.
+/// The fields, in the order in which answers write them.
 enum class HitField : std::uint8_t {
 #define HIT_FIELD(field, name, kind, width, source, doc) field,
 #include "proto/hit_fields.def"
 #undef HIT_FIELD
 };
 
-/// The description of a field.
+/// A row of the table.
 struct HitFieldRow {
   HitField field;
   std::string_view name;
   FieldKind kind;
-  std::size_t width;  ///< numbers in one value
+  std::size_t width;  ///< number of numbers in a value
   FieldSource source;
 };
 inline constexpr HitFieldRow kHitFields[] = {
@@ -44,16 +45,18 @@ constexpr const HitFieldRow& hit_field_row(HitField field) {
   return kHitFields[static_cast<std::size_t>(field)];
 }
 constexpr std::string_view hit_field_name(HitField field) { return hit_field_row(field).name; }
-/// Numbers in one value: a vector has three.
+/// The number of numbers in a value: 3 for a vector.
 constexpr std::size_t hit_field_width(HitField field) { return hit_field_row(field).width; }
+/// Finds a field by its name; empty if there is none.
 std::optional<HitField> find_hit_field(std::string_view name);
-/// All fields in their order.
+/// All fields, in their order.
 constexpr auto all_hit_fields() {
   std::array<HitField, kHitFieldCount> fields{};
   for (std::size_t i = 0; i < fields.size(); ++i) fields[i] = kHitFields[i].field;
   return fields;
 }
 
+/// A set of fields.
 class FieldSet {
  public:
   constexpr FieldSet() = default;
@@ -74,7 +77,7 @@ class FieldSet {
   std::uint32_t bits_ = 0;
 };
 
-/// The fields whose rows are chosen by `is_chosen`.
+/// The fields for whose rows is_chosen(row) returns true.
 template <class Chooses>
 constexpr FieldSet fields_where(Chooses is_chosen) {
   FieldSet fields;
@@ -84,18 +87,18 @@ constexpr FieldSet fields_where(Chooses is_chosen) {
   return fields;
 }
 inline constexpr FieldSet kAllHitFields = fields_where([](const HitFieldRow&) { return true; });
-/// The fields of a request without "fields".
+/// The fields of a request that does not choose any.
 inline constexpr FieldSet kDefaultHitFields{
     HitField::kT,        HitField::kInstance, HitField::kPrimitive, HitField::kTriangle,
     HitField::kPosition, HitField::kNormal,   HitField::kNode,      HitField::kMesh};
 /// Fields that read vertex attributes of the file.
 inline constexpr FieldSet kAttributeFields =
     fields_where([](const HitFieldRow& row) { return row.source == FieldSource::kAttribute; });
-/// Fields that need a HitDetail of each hit.
+/// Fields that need a HitDetail for each hit.
 inline constexpr FieldSet kDetailFields = fields_where([](const HitFieldRow& row) {
   return row.source == FieldSource::kDetail || row.source == FieldSource::kAttribute;
 });
-/// Fields that a binary answer cannot have.
+/// Fields of text, which binary answers cannot have.
 inline constexpr FieldSet kTextFields =
     fields_where([](const HitFieldRow& row) { return row.kind == FieldKind::kText; });
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Hits as a picture, a pixel for each ray.
+/// Encodes hits as an image with a pixel for each ray.
 
 #include <cstdint>
 #include <span>
@@ -15,26 +15,28 @@ namespace sightline {
 inline constexpr std::string_view kPngMediaType = "image/png";
 inline constexpr std::string_view kFloatMapMediaType = "image/x-portable-floatmap";
 
-/// The content and the format of a picture.
+/// What an image shows, and its format.
 ///
 /// PNG, 16 bits a sample, rows from the top:
-///   depth   grey: t / unit, rounded (to even in the middle), 1 to 65535; 0 is a miss
-///   node    grey: the node's index in the file plus 1; 0 is a miss
+///   depth   grey: t / unit, rounded (half to even), 1 to 65535; 0 is a miss
+///   node    grey: index of the node in the file plus 1; 0 is a miss
 ///   normal  red, green, blue: 65535 (n + 1) / 2, rounded; 0 0 0 is a miss
-///   visits  grey: boxes of trees that the ray was tested with, at most 65535; misses have visits too
+///   visits  grey: number of boxes of trees that the ray was tested with, at most 65535; also for
+///   misses
 ///
-/// PFM, little-endian float32, rows from the bottom, as the format has it:
+/// PFM, little-endian float32, rows from the bottom as the format demands:
 ///   depth   t rounded to the nearest float32; +inf is a miss
-///   node    the node's index; -1 is a miss
+///   node    index of the node in the file; -1 is a miss
 ///   normal  x, y, z; 0 0 0 is a miss
-///   visits  how many boxes
+///   visits  number of boxes
 struct HitImage {
   enum class Of { kDepth, kNode, kNormal, kVisits };
   Of of = Of::kDepth;
-  bool floats = false;  ///< PFM
-  double unit = 0.001;  ///< of t, for each step of a PNG
+  bool floats = false;  ///< true: PFM; false: PNG
+  double unit = 0.001;  ///< t of one step of a PNG's depth
   std::uint64_t width = 0, height = 0;
 
+  /// The field that the image needs.
   FieldSet fields() const {
     return of == Of::kNode     ? FieldSet{HitField::kNodeId}
            : of == Of::kNormal ? FieldSet{HitField::kNormal}
@@ -43,9 +45,10 @@ struct HitImage {
   std::string_view media_type() const { return floats ? kFloatMapMediaType : kPngMediaType; }
 };
 
-/// width * height slots of hits, and of what image.fields() needs; kVisits: of terms.visits. Errors: IMAGE_NODES_TOO_MANY (a
-/// node's number is beyond 65534 in a PNG), IMAGE_TOO_LARGE (more than a million pixels wide or
-/// high), IMAGE_FAILED. Throws std::bad_alloc.
+/// Encodes an image of width * height hits, with the columns of image.fields() in `terms` and
+/// `details`; kVisits needs terms.visits instead. Errors: IMAGE_NODES_TOO_MANY (a node's index is
+/// above 65534, for PNG), IMAGE_TOO_LARGE (more than a million pixels wide or high), IMAGE_FAILED.
+/// Throws std::bad_alloc.
 Result<std::string> encode_image(const HitImage& image, const HitBatch& hits,
                                  std::span<const HitDetail> details, const HitTerms& terms);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Layouts of an answer, and the meaning of its hits in terms of the scene's file.
+/// HitTerms: hits in terms of the scene's file. AnswerLayout: the formats of an answer.
 
 #include <cstdint>
 #include <deque>
@@ -12,25 +12,27 @@
 
 namespace sightline {
 
+/// The formats of an answer.
 enum class AnswerLayout {
   kRows,     ///< {"hits":[{"t":5,"triangle":12}, null]}
   kColumns,  ///< {"t":[5,null],"triangle":[12,-1]}
-  kBinary,   ///< the same as bytes: hit_binary.h
-  kImage,    ///< a picture: hit_image.h
-  kLines,    ///< {"t":5,"triangle":12}\nnull\n: hit_lines.h
+  kBinary,   ///< columns as bytes: hit_binary.h
+  kImage,    ///< an image: hit_image.h
+  kLines,    ///< one line for each ray, {"t":5,"triangle":12}\nnull\n: hit_lines.h
 };
 
-/// What hits mean in the file's own terms and units. Columns of n slots, one for each hit; a column
-/// whose field is not asked for may be empty. Numbers that do not apply are kNone, names that the
-/// file does not give are empty. Names live elsewhere, as long as the scene.
+/// The names, indices and other terms of n hits as columns of n slots. A column whose field is not
+/// requested may be empty. An index is kNone if it does not apply; a name is empty if the file has
+/// none. The names refer to texts of the scene, which must live as long.
 struct HitTerms {
+  /// Indices in the file.
   Column<std::uint32_t> primitive, triangle, node, mesh, material, node_instance;
   std::vector<std::string_view> node_name, node_path, mesh_name, material_name;
   HitAttributes attributes;
   Column<double> distance;       ///< t * |direction|
-  bool t_is_distance = false;    ///< what stands as t is the distance too
-  Column<std::uint32_t> visits;  ///< of a picture: boxes that each ray was tested with
-  /// that node_path refers to; moving this struct moves none of them
+  bool t_is_distance = false;    ///< the distance is also answered as t
+  Column<std::uint32_t> visits;  ///< for images: number of boxes that each ray was tested with
+  /// The texts to which node_path refers. Moving this struct does not move them.
   std::deque<std::string> own_texts;
 };
 

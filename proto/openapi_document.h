@@ -5,10 +5,10 @@
 
 namespace sightline {
 
-/// OpenAPI 3.1; JSON, so that it is sent as it stands and read without a library. A test holds it
-/// against the routes and the keys that the server knows.
+/// The document: OpenAPI 3.1 as JSON, so that it can be sent as it is. A test compares it with the
+/// routes and the keys of the server.
 std::string_view openapi_document();
-/// Another one for another document; 32 hexadecimal digits.
+/// A hash of the document, as 32 hexadecimal digits.
 std::string_view openapi_tag();
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-/// Errors as application/problem+json [RFC9457].
+/// Encodes errors as application/problem+json [RFC9457].
 
 #include <string>
 #include <string_view>
@@ -9,29 +9,31 @@
 
 namespace sightline {
 
-/// One place in the client's body.
+/// A place in the client's body, with its error.
 struct ProblemPlace {
   std::string pointer;  ///< a JSON pointer; "" is the whole body
   std::string detail;
 };
 
+/// A problem document:
 /// {"type":"urn:sightline:problem:RAY_DIRECTION_ZERO","title","status","detail","code","errors",
 ///  "request_id"}; empty members are left out.
 struct Problem {
   int status = 500;
-  std::string title;   ///< the same for every problem with this status
-  std::string detail;  ///< one sentence about this occurrence
-  std::string code;    ///< stable, upper case
+  std::string title;   ///< equal for all problems with this status
+  std::string detail;  ///< one sentence about this error
+  std::string code;    ///< stable, in upper case
   std::vector<ProblemPlace> errors;
   std::string request_id;
 };
 
 inline constexpr std::string_view kProblemMediaType = "application/problem+json";
 
-/// Text that is not UTF-8 is repaired, so that an error about bad text is itself good text.
+/// Encodes a problem. Invalid UTF-8 in texts is replaced, so that the document is valid.
 std::string encode_problem(const Problem& problem);
 
-/// `status` and `title` are the caller's: this room knows no HTTP.
+/// Makes a problem of an error. The caller gives `status` and `title`, because this room does not
+/// know HTTP.
 Problem make_problem(const Error& error, int status, std::string title);
 
 }  // namespace sightline

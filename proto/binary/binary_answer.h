@@ -1,6 +1,6 @@
 #pragma once
-/// An answer of columns as bytes, as docs/reference/binary.md lays it out. For files of this room
-/// only.
+/// BinaryAnswer: writes an answer of columns as bytes, in the layout of docs/reference/binary.md.
+/// For files of this room only.
 
 #include <cstddef>
 #include <cstdint>
@@ -12,17 +12,19 @@
 
 namespace sightline {
 
-/// Collects columns, then writes them behind their table. The memory of an answer is its bytes
-/// once, each written once: columns are announced first, and follow in that order.
+/// Writes columns after a table of them. All columns are announced first; then begin(), then each
+/// column in that order, then take(). So the memory of an answer is allocated once.
 class BinaryAnswer {
  public:
+  /// Announces a column of `rows` values of `width` numbers each.
   template <class Number>
   void announce(std::string_view name, std::size_t rows, std::uint32_t width = 1) {
     entries_.push_back({name, type_of(Number{}), sizeof(Number), width, rows});
   }
-  /// After this, `next` in the order of the announcements.
+  /// Writes the table. After this, next() is called for each column in the order of the
+  /// announcements.
   void begin();
-  /// value(row, component) of the next column.
+  /// Writes the next column from value(row, component).
   template <class Number, class Value>
   void next(Value value) {
     const Entry& entry = begin_next();
@@ -36,14 +38,14 @@ class BinaryAnswer {
       }
     }
   }
-  /// The next column as it stands. Precondition: it was announced as one of these numbers, and as
-  /// many.
+  /// Writes the next column from an array. Precondition: it was announced with this type and this
+  /// number of numbers.
   template <class Number>
   void next(std::span<const Number> column) {
     begin_next();
     text_.append(reinterpret_cast<const char*>(column.data()), column.size_bytes());
   }
-  /// Precondition: all columns were written.
+  /// Returns the bytes. Precondition: all columns were written.
   std::string take();
 
  private:
@@ -53,6 +55,7 @@ class BinaryAnswer {
     std::size_t number_bytes;
     std::uint32_t width;
     std::size_t rows;
+    /// Offset of the column in the answer.
     std::size_t at = 0;
 
     std::size_t bytes() const { return rows * width * number_bytes; }
@@ -64,7 +67,7 @@ class BinaryAnswer {
   static constexpr std::uint32_t type_of(std::int64_t) { return 5; }
   static constexpr std::uint32_t type_of(float) { return 6; }
 
-  /// Zeros up to where the next column begins.
+  /// Pads with zeros up to the beginning of the next column.
   const Entry& begin_next() {
     text_.resize(entries_[next_].at);
     return entries_[next_++];

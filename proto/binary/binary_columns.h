@@ -1,6 +1,6 @@
 #pragma once
-/// A request of columns as bytes, as docs/reference/binary.md lays it out. For files of this room
-/// only.
+/// Reads requests of columns as bytes, in the layout of docs/reference/binary.md. For files of this
+/// room only.
 
 #include <cstdint>
 #include <string>
@@ -11,16 +11,18 @@
 
 namespace sightline {
 
-/// The layout of a kind of request.
+/// The properties of a kind of request.
 struct BinaryKind {
   std::string_view magic;  ///< four bytes
-  std::string_view noun;   ///< "rays"
+  std::string_view noun;   ///< what a row is, for messages: "rays"
+  /// Code of the error for too many rows.
   std::string_view too_many_code;
-  std::uint32_t known_flags = 1;  ///< of which 1 says that numbers are float64
-  /// How many columns there are with these flags.
+  std::uint32_t known_flags = 1;  ///< flags that are accepted; flag 1: numbers are float64
+  /// Returns the number of columns that a request with these flags has.
   std::size_t (*columns)(std::uint32_t flags) = nullptr;
 };
 
+/// The header of a request.
 struct BinaryHeader {
   static constexpr std::size_t kBytes = 24;
   static constexpr std::uint32_t kFloat64 = 1;
@@ -30,20 +32,21 @@ struct BinaryHeader {
   std::uint32_t options_bytes = 0;
 
   std::size_t number_bytes() const { return (flags & kFloat64) != 0 ? 8 : 4; }
-  /// The offset of the first column.
+  /// The offset of the first column in the body.
   std::size_t columns_at() const { return (kBytes + std::size_t{options_bytes} + 7) / 8 * 8; }
 };
 
-/// Errors: BINARY_MALFORMED, the kind's too_many_code. `begin` may be more than the header.
+/// Reads the header. `begin` has at least the first bytes of the body. Errors: BINARY_MALFORMED,
+/// the kind's too_many_code if there are more than max_rows.
 Result<BinaryHeader> read_binary_header(std::string_view begin, const BinaryKind& kind,
                                         std::size_t max_rows);
-/// The header of a whole body, whose length must be what it says.
+/// Reads the header of a complete body, and checks that the body has the length that it states.
 Result<BinaryHeader> read_whole_header(std::string_view body, const BinaryKind& kind,
                                        std::size_t max_rows);
-/// The options of a body as JSON.
+/// The options of a body, as JSON text.
 std::string options_of(std::string_view body, const BinaryHeader& header);
-/// Column number `which` of the rows; `column` has their number. Precondition: the header is that
-/// of the whole body.
+/// Reads column number `which` into `column`, whose size is the number of rows. Precondition:
+/// read_whole_header has returned `header` for this body.
 void read_column(std::string_view body, const BinaryHeader& header, std::size_t which,
                  UnsetColumn<double>& column);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// The triangles of a scene as bytes, for drawing: docs/reference/binary.md, "Geometry".
+/// Encodes the triangles of a scene as bytes, for drawing: docs/reference/binary.md, "Geometry".
 
 #include <array>
 #include <cstdint>
@@ -13,39 +13,44 @@
 
 namespace sightline {
 
+/// A mesh to be sent.
 struct GeometryMesh {
+  /// Index of the mesh in the file.
   std::uint32_t file_mesh = 0;
-  Vec3d origin;                      ///< positions are sent relative to it
-  std::span<const Vec3f> positions;  ///< in the mesh's space
+  Vec3d origin;                      ///< positions are sent as differences from it
+  std::span<const Vec3f> positions;  ///< in mesh space
   IndexView indices;
 };
 
-/// A run of a mesh's triangles with one material.
+/// A range of a mesh's triangles with one material.
 struct GeometryPart {
   std::uint32_t mesh = 0;  ///< row in GeometryAnswer::meshes
   std::uint32_t first_triangle = 0, triangles = 0;
+  /// Index of the primitive in the file's mesh.
   std::uint32_t file_primitive = 0;
   std::uint32_t material = 0xffffffffu;
   std::array<double, 4> colour = {1, 1, 1, 1};
 };
 
+/// A placement of a mesh.
 struct GeometryPlacement {
   std::uint32_t mesh = 0;  ///< row in GeometryAnswer::meshes
   std::uint32_t instance = 0;
   std::uint32_t file_node = 0;
-  std::array<double, 9> linear{};  ///< rows of a 3x3 matrix from the mesh's space to the world
-  Vec3d at{};                      ///< of the mesh's origin, in the world
+  std::array<double, 9> linear{};  ///< rows of the 3x3 matrix from mesh space to world space
+  Vec3d at{};                      ///< world position of GeometryMesh::origin
 };
 
+/// An answer: the whole geometry or a part of it.
 struct GeometryAnswer {
   std::vector<GeometryMesh> meshes;
   std::vector<GeometryPart> parts;
   std::vector<GeometryPlacement> placements;
-  std::uint64_t all_meshes = 0, all_bytes = 0;  ///< of the whole scene
-  std::optional<std::uint64_t> next;            ///< absent at the end
+  std::uint64_t all_meshes = 0, all_bytes = 0;  ///< totals of the whole scene
+  std::optional<std::uint64_t> next;  ///< cursor of the next part; empty if this is the last
 };
 
-/// Bytes of one row of the answer's columns.
+/// Bytes of one row of each kind of column.
 inline constexpr std::uint64_t kPositionBytes = 12, kTriangleBytes = 12, kMeshBytes = 44,
                                kPartBytes = 52, kPlacementBytes = 72;
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Answers to rays as bytes: docs/reference/binary.md has the table.
+/// Encodes answers to rays as bytes: docs/reference/binary.md.
 
 #include <span>
 #include <string>
@@ -10,11 +10,12 @@
 
 namespace sightline {
 
-/// Whether `fields` can be told without texts. Errors: FIELD_IS_TEXT, naming the first that cannot.
+/// Checks that `fields` has no field of text, which binary answers cannot have. Errors:
+/// FIELD_IS_TEXT, naming the first one.
 Status check_binary_fields(FieldSet fields);
 
-// The functions of hit_json.h as bytes; columns of texts are left out. `invalid`: the bad rays, or
-// null when all rays are good.
+// Binary forms of the functions of hit_json.h. `invalid`: the rays that are marked as invalid, or
+// null.
 
 std::string encode_hits_binary(const HitBatch& hits, std::span<const HitDetail> details,
                                const HitTerms& terms, FieldSet fields, const InvalidRays* invalid);

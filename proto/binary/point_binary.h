@@ -1,5 +1,5 @@
 #pragma once
-/// Points and what is known of them as bytes: docs/reference/binary.md has the tables.
+/// Decodes points and encodes answers about them as bytes: docs/reference/binary.md.
 
 #include <string>
 #include <string_view>
@@ -8,14 +8,16 @@
 
 namespace sightline {
 
-/// The fields of a binary request without "fields": no texts.
+/// The fields of a binary request that does not choose any; none is text.
 inline constexpr FieldSet kDefaultBinaryNearestFields{HitField::kDistance, HitField::kInstance,
                                                       HitField::kPrimitive, HitField::kTriangle};
 
-/// As decode_rays_binary. Errors besides: POINT_NOT_FINITE, those of decode_points.
+/// Decodes points, like decode_rays_binary. Further errors: POINT_NOT_FINITE, those of
+/// decode_points.
 Result<PointQuery> decode_points_binary(std::string_view body, const PointJsonRules& rules);
 
-/// The functions of point_json.h as bytes; "unreliable" is returned separately.
+/// Binary forms of the functions of point_json.h. "unreliable" is not in the bytes; it is sent
+/// separately.
 std::string encode_inside_binary(const InsideColumns& columns);
 std::string encode_signed_distances_binary(const InsideColumns& columns,
                                            std::span<const double> distance);

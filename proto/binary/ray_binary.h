@@ -1,5 +1,5 @@
 #pragma once
-/// Rays as bytes: docs/reference/binary.md has the table.
+/// Decodes rays from bytes: docs/reference/binary.md.
 
 #include <string_view>
 
@@ -10,13 +10,14 @@ namespace sightline {
 
 inline constexpr std::string_view kBinaryMediaType = "application/octet-stream";
 
-/// The fields of a binary request without "fields": no texts.
+/// The fields of a binary request that does not choose any; none is text.
 inline constexpr FieldSet kDefaultBinaryFields{HitField::kT, HitField::kInstance,
                                                HitField::kPrimitive, HitField::kTriangle};
-/// `usual`: the options of a body that has none; without rays. The body is only read. Any float32
-/// is accepted and becomes the same float64. Errors, 400: BINARY_MALFORMED (magic, flags, or a
-/// length other than the header says; with both numbers). 422: FIELD_IS_TEXT, the codes of the
-/// options' JSON and of check_rays, whose pointer is /rays/N/... . 413: RAYS_TOO_MANY.
+/// Decodes a body of rays. float32 numbers are converted to float64 without error.
+/// usual  options for a body that has none; without rays. Null: the defaults
+/// Errors, 400: BINARY_MALFORMED (wrong magic or flags, or a length that differs from the header's;
+/// the message has both). 422: FIELD_IS_TEXT, the codes of the options' JSON, and those of
+/// check_rays with the pointer /rays/N/... . 413: RAYS_TOO_MANY.
 Result<RayQuery> decode_rays_binary(std::string_view body, const RayJsonRules& rules,
                                     const RayQuery* usual = nullptr);
 

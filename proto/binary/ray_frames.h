@@ -1,5 +1,5 @@
 #pragma once
-/// A stream of binary requests: docs/reference/binary.md, "Streams".
+/// Decodes streams of binary requests: docs/reference/binary.md, "Streams".
 
 #include <cstdint>
 #include <optional>
@@ -11,27 +11,27 @@
 namespace sightline {
 
 inline constexpr std::string_view kStreamMagic = "SLS1";
-/// The magic and four zeros.
+/// Size of the header of a stream: the magic and four zeros.
 inline constexpr std::size_t kStreamHeaderBytes = 8;
-/// The length of a frame, before it.
+/// Size of the length that precedes each frame.
 inline constexpr std::size_t kFrameLengthBytes = 8;
 
-/// Whether a body that begins so is a stream, with four bytes at least.
+/// True if a body that begins with `begin`, of at least four bytes, is a stream.
 inline bool is_stream(std::string_view begin) { return begin.starts_with(kStreamMagic); }
 
-/// Errors: BINARY_MALFORMED.
+/// Checks the header of a stream. Errors: BINARY_MALFORMED.
 Status check_stream_header(std::string_view header);
-/// Errors: 413 FRAME_TOO_LARGE.
+/// Reads the length of a frame. Errors: 413 FRAME_TOO_LARGE.
 Result<std::uint64_t> read_frame_length(std::string_view bytes);
-/// Length and text, ready to be sent.
+/// Returns the text with its length before it.
 std::string framed(std::string_view text);
 
-/// Decodes frame after frame, each a request of its own; those without options have the first
-/// one's.
+/// Decodes one frame after the other; each is a request. A frame without options has the options of
+/// the first frame.
 class RayFrames {
  public:
   explicit RayFrames(const RayJsonRules& rules) : rules_(rules) {}
-  /// Errors: those of decode_rays_binary.
+  /// Decodes a frame. Errors: those of decode_rays_binary.
   Result<RayQuery> decode(std::string_view frame);
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-/// Sweeps as bytes: docs/reference/binary.md has the table.
+/// Decodes sweeps from bytes: docs/reference/binary.md.
 
 #include <string_view>
 
@@ -7,7 +7,7 @@
 
 namespace sightline {
 
-/// Errors: as decode_rays_binary and decode_sweeps.
+/// Decodes a body of sweeps. Errors: those of decode_rays_binary and decode_sweeps.
 Result<SweepQuery> decode_sweeps_binary(std::string_view body, const SweepJsonRules& rules);
 
 }  // namespace sightline

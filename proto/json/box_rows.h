@@ -1,17 +1,18 @@
 #pragma once
-/// Boxes as JSON, strictly: what both kinds of box queries read. For files of this room only.
+/// BoxRows: reads boxes and other shapes from JSON, for all box queries. For files of this room
+/// only.
 ///
 ///   {"min":[x,y,z],"max":[x,y,z]}                          closed; null leaves a side open
-///   {"center":[x,y,z],"half":[x,y,z],"rotation":[x,y,z,w]} a unit quaternion
-///   {"center":[x,y,z],"half":[x,y,z],"axes":[[x,y,z],[x,y,z],[x,y,z]]}  as OrientedBox has them
-/// and where a query takes them
+///   {"center":[x,y,z],"half":[x,y,z],"rotation":[x,y,z,w]} rotation: a unit quaternion
+///   {"center":[x,y,z],"half":[x,y,z],"axes":[[x,y,z],[x,y,z],[x,y,z]]}  see OrientedBox
+/// If the query allows shapes:
 ///   {"center":[x,y,z],"radius":r}                          a sphere
 ///   {"from":[x,y,z],"to":[x,y,z],"radius":r}               a capsule
 ///   {"planes":[[nx,ny,nz,d],...]}                          the points with n . p <= d for all
-///   {"corners":[[x,y,z],...]}                              eight: see view_frustum.h
+///   {"corners":[[x,y,z],...]}                              eight corners: see frustum_of
 ///   {"view":{"kind":"pinhole",...}}                        what a camera sees (generator_json.h)
-/// and where their answers are lists, beside any of these
-///   "cursor":"..."                                         where that list goes on
+/// If the answer is lists, a member of any of these:
+///   "cursor":"..."                                         where the list of this box continues
 
 #include <cstddef>
 #include <cstdint>
@@ -26,24 +27,26 @@
 
 namespace sightline {
 
+/// Reads the value of "boxes".
 class BoxRows {
  public:
+  /// Which shapes are allowed: boxes; all shapes; all shapes with cursors.
   enum class Takes : std::uint8_t { kBoxes, kShapes, kCursors };
 
-  /// The reader outlives this object and gets the errors.
-  /// find_camera  null where there is no scene.
+  /// reader       gets the errors; must outlive this object
+  /// most         the most boxes
+  /// find_camera  null if there is no scene
   BoxRows(JsonReader& reader, std::size_t most, Takes takes, FindCamera find_camera = {})
       : reader_(reader), most_(most), takes_(takes), find_camera_(std::move(find_camera)) {}
 
-  /// Reads the value of "boxes" and checks it.
-  /// Errors, 422: KEY_UNKNOWN, KEY_DUPLICATE, KEY_MISSING, KEYS_MIXED, TYPE_WRONG, LENGTH_WRONG,
-  /// NUMBER_NOT_FINITE, BOX_ROTATION_NOT_UNIT, CURSOR_UNKNOWN, those of
-  /// views (GeneratorReader, view_frustum.h) and corners (BOX_CORNERS) and the codes of
-  /// check_boxes. 413: BOXES_TOO_MANY.
+  /// Reads "boxes" and checks them. Returns false if the reader has an error. Errors, 422:
+  /// KEY_UNKNOWN, KEY_DUPLICATE, KEY_MISSING, KEYS_MIXED, TYPE_WRONG, LENGTH_WRONG,
+  /// NUMBER_NOT_FINITE, BOX_ROTATION_NOT_UNIT, CURSOR_UNKNOWN, those of views (GeneratorReader,
+  /// view_frustum.h) and corners (BOX_CORNERS), and the codes of check_boxes. 413: BOXES_TOO_MANY.
   bool read(JsonReader::Value value, BoxBatch& boxes);
-  /// One for each box, if any has one; else none.
+  /// The cursors: one for each box if any box has one, else none.
   Column<ListCursor> take_cursors() { return std::move(cursors_); }
-  /// For each box that may have a cursor a hash of its shape; different shapes almost surely have
+  /// A hash of the shape of each box, if cursors are allowed. Different shapes almost surely have
   /// different hashes.
   Column<std::uint64_t> take_shape_hashes() { return std::move(shape_hashes_); }
 

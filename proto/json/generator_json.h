@@ -1,17 +1,18 @@
 #pragma once
-/// The part of a JSON body that describes rays to be made. For the files of this room that read
-/// with simdjson, and no others.
+/// GeneratorReader: reads the "generator" of a JSON body, which describes rays to be made. For
+/// files of this room that use simdjson.
 ///
 ///   {"kind":"pinhole","position":[0,2,9],"look_at":[0,1,0],"fov_y":60,"width":640,"height":480}
 ///
-/// kind              keys besides "range":[tmin,tmax], tmax null for none
+/// "range":[tmin,tmax] may be in all kinds; a null tmax means no limit. Other keys, with defaults:
 /// pinhole           pose, fov_y (60), width, height
 /// orthographic      pose, extent_y, width, height
 /// equirectangular   pose, width, height
 /// lidar             pose or "poses":[{pose}], elevations, azimuths, returns (1)
 /// camera            camera (name or index in the file), width, height
 /// hemisphere        points, normals, count, seed (0), distribution: "cosine" or "uniform"
-/// A pose is "position", "forward" (or "look_at"), "up"; 0, (0,0,-1) and (0,1,0) when left out.
+/// A pose is "position", "forward" (or "look_at") and "up", with the defaults 0, (0,0,-1) and
+/// (0,1,0).
 
 #include <functional>
 #include <utility>
@@ -22,17 +23,20 @@
 
 namespace sightline {
 
+/// Called before `count` rays are made or poses are stored; its error becomes the answer.
 using AdmitMade = std::function<Status(std::uint64_t count)>;
 
+/// Reads one generator.
 class GeneratorReader {
  public:
-  /// `most`: rays that it may make, and entries that its lists may have. `find_camera`: null where
-  /// there is no scene. `admit`: called before so many rays are made, or poses stored; null: all
-  /// are admitted.
+  /// most         the most rays that it may make, and the most entries of its lists
+  /// find_camera  null if there is no scene
+  /// admit        null: every number is admitted
   GeneratorReader(JsonReader& reader, std::uint64_t most, const FindCamera& find_camera,
                   const AdmitMade& admit)
       : reader_(reader), most_(most), find_camera_(find_camera), admit_(admit) {}
-  /// Reads a camera at `place` without making rays. Kinds and keys are those that have a picture.
+  /// Reads a camera at `place` without making rays. Only kinds with an image, and only their keys,
+  /// are accepted.
   GeneratorReader(JsonReader& reader, const FindCamera& find_camera, JsonPointer place)
       : reader_(reader),
         most_(kMostPixels),
@@ -40,8 +44,8 @@ class GeneratorReader {
         place_(std::move(place)),
         is_view_(true) {}
 
-  /// Errors: as everywhere in a body, 422 KEY_MISSING, KEY_UNKNOWN (in this kind), and 413
-  /// RAYS_TOO_MANY; what `admit` says. Returns false after it has filled the reader's error.
+  /// Reads the generator. Returns false if the reader has an error: those of a body, 422
+  /// KEY_MISSING, KEY_UNKNOWN (not in this kind), 413 RAYS_TOO_MANY, those of `admit`.
   bool read(JsonReader::Value value, RayGenerator& generator);
 
  private:

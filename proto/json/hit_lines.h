@@ -1,6 +1,6 @@
 #pragma once
-/// Answers to rays as lines of JSON, one for each ray in its order. A ray that is marked as bad
-/// has {"invalid":"RAY_DIRECTION_ZERO"}.
+/// Encodes answers to rays as lines of JSON, one for each ray in order. The line of a ray that is
+/// marked as invalid is {"invalid":"RAY_DIRECTION_ZERO"}.
 
 #include <span>
 #include <string>
@@ -12,18 +12,19 @@ namespace sightline {
 
 inline constexpr std::string_view kLinesMediaType = "application/x-ndjson";
 
-// The functions of hit_json.h as lines. `invalid`: the bad rays, or null.
+// Line forms of the functions of hit_json.h. `invalid`: the rays that are marked as invalid, or
+// null.
 
-/// {"t":5,"triangle":12} or null
+/// Lines like {"t":5,"triangle":12}, or null for a miss.
 std::string encode_hit_lines(const HitBatch& hits, std::span<const HitDetail> details,
                              const HitTerms& terms, FieldSet fields, const InvalidRays* invalid);
-/// {"total":2,"hits":[{"t":5},{"t":6}]}
+/// Lines like {"total":2,"hits":[{"t":5},{"t":6}]}.
 std::string encode_hit_list_lines(const HitLists& lists, std::span<const std::uint64_t> totals,
                                   std::span<const HitDetail> details, const HitTerms& terms,
                                   FieldSet fields, const InvalidRays* invalid);
-/// 2
+/// Lines like 2.
 std::string encode_count_lines(std::span<const std::uint64_t> counts, const InvalidRays* invalid);
-/// true
+/// Lines like true.
 std::string encode_occlusion_lines(std::span<const std::uint8_t> occluded,
                                    const InvalidRays* invalid);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Appends several parts of a JSON text in one call.
+/// write(): appends several parts of a JSON text in one call.
 
 #include <string_view>
 #include <type_traits>
@@ -8,7 +8,7 @@
 
 namespace sightline {
 
-/// Writes the parts in their order: text that is JSON already, numbers, booleans, and vectors as
+/// Writes the parts in order: text that is JSON already, numbers, booleans, and vectors as
 /// "[x,y,z]".
 template <class... Parts>
 void write(JsonWriter& out, const Parts&... parts) {

@@ -1,5 +1,5 @@
 #pragma once
-/// JSON pointers [RFC6901]: the place of a fault in a client's body.
+/// JsonPointer [RFC6901]: the place of an error in a client's body.
 
 #include <cstddef>
 #include <string>
@@ -7,12 +7,14 @@
 
 namespace sightline {
 
-/// "/rays/17/direction" is JsonPointer().key("rays").index(17).key("direction").text().
+/// Builds a pointer: JsonPointer().key("rays").index(17).key("direction").text() is
+/// "/rays/17/direction".
 class JsonPointer {
  public:
-  /// `name` is any text; '~' and '/' are escaped. Names longer than 128 bytes are cut at a
-  /// character, so that a hostile key does not become a huge answer.
+  /// Appends a member. `name` is any text; '~' and '/' are escaped. A name above 128 bytes is cut
+  /// at a character, so that a hostile key does not become a huge answer.
   JsonPointer& key(std::string_view name);
+  /// Appends an element of an array.
   JsonPointer& index(std::size_t number);
   const std::string& text() const { return text_; }
 
@@ -20,7 +22,7 @@ class JsonPointer {
   std::string text_;
 };
 
-/// The first `bytes` bytes of UTF-8 text, cut before a character that would not fit whole.
+/// The first `bytes` bytes of UTF-8 text, or fewer if a character would be cut.
 std::string_view cut_utf8(std::string_view text, std::size_t bytes);
 
 }  // namespace sightline

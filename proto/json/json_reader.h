@@ -1,8 +1,8 @@
 #pragma once
-/// The common part of the readers of JSON bodies: strictness, and errors that name the place. For
-/// the files of this room that read with simdjson, and no others.
+/// JsonReader: the common part of the readers of JSON bodies. It is strict, and its errors name the
+/// place. For files of this room that use simdjson.
 
-// Checks of the end of the text inside the parser as well: this room trusts no body.
+// Lets the parser check the end of the text as well, because bodies are not trusted.
 #define SIMDJSON_CHECK_EOF 1
 #include <simdjson.h>
 
@@ -17,11 +17,12 @@
 
 namespace sightline {
 
-/// Capacity behind its end that a body needs, because the parser reads in blocks.
+/// The bytes of capacity that must follow a body, because the parser reads in blocks.
 inline constexpr std::size_t kJsonPadding = 64;
 static_assert(kJsonPadding >= simdjson::SIMDJSON_PADDING);
 
-/// Every read_... returns false after it has filled error(); nothing is read then.
+/// Each read_ function returns false if there is an error, which error() then returns; its output
+/// parameters are not set then.
 class JsonReader {
  public:
   using Value = simdjson::ondemand::value;
@@ -33,38 +34,44 @@ class JsonReader {
   template <class ReadObject>
   bool read_body(std::string& body, ReadObject read_object);
 
-  /// Reads `text` as one value: calls read_value(value). The parser may read up to `capacity` bytes
-  /// from the beginning of `text`.
+  /// Reads `text` as one value: calls read_value(value), which returns a bool. The parser may read
+  /// up to `capacity` bytes from the beginning of `text`.
   template <class Place, class ReadValue>
   bool read_one(simdjson::ondemand::parser& parser, std::string_view text, std::size_t capacity,
                 Place place, ReadValue read_value);
 
-  // Single values. `place` makes the pointer, and is only called when there is something to say.
+  // Functions that read one value. place() returns the pointer, and is only called for an error.
   template <class Place>
   bool read_number(Value value, double& out, Place place);
-  /// null stands for `if_null`.
+  /// Reads a number; null gives `if_null`.
   template <class Place>
   bool read_number_or_null(Value value, double if_null, double& out, Place place);
   bool read_boolean(Value value, bool& out, const JsonPointer& place);
+  /// Reads an integer from 0 to `most`.
   bool read_count(Value value, std::uint64_t most, std::uint64_t& out, const JsonPointer& place);
-  /// Milliseconds, at most a day of them.
+  /// Reads a number of milliseconds, at most a day.
   bool read_timeout(Value value, std::optional<std::uint64_t>& out, const JsonPointer& place);
-  /// One of a few words; `which` is its index.
+  /// Reads one of `words`; `which` is set to its index.
   bool read_word(Value value, std::span<const std::string_view> words, std::size_t& which,
                  const JsonPointer& place);
-  /// Calls read_element(index, value) for each; it may not read more than once.
+  /// Calls read_element(index, value) for each element. read_element may read its value once only.
+  /// `expected` names the array in errors.
   template <class ReadElement>
   bool read_array(Value value, std::string_view expected, const JsonPointer& place,
                   ReadElement read_element);
 
-  /// `known`: the bits of those of `keys` that may stand here.
+  /// Reads the key of a member. `known` has a bit for each of `keys` that is allowed here; `which`
+  /// is set to the index of the key.
   bool read_key(Field& field, std::span<const std::string_view> keys, unsigned known,
                 const JsonPointer& parent, std::size_t& which);
+  /// Sets `bit` in `seen`. If it is set already, the key is duplicate, which is an error.
   bool mark_seen(unsigned bit, unsigned& seen, const JsonPointer& place);
-  /// False, with MEMORY_FULL, BODY_TOO_LARGE or JSON_MALFORMED, unless the parser was content.
+  /// Returns true if the parser reports success. Otherwise the error is MEMORY_FULL, BODY_TOO_LARGE
+  /// or JSON_MALFORMED.
   template <class Place>
   bool check_end(simdjson::error_code code, Place place);
 
+  /// Sets the error and returns false.
   bool fail(ErrorKind kind, std::string_view code, std::string message, const JsonPointer& place) {
     error_ = Error{kind, std::string(code), std::move(message), place.text()};
     return false;
@@ -75,15 +82,15 @@ class JsonReader {
   bool malformed(const JsonPointer& place, std::string message) {
     return fail(ErrorKind::kMalformed, "JSON_MALFORMED", std::move(message), place);
   }
-  /// Says why `value` is not what was expected there.
+  /// Sets an error that tells why `value` is not `expected`. Returns false.
   bool wrong(Value value, const JsonPointer& place, std::string_view expected);
 
   const Error& error() const { return error_; }
 
  private:
-  /// False, and nothing in error(), for what is not a number of float64.
+  /// Returns false, without setting the error, if `value` is not a number of float64.
   static bool read_float64(Value value, double& out) {
-    // "0." and 20 digits: fewer bytes cannot be a number that the library reads wrongly.
+    // "0." and 20 digits. simdjson may read a longer number wrongly, and never a shorter one.
     constexpr std::size_t kLong = 22;
     const std::string_view token = value.raw_json_token();
     if (value.get_double().get(out) != simdjson::SUCCESS) return false;
@@ -93,9 +100,10 @@ class JsonReader {
   static void read_long_fraction(std::string_view token, double& out);
   bool is_null(Value value);
   bool fail_parse(simdjson::error_code code, const JsonPointer& place);
-  /// Whether `text` begins with a byte order mark. simdjson 3.12 (Debian 13) skips it, 3.0 does not.
+  /// True if `text` begins with a byte order mark. simdjson 3.12 (Debian 13) skips it, 3.0 does
+  /// not.
   static bool begins_with_mark(std::string_view text) { return text.starts_with("\xef\xbb\xbf"); }
-  /// Whether an object or an array that begins `text` may end there too.
+  /// False if `text` begins an object or an array, and does not end with a closing bracket.
   static bool has_last_bracket(std::string_view text);
   bool fail_document(simdjson::ondemand::document& document, simdjson::error_code code);
 
@@ -133,7 +141,8 @@ bool JsonReader::read_one(simdjson::ondemand::parser& parser, std::string_view t
   if (const auto code = parser.iterate(padded).get(document); code != simdjson::SUCCESS) {
     return fail_parse(code, place());
   }
-  // The parser knows this of a whole document, and walks past the end of a value that has none.
+  // The parser checks this for a whole document only, and would read beyond the end of such a
+  // value.
   if (!has_last_bracket(text)) {
     return fail_parse(simdjson::INCOMPLETE_ARRAY_OR_OBJECT, place());
   }
@@ -158,7 +167,7 @@ template <class Place>
 bool JsonReader::read_number_or_null(Value value, double if_null, double& out, Place place) {
   if (read_float64(value, out)) return true;
   if (is_null(value)) {
-    // The try has stepped over the token already.
+    // The attempt above has already consumed the token.
     out = if_null;
     return true;
   }

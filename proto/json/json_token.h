@@ -1,23 +1,23 @@
 #pragma once
-/// Single tokens of JSON text, to say what stands where something else was expected.
+/// Classifies single tokens of JSON text, for error messages.
 
 #include <string_view>
 
 namespace sightline {
 
-/// A name for the kind of a token, for messages: "found a string".
+/// The kind of a token, for messages: "a string" in "found a string".
 std::string_view token_kind(std::string_view token);
 
-/// Without the white space at its end.
+/// The token without white space at its end.
 std::string_view trim(std::string_view token);
 
-/// number = [ "-" ] int [ frac ] [ exp ], RFC 8259 section 6.
+/// True if the text is a number by RFC 8259, section 6: [ "-" ] int [ frac ] [ exp ].
 bool is_json_number(std::string_view text);
 
-/// Whether a value of JSON begins with this token.
+/// True if a JSON value can begin with this token.
 bool looks_like_json(std::string_view token);
 
-/// The ways in which programs write what JSON cannot say.
+/// True if the text is a common spelling of NaN or infinity, which JSON does not have.
 bool is_non_finite_word(std::string_view text);
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-/// The cursor of a list that continues: a text that a client returns as it received it.
+/// ListCursor: where a list continues. Clients receive it as a text, and return it unchanged.
 
 #include <cstdint>
 #include <optional>
@@ -8,15 +8,18 @@
 
 namespace sightline {
 
+/// The contents of a cursor.
 struct ListCursor {
-  std::uint64_t revision = 0;  ///< of the scene that was asked
-  std::uint64_t question = 0;  ///< BoxQuery::questions: the shape and the mode
+  std::uint64_t revision = 0;  ///< of the scene that was queried
+  /// an element of BoxQuery::questions: hash of the shape and the mode
+  std::uint64_t question = 0;
   bool of_nodes = false;
-  std::uint64_t from = 0;  ///< list_place (core/query/box_answers.h); 0: no cursor
+  /// place of the next item (list_place in core/query/box_answers.h); 0: no cursor
+  std::uint64_t from = 0;
 };
 
 std::string encode_cursor(const ListCursor& cursor);
-/// Empty for a text that encode_cursor never made.
+/// Empty if the text is not a result of encode_cursor.
 std::optional<ListCursor> decode_cursor(std::string_view text);
 
 }  // namespace sightline

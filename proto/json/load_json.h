@@ -1,5 +1,5 @@
 #pragma once
-/// The body of POST /v1/scenes: which scene to load, and from where.
+/// Decodes the body of POST /v1/scenes: which scene to load, and from where.
 ///
 ///   {"id":"house","source":{"path":"town/house.glb"},"options":{"scene":1}}
 ///   {"id":"house","source":{"url":"https://example.org/house.glb","sha256":"9f86..."}}
@@ -13,17 +13,18 @@
 
 namespace sightline {
 
+/// A decoded body. The texts are not checked further.
 struct LoadRequest {
-  std::string id;      ///< any text: whether it is a name is not decided here
-  std::string path;    ///< any text; empty: there is a url
-  std::string url;     ///< any text; empty: there is a path
-  std::string sha256;  ///< 64 lower-case hexadecimal digits, or empty
-  std::optional<std::uint32_t> scene;
+  std::string id;                      ///< name of the scene; may be invalid
+  std::string path;                    ///< empty if there is a url
+  std::string url;                     ///< empty if there is a path
+  std::string sha256;                  ///< 64 lower-case hexadecimal digits, or empty
+  std::optional<std::uint32_t> scene;  ///< index of the chosen scene of the file
 };
 
-/// Errors, with a pointer: JSON_MALFORMED, TYPE_WRONG, KEY_MISSING, KEY_UNKNOWN, KEY_DUPLICATE,
-/// KEYS_MIXED (path and url), NUMBER_OUT_OF_RANGE, VALUE_UNKNOWN (a hash that is none, an empty
-/// path or url).
+/// Decodes a body. Errors, with a pointer: JSON_MALFORMED, TYPE_WRONG, KEY_MISSING, KEY_UNKNOWN,
+/// KEY_DUPLICATE, KEYS_MIXED (path and url), NUMBER_OUT_OF_RANGE, VALUE_UNKNOWN (an invalid hash;
+/// an empty path or url).
 Result<LoadRequest> decode_load_request(std::string_view body);
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-/// The body of PATCH /v1/scenes/{id}/nodes/{node}: what is to be different about a node.
+/// Decodes the body of PATCH /v1/scenes/{id}/nodes/{node}: how a node is to be changed.
 ///
 ///   {"translation":[0,4,0],"rotation":[0,0,0,1],"scale":[1,1,1]}
 ///   {"matrix":[1,0,0,0, 0,1,0,0, 0,0,1,0, 0,4,0,1],"hidden":false}
@@ -13,20 +13,21 @@
 
 namespace sightline {
 
-/// A node's transform as in glTF: a matrix of 16 numbers column by column, or 3, 4 and 3 of the
-/// others. An empty member was not given.
+/// A change of a node. A transform is as in glTF: `matrix` has 16 numbers, column by column; or
+/// translation, rotation and scale have 3, 4 and 3. An empty member was not given.
 struct NodePatch {
   std::vector<double> matrix, translation, rotation, scale;
   std::optional<bool> hidden;
   std::optional<std::uint32_t> mask;
 
+  /// True if the change has a transform.
   bool moves() const {
     return !matrix.empty() || !translation.empty() || !rotation.empty() || !scale.empty();
   }
 };
 
-/// Errors, with a pointer: JSON_MALFORMED, TYPE_WRONG, KEY_MISSING (nothing is to be different),
-/// KEY_UNKNOWN, KEY_DUPLICATE, KEYS_MIXED (a matrix and others), LENGTH_WRONG,
+/// Decodes a body. Errors, with a pointer: JSON_MALFORMED, TYPE_WRONG, KEY_MISSING (no member at
+/// all), KEY_UNKNOWN, KEY_DUPLICATE, KEYS_MIXED (a matrix and other members), LENGTH_WRONG,
 /// NUMBER_OUT_OF_RANGE.
 Result<NodePatch> decode_node_patch(std::string_view body);
 

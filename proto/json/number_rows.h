@@ -1,6 +1,6 @@
 #pragma once
-/// Short rows of numbers in a JSON body: vectors, quaternions, planes. For the files of this room
-/// that read with simdjson, and no others.
+/// Reads short arrays of numbers from a JSON body: vectors, quaternions, planes. For files of this
+/// room that use simdjson.
 
 #include <optional>
 
@@ -9,14 +9,14 @@
 
 namespace sightline {
 
-/// Reads exactly `count` numbers, three or four, to `out`; null stands for `open`, if given.
-/// Returns false after the reader has its error.
+/// Reads exactly `count` numbers, three or four, to `out`; null gives `open`, if that is given.
+/// Returns false if the reader has an error.
 bool read_numbers(JsonReader& reader, JsonReader::Value value, const JsonPointer& place,
                   double* out, int count, std::optional<double> open = std::nullopt);
 
 inline Vec3d vector_of(const double* v) { return {v[0], v[1], v[2]}; }
 
-/// Three of them.
+/// Reads three numbers.
 bool read_vector(JsonReader& reader, JsonReader::Value value, const JsonPointer& place, Vec3d& out);
 
 }  // namespace sightline

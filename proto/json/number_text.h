@@ -1,5 +1,6 @@
 #pragma once
-/// Numbers as text: byte for byte what std::to_chars writes, most of them in a third of its time.
+/// Writes numbers as text. The bytes are those of std::to_chars; most numbers take a third of its
+/// time.
 
 #include <bit>
 #include <cstddef>
@@ -8,28 +9,31 @@
 
 namespace sightline {
 
-/// The longest of them: "-1.7976931348623157e+308".
+/// The length of the longest number: "-1.7976931348623157e+308".
 inline constexpr std::size_t kLongestNumber = 24;
-/// The bytes that must be writable where a number is written. Bytes behind the number are
+/// The number of bytes that must be writable where a number is written. Bytes after the number are
 /// overwritten.
 inline constexpr std::size_t kNumberRoom = 40;
 
-/// The shortest text that reads back as the same float64, of several the nearest. Returns its end.
-/// Precondition: `value` is finite.
+/// Writes the shortest text from which the same float64 is read; of several, the nearest. Returns
+/// its end. Precondition: `value` is finite.
 char* write_float64(char* out, double value);
 
-/// A number for JSON. -0.0 is "-0.0", because many readers take "-0" for an integer and lose the
-/// sign. NaN and infinities, which JSON does not have, are "null".
+/// Writes a number for JSON. -0.0 becomes "-0.0", because many readers take "-0" for an integer and
+/// lose the sign. NaN and infinity, which JSON does not have, become "null".
 char* write_json_number(char* out, double value);
 
+/// The largest integer that short_integer writes.
 inline constexpr std::uint32_t kLongestShort = 99'999'999;
-/// Writes an integer with more digits.
+/// Writes an integer with more digits than short_integer can.
 char* write_long_integer(char* out, std::uint64_t value);
 
-/// The digits of such a number as bytes 0 to 9, the first one lowest. Precondition: value < 10^8.
+/// The eight digits of a number as bytes 0 to 9, the first digit in the lowest byte. Precondition:
+/// value < 10^8.
 inline std::uint64_t eight_digits(std::uint32_t value) {
   static_assert(std::endian::native == std::endian::little, "the first digit is the lowest byte");
-  // x / 100 and x / 10 in lanes of 32 and 16 bits, exact for the four and two digits there.
+  // Divisions by 100 and by 10 in lanes of 32 and 16 bits, which are exact for numbers of four and
+  // two digits.
   const std::uint64_t fours = value / 10000 | std::uint64_t{value % 10000} << 32;
   const std::uint64_t hundreds = (fours * 10486 >> 20) & 0x0000007f0000007fu;
   const std::uint64_t twos = hundreds | (fours - hundreds * 100) << 16;
@@ -37,7 +41,7 @@ inline std::uint64_t eight_digits(std::uint32_t value) {
   return tens | (twos - tens * 10) << 8;
 }
 
-/// At most eight characters, the first one lowest, and zeros.
+/// At most eight characters, the first in the lowest byte, followed by zeros.
 struct ShortText {
   std::uint64_t bytes = 0;
   unsigned size = 0;
@@ -48,7 +52,7 @@ struct ShortText {
   }
 };
 
-/// Precondition: value < 10^8.
+/// The digits of an integer as text. Precondition: value < 10^8.
 inline ShortText short_integer(std::uint32_t value) {
   constexpr std::uint64_t kLastDigit = std::uint64_t{1} << 56, kTextOfZeros = 0x3030303030303030u;
   const std::uint64_t digits = eight_digits(value);
@@ -61,7 +65,7 @@ inline char* write_integer(char* out, std::uint64_t value) {
   return short_integer(static_cast<std::uint32_t>(value)).write(out);
 }
 
-/// Writes an integer, or `instead` for one value. The choice costs no branch.
+/// Writes an integer, or `instead` if it equals `nothing`. The choice needs no branch.
 inline char* write_integer_or(char* out, std::uint32_t value, std::uint32_t nothing,
                               ShortText instead) {
   const bool is_nothing = value == nothing;

@@ -1,5 +1,5 @@
 #pragma once
-/// Numbers of JSON as nearly everybody writes them, several digits at a time.
+/// Reads JSON numbers in their usual form, several digits at a time.
 
 #include <fast_float/fast_float.h>
 
@@ -9,32 +9,34 @@
 
 namespace sightline {
 
-/// The bytes that must be readable behind a text that is scanned, after a byte that is not a digit.
+/// The number of bytes that must be readable after a scanned text; the first of them is not a
+/// digit.
 inline constexpr std::size_t kPlainPadding = 32;
 
 namespace plain {
 
 static_assert(std::endian::native == std::endian::little, "the first digit is the lowest byte");
 
-/// Eight bytes, of which digits are 0 to 9.
+/// Eight bytes of text; digits become 0 to 9.
 inline std::uint64_t values_at(const char* at) {
   std::uint64_t bytes = 0;
   std::memcpy(&bytes, at, sizeof bytes);
   return bytes ^ 0x3030303030303030u;
 }
 
-/// The highest bit of the first byte that is no digit, and of others behind it.
+/// Marks the bytes that are not digits by their highest bit. Only the first mark is certain: marks
+/// of later bytes may be wrong.
 inline std::uint64_t others_of(std::uint64_t values) {
-  // A byte beyond 9 sets its highest bit; what it carries into goes no digit before it.
+  // Adding sets the highest bit of a byte above 9. A carry reaches only later bytes.
   return ((values + 0x7676767676767676u) | values) & 0x8080808080808080u;
 }
 
-/// How many bytes come before the first of `others`, which there is.
+/// The number of bytes before the first marked one. Precondition: there is a mark.
 inline unsigned bytes_before(std::uint64_t others) {
   return static_cast<unsigned>(std::countr_zero(others)) / 8;
 }
 
-/// The number that eight digits are.
+/// The number of eight digits.
 [[gnu::always_inline]] inline std::uint64_t value_of(std::uint64_t values) {
   constexpr std::uint64_t kPairs = 10, kTwoPairs = 100, kFourPairs = 10000;
   std::uint64_t v = values;
@@ -43,7 +45,7 @@ inline unsigned bytes_before(std::uint64_t others) {
   return (v * kFourPairs + (v >> 32)) & 0xffffffffu;
 }
 
-/// The first `count` of eight digits, behind zeros.
+/// The first `count` of eight digits, with zeros before them.
 inline std::uint64_t first_digits(std::uint64_t values, unsigned count) {
   // Two shifts, because a shift by 64 is not defined.
   return values << (4 * (8 - count)) << (4 * (8 - count));
@@ -52,7 +54,7 @@ inline std::uint64_t first_digits(std::uint64_t values, unsigned count) {
 inline constexpr std::uint64_t kPowers[] = {1,      10,      100,      1000,     10000,
                                             100000, 1000000, 10000000, 100000000};
 
-/// Digits from `at` on are appended to `value`, which may overflow. Returns how many.
+/// Appends the digits from `at` on to `value`, which may overflow. Returns their number.
 inline unsigned append_digits(const char*& at, std::uint64_t& value) {
   unsigned all = 0;
   for (;;) {
@@ -66,21 +68,22 @@ inline unsigned append_digits(const char*& at, std::uint64_t& value) {
   }
 }
 
-/// How many of `digits` digits, with a point somewhere among them, are more than zeros in front.
+/// The number of digits without leading zeros, for a text of `digits` digits that may contain a
+/// point.
 inline unsigned significant_digits(const char* at, unsigned digits) {
   for (; *at == '0' || *at == '.'; ++at) digits -= *at == '0' ? 1 : 0;
   return digits;
 }
 
-/// A number without its sign: significand * 10^exponent.
+/// A decimal number without its sign: significand * 10^exponent.
 struct Decimal {
   std::uint64_t significand = 0;
   std::int64_t exponent = 0;
 };
 
-/// The nearest float64. False where that cannot be told, or overflows.
+/// Sets `out` to the nearest float64. Returns false if it cannot be determined, or overflows.
 inline bool nearest_float64(const Decimal& decimal, bool negative, double& out) {
-  // [Lemire2021]: exact for 19 digits, or it says that it cannot tell.
+  // [Lemire2021]: exact for 19 digits, or it reports that it cannot decide.
   using Float64 = fast_float::binary_format<double>;
   std::uint64_t bits = 0;
   if (decimal.significand != 0) {
@@ -94,10 +97,10 @@ inline bool nearest_float64(const Decimal& decimal, bool negative, double& out) 
   return true;
 }
 
-/// nearest_of_19_digits for exponents of -18 to -12. Inside that range float64 neither overflows
-/// nor underflows, and no number lies halfway between two float64 numbers: by [Lemire2021] that
-/// takes an exponent of at least -4. False also for zero, and where more than the first 64 bits of
-/// the power matter.
+/// nearest_float64 for exponents of -18 to -12. In that range float64 neither overflows nor
+/// underflows, and no number is halfway between two float64 numbers: by [Lemire2021] that needs an
+/// exponent of at least -4. Also returns false for zero, and if more than the first 64 bits of the
+/// power of five matter.
 [[gnu::always_inline]] inline bool nearest_of_19_digits(const Decimal& decimal, bool negative,
                                                         double& out) {
   using Float64 = fast_float::binary_format<double>;
@@ -114,29 +117,29 @@ inline bool nearest_float64(const Decimal& decimal, bool negative, double& out) 
   const std::uint64_t mantissa = product.high >> (more + 64 - kMantissaBits - 3);
   const int exponent =
       fast_float::detail::power(power) + more - zeros - Float64::minimum_exponent();
-  // The first bit of the mantissa is left out of a float64, and what rounding carries over goes
-  // into the exponent.
+  // The first bit of the mantissa is implicit in a float64, and a carry of the rounding increments
+  // the exponent.
   const std::uint64_t bits = (static_cast<std::uint64_t>(exponent - 1) << kMantissaBits) +
                              ((mantissa + (mantissa & 1)) >> 1);
   out = std::bit_cast<double>(bits | static_cast<std::uint64_t>(negative) << 63);
   return true;
 }
 
-/// The bytes before the first of `others`, all where there is none.
+/// A mask of the bytes before the first marked one; all bytes if there is no mark.
 inline std::uint64_t bytes_kept(std::uint64_t others) {
   return ((others & (~others + 1)) >> 7) - 1;
 }
 
-/// Most numbers that float64 are printed as, without a sign: a point among the first eight bytes,
-/// at most 19 digits. Zeros behind them make it 19, so that all are read alike. Where the number
-/// ends is known before any digit is worth something: the next one need not wait for this one.
-/// Returns the place behind it, or null for others.
+/// Reads a decimal in the form in which most float64 numbers are printed, without a sign: a point
+/// among the first eight bytes, at most 19 digits. Appends zeros up to 19 digits, so that all are
+/// converted alike. The end of the number is known before its value, so the next number need not
+/// wait. Returns the end, or null for other forms.
 [[gnu::always_inline]] inline const char* scan_usual_decimal(const char* at, Decimal& out) {
   constexpr unsigned kDigits = 19;
   const std::uint64_t begin = values_at(at), others = others_of(begin);
   const unsigned point = others == 0 ? 0 : bytes_before(others);
   if (point == 0 || at[point] != '.' || (point > 1 && *at == '0')) return nullptr;
-  // Digits behind the point move to where it was.
+  // Digits after the point move one byte forward, to the place of the point.
   const std::uint64_t whole = bytes_kept(others);
   std::uint64_t first = (begin & whole) | (values_at(at + 1) & ~whole), second = 0, third = 0;
   unsigned digits = 0;
@@ -160,7 +163,8 @@ inline std::uint64_t bytes_kept(std::uint64_t others) {
   return at + digits + 1;
 }
 
-/// Any plain number, sign and all; returns as scan_usual_decimal.
+/// Reads a number in any JSON form, with its sign. Returns its end, or null if the slow reader must
+/// decide.
 [[gnu::noinline]] inline const char* scan_any_number(const char* at, double& out) {
   constexpr unsigned kMostDigits = 19, kMostExponentDigits = 4;
   const bool negative = *at == '-';
@@ -190,9 +194,9 @@ inline std::uint64_t bytes_kept(std::uint64_t others) {
 
 }  // namespace plain
 
-/// Reads the number at `at` as the nearest float64 and moves `at` behind it. False, without moving
-/// `at`, where the slow reader must decide: text that is not a JSON number, more than 19
-/// significant digits, overflow.
+/// Reads the number at `at` as the nearest float64 and moves `at` to its end. Returns false,
+/// without moving `at`, if the slow reader must decide: the text is not a JSON number, has more
+/// than 19 significant digits, or overflows.
 [[gnu::always_inline]] inline bool scan_plain_number(const char*& at, double& out) {
   const bool negative = *at == '-';
   plain::Decimal decimal;

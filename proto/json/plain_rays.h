@@ -1,9 +1,9 @@
 #pragma once
-/// Rays of JSON as nearly everybody writes them, read straight from the text: numbers, the keys of
-/// a ray without escapes, blanks anywhere.
+/// Reads rays from JSON text in its usual form: numbers, keys without escapes, white space
+/// anywhere. It is a fast path; other text is left to JsonReader.
 ///
-/// Precondition of all: behind the text stands a byte that is no digit, and kPlainPadding bytes can
-/// be read.
+/// Preconditions: the byte after the text is not a digit, and kPlainPadding bytes after the text
+/// are readable.
 
 #include <cstddef>
 #include <string>
@@ -13,21 +13,21 @@
 
 namespace sightline {
 
-/// Reads the object at `at` and moves it behind the end; a row without limits leaves those of `ray`
-/// as they are. False, with `at` and `ray` anywhere, for all that is written otherwise or is wrong:
-/// a slower reader then says what it is.
+/// Reads the object at `at` and moves `at` to its end. Limits that the object does not have stay
+/// unchanged in `ray`. Returns false, with `at` and `ray` unspecified, for other forms and for
+/// errors; the slow reader then reports the error.
 bool scan_plain_ray(const char*& at, Ray& ray);
 
 /// The large arrays of a body of rays.
 struct PlainArrays {
   bool has_rays = false, has_origins = false, has_directions = false;
-  RayBatch rays;     ///< of `has_rays` all columns, else those that are there
-  std::string rest;  ///< the body with empty arrays in their place
+  RayBatch rays;     ///< with has_rays all columns, else those of the arrays present
+  std::string rest;  ///< the body with empty arrays instead
 };
 
-/// Takes "rays", "origins" and "directions" out of a body where all of them that it has are plain
-/// and have at most `most` rays. False, with `arrays` anywhere, where there are none, or another
-/// reader is needed for them.
+/// Reads "rays", "origins" and "directions" from a body, if all that are present have the usual
+/// form and at most `most` rays. Returns false, with `arrays` unspecified, if there are none, or if
+/// the slow reader must read them.
 bool take_plain_arrays(std::string_view body, std::size_t most, double default_tmin,
                        PlainArrays& arrays);
 

@@ -1,6 +1,5 @@
 #pragma once
-/// Points in a JSON body: [[x,y,z],...]. For the files of this room that read with simdjson, and no
-/// others.
+/// Reads points from a JSON body: [[x,y,z],...]. For files of this room that use simdjson.
 
 #include <string>
 
@@ -9,8 +8,8 @@
 
 namespace sightline {
 
-/// Appends to `points`, a container of Vec3d. After `most` points it calls too_many(place) and
-/// returns its answer. Returns false if the reader has an error.
+/// Appends the points to `points`, a container of Vec3d. If there are more than `most`, calls
+/// too_many(place) and returns its result. Returns false if the reader has an error.
 template <class Points, class TooMany>
 bool read_points(JsonReader& reader, JsonReader::Value value, const JsonPointer& place,
                  std::size_t most, Points& points, TooMany too_many) {

@@ -1,5 +1,5 @@
 #pragma once
-/// Rays as an answer: what a generator makes, to be read by people or sent back.
+/// Encodes generated rays as an answer, which a client can read or send back as a request.
 
 #include <string>
 
@@ -7,10 +7,10 @@
 
 namespace sightline {
 
-/// {"origins":[x,y,z,...],"directions":[...],"tmin":[...],"tmax":[...]}, null for no tmax: a body
-/// that decode_rays reads as the same rays.
+/// Encodes {"origins":[x,y,z,...],"directions":[...],"tmin":[...],"tmax":[...]}, with null for an
+/// infinite tmax. decode_rays reads the same rays from it.
 std::string encode_ray_columns(const RayBatch& rays);
-/// The rays as a body for decode_rays_binary, in float64.
+/// Encodes the rays as a body for decode_rays_binary, in float64.
 std::string encode_rays_binary(const RayBatch& rays);
 
 }  // namespace sightline

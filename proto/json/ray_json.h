@@ -1,27 +1,29 @@
 #pragma once
-/// Rays as JSON, strictly: every accepted body has exactly one meaning. Everything else is an Error
-/// with a JSON pointer to the place.
+/// Decodes rays from JSON, strictly: every accepted body has exactly one meaning. All other bodies
+/// are an Error with a JSON pointer to the place.
 ///
 ///   rows     {"rays":[{"origin":[x,y,z],"direction":[x,y,z],"tmin":0,"tmax":10}],"fields":["t"]}
 ///   columns  {"origins":[x,y,z,...],"directions":[x,y,z,...],"tmin":[...],"tmax":[...],"fields":..}
-///   made     {"generator":{"kind":"pinhole",...}}, see generator_json.h; the answer has columns
+///   generated  {"generator":{"kind":"pinhole",...}}, see generator_json.h; the answer has columns
 ///
-/// Keys come in any order. tmin, tmax and fields may be left out; null as a tmax means no limit.
-/// Numbers become the nearest float64: -0.0, denormals and 17 digits survive.
+/// Keys may be in any order. tmin, tmax and fields are optional; a null tmax means no limit.
+/// Numbers become the nearest float64, so -0.0, subnormal numbers and 17 digits are retained.
 ///
 ///   cull              "none", "back", "front" or "material"
-///   include, exclude  {"nodes":[3],"names":["tree*"],"materials":["leaves"]}, any of the three: see
+///   include, exclude  {"nodes":[3],"names":["tree*"],"materials":["leaves"]}, any of the three:
+///   see
 ///                     core/query/hit_filter.h
-///   mask, masks       5 for all rays, [1,4,...] as a column, "mask" in a row: what has no bit in
-///                     common does not count
-///   on_invalid        "refuse" or "mark": the effect of a bad ray on the others
+///   mask, masks       5 for all rays; [1,4,...] as a column; "mask" in a row. A node counts only
+///   if its
+///                     mask shares a bit with that of the ray
+///   on_invalid        "refuse": an invalid ray is an error; "mark": only that ray is not answered
 ///   strict            true: an entry of include or exclude that matches nothing is an error
-///   work              true: the answer has its cost
+///   work              true: the answer contains its cost
 ///   image             "depth", "node", "normal" or "visits", with "image_unit": 0.001: hit_image.h
-///   normalize         true: tmin, tmax and the t of the answer count in scene units
+///   normalize         true: tmin, tmax and the t of the answer are in scene units
 ///   explain           true, for a single ray: the boxes and triangles that it was tested with
-///   crossings         "every" or "once", where hits are listed or counted
-///   max_hits          1000, for each ray, where hits are listed
+///   crossings         "every" or "once", if hits are listed or counted
+///   max_hits          1000, for each ray, if hits are listed
 
 #include <cstddef>
 #include <cstdint>
@@ -40,61 +42,66 @@
 
 namespace sightline {
 
+/// What a body may contain.
 struct RayJsonRules {
   std::size_t max_rays = 10'000'000;
-  /// Whether the answer has fields to choose from; without, the key "fields" is unknown.
+  /// False: the answer has no fields to choose from, so the key "fields" is unknown.
   bool has_fields = true;
-  /// Without, the body has options only.
+  /// False: the body has options only.
   bool has_rays = true;
   FieldSet default_fields = kDefaultHitFields;
   FieldSet known_fields = kAllHitFields;
-  /// Whether the body may have the keys of rays through a scene: "normalize", "cull", "include",
+  /// True: the body may have the keys of rays through a scene: "normalize", "cull", "include",
   /// "exclude", "on_invalid", "work", "strict", "timeout_ms".
   bool has_scene = true;
-  /// Whether "timeout_ms" may stand there without a scene too.
+  /// True: "timeout_ms" is allowed without has_scene too.
   bool has_timeout = false;
-  /// Whether "normalize" and "on_invalid" are among them.
+  /// False: "normalize" and "on_invalid" are not allowed.
   bool has_marks = true;
   bool has_generator = true;
   bool has_culling = true;
   bool has_explain = false;
-  bool has_image = false;    ///< "image" and "image_unit"
-  bool has_returns = false;  ///< whether a generator may ask for several
+  bool has_image = false;    ///< true: "image" and "image_unit" are allowed
+  bool has_returns = false;  ///< true: a generator may have several returns
   FindCamera find_camera = {};
-  /// Whether the body may have "crossings" and "max_hits".
+  /// True: "crossings" (or "max_hits") is allowed.
   bool has_crossings = false;
   bool has_max_hits = false;
   std::uint64_t max_hits = 10'000'000;  ///< the largest max_hits that is accepted
-  /// Called before so many rays are made of a generator, or poses are stored for it; its error is
-  /// the answer. Empty: all are allowed.
+  /// Called before a generator makes `rays` rays or stores poses; its error becomes the answer.
+  /// Empty: every number is admitted.
   std::function<Status(std::uint64_t rays)> admit_made = {};
 };
 
+/// A decoded body.
 struct RayQuery {
   RayBatch rays;  ///< checked by check_rays
   FieldSet fields = kDefaultHitFields;
   AnswerLayout layout = AnswerLayout::kRows;
   Crossings crossings = Crossings::kEvery;
-  /// Limits came in scene units (they are limits of t here), and t is to be answered so.
+  /// Limits were in scene units (they are converted to t here), and the t of the answer is to be in
+  /// scene units.
   bool normalize = false;
   HitFilter filter;
-  bool marks_invalid = false;  ///< "on_invalid":"mark": bad rays miss, and are named in `invalid`
+  /// "on_invalid":"mark": invalid rays are misses, and are listed in `invalid`
+  bool marks_invalid = false;
   InvalidRays invalid;
-  bool wants_work = false;
-  bool strict = false;  ///< a part of the filter that matches nothing is an error
-  std::optional<std::uint64_t> timeout_ms;  ///< the answer may take no longer
-  bool wants_explanation = false;           ///< of its one ray
-  std::optional<HitImage> image;            ///< with the pixels of the generator
-  bool chose_fields = false;                ///< else they are the default
-  std::uint64_t returns = 1;                ///< how many slots the answer has for each ray
-  std::uint64_t max_hits = 1000;  ///< of each ray; may be more than the rules' when left out
+  bool wants_work = false;  ///< the answer contains its cost
+  bool strict = false;      ///< an entry of the filter that matches nothing is an error
+  std::optional<std::uint64_t> timeout_ms;  ///< the client's limit of the time for the answer
+  /// the answer contains the boxes that its one ray was tested with
+  bool wants_explanation = false;
+  std::optional<HitImage> image;  ///< its size is that of the generator
+  bool chose_fields = false;      ///< the client chose fields; else they are the default
+  std::uint64_t returns = 1;      ///< number of slots that the answer has for each ray
+  std::uint64_t max_hits = 1000;  ///< for each ray; the default may exceed the rules' limit
 };
 
-/// Capacity behind its end that a body needs, because the parser reads in blocks.
+/// The bytes of capacity that must follow a body, because the parser reads in blocks.
 inline constexpr std::size_t kRayJsonPadding = 64;
 
-/// `body` is only read; its capacity grows by kRayJsonPadding where it has not as much to spare.
-/// The batch does not point into it.
+/// Decodes a body. Its text is not changed, but its capacity grows by kRayJsonPadding if needed.
+/// The query does not refer to the body.
 ///
 /// Errors, by status:
 /// - 400: JSON_MALFORMED
@@ -107,9 +114,9 @@ inline constexpr std::size_t kRayJsonPadding = 64;
 /// - 507: MEMORY_FULL (the parser needs several times the body)
 Result<RayQuery> decode_rays(std::string& body, const RayJsonRules& rules);
 
-/// The last step of every decoder: puts rays that miss in the place of bad ones where those are to
-/// be marked, and turns limits into limits of t. Precondition: they are to be marked, or all are
-/// good.
+/// The last step of every decoder: replaces invalid rays by rays that miss, if they are to be
+/// marked, and converts limits to limits of t. Precondition: invalid rays are to be marked, or
+/// there are none.
 void finish_rays(RayQuery& query);
 
 }  // namespace sightline

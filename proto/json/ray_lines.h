@@ -1,10 +1,10 @@
 #pragma once
-/// Rays as lines of JSON (application/x-ndjson), a batch of them at a time.
+/// RayLines: decodes rays from lines of JSON (application/x-ndjson), some lines at a time.
 ///
-///   {"options":{"fields":["t"],"cull":"back"}}          may stand first, once
-///   {"origin":[x,y,z],"direction":[x,y,z],"tmax":10}    one ray; lines without any text count not
+///   {"options":{"fields":["t"],"cull":"back"}}          may be the first line
+///   {"origin":[x,y,z],"direction":[x,y,z],"tmax":10}    a ray; blank lines are ignored
 ///
-/// The options are those of a JSON request without the rays.
+/// The options are those of a JSON request, without the rays.
 
 #include <memory>
 #include <string>
@@ -14,14 +14,16 @@
 
 namespace sightline {
 
+/// Decodes one stream.
 class RayLines {
  public:
   explicit RayLines(const RayJsonRules& rules);
   ~RayLines();
 
-  /// The rays of these lines, of which the last may lack its end. `text` is only read; its capacity
-  /// grows as decode_rays says. Places are /rays/N with N counted from the first line of all.
-  /// Errors: those of decode_rays, and 400 JSON_MALFORMED for a line that is not one object.
+  /// Decodes the rays of the next lines; the last line may lack its end of line. The capacity of
+  /// `text` grows as in decode_rays. Pointers are /rays/N, where N counts the rays of the whole
+  /// stream. Errors: those of decode_rays, and 400 JSON_MALFORMED for a line that is not one
+  /// object.
   Result<RayQuery> decode(std::string& text);
 
  private:
@@ -29,7 +31,7 @@ class RayLines {
   RayJsonRules rules_;
   RayQuery options_;
   std::unique_ptr<Reader> reader_;
-  std::size_t seen_ = 0;  ///< rays so far
+  std::size_t seen_ = 0;  ///< number of rays so far
   bool begun_ = false;
 };
 

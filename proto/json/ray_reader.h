@@ -1,5 +1,6 @@
 #pragma once
-/// The reader of rays, for bodies that hold rays and something else. For files of this room only.
+/// RayReader: reads rays from JSON bodies that may also have other members. For files of this room
+/// only.
 
 #include <array>
 #include <cstddef>
@@ -14,17 +15,17 @@
 
 namespace sightline {
 
-/// The place of a tuple as a whole.
+/// Value of `component` for a vector as a whole.
 inline constexpr std::size_t kWholeTuple = static_cast<std::size_t>(-1);
 
-/// The parts of a ray, as rows and as columns call them.
+/// The parts of a ray, with their keys in rows and in columns.
 enum class RayPart { kOrigin, kDirection, kTmin, kTmax, kMask };
 inline constexpr std::array<std::string_view, 5> kRayRowKeys{"origin", "direction", "tmin", "tmax",
                                                              "mask"};
 inline constexpr std::array<std::string_view, 4> kRayColumnKeys{"origins", "directions", "tmin",
                                                                 "tmax"};
 
-/// Reads one body of rays.
+/// Reads one body of rays. Derived classes add members.
 class RayReader : protected JsonReader {
  public:
   explicit RayReader(const RayJsonRules& rules) : rules_(rules) {
@@ -37,38 +38,39 @@ class RayReader : protected JsonReader {
   Result<RayQuery> read(std::string& body);
 
  protected:
-  /// Keys that a body of rays and something else has besides, and how to read them.
+  /// Keys of a derived class.
   virtual std::span<const std::string_view> more_keys() const { return {}; }
-  /// The bits of those that may stand there.
+  /// A bit set of those of more_keys() that are allowed.
   virtual unsigned known_more_keys() const { return (1u << more_keys().size()) - 1; }
+  /// Reads the value of more_keys()[which].
   virtual bool read_more(std::size_t which, Value value) {
     static_cast<void>(which);
     static_cast<void>(value);
     return true;
   }
   bool read_row(Value value, std::size_t ray);
-  /// The column of masks begins with the first row that has one.
+  /// Appends a ray. The column of masks is made when the first row has a mask.
   void push_row(const Ray& row, std::uint32_t mask);
   bool check_limits_and_directions();
   static JsonPointer ray_place(std::size_t ray) { return JsonPointer().key("rays").index(ray); }
   bool read_choice(std::string_view name, Value value, std::optional<TriangleChoice>& choice);
-  /// After the last key, before the rays are checked.
+  /// Called after the last key, before the rays are checked.
   virtual bool finish_more() { return true; }
 
-  /// The tmin of a ray that has none.
+  /// The tmin of a ray that does not state one.
   double default_tmin_ = 0;
-  /// How a row is called that is the first of the batch.
+  /// The number of the first row of this body, for pointers.
   std::size_t first_ray_ = 0;
   RayQuery query_;
 
  private:
-  // The top level, then one function for each form of rays.
+  // Reads the top level; the following functions read the forms of rays.
   bool read_top(Object object);
   bool read_rows(Value value);
   bool read_column(Value value, RayPart part);
   bool read_masks(Value value);
   bool read_generator(Value value);
-  // Options, in ray_options.cpp.
+  // Options, implemented in ray_options.cpp.
   bool read_option(std::string_view key, Value value);
   bool read_fields(Value value);
   bool read_max_hits(Value value);
@@ -103,10 +105,10 @@ class RayReader : protected JsonReader {
   }
 
   RayJsonRules rules_;
-  unsigned seen_ = 0;                      ///< top-level keys, by their number in kTopKeys
-  std::array<std::uint64_t, 2> pixels_{};  ///< width and height of the generator's, or 0
+  unsigned seen_ = 0;  ///< bit set of the top-level keys so far, by index in kTopKeys
+  std::array<std::uint64_t, 2> pixels_{};  ///< width and height of the generator's image, or 0
   double image_unit_ = HitImage().unit;
-  std::array<std::size_t, 4> column_size_{};  ///< numbers read, by Part
+  std::array<std::size_t, 4> column_size_{};  ///< number of numbers read, by RayPart
 };
 
 }  // namespace sightline

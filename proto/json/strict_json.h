@@ -1,5 +1,5 @@
 #pragma once
-/// Small JSON documents of which nothing may be strange. For files of this room only.
+/// Parses small JSON documents strictly. For files of this room only.
 
 #include <initializer_list>
 #include <nlohmann/json.hpp>
@@ -10,14 +10,15 @@
 
 namespace sightline {
 
-/// Errors: JSON_MALFORMED, KEY_DUPLICATE.
+/// Parses a body as JSON. Errors: JSON_MALFORMED, KEY_DUPLICATE.
 Result<nlohmann::json> parse_strictly(std::string_view body);
 
-/// kInvalid at that JSON pointer.
+/// An error of the kind kInvalid at a JSON pointer.
 Error fault(const char* code, std::string message, std::string pointer);
-/// The pointer of a member of what is at `place`.
+/// The pointer of the member `key` of the value at `place`.
 std::string below(const std::string& place, std::string_view key);
-/// An object that has no other keys than these. Errors: TYPE_WRONG, KEY_UNKNOWN.
+/// Checks that a value is an object with no other keys than `known`. Errors: TYPE_WRONG,
+/// KEY_UNKNOWN.
 Status check_object(const nlohmann::json& value, const std::string& place,
                     std::initializer_list<std::string_view> known);
 
