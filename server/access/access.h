@@ -1,6 +1,6 @@
 #pragma once
-/// Access control: what a client may request. Decided from the head of a request alone, before its
-/// body is read and before its route or scene is searched.
+/// Access control: which requests a client may make. It is decided from the head of a request
+/// alone, before the server reads its body or finds its route and scene.
 
 #include <functional>
 #include <memory>
@@ -13,24 +13,26 @@
 
 namespace sightline {
 
-/// kOpen: GET and HEAD of /healthz, /readyz, /docs and what that page is made of. kRead: other GET,
-/// HEAD and OPTIONS, and POST, which asks; but not of /v1/scenes, which loads. kWrite: everything
-/// else.
+/// The access that a request needs. kOpen: GET and HEAD of /healthz, /readyz, /docs and the files
+/// of that page. kRead: other GET, HEAD and OPTIONS, and POST to routes that answer questions; not
+/// POST to /v1/scenes, which loads a scene. kWrite: all other requests.
 Access needed_access(std::string_view method, std::string_view target);
 
-/// Thread-safe. Before the first call of `use` every request is allowed.
+/// The rules of a server. Thread-safe. Before the first call of `use` every request is allowed.
 class AccessRules {
  public:
-  /// Replaces the key ring. An empty ring allows only requests that need no key (Access::kOpen).
-  /// Sets Key::revoked of each earlier key that the new ring lacks or gives less access; operations
-  /// in progress under that key observe the flag.
+  /// Replaces the key ring. With an empty ring, only requests that need no key (Access::kOpen) are
+  /// allowed. Sets Key::revoked of each earlier key that the new ring lacks or gives less access;
+  /// operations in progress under that key observe the flag.
   void use(KeyRing keys);
-  /// Stores the client's name in `head` and erases the key. UNAUTHORIZED (401): no good key where
-  /// one is needed; the answer does not depend on the request. FORBIDDEN (403): a read key for a
-  /// request that changes something. Where the path or the request id contains a key, it is hidden
-  /// from the log: a key of the ring as the whole text, or the key of this request anywhere in it.
+  /// Checks the key of a request; empty if the request is allowed. Stores the name of the key in
+  /// `head`, and erases the key from it. Faults: UNAUTHORIZED (401): a key is needed, and there is
+  /// none or an invalid one; FORBIDDEN (403): a read key for a request that changes something.
+  /// Marks the path or the request id as hidden from the log if it is a key of the ring, or
+  /// contains the key of this request.
   std::optional<RequestFault> admit(RequestHead& head) const;
-  /// Whether a text is a key of the ring, or holds what make_key makes. Cost: one SHA-256.
+  /// True if a text is a key of the ring, or contains a text of the form of make_key. Cost: one
+  /// SHA-256.
   bool is_key(std::string_view text) const;
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-/// Keys that clients show: what a file stores of them, and which one a client has.
+/// KeyRing: the keys that clients may use. A file stores their hashes.
 
 #include <filesystem>
 #include <memory>
@@ -15,46 +15,51 @@ namespace sightline {
 
 std::string_view access_name(Access access);
 
+/// A key, without the key itself.
 struct Key {
-  std::string name;  ///< for logs; as a scene's name
+  std::string name;  ///< for logs; has the form of a scene's name
   Access access = Access::kRead;
-  std::string sha256;  ///< of the key, 64 lower-case hexadecimal digits
-  /// Set when a later ring has it no more, or allows it less: for what goes on under it.
+  std::string sha256;  ///< hash of the key, 64 lower-case hexadecimal digits
+  /// Set when a later ring no longer has the key, or gives it less access. Operations in progress
+  /// under the key observe it.
   std::shared_ptr<CancelFlag> revoked = std::make_shared<CancelFlag>();
 };
 
+/// The keys of a file.
 class KeyRing {
  public:
-  /// One key in each line, as key_line() writes it; empty lines and such that begin with # say
-  /// nothing. Errors: KEYS_INVALID with the line's number and nothing of what stands there: it
-  /// might be a key. Names and keys differ from each other.
+  /// Parses lines of the form of key_line(); empty lines and lines that begin with # are ignored.
+  /// Names and keys must be unique. Errors: KEYS_INVALID with the number of the line. The message
+  /// does not contain its text, which might be a key.
   static Result<KeyRing> parse(std::string_view text);
-  /// Reads the keys of a file. `warnings` lists what is wrong with its permissions. Errors: also
-  /// KEYS_UNREADABLE.
+  /// Reads the keys of a file. Adds warnings about the permissions of the file. Errors: those of
+  /// parse, KEYS_UNREADABLE.
   static Result<KeyRing> read(const std::filesystem::path& file,
                               std::vector<std::string>& warnings);
 
-  /// Null for a key that is none. Takes the same time for each: SHA-256 hides where two differ, and
-  /// all are compared.
+  /// The entry of a key; null if it is not in the ring. Takes the same time for all keys: the
+  /// hashes are compared, and with all entries.
   const Key* find(std::string_view key) const;
   std::size_t size() const { return keys_.size(); }
-  /// Comes instead of `before`: what goes on under its keys may, where they are here as well.
+  /// Takes over from `before`: operations in progress under a key that is in both rings may
+  /// continue.
   void succeed(const KeyRing& before);
 
  private:
   std::vector<Key> keys_;
 };
 
-/// 1 to 128 of A-Z a-z 0-9 . _ -, not beginning with a dot, and no key itself.
+/// True for 1 to 128 characters of A-Z a-z 0-9 . _ - that do not begin with a dot and do not
+/// contain a key.
 bool is_key_name(std::string_view text);
-/// "write ci sha256:9f86d0..."
+/// The line of a key in a file: "write ci sha256:9f86d0...".
 std::string key_line(const Key& key);
-/// A fresh key of 256 random bits: "slk_" and 43 characters of base64url. KEY_NOT_MADE: the system
-/// has no random bytes.
+/// Makes a key of 256 random bits: "slk_" and 43 characters of base64url. Errors: KEY_NOT_MADE if
+/// the system has no random bytes.
 Result<std::string> make_key();
 std::string key_sha256(std::string_view key);
 
-/// Whether somewhere in a text stands what make_key makes, or most of it: such a text is not shown.
+/// True if a text contains the form of a key, or most of it. Such a text is not logged.
 bool holds_key(std::string_view text);
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-/// A server of Sightline, seen from a client.
+/// ApiClient: a client of a Sightline server.
 
 #include <memory>
 #include <string>
@@ -16,17 +16,18 @@ class Client;
 
 namespace sightline {
 
-/// Names and values.
+/// Names and values of headers.
 using ApiHeaders = std::vector<std::pair<std::string, std::string>>;
 
+/// An answer of the server.
 struct ApiAnswer {
   int status = 0;
   std::string body;
-  std::string media_type = {};  ///< without its parameters; empty where the server says none
+  std::string media_type = {};  ///< without its parameters; empty if the server states none
   bool good() const { return status < 400; }
 };
 
-/// One connection that is reused between requests. For one thread.
+/// A connection that is reused between requests. Not thread-safe.
 class ApiClient {
  public:
   /// Errors: URL_INVALID (not http://HOST[:PORT][/PREFIX] or https://...), KEY_UNREADABLE.
@@ -35,7 +36,8 @@ class ApiClient {
   ApiClient(const ApiClient&) = delete;
   ApiClient& operator=(const ApiClient&) = delete;
 
-  /// `path` with its query, percent-encoded. Errors: SERVER_UNREACHABLE.
+  /// Sends a request and returns the answer, whatever its status. `path` includes the query and is
+  /// percent-encoded. Errors: SERVER_UNREACHABLE.
   Result<ApiAnswer> ask(const std::string& method, const std::string& path,
                         const std::string& body = {}, const std::string& media_type = {},
                         const ApiHeaders& headers = {});
@@ -46,13 +48,13 @@ class ApiClient {
   std::string prefix_;
 };
 
-/// One segment of a path, or the value of a parameter.
+/// Encodes a text for a segment of a path, or for the value of a parameter.
 std::string percent_encoded(std::string_view text);
 
-/// Text of another program for a terminal: without control characters.
+/// Removes control characters from a text of another program, for a terminal.
 std::string printable(std::string_view text);
 
-/// The message of an answer that is an error, for people.
+/// The message of an error answer, for people.
 std::string problem_text(const ApiAnswer& answer);
 
 }  // namespace sightline

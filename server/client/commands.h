@@ -1,6 +1,6 @@
 #pragma once
-/// The commands that ask about rays. Each prints its answer on `out` and faults on `complaints`,
-/// and returns the exit code.
+/// The commands that ask questions about rays. Each prints its answer on `out` and errors on
+/// `complaints`, and returns the exit code.
 
 #include <istream>
 #include <ostream>
@@ -9,16 +9,16 @@
 
 namespace sightline {
 
-/// sightline cast: one ray, without a server. Prints the hit as one line of JSON, or what the mode
-/// asks for. 0 for a hit, 1 for a miss, 2 for an error.
+/// sightline cast: traces one ray, without a server. Prints the hit as a line of JSON, or the
+/// answer of the chosen mode. Returns 0 for a hit, 1 for a miss, 2 for an error.
 int run_cast(const CastCommand& command, std::ostream& out, std::ostream& complaints);
-/// sightline query: a client of a server. Prints a line for each ray, in their order. 0; 1 where
-/// the only ray of the command line misses; 2 for an error.
+/// sightline query: asks a server. Prints a line for each ray, in order. Returns 0; 1 if the single
+/// ray of the command line misses; 2 for an error.
 int run_query(const QueryCommand& command, std::istream& in, std::ostream& out,
               std::ostream& complaints);
-/// sightline mcp: a server of the Model Context Protocol, through which an agent asks a server of
-/// Sightline. Answers a line of JSON-RPC 2.0 with a line, until the input ends. 0, or 2 for an
-/// error.
+/// sightline mcp: a server of the Model Context Protocol, by which an agent can use a Sightline
+/// server. Answers each line of JSON-RPC 2.0 with a line, until the input ends. Returns 0, or 2 for
+/// an error.
 int run_mcp(const McpCommand& command, std::istream& in, std::ostream& out,
             std::ostream& complaints);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// JSON of the other side, before anything is built from it.
+/// Checks the nesting of JSON from the other side before a document is built from it.
 
 #include <string_view>
 

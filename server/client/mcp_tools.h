@@ -1,5 +1,5 @@
 #pragma once
-/// The tools that an agent can call, generated from the OpenAPI document.
+/// The tools that an agent can call, made from the OpenAPI document.
 
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -12,21 +12,22 @@
 
 namespace sightline {
 
-/// One operation of the document whose answer is JSON.
+/// A tool: an operation of the document whose answer is JSON.
 struct McpTool {
-  std::string name;          ///< its operationId
+  std::string name;          ///< the operationId
   std::string method, path;  ///< "POST", "/v1/scenes/{id}/rays:closest"
   std::vector<std::string> path_parameters, query_parameters, header_parameters;
-  bool has_body = false;               ///< JSON, the argument "body"
-  bool has_file = false;               ///< a file, the argument "file" or its text, "text"
-  nlohmann::ordered_json description;  ///< as tools/list tells it
+  bool has_body = false;  ///< the body is JSON: the argument "body"
+  /// the body is a file: the argument "file" has its path, or "text" its text
+  bool has_file = false;
+  nlohmann::ordered_json description;  ///< the description in tools/list
 };
 
-/// with_files  whether files of this machine may be uploaded
+/// Returns the tools of a document. with_files: files of this machine may be uploaded.
 std::vector<McpTool> mcp_tools(const nlohmann::ordered_json& document, bool with_files);
 
-/// Asks the server. `files` may be null. Errors: ARGUMENTS_INVALID, those of ApiClient and of
-/// SceneRoot; what the server refuses is an answer.
+/// Calls a tool: sends its request to the server. `files` may be null. Errors: ARGUMENTS_INVALID,
+/// those of ApiClient and of SceneRoot; a refusal of the server is an answer.
 Result<ApiAnswer> call_mcp_tool(const McpTool& tool, const nlohmann::json& arguments,
                                 ApiClient& client, const SceneRoot* files);
 

@@ -1,6 +1,5 @@
 #pragma once
-/// Response headers of every answer for browsers: no sniffing, no caching, and which pages may read
-/// the answer.
+/// Headers for browsers in every answer: no content sniffing, no caching, and CORS.
 
 #include <chrono>
 #include <memory>
@@ -14,10 +13,11 @@
 
 namespace sightline {
 
-/// The Date of an answer, written once a second: it would be a tenth of what a trivial answer costs
-/// outside of system calls. May be used from many threads.
+/// The Date header of an answer, formatted once a second. (Formatting it each time would be a tenth
+/// of the user time of a trivial answer.) Thread-safe.
 class DateLine {
  public:
+  /// Appends the line "Date: ...".
   void add_to(std::string& text);
 
  private:
@@ -26,24 +26,25 @@ class DateLine {
   std::string line_;
 };
 
+/// Checks requests of browsers and writes headers for them.
 class AnswerHeaders {
  public:
   AnswerHeaders() = default;
-  /// `origins` are those whose pages may ask, as is_origin knows them; "*" is each.
+  /// `origins`: origins whose pages may read answers, each accepted by is_origin; "*" allows all.
   explicit AnswerHeaders(std::vector<std::string> origins) : origins_(std::move(origins)) {}
 
-  /// Whether a browser asks if a page that may ask may ask this. Answered before keys are asked
-  /// for: a browser shows none then. [Fetch] 3.2.2
+  /// True for a CORS preflight from an allowed origin. It is answered before keys are checked,
+  /// because a browser sends no key with it. [Fetch] 3.2.2
   bool is_preflight(const RequestHead& head) const;
-  /// Whether a browser asks for a page that was not named: one of another site, by Sec-Fetch-Site,
-  /// or one whose origin is not this machine. Without keys that page could otherwise do what it
-  /// likes: a form or an image of any site reaches a server that only this machine can reach.
+  /// True for a request of a browser for a page that is not allowed: a page of another site (by
+  /// Sec-Fetch-Site), or one whose origin is not this machine. Without this check any web page
+  /// could use a server without keys that only this machine can reach, by a form or an image.
   bool is_strange_page(const RequestHead& head) const;
-  /// Whether the Host is a DNS name that --cors-origin does not name. The owner of such a name can
-  /// point it at this machine after a page was loaded from it (DNS rebinding). The requests of that
-  /// page are then of its own origin. Addresses and names without a dot are never refused.
+  /// True if the Host is a DNS name that is not allowed by --cors-origin. The owner of a name can
+  /// point it at this machine after a page was loaded from it (DNS rebinding), so that the page's
+  /// requests have the same origin. Addresses and names without a dot are never refused.
   bool is_strange_name(const RequestHead& head) const;
-  /// Appends whole lines for the answer to `head`, but none that `response` has.
+  /// Appends header lines for the answer to `head`, except for headers that `response` has.
   void append_to(std::string& text, const RequestHead& head, const HttpResponse& response) const;
 
  private:
@@ -54,8 +55,8 @@ class AnswerHeaders {
   std::shared_ptr<DateLine> date_ = std::make_shared<DateLine>();
 };
 
-/// One "https://example.org" or "http://localhost:3000", as browsers write it, without a path. Or
-/// "*".
+/// True for an origin as browsers write it, without a path, such as "https://example.org" or
+/// "http://localhost:3000"; and for "*".
 bool is_origin(std::string_view text);
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-/// Letters, digits and blanks as protocols mean them: ASCII alone, whatever the locale.
+/// Letters, digits and blanks of ASCII, as protocols define them, independent of the locale.
 
 #include <algorithm>
 #include <string>
@@ -17,13 +17,13 @@ inline std::string lower_case(std::string_view text) {
   return lower;
 }
 
-/// Precondition: `lower` has no capital letters.
+/// Compares without regard to case. Precondition: `lower` has no capital letters.
 constexpr bool equals_caseless(std::string_view text, std::string_view lower) {
   return std::equal(text.begin(), text.end(), lower.begin(), lower.end(),
                     [](char a, char b) { return lower_case(a) == b; });
 }
 
-/// Without blanks and tabs at its ends.
+/// The text without blanks and tabs at its ends.
 constexpr std::string_view trimmed(std::string_view text) {
   const auto is_blank = [](char c) { return c == ' ' || c == '\t'; };
   while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
@@ -31,7 +31,7 @@ constexpr std::string_view trimmed(std::string_view text) {
   return text;
 }
 
-/// -1 where it is no hexadecimal digit.
+/// The value of a hexadecimal digit; -1 if c is not one.
 constexpr int hex_value(char c) {
   if (c >= '0' && c <= '9') return c - '0';
   const char lower = lower_case(c);

@@ -1,5 +1,5 @@
 #pragma once
-/// The chunked transfer coding [RFC9112] 7.1, decoded strictly. Knows no sockets.
+/// ChunkDecoder: decodes the chunked transfer coding [RFC9112] 7.1 strictly. It knows no sockets.
 
 #include <cstddef>
 #include <cstdint>
@@ -7,13 +7,14 @@
 
 namespace sightline {
 
-/// Digits without sign or blank, CR LF and nothing else, extensions and trailers read over and
-/// bounded: what another program could read otherwise is a fault.
+/// A size is digits without sign or blank, and a line ends with CR LF. Extensions and trailers are
+/// skipped, and their length is limited. Anything that another program could read differently is a
+/// fault.
 class ChunkDecoder {
  public:
-  /// Takes bytes off the front of `coded` and writes the payload among them to `payload`, which has
-  /// room for `coded.size()` and may be the same memory. Stops where the body ends. Returns how
-  /// many bytes it wrote.
+  /// Removes bytes from the front of `coded` and writes the payload in them to `payload`, which has
+  /// room for `coded.size()` bytes and may be the same memory. Stops at the end of the body.
+  /// Returns the number of bytes written.
   std::size_t decode(std::string_view& coded, char* payload);
   bool is_over() const { return state_ == State::kOver; }
   bool is_broken() const { return state_ == State::kBroken; }
@@ -36,9 +37,9 @@ class ChunkDecoder {
   State take_trailer(char c);
 
   State state_ = State::kSize;
-  std::uint64_t left_ = 0;    ///< of the payload of this chunk
-  unsigned digits_ = 0;       ///< of its size
-  std::size_t line_ = 0;      ///< bytes of this extension, or of this line of the trailer
+  std::uint64_t left_ = 0;    ///< bytes left in this chunk
+  unsigned digits_ = 0;       ///< digits of its size so far
+  std::size_t line_ = 0;      ///< bytes of the present extension or trailer line
   std::size_t overhead_ = 0;  ///< bytes of extensions and trailers
 };
 

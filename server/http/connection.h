@@ -1,5 +1,5 @@
 #pragma once
-/// The connection of one client, between the event loop and a worker.
+/// Connection: the connection of a client, with the state of its present request.
 
 #include <array>
 #include <atomic>
@@ -18,8 +18,8 @@
 
 namespace sightline {
 
-/// The event loop and a worker own it in turn; a queue hands it over. Only `gone` and `stirred` may
-/// be used by both at any time.
+/// Owned in turn by the event loop and by a worker; queues pass it on. Only `gone` and `stirred`
+/// may be accessed by both at any time.
 struct Connection {
   Connection(int socket_given, MemoryBudget& budget_given, Spool& spool_given)
       : socket(socket_given), budget(budget_given), spool(spool_given) {}
@@ -27,82 +27,87 @@ struct Connection {
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
 
-  /// Phases in the event loop, see EventLoop.
+  /// Phases in the event loop: see event_loop.h.
   enum class Phase { kHead, kBody, kAtWork, kSending, kLingering };
-  /// Events of the socket that wake the event loop. kEnd: only the end, while a stream reads its
-  /// body. kBytes: also bytes to receive. kRoom: also room for bytes to send.
+  /// Events of the socket that wake the event loop. kEnd: only the end of the connection, while a
+  /// stream reads its body. kBytes: also received bytes. kRoom: also room for bytes to send.
   enum class Heard { kEnd, kBytes, kRoom };
-  /// Why a handler returns without an answer. It is called again, as if for the first time, when
+  /// Why a handler has returned without an answer. It is called again from the beginning when
   /// - kToWorker: a worker takes the request, which the event loop has tried to answer, or for
   ///   which another worker found no memory;
-  /// - kForBody: `body_wanted` bytes of the body have come, or all of it;
+  /// - kForBody: `body_wanted` bytes of the body have arrived, or all of it;
   /// - kToLong: a worker for long requests takes it;
   /// - kToStream: a thread for streams takes it, which may wait for the client.
   enum class PutOff { kNo, kToWorker, kForBody, kToLong, kToStream };
 
-  const int socket;                  ///< does not block
-  CancelFlag gone;                   ///< set when nobody waits for an answer any more
-  std::atomic<bool> stirred{false};  ///< whether something came while a worker had it
+  const int socket;  ///< non-blocking
+  CancelFlag gone;   ///< set when the client no longer waits for an answer
+  /// set if something arrived while a worker owned the connection
+  std::atomic<bool> stirred{false};
 
-  std::string input;  ///< what was received and not yet taken, from `taken` on
+  std::string input;  ///< received bytes; those before `taken` are processed
   std::size_t taken = 0;
-  std::string output;  ///< what was said and not yet sent, from `sent` on
+  std::string output;  ///< bytes of the answer; those before `sent` are sent
   std::size_t sent = 0;
-  std::unique_ptr<SpoolFile> output_file;  ///< what is sent after `output`; null: nothing
-  std::uint64_t file_sent = 0;             ///< bytes of it
-  std::uint64_t given = 0;  ///< bytes to the system, to be sent, since the connection began
+  std::unique_ptr<SpoolFile> output_file;  ///< sent after `output`; null: none
+  std::uint64_t file_sent = 0;             ///< bytes of output_file that are sent
+  /// bytes passed to the system for sending since the connection was accepted
+  std::uint64_t given = 0;
   MemoryBudget& budget;
   Spool& spool;
-  std::uint64_t charged = 0;  ///< bytes of the budget that this connection holds
+  std::uint64_t charged = 0;  ///< bytes of the budget that this connection has taken
 
-  RequestHead head;                                ///< of the request that is being answered
-  std::chrono::steady_clock::time_point asked_at;  ///< when it was whole, its body too
-  /// A body that is longer than what the event loop gathers in `input`, chunked, or sent only after
-  /// a 100; null until a handler asks for it.
+  RequestHead head;                                ///< head of the present request
+  std::chrono::steady_clock::time_point asked_at;  ///< when the request was complete, with its body
+  /// The body, if it is longer than what the event loop collects in `input`, or chunked, or sent
+  /// only after a 100; null until a handler asks for it.
   std::unique_ptr<ReceivedBody> body;
   RequestMemory::Plan plan;       ///< of a request that begins again
-  bool is_gathered = false;       ///< all of the body that will come is in `input`
-  std::uint64_t body_wanted = 0;  ///< see PutOff::kForBody
+  bool is_gathered = false;       ///< all of the body is in `input`
+  std::uint64_t body_wanted = 0;  ///< for PutOff::kForBody
   bool owes_continue = false;     ///< the client waits for "100 Continue"
-  bool streams = false;           ///< a thread for streams has it
-  bool is_long = false;           ///< a worker for long requests has it
+  bool streams = false;           ///< a thread for streams owns it
+  bool is_long = false;           ///< a worker for long requests owns it
   std::shared_ptr<void> kept;     ///< state of a handler until it is called again
   std::uint64_t skip = 0;         ///< bytes of an unread body, before the next head
-  bool keep = false;              ///< whether there may be a next request
-  bool broken = false;            ///< whether the answer did not get through
+  bool keep = false;              ///< there may be a next request
+  bool broken = false;            ///< sending the answer failed
 
   Heard heard = Heard::kBytes;
-  bool goes_first = false;  ///< whether a worker for small requests has it
-  // While the event loop tries to answer: neither input nor output is final.
+  bool goes_first = false;  ///< a worker for small requests owns it
+  // True while the event loop tries to answer: input and output may be rolled back.
   bool on_event_loop = false;
   PutOff put_off = PutOff::kNo;
 
-  Connection* next = nullptr;     ///< in the list that has it: that takes no memory
-  std::array<double, 4> flows{};  ///< what it has had of each WorkerPool
+  /// next connection in the list that holds this one; a link needs no memory
+  Connection* next = nullptr;
+  std::array<double, 4> flows{};  ///< finish time of its flow in each WorkerPool, in virtual time
 
-  // Only for the event loop.
+  // Members that only the event loop uses.
   Phase phase = Phase::kHead;
   HeadScan scan;
-  bool begun = false;                              ///< whether something of this head has come
-  std::uint64_t idle_turn = 0;                     ///< the smaller, the longer it waits for a head
-  std::chrono::steady_clock::time_point due;       ///< when this phase has lasted too long
-  std::chrono::steady_clock::time_point part_due;  ///< of a body that is taken in parts
+  bool begun = false;                         ///< bytes of the present head have arrived
+  std::uint64_t idle_turn = 0;                ///< smaller: has waited longer for a head
+  std::chrono::steady_clock::time_point due;  ///< when the present phase times out
+  /// when the present part of a body in parts times out
+  std::chrono::steady_clock::time_point part_due;
   Pace pace{{}, {}};
-  Pace busy_pace{{},
-                 {}};  ///< at the busy rate: a slower one that holds much of the spool may be ended
-  std::uint64_t taken_before = 0;  ///< bytes that the client had taken when `pace` last heard of it
-  bool readable = true;  ///< whether to try: no receive has said "not now" since the last event
-  bool ended = false;    ///< the client has closed its side, or all
+  Pace busy_pace{{}, {}};
+  /// bytes that the client had acknowledged when `pace` was last updated
+  std::uint64_t taken_before = 0;
+  bool readable = true;  ///< the last receive did not report that there was nothing
+  bool ended = false;    ///< the client has closed its side, or the connection
   std::chrono::steady_clock::time_point ended_at;
-  std::size_t lingered = 0;  ///< bytes
-  int answered_here = 0;     ///< since the last event, by no worker: requests, and KiB of heads
-  int not_tried = 0;         ///< so many of the next go to workers at once
+  std::size_t lingered = 0;  ///< bytes received while lingering
+  /// requests, and KiB of heads, that the event loop answered itself since the last event
+  int answered_here = 0;
+  int not_tried = 0;  ///< so many of the next requests go to workers at once
 
   std::string_view pending_input() const { return std::string_view(input).substr(taken); }
   std::size_t pending_output() const { return output.size() - sent; }
   std::uint64_t pending_file() const { return output_file ? output_file->size() - file_sent : 0; }
   bool has_output() const { return pending_output() > 0 || pending_file() > 0; }
-  /// Bytes of the spool that this connection holds.
+  /// Bytes of the spool that this connection uses.
   std::uint64_t spooled() const {
     return (body ? body->spooled() : 0) + (output_file ? output_file->size() : 0);
   }
@@ -113,10 +118,11 @@ struct Connection {
     is_gathered = streams = is_long = false;
   }
 
+  /// Removes bytes from the front of the input.
   void take(std::size_t bytes) {
     taken += bytes;
     if (taken == input.size() && !on_event_loop) {
-      // An idle connection holds next to nothing.
+      // An idle connection uses almost no memory.
       if (input.capacity() > 4096) std::string().swap(input);
       input.clear();
       taken = 0;
@@ -130,24 +136,26 @@ struct Connection {
   }
 };
 
-/// Sends what is to be sent, at most some `most` bytes, as far as it goes without waiting. False
-/// when the connection is broken. `full` says whether the socket took no more.
+/// Sends output, at most about `most` bytes, without waiting. Returns false if the connection is
+/// broken. Sets `full` if the socket took no more.
 bool send_pending(Connection& connection, std::uint64_t most, bool& full);
-/// Sends everything that the socket takes without waiting. False when the connection is broken.
+/// Sends all that the socket takes without waiting. Returns false if the connection is broken.
 bool send_pending(Connection& connection);
 
-/// Bytes that the system of the client has acknowledged. A send buffer holds megabytes and reports
-/// room only when a third of it is free. By that report, a slow client that reads all the time
-/// would seem to be silent.
+/// The number of bytes that the client's system has acknowledged. A send buffer has megabytes, and
+/// reports room only when a third of it is free; by that report a slow client that reads all the
+/// time would seem idle.
 std::uint64_t taken_by_client(const Connection& connection);
 
+/// The result of receiving: some bytes; all that were there; nothing now; the connection has ended.
 enum class Received { kSome, kAll, kNothing, kEnd };
-/// Receives at most `size` bytes to `data` without waiting, and says in `count` how many: kAll when
-/// there are no more now, kEnd also of a broken connection. Precondition: size is not 0.
+/// Receives at most `size` bytes to `data` without waiting, and sets `count` to their number. kAll:
+/// there are no more now; kEnd: also for a broken connection. Precondition: size is not 0.
 Received receive_at(Connection& connection, char* data, std::size_t size, std::size_t& count);
-/// Receives at most `most` bytes to the end of `input`, likewise.
+/// Receives at most `most` bytes, and appends them to `input`.
 Received receive_some(Connection& connection, std::size_t most);
-/// Moves bytes of the body from `input` to `body`, at most `most`. False where the spool is full.
+/// Moves at most `most` bytes of the body from `input` to `body`. Returns false if the spool is
+/// full.
 bool take_body(Connection& connection, std::size_t most);
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-/// Compressed bodies: gzip and zstd, both ways, piece by piece.
+/// Compresses and decompresses bodies with gzip and zstd, piece by piece.
 
 #include <functional>
 #include <memory>
@@ -12,16 +12,16 @@ namespace sightline {
 
 enum class Coding { kIdentity, kGzip, kZstd };
 
-/// "gzip", "zstd"; of identity nothing.
+/// "gzip" or "zstd"; empty for identity.
 std::string_view coding_name(Coding coding);
-/// What a Content-Encoding names; nothing is identity. Empty for what is not known here, and for
-/// several of them.
+/// The coding that a Content-Encoding names; identity if `name` is empty. No value for an unknown
+/// coding, and for several codings.
 std::optional<Coding> find_coding(std::string_view name);
-/// What an Accept-Encoding likes best of those; of equals zstd, then gzip. Identity when it says
-/// nothing of them.
+/// The coding that an Accept-Encoding prefers; of equal ones zstd, then gzip. Identity if it names
+/// neither.
 Coding choose_coding(std::string_view accept);
 
-/// Decodes a body in pieces of at most 64 KiB, however much a decompression bomb expands to.
+/// Decodes a body in pieces of at most 64 KiB, however large a decompression bomb is.
 class ContentDecoder {
  public:
   /// Precondition: not identity. Throws std::bad_alloc.
@@ -30,15 +30,15 @@ class ContentDecoder {
   ContentDecoder(const ContentDecoder&) = delete;
   ContentDecoder& operator=(const ContentDecoder&) = delete;
 
-  /// Decodes from `input` on, which shrinks by what was read, and returns the next piece; empty
-  /// when more input is needed.
+  /// Decodes the beginning of `input`, removes it from `input`, and returns the decoded piece;
+  /// empty if more input is needed.
   std::span<const char> decode(std::string_view& input);
-  /// Bytes of memory that it uses. They grow when the first bytes have stated the size of the
+  /// The memory that the decoder uses. It grows when the first bytes have stated the size of the
   /// history.
   std::size_t bytes() const;
-  /// The input is not of this coding, or needs a history of more than 8 MiB.
+  /// True if the input does not have this coding, or needs a history of more than 8 MiB.
   bool is_broken() const { return broken_; }
-  /// Whether the body may end here.
+  /// True if the body may end here.
   bool is_whole() const { return whole_; }
 
  private:
@@ -52,7 +52,7 @@ class ContentDecoder {
   bool whole_ = true;
 };
 
-/// Encodes an answer, quickly rather than small.
+/// Encodes an answer; it is fast rather than small.
 class ContentEncoder {
  public:
   /// Precondition: not identity. Throws std::bad_alloc.
@@ -61,8 +61,8 @@ class ContentEncoder {
   ContentEncoder(const ContentEncoder&) = delete;
   ContentEncoder& operator=(const ContentEncoder&) = delete;
 
-  /// The next part of the answer. All of `text` can be decoded from what was returned so far;
-  /// nothing may follow after `is_last`.
+  /// Returns the next part of the encoded answer. All of `text` can be decoded from what was
+  /// returned so far. No call may follow after `is_last`.
   std::string encode(std::string_view text, bool is_last);
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-/// The event loop: one thread holds every connection that needs no worker now.
+/// EventLoop: one thread that owns every connection that is not with a worker.
 ///
 ///            bytes            head and body whole, or body long
 ///   accept ---------> kHead ------> kBody ------------------> kAtWork (queue, then a worker)
@@ -11,10 +11,10 @@
 ///
 /// A worker never waits for a client. The event loop receives a body of up to 64 KiB before a
 /// worker takes the request. For a longer body, a chunked one and one with Expect, a worker calls
-/// the handler first. A handler that wants the body puts the request off. The event loop then
-/// receives the body, to a temporary file where it is long, and a worker calls the handler again.
-/// The part of an answer that a client does not take waits in the same way. Streams have threads of
-/// their own, which wait for their clients.
+/// the handler first. If the handler wants the body, it puts the request off. The event loop then
+/// receives the body, a long one into a temporary file, and a worker calls the handler again. The
+/// event loop also sends the part of an answer that a client does not take at once. Streams have
+/// threads of their own, which wait for their clients.
 
 #include <atomic>
 #include <functional>
@@ -34,57 +34,60 @@ struct epoll_event;
 
 namespace sightline {
 
-/// Counters of the event loop; each may be read at any time.
+/// Counters of the event loop. Each may be read at any time.
 struct EventLoopCounts {
   std::atomic<std::uint64_t> accepted{0}, open{0}, evicted{0}, timed_out{0}, gone{0};
-  std::atomic<std::uint64_t> refused{0};     ///< faults of framing
-  std::atomic<std::uint64_t> locked_out{0};  ///< without a key that may
-  std::atomic<std::uint64_t> overload{0};    ///< 503, because a queue was full
-  std::atomic<std::uint64_t> answered{0};    ///< by the event loop, without a worker
+  std::atomic<std::uint64_t> refused{0};     ///< requests with faults of framing
+  std::atomic<std::uint64_t> locked_out{0};  ///< requests without a sufficient key
+  std::atomic<std::uint64_t> overload{0};    ///< answered with 503 because a queue was full
+  std::atomic<std::uint64_t> answered{0};    ///< requests that the event loop answered itself
 };
 
-/// Estimate of the cost of a request from its head and body. It decides which thread answers.
+/// The estimated cost of a request, from its head and body. It decides which thread answers.
 enum class Weight {
-  kInline,  ///< the event loop tries to answer it: that takes no longer than a hand-over to a worker
-  kShort,   ///< it needs little, and goes first
+  /// the event loop tries to answer it, which takes no longer than passing it to a worker
+  kInline,
+  kShort,  ///< needs little time, and takes precedence
   kBulk,
-  kLong,  ///< whatever its parameters
+  kLong,  ///< slow whatever its parameters
 };
-/// So few bytes of a body are a short request, where nobody judges better.
+/// Without an estimate, a request with at most so many bytes of body is short.
 inline constexpr std::size_t kLittleBody = 2 << 10;
 
-/// Callbacks of the event loop, on its own thread. None of them may wait.
+/// Callbacks of the event loop, called on its thread. They must not wait.
 struct EventLoopCallbacks {
   AnswerHeaders headers = {};
-  /// Whether a request may come in, by its head alone; null: each.
+  /// Checks a request by its head; a fault refuses it. Null: all are accepted.
   std::function<std::optional<RequestFault>(RequestHead&)> admit = {};
-  /// Judges a request by its head and by all of its body, if the event loop has it. Null: by the
-  /// size of the body.
+  /// Estimates a request from its head, and from its body if all of it is with the event loop.
+  /// Null: by the size of the body.
   std::function<Weight(const RequestHead&, std::string_view body)> weigh = {};
   IsSecret is_secret = {};
-  /// Set while the event loop has work; may be null.
+  /// Set while the event loop has work. May be null.
   std::atomic<bool>* awake = nullptr;
-  /// Called for each request that the event loop refuses; may be null.
+  /// Called for each request that the event loop refuses. May be null.
   std::function<void(const RequestHead&, const RequestFault&, const std::string& request_id)>
       refused = {};
 };
 
+/// The event loop of a server.
 class EventLoop {
  public:
-  /// Called on a worker with a request's head in `connection.head`. Takes the body, appends the
-  /// answer to the output, and says by `keep` and `skip` how it goes on. It may say `put_off`
-  /// instead, and is then called again.
+  /// Called on a worker with a request in `connection.head`. Reads the body, appends the answer to
+  /// the output, and sets `keep` and `skip` for what follows. It may set `put_off` instead, and is
+  /// then called again.
   using Answer = std::function<void(Connection&)>;
-  /// `limits`, `memory` and `spool` outlive this.
+  /// `limits`, `memory` and `spool` must outlive the event loop.
   EventLoop(const HttpLimits& limits, MemoryBudget& memory, Spool& spool, Answer answer,
             EventLoopCallbacks rules = {});
   ~EventLoop();
 
-  /// Serves a listening socket until stop, and returns when the last connection has ended.
+  /// Serves a listening socket until stop(), and returns when the last connection has ended.
   void run(int listener);
-  /// No new connections; idle ones end, requests that have begun are answered. From any thread.
+  /// Stops accepting; idle connections are closed, requests that have begun are answered.
+  /// Thread-safe.
   void stop();
-  /// Breaks every connection off, and tells the work for it. After stop, from any thread.
+  /// Closes every connection and cancels its work. Called after stop(). Thread-safe.
   void break_off();
 
   const EventLoopCallbacks& rules() const { return rules_; }
@@ -96,14 +99,14 @@ class EventLoop {
 
  private:
   using Clock = std::chrono::steady_clock;
-  /// A client that has closed its side may still wait for the answer, or be gone: its work may go
-  /// on for so long.
+  /// If a client closes its side, it may be waiting for the answer or be gone. Its work continues
+  /// for so long.
   static constexpr std::chrono::milliseconds kHalfClosed{1000};
   using Phase = Connection::Phase;
   using Heard = Connection::Heard;
 
   void wake();
-  /// Sets the events of the socket that wake the event loop. The owner of the connection calls it.
+  /// Sets the events of the socket that wake the event loop. Called by the owner of the connection.
   void hear(Connection& connection, Heard heard);
   void answer(Connection& connection);
   void give_back(Connection& connection);
@@ -112,13 +115,13 @@ class EventLoop {
   void take_returned();
   void accept_all(int listener);
   void adopt(int socket);
-  /// Closes some of those that have been idle the longest, but never `spared`.
+  /// Closes some of the connections that have been idle longest, but not `spared`.
   bool make_room(const Connection* spared);
   void begin_stop(int listener);
 
-  /// Advances a connection of the event loop as far as possible without waiting.
+  /// Advances a connection as far as possible without waiting.
   void advance(Connection& connection);
-  /// Where memory runs out for one connection, that one ends.
+  /// Runs step(); if memory runs out, closes the connection.
   template <class Step>
   void guard(Connection& connection, const Step& step) {
     const auto at = static_cast<std::size_t>(connection.socket);
@@ -133,11 +136,11 @@ class EventLoop {
   bool advance_gathered(Connection& connection);
   bool advance_stored(Connection& connection);
   void begin_body(Connection& connection);
-  /// After a handler has put its request off.
+  /// Continues after a handler has put its request off.
   void go_on(Connection& connection);
-  /// It gets its next turn after all others.
+  /// Gives a connection its next turn after all others.
   void go_on_later(const Connection& connection) { later_.push_back(connection.socket); }
-  /// Ends connections that hold much of the spool and are slower than the busy rate.
+  /// Closes connections that use much of the spool and are slower than the busy rate.
   void free_spool(const Connection& spared);
   bool advance_sending(Connection& connection);
   void advance_lingering(Connection& connection);
@@ -147,17 +150,18 @@ class EventLoop {
   WorkerPool& workers_for(const Connection& connection, std::size_t length);
   void hand_over(Connection& connection, WorkerPool& workers);
   void begin_sending(Connection& connection);
-  /// Tells its pace what the client has taken since.
+  /// Updates the connection's pace by what the client has acknowledged since.
   void note_taken(Connection& connection);
-  /// False where a worker has to answer.
+  /// Tries to answer on the event loop. Returns false if a worker must answer.
   bool answer_here(Connection& connection, std::size_t length);
-  /// Whether the event loop may try to answer one more request in this turn.
+  /// True if the event loop may try to answer one more request in this turn.
   bool has_time_for(Connection& connection) const;
   void refuse(Connection& connection, const RequestFault& fault);
-  void refuse_queued(Connection& connection);  ///< which has no worker
+  void refuse_queued(Connection& connection);  ///< answers 503: the queue is full
   void linger(Connection& connection);
   void close(Connection& connection);
-  void reset(Connection& connection);  ///< of a client that does not take its answer
+  /// closes a connection whose client does not take its answer
+  void reset(Connection& connection);
   void check_times();
   void on_late(Connection& connection);
 
@@ -168,21 +172,21 @@ class EventLoop {
   const EventLoopCallbacks rules_;
   EventLoopCounts counts_;
   int epoll_ = -1, wake_ = -1;
-  std::vector<std::unique_ptr<Connection>> connections_;  ///< by socket
-  std::vector<int> later_;  ///< sockets of connections that have more to do now
+  std::vector<std::unique_ptr<Connection>> connections_;  ///< indexed by socket
+  std::vector<int> later_;  ///< sockets of connections that can be advanced further
   std::size_t open_ = 0;
   bool accepting_ = true;
   Clock::time_point now_{}, next_check_{};
   std::uint64_t turns_ = 0;
-  int answered_here_ = 0, slow_here_ = 0;  ///< in this turn of the loop, of all connections
+  int answered_here_ = 0, slow_here_ = 0;  ///< counts of all connections in this turn of the loop
   const unsigned processors_ = std::thread::hardware_concurrency();
 
-  std::mutex mutex_;  ///< of the next three
+  std::mutex mutex_;  ///< protects the next three members
   Connection* returned_ = nullptr;
-  bool urgent_ = false;  ///< whether any of them needs the event loop now
+  bool urgent_ = false;  ///< a returned connection needs the event loop now
   bool asleep_ = false;
   std::atomic<bool> stopping_{false}, breaking_{false};
-  // Last: their threads end before anything of the above.
+  // Last, because their threads use the members above.
   std::unique_ptr<WorkerPool> ready_workers_, bulk_workers_, long_workers_, stream_workers_;
 };
 

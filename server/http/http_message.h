@@ -1,5 +1,5 @@
 #pragma once
-/// The answer to a request, as handlers make it.
+/// HttpResponse: the answer to a request, as handlers make it.
 
 #include <functional>
 #include <string>
@@ -12,19 +12,19 @@ namespace sightline {
 struct HttpResponse {
   using Send = std::function<bool(std::string_view)>;
 
-  int status = 0;  ///< 0: nothing was answered yet
+  int status = 0;  ///< 0: not answered yet
   std::string body{};
-  std::string_view content_type{};  ///< a literal; empty: no such header
+  std::string_view content_type{};  ///< a literal; empty: no Content-Type
   std::vector<std::pair<std::string, std::string>> headers{};
-  /// Not null: called again and again after the header is sent, each time with a function that sends
-  /// a piece of the body. False ends the body.
+  /// If not null, the body is a stream. Called repeatedly after the header is sent, each time with
+  /// a function that sends a piece of the body; a result of false ends the body.
   std::function<bool(const Send& send)> stream{};
 
-  /// Adds a header; earlier ones of this name stay.
+  /// Adds a header. Earlier headers with this name stay.
   void set_header(std::string_view name, std::string value) {
     headers.emplace_back(name, std::move(value));
   }
-  /// The value of the first header of this name, spelled like this; null where there is none.
+  /// The value of the first header whose name is spelled so; null if there is none.
   const std::string* header(std::string_view name) const {
     for (const auto& [key, value] : headers) {
       if (key == name) return &value;

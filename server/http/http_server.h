@@ -1,5 +1,5 @@
 #pragma once
-/// An HTTP server: the event loop, the memory of its requests, and one handler.
+/// HttpServer: an event loop, the memory of its requests, and a handler.
 
 #include <atomic>
 #include <functional>
@@ -14,42 +14,44 @@
 
 namespace sightline {
 
-/// Calls the handler for each request that the event loop has received, and writes the answer. Uses
-/// a file descriptor for each connection, and a worker for each request that is being answered.
+/// Calls the handler for each request that the event loop has received, and writes the answer. It
+/// uses a file descriptor for each connection, and a worker for each request that is being
+/// answered.
 class HttpServer {
  public:
   using Dispatch = std::function<void(Exchange&)>;
-  /// Called when a handler has thrown, with the exception's type: its text may be anything, and is
-  /// neither answered nor handed on.
+  /// Called if a handler throws, with the type of the exception. The text of the exception is not
+  /// passed on and not answered, because it may contain anything.
   using Thrown = std::function<void(const std::string& request_id, const std::string& type)>;
 
   HttpServer(const HttpLimits& limits, Dispatch dispatch, Thrown thrown,
              EventLoopCallbacks rules = {});
   ~HttpServer();
 
-  /// Listens; connections queue up from here on. Returns the port. Errors: LISTEN_FAILED.
+  /// Starts listening; connections queue up from now on. Returns the port. Errors: LISTEN_FAILED.
   Result<int> bind(const ListenAddress& address);
-  /// Serves until stop, and returns when the last connection has ended.
+  /// Serves until stop(), and returns when the last connection has ended.
   void serve();
-  /// No new connections; idle ones end, requests that have begun are answered. From any thread.
+  /// Stops accepting; idle connections are closed, requests that have begun are answered.
+  /// Thread-safe.
   void stop();
-  /// Breaks every connection off, and the work for it. From any thread.
+  /// Closes every connection and cancels its work. Thread-safe.
   void break_connections();
 
-  /// Takes what of `limits` is Live. From any thread.
+  /// Takes the Live members of `limits`. Thread-safe.
   void change(const HttpLimits& limits) { limits_.take_live(limits); }
 
   const EventLoopCounts& counts() const { return loop_.counts(); }
-  /// Requests that wait for a worker. While it serves.
+  /// Requests that wait for a worker.
   std::size_t queued() const { return loop_.queued(); }
-  /// Bytes of memory that connections and requests hold, see MemoryBudget.
+  /// Bytes of memory that connections and requests use (MemoryBudget).
   std::uint64_t memory() const { return memory_.taken(); }
-  /// Bytes of temporary files that bodies and answers hold.
+  /// Bytes of temporary files of bodies and answers.
   std::uint64_t spooled() const { return spool_.used(); }
 
  private:
   void answer(Connection& connection);
-  /// Calls the handler; an exception becomes a problem.
+  /// Calls the handler; turns an exception into a problem.
   void handle(Exchange& exchange) const;
 
   HttpLimits limits_;

@@ -1,5 +1,5 @@
 #pragma once
-/// Which HTTP status an error has, and what it is called.
+/// The HTTP status of an error, and its name.
 
 #include <string_view>
 
@@ -8,7 +8,7 @@
 namespace sightline {
 
 int http_status(ErrorKind kind);
-/// "Unprocessable Entity": the reason phrase of an answer, and the title of a problem
+/// The reason phrase of a status and the title of its problems, such as "Unprocessable Entity".
 std::string_view status_title(int status);
 
 }  // namespace sightline

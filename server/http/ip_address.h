@@ -1,5 +1,5 @@
 #pragma once
-/// Addresses of the internet, and which of them a server may be sent to by a stranger.
+/// Internet addresses, and which of them a server may connect to at the request of a client.
 
 #include <sys/socket.h>
 
@@ -15,31 +15,32 @@ namespace sightline {
 
 struct IpAddress {
   bool is_v4 = false;
-  std::array<std::uint8_t, 16> bytes{};  ///< network order; of IPv4 the first four
+  std::array<std::uint8_t, 16> bytes{};  ///< in network order; an IPv4 address has the first four
 
+  /// Parses an address in text form; empty if it is none.
   static std::optional<IpAddress> parse(const std::string& text);
-  /// Empty for another family.
+  /// The address of a socket; empty for families other than IPv4 and IPv6.
   static std::optional<IpAddress> of(const sockaddr* address);
-  /// The IPv4 address inside ::ffff:a.b.c.d, else itself.
+  /// The IPv4 address in ::ffff:a.b.c.d; other addresses unchanged.
   IpAddress unmapped() const;
 };
 
-/// Whether anybody on the internet could reach it. Not: private, loopback, link-local, shared
-/// (CGNAT), multicast, reserved and documentation addresses of either version, and IPv6 addresses
-/// that carry an IPv4 address (mapped, translated, 6to4, Teredo). [RFC6890] and its registries.
+/// True if the address is reachable from the public internet. False for private, loopback,
+/// link-local, shared (CGNAT), multicast, reserved and documentation addresses of both versions,
+/// and for IPv6 addresses that contain an IPv4 address (mapped, translated, 6to4, Teredo).
+/// [RFC6890] and its registries.
 bool is_public(const IpAddress& address);
 
-/// Whether only programs of this machine can reach it.
+/// True if only programs on this machine can reach the address.
 bool is_loopback(const IpAddress& address);
-/// Whether a host is "127.0.0.1", "::1" or "localhost". Other names may lead anywhere.
+/// True for the hosts "127.0.0.1", "::1" and "localhost". Other names may resolve to any address.
 bool is_local_host(const std::string& host);
 
-/// The name or address in a Host field or in an origin, without its port and without the brackets
-/// of
-/// [::1]. Nothing where it is not "name", "name:port", "[IPv6]" or "[IPv6]:port" [RFC3986] 3.2.
+/// The name or address in a Host field or an origin, without its port and without the brackets of
+/// [::1]. Empty if the text is not "name", "name:port", "[IPv6]" or "[IPv6]:port" [RFC3986] 3.2.
 std::optional<std::string> host_name(std::string_view host);
 
-/// "10.0.0.0/8", "fd00::/8", or one address.
+/// A range of addresses: "10.0.0.0/8", "fd00::/8", or a single address.
 class AddressRange {
  public:
   /// Errors: ADDRESS_RANGE_INVALID.

@@ -1,5 +1,5 @@
 #pragma once
-/// The socket that a server listens on.
+/// Opens the socket on which a server listens.
 
 #include <string>
 
@@ -7,18 +7,21 @@
 
 namespace sightline {
 
+/// Where to listen.
 struct ListenAddress {
   std::string host;
   int port = 0;
 };
-/// "127.0.0.1:8080", "[::1]:0", "localhost:80". Errors: LISTEN_ADDRESS_INVALID.
+/// Parses "127.0.0.1:8080", "[::1]:0" or "localhost:80". Errors: LISTEN_ADDRESS_INVALID.
 Result<ListenAddress> parse_listen_address(const std::string& text);
 
+/// A listening socket.
 struct Listener {
-  int descriptor = -1;  ///< non-blocking; the caller closes it
+  int descriptor = -1;  ///< non-blocking; the caller must close it
   int port = 0;
 };
-/// Listens; connections queue up from here on. Port 0 becomes a free one. Errors: LISTEN_FAILED.
+/// Starts listening; connections queue up from now on. For port 0 the system chooses a free port.
+/// Errors: LISTEN_FAILED.
 Result<Listener> listen_on(const ListenAddress& address);
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-/// What a request says its body is.
+/// Checks the media type of request bodies.
 
 #include <initializer_list>
 #include <string_view>
@@ -8,19 +8,20 @@
 
 namespace sightline {
 
-/// Whether there is a Content-Type.
+/// True if the request has a Content-Type.
 bool says_media_type(const Exchange& exchange);
 
-/// 415 MEDIA_TYPE_UNSUPPORTED, with what is accepted in Accept, unless Content-Type is one of
-/// `accepted` (parameters are ignored), is left out, or is one of `tolerated`, which the answer
-/// does not advertise. Returns false after it has answered.
+/// Checks that the Content-Type (without parameters) is in `accepted` or `tolerated`, or missing.
+/// Otherwise answers 415 MEDIA_TYPE_UNSUPPORTED, with `accepted` in the header Accept, and returns
+/// false.
 bool admit_media_type(Exchange& exchange, std::initializer_list<std::string_view> accepted,
                       std::initializer_list<std::string_view> tolerated = {});
 
-/// What `curl -d` sends when nobody tells it otherwise.
+/// The Content-Type that `curl -d` sends by default.
 inline constexpr std::string_view kFormMediaType = "application/x-www-form-urlencoded";
 
-/// The media type without its parameters, in any case; empty where there is none.
+/// The media type of the body without its parameters, as the client spelled it; empty if there is
+/// none.
 std::string_view media_type(const Exchange& exchange);
 
 }  // namespace sightline

@@ -1,5 +1,6 @@
 #pragma once
-/// Query parameters of a request: name=value, each name known and at most once.
+/// QueryParameters: the parameters name=value of a request target. Each name must be known, and
+/// given at most once.
 
 #include <cstdint>
 #include <initializer_list>
@@ -14,14 +15,15 @@ namespace sightline {
 
 class QueryParameters {
  public:
-  /// Reads them from the target itself: the library's own reader takes "first=0;x=1" for x = 1.
-  /// Nothing after it has answered 422 QUERY_INVALID, naming the known ones.
+  /// Reads the parameters. Empty after it has answered 422 QUERY_INVALID, which lists the known
+  /// names. It parses the target itself, because httplib takes "first=0;x=1" for x = 1.
   static std::optional<QueryParameters> read(Exchange& exchange,
                                              std::initializer_list<std::string_view> known);
 
+  /// The value of a parameter; empty if it was not given.
   std::optional<std::string_view> text(std::string_view name) const;
-  /// Digits, from 0 to `most`; `value` stays what it is when the parameter is left out. False after
-  /// it has answered 422 QUERY_INVALID.
+  /// Reads an integer from 0 to `most`. `value` is unchanged if the parameter was not given.
+  /// Returns false after it has answered 422 QUERY_INVALID.
   bool number(Exchange& exchange, std::string_view name, std::uint64_t most,
               std::uint64_t& value) const;
 

@@ -1,5 +1,6 @@
 #pragma once
-/// What has come of a request body: the first bytes in memory, the rest in a temporary file.
+/// ReceivedBody: the part of a request body that has arrived. The first bytes are in memory, the
+/// rest in a temporary file.
 
 #include <cstddef>
 #include <cstdint>
@@ -13,11 +14,11 @@
 
 namespace sightline {
 
-/// Takes a body off what a connection receives, removes the chunk framing, and stores the payload
-/// until it is read. One thread at a time.
+/// Takes the bytes that a connection receives, removes chunk framing, and stores the payload until
+/// it is read. Not thread-safe.
 class ReceivedBody {
  public:
-  /// Bytes that stay in memory, and those of a body that is taken in parts.
+  /// Bytes that are stored in memory, and for a body in parts.
   static constexpr std::size_t kInMemory = 4 << 10, kPart = 64 << 10;
 
   ReceivedBody(const RequestHead& head, MemoryBudget& budget, Spool& spool)
@@ -26,34 +27,34 @@ class ReceivedBody {
   ReceivedBody(const ReceivedBody&) = delete;
   ReceivedBody& operator=(const ReceivedBody&) = delete;
 
-  /// Takes bytes of this body off the front of `input`, which is overwritten. False where the spool
-  /// has no room for them.
+  /// Takes bytes of this body from the front of `input`, whose memory is overwritten; sets `taken`
+  /// to their number. Returns false if the spool has no room for them.
   bool take(char* input, std::size_t size, std::size_t& taken);
-  /// The client ended its side.
+  /// Records that the client has closed its side.
   void end() { has_ended_ = true; }
 
-  /// Whether the last byte has come.
+  /// True if the last byte has arrived.
   bool is_whole() const { return is_chunked_ ? chunks_.is_over() : left_ == 0; }
-  /// Whether the rest cannot come: the client ended its side, or the chunks are malformed.
+  /// True if the rest cannot arrive: the client has closed its side, or the chunks are malformed.
   bool is_broken() const { return chunks_.is_broken() || (has_ended_ && !is_whole()); }
-  /// Payload bytes that have come, and how many of them were dropped.
+  /// Payload bytes that have arrived, and those of them that were dropped after reading.
   std::uint64_t size() const { return dropped_ + memory_.size() + file_.size(); }
   std::uint64_t dropped() const { return dropped_; }
   std::uint64_t unread() const { return memory_.size() + file_.size() - at_; }
-  /// Bytes of the body that a client has yet to send. Precondition: the body is not chunked.
+  /// Bytes that the client has yet to send. Precondition: the body is not chunked.
   std::uint64_t to_come() const { return left_; }
   bool is_chunked() const { return is_chunked_; }
   /// Bytes in the temporary file.
   std::uint64_t spooled() const { return file_.size(); }
 
-  /// Reads at most `size` bytes from where the last read ended. Fewer where no more have come, or
-  /// where the disk fails, which has_failed() tells.
+  /// Reads at most `size` bytes from where the last read ended. Returns fewer if no more have
+  /// arrived, or if the disk fails, which has_failed() tells.
   std::size_t read(char* data, std::size_t size);
   bool has_failed() const { return has_failed_; }
-  /// Begins again with the first byte that was stored.
+  /// Lets the next read begin at the first stored byte.
   void rewind() { at_ = 0; }
-  /// What has come was read as a part, and goes; kPart bytes of the next part stay in memory where
-  /// the budget has room. Precondition: unread() is 0, or nothing has come.
+  /// Drops what has arrived, after it was read as a part. kPart bytes of the next part are stored
+  /// in memory if the budget has room. Precondition: unread() is 0, or nothing has arrived.
   void begin_part();
 
  private:

@@ -1,11 +1,12 @@
 #pragma once
-/// Admission: the memory that connections and requests may hold in total (--memory).
+/// Admission of requests by memory: the memory that connections and requests may use in total
+/// (--memory).
 ///
-/// A request reserves memory before it takes it. Where others have it, a request waits only while it
-/// holds nothing, so no two wait for each other. A request that needs more than it has gives all
-/// back and begins again, since its body is still there. It then waits until all that it needs is
-/// free at once. Requests that wait get their memory in the order in which they came, except those
-/// that fit beside the waiting ones.
+/// A request reserves memory before it allocates it. If there is not enough, a request waits only
+/// while it holds no memory, so two requests never wait for each other. A request that needs more
+/// than it holds releases all and begins again, because its body is still stored; it then waits
+/// until all that it needs is free at once. Waiting requests get memory in the order of arrival,
+/// except for requests that fit beside them.
 
 #include <condition_variable>
 #include <cstdint>
@@ -18,96 +19,101 @@
 
 namespace sightline {
 
-/// Bytes that are counted, not allocated. The last eighth is reserved for requests that hold at most
-/// a sixteenth, which do not wait for larger ones. One request at a time may exceed the budget,
-/// while all others hold at most half of it, and they get no more than that half until it ends.
-/// Outlives its holders; may be used from many threads.
+/// Counts bytes, without allocating. The last eighth is reserved for requests that hold at most a
+/// sixteenth; these do not wait for larger ones. One request at a time may exceed the budget. It
+/// may do so while all others hold at most half of the budget, and until it ends they get no more
+/// than that half. Must outlive its holders. Thread-safe.
 class MemoryBudget {
  public:
-  /// all  bytes of connections and requests
-  /// one  bytes of one request
+  /// all  bytes for connections and requests
+  /// one  the most bytes of one request
   MemoryBudget(std::uint64_t all, std::uint64_t one) : all_(all), one_(one) {}
   MemoryBudget(const MemoryBudget&) = delete;
   MemoryBudget& operator=(const MemoryBudget&) = delete;
 
-  /// For headers, bodies and answers in transfer: half of the budget. False, and nothing is taken,
-  /// where there is not so much now.
+  /// Takes bytes for headers, bodies and answers in transfer, which may use half of the budget.
+  /// Returns false, and takes nothing, if they are not free now.
   bool charge(std::uint64_t bytes);
   void release(std::uint64_t bytes);
 
-  /// What one request has of it.
+  /// The bytes that a request holds.
   struct Holder {
     std::uint64_t bytes = 0;
   };
-  /// Takes so many bytes more; false, and nothing is taken, where there are not so many now.
+  /// Takes `bytes` more. Returns false, and takes nothing, if they are not free now.
   bool take(Holder& holder, std::uint64_t bytes);
-  /// Waits for its turn until the deadline. Precondition: the holder has nothing, or may wait for
-  /// others although it holds memory.
+  /// Takes `bytes` more, waiting in the queue until the deadline; returns false at the deadline.
+  /// Precondition: the holder holds nothing, or is a stream, which may wait while it holds memory.
   bool wait(Holder& holder, std::uint64_t bytes, const Deadline& deadline);
-  /// Gives back all but `bytes`.
+  /// Releases all but `bytes`.
   void keep(Holder& holder, std::uint64_t bytes);
 
-  /// Bytes, by all.
+  /// Bytes that are taken in total.
   std::uint64_t taken() const;
   std::uint64_t one() const { return one_; }
-  /// Whether somebody waits, and a holder of so many bytes matters.
+  /// True if a request waits, and a holder of `bytes` delays it noticeably.
   bool is_wanted(std::uint64_t bytes) const;
 
  private:
-  // Precondition of all: mutex_ is held.
+  // Preconditions: mutex_ is held.
   bool is_small(std::uint64_t bytes) const { return bytes <= all_ / 16; }
   bool has_room(const Holder& holder, std::uint64_t bytes) const;
-  /// Whether it need not queue behind those that wait.
+  /// True if a request may take memory before those that wait.
   bool may_overtake(const Holder& holder, std::uint64_t bytes) const;
   bool try_take(Holder& holder, std::uint64_t bytes);
 
   const std::uint64_t all_, one_;
   mutable std::mutex mutex_;
-  std::condition_variable changed_;  ///< something was given back
+  std::condition_variable changed_;  ///< memory was released
   std::uint64_t taken_ = 0;
-  std::uint64_t charged_ = 0;        ///< of that, what belongs to no request
-  const Holder* large_ = nullptr;    ///< the holder beyond the budget; null while taken_ <= all_
-  std::deque<const Holder*> queue_;  ///< those that wait, in their order
+  std::uint64_t charged_ = 0;  ///< part of taken_ that belongs to no request
+  /// the request that exceeds the budget; null while taken_ <= all_
+  const Holder* large_ = nullptr;
+  std::deque<const Holder*> queue_;  ///< requests that wait, in their order
 };
 
-/// The memory of one request. One thread at a time.
+/// The memory of one request. Not thread-safe.
 class RequestMemory {
  public:
-  /// State that a request that begins again takes over. `reserve` writes it on MEMORY_BUSY.
+  /// What a request that begins again must wait for. `reserve` sets it on MEMORY_BUSY.
   struct Plan {
     std::uint64_t bytes = 0;
     Deadline::Clock::time_point until = Deadline::Clock::time_point::max();
   };
+  /// When a request waits for memory.
   enum class Wait {
-    kNever,       ///< on the event loop: free bytes alone
-    kBegunAgain,  ///< on a worker for small requests: a refused one begins again elsewhere
-    kWhileEmpty,  ///< on other workers
-    kStream       ///< also while it holds memory, for a few seconds: a stream cannot begin again
+    kNever,  ///< on the event loop: never
+    /// on a worker for small requests: never; a refused request begins again on another worker
+    kBegunAgain,
+    kWhileEmpty,  ///< on other workers: while it holds nothing
+    /// on the thread of a stream: also while it holds memory, for a few seconds, because it cannot
+    /// begin again
+    kStream
   };
-  /// `plan` outlives this.
+  /// `plan` must outlive the object.
   RequestMemory(MemoryBudget& budget, Plan& plan, Wait wait, const CancelFlag* caller)
       : budget_(budget), plan_(plan), wait_(wait), caller_(caller) {}
-  /// After a large request what was freed goes back to the system, before others get their turn.
+  /// After a large request, returns freed memory to the system before other requests continue.
   ~RequestMemory();
   RequestMemory(const RequestMemory&) = delete;
   RequestMemory& operator=(const RequestMemory&) = delete;
 
-  /// To be called before the memory is taken. The first 256 KiB of a request are free: for all
-  /// workers this is little. Errors, and nothing is reserved: MEMORY_BUSY (others have it),
+  /// Reserves memory; to be called before it is allocated. The first 256 KiB of a request are free.
+  /// Errors, after which nothing is reserved: MEMORY_BUSY (other requests hold it),
   /// REQUEST_TOO_LARGE (it never fits), DEADLINE.
   Status reserve(std::uint64_t bytes);
-  /// Of what was reserved so far no more than that is still in use, beside pinned bytes.
+  /// Releases what was reserved so far, except for `bytes` and pinned bytes.
   void keep(std::uint64_t bytes);
-  /// Reserves bytes that stay until unpin.
+  /// Reserves bytes that stay reserved until unpin.
   Status pin(std::uint64_t bytes);
   void unpin() { pinned_ = 0; }
-  /// Nothing more is reserved: the answer of so many bytes is ready.
+  /// To be called when the answer of `bytes` bytes is ready; nothing more is reserved.
   void finish(std::uint64_t bytes);
-  /// Whether others wait for memory, and this has enough of it to matter.
+  /// True if other requests wait for memory, and this one holds enough to matter.
   bool keeps_others_waiting() const { return budget_.is_wanted(holder_.bytes); }
-  /// Whether the last reservation failed because others had the memory.
+  /// True if the last reservation failed because other requests held the memory.
   bool was_refused() const { return was_refused_; }
-  /// From now on nothing is waited for longer than that: reserve fails with DEADLINE then.
+  /// Sets the time until which reserve() may wait; afterwards it fails with DEADLINE.
   void wait_until(Deadline::Clock::time_point at) { until_ = at; }
 
  private:
@@ -119,16 +125,16 @@ class RequestMemory {
   const CancelFlag* const caller_;
   MemoryBudget::Holder holder_;
   std::uint64_t used_ = 0, pinned_ = 0, most_ = 0;
-  std::uint64_t planned_ = 0;  ///< bytes that stay until finish
+  std::uint64_t planned_ = 0;  ///< bytes that stay reserved until finish
   bool was_refused_ = false;
   Deadline::Clock::time_point until_ = Deadline::Clock::time_point::max();
 };
 
-/// RequestMemory::reserve; success where `memory` is null.
+/// RequestMemory::reserve; success if `memory` is null.
 inline Status reserve(RequestMemory* memory, std::uint64_t bytes) {
   return memory == nullptr ? success() : memory->reserve(bytes);
 }
-/// RequestMemory::reserve as a callback; `memory` outlives it.
+/// A function that calls RequestMemory::reserve; `memory` must outlive it.
 inline ReserveBytes reserve_from(RequestMemory* memory) {
   return [memory](std::uint64_t bytes) { return reserve(memory, bytes); };
 }

@@ -1,5 +1,6 @@
 #pragma once
-/// Writes the answer to one request: the header in one pass, then the body or a stream.
+/// ResponseWriter: writes the answer to a request: the header in one write, then the body or a
+/// stream.
 
 #include <chrono>
 #include <string>
@@ -13,20 +14,20 @@
 
 namespace sightline {
 
-/// Appends the status line and all headers of an answer, with the empty line. A stream has no
-/// length: it is chunked, or to HTTP/1.0 ends with the connection.
-/// is_last  false where the connection stays open for another request
+/// Appends the status line, all headers and the empty line of an answer. A stream has no length: it
+/// is chunked, or for HTTP/1.0 ends with the connection.
+/// is_last  false if the connection stays open for another request
 void append_head(std::string& out, const RequestHead& head, const HttpResponse& response,
                  std::string_view request_id, bool is_last, const AnswerHeaders& headers);
-/// The answer to a request that the event loop refuses: problem+json.
+/// The answer to a request that the event loop refuses, as problem+json.
 HttpResponse refusal(const RequestFault& fault, const std::string& request_id);
 
-/// Collects writes, so that the header and a small body leave in one packet. What a client does not
-/// take at once stays behind: up to 64 KiB in the connection's output, more in a temporary file.
-/// Only a stream waits for its client.
+/// Collects writes, so that the header and a small body leave in one packet. What the client does
+/// not take at once stays in the connection's output, up to 64 KiB, and beyond that in a temporary
+/// file. Only a stream waits for its client.
 class ResponseWriter {
  public:
-  /// busy_rate  bytes per second that the client of a stream has to take while others wait for the
+  /// busy_rate  least bytes per second of the client of a stream while other requests wait for the
   ///            memory that the stream holds
   ResponseWriter(Connection& connection, const PaceLimits& pace, std::uint64_t busy_rate,
                  const RequestMemory& memory)
@@ -35,18 +36,20 @@ class ResponseWriter {
         busy_limits_{busy_rate, pace.window, pace.longest},
         memory_(memory) {}
 
+  /// Appends a text to the answer.
   void write(std::string_view text);
   /// Writes the pieces of a stream until it ends or the client is gone.
   void write_stream(const HttpResponse& response, bool chunked);
-  /// Sends all, waiting for the client as the pace allows. False when it is gone or too slow.
+  /// Sends everything, waiting for the client as the pace allows. Returns false if it is gone or
+  /// too slow.
   bool flush();
-  /// Sends what goes without waiting; the event loop sends the rest. False when the connection is
-  /// broken.
+  /// Sends what can be sent without waiting; the event loop sends the rest. Returns false if the
+  /// connection is broken.
   bool finish();
 
  private:
   bool send_with(std::string_view& more);
-  /// How fast the client takes what waits for it.
+  /// How fast the client takes the output.
   struct Uptake {
     Uptake(const Connection& connection, const PaceLimits& pace_limits,
            const PaceLimits& busy_limits)
@@ -55,12 +58,11 @@ class ResponseWriter {
           busy_pace(busy_limits, Pace::Clock::now()) {}
     void look(const Connection& connection);
 
-    std::uint64_t taken;  ///< bytes, at the last check
+    std::uint64_t taken;  ///< acknowledged bytes at the last check
     Pace pace, busy_pace;
   };
   bool wait_for_client(Uptake& uptake);
-  /// Stores what is not sent yet, and `rest`. False where neither the memory nor the spool has
-  /// room.
+  /// Stores the unsent output, and `rest`. Returns false if neither memory nor spool has room.
   bool leave_behind(std::string_view rest);
   bool spool(std::string_view rest);
 
@@ -70,10 +72,10 @@ class ResponseWriter {
   bool broken_ = false;
 };
 
-/// Interval of the check whether a slow client delays other requests.
+/// How often a stream checks if its slow client delays other requests.
 inline constexpr std::chrono::milliseconds kSlowClientLook{100};
 
-/// Waits until there is something to receive, or the connection has ended. False at `due`.
+/// Waits until bytes arrive or the connection ends. Returns false at `due`.
 bool wait_until_readable(int socket, std::chrono::steady_clock::time_point due);
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-/// From method and path to a handler.
+/// Router: finds the handler for a method and a path.
 
 #include <functional>
 #include <string>
@@ -10,22 +10,25 @@
 
 namespace sightline {
 
-/// Paths are compared segment by segment after percent-decoding each, so that an encoded slash in
-/// a name never becomes a path.
+/// Compares paths segment by segment, after percent-decoding each, so that an encoded slash in a
+/// name does not divide a path.
 class Router {
  public:
   using Handler = std::function<void(Exchange&)>;
 
-  /// pattern  "/v1/scenes/{id}/rays:closest": literal segments, and {id} and {node} for any segment
-  ///          that is not empty.
-  /// GET answers HEAD as well.
-  /// parameters  whether the handler reads query parameters; else each is 422 QUERY_INVALID
+  /// Adds a route. GET also answers HEAD.
+  /// pattern     "/v1/scenes/{id}/rays:closest": literal segments, and {id} and {node} for any
+  ///             segment
+  ///             that is not empty
+  /// parameters  kTaken: the handler reads query parameters; kRefused: any parameter is answered
+  ///             with
+  ///             422 QUERY_INVALID
   enum class Parameters { kRefused, kTaken };
   void add(std::string_view method, std::string_view pattern, Handler handler,
            Parameters parameters = Parameters::kRefused);
 
-  /// Calls the handler. Without one: 404 ROUTE_NOT_FOUND, 405 METHOD_NOT_ALLOWED with Allow, 204
-  /// with Allow for OPTIONS.
+  /// Calls the handler of a request. Without a handler answers 404 ROUTE_NOT_FOUND, 405
+  /// METHOD_NOT_ALLOWED with Allow, or for OPTIONS 204 with Allow.
   void dispatch(Exchange& exchange) const;
 
  private:
@@ -38,8 +41,8 @@ class Router {
   std::vector<Route> routes_;
 };
 
-/// The segments of a request target without its query: "/a/b%20c?x" gives "a", "b c". False where
-/// it is no path, or a percent sign is not followed by two hexadecimal digits.
+/// Splits the path of a request target into decoded segments: "/a/b%20c?x" gives "a", "b c".
+/// Returns false if it is no path, or a percent sign is not followed by two hexadecimal digits.
 bool split_path(std::string_view target, std::vector<std::string>& segments);
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-/// Temporary files for request bodies and answers that wait for their clients.
+/// Spool: temporary files of request bodies and answers that wait for their clients.
 
 #include <atomic>
 #include <cstddef>
@@ -11,23 +11,22 @@
 
 namespace sightline {
 
-/// Counts the bytes of all temporary files. May be used from many threads; outlives its
-/// files.
+/// Counts the bytes of all temporary files. Thread-safe; must outlive its files.
 class Spool {
  public:
-  /// folder  where the files are made; they have no name there
-  /// limit   bytes of all files
+  /// folder  where the files are made; they have no names there
+  /// limit   the most bytes of all files
   Spool(std::string folder, std::uint64_t limit) : folder_(std::move(folder)), limit_(limit) {}
   Spool(const Spool&) = delete;
   Spool& operator=(const Spool&) = delete;
 
-  /// Takes `bytes` for a file of `size` bytes; false where they do not fit. The last eighth is
-  /// reserved for small files.
+  /// Takes `bytes` more for a file of `size` bytes. Returns false if they do not fit. The last
+  /// eighth of the limit is reserved for small files.
   bool take(std::uint64_t bytes, std::uint64_t size);
   void give(std::uint64_t bytes) { used_ -= bytes; }
   /// Bytes of all files.
   std::uint64_t used() const { return used_; }
-  /// Whether a file of `size` bytes is small: at most a 1024th of the limit.
+  /// True if a file of `size` bytes is small: at most a 1024th of the limit.
   bool is_small(std::uint64_t size) const { return size <= limit_ / 1024; }
   const std::string& folder() const { return folder_; }
 
@@ -37,7 +36,7 @@ class Spool {
   std::atomic<std::uint64_t> used_{0};
 };
 
-/// One unlinked temporary file; it is made by the first append and goes with this object.
+/// An unlinked temporary file. The first append makes it, the destructor removes it.
 class SpoolFile {
  public:
   explicit SpoolFile(Spool& spool) : spool_(spool) {}
@@ -45,18 +44,20 @@ class SpoolFile {
   SpoolFile(const SpoolFile&) = delete;
   SpoolFile& operator=(const SpoolFile&) = delete;
 
-  /// False where the spool or its disk has no room; the file is then as before.
+  /// Appends bytes. Returns false if the spool or its disk has no room; the file is then unchanged.
   bool append(std::string_view bytes);
-  /// Makes it empty.
+  /// Makes the file empty.
   void clear();
-  /// At most `size` bytes from `offset`. Fewer only at the end of the file or where the disk fails.
+  /// Reads at most `size` bytes from `offset`. Returns fewer only at the end of the file or if the
+  /// disk fails.
   std::size_t read(std::uint64_t offset, char* data, std::size_t size) const;
-  /// Bytes.
+  /// Size in bytes.
   std::uint64_t size() const { return size_; }
-  /// -1 before the first append.
+  /// The file descriptor; -1 before the first append.
   int descriptor() const { return descriptor_; }
 
-  /// Whether files can be made in a folder. Errors: SPOOL_UNUSABLE, with what the system says.
+  /// Checks that files can be made in a folder. Errors: SPOOL_UNUSABLE, with the text of the
+  /// system.
   static Status can_be_made_in(const std::string& folder);
 
  private:
