@@ -8,15 +8,15 @@
 
 namespace sightline {
 
-/// Ends the process with that exit code, whatever else is going on in it.
+/// Ends the process with an exit code, whatever its threads are doing.
 using EndNow = std::function<void(int code)>;
 
-/// Serves until SIGTERM or SIGINT, which drains running requests. A second signal aborts them. A
-/// signal during the final teardown ends the process at once, as that signal does; `end_now` does
-/// it where no signal can (in a container). The first line on `out` is "listening on
+/// Serves until SIGTERM or SIGINT, which drains running requests; a second signal aborts them. A
+/// signal during the final teardown ends the process at once by its default action, or by `end_now`
+/// where a signal cannot (in a container). The first line on `out` is "listening on
 /// http://ADDR:PORT", as soon as connections are accepted. The log goes to standard error. Returns
-/// the exit code: 0 after a stop, 2 when it could not start. Call from the first thread, before any
-/// other is made.
+/// the exit code: 0 after a stop, 2 if it could not start. Must be called from the first thread,
+/// before any other thread is started.
 int run_serve(const ServeCommand& command, const EndNow& end_now, std::ostream& out,
               std::ostream& complaints);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// The command line: what was asked for, as plain data.
+/// Parses the command line into plain data: one struct for each command.
 
 #include <cstdint>
 #include <optional>
@@ -21,24 +21,26 @@
 
 namespace sightline {
 
-/// One flag of sightline serve, without its dashes, as it was given, or else its default.
+/// A flag of sightline serve, with its value as given on the command line or by default. The name
+/// has no dashes.
 struct FlagText {
   std::string name, text;
-  bool live = false;  ///< whether SIGHUP changes it
+  bool live = false;  ///< SIGHUP can change it
   bool operator==(const FlagText&) const = default;
 };
 
-/// sightline serve
+/// sightline serve. Here and in the other commands, a member without a comment is the flag of its
+/// name.
 struct ServeCommand {
-  std::string config;  ///< a file of settings; they stand in this already
+  std::string config;  ///< file of settings; the members contain them already
   ListenAddress listen{"127.0.0.1", 8080};
-  std::string keys;       ///< a file; empty: everybody may do everything
-  bool insecure = false;  ///< without keys where others than this machine can ask
-  std::string data;       ///< empty: scenes live in memory only
-  std::vector<std::pair<std::string, std::string>> preloads;  ///< id, source
+  std::string keys;       ///< file of keys; empty: every client may do everything
+  bool insecure = false;  ///< starts without keys even if other machines can connect
+  std::string data;       ///< data folder; empty: scenes are in memory only
+  std::vector<std::pair<std::string, std::string>> preloads;  ///< pairs of scene name and source
   int threads = 0;
-  std::vector<std::string> cors_origins;  ///< whose pages may ask
-  std::string scene_root;                 ///< empty: clients may name no paths
+  std::vector<std::string> cors_origins;  ///< origins whose pages may read answers
+  std::string scene_root;  ///< folder of scene files; empty: clients may name no paths
   UrlRules urls;
   std::string kernel;
   std::string log_level = "info";
@@ -46,11 +48,11 @@ struct ServeCommand {
   HttpLimits http;
   ServiceLimits limits;
   Laziness laziness = Laziness::kWhenNeeded;
-  std::vector<FlagText> flags;         ///< all
-  std::vector<std::string> arguments;  ///< to parse again
+  std::vector<FlagText> flags;         ///< all flags, for /version
+  std::vector<std::string> arguments;  ///< to be parsed again after SIGHUP
 };
 
-/// The question of `sightline cast` and `query` about a ray.
+/// What `sightline cast` and `query` ask about a ray.
 enum class CastMode { kClosest, kAny, kAll, kCount };
 
 /// sightline cast
@@ -64,7 +66,7 @@ struct CastCommand {
   std::string kernel;
 };
 
-/// The server that a client talks to, and the key that it sends.
+/// The server that a client connects to, and its key.
 struct ServerAddress {
   std::string url;
   std::string key_file;  ///< empty: the key is in the environment, if there is one
@@ -74,7 +76,7 @@ struct ServerAddress {
 struct QueryCommand {
   ServerAddress server;
   std::string scene;
-  std::string rays;  ///< a file, "-": standard input; empty: `ray`
+  std::string rays;  ///< a file of rays; "-": standard input; empty: `ray`
   Ray ray;
   CastMode mode = CastMode::kClosest;
   Crossings crossings = Crossings::kEvery;
@@ -85,7 +87,7 @@ struct QueryCommand {
 /// sightline mcp
 struct McpCommand {
   ServerAddress server;
-  std::string files;  ///< a folder; empty: nothing can be uploaded
+  std::string files;  ///< folder of files that may be uploaded; empty: none
 };
 
 /// sightline demo
@@ -105,7 +107,7 @@ struct CheckCommand {
   std::string file;
 };
 
-/// Nothing to run: what was asked for is this text.
+/// Nothing to run: print this text (help, version, or an error) and exit.
 struct ShowText {
   std::string text;
   int exit_code = 0;
@@ -114,15 +116,15 @@ struct ShowText {
 using Command = std::variant<ServeCommand, CastCommand, QueryCommand, McpCommand, DemoCommand,
                              KeyCommand, CheckCommand, ShowText>;
 
-/// `arguments` begin with the name of the program. Reads the file of --config.
+/// Parses the arguments, of which the first is the name of the program. Reads the file of --config.
 Command parse_command_line(const std::vector<std::string>& arguments);
-/// Parses the arguments again for a running server. Its file of keys is read separately and may be
-/// missing.
+/// Parses the arguments again in a running server, after SIGHUP. Does not check the file of keys,
+/// which is read separately and may be missing.
 Command parse_again(const std::vector<std::string>& arguments);
 
-/// The mistakes in a file for --config, each with its place, "FILE:LINE: name: text".
+/// The result of checking a file for --config. Each entry is "FILE:LINE: name: text".
 struct ConfigReport {
-  std::vector<std::string> mistakes;  ///< none: a server would take it
+  std::vector<std::string> mistakes;  ///< empty: a server would accept the file
   std::vector<std::string> warnings;
 };
 ConfigReport report_of_config(const std::string& file);

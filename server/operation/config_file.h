@@ -1,5 +1,5 @@
 #pragma once
-/// The file of --config: settings as JSON, of which each is a flag.
+/// Reads the file of --config: settings as JSON, each with the name of a flag.
 
 #include <string>
 #include <string_view>
@@ -7,24 +7,26 @@
 
 namespace sightline {
 
-/// "max-rays": 1000 is --max-rays 1000; true is a flag without a value, a list one for each value.
+/// A setting. "max-rays": 1000 is --max-rays 1000; true is a flag without a value; a list is a flag
+/// given several times.
 struct Setting {
   std::string name;
-  std::vector<std::string> values;  ///< as they would be written after the flag
+  std::vector<std::string> values;  ///< as they would follow the flag on the command line
   int line = 0;
 };
 
-/// One object, comments as in C++ allowed. `mistakes` gets, each with its place: what is no JSON,
-/// settings that stand twice, and values that no flag could have.
+/// Reads a file with a JSON object, in which C++ comments are allowed. Appends to `mistakes`, each
+/// with its place: text that is not JSON, settings given twice, and values that no flag can have.
 std::vector<Setting> read_config(const std::string& file, std::vector<std::string>& mistakes);
 
-/// Parses `text`, the content of `file`.
+/// Parses `text`, the content of `file`; otherwise like read_config.
 std::vector<Setting> parse_config(std::string_view text, const std::string& file,
                                   std::vector<std::string>& mistakes);
 
-/// "FILE:LINE: name: "
+/// The place of a setting for messages: "FILE:LINE: name: ".
 std::string place_of(const std::string& file, const Setting& setting);
 
+/// Appends a setting to `arguments` as flags.
 void append_flags(const Setting& setting, std::vector<std::string>& arguments);
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-/// Whether a server could store its scenes in a folder, tested without leaving anything there.
+/// Checks whether a server could store scenes in a folder, without leaving anything there.
 
 #include <filesystem>
 
@@ -7,8 +7,8 @@
 
 namespace sightline {
 
-/// Where the folder is not there yet, tries whether one could be made. A server that has it at this
-/// moment is no mistake. Errors: DATA_FOLDER_UNFIT.
+/// Checks a data folder. If it does not exist, checks that it could be made. It is no error if a
+/// server uses the folder now. Errors: DATA_FOLDER_UNFIT.
 Status check_data_folder(const std::filesystem::path& folder);
 
 }  // namespace sightline

@@ -1,14 +1,14 @@
 #pragma once
-/// Checks of the texts of flags. Each returns what is wrong, or nothing.
+/// Checks of the values of flags. Each returns the error, or an empty text.
 
 #include <chrono>
 #include <string>
 
 namespace sightline {
 
-/// The library reads "-1" into an unsigned number as the largest one there is.
+/// Checks for a positive integer. (CLI11 reads "-1" into an unsigned number as the largest one.)
 std::string check_positive_count(const std::string& text);
-/// A NaN passes every comparison of a range that is written as two refusals.
+/// Checks for a number of at least `least`; NaN is refused.
 std::string check_seconds(const std::string& text, double least);
 
 inline std::chrono::milliseconds milliseconds_of(double seconds) {

@@ -1,5 +1,6 @@
 #pragma once
-/// How the flags of sightline serve are made, so that each kind is checked and shown in one way.
+/// FlagMaker: makes the flags of sightline serve, so that each kind is checked and shown in one
+/// way.
 
 #include <CLI/CLI.hpp>
 
@@ -10,15 +11,15 @@
 
 namespace sightline {
 
-/// The heading in the help of those flags whose settings SIGHUP takes from the file of --config
-/// again.
+/// The heading in the help for flags that SIGHUP can change by the file of --config.
 inline constexpr const char* kLiveFlags = "Changed by SIGHUP, from --config";
 
 class FlagMaker {
+  /// Adds flags to a command; each function returns the flag.
  public:
   explicit FlagMaker(CLI::App& app) : app_(app) {}
 
-  /// A whole number from 1 on.
+  /// Adds an integer of at least 1.
   template <class T>
   CLI::Option* add_count(const char* name, T& value, const char* help) {
     return app_.add_option(name, value, help)->check(positive())->capture_default_str();
@@ -27,7 +28,7 @@ class FlagMaker {
   CLI::Option* add_count(const char* name, Live<T>& value, const char* help) {
     return add_live(name, value, help)->check(positive());
   }
-  /// A whole number within limits that the caller checks.
+  /// Adds an integer that SIGHUP can change. The caller checks its limits.
   template <class T>
   CLI::Option* add_live(const char* name, Live<T>& value, const char* help) {
     return app_
@@ -36,7 +37,7 @@ class FlagMaker {
         ->default_str(std::to_string(value.get()))
         ->group(kLiveFlags);
   }
-  /// Seconds, at least `least`.
+  /// Adds a number of seconds, at least `least`.
   CLI::Option* add_seconds(const char* name, double& value, double least, const char* help) {
     const CLI::Validator span([least](std::string& text) { return check_seconds(text, least); },
                               "SECONDS");
@@ -54,7 +55,8 @@ class FlagMaker {
   CLI::App& app_;
 };
 
-/// Below it a request or a connection would have no time at all.
+/// The least value of flags in seconds. With less, a request or connection would have no time at
+/// all.
 inline constexpr double kLeastSeconds = 0.001;
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-/// The log of a server: lines for people, or one JSON object each for machines.
+/// Log: the log of a server, as lines for people or as JSON objects for programs.
 
 #include <spdlog/logger.h>
 
@@ -13,25 +13,27 @@ namespace sightline {
 
 enum class LogFormat { kText, kJson };
 
-/// Values may be anything that a client has said: no line ends in them, and no quote.
+/// A named value of a log entry. It may be any text of a client: line ends and quotes in it are
+/// escaped.
 struct LogField {
   std::string_view name;
   std::variant<std::string_view, std::int64_t, std::uint64_t, double> value;
 };
 
-/// May be used from many threads.
+/// Thread-safe.
 class Log {
  public:
   using Level = spdlog::level::level_enum;
   using Fields = std::initializer_list<LogField>;
 
-  /// "trace" to "off"; to `sink`.
+  /// `level` is "trace" to "off". Entries go to `sink`.
   Log(LogFormat format, const std::string& level, spdlog::sink_ptr sink);
   void set_level(const std::string& level) { logger_.set_level(spdlog::level::from_str(level)); }
 
+  /// True if entries of this level are written.
   bool shows(Level level) const { return logger_.should_log(level); }
-  /// Text: "[time] [level] message name=value". JSON: {"time","level","message","name":value}. A
-  /// field with an empty text is left out.
+  /// Writes an entry. Text: "[time] [level] message name=value". JSON:
+  /// {"time","level","message","name":value}. Fields with an empty text are left out.
   void write(Level level, std::string_view message, Fields fields = {});
   void debug(std::string_view message, Fields fields = {}) { write(Level::debug, message, fields); }
   void info(std::string_view message, Fields fields = {}) { write(Level::info, message, fields); }

@@ -1,5 +1,5 @@
 #pragma once
-/// Counts and gauges of a server, in the text format that Prometheus reads.
+/// Metrics: counters and gauges of a server, in the text format of Prometheus.
 
 #include <chrono>
 #include <cstdint>
@@ -15,42 +15,44 @@ namespace sightline {
 
 class SceneStore;
 
-/// The method where it is one that HTTP has, else "other": a client may send any word.
+/// The method if it is a standard one of HTTP, else "other", because a client may send any word.
 std::string_view known_method(std::string_view method);
 
-/// Gauges that other parts count, at the time of the request.
+/// Values at the time of a request for metrics, which other parts of the server count.
 struct ServerNow {
-  std::uint64_t connections = 0;  ///< open
-  NamedCounts events = {};        ///< of connections, since the start
+  std::uint64_t connections = 0;  ///< open connections
+  NamedCounts events = {};        ///< counts of events of connections since the start
   std::uint64_t queued = 0;       ///< requests that wait for a worker
-  std::uint64_t traffic = 0;      ///< bytes, see MemoryBudget
+  std::uint64_t traffic = 0;      ///< bytes of memory: MemoryBudget
   std::uint64_t spooled = 0;      ///< bytes of temporary files
   TreeTotals trees = {};
   std::string kernel = {};
 };
 
-/// May be used from many threads.
+/// Thread-safe.
 class Metrics {
  public:
   Metrics();
   ~Metrics();
 
+  /// A request to count.
   struct Request {
     std::string_view method;
-    std::string_view route;  ///< the pattern, not the path: a client must not make series
+    /// the pattern of the route, not the path, so that clients cannot create time series
+    std::string_view route;
     int status = 0;
-    std::chrono::duration<double> time{};  ///< zero where nobody measured
+    std::chrono::duration<double> time{};  ///< zero: not measured
     std::uint64_t rays = 0;
     std::uint64_t boxes = 0;
     QueryWork work = {};
   };
   void count(const Request& request);
-  /// Counts a part of a request that was counted before and continues.
+  /// Counts a part of a stream, whose request was counted before.
   void count_part(std::uint64_t rays, const QueryWork& work) const;
-  /// A client whose body a worker has waited for in vain.
+  /// Counts a client that sent its body too slowly.
   void count_slow() const;
   std::uint64_t slow() const;
-  /// All of it, and what the store and the server say now.
+  /// Returns all metrics, with present values of the store and the server.
   std::string text(const SceneStore& store, const ServerNow& now) const;
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-/// One line on a terminal that says how far something long has come.
+/// ProgressBar: a line on a terminal that shows the progress of a long operation.
 
 #include <condition_variable>
 #include <functional>
@@ -12,14 +12,15 @@
 
 namespace sightline {
 
-/// "importing [########........] 50%"; of a stage whose end is not known only its name.
+/// The text of the line: "importing [########........] 50%"; only the stage if its total is not
+/// known.
 std::string progress_line(const Progress::Reading& reading);
 
-/// Writes to standard error, and only where that is a terminal; what is over within half a second
-/// is not worth a line. The line is gone with this object.
+/// Writes the line to standard error if that is a terminal, beginning after half a second. The
+/// destructor clears the line.
 class ProgressBar {
  public:
-  /// `line` is asked ten times a second, on a thread of this object, until it says nothing more.
+  /// Called ten times a second on a thread of this object, until it returns no text.
   using Line = std::function<std::optional<std::string>()>;
   explicit ProgressBar(Line line);
   ~ProgressBar();

@@ -1,5 +1,5 @@
 #pragma once
-/// The flags of the commands that ask: sightline cast, query and mcp.
+/// The flags of the commands cast, query and mcp.
 
 #include <CLI/CLI.hpp>
 
@@ -9,7 +9,8 @@
 
 namespace sightline {
 
-/// The flags as given: their numbers are parsed when all flags are known.
+/// Values of flags about a ray, as text. The finish_ functions parse them after all flags are
+/// known.
 struct RayFlags {
   std::string origin, direction, tmin, tmax;
 };
@@ -24,7 +25,8 @@ struct CastFlags {
 };
 using QueryFlags = CastFlags;
 
-// The finish_... throw CLI::ParseError.
+// define_ functions add the flags of a command to `app`. finish_ functions, called after parsing,
+// convert the values into `command`; they throw CLI::ParseError.
 void define_cast(CLI::App& app, CastCommand& command, CastFlags& flags);
 void finish_cast(CastCommand& command, const CastFlags& flags);
 void define_query(CLI::App& app, QueryCommand& command, QueryFlags& flags);

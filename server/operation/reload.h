@@ -1,5 +1,5 @@
 #pragma once
-/// What can change while a server runs: keys, and the settings that are Live.
+/// Changes a running server on SIGHUP: keys, and the settings that are Live.
 
 #include "server/access/access.h"
 #include "server/http/http_server.h"
@@ -9,19 +9,20 @@
 
 namespace sightline {
 
-/// Loads the keys of a file, and logs their number and what is wrong with the file's permissions.
-/// Errors: those of KeyRing::read; the old keys then stay in force.
+/// Reads a file of keys and puts it in force. Logs the number of keys and warnings about the file's
+/// permissions. Errors: those of KeyRing::read; the old keys then stay in force.
 Status take_keys(const std::string& file, AccessRules& access, Log& log);
 
+/// The parts of a running server that reload() changes.
 struct Running {
-  ServeCommand& command;  ///< what is in force
+  ServeCommand& command;  ///< the settings in force
   AccessRules& access;
   Service& service;
   HttpServer& server;
   Log& log;
 };
-/// Reads the files of --keys and --config again, and says in the log what has changed, and what
-/// would need a new start. A file that is bad leaves in force what was, each for itself.
+/// Reads the files of --keys and --config again. Logs what has changed, and which changes need a
+/// restart. If one of the files is invalid, its old settings stay in force.
 void reload(const Running& running);
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-/// Records each request: its counts in the metrics and its line in the log.
+/// Records requests: their counts in the metrics, and a line in the log.
 
 #include <chrono>
 
@@ -16,20 +16,22 @@ struct Journal {
   Metrics& metrics;
 };
 
-/// Records a request that was answered, or whose answer failed by an exception and has this status.
+/// Records a request that was answered with `status`, or whose handler threw an exception. `time`
+/// is its duration.
 void note_request(const Journal& journal, const Exchange& exchange, int status,
                   std::chrono::duration<double> time);
-/// The record of a stream of rays. The request itself is recorded when the stream begins.
+/// The record of a stream of rays. Its request is recorded when the stream begins.
 struct StreamNote {
-  /// For a stream that answers this exchange, and begins now.
+  /// Begins the record of the stream that answers `exchange`.
   explicit StreamNote(const Exchange& exchange);
 
   const std::string path, request_id, key_name;
   const std::chrono::steady_clock::time_point begin = std::chrono::steady_clock::now();
   std::uint64_t rays = 0;
-  std::uint64_t bytes = 0;  ///< of the answer, before it was compressed
-  std::string code = {};    ///< why it was broken off; empty: it was not
+  std::uint64_t bytes = 0;  ///< of the answer, before compression
+  std::string code = {};    ///< code of the error that ended the stream; empty: none
 };
+/// Logs the end of a stream.
 void note_stream_end(const Journal& journal, const StreamNote& stream);
 /// Records a request that the event loop refused.
 void note_refusal(const Journal& journal, const RequestHead& head, const RequestFault& fault,

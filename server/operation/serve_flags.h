@@ -13,7 +13,7 @@ class App;
 
 namespace sightline {
 
-/// Flags as they are written, and what becomes of them after the parse.
+/// Values of flags as given, which finish_serve converts.
 struct ServeFlags {
   std::string listen = "127.0.0.1:8080";
   std::string skip = "all";
@@ -24,15 +24,16 @@ struct ServeFlags {
   HttpSeconds http;
 };
 
+/// Adds the flags to `app`; parsing sets `command` and `flags`.
 void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags);
-/// Converts the texts of the flags into members of `command` and checks each flag alone. Call it
-/// once, after parsing. Throws CLI::ValidationError.
+/// Converts the values of `flags` into members of `command` and checks each flag alone. To be
+/// called once, after parsing. Throws CLI::ValidationError.
 void finish_serve(ServeCommand& command, const ServeFlags& flags);
-/// Checks combinations of flags, after each flag was parsed. Throws CLI::ValidationError.
+/// Checks combinations of flags. Throws CLI::ValidationError.
 void check_together(const ServeCommand& command);
-/// Warnings for the operator about settings that a server accepts, each "--flag: text".
+/// Warnings about settings that a server accepts, each "--flag: text".
 std::vector<std::string> warnings_of(const ServeCommand& command);
-/// Every flag of a parsed `app`.
+/// All flags of a parsed `app`, with their values.
 std::vector<FlagText> flag_texts(const CLI::App& app);
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-/// SIGTERM, SIGINT and SIGHUP as events that a thread waits for.
+/// Signals: SIGTERM, SIGINT and SIGHUP as events that a thread waits for.
 
 #include <chrono>
 #include <csignal>
@@ -7,8 +7,8 @@
 
 namespace sightline {
 
-/// Blocks these signals in the thread that makes it, and so in every thread made after: make it
-/// before any other thread. They come back with the object.
+/// The constructor blocks these signals in its thread and in every thread that is started later, so
+/// it must be made before any other thread. The destructor unblocks them.
 class Signals {
  public:
   Signals();
@@ -16,15 +16,15 @@ class Signals {
   Signals(const Signals&) = delete;
   Signals& operator=(const Signals&) = delete;
 
-  /// kReload: SIGHUP, but from a terminal that went away, which is kStop as ever.
+  /// kReload: SIGHUP. But if it comes from a terminal that was closed, it is kStop.
   enum class Event { kStop, kReload, kWoken, kTimeout };
-  /// Waits for the next signal, wake(), or the end of `timeout` (empty: for ever).
+  /// Waits for the next signal, for wake(), or for `timeout` (empty: no timeout).
   Event wait(std::optional<std::chrono::milliseconds> timeout);
-  /// Ends the wait that is going on, or the next one. From any thread.
+  /// Ends the present or the next wait(). Thread-safe.
   void wake();
-  /// Lets the signal of the last kStop do what it does where nobody waits for it: it ends the
-  /// process. From the thread that waited. It returns only in the first process of a container,
-  /// which no signal ends: with the exit code that a shell tells of that signal.
+  /// Performs the default action of the signal of the last kStop, which ends the process. Must be
+  /// called on the waiting thread. It returns only in the first process of a container, which no
+  /// signal ends; the result is the exit code that a shell shows for the signal.
   int let_through();
 
  private:

@@ -1,6 +1,6 @@
 #pragma once
-/// The commands that write a file or a few lines: sightline demo, key and check-config. Each
-/// returns the exit code: 0, or 2 for an error.
+/// The small commands: sightline demo, key and check-config. Each returns the exit code: 0, or 2
+/// for an error.
 
 #include <ostream>
 
@@ -8,12 +8,12 @@
 
 namespace sightline {
 
-/// Writes a demo scene as a file.
+/// Writes a demo scene to a file.
 int run_demo(const DemoCommand& command, std::ostream& complaints);
-/// Makes a key that a client shows. Prints "key: ..." and "line: ..." and stores neither.
+/// Makes a key for a client. Prints "key: ..." and "line: ...", and stores neither.
 int run_key(const KeyCommand& command, std::ostream& out, std::ostream& complaints);
-/// Whether a server would take a file of settings. Prints each mistake and each warning with its
-/// place on `complaints`.
+/// Checks whether a server would accept a file of settings. Prints each mistake and warning with
+/// its place on `complaints`.
 int run_check(const CheckCommand& command, std::ostream& out, std::ostream& complaints);
 
 }  // namespace sightline

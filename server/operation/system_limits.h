@@ -1,5 +1,5 @@
 #pragma once
-/// Limits that the operating system sets for a process.
+/// Limits of the operating system for this process.
 
 #include <cstddef>
 #include <cstdint>
@@ -8,11 +8,11 @@
 
 namespace sightline {
 
-/// Raises the soft limit of open files as far as it is needed and may be, and returns how many
-/// connections fit below it, with room left for files: at most `limits.connections`, at least 16.
+/// Raises the soft limit of open files if needed and allowed. Returns how many connections fit
+/// below it, with room for other files: at most `limits.connections`, at least 16.
 std::size_t allowed_connections(const HttpLimits& limits);
 
-/// Bytes of memory that the machine has, or that its container may use.
+/// Bytes of memory of the machine, or of its container.
 std::uint64_t machine_memory();
 
 }  // namespace sightline

@@ -1,13 +1,13 @@
 #pragma once
-/// Name, version and limits of the program.
+/// The version of the program.
 
 #include <string>
 
 namespace sightline {
 
-/// "0.1.0"
+/// For example "0.1.0".
 std::string version();
-/// For people: the version, and the kernels that this machine can run, best first.
+/// A text for people: the version, and the kernels that this machine can run, fastest first.
 std::string version_text();
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-/// The pages that the binary holds.
+/// The pages that are part of the binary.
 
 #include <span>
 #include <string_view>
@@ -9,26 +9,26 @@ namespace sightline {
 /// A text that browsers may cache.
 struct PageText {
   std::string_view text;
-  std::string_view tag;  ///< differs for another text; 32 hexadecimal digits
+  std::string_view tag;  ///< hash of the text, 32 hexadecimal digits
 };
 
-// The page at /docs shows the OpenAPI document. It says nothing of this server: what it shows it
-// asks for.
+// The page at /docs, which shows the OpenAPI document. It contains nothing of this server; it
+// requests what it shows.
 PageText docs_page();    ///< HTML
 PageText docs_script();  ///< JavaScript
 PageText docs_style();   ///< CSS
 
-/// The other pages: server/page/app, bundled by esbuild. A build without npm has a short page
-/// instead, which says how to build the full ones.
+/// The files of the other pages: server/page/app, bundled by esbuild. A build without npm has a
+/// short page instead, which tells how to build the full ones.
 struct PagePart {
-  std::string_view name;  ///< of the file: "index.html"
+  std::string_view name;  ///< name of the file: "index.html"
   std::string_view media_type;
   PageText what;
 };
 std::span<const PagePart> page_parts();
 
-/// The documents of the repository, by their paths below docs ("guides/page.md") or at the top
-/// ("README.md"). The part documents.json.gz has their texts.
+/// Paths of the repository's documents: below docs ("guides/page.md"), or at the top ("README.md").
+/// The part documents.json.gz has their texts.
 std::span<const std::string_view> page_documents();
 
 }  // namespace sightline

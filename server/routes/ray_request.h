@@ -1,5 +1,5 @@
 #pragma once
-/// The common part of the routes of rays: decoding, tracing and answering a request.
+/// RayRequest: the common part of the routes of rays: reads, describes and answers a request.
 
 #include <functional>
 #include <memory>
@@ -21,24 +21,28 @@
 
 namespace sightline {
 
+/// One request. Functions that return false have answered an error, or put the request off.
 class RayRequest {
  public:
   RayRequest(Exchange& exchange, const Service& service) : exchange_(exchange), service_(service) {}
-  /// Counts the work of the request, also if it failed.
+  /// Records the work of the request, also if it failed.
   ~RayRequest() { exchange_.work = timer_.report.work; }
   RayRequest(const RayRequest&) = delete;
   RayRequest& operator=(const RayRequest&) = delete;
 
-  /// Admits the request, finds the scene, reads the body, JSON or binary, and works its filter out.
-  /// The limits are the service's, the keys are the caller's. Returns false after it has answered.
+  /// Checks the request, finds the scene, reads the body (JSON or binary), and resolves its filter.
+  /// `rules` has the keys that the body may have; their limits are set by the service.
   bool read(RayJsonRules rules);
-  /// Starts a stream, and returns true, if the body is one: lines, or bytes that begin so.
+  /// If the body is a stream (lines, or bytes that begin as one), answers with a stream and returns
+  /// true.
   bool streamed(RayQuestionKind kind, const Journal& journal);
-  /// Reads points, JSON or binary, with their options.
+  /// Reads a body of points (JSON or binary) with its options.
   bool read_points(PointJsonRules rules, PointQuery& points);
-  /// Reads sweeps, JSON or binary, with their options.
+  /// Reads a body of sweeps (JSON or binary) with its options.
   bool read_sweeps(SweepJsonRules rules, SweepQuery& sweeps);
+  /// Decodes a body; sets the options that are common to all questions.
   using Decode = std::function<Status(std::string& body, RayQuery& options)>;
+  /// Reads a JSON body by `decode`.
   bool read_json(const Decode& decode);
 
   const Scene& scene() const { return *scene_; }
@@ -49,35 +53,37 @@ class RayRequest {
             reserve_from(exchange_.memory)};
   }
   WorkTimer& timer() { return timer_; }
-  /// The collector of warnings about selections; null for a strict question, which fails instead.
+  /// Where to collect warnings about selections; null for a strict request, where they are errors.
   SelectionWarnings* warnings() { return query_.strict ? nullptr : &warnings_; }
   bool is_binary() const { return query_.layout == AnswerLayout::kBinary; }
-  /// The bad rays, where they are to be marked; else null.
+  /// The invalid rays if they are to be marked, else null.
   const InvalidRays* invalid() const { return query_.marks_invalid ? &query_.invalid : nullptr; }
 
+  /// Adds the time since the last call to a member of the report.
   void add_time(std::uint64_t WorkReport::*step) { timer_.add(step); }
 
-  /// Answers with `status`'s error. Returns whether there was none.
+  /// Answers with the error of `status`, if it has one. Returns true if it has none.
   bool went_well(const Status& status) { return sightline::went_well(exchange_, status); }
-  /// Takes memory for what comes next. Returns false after it has answered.
+  /// Reserves memory for the next step.
   bool reserve(std::uint64_t bytes) { return went_well(exchange_.reserve(bytes)); }
-  /// describe_within for the fields asked for. Returns false after it has answered.
+  /// Describes hits by the requested fields (describe_within).
   bool describe(const RayBatch& rays, const HitBatch& hits, HitDescription& about);
-  /// Sends what was encoded, JSON or binary as the query came, with what was asked for beside it.
+  /// Sends an encoded answer in the format of the request, with the requested members beside the
+  /// hits.
   void reply(std::string encoded);
-  /// Answers with a hit or none for each item of the query.
+  /// Answers with a hit or a miss for each item of the query.
   void reply_hits(const HitBatch& hits, const HitDescription& about);
 
  private:
-  /// Decodes a body, binary or JSON, and says how many items it asks about.
+  /// Decodes a body of columns, binary or JSON, and returns the number of its items.
   using DecodeColumns =
       std::function<Result<std::size_t>(std::string& body, bool is_binary, RayQuery& options)>;
   bool read_columns(FieldSet binary_fields, const DecodeColumns& decode);
   bool read_query(const Decode& decode);
-  /// Whether a worker must answer. The event loop answers only queries that need no traversal of
-  /// the whole scene and no file. Precondition: the query is decoded.
+  /// True if a worker must answer. The event loop answers only queries that need neither a
+  /// traversal of the whole scene nor a file. Precondition: the query is decoded.
   bool is_for_worker() const;
-  /// Of the query, see BodyReader::may_cost. body_bytes  of its text
+  /// The cost of the query for BodyReader::may_cost. body_bytes: size of its text.
   std::uint64_t cost(std::size_t body_bytes) const;
   Status choose_bytes(RayQuery& query, FieldSet default_fields) const;
 
@@ -89,7 +95,7 @@ class RayRequest {
   SelectionWarnings warnings_;
   Deadline deadline_ = Deadline::never();
   WorkTimer timer_;
-  std::string begin_;  ///< of the body, what was read already
+  std::string begin_;  ///< the part of the body that was read already
 };
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-/// Rays that are answered while they are still being sent: lines of JSON, or frames of bytes.
+/// RayStream: answers rays while the client is still sending, as lines of JSON or as binary frames.
 
 #include <cstdint>
 #include <memory>
@@ -19,42 +19,42 @@ namespace sightline {
 
 class BodyReader;
 
-/// A stream of rays. Whatever has arrived is answered as soon as it is complete: every whole line
-/// so far, or one frame. Memory does not grow with the length of the stream, and answers are in
-/// order. An error in the first batch is answered as for any request, a later one as the last line
-/// or frame. The client has to read while it sends.
+/// A stream of rays. Whatever has arrived is answered as soon as it is complete: all whole lines,
+/// or a frame. Memory does not grow with the length of the stream, and answers are in order. An
+/// error in the first batch is answered as for any request; a later one is the last line or frame.
+/// The client must read while it sends.
 class RayStream {
  public:
   enum class Form { kLines, kFrames };
 
-  /// `begin`: of the body, what was read already. The exchange is left when the stream begins.
+  /// `begin`: the part of the body that was read already. The exchange must not be used after the
+  /// stream has begun.
   RayStream(Exchange& exchange, const Service& service, const Journal& journal,
             std::shared_ptr<const Scene> scene, RayQuestionKind kind, Form form, std::string begin);
 
   RayStream(const RayStream&) = delete;
   RayStream& operator=(const RayStream&) = delete;
-  /// The end of the answer, however it came.
+  /// Logs the end of the stream.
   ~RayStream();
 
-  /// Answers the exchange with a stream, or with what is wrong. Precondition:
-  /// BodyReader::may_wait.
+  /// Answers the exchange with a stream, or with an error. Precondition: BodyReader::may_wait.
   static void reply(Exchange& exchange, const Service& service, const Journal& journal,
                     std::shared_ptr<const Scene> scene, RayQuestionKind kind, Form form,
                     std::string begin);
 
  private:
-  /// The next part of the answer: empty at the end.
+  /// The next part of the answer; empty at the end.
   Result<std::string> next();
   Result<std::string> next_lines();
   Result<std::string> next_frame();
   Result<std::string> answer(Result<RayQuery> query);
   void forget_filter();
-  /// Receives until the buffer has that many bytes or the body has ended; with `wait` false also
-  /// until nothing more has arrived.
+  /// Receives until the buffer has `bytes` bytes, or the body has ended; if not `wait`, also stops
+  /// when no more has arrived.
   Status receive(std::size_t bytes, bool wait);
-  /// fill() where the buffer has fewer.
+  /// Calls receive() if the buffer has fewer than `bytes` bytes.
   Status fill(std::size_t bytes);
-  /// A line or frame that says what is wrong.
+  /// The last line or frame, which states an error.
   std::string last_words(const Error& error) const;
   Deadline deadline(std::optional<std::uint64_t> timeout_ms) const;
 
@@ -73,12 +73,12 @@ class RayStream {
   std::optional<ResolvedFilter> resolved_;
   bool knows_filter_ = false;
   std::string buffer_;
-  std::size_t counted_ = 0;  ///< bytes of the buffer that are counted as a body
-  bool ended_ = false;       ///< the body has
-  bool failed_ = false;      ///< nothing is said any more
+  std::size_t counted_ = 0;  ///< bytes of the buffer that memory accounting includes
+  bool ended_ = false;       ///< the body has ended
+  bool failed_ = false;      ///< nothing more is sent
   bool complete_ = false;    ///< everything was answered
   StreamNote note_;
-  bool begun_ = false;  ///< the answer is a stream, not a refusal
+  bool begun_ = false;  ///< the answer is a stream rather than an error
 };
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-/// Estimates how much a request asks for before it is answered.
+/// Estimates the cost of a request before it is answered.
 
 #include <string_view>
 
@@ -7,7 +7,7 @@
 
 namespace sightline {
 
-/// EventLoopCallbacks::weigh for the routes of scenes.
+/// Returns the weight of a request; used as EventLoopCallbacks::weigh.
 Weight weigh_request(const RequestHead& head, std::string_view body);
 
 }  // namespace sightline

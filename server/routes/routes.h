@@ -1,5 +1,5 @@
 #pragma once
-/// The routes, in groups. Each adds its own to the router; the service outlives the router.
+/// Functions that add the routes to a router, in groups. The service must outlive the router.
 
 #include "server/http/http_limits.h"
 #include "server/http/router.h"
@@ -9,17 +9,17 @@
 
 namespace sightline {
 
-/// A handler that is given the service. Each route is added by a call that names its method and
-/// path: room_laws reads them.
+/// Makes a handler that gets the service. Each route is added by a call with a literal method and
+/// path, because room_laws reads them from the source.
 template <class Service, class Handler>
 auto with(Service& service, Handler handler) {
   return [&service, handler](Exchange& exchange) { handler(exchange, service); };
 }
 
-/// Of a route that reads query parameters.
+/// For a route that reads query parameters.
 inline constexpr Router::Parameters kParameters = Router::Parameters::kTaken;
 
-/// What /version and /metrics show beside the service.
+/// Data that /version and /metrics show in addition to the service.
 struct ServerFacts {
   const Metrics& metrics;
   const HttpLimits& http;

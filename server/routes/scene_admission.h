@@ -1,5 +1,5 @@
 #pragma once
-/// Admission of queries of a scene, before their bodies are read, and answers to changes of scenes.
+/// Checks queries about scenes before their bodies are read, and answers changes of scenes.
 
 #include <memory>
 #include <optional>
@@ -11,48 +11,47 @@
 
 namespace sightline {
 
-/// The media types of queries: JSON, also when it comes as a form. A browser sends forms across
-/// sites without asking; that can do no harm here, because a query changes nothing and its answer
-/// is not shown to the site. Returns false after it has answered.
+/// Checks the media type of a query: JSON, also if it is sent as a form. A browser may send a form
+/// to another site without permission; that is harmless here, because a query changes nothing and
+/// the page cannot read the answer. Returns false after it has answered.
 bool admit_query_type(Exchange& exchange);
 
-/// Admits a body of JSON that changes something or makes the server ask others: other than for a
-/// query, no type that a page of another site could send without being allowed to. Returns false
-/// after it has answered.
+/// Admits a JSON body that changes something, or makes the server connect to others. Unlike for a
+/// query, media types are refused that a page of another site could send without permission.
+/// Returns false after it has answered.
 bool admit_json_change(Exchange& exchange, std::uint64_t most_bytes);
 
-/// Reads the body of a query that names no scene. False as read_body.
+/// Reads the body of a query that names no scene. Returns false like read_body.
 bool read_query_body(Exchange& exchange, const Service& service, std::string& body);
 
-/// The media type of a query of rays or points: JSON, bytes, or lines where `takes_lines`. Nothing
-/// after it has answered.
+/// The media type of a query of rays or points.
 enum class QueryType { kJson, kBinary, kLines };
+/// Checks the media type: JSON, binary, or lines if `takes_lines`. Empty after it has answered.
 std::optional<QueryType> admit_rays_type(Exchange& exchange, bool takes_lines = false);
 
-/// The scene, if it can be asked now. Null after it has answered: 404 SCENE_NOT_FOUND, 409
+/// Returns a scene that can be queried now. Null after it has answered 404 SCENE_NOT_FOUND, or 409
 /// SCENE_FAILED or SCENE_LOADING (with Retry-After).
 SceneSnapshot admit_scene(Exchange& exchange, const Service& service);
 
-/// Its scene, and a body that may be read. Null after it has answered:
-/// MEDIA_TYPE_UNSUPPORTED and what admit_body says, 404 SCENE_NOT_FOUND, 409 SCENE_FAILED or
-/// SCENE_LOADING (with Retry-After).
+/// Checks media type, body and scene of a query, and returns the scene. Null after it has answered
+/// MEDIA_TYPE_UNSUPPORTED, an error of admit_body, or one of admit_scene.
 std::shared_ptr<const Scene> admit_scene_query(Exchange& exchange, const Service& service);
-/// Admits a query whose media type was checked before.
+/// Like admit_scene_query, for a query whose media type was checked before.
 std::shared_ptr<const Scene> admit_query_of_scene(Exchange& exchange, const Service& service);
 
-/// Answers with the error of `status`. Returns whether there was none.
+/// Answers with the error of `status`, if it has one. Returns true if it has none.
 bool went_well(Exchange& exchange, const Status& status);
 
-/// When the answer must be there. It passes also when no client waits any more, and soon in the
-/// event loop; the request then waits no longer for memory either.
-/// timeout_ms  what the client wishes; more than the limit counts as the limit
+/// The deadline of an answer. It also passes when the client no longer waits, and soon on the event
+/// loop. The request does not wait for memory beyond it.
+/// timeout_ms  the client's limit; the server's limit applies if it is less
 Deadline deadline_of(const Exchange& exchange, const Service& service,
                      std::optional<std::uint64_t> timeout_ms = {});
 
-/// encode_scene, or, where there is no memory for names and warnings, encode_scene_summary: what
-/// was done is answered in any case.
+/// encode_scene or, if there is no memory for names and warnings, encode_scene_summary, so that a
+/// completed change is answered in any case.
 std::string text_within(const Exchange& exchange, const StoredScene& scene);
-/// Answers so, with the ETag.
+/// Answers with text_within and the ETag.
 void reply_done(Exchange& exchange, int status, const StoredScene& scene);
 
 }  // namespace sightline

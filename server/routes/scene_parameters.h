@@ -1,5 +1,5 @@
 #pragma once
-/// The query parameters of requests about scenes.
+/// Reads the query parameters of requests about scenes.
 
 #include <chrono>
 #include <optional>
@@ -9,17 +9,20 @@
 
 namespace sightline {
 
+/// The most that `wait` may be.
 inline constexpr std::chrono::seconds kLongestWait{3600};
 
+/// The parameters.
 struct SceneParameters {
   SceneChoice choice;                             ///< scene=N
   std::optional<std::chrono::milliseconds> wait;  ///< wait=SECONDS, 0 to 3600
 };
 
+/// Which parameters are accepted.
 enum class KnownParameters { kWait, kSceneAndWait };
 
-/// False after it has answered 422 QUERY_INVALID: another parameter, one of them twice, or a value
-/// that is none.
+/// Reads the parameters. Returns false after it has answered 422 QUERY_INVALID: an unknown
+/// parameter, one given twice, or an invalid value.
 bool read_parameters(Exchange& exchange, KnownParameters known, SceneParameters& parameters);
 
 }  // namespace sightline

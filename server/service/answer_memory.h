@@ -1,6 +1,5 @@
 #pragma once
-/// How many bytes an answer will take, so that they can be asked for before they are taken: guesses
-/// from above.
+/// Upper estimates of the memory of answers, so that it can be reserved before it is allocated.
 
 #include <algorithm>
 #include <cstdint>
@@ -15,25 +14,29 @@ namespace sightline {
 
 /// Bytes of a ray and of a hit as columns.
 inline constexpr std::uint64_t kRayBytes = 64, kHitBytes = 16;
-/// A number as JSON, with its comma.
+/// Bytes of a number as JSON, with its comma.
 inline constexpr std::uint64_t kNumberBytes = 25;
-/// A thousand boxes, with the triangles of their leaves, as they are and as JSON.
+/// Bytes of an explanation: a thousand boxes with the triangles of their leaves, as data and as
+/// JSON.
 inline constexpr std::uint64_t kExplanationBytes = 1 << 20;
 
-/// Memory of describe_hits for so many hits.
+/// Bytes that describe_hits allocates for `hits` hits.
 std::uint64_t bytes_of_description(std::uint64_t hits, FieldSet fields);
-/// The text or the bytes of so many described hits.
+/// Bytes of the encoded answer for `hits` described hits.
 std::uint64_t bytes_of_encoded(std::uint64_t hits, FieldSet fields, const HitTerms& terms);
-/// describe_hits with the memory for it, and for encoding it afterwards. Errors: of both.
+/// describe_hits, after it has reserved memory for that and for encoding the answer. Errors: those
+/// of both.
 Status describe_within(const ReserveBytes& reserve, const Engine& engine,
                        const DescribedHits& described, const Deadline& deadline,
                        HitDescription& about);
-/// Bytes for texts inside of an answer; each may have to be escaped.
+/// Bytes of names in an answer; each character may have to be escaped.
 std::uint64_t bytes_of_names(std::span<const std::string_view> names);
 
-/// For lists of unknown length. search(most) finds at most so many entries in total, and fails with
-/// TOO_MANY_HITS (kTooLarge) where there are more. It is called with a small number first, then
-/// with larger ones as memory is granted, up to `most`.
+/// Searches lists of unknown length. search(most) must find at most `most` entries in total, and
+/// fail with TOO_MANY_HITS (kTooLarge) if there are more. It is called with a small number first,
+/// and then with larger ones as memory is granted, up to `most`.
+/// lists        number of lists
+/// entry_bytes  bytes of an entry
 template <class Search>
 Status search_lists(const ReserveBytes& reserve, std::uint64_t lists, std::uint64_t most,
                     std::uint64_t entry_bytes, const Search& search) {

@@ -1,5 +1,5 @@
 #pragma once
-/// Translates the ids of hits into the scene's names and file indices.
+/// Describes hits by the names and indices of the scene's file.
 
 #include "core/base/deadline.h"
 #include "core/query/hit_batch.h"
@@ -10,21 +10,20 @@
 
 namespace sightline {
 
-/// Fills the columns that `fields` asks for, and no others. The names point into the scene.
+/// Returns the columns for `fields`. The names refer to texts of the scene.
 HitTerms hit_terms(const Scene& scene, const HitBatch& hits, FieldSet fields);
 
-/// All that an answer says of hits beside their ids and t.
+/// All data of hits that an answer needs besides their ids and t.
 struct HitDescription {
   Column<HitDetail> details;
   HitTerms terms;
 };
 
-/// Fills terms.attributes, as far as `fields` asks for them, from `details`. Errors: those of
-/// Engine::attributes.
+/// Sets terms.attributes for `fields`, from `details`. Errors: those of Engine::attributes.
 Status read_attributes(const Engine& engine, const Scene& scene, const HitBatch& hits,
                        FieldSet fields, const Deadline& deadline, HitDescription& description);
 
-/// Hits to be described. `rays[i]` belongs to slot i of `hits`; with `normalize` the t of the answer
+/// Hits to be described. rays[i] belongs to slot i of `hits`; if `normalize`, the t of the answer
 /// is the distance.
 struct DescribedHits {
   const Scene& scene;
@@ -34,11 +33,11 @@ struct DescribedHits {
   bool normalize = false;
 };
 
-/// Computes what `fields` asks for. Errors: those of Engine::details.
+/// Computes all columns for the fields. Errors: those of Engine::details.
 Status describe_hits(const Engine& engine, const DescribedHits& described, const Deadline& deadline,
                      HitDescription& description);
 
-/// The ray of every hit in the lists: what Engine::details wants beside lists.hits.
+/// The ray of each hit of the lists, for Engine::details.
 RayBatch rays_of_hits(const RayBatch& rays, const HitLists& lists);
 
 }  // namespace sightline

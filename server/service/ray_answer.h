@@ -1,5 +1,5 @@
 #pragma once
-/// From a batch of rays to the text of its answer.
+/// Answers a batch of rays: from the query to the encoded text.
 
 #include <chrono>
 #include <cstdint>
@@ -15,13 +15,13 @@ namespace sightline {
 /// The questions about rays.
 enum class RayQuestionKind { kClosest, kAny, kAll, kCount };
 
-/// The keys that a body of this question may have.
+/// The rules for the body of a question.
 RayJsonRules rules_of(RayQuestionKind kind, const ServiceLimits& limits);
 
-/// Adds up the times of the steps of a request.
+/// Measures the times of the steps of a request.
 class WorkTimer {
  public:
-  /// The time since the last call, or since it was made.
+  /// Adds the time since the last call, or since construction, to a member of `report`.
   void add(std::uint64_t WorkReport::*step) {
     const Clock::time_point now = Clock::now();
     report.*step += static_cast<std::uint64_t>(
@@ -37,7 +37,7 @@ class WorkTimer {
   Clock::time_point last_ = Clock::now();
 };
 
-/// Traces, describes and encodes in the query's layout, each after reserving its memory by
+/// Traces, describes and encodes in the query's layout. Reserves the memory of each step by
 /// options.reserve. Errors: those of the engine and of the reservation.
 Result<std::string> answer_rays(RayQuestionKind kind, const Service& service, const Scene& scene,
                                 const RayQuery& query, const RayOptions& options,

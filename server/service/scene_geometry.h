@@ -8,19 +8,20 @@
 
 namespace sightline {
 
-/// Which meshes an answer has: in the order of their largest placement, from number `first` on, as
-/// many as fit into `max_bytes`; at least one unless that is 0. A mesh is never cut.
+/// Which meshes an answer has. Meshes are in the order of the size of their largest placement,
+/// largest first; the answer has those from number `first` on that fit into `max_bytes`, and at
+/// least one unless max_bytes is 0. A mesh is never divided.
 struct GeometryRange {
   std::uint64_t first = 0;
   std::uint64_t max_bytes = std::uint64_t{16} << 20;
 };
 
-/// Has views of the scene, which outlives it. What is hidden, or has no finite triangle, is not in
-/// it. Meshes with the same content are one mesh.
+/// Returns views of the scene, which must outlive the answer. Hidden placements, and those without
+/// a finite triangle, are left out. Meshes with the same content are one mesh.
 GeometryAnswer scene_geometry(const Scene& scene, const GeometryRange& range);
-/// The memory that scene_geometry takes, from above, without its answer as bytes.
+/// An upper bound of the memory that scene_geometry allocates, without the encoded answer.
 std::uint64_t bytes_of_geometry_lists(const Scene& scene);
-/// The bytes of an answer, from above.
+/// An upper bound of the bytes of the encoded answer.
 std::uint64_t bytes_of_geometry(const GeometryAnswer& answer);
 
 }  // namespace sightline

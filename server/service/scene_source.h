@@ -1,6 +1,6 @@
 #pragma once
-/// Scenes that a command line names: "town.glb", or "demo:town", "demo:six" and "demo:painted",
-/// which this program makes itself.
+/// Loads the scenes that a command line names: a file such as "town.glb", or a demo: "demo:town",
+/// "demo:six", "demo:painted".
 
 #include <optional>
 #include <span>
@@ -10,21 +10,21 @@
 
 namespace sightline {
 
-/// When a scene's trees are built. No answer depends on it.
+/// When the trees of a scene are built. No answer depends on it.
 enum class Laziness {
   kEager,       ///< before the scene is ready
-  kWhenNeeded,  ///< when rays come near, or in the background
+  kWhenNeeded,  ///< when queries need them, or in the background
 };
 
-/// The bytes of a .glb, or of a .gltf without neighbours, as a scene. Errors: those of import and
-/// of Scene::build.
+/// Makes a scene of the bytes of a .glb, or of a .gltf without neighbours. Errors: those of import
+/// and of Scene::build.
 Result<std::shared_ptr<const Scene>> load_scene(const LoadInput& input,
                                                 Laziness laziness = Laziness::kWhenNeeded);
 
-/// Errors: SOURCE_NOT_FOUND (no such file, no demo of that name). Cheap: reads nothing.
+/// Checks that the file, or the demo, exists; reads nothing. Errors: SOURCE_NOT_FOUND.
 Status check_source(const std::string& source);
-/// with_attributes  whether hits may be asked for the attributes of vertices.
-/// Errors: also those of import and of Scene::build.
+/// Loads a source. with_attributes: hits may need vertex attributes. Errors: those of check_source,
+/// of import and of Scene::build.
 Result<PreloadedScene> load_source(const std::string& source, const SceneChoice& choice,
                                    Progress& progress, Laziness laziness = Laziness::kWhenNeeded,
                                    bool with_attributes = true);

@@ -1,5 +1,5 @@
 #pragma once
-/// Costs and savings of a scene, as names and numbers: for /v1/scenes/{id}/stats and /metrics.
+/// Statistics of a scene as names and numbers, for /v1/scenes/{id}/stats and /metrics.
 
 #include <cstdint>
 #include <string>
@@ -10,13 +10,16 @@
 
 namespace sightline {
 
+/// Names with their counts.
 using NamedCounts = std::vector<std::pair<std::string, std::uint64_t>>;
 
-/// Always the same names in the same order.
+/// What the import read, what it skipped, and TreeStats. The names are always the same, in the same
+/// order.
 NamedCounts touched_counts(const Scene& scene);
 NamedCounts skipped_counts(const Scene& scene);
 NamedCounts tree_counts(const Scene& scene);
 
+/// Returns
 /// {"id","revision","counts":{...},"bytes":{"files","touched","by_kind":{...}},"skipped":{...},
 /// "trees":{...,"complete"}}. Precondition: the scene is ready.
 std::string encode_stats(const StoredScene& scene);

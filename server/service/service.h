@@ -1,5 +1,5 @@
 #pragma once
-/// The objects that all routes share. serve makes them and passes them on; none is global.
+/// Service: the objects that all routes share. serve makes them and passes them on; none is global.
 
 #include <algorithm>
 #include <atomic>
@@ -15,21 +15,26 @@
 
 namespace sightline {
 
-/// Each is a flag, and shown by /version; those that are Live may change while it serves.
+/// Each limit is a flag, and /version shows it. Those that are Live may change while the server
+/// runs.
 struct ServiceLimits {
+  /// Size of an uploaded scene, and of the body of a query.
   Live<std::uint64_t> scene_bytes{std::uint64_t{4} << 30};
   Live<std::uint64_t> query_bytes{std::uint64_t{256} << 20};
   Live<std::size_t> rays{10'000'000};
-  Live<std::size_t> hits{10'000'000};                   ///< listed in one answer
-  LiveTime request{std::chrono::milliseconds(60'000)};  ///< for tracing
-  std::size_t loads = 100;                              ///< under way or waiting
-  std::uint64_t uploads = std::uint64_t{1} << 30;       ///< in memory, in total
-  // Limits of the process. The shutdown and the tree cache manager read them elsewhere.
-  LiveTime drain{std::chrono::milliseconds(30'000)};  ///< a stop waits so long for what has begun
-  LiveTime notice{std::chrono::milliseconds(0)};      ///< between /readyz saying 503 and the stop
-  std::uint64_t memory_budget = 0;                    ///< bytes of all scenes; 0: no limit
-  std::size_t waiters = 16;  ///< requests that wait for a load, each on a worker
+  Live<std::size_t> hits{10'000'000};                   ///< hits that are listed in one answer
+  LiveTime request{std::chrono::milliseconds(60'000)};  ///< longest time of an answer
+  std::size_t loads = 100;                              ///< loads that run or wait
+  std::uint64_t uploads = std::uint64_t{1} << 30;       ///< bytes of all uploads in memory
+  // Limits of the whole process, which the shutdown and the tree cache manager use.
+  /// how long a shutdown waits for running requests
+  LiveTime drain{std::chrono::milliseconds(30'000)};
+  /// time between the 503 of /readyz and the shutdown
+  LiveTime notice{std::chrono::milliseconds(0)};
+  std::uint64_t memory_budget = 0;  ///< bytes of all scenes; 0: no limit
+  std::size_t waiters = 16;         ///< requests that wait for a load, each on a worker
 
+  /// Takes the values that are Live.
   void take_live(const ServiceLimits& other) {
     scene_bytes = other.scene_bytes;
     query_bytes = other.query_bytes;
@@ -41,15 +46,17 @@ struct ServiceLimits {
   }
 };
 
+/// What handlers get.
 struct Service {
   const Engine& engine;
   SceneStore& store;
   ServiceLimits limits{};
+  /// The server shuts down.
   std::atomic<bool> stopping{false};
-  CancelFlag cancelled{};  ///< set when even requests that have begun must end
+  CancelFlag cancelled{};  ///< set when running requests must end, too
   Places waiters{limits.waiters};
 
-  /// From now on; a client may wish for less than the limit.
+  /// A deadline from now on. A client may demand less time than the limit.
   Deadline deadline(std::optional<std::uint64_t> timeout_ms = {}) const {
     auto time = limits.request.get();
     if (timeout_ms) time = std::min<decltype(time)>(time, std::chrono::milliseconds(*timeout_ms));

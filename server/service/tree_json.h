@@ -12,28 +12,29 @@
 
 namespace sightline {
 
-/// {"boxes":[{"parent":null,"leaf":false,"space":"world","min","max","verdict":"entered","t_enter",
-/// "t_exit"},{"parent":0,"leaf":true,..,"verdict":"missed","miss":["x","y"]}, ..],
+/// Returns {"boxes":[{"parent":null,"leaf":false,"space":"world","min","max","verdict":"entered",
+/// "t_enter","t_exit"},{"parent":0,"leaf":true,..,"verdict":"missed","miss":["x","y"]}, ..],
 /// "truncated":false}, in the order of the visit.
 ///
-/// Verdicts of boxes: entered, missed (with the slabs that exclude each other), behind and beyond
-/// (the ray's limits), farther (than a hit found before). A leaf that was entered has
-/// "triangles":[{"instance","primitive","triangle","verdict","t"}]: hit, missed or filtered, then
-/// with "by": cull, include or exclude.
+/// Verdicts of boxes: entered; missed (with the slabs that exclude each other); behind and beyond
+/// (outside of the ray's limits); farther (than a hit found before). An entered leaf has
+/// "triangles":[{"instance","primitive","triangle","verdict","t"}] with the verdicts hit, missed or
+/// filtered; the last has "by": cull, include or exclude.
 ///
-/// Precondition: a closest hit was requested. `resolved` is the resolved form of `filter`, null: all
-/// triangles. Errors: those of chosen_sides, for the parts of the filter.
+/// Precondition: a closest hit was requested before. `resolved` is the resolved form of `filter`;
+/// null: all triangles. Errors: those of chosen_sides for the parts of the filter.
 Result<std::string> encode_explanation(const Scene& scene, const Ray& ray, const HitFilter& filter,
                                        const ResolvedFilter* resolved, const Deadline& deadline,
                                        const ReserveBytes& reserve);
 
-/// {"instance","primitive","triangle","node","distance"}, or null for none.
+/// Returns {"instance","primitive","triangle","node","distance"}, or null if there is none.
 std::string encode_nearest_miss(const Scene& scene, const std::optional<NearestMiss>& miss);
 
+/// Returns
 /// {"complete","pending","trees":[{"placements","nodes","leaves","blocks","triangles","depth",
 /// "shallowest","mean_depth","arity","sah_cost","overlap","contained"},..],"total","top":{..}}: the
-/// first hundred trees that are built, and the tree over the placements, null without it. With a
-/// level also "level":{"boxes":[{"min","max","leaf"},..],"truncated"}.
+/// first hundred trees that are built, and the top tree, or null if there is none. With `level`
+/// also "level":{"boxes":[{"min","max","leaf"},..],"truncated"}.
 std::string encode_trees(const Scene& scene, std::optional<std::uint32_t> level = {});
 inline constexpr std::size_t kMostLevelBoxes = 2000;
 

@@ -1,5 +1,5 @@
 #pragma once
-/// The folder from which clients may name files.
+/// SceneRoot: the folder below which clients may name files.
 
 #include <cstdint>
 #include <filesystem>
@@ -12,26 +12,28 @@
 
 namespace sightline {
 
-/// Takes bytes in pieces.
+/// Receives bytes in pieces.
 using ByteSink = std::function<Status(std::span<const std::byte>)>;
 
-/// Never opens anything outside of the folder: the kernel resolves each path beneath it (openat2,
-/// RESOLVE_BENEATH). So neither ".." nor a symbolic link leads out, even if it is created at the
-/// same moment. Links that stay inside are followed.
+/// Opens nothing outside of the folder: the kernel resolves each path beneath it (openat2,
+/// RESOLVE_BENEATH). So neither ".." nor a symbolic link leads outside, even if it is created at
+/// the same moment. Links that stay inside are followed.
 class SceneRoot {
  public:
-  /// Errors: SCENE_ROOT_INVALID (no folder, or a kernel before Linux 5.6).
+  /// Opens the folder. Errors: SCENE_ROOT_INVALID (not a folder, or a kernel before Linux 5.6).
   static Result<SceneRoot> open(const std::filesystem::path& folder);
 
+  /// An open file and its size.
   struct File {
     FileDescriptor file;
     std::uint64_t bytes = 0;
   };
-  /// A regular file. Errors, which name no path of this machine: PATH_REFUSED (absolute, leads out,
-  /// or has a control character), SOURCE_NOT_FOUND (no such file, or it may not be read),
-  /// SOURCE_TOO_LARGE.
+  /// Opens a regular file of at most `limit` bytes. Errors, which name no path of this machine:
+  /// PATH_REFUSED (absolute, leads outside, or has a control character), SOURCE_NOT_FOUND (absent,
+  /// or not readable), SOURCE_TOO_LARGE.
   Result<File> open_file(const std::string& path, std::uint64_t limit) const;
-  /// A file beside the file at `path`: in that file's folder or below.
+  /// Opens `neighbour`, a path relative to the folder of the file at `path`; it must be in that
+  /// folder or below.
   Result<File> open_neighbour(const std::string& path, const std::string& neighbour,
                               std::uint64_t limit) const;
 
@@ -40,8 +42,8 @@ class SceneRoot {
   FileDescriptor folder_;
 };
 
-/// Hands the bytes of a file on, as they are now: a file that shrinks or grows meanwhile is no
-/// danger. Errors: SOURCE_TOO_LARGE, SOURCE_NOT_FOUND (it cannot be read), those of the sink.
+/// Passes the present bytes of a file to `sink`. The file may shrink or grow meanwhile. Errors:
+/// SOURCE_TOO_LARGE, SOURCE_NOT_FOUND (it cannot be read), those of the sink.
 Status read_file(const SceneRoot::File& file, std::uint64_t limit, const ByteSink& sink);
 
 Error source_too_large(std::uint64_t limit);

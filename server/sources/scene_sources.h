@@ -1,5 +1,5 @@
 #pragma once
-/// Sources of scenes other than request bodies: files below one folder, and URLs.
+/// Sources of scenes other than request bodies: files below a folder, and URLs.
 
 #include <cstdint>
 #include <memory>
@@ -12,14 +12,15 @@
 
 namespace sightline {
 
-/// Nothing is allowed unless an operator says so.
+/// What clients may name. By default nothing is allowed.
 struct SourceRules {
-  std::optional<SceneRoot> root;  ///< paths are below it; empty: no paths
+  std::optional<SceneRoot> root;  ///< folder of paths; empty: paths are not allowed
   UrlRules urls;
 };
 
-/// How to get what the request asks for, after what can be said of it at once. Errors, with a
-/// pointer: PATH_NOT_ALLOWED, URL_NOT_ALLOWED, URL_INVALID, those of SceneRoot::open_file.
+/// Returns a function that fetches the source of a request, after it has checked what can be
+/// checked at once. Errors, with a pointer: PATH_NOT_ALLOWED, URL_NOT_ALLOWED, URL_INVALID, those
+/// of SceneRoot::open_file.
 Result<SceneFetch> fetch_of(const LoadRequest& request, std::shared_ptr<const SourceRules> rules,
                             std::uint64_t limit);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Addresses that scenes may be fetched from, and the patterns that allow them.
+/// SourceUrl: the URL of a scene. UrlPattern: a pattern that allows URLs.
 
 #include <memory>
 #include <string>
@@ -12,17 +12,18 @@ struct Curl_URL;
 
 namespace sightline {
 
-/// An http or https URL without credentials, taken apart once: what is compared with a pattern is
-/// what the request is made of.
+/// An http or https URL without credentials, parsed once: the parts that are compared with patterns
+/// are those that the request is made of.
 class SourceUrl {
  public:
-  /// Errors: URL_INVALID.
+  /// Parses a URL. Errors: URL_INVALID.
   static Result<SourceUrl> parse(const std::string& text);
 
   std::string scheme;  ///< "http" or "https"
   std::string host;    ///< lower case; IPv6 in brackets
   int port = 0;
-  std::string path;  ///< "/" at least; dot segments are resolved, percent-encoding is not decoded
+  std::string path;  ///< at least "/"; dot segments are resolved, percent-encoding is not decoded
+  /// The parsed URL for libcurl.
   Curl_URL* handle() const { return handle_.get(); }
 
  private:
@@ -32,23 +33,24 @@ class SourceUrl {
   std::unique_ptr<Curl_URL, Free> handle_;
 };
 
-/// SCHEME://HOST[:PORT][/PATH], compared part by part:
+/// A pattern SCHEME://HOST[:PORT][/PATH], compared part by part:
 ///   SCHEME  http or https
-///   HOST    a name or an address, exactly; *.example.org any name that ends so, but not
-///           example.org; * any host
-///   PORT    without it the scheme's own; * any
-///   PATH    ends with a slash: all paths that begin so; else exactly this one; without it all. A
-///           path with an encoded slash, backslash or dot matches only patterns without PATH.
+///   HOST    a name or an address, exactly; *.example.org: names that end so, but not example.org;
+///           *: any host
+///   PORT    absent: the scheme's default; *: any
+///   PATH    with a slash at its end: paths that begin so; otherwise: exactly this path; absent:
+///   any.
+///           A path with an encoded slash, backslash or dot matches only patterns without PATH.
 /// Queries are not compared.
 class UrlPattern {
  public:
-  /// Errors: URL_PATTERN_INVALID.
+  /// Parses a pattern. Errors: URL_PATTERN_INVALID.
   static Result<UrlPattern> parse(std::string_view text);
   bool matches(const SourceUrl& url) const;
 
  private:
   std::string scheme_, host_, path_;
-  int port_ = 0;  ///< 0: any
+  int port_ = 0;  ///< 0: any port
 };
 
 bool matches_any(const std::vector<UrlPattern>& patterns, const SourceUrl& url);

@@ -1,5 +1,5 @@
 #pragma once
-/// Gets the bytes behind a URL that somebody else chose.
+/// Fetches the bytes of a URL that a client has chosen.
 
 #include <chrono>
 #include <cstdint>
@@ -16,29 +16,33 @@ namespace sightline {
 
 inline constexpr int kMostRedirects = 5;
 
+/// What may be fetched, and how.
 struct UrlRules {
-  std::vector<UrlPattern> patterns;         ///< a URL that matches none is refused; empty: all are
-  std::vector<AddressRange> addresses;      ///< that may be reached though they are not public
-  std::chrono::milliseconds time{300'000};  ///< for everything, redirects included
-  std::string agent = "sightline";          ///< User-Agent
+  std::vector<UrlPattern> patterns;  ///< a URL that matches none is refused; empty: all are allowed
+  std::vector<AddressRange> addresses;      ///< non-public addresses that may be connected to
+  std::chrono::milliseconds time{300'000};  ///< for the whole fetch, with redirects
+  std::string agent = "sightline";          ///< value of User-Agent
 };
 
+/// Receives the bytes of a URL.
 struct UrlReceiver {
-  std::function<void(std::uint64_t total)> expect;  ///< told the length, if the server says it
+  /// called with the length, if the server states it
+  std::function<void(std::uint64_t total)> expect;
   ByteSink take;
-  std::function<bool()> cancelled;  ///< asked several times a second
+  std::function<bool()> cancelled;  ///< polled several times a second
 };
 
-/// One GET after the other, until there is a 200. Every redirect passes all checks again. The
-/// address is checked at the moment of connecting: what was resolved and checked is what is
-/// connected to. No proxy, no cookies, no credentials, no compression.
-/// Errors: URL_INVALID, URL_NOT_ALLOWED (matches no pattern; also of a redirect), ADDRESS_REFUSED,
-/// REDIRECTS_TOO_MANY, SOURCE_UNREACHABLE, SOURCE_ANSWER (not a 200), SOURCE_TOO_SLOW,
-/// SOURCE_TOO_LARGE, LOAD_CANCELLED, those of `take`.
+/// Fetches a URL: sends GET requests, following redirects, until there is a 200. Every redirect
+/// passes all checks again. The address is checked when connecting, so no other address than the
+/// checked one is used. Uses no proxy, cookies, credentials or compression. Errors: URL_INVALID,
+/// URL_NOT_ALLOWED (it, or a redirect, matches no pattern), ADDRESS_REFUSED, REDIRECTS_TOO_MANY,
+/// SOURCE_UNREACHABLE, SOURCE_ANSWER (a status other than 200), SOURCE_TOO_SLOW, SOURCE_TOO_LARGE,
+/// LOAD_CANCELLED, those of `take`.
 Status fetch_url(SourceUrl url, const UrlRules& rules, std::uint64_t limit,
                  const UrlReceiver& receiver);
 
-/// URL_NOT_ALLOWED: no pattern of the server allows a URL, or one that it was redirected to.
+/// The error URL_NOT_ALLOWED: no pattern of the server allows the URL, or one to which it
+/// redirects.
 Error url_not_allowed();
 
 }  // namespace sightline
