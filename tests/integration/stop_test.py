@@ -1,11 +1,14 @@
 """A stop: /readyz tells, what has begun is finished, silence ends, and a second signal does not wait."""
 
+import fcntl
 import json
 import os
 import re
 import signal
 import socket
+import sys
 import tempfile
+import termios
 import threading
 import time
 import unittest
@@ -22,6 +25,11 @@ HEALTH = b"GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n"
 def cpu_seconds(server):
     words = Path(f"/proc/{server.process.pid}/stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()
     return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def unacknowledged(connection):
+    """Bytes that were sent and that the other side's system has not acknowledged: SIOCOUTQ of tcp(7)."""
+    return int.from_bytes(fcntl.ioctl(connection, termios.TIOCOUTQ, bytes(4)), sys.byteorder)
 
 
 class Stop(unittest.TestCase):
@@ -206,7 +214,9 @@ class Stop(unittest.TestCase):
             self.assertEqual(set(re.findall(r"path=/v1/scenes/six/rays:closest status=200 .*id=(asker\S+)", log)), answered)
             # What had come whole before the signal was answered; a later connection may have been refused.
             late = {name: sent for asker in askers for name, sent in asker.unanswered.items()}
-            self.assertEqual([name for name, sent in late.items() if sent < before], [])
+            # On a loaded machine the loopback device may deliver what was sent before the signal after the close.
+            undelivered = {asker.undelivered for asker in askers}
+            self.assertEqual([name for name, sent in late.items() if sent < before and name not in undelivered], [])
             self.assertLessEqual(len(late), len(askers))
             for connection in idle:
                 self.assertEqual(connection.recv(1), b"")
@@ -222,6 +232,7 @@ class Asker(threading.Thread):
         self.port, self.rays, self.prefix = server.port, rays, name
         self.warm = threading.Event()  # it has asked a few times
         self.answered, self.unanswered, self.faults = [], {}, []
+        self.undelivered = None  # name of the last request, if no byte of it had reached the server at the end
 
     def run(self):
         body = json.dumps({"rays": [HIT] * self.rays, "fields": ["t"]}).encode()
@@ -230,10 +241,10 @@ class Asker(threading.Thread):
         with connection, connection.makefile("rb") as stream:
             while True:
                 name = f"{self.prefix}-{len(self.answered)}"
+                request = (b"POST /v1/scenes/six/rays:closest HTTP/1.1\r\nHost: x\r\nX-Request-Id: %s\r\n"
+                           b"Content-Type: application/json\r\nContent-Length: %d\r\n\r\n" % (name.encode(), len(body)) + body)
                 try:
-                    connection.sendall(b"POST /v1/scenes/six/rays:closest HTTP/1.1\r\nHost: x\r\nX-Request-Id: %s\r\n"
-                                       b"Content-Type: application/json\r\nContent-Length: %d\r\n\r\n"
-                                       % (name.encode(), len(body)) + body)
+                    connection.sendall(request)
                 except ConnectionError:
                     return
                 self.unanswered[name] = time.monotonic()
@@ -244,6 +255,10 @@ class Asker(threading.Thread):
                 except (ValueError, IndexError, socket.timeout) as fault:
                     return self.faults.append((name, repr(fault)))
                 if answer is None:
+                    # A server that closes over bytes that it has not read resets the connection. Here it has ended it
+                    # properly: what it had read is acknowledged.
+                    if unacknowledged(connection) == len(request):
+                        self.undelivered = name
                     return
                 if (answer.status, answer.body) != (200, right):
                     return self.faults.append((name, answer.status, answer.body[:300]))
