@@ -145,7 +145,7 @@ void watch_signals(Signals& signals, const Running& running) {
   // A second signal does not wait for anything.
   if (event != Event::kStop) event = wait_for_stop(signals, command.limits.drain);
   if (event == Event::kWoken) return;
-  running.log.warn("breaking off what has not ended");
+  running.log.warn("aborting requests that have not ended");
   service.cancelled.cancel();
   running.server.break_connections();
 }

@@ -158,7 +158,7 @@ bool TreeCacheManager::complete(const Job& job) {
     if (keeps) write(job, content);
     return true;
   } catch (const std::bad_alloc&) {
-    say({"there is no memory to build a scene's trees ahead"});
+    say({"there is no memory to build a scene's trees in the background"});
     return false;
   }
 }

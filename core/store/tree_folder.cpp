@@ -27,7 +27,7 @@ Status write_in_pieces(const FileDescriptor& file, std::span<const std::byte> by
                        const CancelFlag* cancel) {
   while (!bytes.empty()) {
     if (is_cancelled(cancel)) {
-      return Error{ErrorKind::kCancelled, "CANCELLED", "the trees were not kept", ""};
+      return Error{ErrorKind::kCancelled, "CANCELLED", "the trees were not stored", ""};
     }
     const auto piece = bytes.first(std::min(kPiece, bytes.size()));
     bytes = bytes.subspan(piece.size());

@@ -30,10 +30,11 @@ class CommandLine {
     serve_app_ = app_.add_subcommand("serve", "answer queries over HTTP until a signal");
     define_serve(*serve_app_, serve_, serve_flags_);
     cast_app_ = app_.add_subcommand(
-        "cast", "cast one ray into a file; exit code 0 for a hit, 1 for a miss, 2 for an error");
+        "cast",
+        "trace one ray through a file; exit code 0 for a hit, 1 for a miss, 2 for an error");
     define_cast(*cast_app_, cast_, cast_flags_);
     query_app_ = app_.add_subcommand("query",
-                                     "ask a server about rays; exit code 0, 1 where the only ray "
+                                     "ask a server about rays; exit code 0, 1 if the only ray "
                                      "misses (not with --rays), 2 for an error");
     define_query(*query_app_, query_, query_flags_);
     mcp_app_ = app_.add_subcommand(
@@ -44,16 +45,16 @@ class CommandLine {
     demo_app->add_option("NAME", demo_.name, "town, six or painted")->required();
     demo_app->add_option("OUT", demo_.file, "the file to write")->required();
     check_app_ = app_.add_subcommand(
-        "check-config", "say what is wrong with a file for serve --config; exit code 0 or 2");
+        "check-config", "check a file of settings for serve --config; exit code 0 or 2");
     check_app_->add_option("FILE", check_.file, "the file")->required();
-    CLI::App* key_app = app_.add_subcommand("key", "keys that clients show");
+    CLI::App* key_app = app_.add_subcommand("key", "keys of clients");
     key_app->require_subcommand(1);
     new_key_app_ = key_app->add_subcommand(
-        "new", "print a fresh key, this once, and the line of the file of --keys that lets it in");
-    new_key_app_->add_option("--role", role_, "'read': queries; 'write': scenes as well")
+        "new", "print a new key, which is not stored, and its line for the file of --keys");
+    new_key_app_->add_option("--role", role_, "'read': queries; 'write': also changes of scenes")
         ->check(CLI::IsMember({"read", "write"}))
         ->required();
-    new_key_app_->add_option("--name", key_.name, "who has it, for the log")
+    new_key_app_->add_option("--name", key_.name, "name of the client, for the log")
         ->check(CLI::Validator(check_key_name, ""))
         ->required();
   }

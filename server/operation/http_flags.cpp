@@ -8,48 +8,51 @@ namespace sightline {
 
 void define_http_flags(CLI::App& app, HttpLimits& limits, HttpSeconds& seconds) {
   FlagMaker flags(app);
-  app.add_option("--workers", limits.workers, "requests answered at once, and as many heavier ones")
+  app.add_option("--workers", limits.workers,
+                 "threads that answer short requests; there are as many for bulk requests")
       ->check(CLI::Range(8, 4096))
       ->capture_default_str();
-  flags.add_count("--max-queue", limits.queue, "requests that wait for a worker; more are 503");
+  flags.add_count("--max-queue", limits.queue,
+                  "requests that wait for a worker; further ones are answered with 503");
   flags.add_count("--max-streams", limits.streams,
-                  "streams of rays and of events that are open at once; more are 503");
-  flags.add_count("--max-connections", limits.connections,
-                  "open at once; beyond it those that have been idle the longest are closed");
-  flags.add_live("--max-header-bytes", limits.head.bytes, "of one request")
+                  "open streams of rays and events; further ones are answered with 503");
+  flags.add_count(
+      "--max-connections", limits.connections,
+      "open connections; beyond this number, those that have been idle longest are closed");
+  flags.add_live("--max-header-bytes", limits.head.bytes, "size of the header of a request")
       ->check(CLI::Range(256, 1 << 20));
-  flags.add_count("--max-header-fields", limits.head.fields, "of one request");
+  flags.add_count("--max-header-fields", limits.head.fields, "header fields of a request");
   app.add_option(
          "--spool-dir", limits.spool_folder,
-         "folder for temporary files: what is beyond 64 KiB of a body that comes, and of an "
-         "answer that its client has not taken")
+         "folder for temporary files: the part beyond 64 KiB of a body that arrives, and of an "
+         "answer that its client has not received")
       ->capture_default_str();
-  flags.add_count("--spool-bytes", limits.spool_bytes, "of these files together; more are 503");
+  flags.add_count("--spool-bytes", limits.spool_bytes,
+                  "bytes of these files in total; beyond them requests are answered with 503");
   flags
       .add_count(
           "--memory", limits.memory,
-          "bytes of memory that connections and requests hold together; one request may take "
-          "more while the others hold at most half of it (default: an eighth of the "
-          "machine's, at least 256 MiB)")
+          "bytes of memory of connections and requests in total; one request may exceed it while "
+          "all others hold at most half of it (default: an eighth of the machine's memory, at "
+          "least 256 MiB)")
       ->default_str("");
-  flags.add_count(
-      "--max-request-memory", limits.request,
-      "bytes that answering one request may take; never more than half of the machine's memory");
+  flags.add_count("--max-request-memory", limits.request,
+                  "bytes of memory of one request; at most half of the machine's memory");
   flags.add_live_seconds("--header-seconds", seconds.head, kLeastSeconds,
-                         "how long a request's header may take");
+                         "longest time to receive the header of a request");
   flags.add_live_seconds("--idle-seconds", seconds.idle, kLeastSeconds,
-                         "how long a connection may be silent");
-  flags.add_count("--min-rate", limits.pace.bytes_per_second,
-                  "bytes per second that a client has to send of a body, or take of an answer");
+                         "longest time that a connection may be idle");
+  flags.add_count(
+      "--min-rate", limits.pace.bytes_per_second,
+      "least bytes per second that a client must send of a body or receive of an answer");
   flags.add_count(
       "--busy-rate", limits.busy_rate,
       "least bytes per second of a large body or answer while others need its room in the spool, "
       "and of a stream while others need its memory");
   flags.add_live_seconds("--rate-seconds", seconds.window, kLeastSeconds,
-                         "over which both are averages");
-  flags.add_live_seconds(
-      "--body-seconds", seconds.longest, kLeastSeconds,
-      "how long one body may take to come, or one answer to be taken, at any rate");
+                         "time over which --min-rate and --busy-rate are averaged");
+  flags.add_live_seconds("--body-seconds", seconds.longest, kLeastSeconds,
+                         "longest time to receive a body or to send an answer, at any rate");
 }
 
 void finish_http_flags(HttpLimits& limits, const HttpSeconds& seconds) {

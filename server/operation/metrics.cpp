@@ -92,11 +92,11 @@ void add_store(const SceneStore& store, Families& families) {
     families.push_back(family(name, help, MetricType::Gauge, label, values));
   };
   labelled("sightline_scenes", "Scenes by state.", "state", states);
-  families.push_back(
-      gauge("sightline_triangles", "Of all ready scenes, each placement counted.", triangles));
+  families.push_back(gauge("sightline_triangles",
+                           "Triangles of all ready scenes, each placement counted.", triangles));
   labelled("sightline_bytes_touched",
            "Bytes of the files of ready scenes that were read, by what they are.", "kind", touched);
-  labelled("sightline_skipped", "What the files of ready scenes have and nobody read.", "what",
+  labelled("sightline_skipped", "Parts of the files of ready scenes that were not read.", "what",
            skipped);
   families.push_back(counters("sightline_loads_total", "Loads that ended, by outcome.", "outcome",
                               store.load_counts()));
@@ -106,39 +106,38 @@ void add_trees(const TreeTotals& trees, Families& families) {
   families.insert(
       families.end(),
       {counters("sightline_tree_builds_total",
-                "Trees built because rays came near (near), and scenes whose trees "
-                "were all built in their lasting form (scene).",
+                "Trees built for queries (near), and scenes whose trees were all built at once "
+                "(scene).",
                 "of", {{"near", trees.trees_built}, {"scene", trees.full_builds}}),
        counters("sightline_tree_evictions_total",
-                "Scenes whose trees were dropped for want of memory.", "", {{"", trees.evictions}}),
+                "Scenes whose trees were evicted for lack of memory.", "", {{"", trees.evictions}}),
        counters("sightline_tree_files_total",
                 "Files of trees that were read, and those that were refused.", "outcome",
                 {{"read", trees.cache_hits}, {"refused", trees.cache_rejects}}),
-       counters("sightline_tree_waits_total",
-                "Rays and boxes that needed a tree that was not there.", "",
+       counters("sightline_tree_waits_total", "Rays and boxes that waited for an unbuilt tree.", "",
                 {{"", trees.queries_waited}}),
-       gauge("sightline_tree_bytes", "Of all trees that are there now.", trees.tree_bytes),
+       gauge("sightline_tree_bytes", "Bytes of all trees that are built now.", trees.tree_bytes),
        gauge("sightline_geometry_bytes",
-             "Of positions and indices of all scenes, what they share counted once.",
+             "Bytes of positions and indices of all scenes; shared data counts once.",
              trees.geometry_bytes)});
 }
 
 void add_process(double start, const ServerNow& now, Families& families) {
-  MetricFamily build = family("sightline_build_info", "Which server this is.", MetricType::Gauge,
-                              "version", {{version(), 1}});
+  MetricFamily build = family("sightline_build_info", "Version and kernel of the server.",
+                              MetricType::Gauge, "version", {{version(), 1}});
   build.metric[0].label.push_back({"kernel", now.kernel});
   families.insert(
       families.end(),
-      {gauge("sightline_connections", "Connections that are open.", now.connections),
+      {gauge("sightline_connections", "Open connections.", now.connections),
        counters("sightline_connections_total",
-                "Connections accepted, closed to make room (evicted), too slow, gone before their "
-                "answer; and requests refused for their framing, for want of a key that may "
-                "(locked_out) or for a full queue, and requests that the event loop answers.",
+                "Connections: accepted, closed to make room (evicted), too slow, or closed by the "
+                "client before the answer. Requests: refused for their framing, for lack of a "
+                "sufficient key (locked_out) or for a full queue, or answered by the event loop.",
                 "event", now.events),
-       gauge("sightline_queued_requests", "Requests that wait for a worker now.", now.queued),
-       gauge("sightline_traffic_bytes", "Of memory, that connections and requests hold now.",
+       gauge("sightline_queued_requests", "Requests that wait for a worker.", now.queued),
+       gauge("sightline_traffic_bytes", "Bytes of memory of connections and requests.",
              now.traffic),
-       gauge("sightline_spool_bytes", "Of temporary files, that bodies and answers hold now.",
+       gauge("sightline_spool_bytes", "Bytes of temporary files of bodies and answers.",
              now.spooled),
        std::move(build),
        gauge("process_start_time_seconds", "When the server was started, in seconds since 1970.",
@@ -164,16 +163,14 @@ struct Metrics::State {
   prometheus::Family<prometheus::Histogram>& seconds =
       prometheus::BuildHistogram()
           .Name("sightline_request_seconds")
-          .Help(
-              "From the head of a request to its answer, by route. A stream of events ends later.")
+          .Help("Time from the head of a request to its answer, by route. A stream ends later.")
           .Register(registry);
-  prometheus::Counter& rays = counter("sightline_rays_total", "Rays asked about.").Add({});
-  prometheus::Counter& boxes = counter("sightline_boxes_total", "Boxes asked about.").Add({});
+  prometheus::Counter& rays = counter("sightline_rays_total", "Rays in requests.").Add({});
+  prometheus::Counter& boxes = counter("sightline_boxes_total", "Boxes in requests.").Add({});
   prometheus::Family<prometheus::Counter>& work = counter(
       "sightline_work_total",
-      "What rays have cost: nodes of trees and blocks of triangles that were looked at, placements "
-      "of meshes that were entered; and what float64 left open: triangles, orders of two hits, and "
-      "roundings, decided by integers.");
+      "Cost of queries: tree nodes and blocks of triangles that were tested, placements of meshes "
+      "that were entered. Exact decisions: triangles, orders of two hits, and roundings.");
   prometheus::Counter& of_work(const char* what) { return work.Add({{"what", what}}); }
   /// Each with what QueryWork counts of it.
   const std::array<std::pair<std::uint64_t QueryWork::*, prometheus::Counter&>, 6> works{

@@ -66,9 +66,10 @@ std::string check_scene_number(const std::string& text) {
 }
 
 void define_ray(CLI::App& app, RayFlags& flags) {
-  app.add_option("--origin", flags.origin, "where the ray starts")->type_name("X,Y,Z");
-  app.add_option("--direction", flags.direction, "need not be of unit length")->type_name("X,Y,Z");
-  app.add_option("--tmin", flags.tmin, "least t, counted in |direction| (default 0)")
+  app.add_option("--origin", flags.origin, "origin of the ray")->type_name("X,Y,Z");
+  app.add_option("--direction", flags.direction, "direction of the ray, of any length")
+      ->type_name("X,Y,Z");
+  app.add_option("--tmin", flags.tmin, "least t, in units of |direction| (default 0)")
       ->type_name("T");
   app.add_option("--tmax", flags.tmax, "largest t (default: no limit)")->type_name("T");
 }
@@ -91,8 +92,8 @@ void define_mode(CLI::App& app, ModeFlags& flags, const char* all_help) {
   all->excludes(any);
   count->excludes(any, all);
   app.add_option("--crossings", flags.crossings,
-                 "what --all and --count take for a hit: 'every' triangle that is met, or each "
-                 "passage through a surface 'once', though it be at an edge or a corner")
+                 "what --all and --count count as hits: 'every' triangle that is met, or each "
+                 "passage through a surface 'once', even at an edge or a corner")
       ->check(CLI::IsMember({"every", "once"}))
       ->capture_default_str();
 }
@@ -111,7 +112,7 @@ void finish_mode(const ModeFlags& flags, CastMode& mode, Crossings& crossings) {
 
 void define_server(CLI::App& app, ServerAddress& server) {
   app.add_option("--key-file", server.key_file,
-                 "a file with the key to show; default: $SIGHTLINE_KEY, if it is set");
+                 "file with the key of this client; default: $SIGHTLINE_KEY, if it is set");
 }
 
 }  // namespace
@@ -123,12 +124,13 @@ void define_cast(CLI::App& app, CastCommand& command, CastFlags& flags) {
   define_ray(app, flags.ray);
   app.get_option("--origin")->required();
   app.get_option("--direction")->required();
-  app.add_option("--scene", command.scene, "which scene of the file (default: the file's choice)")
+  app.add_option("--scene", command.scene,
+                 "index of the scene in the file (default: the file's default scene)")
       ->check(CLI::Validator(check_scene_number, ""))
       ->type_name("N");
   app.add_option("--fields", flags.fields, "what to print of the hit, comma-separated");
   app.add_option("--kernel", command.kernel, "traversal kernel (see --version); default: the best");
-  define_mode(app, flags.mode, "every hit, one line each, in the order of t");
+  define_mode(app, flags.mode, "every hit, a line each, sorted by t");
 }
 
 void finish_cast(CastCommand& command, const CastFlags& flags) {
@@ -138,8 +140,9 @@ void finish_cast(CastCommand& command, const CastFlags& flags) {
 }
 
 void define_query(CLI::App& app, QueryCommand& command, QueryFlags& flags) {
-  app.add_option("URL", command.server.url, "of the server: http://127.0.0.1:8080")->required();
-  app.add_option("SCENE", command.scene, "its name there")->required();
+  app.add_option("URL", command.server.url, "address of the server: http://127.0.0.1:8080")
+      ->required();
+  app.add_option("SCENE", command.scene, "name of the scene")->required();
   define_ray(app, flags.ray);
   app.add_option("--rays", command.rays,
                  "instead of one ray, a file of rays, - for standard input: in each line six "
@@ -147,8 +150,8 @@ void define_query(CLI::App& app, QueryCommand& command, QueryFlags& flags) {
                  "as JSON")
       ->excludes("--origin", "--direction", "--tmin", "--tmax");
   app.add_option("--fields", flags.fields, "what to print of a hit, comma-separated");
-  define_mode(app, flags.mode, "every hit, in the order of t");
-  app.add_flag("--json", command.json, "print the answers as they come, a line of JSON each");
+  define_mode(app, flags.mode, "every hit, sorted by t");
+  app.add_flag("--json", command.json, "print the answers as JSON, a line each");
   define_server(app, command.server);
 }
 
@@ -164,10 +167,10 @@ void finish_query(QueryCommand& command, const QueryFlags& flags) {
 }
 
 void define_mcp(CLI::App& app, McpCommand& command) {
-  app.add_option("--url", command.server.url, "of the server")
+  app.add_option("--url", command.server.url, "address of the server")
       ->default_val("http://127.0.0.1:8080");
   app.add_option("--files", command.files,
-                 "a folder whose files the agent may upload; none without it")
+                 "folder of files that the agent may upload (default: none)")
       ->check(CLI::ExistingDirectory);
   define_server(app, command.server);
 }

@@ -51,20 +51,20 @@ std::vector<Parsed> parse_each(const std::vector<std::string>& texts, const char
 }  // namespace
 
 void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
-  app.add_option("--listen", flags.listen, "ADDR:PORT; port 0 takes a free one")
+  app.add_option("--listen", flags.listen, "ADDR:PORT; for port 0 the system chooses a free port")
       ->capture_default_str();
   app.add_option("--config", command.config,
                  "JSON file of settings: {\"max-rays\": 1000} is --max-rays 1000, a list repeats a "
-                 "flag; flags that are given as such go first")
+                 "flag; flags of the command line take precedence")
       ->check(CLI::ExistingFile);
   app.add_option("--keys", command.keys,
-                 "file with a line for each key that may ask: 'sightline key new' makes them; "
-                 "without it everybody may do everything")
+                 "file with a line for each key of a client: 'sightline key new' makes them; "
+                 "without it every client may do everything")
       ->check(CLI::ExistingFile);
   app.add_flag("--insecure", command.insecure,
-               "listen without --keys where others than this machine can ask");
+               "listen without --keys even if other machines can connect");
   app.add_option("--cors-origin", command.cors_origins,
-                 "pages of this origin may ask from a browser: https://example.org, or * for all "
+                 "pages of this origin may send requests: https://example.org, or * for all "
                  "(repeatable; default: none)")
       ->take_all()
       ->check(CLI::Validator(
@@ -74,45 +74,47 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
           ""))
       ->type_name("ORIGIN");
   app.add_option("--data", command.data,
-                 "folder where scenes are kept; without it they live in memory only")
+                 "folder in which scenes are stored; without it they are in memory only")
       ->check(CLI::Validator(
           [](std::string& text) { return text.empty() ? "the name of a folder is not empty" : ""; },
           ""));
   app.add_option("--preload", flags.preloads,
-                 "ID=FILE, or ID=demo:town, demo:six or demo:painted: a scene to load at the start "
+                 "ID=FILE, or ID=demo:town, demo:six or demo:painted: a scene to load at start "
                  "(repeatable)")
       ->take_all();
-  app.add_option("--threads", command.threads, "threads that trace; 0: as many as the machine has")
+  app.add_option("--threads", command.threads, "threads that trace rays; 0: one for each processor")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
   app.add_option("--kernel", command.kernel, "traversal kernel (see --version); default: the best")
       ->check(CLI::Validator(check_kernel, ""));
-  app.add_option("--log-level", command.log_level, "of the log on standard error")
+  app.add_option("--log-level", command.log_level,
+                 "least level of messages in the log on standard error")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
       ->capture_default_str()
       ->group(kLiveFlags);
   app.add_option("--log-format", flags.log_format,
-                 "'text' for people, 'json' for machines: an object in each line")
+                 "'text' for people, or 'json' for programs: an object in each line")
       ->check(CLI::IsMember({"text", "json"}))
       ->capture_default_str();
   FlagMaker maker(app);
-  maker.add_count("--max-scene-bytes", command.limits.scene_bytes, "of an uploaded scene");
-  maker.add_count("--max-query-bytes", command.limits.query_bytes, "of a query's body");
+  maker.add_count("--max-scene-bytes", command.limits.scene_bytes, "size of an uploaded scene");
+  maker.add_count("--max-query-bytes", command.limits.query_bytes, "size of the body of a query");
   maker.add_count("--max-rays", command.limits.rays,
-                  "in one request; points, boxes and pairs likewise");
+                  "rays in one request; also points, boxes and pairs");
   maker.add_count("--max-hits", command.limits.hits,
-                  "listed in one answer: of rays, points, boxes, clearance");
+                  "hits, triangles, nodes or pairs that one answer lists");
   maker.add_count("--max-loads", command.limits.loads,
-                  "scenes that may be on their way at once; two of them are built at a time");
-  app.add_option("--skip", flags.skip,
-                 "'all': trees are built when rays come near, or ahead of them; 'none': before a "
-                 "scene is ready. No answer depends on it")
+                  "loads of scenes that run or wait; two scenes are built at a time");
+  app.add_option(
+         "--skip", flags.skip,
+         "'all': trees are built when queries need them, or in the background; 'none': before "
+         "a scene is ready. No answer depends on it")
       ->check(CLI::IsMember({"all", "none"}))
       ->capture_default_str();
   maker
       .add_count("--memory-budget", command.limits.memory_budget,
-                 "bytes of all scenes with their trees; the trees that were asked the longest ago "
-                 "go first (default: no limit)")
+                 "bytes of all scenes with their trees; beyond it the trees of the least recently "
+                 "used scenes are evicted (default: no limit)")
       ->default_str("");
   app.add_option("--scene-root", command.scene_root,
                  "folder below which clients may name files to load (POST /v1/scenes with a path)")
@@ -124,18 +126,18 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
       ->take_all()
       ->type_name("PATTERN");
   app.add_option("--allow-address", flags.allow_addresses,
-                 "addresses like 10.0.0.0/8 that those URLs may lead to; without it only public "
-                 "ones (repeatable)")
+                 "non-public addresses that those URLs may have, like 10.0.0.0/8; without it only "
+                 "public addresses are allowed (repeatable)")
       ->take_all()
       ->type_name("RANGE");
   maker.add_live_seconds("--request-seconds", flags.request_seconds, kLeastSeconds,
-                         "how long one request may trace");
+                         "longest time to answer a request");
   maker.add_seconds("--fetch-seconds", flags.fetch_seconds, kLeastSeconds,
-                    "how long it may take to fetch a URL, with all redirects");
+                    "longest time to fetch a URL, with all redirects");
   maker.add_live_seconds("--drain-seconds", flags.drain_seconds, 0,
-                         "how long a stop waits for requests that have begun");
+                         "longest time that a shutdown waits for running requests");
   maker.add_live_seconds("--notice-seconds", flags.notice_seconds, 0,
-                         "how long /readyz says 503 before a stop, for load balancers");
+                         "time that /readyz answers 503 before a shutdown, for load balancers");
   command.http.memory = std::max(std::uint64_t{256} << 20, machine_memory() / 8);
   define_http_flags(app, command.http, flags.http);
 }
@@ -149,7 +151,7 @@ void finish_serve(ServeCommand& command, const ServeFlags& flags) {
     const std::string& name = command.preloads.back().first;
     if (std::any_of(command.preloads.begin(), command.preloads.end() - 1,
                     [&](const auto& other) { return other.first == name; })) {
-      throw CLI::ValidationError("--preload", "'" + name + "' stands there a second time");
+      throw CLI::ValidationError("--preload", "'" + name + "' is given twice");
     }
   }
   command.urls.patterns = parse_each<UrlPattern>(flags.allow_urls, "--allow-url");
@@ -169,15 +171,15 @@ void finish_serve(ServeCommand& command, const ServeFlags& flags) {
 
 void check_together(const ServeCommand& command) {
   if (command.keys.empty() && !command.insecure && !is_local_host(command.listen.host)) {
-    throw CLI::ValidationError("--listen", "others can reach " + command.listen.host +
-                                               ": say who may ask with --keys FILE, or say "
-                                               "--insecure and let everybody do everything");
+    throw CLI::ValidationError("--listen", "other machines can reach " + command.listen.host +
+                                               ": give a file of keys with --keys, or allow "
+                                               "every client everything with --insecure");
   }
 }
 
 std::vector<std::string> warnings_of(const ServeCommand& command) {
   if (!command.keys.empty() || command.cors_origins.empty()) return {};
-  return {"--cors-origin: without --keys whoever's pages may ask may change scenes as well"};
+  return {"--cors-origin: without --keys pages of these origins may also change scenes"};
 }
 
 std::vector<FlagText> flag_texts(const CLI::App& app) {

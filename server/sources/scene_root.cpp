@@ -44,7 +44,7 @@ Error not_found() {
 Status check_path(const std::string& path) {
   if (path.empty()) return refused("is empty");
   if (path.size() > kLongestPath) return refused("is longer than 4096 bytes");
-  if (path.front() == '/') return refused("is absolute: it is looked for below the scene root");
+  if (path.front() == '/') return refused("is absolute; a path is relative to the scene root");
   const bool has_control = std::any_of(path.begin(), path.end(), [](char c) {
     return static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
   });

@@ -109,7 +109,7 @@ Error error_of(CURLcode code, const Transfer& transfer) {
       return source_error("SOURCE_UNREACHABLE", "the url's host has no address");
     case CURLE_PEER_FAILED_VERIFICATION:
     case CURLE_SSL_CONNECT_ERROR:
-      return source_error("SOURCE_UNREACHABLE", "the url's server did not prove who it is (TLS)");
+      return source_error("SOURCE_UNREACHABLE", "the url's server has no valid certificate (TLS)");
     case CURLE_WRITE_ERROR:
       return source_error("SOURCE_ANSWER", "the url's server answered with too much beside a file");
     default:

@@ -98,7 +98,7 @@ class Settings(unittest.TestCase):
             self.assertIn(f"--data {self.folder}/data: the data folder is in use", refused("serve", "--data", self.folder / "data"))
         self.assertIn("Too many levels", refused("serve", "--preload", f"a={loop}"))
         self.assertIn("--data: the name of a folder is not empty", refused("serve", "--data", ""))
-        self.assertIn("'a' stands there a second time", refused("serve", "--preload", "a=demo:six", "--preload", "a=demo:six"))
+        self.assertIn("'a' is given twice", refused("serve", "--preload", "a=demo:six", "--preload", "a=demo:six"))
         self.assertEqual(refused("frob"), "sightline: there is no command 'frob'\nSee sightline --help\n")
         said = refused("key", "new", "--role", "read", "--name", ".a")
         self.assertIn("does not begin with a dot", said)

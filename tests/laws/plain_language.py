@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks the language of the documentation and of header comments.
+"""Checks the language of the documentation, of header comments, and of the texts that the program shows.
 
 Usage: plain_language.py [ROOT] [--list] [--write] [PATH...]
 
@@ -12,6 +12,9 @@ Rules:
 It reads README.md, ARCHITECTURE.md, CHANGELOG.md, CONTRIBUTING.md, all Markdown of docs/ and proto/, and the comments
 of the headers of core/, proto/ and server/. Code blocks, inline code and names of code are not checked. A row of a
 table in a comment, whose columns are two spaces apart, is a sentence of its own.
+
+It also reads the string literals of the sources and headers of core/, proto/ and server/: help, log and error texts.
+Literals that follow each other are one text. Literals without two words beside each other are not prose.
 
 tests/laws/plain_language_baseline.txt lists the files that still break a rule, each with its number of faults. A file
 that is not listed has no fault. The test fails when a number grows; --write lowers the numbers that have shrunk.
@@ -188,17 +191,38 @@ def comment_blocks(text):
         yield block
 
 
+LITERAL = r'"(?:\\.|[^"\\\n])*"'
+TEXT = re.compile(rf'//[^\n]*|/\*.*?\*/|R"(\w*)\(.*?\)\1"|\'(?:\\.|[^\'\\\n])\'|^ *#[^\n]*|({LITERAL}(?:\s*{LITERAL})*)', re.DOTALL | re.MULTILINE)
+ESCAPES = {"\\n": "\n", '\\"': '"', "\\\\": "\\"}
+
+
+def string_blocks(text):
+    """String literals that are prose, each with its line; a line of a literal is a sentence of its own."""
+    for match in TEXT.finditer(text):
+        if not match.group(2):
+            continue
+        literal = "".join(part[1:-1] for part in re.findall(LITERAL, match.group(2)))
+        literal = re.sub(r'\\[n"\\]', lambda escape: ESCAPES[escape.group(0)], literal)
+        number = text.count("\n", 0, match.start()) + 1
+        for line in literal.split("\n"):
+            if re.search(r"[A-Za-z]{2,} [A-Za-z]{2,}", line):
+                yield [(number, line)]
+
+
 def checked_files(root):
     yield from (name for name in ("README.md", "ARCHITECTURE.md", "CHANGELOG.md", "CONTRIBUTING.md") if (root / name).is_file())
-    for folder, pattern in (("docs", "*.md"), ("proto", "*.md"), ("core", "*.h"), ("proto", "*.h"), ("server", "*.h")):
+    for folder, pattern in (("docs", "*.md"), ("proto", "*.md"), ("core", "*.h"), ("proto", "*.h"), ("server", "*.h"), ("core", "*.cpp"), ("proto", "*.cpp"), ("server", "*.cpp")):
         yield from sorted(path.relative_to(root).as_posix() for path in (root / folder).rglob(pattern) if "node_modules" not in path.parts)
 
 
 def faults_of(root, name):
     text = (root / name).read_text(encoding="utf-8")
-    header = name.endswith(".h")
-    for block in comment_blocks(text) if header else markdown_blocks(text):
-        yield from check_block(name, block, header)
+    header, source = name.endswith(".h"), name.endswith((".h", ".cpp"))
+    if not name.endswith(".cpp"):
+        for block in comment_blocks(text) if header else markdown_blocks(text):
+            yield from check_block(name, block, header)
+    for block in string_blocks(text) if source else ():
+        yield from check_block(name, block, False)
 
 
 def read_baseline(root):

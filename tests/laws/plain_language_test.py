@@ -40,6 +40,15 @@ class PlainLanguage(unittest.TestCase):
             self.assertEqual(faults(f"{start}\n"), [])
         self.assertEqual(faults("/// Both have\n/// The same bytes.\n", header=True), [])
 
+    def test_texts_of_the_program_are_read(self):
+        def of(text):
+            return [(fault.line, fault.rule) for block in plain_language.string_blocks(text) for fault in plain_language.check_block("x", block, False)]
+
+        self.assertEqual(of('a;  // a door\nsay("the "\n    "door is shut");\n'), [(2, "retired")])
+        self.assertEqual(of('say("' + "word " * 20 + '"\n    "' + "word " * 20 + '");\n'), [(1, "long")])
+        self.assertEqual(of('say("' + "word " * 20 + "\\n" + "word " * 20 + '");\n'), [])
+        self.assertEqual(of('// "the door"\n#include "the door"\nR"(the door)"; "door"; \'"\'; x; "a \\"b\\" c";\n'), [])
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -173,7 +173,7 @@ Status AccessorReader::attach_sparse(std::size_t index, AccessorView& view) {
     const std::uint64_t at = sparse_index(view, entry);
     if (at >= view.count || (entry > 0 && at <= sparse_index(view, entry - 1))) {
       return wrong(index, "sparse index " + std::to_string(entry) + " is " + std::to_string(at) +
-                              ", it must be larger than the one before and below " +
+                              ", it must be larger than the previous one and below " +
                               std::to_string(view.count));
     }
   }
