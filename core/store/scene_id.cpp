@@ -1,5 +1,7 @@
 #include "core/store/scene_id.h"
 
+#include <string>
+
 #include "core/base/plain_name.h"
 
 namespace sightline {
@@ -13,8 +15,9 @@ Error scene_id_invalid() {
           ""};
 }
 
-Error scene_not_found() {
-  return {ErrorKind::kNotFound, "SCENE_NOT_FOUND", "there is no scene of this name", ""};
+Error scene_not_found(std::string_view id) {
+  const std::string name = is_scene_id(id) ? "\"" + std::string(id) + "\"" : "of this name";
+  return {ErrorKind::kNotFound, "SCENE_NOT_FOUND", "there is no scene " + name, ""};
 }
 
 }  // namespace sightline

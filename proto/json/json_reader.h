@@ -105,6 +105,9 @@ class JsonReader {
   static bool begins_with_mark(std::string_view text) { return text.starts_with("\xef\xbb\xbf"); }
   /// False if `text` begins an object or an array, and does not end with a closing bracket.
   static bool has_last_bracket(std::string_view text);
+  /// Appends the line and the column of `place` in `body`, both from 1, to the message of a syntax
+  /// error. A column counts bytes.
+  void tell_line(std::string_view body, const char* place);
   bool fail_document(simdjson::ondemand::document& document, simdjson::error_code code);
 
   Error error_;
@@ -125,7 +128,11 @@ bool JsonReader::read_body(std::string& body, ReadObject read_object) {
   if (const auto code = document.get_object().get(object); code != simdjson::SUCCESS) {
     return fail_document(document, code);
   }
-  if (!read_object(object)) return false;
+  if (!read_object(object)) {
+    const char* place = nullptr;
+    if (document.current_location().get(place) == simdjson::SUCCESS) tell_line(body, place);
+    return false;
+  }
   if (document.current_location().error() != simdjson::OUT_OF_BOUNDS) {
     return malformed({}, "there is text after the body's object");
   }

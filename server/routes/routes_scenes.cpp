@@ -154,7 +154,7 @@ void get_scene(Exchange& exchange, Service& service) {
   for (;;) {
     const std::uint64_t seen = service.store.changes();
     const SceneSnapshot scene = service.store.find(exchange.scene_id);
-    if (!scene) return exchange.reply_error(scene_not_found());
+    if (!scene) return reply_scene_not_found(exchange, service);
     if (!scene->is_moving() || deadline.passed()) return reply_scene(exchange, *scene);
     service.store.wait_for_change(seen, deadline);
   }

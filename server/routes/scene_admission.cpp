@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/base/watch.h"
+#include "core/query/similar_names.h"
 #include "core/store/scene_id.h"
 #include "proto/binary/ray_binary.h"
 #include "proto/json/hit_lines.h"
@@ -43,10 +45,27 @@ std::optional<QueryType> admit_rays_type(Exchange& exchange, bool takes_lines) {
   return equals_caseless(type, kLinesMediaType) ? QueryType::kLines : QueryType::kJson;
 }
 
+void reply_scene_not_found(Exchange& exchange, const Service& service) {
+  constexpr std::uint64_t kSteps = std::uint64_t{1} << 16;
+  Error error = scene_not_found(exchange.scene_id);
+  if (is_scene_id(exchange.scene_id)) {
+    const std::vector<SceneSnapshot> scenes = service.store.list();
+    DeadlineWatch watch(service.deadline());
+    std::string_view before = "; similar: ";
+    for (const std::string_view name : similar_names(
+             exchange.scene_id, scenes.size(),
+             [&](std::size_t i) { return std::string_view(scenes[i]->id); }, kSteps, watch)) {
+      error.message.append(before).append("\"").append(name).append("\"");
+      before = ", ";
+    }
+  }
+  exchange.reply_error(error);
+}
+
 SceneSnapshot admit_scene(Exchange& exchange, const Service& service) {
   const SceneSnapshot stored = service.store.find(exchange.scene_id);
   if (!stored) {
-    exchange.reply_error(scene_not_found());
+    reply_scene_not_found(exchange, service);
     return nullptr;
   }
   switch (stored->state) {

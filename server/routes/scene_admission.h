@@ -29,6 +29,9 @@ enum class QueryType { kJson, kBinary, kLines };
 /// Checks the media type: JSON, binary, or lines if `takes_lines`. Empty after it has answered.
 std::optional<QueryType> admit_rays_type(Exchange& exchange, bool takes_lines = false);
 
+/// Answers 404 SCENE_NOT_FOUND with at most three similar names. Cost: grows with the number of
+/// scenes, some nanoseconds for each.
+void reply_scene_not_found(Exchange& exchange, const Service& service);
 /// Returns a scene that can be queried now. Null after it has answered 404 SCENE_NOT_FOUND, or 409
 /// SCENE_FAILED or SCENE_LOADING (with Retry-After).
 SceneSnapshot admit_scene(Exchange& exchange, const Service& service);

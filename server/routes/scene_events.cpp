@@ -79,7 +79,7 @@ class EventStream {
 
 void reply_scene_events(Exchange& exchange, Service& service) {
   if (!service.store.find(exchange.scene_id)) {
-    return exchange.reply_error(scene_not_found());
+    return reply_scene_not_found(exchange, service);
   }
   if (exchange.body == nullptr || !exchange.body->may_wait()) return;
   const auto stream = std::make_shared<EventStream>(exchange, service);

@@ -33,6 +33,18 @@ class Errors(unittest.TestCase):
     def closest(self, body, *arguments):
         return self.server.query("six", "closest", body, *arguments)
 
+    def test_an_unknown_scene_is_named_with_similar_ones(self):
+        problem = self.server.ask("/v1/scenes/sxi").json()
+        self.assertEqual((problem["code"], problem["detail"]), ("SCENE_NOT_FOUND", 'there is no scene "sxi"'))
+        for path in ("/v1/scenes/sx", "/v1/scenes/sx/events", "/v1/scenes/sx/nodes"):
+            self.assertEqual(self.server.ask(path).json()["detail"], 'there is no scene "sx"; similar: "six"', path)
+        self.assertIn("/docs", self.server.ask("/v1/scens").json()["detail"])
+
+    def test_a_syntax_error_has_line_and_column(self):
+        body = '{"rays":[\n{"origin":[0,1,0] "direction":[0,-1,0]}]}'
+        detail = self.closest(body).json()["detail"]
+        self.assertTrue(detail.endswith("; near line 2, column 19"), detail)
+
     def test_a_body_that_is_not_json_is_400(self):
         for body in ("", "{", "hello", '{"rays":[]} x', '{"rays":[{"origin":[1,2,3],}]}', b"\xff\xfe"):
             with self.subTest(body=body):
