@@ -12,8 +12,8 @@ namespace sightline {
 bool is_scene_id(std::string_view id);
 /// The error SCENE_ID_INVALID, whose message states the rule.
 Error scene_id_invalid();
-/// Returns the error SCENE_NOT_FOUND, whose message contains `id` if that is a scene's name.
-Error scene_not_found(std::string_view id);
+/// Returns the error SCENE_NOT_FOUND. Its message contains `id` if that is a valid name.
+Error scene_not_found(std::string_view id = {});
 
 }  // namespace sightline
 

@@ -369,7 +369,7 @@ Status SceneStore::remove(const std::string& id, const Precondition& preconditio
   SceneSnapshot removed;  // goes last, as above
   const std::lock_guard commit(commit_mutex_);
   const SceneSnapshot present = find(id);
-  if (!present) return scene_not_found(id);
+  if (!present) return scene_not_found();
   if (Status status = precondition.check(present->etag); !status) return status;
   if (folder_) {
     if (Status status = folder_->remove(id); !status) {

@@ -7,9 +7,8 @@
 namespace sightline {
 namespace {
 
-Status check_changeable(std::string_view id, const SceneSnapshot& scene,
-                        const Precondition& precondition) {
-  if (!scene) return scene_not_found(id);
+Status check_changeable(const SceneSnapshot& scene, const Precondition& precondition) {
+  if (!scene) return scene_not_found();
   if (scene->state == SceneState::kFailed) {
     return Error{ErrorKind::kConflict, "SCENE_FAILED", "the scene could not be loaded", ""};
   }
@@ -32,7 +31,7 @@ Result<SceneSnapshot> SceneStore::change(const std::string& id, const NodeChange
   const std::lock_guard one_by_one(change_mutex_);
   for (;;) {
     const SceneSnapshot before = find(id);
-    if (Status status = check_changeable(id, before, precondition); !status)
+    if (Status status = check_changeable(before, precondition); !status)
       return std::move(status).error();
     auto scene = before->scene->changed(std::span(&change, 1));
     if (!scene) return std::move(scene).error();

@@ -59,8 +59,7 @@ void JsonReader::tell_line(std::string_view body, const char* place) {
   const std::string_view before = body.substr(0, at);
   const auto line = 1 + std::count(before.begin(), before.end(), '\n');
   const std::size_t column = at - (before.rfind('\n') + 1) + 1;  // npos + 1 is 0
-  error_.message +=
-      "; near line " + std::to_string(line) + ", column " + std::to_string(column);
+  error_.message += "; near line " + std::to_string(line) + ", column " + std::to_string(column);
 }
 
 bool JsonReader::fail_parse(simdjson::error_code code, const JsonPointer& place) {

@@ -100,7 +100,9 @@ std::optional<RequestFault> AccessRules::admit(RequestHead& head) const {
   }
   const Access needed = needed_access(head.method, head.target);
   if (needed <= head.access) return std::nullopt;
-  if (key == nullptr) return RequestFault{401, "UNAUTHORIZED", "this needs a key: send it in a header \"Authorization: Bearer KEY\""};
+  if (key == nullptr)
+    return RequestFault{401, "UNAUTHORIZED",
+                        "this needs a key: send it in a header \"Authorization: Bearer KEY\""};
   return RequestFault{403, "FORBIDDEN", "this needs a key that may write"};
 }
 

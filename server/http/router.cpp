@@ -80,7 +80,8 @@ void Router::dispatch(Exchange& exchange) const {
     if (route.method == "GET") allowed += ", HEAD";
   }
   if (allowed.empty()) {
-    return exchange.reply_problem(404, "ROUTE_NOT_FOUND", "there is nothing at this path; /docs lists the paths");
+    return exchange.reply_problem(404, "ROUTE_NOT_FOUND",
+                                  "there is nothing at this path; /docs lists the paths");
   }
   allowed += ", OPTIONS";
   if (method == "OPTIONS") {

@@ -4,6 +4,8 @@
 
 #include <sstream>
 
+#include "core/base/watch.h"
+#include "core/query/similar_names.h"
 #include "server/http/spool.h"
 #include "server/operation/config_file.h"
 #include "server/operation/data_folder.h"
@@ -62,13 +64,18 @@ class CommandLine {
   /// For a server that runs: its file of keys is looked at by itself.
   void leave_keys() { serve_app_->get_option("--keys")->get_validator()->active(false); }
 
-  /// Throws CLI::ParseError.
-  void parse(const std::vector<std::string>& arguments) {
+  /// Throws CLI::ParseError. `help` and `help COMMAND` are --help.
+  void parse(std::vector<std::string> arguments) {
+    if (arguments.size() > 1 && arguments[1] == "help") {
+      arguments.erase(arguments.begin() + 1);
+      arguments.push_back("--help");
+    }
     // The library would miss a command, and not say which word is none.
     if (arguments.size() > 1 && !arguments[1].starts_with('-') &&
         app_.get_subcommands([&](const CLI::App* app) { return app->get_name() == arguments[1]; })
             .empty()) {
-      throw CLI::ValidationError("there is no command '" + arguments[1] + "'");
+      throw CLI::ValidationError("there is no command '" + arguments[1] + "'" +
+                                 similar_commands(arguments[1]));
     }
     std::vector<const char*> texts;
     texts.reserve(arguments.size());
@@ -123,6 +130,20 @@ class CommandLine {
   }
 
  private:
+  std::string similar_commands(const std::string& word) const {
+    const auto commands = app_.get_subcommands([](const CLI::App*) { return true; });
+    std::vector<std::string> known;
+    for (const CLI::App* command : commands) known.push_back(command->get_name());
+    DeadlineWatch watch{Deadline()};
+    std::string text;
+    for (const std::string_view name : similar_names(
+             word, known.size(), [&](std::size_t i) { return std::string_view(known[i]); }, 1 << 16,
+             watch)) {
+      text.append(text.empty() ? "; similar: " : ", ").append(name);
+    }
+    return text;
+  }
+
   CLI::App app_{"Exact ray queries against glTF scenes.", "sightline"};
   CLI::App *serve_app_, *cast_app_, *query_app_, *mcp_app_, *check_app_, *new_key_app_;
   ServeCommand serve_;

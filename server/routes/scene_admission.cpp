@@ -7,6 +7,7 @@
 #include "core/store/scene_id.h"
 #include "proto/binary/ray_binary.h"
 #include "proto/json/hit_lines.h"
+#include "server/access/key_ring.h"
 #include "server/http/ascii.h"
 #include "server/http/media_type.h"
 #include "server/http/request_body.h"
@@ -47,8 +48,10 @@ std::optional<QueryType> admit_rays_type(Exchange& exchange, bool takes_lines) {
 
 void reply_scene_not_found(Exchange& exchange, const Service& service) {
   constexpr std::uint64_t kSteps = std::uint64_t{1} << 16;
-  Error error = scene_not_found(exchange.scene_id);
-  if (is_scene_id(exchange.scene_id)) {
+  // No answer repeats a key that was pasted into the path. It may be valid elsewhere.
+  const bool is_told = is_key_name(exchange.scene_id);
+  Error error = is_told ? scene_not_found(exchange.scene_id) : scene_not_found();
+  if (is_told) {
     const std::vector<SceneSnapshot> scenes = service.store.list();
     DeadlineWatch watch(service.deadline());
     std::string_view before = "; similar: ";

@@ -85,6 +85,11 @@ class Settings(unittest.TestCase):
         self.assertRegex(complaints, r":1: cors-origin: without --keys .* \(a warning\)\n$")
         self.assertFalse((self.folder / "new").exists())
 
+    def test_help_is_a_command_too(self):
+        for asked, flag in ((["help"], ["--help"]), (["help", "key", "new"], ["key", "new", "--help"])):
+            self.assertEqual(run(*asked), run(*flag))
+            self.assertEqual(run(*asked)[0], 0)
+
     def test_a_start_says_what_is_in_its_way(self):
         def refused(*arguments):
             code, out, complaints = run(*arguments)
@@ -100,6 +105,7 @@ class Settings(unittest.TestCase):
         self.assertIn("--data: the name of a folder is not empty", refused("serve", "--data", ""))
         self.assertIn("'a' is given twice", refused("serve", "--preload", "a=demo:six", "--preload", "a=demo:six"))
         self.assertEqual(refused("frob"), "sightline: there is no command 'frob'\nSee sightline --help\n")
+        self.assertEqual(refused("serv"), "sightline: there is no command 'serv'; similar: serve\nSee sightline --help\n")
         said = refused("key", "new", "--role", "read", "--name", ".a")
         self.assertIn("does not begin with a dot", said)
         self.assertIn("\nSee sightline key new --help\n", said)
