@@ -53,12 +53,12 @@ fi
 python3 -B tests/laws/room_laws.py
 scripts/lint_openapi.sh || [ $? = 77 ]
 
-# clang-tidy reads how each file is compiled from the dev preset's build tree.
-[ -f build/dev/compile_commands.json ] || cmake --preset dev >/dev/null
+# clang-tidy reads how each file is compiled from a build tree in which every file is compiled alone.
+cmake --preset dev -B build/lint -DSIGHTLINE_TOGETHER=OFF >/dev/null
 compiled() {
   python3 -c '
 import json, os
-for entry in json.load(open("build/dev/compile_commands.json")):
+for entry in json.load(open("build/lint/compile_commands.json")):
     print(os.path.relpath(os.path.join(entry["directory"], entry["file"])))' | sort -u
 }
 case $mode in
@@ -75,6 +75,6 @@ case $mode in
 esac
 if [ ${#files[@]} -gt 0 ]; then
   printf '%s\0' "${files[@]}" | xargs -0 -n 1 -P "$(nproc)" \
-    clang-tidy -p build/dev --quiet --warnings-as-errors='*' 2> >(grep -v ' warnings\? generated' >&2)
+    clang-tidy -p build/lint --quiet --warnings-as-errors='*' 2> >(grep -v ' warnings\? generated' >&2)
 fi
 echo "clang-tidy: ${#files[@]} files"

@@ -91,8 +91,8 @@ class SceneTrees {
   /// scene was queried since its trees were last dropped. Trees that were in the lasting form
   /// before a node moved count as lasting.
   bool wants_all() const;
-  /// True if the scene was made by moving nodes. Then a background build builds only the unbuilt
-  /// trees.
+  /// True if the trees were in the lasting form before nodes moved, and were not dropped since.
+  /// Then a background build builds only the unbuilt trees.
   bool is_moved() const;
 
   void count_waiting(std::uint64_t queries) { waited_.fetch_add(queries); }

@@ -12,7 +12,7 @@ struct TreeStats {
   std::uint64_t trees_built = 0;    ///< counter: trees that were built for a query
   std::uint64_t trees_kept = 0;     ///< trees reused from the previous revision, if a node changed
   std::uint64_t meshes_split = 0;   ///< counter: large meshes that were split into parts
-  std::uint64_t full_builds = 0;    ///< counter: builds of all trees at once in the lasting form
+  std::uint64_t full_builds = 0;    ///< counter: builds of all trees at once
   std::uint64_t evictions = 0;      ///< counter: evictions of all trees for lack of memory
   std::uint64_t cache_hits = 0;     ///< counter: times that all trees were read from a valid file
   std::uint64_t cache_rejects = 0;  ///< counter: files of trees that were invalid

@@ -21,20 +21,21 @@ namespace sightline {
 /// Reads and writes files of trees.
 class TreeFolder {
  public:
-  /// The folder is made when the first file is written. If all files exceed `bytes_max`, the least
-  /// recently used are removed.
+  /// The folder is made when the first file is written. If the files exceed `bytes_max` in total,
+  /// the least recently used are removed.
   explicit TreeFolder(std::filesystem::path folder,
                       std::uint64_t bytes_max = std::uint64_t{64} << 30)
       : folder_(std::move(folder)), bytes_max_(bytes_max) {}
 
   /// Reads the trees of a plan; empty if there is no file. `content` is the plan's content_hash,
   /// `sha256` the hash of the scene's file in the data folder or empty. The trees refer to the
-  /// memory into which the file was read. Errors: those of decode_trees, STORE_IO; a file with such
-  /// an error is removed.
+  /// memory into which the file was read. Errors: those of io_error; those of
+  /// decode_trees, after which the file is removed.
   Result<std::optional<SceneTree>> read(const ScenePlan& plan, std::uint64_t content,
                                         const std::string& sha256) const;
-  /// Writes trees, durably; at any moment the file is either complete or absent. Errors: STORE_IO,
-  /// STORE_FULL; CANCELLED soon after `cancel` is set.
+  /// Writes trees, durably; at any moment the file is either complete or absent. Writes nothing if
+  /// they exceed bytes_max. Errors: those of io_error; CANCELLED soon after `cancel` is set.
+  /// Precondition: one call at a time.
   Status write(const SceneTree& tree, std::uint64_t content, const std::string& sha256,
                const CancelFlag* cancel = nullptr) const;
 

@@ -27,8 +27,8 @@ struct NodePatch {
 };
 
 /// Decodes a body. Errors, with a pointer: JSON_MALFORMED, TYPE_WRONG, KEY_MISSING (no member at
-/// all), KEY_UNKNOWN, KEY_DUPLICATE, KEYS_MIXED (a matrix and other members), LENGTH_WRONG,
-/// NUMBER_OUT_OF_RANGE.
+/// all), KEY_UNKNOWN, KEY_DUPLICATE, KEYS_MIXED (a matrix with translation,
+/// rotation or scale), LENGTH_WRONG, NUMBER_OUT_OF_RANGE.
 Result<NodePatch> decode_node_patch(std::string_view body);
 
 }  // namespace sightline

@@ -48,7 +48,7 @@ struct ServeCommand {
   HttpLimits http;
   ServiceLimits limits;
   Laziness laziness = Laziness::kWhenNeeded;
-  std::vector<FlagText> flags;         ///< all flags, for /version
+  std::vector<FlagText> flags;         ///< all flags, to find out what SIGHUP changes
   std::vector<std::string> arguments;  ///< to be parsed again after SIGHUP
 };
 

@@ -17,9 +17,10 @@ namespace sightline {
 std::string encode_scene(const StoredScene& scene);
 /// An upper bound of the bytes of that text; names and warnings have the lengths of the file's.
 std::uint64_t bytes_of_scene(const StoredScene& scene);
-/// The scene in one line, without name, counts, bounds and warnings.
+/// The scene in one line, without name, counts, bounds and warnings; "triangles" is its number of
+/// triangles.
 std::string encode_scene_summary(const StoredScene& scene);
-/// Returns {"scenes":[...]}, each without bounds and warnings.
+/// Returns {"scenes":[...]}, each as in encode_scene_summary.
 std::string encode_scene_list(const std::vector<SceneSnapshot>& scenes);
 
 }  // namespace sightline

@@ -35,8 +35,8 @@ class NearestTriangles {
       : scene_(std::move(scene)), resolved_(resolved), deadline_(deadline) {}
 
   /// Finds the triangles nearest to the point: at most `count`, within `max_distance` (closed).
-  /// Preconditions: the point is finite, max_distance is not negative, count is not 0. Throws
-  /// std::bad_alloc.
+  /// Preconditions: the point is finite, max_distance is not negative, count is not 0, and the trees
+  /// of the view near the point are built. Throws std::bad_alloc.
   void find(const Vec3d& point, double max_distance, std::size_t count);
 
   /// The result of find(), sorted by distance and id.
