@@ -272,35 +272,24 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
   const auto now = [&] {
     return ServerNow{server.counts().open, connection_events(server.counts(), metrics),
                      server.queued(),      server.memory(),
-                     server.spooled(),     manager.totals(),
-                     (*engine)->kernel()};
+                     server.spooled(),     server.counts().send_buffers,
+                     manager.totals(),     (*engine)->kernel()};
   };
   add_health_routes(router, service, {metrics, command.http, **sources, now});
   const auto port = server.bind(command.listen);
-  if (!port) return complain(port.error());
+  if (!port) return complain(port.error(), port.error().code == "THREADS_FEW" ? "--workers: " : "");
 
+  const Running running{command, access, service, server, log};
+  std::thread watcher([&] { watch_signals(signals, running); });
   const bool v6 = command.listen.host.find(':') != std::string::npos;
   out << "listening on http://" << (v6 ? "[" : "") << command.listen.host << (v6 ? "]" : "") << ":"
       << *port << std::endl;
   log.info("serving", {{"version", version()},
                        {"kernel", (*engine)->kernel()},
                        {"threads", std::int64_t{(*engine)->threads()}}});
-
-  const Running running{command, access, service, server, log};
-  std::thread watcher([&] { watch_signals(signals, running); });
-  std::optional<Error> fault;
-  try {
-    server.serve();
-  } catch (const std::system_error& error) {
-    fault = {ErrorKind::kInternal, "THREADS_FEW",
-             "the system does not give the threads of " + std::to_string(command.http.workers) +
-                 " workers and " + std::to_string(command.http.streams) +
-                 " streams: " + error.code().message(),
-             ""};
-  }
+  server.serve();
   signals.wake();
   watcher.join();
-  if (fault) return complain(*fault, "--workers: ");
   last_watch.emplace(signals, end_now);
   return 0;
 }

@@ -26,13 +26,23 @@ std::optional<std::uint64_t> decode_revision(const std::string& text) {
 
 }  // namespace
 
-RevisionCounter::RevisionCounter(const std::filesystem::path& folder, std::uint64_t seen)
-    : folder_(folder), last_(seen) {
+Result<RevisionCounter> RevisionCounter::open(const std::filesystem::path& folder,
+                                              std::uint64_t seen) {
   std::error_code error;
-  if (!std::filesystem::exists(folder / kName, error) && !error) return;
+  for (const char* name : {kName, kNewName}) {
+    if (!std::filesystem::is_directory(std::filesystem::symlink_status(folder / name, error)))
+      continue;
+    return Error{ErrorKind::kConflict, "STORE_DAMAGED",
+                 (folder / name).string() +
+                     " is a folder, where the file of the last revision belongs: move it away, and "
+                     "start again",
+                 ""};
+  }
+  if (!std::filesystem::exists(folder / kName, error) && !error)
+    return RevisionCounter(folder, seen);
   const auto text = read_small_file(folder / kName, 64, "read the number of the last revision");
   const auto stated = text ? decode_revision(*text) : std::nullopt;
-  last_ = stated ? std::max(last_, *stated) : last_ + kLeftOut;
+  return RevisionCounter(folder, stated ? std::max(seen, *stated) : seen + kLeftOut);
 }
 
 Result<std::uint64_t> RevisionCounter::next(std::uint64_t count) {

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <utility>
 
 #include "core/base/result.h"
 
@@ -19,14 +20,18 @@ class RevisionCounter {
   RevisionCounter() = default;
   /// Continues after the number in the file DIR/revision, or after `seen` if there is no such file;
   /// `seen` is the largest number in use. If the file cannot be read, its number is unknown; then
-  /// the counter skips far more numbers than a server ever gives.
-  RevisionCounter(const std::filesystem::path& folder, std::uint64_t seen);
+  /// the counter skips far more numbers than a server ever gives. Errors: STORE_DAMAGED if a folder
+  /// is in the place of the file, because no number could be written.
+  static Result<RevisionCounter> open(const std::filesystem::path& folder, std::uint64_t seen);
 
   /// Takes `count` consecutive numbers, and returns the last one after the file is durably updated.
   /// Errors: STORE_IO, STORE_FULL; the numbers are then not given to anyone.
   Result<std::uint64_t> next(std::uint64_t count = 1);
 
  private:
+  RevisionCounter(std::filesystem::path folder, std::uint64_t last)
+      : folder_(std::move(folder)), last_(last) {}
+
   std::filesystem::path folder_;  ///< empty: no file
   std::uint64_t last_ = 0;
 };

@@ -65,7 +65,9 @@ Result<std::unique_ptr<SceneStore>> SceneStore::open(const StoreOptions& options
     catalogue = std::move(*read);
     std::uint64_t seen = 0;
     for (const SceneRecord& record : catalogue.records) seen = std::max(seen, record.revision);
-    store->revisions_ = RevisionCounter(options.folder, seen);
+    auto revisions = RevisionCounter::open(options.folder, seen);
+    if (!revisions) return std::move(revisions).error();
+    store->revisions_ = std::move(*revisions);
   }
   store->builds_.emplace(options.loads_at_once);
   store->fetches_.emplace(options.fetches_at_once);

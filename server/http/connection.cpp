@@ -53,10 +53,14 @@ bool send_pending(Connection& connection) {
   return send_pending(connection, std::numeric_limits<std::uint64_t>::max(), full);
 }
 
+std::uint64_t send_buffer_bytes(const Connection& connection) {
+  int bytes = 0;
+  if (::ioctl(connection.socket, SIOCOUTQ, &bytes) != 0 || bytes < 0) return 0;
+  return static_cast<std::uint64_t>(bytes);
+}
+
 std::uint64_t taken_by_client(const Connection& connection) {
-  int waiting = 0;
-  if (::ioctl(connection.socket, SIOCOUTQ, &waiting) != 0 || waiting < 0) return connection.given;
-  return connection.given - std::min(connection.given, static_cast<std::uint64_t>(waiting));
+  return connection.given - std::min(connection.given, send_buffer_bytes(connection));
 }
 
 Received receive_at(Connection& connection, char* data, std::size_t size, std::size_t& count) {

@@ -98,7 +98,8 @@ struct Connection {
   bool readable = true;  ///< the last receive did not report that there was nothing
   bool ended = false;    ///< the client has closed its side, or the connection
   std::chrono::steady_clock::time_point ended_at;
-  std::size_t lingered = 0;  ///< bytes received while lingering
+  std::uint64_t acknowledged = 0;  ///< bytes of `given`, when the send buffers were last counted
+  std::size_t lingered = 0;        ///< bytes received while lingering
   /// requests, and KiB of heads, that the event loop answered itself since the last event
   int answered_here = 0;
   int not_tried = 0;  ///< so many of the next requests go to workers at once
@@ -146,6 +147,8 @@ bool send_pending(Connection& connection);
 /// reports room only when a third of it is free; by that report a slow client that reads all the
 /// time would seem idle.
 std::uint64_t taken_by_client(const Connection& connection);
+/// The number of bytes in the socket's send buffer: not sent, or not acknowledged by the client.
+std::uint64_t send_buffer_bytes(const Connection& connection);
 
 /// The result of receiving: some bytes; all that were there; nothing now; the connection has ended.
 enum class Received { kSome, kAll, kNothing, kEnd };

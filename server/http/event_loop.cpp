@@ -14,6 +14,8 @@
 #include <csignal>
 #include <cstring>
 #include <new>
+#include <string>
+#include <system_error>
 #include <utility>
 
 namespace sightline {
@@ -26,6 +28,16 @@ constexpr int kAcceptedAtOnce = 256;
 /// Bytes that the system may hold of an answer beside those that are under way to the client. It would
 /// hold up to 4 MiB for each client that does not read.
 constexpr int kUnsent = 128 << 10;
+/// SO_SNDBUF of connections with large send buffers while the sum of all is too large. The kernel doubles it.
+constexpr int kSendBuffer = 64 << 10;
+
+/// sendfile has no MSG_NOSIGNAL. Threads that are started later inherit it.
+void block_broken_pipe() {
+  sigset_t broken_pipe;
+  ::sigemptyset(&broken_pipe);
+  ::sigaddset(&broken_pipe, SIGPIPE);
+  ::pthread_sigmask(SIG_BLOCK, &broken_pipe, nullptr);
+}
 
 bool watch(int epoll, int socket, std::uint32_t events, int how = EPOLL_CTL_ADD) {
   epoll_event wanted{};
@@ -128,7 +140,9 @@ void EventLoop::give_back(Connection& connection) {
 }
 
 int EventLoop::wait(epoll_event* events, int count) {
-  int timeout_ms = open_ > 0 || !accepting_ ? static_cast<int>(kCheck.count()) : -1;
+  // The last check of times, after the last connection has ended, finds the send buffers empty.
+  const bool checks = open_ > 0 || counts_.send_buffers > 0 || !accepting_;
+  int timeout_ms = checks ? static_cast<int>(kCheck.count()) : -1;
   {
     const std::lock_guard hold(mutex_);
     asleep_ = !urgent_ && later_.empty();
@@ -146,12 +160,8 @@ int EventLoop::wait(epoll_event* events, int count) {
   return std::max(ready, 0);
 }
 
-void EventLoop::run(int listener) {
-  // sendfile has no MSG_NOSIGNAL; the threads that start here block the signal too.
-  sigset_t broken_pipe;
-  ::sigemptyset(&broken_pipe);
-  ::sigaddset(&broken_pipe, SIGPIPE);
-  ::pthread_sigmask(SIG_BLOCK, &broken_pipe, nullptr);
+Status EventLoop::start() try {
+  block_broken_pipe();
   const auto start = [this](std::unique_ptr<WorkerPool>& pool, const WorkerPool::Options& options) {
     pool = std::make_unique<WorkerPool>(
         options, [this](Connection& connection) { answer(connection); },
@@ -165,6 +175,17 @@ void EventLoop::run(int listener) {
   start(long_workers_,
         {std::max<std::size_t>(2, workers / 4), limits_.queue, WorkerPool::Priority::kLower, 2});
   start(stream_workers_, {limits_.streams, 0, WorkerPool::Priority::kLower, 3});
+  return success();
+} catch (const std::system_error& error) {
+  return Error{ErrorKind::kInternal, "THREADS_FEW",
+               "the system does not give the threads of " + std::to_string(limits_.workers) +
+                   " workers and " + std::to_string(limits_.streams) +
+                   " streams: " + error.code().message(),
+               ""};
+}
+
+void EventLoop::run(int listener) {
+  block_broken_pipe();
   watch(epoll_, listener, EPOLLIN);
   bool stopped = false;
   std::array<epoll_event, 256> events;
@@ -348,7 +369,28 @@ void EventLoop::reset(Connection& connection) {
   close(connection);
 }
 
+void EventLoop::limit_send_buffers() {
+  const bool is_much = counts_.send_buffers > budget_.all() / 4;
+  std::uint64_t sum = 0;
+  for (const auto& slot : connections_) {
+    if (!slot) continue;
+    Connection& connection = *slot;
+    // A worker may write `given` now; only streams stay with one for long.
+    const bool has_worker = connection.phase == Phase::kAtWork;
+    if (has_worker ? !connection.streams : connection.acknowledged == connection.given) continue;
+    const std::uint64_t bytes = send_buffer_bytes(connection);
+    if (!has_worker) connection.acknowledged = connection.given - std::min(connection.given, bytes);
+    sum += bytes;
+    // A fixed size ends the growth. What is in the buffer stays until the client acknowledges it.
+    if (is_much && bytes > kSendBuffer) {
+      ::setsockopt(connection.socket, SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
+    }
+  }
+  counts_.send_buffers = sum;
+}
+
 void EventLoop::check_times() {
+  limit_send_buffers();
   const bool breaking = breaking_;
   for (const auto& slot : connections_) {
     if (!slot) continue;

@@ -41,6 +41,8 @@ struct EventLoopCounts {
   std::atomic<std::uint64_t> locked_out{0};  ///< requests without a sufficient key
   std::atomic<std::uint64_t> overload{0};    ///< answered with 503 because a queue was full
   std::atomic<std::uint64_t> answered{0};    ///< requests that the event loop answered itself
+  /// bytes of answers in the send buffers of the kernel, counted every 100 ms
+  std::atomic<std::uint64_t> send_buffers{0};
 };
 
 /// The estimated cost of a request, from its head and body. It decides which thread answers.
@@ -82,6 +84,8 @@ class EventLoop {
             EventLoopCallbacks rules = {});
   ~EventLoop();
 
+  /// Starts the threads of workers and streams. Errors: THREADS_FEW.
+  Status start();
   /// Serves a listening socket until stop(), and returns when the last connection has ended.
   void run(int listener);
   /// Stops accepting; idle connections are closed, requests that have begun are answered.
@@ -163,6 +167,9 @@ class EventLoop {
   /// closes a connection whose client does not take its answer
   void reset(Connection& connection);
   void check_times();
+  /// Counts the bytes in the send buffers of the kernel. Beyond a quarter of the memory, large
+  /// buffers stop growing.
+  void limit_send_buffers();
   void on_late(Connection& connection);
 
   const HttpLimits& limits_;

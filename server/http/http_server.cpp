@@ -59,6 +59,7 @@ Result<int> HttpServer::bind(const ListenAddress& address) {
   auto socket = listen_on(address);
   if (!socket) return std::move(socket).error();
   listener_ = socket->descriptor;
+  if (Status started = loop_.start(); !started) return std::move(started).error();
   return socket->port;
 }
 

@@ -28,7 +28,7 @@ class HttpServer {
              EventLoopCallbacks rules = {});
   ~HttpServer();
 
-  /// Starts listening; connections queue up from now on. Returns the port. Errors: LISTEN_FAILED.
+  /// Starts listening; connections queue up from now on. Returns the port. Errors: LISTEN_FAILED, THREADS_FEW.
   Result<int> bind(const ListenAddress& address);
   /// Serves until stop(), and returns when the last connection has ended.
   void serve();

@@ -50,6 +50,7 @@ class MemoryBudget {
 
   /// Bytes that are taken in total.
   std::uint64_t taken() const;
+  std::uint64_t all() const { return all_; }
   std::uint64_t one() const { return one_; }
   /// True if a request waits, and a holder of `bytes` delays it noticeably.
   bool is_wanted(std::uint64_t bytes) const;

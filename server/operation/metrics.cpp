@@ -139,6 +139,8 @@ void add_process(double start, const ServerNow& now, Families& families) {
              now.traffic),
        gauge("sightline_spool_bytes", "Bytes of temporary files of bodies and answers.",
              now.spooled),
+       gauge("sightline_send_buffer_bytes",
+             "Of answers that the kernel holds until clients acknowledge them.", now.send_buffers),
        std::move(build),
        gauge("process_start_time_seconds", "When the server was started, in seconds since 1970.",
              start)});

@@ -20,11 +20,12 @@ std::string_view known_method(std::string_view method);
 
 /// Values at the time of a request for metrics, which other parts of the server count.
 struct ServerNow {
-  std::uint64_t connections = 0;  ///< open connections
-  NamedCounts events = {};        ///< counts of events of connections since the start
-  std::uint64_t queued = 0;       ///< requests that wait for a worker
-  std::uint64_t traffic = 0;      ///< bytes of memory: MemoryBudget
-  std::uint64_t spooled = 0;      ///< bytes of temporary files
+  std::uint64_t connections = 0;   ///< open connections
+  NamedCounts events = {};         ///< counts of events of connections since the start
+  std::uint64_t queued = 0;        ///< requests that wait for a worker
+  std::uint64_t traffic = 0;       ///< bytes of memory: MemoryBudget
+  std::uint64_t spooled = 0;       ///< bytes of temporary files
+  std::uint64_t send_buffers = 0;  ///< bytes of answers in send buffers of the kernel
   TreeTotals trees = {};
   std::string kernel = {};
 };

@@ -34,6 +34,7 @@ class Start(unittest.TestCase):
                               capture_output=True, text=True, timeout=PATIENCE, check=False)
         self.assertEqual(done.returncode, 2, done.stderr)
         self.assertIn("THREADS_FEW: --workers: the system does not give the threads of 400 workers", done.stderr)
+        self.assertEqual(done.stdout, "", "no address before the threads are there")
 
 
 class Logs(unittest.TestCase):

@@ -42,7 +42,7 @@ class Stop(unittest.TestCase):
                     self.assertEqual(read_answer(stream).status, 200)
             held[-1].sendall(b"GET /healthz HTTP/1.1\r\nHo")
             self.assertEqual(server.stop(), 0)
-            self.assertNotIn("breaking off", server.log_text())
+            self.assertNotIn("aborting requests", server.log_text())
             for connection in held:
                 connection.close()
 
@@ -94,7 +94,7 @@ class Stop(unittest.TestCase):
                     pass
                 server.signal(signal.SIGINT)
                 self.assertEqual(server.wait(), 0)
-            self.assertIn("breaking off", server.log_text())
+            self.assertIn("aborting requests", server.log_text())
             upload.close()
 
     def test_what_is_built_is_broken_off(self):
@@ -161,7 +161,7 @@ class Stop(unittest.TestCase):
                 # Every answer that the server gave has arrived.
                 given = len(re.findall(r"path=/healthz status=200", server.log_text()))
                 self.assertEqual(len(answered), given)
-                self.assertNotIn("breaking off", server.log_text())
+                self.assertNotIn("aborting requests", server.log_text())
 
     def test_under_load_with_streams_and_idle_connections_no_request_that_was_accepted_is_lost(self):
         # On a slow machine the streams wait for long between their parts.
@@ -207,7 +207,7 @@ class Stop(unittest.TestCase):
             for asker in askers:
                 asker.join()
             log = server.log_text()
-            self.assertNotIn("breaking off", log)
+            self.assertNotIn("aborting requests", log)
             self.assertEqual([fault for asker in askers for fault in asker.faults], [])
             # All answers that the server gave have arrived.
             answered = {name for asker in askers for name in asker.answered}

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 #include <httplib.h>
+#include <netinet/in.h>
 #include <spdlog/sinks/null_sink.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <future>
@@ -20,9 +23,10 @@ namespace {
 /// A server on a free port, ended with the object.
 class Running {
  public:
-  explicit Running(HttpServer::Dispatch dispatch, EventLoopCallbacks rules = {})
+  explicit Running(HttpServer::Dispatch dispatch, EventLoopCallbacks rules = {},
+                   const HttpLimits& limits = {.workers = 8})
       : server_(
-            HttpLimits{.workers = 8}, std::move(dispatch),
+            limits, std::move(dispatch),
             [this](const std::string&, const std::string& what) {
               const std::lock_guard hold(mutex_);
               thrown_ = what;
@@ -38,6 +42,8 @@ class Running {
     thread_.join();
   }
   httplib::Client client() const { return httplib::Client("127.0.0.1", port_); }
+  int port() const { return port_; }
+  const EventLoopCounts& counts() const { return server_.counts(); }
   std::string thrown() const {
     const std::lock_guard hold(mutex_);
     return thrown_;
@@ -119,6 +125,49 @@ TEST(HttpServer, sends_large_answers_whole) {
   const std::string large(20 << 20, 'x');
   Running server([&](Exchange& exchange) { exchange.reply_json(200, large); });
   EXPECT_TRUE(server.client().Get("/")->body == large);
+}
+
+/// SO_SNDBUF of the socket of this process whose peer has that port; 0: there is none.
+int send_buffer_towards(int port) {
+  for (int socket = 0; socket < 1024; ++socket) {
+    sockaddr_in peer{};
+    socklen_t size = sizeof peer;
+    if (::getpeername(socket, reinterpret_cast<sockaddr*>(&peer), &size) != 0) continue;
+    if (peer.sin_family != AF_INET || ntohs(peer.sin_port) != port) continue;
+    int bytes = 0;
+    size = sizeof bytes;
+    ::getsockopt(socket, SOL_SOCKET, SO_SNDBUF, &bytes, &size);
+    return bytes;
+  }
+  return 0;
+}
+
+TEST(HttpServer, counts_and_limits_what_the_kernel_holds_for_clients_that_do_not_read) {
+  const std::string large(20 << 20, 'x');
+  Running server([&](Exchange& exchange) { exchange.reply_json(200, large); }, {},
+                 {.workers = 8, .memory = 1 << 20});
+  std::vector<int> clients;
+  for (int i = 0; i < 8; ++i) {
+    const int client = ::socket(AF_INET, SOCK_STREAM, 0);
+    clients.push_back(client);
+    const int little = 4096;
+    ::setsockopt(client, SOL_SOCKET, SO_RCVBUF, &little, sizeof little);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<std::uint16_t>(server.port()));
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    ASSERT_EQ(::connect(client, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+    constexpr std::string_view kRequest = "GET / HTTP/1.1\r\nHost: x\r\n\r\n";
+    ASSERT_EQ(::send(client, kRequest.data(), kRequest.size(), 0), std::ssize(kRequest));
+  }
+  // A quarter of the memory is exceeded, so the buffers stop growing.
+  while (server.counts().send_buffers < (256u << 10)) std::this_thread::yield();
+  sockaddr_in address{};
+  socklen_t size = sizeof address;
+  ::getsockname(clients[0], reinterpret_cast<sockaddr*>(&address), &size);
+  while (send_buffer_towards(ntohs(address.sin_port)) > (256 << 10)) std::this_thread::yield();
+  for (const int client : clients) ::close(client);
+  while (server.counts().send_buffers > 0) std::this_thread::yield();
 }
 
 /// The routes over a store whose loader waits until it is told to go on.

@@ -40,6 +40,25 @@ TEST(SceneStoreRestart, brings_every_acknowledged_scene_back) {
   EXPECT_TRUE(town->persistent);
 }
 
+TEST(SceneStoreRestart, names_a_folder_in_place_of_the_revision_file_and_loses_nothing) {
+  const TemporaryFolder folder;
+  ASSERT_TRUE(put_text(*open_store(folder.path()), "kept", "text").ok());
+  const fs::path aside = folder.path() / "tmp" / "aside";
+  for (const char* name : {"revision", "revision.new"}) {
+    const fs::path place = folder.path() / name;
+    const bool is_there = fs::exists(place);
+    if (is_there) fs::rename(place, aside);
+    fs::create_directory(place);
+    const auto refused = SceneStore::open({.folder = folder.path()}, load_text, {});
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.error().code, "STORE_DAMAGED");
+    EXPECT_NE(refused.error().message.find(place.string()), std::string::npos);
+    fs::remove(place);
+    if (is_there) fs::rename(aside, place);
+  }
+  EXPECT_EQ(open_settled(folder.path())->find("kept")->revision, 1u);
+}
+
 TEST(SceneStoreRestart, never_gives_a_revision_twice) {
   const TemporaryFolder folder;
   std::vector<std::uint64_t> given;
