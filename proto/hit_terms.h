@@ -25,8 +25,12 @@ enum class AnswerLayout {
 /// requested may be empty. An index is kNone if it does not apply; a name is empty if the file has
 /// none. The names refer to texts of the scene, which must live as long.
 struct HitTerms {
-  /// Indices in the file.
-  Column<std::uint32_t> primitive, triangle, node, mesh, material, node_instance;
+  /// Indices in the file: of the primitive in its mesh, and of the triangle in its primitive.
+  Column<std::uint32_t> primitive, triangle;
+  /// Indices in the file's lists of nodes, meshes and materials.
+  Column<std::uint32_t> node, mesh, material;
+  /// Index of the instance among those of its node; 0 unless the node has several.
+  Column<std::uint32_t> node_instance;
   std::vector<std::string_view> node_name, node_path, mesh_name, material_name;
   HitAttributes attributes;
   Column<double> distance;       ///< t * |direction|

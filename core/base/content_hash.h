@@ -55,7 +55,7 @@ class ContentHash {
     return std::rotl(lane + word * kB, 31) * kA;
   }
   static std::uint64_t word(const std::byte* at, std::size_t lane) {
-    std::uint64_t word;
+    std::uint64_t word = 0;
     std::memcpy(&word, at + 8 * lane, sizeof word);
     return word;
   }

@@ -9,6 +9,7 @@
 #include <condition_variable>
 #include <mutex>
 #include <string>
+#include <utility>
 
 #include "core/base/parallel.h"
 #include "core/base/within_memory.h"
@@ -67,7 +68,8 @@ class WorkLog {
 
   /// The result of a query: `status`, or the error of the deadline if a slice was abandoned.
   Status checked(Status status, const Deadline& deadline) const {
-    return status && stopped_.load(std::memory_order_relaxed) ? out_of_time(deadline) : status;
+    const bool abandoned = status && stopped_.load(std::memory_order_relaxed);
+    return abandoned ? Status(out_of_time(deadline)) : std::move(status);
   }
 
  private:

@@ -71,7 +71,7 @@ Result<std::unique_ptr<SceneStore>> SceneStore::open(const StoreOptions& options
   }
   store->builds_.emplace(options.loads_at_once);
   store->fetches_.emplace(options.fetches_at_once);
-  store->start(std::move(catalogue), std::move(preloads));
+  store->start(catalogue, std::move(preloads));
   return store;
 }
 

@@ -158,7 +158,7 @@ class SceneStore {
   };
 
   SceneStore(const StoreOptions& options, SceneLoader loader);
-  void start(SceneFolder::Catalogue catalogue, std::vector<Preload> preloads);
+  void start(const SceneFolder::Catalogue& catalogue, std::vector<Preload> preloads);
   /// Null if there is a scene of this name already.
   LoadPointer add_start(StoredScene scene, const SceneChoice& choice);
   /// `bytes` is the size of the file.

@@ -14,7 +14,7 @@ constexpr std::uint64_t kUnknownBytes = std::numeric_limits<std::uint64_t>::max(
 
 }  // namespace
 
-void SceneStore::start(SceneFolder::Catalogue catalogue, std::vector<Preload> preloads) {
+void SceneStore::start(const SceneFolder::Catalogue& catalogue, std::vector<Preload> preloads) {
   for (const SceneFolder::Unread& unread : catalogue.unread) {
     StoredScene scene;
     scene.id = unread.id;

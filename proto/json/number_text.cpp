@@ -109,7 +109,7 @@ char* write_float64(char* out, double value) {
     out[point] = '.';
     out += count + 1;
   } else {
-    std::memcpy(out, "0.000000", 8);
+    std::memcpy(out, "0.000000", 8);  // NOLINT(bugprone-not-null-terminated-result): text follows
     std::memcpy(out + 2 - point, digits, kFewest + 1);
     out += 2 - point + count;
   }

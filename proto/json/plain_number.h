@@ -4,6 +4,7 @@
 #include <fast_float/fast_float.h>
 
 #include <bit>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 
@@ -111,7 +112,7 @@ inline bool nearest_float64(const Decimal& decimal, bool negative, double& out) 
   const auto power = static_cast<int>(decimal.exponent);
   const fast_float::value128 product = fast_float::full_multiplication(
       decimal.significand << zeros,
-      Powers::power_of_five_128[2 * (power - Powers::smallest_power_of_five)]);
+      Powers::power_of_five_128[2 * std::ptrdiff_t{power - Powers::smallest_power_of_five}]);
   if ((product.high & kUnknownBits) == kUnknownBits || decimal.significand == 0) return false;
   const int more = static_cast<int>(product.high >> 63);
   const std::uint64_t mantissa = product.high >> (more + 64 - kMantissaBits - 3);

@@ -68,7 +68,7 @@ class SweepReader : public RayReader {
       if (!read_key(field, kSweepKeys, 0x3fu, place, which)) return false;
       const JsonPointer part = JsonPointer(place).key(kSweepKeys[which]);
       if (!mark_seen(1u << which, seen, part)) return false;
-      const auto here = [&] { return part; };
+      const auto here = [&]() -> const JsonPointer& { return part; };
       bool good = false;
       switch (which) {
         case 0:

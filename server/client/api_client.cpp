@@ -96,7 +96,7 @@ Result<ApiAnswer> ApiClient::ask(const std::string& method, const std::string& p
   request.path = prefix_ + path;
   request.body = body;
   if (!media_type.empty()) request.set_header("Content-Type", media_type);
-  for (const auto& [name, value] : headers) request.set_header(name.c_str(), value);
+  for (const auto& [name, value] : headers) request.set_header(name, value);
   std::string told;
   request.content_receiver = [&](const char* data, std::size_t size, std::uint64_t, std::uint64_t) {
     if (size > kMostAnswerBytes - told.size()) return false;

@@ -66,7 +66,7 @@ void reply_scene_not_found(Exchange& exchange, const Service& service) {
 }
 
 SceneSnapshot admit_scene(Exchange& exchange, const Service& service) {
-  const SceneSnapshot stored = service.store.find(exchange.scene_id);
+  SceneSnapshot stored = service.store.find(exchange.scene_id);
   if (!stored) {
     reply_scene_not_found(exchange, service);
     return nullptr;

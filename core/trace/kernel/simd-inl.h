@@ -93,7 +93,7 @@ HWY_INLINE std::uint32_t mask_bits(D d, M mask) {
   HWY_ALIGN std::uint8_t bits[8] = {};
   hn::StoreMaskBits(d, mask, bits);
   if constexpr (hn::MaxLanes(d) <= 8) return bits[0];
-  std::uint16_t both;  // as one number: the lowest byte first, as lanes are
+  std::uint16_t both = 0;  // as one number: the lowest byte first, as lanes are
   std::memcpy(&both, bits, sizeof both);
   return both;
 }
