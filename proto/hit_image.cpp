@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <limits>
-#include <vector>
+
+#include "core/query/ray_generators.h"
 
 namespace sightline {
 namespace {
@@ -17,44 +19,15 @@ std::uint16_t sample(double value, double least) {
   return static_cast<std::uint16_t>(std::clamp(std::nearbyint(value), least, kWhite));
 }
 
-double depth_of(const HitBatch& hits, const HitTerms& terms, std::size_t i) {
-  return terms.t_is_distance ? terms.distance[i] : hits.t[i];
+Error too_many_nodes(std::uint32_t node) {
+  return {
+      ErrorKind::kInvalid, "IMAGE_NODES_TOO_MANY",
+      "node " + std::to_string(node) + " does not fit 16 bits: ask for image/x-portable-floatmap",
+      "/image"};
 }
 
-std::size_t samples_of(const HitImage& image) { return image.of == HitImage::Of::kNormal ? 3 : 1; }
-
-Result<std::vector<std::uint16_t>> png_samples(const HitImage& image, const HitBatch& hits,
-                                               std::span<const HitDetail> details,
-                                               const HitTerms& terms) {
-  const std::size_t width = samples_of(image);
-  std::vector<std::uint16_t> samples(hits.size() * width, 0);
-  for (std::size_t i = 0; i < hits.size(); ++i) {
-    if (image.of == HitImage::Of::kVisits) samples[i] = sample(terms.visits[i], 0);
-    if (!hits.hit(i)) continue;
-    switch (image.of) {
-      case HitImage::Of::kDepth:
-        samples[i] = sample(depth_of(hits, terms, i) / image.unit, 1);
-        break;
-      case HitImage::Of::kNode:
-        if (terms.node[i] >= 65535) {
-          return Error{ErrorKind::kInvalid, "IMAGE_NODES_TOO_MANY",
-                       "node " + std::to_string(terms.node[i]) +
-                           " does not fit 16 bits: ask for image/x-portable-floatmap",
-                       "/image"};
-        }
-        samples[i] = static_cast<std::uint16_t>(terms.node[i] + 1);
-        break;
-      case HitImage::Of::kNormal:
-        for (int k = 0; k < 3; ++k) {
-          samples[i * 3 + static_cast<std::size_t>(k)] =
-              sample(kWhite * (details[i].normal[k] + 1) / 2, 0);
-        }
-        break;
-      case HitImage::Of::kVisits:
-        break;
-    }
-  }
-  return samples;
+std::uint64_t numbers_of(const HitImage& image) {
+  return image.of == HitImage::Of::kNormal ? 3 : 1;
 }
 
 Result<std::string> encode_png(const HitImage& image, const std::vector<std::uint16_t>& samples) {
@@ -72,55 +45,102 @@ Result<std::string> encode_png(const HitImage& image, const std::vector<std::uin
   return bytes;
 }
 
-std::string encode_floats(const HitImage& image, const HitBatch& hits,
-                          std::span<const HitDetail> details, const HitTerms& terms) {
-  static_assert(std::endian::native == std::endian::little);
-  const std::size_t width = samples_of(image), row = image.width * width;
-  std::string bytes = (width == 3 ? "PF\n" : "Pf\n") + std::to_string(image.width) + " " +
-                      std::to_string(image.height) + "\n-1.0\n";
-  const std::size_t head = bytes.size();
-  bytes.resize(head + hits.size() * width * sizeof(float));
-  const auto put = [&](std::size_t i, std::size_t k, double value) {
-    const std::size_t from_below = image.height - 1 - i / image.width;
-    const auto number = static_cast<float>(value);
-    const std::size_t at = from_below * row + i % image.width * width + k;
-    std::copy_n(reinterpret_cast<const char*>(&number), sizeof number,
-                bytes.data() + head + at * sizeof number);
-  };
-  for (std::size_t i = 0; i < hits.size(); ++i) {
-    const bool hit = hits.hit(i);
-    switch (image.of) {
+}  // namespace
+
+Status HitImageEncoder::check(const HitImage& image) {
+  constexpr std::uint64_t kMostSide = 1'000'000;  // libpng's
+  if (image.width <= kMostSide && image.height <= kMostSide) return success();
+  return Error{ErrorKind::kInvalid, "IMAGE_TOO_LARGE",
+               "an image has at most 1000000 pixels to a side", "/generator"};
+}
+
+std::uint64_t HitImageEncoder::bytes(const HitImage& image) {
+  constexpr std::uint64_t kHead = 1024, kRow = 16;  // libpng's and more
+  const std::uint64_t numbers = image.width * image.height * numbers_of(image);
+  return kHead + image.height * kRow + numbers * (image.floats ? sizeof(float) : 6);
+}
+
+HitImageEncoder::HitImageEncoder(const HitImage& image) : image_(image), width_(numbers_of(image)) {
+  const std::size_t numbers = image.width * image.height * width_;
+  if (!image.floats) {
+    samples_.assign(numbers, 0);
+    return;
+  }
+  floats_ = (width_ == 3 ? "PF\n" : "Pf\n") + std::to_string(image.width) + " " +
+            std::to_string(image.height) + "\n-1.0\n";
+  head_ = floats_.size();
+  floats_.resize(head_ + numbers * sizeof(float));
+}
+
+Status HitImageEncoder::draw(std::uint64_t begin, std::uint64_t end, const HitPixels& pixels) {
+  if (!image_.floats) return draw_samples(begin, end, pixels);
+  draw_floats(begin, end, pixels);
+  return success();
+}
+
+Status HitImageEncoder::draw_samples(std::uint64_t begin, std::uint64_t end,
+                                     const HitPixels& pixels) {
+  Status status = success();
+  std::size_t i = 0;
+  for_each_pixel(image_.width, begin, end, [&](std::uint64_t row, std::uint64_t column) {
+    const std::size_t from = i++;
+    std::uint16_t* const to = &samples_[(row * image_.width + column) * width_];
+    if (image_.of == HitImage::Of::kVisits) *to = sample(pixels.visits[from], 0);
+    if (!pixels.hits.hit(from)) return;
+    switch (image_.of) {
       case HitImage::Of::kDepth:
-        put(i, 0, hit ? depth_of(hits, terms, i) : std::numeric_limits<double>::infinity());
+        *to = sample(pixels.depth[from] / image_.unit, 1);
         break;
       case HitImage::Of::kNode:
-        put(i, 0, hit ? static_cast<double>(terms.node[i]) : -1);
+        if (pixels.node[from] >= kWhite) {
+          status = too_many_nodes(pixels.node[from]);
+        } else {
+          *to = static_cast<std::uint16_t>(pixels.node[from] + 1);
+        }
+        break;
+      case HitImage::Of::kNormal:
+        for (int k = 0; k < 3; ++k) to[k] = sample(kWhite * (pixels.normal[from][k] + 1) / 2, 0);
+        break;
+      case HitImage::Of::kVisits:
+        break;
+    }
+  });
+  return status;
+}
+
+void HitImageEncoder::draw_floats(std::uint64_t begin, std::uint64_t end, const HitPixels& pixels) {
+  static_assert(std::endian::native == std::endian::little);
+  char* const first = floats_.data() + head_;
+  std::size_t i = 0;
+  for_each_pixel(image_.width, begin, end, [&](std::uint64_t row, std::uint64_t column) {
+    const std::size_t from = i++;
+    const bool hit = pixels.hits.hit(from);
+    float numbers[3] = {};
+    switch (image_.of) {
+      case HitImage::Of::kDepth:
+        numbers[0] =
+            static_cast<float>(hit ? pixels.depth[from] : std::numeric_limits<double>::infinity());
+        break;
+      case HitImage::Of::kNode:
+        numbers[0] = hit ? static_cast<float>(pixels.node[from]) : -1.0f;
         break;
       case HitImage::Of::kNormal:
         for (int k = 0; k < 3; ++k) {
-          put(i, static_cast<std::size_t>(k), hit ? details[i].normal[k] : 0);
+          numbers[k] = hit ? static_cast<float>(pixels.normal[from][k]) : 0.0f;
         }
         break;
       case HitImage::Of::kVisits:
-        put(i, 0, terms.visits[i]);
+        numbers[0] = static_cast<float>(pixels.visits[from]);
         break;
     }
-  }
-  return bytes;
+    const std::size_t bytes = width_ * sizeof(float);
+    std::memcpy(first + ((image_.height - 1 - row) * image_.width + column) * bytes, numbers,
+                bytes);
+  });
 }
 
-}  // namespace
-
-Result<std::string> encode_image(const HitImage& image, const HitBatch& hits,
-                                 std::span<const HitDetail> details, const HitTerms& terms) {
-  constexpr std::uint64_t kMostSide = 1'000'000;  // libpng's
-  if (image.width > kMostSide || image.height > kMostSide) {
-    return Error{ErrorKind::kInvalid, "IMAGE_TOO_LARGE",
-                 "an image has at most 1000000 pixels to a side", "/generator"};
-  }
-  if (image.floats) return encode_floats(image, hits, details, terms);
-  const auto samples = png_samples(image, hits, details, terms);
-  return samples ? encode_png(image, *samples) : Result<std::string>(samples.error());
+Result<std::string> HitImageEncoder::finish() {
+  return image_.floats ? std::move(floats_) : encode_png(image_, samples_);
 }
 
 }  // namespace sightline

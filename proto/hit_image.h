@@ -4,11 +4,11 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "core/base/result.h"
 #include "core/query/hit_batch.h"
-#include "proto/hit_fields.h"
-#include "proto/hit_terms.h"
 
 namespace sightline {
 
@@ -36,21 +36,44 @@ struct HitImage {
   double unit = 0.001;  ///< t of one step of a PNG's depth
   std::uint64_t width = 0, height = 0;
 
-  /// The field that the image needs.
-  FieldSet fields() const {
-    return of == Of::kNode     ? FieldSet{HitField::kNodeId}
-           : of == Of::kNormal ? FieldSet{HitField::kNormal}
-                               : FieldSet{HitField::kT};
-  }
   std::string_view media_type() const { return floats ? kFloatMapMediaType : kPngMediaType; }
 };
 
-/// Encodes an image of width * height hits, with the columns of image.fields() in `terms` and
-/// `details`; kVisits needs terms.visits instead. Errors: IMAGE_NODES_TOO_MANY (a node's index is
-/// above 65534, for PNG), IMAGE_TOO_LARGE (more than a million pixels wide or high), IMAGE_FAILED.
-/// Throws std::bad_alloc.
-Result<std::string> encode_image(const HitImage& image, const HitBatch& hits,
-                                 std::span<const HitDetail> details, const HitTerms& terms);
+/// Some rows of an image as columns, one element for each pixel in the order of for_each_pixel. A
+/// column that the image does not need is empty.
+struct HitPixels {
+  const HitBatch& hits;
+  std::span<const double> depth;          ///< for kDepth
+  std::span<const std::uint32_t> node;    ///< for kNode: index in the file
+  std::span<const Vec3d> normal;          ///< for kNormal
+  std::span<const std::uint32_t> visits;  ///< for kVisits, of misses too
+};
+
+/// Encodes an image from its rows. Throws std::bad_alloc.
+class HitImageEncoder {
+ public:
+  /// Errors: IMAGE_TOO_LARGE (more than a million pixels wide or high).
+  static Status check(const HitImage& image);
+  /// Upper bound of the memory of an encoder and of its result.
+  static std::uint64_t bytes(const HitImage& image);
+
+  /// Precondition: check(image) succeeds.
+  explicit HitImageEncoder(const HitImage& image);
+  /// Sets rows [begin, end). Errors: IMAGE_NODES_TOO_MANY (a node's index is above 65534, for PNG).
+  Status draw(std::uint64_t begin, std::uint64_t end, const HitPixels& pixels);
+  /// Returns the encoded image. Precondition: all rows are set. Errors: IMAGE_FAILED.
+  Result<std::string> finish();
+
+ private:
+  Status draw_samples(std::uint64_t begin, std::uint64_t end, const HitPixels& pixels);
+  void draw_floats(std::uint64_t begin, std::uint64_t end, const HitPixels& pixels);
+
+  HitImage image_;
+  std::uint64_t width_ = 1;  ///< numbers in a pixel
+  std::size_t head_ = 0;     ///< bytes before the numbers of a PFM
+  std::string floats_;
+  std::vector<std::uint16_t> samples_;
+};
 
 }  // namespace sightline
 

@@ -33,9 +33,8 @@ struct HitTerms {
   Column<std::uint32_t> node_instance;
   std::vector<std::string_view> node_name, node_path, mesh_name, material_name;
   HitAttributes attributes;
-  Column<double> distance;       ///< t * |direction|
-  bool t_is_distance = false;    ///< the distance is also answered as t
-  Column<std::uint32_t> visits;  ///< for images: number of boxes that each ray was tested with
+  Column<double> distance;     ///< t * |direction|
+  bool t_is_distance = false;  ///< the distance is also answered as t
   /// The texts to which node_path refers. Moving this struct does not move them.
   std::deque<std::string> own_texts;
 };

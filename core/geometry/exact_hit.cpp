@@ -261,6 +261,13 @@ bool is_on_edge(const Vec3d& origin, const Vec3d& direction, const Triangle& tri
   return false;
 }
 
+Vec3d exact_normal(const Triangle& triangle) {
+  const Vector n = normal_of(triangle);
+  const Dyadic square = dot(n, n);
+  return {round_over_root(n[0], square), round_over_root(n[1], square),
+          round_over_root(n[2], square)};
+}
+
 ExactDetail exact_detail(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle,
                          const ExactT& t) {
   ExactDetail detail;
@@ -270,10 +277,8 @@ ExactDetail exact_detail(const Vec3d& origin, const Vec3d& direction, const Tria
   detail.position = {coordinate(origin.x, direction.x), coordinate(origin.y, direction.y),
                      coordinate(origin.z, direction.z)};
 
+  detail.normal = exact_normal(triangle);
   const Vector n = normal_of(triangle);
-  const Dyadic square = dot(n, n);
-  detail.normal = {round_over_root(n[0], square), round_over_root(n[1], square),
-                   round_over_root(n[2], square)};
   const Vector d{Dyadic(direction.x), Dyadic(direction.y), Dyadic(direction.z)};
   detail.front = dot(d, n).sign() < 0;
 

@@ -86,10 +86,14 @@ int side_sign(const Vec3d& direction, const Triangle& triangle);
 /// True if the triangle has exactly no area.
 bool is_degenerate(const Triangle& triangle);
 
+/// n / |n| with n = (v1-v0) x (v2-v0), each component correctly rounded. Preconditions: all numbers
+/// are finite, and the triangle is not degenerate.
+Vec3d exact_normal(const Triangle& triangle);
+
 /// Properties of the point of a hit.
 struct ExactDetail {
   Vec3d position;     ///< each coordinate correctly rounded
-  Vec3d normal;       ///< each component of n / |n| correctly rounded
+  Vec3d normal;       ///< exact_normal
   double u = 0;       ///< barycentric weight of v1, correctly rounded
   double v = 0;       ///< barycentric weight of v2, correctly rounded
   bool front = true;  ///< the ray comes from the side on which the corners run counter-clockwise

@@ -28,6 +28,11 @@ std::optional<Vec3d> unit(const Vec3d& a) {
   return Vec3d{s.x / length, s.y / length, s.z / length};
 }
 
+template <class Camera>
+double aspect_of(const Camera& camera) {
+  return static_cast<double>(camera.width) / static_cast<double>(camera.height);
+}
+
 Error pose_error() {
   return {ErrorKind::kInvalid, "GENERATOR_POSE",
           "forward must not be zero, and up must not be along it", "/generator"};
@@ -52,38 +57,56 @@ void draw_from_disc(SplitMix& numbers, double& x, double& y) {
   } while (!(x * x + y * y < 1));
 }
 
+struct OriginAndDirection {
+  Vec3d origin, direction;
+};
+
+/// ray_of_point(camera, frame)(x, y) is the ray through a point of the picture, in [-1, 1], right
+/// and up.
+auto ray_of_point(const Pinhole& camera, const Frame& frame) {
+  const SinCos half = sin_cos_degrees(camera.fov_y / 2);
+  const double tangent = half.sin / half.cos, aspect = aspect_of(camera);
+  return [=](double x, double y) -> OriginAndDirection {
+    return {frame.position,
+            frame.forward + (-x * tangent * aspect) * frame.left + (y * tangent) * frame.up};
+  };
+}
+auto ray_of_point(const Orthographic& camera, const Frame& frame) {
+  const double half = camera.extent_y / 2, aspect = aspect_of(camera);
+  return [=](double x, double y) -> OriginAndDirection {
+    return {frame.position + (-x * half * aspect) * frame.left + (y * half) * frame.up,
+            frame.forward};
+  };
+}
+auto ray_of_point(const Equirectangular&, const Frame& frame) {
+  return [=](double x, double y) -> OriginAndDirection {
+    return {frame.position, around(frame, sin_cos_degrees(-180 * x), sin_cos_degrees(90 * y))};
+  };
+}
+
+/// ray_of_pixel(camera, frame)(row, column): through the middle of the pixel.
+template <class Camera>
+auto ray_of_pixel(const Camera& camera, const Frame& frame) {
+  return [w = static_cast<double>(camera.width), h = static_cast<double>(camera.height),
+          ray = ray_of_point(camera, frame)](std::uint64_t row, std::uint64_t column) {
+    return ray(2 * (static_cast<double>(column) + 0.5) / w - 1,
+               1 - 2 * (static_cast<double>(row) + 0.5) / h);
+  };
+}
+
 /// Calls add(origin, direction) for each ray; nothing if a pose is none.
 struct Generate {
-  template <class Add>
-  static bool rays(const Pinhole& camera, Add add) {
+  template <class Camera, class Add>
+  static bool rays(const Camera& camera, Add add) {
     const auto frame = frame_of(camera.pose);
     if (!frame) return false;
-    const SinCos half = sin_cos_degrees(camera.fov_y / 2);
-    const double tangent = half.sin / half.cos;
-    pixels(camera.width, camera.height, [&](double x, double y, double aspect) {
-      add(frame->position,
-          frame->forward + (-x * tangent * aspect) * frame->left + (y * tangent) * frame->up);
-    });
-    return true;
-  }
-  template <class Add>
-  static bool rays(const Orthographic& camera, Add add) {
-    const auto frame = frame_of(camera.pose);
-    if (!frame) return false;
-    const double half = camera.extent_y / 2;
-    pixels(camera.width, camera.height, [&](double x, double y, double aspect) {
-      add(frame->position + (-x * half * aspect) * frame->left + (y * half) * frame->up,
-          frame->forward);
-    });
-    return true;
-  }
-  template <class Add>
-  static bool rays(const Equirectangular& camera, Add add) {
-    const auto frame = frame_of(camera.pose);
-    if (!frame) return false;
-    pixels(camera.width, camera.height, [&](double x, double y, double) {
-      add(frame->position, around(*frame, sin_cos_degrees(-180 * x), sin_cos_degrees(90 * y)));
-    });
+    const auto ray = ray_of_pixel(camera, *frame);
+    for (std::uint64_t row = 0; row < camera.height; ++row) {
+      for (std::uint64_t column = 0; column < camera.width; ++column) {
+        const OriginAndDirection made = ray(row, column);
+        add(made.origin, made.direction);
+      }
+    }
     return true;
   }
   template <class Add>
@@ -129,19 +152,6 @@ struct Generate {
     }
     return true;
   }
-
- private:
-  /// pixel(x, y, aspect): its middle in [-1, 1], right and up.
-  template <class Pixel>
-  static void pixels(std::uint64_t width, std::uint64_t height, Pixel pixel) {
-    const auto w = static_cast<double>(width), h = static_cast<double>(height);
-    for (std::uint64_t row = 0; row < height; ++row) {
-      for (std::uint64_t column = 0; column < width; ++column) {
-        pixel(2 * (static_cast<double>(column) + 0.5) / w - 1,
-              1 - 2 * (static_cast<double>(row) + 0.5) / h, w / h);
-      }
-    }
-  }
 };
 
 std::uint64_t product(std::uint64_t a, std::uint64_t b) {
@@ -158,6 +168,14 @@ std::uint64_t count_of(const Hemisphere& samples) {
 template <class Camera>
 std::uint64_t count_of(const Camera& camera) {
   return product(camera.width, camera.height);
+}
+
+Status check_made(const RayBatch& rays) {
+  RayFault fault;
+  if (check_rays(rays, fault)) return success();
+  return Error{ErrorKind::kInvalid, "GENERATOR_RANGE",
+               "ray " + std::to_string(fault.ray) + " that this makes is none: " + fault.message,
+               "/generator"};
 }
 
 }  // namespace
@@ -209,11 +227,39 @@ Result<RayBatch> generate_rays(const RayGenerator& generator) {
       },
       generator.kind);
   if (!has_poses) return pose_error();
-  RayFault fault;
-  if (check_rays(rays, fault)) return rays;
-  return Error{ErrorKind::kInvalid, "GENERATOR_RANGE",
-               "ray " + std::to_string(fault.ray) + " that this makes is none: " + fault.message,
-               "/generator"};
+  Status status = check_made(rays);
+  return status ? Result<RayBatch>(std::move(rays)) : status.error();
+}
+
+Status generate_rows(const RayGenerator& camera, std::uint64_t begin, std::uint64_t end,
+                     RayBatch& rays) {
+  return std::visit(
+      [&](const auto& kind) -> Status {
+        if constexpr (requires { kind.width; }) {
+          const auto frame = frame_of(kind.pose);
+          if (!frame) return pose_error();
+          const std::size_t count = kind.width * (end - begin);
+          rays.resize(count);
+          rays.tmin.assign(count, camera.range.tmin);
+          rays.tmax.assign(count, camera.range.tmax);
+          std::size_t i = 0;
+          const auto ray = ray_of_pixel(kind, *frame);
+          for_each_pixel(kind.width, begin, end, [&](std::uint64_t row, std::uint64_t column) {
+            const OriginAndDirection made = ray(row, column);
+            rays.ox[i] = made.origin.x;
+            rays.oy[i] = made.origin.y;
+            rays.oz[i] = made.origin.z;
+            rays.dx[i] = made.direction.x;
+            rays.dy[i] = made.direction.y;
+            rays.dz[i] = made.direction.z;
+            ++i;
+          });
+          return check_made(rays);
+        } else {
+          return Error{ErrorKind::kInternal, "INTERNAL", "this generator has no pixels", ""};
+        }
+      },
+      camera.kind);
 }
 
 }  // namespace sightline

@@ -2,6 +2,7 @@
 /// Generators of rays: cameras, scanners, and samples of a hemisphere. docs/reference/generators.md
 /// has the formulas. They use only float64 + - * / sqrt, so the rays are the same on every machine.
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <limits>
@@ -95,6 +96,26 @@ std::uint64_t ray_count(const RayGenerator& generator);
 /// to up), GENERATOR_RANGE (a number overflows, or an angle is out of range). Throws
 /// std::bad_alloc.
 Result<RayBatch> generate_rays(const RayGenerator& generator);
+
+/// Calls pixel(row, column) for rows [begin, end) of an image, in squares of 8 by 8 pixels, so that
+/// rays of neighbouring pixels are neighbours in a batch.
+template <class Pixel>
+void for_each_pixel(std::uint64_t width, std::uint64_t begin, std::uint64_t end, Pixel pixel) {
+  constexpr std::uint64_t kSide = 8;
+  for (std::uint64_t top = begin; top < end; top += kSide) {
+    for (std::uint64_t left = 0; left < width; left += kSide) {
+      for (std::uint64_t row = top; row < std::min(end, top + kSide); ++row) {
+        for (std::uint64_t column = left; column < std::min(width, left + kSide); ++column)
+          pixel(row, column);
+      }
+    }
+  }
+}
+/// Generates the rays of a camera's rows [begin, end), in the order of for_each_pixel. `rays` is
+/// overwritten. Preconditions: the generator has a width and a height, and end <= height. Errors:
+/// those of generate_rays. Throws std::bad_alloc.
+Status generate_rows(const RayGenerator& camera, std::uint64_t begin, std::uint64_t end,
+                     RayBatch& rays);
 
 /// Sine and cosine of an angle in degrees, with an error of at most 2^-52 and exact at multiples of
 /// 90. The bits are the same on every machine, which libm does not promise. Precondition: `degrees`

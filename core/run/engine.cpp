@@ -201,6 +201,16 @@ Status Engine::details(const Scene& scene, const RayBatch& rays, const HitBatch&
   });
 }
 
+Status Engine::normals(const Scene& scene, const HitBatch& hits, const Deadline& deadline,
+                       Column<Vec3d>& out) const {
+  return within_memory([&]() -> Status {
+    out.assign(hits.size(), {});
+    return state_->run(hits.size(), deadline, [&](std::size_t begin, std::size_t end) {
+      state_->kernel.normals(scene, begin, end, hits, out.data());
+    });
+  });
+}
+
 Status Engine::mark_edges(const Scene& scene, const RayBatch& rays, const HitBatch& hits,
                           const Deadline& deadline, Column<HitDetail>& details) const {
   return state_->run(rays.size(), deadline, [&](std::size_t begin, std::size_t end) {

@@ -82,6 +82,10 @@ class Engine {
   /// slot i of `hits`. `out` is resized and overwritten; slots of misses have default values.
   Status details(const Scene& scene, const RayBatch& rays, const HitBatch& hits,
                  const Deadline& deadline, Column<HitDetail>& out) const;
+  /// Computes HitDetail::normal alone, which costs less: neighbouring hits of one triangle are
+  /// computed once. `out` is resized and overwritten; slots of misses are zero.
+  Status normals(const Scene& scene, const HitBatch& hits, const Deadline& deadline,
+                 Column<Vec3d>& out) const;
   /// Sets HitDetail::on_edge in the result of `details` for the same arguments.
   Status mark_edges(const Scene& scene, const RayBatch& rays, const HitBatch& hits,
                     const Deadline& deadline, Column<HitDetail>& details) const;

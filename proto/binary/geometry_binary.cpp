@@ -1,6 +1,7 @@
 #include "proto/binary/geometry_binary.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "proto/binary/binary_answer.h"
 
@@ -33,7 +34,7 @@ void announce(BinaryAnswer& out, const GeometryAnswer& answer, std::size_t posit
   out.announce<std::uint32_t>("node_id", placements);
   // A column of no numbers has rows of one, for readers that divide by the width.
   const auto width = static_cast<std::uint32_t>(std::max<std::size_t>(placements, 1));
-  out.announce<float>("linear", placements > 0 ? kLinear : 0, width);
+  out.announce<std::uint8_t>("linear", placements > 0 ? kLinear * sizeof(float) : 0, width);
   out.announce<double>("at", placements, 3);
 }
 
@@ -97,8 +98,11 @@ void write_placements(BinaryAnswer& out, const std::vector<GeometryPlacement>& p
   column(&GeometryPlacement::mesh);
   column(&GeometryPlacement::instance);
   column(&GeometryPlacement::file_node);
-  // Alike numbers in a row: it is compressed to less.
-  out.next<float>([&](std::size_t k, std::uint32_t i) { return placements[i].linear[k]; });
+  // Alike bytes in a row: they are compressed to two thirds of whole numbers.
+  out.next<std::uint8_t>([&](std::size_t row, std::uint32_t i) {
+    const auto number = static_cast<float>(placements[i].linear[row % kLinear]);
+    return std::bit_cast<std::uint32_t>(number) >> (8 * (row / kLinear)) & 0xffu;
+  });
   out.next<double>(
       [&](std::size_t i, std::uint32_t k) { return placements[i].at[static_cast<int>(k)]; });
 }

@@ -366,8 +366,7 @@ bool GeneratorReader::assemble(Parts& parts, RayGenerator& generator) {
       generator.kind = Hemisphere{std::move(parts.points), std::move(parts.normals), parts.count,
                                   parts.seed, parts.distribution == 1};
   }
-  const std::uint64_t count = ray_count(generator);
-  return count <= most_ / generator.returns ? admit(count, root()) : too_many(root());
+  return ray_count(generator) <= most_ / generator.returns || too_many(root());
 }
 
 }  // namespace sightline

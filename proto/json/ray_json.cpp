@@ -356,7 +356,7 @@ Result<RayQuery> RayReader::read(std::string& body) {
       rules_.has_rays && take_plain_arrays(body, rules_.max_rays, default_tmin_, plain);
   if (is_plain) query_.rays = std::move(plain.rays);
   if (!read_body(is_plain ? plain.rest : body, read_object) || !finish_rows_or_columns() ||
-      !finish_more() || !finish_image() || !check_limits_and_directions()) {
+      !finish_more() || !finish_image() || !finish_generator() || !check_limits_and_directions()) {
     return error();
   }
   finish_rays(query_);
@@ -370,7 +370,7 @@ Result<RayQuery> decode_rays(std::string& body, const RayJsonRules& rules) {
 bool RayReader::read_generator(Value value) {
   // Few bytes ask for these: no more memory than the largest body may ask for by itself.
   constexpr std::size_t kMostMade = std::size_t{1} << 22;
-  RayGenerator generator;
+  RayGenerator& generator = generator_.emplace();
   const std::uint64_t most = std::min(rules_.max_rays, kMostMade);
   if (!GeneratorReader(*this, most, rules_.find_camera, rules_.admit_made).read(value, generator))
     return false;
@@ -379,13 +379,27 @@ bool RayReader::read_generator(Value value) {
         if constexpr (requires { kind.width; }) pixels_ = {kind.width, kind.height};
       },
       generator.kind);
-  const JsonPointer place = JsonPointer().key("generator");
   if (generator.returns > 1 && !rules_.has_returns) {
     return invalid("KEY_UNKNOWN", "several returns are answered by rays:closest alone",
-                   JsonPointer(place).key("returns"));
+                   JsonPointer().key("generator").key("returns"));
   }
   query_.returns = generator.returns;
-  auto rays = generate_rays(generator);
+  return true;
+}
+
+bool RayReader::finish_generator() {
+  if (!generator_) return true;
+  if (query_.image) {
+    query_.camera = std::move(generator_);
+    return true;
+  }
+  const JsonPointer place = JsonPointer().key("generator");
+  if (rules_.admit_made) {
+    const Status admitted = rules_.admit_made(ray_count(*generator_));
+    if (!admitted)
+      return fail(admitted.error().kind, admitted.error().code, admitted.error().message, place);
+  }
+  auto rays = generate_rays(*generator_);
   if (!rays) return invalid(rays.error().code, rays.error().message, place);
   query_.rays = std::move(*rays);
   return true;

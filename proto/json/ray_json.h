@@ -35,6 +35,7 @@
 #include "core/query/hit_batch.h"
 #include "core/query/hit_filter.h"
 #include "core/query/ray_batch.h"
+#include "core/query/ray_generators.h"
 #include "proto/file_camera.h"
 #include "proto/hit_fields.h"
 #include "proto/hit_image.h"
@@ -68,14 +69,14 @@ struct RayJsonRules {
   bool has_crossings = false;
   bool has_max_hits = false;
   std::uint64_t max_hits = 10'000'000;  ///< the largest max_hits that is accepted
-  /// Called before a generator makes `rays` rays or stores poses; its error becomes the answer.
-  /// Empty: every number is admitted.
+  /// Called before a generator makes `rays` rays or stores poses, but not for the rays of an image;
+  /// its error becomes the answer. Empty: every number is admitted.
   std::function<Status(std::uint64_t rays)> admit_made = {};
 };
 
 /// A decoded body.
 struct RayQuery {
-  RayBatch rays;  ///< checked by check_rays
+  RayBatch rays;  ///< checked by check_rays; none for an image
   FieldSet fields = kDefaultHitFields;
   AnswerLayout layout = AnswerLayout::kRows;
   Crossings crossings = Crossings::kEvery;
@@ -91,10 +92,14 @@ struct RayQuery {
   std::optional<std::uint64_t> timeout_ms;  ///< the client's limit of the time for the answer
   /// the answer contains the boxes that its one ray was tested with
   bool wants_explanation = false;
-  std::optional<HitImage> image;  ///< its size is that of the generator
-  bool chose_fields = false;      ///< the client chose fields; else they are the default
-  std::uint64_t returns = 1;      ///< number of slots that the answer has for each ray
-  std::uint64_t max_hits = 1000;  ///< for each ray; the default may exceed the rules' limit
+  std::optional<HitImage> image;       ///< its size is that of the camera
+  std::optional<RayGenerator> camera;  ///< of the image: generate_rows makes its rays
+  bool chose_fields = false;           ///< the client chose fields; else they are the default
+  std::uint64_t returns = 1;           ///< number of slots that the answer has for each ray
+  std::uint64_t max_hits = 1000;       ///< for each ray; the default may exceed the rules' limit
+
+  /// The number of rays to trace.
+  std::uint64_t ray_count() const { return image ? image->width * image->height : rays.size(); }
 };
 
 /// The bytes of capacity that must follow a body, because the parser reads in blocks.

@@ -82,6 +82,8 @@ class RayReader : protected JsonReader {
   bool finish_rows_or_columns();
   bool read_image(Value value);
   bool finish_image();
+  /// Makes the rays, but not those of an image.
+  bool finish_generator();
 
   template <class Place>
   bool read_limit(Value value, RayPart part, double& out, Place place);
@@ -107,6 +109,7 @@ class RayReader : protected JsonReader {
   RayJsonRules rules_;
   unsigned seen_ = 0;  ///< bit set of the top-level keys so far, by index in kTopKeys
   std::array<std::uint64_t, 2> pixels_{};  ///< width and height of the generator's image, or 0
+  std::optional<RayGenerator> generator_;
   double image_unit_ = HitImage().unit;
   std::array<std::size_t, 4> column_size_{};  ///< number of numbers read, by RayPart
 };

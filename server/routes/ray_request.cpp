@@ -31,7 +31,7 @@ std::uint64_t RayRequest::cost(std::size_t body_bytes) const {
   // Points, pairs and sweeps have no fewer bytes of JSON or binary columns each.
   constexpr std::size_t kItemBytes = 12;
   const std::string_view route = exchange_.route;
-  if (route.ends_with("/rays:closest") || route.ends_with("/rays:any")) return query_.rays.size();
+  if (route.ends_with("/rays:closest") || route.ends_with("/rays:any")) return query_.ray_count();
   // The pairs of triangles that it compares are not known before.
   if (route.ends_with("/clearance")) return scene_->instanced_triangle_count();
   return 8 * std::max<std::uint64_t>(exchange_.rays, body_bytes / kItemBytes);
@@ -113,7 +113,7 @@ bool RayRequest::read(RayJsonRules rules) {
     auto decoded = is_binary ? decode_rays_binary(body, rules) : decode_rays(body, rules);
     if (!decoded) return decoded.error();
     query = std::move(*decoded);
-    return query.rays.size();
+    return query.ray_count();
   };
   return read_columns(kDefaultBinaryFields, decode);
 }
@@ -152,7 +152,6 @@ Status RayRequest::choose_bytes(RayQuery& query, FieldSet default_fields) const 
   if (query.image) {
     query.layout = AnswerLayout::kImage;
     query.image->floats = exchange_.wants(kFloatMapMediaType);
-    query.fields = query.image->fields();
     return success();
   }
   if (query.layout != AnswerLayout::kBinary) return success();

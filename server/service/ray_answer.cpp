@@ -12,6 +12,7 @@
 #include "proto/json/hit_lines.h"
 #include "server/service/answer_memory.h"
 #include "server/service/hit_terms.h"
+#include "server/service/image_answer.h"
 #include "server/service/tree_json.h"
 
 namespace sightline {
@@ -84,23 +85,6 @@ Status find_returns(const RayBatchCourse& course, HitBatch& hits, RayBatch& rays
   return success();
 }
 
-/// Counts the boxes that explain_ray lists for each ray.
-Status count_visits(const RayBatchCourse& course, Column<std::uint32_t>& visits) {
-  constexpr std::size_t kMostBoxes = 65'535;  // what a sample of a PNG holds
-  const RayBatch& rays = course.query.rays;
-  Status status = ask_for(course.reserve,
-                          rays.size() * sizeof(std::uint32_t) + kMostBoxes * sizeof(ExplainedBox));
-  if (!status) return status;
-  const SceneView view(course.scene);
-  DeadlineWatch watch(course.deadline);
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    const auto boxes = explain_ray(view, rays[i], course.options.resolved, kMostBoxes).boxes.size();
-    visits.push_back(static_cast<std::uint32_t>(boxes));
-    if (watch.passed(boxes + 1)) return watch.error();
-  }
-  return success();
-}
-
 Result<std::string> answer_closest(const RayBatchCourse& course) {
   const RayQuery& query = course.query;
   HitBatch hits;
@@ -125,13 +109,6 @@ Result<std::string> answer_closest(const RayBatchCourse& course) {
   }
   if (course.is(AnswerLayout::kLines)) {
     return encode_hit_lines(hits, about.details, about.terms, query.fields, course.invalid());
-  }
-  if (course.is(AnswerLayout::kImage)) {
-    if (query.image->of == HitImage::Of::kVisits) {
-      status = count_visits(course, about.terms.visits);
-      if (!status) return status.error();
-    }
-    return encode_image(*query.image, hits, about.details, about.terms);
   }
   std::string text = encode_hits(hits, about.details, about.terms, query.fields, query.layout);
   if (query.wants_explanation) {
@@ -227,7 +204,8 @@ Result<std::string> answer_rays(RayQuestionKind kind, const Service& service, co
   const RayBatchCourse course{service, scene, query, options, deadline, options.reserve, timer};
   switch (kind) {
     case RayQuestionKind::kClosest:
-      return answer_closest(course);
+      return query.image ? answer_image(service, scene, query, options, deadline, timer)
+                         : answer_closest(course);
     case RayQuestionKind::kAny:
       return answer_any(course);
     case RayQuestionKind::kAll:

@@ -11,6 +11,7 @@
 #include "core/trace/decision.h"
 #include "core/trace/kernel/double_double-inl.h"
 #include "core/trace/kernel/kernel.h"
+#include "core/trace/kernel/normal-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sightline {
@@ -74,13 +75,6 @@ class Details {
   using D = DoubleDouble::D;
   using V = DoubleDouble::V;
   using M = hn::Mask<D>;
-
-  static HWY_INLINE M nowhere_near_underflow(V value, M is_zero) {
-    return hn::Or(hn::Ge(hn::Abs(value), hn::Set(D(), 0x1p-900)), is_zero);
-  }
-  static HWY_INLINE M is_zero(V value) { return hn::Eq(value, hn::Zero(D())); }
-  /// True where a product is zero because a factor is zero, and not because it underflowed.
-  static HWY_INLINE M is_zero(V a, V b) { return hn::Or(is_zero(a), is_zero(b)); }
 
   /// Computes the lanes from `at` on. Bit i of the result: all numbers of lane at + i are certainly
   /// correctly rounded.
@@ -149,38 +143,8 @@ class Details {
       hn::Store(hn::Add(weight.high, zero), dd, &weight_[w][at]);
     }
 
-    // Normal = n / sqrt(n.n).
-    DoubleDouble square;
-    V square_size = zero;
-    SIGHTLINE_UNROLL
-    for (std::size_t k = 0; k < 3; ++k) {
-      square = k == 0 ? meeting.n[k] * meeting.n[k] : square + meeting.n[k] * meeting.n[k];
-      square_size = hn::MulAdd(hn::Abs(meeting.n[k].high), meeting.size[k], square_size);
-    }
-    good = hn::And(good, hn::Ge(square.high, hn::Set(dd, 0x1p-600)));
-    const V root = hn::Sqrt(square.high);
-    const DoubleDouble root_square = DoubleDouble::two_product(root, root);
-    const V root_rest =
-        hn::Add(hn::Sub(hn::Sub(square.high, root_square.high), root_square.low), square.low);
-    const V inverse_root = hn::Div(hn::Set(dd, 1.0), root);
-    const DoubleDouble length = DoubleDouble::fast_two_sum(
-        root, hn::Mul(hn::Mul(root_rest, hn::Set(dd, 0.5)), inverse_root));
-    const V relative = hn::Add(hn::Div(square_size, square.high), hn::Set(dd, 1.0));
-    SIGHTLINE_UNROLL
-    for (std::size_t k = 0; k < 3; ++k) {
-      const V q = hn::Mul(meeting.n[k].high, inverse_root);
-      const DoubleDouble p = q * length;
-      const V rest = hn::Add(hn::Sub(meeting.n[k].high, p.high), hn::Sub(meeting.n[k].low, p.low));
-      const DoubleDouble component = DoubleDouble::fast_two_sum(q, hn::Mul(rest, inverse_root));
-      const V error = hn::Mul(unit, hn::MulAdd(meeting.size[k], inverse_root,
-                                               hn::Mul(hn::Abs(component.high), relative)));
-      const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
-      const M vanishes = hn::And(is_zero(meeting.e1[i].high, meeting.e2[j].high),
-                                 is_zero(meeting.e1[j].high, meeting.e2[i].high));
-      good = hn::And(good, hn::And(component.certain(error),
-                                   nowhere_near_underflow(component.high, vanishes)));
-      hn::Store(hn::Add(component.high, zero), dd, &normal_[k][at]);
-    }
+    double* const normal[3] = {&normal_[0][at], &normal_[1][at], &normal_[2][at]};
+    good = hn::And(good, store_unit<D>(meeting, meeting, normal));
     return mask_bits(dd, good);
   }
 

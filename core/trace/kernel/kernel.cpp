@@ -16,6 +16,7 @@
 #include "core/trace/kernel/batch_scheduler-inl.h"
 #include "core/trace/kernel/detail-inl.h"
 #include "core/trace/kernel/filtered-inl.h"
+#include "core/trace/kernel/normal-inl.h"
 #include "core/trace/kernel/single-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -164,6 +165,15 @@ void trace_details(const Scene& scene, const RayBatch& rays, std::size_t begin, 
   details.flush();
 }
 
+void trace_normals(const Scene& scene, std::size_t begin, std::size_t end, const HitBatch& hits,
+                   Vec3d* out) {
+  Normals normals(scene, hits, out);
+  for (std::size_t i = begin; i < end; ++i) {
+    if (hits.hit(i)) normals.add(i);
+  }
+  normals.flush();
+}
+
 // ray_boxes.cpp
 void answer_ray_boxes(const RayBatch& rays, const BoxBatch& boxes, BoxPairing pairing,
                       std::size_t begin, std::size_t end, RayBoxAnswers& answers);
@@ -191,6 +201,7 @@ std::vector<Kernel> supported_kernels() {
    target::trace_any_filtered,         \
    target::trace_all_filtered,         \
    target::trace_details,              \
+   target::trace_normals,              \
    target::answer_ray_boxes}
 #if HWY_TARGETS & HWY_AVX3
   add(HWY_AVX3, SIGHTLINE_KERNEL("avx512", N_AVX3));

@@ -55,6 +55,10 @@ struct Kernel {
   /// written.
   void (*details)(const Scene& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
                   const HitBatch& hits, HitDetail* out, TraceCounts& counts);
+  /// The unit normals of the triangles of hits [begin, end), correctly rounded. Slots of misses are
+  /// not written. Allocates only where exact arithmetic decides.
+  void (*normals)(const Scene& scene, std::size_t begin, std::size_t end, const HitBatch& hits,
+                  Vec3d* out);
   /// Rays against the boxes of a request, for pairs [begin, end). Empty columns of `answers` are
   /// not written. Allocates nothing.
   void (*ray_boxes)(const RayBatch& rays, const BoxBatch& boxes, BoxPairing pairing,

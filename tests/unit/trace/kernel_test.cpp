@@ -6,10 +6,12 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstdio>
 #include <random>
 
 #include "core/base/infinity.h"
+#include "core/geometry/exact_hit.h"
 #include "core/trace/decision.h"
 #include "tests/support/random_cases.h"
 #include "tests/unit/trace/awkward_scenes.h"
@@ -183,11 +185,14 @@ TEST(Kernel, answers_like_the_exact_predicate_on_every_triangle) {
       kernel.any(*scene, rays, 0, rays.size(), occluded.data(), counts);
       std::vector<HitDetail> details(rays.size());
       kernel.details(*scene, rays, 0, rays.size(), hits, details.data(), counts);
+      std::vector<Vec3d> normals(rays.size());
+      kernel.normals(*scene, 0, rays.size(), hits, normals.data());
       for (std::size_t i = 0; i < rays.size(); ++i) {
         if (!truth.hit(i)) continue;
         const HitDetail exact = hit_detail(*scene, rays[i], truth.id(i));
         ASSERT_EQ(details[i].position, exact.position) << c.name << ", " << kernel.name;
         ASSERT_EQ(details[i].normal, exact.normal) << c.name << ", " << kernel.name;
+        ASSERT_EQ(normals[i], exact.normal) << c.name << ", " << kernel.name;
         ASSERT_EQ(details[i].u, exact.u) << c.name << ", " << kernel.name;
         ASSERT_EQ(details[i].v, exact.v) << c.name << ", " << kernel.name;
         ASSERT_EQ(details[i].front, exact.front) << c.name << ", " << kernel.name;
@@ -382,6 +387,35 @@ TEST(Kernel, details_that_underflow_are_not_taken_for_zero) {
     kernel.details(**scene, rays, 0, rays.size(), hits, details.data(), counts);
     EXPECT_EQ(details[0].u, 0x1p-1071) << kernel.name;
     EXPECT_EQ(details[1].u, hit_detail(**scene, rays[1], hits.id(1)).u) << kernel.name;
+  }
+}
+
+TEST(Kernel, rounds_normals_correctly_whose_components_are_very_small) {
+  // One corner for each power of two by which a component of the normal is smaller than the others;
+  // the last products underflow.
+  auto mesh = std::make_shared<Mesh>();
+  mesh->positions = {{0, 0, 0}, {1, 0, 0.7f}, {0.3f, 1, 0.1f}};
+  mesh->indices = {0, 1, 2};
+  mesh->primitives.push_back({0, 1, 0, 0xffffffffu});
+  for (const int power : {-20, -100, -300, -350, -600, -700, -1000, -1060}) {
+    SceneDescription description;
+    description.meshes.push_back(mesh);
+    description.nodes.push_back({});
+    description.instances.push_back({});
+    description.instances[0].world_from_mesh.m[2][2] = std::ldexp(1.0, power);
+    description.instances[0].world_from_mesh.m[0][2] = 1.0 / 3;
+    const auto scene = Scene::build(std::move(description));
+    ASSERT_TRUE(scene.ok());
+    HitBatch hits;
+    hits.resize(3);
+    hits.instance.assign({0, 0, 0});
+    hits.triangle.assign({0, 0, 0});
+    for (const Kernel& kernel : supported_kernels()) {
+      std::vector<Vec3d> normals(hits.size());
+      kernel.normals(**scene, 0, hits.size(), hits, normals.data());
+      for (const Vec3d& normal : normals)
+        EXPECT_EQ(normal, exact_normal((*scene)->world_triangle({0, 0}))) << kernel.name << power;
+    }
   }
 }
 

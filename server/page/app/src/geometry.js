@@ -18,10 +18,21 @@ export function readColumns(buffer) {
   return columns;
 }
 
+/** The numbers of "linear", whose bytes come apart: nine rows of one number for each placement. */
+function joinedBytes(bytes) {
+  const whole = new Uint8Array(bytes.length), count = bytes.length / 4;
+  for (let plane = 0; plane < 4; ++plane) {
+    for (let i = 0; i < count; ++i) whole[4 * i + plane] = bytes[plane * count + i];
+  }
+  return new Float32Array(whole.buffer);
+}
+
 async function page(scene, first, maxBytes, signal) {
   const answer = await ask(scenePath(scene, `/geometry?first=${first}&max_bytes=${maxBytes}`), {signal});
   const revision = Number(answer.headers.get("X-Scene-Revision"));
-  return {columns: readColumns(await answer.arrayBuffer()), revision};
+  const columns = readColumns(await answer.arrayBuffer());
+  columns.linear = joinedBytes(columns.linear);
+  return {columns, revision};
 }
 
 /** Bytes of all of it. */
