@@ -9,6 +9,7 @@
 #   scripts/bench.sh door [--quick] [OPTION...]     trivial requests beside cpp-httplib and nginx
 #   scripts/bench.sh http [--quick] [OPTION...]     rays over HTTP beside the codec alone and Embree
 #   scripts/bench.sh client [ROUNDS]                5 M rays by the Python client, beside slices by hand and raw bytes
+#   scripts/bench.sh page [ROUNDS]                  first picture, picks, bytes sent, pictures that the server traces
 #
 # Writes build/bench/NAME.json, .csv, .md, .svg and .png. Every floor that the benchmark measures
 # is a line "floor N: FIGURE (needs FIGURE) ok|short" at the end. OPTIONs go to the program
@@ -26,6 +27,12 @@ case ${1:-} in
     cmake --build --preset release --target sightline >&2
     # Debian's numpy belongs to Debian's Python.
     exec /usr/bin/python3 -B tests/bench/client_bench.py build/release/sightline "${@:2}"
+    ;;
+  page)
+    scripts/install_packages.sh browser
+    cmake --preset release -DSIGHTLINE_TESTS=ON >&2
+    cmake --build --preset release --target sightline >&2
+    exec python3 -B tests/bench/page_bench.py build/release/sightline "${@:2}"
     ;;
   -h | --help) usage; exit 0 ;;
   *) usage >&2; exit 2 ;;

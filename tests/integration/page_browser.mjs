@@ -133,6 +133,10 @@ const PLANS = {
       await step("measure", () => drag(page, [0.35, 0.6], [0.62, 0.7]));
       await choose(page, "box");
       await step("select", () => drag(page, [0.3, 0.3], [0.6, 0.6]));
+      await choose(page, "cuboid");
+      await step("cuboid", () => drag(page, [0.4, 0.6], [0.52, 0.66]));
+      await choose(page, "sphere");
+      await step("sphere", () => drag(page, [0.4, 0.6], [0.5, 0.66]));
       await choose(page, "sight");
       await step("sight", async () => {
         await page.mouse.click(...await at(page, 0.3, 0.62));
@@ -157,6 +161,12 @@ const PLANS = {
       const last = runs.at(-1);
       last.ply = readFileSync(await file.path(), "utf8");
       last.points = await page.locator("#stage").getAttribute("data-points");
+      const hues = async () => JSON.parse(await page.locator("#stage").getAttribute("data-hues"));
+      last.byDistance = await hues();
+      await page.selectOption("#sweep-colour", "node");
+      last.byNode = await hues();
+      await page.waitForTimeout(300);
+      await page.screenshot({path: `${folder}/scan-node-${seen.size}-${theme}.png`});
       await choose(page, "clearance");
       await step("clearance", async () => {
         await page.mouse.click(...await at(page, 0.3, 0.62));
@@ -201,6 +211,41 @@ const PLANS = {
       await close();
     }
     return runs;
+  },
+
+  /** Fingers on a phone: a tap, a drag and a pinch. */
+  async touch() {
+    const {page, seen, close} = await open(SIZES[1], "light", `${url}/#scene=town&camera=60,45,80,0,8,0`);
+    const {clientWidth, clientHeight} = await page.evaluate(() => document.querySelector("#view"));
+    const session = await page.context().newCDPSession(page);
+    const fingers = async (type, ...places) => session.send("Input.dispatchTouchEvent", {type,
+      touchPoints: await Promise.all(places.map(async ([x, y], id) => {
+        const [px, py] = await at(page, x, y);
+        return {x: px, y: py, id};
+      }))});
+    const camera = () => page.evaluate(() => new URLSearchParams(location.hash.slice(1)).get("camera").split(",").map(Number));
+    const moved = async (act) => {
+      const before = await page.evaluate(() => location.hash);
+      await act();
+      await page.waitForFunction((old) => location.hash !== old, before);
+      return camera();
+    };
+    await answered(page, async () => page.touchscreen.tap(...await at(page, 0.5, 0.6)));
+    const tapped = await told(page), cameras = [await camera()];
+    cameras.push(await moved(async () => {
+      await fingers("touchStart", [0.5, 0.5]);
+      for (const x of [0.55, 0.6, 0.65]) await fingers("touchMove", [x, 0.5]);
+      await fingers("touchEnd");
+    }));
+    cameras.push(await moved(async () => {
+      await fingers("touchStart", [0.45, 0.5], [0.55, 0.5]);
+      for (const by of [0.05, 0.1, 0.15]) await fingers("touchMove", [0.45 - by, 0.5], [0.55 + by, 0.5]);
+      await fingers("touchEnd");
+    }));
+    // Neither of these asks.
+    const after = await told(page);
+    await close();
+    return {...seen, ...tapped, cameras, after, view: [clientWidth, clientHeight]};
   },
 
   async keyboard() {
@@ -264,6 +309,28 @@ const PLANS = {
     return runs;
   },
 
+  /** WORDs: links. How fast the view turns: frames per second of 40 turns. */
+  async frames() {
+    const runs = [];
+    for (const link of words) {
+      const {page, seen, close} = await open(SIZES[0], "light", link);
+      seen.frames = await page.evaluate(async () => {
+        const FRAMES = 40, next = () => new Promise((resolve) => requestAnimationFrame(resolve));
+        const view = document.querySelector("#view");
+        await next();
+        const begin = performance.now();
+        for (let i = 0; i < FRAMES; ++i) {
+          view.dispatchEvent(new KeyboardEvent("keydown", {key: "ArrowLeft", bubbles: true}));
+          await next();
+        }
+        return 1000 * FRAMES / (performance.now() - begin);
+      });
+      runs.push(seen);
+      await close();
+    }
+    return runs;
+  },
+
   /** WORDs: links. Pictures of the view alone, base64, without what lies over it. */
   async pictures() {
     const runs = [];
@@ -314,12 +381,28 @@ const PLANS = {
     return seen;
   },
 
-  /** WORD: a file to put. */
+  /** WORDs: a file to choose, and one to drop on the page. */
   async scenes() {
     const {page, seen, close} = await open(SIZES[0], "dark");
     await page.setInputFiles("#file", words[0]);
     await page.waitForSelector("#stage[data-complete^='my-house ']");
     const put = await told(page);
+    const said = await page.evaluateHandle(() => {
+      const texts = [];
+      new MutationObserver(() => texts.push(document.querySelector("#upload").textContent)).observe(document.querySelector("#upload"), {childList: true, characterData: true, subtree: true});
+      return texts;
+    });
+    // As the system does it: a file, not an object that a script has made.
+    const session = await page.context().newCDPSession(page), [x, y] = await at(page, 0.5, 0.5);
+    const data = {items: [], files: [words[1]], dragOperationsMask: 1};
+    await session.send("Input.dispatchDragEvent", {type: "dragEnter", x, y, data});
+    await session.send("Input.dispatchDragEvent", {type: "dragOver", x, y, data});
+    const over = await page.waitForSelector("#drop.over").then(() => true);
+    await session.send("Input.dispatchDragEvent", {type: "drop", x, y, data});
+    await page.waitForSelector("#stage[data-complete^='dropped ']");
+    const dropped = {...await told(page), over, said: await said.jsonValue(), still: await page.locator("#drop.over").count()};
+    await page.click("[data-scene=my-house]");
+    await page.waitForSelector("#stage[data-complete^='my-house ']");
     await page.click("#nodes-part summary");
     await page.waitForSelector("#nodes .take");
     await page.fill("#node-search", "RIGHT");
@@ -333,7 +416,7 @@ const PLANS = {
     await page.waitForFunction(() => !document.querySelector("[data-scene=my-house]"));
     const gone = await told(page);
     await close();
-    return {...seen, put, nodes, node, gone};
+    return {...seen, put, dropped, nodes, node, gone};
   },
 
   /** /learn: every case, every formula with its failing case, and a drag. */

@@ -43,6 +43,17 @@ def browse(url, *words):
     return json.loads(done.stdout)
 
 
+def padded(glb, count):
+    """The GLB with so many more bytes in its buffer, that nothing uses."""
+    def longer(document):
+        document["buffers"][0]["byteLength"] += count
+    made = with_document(glb, longer)
+    json_bytes, = struct.unpack_from("<I", made, 12)
+    at = 20 + json_bytes
+    binary, = struct.unpack_from("<I", made, at)
+    return made[:8] + struct.pack("<I", len(made) + count) + made[12:at] + struct.pack("<I", binary + count) + made[at + 4:] + bytes(count)
+
+
 def skip_unbuilt(server):
     if len(server.ask("/page.js").body) < 10000:
         raise unittest.SkipTest("the page is not part of this build")
@@ -161,7 +172,7 @@ class PageInBrowser(unittest.TestCase):
 
     def test_each_gesture_asks_and_draws_what_the_api_answers(self):
         runs = browse(self.server.url, "gestures")
-        self.assertEqual(len(runs), 22)
+        self.assertEqual(len(runs), 26)
         for run in runs:
             with self.subTest(name=run["name"], size=run["size"]):
                 self.assertEqual((run["complaints"], run["foreign"], run["overflow"], run["notice"]), ([], [], [], ""))
@@ -200,6 +211,37 @@ class PageInBrowser(unittest.TestCase):
         self.assertEqual([plane for plane in planes if plane[1] * 8 > plane[3]], [])
         self.assertIn("clock tower", [each["node"] for each in result["nodes"]])
 
+    def node_boxes(self, run, answer, asked):
+        """The boxes of the nodes that are smaller than half of the scene are drawn after `asked` shapes of the request."""
+        result, = answer["results"]
+        self.assertGreater(result["total"], 0)
+        self.assertEqual(run["outcome"], f"{result['total']} node{'s' * (result['total'] > 1)} selected.")
+        bounds = {node["node_id"]: node["bounds"] for node in self.server.ask("/v1/scenes/town/nodes?limit=100000").json()["nodes"]}
+        drawn = [shape["points"] for shape in run["shapes"][asked:] if shape["kind"] == "loop"]
+        lowest = {tuple(points[0]) for points in drawn[::2]}
+        self.assertGreater(len(lowest), 0)
+        self.assertLessEqual(lowest, {tuple(bounds[each["node_id"]]["min"]) for each in result["nodes"]})
+
+    def cuboid(self, run, query, answer):
+        box, = query["boxes"]
+        (x, y, z), (a, b, c) = box["min"], box["max"]
+        half = [(high - low) / 2 for low, high in zip(box["min"], box["max"])]
+        self.assertGreaterEqual(min(half), max(half) / 4 * (1 - 1e-12))
+        self.assertEqual([shape["points"] for shape in run["shapes"][:2]], [[[x, y, z], [a, y, z], [a, y, c], [x, y, c]], [[x, b, z], [a, b, z], [a, b, c], [x, b, c]]])
+        self.node_boxes(run, answer, 6)
+        # The middle of the box is what the first pixel shows: a point of the scene.
+        middle = [(low + high) / 2 for low, high in zip(box["min"], box["max"])]
+        near = self.server.ask("/v1/scenes/town/points:closest", "-H", JSON_TYPE, body=json.dumps({"points": [middle], "fields": ["distance"]})).json()
+        self.assertLess(near["hits"][0]["distance"], 1e-9)
+
+    def sphere(self, run, query, answer):
+        sphere, = query["boxes"]
+        for shape in run["shapes"][:3]:
+            self.assertEqual((shape["kind"], len(shape["points"])), ("loop", 48))
+            for point in shape["points"]:
+                self.assertAlmostEqual(math.dist(point, sphere["center"]), sphere["radius"], 9)
+        self.node_boxes(run, answer, 3)
+
     def sight(self, run, query, answer):
         line, = self.points(run, "line")
         self.assertEqual(line, [query["from"][0], query["to"][0]])
@@ -236,6 +278,12 @@ class PageInBrowser(unittest.TestCase):
         self.assertEqual([tuple(map(float, row.split())) for row in rows.splitlines()],
                          [(*answer["position"][3 * i:3 * i + 3], answer["distance"][i], answer["node_id"][i]) for i in hits])
         self.assertEqual(self.points(run), [[query["generator"]["position"]]])
+        # One hue for each node; by distance the nearest is red and the farthest blue.
+        nodes, distances = [answer["node_id"][i] for i in hits], [answer["distance"][i] for i in hits]
+        self.assertEqual(len(set(run["byNode"])), len(set(nodes)))
+        self.assertEqual(len(set(zip(run["byNode"], nodes))), len(set(nodes)))
+        for hue, distance in zip(run["byDistance"], distances):
+            self.assertAlmostEqual(hue, 0.66 * math.sqrt(distance / max(distances)), 12)
 
     def clearance(self, run, query, answer):
         pair = answer["pair"]
@@ -301,6 +349,21 @@ class PageInBrowser(unittest.TestCase):
         trees = self.server.ask("/v1/scenes/town/stats").json()["trees"]
         self.assertEqual(told["trees built before"], f"{trees['meshes_built']} of {trees['meshes_total']} meshes")
         self.assertEqual(told["skipped in the file"], "nothing")
+
+    def test_fingers_tap_turn_and_pinch(self):
+        run = browse(self.server.url, "touch")
+        self.assertEqual((run["complaints"], run["foreign"], run["overflow"]), ([], [], []))
+        hit, = self.same_as_curl(run)["hits"]
+        self.assertIn(hit["node"], run["outcome"])
+        self.assertIn(hit["position"], [points[0] for points in self.points(run)])
+        first, turned, pinched = run["cameras"]
+        away = [math.dist(camera[:3], camera[3:]) for camera in run["cameras"]]
+        # One finger turns around the target, two that part come nearer.
+        self.assertEqual(turned[3:], first[3:])
+        self.assertGreater(math.dist(turned[:3], first[:3]), away[0] / 20)
+        self.assertAlmostEqual(away[1], away[0], 9)
+        self.assertLess(away[2], away[1] * 0.9)
+        self.assertEqual((run["after"]["raw"], run["after"]["body"]), (run["raw"], run["body"]))
 
     def test_the_keyboard_does_it_too_and_requests_can_be_copied(self):
         run = browse(self.server.url, "keyboard")
@@ -430,11 +493,23 @@ class PageInBrowser(unittest.TestCase):
 
     def test_scenes_are_put_searched_and_deleted(self):
         with tempfile.TemporaryDirectory() as folder:
-            file = Path(folder, "my house.glb")
+            file, large = Path(folder, "my house.glb"), Path(folder, "dropped.glb")
             file.write_bytes(demo_glb("six"))
-            run = browse(self.server.url, "scenes", str(file))
+            # So many bytes that the browser tells more than once how far it is.
+            large.write_bytes(padded(demo_glb("six"), 48 << 20))
+            run = browse(self.server.url, "scenes", str(file), str(large))
+            sent = large.stat().st_size
         self.assertEqual((run["complaints"], run["foreign"]), ([], []))
         self.assertIn("my-house", run["put"]["scenes"])
+        dropped = run["dropped"]
+        self.assertIn("dropped", dropped["scenes"])
+        self.assertTrue(dropped["over"])
+        self.assertEqual(dropped["still"], 0)
+        told = [int(match[1]) for match in (re.fullmatch(r"dropped\.glb: (\d+)% of .* MB", text) for text in dropped["said"]) if match]
+        self.assertEqual((told, told[-1]), (sorted(told), 100))
+        self.assertGreater(len(set(told)), 2)
+        scene = self.server.ask("/v1/scenes/dropped").json()
+        self.assertEqual((scene["bytes"], scene["counts"]["triangles"]), (sent, 6))
         self.assertEqual(run["nodes"], ["right3 triangles"])
         self.assertIn("right: 3 triangles", [shape.get("label") for shape in run["node"]["shapes"]])
         self.assertNotIn("my-house", run["gone"]["scenes"])

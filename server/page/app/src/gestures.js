@@ -15,13 +15,15 @@ export const HINTS = {
   clearance: "Click two nodes: the distance between them, and their nearest points.",
   viewshed: "Click: what of this view an eye just above the point sees (green), and what not (red).",
   section: "Click: a plane through the point cuts the scene. The next answer ends it.",
+  cuboid: "Drag from the middle of a box to its corner: the nodes that it touches. It is at least a quarter as thick as long.",
+  sphere: "Drag from the middle of a sphere outwards: the nodes that it touches.",
   heat: "Click: how many boxes each pixel's ray visits, blue few, red many. Moving the view ends it.",
   levels: "Click: the boxes of the next level of the tree; leaves are green.",
   scan: "Click: a LiDAR sensor stands there and sweeps around itself.",
 };
 
-/** Tools that a click uses; others take a drag. */
-const CLICKS = new Set(["ray", "why", "scan", "sight", "clearance", "viewshed", "section", "heat", "levels"]);
+/** Tools that take a drag; a click uses all others. */
+const DRAGS = new Set(["measure", "box", "cuboid", "sphere"]);
 
 export class Gestures {
   /** ask(route, query) fills the console and runs it; pick(rays) returns their hits. */
@@ -38,7 +40,7 @@ export class Gestures {
     this.cancel();
     this.first = null;
     this.level = -1;
-    this.view.controls.enableRotate = !["measure", "box"].includes(mode);
+    this.view.controls.enableRotate = !DRAGS.has(mode);
     this.say(HINTS[mode]);
   }
 
@@ -60,9 +62,9 @@ export class Gestures {
   }
 
   move(event) {
-    if (!this.begin || !event.isPrimary || !["measure", "box"].includes(this.mode)) return;
-    this.marks.rectangle = this.mode === "box" ? [...this.begin, ...this.place(event)] : null;
-    this.marks.rubber = this.mode === "measure" ? [this.begin, this.place(event)] : null;
+    if (!this.begin || !event.isPrimary || !DRAGS.has(this.mode)) return;
+    if (this.mode === "box") this.marks.rectangle = [...this.begin, ...this.place(event)];
+    else this.marks.rubber = [this.begin, this.place(event)];
     this.marks.draw();
   }
 
@@ -71,19 +73,18 @@ export class Gestures {
     if (!begin || !event.isPrimary) return;
     this.cancel();
     const still = Math.hypot(end[0] - begin[0], end[1] - begin[1]) < STILL;
-    if (still && CLICKS.has(this.mode)) await this[this.mode](...end);
-    if (this.mode === "measure" && !still) this.measure(begin, end);
-    if (this.mode === "box" && !still) this.box(begin, end);
+    if (DRAGS.has(this.mode) && !still) await this[this.mode](begin, end);
+    if (!DRAGS.has(this.mode) && still) await this[this.mode](...end);
   }
 
   /** Asks in the middle of the view, for the keyboard. */
   middle() {
     const at = [this.canvas.clientWidth / 2, this.canvas.clientHeight / 2];
-    if (CLICKS.has(this.mode)) return this[this.mode](...at);
+    if (!DRAGS.has(this.mode)) return this[this.mode](...at);
     const from = this.first;
     this.first = from ? null : at;
     if (!from) return this.say("First corner set. Turn the view, then press Enter again.");
-    return this.mode === "measure" ? this.measure(from, at) : this.box(from, at);
+    return this[this.mode](from, at);
   }
 
   ray(x, y) { return this.ask("rays:closest", {rays: [this.view.ray(x, y)], fields: FIELDS}); }
@@ -102,6 +103,25 @@ export class Gestures {
     const sides = [Math.min(x0, x1), Math.min(y0, y1), Math.max(x0, x1), Math.max(y0, y1)];
     return this.ask("boxes:list", {boxes: [{planes: this.view.pyramid(...sides)}], of: "nodes", limit: 100});
   }
+
+  /** The nodes that touch a shape between the points of the scene under two pixels. */
+  async touching(from, to, shape) {
+    const hits = await this.pick([this.view.ray(...from), this.view.ray(...to)]);
+    if (!hits.every(Boolean)) return this.say("Nothing is there. Begin and end the drag on the scene.");
+    const [middle, end] = hits.map(({position}) => position);
+    return this.ask("boxes:list", {boxes: [shape(middle, end)], of: "nodes", limit: 100});
+  }
+
+  cuboid(from, to) {
+    return this.touching(from, to, (middle, corner) => {
+      const reach = corner.map((x, k) => Math.abs(x - middle[k]));
+      // Points of a floor would make a box without a height.
+      const half = reach.map((x) => Math.max(x, Math.max(...reach) / 4));
+      return {min: middle.map((x, k) => x - half[k]), max: middle.map((x, k) => x + half[k])};
+    });
+  }
+
+  sphere(from, to) { return this.touching(from, to, (center, end) => ({center, radius: length(center, end)})); }
 
   /** The point of a hit, lifted off its surface towards the camera. */
   lifted(hit) {

@@ -173,8 +173,10 @@ async function run() {
 
 function showSweep() {
   byId("sweep").hidden = !sweep;
-  view.showPoints(sweep?.positions || null, sweep && coloursOf(sweep, byId("sweep-colour").value));
+  const colours = sweep && coloursOf(sweep, byId("sweep-colour").value);
+  view.showPoints(sweep?.positions || null, colours);
   byId("stage").dataset.points = sweep ? String(sweep.positions.length) : "0";
+  byId("stage").dataset.hues = JSON.stringify(colours ? colours.map(([hue]) => hue) : []);
 }
 
 function savePly() {
@@ -226,7 +228,8 @@ async function show(name, body, {status, text, picture, bytes, revision, millise
   if (isViewshed(name, query)) showSeen(query.to, answer.visible[0]);
   if (name === "bvh" && !answer.level?.boxes.length) gestures.level = -1;
   if (name === "boxes:list" && answer.results?.some(({nodes}) => nodes?.length)) {
-    return marks.show([...shapes, ...await nodeBoxes(answer.results.flatMap(({nodes}) => nodes))]);
+    const asked = shapes.map((shape) => ({...shape, colour: "ray", thin: false}));
+    return marks.show([...asked, ...await nodeBoxes(answer.results.flatMap(({nodes}) => nodes))]);
   }
   if (name !== "rays:closest" || !Array.isArray(answer.hits)) return;
   if (answer.hits.length === 1 && answer.hits[0]) marks.show([...shapes, ...await outline(answer.hits[0])]);

@@ -84,10 +84,21 @@ function sightShapes(query, answer) {
     }));
 }
 
+/** The three great circles of a sphere along the axes. */
+function sphereShapes({center, radius}) {
+  const POINTS = 48;
+  return [0, 1, 2].map((axis) => ({kind: "loop", points: Array.from({length: POINTS}, (_, i) => {
+    const angle = 2 * Math.PI * i / POINTS, point = [...center];
+    point[(axis + 1) % 3] += radius * Math.cos(angle);
+    point[(axis + 2) % 3] += radius * Math.sin(angle);
+    return point;
+  })}));
+}
+
 function boxShapes({boxes = []}) {
   return boxes.slice(0, MOST_DRAWN).flatMap((box) => {
-    const {min, max} = box.radius !== undefined && isPoint(box.center)
-      ? {min: box.center.map((x) => x - box.radius), max: box.center.map((x) => x + box.radius)} : box;
+    if (Number.isFinite(box.radius) && isPoint(box.center)) return sphereShapes(box);
+    const {min, max} = box;
     if (!isPoint(min) || !isPoint(max)) return [];
     const face = (y) => [[min[0], y, min[2]], [max[0], y, min[2]], [max[0], y, max[2]], [min[0], y, max[2]]];
     const [low, high] = [face(min[1]), face(max[1])];
