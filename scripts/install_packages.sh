@@ -8,7 +8,7 @@
 #
 # Groups: build (compile the server), run (build, and ask it), test (build and run every test),
 #         lint (clang, clang-tidy), image (make a container image without docker),
-#         browser (test, and the pictures of the pages; scripts/page_pictures.sh),
+#         browser (test, with the pages in a headless browser; scripts/page_pictures.sh),
 #         bench (build every benchmark and draw its charts), package (make a .deb),
 #         arm (build for aarch64 and run under qemu-user; scripts/arm_check.sh).
 set -euo pipefail
@@ -17,9 +17,9 @@ build="g++ cmake ninja-build pkg-config ccache ca-certificates
   libtinygltf-dev libmeshoptimizer-dev libdraco-dev nlohmann-json3-dev libcpp-httplib-dev libsimdjson-dev libfast-float-dev libspdlog-dev libfmt-dev
   libcli11-dev libcurl4-openssl-dev prometheus-cpp-dev libtbb-dev libhwy-dev libssl-dev zlib1g-dev libpng-dev libzstd-dev libbrotli-dev npm"
 run="$build curl"
-test="$run libgtest-dev libgmp-dev libembree-dev python3 python3-numpy strace clang-format chromium fonts-dejavu-core"
-bench="$test librsvg2-bin nginx-light libnginx-mod-stream"
-browser="$test pngquant"
+test="$run libgtest-dev libgmp-dev libembree-dev python3 python3-numpy strace clang-format"
+bench="$test librsvg2-bin fonts-dejavu-core nginx-light libnginx-mod-stream"
+browser="$test chromium fonts-dejavu-core pngquant"
 package="$build dpkg-dev file"
 arm="g++-aarch64-linux-gnu qemu-user debootstrap"
 lint="clang clang-format clang-tidy python3"
