@@ -208,6 +208,12 @@ int moved_side(const Vector& d, const Vector& p, const Vector& q) {
   return 0;
 }
 
+Vec3d rounded_unit(const Vector& n) {
+  const Dyadic square = dot(n, n);
+  return {round_over_root(n[0], square), round_over_root(n[1], square),
+          round_over_root(n[2], square)};
+}
+
 }  // namespace
 
 bool exact_crossing(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle) {
@@ -261,12 +267,7 @@ bool is_on_edge(const Vec3d& origin, const Vec3d& direction, const Triangle& tri
   return false;
 }
 
-Vec3d exact_normal(const Triangle& triangle) {
-  const Vector n = normal_of(triangle);
-  const Dyadic square = dot(n, n);
-  return {round_over_root(n[0], square), round_over_root(n[1], square),
-          round_over_root(n[2], square)};
-}
+Vec3d exact_normal(const Triangle& triangle) { return rounded_unit(normal_of(triangle)); }
 
 ExactDetail exact_detail(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle,
                          const ExactT& t) {
@@ -277,8 +278,8 @@ ExactDetail exact_detail(const Vec3d& origin, const Vec3d& direction, const Tria
   detail.position = {coordinate(origin.x, direction.x), coordinate(origin.y, direction.y),
                      coordinate(origin.z, direction.z)};
 
-  detail.normal = exact_normal(triangle);
   const Vector n = normal_of(triangle);
+  detail.normal = rounded_unit(n);
   const Vector d{Dyadic(direction.x), Dyadic(direction.y), Dyadic(direction.z)};
   detail.front = dot(d, n).sign() < 0;
 

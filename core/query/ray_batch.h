@@ -35,6 +35,17 @@ struct RayBatch {
   /// uninitialised.
   void resize(std::size_t count);
   void push_back(const Ray& ray);
+  /// Overwrites ray i. Precondition: i < size().
+  void set(std::size_t i, const Ray& ray) {
+    ox[i] = ray.origin.x;
+    oy[i] = ray.origin.y;
+    oz[i] = ray.origin.z;
+    dx[i] = ray.direction.x;
+    dy[i] = ray.direction.y;
+    dz[i] = ray.direction.z;
+    tmin[i] = ray.tmin;
+    tmax[i] = ray.tmax;
+  }
   Ray operator[](std::size_t i) const {
     return {{ox[i], oy[i], oz[i]}, {dx[i], dy[i], dz[i]}, tmin[i], tmax[i]};
   }

@@ -238,21 +238,12 @@ Status generate_rows(const RayGenerator& camera, std::uint64_t begin, std::uint6
         if constexpr (requires { kind.width; }) {
           const auto frame = frame_of(kind.pose);
           if (!frame) return pose_error();
-          const std::size_t count = kind.width * (end - begin);
-          rays.resize(count);
-          rays.tmin.assign(count, camera.range.tmin);
-          rays.tmax.assign(count, camera.range.tmax);
+          rays.resize(kind.width * (end - begin));
           std::size_t i = 0;
           const auto ray = ray_of_pixel(kind, *frame);
           for_each_pixel(kind.width, begin, end, [&](std::uint64_t row, std::uint64_t column) {
             const OriginAndDirection made = ray(row, column);
-            rays.ox[i] = made.origin.x;
-            rays.oy[i] = made.origin.y;
-            rays.oz[i] = made.origin.z;
-            rays.dx[i] = made.direction.x;
-            rays.dy[i] = made.direction.y;
-            rays.dz[i] = made.direction.z;
-            ++i;
+            rays.set(i++, {made.origin, made.direction, camera.range.tmin, camera.range.tmax});
           });
           return check_made(rays);
         } else {

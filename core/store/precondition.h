@@ -10,8 +10,8 @@
 namespace sightline {
 
 /// The entity tags of an If-Match or If-None-Match header.
-struct TagList {     ///< "*": matches any content
-  bool any = false;  ///< "*": of any content
+struct TagList {
+  bool any = false;  ///< "*": matches any content
   std::vector<std::string> tags;
 
   /// True if the list matches `tag`, the entity tag of a content; an empty `tag` means that there

@@ -46,17 +46,6 @@ bool scan_vector(const char*& place, Vec3d& vector) {
   return true;
 }
 
-void write_ray(RayBatch& rays, std::size_t i, const Ray& ray) {
-  rays.ox[i] = ray.origin.x;
-  rays.oy[i] = ray.origin.y;
-  rays.oz[i] = ray.origin.z;
-  rays.dx[i] = ray.direction.x;
-  rays.dy[i] = ray.direction.y;
-  rays.dz[i] = ray.direction.z;
-  rays.tmin[i] = ray.tmin;
-  rays.tmax[i] = ray.tmax;
-}
-
 }  // namespace
 
 bool scan_plain_ray(const char*& at, Ray& ray) {
@@ -105,7 +94,7 @@ bool scan_rays(const char*& at, const char* end, std::size_t most, double defaul
     ray.tmin = default_tmin;
     if (count == most || !scan_plain_ray(at, ray)) return false;
     if (count == rays.size()) rays.resize(std::min(most, room_for(count, begin, at, end)));
-    write_ray(rays, count++, ray);
+    rays.set(count++, ray);
   } while (take(at, ','));
   rays.resize(count);
   return *at++ == ']';

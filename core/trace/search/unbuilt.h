@@ -21,14 +21,14 @@ class UnbuiltTrees {
   /// The view must outlive the object.
   explicit UnbuiltTrees(const SceneView& scene) : tree_(scene.tree()) {}
 
-  /// Of the unbuilt trees that may have a hit at t or less within the ray's limits, returns the
-  /// tree whose box the ray enters first; kNone if there is none. `t` is a result of a kernel, or
+  /// Returns the unbuilt tree whose box the ray enters first, among those that may have a hit at
+  /// `t` or less within the ray's limits; kNone if there is none. `t` is a result of a kernel, or
   /// +inf.
   std::uint32_t nearest(const Ray& ray, double t);
   /// Appends all unbuilt trees whose boxes the ray may meet within its limits.
   void met(const Ray& ray, std::vector<std::uint32_t>& trees);
-  /// Of the unbuilt trees that may be within `distance`, returns the tree whose box is nearest to
-  /// the point; kNone if there is none.
+  /// Returns the unbuilt tree whose box is nearest to the point, among those that may be within
+  /// `distance`; kNone if there is none.
   std::uint32_t nearest_to(const Vec3d& point, double distance);
   /// Appends all unbuilt trees whose boxes the query's box may touch.
   void touched(const BoxBatch& boxes, std::size_t i, std::vector<std::uint32_t>& trees);
