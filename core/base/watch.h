@@ -16,6 +16,8 @@ class DeadlineWatch {
   /// The default suits steps of a few nanoseconds, or a hundred for a step that misses every cache.
   explicit DeadlineWatch(const Deadline& deadline, std::uint64_t steps_per_look = 16 << 10)
       : deadline_(deadline), steps_per_look_(steps_per_look) {}
+  /// A temporary deadline would not outlive the watch.
+  explicit DeadlineWatch(Deadline&& deadline, std::uint64_t steps_per_look = 0) = delete;
   /// Counts `steps` steps. Returns whether the deadline had passed at the last reading of the
   /// clock. The first call reads it.
   bool passed(std::uint64_t steps = 1) {

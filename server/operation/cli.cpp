@@ -134,7 +134,8 @@ class CommandLine {
     const auto commands = app_.get_subcommands([](const CLI::App*) { return true; });
     std::vector<std::string> known;
     for (const CLI::App* command : commands) known.push_back(command->get_name());
-    DeadlineWatch watch{Deadline()};
+    const Deadline never = Deadline::never();
+    DeadlineWatch watch(never);
     std::string text;
     for (const std::string_view name : similar_names(
              word, known.size(), [&](std::size_t i) { return std::string_view(known[i]); }, 1 << 16,

@@ -53,7 +53,8 @@ void reply_scene_not_found(Exchange& exchange, const Service& service) {
   Error error = is_told ? scene_not_found(exchange.scene_id) : scene_not_found();
   if (is_told) {
     const std::vector<SceneSnapshot> scenes = service.store.list();
-    DeadlineWatch watch(service.deadline());
+    const Deadline deadline = service.deadline();
+    DeadlineWatch watch(deadline);
     std::string_view before = "; similar: ";
     for (const std::string_view name : similar_names(
              exchange.scene_id, scenes.size(),
