@@ -46,13 +46,19 @@ async function open(size, theme, address = url) {
   return {page, seen, close};
 }
 
+/** Waits until the link tells of the view and all is drawn. */
+async function rest(page) {
+  await page.waitForSelector("#stage:not([data-saving])", {state: "attached"});
+  await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
+}
+
 /** Does something and waits for the answer to it. */
 async function answered(page, act) {
   const before = await page.evaluate(() => document.querySelector("#stage").dataset.answered || "0");
   await act();
   await page.waitForFunction((old) => (document.querySelector("#stage").dataset.answered || "0") !== old, before, {timeout: 30000});
   await page.waitForFunction(() => !document.querySelector("#run").disabled);
-  await page.waitForTimeout(300);
+  await rest(page);
 }
 
 /** The console and the answer as the page shows them. */
@@ -150,7 +156,7 @@ const PLANS = {
         // From the side the ray can be seen.
         await page.focus("#view");
         for (let i = 0; i < 5; ++i) await page.keyboard.press("ArrowLeft");
-        await page.waitForTimeout(500);
+        await rest(page);
       });
       await choose(page, "scan");
       await step("scan", async () => {
@@ -165,7 +171,7 @@ const PLANS = {
       last.byDistance = await hues();
       await page.selectOption("#sweep-colour", "node");
       last.byNode = await hues();
-      await page.waitForTimeout(300);
+      await rest(page);
       await page.screenshot({path: `${folder}/scan-node-${seen.size}-${theme}.png`});
       await choose(page, "clearance");
       await step("clearance", async () => {
@@ -228,6 +234,8 @@ const PLANS = {
       const before = await page.evaluate(() => location.hash);
       await act();
       await page.waitForFunction((old) => location.hash !== old, before);
+      // A slow machine writes the link between two movements of one gesture.
+      await rest(page);
       return camera();
     };
     await answered(page, async () => page.touchscreen.tap(...await at(page, 0.5, 0.6)));
@@ -342,7 +350,7 @@ const PLANS = {
       await page.evaluate(() => {
         for (const id of ["tools", "hint", "progress"]) document.getElementById(id).hidden = true;
       });
-      await page.waitForTimeout(300);
+      await rest(page);
       seen.picture = (await page.locator("#stage").screenshot()).toString("base64");
       await clickAt(page, 0.5, 0.5);
       runs.push({...seen, ...await told(page)});
@@ -355,7 +363,7 @@ const PLANS = {
   async link() {
     const {page, seen, close} = await open(SIZES[0], "light", words[0]);
     await page.waitForFunction(() => document.querySelector("#raw").textContent);
-    await page.waitForTimeout(500);
+    await rest(page);
     const result = {...seen, ...await told(page)};
     await close();
     return result;

@@ -335,7 +335,9 @@ function tables(name, answer) {
 let saving = 0;
 function saveLink() {
   clearTimeout(saving);
+  byId("stage").dataset.saving = "";
   saving = setTimeout(() => {
+    delete byId("stage").dataset.saving;
     if (!shown) return history.replaceState(null, "", location.pathname);
     history.replaceState(null, "", writeLink({scene: shown.id, rev: shown.revision, sha: shown.sha256.slice(0, 16), camera: view.pose,
       mode: gestures.mode, traced: traced.scene ? "1" : "", ...(asked || {})}));
