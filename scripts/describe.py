@@ -9,6 +9,7 @@ proto/hit_fields.def has one row for each field of a hit, proto/questions.json o
   docs/reference/routes.md   the rows of the questions
   proto/openapi.json         Field, NearestField, ContactField, and the properties of Hit, HitColumns and HitListColumns
   proto/python/sightline.py  the constants TEXTS, _WIDTHS, _DISTANCES and _FLAGS
+  proto/python/README.md     the rows of the table under "Columns"
   server/page/app/src        the list of fields
 
 --write rewrites them. Without it, the script prints each place that differs and fails. Both check that
@@ -127,6 +128,18 @@ class Description:
         text = self.replaced("sightline.py", text, r"(\n_DISTANCES = ).*?(\n)", names(lambda each: each.kind == "Number"))
         return self.replaced("sightline.py", text, r"(\n_FLAGS = ).*?( \| \{)", names(lambda each: each.kind == "Flag"))
 
+    def client_page(self, text):
+        def row(chosen, rest):
+            return "| " + ", ".join(f"`{each.name}`" for each in self.fields if chosen(each)) + f" | {rest} |\n"
+
+        rows = row(lambda each: each.kind == "Number", "float64 | one number for each row | inf")
+        for width in sorted({each.width for each in self.fields if each.kind == "Vector"}, key=lambda width: (width != 3, width)):
+            rows += row(lambda each, width=width: each.kind == "Vector" and each.width == width, f"float64 | and an axis of {width} | NaN")
+        rows += row(lambda each: each.kind in ("Index", "Id"), "int64 | one number for each row | -1")
+        rows += row(lambda each: each.kind == "Flag", "bool | one flag for each row | False")
+        rows += row(lambda each: each.kind == "Text", "nested lists of `str` or None, never arrays | one text for each row | None")
+        return self.replaced("README.md", text, r"(\| columns \| type [^\n]*\n\|[-|]*\n).*?(\| `hit` \|)", rows)
+
     def page(self, text):
         lines = self.wrapped([each.name for each in self.fields]).replace("\n" + " " * 17, "\n  ")
         return self.replaced("questions.js", text, r"(const FIELDS = \[).*?(\];)", lines)
@@ -134,7 +147,7 @@ class Description:
     def write(self, write):
         for name, make in (("docs/reference/fields.md", self.fields_page), ("docs/reference/routes.md", self.routes_page),
                            ("proto/openapi.json", self.openapi), ("proto/python/sightline.py", self.client),
-                           ("server/page/app/src/questions.js", self.page)):
+                           ("proto/python/README.md", self.client_page), ("server/page/app/src/questions.js", self.page)):
             before = self.read(name)
             after = make(before)
             if before != after and write:

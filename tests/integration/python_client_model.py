@@ -5,13 +5,21 @@ plain JSON request for each point, box and pair. Answers are kept.
 import http.client
 import json
 import math
+import re
 from fractions import Fraction
+from pathlib import Path
 
-DISTANCES = {"t", "distance"}
-WIDTHS = {"position": 3, "normal": 3, "shading_normal": 3, "barycentrics": 2, "uv": 2, "colour": 4}
-IDS = {"instance", "primitive", "triangle", "node_id", "mesh_id", "material_id", "node_instance"}
-FLAGS = {"front", "on_edge"}
-TEXTS = {"node", "node_path", "mesh", "material"}
+# Kind and width of each field of a hit.
+KINDS = {name: (kind, int(width)) for name, kind, width in re.findall(
+    r'^HIT_FIELD\(\w+, "(\w+)", k(\w+), (\d),', (Path(__file__).parents[2] / "proto/hit_fields.def").read_text(encoding="utf-8"), re.MULTILINE)}
+
+
+def _of(*kinds):
+    return {name for name, (kind, _) in KINDS.items() if kind in kinds}
+
+
+DISTANCES, IDS, FLAGS, TEXTS = _of("Number"), _of("Index", "Id"), _of("Flag"), _of("Text")
+WIDTHS = {name: width for name, (kind, width) in KINDS.items() if kind == "Vector"}
 RAY_FIELDS = [*sorted(DISTANCES), *WIDTHS, *sorted(IDS), *sorted(FLAGS), *sorted(TEXTS)]
 POINT_FIELDS = [name for name in RAY_FIELDS if name != "t" and name not in TEXTS]
 FAULTS = ["", "RAY_NOT_FINITE", "RAY_DIRECTION_ZERO", "RAY_LIMIT_NAN", "RAY_LIMITS_REVERSED"]
