@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # Builds a Debian package of this machine's release: binary, man page, systemd unit, sysusers, settings,
-# examples and the Python client. Prints the path of the .deb file.
+# examples and the Python client; and the Python client alone as a wheel and a source distribution. Prints the paths.
 #
 #   scripts/package.sh [--output DIR]
 #
-# --output DIR  where to put the file (default: build/package)
+# --output DIR  where to put the files (default: build/package)
 #
 # Install it with `apt install ./sightline_*.deb`. scripts/bare_check.sh --package proves that it installs,
 # serves and is removed in a bare root.
@@ -33,3 +33,4 @@ rm -f "$output"/sightline_*.deb
 (cd build/release && cpack -B "$output" >"$output/cpack.log") || { cat "$output/cpack.log" >&2; exit 1; }
 rm -rf "$output/_CPack_Packages"
 ls "$output"/sightline_*.deb
+python3 -B scripts/python_package.py "$output"
