@@ -24,7 +24,6 @@
 #include <thread>
 #include <vector>
 
-#include "core/base/places.h"
 #include "server/http/answer_headers.h"
 #include "server/http/connection.h"
 #include "server/http/http_limits.h"

@@ -43,14 +43,14 @@ Deadline wait_of(const Exchange& exchange, const Service& service, std::chrono::
 }
 
 /// A place to wait at; none where there is no time to wait, or no place.
-Claim claim_wait(Service& service, const Deadline& deadline) {
-  return deadline.passed() ? Claim() : service.waiters.claim();
+Permit permit_wait(Service& service, const Deadline& deadline) {
+  return deadline.passed() ? Permit() : service.waiters.try_acquire();
 }
 
 /// Answers with the outcome of the load if it comes in time, else with 202.
-void finish_load(Exchange& exchange, Service& service, SceneLoad& load, const Claim& claim,
+void finish_load(Exchange& exchange, Service& service, SceneLoad& load, const Permit& permit,
                  const Deadline& deadline) {
-  const auto put = claim ? service.store.wait(load, deadline) : std::nullopt;
+  const auto put = permit ? service.store.wait(load, deadline) : std::nullopt;
   if (!put) return reply_accepted(exchange, service, load.id());
   if (!*put) return exchange.reply_error(put->error());
   reply_done(exchange, (*put)->created ? 201 : 200, *(*put)->scene);
@@ -102,9 +102,9 @@ void put_scene(Exchange& exchange, Service& service) {
   const Deadline deadline = parameters.wait
                                 ? wait_of(exchange, service, *parameters.wait)
                                 : Deadline{.flag = &service.cancelled, .caller = exchange.caller};
-  const Claim claim = claim_wait(service, deadline);
-  const auto load = service.store.submit(std::move(*incoming), static_cast<bool>(claim));
-  finish_load(exchange, service, *load, claim, deadline);
+  const Permit permit = permit_wait(service, deadline);
+  const auto load = service.store.submit(std::move(*incoming), static_cast<bool>(permit));
+  finish_load(exchange, service, *load, permit, deadline);
 }
 
 /// What the operator does not allow is 403, and the other faults of a source what they are.
@@ -138,19 +138,19 @@ void post_scene(Exchange& exchange, Service& service,
   if (!fetch) return reply_source_error(exchange, fetch.error());
   const Deadline deadline =
       wait_of(exchange, service, parameters.wait.value_or(std::chrono::milliseconds(0)));
-  const Claim claim = claim_wait(service, deadline);
+  const Permit permit = permit_wait(service, deadline);
   auto load = service.store.fetch(request->id, {request->scene}, std::move(*fetch),
-                                  static_cast<bool>(claim));
+                                  static_cast<bool>(permit));
   if (!load) return exchange.reply_error(load.error());
-  finish_load(exchange, service, **load, claim, deadline);
+  finish_load(exchange, service, **load, permit, deadline);
 }
 
 void get_scene(Exchange& exchange, Service& service) {
   SceneParameters parameters;
   if (!read_parameters(exchange, KnownParameters::kWait, parameters)) return;
-  const Claim claim = parameters.wait ? service.waiters.claim() : Claim();
+  const Permit permit = parameters.wait ? service.waiters.try_acquire() : Permit();
   const Deadline deadline =
-      wait_of(exchange, service, claim ? *parameters.wait : std::chrono::seconds(0));
+      wait_of(exchange, service, permit ? *parameters.wait : std::chrono::seconds(0));
   for (;;) {
     const std::uint64_t seen = service.store.changes();
     const SceneSnapshot scene = service.store.find(exchange.scene_id);

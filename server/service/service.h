@@ -9,7 +9,7 @@
 
 #include "core/base/deadline.h"
 #include "core/base/live.h"
-#include "core/base/places.h"
+#include "core/base/semaphore.h"
 #include "core/run/engine.h"
 #include "core/store/scene_store.h"
 
@@ -54,7 +54,7 @@ struct Service {
   /// The server shuts down.
   std::atomic<bool> stopping{false};
   CancelFlag cancelled{};  ///< set when running requests must end, too
-  Places waiters{limits.waiters};
+  Semaphore waiters{limits.waiters};
 
   /// A deadline from now on. A client may demand less time than the limit.
   Deadline deadline(std::optional<std::uint64_t> timeout_ms = {}) const {
