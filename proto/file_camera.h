@@ -11,7 +11,8 @@
 
 namespace sightline {
 
-/// The camera, and the size of the image in pixels.
+/// A camera of the scene's glTF file, chosen by name or index, and the size of the wanted image in
+/// pixels.
 struct FileCamera {
   std::string name;  ///< name of the camera, or of a node that has it; empty if `index` is set
   std::optional<std::uint32_t> index;  ///< index in the file's "cameras"

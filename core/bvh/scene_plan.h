@@ -31,7 +31,7 @@ struct PlacementView {
   bool hidden = false;  ///< a hidden placement has no bounds, so no ray meets it
 };
 
-/// What planning finds out about a mesh.
+/// Properties of a mesh that decide how its trees are built.
 struct MeshFacts {
   bool finite = true;      ///< all positions are finite
   Box3d box;               ///< bounds of the finite positions, also of those that no triangle uses

@@ -15,16 +15,16 @@
 
 namespace sightline {
 
-/// An axis-aligned box with these half extents around the centre of the path. They are finite and
-/// not negative; a flat box is allowed.
+/// An axis-aligned box whose centre moves along a SweepPath.
 struct SweptBox {
+  /// Half of the length along each axis: finite and not negative. 0 on any axis is allowed.
   Vec3d half;
 };
 
 /// The first contact of a swept box with a triangle, as an exact number t.
 class BoxContact {
  public:
-  /// The contact with the least t in [tmin, tmax]. Empty if box and triangle never meet within
+  /// The contact with the least t in [tmin, tmax] of the path; touching is a contact. Empty if box and triangle never meet within
   /// these limits, if the triangle has exactly no area, or if a corner of it is not finite.
   static std::optional<BoxContact> first(const SweepPath& path, const SweptBox& box,
                                          const Triangle& triangle);

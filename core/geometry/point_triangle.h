@@ -34,10 +34,10 @@ DistanceRange distance_range(const Vec3d& point, const Triangle& triangle);
 /// (same_corners) are at the same distance.
 CornerSet certain_nearest_edge(const Vec3d& point, const Triangle& triangle);
 
-/// The exact distance sqrt(square / divisor); the divisor is positive.
+/// The exact distance of a point and a triangle, sqrt(square / divisor), as two exact numbers.
 struct ExactDistance {
-  Dyadic square;
-  Dyadic divisor{1.0};
+  Dyadic square;        ///< the square of the distance times `divisor`
+  Dyadic divisor{1.0};  ///< positive
 
   /// The distance rounded once to the nearest float64; +inf beyond the largest float64.
   double rounded() const { return round_root(square, divisor); }

@@ -57,7 +57,7 @@ struct RayOptions {
 class Engine {
  public:
   static Result<std::unique_ptr<Engine>> create(const EngineOptions& options);
-  /// Names of the kernels that this machine can run, fastest first.
+  /// Names of the kernels that this machine can run, widest vectors first.
   static std::vector<std::string> kernels();
   ~Engine();
 

@@ -62,11 +62,12 @@ class SceneTrees {
                                                  std::span<const std::uint32_t> wanted,
                                                  const Deadline& deadline, ThreadGroup& threads);
 
-  /// How trees in the lasting form were made: built, or read from a file.
+  /// How all trees of a scene were made: built, or read from a file.
   enum class Origin { kBuilt, kRead };
-  /// Replaces the present trees by all trees in the lasting form.
+  /// Replaces the present trees by all trees of the scene, built at once as they are stored.
   void complete(SceneTree tree, Origin origin);
-  /// Drops all trees, which are then unbuilt. Throws std::bad_alloc.
+  /// Drops all trees: they are unbuilt until a query needs them. Publishes a new list of trees, so it
+  /// throws std::bad_alloc; then the trees stay. Running queries hold the trees that they use.
   void drop();
 
   /// Adds the scene to a memory budget. Errors: SCENE_OVER_BUDGET. Precondition: called at most

@@ -4,8 +4,7 @@
 ///     header (128 bytes)   magic, version, sizes of nodes and leaves, byte order, hash of the
 ///                          scene's content, number of trees, hash of all records
 ///     record (128 bytes)   one for each tree, the top tree last: position of its arena, root,
-///     units,
-///                          bounds and counts, hash of the arena
+///                          units, bounds and counts, hash of the arena
 ///     arenas               as they are in memory, each at a multiple of 64 bytes
 ///
 /// Numbers have the byte order of the machine, so the file is for the machine that wrote it; the

@@ -75,7 +75,6 @@ struct StoreOptions {
   int fetches_at_once = 4;  ///< a fetch may wait for a slow source
   std::size_t loads_max = 100;  ///< largest number of requests to load that run or wait
   /// Bytes of all uploads in total if there is no folder; a single upload may be larger.
-  /// Bytes of all uploads in total if there is no folder; a single upload may be larger.
   std::uint64_t uploads_memory = std::uint64_t{1} << 30;
   /// Called once for each load that fails while no client waits for it, from threads of the store.
   std::function<void(const std::string& id, const Error& error)> report = {};

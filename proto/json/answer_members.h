@@ -22,7 +22,8 @@ std::string encode_work(const WorkReport& report);
 /// Returns [{"ray":17,"code":"RAY_DIRECTION_ZERO"}].
 std::string encode_invalid(const InvalidRays& invalid);
 
-/// Returns [{"code":"SELECTION_EMPTY","pointer":"/include/names/0","message":".."}].
+/// Encodes the value of "warnings", one element for each selector that matches nothing:
+/// [{"code":"SELECTION_EMPTY","pointer":"/include/names/0","message":".."}]. Without any: [].
 std::string encode_warnings(const SelectionWarnings& warnings);
 
 /// The value of a header: {"count":2,"warnings":[..]} with the first warnings, at most 4096 bytes

@@ -82,7 +82,6 @@ std::string encode_inside(const InsideColumns& columns);
 std::string encode_signed_distances(const InsideColumns& columns, std::span<const double> distance);
 /// Checks the normals of a query, or sets them to +Y if none were sent. Errors: 422 LENGTH_WRONG,
 /// NORMAL_ZERO.
-/// NORMAL_ZERO.
 Status finish_normals(PointQuery& query);
 
 /// Encodes {"directions":256,"counts":[199,0],"ratios":[0.77734375,0]}: for each point the number

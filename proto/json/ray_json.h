@@ -10,12 +10,10 @@
 /// Numbers become the nearest float64, so -0.0, subnormal numbers and 17 digits are retained.
 ///
 ///   cull              "none", "back", "front" or "material"
-///   include, exclude  {"nodes":[3],"names":["tree*"],"materials":["leaves"]}, any of the three:
-///   see
-///                     core/query/hit_filter.h
-///   mask, masks       5 for all rays; [1,4,...] as a column; "mask" in a row. A node counts only
-///   if its
-///                     mask shares a bit with that of the ray
+///   include, exclude  {"nodes":[3],"names":["tree*"],"materials":["leaves"]}, any of the three
+///                     (core/query/hit_filter.h)
+///   mask, masks       5 for all rays; [1,4,...] as a column; "mask" in a row. A node
+///                     counts only if its mask shares a bit with that of the ray
 ///   on_invalid        "refuse": an invalid ray is an error; "mark": only that ray is not answered
 ///   strict            true: an entry of include or exclude that matches nothing is an error
 ///   work              true: the answer contains its cost

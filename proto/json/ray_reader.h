@@ -70,7 +70,8 @@ class RayReader : protected JsonReader {
   bool read_column(Value value, RayPart part);
   bool read_masks(Value value);
   bool read_generator(Value value);
-  // Options, implemented in ray_options.cpp.
+  // Options, implemented in ray_options.cpp. Each function returns false after it has stored an
+  // error.
   bool read_option(std::string_view key, Value value);
   bool read_fields(Value value);
   bool read_max_hits(Value value);

@@ -18,11 +18,9 @@ class Router {
 
   /// Adds a route. GET also answers HEAD.
   /// pattern     "/v1/scenes/{id}/rays:closest": literal segments, and {id} and {node} for any
-  ///             segment
-  ///             that is not empty
+  ///             segment that is not empty
   /// parameters  kTaken: the handler reads query parameters; kRefused: any parameter is answered
-  ///             with
-  ///             422 QUERY_INVALID
+  ///             with 422 QUERY_INVALID
   enum class Parameters { kRefused, kTaken };
   void add(std::string_view method, std::string_view pattern, Handler handler,
            Parameters parameters = Parameters::kRefused);

@@ -96,10 +96,10 @@ struct DemoCommand {
   std::string file;
 };
 
-/// sightline key new
+/// `sightline key new`: prints a new API key, and the line for the file of --keys that accepts it.
 struct KeyCommand {
-  Access access = Access::kRead;
-  std::string name;
+  Access access = Access::kRead;  ///< what the key allows
+  std::string name;               ///< written into the line, to recognise the key in the log
 };
 
 /// sightline check-config

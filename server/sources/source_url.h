@@ -39,8 +39,7 @@ class SourceUrl {
 ///           *: any host
 ///   PORT    absent: the scheme's default; *: any
 ///   PATH    with a slash at its end: paths that begin so; otherwise: exactly this path; absent:
-///   any.
-///           A path with an encoded slash, backslash or dot matches only patterns without PATH.
+///           any. A path with an encoded slash, backslash or dot matches only patterns without PATH.
 /// Queries are not compared.
 class UrlPattern {
  public:

@@ -23,7 +23,8 @@ include which, and which library header may be included where. This script reads
   packages   each package that scripts/install_packages.sh installs has a line in
              docs/dependencies.md
   routes     each route that the server adds has a row in docs/reference/routes.md, and each row its route
-  pages      each link from a Markdown page leads to a file that is there, and to a heading of it
+  pages      each link from a Markdown page leads to a file that is there, and to a heading of it.
+             Links lead from README.md to each page of docs
   top level  nothing stands at the top but what ARCHITECTURE.md lists under "Top level"
 
 Prints what was checked; exit code 0 when every law holds, 1 with one line per violation.
@@ -155,6 +156,7 @@ class Laws:
         self.files = tracked_files(self.root)
         self.violations = []
         self.counts = {"sources": 0, "includes": 0, "library includes": 0, "links": 0, "citations": 0, "packages": 0, "routes": 0, "page links": 0}
+        self.links = {}
         references = self.root / "docs/REFERENCES.md"
         text = references.read_text(encoding="utf-8") if references.is_file() else ""
         self.known_papers = set(re.findall(r"^\*\*\[(\w+)\]\*\*", text, re.MULTILINE))
@@ -184,6 +186,7 @@ class Laws:
                 self.check_page(name)
                 if path.parts[0] == "docs":
                     self.check_citations(name)
+        self.check_reachable()
         return self.violations
 
     def check_table(self):
@@ -334,7 +337,20 @@ class Laws:
                 if room not in allowed:
                     self.fault(place, f"room {room} includes <{header}>; only these may: {' '.join(sorted(allowed))}")
 
+    def check_reachable(self):
+        """Links lead from README.md to each page of docs."""
+        reached, left = set(), ["README.md"]
+        while left:
+            name = left.pop()
+            if name not in reached:
+                reached.add(name)
+                left += self.links.get(name, ())
+        for name in self.links if "README.md" in self.links else ():
+            if name.startswith("docs/") and name not in reached:
+                self.fault(name, "no link leads here from README.md")
+
     def check_page(self, name):
+        self.links[name] = set()
         text = re.sub(r"^```.*?^```", "", (self.root / name).read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
         text = re.sub(r"`[^`\n]*`", "", re.sub(r"^ {4}.*$", "", text, flags=re.MULTILINE))
         for target in re.findall(r"\]\(([^)\s]+)\)", text):
@@ -343,6 +359,7 @@ class Laws:
             self.counts["page links"] += 1
             path, _, heading = target.partition("#")
             file = (self.root / name).parent / path if path else self.root / name
+            self.links[name].add(os.path.relpath(file, self.root))
             if not file.exists():
                 self.fault(name, f"links to {target}, which is not there")
             elif heading and heading not in headings(file.read_text(encoding="utf-8")):

@@ -158,6 +158,12 @@ class RoomLaws(unittest.TestCase):
         self.assert_fault(self.violations({**pages, "docs/c.md": "[a](../a.md)\n"}), "docs/c.md", "../a.md")
         self.assert_fault(self.violations({**pages, "docs/c.md": "[b](b.md#start)\n"}), "docs/c.md", "b.md#start")
 
+    def test_a_page_without_a_way_from_the_readme_fails(self):
+        pages = {"README.md": "[a](docs/a.md) [papers](docs/REFERENCES.md)\n", "docs/a.md": "[b](b.md)\n", "docs/b.md": "B\n"}
+        listed = ARCHITECTURE.replace("`docs` ", "`docs` `README.md` ")
+        self.assertEqual(self.violations(pages, listed), [])
+        self.assert_fault(self.violations({**pages, "docs/c.md": "[a](a.md)\n"}, listed), "docs/c.md", "no link leads here")
+
     def test_a_circle_in_the_table_fails(self):
         circular = ARCHITECTURE.replace("| words | nothing |", "| words | scene |")
         faults = self.violations(architecture=circular)

@@ -23,7 +23,8 @@ namespace HWY_NAMESPACE {
 
 #if SIGHTLINE_NATIVE_COMPRESS
 
-/// The children of a node in the order of slots, or after `sort` in the order of the visit.
+/// The children of a node, and which of them a ray meets. Position i is child i of the WideNode, or
+/// after `sort` the i-th child that the ray visits. Each instruction set has one of these classes.
 class ChildList {
  public:
   HWY_INLINE ChildList(const WideNode& node, const BoxCrossings& boxes)
@@ -36,7 +37,7 @@ class ChildList {
     far_ = hn::TableLookupLanes(far_, index);
     child_ = hn::TableLookupLanes(child_, hn::IndicesFromVec(RefLanes(), slot_));
   }
-  /// Bit i: the ray meets the child at position i.
+  /// Bit i: the ray meets the box of the child at position i.
   HWY_INLINE std::uint32_t bits() const { return mask_bits(BoxLanes(), met()); }
 
   /// Writes references and entry distances of the children that are met. Returns their number.
@@ -72,7 +73,8 @@ class ChildList {
 };
 
 #elif SIGHTLINE_TABLE_COMPRESS
-/// The children of a node in the order of slots, or after `sort` in the order of the visit.
+/// The children of a node, and which of them a ray meets. Position i is child i of the WideNode, or
+/// after `sort` the i-th child that the ray visits. Each instruction set has one of these classes.
 class ChildList {
  public:
   HWY_INLINE ChildList(const WideNode& node, const BoxCrossings& boxes)
@@ -83,7 +85,7 @@ class ChildList {
     met_ = ChildSlots::shuffle(met_, order_);
     sorted_ = true;
   }
-  /// Bit i: the ray meets the child at position i.
+  /// Bit i: the ray meets the box of the child at position i.
   HWY_INLINE std::uint32_t bits() const { return ChildSlots::bits(met_); }
 
   /// Writes references and entry distances of the children that are met. Returns their number.
@@ -124,7 +126,8 @@ class ChildList {
 
 #elif !SIGHTLINE_NATIVE_COMPRESS
 
-/// The children of a node in the order of slots, or after `sort` in the order of the visit.
+/// The children of a node, and which of them a ray meets. Position i is child i of the WideNode, or
+/// after `sort` the i-th child that the ray visits. Each instruction set has one of these classes.
 class ChildList {
  public:
   HWY_INLINE ChildList(const WideNode& node, const BoxCrossings& boxes) : node_(node) {
@@ -135,7 +138,7 @@ class ChildList {
   }
 
   HWY_INLINE void sort(const WideNode& node, std::uint32_t octant) { order_ = node.order[octant]; }
-  /// Bit i: the ray meets the child at position i.
+  /// Bit i: the ray meets the box of the child at position i.
   HWY_INLINE std::uint32_t bits() const {
     std::uint32_t bits = 0;
     for (std::uint32_t i = 0; i < kArity; ++i) bits |= (met(slot(i)) ? 1u : 0u) << i;

@@ -102,7 +102,7 @@ class Interleaved {
     return tree.entries > 1 ? tree.top : *tree.trees[tree.placements[0].tree];
   }
 
-  /// A ray in flight.
+  /// State of one of the rays that are traversed in turn. A free slot takes the next ray.
   struct alignas(64) Slot {
     PreparedRay ray;
     float limit;

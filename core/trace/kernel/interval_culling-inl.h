@@ -1,5 +1,6 @@
-// Interval culling of a packet [Boulos2006] [Reshetov2005]: one interval bounds the slabs of all
-// rays of a packet, so that one test culls a box for all of them. Also tests a box for each ray.
+// Interval culling of a packet [Boulos2006] [Reshetov2005]. One interval for each axis bounds the
+// origins and inverse directions of all rays of the packet. One slab test of these intervals rejects
+// a box for all rays. Also tests a box for each ray alone.
 
 #if defined(SIGHTLINE_TRACE_INTERVAL_CULLING_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_INTERVAL_CULLING_INL_H_

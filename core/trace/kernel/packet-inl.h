@@ -3,8 +3,7 @@
 //
 //   cull    the interval of the packet culls the eight children of a node at once [Boulos2006]
 //   rays    when a child is popped, each ray tests its box, with the limits that earlier leaves
-//   have
-//           set
+//           have set
 //   leaf    the corners of a block are loaded once and filtered for all rays that meet its box
 //
 // If rays diverge, this is slower than interleaved traversal; the packet counts the steps of both.

@@ -29,8 +29,8 @@ struct NearTriangle {
 /// compared exactly.
 class NearestTriangles {
  public:
-  /// `resolved`: which primitives count, with all of their sides or none; null: all. All arguments
-  /// must outlive this object.
+  /// `resolved`: the primitives that may be nearest; null: all. `*resolved` and `deadline` must outlive
+  /// this object.
   NearestTriangles(SceneView scene, const ResolvedFilter* resolved, const Deadline& deadline)
       : scene_(std::move(scene)), resolved_(resolved), deadline_(deadline) {}
 

@@ -19,13 +19,13 @@ namespace sightline {
 /// id.
 class Sweeps {
  public:
-  /// `resolved`: which primitives count, with all of their sides or none; null: all. All arguments
-  /// must outlive this object.
+  /// `resolved`: the primitives that may be hit, each with both of its sides; null: all. `*resolved`
+  /// and `deadline` must outlive this object.
   Sweeps(SceneView scene, const ResolvedFilter* resolved, const Deadline& deadline)
       : scene_(std::move(scene)), resolved_(resolved), deadline_(deadline) {}
 
   /// Writes the first contact of sweep i, or a miss, to slot i of `hits`. If `any`, writes some
-  /// contact, not necessarily the first. Throws std::bad_alloc.
+  /// contact, not necessarily the first. `hits` has a slot for each sweep. Throws std::bad_alloc.
   void find(const SweepBatch& sweeps, std::size_t i, bool any, HitBatch& hits);
 
   /// True if the deadline passed: the result is unusable.
