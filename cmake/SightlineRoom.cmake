@@ -1,4 +1,4 @@
-# How every target of the house is compiled, and how a room declares itself.
+# How every target is compiled, and how a room declares itself.
 
 add_library(sightline_flags INTERFACE)
 target_include_directories(sightline_flags INTERFACE ${PROJECT_SOURCE_DIR})

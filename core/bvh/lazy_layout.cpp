@@ -71,7 +71,7 @@ void LazyLayout::enter(const Placement& placement, const Box3d& box) {
 SceneTree LazyLayout::unbuilt() const {
   SceneTree tree;
   place(tree);
-  tree.unbuilt = make_barren_tree();
+  tree.unbuilt = make_empty_tree();
   tree.trees.assign(slots_.size(), tree.unbuilt);
   tree.unbuilt_count = static_cast<std::uint32_t>(slots_.size());
   tree.depth = tree.top.depth + tree.unbuilt->depth;
@@ -102,7 +102,7 @@ SceneTree LazyLayout::split(std::uint32_t slot, std::vector<MeshPart> parts,
     ++next.unbuilt_count;
   }
   slots_[slot] = {};
-  next.trees[slot] = make_barren_tree();
+  next.trees[slot] = make_empty_tree();
   --next.unbuilt_count;
   place(next);
   next.depth += next.top.depth - tree.top.depth;
@@ -142,7 +142,7 @@ SceneTree share(const SceneTree& tree) {
   return same;
 }
 
-std::shared_ptr<const WideTree> make_barren_tree() {
+std::shared_ptr<const WideTree> make_empty_tree() {
   auto tree = std::make_shared<WideTree>();
   tree->arena = Arena(sizeof(WideNode));
   tree->arena.take(sizeof(WideNode));

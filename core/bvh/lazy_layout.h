@@ -97,7 +97,7 @@ WideTree build_slot(const ScenePlan& plan, const TreeSlot& slot, TreeQuality qua
 SceneTree share(const SceneTree& tree);
 
 /// An empty tree: a ray that enters it hits nothing.
-std::shared_ptr<const WideTree> make_barren_tree();
+std::shared_ptr<const WideTree> make_empty_tree();
 
 }  // namespace sightline
 

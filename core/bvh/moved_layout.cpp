@@ -101,7 +101,7 @@ LazyLayout::Moved LazyLayout::moved(const ScenePlan& plan, const LazyLayout* bef
     layout.enter(placement, entries.box(i));
   }
 
-  next.tree.unbuilt = tree.unbuilt ? tree.unbuilt : make_barren_tree();
+  next.tree.unbuilt = tree.unbuilt ? tree.unbuilt : make_empty_tree();
   std::vector<std::uint32_t> fresh(plan.meshes.size(), kNoTree);
   for (const std::uint32_t i : moved) {
     if (plan.placed[i].empty()) continue;
@@ -150,7 +150,7 @@ void LazyLayout::carry_shared(std::span<const Placement> shared, const std::vect
   auto tree = from.trees[shared[0].tree];
   if (!stays) {
     WideTree left = without_placements(*tree, [&](std::uint32_t k) { return is_gone(shared[k]); });
-    tree = left.root == ChildRef::kEmpty ? make_barren_tree()
+    tree = left.root == ChildRef::kEmpty ? make_empty_tree()
                                          : std::make_shared<const WideTree>(std::move(left));
   }
   Box3d box;

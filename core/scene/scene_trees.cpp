@@ -208,7 +208,7 @@ void SceneTrees::make(Claim& claim, const CancelFlag* cancel) const {
   }
   claim.tree =
       std::make_shared<const WideTree>(build_slot(plan_, claim.slot, TreeQuality::kFast, cancel));
-  if (claim.tree->root == ChildRef::kEmpty) claim.tree = make_barren_tree();
+  if (claim.tree->root == ChildRef::kEmpty) claim.tree = make_empty_tree();
 }
 
 /// False when the time is up.
