@@ -7,6 +7,7 @@
 
 namespace sightline {
 
+/// Turns A to Z into a to z; other bytes stay.
 constexpr char lower_case(char c) {
   return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
 }
@@ -17,13 +18,13 @@ inline std::string lower_case(std::string_view text) {
   return lower;
 }
 
-/// Compares without regard to case. Precondition: `lower` has no capital letters.
+/// Compares without regard to the case of `text`. Precondition: `lower` has no capital letters.
 constexpr bool equals_caseless(std::string_view text, std::string_view lower) {
   return std::equal(text.begin(), text.end(), lower.begin(), lower.end(),
                     [](char a, char b) { return lower_case(a) == b; });
 }
 
-/// The text without blanks and tabs at its ends.
+/// The text without spaces and tabs at its ends; a part of the memory of `text`.
 constexpr std::string_view trimmed(std::string_view text) {
   const auto is_blank = [](char c) { return c == ' ' || c == '\t'; };
   while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);

@@ -7,16 +7,19 @@
 
 namespace sightline {
 
-/// A size is digits without sign or blank, and a line ends with CR LF. Extensions and trailers are
-/// skipped, and their length is limited. Anything that another program could read differently is a
+/// The decoder of one body, which decode() gets piece by piece. A size is 1 to 15 hexadecimal
+/// digits without sign or space, and a line ends with CR LF. Extensions and trailers are skipped;
+/// they have at most 8192 bytes in total. Anything that another program could read differently is a
 /// fault.
 class ChunkDecoder {
  public:
   /// Removes bytes from the front of `coded` and writes the payload in them to `payload`, which has
-  /// room for `coded.size()` bytes and may be the same memory. Stops at the end of the body.
-  /// Returns the number of bytes written.
+  /// room for `coded.size()` bytes and may be the memory of `coded`. Stops at the end of the body
+  /// or at a fault, with the rest left in `coded`. Returns the number of bytes written.
   std::size_t decode(std::string_view& coded, char* payload);
+  /// True after the last byte of the body, with its trailers.
   bool is_over() const { return state_ == State::kOver; }
+  /// True after a fault; decode() then does nothing.
   bool is_broken() const { return state_ == State::kBroken; }
 
  private:

@@ -18,9 +18,11 @@
 
 namespace sightline {
 
-/// Owned in turn by the event loop and by a worker; queues pass it on. Only `gone` and `stirred`
-/// may be accessed by both at any time.
+/// The socket of a client, its buffers, and the state of its present request. Owned in turn by the
+/// event loop and by a worker; queues pass it on. Only `gone` and `stirred` may be accessed by both
+/// at any time. The event loop closes the socket; the destructor only releases memory of `budget`.
 struct Connection {
+  /// `budget_given` and `spool_given` must outlive the connection.
   Connection(int socket_given, MemoryBudget& budget_given, Spool& spool_given)
       : socket(socket_given), budget(budget_given), spool(spool_given) {}
   ~Connection() { budget.release(charged); }
@@ -70,11 +72,11 @@ struct Connection {
   bool is_long = false;           ///< a worker for long requests owns it
   std::shared_ptr<void> kept;     ///< state of a handler until it is called again
   std::uint64_t skip = 0;         ///< bytes of an unread body, before the next head
-  bool keep = false;              ///< there may be a next request
+  bool keep = false;              ///< the connection stays open for a next request
   bool broken = false;            ///< sending the answer failed
 
-  Heard heard = Heard::kBytes;
-  bool goes_first = false;  ///< a worker for small requests owns it
+  Heard heard = Heard::kBytes;  ///< what wakes the event loop now
+  bool goes_first = false;      ///< a worker for small requests owns it
   // True while the event loop tries to answer: input and output may be rolled back.
   bool on_event_loop = false;
   PutOff put_off = PutOff::kNo;
@@ -112,6 +114,7 @@ struct Connection {
   std::uint64_t spooled() const {
     return (body ? body->spooled() : 0) + (output_file ? output_file->size() : 0);
   }
+  /// Frees all that belongs to the body of the present request.
   void forget_body() {
     body.reset();
     kept.reset();
@@ -131,14 +134,15 @@ struct Connection {
       if (output.empty()) give_back_budget();
     }
   }
+  /// Releases all that this connection has taken of the budget.
   void give_back_budget() {
     budget.release(charged);
     charged = 0;
   }
 };
 
-/// Sends output, at most about `most` bytes, without waiting. Returns false if the connection is
-/// broken. Sets `full` if the socket took no more.
+/// Sends `output`, then `output_file`, at most about `most` bytes, without waiting. Returns false
+/// if the connection is broken. Sets `full` to whether the socket took no more.
 bool send_pending(Connection& connection, std::uint64_t most, bool& full);
 /// Sends all that the socket takes without waiting. Returns false if the connection is broken.
 bool send_pending(Connection& connection);
@@ -155,10 +159,11 @@ enum class Received { kSome, kAll, kNothing, kEnd };
 /// Receives at most `size` bytes to `data` without waiting, and sets `count` to their number. kAll:
 /// there are no more now; kEnd: also for a broken connection. Precondition: size is not 0.
 Received receive_at(Connection& connection, char* data, std::size_t size, std::size_t& count);
-/// Receives at most `most` bytes, and appends them to `input`.
+/// Receives at most `most` bytes, and at most 32 KiB, and appends them to `input`. Otherwise like
+/// receive_at.
 Received receive_some(Connection& connection, std::size_t most);
 /// Moves at most `most` bytes of the body from `input` to `body`. Returns false if the spool is
-/// full.
+/// full; the bytes are then lost. Precondition: `body` is not null.
 bool take_body(Connection& connection, std::size_t most);
 
 }  // namespace sightline

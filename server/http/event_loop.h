@@ -14,7 +14,8 @@
 /// the handler first. If the handler wants the body, it puts the request off. The event loop then
 /// receives the body, a long one into a temporary file, and a worker calls the handler again. The
 /// event loop also sends the part of an answer that a client does not take at once. Streams have
-/// threads of their own, which wait for their clients.
+/// threads of their own, which wait for their clients. In kLingering the event loop drops what the
+/// client still sends, for a second at most; an immediate close could lose the answer.
 
 #include <atomic>
 #include <functional>
@@ -33,11 +34,14 @@ struct epoll_event;
 
 namespace sightline {
 
-/// Counters of the event loop. Each may be read at any time.
+/// Counters of the event loop. Each may be read at any time, on any thread.
 struct EventLoopCounts {
+  /// Connections: accepted; open now; closed while idle, to make room; ended because the client was
+  /// too slow; ended by the client before its answer.
   std::atomic<std::uint64_t> accepted{0}, open{0}, evicted{0}, timed_out{0}, gone{0};
-  std::atomic<std::uint64_t> refused{0};     ///< requests with faults of framing
-  std::atomic<std::uint64_t> locked_out{0};  ///< requests without a sufficient key
+  /// requests refused before a handler, with another status below 500 than 401, 403 and 408
+  std::atomic<std::uint64_t> refused{0};
+  std::atomic<std::uint64_t> locked_out{0};  ///< requests refused with 401 or 403
   std::atomic<std::uint64_t> overload{0};    ///< answered with 503 because a queue was full
   std::atomic<std::uint64_t> answered{0};    ///< requests that the event loop answered itself
   /// bytes of answers in the send buffers of the kernel, counted every 100 ms
@@ -49,52 +53,61 @@ enum class Weight {
   /// the event loop tries to answer it, which takes no longer than passing it to a worker
   kInline,
   kShort,  ///< needs little time, and takes precedence
-  kBulk,
-  kLong,  ///< slow whatever its parameters
+  kBulk,   ///< its cost depends on its size, and short requests do not wait for it
+  kLong,   ///< slow whatever its parameters
 };
-/// Without an estimate, a request with at most so many bytes of body is short.
+/// Without an estimate, a request with at most so many bytes of body is kShort, others are kBulk.
 inline constexpr std::size_t kLittleBody = 2 << 10;
 
-/// Callbacks of the event loop, called on its thread. They must not wait.
+/// Callbacks of the event loop, called on its thread. They must not wait. `is_secret` is also
+/// called on workers, so it must be thread-safe.
 struct EventLoopCallbacks {
   AnswerHeaders headers = {};
-  /// Checks a request by its head; a fault refuses it. Null: all are accepted.
+  /// Checks a request by its head, in which it may set the members about the client. A fault
+  /// refuses the request. Null: all are accepted.
   std::function<std::optional<RequestFault>(RequestHead&)> admit = {};
   /// Estimates a request from its head, and from its body if all of it is with the event loop.
   /// Null: by the size of the body.
   std::function<Weight(const RequestHead&, std::string_view body)> weigh = {};
-  IsSecret is_secret = {};
-  /// Set while the event loop has work. May be null.
+  IsSecret is_secret = {};  ///< true for request ids that are replaced; null: none
+  /// Set to true while the event loop works, to false while it waits. Null: not used. Must outlive
+  /// the event loop.
   std::atomic<bool>* awake = nullptr;
   /// Called for each request that the event loop refuses. May be null.
   std::function<void(const RequestHead&, const RequestFault&, const std::string& request_id)>
       refused = {};
 };
 
-/// The event loop of a server.
+/// Receives requests and passes them to workers. Construct, start(), then run() on one thread;
+/// stop() on another thread ends run(). The destructor closes all connections; run() must have
+/// returned.
 class EventLoop {
  public:
-  /// Called on a worker with a request in `connection.head`. Reads the body, appends the answer to
-  /// the output, and sets `keep` and `skip` for what follows. It may set `put_off` instead, and is
-  /// then called again.
+  /// Called on a worker, or on the event loop if `connection.on_event_loop`, with a request in
+  /// `connection.head`. Reads the body, appends the answer to the output, and sets `keep` and
+  /// `skip` for what follows. It may set `put_off` instead, and is then called again. An exception
+  /// ends the connection.
   using Answer = std::function<void(Connection&)>;
   /// `limits`, `memory` and `spool` must outlive the event loop.
   EventLoop(const HttpLimits& limits, MemoryBudget& memory, Spool& spool, Answer answer,
             EventLoopCallbacks rules = {});
   ~EventLoop();
 
-  /// Starts the threads of workers and streams. Errors: THREADS_FEW.
+  /// Starts the threads of workers and streams. Errors: THREADS_FEW, after which run() must not be
+  /// called.
   Status start();
-  /// Serves a listening socket until stop(), and returns when the last connection has ended.
+  /// Serves a listening socket until stop(), and returns when the last connection has ended and all
+  /// workers have ended. Called once, after start(). Does not close `listener`.
   void run(int listener);
   /// Stops accepting; idle connections are closed, requests that have begun are answered.
   /// Thread-safe.
   void stop();
-  /// Closes every connection and cancels its work. Called after stop(). Thread-safe.
+  /// Stops, closes every connection and cancels its work, within 100 ms. Thread-safe.
   void break_off();
 
   const EventLoopCallbacks& rules() const { return rules_; }
   const EventLoopCounts& counts() const { return counts_; }
+  /// Requests that wait for a worker. Thread-safe, from start() until run() returns.
   std::size_t queued() const {
     return ready_workers_->queued() + bulk_workers_->queued() + long_workers_->queued() +
            stream_workers_->queued();

@@ -20,7 +20,9 @@ namespace sightline {
 class BodyReader;
 class RequestMemory;
 
-/// What a handler gets.
+/// A request, and functions to answer it. Made for one call of a handler, and used by one thread.
+/// `head`, `response`, `body`, `caller` and `memory` are valid until the answer has been written,
+/// with a stream until the stream has ended.
 struct Exchange {
   const RequestHead& head;
   HttpResponse& response;
@@ -44,9 +46,9 @@ struct Exchange {
   /// True if this call of the handler gives no answer, because a later call will: the request was
   /// put off, or others had the memory and it begins again when its turn comes.
   bool is_put_off() const;
-  /// A refusal for lack of memory may still be put off.
+  /// True if an answer of 503 for lack of memory is not sent, and the request begins again.
   bool may_repeat = false;
-  /// The answer is a stream, which counts its memory itself.
+  /// Set by reply_stream: the answer is a stream, which counts its memory itself.
   bool streams = false;
   /// True if the client accepts exactly this media type and no other.
   bool wants(std::string_view media_type) const { return head.accept == media_type; }
@@ -55,25 +57,30 @@ struct Exchange {
   /// of RequestMemory::reserve.
   Status reserve(std::uint64_t bytes) const;
 
-  /// Answers. media_type must be a literal.
+  /// Sets status, body and Content-Type of the answer; headers that were set before stay.
+  /// `media_type` must be a literal.
   void reply(int status, std::string content, std::string_view media_type);
   void reply_json(int status, std::string content) {
     reply(status, std::move(content), "application/json");
   }
+  /// Sets the status, and an empty body.
   void reply_empty(int status);
-  /// Answers with a stream. Calls next(send) repeatedly, on a thread for streams where it may wait,
-  /// until it returns false. send(text) returns false if the client is gone. Precondition:
-  /// BodyReader::may_wait.
+  /// Answers 200 with a stream. After the handler has returned, next(send) is called repeatedly on
+  /// this thread, where it may wait, until it returns false. send(text) sends a piece and returns
+  /// false if the client is gone. Precondition: BodyReader::may_wait.
   using Send = HttpResponse::Send;
   void reply_stream(std::string_view media_type, std::function<bool(const Send& send)> next);
-  /// Answers with an error; for kBusy also with the time after which to try again.
+  /// Answers with an error, in the status of its kind (http_status); for kBusy also with
+  /// "Retry-After: 1".
   void reply_error(const Error& error);
+  /// Answers with application/problem+json [RFC9457]. Sets problem_code, and in the problem the
+  /// request id.
   void reply_problem(int status, std::string_view code, std::string detail);
   void reply_problem(Problem problem);
 };
 
-/// The client's X-Request-Id if it is_plain_name and no secret, else a new one of 16 hexadecimal
-/// digits.
+/// The client's X-Request-Id `given` if it is_plain_name and no secret, else a new one of 16
+/// hexadecimal digits. `is_secret` may be null.
 std::string checked_request_id(const std::string& given, const IsSecret& is_secret);
 
 }  // namespace sightline

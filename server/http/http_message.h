@@ -9,7 +9,9 @@
 
 namespace sightline {
 
+/// Filled by a handler through Exchange, and written by HttpServer after the handler has returned.
 struct HttpResponse {
+  /// Sends a piece of the body; false if the client is gone.
   using Send = std::function<bool(std::string_view)>;
 
   int status = 0;  ///< 0: not answered yet
@@ -24,7 +26,8 @@ struct HttpResponse {
   void set_header(std::string_view name, std::string value) {
     headers.emplace_back(name, std::move(value));
   }
-  /// The value of the first header whose name is spelled so; null if there is none.
+  /// The value of the first header whose name is spelled so, in the same case; null if there is
+  /// none. Valid until the next set_header.
   const std::string* header(std::string_view name) const {
     for (const auto& [key, value] : headers) {
       if (key == name) return &value;

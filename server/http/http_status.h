@@ -7,8 +7,11 @@
 
 namespace sightline {
 
+/// The status in which an error of this kind is answered; 503 for kCancelled, others as in
+/// ErrorKind.
 int http_status(ErrorKind kind);
-/// The reason phrase of a status and the title of its problems, such as "Unprocessable Entity".
+/// The reason phrase of a status and the title of its problems, such as "Unprocessable Entity". For
+/// an unknown status "Internal Server Error" from 500 on, else "Error".
 std::string_view status_title(int status);
 
 }  // namespace sightline

@@ -13,6 +13,7 @@
 
 namespace sightline {
 
+/// An IPv4 or IPv6 address, without a port.
 struct IpAddress {
   bool is_v4 = false;
   std::array<std::uint8_t, 16> bytes{};  ///< in network order; an IPv4 address has the first four
@@ -31,19 +32,22 @@ struct IpAddress {
 /// [RFC6890] and its registries.
 bool is_public(const IpAddress& address);
 
-/// True if only programs on this machine can reach the address.
+/// True for 127.0.0.0/8 and ::1, which only programs on this machine can reach; also for their
+/// mapped form.
 bool is_loopback(const IpAddress& address);
-/// True for the hosts "127.0.0.1", "::1" and "localhost". Other names may resolve to any address.
+/// True for the text of a loopback address, without brackets, and for "localhost". Other names may
+/// resolve to any address.
 bool is_local_host(const std::string& host);
 
 /// The name or address in a Host field or an origin, without its port and without the brackets of
 /// [::1]. Empty if the text is not "name", "name:port", "[IPv6]" or "[IPv6]:port" [RFC3986] 3.2.
 std::optional<std::string> host_name(std::string_view host);
 
-/// A range of addresses: "10.0.0.0/8", "fd00::/8", or a single address.
+/// A range of addresses: "10.0.0.0/8", "fd00::/8", or a single address. An address of the other
+/// version is in no range, not even in its mapped form: see IpAddress::unmapped.
 class AddressRange {
  public:
-  /// Errors: ADDRESS_RANGE_INVALID.
+  /// Parses a range. Errors: ADDRESS_RANGE_INVALID.
   static Result<AddressRange> parse(const std::string& text);
   bool contains(const IpAddress& address) const;
 

@@ -9,8 +9,8 @@ namespace sightline {
 
 /// Where to listen.
 struct ListenAddress {
-  std::string host;
-  int port = 0;
+  std::string host;  ///< name or address, without brackets
+  int port = 0;      ///< 0: any free port
 };
 /// Parses "127.0.0.1:8080", "[::1]:0" or "localhost:80". Errors: LISTEN_ADDRESS_INVALID.
 Result<ListenAddress> parse_listen_address(const std::string& text);

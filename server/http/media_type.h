@@ -13,7 +13,7 @@ bool says_media_type(const Exchange& exchange);
 
 /// Checks that the Content-Type (without parameters) is in `accepted` or `tolerated`, or missing.
 /// Otherwise answers 415 MEDIA_TYPE_UNSUPPORTED, with `accepted` in the header Accept, and returns
-/// false.
+/// false. The lists are in lower case; the client may use any case.
 bool admit_media_type(Exchange& exchange, std::initializer_list<std::string_view> accepted,
                       std::initializer_list<std::string_view> tolerated = {});
 
@@ -21,7 +21,7 @@ bool admit_media_type(Exchange& exchange, std::initializer_list<std::string_view
 inline constexpr std::string_view kFormMediaType = "application/x-www-form-urlencoded";
 
 /// The media type of the body without its parameters, as the client spelled it; empty if there is
-/// none.
+/// none. Valid as long as `exchange.head`.
 std::string_view media_type(const Exchange& exchange);
 
 }  // namespace sightline

@@ -9,7 +9,7 @@
 
 namespace sightline {
 
-/// The least rate.
+/// The least rate of a client, and the longest time of a transfer.
 struct PaceLimits {
   Live<std::uint64_t> bytes_per_second{4096};
   LiveTime window{std::chrono::milliseconds(5'000)};  ///< interval over which the rate is averaged
@@ -17,12 +17,14 @@ struct PaceLimits {
   LiveTime longest{std::chrono::milliseconds(600'000)};
 };
 
-/// A token bucket. Each byte allows a silence of the time that it takes at the least rate, at most
-/// as long as the averaging interval. So a fast client may not be silent for longer than that
-/// interval, and a client at the least rate is never late, however its bytes are divided.
+/// A token bucket for one transfer of one client. Not thread-safe. Each byte allows a silence of
+/// the time that it takes at the least rate, at most as long as the averaging interval. So a fast
+/// client may not be silent for longer than that interval, and a client at the least rate is never
+/// late, however its bytes are divided.
 class Pace {
  public:
   using Clock = std::chrono::steady_clock;
+  /// Copies `limits`; later changes of its Live members have no effect.
   Pace(const PaceLimits& limits, Clock::time_point now)
       : due_(now + limits.window.get()), last_(now + limits.longest.get()), limits_(limits) {}
 

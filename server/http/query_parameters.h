@@ -13,17 +13,18 @@
 
 namespace sightline {
 
+/// The parameters of one request. Names and values are not percent-decoded.
 class QueryParameters {
  public:
   /// Reads the parameters. Empty after it has answered 422 QUERY_INVALID, which lists the known
-  /// names. It parses the target itself, because httplib takes "first=0;x=1" for x = 1.
+  /// names. Only "&" separates parameters.
   static std::optional<QueryParameters> read(Exchange& exchange,
                                              std::initializer_list<std::string_view> known);
 
-  /// The value of a parameter; empty if it was not given.
+  /// The value of a parameter; empty if it was not given. Valid while this object lives.
   std::optional<std::string_view> text(std::string_view name) const;
-  /// Reads an integer from 0 to `most`. `value` is unchanged if the parameter was not given.
-  /// Returns false after it has answered 422 QUERY_INVALID.
+  /// Reads an integer from 0 to `most`. Returns true with `value` unchanged if the parameter was
+  /// not given. Returns false with `value` unchanged after it has answered 422 QUERY_INVALID.
   bool number(Exchange& exchange, std::string_view name, std::uint64_t most,
               std::uint64_t& value) const;
 

@@ -18,9 +18,11 @@ namespace sightline {
 /// it is read. Not thread-safe.
 class ReceivedBody {
  public:
-  /// Bytes that are stored in memory, and for a body in parts.
+  /// Bytes that are stored in memory: of a whole body, and of each part of a body in parts. Further
+  /// bytes are in the temporary file.
   static constexpr std::size_t kInMemory = 4 << 10, kPart = 64 << 10;
 
+  /// `budget` and `spool` must outlive the body; `head` is only read here.
   ReceivedBody(const RequestHead& head, MemoryBudget& budget, Spool& spool)
       : is_chunked_(head.chunked), left_(head.length.value_or(0)), budget_(budget), file_(spool) {}
   ~ReceivedBody() { budget_.release(charged_); }
@@ -28,7 +30,8 @@ class ReceivedBody {
   ReceivedBody& operator=(const ReceivedBody&) = delete;
 
   /// Takes bytes of this body from the front of `input`, whose memory is overwritten; sets `taken`
-  /// to their number. Returns false if the spool has no room for them.
+  /// to their number. Returns false if the spool has no room for them; the body is then incomplete,
+  /// and its request must be refused.
   bool take(char* input, std::size_t size, std::size_t& taken);
   /// Records that the client has closed its side.
   void end() { has_ended_ = true; }
@@ -40,6 +43,7 @@ class ReceivedBody {
   /// Payload bytes that have arrived, and those of them that were dropped after reading.
   std::uint64_t size() const { return dropped_ + memory_.size() + file_.size(); }
   std::uint64_t dropped() const { return dropped_; }
+  /// Stored bytes that read() has not delivered.
   std::uint64_t unread() const { return memory_.size() + file_.size() - at_; }
   /// Bytes that the client has yet to send. Precondition: the body is not chunked.
   std::uint64_t to_come() const { return left_; }

@@ -16,6 +16,7 @@
 
 namespace sightline {
 
+/// Limits of the head of a request; Live, so they may change while the server runs.
 struct HeadLimits {
   Live<std::size_t> bytes{16 << 10};  ///< size of a whole head
   /// Number of header fields.
@@ -34,10 +35,12 @@ struct RequestFault {
 class HeadScan {
  public:
   enum class State { kMore, kWhole, kFault };
-  /// Examines new bytes. `bytes` begins where the head begins, and only grows from call to call.
+  /// Examines new bytes. `bytes` begins where the head begins, and only grows from call to call. No
+  /// call may follow after kWhole or kFault.
   State look(std::string_view bytes, const HeadLimits& limits);
   /// Size of the head with its empty line, in state kWhole.
   std::size_t size() const { return at_; }
+  /// Why the head is refused, in state kFault.
   const RequestFault& fault() const { return fault_; }
   /// Size of the empty lines before the head, which [RFC9112] 2.2 allows.
   std::size_t begin() const { return begin_; }
@@ -52,7 +55,8 @@ class HeadScan {
   RequestFault fault_;
 };
 
-/// True if a text must not be repeated in an answer or a log. A null function: never.
+/// True if a text must not be repeated in an answer or a log. A null function: never. Called on
+/// several threads at once.
 using IsSecret = std::function<bool(std::string_view)>;
 
 /// The access that a route needs or a key has. Each level includes the levels before it.

@@ -16,17 +16,19 @@ namespace sightline {
 
 /// Appends the status line, all headers and the empty line of an answer. A stream has no length: it
 /// is chunked, or for HTTP/1.0 ends with the connection.
-/// is_last  false if the connection stays open for another request
+/// is_last  true if the connection ends after this answer
 void append_head(std::string& out, const RequestHead& head, const HttpResponse& response,
                  std::string_view request_id, bool is_last, const AnswerHeaders& headers);
 /// The answer to a request that the event loop refuses, as problem+json.
 HttpResponse refusal(const RequestFault& fault, const std::string& request_id);
 
-/// Collects writes, so that the header and a small body leave in one packet. What the client does
-/// not take at once stays in the connection's output, up to 64 KiB, and beyond that in a temporary
-/// file. Only a stream waits for its client.
+/// Writes the answer to one request: write() or write_stream(), then finish(). It collects writes,
+/// so that the header and a small body leave in one packet. What the client does not take at once
+/// stays in the connection's output, up to 64 KiB, and beyond that in a temporary file. Only a
+/// stream waits for its client. Not thread-safe.
 class ResponseWriter {
  public:
+  /// `connection` and `memory` must outlive the writer; `pace` is copied.
   /// busy_rate  least bytes per second of the client of a stream while other requests wait for the
   ///            memory that the stream holds
   ResponseWriter(Connection& connection, const PaceLimits& pace, std::uint64_t busy_rate,
@@ -36,15 +38,19 @@ class ResponseWriter {
         busy_limits_{busy_rate, pace.window, pace.longest},
         memory_(memory) {}
 
-  /// Appends a text to the answer.
+  /// Appends a text to the answer. After a failure, which finish() returns, further texts are
+  /// dropped.
   void write(std::string_view text);
-  /// Writes the pieces of a stream until it ends or the client is gone.
+  /// Writes the pieces of a stream until it ends or the client is gone. Precondition:
+  /// response.stream is not null.
+  /// chunked  false for a client of HTTP/1.0: the end of the connection ends the body
   void write_stream(const HttpResponse& response, bool chunked);
-  /// Sends everything, waiting for the client as the pace allows. Returns false if it is gone or
-  /// too slow.
+  /// Sends everything, waiting for the client as the pace allows; for the thread of a stream only.
+  /// Returns false if the client is gone or too slow.
   bool flush();
   /// Sends what can be sent without waiting; the event loop sends the rest. Returns false if the
-  /// connection is broken.
+  /// connection is broken, or neither memory nor spool has room for the rest. The connection must
+  /// then be closed, because the answer is incomplete.
   bool finish();
 
  private:

@@ -11,22 +11,24 @@
 namespace sightline {
 
 /// Compares paths segment by segment, after percent-decoding each, so that an encoded slash in a
-/// name does not divide a path.
+/// name does not divide a path. All routes are added first; then dispatch() may run on several
+/// threads at once.
 class Router {
  public:
   using Handler = std::function<void(Exchange&)>;
 
-  /// Adds a route. GET also answers HEAD.
-  /// pattern     "/v1/scenes/{id}/rays:closest": literal segments, and {id} and {node} for any
-  ///             segment that is not empty
-  /// parameters  kTaken: the handler reads query parameters; kRefused: any parameter is answered
-  ///             with 422 QUERY_INVALID
+  /// kTaken: the handler reads query parameters. kRefused: any parameter is answered with 422
+  /// QUERY_INVALID.
   enum class Parameters { kRefused, kTaken };
+  /// Adds a route. GET also answers HEAD. Of several routes that match, the first added is used.
+  /// pattern  "/v1/scenes/{id}/rays:closest": literal segments, and {id} and {node} for any segment
+  ///          that is not empty
   void add(std::string_view method, std::string_view pattern, Handler handler,
            Parameters parameters = Parameters::kRefused);
 
-  /// Calls the handler of a request. Without a handler answers 404 ROUTE_NOT_FOUND, 405
-  /// METHOD_NOT_ALLOWED with Allow, or for OPTIONS 204 with Allow.
+  /// Calls the handler of a request, after it has set scene_id, node_id and route of the exchange.
+  /// Without a handler answers 404 ROUTE_NOT_FOUND, 405 METHOD_NOT_ALLOWED with Allow, or for
+  /// OPTIONS 204 with Allow. Exceptions of the handler pass through.
   void dispatch(Exchange& exchange) const;
 
  private:
@@ -40,7 +42,8 @@ class Router {
 };
 
 /// Splits the path of a request target into decoded segments: "/a/b%20c?x" gives "a", "b c".
-/// Returns false if it is no path, or a percent sign is not followed by two hexadecimal digits.
+/// Returns false, with unspecified `segments`, if it is no path, or a percent sign is not followed
+/// by two hexadecimal digits.
 bool split_path(std::string_view target, std::vector<std::string>& segments);
 
 }  // namespace sightline

@@ -11,7 +11,8 @@
 
 namespace sightline {
 
-/// Counts the bytes of all temporary files. Thread-safe; must outlive its files.
+/// The folder of all temporary files, and the sum of their bytes. Thread-safe; must outlive its
+/// files.
 class Spool {
  public:
   /// folder  where the files are made; they have no names there
@@ -20,9 +21,10 @@ class Spool {
   Spool(const Spool&) = delete;
   Spool& operator=(const Spool&) = delete;
 
-  /// Takes `bytes` more for a file of `size` bytes. Returns false if they do not fit. The last
-  /// eighth of the limit is reserved for small files.
+  /// Counts `bytes` more for a file that has `size` bytes now. Returns false, and counts nothing,
+  /// if they do not fit. The last eighth of the limit is reserved for small files.
   bool take(std::uint64_t bytes, std::uint64_t size);
+  /// Gives back bytes that take() counted.
   void give(std::uint64_t bytes) { used_ -= bytes; }
   /// Bytes of all files.
   std::uint64_t used() const { return used_; }
@@ -36,7 +38,8 @@ class Spool {
   std::atomic<std::uint64_t> used_{0};
 };
 
-/// An unlinked temporary file. The first append makes it, the destructor removes it.
+/// An unlinked temporary file. The first append makes it, the destructor removes it. Not
+/// thread-safe.
 class SpoolFile {
  public:
   explicit SpoolFile(Spool& spool) : spool_(spool) {}
@@ -46,14 +49,14 @@ class SpoolFile {
 
   /// Appends bytes. Returns false if the spool or its disk has no room; the file is then unchanged.
   bool append(std::string_view bytes);
-  /// Makes the file empty.
+  /// Removes the file; the next append makes a new one.
   void clear();
   /// Reads at most `size` bytes from `offset`. Returns fewer only at the end of the file or if the
   /// disk fails.
   std::size_t read(std::uint64_t offset, char* data, std::size_t size) const;
   /// Size in bytes.
   std::uint64_t size() const { return size_; }
-  /// The file descriptor; -1 before the first append.
+  /// The file descriptor; -1 before the first append and after clear().
   int descriptor() const { return descriptor_; }
 
   /// Checks that files can be made in a folder. Errors: SPOOL_UNUSABLE, with the text of the

@@ -15,6 +15,9 @@ namespace sightline {
 
 struct Connection;
 
+/// Answers the requests of connections on its threads. Construct, then submit() connections; each
+/// is answered on a worker and then given back.
+///
 /// The queue is fair: start-time fair queueing [Goyal1996]. A flow is a connection, or a key if
 /// keys are in use. A flow that has used its workers for a second waits until every other waiting
 /// flow has used them for a second too. So a request waits for the requests of other flows that
@@ -23,10 +26,11 @@ struct Connection;
 class WorkerPool {
  public:
   using Work = std::function<void(Connection&)>;
+  /// kLower: the threads get less processor time than others (lower_priority).
   enum class Priority { kNormal, kLower };
   struct Options {
     std::size_t threads;
-    std::size_t queue;  ///< the most waiting connections
+    std::size_t queue;  ///< the most waiting connections, while all threads work
     Priority priority = Priority::kLower;
     std::size_t number = 0;                   ///< index in Connection::flows; each pool has its own
     std::function<double()> clock = seconds;  ///< measures the cost of a request, in seconds
@@ -34,17 +38,19 @@ class WorkerPool {
   /// The steady clock, in seconds.
   static double seconds();
 
-  /// answer     answers a request
-  /// give_back  returns the connection to the event loop
+  /// answer     answers a request; called on a worker
+  /// give_back  returns the connection to the event loop; called on a worker after `answer`
   /// Neither may throw. Throws std::system_error if the system refuses so many threads.
   WorkerPool(const Options& options, Work answer, Work give_back);
-  /// Ends after all queued requests.
+  /// Waits until all queued requests are answered, then ends the threads.
   ~WorkerPool();
 
-  /// Queues a connection. Returns false if the queue is full.
+  /// Queues a connection, which must live until it is given back. Returns false, and queues
+  /// nothing, if the queue is full. Thread-safe.
   bool submit(Connection& connection);
+  /// Connections that wait for a thread. Thread-safe.
   std::size_t queued() const;
-  /// True if a thread sleeps that queued requests do not need.
+  /// True if more threads sleep than requests are queued. Thread-safe.
   bool has_idle() const;
 
  private:
