@@ -1,15 +1,16 @@
 #pragma once
 /// Constants of the error bounds of the float64 filters for boxes. A filter bounds the error of a
-/// computed number by slack * size + floor: `slack` is relative to the size that is named beside
-/// it, and `floor` covers underflow. docs/explanation/exactness-boxes.md defines the sizes and
-/// proves each constant; tests/unit/geometry/box_bounds_test.cpp derives each again.
+/// computed number by slack * size + floor. `slack` is relative to the size that its comment names;
+/// `floor` covers underflow. docs/explanation/exactness-boxes.md defines the sizes and proves each
+/// constant; tests/unit/geometry/box_bounds_test.cpp derives each again.
 
 namespace sightline::box_bounds {
 
 /// Unit roundoff of float64: the largest relative error of one rounding.
 inline constexpr double kU = 0x1p-53;
 
-// Ray against axis-aligned planes. A plane is crossed at T = (plane - origin) / direction.
+// Ray against axis-aligned planes. A plane is crossed at T = (plane - origin) / direction. high is
+// the numerator rounded to float64 and rate the denominator, both of the sign that makes rate > 0.
 inline constexpr double kCrossingSlack = 4 * kU;     ///< relative to |T|: the error of T in float64
 inline constexpr double kCrossingFloor = 0x1p-1072;  ///< absolute: the error of T by underflow
 /// relative to S, the sum of magnitudes of the two products high1 rate2 and high2 rate1
@@ -21,9 +22,9 @@ inline constexpr double kRefineSlack = 8 * kU;
 /// absolute: the error of the correction by underflow
 inline constexpr double kRefineFloor = 0x1p-1073;
 
-// Batches of rays and axis-aligned boxes. TwoProduct is exact on every instruction set if both
-// factors are at most kProductMost and the product is in [kProductLeast, kProductMost], in
-// magnitude.
+// Batches of rays and axis-aligned boxes. TwoProduct (two_product of error_free.h) is exact on
+// every instruction set under two conditions. Both factors are at most kProductMost, and the
+// product is in [kProductLeast, kProductMost], in magnitude.
 inline constexpr double kProductLeast = 0x1p-900;
 inline constexpr double kProductMost = 0x1p900;
 

@@ -15,27 +15,29 @@
 
 namespace sightline {
 
-/// An axis-aligned box whose centre moves along a SweepPath.
+/// An axis-aligned box whose centre moves along a SweepPath; it does not turn.
 struct SweptBox {
-  /// Half of the length along each axis: finite and not negative. 0 on any axis is allowed.
+  /// Half of the length along each axis, in scene units: finite and not negative. 0 is allowed.
   Vec3d half;
 };
 
-/// The first contact of a swept box with a triangle, as an exact number t.
+/// The first contact of a swept box with a triangle, as an exact number t. first() finds it,
+/// compare() orders contacts of several triangles, rounded() and position() give its numbers.
 class BoxContact {
  public:
-  /// The contact with the least t in [tmin, tmax] of the path; touching is a contact. Empty if box and triangle never meet within
-  /// these limits, if the triangle has exactly no area, or if a corner of it is not finite.
+  /// The contact with the least t in [tmin, tmax] of the path; touching is a contact. Empty if box
+  /// and triangle never meet within these limits, if the triangle has exactly no area, or if a
+  /// corner of the triangle is not finite. Preconditions: those of SweepPath and SweptBox.
   static std::optional<BoxContact> first(const SweepPath& path, const SweptBox& box,
                                          const Triangle& triangle);
 
   /// t rounded once to float64.
   double rounded() const { return t_.rounded(); }
-  /// Sign of a.t - b.t, exactly.
+  /// Sign of a.t - b.t, exactly: -1, 0 or 1.
   friend int compare(const BoxContact& a, const BoxContact& b) { return compare(a.t_, b.t_); }
   /// The contact point at t: of all points that box and triangle share, the point with the least x,
-  /// then y, then z. Each coordinate is rounded once. The arguments must be those given to first().
-  /// Throws std::bad_alloc.
+  /// then y, then z. Each coordinate is rounded once. Precondition: the arguments are those given
+  /// to first(). Throws std::bad_alloc.
   Vec3d position(const SweepPath& path, const SweptBox& box, const Triangle& triangle) const;
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-/// A triangle clipped by planes, exactly.
+/// ClippedTriangle: a triangle clipped by one plane after another, exactly.
 
 #include <array>
 #include <vector>
@@ -8,23 +8,25 @@
 
 namespace sightline {
 
-/// The polygon that remains of a triangle after clipping. Its corners are barycentric weights of
-/// the triangle's corners, up to a positive factor. It refers to no coordinates: clip() gets values
-/// of a linear function.
+/// The polygon that remains of a triangle after clipping. Start with the whole triangle, and call
+/// clip() for each plane. A corner of the polygon is stored as three barycentric weights of the
+/// triangle's corners, up to a positive factor. No coordinates are stored: clip() gets values of a
+/// linear function.
 class ClippedTriangle {
  public:
   /// The whole triangle.
   ClippedTriangle();
 
   /// Clips to the half-space where a linear function is at most zero; `values` are its values at
-  /// the three corners of the triangle. Returns true if at least one point is left. Throws
-  /// std::bad_alloc.
+  /// the three corners of the triangle. Returns true if at least one point is left. Precondition:
+  /// no earlier call returned false. Throws std::bad_alloc.
   bool clip(const DyadicVector& values);
 
-  /// The corners of the remaining polygon, in order; a corner may be listed twice. The sum of its
-  /// weights is positive. If the values given to clip() are polynomials of degree d, the weights
-  /// have degree 2d.
+  /// The number of corners of the remaining polygon; a corner may be listed twice.
   std::size_t size() const { return polygon_.size(); }
+  /// The weights of corner i, in the order around the polygon; their sum is positive. If the values
+  /// given to clip() are polynomials of degree d, the weights have degree 2d. Precondition: i <
+  /// size().
   const DyadicVector& weights(std::size_t i) const { return polygon_[i].at; }
 
  private:

@@ -1,7 +1,7 @@
 #pragma once
 /// Dyadic: an exact number m * 2^e with an integer m of up to 53,760 bits. That is wide enough for
-/// every determinant that the predicates form from float64 coordinates. It decides what the faster
-/// filters leave open.
+/// every determinant that the predicates form from float64 coordinates. Dyadic numbers decide what
+/// the faster filters leave open.
 
 #include <cstdint>
 
@@ -9,6 +9,9 @@
 
 namespace sightline {
 
+/// An exact number. Construct it from a float64, combine numbers with + - *, then ask for sign(),
+/// compare() or a rounded quotient or root.
+///
 /// Stored as sign and magnitude. The magnitude is `count_` limbs of 64 bits; the lowest limb has
 /// the weight 2^(64 * exponent_). The lowest and the highest limb are never zero, so equal values
 /// have equal limbs.
@@ -17,15 +20,17 @@ namespace sightline {
 ///         from the inputs. A finite float64 spans the limbs -17 .. 15; a difference of two float64
 ///         numbers has at most 34 limbs with its carry. The widest number compares the times at
 ///         which a sphere reaches two planes: it sums products of 24 such differences, 816 limbs
-///         and carries. kCapacity is above that.
-/// Cost    a constructor writes two limbs at most; nothing allocates. Products are schoolbook.
+///         and carries. kCapacity is above that; results are not checked against it.
+/// Cost    an object takes 6.7 KB. A constructor writes few limbs, a copy only those in use;
+///         nothing allocates. Products take time proportional to the product of the limb counts.
 class Dyadic {
  public:
-  /// Most limbs of a number.
+  /// Most limbs of a number. Precondition of every operation: its result fits.
   static constexpr int kCapacity = 840;
 
+  /// Zero.
   Dyadic() = default;
-  /// Precondition: value is finite.
+  /// The value of a float64, exactly. Precondition: value is finite.
   explicit Dyadic(double value);
   Dyadic(const Dyadic& other) { copy(other); }
   Dyadic& operator=(const Dyadic& other) {
@@ -49,7 +54,7 @@ class Dyadic {
   friend Dyadic operator-(const Dyadic& a, const Dyadic& b) { return sum(a, b, -b.sign_); }
   friend Dyadic operator*(const Dyadic& a, const Dyadic& b);
 
-  /// Sign of a - b.
+  /// Sign of a - b: -1, 0 or 1.
   friend int compare(const Dyadic& a, const Dyadic& b);
   friend bool operator<(const Dyadic& a, const Dyadic& b) { return compare(a, b) < 0; }
   friend bool operator==(const Dyadic& a, const Dyadic& b) { return compare(a, b) == 0; }
@@ -61,7 +66,7 @@ class Dyadic {
 
   /// numerator / denominator with an error of at most 2^-50 of itself or 2^-1074, whichever is
   /// more. Faster than round_quotient, but not correctly rounded. Infinite beyond the largest
-  /// float64.
+  /// float64. Precondition: denominator is not zero.
   friend double approximate_quotient(const Dyadic& numerator, const Dyadic& denominator);
 
   /// numerator / sqrt(square), of magnitude at most 1, rounded once to the nearest float64, ties to

@@ -1,5 +1,6 @@
 #pragma once
-/// Vectors of Dyadic numbers, in which the exact predicates are written.
+/// DyadicVector: vectors of Dyadic numbers, in which the exact predicates are written. Every
+/// function here is exact.
 
 #include <array>
 #include <cstddef>
@@ -9,9 +10,10 @@
 
 namespace sightline {
 
+/// The components x, y, z.
 using DyadicVector = std::array<Dyadic, 3>;
 
-/// The vector with the same, exact coordinates. Precondition: finite.
+/// Converts a float64 vector, exactly. Precondition: v is finite.
 inline DyadicVector exact_vector(const Vec3d& v) { return {Dyadic(v.x), Dyadic(v.y), Dyadic(v.z)}; }
 
 /// a - b. Precondition: both finite.
@@ -19,7 +21,7 @@ inline DyadicVector difference(const Vec3d& a, const Vec3d& b) {
   return {Dyadic(a.x) - Dyadic(b.x), Dyadic(a.y) - Dyadic(b.y), Dyadic(a.z) - Dyadic(b.z)};
 }
 
-/// Component k of the cross product a x b.
+/// Component k (0, 1 or 2) of the cross product a x b.
 inline Dyadic cross_component(const DyadicVector& a, const DyadicVector& b, std::size_t k) {
   const std::size_t i = (k + 1) % 3;
   const std::size_t j = (k + 2) % 3;

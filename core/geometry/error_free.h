@@ -1,12 +1,12 @@
 #pragma once
 /// Error-free transformations: sums and products of two float64 numbers as the rounded result and
-/// its rounding error [Dekker1971], [Shewchuk1997].
+/// its rounding error [Dekker1971], [Shewchuk1997]. Precondition of all: the arguments are finite.
 
 #include <cmath>
 
 namespace sightline {
 
-/// The exact number high + low, where high is that number rounded to nearest.
+/// The exact number high + low, where high is that number rounded to the nearest float64.
 struct TwoDouble {
   double high = 0;
   double low = 0;
@@ -22,9 +22,11 @@ inline TwoDouble two_sum(double a, double b) {
 /// a - b, with the properties of two_sum.
 inline TwoDouble two_difference(double a, double b) { return two_sum(a, -b); }
 
-/// a * b. It is exact if a factor is zero, or if |high| is in [kProductMin, inf): then the last bit
-/// of the product weighs at least 2^-1066. Otherwise low may be off by 2^-1074.
+/// The least |high| for which two_product is exact: the last bit of the product then weighs at
+/// least 2^-1066.
 inline constexpr double kProductMin = 0x1p-960;
+/// a * b. The result is exact if a factor is zero, or if |high| is finite and at least kProductMin.
+/// For smaller products low may be off by 2^-1074.
 inline TwoDouble two_product(double a, double b) {
   const double high = a * b;
   return {high, std::fma(a, b, -high)};

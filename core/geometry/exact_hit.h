@@ -1,8 +1,9 @@
 #pragma once
-/// Ray against triangle in exact arithmetic. It defines the answer; every faster filter must agree
-/// with it.
+/// Ray against triangle in exact arithmetic. These functions define the answers; every faster
+/// filter must agree with them.
 ///
-/// Let A, B, C be the triangle's corners minus the ray's origin, and d its direction. The signs of
+/// The line is the set of all points origin + t * direction, for all real t. Let A, B, C be the
+/// triangle's corners v0, v1, v2 minus the ray's origin, and d its direction. The signs of
 ///     w0 = d.(B x C)   w1 = d.(C x A)   w2 = d.(A x B)
 /// decide: the line meets the closed triangle if no two of them are of opposite sign, and then
 ///     t = A.(B x C) / (w0 + w1 + w2).
@@ -20,7 +21,7 @@
 
 namespace sightline {
 
-/// An exact ray parameter numerator / denominator; the denominator is positive.
+/// An exact ray parameter t = numerator / denominator; the denominator is positive.
 struct ExactT {
   Dyadic numerator;
   Dyadic denominator{1.0};
@@ -31,9 +32,9 @@ struct ExactT {
   double approximate() const { return approximate_quotient(numerator, denominator); }
 };
 
-/// Sign of a - b, exactly.
+/// Sign of a - b, exactly: -1, 0 or 1.
 int compare(const ExactT& a, const ExactT& b);
-/// Sign of t - limit, exactly; the limit may be infinite.
+/// Sign of t - limit, exactly; the limit may be infinite, but not NaN.
 int compare(const ExactT& t, double limit);
 
 /// Finds the least real number in [tmin, tmax] at which origin + t * direction is on the closed
@@ -44,11 +45,11 @@ bool exact_hit(const Vec3d& origin, const Vec3d& direction, double tmin, double 
                const Triangle& triangle, ExactT& t);
 
 /// The integers of fixed_point.h for one ray and triangle, computed once for exact_hit and
-/// met_edge. Empty if the coordinates do not fit its grid, or if a corner is not finite.
+/// met_edge. Empty if the coordinates do not fit the grid of fixed_point.h, or if a corner is not
+/// finite. Preconditions: those of exact_hit for the ray.
 using SharedHit = std::optional<FixedHit>;
 SharedHit shared_hit(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle);
-/// exact_hit with the result of shared_hit for the same ray and triangle, which saves computing it
-/// again.
+/// exact_hit for a ray and triangle whose shared_hit is known; this saves computing `shared` again.
 bool exact_hit(const Vec3d& origin, const Vec3d& direction, double tmin, double tmax,
                const Triangle& triangle, const SharedHit& shared, ExactT& t);
 
@@ -56,21 +57,23 @@ bool exact_hit(const Vec3d& origin, const Vec3d& direction, double tmin, double 
 using CornerSet = std::uint32_t;
 
 /// The corner or edge of the triangle on which the line meets it: one bit for a corner, the bits of
-/// both ends for an edge. 0 if the line misses the triangle, passes through its interior, lies in
-/// its plane, or if `shared` is empty.
+/// both ends for an edge. 0 if the line misses the triangle, passes through its interior or lies in
+/// its plane, and if `shared` is empty.
 CornerSet met_edge(const SharedHit& shared);
 
-/// True if the corners `in_a` of `a` have the coordinates of the corners `in_b` of `b`. If both are
-/// results of met_edge for one line, the line then meets both triangles in one point, at one t.
+/// True if the corners `in_a` of `a` have the coordinates of the corners `in_b` of `b`, in any
+/// order. If both are results of met_edge for one line, and not 0, the line meets both triangles in
+/// one point, at one t.
 bool same_corners(const Triangle& a, CornerSet in_a, const Triangle& b, CornerSet in_b);
 
-/// True if the line crosses the triangle properly after its origin is displaced by (e, e^2, e^3)
-/// for an infinitely small e > 0. The direction does not change. The displaced line meets no edge,
-/// no corner, and no plane to which it is parallel. So it crosses a closed mesh an even number of
-/// times, and triangles that share an edge or a corner agree on which of them is crossed. The
-/// original line meets every triangle that the displaced line crosses; the reverse holds except at
-/// edges, at corners and in the triangle's plane. Source: [Edelsbrunner1990], applied to the ray
-/// alone.
+/// True if the line, without limits of t, crosses the triangle properly after its origin is
+/// displaced by (e, e^2, e^3) for an infinitely small e > 0. The direction does not change. The
+/// displaced line meets no edge, no corner, and no plane to which it is parallel. So it crosses a
+/// closed mesh an even number of times, and triangles that share an edge or a corner agree on which
+/// of them is crossed. The original line meets every triangle that the displaced line crosses; the
+/// reverse holds except at edges, at corners and in the triangle's plane. False for a triangle that
+/// has exactly no area or a corner that is not finite. Preconditions: origin and direction are
+/// finite, direction is not zero. Source: [Edelsbrunner1990], applied to the ray alone.
 bool exact_crossing(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle);
 
 /// True if the point of the line at t is exactly on an edge or corner of the triangle.
@@ -83,14 +86,15 @@ bool is_on_edge(const Vec3d& origin, const Vec3d& direction, const Triangle& tri
 /// Precondition: all numbers are finite.
 int side_sign(const Vec3d& direction, const Triangle& triangle);
 
-/// True if the triangle has exactly no area.
+/// True if the triangle has exactly no area. Precondition: the corners are finite.
 bool is_degenerate(const Triangle& triangle);
 
 /// n / |n| with n = (v1-v0) x (v2-v0), each component correctly rounded. Preconditions: all numbers
 /// are finite, and the triangle is not degenerate.
 Vec3d exact_normal(const Triangle& triangle);
 
-/// Properties of the point of a hit.
+/// Properties of the point at which a ray hits a triangle, or of the nearest point
+/// (point_triangle.h).
 struct ExactDetail {
   Vec3d position;     ///< each coordinate correctly rounded
   Vec3d normal;       ///< exact_normal
@@ -98,7 +102,7 @@ struct ExactDetail {
   double v = 0;       ///< barycentric weight of v2, correctly rounded
   bool front = true;  ///< the ray comes from the side on which the corners run counter-clockwise
 };
-/// Precondition: exact_hit gave t for the same ray and triangle.
+/// The properties of the point at t. Precondition: exact_hit gave t for the same ray and triangle.
 ExactDetail exact_detail(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle,
                          const ExactT& t);
 

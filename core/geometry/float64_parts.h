@@ -6,7 +6,8 @@
 
 namespace sightline {
 
-/// |value| = mantissa * 2^place. mantissa is below 2^53; it is 0 for +0 and -0.
+/// The parts of a float64: |value| = mantissa * 2^place. mantissa is below 2^53; it is 0 for +0 and
+/// -0. negative is the sign bit, so it is true for -0.
 struct Float64Parts {
   std::uint64_t mantissa = 0;
   int place = 0;

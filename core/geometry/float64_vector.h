@@ -1,5 +1,6 @@
 #pragma once
-/// Vectors of float64 numbers with ordinary rounding, in which the filters are written.
+/// Vectors of float64 numbers with ordinary rounding, in which the filters are written. Components
+/// are summed left to right, without FMA.
 
 #include <algorithm>
 #include <array>
@@ -9,6 +10,7 @@
 
 namespace sightline::float64 {
 
+/// The components x, y, z.
 using Numbers = std::array<double, 3>;
 
 inline Numbers minus(const Vec3d& a, const Vec3d& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
@@ -26,10 +28,11 @@ inline double largest(const Numbers& a) {
   return std::max({std::fabs(a[0]), std::fabs(a[1]), std::fabs(a[2])});
 }
 
-/// Approximate barycentric weights of the second and third corner for the point of the triangle
-/// nearest to the origin. Whatever rounding does, they belong to some point of the triangle: both
-/// are at least 0, and their sum is at most 1. Method: regions of the triangle [Ericson2005]. `ab`
-/// and `ac` are the edges from the first corner to the second and third.
+/// Finds the point of a triangle that is nearest to the origin, approximately; returns its
+/// barycentric weights of the second and third corner. Whatever rounding does, the weights belong
+/// to some point of the triangle: both are at least 0, and their sum is at most 1. `corner` has the
+/// corners relative to the query point. `ab` and `ac` are the edges from the first corner to the
+/// second and third. Method: regions of the triangle [Ericson2005].
 std::array<double, 2> near_weights(const std::array<Numbers, 3>& corner, const Numbers& ab,
                                    const Numbers& ac);
 

@@ -1,21 +1,23 @@
 #pragma once
-/// NormalMap: how an affine map transforms normals.
+/// NormalMap: maps normals of a surface when an affine map transforms the surface.
 
 #include "core/geometry/affine.h"
 
 namespace sightline {
 
 /// The inverse transpose of the map's 3x3 matrix, up to a positive factor, which does not matter
-/// for normals. It is stored as the cofactors times the sign of the determinant. Each cofactor is
-/// within 1.5 units in the last place of the matrix scaled to size 1; the sign is exact. For a
-/// singular matrix the sign is +.
+/// for normals. Construct it once for each affine map, and call apply() for each normal. It is
+/// stored as the cofactors times the sign of the determinant. Each cofactor is within 1.5 units in
+/// the last place of the matrix scaled to size 1; the sign is exact. For a singular matrix the sign
+/// is +.
 class NormalMap {
  public:
+  /// Precondition: the elements of `affine` are finite.
   explicit NormalMap(const Affine& affine);
-  /// The normal of length 1 on the mapped surface. Its error is some units in the last place for a
-  /// rotation or a uniform scale, and a thousand times that for a matrix that flattens a
-  /// thousandfold. NaN if there is no such direction: `normal` is zero or not finite, or the map
-  /// sends it to zero.
+  /// The normal of length 1 on the mapped surface, for a normal of any length. Its error is some
+  /// units in the last place for a rotation or a uniform scale, and a thousand times that for a
+  /// matrix that flattens a thousandfold. All components are NaN if there is no such direction:
+  /// `normal` is zero or not finite, or its image is zero.
   Vec3d apply(const Vec3d& normal) const;
 
  private:

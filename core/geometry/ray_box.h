@@ -1,22 +1,22 @@
 #pragma once
 /// Ray against closed box: the slab test [Kay1986], decided exactly.
 ///
-/// The ray enters slab k at t_near(k) and leaves it at t_far(k). Both are quotients of numbers that
-/// are exact sums or products of the input. The line is in the box from the largest t_near to the
-/// smallest t_far.
+/// The line is all points origin + t * direction; the ray is the part with tmin <= t <= tmax. Slab
+/// k is the set of points between the lower and the upper plane of axis k. The line enters slab k
+/// at t_near(k) and leaves it at t_far(k). Both are quotients of numbers that are exact sums or
+/// products of the input. The line is in the box from the largest t_near to the smallest t_far.
 ///
 /// Stages  Every comparison of two quotients first compares their float64 values. For an
 ///         axis-aligned plane T = (plane - origin) / d, computed as t with two roundings, satisfies
-///         axis-aligned plane T = (plane - origin) / d, two roundings, satisfies
-///             |t - T| <= (2u + u^2) |T| + 2^-1074,   u = 2^-53,
-///         so two of them (or one and a limit) that differ by more than
+///             |t - T| <= (2u + u^2) |T| + 2^-1074,   u = 2^-53.
+///         So two of them (or one and a limit) that differ by more than
 ///         2^-51 (|T1| + |T2|) + 2^-1072 are ordered by their float64 values. Closer ones are
 ///         decided by products without error, and what those leave open by Dyadic numbers.
 ///         Oriented boxes start with double-double values whose error is bounded as they are
 ///         summed.
-/// Rounding  t is rounded once. plane - origin often is a float64 number, and then the IEEE
-///         division is the answer. Else the quotient is refined to 100 bits, and accepted if its
-///         whole error interval rounds to one number. Else Dyadic numbers decide.
+/// Rounding  t is rounded once. plane - origin often is a float64 number; then one division rounds
+///         once. Else the quotient is refined to 100 bits, and accepted if its whole error interval
+///         rounds to one number. Else Dyadic numbers decide.
 /// Proofs  docs/explanation/exactness-boxes.md.
 
 #include <array>
@@ -29,6 +29,7 @@
 
 namespace sightline {
 
+/// Whether a ray meets a box, and why not.
 enum class RayBoxOutcome : std::uint8_t {
   kHit,     ///< some point origin + t * direction, tmin <= t <= tmax, is in the box
   kApart,   ///< a miss: one slab is left before another is entered
@@ -45,26 +46,30 @@ struct BoxFace {
   bool operator==(const BoxFace&) const = default;
 };
 
-/// A list of up to six faces.
+/// A list of up to six faces: face[0] .. face[count - 1].
 struct BoxFaces {
   std::uint8_t count = 0;
   std::array<BoxFace, 6> face{};
+  /// Precondition: count < 6.
   void add(BoxFace f) { face[count++] = f; }
 };
 
+/// The result of ray_box. t is a ray parameter, in units of |direction|.
 struct RayBoxAnswer {
   RayBoxOutcome outcome = RayBoxOutcome::kApart;
   bool inside = false;      ///< the origin (t = 0) lies in the interior
   bool on_surface = false;  ///< the origin lies in the box, but not in its interior
   /// Set for kApart: the slab that is entered last and the slab that is left first, which exclude
-  /// each other; the smaller number first. Set for kBeside: the first slab that the ray runs
-  /// outside of, twice.
+  /// each other; the smaller axis first. Set for kBeside: the first slab that the ray runs outside
+  /// of, twice. Axes are 0, 1, 2.
   std::array<std::uint8_t, 2> apart{};
   /// Where the line enters and leaves the box, each rounded once; zero is +0. Infinite where the
-  /// box is open, or where a finite t rounds to infinity. Set for kHit, kBehind and kBeyond.
+  /// box is open, or where a finite t rounds to infinity. Set for kHit, kBehind and kBeyond, else
+  /// 0.
   double t_enter = 0;
   double t_exit = 0;
-  /// For a hit: t of the reported point of the surface. The first rule that applies decides:
+  /// For a hit: t of the reported point of the surface, else 0. The first rule that applies
+  /// decides:
   ///   0        the origin lies on the surface, and tmin <= 0 <= tmax
   ///   t_exit   the origin lies in the interior, and the exit is not after tmax
   ///   t_enter  the entry is not before tmin
@@ -90,13 +95,13 @@ RayBoxAnswer ray_box(const Vec3d& origin, const Vec3d& direction, double tmin, d
                      const OrientedBox& box);
 
 /// The t at which the line crosses the six planes of a box, in the order -x +x -y +y -z +z, each
-/// rounded once. An element is empty if the line is parallel to the plane, or if the box is open
-/// there.
+/// rounded once. For an oriented box, x, y, z are axes[0], axes[1], axes[2]. An element is empty if
+/// the line is parallel to the plane, or if the box is open there. Preconditions: those of ray_box.
 using PlaneTs = std::array<std::optional<double>, 6>;
 PlaneTs ray_box_planes(const Vec3d& origin, const Vec3d& direction, const Box3d& box);
 PlaneTs ray_box_planes(const Vec3d& origin, const Vec3d& direction, const OrientedBox& box);
 
-/// The outward unit normal of a face; for an oriented box within 1e-15.
+/// The outward unit normal of a face; for an oriented box each component is within 1e-15.
 Vec3d face_normal(const Box3d& box, BoxFace face);
 Vec3d face_normal(const OrientedBox& box, BoxFace face);
 

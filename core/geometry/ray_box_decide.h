@@ -8,15 +8,16 @@
 ///   bounded(plane)       true if the plane exists (a box may be open on that side)
 ///   depth_sign(plane)    sign of how far inside of the plane the origin is; +1 if not bounded
 ///   order(a, b)          sign of t(a) - t(b); both planes are bounded and not parallel
-///   order(a, limit)      sign of t(a) - limit; the limit may be infinite
-///   rounded(a)           t(a) rounded once; zero is +0
+///   order(a, limit)      sign of t(a) - limit for such a plane; the limit may be infinite
+///   rounded(a)           t(a) of such a plane, rounded once; zero is +0
 
 #include "core/geometry/ray_box.h"
 #include "core/geometry/rounding.h"
 
 namespace sightline::ray_box_detail {
 
-/// Computes one answer. Usage: Decision(slabs, tmin, tmax).answer().
+/// Computes one answer. Usage: Decision(slabs, tmin, tmax).answer(). Refers to `slabs`, which must
+/// outlive it. answer() may be called once.
 template <class Slabs>
 class Decision {
  public:
@@ -139,7 +140,8 @@ class Decision {
   BoxFace exit_;
 };
 
-/// The t of the six planes, as ray_box_planes returns them.
+/// The t of the six planes, as ray_box_planes returns them. Precondition: that of Decision for
+/// Slabs.
 template <class Slabs>
 PlaneTs planes_of(const Slabs& slabs) {
   PlaneTs out;

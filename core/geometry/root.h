@@ -6,7 +6,7 @@
 
 namespace sightline {
 
-/// Sign of a + b sqrt(c), exactly. Precondition: c is not negative.
+/// Sign of a + b sqrt(c), exactly: -1, 0 or 1. Precondition: c is not negative.
 int sign_with_root(const Dyadic& a, const Dyadic& b, const Dyadic& c);
 
 /// The number (a + b sqrt(c)) / divisor. Preconditions: c is not negative, the divisor is positive.

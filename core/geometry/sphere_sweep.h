@@ -17,34 +17,38 @@
 
 namespace sightline {
 
-/// A ball of this radius around the centre of the path. The radius is finite and not negative.
+/// A ball of this radius, in scene units, whose centre moves along a SweepPath. The radius is
+/// finite and not negative.
 struct SweptSphere {
   double radius = 0;
 };
 
-/// The first contact of a swept sphere with a triangle, as an exact number t.
+/// The first contact of a swept sphere with a triangle, as an exact number t. first() finds it,
+/// compare() orders contacts of several triangles, rounded() and position() give its numbers.
 class SphereContact {
  public:
-  /// The contact with the least t in [tmin, tmax]. Empty if sphere and triangle never meet within
-  /// these limits, if the triangle has exactly no area, or if a corner of it is not finite.
+  /// The contact with the least t in [tmin, tmax] of the path; touching is a contact. Empty if
+  /// sphere and triangle never meet within these limits, if the triangle has exactly no area, or if
+  /// a corner of the triangle is not finite. Preconditions: those of SweepPath and SweptSphere.
   static std::optional<SphereContact> first(const SweepPath& path, const SweptSphere& sphere,
                                             const Triangle& triangle);
 
   /// t rounded once to float64.
   double rounded() const;
-  /// Sign of a.t - b.t, exactly. Precondition: both are contacts of spheres of the same radius.
+  /// Sign of a.t - b.t, exactly: -1, 0 or 1. Precondition: both are contacts of spheres of equal
+  /// radius.
   friend int compare(const SphereContact& a, const SphereContact& b);
   /// The point of the triangle that is nearest to the centre at t, each coordinate rounded once.
-  /// The arguments must be those given to first().
+  /// Precondition: the arguments are those given to first().
   Vec3d position(const SweepPath& path, const SweptSphere& sphere, const Triangle& triangle) const;
 
-  /// A time of contact with a corner or an edge: the lesser root of a t^2 + 2 b t + c. a is
-  /// positive, the discriminant is not negative.
+  /// Internal: a time of contact with a corner or an edge, the lesser root of a t^2 + 2 b t + c. a
+  /// is positive, the discriminant is not negative.
   struct Quadratic {
     Dyadic a, b, c;
   };
-  /// A time of contact with the inside of the triangle: (p - radius sqrt(square)) / rate. The rate
-  /// is positive.
+  /// Internal: a time of contact with the inside of the triangle, (p - radius sqrt(square)) / rate.
+  /// The rate is positive.
   struct OfPlane {
     Dyadic p, radius, square, rate;
     /// the sphere comes from the side on which the corners run counter-clockwise

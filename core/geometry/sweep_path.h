@@ -5,9 +5,10 @@
 
 namespace sightline {
 
-/// The shape's centre moves over origin + t * direction for tmin <= t <= tmax; it does not turn.
-/// Preconditions, checked as for rays: origin and direction are finite, direction is not zero, the
-/// limits are not NaN.
+/// The shape's centre moves over origin + t * direction for tmin <= t <= tmax; the shape does not
+/// turn. origin is in scene units, t in units of |direction|. Preconditions, which check_rays
+/// (core/query/ray_batch.h) tests: origin and direction are finite, direction is not zero, the
+/// limits are not NaN, and tmin <= tmax.
 struct SweepPath {
   Vec3d origin, direction;
   double tmin = 0, tmax = 0;

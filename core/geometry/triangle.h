@@ -1,5 +1,5 @@
 #pragma once
-/// Triangle: three float64 corners. It is closed: its edges and corners belong to it.
+/// Triangle: three float64 corners. The triangle is closed: its edges and corners belong to it.
 
 #include <cmath>
 
@@ -7,10 +7,12 @@
 
 namespace sightline {
 
+/// A triangle; its front is the side from which v0, v1, v2 run counter-clockwise.
 struct Triangle {
   Vec3d v0, v1, v2;
 };
 
+/// True if every coordinate is finite.
 inline bool is_finite(const Vec3d& p) {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
 }

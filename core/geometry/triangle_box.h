@@ -28,6 +28,7 @@ bool triangle_meets_box(const Triangle& triangle, const Box3d& box);
 bool triangle_meets_box(const Triangle& triangle, const OrientedBox& box);
 
 /// The two stages of triangle_meets_box, for tests. kOpen: the filter does not decide.
+/// Preconditions: the corners are finite, and those of triangle_meets_box.
 enum class OverlapVerdict { kApart, kMeet, kOpen };
 OverlapVerdict filter_triangle_box(const Triangle& triangle, const Box3d& box);
 OverlapVerdict filter_triangle_box(const Triangle& triangle, const OrientedBox& box);

@@ -11,7 +11,8 @@
 namespace sightline {
 
 /// The points within `radius` of the segment from `from` to `to`, in real arithmetic. All numbers
-/// are finite, the radius is not negative; the two ends may be equal.
+/// are finite, and the radius is not negative; the two ends may be equal. check_boxes
+/// (core/query/box_batch.h) tests that.
 struct Capsule {
   Vec3d from, to;
   double radius = 0;
@@ -21,7 +22,8 @@ struct Capsule {
 /// exactly no area or a corner that is not finite.
 bool triangle_meets_box(const Triangle& triangle, const Capsule& capsule);
 
-/// An axis-aligned box that contains the capsule, rounded outwards.
+/// An axis-aligned box that contains the capsule, rounded outwards; a bound is infinite if it
+/// overflows.
 Box3d outer_bounds(const Capsule& capsule);
 
 }  // namespace sightline

@@ -2,9 +2,10 @@
 /// Closed triangle against an intersection of closed half-spaces, exactly: touching counts.
 ///
 /// Method   clips the triangle by one plane after the other. A corner of a clipped polygon is the
-///          crossing of two lines. It is stored as barycentric weights up to a common factor, the
-///          cross product of the two rows of values that the triangle's corners have on the planes.
-///          So degrees never exceed six, however many planes there are.
+///          crossing of two lines. It is stored as barycentric weights up to a common factor
+///          (clip_triangle.h). These are the cross product of the two rows of values that the
+///          triangle's corners have on the planes. So degrees never exceed six, however many planes
+///          there are.
 /// Filter   float64. It decides if all corners are beyond one plane, or one corner is within all
 ///          planes.
 /// Proofs   docs/explanation/exactness-boxes.md.
@@ -15,16 +16,17 @@
 
 namespace sightline {
 
-/// The points p with normal . p <= offset, in real arithmetic; the normal need not be of unit
-/// length. All numbers are finite, and the normal is not zero.
+/// The points p with normal . p <= offset, in real arithmetic. The normal points out of the
+/// half-space and need not be of unit length. All numbers are finite, and the normal is not zero.
 struct HalfSpace {
   Vec3d normal;
   double offset = 0;
 };
 
 /// An intersection of closed half-spaces: a view frustum or any other convex polyhedron. It may be
-/// unbounded or empty. It refers to its planes, which the caller retains.
+/// unbounded or empty. It stores no planes: the array that `planes` views must outlive it.
 struct ConvexRegion {
+  /// The most planes that check_boxes (core/query/box_batch.h) accepts.
   static constexpr std::size_t kMostPlanes = 32;
 
   std::span<const HalfSpace> planes;
@@ -35,6 +37,7 @@ struct ConvexRegion {
 bool triangle_meets_box(const Triangle& triangle, const ConvexRegion& region);
 
 /// Sign of normal . p - offset, exactly: -1 inside of the half-space, 0 on its plane, +1 outside.
+/// Precondition: p is finite.
 int side_of(const HalfSpace& plane, const Vec3d& p);
 
 }  // namespace sightline

@@ -17,21 +17,24 @@
 namespace sightline {
 
 /// The corners of a shape: one for a point, two for a segment, three for a triangle. They are
-/// finite; some or all may be equal.
+/// finite; some or all may be equal. The span views memory of the caller.
 using Corners = std::span<const Vec3d>;
+/// The corners of a triangle, which must outlive the result.
 inline Corners corners_of(const Triangle& t) { return {&t.v0, 3}; }
 
-/// An interval that contains the distance, by float64 arithmetic. Its width is at most 512 * 2^-53
-/// of the largest extent of both shapes in total, plus the error of a pair of points that rounding
-/// chose wrongly. It is [0, inf] if coordinates exceed 2^400 or are below 2^-400.
+/// An interval that contains the distance, by float64 arithmetic. Let size be the largest magnitude
+/// of a coordinate of a corner of `a` or `b`, relative to the first corner of `b`. The width of the
+/// interval is at most 512 * 2^-53 times size, plus the error of a pair of points that rounding
+/// chose wrongly. The interval is [0, inf] if size is at least 2^400 or below 2^-400.
 DistanceRange distance_range(Corners a, Corners b);
 
-/// The exact distance. Preconditions: `a` has two corners, or three with an area; `b` has an area.
+/// The exact distance. Preconditions: `a` has two corners, or three with an area; `b` has an area;
+/// all corners are finite.
 ExactDistance exact_distance(Corners a, const Triangle& b);
 
-/// The points of `a` and `b` that are nearest to each other, each coordinate correctly rounded; if
-/// several pairs are, one of them. If the shapes meet, both are a common point. Preconditions:
-/// those of exact_distance.
+/// The points of `a` and `b` that are nearest to each other, each coordinate correctly rounded. If
+/// several pairs are nearest, it is one of them. If the shapes meet, both are a common point.
+/// Preconditions: those of exact_distance.
 struct NearestPair {
   Vec3d on_a, on_b;
 };

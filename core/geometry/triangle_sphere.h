@@ -11,7 +11,7 @@
 namespace sightline {
 
 /// The points p with |p - center| <= radius, in real arithmetic. The center is finite; the radius
-/// is finite and not negative.
+/// is finite and not negative. check_boxes (core/query/box_batch.h) tests that.
 struct Sphere {
   Vec3d center;
   double radius = 0;
@@ -21,7 +21,8 @@ struct Sphere {
 /// exactly no area or a corner that is not finite.
 bool triangle_meets_box(const Triangle& triangle, const Sphere& sphere);
 
-/// An axis-aligned box that contains the sphere, rounded outwards.
+/// An axis-aligned box that contains the sphere, rounded outwards; a bound is infinite if it
+/// overflows.
 Box3d outer_bounds(const Sphere& sphere);
 
 }  // namespace sightline

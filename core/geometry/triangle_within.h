@@ -1,6 +1,6 @@
 #pragma once
-/// Tests exactly whether a closed triangle lies wholly within a closed convex region: it does if
-/// its corners do. The region's surface belongs to it.
+/// Tests exactly whether a point or a closed triangle lies wholly within a closed convex region. A
+/// triangle does if its corners do. The region's surface belongs to it.
 
 #include "core/geometry/box3.h"
 #include "core/geometry/box_oriented.h"

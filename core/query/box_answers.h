@@ -1,5 +1,6 @@
 #pragma once
-/// Questions about boxes in a scene, and their answers as columns.
+/// The options of queries that find the triangles or nodes of a scene in boxes, and the answers as
+/// columns.
 
 #include <cstddef>
 #include <cstdint>
@@ -15,7 +16,7 @@ enum class BoxTargets {
   kNodes,  ///< nodes of the file; a node counts if one of its instances has a triangle that counts
 };
 
-/// When a triangle counts for a box.
+/// When a triangle counts for a box. A box may be any shape of BoxBatch.
 enum class BoxRelation {
   kIntersecting,  ///< it has a point in the closed box
   /// It lies wholly in the closed box. A node counts if it has triangles and all of them lie in the
@@ -27,37 +28,39 @@ enum class BoxRelation {
 struct BoxQuestion {
   BoxTargets targets;
   BoxRelation relation;
-  /// For each box the place (list_place) at which its list begins; empty: every list begins at the
-  /// first item.
+  /// For each box the place (list_place) at which its list begins; the total ignores it. Empty:
+  /// every list begins at the first item.
   Column<std::uint64_t> from;
 
   // NOLINTNEXTLINE(*-explicit-*): most questions are just that
   BoxQuestion(BoxTargets of = BoxTargets::kTriangles,
               BoxRelation which = BoxRelation::kIntersecting)
       : targets(of), relation(which) {}
+  /// The place at which the list of box i begins.
   std::uint64_t from_of(std::size_t i) const { return from.empty() ? 0 : from[i]; }
 };
 
 /// How many entries the lists may have.
 struct ListLimits {
-  std::size_t each = 0;   ///< each list has the first entries up to this number
-  std::size_t total = 0;  ///< if all lists have more entries than this in total, the query fails
+  std::size_t each = 0;   ///< each list has the first items from its place on, up to this number
+  std::size_t total = 0;  ///< if all lists have more items than this in total, the query fails
 };
 
-/// The sort key of a triangle or a node in a list. A list that begins at a place has the items
-/// whose key is at least that.
+/// The place of a triangle or a node in a list: its sort key. A list that begins at a place has the
+/// items whose key is at least that place.
 inline std::uint64_t list_place(const TriangleId& id) {
   return std::uint64_t{id.instance} << 32 | id.triangle;
 }
 inline std::uint64_t list_place(std::uint32_t node) { return node; }
 
-/// The lists of n boxes. The items of box i are the entries first[i] .. first[i+1] of a column
-/// below, sorted by id.
+/// The lists of n boxes, each of the items that count for one box. The items of box i are the
+/// elements first[i] .. first[i+1] - 1 of `triangles` or `nodes`, sorted by id.
 struct BoxLists {
-  Column<std::size_t> first;     ///< n + 1 entries
-  Column<TriangleId> triangles;  ///< for BoxTargets::kTriangles
-  Column<std::uint32_t> nodes;   ///< for BoxTargets::kNodes: indices in SceneDescription::nodes
-  /// For each box the place at which its list would go on; 0 if it is complete.
+  Column<std::size_t> first;     ///< n + 1 elements
+  Column<TriangleId> triangles;  ///< set for BoxTargets::kTriangles, else empty
+  Column<std::uint32_t> nodes;   ///< set for BoxTargets::kNodes: indices in SceneDescription::nodes
+  /// For each box the place at which its list would go on; 0 if it is complete or no item was
+  /// listed.
   Column<std::uint64_t> next;
 };
 

@@ -1,6 +1,6 @@
 #pragma once
-/// BoxBatch: the boxes and other shapes of a query as columns, and check_boxes, the validation of
-/// all of them.
+/// BoxBatch: the boxes and other shapes of a query as columns, and check_boxes, which validates all
+/// of them.
 
 #include <cstddef>
 #include <cstdint>
@@ -15,27 +15,31 @@
 
 namespace sightline {
 
-/// n closed shapes, one per slot: axis-aligned boxes, oriented boxes and, in queries that allow
-/// them, spheres, capsules and convex regions.
+/// n closed shapes: axis-aligned boxes, oriented boxes and, in queries that allow them, spheres,
+/// capsules and convex regions. Slot i holds shape i. Fill it with push_back(), call check_boxes,
+/// read it with visit().
 struct BoxBatch {
+  /// The value of `oriented` for an axis-aligned box.
   static constexpr std::uint32_t kAligned = 0xffffffffu;
-  /// The two upper bits of a value of `oriented` are the shape; the other bits are the index in the
-  /// column of that shape.
+  /// The two upper bits of another value of `oriented` are the type of the shape; the other bits
+  /// are the index in the column of that type.
   static constexpr std::uint32_t kShapeBits = 0xc0000000u, kBoxShape = 0,
                                  kSphereShape = 0x40000000u, kCapsuleShape = 0x80000000u,
                                  kConvexShape = 0xc0000000u;
 
-  Column<Box3d> aligned;  ///< n slots; set only for axis-aligned boxes
-  /// n slots: kAligned, or a shape and an index in its column.
+  Column<Box3d> aligned;  ///< n slots; empty boxes except for axis-aligned boxes
+  /// n slots: kAligned, or a type of shape and an index in its column.
   Column<std::uint32_t> oriented;
-  Column<OrientedBox> oriented_boxes;
-  Column<Sphere> spheres;
-  Column<Capsule> capsules;
-  /// The planes of region i are first_plane[i] .. first_plane[i + 1].
+  Column<OrientedBox> oriented_boxes;  ///< for kBoxShape
+  Column<Sphere> spheres;              ///< for kSphereShape
+  Column<Capsule> capsules;            ///< for kCapsuleShape
+  /// For kConvexShape: the planes of region i are planes[first_plane[i]] .. planes[first_plane[i +
+  /// 1] - 1].
   Column<HalfSpace> planes;
   Column<std::size_t> first_plane{0};
 
   std::size_t size() const { return oriented.size(); }
+  /// Each push_back appends a shape. Throws std::bad_alloc.
   void push_back(const Box3d& box);
   void push_back(const OrientedBox& box);
   void push_back(const Sphere& sphere);
@@ -44,7 +48,8 @@ struct BoxBatch {
   void push_back(const ConvexRegion& region);
   bool is_aligned(std::size_t i) const { return oriented[i] == kAligned; }
 
-  /// Calls f with the shape of slot i, and returns the result of f.
+  /// Calls f with the shape of slot i, and returns the result of f. f accepts every type of shape,
+  /// with one type of result.
   template <class F>
   auto visit(std::size_t i, F&& f) const {
     const std::uint32_t shape = is_aligned(i) ? kBoxShape : oriented[i] & kShapeBits;
@@ -54,32 +59,36 @@ struct BoxBatch {
     if (shape == kConvexShape) return f(region(number));
     return visit_box(i, f);
   }
+  /// The convex region at an index of the column. It refers to `planes`, so a push_back makes it
+  /// invalid.
   ConvexRegion region(std::size_t number) const {
     return {{planes.data() + first_plane[number], planes.data() + first_plane[number + 1]}};
   }
-  /// visit() for a batch that has only boxes.
+  /// visit() for a batch that has only axis-aligned and oriented boxes.
   template <class F>
   auto visit_box(std::size_t i, F&& f) const {
     return is_aligned(i) ? f(aligned[i]) : f(oriented_boxes[oriented[i]]);
   }
 };
 
-/// The first invalid box of a batch.
+/// The first invalid shape of a batch. The texts are constants, valid for ever.
 struct BoxFault {
-  /// Value of `component` if the whole part is invalid.
+  /// The value of `component` if the whole part is invalid.
   static constexpr int kWhole = -1;
 
-  std::size_t box = 0;
+  std::size_t box = 0;  ///< its slot
   /// "min", "max", "center", "half", "axes", "radius", "from", "to" or "planes"
   const char* part = "";
-  int component = kWhole;  ///< index of the invalid number in the part; of "planes", of the plane
+  /// Index of the invalid number in the part; of "axes" the axis, of "planes" the plane.
+  int component = kWhole;
   const char* code = "";
   const char* message = "";
 };
 
-/// Validates boxes of clients. An open side is an infinite min, max or half. Finds the first box
-/// with one of these faults:
-///   BOX_NOT_FINITE       a NaN, a min of +inf, a max of -inf, an infinite center, axis or radius
+/// Validates shapes of clients. An open side of a box is an infinite min, max or half. Finds the
+/// first shape with one of these faults:
+///   BOX_NOT_FINITE       a NaN, a min of +inf, a max of -inf, or an infinite number in a
+///                        part other than min, max and half
 ///   BOX_REVERSED         min > max on an axis
 ///   BOX_HALF_NEGATIVE    half < 0
 ///   BOX_RADIUS_NEGATIVE  radius < 0

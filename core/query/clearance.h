@@ -1,5 +1,6 @@
 #pragma once
-/// The question how far two selections of triangles are from each other, and its answer.
+/// ClearanceQuestion: how far two selections of triangles are from each other; and its answer.
+/// Engine::clearance answers it.
 
 #include <cstdint>
 #include <limits>
@@ -12,15 +13,15 @@ namespace sightline {
 
 /// Which pairs the answer lists.
 enum class ClearancePairs {
-  kClosest,    ///< the closest pair of triangles
-  kTriangles,  ///< all pairs of triangles within the distance
-  kNodes,      ///< for each pair of nodes within the distance, their closest pair of triangles
+  kClosest,    ///< the closest pair of triangles; of pairs at equal distance the smallest (a, b)
+  kTriangles,  ///< all pairs of triangles within max_distance
+  kNodes,      ///< for each pair of nodes within max_distance, their closest pair of triangles
 };
 
-/// The question.
+/// The options of the question.
 struct ClearanceQuestion {
   ClearancePairs pairs = ClearancePairs::kClosest;
-  /// pairs at exactly this distance count
+  /// In scene units, not negative; pairs at exactly this distance count.
   double max_distance = std::numeric_limits<double>::infinity();
   std::uint64_t limit = 1000;  ///< the answer lists at most so many pairs
   /// The search fails if it finds more pairs than this, whatever `limit` is.
@@ -30,13 +31,14 @@ struct ClearanceQuestion {
 /// A triangle of the first selection and a triangle of the second.
 struct ClearancePair {
   TriangleId a, b;
-  double distance = 0;  ///< correctly rounded
+  double distance = 0;  ///< scene units, correctly rounded
   Vec3d on_a, on_b;     ///< the nearest points of both triangles, each coordinate correctly rounded
 };
 
+/// The answer. `pairs` is empty if no pair is within max_distance.
 struct ClearanceAnswer {
   Column<ClearancePair> pairs;  ///< sorted by (a, b), or for kNodes by (node of a, node of b)
-  /// number of pairs found; larger than pairs.size() if `limit` cut the list
+  /// number of pairs found; larger than pairs.size() if `limit` shortened the list
   std::uint64_t total = 0;
 };
 

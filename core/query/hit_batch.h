@@ -1,5 +1,5 @@
 #pragma once
-/// Hits as columns: slot i answers ray i.
+/// Hits as columns: slot i, the element i of every column, answers query i (a ray, sweep or point).
 
 #include <array>
 #include <cstddef>
@@ -10,42 +10,48 @@
 
 namespace sightline {
 
-/// The instance and triangle of a miss.
+/// The value of `instance` and `triangle` of a miss.
 inline constexpr std::uint32_t kNone = 0xffffffffu;
 
 /// The id of a triangle of a scene. Ids are ordered by (instance, triangle), which is the order of
-/// the file. Of triangles with equal t, the smaller id is the closest hit.
+/// the file. Of triangles with equal t, the triangle with the smaller id is the closest hit.
 struct TriangleId {
-  std::uint32_t instance = kNone;
+  std::uint32_t instance = kNone;  ///< index in SceneDescription::instances
   std::uint32_t triangle = kNone;  ///< index in the mesh, counted through all its primitives
   auto operator<=>(const TriangleId&) const = default;
 };
 
-/// Closest hits: n slots. A miss has t = +inf and both ids kNone.
+/// n hits, a slot for each. A miss has t = +inf and both ids kNone.
 struct HitBatch {
-  Column<double> t;  ///< the exact t rounded once to the nearest float64
+  /// The exact t rounded once to the nearest float64, in units of |direction|; for a point its
+  /// distance in scene units.
+  Column<double> t;
   Column<std::uint32_t> instance;
   Column<std::uint32_t> triangle;
 
   std::size_t size() const { return t.size(); }
+  /// Sets the number of slots; new slots are zero, not misses.
   void resize(std::size_t count) {
     t.resize(count);
     instance.resize(count);
     triangle.resize(count);
   }
+  /// Appends the slots of `other`, which must not be this batch.
   void append(const HitBatch& other) {
     t.insert(t.end(), other.t.begin(), other.t.end());
     instance.insert(instance.end(), other.instance.begin(), other.instance.end());
     triangle.insert(triangle.end(), other.triangle.begin(), other.triangle.end());
   }
+  /// The triangle of slot i. Precondition: i < size().
   TriangleId id(std::size_t i) const { return {instance[i], triangle[i]}; }
-  /// True if ray i has a hit.
+  /// True if slot i has a hit.
   bool hit(std::size_t i) const { return instance[i] != kNone; }
 };
 
-/// The hits of n rays ("all"): the hits of ray i are the entries first[i] .. first[i+1] of `hits`.
+/// The lists of hits of n rays (question "all"): the hits of ray i are the slots first[i] ..
+/// first[i+1] - 1 of `hits`, sorted by (exact t, id).
 struct HitLists {
-  Column<std::size_t> first;  ///< n + 1 entries
+  Column<std::size_t> first;  ///< n + 1 elements
   HitBatch hits;
 };
 
@@ -59,15 +65,16 @@ enum class Crossings {
   kOnce,
 };
 
-/// How many hits are listed.
+/// The options of the question "all", which lists hits.
 struct HitListQuestion {
   Crossings crossings = Crossings::kEvery;
-  std::size_t each_max = 0;  ///< of each ray, its first hits up to this number
-  /// if all rays have more listed hits than this in total, the query fails
+  std::size_t each_max = 0;  ///< most hits in the list of a ray: its first ones
+  /// The query fails if the lists of all rays have more hits than this in total.
   std::size_t total_max = 0;
 };
 
-/// Properties of a hit. They are computed only for hits that are reported, and only on request.
+/// Properties of a hit. They are computed only for hits that are reported, and only on request. The
+/// default values belong to a miss.
 struct HitDetail {
   Vec3d position;  ///< within one ulp per coordinate of the exact point
   Vec3d normal;    ///< unit normal of the world triangle, (v1-v0)x(v2-v0) normalised; within 1e-15
@@ -79,12 +86,13 @@ struct HitDetail {
 };
 
 /// Vertex attributes of the file, interpolated at hits: ((1 - u) - v) a + u b + v c for the values
-/// a, b, c of the three vertices, in float64, left to right. Each column has n slots, or none if
-/// not requested. A slot is NaN if the file has no value, or a value that is not finite.
+/// a, b, c of the three vertices, in float64, left to right. Each requested column has a slot for
+/// each hit. A slot is NaN for a miss, or if the file has no value or a value that is not finite.
 struct HitAttributes {
-  Column<Vec3d> shading_normal;  ///< unit, in world space, by the inverse transpose (normal_map.h)
+  /// unit vector, in world space, by the inverse transpose (normal_map.h)
+  Column<Vec3d> shading_normal;
   Column<std::array<double, 2>> uv;  ///< TEXCOORD_0
-  /// COLOR_0: red, green, blue, alpha (1 if the file has none)
+  /// COLOR_0: linear red, green, blue and alpha (1 if the file has none)
   Column<std::array<double, 4>> colour;
 };
 /// Which columns of HitAttributes are requested.

@@ -7,25 +7,29 @@
 
 namespace sightline {
 
-/// How "inside" is decided, with a ray from the point to infinity.
+/// How "inside" is decided, with a ray from the point to infinity. Crossings are counted by
+/// Crossings::kOnce (hit_batch.h).
 enum class InsideMethod {
   kParity,   ///< inside: the ray crosses an odd number of triangles
   kWinding,  ///< inside: the ray crosses unequal numbers of front and back sides
 };
 
-/// The answers for n points, as columns of n slots.
+/// The answers for n points, as columns of n elements; element i answers point i.
 struct InsideAnswers {
-  Column<std::uint8_t> inside;      ///< 1 or 0; 0 for a point on a triangle
+  Column<std::uint8_t> inside;      ///< 1: inside, 0: outside or on a triangle
   Column<std::uint8_t> on_surface;  ///< 1 for a point exactly on a triangle, else 0
-  /// 1 if rays in three directions give the same result. That is always so for closed meshes (for
-  /// kWinding, if their triangles are also oriented consistently). If the results differ, a mesh
-  /// has holes.
+  /// 1 if rays in three directions give equal results, or if the point is on a triangle. That is
+  /// always so for closed meshes (for kWinding, if their triangles are also oriented consistently).
+  /// If the results differ, a mesh has holes.
   Column<std::uint8_t> reliable;
-  /// back sides minus front sides along the first direction; set only for kWinding
+  /// Back sides minus front sides that the first of three rays crosses; 0 on a triangle. Set for
+  /// kWinding, else empty.
   Column<std::int64_t> winding;
-  Column<double> distance;  ///< scene units, negative inside; set only by signed_distances
+  /// To the nearest triangle, in scene units, negative inside. Set only by
+  /// Engine::signed_distances.
+  Column<double> distance;
   /// The number of open edges of the triangles that count (core/run/inside.h). If it is 0, every
-  /// answer is right.
+  /// element of `inside` is right.
   std::uint64_t open_edges = 0;
 };
 

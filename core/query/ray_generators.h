@@ -1,6 +1,7 @@
 #pragma once
-/// Generators of rays: cameras, scanners, and samples of a hemisphere. docs/reference/generators.md
-/// has the formulas. They use only float64 + - * / sqrt, so the rays are the same on every machine.
+/// Generators of rays: cameras, scanners, and samples of a hemisphere. generate_rays makes all rays
+/// at once, generate_rows some rows of an image. docs/reference/generators.md has the formulas.
+/// They use only float64 + - * / sqrt, so the rays are the same on every machine.
 
 #include <algorithm>
 #include <array>
@@ -16,8 +17,8 @@
 
 namespace sightline {
 
-/// The place and the orientation of a sensor. `forward` and `up` need not be of length 1 or
-/// orthogonal.
+/// The position and the orientation of a sensor, in scene units. `forward` and `up` need not be of
+/// length 1 or orthogonal.
 struct Pose {
   Vec3d position;
   Vec3d forward{0, 0, -1};
@@ -28,25 +29,29 @@ struct Pose {
 struct Frame {
   Vec3d position, forward, left, up;
 };
-/// Empty if forward is zero, or parallel to up.
+/// Computes the axes of a pose. Empty if forward or up is zero or not finite, or if they are
+/// parallel.
 std::optional<Frame> frame_of(const Pose& pose);
 
-/// The limits tmin and tmax of every generated ray.
+/// The limits tmin and tmax of every generated ray, in units of the length of its direction.
 struct RayRange {
   double tmin = 0;
   double tmax = std::numeric_limits<double>::infinity();
 };
 
-// Images: pixels are numbered row by row, beginning at the upper left.
+// Images have width * height pixels, numbered row by row, beginning at the upper left. Each pixel
+// gets one ray through its middle. Preconditions: width and height are not 0.
 
-/// A perspective camera. The component of every direction along `forward` is 1, so t is the depth.
+/// A perspective camera. The component of every direction along `forward` is 1, so t is the depth:
+/// the distance along `forward`, in scene units.
 struct Pinhole {
   Pose pose;
-  double fov_y = 60;  ///< degrees, above 0 and below 180
+  double fov_y = 60;  ///< vertical field of view in degrees; precondition: above 0, below 180
   std::uint64_t width = 0, height = 0;
 };
 
-/// A camera with parallel rays; `extent_y` is the height of the image in scene units.
+/// A camera with parallel rays of unit direction; `extent_y` is the height of the image in scene
+/// units.
 struct Orthographic {
   Pose pose;
   double extent_y = 1;
@@ -60,25 +65,26 @@ struct Equirectangular {
   std::uint64_t width = 0, height = 0;
 };
 
-/// A rotating scanner with several rings. Ray (pose * azimuths + a) * rings + r has the azimuth 360
-/// a / azimuths degrees, from forward to the left, and the elevation r. Directions are unit
-/// vectors.
+/// A rotating scanner with several rings. Ray (p * azimuths + a) * rings + r starts at poses[p].
+/// Its azimuth is 360 a / azimuths degrees, from forward to the left; its elevation is
+/// elevations[r]. rings is the size of elevations. Directions are unit vectors.
 struct Lidar {
   std::vector<Pose> poses;
-  /// degrees above the horizontal plane of the pose, one for each ring
+  /// degrees above the horizontal plane of the pose, one for each ring; finite
   std::vector<double> elevations;
-  std::uint64_t azimuths = 0;
+  std::uint64_t azimuths = 0;  ///< directions in a turn of 360 degrees
 };
 
-/// Random directions in the hemisphere around each normal, `count` for each point: ray point *
-/// count + i. Normals need not be of length 1.
+/// Random directions in the hemisphere around each normal, `count` for each point: ray p * count +
+/// i starts at points[p]. Normals need not be of length 1. Directions are unit vectors, up to
+/// rounding.
 struct Hemisphere {
   std::vector<Vec3d> points, normals;  ///< of equal sizes
-  std::uint64_t count = 0;
+  std::uint64_t count = 0;             ///< directions for each point
   std::uint64_t seed = 0;
   /// true: uniformly distributed; false: with the density of the cosine to the normal
   bool uniform = false;
-  /// number of the first point; the samples of a point depend on its number
+  /// The number of points[0]; the samples of a point depend on `seed` and the point's number.
   std::uint64_t first = 0;
 };
 
@@ -86,19 +92,20 @@ struct Hemisphere {
 struct RayGenerator {
   std::variant<Pinhole, Orthographic, Equirectangular, Lidar, Hemisphere> kind;
   RayRange range;
-  std::uint64_t returns = 1;  ///< how many hits of each ray the answer has slots for
+  std::uint64_t returns = 1;  ///< hits to report for each ray; does not change the rays
 };
 
-/// The number of rays that generate_rays returns; the largest 64-bit number if it is larger.
+/// The number of rays that generate_rays returns; 2^64 - 1 if it is larger.
 std::uint64_t ray_count(const RayGenerator& generator);
 
-/// Generates the rays, which pass check_rays. Errors: GENERATOR_POSE (forward is zero, or parallel
-/// to up), GENERATOR_RANGE (a number overflows, or an angle is out of range). Throws
+/// Generates the rays; they pass check_rays. Preconditions: those of the generator's type. Errors:
+/// GENERATOR_POSE (frame_of is empty for a pose, or a normal is zero or not finite),
+/// GENERATOR_RANGE (a ray does not pass check_rays: a number overflows, or tmin > tmax). Throws
 /// std::bad_alloc.
 Result<RayBatch> generate_rays(const RayGenerator& generator);
 
-/// Calls pixel(row, column) for rows [begin, end) of an image, in squares of 8 by 8 pixels, so that
-/// rays of neighbouring pixels are neighbours in a batch.
+/// Calls pixel(row, column) for rows [begin, end) of an image of `width` columns, in squares of 8
+/// by 8 pixels, so that rays of neighbouring pixels are neighbours in a batch.
 template <class Pixel>
 void for_each_pixel(std::uint64_t width, std::uint64_t begin, std::uint64_t end, Pixel pixel) {
   constexpr std::uint64_t kSide = 8;
@@ -112,17 +119,19 @@ void for_each_pixel(std::uint64_t width, std::uint64_t begin, std::uint64_t end,
   }
 }
 /// Generates the rays of a camera's rows [begin, end), in the order of for_each_pixel. `rays` is
-/// overwritten. Preconditions: the generator has a width and a height, and end <= height. Errors:
-/// those of generate_rays. Throws std::bad_alloc.
+/// overwritten, except for its masks. Preconditions: the generator is a Pinhole, Orthographic or
+/// Equirectangular (else the error INTERNAL), and begin <= end <= height. Errors: those of
+/// generate_rays. Throws std::bad_alloc.
 Status generate_rows(const RayGenerator& camera, std::uint64_t begin, std::uint64_t end,
                      RayBatch& rays);
 
-/// Sine and cosine of an angle in degrees, with an error of at most 2^-52 and exact at multiples of
-/// 90. The bits are the same on every machine, which libm does not promise. Precondition: `degrees`
-/// is finite.
+/// The sine and the cosine of an angle.
 struct SinCos {
   double sin = 0, cos = 1;
 };
+/// Sine and cosine of an angle in degrees, with an error of at most 2^-52 and exact at multiples of
+/// 90. The bits are the same on every machine, which libm does not promise. Precondition: `degrees`
+/// is finite.
 SinCos sin_cos_degrees(double degrees);
 
 }  // namespace sightline

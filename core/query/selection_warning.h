@@ -1,5 +1,6 @@
 #pragma once
-/// Warnings about parts of a filter that match nothing in the scene.
+/// SelectionWarning: a part of a filter that matches nothing in the scene.
+/// core/run/resolved_filter.h makes them.
 
 #include <string>
 #include <string_view>
@@ -12,7 +13,7 @@ inline constexpr std::string_view kSelectionEmpty = "SELECTION_EMPTY";
 
 /// A warning about one entry of a filter.
 struct SelectionWarning {
-  std::string pointer;  ///< JSON pointer to the entry: "/include/names/0"
+  std::string pointer;  ///< JSON pointer (RFC 6901) to the entry in the filter: "/include/names/0"
   std::string message;  ///< one sentence, with similar names of the scene if there are any
 };
 using SelectionWarnings = std::vector<SelectionWarning>;

@@ -11,14 +11,17 @@
 
 namespace sightline {
 
-/// Returns at most three different names, nearest first; names at equal distance are in the order
-/// of `name_at`. The distance is the number of bytes to insert, delete or replace until the pattern
-/// matches the name, ignoring the case of ASCII letters. Names whose distance exceeds a third of
-/// the pattern's length (rounded) are not suggested. A name that contains a pattern without
-/// wildcards has distance one. Names above 64 bytes are not suggested.
-/// names     number of names; name_at(i) returns name i
-/// Cost: at most `most_steps` steps of some nanoseconds; names that remain are not examined. Ends
-/// early if the deadline of `watch` passes.
+/// Returns at most three different names that resemble a pattern with * and ? (hit_filter.h),
+/// nearest first; names at equal distance are in the order of `name_at`. The distance is the number
+/// of bytes to insert, delete or replace until the pattern matches the name, ignoring the case of
+/// ASCII letters. A name that contains a pattern without wildcards has distance one. Let n be the
+/// number of bytes of the pattern without its stars. Names whose distance exceeds n / 3 (rounded,
+/// at least 1) are not suggested, nor names above 64 bytes, nor any name if n < 2.
+/// names       number of names; name_at(i) returns name i for i < names
+/// most_steps  the cost: at most about so many steps of some nanoseconds; names that remain are not
+///             examined
+/// watch       the search ends early if the deadline passes, with the names found so far
+/// The result refers to the memory that name_at returned. Throws std::bad_alloc.
 std::vector<std::string_view> similar_names(
     std::string_view pattern, std::size_t names,
     const std::function<std::string_view(std::size_t)>& name_at, std::uint64_t most_steps,
