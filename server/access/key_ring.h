@@ -13,9 +13,10 @@
 
 namespace sightline {
 
+/// "open", "read" or "write".
 std::string_view access_name(Access access);
 
-/// A key, without the key itself.
+/// An entry of a key ring, without the key itself.
 struct Key {
   std::string name;  ///< for logs; has the form of a scene's name
   Access access = Access::kRead;
@@ -25,24 +26,25 @@ struct Key {
   std::shared_ptr<CancelFlag> revoked = std::make_shared<CancelFlag>();
 };
 
-/// The keys of a file.
+/// The keys of a file: at most 1000. Immutable, except for the flags `revoked`, which succeed()
+/// sets.
 class KeyRing {
  public:
-  /// Parses lines of the form of key_line(); empty lines and lines that begin with # are ignored.
+  /// Parses lines of the form of key_line. Empty lines and lines that begin with # are ignored.
   /// Names and keys must be unique. Errors: KEYS_INVALID with the number of the line. The message
   /// does not contain its text, which might be a key.
   static Result<KeyRing> parse(std::string_view text);
-  /// Reads the keys of a file. Adds warnings about the permissions of the file. Errors: those of
-  /// parse, KEYS_UNREADABLE.
+  /// Reads the keys of a file of at most 1 MiB. Appends to `warnings`: unsafe permissions, or no
+  /// key in the file. Errors: those of parse, KEYS_UNREADABLE.
   static Result<KeyRing> read(const std::filesystem::path& file,
                               std::vector<std::string>& warnings);
 
-  /// The entry of a key; null if it is not in the ring. Takes the same time for all keys: the
-  /// hashes are compared, and with all entries.
+  /// The entry of a key, valid while the ring lives; null if it is not in the ring. The hash is
+  /// compared with that of every entry, in a time that does not depend on the key.
   const Key* find(std::string_view key) const;
   std::size_t size() const { return keys_.size(); }
-  /// Takes over from `before`: operations in progress under a key that is in both rings may
-  /// continue.
+  /// Takes over from `before`. A key that is in both rings, with no less access here, shares its
+  /// flag `revoked`, so that operations in progress may continue. The flags of other keys are set.
   void succeed(const KeyRing& before);
 
  private:
@@ -57,9 +59,11 @@ std::string key_line(const Key& key);
 /// Makes a key of 256 random bits: "slk_" and 43 characters of base64url. Errors: KEY_NOT_MADE if
 /// the system has no random bytes.
 Result<std::string> make_key();
+/// The hash of a key, 64 lower-case hexadecimal digits.
 std::string key_sha256(std::string_view key);
 
-/// True if a text contains the form of a key, or most of it. Such a text is not logged.
+/// True if a text contains "slk_" and at least 20 characters of base64url. Such a text is not
+/// logged.
 bool holds_key(std::string_view text);
 
 }  // namespace sightline

@@ -27,17 +27,20 @@ struct ApiAnswer {
   bool good() const { return status < 400; }
 };
 
-/// A connection that is reused between requests. Not thread-safe.
+/// Sends requests to one server, with a key. Its connection is made by the first request, and
+/// reused between requests. Not thread-safe.
 class ApiClient {
  public:
-  /// Errors: URL_INVALID (not http://HOST[:PORT][/PREFIX] or https://...), KEY_UNREADABLE.
+  /// Makes a client; connects to nothing yet. Errors: URL_INVALID (not http://HOST[:PORT][/PREFIX]
+  /// or https://...), KEY_UNREADABLE.
   static Result<std::unique_ptr<ApiClient>> open(const ServerAddress& server);
   ~ApiClient();
   ApiClient(const ApiClient&) = delete;
   ApiClient& operator=(const ApiClient&) = delete;
 
-  /// Sends a request and returns the answer, whatever its status. `path` includes the query and is
-  /// percent-encoded. Errors: SERVER_UNREACHABLE.
+  /// Sends a request and returns the answer, whatever its status. Waits for the answer, for at most
+  /// ten minutes without a byte. `path` includes the query and is percent-encoded. Errors:
+  /// SERVER_UNREACHABLE; the next call connects again.
   Result<ApiAnswer> ask(const std::string& method, const std::string& path,
                         const std::string& body = {}, const std::string& media_type = {},
                         const ApiHeaders& headers = {});
@@ -51,10 +54,11 @@ class ApiClient {
 /// Encodes a text for a segment of a path, or for the value of a parameter.
 std::string percent_encoded(std::string_view text);
 
-/// Removes control characters from a text of another program, for a terminal.
+/// Replaces control characters by "?" in a text of another program, for a terminal.
 std::string printable(std::string_view text);
 
-/// The message of an error answer, for people.
+/// The message of an error answer, for people: "404 SCENE_NOT_FOUND: ...", or the status alone if
+/// the body is no problem+json.
 std::string problem_text(const ApiAnswer& answer);
 
 }  // namespace sightline

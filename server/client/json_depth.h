@@ -1,12 +1,12 @@
 #pragma once
-/// Checks the nesting of JSON from the other side before a document is built from it.
+/// Checks the nesting of JSON from a server or an agent before a document is built from it.
 
 #include <string_view>
 
 namespace sightline {
 
-/// Whether JSON is nested deeper than any request or answer here. Printing deeper JSON could
-/// exhaust the stack. The result for text that is not JSON is unspecified.
+/// True if JSON is nested deeper than 64 levels, which no request or answer here needs. Printing
+/// deeper JSON could exhaust the stack. The result for text that is not JSON is unspecified.
 inline bool is_nested_deeply(std::string_view text) {
   constexpr int kDeepest = 64;
   int depth = 0;

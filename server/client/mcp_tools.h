@@ -23,11 +23,13 @@ struct McpTool {
   nlohmann::ordered_json description;  ///< the description in tools/list
 };
 
-/// Returns the tools of a document. with_files: files of this machine may be uploaded.
+/// Returns the tools of a document: an OpenAPI document of this program. with_files: files of this
+/// machine may be uploaded.
 std::vector<McpTool> mcp_tools(const nlohmann::ordered_json& document, bool with_files);
 
-/// Calls a tool: sends its request to the server. `files` may be null. Errors: ARGUMENTS_INVALID,
-/// those of ApiClient and of SceneRoot; a refusal of the server is an answer.
+/// Calls a tool: sends its request to the server. Errors: ARGUMENTS_INVALID, those of ApiClient and
+/// of SceneRoot. A refusal of the server is an answer, not an error.
+/// files  folder of the argument "file", of at most 1 GiB each; null: there is no such argument
 Result<ApiAnswer> call_mcp_tool(const McpTool& tool, const nlohmann::json& arguments,
                                 ApiClient& client, const SceneRoot* files);
 

@@ -21,8 +21,8 @@
 
 namespace sightline {
 
-/// A flag of sightline serve, with its value as given on the command line or by default. The name
-/// has no dashes.
+/// A flag of sightline serve, with its value as given on the command line, in the file of --config,
+/// or by default. The name has no dashes.
 struct FlagText {
   std::string name, text;
   bool live = false;  ///< SIGHUP can change it
@@ -38,7 +38,7 @@ struct ServeCommand {
   bool insecure = false;  ///< starts without keys even if other machines can connect
   std::string data;       ///< data folder; empty: scenes are in memory only
   std::vector<std::pair<std::string, std::string>> preloads;  ///< pairs of scene name and source
-  int threads = 0;
+  int threads = 0;                        ///< threads that trace rays; 0: one for each processor
   std::vector<std::string> cors_origins;  ///< origins whose pages may read answers
   std::string scene_root;  ///< folder of scene files; empty: clients may name no paths
   UrlRules urls;
@@ -107,7 +107,7 @@ struct CheckCommand {
   std::string file;
 };
 
-/// Nothing to run: print this text (help, version, or an error) and exit.
+/// Nothing to run: print this text (help, version, or an error), and exit with `exit_code`.
 struct ShowText {
   std::string text;
   int exit_code = 0;
@@ -116,7 +116,9 @@ struct ShowText {
 using Command = std::variant<ServeCommand, CastCommand, QueryCommand, McpCommand, DemoCommand,
                              KeyCommand, CheckCommand, ShowText>;
 
-/// Parses the arguments, of which the first is the name of the program. Reads the file of --config.
+/// Parses the arguments, of which the first is the name of the program. Reads the file of --config;
+/// flags take precedence over it. Returns ShowText for help and for mistakes. Throws nothing for
+/// mistakes of the user.
 Command parse_command_line(const std::vector<std::string>& arguments);
 /// Parses the arguments again in a running server, after SIGHUP. Does not check the file of keys,
 /// which is read separately and may be missing.
@@ -127,6 +129,8 @@ struct ConfigReport {
   std::vector<std::string> mistakes;  ///< empty: a server would accept the file
   std::vector<std::string> warnings;
 };
+/// Checks a file for --config and all that it names: keys, folders, and combinations of flags.
+/// Changes nothing.
 ConfigReport report_of_config(const std::string& file);
 
 }  // namespace sightline

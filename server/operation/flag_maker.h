@@ -14,9 +14,11 @@ namespace sightline {
 /// The heading in the help for flags that SIGHUP can change by the file of --config.
 inline constexpr const char* kLiveFlags = "Changed by SIGHUP, from --config";
 
+/// Adds flags to a command. Each function returns the flag, which belongs to the command. Parsing
+/// writes to the given `value`, which must outlive the command.
 class FlagMaker {
-  /// Adds flags to a command; each function returns the flag.
  public:
+  /// `app` must outlive the object.
   explicit FlagMaker(CLI::App& app) : app_(app) {}
 
   /// Adds an integer of at least 1.
@@ -43,6 +45,7 @@ class FlagMaker {
                               "SECONDS");
     return app_.add_option(name, value, help)->check(span)->capture_default_str();
   }
+  /// Adds a number of seconds that SIGHUP can change, at least `least`.
   CLI::Option* add_live_seconds(const char* name, double& value, double least, const char* help) {
     return add_seconds(name, value, least, help)->group(kLiveFlags);
   }

@@ -11,23 +11,25 @@
 
 namespace sightline {
 
+/// The form of the entries of a log.
 enum class LogFormat { kText, kJson };
 
-/// A named value of a log entry. It may be any text of a client: line ends and quotes in it are
-/// escaped.
+/// A named value of a log entry. A text may be any text of a client: line ends and quotes are
+/// escaped. It is read during the call of write().
 struct LogField {
   std::string_view name;
   std::variant<std::string_view, std::int64_t, std::uint64_t, double> value;
 };
 
-/// Thread-safe.
+/// Writes entries to a sink, each as one line. Thread-safe if the sink is.
 class Log {
  public:
   using Level = spdlog::level::level_enum;
   using Fields = std::initializer_list<LogField>;
 
-  /// `level` is "trace" to "off". Entries go to `sink`.
+  /// `level` is "trace", "debug", "info", "warn", "error" or "off"; lower entries are left out.
   Log(LogFormat format, const std::string& level, spdlog::sink_ptr sink);
+  /// Sets the level while other threads write.
   void set_level(const std::string& level) { logger_.set_level(spdlog::level::from_str(level)); }
 
   /// True if entries of this level are written.

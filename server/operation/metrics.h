@@ -30,7 +30,7 @@ struct ServerNow {
   std::string kernel = {};
 };
 
-/// Thread-safe.
+/// Counts requests and writes the text of /metrics. Thread-safe.
 class Metrics {
  public:
   Metrics();
@@ -47,11 +47,13 @@ class Metrics {
     std::uint64_t boxes = 0;
     QueryWork work = {};
   };
+  /// Counts one request with its work.
   void count(const Request& request);
   /// Counts a part of a stream, whose request was counted before.
   void count_part(std::uint64_t rays, const QueryWork& work) const;
   /// Counts a client that sent its body too slowly.
   void count_slow() const;
+  /// The count of count_slow.
   std::uint64_t slow() const;
   /// Returns all metrics, with present values of the store and the server.
   std::string text(const SceneStore& store, const ServerNow& now) const;

@@ -12,12 +12,12 @@
 
 namespace sightline {
 
-/// The text of the line: "importing [########........] 50%"; only the stage if its total is not
-/// known.
+/// The text of the line: "importing [########........] 50%"; "importing ..." if the total of the
+/// stage is not known; empty before the first stage.
 std::string progress_line(const Progress::Reading& reading);
 
-/// Writes the line to standard error if that is a terminal, beginning after half a second. The
-/// destructor clears the line.
+/// Writes the line to standard error if that is a terminal, beginning half a second after
+/// construction. The destructor waits for the thread and clears the line.
 class ProgressBar {
  public:
   /// Called ten times a second on a thread of this object, until it returns no text.

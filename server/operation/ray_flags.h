@@ -14,10 +14,12 @@ namespace sightline {
 struct RayFlags {
   std::string origin, direction, tmin, tmax;
 };
+/// Flags that choose the question: at most one of `any`, `all` and `count`; none: the closest hit.
 struct ModeFlags {
   std::string crossings = "every";
   bool any = false, all = false, count = false;
 };
+/// The flags that cast and query have in common.
 struct CastFlags {
   RayFlags ray;
   ModeFlags mode;
@@ -25,8 +27,9 @@ struct CastFlags {
 };
 using QueryFlags = CastFlags;
 
-// define_ functions add the flags of a command to `app`. finish_ functions, called after parsing,
-// convert the values into `command`; they throw CLI::ParseError.
+// define_ functions add the flags of a command to `app`; parsing writes to `command` and `flags`,
+// which must outlive `app`. finish_ functions, called after parsing, convert the values into
+// `command`; they throw CLI::ParseError.
 void define_cast(CLI::App& app, CastCommand& command, CastFlags& flags);
 void finish_cast(CastCommand& command, const CastFlags& flags);
 void define_query(CLI::App& app, QueryCommand& command, QueryFlags& flags);

@@ -22,7 +22,8 @@ struct Running {
   Log& log;
 };
 /// Reads the files of --keys and --config again. Logs what has changed, and which changes need a
-/// restart. If one of the files is invalid, its old settings stay in force.
+/// restart. If one of the files is invalid, logs why, and what it set before stays in force. For
+/// the thread that waits for signals; requests may run meanwhile.
 void reload(const Running& running);
 
 }  // namespace sightline

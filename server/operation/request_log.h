@@ -10,14 +10,15 @@
 
 namespace sightline {
 
-/// Where requests are recorded.
+/// Where requests are recorded; both must outlive every copy.
 struct Journal {
   Log& log;
   Metrics& metrics;
 };
 
-/// Records a request that was answered with `status`, or whose handler threw an exception. `time`
-/// is its duration.
+/// Records a request that was answered with `status`, or whose handler threw an exception. It is
+/// counted, and logged at debug; at warn for a status from 500 on, except 503. `time` is its
+/// duration.
 void note_request(const Journal& journal, const Exchange& exchange, int status,
                   std::chrono::duration<double> time);
 /// The record of a stream of rays. Its request is recorded when the stream begins.
@@ -31,9 +32,10 @@ struct StreamNote {
   std::uint64_t bytes = 0;  ///< of the answer, before compression
   std::string code = {};    ///< code of the error that ended the stream; empty: none
 };
-/// Logs the end of a stream.
+/// Logs the end of a stream, at debug, or at info if an error ended it.
 void note_stream_end(const Journal& journal, const StreamNote& stream);
-/// Records a request that the event loop refused.
+/// Records a request that the event loop refused. It is counted, and logged at debug; at info for
+/// 401 and 403.
 void note_refusal(const Journal& journal, const RequestHead& head, const RequestFault& fault,
                   const std::string& request_id);
 

@@ -24,12 +24,13 @@ struct ServeFlags {
   HttpSeconds http;
 };
 
-/// Adds the flags to `app`; parsing sets `command` and `flags`.
+/// Adds the flags to `app`; parsing sets `command` and `flags`, which must outlive `app`.
 void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags);
 /// Converts the values of `flags` into members of `command` and checks each flag alone. To be
 /// called once, after parsing. Throws CLI::ValidationError.
 void finish_serve(ServeCommand& command, const ServeFlags& flags);
-/// Checks combinations of flags. Throws CLI::ValidationError.
+/// Checks combinations of flags: without --keys, only a loopback address or --insecure is accepted.
+/// Throws CLI::ValidationError.
 void check_together(const ServeCommand& command);
 /// Warnings about settings that a server accepts, each "--flag: text".
 std::vector<std::string> warnings_of(const ServeCommand& command);

@@ -7,8 +7,9 @@
 
 namespace sightline {
 
-/// The constructor blocks these signals in its thread and in every thread that is started later, so
-/// it must be made before any other thread. The destructor unblocks them.
+/// Waits for SIGTERM, SIGINT and SIGHUP on one thread. The constructor blocks these signals in its
+/// thread and in every thread that is started later, so it must be called before any other thread
+/// is started. The destructor drops signals that came after the last wait, and restores the mask.
 class Signals {
  public:
   Signals();
@@ -16,7 +17,8 @@ class Signals {
   Signals(const Signals&) = delete;
   Signals& operator=(const Signals&) = delete;
 
-  /// kReload: SIGHUP. But if it comes from a terminal that was closed, it is kStop.
+  /// kStop: SIGTERM, SIGINT, or SIGHUP from a terminal that was closed. kReload: another SIGHUP.
+  /// kWoken: wake() was called.
   enum class Event { kStop, kReload, kWoken, kTimeout };
   /// Waits for the next signal, for wake(), or for `timeout` (empty: no timeout).
   Event wait(std::optional<std::chrono::milliseconds> timeout);

@@ -8,8 +8,9 @@
 
 namespace sightline {
 
-/// Raises the soft limit of open files if needed and allowed. Returns how many connections fit
-/// below it, with room for other files: at most `limits.connections`, at least 16.
+/// Raises the process's soft limit of open files if needed and allowed. Returns how many
+/// connections fit below it, with room for other files: at most `limits.connections`; else at least
+/// 16.
 std::size_t allowed_connections(const HttpLimits& limits);
 
 /// Bytes of memory of the machine, or of its container.

@@ -6,7 +6,7 @@
 
 namespace sightline {
 
-/// A text that browsers may cache.
+/// A text that browsers may cache; part of the program, so it is always valid.
 struct PageText {
   std::string_view text;
   std::string_view tag;  ///< hash of the text, 32 hexadecimal digits
@@ -25,6 +25,7 @@ struct PagePart {
   std::string_view media_type;
   PageText what;
 };
+/// All files of the other pages.
 std::span<const PagePart> page_parts();
 
 /// Paths of the repository's documents: below docs ("guides/page.md"), or at the top ("README.md").

@@ -21,9 +21,12 @@
 
 namespace sightline {
 
-/// One request. Functions that return false have answered an error, or put the request off.
+/// One request, for one call of its handler: streamed() if the route has streams, then one of the
+/// read functions, the engine, describe(), and reply() or reply_hits(). Functions that return false
+/// have answered an error, or put the request off; the handler then returns. Not thread-safe.
 class RayRequest {
  public:
+  /// Both must outlive the object.
   RayRequest(Exchange& exchange, const Service& service) : exchange_(exchange), service_(service) {}
   /// Records the work of the request, also if it failed.
   ~RayRequest() { exchange_.work = timer_.report.work; }
@@ -33,8 +36,9 @@ class RayRequest {
   /// Checks the request, finds the scene, reads the body (JSON or binary), and resolves its filter.
   /// `rules` has the keys that the body may have; their limits are set by the service.
   bool read(RayJsonRules rules);
-  /// If the body is a stream (lines, or bytes that begin as one), answers with a stream and returns
-  /// true.
+  /// If the body is a stream (lines, or bytes that begin as one), answers with a stream. Returns
+  /// true if the handler must return: after a stream, an error, or if the request was put off. If
+  /// false, read() follows.
   bool streamed(RayQuestionKind kind, const Journal& journal);
   /// Reads a body of points (JSON or binary) with its options.
   bool read_points(PointJsonRules rules, PointQuery& points);
@@ -45,9 +49,11 @@ class RayRequest {
   /// Reads a JSON body by `decode`.
   bool read_json(const Decode& decode);
 
+  /// The scene of the path. Precondition: a read function returned true.
   const Scene& scene() const { return *scene_; }
   const RayQuery& query() const { return query_; }
   const Deadline& deadline() const { return deadline_; }
+  /// Options for the engine, valid while this object lives.
   RayOptions options() {
     return {resolved_ ? &*resolved_ : nullptr, &timer_.report.work, !exchange_.on_event_loop,
             reserve_from(exchange_.memory)};
@@ -69,7 +75,7 @@ class RayRequest {
   /// Describes hits by the requested fields (describe_within).
   bool describe(const RayBatch& rays, const HitBatch& hits, HitDescription& about);
   /// Sends an encoded answer in the format of the request, with the requested members beside the
-  /// hits.
+  /// hits. Answers with 504 DEADLINE instead if the client's own time limit has passed.
   void reply(std::string encoded);
   /// Answers with a hit or a miss for each item of the query.
   void reply_hits(const HitBatch& hits, const HitDescription& about);

@@ -27,14 +27,16 @@ class RayStream {
  public:
   enum class Form { kLines, kFrames };
 
-  /// `begin`: the part of the body that was read already. The exchange must not be used after the
-  /// stream has begun.
+  /// Use reply() instead, which also sends the answer. `service`, the objects of `journal`, and
+  /// body, caller and memory of `exchange` must outlive the stream; `exchange` itself is not
+  /// stored.
+  /// begin  the part of the body that was read already
   RayStream(Exchange& exchange, const Service& service, const Journal& journal,
             std::shared_ptr<const Scene> scene, RayQuestionKind kind, Form form, std::string begin);
 
   RayStream(const RayStream&) = delete;
   RayStream& operator=(const RayStream&) = delete;
-  /// Logs the end of the stream.
+  /// Logs the end of the stream, if it had begun.
   ~RayStream();
 
   /// Answers the exchange with a stream, or with an error. Precondition: BodyReader::may_wait.

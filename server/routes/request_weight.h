@@ -7,7 +7,8 @@
 
 namespace sightline {
 
-/// Returns the weight of a request; used as EventLoopCallbacks::weigh.
+/// Returns the weight of a request, by its path and by the size and words of its body; used as
+/// EventLoopCallbacks::weigh. Thread-safe.
 Weight weigh_request(const RequestHead& head, std::string_view body);
 
 }  // namespace sightline

@@ -21,7 +21,8 @@ bool admit_query_type(Exchange& exchange);
 /// Returns false after it has answered.
 bool admit_json_change(Exchange& exchange, std::uint64_t most_bytes);
 
-/// Reads the body of a query that names no scene. Returns false like read_body.
+/// Checks media type and size of the body of a query that names no scene, and reads it. Returns
+/// false after it has answered an error, or if the request was put off.
 bool read_query_body(Exchange& exchange, const Service& service, std::string& body);
 
 /// The media type of a query of rays or points.
@@ -32,8 +33,8 @@ std::optional<QueryType> admit_rays_type(Exchange& exchange, bool takes_lines = 
 /// Answers 404 SCENE_NOT_FOUND with at most three similar names. Cost: grows with the number of
 /// scenes, some nanoseconds for each.
 void reply_scene_not_found(Exchange& exchange, const Service& service);
-/// Returns a scene that can be queried now. Null after it has answered 404 SCENE_NOT_FOUND, or 409
-/// SCENE_FAILED or SCENE_LOADING (with Retry-After).
+/// Returns a scene that can be queried now, and sets the header X-Scene-Revision. Null after it has
+/// answered 404 SCENE_NOT_FOUND, or 409 SCENE_FAILED or SCENE_LOADING (with Retry-After).
 SceneSnapshot admit_scene(Exchange& exchange, const Service& service);
 
 /// Checks media type, body and scene of a query, and returns the scene. Null after it has answered
@@ -45,16 +46,17 @@ std::shared_ptr<const Scene> admit_query_of_scene(Exchange& exchange, const Serv
 /// Answers with the error of `status`, if it has one. Returns true if it has none.
 bool went_well(Exchange& exchange, const Status& status);
 
-/// The deadline of an answer. It also passes when the client no longer waits, and soon on the event
-/// loop. The request does not wait for memory beyond it.
-/// timeout_ms  the client's limit; the server's limit applies if it is less
+/// The deadline of an answer. It also passes when the client no longer waits, and on the event loop
+/// after 300 microseconds. The request does not wait for memory beyond it.
+/// timeout_ms  the client's limit, from the arrival of the request; the server's limit, from now,
+///             applies if it ends earlier
 Deadline deadline_of(const Exchange& exchange, const Service& service,
                      std::optional<std::uint64_t> timeout_ms = {});
 
 /// encode_scene or, if there is no memory for names and warnings, encode_scene_summary, so that a
 /// completed change is answered in any case.
 std::string text_within(const Exchange& exchange, const StoredScene& scene);
-/// Answers with text_within and the ETag.
+/// Answers with `status`, text_within and the ETag.
 void reply_done(Exchange& exchange, int status, const StoredScene& scene);
 
 }  // namespace sightline

@@ -12,7 +12,7 @@ namespace sightline {
 /// The most that `wait` may be.
 inline constexpr std::chrono::seconds kLongestWait{3600};
 
-/// The parameters.
+/// The parameters of a request, with what was given.
 struct SceneParameters {
   SceneChoice choice;                             ///< scene=N
   std::optional<std::chrono::milliseconds> wait;  ///< wait=SECONDS, 0 to 3600
@@ -21,8 +21,8 @@ struct SceneParameters {
 /// Which parameters are accepted.
 enum class KnownParameters { kWait, kSceneAndWait };
 
-/// Reads the parameters. Returns false after it has answered 422 QUERY_INVALID: an unknown
-/// parameter, one given twice, or an invalid value.
+/// Reads the parameters; sets only those that were given. Returns false after it has answered 422
+/// QUERY_INVALID: an unknown parameter, one given twice, or an invalid value.
 bool read_parameters(Exchange& exchange, KnownParameters known, SceneParameters& parameters);
 
 }  // namespace sightline

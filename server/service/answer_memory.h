@@ -24,8 +24,8 @@ inline constexpr std::uint64_t kExplanationBytes = 1 << 20;
 std::uint64_t bytes_of_description(std::uint64_t hits, FieldSet fields);
 /// Bytes of the encoded answer for `hits` described hits.
 std::uint64_t bytes_of_encoded(std::uint64_t hits, FieldSet fields, const HitTerms& terms);
-/// describe_hits, after it has reserved memory for that and for encoding the answer. Errors: those
-/// of both.
+/// Reserves memory, calls describe_hits, and reserves memory to encode the answer. `reserve` may be
+/// null. Errors: those of `reserve` and of describe_hits; `about` is then unspecified.
 Status describe_within(const ReserveBytes& reserve, const Engine& engine,
                        const DescribedHits& described, const Deadline& deadline,
                        HitDescription& about);
@@ -33,8 +33,9 @@ Status describe_within(const ReserveBytes& reserve, const Engine& engine,
 std::uint64_t bytes_of_names(std::span<const std::string_view> names);
 
 /// Searches lists of unknown length. search(most) must find at most `most` entries in total, and
-/// fail with TOO_MANY_HITS (kTooLarge) if there are more. It is called with a small number first,
-/// and then with larger ones as memory is granted, up to `most`.
+/// fail with ErrorKind::kTooLarge if there are more. It is called with a small number first, and
+/// then, from the beginning, with larger ones as memory is granted, up to `most`. Errors: those of
+/// `reserve` and of the last search.
 /// lists        number of lists
 /// entry_bytes  bytes of an entry
 template <class Search>

@@ -9,7 +9,7 @@ namespace sightline {
 /// Returns a generator for the first camera, in the order of nodes, that has the index, or the
 /// name, or belongs to a node of the name. It is placed by its node's present matrix without scale
 /// [glTF2] 3.10. The field of view is the file's in height; its width follows from the pixels.
-/// Limits are those of the file. Errors: CAMERA_UNKNOWN.
+/// The limits of the rays are znear and zfar of the file. Errors: CAMERA_UNKNOWN.
 Result<RayGenerator> camera_rays(const Scene& scene, const FileCamera& asked);
 
 }  // namespace sightline

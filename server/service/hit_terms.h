@@ -10,7 +10,8 @@
 
 namespace sightline {
 
-/// Returns the columns for `fields`. The names refer to texts of the scene.
+/// Returns the columns for `fields`, each with one entry for each slot of `hits`. The names refer
+/// to texts of the scene, which must outlive the result.
 HitTerms hit_terms(const Scene& scene, const HitBatch& hits, FieldSet fields);
 
 /// All data of hits that an answer needs besides their ids and t.
@@ -19,12 +20,13 @@ struct HitDescription {
   HitTerms terms;
 };
 
-/// Sets terms.attributes for `fields`, from `details`. Errors: those of Engine::attributes.
+/// Sets terms.attributes for `fields`, from `details`. Precondition: `details` are computed if
+/// `fields` has an attribute. Errors: those of Engine::attributes.
 Status read_attributes(const Engine& engine, const Scene& scene, const HitBatch& hits,
                        FieldSet fields, const Deadline& deadline, HitDescription& description);
 
-/// Hits to be described. rays[i] belongs to slot i of `hits`; if `normalize`, the t of the answer
-/// is the distance.
+/// Hits to be described; refers to its parts. rays[i] belongs to slot i of `hits`; if `normalize`,
+/// the t of the answer is the distance.
 struct DescribedHits {
   const Scene& scene;
   const RayBatch& rays;
@@ -33,7 +35,8 @@ struct DescribedHits {
   bool normalize = false;
 };
 
-/// Computes all columns for the fields. Errors: those of Engine::details.
+/// Computes all columns for the fields. Errors: those of Engine::details, mark_edges and
+/// attributes.
 Status describe_hits(const Engine& engine, const DescribedHits& described, const Deadline& deadline,
                      HitDescription& description);
 

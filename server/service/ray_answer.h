@@ -15,10 +15,10 @@ namespace sightline {
 /// The questions about rays.
 enum class RayQuestionKind { kClosest, kAny, kAll, kCount };
 
-/// The rules for the body of a question.
+/// The rules for the body of a question: which keys it may have, and the present limits.
 RayJsonRules rules_of(RayQuestionKind kind, const ServiceLimits& limits);
 
-/// Measures the times of the steps of a request.
+/// Measures the times of the steps of a request, in microseconds. Not thread-safe.
 class WorkTimer {
  public:
   /// Adds the time since the last call, or since construction, to a member of `report`.
@@ -28,6 +28,7 @@ class WorkTimer {
         std::chrono::duration_cast<std::chrono::microseconds>(now - last_).count());
     last_ = now;
   }
+  /// Lets the next add() begin now.
   void restart() { last_ = Clock::now(); }
 
   WorkReport report;
@@ -37,8 +38,9 @@ class WorkTimer {
   Clock::time_point last_ = Clock::now();
 };
 
-/// Traces, describes and encodes in the query's layout. Reserves the memory of each step by
-/// options.reserve. Errors: those of the engine and of the reservation.
+/// Traces the rays of a query, describes their hits, and encodes them in the query's layout.
+/// Returns the body of the answer. Reserves the memory of each step by options.reserve, which may
+/// be null. Errors: those of the engine and of the reservation.
 Result<std::string> answer_rays(RayQuestionKind kind, const Service& service, const Scene& scene,
                                 const RayQuery& query, const RayOptions& options,
                                 const Deadline& deadline, WorkTimer& timer);

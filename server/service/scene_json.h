@@ -15,10 +15,10 @@ namespace sightline {
 /// present if ?scene=N chose it. Bounds are null for a scene without finite triangles. At most 100
 /// warnings; "warnings_total" is the number of all.
 std::string encode_scene(const StoredScene& scene);
-/// An upper bound of the bytes of that text; names and warnings have the lengths of the file's.
+/// An upper bound of the bytes that encode_scene allocates for the scene.
 std::uint64_t bytes_of_scene(const StoredScene& scene);
-/// The scene in one line, without name, counts, bounds and warnings; "triangles" is its number of
-/// triangles.
+/// The scene in one line: encode_scene without name, counts, bounds and warnings. "triangles" is
+/// the number of triangles of all instances.
 std::string encode_scene_summary(const StoredScene& scene);
 /// Returns {"scenes":[...]}, each as in encode_scene_summary.
 std::string encode_scene_list(const std::vector<SceneSnapshot>& scenes);

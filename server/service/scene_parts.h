@@ -21,6 +21,7 @@ std::string encode_nodes(const Scene& scene, std::uint64_t first, std::uint64_t 
 /// "instance.primitive.triangle" as in hits, separated by commas. Errors: TRIANGLE_UNKNOWN, naming
 /// the invalid id; TOO_MANY_TRIANGLES.
 Result<std::string> encode_triangles(const Scene& scene, std::string_view ids);
+/// The most ids of encode_triangles.
 inline constexpr std::size_t kMostTriangles = 1000;
 
 /// Returns {"rays","hits","triangles_decided","different":[...]}.

@@ -13,10 +13,13 @@ namespace sightline {
 /// Names with their counts.
 using NamedCounts = std::vector<std::pair<std::string, std::uint64_t>>;
 
-/// What the import read, what it skipped, and TreeStats. The names are always the same, in the same
-/// order.
+// The names are always the same, in the same order.
+
+/// Bytes of the files that the import and later queries have read, by their use.
 NamedCounts touched_counts(const Scene& scene);
+/// Parts of the files that the import has left out.
 NamedCounts skipped_counts(const Scene& scene);
+/// The numbers of TreeStats.
 NamedCounts tree_counts(const Scene& scene);
 
 /// Returns

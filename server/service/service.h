@@ -46,17 +46,19 @@ struct ServiceLimits {
   }
 };
 
-/// What handlers get.
+/// The engine, the store, the limits and the state of a server. One for each server; handlers use
+/// it on several threads at once. `engine` and `store` must outlive it.
 struct Service {
   const Engine& engine;
   SceneStore& store;
   ServiceLimits limits{};
-  /// The server shuts down.
+  /// Set when the server begins to shut down.
   std::atomic<bool> stopping{false};
-  CancelFlag cancelled{};  ///< set when running requests must end, too
-  Semaphore waiters{limits.waiters};
+  CancelFlag cancelled{};             ///< set when running requests must end, too
+  Semaphore waiters{limits.waiters};  ///< permits to wait for a load
 
-  /// A deadline from now on. A client may demand less time than the limit.
+  /// The deadline of an answer that begins now: limits.request, or timeout_ms if that is less. It
+  /// refers to `cancelled`.
   Deadline deadline(std::optional<std::uint64_t> timeout_ms = {}) const {
     auto time = limits.request.get();
     if (timeout_ms) time = std::min<decltype(time)>(time, std::chrono::milliseconds(*timeout_ms));

@@ -18,9 +18,11 @@ struct SourceRules {
   UrlRules urls;
 };
 
-/// Returns a function that fetches the source of a request, after it has checked what can be
-/// checked at once. Errors, with a pointer: PATH_NOT_ALLOWED, URL_NOT_ALLOWED, URL_INVALID, those
-/// of SceneRoot::open_file.
+/// Returns a function that fetches the source of a request. What can be checked at once is checked
+/// before. The function may be called later on any thread, and shares `rules`, which is not null.
+/// Errors, with a pointer: PATH_NOT_ALLOWED, URL_NOT_ALLOWED, URL_INVALID, those of
+/// SceneRoot::open_file.
+/// limit  the most bytes of the source with all of its files
 Result<SceneFetch> fetch_of(const LoadRequest& request, std::shared_ptr<const SourceRules> rules,
                             std::uint64_t limit);
 

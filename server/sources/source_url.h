@@ -16,14 +16,14 @@ namespace sightline {
 /// are those that the request is made of.
 class SourceUrl {
  public:
-  /// Parses a URL. Errors: URL_INVALID.
+  /// Parses a URL of at most 4096 bytes. Errors: URL_INVALID.
   static Result<SourceUrl> parse(const std::string& text);
 
   std::string scheme;  ///< "http" or "https"
   std::string host;    ///< lower case; IPv6 in brackets
   int port = 0;
   std::string path;  ///< at least "/"; dot segments are resolved, percent-encoding is not decoded
-  /// The parsed URL for libcurl.
+  /// The parsed URL for libcurl; valid while this object lives.
   Curl_URL* handle() const { return handle_.get(); }
 
  private:
@@ -39,7 +39,8 @@ class SourceUrl {
 ///           *: any host
 ///   PORT    absent: the scheme's default; *: any
 ///   PATH    with a slash at its end: paths that begin so; otherwise: exactly this path; absent:
-///           any. A path with an encoded slash, backslash or dot matches only patterns without PATH.
+///           any. A path with an encoded slash, backslash or dot matches only patterns without
+///           PATH.
 /// Queries are not compared.
 class UrlPattern {
  public:
@@ -52,6 +53,7 @@ class UrlPattern {
   int port_ = 0;  ///< 0: any port
 };
 
+/// True if one of the patterns matches; false for an empty list.
 bool matches_any(const std::vector<UrlPattern>& patterns, const SourceUrl& url);
 
 }  // namespace sightline
