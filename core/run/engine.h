@@ -26,110 +26,123 @@ namespace sightline {
 
 struct SweepBatch;
 
-/// How an engine is made.
+/// The settings with which an engine is made.
 struct EngineOptions {
   int threads = 0;  ///< 0: one for each processor
   /// empty: the fastest kernel that this machine can run; else one of Engine::kernels()
   std::string kernel;
-  /// Set while short requests wait for the processor: then threads yield between pieces of a batch.
-  /// May be null; must outlive the engine.
+  /// Set while short requests wait for the processor: then threads yield the processor between
+  /// pieces of a batch. May be null. The flag must outlive the engine.
   const std::atomic<bool>* should_yield = nullptr;
 };
 
-/// Options of a query.
+/// Options of a query. The pointers are used only while the query runs.
 struct RayOptions {
-  /// which triangles count (resolved_filter.h); null: all
+  /// Which triangles count (resolved_filter.h), resolved for the queried scene; null: all. A filter
+  /// with masks requires RayBatch::mask.
   const ResolvedFilter* resolved = nullptr;
-  QueryWork* work = nullptr;  ///< if not null, the cost of the query is added
-  /// True: trees that a query needs are built. False: closest, any and count fail with
-  /// TREES_PENDING if one is not built.
+  QueryWork* work = nullptr;  ///< the cost of the query is added to it; may be null
+  /// True: trees that a query needs are built first. False: closest, any, count and the queries
+  /// that consist of them (inside, visibility, sky) fail with TREES_PENDING if any tree of the
+  /// scene is unbuilt. Other queries ignore it and build.
   bool builds = true;
-  /// Called before memory is allocated whose size depends on the scene rather than on the query.
+  /// Called before memory is allocated whose size depends on the scene rather than on the query;
+  /// only inside() does that. Null: no limit.
   ReserveBytes reserve = {};
 };
 
-/// Answers queries. main makes one engine and passes it on. All methods may be called from many
-/// threads at once, and none stores a pointer to its arguments. The bytes of an answer do not
-/// depend on the number of threads, the kernel, or the order of rays (docs/reference/contract.md).
-/// Precondition: rays have passed check_rays. Errors: DEADLINE and CANCELLED (the output must then
-/// not be used), MEMORY_EXHAUSTED, TREES_PENDING (RayOptions::builds), ENGINE_KERNEL_UNKNOWN from
-/// create.
+/// Answers queries. main makes one engine with create() and passes it on. Each query is one call
+/// that blocks until the answer is complete. All methods may be called from many threads at once,
+/// and none stores a pointer to its arguments. The bytes of an answer do not depend on the number
+/// of threads, the kernel, or the order of rays (docs/reference/contract.md); only the contact of
+/// sweep() with `any` may. Preconditions: rays have passed check_rays. Errors of every query:
+/// DEADLINE and CANCELLED, MEMORY_EXHAUSTED, TREES_PENDING (RayOptions::builds). After an error the
+/// output must not be used.
 class Engine {
  public:
+  /// Makes an engine. Errors: ENGINE_KERNEL_UNKNOWN.
   static Result<std::unique_ptr<Engine>> create(const EngineOptions& options);
   /// Names of the kernels that this machine can run, widest vectors first.
   static std::vector<std::string> kernels();
   ~Engine();
 
-  /// The nearest triangle of every ray. `hits` is resized and overwritten.
+  /// Finds the closest hit of every ray. `hits` is resized and overwritten: slot i answers ray i.
   Status closest(const Scene& scene, const RayBatch& rays, const Deadline& deadline, HitBatch& hits,
                  const RayOptions& options = {}) const;
-  /// For each ray 1 if it meets a triangle, else 0. `occluded` is resized and overwritten.
+  /// For each ray 1 if it meets a triangle that counts, else 0. `occluded` is resized and
+  /// overwritten.
   Status any(const Scene& scene, const RayBatch& rays, const Deadline& deadline,
              Column<std::uint8_t>& occluded, const RayOptions& options = {}) const;
-  /// For each ray the number of triangles that it meets. `totals` is resized and overwritten.
+  /// For each ray the number of triangles that it meets; `crossings` says how often edges and
+  /// corners count. `totals` is resized and overwritten.
   Status count(const Scene& scene, const RayBatch& rays, Crossings crossings,
                const Deadline& deadline, Column<std::uint64_t>& totals,
                const RayOptions& options = {}) const;
   /// For each ray the triangles that it meets, sorted by (exact t, id), up to question.each_max.
-  /// `totals` has the number of all of them, so that a cut list can be recognised. `lists` and
-  /// `totals` are resized and overwritten. Errors: TOO_MANY_HITS if the lists would have
-  /// more than question.total_max hits.
+  /// `totals` has the number of all of them, so that a caller recognises a shortened list. `lists`
+  /// and `totals` are resized and overwritten. Errors: TOO_MANY_HITS if the lists would have more
+  /// than question.total_max hits in total.
   Status all(const Scene& scene, const RayBatch& rays, const HitListQuestion& question,
              const Deadline& deadline, HitLists& lists, Column<std::uint64_t>& totals,
              const RayOptions& options = {}) const;
-  /// Position, normal and barycentrics of hits that closest or all reported; rays[i] belongs to
-  /// slot i of `hits`. `out` is resized and overwritten; slots of misses have default values.
+  /// Position, normal and barycentrics of hits that closest or all reported. Slot i of `hits`
+  /// belongs to rays[i], so after all() the caller repeats a ray for each of its hits. `out` is
+  /// resized and overwritten; slots of misses have default values.
   Status details(const Scene& scene, const RayBatch& rays, const HitBatch& hits,
                  const Deadline& deadline, Column<HitDetail>& out) const;
-  /// Computes HitDetail::normal alone, which costs less: neighbouring hits of one triangle are
-  /// computed once. `out` is resized and overwritten; slots of misses are zero.
+  /// Computes HitDetail::normal alone. That costs less than details(): for neighbouring hits of one
+  /// triangle it is computed once. `out` is resized and overwritten; slots of misses are zero.
   Status normals(const Scene& scene, const HitBatch& hits, const Deadline& deadline,
                  Column<Vec3d>& out) const;
-  /// Sets HitDetail::on_edge in the result of `details` for the same arguments.
+  /// Sets HitDetail::on_edge in `details`, the result of details() for these arguments.
   Status mark_edges(const Scene& scene, const RayBatch& rays, const HitBatch& hits,
                     const Deadline& deadline, Column<HitDetail>& details) const;
   /// Interpolates vertex attributes of the file at hits. `details` is the result of details() for
-  /// `hits`. Reads the attributes from the file's bytes in memory. `out` is resized and
-  /// overwritten.
+  /// `hits`. Reads the attributes from the file's bytes in memory. Requested columns of `out` are
+  /// resized and overwritten; the others do not change.
   Status attributes(const Scene& scene, const HitBatch& hits, const Column<HitDetail>& details,
                     const HitAttributeChoice& choice, const Deadline& deadline,
                     HitAttributes& out) const;
 
-  // Queries about points. Precondition: points are finite. A filter selects whole primitives:
-  // options.resolved must have all sides of a primitive or none (core/run/nearest.cpp).
+  // Queries about points. Precondition: points are finite. A filter selects whole primitives: all
+  // triangles of a primitive count if options.resolved has any of its sides (core/run/nearest.cpp).
 
-  /// For each point the triangles nearest to it: at most `count`, within max_distance (closed),
-  /// sorted by exact distance, then by id. `hits` is overwritten: slots [i * count, (i + 1) *
-  /// count) belong to point i, with misses last; t is the distance, correctly rounded.
-  /// Preconditions: max_distance is not negative, count is not 0.
+  /// For each point the triangles nearest to it: at most `count`, at distances up to and including
+  /// max_distance, in scene units, sorted by exact distance, then by id. `hits` is overwritten:
+  /// slots [i * count, (i + 1) * count) belong to point i, with misses last; t is the distance,
+  /// correctly rounded. Preconditions: max_distance is not negative and not NaN, count is not 0.
   Status nearest(const Scene& scene, const Column<Vec3d>& points, double max_distance,
                  std::size_t count, const Deadline& deadline, HitBatch& hits,
                  const RayOptions& options = {}) const;
-  /// The nearest point of each triangle that nearest() reported, every number correctly rounded:
-  /// slot i of `hits` belongs to points[i]. Slots of misses have default values. HitDetail::front:
-  /// the query point lies on the side from which the corners run counter-clockwise.
+  /// The nearest point of each triangle that nearest() reported, every number correctly rounded.
+  /// Slot i of `hits` belongs to points[i], so after nearest() the caller repeats each point
+  /// `count` times. `out` is resized and overwritten; slots of misses have default values.
+  /// HitDetail::front: the query point lies strictly on the side from which the corners run
+  /// counter-clockwise.
   Status nearest_details(const Scene& scene, const Column<Vec3d>& points, const HitBatch& hits,
                          const Deadline& deadline, Column<HitDetail>& out) const;
 
   /// For each point, whether it lies inside of closed surfaces. Uses Crossings::kOnce, so edges and
-  /// corners on the way of a ray do no harm. `answers` is overwritten. Cost: for each point a test
-  /// of the point itself, and three rays (kParity) or six (kWinding).
+  /// corners that a ray meets do no harm. `answers` is overwritten, except `distance`. Cost: for
+  /// each point a test of the point itself, and three rays (kParity) or six (kWinding); the first
+  /// query of a mesh counts its open edges.
   Status inside(const Scene& scene, const Column<Vec3d>& points, InsideMethod method,
                 const Deadline& deadline, InsideAnswers& answers,
                 const RayOptions& options = {}) const;
-  /// inside(), and for each point the distance to the nearest triangle, correctly rounded: negative
-  /// inside, 0 on a triangle, +inf beyond max_distance.
+  /// Calls inside(), and for each point sets answers.distance: the distance to the nearest
+  /// triangle, correctly rounded, negative inside, 0 on a triangle. If no triangle is within
+  /// max_distance, it is +inf outside and -inf inside. Precondition: that of nearest() for
+  /// max_distance.
   Status signed_distances(const Scene& scene, const Column<Vec3d>& points, InsideMethod method,
                           double max_distance, const Deadline& deadline, InsideAnswers& answers,
                           const RayOptions& options = {}) const;
 
-  /// visibility() and sky() trace at most so many rays at a time, to limit memory.
+  /// The most rays that visibility() and sky() trace at a time, to limit memory.
   static constexpr std::size_t kRaysAtOnce = 131072;
-  /// For each pair 1 if no triangle is between its points, else 0. `visible` is resized and
-  /// overwritten. If `blockers` is not null, it gets the first triangle that is met from `from`,
-  /// with t as the fraction of the way; slots of visible pairs are misses. Precondition: the pairs
-  /// have passed check_pairs.
+  /// For each pair 1 if no triangle blocks the line between its points, else 0 (PointPairs::ray).
+  /// `visible` is resized and overwritten. `blockers` may be null. If not, slot i gets the first
+  /// triangle that pair i meets, starting at its point `from`; t is the fraction of the way. Slots
+  /// of visible pairs are misses. Precondition: the pairs have passed check_pairs.
   Status visibility(const Scene& scene, const PointPairs& pairs, const Deadline& deadline,
                     Column<std::uint8_t>& visible, HitBatch* blockers,
                     const RayOptions& options = {}) const;
@@ -140,49 +153,56 @@ class Engine {
   Status sky(const Scene& scene, const Hemisphere& samples, const RayRange& range,
              const Deadline& deadline, Column<std::uint64_t>& unblocked,
              const RayOptions& options = {}) const;
-  /// Pairs of a triangle selected by `a` and a triangle selected by `b`, with their distances; a
-  /// selection has all sides of a primitive or none. A triangle in both selections has distance 0
-  /// to itself. The cost is added to `work` if not null; its nodes are pairs of boxes. Errors:
-  /// TOO_MANY_HITS for more than question.total_max pairs. Runs on the calling thread. Cost: n log
-  /// n for a tree over each selection, then proportional to the number of close pairs.
+  /// Finds the pairs of a triangle selected by `a` and a triangle selected by `b` that `question`
+  /// asks for, with their distances; `answer` is overwritten. A filter selects whole primitives, as
+  /// for points. A triangle in both selections has distance 0 to itself. The cost is added to
+  /// `work` unless it is null; QueryWork::nodes then counts pairs of boxes. Errors: TOO_MANY_HITS
+  /// for more than question.total_max pairs. Runs on the calling thread. Cost: n log n for a tree
+  /// over each selection, then proportional to the number of close pairs.
   Status clearance(const Scene& scene, const ResolvedFilter& a, const ResolvedFilter& b,
                    const ClearanceQuestion& question, const Deadline& deadline,
                    ClearanceAnswer& answer, QueryWork* work = nullptr) const;
 
-  // Sweeps. Precondition: they have passed check_sweeps. A filter selects whole primitives:
-  // options.resolved must have all sides of a primitive or none (core/run/sweeps.cpp).
+  // Sweeps. Precondition: they have passed check_sweeps. A filter selects whole primitives, as for
+  // points.
 
   /// The first contact of each sweep: the least real t, and of contacts at equal t the smallest id.
-  /// If `any`, some contact instead: whether there is one does not depend on the number of threads,
-  /// but which one may. `hits` is resized and overwritten; t is correctly rounded.
+  /// If `any`, it is some contact instead: whether there is one is certain, but which one is not
+  /// specified. `hits` is resized and overwritten; t is correctly rounded.
   Status sweep(const Scene& scene, const SweepBatch& sweeps, bool any, const Deadline& deadline,
                HitBatch& hits, const RayOptions& options = {}) const;
-  /// The position of each contact that sweep() reported, each coordinate correctly rounded. Other
-  /// members of HitDetail, and slots of misses, have default values.
+  /// The position of each contact that sweep() reported, each coordinate correctly rounded; slot i
+  /// of `hits` belongs to sweep i. `out` is resized and overwritten. Other members of HitDetail,
+  /// and slots of misses, have default values.
   Status sweep_details(const Scene& scene, const SweepBatch& sweeps, const HitBatch& hits,
                        const Deadline& deadline, Column<HitDetail>& out) const;
 
-  // Boxes. Precondition: they have passed check_boxes.
+  // Boxes and other shapes (BoxBatch). Precondition: they have passed check_boxes. There is no
+  // filter: triangles of all instances that are not hidden are tested.
 
-  /// Tests rays against boxes, without a scene: ray i with box i, or all pairs (slot = ray * boxes
-  /// + box). `answers` is resized and overwritten. Precondition for kEach: there are as many boxes
-  /// as rays.
+  /// Tests rays against boxes, without a scene: ray i with box i, or all pairs (slot = ray * number
+  /// of boxes + box). `answers` is resized and overwritten. Preconditions: `boxes` has only
+  /// axis-aligned and oriented boxes; for kEach, as many as rays.
   Status ray_boxes(const RayBatch& rays, const BoxBatch& boxes, BoxPairing pairing,
                    RayBoxDetail detail, const Deadline& deadline, RayBoxAnswers& answers) const;
-  /// For each box 1 if any triangle counts, else 0. `touched` is resized and overwritten.
+  /// For each box 1 if any triangle counts by `relation`, else 0. `touched` is resized and
+  /// overwritten.
   Status boxes_any(const Scene& scene, const BoxBatch& boxes, const Deadline& deadline,
                    Column<std::uint8_t>& touched,
                    BoxRelation relation = BoxRelation::kIntersecting) const;
-  /// For each box the number of triangles or nodes that count. `totals` is resized and overwritten.
+  /// For each box the number of triangles or nodes that count by question.relation; question.from
+  /// does not matter. `totals` is resized and overwritten.
   Status boxes_count(const Scene& scene, const BoxBatch& boxes, const BoxQuestion& question,
                      const Deadline& deadline, Column<std::uint64_t>& totals) const;
-  /// For each box the triangles or nodes that count, sorted by id, from question.from on, up to
-  /// limits.each. `totals` has the number of all of them. `lists` and `totals` are resized and
-  /// overwritten. Errors: TOO_MANY_HITS if all lists would have more than limits.total entries.
+  /// For each box the triangles or nodes that count, sorted by id, beginning at the place
+  /// question.from, up to limits.each. `totals` has the number of all that count, also before that
+  /// place. `lists` and `totals` are resized and overwritten. Errors: TOO_MANY_HITS if all lists
+  /// would have more than limits.total items in total.
   Status boxes_list(const Scene& scene, const BoxBatch& boxes, const BoxQuestion& question,
                     const ListLimits& limits, const Deadline& deadline, BoxLists& lists,
                     Column<std::uint64_t>& totals) const;
 
+  /// Name of the kernel in use, and number of threads.
   const std::string& kernel() const;
   int threads() const;
 

@@ -1,5 +1,6 @@
 #pragma once
-/// Engine::State: the internals of an engine, for the files that implement it.
+/// Engine::State: the internals of an engine, for the files that implement it. A slice is a range
+/// of the queries of a batch that one thread answers at a time.
 
 #include <sched.h>
 
@@ -18,27 +19,28 @@
 
 namespace sightline {
 
-/// Rays in a slice, the part of a batch that one thread takes at a time. Large enough that the cost
-/// of taking slices is hidden, and small enough that a deadline is noticed within about a
-/// millisecond.
+/// Rays in a slice. Large enough that the cost of taking slices is hidden, and small enough that a
+/// deadline is noticed within about a millisecond.
 inline constexpr std::size_t kSlice = 1024;
 /// Rays in a slice of a query that lists every hit, because one ray may meet a whole scene.
 inline constexpr std::size_t kListSlice = 64;
 
+/// The error of a query that must not build trees (RayOptions::builds).
 inline Error trees_are_unbuilt() {
   return {ErrorKind::kBusy, "TREES_PENDING", "trees of the scene are not built yet", ""};
 }
 
-/// Runs a whole query, answer(), and turns std::bad_alloc into an error. The largest allocations of
-/// a query are here: columns that are resized before the threads work, and lists that are joined
-/// afterwards.
+/// Runs a whole query, answer(), and turns std::bad_alloc into the error MEMORY_EXHAUSTED. The
+/// largest allocations of a query are outside of slices: columns that are resized before the
+/// threads work, and lists that are joined afterwards.
 template <class Answer>
 Status within_memory(const Answer& answer) {
   return within_memory("there is no memory for the answer", answer);
 }
 
 /// Sums the work of the slices of a query if the caller asked for it, and records whether a slice
-/// was abandoned because of the deadline.
+/// was abandoned because of the deadline. A query makes one log; each slice makes an Entry. The
+/// scene and `work` (may be null) must outlive the log.
 class WorkLog {
  public:
   WorkLog(const Scene& scene, QueryWork* work) : scene_(scene), work_(work) {
@@ -50,7 +52,7 @@ class WorkLog {
   WorkLog(const WorkLog&) = delete;
   WorkLog& operator=(const WorkLog&) = delete;
 
-  /// Adds the counts of a slice at the end of its scope.
+  /// Adds the counts of a slice at the end of its scope. The log and the counts must outlive it.
   class Entry {
    public:
     Entry(WorkLog& log, const TraceCounts& counts) : log_(log), counts_(counts) {}
@@ -66,7 +68,8 @@ class WorkLog {
     const TraceCounts& counts_;
   };
 
-  /// The result of a query: `status`, or the error of the deadline if a slice was abandoned.
+  /// The result of a query whose slices ended with `status`: the error of the deadline if a slice
+  /// was abandoned.
   Status checked(Status status, const Deadline& deadline) const {
     const bool abandoned = status && stopped_.load(std::memory_order_relaxed);
     return abandoned ? Status(out_of_time(deadline)) : std::move(status);
@@ -90,23 +93,25 @@ class WorkLog {
   std::mutex mutex_;
 };
 
-/// Limits how many batches run at once to the number of threads. Others wait for their turn, so
-/// that their data does not displace that of running batches from caches. A batch waits for at most
-/// kPatience and at most until its deadline, because a running batch may take minutes.
+/// Limits how many batches run at once to the number of threads; each holds a turn while it runs.
+/// Other batches wait for a turn, so that their data does not displace that of running batches from
+/// caches. A batch waits for at most kPatience and at most until its deadline, and then runs
+/// anyway, because a running batch may take minutes.
 class Turns {
  public:
   static constexpr std::chrono::milliseconds kPatience{20};
 
-  /// Precondition: called once, before any turn is taken.
+  /// Sets the number of threads and the longest wait. Precondition: called once, before any turn is
+  /// taken.
   void start(int threads, std::chrono::milliseconds patience = kPatience) {
     threads_ = threads;
     patience_ = patience;
   }
   /// True if there are at least as many batches, running or waiting, as threads. Then no thread is
-  /// idle, and sharing a batch would gain nothing.
+  /// idle, and sharing a batch between threads would gain nothing.
   bool all_wanted() const { return wanted_.load(std::memory_order_relaxed) >= threads_; }
 
-  /// A turn: waits in the constructor, ends in the destructor.
+  /// A turn: the constructor waits for it, the destructor ends it. `turns` must outlive it.
   class Turn {
    public:
     Turn(Turns& turns, const Deadline& deadline) : turns_(turns) {
@@ -140,6 +145,8 @@ class Turns {
   std::atomic<int> wanted_{0};  ///< batches that run or wait
 };
 
+/// The members of an engine. run() answers a batch; with_trees() and trace_again() build the trees
+/// that it needs (unbuilt_rounds.h).
 struct Engine::State {
   Kernel kernel;
   std::string kernel_name;
@@ -147,7 +154,7 @@ struct Engine::State {
   Turns turns;
   const std::atomic<bool>* should_yield = nullptr;
 
-  /// Calls the kernel for hit lists, with or without a filter.
+  /// Calls the kernel for the hit lists of rays [begin, end), with or without a filter.
   void all(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
            const RayOptions& options, const KernelLists& lists, TraceCounts& counts) const {
     if (options.resolved != nullptr) {
@@ -157,8 +164,9 @@ struct Engine::State {
     }
   }
 
-  /// Calls slice(begin, end) for slices of [0, count), in parallel if other threads are idle, until
-  /// the deadline. Throws what a slice throws.
+  /// Calls slice(begin, end) for slices of [0, count), at most slice_size long, in parallel if
+  /// other threads are idle. No slice starts after the deadline. Errors: DEADLINE, CANCELLED; some
+  /// slices may then not have run. Throws what a slice throws.
   template <class Slice>
   Status run(std::size_t count, const Deadline& deadline, Slice slice,
              std::size_t slice_size = kSlice) {
@@ -194,15 +202,17 @@ struct Engine::State {
   }
 
   /// For queries that need every tree near them. Builds the trees that queries [0, count) need, and
-  /// returns a view of the scene with these trees. find(`unbuilt`, i, trees) appends to `trees` the
-  /// unbuilt trees near query i.
+  /// returns a view of the scene with these trees. find(unbuilt, i, trees) appends to `trees` the
+  /// trees near query i that `unbuilt` (UnbuiltTrees) reports; several threads call it at once.
+  /// Errors: those of SceneTrees::build.
   template <class Find>
   Result<SceneView> with_trees(const Scene& scene, std::size_t count, const Deadline& deadline,
                                Find find);
 
-  /// For rays that were traced while trees were unbuilt. Repeats until no ray needs another tree:
-  /// nearest(`unbuilt`, i) returns the unbuilt tree that ray i needs next, or kNone; these trees
-  /// are built; again(view, numbers) traces the rays `numbers` again.
+  /// For rays that were traced in `view` while trees were unbuilt. Repeats three steps until no ray
+  /// needs another tree. nearest(unbuilt, i) returns the unbuilt tree that ray i needs next, or
+  /// kNone; several threads call it at once. These trees are built. again(view, numbers) traces the
+  /// rays `numbers` again. Errors: those of SceneTrees::build and of again.
   template <class Nearest, class Again>
   Status trace_again(SceneView view, std::size_t count, const Deadline& deadline, Nearest nearest,
                      Again again);

@@ -1,6 +1,6 @@
 #pragma once
-/// Finds the triangle to which a ray without a hit comes nearest; builds the trees that the search
-/// needs.
+/// Finds the triangle to which a ray without a hit comes nearest, to explain the miss. Builds the
+/// trees that the search needs.
 
 #include <optional>
 
@@ -9,9 +9,9 @@
 
 namespace sightline {
 
-/// Considers triangles of which options.resolved has any side; core/trace/search/nearest_miss.h has
-/// the definition. `miss` is set, or left empty if there is no triangle. Errors: those of
-/// Engine::sweep.
+/// Considers triangles of which options.resolved (null: all) has any side;
+/// core/trace/search/nearest_miss.h has the definition. `miss` is set, or emptied if there is no
+/// triangle. Precondition: the ray has passed check_rays. Errors: those of Engine::sweep.
 Status nearest_miss(const Engine& engine, const Scene& scene, const Ray& ray,
                     const RayOptions& options, const Deadline& deadline,
                     std::optional<NearestMiss>& miss);

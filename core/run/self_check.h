@@ -1,5 +1,6 @@
 #pragma once
-/// Compares the answers for random rays with those of brute force.
+/// Compares the answers for random rays with those of brute force: a test of an engine on a loaded
+/// scene.
 
 #include <cstdint>
 #include <vector>
@@ -10,19 +11,20 @@ namespace sightline {
 
 /// The result of a self check.
 struct SelfCheck {
-  std::uint64_t rays = 0;
+  std::uint64_t rays = 0;       ///< rays that were traced; fewer if no valid rays can be drawn
   std::uint64_t hits = 0;       ///< rays that hit a triangle
   std::uint64_t triangles = 0;  ///< exact decisions of brute force, for all rays
-  /// Indices of rays whose closest hit or number of hits differs from brute force. It should be
-  /// empty.
+  /// Indices of rays whose closest hit or number of hits differs from brute force. Empty if the
+  /// engine is right.
   std::vector<std::uint64_t> different;
 };
 
-/// Traces random rays twice: with the engine, and by brute force, which tests every triangle of
-/// every instance with the exact predicate (exact_hit.h), without tree or filter. The rays start in
-/// the scene's bounds and around them, and aim at corners, edges and insides of random triangles,
-/// and past them. Errors: DEADLINE, CANCELLED, MEMORY_EXHAUSTED. Cost: instances, plus rays times
-/// triangles; memory of 4 bytes for each instance.
+/// Traces `rays` random rays, drawn from `seed`, twice: with the engine, and by brute force. Brute
+/// force tests every triangle of every instance that is not hidden with the exact predicate
+/// (exact_hit.h), without tree or filter. The rays start in the scene's bounds and around them, and
+/// aim at corners, edges and insides of random triangles, and past them. Errors: DEADLINE,
+/// CANCELLED, MEMORY_EXHAUSTED. Cost: instances, plus rays times triangles; memory of 4 bytes for
+/// each instance.
 Result<SelfCheck> self_check(const Engine& engine, const Scene& scene, std::uint64_t rays,
                              std::uint64_t seed, const Deadline& deadline);
 

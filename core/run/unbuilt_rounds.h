@@ -14,7 +14,7 @@
 
 namespace sightline {
 
-/// Copies the rays with these indices into a new batch.
+/// Copies the rays with these indices, and their masks, into a new batch.
 inline RayBatch rays_of(const RayBatch& rays, std::span<const std::size_t> numbers) {
   RayBatch some;
   some.reserve(numbers.size());
