@@ -13,13 +13,14 @@
 
 namespace sightline {
 
-/// A node. Its bounds are lower to upper.
+/// A node, inner or leaf. Its bounds are lower to upper, in tree units.
 struct alignas(32) BinaryNode {
+  /// The bit of `mark` that an inner node has.
   static constexpr std::uint32_t kInner = 0x80000000u;
 
   float lower[3];
-  /// leaf: index in BinaryTree::ids of its first box; inner: index of its left child, the right
-  /// child is the next node
+  /// leaf: index in BinaryTree::ids of its first box; inner: index of its left child, whose next
+  /// node is the right child
   std::uint32_t link;
   float upper[3];
   /// number of boxes below the node; an inner node has the bit kInner set as well
@@ -33,6 +34,7 @@ struct alignas(32) BinaryNode {
   }
 };
 
+/// A binary tree. Node 0 is the root; operator[] reads a node.
 struct BinaryTree {
   Arena nodes;  ///< BinaryNode[]; the root has index 0, the order of the others has no meaning
   std::uint32_t node_end = 0;  ///< one above the largest index in use
@@ -46,19 +48,20 @@ struct BinaryTree {
   BinaryNode& operator[](std::uint32_t i) { return reinterpret_cast<BinaryNode*>(nodes.at(0))[i]; }
 };
 
+/// Options of build_binary_tree.
 struct BinaryOptions {
-  /// How many boxes the leaves of the final tree test at once.
+  /// How many boxes the leaves of the final tree test at once: 4 by default.
   BlockSize block_size{2};
   std::uint32_t leaf_max = 4;  ///< a leaf has at most this many boxes
-  /// From this depth on, ranges are halved in the middle instead, so that no node is deeper than
-  /// kMaxTreeDepth.
+  /// From this depth on, ranges are halved by count instead of by cost, so that no node is deeper
+  /// than kMaxTreeDepth.
   std::uint32_t max_depth = 96;
   const CancelFlag* cancel = nullptr;  ///< may be null
 };
 
-/// Builds a tree over `boxes`, which are finite and not empty, and consumes them. Parallel for
-/// large inputs; the tree does not depend on the number of threads. Returns an empty tree if
-/// cancelled.
+/// Builds a tree over `boxes`, which are finite and not empty boxes, and consumes them. Parallel
+/// for large inputs; the tree does not depend on the number of threads. Returns an empty tree if
+/// there are no boxes or if cancelled. Throws std::bad_alloc.
 BinaryTree build_binary_tree(Column<BuildBox> boxes, const BinaryOptions& options);
 
 }  // namespace sightline

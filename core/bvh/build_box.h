@@ -1,6 +1,6 @@
 #pragma once
 /// The input of tree builders: BuildBox, and bounds of ranges of boxes. All coordinates are
-/// float32, in tree units.
+/// float32, in tree units (wide_tree.h).
 
 #include <cstdint>
 #include <limits>
@@ -9,15 +9,15 @@
 
 namespace sightline {
 
-/// A box and the number of the thing that it bounds. 32 bytes, so that a partition moves whole
-/// vectors.
+/// A box, lower to upper, and the number `id` of the triangle or entry that it bounds. 32 bytes, so
+/// that a partition moves whole vectors. `padding` has no meaning.
 struct alignas(32) BuildBox {
   float lower[3];
   std::uint32_t id;
   float upper[3];
   std::uint32_t padding;
 
-  /// Twice the centroid; lane 3 is 0.
+  /// Twice the centroid: lower + upper; lane 3 is 0.
   Float4 middle() const {
     // The id must not enter the sum: as a float32 it is subnormal, and adding those is slow.
     return (Float4::load(lower) + Float4::load(upper)).without_last();
@@ -33,7 +33,7 @@ struct alignas(32) BuildBox {
 };
 
 /// Bounds of points and boxes; empty by default. Lane 3 holds an unrelated value (an id,
-/// reinterpreted) that is never used.
+/// reinterpreted) that is never used; the lanes 0 to 2 are x, y, z.
 struct Bounds {
   Float4 lower = Float4::all(std::numeric_limits<float>::infinity());
   Float4 upper = Float4::all(-std::numeric_limits<float>::infinity());
@@ -45,11 +45,11 @@ struct Bounds {
   void include(Float4 point) { include(point, point); }
   void include(const Bounds& other) { include(other.lower, other.upper); }
   void include(const BuildBox& box) { include(Float4::load(box.lower), Float4::load(box.upper)); }
-  /// Half the surface area. Precondition: not empty.
+  /// Half the surface area: of an empty box infinite.
   float half_area() const { return (upper - lower).without_last().product_sum(); }
 };
 
-/// The bounds of a range of boxes, and the bounds of twice their centroids.
+/// The bounds of a range of boxes, and the bounds of their doubled centroids (BuildBox::middle).
 struct RangeBounds {
   Bounds boxes;
   Bounds middles;

@@ -9,15 +9,16 @@
 
 namespace sightline {
 
-/// Callback that fills consecutive leaf blocks with the boxes [first, first + count) of
-/// BinaryTree::ids. Called from several threads at once.
+/// Callback that fills leaf blocks, one after the other from `blocks` on, with the boxes [first,
+/// first + count) of BinaryTree::ids. It writes as many blocks as CollapseOptions::count_blocks
+/// returns, or count / block rounded up. Called from several threads at once.
 using LeafWriter = std::function<void(std::uint32_t first, std::uint32_t count, LeafBlock* blocks)>;
 
 /// Callback that returns how many leaf blocks the boxes [first, first + count) of BinaryTree::ids
 /// need. Called from several threads at once.
 using BlockCounter = std::function<std::uint32_t(std::uint32_t first, std::uint32_t count)>;
 
-/// The costs of the steps of a traversal. Only their ratios matter.
+/// The costs of the steps of a traversal, of which only ratios matter, and the sizes of leaves.
 struct CollapseOptions {
   /// Cost of testing a node's eight child boxes.
   float node_cost = 1.0f;
@@ -40,7 +41,7 @@ struct CollapseOptions {
 /// expected cost of a ray is the least possible for this binary tree [Ylitie2017]. Writes nodes
 /// depth first, each followed by its leaves. Sets every member of WideTree except scale_exponent
 /// and bounds. Parallel; the bytes do not depend on the number of threads. Returns an empty tree if
-/// cancelled. Throws std::bad_alloc.
+/// `binary` is empty or if cancelled. Throws std::bad_alloc.
 WideTree collapse(const BinaryTree& binary, const CollapseOptions& options,
                   const LeafWriter& write_leaf);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Four float32 values in one register: the operations that the tree builder needs.
+/// Float4: four float32 values in one register, with the operations that the tree builder needs.
 ///
 /// Written with the vector extensions of g++ and clang, which compile to SSE2 on x86-64 and NEON on
 /// aarch64. Highway 1.0.3 has no vectors for baseline x86-64
@@ -42,6 +42,7 @@ struct Float4 {
   friend Float4 min(Float4 a, Float4 b) { return {a.v < b.v ? a.v : b.v}; }
   /// a > b ? a : b in each lane: b where a or b is NaN, and b where both are zeros.
   friend Float4 max(Float4 a, Float4 b) { return {a.v > b.v ? a.v : b.v}; }
+  /// a < b in each lane.
   friend Mask4 less(Float4 a, Float4 b) { return {a.v < b.v}; }
   /// yes in the lanes whose mask is true, no in the others.
   friend Float4 select(Mask4 mask, Float4 yes, Float4 no) { return {mask.v ? yes.v : no.v}; }

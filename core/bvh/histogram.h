@@ -1,6 +1,7 @@
 #pragma once
 /// Binned surface-area heuristic [Wald2007]: counts boxes in bins by their centroids, on all three
-/// axes at once.
+/// axes at once. Usage: construct Binning and Histogram, add() each box, then ask for the best()
+/// cut.
 
 #include <algorithm>
 #include <array>
@@ -10,8 +11,8 @@
 
 namespace sightline {
 
-/// The number of boxes that a leaf tests at once, as a power of two. It matters because a leaf
-/// costs whole blocks.
+/// The number of boxes that a leaf tests at once, as a power of two. It is part of the cost because
+/// a leaf costs whole blocks.
 struct BlockSize {
   std::uint32_t log2 = 0;
   /// The blocks that `boxes` boxes need.
@@ -20,17 +21,20 @@ struct BlockSize {
   }
 };
 
-/// A cut of a range into two. Its cost is the sum over both sides of half the surface area times
-/// the number of blocks.
+/// A cut of a range of boxes into a left and a right side. Its cost is the sum over both sides of
+/// half the surface area times the number of blocks. Infinite: there is no cut.
 struct Split {
   float cost = std::numeric_limits<float>::infinity();
   std::size_t axis = 0;
   std::uint32_t place = 0;  ///< the boxes in bins below it, or the sorted boxes before it, go left
 };
 
-/// Maps a centroid to its bin, on each axis: bin = (middle - origin) * scale.
+/// Maps a doubled centroid (BuildBox::middle) to its bin, on each axis: bin = (middle - origin) *
+/// scale. Doubled centroids need no division by two.
 class Binning {
  public:
+  /// Divides `middles`, the bounds of the doubled centroids of all boxes, into `bins` bins on each
+  /// axis. Precondition: bins > 0, `middles` is not empty.
   Binning(const Bounds& middles, std::size_t bins) : origin_(middles.lower.without_last()) {
     alignas(16) std::array<float, 4> size;
     (middles.upper - middles.lower).store(size.data());
@@ -38,8 +42,10 @@ class Binning {
     scale_ = Float4::load(size.data()).without_last();
     last_ = Float4::all(static_cast<float>(bins - 1));
   }
-  /// The bin of twice a centroid, on each axis, not yet rounded to an integer. If an extent is so
-  /// small that the scale overflows, everything is in bin 0.
+  /// The bin of a doubled centroid, on each axis, not yet rounded down to an integer; at most bins
+  /// - 1. If an extent of `middles` is so small that the scale overflows, centroids at its lower
+  /// end are in bin 0 and all others in the last bin. If the extent is 0 or itself overflows, all
+  /// are in bin 0.
   Float4 place(Float4 middle) const {
     return min(max((middle - origin_) * scale_, Float4::all(0)), last_);
   }
@@ -53,14 +59,17 @@ class Binning {
 /// The number of boxes in each bin of each axis, and their bounds.
 class Histogram {
  public:
+  /// The most bins.
   static constexpr std::size_t kMaxBins = 32;
 
+  /// Empty bins. Precondition: bins <= kMaxBins.
   explicit Histogram(std::size_t bins) : bins_(bins) {
     for (std::size_t bin = 0; bin < bins; ++bin) {
       bounds_[bin] = {};
       counts_[bin] = {};
     }
   }
+  /// Counts a box. Precondition: `binning` has as many bins.
   void add(const Binning& binning, const BuildBox& box) {
     const std::array<int, 4> place = binning.place(box.middle()).truncated();
     const Float4 low = Float4::load(box.lower);
@@ -69,6 +78,7 @@ class Histogram {
     add<1>(place, low, high);
     add<2>(place, low, high);
   }
+  /// Adds the counts and bounds of another histogram with as many bins.
   void include(const Histogram& other) {
     for (std::size_t bin = 0; bin < bins_; ++bin) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -78,8 +88,9 @@ class Histogram {
     }
   }
 
-  /// The cheapest cut between two bins. Its cost is infinite if on every axis all boxes are in one
-  /// bin.
+  /// The cheapest cut between two bins; Split::place is the first bin of its right side. `count` is
+  /// the number of boxes that were added. The cost is infinite if on every axis all boxes are in
+  /// one bin, or if every cost overflows.
   Split best(std::uint32_t count, BlockSize size) const {
     std::array<std::array<float, 3>, kMaxBins> right_cost;
     Side right;
@@ -105,7 +116,7 @@ class Histogram {
     return best;
   }
 
-  /// The bounds of the boxes in bins [begin, end) of an axis.
+  /// The bounds of the boxes in bins [begin, end) of an axis; empty if there are none.
   Bounds bounds(std::size_t axis, std::size_t begin, std::size_t end) const {
     Bounds sum;
     for (std::size_t bin = begin; bin < end; ++bin) sum.include(bounds_[bin].axis[axis]);

@@ -12,8 +12,9 @@
 namespace sightline {
 
 /// A tree that can be built on its own: of a mesh in its own space, of a placed mesh in world
-/// space, or of a part of either.
+/// space, or of a part of either. Slot i describes SceneTree::trees[i].
 struct TreeSlot {
+  /// The value of `placement` for a tree in its mesh's own space.
   static constexpr std::uint32_t kOwnSpace = 0xffffffffu;
 
   /// Index in ScenePlan::meshes.
@@ -22,7 +23,7 @@ struct TreeSlot {
   /// kOwnSpace if it is in the mesh's own space.
   std::uint32_t placement = kOwnSpace;
   std::uint32_t triangle_count = 0;
-  std::uint32_t entries = 0;  ///< number of entries that use this tree
+  std::uint32_t entries = 0;  ///< number of entries (SceneTree) that use this tree
   /// True if the tree is never split: rays are mapped into its space, or its triangles are all
   /// around one place.
   bool whole = false;
@@ -31,26 +32,30 @@ struct TreeSlot {
   std::shared_ptr<const void> owner = {};  ///< owns the memory of `runs`
 };
 
-/// The list of slots, one for each tree. Slots are never renumbered: a split appends the new ones.
-/// The plan must outlive the layout.
+/// The list of slots, one for each tree, and the entries that use them. Slots are never renumbered:
+/// a split appends the new ones. It does not build trees: its owner builds them by build_slot, and
+/// puts them into SceneTree::trees. Not thread-safe. The plan must outlive the layout.
 class LazyLayout {
  public:
   /// Makes an entry for each placement that has a finite triangle. Throws std::bad_alloc.
   explicit LazyLayout(const ScenePlan& plan);
 
+  /// The slots; a split may move their memory.
   const std::vector<TreeSlot>& slots() const { return slots_; }
   /// The state of the scene in which no slot is built.
   SceneTree unbuilt() const;
-  /// Replaces a slot by its parts: the entry of the slot becomes one entry for each part. `tree` is
-  /// the present state of this layout; returns the state with the parts unbuilt. Precondition:
-  /// can_split(slot).
+  /// Replaces a slot by its parts (split_slot): the entry of the slot becomes one entry for each
+  /// part. The slot retains its number and has an empty tree. `tree` is the present state of this
+  /// layout; returns the state with the parts unbuilt. Precondition: can_split(slot). Throws
+  /// std::bad_alloc.
   SceneTree split(std::uint32_t slot, std::vector<MeshPart> parts, const SceneTree& tree);
 
-  /// The layout after moved_plan changed the placements `moved`, and its state. `tree` is the state
-  /// of the plan before. Trees of placements that did not move are reused, and so are trees in a
-  /// moved mesh's own space. A tree that several placements share in world space is copied without
-  /// the moved placements, which become entries of their own. Trees that are missing are marked as
-  /// unbuilt.
+  /// The layout after moved_plan changed the placements `moved`, and its state. `plan` is the
+  /// result of moved_plan and must outlive the layout. `tree` is the state of the plan before.
+  /// Trees of placements that did not move are reused, and so are trees in a moved mesh's own
+  /// space. A tree that several placements share in world space is copied without the moved
+  /// placements, which become entries of their own. Trees that are missing are marked as unbuilt.
+  /// Throws std::bad_alloc.
   ///
   /// before  the layout of the state `tree`; null if all trees of `tree` were built at once
   ///         (scene_tree.h)
@@ -83,20 +88,22 @@ struct LazyLayout::Moved {
   SceneTree tree;
 };
 
-/// True if the slot has so many triangles that a first ray needs only a small part of them.
+/// True if the slot has one entry and so many triangles (more than 2^17) that a first ray needs
+/// only a small part of them, and is not `whole`.
 bool can_split(const TreeSlot& slot);
 /// Divides the triangles of a slot into parts of neighbours (split.h). Parallel. Precondition:
-/// can_split(slot).
+/// can_split(slot). Throws std::bad_alloc.
 std::vector<MeshPart> split_slot(const ScenePlan& plan, const TreeSlot& slot);
 /// Builds the tree of a slot. Leaves hold the triangles' numbers in the mesh. Parallel. Returns an
-/// empty tree if cancelled.
+/// empty tree if cancelled; `cancel` may be null. Throws std::bad_alloc.
 WideTree build_slot(const ScenePlan& plan, const TreeSlot& slot, TreeQuality quality,
                     const CancelFlag* cancel = nullptr);
 
-/// A second state that shares the trees of `tree`.
+/// Returns a copy of a state that shares its trees and placements. Precondition: tree.top is empty
+/// or an alias of top_memory, as layouts make it.
 SceneTree share(const SceneTree& tree);
 
-/// An empty tree: a ray that enters it hits nothing.
+/// Makes a tree of one node without children: a ray that enters it hits nothing. Never null.
 std::shared_ptr<const WideTree> make_empty_tree();
 
 }  // namespace sightline

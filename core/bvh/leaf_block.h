@@ -1,5 +1,6 @@
 #pragma once
-/// LeafBlock: a block of up to four triangles in a leaf of a tree, 160 bytes.
+/// LeafBlock: a block of up to four triangles in a leaf of a tree, 160 bytes. A lane is the place
+/// of one of these triangles, 0 to 3.
 
 #include <array>
 #include <bit>
@@ -8,10 +9,12 @@
 
 namespace sightline {
 
+/// The lanes of a block.
 inline constexpr int kLanes = 4;
 
 /// Up to four triangles of one placement, as columns. Lanes from lane_count() on repeat lane 0 and
-/// must be ignored.
+/// must be ignored. Builders write `corner`, then call set_names() and set_edge_max(). In a top
+/// tree, lanes hold numbers of entries instead, and `corner` has no meaning.
 ///
 /// After the corners, two words hold these fields, from their lowest bit on:
 ///     placement is 0   triangle[0] 26, triangle[1] 26, edge_max 12
@@ -27,10 +30,11 @@ struct alignas(32) LeafBlock {
   static constexpr std::uint32_t kPlacements = 1u << 24;   ///< numbers of placements are below this
 
   float corner[3][3][kLanes];  ///< [corner][axis][lane], mesh space, float32 as the file has it
+  /// the packed fields
   std::uint64_t word[2];
 
-  /// The number of the triangle in its mesh. In a tree over placements: the number of the
-  /// placement.
+  /// The number of a lane's triangle in its mesh. In a top tree: the index of an entry in
+  /// SceneTree::placements. Precondition: lane < 4.
   std::uint32_t triangle(std::size_t lane) const {
     if (!is_behind()) return bits(lane / 2, lane % 2 * 26, 26);
     const std::uint32_t first = bits(0, 0, 26);
@@ -38,14 +42,16 @@ struct alignas(32) LeafBlock {
     if (lane == 1) return first + bits(0, 26, 18);
     return first + (lane == 2 ? bits(1, 0, 18) : bits(0, 44, 8) | bits(1, 18, 10) << 8);
   }
+  /// triangle() of all lanes.
   std::array<std::uint32_t, kLanes> triangles() const {
     return {triangle(0), triangle(1), triangle(2), triangle(3)};
   }
+  /// The number of lanes in use, 1 to 4.
   std::uint32_t lane_count() const { return bits(1, 52, 3); }
-  /// The number of the placement in a tree that several placements share, counted from the entered
-  /// placement; 0 in other trees (SceneTree::placements).
+  /// In a tree that several placements share: the index of the placement, counted from the entry
+  /// that rays enter (SceneTree::placements). 0 in other trees.
   std::uint32_t placement() const { return is_behind() ? bits(1, 28, 24) : 0; }
-  /// An upper bound of |x|, |y| and |z| of all edges of the lanes, in mesh space.
+  /// An upper bound of |x|, |y| and |z| of all edges of the triangles, in mesh space.
   float edge_max() const {
     return std::bit_cast<float>(static_cast<std::uint32_t>(word[0] >> 52) << 19);
   }
@@ -55,9 +61,9 @@ struct alignas(32) LeafBlock {
   static bool fit(std::uint32_t least, std::uint32_t greatest, std::uint32_t of_placement) {
     return of_placement == 0 || greatest - least < kDifferences;
   }
-  /// Sets the triangles' numbers, lane_count and placement; edge_max is unchanged. Preconditions:
-  /// the numbers are below their limits; if of_placement > 0, named[0] is the least number and
-  /// fit() holds.
+  /// Sets the triangles' numbers, lane_count (`count`) and placement; edge_max is unchanged.
+  /// named[i] repeats named[0] from `count` on. Preconditions: the numbers are below their limits,
+  /// 1 <= count <= 4; if of_placement > 0, named[0] is the least number and fit() holds.
   void set_names(const std::array<std::uint32_t, kLanes>& named, std::uint32_t count,
                  std::uint32_t of_placement) {
     constexpr std::uint64_t kOne = 1;
@@ -75,7 +81,7 @@ struct alignas(32) LeafBlock {
     word[1] = difference(2) | difference(3) >> 8 << 18 | std::uint64_t{of_placement} << 28 | lanes |
               kOne << 63;
   }
-  /// Sets edge_max, rounded up. Precondition: not negative.
+  /// Sets edge_max, rounded up. Precondition: `edge` is not negative and not NaN.
   void set_edge_max(float edge) {
     const std::uint64_t upper = (std::bit_cast<std::uint32_t>(edge) + 0x7ffffu) >> 19;
     word[0] = (word[0] << 12 >> 12) | upper << 52;

@@ -8,6 +8,7 @@
 
 namespace sightline {
 
+/// Options of reinsert.
 struct ReinsertOptions {
   int passes = 3;  ///< the most passes; a pass that gains less than least_gain is the last
   /// The share of nodes that each pass tries to move, those with the largest surface area. The
@@ -15,7 +16,7 @@ struct ReinsertOptions {
   float share = 0.2f;
   /// Another pass follows if a pass reduces the surface area of all inner nodes by this share.
   float least_gain = 0.005f;
-  /// May be null.
+  /// Cancels the call when set; may be null.
   const CancelFlag* cancel = nullptr;
 };
 

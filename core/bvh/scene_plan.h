@@ -1,6 +1,6 @@
 #pragma once
 /// ScenePlan: the meshes and placements of a scene before any tree is built, with the bounds that
-/// builders need.
+/// builders need. plan_scene makes it.
 
 #include <algorithm>
 #include <cstdint>
@@ -15,16 +15,16 @@
 
 namespace sightline {
 
-/// A view of a mesh; the arrays belong to the caller.
+/// A view of a mesh; the arrays belong to the caller and must outlive the view.
 struct MeshView {
-  std::span<const Vec3f> positions;
-  IndexView indices;      ///< three per triangle, all below positions.size()
+  std::span<const Vec3f> positions;  ///< in mesh space; need not be finite
+  IndexView indices;                 ///< three per triangle, all below positions.size()
   bool all_used = false;  ///< true: each position is a corner of a triangle; false: not known
 
   std::uint32_t triangle_count() const { return static_cast<std::uint32_t>(indices.size() / 3); }
 };
 
-/// A mesh at a place in the world.
+/// A mesh at a place in the world: the input of plan_scene.
 struct PlacementView {
   std::uint32_t mesh = 0;  ///< index in ScenePlan::meshes
   Affine world_from_mesh;
@@ -33,40 +33,45 @@ struct PlacementView {
 
 /// Properties of a mesh that decide how its trees are built.
 struct MeshFacts {
-  bool finite = true;      ///< all positions are finite
-  Box3d box;               ///< bounds of the finite positions, also of those that no triangle uses
-  std::uint32_t uses = 0;  ///< number of placements that were not hidden when the scene was planned
+  bool finite = true;  ///< all positions are finite
+  Box3d box;           ///< bounds of the finite positions, also of those that no triangle uses
+  /// number of placements that were not hidden when the scene was planned; at least 1 after
+  /// moved_plan shows one
+  std::uint32_t uses = 0;
 
   /// The largest |coordinate| of finite positions on an axis.
   double largest(int axis) const { return std::max({0.0, -box.min[axis], box.max[axis]}); }
 };
 
-/// The plan refers to the arrays of the meshes, which must outlive it.
+/// The plan of a scene. It refers to the arrays of the meshes, which must outlive it.
 struct ScenePlan {
   std::vector<MeshView> meshes;
-  /// The given placements. If several meshes have equal content, their placements all name the
-  /// first of these meshes.
+  /// The given placements, in their order. If several meshes have equal content, their placements
+  /// all name the first of these meshes.
   std::vector<PlacementView> placements;
   std::vector<MeshFacts> facts;  ///< one for each mesh
-  /// For each placement, the bounds of the world triangles whose three corners are finite.
+  /// For each placement, the bounds of the world triangles whose three corners are finite; empty if
+  /// there are none, or if the placement is hidden.
   std::vector<Box3d> placed;
   Box3d bounds;                ///< union of `placed`
-  std::uint32_t distinct = 0;  ///< number of meshes that some placement names
+  std::uint32_t distinct = 0;  ///< number of meshes with uses > 0
 };
 
 /// Plans a scene. Parallel. Cost: reads every position and index once for each mesh, and every
-/// position that a triangle uses once more for each placement. Errors: SCENE_TOO_LARGE if a mesh
-/// has more triangles, or the scene has more placements, than a tree can hold.
+/// position that a triangle uses once more for each placement. Precondition: the indices of meshes
+/// are in range. Errors: SCENE_TOO_LARGE if a mesh has more triangles, or the scene has more
+/// placements, than a tree can hold. Throws std::bad_alloc.
 Result<ScenePlan> plan_scene(std::vector<MeshView> meshes, std::vector<PlacementView> placements);
 
-/// The new place of a placement of a plan.
+/// The new position of a placement of a plan.
 struct MovedPlacement {
   std::uint32_t number = 0;  ///< index in ScenePlan::placements
-  Affine world_from_mesh;
-  bool hidden = false;
+  Affine world_from_mesh;    ///< the new map
+  bool hidden = false;       ///< whether it is hidden from now on
 };
-/// The plan of the same scene with some placements changed. Cost: that of plan_scene for the meshes
-/// of these placements only.
+/// The plan of the scene `before` with some placements changed, each named once. Cost: that of
+/// plan_scene for the meshes of these placements only, and a copy of `before`. Throws
+/// std::bad_alloc.
 ScenePlan moved_plan(const ScenePlan& before, std::span<const MovedPlacement> moved);
 
 }  // namespace sightline

@@ -1,6 +1,7 @@
 #pragma once
 /// SceneTree: all trees of a scene. Meshes that are worth sharing have a tree each; the rest share
-/// one tree in world space; a top tree holds the placements if there are several.
+/// one tree in world space. An entry is a placement whose tree rays enter on its own, or the last
+/// one, which stands for all that share a tree. A top tree holds the entries if there are several.
 
 #include <cstdint>
 #include <memory>
@@ -30,11 +31,12 @@ enum class Joining {
 };
 
 /// The map from world space to the space of a placement's tree, and bounds of its rounding errors
-/// (docs/explanation/exactness.md, "Instances"). x_tree = inverse * (x_world - translation).
+/// (docs/explanation/exactness.md, "Instances"): x_mesh = inverse * (x_world - translation). Boxes
+/// of the tree are in these units times 2^scale_exponent.
 struct TreeSpace {
   double inverse[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   double translation[3] = {0, 0, 0};
-  /// In tree units: a bound, for each axis, of the distance by which mapped world triangles may lie
+  /// In mesh units: a bound, for each axis, of the distance by which mapped world triangles may lie
   /// outside of the boxes of the tree.
   double pad[3] = {0, 0, 0};
   /// In world units: a bound, for each axis, of |coordinate| of the placed triangles plus
@@ -42,41 +44,49 @@ struct TreeSpace {
   double reach[3] = {0, 0, 0};
 };
 
-/// A mesh at a place in the world. Its world triangles are world_from_mesh applied to the float32
-/// corners.
+/// A mesh at a place in the world, and how rays enter its tree (placing.h). Its world triangles are
+/// world_from_mesh applied to the float32 corners.
 struct Placement {
   std::uint32_t tree = 0;  ///< index in SceneTree::trees
   /// True if world corners equal mesh corners: world_from_mesh changes no coordinate. If placements
   /// share a tree in world space, it is true only if that holds for all of them.
   bool identity = true;
-  /// world_from_mesh only scales axes and translates: world corners cost a third
+  /// True if world_from_mesh only scales axes and translates: computing world corners then costs a
+  /// third.
   bool diagonal = true;
-  bool world_boxes = true;     ///< the boxes of the tree are in world units: rays are not mapped
-  std::uint32_t instance = 0;  ///< number of the placement in the scene
+  /// True if the boxes of the tree are around world triangles: rays are not mapped.
+  bool world_boxes = true;
+  /// Index in ScenePlan::placements. The parts of a split mesh are entries with one instance.
+  std::uint32_t instance = 0;
   Affine world_from_mesh;
   TreeSpace space;  ///< set if !world_boxes
-  /// Each component of a world edge is at most edge_scale * (edge_max of its block) + edge_pad.
+  /// In magnitude, each component of a world edge is at most edge_scale * edge_max() + edge_pad,
+  /// with the edge_max() of its leaf block.
   double edge_scale = 1;
   double edge_pad = 0;
 };
 
-/// The trees of a scene. A SceneTree that is shared between threads never changes.
+/// The trees of a scene. A SceneTree that is shared between threads never changes. Rays start at
+/// `top`, or at entry 0 if it is the only entry.
 struct SceneTree {
+  /// The trees of placements, never null; Placement::tree is an index.
   std::vector<std::shared_ptr<const WideTree>> trees;
-  /// The placements that have something to hit. The first `entries` of them are entered one by one.
+  /// The placements that may have something to hit. The first `entries` of them are the entries.
   /// The placements after these share the tree of the last entry, which has world boxes. Its leaf
-  /// blocks name their placement by its distance from the last entry (LeafBlock::placement).
+  /// blocks name their placement by its distance from the last entry (LeafBlock::placement). A
+  /// placement that has left that tree has the instance 0xffffffff.
   std::span<const Placement> placements;
   /// Owns the memory of `placements`.
   std::shared_ptr<const std::vector<Placement>> placement_memory;
-  std::uint32_t entries = 0;
-  /// The tree over the entries; its leaf blocks hold indices of placements in LeafBlock::triangle.
-  /// May be empty if there are fewer than two entries.
+  std::uint32_t entries = 0;  ///< number of entries
+  /// The tree over the entries; its leaf blocks hold their indices in LeafBlock::triangle. May be
+  /// empty (root kEmpty) if there are fewer than two entries.
   WideTree top;
   /// owner of the memory of `top` if `top` is an alias; else null
   std::shared_ptr<const WideTree> top_memory;
-  Box3d bounds;             ///< bounds of all finite world triangles, with or without an area
-  std::uint32_t depth = 0;  ///< nodes on the longest path through the top tree and then a tree
+  Box3d bounds;  ///< bounds of all finite world triangles, with or without an area
+  /// At least the number of nodes on the longest path through the top tree and then a tree.
+  std::uint32_t depth = 0;
   /// A placeholder without triangles. It is an element of `trees` for each tree that is not built
   /// yet. Null if all are built.
   std::shared_ptr<const WideTree> unbuilt;
@@ -84,11 +94,12 @@ struct SceneTree {
 
   bool complete() const { return unbuilt_count == 0; }
   bool is_unbuilt(std::uint32_t tree) const { return unbuilt_count > 0 && trees[tree] == unbuilt; }
+  /// Sets placements and placement_memory; `entries` is unchanged.
   void set_placements(std::vector<Placement> all) {
     placement_memory = std::make_shared<const std::vector<Placement>>(std::move(all));
     placements = *placement_memory;
   }
-  /// Bytes of all trees.
+  /// Bytes of all trees that are built, the top tree included.
   std::uint64_t bytes() const;
 };
 

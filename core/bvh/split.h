@@ -1,6 +1,7 @@
 #pragma once
 /// Splits the triangles of a large mesh into parts of neighbours, in about two passes over them. A
-/// first ray into ten million triangles then needs only the tree of one part.
+/// first ray into ten million triangles then needs only the tree of one part. The parts are the
+/// cells of a grid over the bounds, joined along a Morton curve.
 
 #include <cstdint>
 #include <memory>
@@ -12,8 +13,8 @@
 
 namespace sightline {
 
-/// The usual number of triangles of a part. If more triangles than that lie in one cell of the
-/// grid, their part is larger; it may be split again.
+/// The usual most triangles of a part. If more triangles than that lie in one cell of the grid,
+/// their part is larger; it may be split again.
 inline constexpr std::uint32_t kPartTriangles = 1u << 12;
 
 /// A range of consecutive triangle numbers of a mesh. Files list neighbours one after the other, so
@@ -22,22 +23,22 @@ struct TriangleRun {
   std::uint32_t first;
   std::uint32_t count;
 };
-/// The numbers of all triangles of the ranges.
+/// The numbers of all triangles of the ranges, in the order of the ranges. Throws std::bad_alloc.
 std::vector<std::uint32_t> numbers_of(std::span<const TriangleRun> runs);
 
 /// A part of a mesh.
 struct MeshPart {
-  std::span<const TriangleRun> runs;
+  std::span<const TriangleRun> runs;  ///< the triangles of the part
   std::uint32_t triangle_count = 0;
   std::shared_ptr<const void> owner;  ///< owns the memory of `runs`
-  Box3d box;                          ///< bounds of the triangles, in the space of the trees
+  Box3d box;                          ///< contains the triangles, in the space of world_from_mesh
 };
 
 /// Splits the given triangles of the mesh, or all if `triangles` is empty. world_from_mesh is null
 /// for parts in the mesh's own space. Leaves out triangles with a corner that is not finite or with
-/// two equal vertices: nothing can hit them. `bounds` must contain the corners of the others.
-/// Returns at least two parts, unless all triangles lie around one place. Parallel; the result does
-/// not depend on the number of threads.
+/// two equal vertex indices: nothing can hit them. `bounds` must contain the corners of the others.
+/// Returns one part if there are at most kPartTriangles, or if all lie in one cell. Parallel; the
+/// result does not depend on the number of threads. Throws std::bad_alloc.
 std::vector<MeshPart> split_mesh(const MeshView& mesh, const Affine* world_from_mesh,
                                  std::span<const std::uint32_t> triangles, const Box3d& bounds);
 

@@ -1,5 +1,6 @@
 #pragma once
-/// Exact surface-area heuristic for a few boxes: tries every cut on every axis.
+/// Exact surface-area heuristic for a few boxes: tries every cut on every axis. (It sweeps over
+/// sorted boxes; the sweeps of core/geometry are something else.)
 
 #include <array>
 #include <cstddef>
@@ -12,10 +13,11 @@ namespace sightline {
 /// better tree.
 class Sweep {
  public:
+  /// The most boxes that cut() accepts.
   static constexpr std::uint32_t kMax = 8;
 
-  /// Sorts the boxes by their centroids on the axis of the cheapest cut, and returns that cut:
-  /// Split::place boxes go left. Precondition: 2 <= count <= kMax.
+  /// Sorts the boxes by their centroids on the axis of the cheapest cut, and returns that cut: the
+  /// first Split::place boxes go left. Precondition: 2 <= count <= kMax.
   static Split cut(BuildBox* boxes, std::uint32_t count, BlockSize size) {
     std::array<std::array<std::uint32_t, kMax>, 3> order;
     Split best;

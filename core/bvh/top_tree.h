@@ -1,5 +1,6 @@
 #pragma once
-/// The top tree: a tree over the entries of a scene.
+/// The top tree: a tree over the entries of a scene (SceneTree), through which rays find the trees
+/// to enter.
 
 #include <span>
 
@@ -7,9 +8,10 @@
 
 namespace sightline {
 
-/// Builds a tree over the world bounds of the entries, in units in which float32 is precise. A leaf
-/// block holds one index of `bounds`. `all` must contain all bounds. Returns an empty tree if
-/// cancelled.
+/// Builds a tree over the world bounds of the entries, which are finite and not empty, in units in
+/// which float32 is precise. A leaf has one block of one lane; LeafBlock::triangle(0) is the index
+/// of the entry in `bounds`. `all` must contain all bounds. Returns an empty tree if `bounds` is
+/// empty or if cancelled; `cancel` may be null. Throws std::bad_alloc.
 WideTree build_top(std::span<const Box3d> bounds, const Box3d& all, TreeQuality quality,
                    const CancelFlag* cancel = nullptr);
 

@@ -1,6 +1,6 @@
 #pragma once
-/// The corners of a mesh's triangle in the space of a tree, and whether the tree needs the
-/// triangle.
+/// TreeCorners: the corners of a mesh's triangle in the space of a tree, and whether the tree needs
+/// the triangle.
 
 #include <array>
 #include <cstddef>
@@ -12,13 +12,14 @@ namespace sightline {
 
 /// The result of tree_corners.
 struct TreeCorners {
-  std::array<Vec3d, 3> at;
+  std::array<Vec3d, 3> at;  ///< the corners, if usable
   /// False for a triangle that nothing can hit under any matrix: a corner is not finite in the
-  /// tree's space, or two corners are equal. `at` is then not set.
+  /// tree's space, or two corners are equal. `at` is then unspecified.
   bool usable = false;
 };
 
 /// Maps the corners of a triangle by world_from_mesh; null leaves them in the mesh's own space.
+/// Precondition: `triangle` is below mesh.triangle_count().
 inline TreeCorners tree_corners(const MeshView& mesh, std::uint32_t triangle,
                                 const Affine* world_from_mesh) {
   TreeCorners corners;

@@ -1,6 +1,7 @@
 #pragma once
 /// Builds a tree over the triangles of one mesh, in mesh space or world space, or over the
-/// triangles of several placed meshes.
+/// triangles of several placed meshes. All builders are parallel; the tree does not depend on the
+/// number of threads. They throw std::bad_alloc. `cancel` may be null.
 
 #include <cstdint>
 #include <span>
@@ -13,24 +14,28 @@ namespace sightline {
 /// Builds a tree over all triangles of a mesh. With a null world_from_mesh its boxes are around the
 /// mesh's own triangles, else around the world triangles. Leaves hold the mesh's float32 corners in
 /// both cases. Triangles with a corner that is not finite in the tree's space, or with two equal
-/// corners, are left out: nothing can hit them under any matrix. Returns an empty tree if
-/// cancelled; large trees poll the flag at intervals. Precondition: at most kMaxTriangles.
+/// corners, are left out: nothing can hit them under any matrix. Returns an empty tree (root
+/// kEmpty) if cancelled; large trees poll the flag at intervals. Precondition: the mesh has at most
+/// kMaxTriangles.
 WideTree build_triangle_tree(const MeshView& mesh, const Affine* world_from_mesh,
                              TreeQuality quality, const CancelFlag* cancel = nullptr);
 
-/// Builds a tree over some triangles of a mesh. Leaves hold their numbers in the mesh.
+/// Builds a tree over the triangles of a mesh with these numbers, which are different. Leaves hold
+/// these numbers.
 WideTree build_triangle_tree(const MeshView& mesh, std::span<const std::uint32_t> triangles,
                              const Affine* world_from_mesh, TreeQuality quality,
                              const CancelFlag* cancel = nullptr);
 
-/// A mesh and the map into the space of a tree.
+/// A mesh and the map from its space into the space of a tree. Refers to the mesh's arrays and to
+/// the map; both must outlive it.
 struct TreePart {
   MeshView mesh;
   const Affine* world_from_mesh = nullptr;  ///< null: the mesh's own space is that of the tree
 };
 
-/// Builds a tree around the triangles of all parts. A leaf block has triangles of one part; its
-/// `placement` is the index of the part. Precondition: at most kMaxTriangles in all.
+/// Builds a tree around the triangles of all parts. A leaf block has triangles of one part;
+/// LeafBlock::placement is the index of that part. Precondition: at least one part, fewer than
+/// LeafBlock::kPlacements, with at most kMaxTriangles in all.
 WideTree build_triangle_tree(std::span<const TreePart> parts, TreeQuality quality,
                              const CancelFlag* cancel = nullptr);
 
@@ -38,16 +43,21 @@ WideTree build_triangle_tree(std::span<const TreePart> parts, TreeQuality qualit
 /// and so on.
 class PartNumbers {
  public:
+  /// Precondition: there is at least one part.
   explicit PartNumbers(std::span<const TreePart> parts);
 
+  /// A triangle of a part: the index of the part, and the number in the part's mesh.
   struct Place {
     std::uint32_t part;
     std::uint32_t triangle;
   };
   /// The number of triangles of all parts.
   std::uint32_t count() const { return ends_.back(); }
+  /// The number of a triangle.
   std::uint32_t number(Place place) const { return begin(place.part) + place.triangle; }
+  /// The part of a number. Precondition: number < count().
   std::uint32_t part_of(std::uint32_t number) const;
+  /// The triangle of a number. Precondition: number < count().
   Place place_of(std::uint32_t number) const {
     const std::uint32_t part = part_of(number);
     return {part, number - begin(part)};
@@ -64,7 +74,8 @@ inline constexpr std::uint64_t kMaxTriangles =
 static_assert(kMaxTriangles <= LeafBlock::kTriangles);
 
 /// Returns the exponent e such that float32 boxes are precise for coordinates that are multiplied
-/// by 2^e; 0 for ordinary scenes. `bounds` are the finite bounds of all coordinates and not empty.
+/// by 2^e; 0 for ordinary scenes, whose largest coordinate is between 2^-40 and 2^41. `bounds` are
+/// the finite bounds of all coordinates and not empty.
 int choose_scale_exponent(const Box3d& bounds);
 
 }  // namespace sightline

@@ -25,7 +25,8 @@
 
 namespace sightline {
 
-/// Validates a tree of build_triangle_tree(mesh, world_from_mesh).
+/// Validates a tree of build_triangle_tree(mesh, world_from_mesh). A null world_from_mesh: the tree
+/// is in mesh space.
 Status validate_triangle_tree(const WideTree& tree, const MeshView& mesh,
                               const Affine* world_from_mesh);
 /// Validates a tree of build_triangle_tree(parts): every leaf block has triangles of one part, and

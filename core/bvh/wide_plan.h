@@ -1,6 +1,6 @@
 #pragma once
 /// WidePlan: chooses which nodes of a binary tree become the children of a wide node, at the least
-/// cost.
+/// cost. collapse() writes the tree that it chose.
 
 #include <array>
 
@@ -8,13 +8,13 @@
 
 namespace sightline {
 
-/// Rounds a number of granules up to a multiple of a node's alignment.
+/// Rounds a number of granules (32 bytes) up to a multiple of a node's alignment.
 inline std::uint32_t whole_lines(std::uint32_t granules) {
   constexpr std::uint32_t kLine = kNodeAlign / Arena::kGranule;
   return (granules + kLine - 1) / kLine * kLine;
 }
 
-/// The children of a wide node, as indices of binary nodes.
+/// The children of a wide node, as indices of binary nodes: index[0] .. index[count - 1].
 struct WideChildren {
   std::array<std::uint32_t, kArity> index{};
   std::size_t count = 0;
@@ -24,12 +24,12 @@ struct WideChildren {
 /// way to represent its subtree by at most 1, 2, ... 7 wide nodes or leaves.
 class WidePlan {
  public:
-  /// Solves the programme. Parallel for large trees. Cost: 8 bytes per binary node. If cancelled,
-  /// the plan must not be used. Precondition: the tree is not empty. Tree and options must outlive
-  /// the plan.
+  /// Solves the programme. Parallel for large trees. Cost: 8 bytes per binary node. If
+  /// options.cancel is set meanwhile, the plan must not be used. Precondition: the tree is not
+  /// empty. Tree and options must outlive the plan. Throws std::bad_alloc.
   WidePlan(const BinaryTree& binary, const CollapseOptions& options);
 
-  /// True if the binary node becomes a leaf.
+  /// True if the binary node, if chosen, becomes a leaf and not a wide node.
   bool is_leaf(std::uint32_t node) const { return (choice_[node] & kLeaf) != 0; }
   /// The granules of memory that a chosen wide node or leaf needs, with everything below it.
   std::uint32_t granules(std::uint32_t node) const { return granules_[node]; }

@@ -1,13 +1,15 @@
 #pragma once
-/// WideTree: a bounding volume hierarchy with eight children per node, in one arena.
+/// WideTree: a bounding volume hierarchy with eight children per node, in one arena. build_top,
+/// build_triangle_tree and collapse make trees; the kernels of core/trace traverse them.
 ///
-///     node (256 bytes)               leaf block (160 bytes), up to four in a row
+///     node (256 bytes)               leaf block (160 bytes), up to four in a leaf
 ///     lower x[8] y[8] z[8]           corners as columns: [corner][axis][lane], float32
 ///     upper x[8] y[8] z[8]           triangle[4]  edge_max  lane_count  placement
 ///     child[8]  order[8 octants]
 ///
-/// Nodes and blocks are addressed by granules of 32 bytes from the arena's start. So a tree is
-/// position independent and can be mapped from a file. Nodes begin at cache lines. A block touches
+/// Nodes and blocks are addressed by granules (Arena::kGranule), units of 32 bytes from the arena's
+/// start. So a tree is position independent and can be mapped from a file. Nodes begin at cache
+/// lines. A block touches
 /// three cache lines, wherever it begins.
 
 #include <cstdint>
@@ -19,29 +21,37 @@
 
 namespace sightline {
 
+/// Children of a node.
 inline constexpr int kArity = 8;
+/// Alignment of nodes in bytes: a cache line.
 inline constexpr std::size_t kNodeAlign = 64;
-/// Leaf blocks in a leaf.
+/// The most leaf blocks in a leaf.
 inline constexpr int kMaxLeafBlocks = 4;
 /// The most nodes on a path from the root that a builder may make. The stacks of the kernels are
 /// sized for it.
 inline constexpr std::uint32_t kMaxTreeDepth = 130;
 
-/// A reference to a child of a node: a node, a leaf of 1 to 4 blocks, or nothing (kEmpty). It is a
-/// granule and, for a leaf, the number of blocks.
+/// A reference to a child of a node: a node, a leaf of 1 to 4 blocks, or kEmpty, which is no child.
+/// A reference holds a granule and, for a leaf, the number of blocks. Functions that take a
+/// reference must not get kEmpty: is_leaf() would be true.
 struct ChildRef {
   static constexpr std::uint32_t kLeafBit = 0x80000000u;
   static constexpr std::uint32_t kBlocksShift = 29;
-  // a tree has at most 16 GiB
+  /// A tree has at most 2^29 granules, 16 GiB.
   static constexpr std::uint32_t kGranuleMask = (1u << kBlocksShift) - 1;
+  /// The reference of an unused child, and the root of a tree without triangles.
   static constexpr std::uint32_t kEmpty = 0xffffffffu;
 
+  /// Makes a reference to the node at a granule.
   static std::uint32_t node(std::uint32_t granule) { return granule; }
+  /// Makes a reference to a leaf of `blocks` blocks, 1 to 4, of which the first is at a granule.
   static std::uint32_t leaf(std::uint32_t granule, std::uint32_t blocks) {
     return kLeafBit | (blocks - 1) << kBlocksShift | granule;
   }
   static bool is_leaf(std::uint32_t ref) { return (ref & kLeafBit) != 0; }
+  /// The granule of a node, or of the first block of a leaf.
   static std::uint32_t granule(std::uint32_t ref) { return ref & kGranuleMask; }
+  /// The number of blocks of a leaf.
   static std::uint32_t blocks(std::uint32_t ref) { return ((ref >> kBlocksShift) & 3u) + 1; }
   /// A reference to the leaf without its first block. Precondition: it has more than one.
   static std::uint32_t rest(std::uint32_t ref) {
@@ -51,11 +61,12 @@ struct ChildRef {
 
 /// A node: the boxes of its eight children and references to them.
 struct alignas(kNodeAlign) WideNode {
-  /// Closed boxes of the children in tree units, rounded outwards. An empty child has lower = +inf,
-  /// upper = -inf. The order of the children matters to any-hit queries, which visit the last child
-  /// first.
+  /// Closed boxes of the children in tree units, rounded outwards, as [axis][child]. An empty child
+  /// has lower = +inf, upper = -inf. Any-hit queries visit the last child first, so builders put
+  /// the child there that most likely gives a hit.
   float lower[3][kArity];
   float upper[3][kArity];
+  /// References (ChildRef) to the children; kEmpty for unused ones.
   std::uint32_t child[kArity];
   /// For each octant of ray directions (bit k of the index is set if component k is negative): the
   /// children from far to near, three bits each, the farthest in the lowest bits [Fuetterling2015].
@@ -63,18 +74,20 @@ struct alignas(kNodeAlign) WideNode {
 };
 static_assert(sizeof(WideNode) == 256);
 
-/// Boxes are in tree units: scene units times 2^scale_exponent. The exponent is 0 unless
-/// coordinates are so large or small that float32 boxes would lose precision.
+/// A tree and its figures. Boxes are in tree units: coordinates of the space of the tree (the world
+/// or a mesh) times 2^scale_exponent. The exponent is 0 unless coordinates are so large or small
+/// that float32 boxes would lose precision.
 struct WideTree {
   Arena arena;
-  std::uint32_t root = ChildRef::kEmpty;  ///< kEmpty: nothing can be hit
+  std::uint32_t root = ChildRef::kEmpty;  ///< a node, a leaf, or kEmpty: nothing can be hit
   int scale_exponent = 0;
-  Box3d bounds;  ///< bounds of the triangles in scene units (mesh units for a shared tree)
+  Box3d bounds;  ///< bounds of the triangles in the space of the tree, without the scale
   std::uint32_t node_count = 0;
   std::uint32_t block_count = 0;
   std::uint32_t depth = 0;  ///< nodes on the longest path from the root
 
-  /// Returns a tree that uses the memory of `tree` and retains it.
+  /// Returns a tree that uses the memory of `tree` and shares its ownership. Precondition: not
+  /// null.
   static WideTree alias(const std::shared_ptr<const WideTree>& tree) {
     WideTree same;
     same.arena = Arena(tree->arena.at(0), tree->arena.used(), tree);
@@ -86,10 +99,12 @@ struct WideTree {
     same.depth = tree->depth;
     return same;
   }
+  /// The node of a reference. Precondition: the reference is a node, not a leaf or kEmpty.
   const WideNode& node(std::uint32_t ref) const {
     return *reinterpret_cast<const WideNode*>(arena.at(ref));
   }
-  /// The blocks of a leaf; `ref` has ChildRef::blocks(ref) of them.
+  /// The first block of a leaf; ChildRef::blocks(ref) blocks follow each other. Precondition: the
+  /// reference is a leaf.
   const LeafBlock* blocks(std::uint32_t ref) const {
     return reinterpret_cast<const LeafBlock*>(arena.at(ChildRef::granule(ref)));
   }
