@@ -9,8 +9,7 @@
 ///
 /// Nodes and blocks are addressed by granules (Arena::kGranule), units of 32 bytes from the arena's
 /// start. So a tree is position independent and can be mapped from a file. Nodes begin at cache
-/// lines. A block touches
-/// three cache lines, wherever it begins.
+/// lines. A block touches three cache lines, wherever it begins.
 
 #include <cstdint>
 #include <memory>

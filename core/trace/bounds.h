@@ -1,7 +1,8 @@
 #pragma once
-/// The constants of the error bounds of all filters. docs/explanation/exactness.md proves them, in
-/// the sections named below; tests/unit/trace/bounds_test.cpp derives the smallest values that the
-/// proofs allow. u is kU.
+/// The constants of the error bounds of the float64 and float32 filters of kernels. Each comment
+/// begins with the section of docs/explanation/exactness.md that proves the bound.
+/// tests/unit/trace/bounds_test.cpp derives the smallest values that the proofs allow. u is kU.
+/// tau, reach and anchor are those of ray_setup.h.
 
 namespace sightline::bounds {
 
@@ -9,7 +10,8 @@ namespace sightline::bounds {
 inline constexpr double kU = 0x1p-53;
 
 // "Triangles", signs: an edge function is off by at most E = kSign * u * R * m + kSignFloor, where
-// m = |corner 0| + 2 edge + kSlack * u * R and R is the ray's reach (ray_setup.h).
+// m = |corner 0| + 2 edge + kSlack * u * R. R is the ray's reach, edge the largest |component| of
+// an edge.
 inline constexpr double kSign = 64;
 inline constexpr double kSlack = 32;
 inline constexpr double kSignFloor = 0x1p-960;
@@ -18,7 +20,7 @@ inline constexpr double kSignFloor = 0x1p-960;
 /// kSignFloor.
 inline constexpr double kVertexCulling = 128;
 
-/// Beyond this reach products of four coordinates may overflow, so the filter decides nothing.
+/// Beyond this reach, products of four coordinates may overflow, so the filter decides nothing.
 inline constexpr double kFilterReach = 0x1p320;
 
 // "Triangles", t: the interval of tau has the half width (kTau u R + ((kTauEdge edge + kTauReach u
@@ -27,8 +29,8 @@ inline constexpr double kTau = 16;
 inline constexpr double kTauEdge = 12;
 inline constexpr double kTauReach = 128;
 
-// "Boxes": inverse directions are widened by the factor kInverseStep, origins move outwards by |o|
-// * kOriginStep + kPad, limits by |tau| * kLimitStep + kLimitFloor.
+// "Boxes": inverse directions are widened by the factor kInverseStep, origins o move outwards by
+// |o| * kOriginStep + kPad, limits of tau by |tau| * kLimitStep + kLimitFloor.
 inline constexpr double kInverseStep = 0x1p-21;
 inline constexpr double kOriginStep = 0x1p-23;
 inline constexpr double kLimitStep = 0x1p-22;
@@ -44,7 +46,8 @@ inline constexpr double kEnter = 0x1p-40;
 inline constexpr double kDirectionFloor = 0x1p-1074;
 
 // "Instances": a ray that is mapped into a mesh's space is off by at most kMapped * u * |N| (|o| +
-// reach); underflow in its direction adds kMappedFloor per unit of tau.
+// reach), where N is TreeSpace::inverse and reach TreeSpace::reach. Underflow in its direction adds
+// kMappedFloor per unit of tau.
 inline constexpr double kMapped = 12;
 inline constexpr double kMappedFloor = 0x1p-1070;
 /// Up to this |tau|, kPad is larger than what underflow adds, in the units of any mesh.

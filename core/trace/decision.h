@@ -1,6 +1,7 @@
 #pragma once
-/// Decisions that filters leave open. ClosestHit stores the best triangle so far as an interval of
-/// tau, and calls the exact predicate if intervals do not decide.
+/// Decisions that filters leave open, and the exact answers about one ray and one triangle.
+/// ClosestHit stores the best triangle so far as an interval of tau (ray_setup.h), and calls the
+/// exact predicate if intervals do not decide.
 
 #include <limits>
 
@@ -13,11 +14,12 @@
 
 namespace sightline {
 
-/// A ray of a batch, with what the exact predicate needs to decide about it.
+/// A ray of a batch, with what the exact predicate needs to decide about it. Made for one decision;
+/// the referenced objects must outlive it. Decisions are added to `counts`.
 struct RayQuestion {
   const SceneView& scene;
   const RayBatch& rays;
-  std::size_t number;
+  std::size_t number;  ///< index of the ray in `rays`
   DecisionCounts& counts;
 
   Ray ray() const { return rays[number]; }
@@ -27,22 +29,25 @@ struct RayQuestion {
   }
 };
 
-/// A triangle that a kernel found, by its place in a leaf block.
+/// A triangle that a kernel found, by its lane in a leaf block. The block belongs to a tree of the
+/// view (SceneView) of the query.
 struct Candidate {
   const LeafBlock* block = nullptr;
   std::uint32_t lane = 0;
-  std::uint32_t instance = kNone;
+  std::uint32_t instance = kNone;  ///< kNone: no triangle
   /// corner or edge where the ray is known to meet the triangle (met_edge); 0: not known
   CornerSet edge = 0;
 
   TriangleId id() const { return {instance, block->triangle(lane)}; }
 };
 
-/// The closest hit of one ray. Its candidates may arrive in any order, and the result does not
-/// depend on the order: two candidates are compared by disjoint intervals or exactly.
+/// The closest hit of one ray. Construct it with the ray's limit; pass each triangle that the
+/// filter does not exclude to accept() or examine(). Triangles may arrive in any order, and the
+/// result does not depend on the order: two are compared by disjoint intervals or exactly.
 struct ClosestHit {
+  /// contains the tau of `candidate`; without a hit, high is the limit
   Interval tau{kNever, kNever};
-  Candidate candidate;
+  Candidate candidate;  ///< the best triangle so far
 
   static constexpr double kNever = std::numeric_limits<double>::infinity();
   /// Starts without a hit. `tau_max` is the upper end of the interval of the ray's limit: a
@@ -51,6 +56,7 @@ struct ClosestHit {
   ClosestHit() = default;
   /// Triangles whose tau is certainly above this cannot win.
   double bound() const { return tau.high; }
+  /// True if there is a hit.
   bool found() const { return candidate.instance != kNone; }
 
   /// Compares with a triangle that is certainly met within the limits, at a tau inside of
@@ -64,14 +70,15 @@ struct ClosestHit {
     }
     return other_tau.low > tau.high;
   }
-  /// Decides exactly between the best hit and a certain hit whose intervals overlap.
+  /// Decides exactly between the best hit and a triangle that is certainly met, if their intervals
+  /// overlap. Precondition: accept() returned false.
   void settle(const RayQuestion& question, const Candidate& other, Interval other_tau);
-  /// Decides exactly whether a triangle is met within the limits, and whether it beats the best
-  /// hit.
+  /// Decides exactly whether a triangle that may be met is met within the limits, and whether it
+  /// beats the best hit.
   void examine(const RayQuestion& question, Candidate other);
 };
 
-/// The sides of a triangle whose hits count: a set of ResolvedFilter's bits.
+/// The sides of a triangle whose hits count: a set of ResolvedFilter's bits. Ignores masks.
 inline std::uint8_t counting_sides(const Scene& scene, const ResolvedFilter& resolved,
                                    TriangleId id) {
   const std::size_t first = resolved.first[id.instance];
@@ -79,12 +86,13 @@ inline std::uint8_t counting_sides(const Scene& scene, const ResolvedFilter& res
                                                                   : resolved.sides.size();
   return resolved.sides[end - first == 1 ? first : first + scene.primitive_of(id)];
 }
-/// Returns those of `lanes` (bit i: lane i of the block) whose triangles count, given the side that
-/// the ray meets.
+/// Returns those of `lanes` (bit i: lane i of the block) whose triangles count for the ray, given
+/// the side that the ray meets and its mask. `instance` is that of the block's placement.
 std::uint32_t counting_lanes(const RayQuestion& question, const ResolvedFilter& resolved,
                              const LeafBlock& block, std::uint32_t instance, std::uint32_t lanes);
 
-/// True if the exact predicate finds the triangle within the ray's limits; sets `t`.
+/// True if the exact predicate finds the triangle within the ray's limits; sets `t`, which is else
+/// unspecified.
 bool exact_hit_of(const RayQuestion& question, TriangleId id, ExactT& t);
 /// True if the exact predicate finds the triangle within the ray's limits.
 bool examine_any(const RayQuestion& question, TriangleId id);
@@ -96,8 +104,8 @@ double exact_t(const Scene& scene, const Ray& ray, TriangleId id);
 /// exactly and rounded once. Default values if the ray does not meet it.
 HitDetail hit_detail(const Scene& scene, const Ray& ray, TriangleId id);
 
-/// True if the ray meets the triangle exactly on an edge or a corner. `detail` is the result of
-/// hit_detail, or of a kernel within the bounds of HitDetail.
+/// True if the ray meets the triangle exactly on an edge or a corner. Precondition: the ray meets
+/// it. `detail` is the result of hit_detail, or of a kernel within the bounds of HitDetail.
 bool hit_on_edge(const Scene& scene, const Ray& ray, TriangleId id, const HitDetail& detail);
 
 }  // namespace sightline

@@ -6,8 +6,9 @@
 
 namespace sightline {
 
-/// Maps the corners of a lane to world space by the arithmetic of Scene::world_triangle.
-/// `placement` is the placement of the block.
+/// Maps the corners of a lane to world space by the arithmetic of Scene::world_triangle, so the
+/// result is that triangle, bit by bit. `placement` is that of the block. Precondition: lane <
+/// block.lane_count().
 inline Triangle world_triangle(const Placement& placement, const LeafBlock& block,
                                std::size_t lane) {
   const auto corner = [&](std::size_t c) {

@@ -1,10 +1,14 @@
 #pragma once
 /// The three forms in which a kernel stores a ray, each with bounds of its rounding errors.
 ///
-/// AnchoredRay   the ray from an origin near the scene, in float64: o + t d = origin + tau *
-///               direction, up to `error` on each axis. tau is the ray's parameter in this form.
+/// AnchoredRay   the ray o + t d from an origin near the scene, in float64: o + t d = origin + tau
+///               * direction, up to `error` on each axis. tau is the ray's parameter in this form.
 /// FilterRay     the AnchoredRay sheared so that its direction is an axis, for the triangle filter
-/// BoxRay        the AnchoredRay in the units of one tree, in float32, for the slabs of boxes
+/// BoxRay        the AnchoredRay in the units of one tree (wide_tree.h), in float32, for the slabs
+///               of boxes
+///
+/// The anchor is the point of the ray that becomes the origin: the ray's own origin o if it is near
+/// the scene, else a point of the ray near the scene.
 ///
 /// docs/explanation/exactness.md proves the bounds.
 
@@ -50,12 +54,12 @@ struct AnchoredRay {
   Interval tau_of(double t) const;
 };
 
-/// True if a component of `scaled`, a direction times a power of two, may have lost bits by
-/// underflow.
+/// True if a component of `scaled`, which is `direction` times a power of two, may have lost bits
+/// by underflow.
 bool is_rounded(const Vec3d& direction, const std::array<double, 3>& scaled);
 
-/// Makes the first form. `bounds` are the bounds of the scene's finite triangles, not empty.
-/// Precondition: the ray has passed check_rays.
+/// Makes the first form. `bounds` are the bounds of the scene's finite triangles. Preconditions:
+/// the ray has passed check_rays, and the bounds are not empty.
 AnchoredRay anchor_ray(const Ray& ray, const Box3d& bounds);
 
 /// The second form (docs/explanation/exactness.md, "Triangles"). Axes are permuted so that the
@@ -70,11 +74,12 @@ struct FilterRay {
   std::uint32_t kx, ky, kz;
 };
 
+/// Makes the second form.
 FilterRay make_filter_ray(const AnchoredRay& ray);
 
 /// The third form.
 struct BoxRay {
-  /// Sets octant and near_row. `negative` is 0 or 1 per axis.
+  /// Sets octant and near_row. x, y, z: 1 if that component of the direction is negative, else 0.
   void set_octant(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
     octant = x | y << 1 | z << 2;
     near_row = {24 * x, 8 + 24 * y, 16 + 24 * z};

@@ -1,6 +1,6 @@
 #pragma once
-/// Lists the boxes and triangles with which one ray is tested, in the order of the traversal. It
-/// visits nodes as the kernels do, but is slow and simple.
+/// Lists the boxes and triangles with which one ray is tested, in the order of the traversal, to
+/// explain an answer to people. It visits nodes as the kernels do, but is slow and simple.
 
 #include <cstdint>
 #include <vector>
@@ -12,10 +12,11 @@
 
 namespace sightline {
 
-/// A triangle in a leaf that the ray entered.
+/// A triangle in a leaf that the ray entered, and what was decided about it.
 struct ExplainedTriangle {
+  /// The decision.
   enum class Verdict : std::uint8_t {
-    kHit,
+    kHit,       ///< the ray meets it, and it counts
     kMissed,    ///< the ray does not meet it within its limits
     kFiltered,  ///< the ray meets it, but a filter excludes it
   };
@@ -24,9 +25,9 @@ struct ExplainedTriangle {
   double t = 0;  ///< rounded; set if the ray meets the triangle
 };
 
-/// A box of a tree.
+/// A box of a tree, and the result of its test.
 struct ExplainedBox {
-  std::int64_t parent = -1;  ///< index of the parent box in the list; -1 for the root
+  std::int64_t parent = -1;  ///< index of the parent box in Explanation::boxes; -1 for the root
   bool is_leaf = false;
   Box3d box;             ///< in world space, or in mesh space if in_mesh
   bool in_mesh = false;  ///< the box belongs to the tree of a mesh that is placed often
@@ -37,13 +38,15 @@ struct ExplainedBox {
   std::vector<ExplainedTriangle> triangles;
 };
 
-/// The list, of at most `most` boxes.
+/// The list, of at most `most` boxes; truncated: there were more.
 struct Explanation {
   std::vector<ExplainedBox> boxes;
   bool truncated = false;
 };
-/// Traces the ray and returns the list. Precondition: the trees near the ray are built, as they are
-/// after a closest hit was requested. Throws std::bad_alloc.
+/// Traces the ray and returns the list. `resolved` may be null: all triangles count; its masks are
+/// ignored (resolve_for_rays for one ray makes none). Preconditions: the ray has passed check_rays,
+/// and the trees near the ray are built, as they are after a closest hit was requested. Throws
+/// std::bad_alloc.
 Explanation explain_ray(const SceneView& scene, const Ray& ray, const ResolvedFilter* resolved,
                         std::size_t most = 1000);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Lists the boxes at one level of the trees of a scene.
+/// Lists the boxes at one level of the trees of a scene, for pictures of the trees.
 
 #include <cstdint>
 #include <vector>
@@ -21,8 +21,8 @@ struct TreeLevel {
 };
 
 /// Returns at most `most` boxes at `level`; the root is level 0. The levels below a leaf of the top
-/// tree are those of the trees of its placements, if they are built and in world space; otherwise
-/// the path ends at the leaf. Cost: linear in the size of the levels above. Throws std::bad_alloc.
+/// tree are those of the trees of its entries, if they are built and in world space; otherwise the
+/// path ends at the leaf. Cost: linear in the size of the levels above. Throws std::bad_alloc.
 TreeLevel boxes_of_level(const SceneView& scene, std::uint32_t level, std::size_t most);
 
 }  // namespace sightline

@@ -1,6 +1,6 @@
 #pragma once
-/// Statistics of the quality of a tree: depth, fill, overlap of siblings, and whether everything is
-/// inside of its parent's box.
+/// TreeReport: statistics of the quality of a tree, such as depth, fill and overlap of siblings,
+/// and whether everything is inside of its parent's box.
 
 #include <cstdint>
 
@@ -10,6 +10,7 @@ namespace sightline {
 
 /// Statistics of one tree.
 struct TreeReport {
+  /// Numbers of nodes, leaves, leaf blocks and triangles.
   std::uint64_t nodes = 0, leaves = 0, blocks = 0, triangles = 0;
   std::uint32_t depth = 0;       ///< nodes on the longest path
   std::uint32_t shallowest = 0;  ///< nodes on the shortest path to a leaf
@@ -29,7 +30,7 @@ struct TreeReport {
 /// Statistics of the tree of an entry. Precondition: entry < SceneTree::entries, and its tree is
 /// built. Cost: linear in the tree. Throws std::bad_alloc.
 TreeReport report_tree(const SceneView& scene, std::uint32_t entry);
-/// Statistics of the top tree, whose leaves hold entries.
+/// Statistics of the top tree, whose leaves hold entries instead of triangles.
 TreeReport report_top_tree(const SceneView& scene);
 
 }  // namespace sightline

@@ -15,7 +15,8 @@ namespace sightline {
 
 struct TraceCounts;
 
-/// The hits of one ray, for "all" and "count".
+/// The hits of one ray, for "all" and "count". Construct it for the ray, call accept() or examine()
+/// for each triangle that the filter does not exclude, then total() and append_sorted().
 ///
 /// Laws    The answer does not depend on the order in which triangles are added, nor on the widths
 ///         of their intervals; narrow intervals only save exact comparisons.
@@ -29,8 +30,11 @@ struct TraceCounts;
 ///         not be used.
 class AllHits {
  public:
+  /// Most bytes of memory for each listed hit.
   static constexpr std::size_t kBytesOfHit = 72;
 
+  /// Lists at most `limit` hits; with 0 they are only counted. The arguments must outlive this
+  /// object.
   AllHits(const RayQuestion& question, Crossings crossings, std::size_t limit, TraceCounts& counts)
       : question_(question),
         counts_(counts),
@@ -39,12 +43,12 @@ class AllHits {
         room_(limit > kUnlimited / 2 ? kUnlimited : std::max(2 * limit, kFewest)) {}
 
   /// Adds a triangle that is certainly met inside of its edges and within the limits, at a tau
-  /// inside of the interval.
+  /// inside of the interval (ray_setup.h).
   void accept(TriangleId id, Interval tau) {
     ++total_;
     if (limit_ != 0) keep({id, tau});
   }
-  /// Adds a triangle if the exact predicate finds that it is met.
+  /// Adds a triangle if the exact predicate finds that it is met, or crossed for Crossings::kOnce.
   void examine(TriangleId id);
 
   /// The number of added triangles.

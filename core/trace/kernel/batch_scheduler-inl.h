@@ -20,14 +20,15 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// Whether a batch of this size may be traced in packets.
+/// True if a batch of this size may be given to BatchScheduler: the scene's trees are not too deep,
+/// and a single entry has world boxes. Precondition: the scene has entries.
 inline bool can_use_packets(const SceneView& scene, std::size_t count) {
   const SceneTree& tree = scene.tree();
   return count > 1 && tree.depth <= kMaxInterleavedDepth &&
          (tree.entries > 1 || tree.placements[0].world_boxes);
 }
 
-/// Calls `call` for the layout of a scene that may be traced in packets.
+/// Calls call.operator()<Layout>() for the layout of a scene. Precondition: can_use_packets.
 template <class Call>
 void with_layout(const SceneView& scene, Call&& call) {
   const SceneTree& tree = scene.tree();
@@ -40,8 +41,9 @@ void with_layout(const SceneView& scene, Call&& call) {
   }
 }
 
-/// Returns how many rays from `first` on to trace interleaved before it is worth trying a packet.
-/// It compares the octants of the next rays; there must be kNarrowRays of them.
+/// Returns how many rays from `first` on to trace interleaved before it is worth trying a packet: 0
+/// if a packet may begin at `first`. It compares the octants of the next rays. Precondition:
+/// kNarrowRays rays exist from `first` on.
 inline std::size_t rays_before(const RayBatch& rays, std::size_t first) {
   const auto octant = [&](std::size_t i) {
     return (std::signbit(rays.dx[i]) ? 1 : 0) | (std::signbit(rays.dy[i]) ? 2 : 0) |
@@ -65,7 +67,8 @@ inline std::size_t rays_before(const RayBatch& rays, std::size_t first) {
 template <bool kAny, Layout kLayout>
 class BatchScheduler {
  public:
-  /// `resolved`: which triangles count; null: all. `occluded` is written for "any", else null.
+  /// `resolved`: which triangles count; null: all. `occluded` is written for "any", else null. All
+  /// arguments must outlive this object. Precondition: can_use_packets.
   BatchScheduler(const SceneView& scene, const RayBatch& rays, std::uint8_t* occluded,
                  const ResolvedFilter* resolved, TraceCounts& counts)
       : scene_(scene),
@@ -76,7 +79,8 @@ class BatchScheduler {
         group_(scene, rays, occluded, resolved, counts),
         interleaved_(scene, rays, occluded, resolved, counts) {}
 
-  /// Traces rays [begin, end). finish.add(ray, candidate) is called for each closest hit.
+  /// Traces rays [begin, end). finish.add(ray, candidate) is called for each closest hit, in no
+  /// fixed order. Results are unusable if the deadline passes (TraceCounts::stopped).
   template <class Finish>
   void run(std::size_t begin, std::size_t end, Finish& finish) {
     while (begin < end) {

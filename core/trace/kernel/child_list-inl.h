@@ -1,5 +1,6 @@
-// Lists the children of a node that a ray or a packet meets, in the order of the visit. The eight
-// results of the box tests are compressed in registers, without a branch:
+// ChildList: lists the children of a node that a ray or a packet meets, in the order of the visit.
+// A slot is the index of a child in its WideNode. The eight results of the box tests are compressed
+// in registers, without a branch:
 //
 //   AVX-512         the compress instruction
 //   AVX2            a permutation of eight lanes from kCompress
@@ -23,13 +24,16 @@ namespace HWY_NAMESPACE {
 
 #if SIGHTLINE_NATIVE_COMPRESS
 
-/// The children of a node, and which of them a ray meets. Position i is child i of the WideNode, or
-/// after `sort` the i-th child that the ray visits. Each instruction set has one of these classes.
+/// The children of a node, and which of them a ray meets. Construct it from the box tests, call
+/// sort() if the order matters, then store(). Position i is child i of the WideNode, or after
+/// sort() the i-th in the order far to near. Node and boxes must outlive it. Each instruction set
+/// has one of these classes.
 class ChildList {
  public:
   HWY_INLINE ChildList(const WideNode& node, const BoxCrossings& boxes)
       : near_(boxes.near[0]), far_(boxes.far[0]), child_(hn::Load(RefLanes(), node.child)) {}
 
+  /// Sorts by the node's order for rays of an octant, from far to near.
   HWY_INLINE void sort(const WideNode& node, std::uint32_t octant) {
     slot_ = child_order(node, octant);
     const auto index = hn::IndicesFromVec(BoxLanes(), slot_);
@@ -40,19 +44,20 @@ class ChildList {
   /// Bit i: the ray meets the box of the child at position i.
   HWY_INLINE std::uint32_t bits() const { return mask_bits(BoxLanes(), met()); }
 
-  /// Writes references and entry distances of the children that are met. Returns their number.
+  /// Writes references and entry distances of the children that are met, in the order of positions.
+  /// Returns their number. Eight elements of both arrays may be overwritten.
   HWY_INLINE std::size_t store(std::uint32_t* HWY_RESTRICT ref_out,
                                float* HWY_RESTRICT near_out) const {
     store(met(), child_, ref_out, near_out);
     return hn::CountTrue(BoxLanes(), met());
   }
-  /// Writes their slots instead of their references. Precondition: `sort` was called.
+  /// store() with slots instead of references. Precondition: sort() was called.
   HWY_INLINE std::size_t store_slots(std::uint32_t* HWY_RESTRICT slot_out,
                                      float* HWY_RESTRICT near_out) const {
     store(met(), slot_, slot_out, near_out);
     return hn::CountTrue(BoxLanes(), met());
   }
-  /// Writes the children whose bit is set.
+  /// Writes the children at the positions whose bit is set.
   HWY_INLINE void store(std::uint32_t bits, std::uint32_t* HWY_RESTRICT ref_out,
                         float* HWY_RESTRICT near_out) const {
     const auto some = static_cast<std::uint8_t>(bits);
@@ -73,13 +78,16 @@ class ChildList {
 };
 
 #elif SIGHTLINE_TABLE_COMPRESS
-/// The children of a node, and which of them a ray meets. Position i is child i of the WideNode, or
-/// after `sort` the i-th child that the ray visits. Each instruction set has one of these classes.
+/// The children of a node, and which of them a ray meets. Construct it from the box tests, call
+/// sort() if the order matters, then store(). Position i is child i of the WideNode, or after
+/// sort() the i-th in the order far to near. Node and boxes must outlive it. Each instruction set
+/// has one of these classes.
 class ChildList {
  public:
   HWY_INLINE ChildList(const WideNode& node, const BoxCrossings& boxes)
       : node_(node), boxes_(boxes), met_(ChildSlots::met(boxes)) {}
 
+  /// Sorts by the node's order for rays of an octant, from far to near.
   HWY_INLINE void sort(const WideNode& node, std::uint32_t octant) {
     order_ = ChildSlots::order(node, octant);
     met_ = ChildSlots::shuffle(met_, order_);
@@ -88,14 +96,15 @@ class ChildList {
   /// Bit i: the ray meets the box of the child at position i.
   HWY_INLINE std::uint32_t bits() const { return ChildSlots::bits(met_); }
 
-  /// Writes references and entry distances of the children that are met. Returns their number.
+  /// Writes references and entry distances of the children that are met, in the order of positions.
+  /// Returns their number. Eight elements of both arrays may be overwritten.
   HWY_INLINE std::size_t store(std::uint32_t* HWY_RESTRICT ref_out,
                                float* HWY_RESTRICT near_out) const {
     const std::uint32_t all = bits();
     store(all, ref_out, near_out);
     return static_cast<std::size_t>(std::popcount(all));
   }
-  /// Writes their slots instead of their references.
+  /// store() with slots instead of references.
   HWY_INLINE std::size_t store_slots(std::uint32_t* HWY_RESTRICT slot_out,
                                      float* HWY_RESTRICT near_out) const {
     const std::uint32_t all = bits();
@@ -104,7 +113,7 @@ class ChildList {
     ChildSlots::store_near(slots, boxes_, near_out);
     return static_cast<std::size_t>(std::popcount(all));
   }
-  /// Writes the children whose bit is set.
+  /// Writes the children at the positions whose bit is set.
   HWY_INLINE void store(std::uint32_t bits, std::uint32_t* HWY_RESTRICT ref_out,
                         float* HWY_RESTRICT near_out) const {
     const auto slots = slots_of(bits);
@@ -126,8 +135,10 @@ class ChildList {
 
 #elif !SIGHTLINE_NATIVE_COMPRESS
 
-/// The children of a node, and which of them a ray meets. Position i is child i of the WideNode, or
-/// after `sort` the i-th child that the ray visits. Each instruction set has one of these classes.
+/// The children of a node, and which of them a ray meets. Construct it from the box tests, call
+/// sort() if the order matters, then store(). Position i is child i of the WideNode, or after
+/// sort() the i-th in the order far to near. The node must outlive it. Each instruction set has one
+/// of these classes.
 class ChildList {
  public:
   HWY_INLINE ChildList(const WideNode& node, const BoxCrossings& boxes) : node_(node) {
@@ -137,6 +148,7 @@ class ChildList {
     }
   }
 
+  /// Sorts by the node's order for rays of an octant, from far to near.
   HWY_INLINE void sort(const WideNode& node, std::uint32_t octant) { order_ = node.order[octant]; }
   /// Bit i: the ray meets the box of the child at position i.
   HWY_INLINE std::uint32_t bits() const {
@@ -145,14 +157,15 @@ class ChildList {
     return bits;
   }
 
-  /// Writes references and entry distances of the children that are met. Returns their number.
+  /// Writes references and entry distances of the children that are met, in the order of positions.
+  /// Returns their number. Eight elements of both arrays may be overwritten.
   HWY_INLINE std::size_t store(std::uint32_t* HWY_RESTRICT ref_out,
                                float* HWY_RESTRICT near_out) const {
     const std::size_t size = store_slots(ref_out, near_out);
     for (std::size_t i = 0; i < size; ++i) ref_out[i] = node_.child[ref_out[i]];
     return size;
   }
-  /// Writes their slots instead of their references.
+  /// store() with slots instead of references.
   HWY_INLINE std::size_t store_slots(std::uint32_t* HWY_RESTRICT slot_out,
                                      float* HWY_RESTRICT near_out) const {
     std::size_t size = 0;
@@ -163,7 +176,7 @@ class ChildList {
     }
     return size;
   }
-  /// Writes the children whose bit is set.
+  /// Writes the children at the positions whose bit is set.
   HWY_INLINE void store(std::uint32_t bits, std::uint32_t* HWY_RESTRICT ref_out,
                         float* HWY_RESTRICT near_out) const {
     for (; bits != 0; bits &= bits - 1) {

@@ -1,5 +1,5 @@
 // Vectors over the eight children of a node: results of box tests, slot numbers, and their
-// permutation by table lookups.
+// permutation by table lookups. A slot is the index of a child in its WideNode, 0 to 7.
 
 #if defined(SIGHTLINE_TRACE_CHILD_SLOTS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_CHILD_SLOTS_INL_H_
@@ -28,12 +28,15 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
+/// Lanes of the boxes of a node: float32 results of box tests, and references. A node takes
+/// kBoxVectors vectors of kBoxLanes lanes.
 using BoxLanes = hn::CappedTag<float, kArity>;
 using RefLanes = hn::RebindToUnsigned<BoxLanes>;
 constexpr std::size_t kBoxLanes = hn::MaxLanes(BoxLanes());
 constexpr std::size_t kBoxVectors = kArity / kBoxLanes;
 
-/// The entry and exit distances of a ray for the boxes of a node. It meets a box if near <= far.
+/// The entry and exit distances of a ray for the boxes of a node, in slots. The ray meets a box if
+/// near <= far.
 struct BoxCrossings {
   hn::Vec<BoxLanes> near[kBoxVectors], far[kBoxVectors];
 };
@@ -54,7 +57,7 @@ HWY_INLINE hn::Vec<RefLanes> child_order(const WideNode& node, std::uint32_t oct
 
 #if SIGHTLINE_TABLE_COMPRESS && HWY_MAX_BYTES >= 32
 
-/// Eight lanes of 32 bits: slot numbers or truth values.
+/// Operations on eight lanes of 32 bits: slot numbers or truth values.
 class ChildSlots {
  public:
   using V = hn::Vec<RefLanes>;
@@ -64,9 +67,11 @@ class ChildSlots {
     const BoxLanes df;
     return hn::BitCast(RefLanes(), hn::VecFromMask(df, hn::Le(boxes.near[0], boxes.far[0])));
   }
+  /// The slots of the children from far to near, for rays of an octant.
   static HWY_INLINE V order(const WideNode& node, std::uint32_t octant) {
     return child_order(node, octant);
   }
+  /// A bit for each lane that is true.
   static HWY_INLINE std::uint32_t bits(V truth) {
     const BoxLanes df;
     return mask_bits(df, hn::MaskFromVec(hn::BitCast(df, truth)));
@@ -75,19 +80,21 @@ class ChildSlots {
   static HWY_INLINE V shuffle(V from, V index) {
     return hn::TableLookupLanes(from, hn::IndicesFromVec(RefLanes(), index));
   }
-  /// The numbers of the set bits, in ascending order.
+  /// The numbers of the set bits, in ascending order, then zeros.
   static HWY_INLINE V set_bits(std::uint32_t bits) {
     const hn::Rebind<std::uint8_t, RefLanes> d8;
     return hn::PromoteTo(RefLanes(), hn::Load(d8, kCompress[bits].data()));
   }
-  /// Writes the slots, or the elements of `refs` at these slots.
+  /// Writes the slots.
   static HWY_INLINE void store(V slots, std::uint32_t* HWY_RESTRICT out) {
     hn::StoreU(slots, RefLanes(), out);
   }
+  /// Writes the elements of `refs` at the slots.
   static HWY_INLINE void store(V slots, const std::uint32_t (&refs)[kArity],
                                std::uint32_t* HWY_RESTRICT out) {
     store(shuffle(hn::Load(RefLanes(), refs), slots), out);
   }
+  /// Writes the entry distances of the slots.
   static HWY_INLINE void store_near(V slots, const BoxCrossings& boxes, float* HWY_RESTRICT out) {
     hn::StoreU(hn::TableLookupLanes(boxes.near[0], hn::IndicesFromVec(BoxLanes(), slots)),
                BoxLanes(), out);
@@ -96,12 +103,13 @@ class ChildSlots {
 
 #elif SIGHTLINE_TABLE_COMPRESS
 
-/// Eight bytes: slot numbers or truth values.
+/// Operations on eight bytes: slot numbers or truth values.
 class ChildSlots {
  public:
   using Bytes = hn::CappedTag<std::uint8_t, kArity>;
   using V = hn::Vec<Bytes>;
 
+  /// True in the bytes whose boxes are met.
   static HWY_INLINE V met(const BoxCrossings& boxes) {
     const BoxLanes df;
     const hn::RebindToSigned<BoxLanes> di;
@@ -128,15 +136,17 @@ class ChildSlots {
     const auto fields = hn::ShiftRight<13>(hn::Mul(words, hn::Load(dw, kUp)));
     return hn::DemoteTo(Bytes(), hn::BitCast(hn::RebindToSigned<Words>(), fields));
   }
+  /// A bit for each byte that is true.
   static HWY_INLINE std::uint32_t bits(V truth) {
     return mask_bits(Bytes(), hn::MaskFromVec(truth));
   }
   /// Byte i of the result is byte index[i] of `from`.
   static HWY_INLINE V shuffle(V from, V index) { return hn::TableLookupBytes(from, index); }
+  /// The numbers of the set bits, in ascending order, then zeros.
   static HWY_INLINE V set_bits(std::uint32_t bits) {
     return hn::Load(Bytes(), kCompress[bits].data());
   }
-  /// Writes the slots, or the elements of `refs` at these slots.
+  /// Writes the slots, each as 32 bits.
   static HWY_INLINE void store(V slots, std::uint32_t* HWY_RESTRICT out) {
     const hn::CappedTag<std::uint8_t, 16> d16;
     const hn::CappedTag<std::uint8_t, 4> d4;
@@ -148,6 +158,7 @@ class ChildSlots {
                       hn::LowerHalf(d4, hn::LowerHalf(Bytes(), hn::ShiftRightBytes<4>(d16, both)))),
         du, out + kBoxLanes);
   }
+  /// Writes the elements of `refs` at the slots.
   static HWY_INLINE void store(V slots, const std::uint32_t (&refs)[kArity],
                                std::uint32_t* HWY_RESTRICT out) {
     const RefLanes du;
@@ -155,6 +166,7 @@ class ChildSlots {
     hn::StoreU(Moves(slots, 0).of(low, high), du, out);
     hn::StoreU(Moves(slots, 1).of(low, high), du, out + kBoxLanes);
   }
+  /// Writes the entry distances of the slots.
   static HWY_INLINE void store_near(V slots, const BoxCrossings& boxes, float* HWY_RESTRICT out) {
     const RefLanes du;
     const BoxLanes df;

@@ -1,5 +1,6 @@
 #pragma once
-/// A table that compresses eight lanes, for instruction sets without a compress instruction.
+/// kCompress: a table that moves selected lanes of eight to the front, for instruction sets without
+/// a compress instruction.
 
 #include <array>
 #include <cstddef>
@@ -12,6 +13,7 @@ namespace sightline {
 /// function to the stack at each call (docs/decisions/0022).
 using CompressTable = std::array<std::array<std::uint8_t, 8>, 256>;
 
+/// Computes the table.
 constexpr CompressTable make_compress_table() {
   CompressTable table{};
   for (std::size_t mask = 0; mask < table.size(); ++mask) {

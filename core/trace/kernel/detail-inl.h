@@ -17,17 +17,19 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// Computes position, normal and barycentrics of hits, eight at a time. Every number is the exact
-/// value rounded once. Lanes for which double-double cannot certify that are computed exactly.
+/// Computes position, normal and barycentrics of hits, eight at a time: add() each hit, then
+/// flush(). Every number is the exact value rounded once. Lanes for which double-double cannot
+/// certify that are computed exactly. The arguments of the constructor must outlive it.
 class Details {
  public:
+  /// Hits that are computed at a time.
   static constexpr std::size_t kGroup = 8;
 
   Details(const Scene& scene, const RayBatch& rays, const HitBatch& hits, HitDetail* out,
           TraceCounts& counts)
       : scene_(scene), rays_(rays), hits_(hits), out_(out), counts_(counts) {}
 
-  /// Adds the hit of a ray; writes eight results to `out` when eight are collected.
+  /// Adds the hit of slot `ray`; writes the results to out[slot] when kGroup hits are collected.
   void add(std::size_t ray) {
     ray_[size_] = ray;
     const Triangle triangle = scene_.world_triangle(hits_.id(ray));

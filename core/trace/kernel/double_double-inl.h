@@ -17,7 +17,8 @@ namespace sightline {
 namespace HWY_NAMESPACE {
 
 /// A vector of unevaluated sums high + low of two float64, |low| <= ulp(high) / 2. Error bounds:
-/// [Joldes2017].
+/// [Joldes2017]. The functions two_* are exact, unless a number overflows or underflows; operators
+/// have errors of a few 2^-104, relative to the magnitudes of their operands, or to the product.
 template <class Tag>
 struct DoubleDoubleOf {
   using D = Tag;
@@ -30,7 +31,7 @@ struct DoubleDoubleOf {
     const V t = hn::Sub(s, a);
     return {s, hn::Add(hn::Sub(a, hn::Sub(s, t)), hn::Sub(b, t))};
   }
-  /// Precondition: |a| >= |b| or a is zero.
+  /// a + b, exactly, with fewer operations. Precondition: |a| >= |b| or a is zero.
   static HWY_INLINE DoubleDouble fast_two_sum(V a, V b) {
     const V s = hn::Add(a, b);
     return {s, hn::Sub(b, hn::Sub(s, a))};
@@ -76,7 +77,8 @@ struct DoubleDoubleOf {
     const DoubleDouble s = two_difference(a.high, b.high);
     return fast_two_sum(s.high, hn::Add(s.low, hn::Sub(a.low, b.low)));
   }
-  /// The dot product. The lower parts, of relative size u, are summed without compensation.
+  /// The dot product of a float64 and a double-double vector. The lower parts, of relative size u,
+  /// are summed without compensation.
   static HWY_INLINE DoubleDouble dot(const V (&a)[3], const DoubleDouble (&b)[3]) {
     const DoubleDouble p = two_product(a[0], b[0].high), q = two_product(a[1], b[1].high),
                        r = two_product(a[2], b[2].high);
@@ -96,10 +98,11 @@ struct DoubleDoubleOf {
   }
 };
 
+/// The widest vectors of double-double numbers, of at most eight lanes.
 using DoubleDouble = DoubleDoubleOf<hn::CappedTag<double, 8>>;
 
-/// The quotient top / bottom in double-double: q + residual / bottom, where residual = top - q
-/// bottom. `inverse` is 1 / bottom as a float64.
+/// The quotient top / bottom in double-double: q + residual / bottom, where q = top * inverse and
+/// residual = top - q bottom. `inverse` is 1 / bottom as a float64.
 template <class Tag>
 HWY_INLINE DoubleDoubleOf<Tag> quotient_of(const DoubleDoubleOf<Tag>& top,
                                            const DoubleDoubleOf<Tag>& bottom,
@@ -114,8 +117,8 @@ HWY_INLINE DoubleDoubleOf<Tag> quotient_of(const DoubleDoubleOf<Tag>& top,
   const auto residual = hn::Add(rest, hn::NegMulAdd(q, bottom.low, top.low));
   return DoubleDoubleOf<Tag>::fast_two_sum(q, hn::Mul(residual, inverse));
 }
-/// A bound for the error of quotient_of, if top is off by at most 24 u^2 top_size and bottom by at
-/// most 43 u^2 bottom_size.
+/// A bound for the error of quotient_of, whose result is `value`, if top is off by at most 24 u^2
+/// top_size and bottom by at most 43 u^2 bottom_size. u is bounds::kU.
 template <class Tag>
 HWY_INLINE hn::Vec<Tag> error_of_quotient(Tag dd, hn::Vec<Tag> top_size, hn::Vec<Tag> bottom_size,
                                           hn::Vec<Tag> inverse, hn::Vec<Tag> value) {
@@ -123,6 +126,7 @@ HWY_INLINE hn::Vec<Tag> error_of_quotient(Tag dd, hn::Vec<Tag> top_size, hn::Vec
   return hn::Mul(hn::Set(dd, bounds::kDoubleDouble),
                  hn::MulAdd(hn::MulAdd(size, bottom_size, top_size), hn::Abs(inverse), size));
 }
+/// The largest magnitude of a factor for which no product overflows.
 constexpr double kLargestFactor = 0x1p300;
 /// True in lanes where nothing underflowed or overflowed, so that the error bounds hold.
 template <class Tag>
@@ -135,14 +139,14 @@ HWY_INLINE hn::Mask<Tag> is_ordinary(Tag dd, hn::Vec<Tag> top_size, hn::Vec<Tag>
 }
 
 /// Pointers to the columns of rays and of the triangles that they meet. Each column has as many
-/// numbers as a vector has lanes.
+/// numbers as a vector has lanes, and must outlive the computation.
 struct MeetingColumns {
   const double* origin[3];
   const double* direction[3];
   const double* corner[3][3];  ///< [corner][axis], in world space
 };
 
-/// The edges of triangles from corner 0, exact.
+/// The edges of triangles from corner 0, e1 = v1 - v0 and e2 = v2 - v0, exact.
 template <class Tag>
 struct EdgesOf {
   DoubleDoubleOf<Tag> e1[3], e2[3];
@@ -200,7 +204,7 @@ struct SeenFrom {
 
   DoubleDouble a[3];  ///< vector from the origin to corner 0, exact
   DoubleDouble top;   ///< a.n
-  V top_size;         ///< bounds the error of top; NaN if a factor is so large that it may overflow
+  V top_size;         ///< bounds the error of top; NaN if a factor is above kLargestFactor
 
   HWY_INLINE SeenFrom(const NormalOf<Tag>& normal, const double* const (&corner0)[3],
                       const double* const (&origin)[3]) {
@@ -218,7 +222,7 @@ struct SeenFrom {
   }
 };
 
-/// The intersections of rays with planes.
+/// The intersections of rays with planes: t = top / bottom.
 template <class Tag>
 struct MeetingOf {
   using D = Tag;
@@ -227,8 +231,8 @@ struct MeetingOf {
 
   V direction[3];
   DoubleDouble bottom;  ///< d.n
-  V bottom_size;
-  V inverse;  ///< 1 / bottom, a float64
+  V bottom_size;        ///< bounds the error of bottom
+  V inverse;            ///< 1 / bottom, a float64
   DoubleDouble t;
   V error;               ///< bound of the error of t
   hn::Mask<D> ordinary;  ///< nothing underflowed or overflowed, so that the bounds hold
@@ -253,9 +257,11 @@ struct MeetingOf {
     ordinary = is_ordinary(dd, top_size, bottom_size, largest, t.high);
   }
 
+  /// top / bottom, for another numerator.
   HWY_INLINE DoubleDouble quotient(const DoubleDouble& top) const {
     return quotient_of(top, bottom, inverse);
   }
+  /// A bound of the error of quotient(), whose result is `value`.
   HWY_INLINE V bound(V top_size, V value) const {
     return error_of_quotient(D(), top_size, bottom_size, inverse, value);
   }

@@ -22,9 +22,9 @@ namespace sightline {
 namespace HWY_NAMESPACE {
 
 #if HWY_MAX_BYTES >= 32
-/// Maps a ray into the space of a tree and sets `box`. Returns false, if numbers are so large or
-/// small that make_box_ray must do it. The error bounds are those of docs/explanation/exactness.md,
-/// "Instances" and "Boxes".
+/// Maps a ray into the space of a tree, given by `space`, and sets `box`. Returns false, with `box`
+/// unspecified, if numbers are so large or small that make_box_ray must do it. The error bounds are
+/// those of docs/explanation/exactness.md, "Instances" and "Boxes".
 HWY_INLINE bool map_box_ray(const AnchoredRay& ray, const TreeSpace& space, int scale_exponent,
                             BoxRay& box) {
   const Axes dd;
@@ -63,7 +63,8 @@ HWY_INLINE bool map_box_ray(const AnchoredRay& ray, const TreeSpace& space, int 
 }
 #endif
 
-/// The members of AnchoredRay that mapping needs, for a ray that was set up with others.
+/// The members of AnchoredRay that mapping needs, for a ray that was set up as `prepared`. `bounds`
+/// are those of the scene.
 HWY_INLINE AnchoredRay anchored(const Ray& ray, const PreparedRay& prepared, const Box3d& bounds) {
   if (HWY_UNLIKELY(!prepared.simple)) return anchor_ray(ray, bounds);
   const Vec3d& d = ray.direction;
@@ -78,8 +79,8 @@ HWY_INLINE AnchoredRay anchored(const Ray& ray, const PreparedRay& prepared, con
   return out;
 }
 
-/// Sets `box` to the ray for the tree of a placement. `top` is the ray in the units of the top
-/// tree.
+/// Sets `box` to the ray for the tree of a placement, `tree`. `top` is the ray in the units of the
+/// top tree.
 HWY_INLINE void enter_placement(const AnchoredRay& ray, const Placement& placement,
                                 const WideTree& tree, const WideTree& top_tree, const BoxRay& top,
                                 BoxRay& box) {
@@ -95,13 +96,14 @@ HWY_INLINE void enter_placement(const AnchoredRay& ray, const Placement& placeme
 }
 
 /// The members of AnchoredRay that mapping needs, as columns, for rays whose origin need not move.
+/// The pointers refer to arrays of kRays numbers.
 template <std::size_t kRays>
 struct AnchoredColumns {
   const double* origin[3];
   HWY_ALIGN double direction[3][kRays];
   const double* tau_min;
 
-  /// Sets lane i. Returns false if scaling the direction rounds a component.
+  /// Sets the direction of lane i. Returns false if scaling the direction rounds a component.
   bool set_direction(std::size_t i, const Vec3d& d) {
     const double largest = std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)});
     const auto exponent = std::bit_cast<std::uint64_t>(largest) & 0x7ff0000000000000ull;
@@ -112,8 +114,10 @@ struct AnchoredColumns {
   }
 };
 
-/// make_box_ray for the rays from lane i on, as many as a vector has lanes. Returns a bit set: bit
-/// j is set if lane i + j is valid. The error bounds are those of map_box_ray.
+/// make_box_ray for the rays from lane i on, as many as a vector has lanes. Sets these lanes of
+/// `slabs` and tau_scale. `scale` is 2^scale_exponent of the tree. Returns a bit set: bit j is set
+/// if lane i + j is valid; other lanes need make_box_ray. The error bounds are those of
+/// map_box_ray.
 template <class D, std::size_t kRays>
 HWY_INLINE std::uint32_t map_lanes(D dd, const AnchoredColumns<kRays>& rays, std::size_t i,
                                    const TreeSpace& space, double scale, SlabColumns<kRays>& slabs,

@@ -1,5 +1,6 @@
-// The float64 filter for a ray and the four triangles of a leaf block: decides which are certainly
-// met or missed.
+// The float64 filter for a ray and the four triangles of a leaf block: decides which triangles are
+// certainly met or missed. filter_block is for one ray and all lanes of a block, filter_lanes for
+// vectors of rays or triangles. tau and the forms of a ray are those of ray_setup.h.
 
 #if defined(SIGHTLINE_TRACE_FILTER_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_FILTER_INL_H_
@@ -19,18 +20,23 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// The layout of a scene for which a kernel is compiled. kAsItIs: one tree in world space, whose
-/// placements do not change the mesh's coordinates. kPlaced: one tree, whose placements have
-/// matrices. kMany: a top tree over several entries.
-enum class Layout { kAsItIs, kPlaced, kMany };
+/// The layouts of scenes, for which traversals are compiled separately (with_layout chooses one).
+enum class Layout {
+  /// one entry, whose placements change no coordinate: corners of blocks are world corners
+  kAsItIs,
+  kPlaced,  ///< one entry, whose placements have matrices: corners are mapped to world space
+  kMany     ///< several entries below a top tree; corners are mapped to world space
+};
 
-/// kLatency: the caller waits for the verdict, so a branch skips the division for triangles that
-/// are missed. kThroughput: many independent tests follow one another, and a mispredicted branch
-/// costs more than the division.
+/// How triangles that are missed are handled. kLatency: the caller waits for the verdict, so a
+/// branch skips the division for them. kThroughput: many independent tests follow one another, and
+/// a mispredicted branch costs more than the division.
 enum class Pace { kLatency, kThroughput };
 
-/// The result of the filter for four triangles. Bit i of `accept`: triangle i is certainly met. Bit
-/// i of `examine`: it may be met, and the exact predicate must decide. low and high bound tau.
+/// The result of the filter for one ray and the lanes of a block. Bit i of `accept`: triangle i is
+/// certainly met within the limits. Bit i of `examine`: it may be met, and the exact predicate must
+/// decide. The interval [low[i], high[i]] contains tau of such a triangle; other elements are
+/// unset.
 struct LeafVerdict {
   std::uint32_t accept = 0;
   std::uint32_t examine = 0;
@@ -46,7 +52,8 @@ struct LeafVerdict {
   }
 };
 
-/// The values of a ray that the filter uses: one ray in all lanes, or a ray in each lane.
+/// The values of a ray that the filter uses (FilterRay): one ray in all lanes, or a ray in each
+/// lane.
 template <class D>
 struct LaneRays {
   using V = hn::Vec<D>;
@@ -56,7 +63,8 @@ struct LaneRays {
   V bound;  ///< upper bound of the best tau so far
 };
 
-/// Corners on the axes kx, ky, kz: one triangle in all lanes, or a triangle in each lane.
+/// Corners in world space on the axes kx, ky, kz of the rays: one triangle in all lanes, or a
+/// triangle in each lane.
 template <class D>
 struct LaneCorners {
   hn::Vec<D> x[3], y[3], z[3];
@@ -65,15 +73,16 @@ struct LaneCorners {
 /// The result of the filter for each lane.
 template <class D>
 struct LaneVerdicts {
-  hn::Mask<D> left;      ///< not certainly missed
+  hn::Mask<D> left;      ///< not certainly missed: the triangle may be met
   hn::Mask<D> certain;   ///< if left: certainly met, within the limits
-  hn::Vec<D> low, high;  ///< interval that contains tau
+  hn::Vec<D> low, high;  ///< interval that contains tau, if left
 };
 
-/// Decides lanes from their edge functions `w` and the depths `z` of the corners, if each w is off
-/// by at most `e`: Theorems 1 and 2 of docs/explanation/exactness.md, "Triangles". `edge` is an
-/// upper bound of |component| of all edges, `reach` of the reach of all rays. Returns false,
-/// without verdicts, only if all lanes are certainly missed.
+/// Decides lanes from their edge functions `w` and the depths `z` of the corners along the ray's
+/// largest axis, if each w is off by at most `e`: Theorems 1 and 2 of
+/// docs/explanation/exactness.md, "Triangles". `edge` is an upper bound of |component| of all edges
+/// of the triangles in world space, `reach` of the reach of all rays. Returns false, without
+/// verdicts, only if all lanes are certainly missed.
 template <Pace kPace, class D, class V = hn::Vec<D>>
 HWY_INLINE bool judge_lanes(D dd, const V (&w)[3], const V (&z)[3], V e, double edge,
                             const LaneRays<D>& rays, double reach, LaneVerdicts<D>& verdicts) {
@@ -109,9 +118,9 @@ HWY_INLINE bool judge_lanes(D dd, const V (&w)[3], const V (&z)[3], V e, double 
   return true;
 }
 
-/// The filter for triangles and rays: sheared edge functions [Woop2013] with the error bound of
-/// docs/explanation/exactness.md, "Triangles". Other arguments and the result are those of
-/// judge_lanes.
+/// The filter for triangles given by their corners: sheared edge functions [Woop2013] with the
+/// error bound of docs/explanation/exactness.md, "Triangles". Other arguments and the result are
+/// those of judge_lanes.
 template <Pace kPace, class D>
 HWY_INLINE bool filter_lanes(D dd, const LaneCorners<D>& corners, double edge,
                              const LaneRays<D>& rays, double reach, LaneVerdicts<D>& verdicts) {
@@ -137,16 +146,17 @@ HWY_INLINE bool filter_lanes(D dd, const LaneCorners<D>& corners, double edge,
 }
 
 /// Triangles relative to an origin that several rays share: one triangle in all lanes, or a
-/// triangle in each lane. Edge function c of a ray is normal_z[c] + shear_x normal_x[c] + shear_y
-/// normal_y[c].
+/// triangle in each lane. Edge function c of a ray from there is normal_z[c] + shear_x normal_x[c]
+/// + shear_y normal_y[c]. VertexCulling::see makes them.
 template <class D>
 struct LaneEdges {
   hn::Vec<D> normal_x[3], normal_y[3], normal_z[3];
-  hn::Vec<D> z[3];  ///< of the corners
+  hn::Vec<D> z[3];  ///< depths of the corners, relative to the origin
   double error;     ///< bounds the error of every edge function
 };
 
-/// The filter for rays from that origin: docs/explanation/exactness.md, "Vertex culling".
+/// The filter for rays from the origin of `seen`: docs/explanation/exactness.md, "Vertex culling".
+/// Other arguments and the result are those of judge_lanes.
 template <Pace kPace, class D>
 HWY_INLINE bool filter_lanes(D dd, const LaneEdges<D>& seen, double edge, const LaneRays<D>& rays,
                              double reach, LaneVerdicts<D>& verdicts) {
@@ -159,10 +169,11 @@ HWY_INLINE bool filter_lanes(D dd, const LaneEdges<D>& seen, double edge, const 
   return judge_lanes<kPace>(dd, w, seen.z, hn::Set(dd, seen.error), edge, rays, reach, verdicts);
 }
 
+/// Lanes of float64 numbers for the triangles of a block: four, or two at a time.
 using FilterLanes = hn::CappedTag<double, kLanes>;
 
-/// Collects corner(c, k) for each corner c on the axes of `ray`. A template, because a lambda would
-/// not be inlined.
+/// Collects the corners on the axes of `ray`: corner(c, k) returns corner c of all lanes on world
+/// axis k. A template, because a lambda would not be inlined.
 template <class Corner>
 HWY_INLINE LaneCorners<FilterLanes> corners_on_axes(const FilterRay& ray, const Corner& corner) {
   LaneCorners<FilterLanes> corners;
@@ -177,6 +188,7 @@ HWY_INLINE LaneCorners<FilterLanes> corners_on_axes(const FilterRay& ray, const 
 
 /// Loads the corners of the triangles of a block from lane `i` on, as many as a vector has lanes,
 /// on the axes of `ray`. If kPlaced, maps them to world space by the formula of Affine::apply.
+/// `placement` is that of the block.
 template <bool kPlaced>
 HWY_INLINE LaneCorners<FilterLanes> load_corners(const LeafBlock& block, std::size_t i,
                                                  const FilterRay& ray, const Placement& placement) {
@@ -205,7 +217,8 @@ HWY_INLINE LaneCorners<FilterLanes> load_corners(const LeafBlock& block, std::si
   }
 }
 
-/// An upper bound of |component| of all edges of a block, in world space.
+/// An upper bound of |component| of all edges of a block, in world space. `placement` is that of
+/// the block.
 template <bool kPlaced>
 HWY_INLINE double largest_edge(const LeafBlock& block, const Placement& placement) {
   const auto edge = static_cast<double>(block.edge_max());
@@ -213,9 +226,9 @@ HWY_INLINE double largest_edge(const LeafBlock& block, const Placement& placemen
   return (edge * placement.edge_scale + placement.edge_pad) * (1 + 0x1p-50);
 }
 
-/// Filters triangles (LaneCorners or LaneEdges of the lanes from `i` on) for one ray. `bound` is
-/// the upper bound of the ray's best tau so far; `reach` is at least the ray's reach. Adds to the
-/// verdict.
+/// Filters triangles (LaneCorners or LaneEdges of the lanes from `i` on) for one ray. `edge` and
+/// `reach` are those of judge_lanes. `bound` is the upper bound of the ray's best tau so far. Adds
+/// bits to the verdict, and sets its elements from `i` on.
 template <Pace kPace, class Triangles>
 HWY_INLINE void filter_triangles(const Triangles& triangles, double edge, const FilterRay& ray,
                                  double reach, double bound, std::size_t i, LeafVerdict& verdict) {
@@ -239,7 +252,8 @@ HWY_INLINE void filter_triangles(const Triangles& triangles, double edge, const 
   verdict.examine |= (left & ~certain) << i;
 }
 
-/// Filters all lanes of a block.
+/// Filters all lanes of a block for one ray, and sets the verdict. `placement` is that of the
+/// block, `bound` the upper bound of the ray's best tau so far.
 template <bool kPlaced, Pace kPace>
 HWY_INLINE void filter_block(const LeafBlock& block, const FilterRay& ray,
                              const Placement& placement, double bound, LeafVerdict& verdict) {

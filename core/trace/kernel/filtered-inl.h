@@ -15,7 +15,8 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// A sink (single-inl.h) that passes only the triangles that count to another sink.
+/// A sink (single-inl.h) that passes only the triangles that count to another sink. Refers to
+/// `resolved`, which must outlive it.
 template <class Sink>
 struct Filtered {
   static constexpr Wanted kWanted = Sink::kWanted;
@@ -33,8 +34,8 @@ struct Filtered {
   }
 };
 
-/// Traces rays [begin, end) one by one. Makes a sink for each by make_sink(question, tau_max), and
-/// calls done(i, sink) after ray i was traced.
+/// Traces rays [begin, end) one by one, for the triangles that count. Makes a sink for each ray by
+/// make_sink(question, tau_max), and calls done(i, sink) after ray i was traced.
 template <class MakeSink, class Done>
 void trace_filtered(const SceneView& scene, const RayBatch& rays, std::size_t begin,
                     std::size_t end, const ResolvedFilter& resolved, TraceCounts& counts,

@@ -1,4 +1,4 @@
-// The best hits so far of the rays of a packet.
+// GroupHits: the best hits so far of the rays of a packet.
 
 #if defined(SIGHTLINE_TRACE_GROUP_HITS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_GROUP_HITS_INL_H_
@@ -18,19 +18,21 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// The ClosestHit of each of at most kRays rays, as columns.
+/// The ClosestHit of each of at most kRays rays, as columns. Call start() for a packet, enter() for
+/// each placement, then the take functions for verdicts of the filter. Ray i is lane i of the
+/// packet. The bound of a ray is the upper bound of its best tau so far.
 template <std::size_t kRays>
 class GroupHits {
  public:
   using D = GroupPreparation::D;
 
-  /// `resolved`: which triangles count; null: all.
+  /// `resolved`: which triangles count; null: all. All arguments must outlive this object.
   GroupHits(const SceneView& scene, const RayBatch& rays, const ResolvedFilter* resolved,
             TraceCounts& counts)
       : scene_(scene), tree_(scene.tree()), rays_(rays), resolved_(resolved), counts_(counts) {}
 
-  /// Resets to no hits, for `count` rays from `first` on; `tau_max` are the upper ends of their
-  /// limits.
+  /// Resets to no hits, for `count` rays, whole vectors, from `first` of the batch on; `tau_max`
+  /// are the upper ends of their limits.
   void start(std::size_t first, const double* tau_max, std::size_t count) {
     first_ = first;
     const D dd;
@@ -41,22 +43,25 @@ class GroupHits {
       hn::Store(hn::Zero(du), du, candidate_ + i);
     }
   }
-  /// Sets a bound for a lane without a ray, which excludes all triangles.
+  /// Sets a bound for lane i, which has no ray; a bound below all tau excludes all triangles.
   void exclude(std::size_t i, double bound) { bound_[i] = bound; }
 
-  /// Enters a placement: the following blocks are in its tree.
+  /// Enters a placement, by its index in SceneTree::placements: the following blocks are in its
+  /// tree.
   void enter(std::uint32_t placement) {
     number_ = placement;
     entered_ = &tree_.placements[placement];
     base_ = tree_.trees[entered_->tree]->arena.at(0);
   }
+  /// The placement of a block of the entered tree.
   const Placement& placement(const LeafBlock& block) const { return entered_[block.placement()]; }
 
+  /// The bound of ray i, all bounds, and the closest hit of ray i.
   double bound(std::size_t i) const { return bound_[i]; }
   const double* bounds() const { return bound_; }
   Candidate winner(std::size_t i) const { return decode(candidate_[i]); }
 
-  /// Removes triangles that do not count from the verdict. Returns false if none is left.
+  /// Removes triangles that do not count for ray i from the verdict. Returns false if none is left.
   HWY_INLINE bool does_count(std::uint32_t i, const LeafBlock& block, LeafVerdict& verdict) const {
     if (HWY_LIKELY(resolved_ == nullptr)) return true;
     const std::uint32_t lanes = lanes_of(i, block, verdict.accept | verdict.examine);
@@ -64,11 +69,12 @@ class GroupHits {
     verdict.examine &= lanes;
     return lanes != 0;
   }
-  /// True if hits of the triangle can count for some ray.
+  /// True if hits of the triangle in a lane of the block can count for some ray.
   HWY_INLINE bool may_count(const LeafBlock& block, std::uint32_t lane) const {
     return HWY_LIKELY(resolved_ == nullptr) || sides_of(block, lane) != 0;
   }
-  /// Returns those rays of `some` for which hits of the triangle count; bit j is ray first + j.
+  /// Returns those rays of `some` for which hits of the triangle in a lane count; bit j is ray
+  /// first + j.
   HWY_INLINE std::uint32_t counting_rays(const LeafBlock& block, std::uint32_t lane,
                                          std::size_t first, std::uint32_t some) const {
     if (HWY_LIKELY(resolved_ == nullptr)) return some;
@@ -81,7 +87,8 @@ class GroupHits {
     return some;
   }
 
-  /// Adds the verdict of the filter for ray i and the triangles of a block.
+  /// Adds the verdict of the filter for ray i and the triangles of a block, without triangles that
+  /// do not count.
   HWY_INLINE void take_closest(std::uint32_t i, const LeafBlock& block,
                                const LeafVerdict& verdict) {
     for (std::uint32_t rest = verdict.accept; rest != 0; rest &= rest - 1) {
@@ -98,8 +105,9 @@ class GroupHits {
     }
     if (HWY_UNLIKELY(verdict.examine != 0)) examine_closest(i, block, verdict.examine);
   }
-  /// Adds the verdicts of one triangle and the rays from `first` on; bit j of the masks is ray
-  /// first + j.
+  /// Adds the verdicts of the triangle in a lane for the rays from `first` on. `certain`: rays that
+  /// certainly meet it; `examine`: rays for which the exact predicate must decide. Bit j of both is
+  /// ray first + j.
   HWY_INLINE void take_nearer(const LeafBlock& block, std::uint32_t lane, std::size_t first,
                               const LaneVerdicts<D>& found, std::uint32_t certain,
                               std::uint32_t examine) {
@@ -145,8 +153,8 @@ class GroupHits {
     return false;
   }
 
-  /// Passes the closest hits of the first `count` rays to `finish`: all in one call if it has
-  /// kNeighbours, else one by one.
+  /// Passes the closest hits of the first `count` rays to `finish`: all in one call of
+  /// add_neighbours if it has kNeighbours, else one by one by add.
   template <class Finish>
   void hand_over(std::size_t count, Finish& finish) const {
     if constexpr (requires { Finish::kNeighbours; }) {

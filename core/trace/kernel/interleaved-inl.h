@@ -1,5 +1,6 @@
 // Interleaved traversal: many rays in flight on one thread, so that other rays compute while a ray
-// waits for memory. The technique is asynchronous memory access chaining [Kocberber2015].
+// waits for memory. The technique is asynchronous memory access chaining [Kocberber2015]. A slot
+// holds the state of a ray in flight.
 //
 //   prepared -> slot: node queue <-> leaf queue -> finished -> TRounding -> hits
 //                 \___ every round: each ray one node or one leaf ___/
@@ -59,13 +60,16 @@ struct Whereabouts {
 /// The place of a ray in a scene of one entry.
 struct Nowhere {};
 
-/// Neighbouring rays that are set up in one step: at most kGroupRays.
+/// Neighbouring rays that are set up in one step: `count` rays, at most kGroupRays, from `first`
+/// on.
 struct RayGroup {
   std::uint32_t first;
   std::uint32_t count;
 };
 
 /// Traces rays of a batch for closest hits (or any hits if kAny), with kInFlight rays in flight.
+/// Construct it once for a batch, then call run() for some groups of rays at a time. The scene's
+/// depth must not exceed kMaxInterleavedDepth.
 template <bool kAny, Layout kLayout>
 class Interleaved {
   static constexpr bool kPlaced = kLayout != Layout::kAsItIs;
@@ -75,7 +79,8 @@ class Interleaved {
   static constexpr Wanted kWanted = kAny ? Wanted::kAny : Wanted::kNearest;
 
  public:
-  /// `resolved`: which triangles count; null: all. `occluded` is written if kAny.
+  /// `resolved`: which triangles count; null: all. `occluded` is written if kAny, else null. All
+  /// arguments must outlive this object.
   Interleaved(const SceneView& scene, const RayBatch& rays, std::uint8_t* occluded,
               const ResolvedFilter* resolved, TraceCounts& counts)
       : scene_(scene),
@@ -89,8 +94,9 @@ class Interleaved {
         counts_(counts),
         preparation_(tree_.bounds, root_.scale_exponent) {}
 
-  /// Traces the rays of the groups. Calls finish.add(ray, candidate) for each closest hit; if kAny,
-  /// sets `occluded` instead.
+  /// Traces the rays of the groups. Calls finish.add(ray, candidate) for each closest hit, ray
+  /// being the index in the batch; if kAny, sets occluded[ray], which must be 0, to 1 for each hit
+  /// instead. Stops early, with unusable results, if the deadline passes (TraceCounts::stopped).
   template <class Finish>
   void run(std::span<const RayGroup> groups, Finish& finish) {
     groups_ = groups;

@@ -1,6 +1,8 @@
 // Interval culling of a packet [Boulos2006] [Reshetov2005]. One interval for each axis bounds the
-// origins and inverse directions of all rays of the packet. One slab test of these intervals rejects
-// a box for all rays. Also tests a box for each ray alone.
+// origins and inverse directions of all rays of the packet. One slab test of these intervals
+// rejects a box for all rays. Also tests a box for each ray alone. A limit of a ray is an upper
+// bound of the tau that matters, in tree units (BoxRay::limit). A slot is the index of a child in
+// its node.
 
 #if defined(SIGHTLINE_TRACE_INTERVAL_CULLING_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_INTERVAL_CULLING_INL_H_
@@ -16,15 +18,17 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// The interval of up to kRays rays of one octant. It enters a slab no later, and leaves it no
-/// earlier, than any of the rays. Rounded differences and products are monotone, so it suffices to
-/// use the extremes of the rays' origins and inverse directions (docs/explanation/exactness.md,
+/// The interval of up to kRays rays of one octant. Call set() for a packet, set_limit() when limits
+/// shrink, then children() and rays_that_meet(). The interval enters a slab no later, and leaves it
+/// no earlier, than any of the rays. Rounded differences and products are monotone, so it suffices
+/// to use the extremes of the rays' origins and inverse directions (docs/explanation/exactness.md,
 /// "Boxes").
 template <std::size_t kRays>
 class IntervalCulling {
  public:
-  /// `limit` is the largest limit of the rays in tree units. `one_origin`: all rays start at one
-  /// point.
+  /// Sets the rays: the first `lanes` of the columns, all of the octant of lane 0. `lanes` fills
+  /// whole vectors, and lanes without a ray must repeat a ray. `limit` is the largest limit of the
+  /// rays. `one_origin`: all rays start at one point.
   void set(const PreparedColumns<kRays>& columns, std::size_t lanes, bool one_origin, float limit) {
     lanes_ = lanes;
     const bool negative[3] = {(columns.negative[0] & 1u) != 0, (columns.negative[1] & 1u) != 0,
@@ -53,11 +57,13 @@ class IntervalCulling {
     one_origin_ = one_origin;
     limit_ = limit;
   }
+  /// Sets the largest limit of the rays.
   void set_limit(float limit) { limit_ = limit; }
+  /// The largest limit that was set.
   float limit() const { return limit_; }
 
   /// Writes the slots of the children that the interval meets, the nearest last, and their entry
-  /// distances. Returns their number; eight slots of both arrays may be overwritten.
+  /// distances. Returns their number; eight elements of both arrays may be overwritten.
   HWY_INLINE std::size_t children(const WideNode& node, std::uint32_t* HWY_RESTRICT slot_out,
                                   float* HWY_RESTRICT near_out) const {
     const BoxCrossings boxes = cross_boxes(node);
@@ -66,8 +72,9 @@ class IntervalCulling {
     return list.store_slots(slot_out, near_out);
   }
 
-  /// Returns the rays of `some` that meet the box of a child before their limits; bit i is ray i. A
-  /// ray with the limit -inf meets no box.
+  /// Returns the rays of `some` that meet the box of the child in `slot` before their limits; bit i
+  /// is ray i. `columns` are those of set(); limits[i] is the limit of ray i. A ray with the limit
+  /// -inf meets no box.
   HWY_INLINE LaneBits rays_that_meet(const WideNode& node, std::uint32_t slot,
                                      const PreparedColumns<kRays>& columns, const float* limits,
                                      LaneBits some) const {

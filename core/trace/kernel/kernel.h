@@ -1,6 +1,6 @@
 #pragma once
 /// Kernel: the traversal of batches of rays, compiled for each instruction set and chosen at run
-/// time.
+/// time. Engine splits a batch into slices and calls a kernel for each.
 
 #include <cstddef>
 #include <cstdint>
@@ -17,19 +17,21 @@
 
 namespace sightline {
 
-/// The arguments and results of Kernel::all.
+/// The arguments and results of Kernel::all, which must outlive the call.
 struct KernelLists {
-  Crossings crossings;
+  Crossings crossings;    ///< how often edges and corners count
   std::size_t hits_max;   ///< number of hits of each ray to append to `hits`
-  std::uint64_t* totals;  ///< totals[i]: number of triangles that ray i meets
-  /// the first hits of each ray are appended, sorted by (t, id); null: not requested
+  std::uint64_t* totals;  ///< totals[i]: number of triangles that ray i meets; not null
+  /// The first hits of each ray are appended, sorted by (exact t, id); null: not requested.
   HitBatch* hits;
 };
 
 /// The functions of one instruction set. All kernels give the same bytes (law 1). Each function
-/// processes rays [begin, end) of a checked batch and overwrites the slots with these indices;
-/// costs are added to `counts`. Errors: std::bad_alloc. Memory: `closest` and `any` allocate
-/// nothing, or up to 140 KB if they bin rays.
+/// processes the rays, hits or pairs [begin, end) of a checked batch and overwrites the slots with
+/// these indices, which must exist. Several threads may call it for disjoint ranges, each with its
+/// own `counts`. Costs are added to `counts`. Unbuilt trees are traversed as empty. Errors:
+/// std::bad_alloc; if `counts.stopped` is set, the answers are unusable. Memory: `closest` and
+/// `any` allocate nothing, or up to 140 KB if they bin rays.
 struct Kernel {
   std::string_view name;  ///< "avx512", "avx2", "sse4", "baseline", "neon"
   /// The closest hit of each ray.
@@ -51,16 +53,16 @@ struct Kernel {
   void (*all_filtered)(const SceneView& scene, const RayBatch& rays, std::size_t begin,
                        std::size_t end, const ResolvedFilter& resolved, const KernelLists& lists,
                        TraceCounts& counts);
-  /// The properties of the hits of each ray: out[i] belongs to ray i. Slots of misses are not
-  /// written.
+  /// The properties of the hits of each ray: slot i of `hits` and out[i] belong to ray i. Slots of
+  /// misses are not written; HitDetail::on_edge is not set.
   void (*details)(const Scene& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
                   const HitBatch& hits, HitDetail* out, TraceCounts& counts);
   /// The unit normals of the triangles of hits [begin, end), correctly rounded. Slots of misses are
   /// not written. Allocates only where exact arithmetic decides.
   void (*normals)(const Scene& scene, std::size_t begin, std::size_t end, const HitBatch& hits,
                   Vec3d* out);
-  /// Rays against the boxes of a request, for pairs [begin, end). Empty columns of `answers` are
-  /// not written. Allocates nothing.
+  /// Rays against the axis-aligned and oriented boxes of a request, for pairs [begin, end). Empty
+  /// columns of `answers` are not written. Allocates nothing.
   void (*ray_boxes)(const RayBatch& rays, const BoxBatch& boxes, BoxPairing pairing,
                     std::size_t begin, std::size_t end, RayBoxAnswers& answers);
 };

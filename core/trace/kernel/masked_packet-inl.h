@@ -31,10 +31,13 @@ namespace HWY_NAMESPACE {
 /// Rays of a masked packet.
 constexpr std::size_t kMaskedPacketRays = 32;
 
-/// A masked packet, for scenes of several entries.
+/// A masked packet, for scenes of several entries. Call prepare(), then trace() if it returned
+/// rays. A packet serves one call after the other.
 template <bool kAny>
 class MaskedPacket {
  public:
+  /// `resolved`: which triangles count; null: all. `occluded` is written if kAny, else null. All
+  /// arguments must outlive this object.
   MaskedPacket(const SceneView& scene, const RayBatch& rays, std::uint8_t* occluded,
                const ResolvedFilter* resolved, TraceCounts& counts)
       : tree_(scene.tree()),
@@ -48,8 +51,8 @@ class MaskedPacket {
     for (double& scale : inner_.tau_scale) scale = 1;
   }
 
-  /// Sets up the kMaskedPacketRays rays from `first` on. Returns how many of them form a packet:
-  /// all or none.
+  /// Sets up the kMaskedPacketRays rays from `first` on, which must exist. Returns how many of them
+  /// form a packet: all or none.
   std::size_t prepare(std::size_t first, std::size_t /*most*/ = kMaskedPacketRays) {
     first_ = first;
     for (LaneBits& bits : columns_.negative) bits = 0;
@@ -73,7 +76,9 @@ class MaskedPacket {
     return kMaskedPacketRays;
   }
 
-  /// Traces the rays of `prepare`. Returns true if interleaved traversal would have been faster.
+  /// Traces the rays of prepare(). Calls finish.add(ray, candidate) for each closest hit, or sets
+  /// occluded[ray] if kAny. Returns true if on average more than thresholds::kFewestPerNode rays
+  /// were active at a node: then packets are faster than interleaved traversal.
   template <class Finish>
   bool trace(Finish& finish) {
     steps_ = ray_steps_ = 0;
@@ -100,7 +105,7 @@ class MaskedPacket {
   static constexpr std::size_t kVectors = kMaskedPacketRays / hn::MaxLanes(D());
   static constexpr std::uint32_t kAllRays = ~0u >> (32 - kMaskedPacketRays);
 
-  /// The rays' limits in the units of a tree, and the octant of most rays.
+  /// The rays' limits (BoxRay::limit) in the units of a tree, and the octant of most rays.
   struct Space {
     HWY_ALIGN double tau_scale[kMaskedPacketRays];
     HWY_ALIGN float limit[kMaskedPacketRays];

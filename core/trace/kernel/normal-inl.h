@@ -16,23 +16,26 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
+/// True in the lanes that are zero.
 template <class V>
 HWY_INLINE auto is_zero(V value) {
   return hn::Eq(value, hn::Zero(hn::DFromV<V>()));
 }
-/// Whether a product is zero because a factor is, not because it underflowed.
+/// True in the lanes in which a product is zero because a factor is, not because it underflowed.
 template <class V>
 HWY_INLINE auto is_zero(V a, V b) {
   return hn::Or(is_zero(a), is_zero(b));
 }
+/// True in the lanes whose value is so large that no step underflowed, or is exactly zero
+/// (`vanishes`).
 template <class V, class M>
 HWY_INLINE auto nowhere_near_underflow(V value, M vanishes) {
   return hn::Or(hn::Ge(hn::Abs(value), hn::Set(hn::DFromV<V>(), 0x1p-900)), vanishes);
 }
 
-/// Stores n / sqrt(n.n) to out[axis]. True in the lanes where each component is certainly the exact
-/// one rounded once. Precondition: no size of the normal is beyond kLargestFactor, or lanes where
-/// one is are not used.
+/// Stores n / sqrt(n.n) to out[axis]. Returns true in the lanes where each component is certainly
+/// the exact component rounded once. Precondition: no NormalOf::size is beyond kLargestFactor, or
+/// the lanes in which one is are not used.
 template <class Tag>
 HWY_INLINE hn::Mask<Tag> store_unit(const EdgesOf<Tag>& edges, const NormalOf<Tag>& normal,
                                     double* const (&out)[3]) {
@@ -75,12 +78,16 @@ HWY_INLINE hn::Mask<Tag> store_unit(const EdgesOf<Tag>& edges, const NormalOf<Ta
   return good;
 }
 
-/// Normals of hits, several triangles at a time. Neighbouring hits of one triangle share theirs.
+/// Computes normals of hits, several triangles at a time: add() each hit, then flush().
+/// Neighbouring hits of one triangle are computed once. The arguments of the constructor must
+/// outlive it.
 class Normals {
  public:
   Normals(const Scene& scene, const HitBatch& hits, Vec3d* out)
       : scene_(scene), hits_(hits), out_(out) {}
 
+  /// Adds the hit of a slot; results of earlier hits may be written to `out`. Precondition: the
+  /// slot is no miss.
   void add(std::size_t hit) {
     const TriangleId id = hits_.id(hit);
     if (size_ > 0 && last_ == id && end_[size_ - 1] == hit) {
@@ -98,6 +105,7 @@ class Normals {
     end_[size_++] = hit + 1;
   }
 
+  /// Writes the results that remain.
   void flush() {
     if (size_ == 0) return;
     for (std::size_t i = size_; i < kGroup; ++i) {

@@ -1,4 +1,5 @@
-// Broadcasts single triangles of a block to all lanes, for filters of many rays and one triangle.
+// OneByOne: broadcasts single triangles of a block to all lanes, for filters of many rays and one
+// triangle.
 
 #if defined(SIGHTLINE_TRACE_ONE_BY_ONE_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_ONE_BY_ONE_INL_H_
@@ -13,13 +14,14 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// Triangles of a block, as LaneCorners or LaneEdges.
+/// Triangles of a block, as LaneCorners or LaneEdges (filter-inl.h), stored so that each can be
+/// loaded into all lanes.
 template <template <class> class Triangles>
 class OneByOne {
  public:
   HWY_INLINE explicit OneByOne(const Triangles<FilterLanes>& triangles) { store(triangles); }
 
-  /// Triangle `lane` in every lane of D.
+  /// Triangle `lane` (0 to 3) in every lane of D.
   template <class D>
   HWY_INLINE Triangles<D> in_every_lane(D d, std::size_t lane) const {
     Triangles<D> one;

@@ -1,4 +1,4 @@
-// Packets: up to 64 neighbouring rays traverse one tree as a group. Neighbouring rays of a camera
+// Packet: up to 64 neighbouring rays traverse one tree as a group. Neighbouring rays of a camera
 // or a scanner mostly visit the same nodes [Wald2001].
 //
 //   cull    the interval of the packet culls the eight children of a node at once [Boulos2006]
@@ -31,18 +31,21 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// Packets are not used with emulated vectors, which gain nothing.
+/// Whether packets are used: not with emulated vectors, which gain nothing.
 constexpr bool kPacketsWork = SIGHTLINE_NATIVE_COMPRESS || SIGHTLINE_TABLE_COMPRESS;
 using thresholds::kFewestRays;
 using thresholds::kNarrowRays;
 using thresholds::kPacketRays;
 
-/// A packet, for scenes of one entry.
+/// A packet, for scenes of one entry with world boxes. Call prepare(), then trace() if it returned
+/// enough rays. One object serves the packets of a batch one after the other.
 template <bool kAny, Layout kLayout>
 class Packet {
   static constexpr bool kPlaced = kLayout != Layout::kAsItIs;
 
  public:
+  /// `resolved`: which triangles count; null: all. `occluded` is written if kAny, else null. All
+  /// arguments must outlive this object.
   Packet(const SceneView& scene, const RayBatch& rays, std::uint8_t* occluded,
          const ResolvedFilter* resolved, TraceCounts& counts)
       : tree_(*scene.tree().trees[scene.tree().placements[0].tree]),
@@ -56,8 +59,8 @@ class Packet {
   }
 
   /// Sets up rays from `first` on. At least kNarrowRays rays must exist, and kPacketRays if `most`
-  /// is larger; at most `most` of them belong to the packet. Returns how many form a packet; if
-  /// they are fewer than kFewestRays, they must not be traced as one.
+  /// is larger than kNarrowRays; at most `most` of them belong to the packet. Returns how many form
+  /// a packet; if they are fewer than kFewestRays, they must not be traced as a packet.
   std::size_t prepare(std::size_t first, std::size_t most) {
     first_ = first;
     lanes_ = is_wide_ && most > kNarrowRays ? kPacketRays : kNarrowRays;
@@ -88,7 +91,9 @@ class Packet {
     return count;
   }
 
-  /// Traces the rays of `prepare`. Returns true if interleaved traversal would have been faster.
+  /// Traces the rays of prepare(). Calls finish.add(ray, candidate) for each closest hit, or
+  /// finish.add_neighbours (GroupHits::hand_over); if kAny, sets occluded[ray] to 1 or 0. Returns
+  /// true if the packet took fewer steps than its rays would have taken one by one.
   template <class Finish>
   bool trace(Finish& finish) {
     steps_ = ray_steps_ = 0;
@@ -114,7 +119,9 @@ class Packet {
     counts_.nodes += ray_steps_;
     return fewest_per_step * static_cast<double>(steps_) < static_cast<double>(ray_steps_);
   }
+  /// Steps of the last trace() or try_out(): nodes opened and boxes tested for the packet.
   std::uint64_t steps() const { return steps_; }
+  /// Nodes that the rays of that packet would have visited one by one.
   std::uint64_t ray_steps() const { return ray_steps_; }
 
  private:

@@ -1,5 +1,6 @@
-// Sets up several rays at once: the three views of ray_setup.h, for rays whose origin need not
-// move. Other rays are set up by the functions of ray_setup.h.
+// Sets up several rays at once: the three forms of ray_setup.h, for rays whose origin need not
+// move. Other rays are set up by the functions of ray_setup.h. A simple ray is a ray of the first
+// kind.
 
 #if defined(SIGHTLINE_TRACE_PREPARE_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_PREPARE_INL_H_
@@ -32,7 +33,8 @@ struct PreparedRay {
   bool simple;     ///< origin and limits are the ray's own, and tau is t times a power of two
 };
 
-/// Sets up any ray, by the functions of ray_setup.h.
+/// Sets up any ray, by the functions of ray_setup.h. `bounds` are those of the scene,
+/// `scale_exponent` that of the tree.
 inline void prepare_one(const Ray& ray, const Box3d& bounds, int scale_exponent, PreparedRay& out) {
   const AnchoredRay anchored = anchor_ray(ray, bounds);
   out.box = make_box_ray(anchored, scale_exponent);
@@ -54,8 +56,8 @@ struct SlabColumns {
   LaneBits negative[3] = {0, 0, 0};
 
   /// Sets axis k of the lanes from `lane` on. `origin` is in tree units with an error of at most
-  /// `pad`; `direction` has its largest component in [1, 2); `inverse` is 1 / |direction|. Returns
-  /// by how much the origin was moved outwards.
+  /// `pad`; `direction` is scaled so that its largest component is in [1, 2); `inverse` is 1 /
+  /// |direction|. Returns by how much the origin was moved outwards.
   template <class D, class V = hn::Vec<D>>
   HWY_INLINE V set(D dd, std::size_t k, std::size_t lane, V origin, V direction, V inverse, V pad) {
     const hn::Rebind<float, D> df;
@@ -82,7 +84,7 @@ struct SlabColumns {
   }
 };
 
-/// Several rays set up, as columns.
+/// Several rays set up, as columns: BoxRay and FilterRay of each lane.
 template <std::size_t kRays>
 struct PreparedColumns : SlabColumns<kRays> {
   HWY_ALIGN double origin[3][kRays];  ///< on the axes kx, ky, kz of each ray
@@ -91,6 +93,7 @@ struct PreparedColumns : SlabColumns<kRays> {
   /// bit i: this component of the direction of lane i is the largest
   LaneBits largest_x = 0, largest_y = 0;
 
+  /// The FilterRay of lane i.
   FilterRay filter(std::size_t i) const {
     FilterRay ray;
     SIGHTLINE_UNROLL
@@ -105,7 +108,7 @@ struct PreparedColumns : SlabColumns<kRays> {
              static_cast<std::uint32_t>(largest_y >> i & 1u), ray);
     return ray;
   }
-  /// Each argument is 0 or 1.
+  /// Sets kx, ky, kz: is_x is 1 if x is the largest axis, is_y if y is; else both are 0.
   static void set_axes(std::uint32_t is_x, std::uint32_t is_y, FilterRay& ray) {
     ray.kz = 2 - 2 * is_x - is_y;
     ray.kx = is_x + 2 * is_y;
@@ -113,7 +116,9 @@ struct PreparedColumns : SlabColumns<kRays> {
   }
 };
 
-/// Sets up as many rays at a time as a vector holds, at most kMaxLanes.
+/// Sets up as many rays at a time as a vector holds, at most kMaxLanes. `bounds`, those of the
+/// scene, must outlive the object; `scale_exponent` is that of the tree whose boxes the rays test
+/// first.
 template <std::size_t kMaxLanes>
 class Preparation {
  public:
@@ -144,8 +149,9 @@ class Preparation {
     }
   }
 
-  /// Sets as many lanes as a vector has, from `lane` on, to the rays from `at` on. Returns a bit
-  /// set: bit i is set if ray at + i is valid; other rays must be set up by prepare_one.
+  /// Sets as many lanes as a vector has, from `lane` on, to the rays from `at` on, which must
+  /// exist. Returns a bit set: bit i is set if ray at + i is simple; other rays must be set up by
+  /// prepare_one.
   template <std::size_t kRays>
   HWY_INLINE std::uint32_t prepare_columns(const RayBatch& rays, std::size_t at, std::size_t lane,
                                            PreparedColumns<kRays>& out) const {
@@ -253,6 +259,7 @@ class Preparation {
   double far_;
 };
 
+/// Rays that are set up in one step.
 constexpr std::size_t kGroupRays = 8;
 
 /// Prefetches `count` rays from `first` on, if the batch has so many. Hardware prefetchers are too
@@ -306,12 +313,13 @@ HWY_INLINE bool set_slabs(hn::Vec<Axes> origin, hn::Vec<Axes> direction, hn::Vec
 }
 #endif
 
-/// Sets up a single ray.
+/// Sets up a single ray, with a short latency. The arguments are those of Preparation.
 class SinglePreparation {
  public:
   SinglePreparation(const Box3d& bounds, int scale_exponent)
       : bounds_(bounds), scale_exponent_(scale_exponent) {}
 
+  /// Sets up any ray.
   void prepare(const Ray& ray, PreparedRay& out) const {
 #if HWY_MAX_BYTES >= 32
     if (HWY_LIKELY(prepare_axes(ray, out))) return;

@@ -21,19 +21,22 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// Traces up to kMost rays of a batch as sorted packets.
+/// Traces up to kMost rays of a batch as sorted packets. Ask is_promising() before trace(). A class
+/// is the set of rays with one octant and one largest axis of the direction.
 template <bool kAny, Layout kLayout>
 class RayBins {
  public:
   static constexpr std::size_t kMost = 4096;   ///< rays that are sorted at a time
   static constexpr std::size_t kFewest = 512;  ///< with fewer rays, most packets would be small
 
+  /// `resolved`: which triangles count; null: all. `occluded` is written if kAny, else null. All
+  /// arguments must outlive this object.
   RayBins(const SceneView& scene, const RayBatch& rays, std::uint8_t* occluded,
           const ResolvedFilter* resolved, TraceCounts& counts)
       : rays_(rays), occluded_(occluded), packet_(scene, sorted_, found_, resolved, counts) {}
 
-  /// True if sorting is worth a trial: traces some of the kFewest rays from `first` on, and
-  /// discards the results.
+  /// True if sorting is worth a trial: traces some of the kFewest rays from `first` on, which must
+  /// exist, and discards the results.
   bool is_promising(std::size_t first) {
     classify(first, kLook);
     std::uint32_t counts[kClasses] = {};
@@ -48,8 +51,9 @@ class RayBins {
   }
 
   /// Sorts and traces `count` rays from `first` on, at least kFewest and at most kMost. Calls
-  /// alone(ray) for rays that are in no packet. Returns false if interleaved traversal would have
-  /// been faster.
+  /// finish.add(ray, candidate) for closest hits, or sets occluded[ray] if kAny. Calls alone(ray)
+  /// for rays that are in no packet: they are not traced. Returns false if interleaved traversal
+  /// would have been faster.
   template <class Finish, class Alone>
   bool trace(std::size_t first, std::size_t count, Finish& finish, const Alone& alone) {
     classify(first, count);

@@ -1,5 +1,5 @@
-// The slab test for a vector of rays and axis-aligned boxes: the rules of
-// core/geometry/ray_box_decide.h, for all lanes at once. ray_box decides the lanes that remain
+// VectorSlabs: the slab test for a vector of rays and axis-aligned boxes. It applies the rules of
+// core/geometry/ray_box_decide.h to all lanes at once. ray_box must answer the pairs that remain
 // open.
 //
 // Every comparison of two t begins with the float64 filter of core/geometry/ray_box.h. If that
@@ -24,7 +24,8 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// Columns of rays and boxes: as many pairs as fill the vectors of every instruction set.
+/// Rays and boxes as columns: pair i is ray i and box i. kPairs fill the vectors of every
+/// instruction set.
 struct PairColumns {
   static constexpr std::size_t kPairs = 64;
 
@@ -32,14 +33,14 @@ struct PairColumns {
   HWY_ALIGN double lower[3][kPairs], upper[3][kPairs];
 };
 
-/// The code of an answer of VectorSlabs: its fields in one word.
+/// The code of an answer of VectorSlabs: the fields of RayBoxAnswer in one word.
 namespace pair_code {
-constexpr std::uint64_t kOutcome = 7;         ///< a RayBoxOutcome
-constexpr int kEnterAxis = 3, kExitAxis = 5;  ///< shifts of two bits
+constexpr std::uint64_t kOutcome = 7;         ///< mask of the RayBoxOutcome
+constexpr int kEnterAxis = 3, kExitAxis = 5;  ///< shifts of two bits: axis entered last, left first
 constexpr std::uint64_t kInside = 1 << 7, kOnSurface = 1 << 8;
-constexpr std::uint64_t kLeaving = 1 << 9;  ///< faces through which the ray leaves are listed first
-constexpr int kNearFaces = 10, kFarFaces = 13;  ///< shifts of three bits, one per axis
-constexpr int kLowerFirst = 16;                 ///< a shift of three bits
+constexpr std::uint64_t kLeaving = 1 << 9;  ///< list the faces first through which the ray leaves
+constexpr int kNearFaces = 10, kFarFaces = 13;  ///< shifts of three bits, one per axis: faces at t
+constexpr int kLowerFirst = 16;  ///< shift of three bits: the ray passes the lower plane first
 }  // namespace pair_code
 
 /// Exact arithmetic on lanes, for comparisons that the filter leaves open. Rarely called and not
@@ -50,7 +51,8 @@ struct ExactSlabs {
   using M = hn::Mask<D>;
   using Sum = DoubleDoubleOf<D>;
 
-  /// The sign of ta - tb as 1, 0 or -1; NaN if unknown. ta = (a_plane - a_origin) / a_direction.
+  /// The sign of ta - tb as 1, 0 or -1, where ta = (a_plane - a_origin) / a_direction and tb is
+  /// such a quotient; NaN if unknown.
   static HWY_NOINLINE V compare(V a_plane, V a_origin, V a_direction, V b_plane, V b_origin,
                                 V b_direction) {
     const Sum a = numerator(a_plane, a_origin, a_direction),
@@ -168,8 +170,10 @@ class VectorSlabs {
  public:
   static constexpr std::size_t kLanes = hn::MaxLanes(D());
 
-  /// Answers the pairs from `first` on, a multiple of kLanes. Stores t, t_enter and t_exit (if
-  /// kAll), and `code` (if not kAll, only its outcome). Returns the lanes that are decided.
+  /// Answers the pairs from `first` on, a multiple of kLanes, as many as a vector has lanes. Stores
+  /// t, t_enter and t_exit (if kAll), and `code` (if not kAll, only its outcome), at index `first`
+  /// of the arrays. Returns the lanes that are decided; in other lanes the results are arbitrary,
+  /// and ray_box must answer.
   template <bool kAll>
   static HWY_INLINE M decide(const PairColumns& pairs, std::size_t first, double* t_to,
                              double* enter_to, double* exit_to, std::uint64_t* code_to) {
@@ -364,7 +368,8 @@ class VectorSlabs {
     take_sign(ExactSlabs::compare(plane, origin, direction, limit), open, decided, greater, less);
   }
   static HWY_INLINE M filter(V a, V b, V size, M care, M& greater, M& less) {
-    // A product and a sum: a fused operation with a subnormal number is slow on Intel (decision 0026).
+    // A product and a sum: a fused operation with a subnormal number is slow on Intel
+    // (docs/decisions/0026).
     const V slack = hn::Add(hn::Mul(size, hn::Set(D(), box_bounds::kCrossingSlack)),
                             hn::Set(D(), box_bounds::kCrossingFloor));
     const V gap = hn::Sub(a, b);

@@ -1,5 +1,5 @@
 // Rounds the t of a single hit, with the three axes in the lanes of a vector. It computes the sums
-// of IntersectionOf with a short latency for a single ray.
+// of IntersectionOf (double_double-inl.h) with a short latency for a single ray.
 
 #if defined(SIGHTLINE_TRACE_ROUND_ONE_T_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_ROUND_ONE_T_INL_H_
@@ -15,13 +15,15 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
+/// The t of a hit, and whether its rounding is proved.
 struct RoundedT {
   double t;
   bool certain;  ///< t is certainly the float64 nearest to the exact t
 };
 
 #if HWY_MAX_BYTES >= 32
-/// Computes t of a ray and the triangle that it meets; corners are [corner][axis] in world space.
+/// Computes t of the ray o + t d and the triangle that it meets; corners are [corner][axis] in
+/// world space.
 HWY_INLINE RoundedT round_one(const double (&o)[3], const double (&d)[3],
                               const double (&corner)[3][3]) {
   const Axes dd;
@@ -81,6 +83,8 @@ HWY_INLINE RoundedT round_one(const double (&o)[3], const double (&d)[3],
   return {hn::GetLane(t.high), hn::AllTrue(d1, hn::And(t.certain(error), ordinary))};
 }
 #else
+/// Computes t of the ray o + t d and the triangle that it meets; corners are [corner][axis] in
+/// world space.
 HWY_INLINE RoundedT round_one(const double (&o)[3], const double (&d)[3],
                               const double (&corner)[3][3]) {
   const hn::CappedTag<double, 1> d1;

@@ -19,10 +19,12 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// Collects closest hits and writes them to the slots of a batch; rounds t in groups.
+/// Collects closest hits and writes them to the slots of a batch; rounds t in groups. Call add() or
+/// add_neighbours(), then flush(); or finish() for a single hit. The arguments of the constructor
+/// must outlive it.
 class TRounding {
  public:
-  static constexpr std::size_t kGroup = 8;
+  static constexpr std::size_t kGroup = 8;   ///< hits that are rounded at a time
   static constexpr bool kNeighbours = true;  ///< neighbouring rays are passed in one call
 
   TRounding(const SceneView& scene, const RayBatch& rays, HitBatch& hits, DecisionCounts& counts)
@@ -30,6 +32,7 @@ class TRounding {
     plain_ = scene.tree().entries == 1 && scene.tree().placements[0].identity;
   }
 
+  /// Adds the closest hit of a ray of the batch; writes it when kGroup hits are collected.
   void add(std::size_t ray, const Candidate& winner) {
     ray_[size_] = ray;
     set_corners(winner, size_, waiting_);
@@ -53,6 +56,7 @@ class TRounding {
     write(ray, winner.id(), rounded.t, rounded.certain);
   }
 
+  /// Writes the hits of add() that remain.
   void flush() {
     if (size_ == 0) return;
     const double* origin[3] = {origin_[0], origin_[1], origin_[2]};
@@ -71,8 +75,9 @@ class TRounding {
   }
 
   /// Adds the closest hits of `count` neighbouring rays from `first` on. codes[i] is 0 for a miss,
-  /// and equal codes are one triangle, which winner(code) returns. `count` is rounded up to whole
-  /// groups of kGroup, and rays and codes exist for these.
+  /// and equal codes are one triangle, which winner(code) returns. Misses are not written.
+  /// Preconditions: count is at most kMostNeighbours. Rays and codes exist up to the next multiple
+  /// of kGroup.
   template <class Winner>
   HWY_INLINE void add_neighbours(std::size_t first, std::size_t count, const std::uint64_t* codes,
                                  const Winner& winner) {

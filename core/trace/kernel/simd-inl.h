@@ -1,5 +1,5 @@
-// Vector functions that all kernel files share. Compiled once for each instruction set, by
-// Highway's include guard.
+// Vector functions that all kernel files share. D, dd and d are Highway's tags of a vector type, V
+// a vector of it. Compiled once for each instruction set, by Highway's include guard.
 
 #if defined(SIGHTLINE_TRACE_SIMD_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_SIMD_INL_H_
@@ -38,6 +38,7 @@ HWY_INLINE V max_unless_nan(D, V a, V b) {
   return hn::IfThenElse(hn::Gt(a, b), a, b);
 #endif
 }
+/// The smaller of a and b; b if a is NaN.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V min_unless_nan(D, V a, V b) {
 #if HWY_ARCH_X86
@@ -55,7 +56,8 @@ HWY_INLINE V nan_or_max(D d, V a, V b) {
   return max_unless_nan(d, a, b);
 }
 
-/// The least of `count` aligned numbers, which fill whole vectors.
+/// The least of `count` aligned numbers. Precondition: count is not 0, and the numbers fill whole
+/// vectors. NaN gives no defined result.
 template <class D, class T = hn::TFromD<D>>
 HWY_INLINE T least_of(D d, const T* values, std::size_t count) {
   auto low = hn::Load(d, values);
@@ -63,6 +65,7 @@ HWY_INLINE T least_of(D d, const T* values, std::size_t count) {
     low = hn::Min(low, hn::Load(d, values + i));
   return hn::GetLane(hn::MinOfLanes(d, low));
 }
+/// The largest of such numbers.
 template <class D, class T = hn::TFromD<D>>
 HWY_INLINE T most_of(D d, const T* values, std::size_t count) {
   auto high = hn::Load(d, values);
@@ -72,7 +75,8 @@ HWY_INLINE T most_of(D d, const T* values, std::size_t count) {
 }
 
 /// Stores two vectors to consecutive addresses, in one store if there are vectors of twice the
-/// size. A load that spans two stores would wait for both.
+/// size. A load that spans two stores would wait for both. Precondition: `to` is aligned to a
+/// vector of twice the size.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE void store_pair(D d, V low, V high, hn::TFromD<D>* to) {
 #if HWY_TARGET != HWY_SCALAR  // has one lane, and no Combine
@@ -87,7 +91,7 @@ HWY_INLINE void store_pair(D d, V low, V high, hn::TFromD<D>* to) {
 }
 
 static_assert(std::endian::native == std::endian::little);
-/// The bits of a mask: bit i is lane i. Precondition: at most sixteen lanes.
+/// The bits of a mask: bit i is set if lane i is true. Precondition: at most sixteen lanes.
 template <class D, class M>
 HWY_INLINE std::uint32_t mask_bits(D d, M mask) {
   HWY_ALIGN std::uint8_t bits[8] = {};

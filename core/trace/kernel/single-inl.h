@@ -1,5 +1,5 @@
-// Traverses one ray at a time: for requests of one ray, for "all", and for scenes that the batch
-// methods do not support.
+// Traversal: traverses one ray at a time, for requests of one ray, for "all", and for scenes that
+// the batch methods do not support. For each ray call prepare(), make a sink, and call run().
 
 #if defined(SIGHTLINE_TRACE_SINGLE_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_SINGLE_INL_H_
@@ -23,19 +23,22 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// Up to seven siblings are stacked at each level of two trees of at most about 130 levels each.
+/// Elements of the stack: up to seven siblings at each level of two trees of at most about 130
+/// levels each.
 constexpr std::size_t kStack = 2048;
-/// The deadline is checked once in so many steps; ordinary rays take fewer. Reading the clock takes
-/// about as long as two steps.
+/// The deadline is checked once in so many steps (nodes or leaves); ordinary rays take fewer.
+/// Reading the clock takes about as long as two steps.
 constexpr std::uint32_t kStepsBetweenLooks = 64;
 
+/// The stack of a traversal: references of nodes and leaves to visit, and their entry distances.
 struct Stack {
   HWY_ALIGN std::uint32_t ref[kStack];
   HWY_ALIGN float near[kStack];
 };
 
-/// Sinks: they get the triangles of each visited leaf. take() returns true if the traversal may
-/// stop.
+/// Sinks: they get the triangles of each visited leaf that the filter does not exclude. take()
+/// returns true if the traversal may stop; bound() is an upper bound of the tau that still matters;
+/// kWanted is the order of the visit. TakeClosest finds the closest hit.
 struct TakeClosest {
   static constexpr Wanted kWanted = Wanted::kNearest;
   const RayQuestion& question;
@@ -57,6 +60,7 @@ struct TakeClosest {
   }
 };
 
+/// The sink for "any": `found` says whether the ray meets a triangle.
 struct TakeAny {
   static constexpr Wanted kWanted = Wanted::kAny;
   const RayQuestion& question;
@@ -74,6 +78,7 @@ struct TakeAny {
   }
 };
 
+/// The sink for "all" and "count": adds the triangles to `hits`.
 struct TakeAll {
   static constexpr Wanted kWanted = Wanted::kAny;
   const RayQuestion& question;
@@ -93,8 +98,9 @@ struct TakeAll {
   }
 };
 
-/// The traversal of one ray through a tree or, if there are several entries, through the top tree
-/// and their trees.
+/// The traversal of one ray after the other through a tree or, if there are several entries,
+/// through the top tree and the trees of the entries. The arguments of the constructor must outlive
+/// it.
 class Traversal {
  public:
   Traversal(const SceneView& scene, const RayBatch& rays, Stack& stack, TraceCounts& counts)
@@ -106,14 +112,18 @@ class Traversal {
         preparation_(scene_.bounds, alone_ ? scene_.trees[scene_.placements[0].tree]->scale_exponent
                                            : scene_.top.scale_exponent) {}
 
-  /// Sets up ray `number`. Precondition: the scene has placements.
+  /// Sets up ray `number` of the batch. Precondition: the scene has placements.
   void prepare(std::size_t number) {
     const Ray ray = rays_[number];
     preparation_.prepare(ray, ray_);
     if (!alone_) anchored_ = anchored(ray, ray_, scene_.bounds);
   }
+  /// Upper end of the interval of the ray's limit, for the sink. Precondition: prepare() was
+  /// called.
   double tau_max() const { return ray_.tau_max; }
 
+  /// Traverses the prepared ray until sink.take() returns true, or until the deadline
+  /// (TraceCounts::stopped).
   template <class Sink>
   void run(Sink& sink) {
     if (counts_.stopped) return;

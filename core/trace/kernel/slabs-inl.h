@@ -20,17 +20,18 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// Prefetches a node, or as many bytes of a leaf.
+/// Prefetches a node, or the first sizeof(WideNode) bytes of a leaf.
 HWY_INLINE void fetch_node(const std::byte* target) {
   SIGHTLINE_UNROLL
   for (std::size_t i = 0; i < sizeof(WideNode); i += 64) hwy::Prefetch(target + i);
 }
 
-/// Size of the stack of a ray in flight, or of a packet.
+/// Elements of the stack of a ray in flight, or of a packet.
 constexpr std::size_t kWaiting = 248;
 
-/// The entry (and exit) distances of a ray for the boxes of a node from box `i` on, by the slab
-/// test [Kay1986], conservative as BoxRay states.
+/// The entry distances of a ray for the boxes of a node from box `i` on, as many as a vector has
+/// lanes. Slab test [Kay1986]; never above the exact distances, as BoxRay states. In tree units of
+/// tau.
 HWY_INLINE hn::Vec<BoxLanes> slab_near(const WideNode& node, const BoxRay& ray, std::size_t i) {
   const BoxLanes df;
   const float* planes = &node.lower[0][0];
@@ -45,6 +46,7 @@ HWY_INLINE hn::Vec<BoxLanes> slab_near(const WideNode& node, const BoxRay& ray, 
   }
   return near;
 }
+/// The exit distances for these boxes, at most `limit`; never below the exact ones.
 HWY_INLINE hn::Vec<BoxLanes> slab_far(const WideNode& node, const BoxRay& ray, float limit,
                                       std::size_t i) {
   const BoxLanes df;
@@ -61,6 +63,7 @@ HWY_INLINE hn::Vec<BoxLanes> slab_far(const WideNode& node, const BoxRay& ray, f
   return far;
 }
 
+/// Both distances for all boxes of a node. `limit` is BoxRay::limit: hits beyond it do not matter.
 HWY_INLINE BoxCrossings cross_boxes(const WideNode& node, const BoxRay& ray, float limit) {
   BoxCrossings boxes;
   SIGHTLINE_UNROLL
@@ -72,7 +75,7 @@ HWY_INLINE BoxCrossings cross_boxes(const WideNode& node, const BoxRay& ray, flo
 }
 
 /// Writes references and entry distances of the children that the ray meets before `limit`, the
-/// first to visit last, and returns their number. Eight slots of both arrays may be overwritten.
+/// first to visit last, and returns their number. Eight elements of both arrays may be overwritten.
 template <Wanted kWanted>
 HWY_INLINE std::size_t push_children(const WideNode& node, const BoxRay& ray, float limit,
                                      std::uint32_t* HWY_RESTRICT ref_out,
@@ -83,10 +86,11 @@ HWY_INLINE std::size_t push_children(const WideNode& node, const BoxRay& ray, fl
   return list.store(ref_out, near_out);
 }
 
-/// Writes what push_children writes, except for the child to visit first, which is returned in
-/// `next`: a single ray then does not wait for the stack. Returns the number of children written;
-/// `next` is kNoChild if the ray meets none.
+/// The result of push_all_but_first if the ray meets no child.
 constexpr std::uint32_t kNoChild = 0xffffffffu;
+/// push_children without the child to visit first, which is returned in `next`: a single ray then
+/// does not wait for the stack. Returns the number of children written; `next` is kNoChild if the
+/// ray meets none.
 template <Wanted kWanted>
 HWY_INLINE std::size_t push_all_but_first(const WideNode& node, const BoxRay& ray, float limit,
                                           std::uint32_t* HWY_RESTRICT ref_out,

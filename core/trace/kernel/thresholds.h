@@ -1,5 +1,6 @@
 #pragma once
-/// All thresholds of the batch methods. They affect speed, and never an answer.
+/// All thresholds with which the batch scheduler chooses between methods of traversal. They affect
+/// speed, and never an answer.
 ///
 /// Measured by trace_bench with one value changed at a time, several runs in turn, all kernels in
 /// one run (docs/decisions/0022 has the figures):
@@ -14,7 +15,7 @@
 namespace sightline::thresholds {
 
 /// Rays in flight in interleaved traversal: through one tree, and in a scene of several entries.
-/// More rays hide more latency and need more of the first-level cache.
+/// More rays hide more latency of memory and need more of the first-level cache.
 inline constexpr std::size_t kInFlight = 32, kInFlightMany = 48;
 
 /// Rays of a packet: the least, the usual and the largest number.

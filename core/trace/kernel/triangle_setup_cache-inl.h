@@ -1,5 +1,6 @@
-// Caches the planes of triangles that neighbouring rays met. Neighbours often meet the same
-// triangles, and of the work to round t, the part for a plane costs more than the part for a ray.
+// TriangleSetupCache: caches the planes of triangles that neighbouring rays met. Neighbours often
+// meet the same triangles, and of the work to round t, the part for a plane costs more than the
+// part for a ray.
 
 #if defined(SIGHTLINE_TRACE_TRIANGLE_SETUP_CACHE_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_TRIANGLE_SETUP_CACHE_INL_H_
@@ -16,17 +17,20 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
-/// The planes of a few triangles, as many as the widest vector has lanes, each in a slot, with
-/// their distances from one origin. New planes are computed several at a time, and each ray uses
-/// that of its slot.
+/// The planes of a few triangles, as many as the widest vector has lanes, each in a slot of the
+/// cache, with their distances from one origin. For groups of rays from one point call start_from()
+/// once, find() for each group, look() once, and pick() for each vector of rays. New planes are
+/// computed several at a time, and each ray uses the plane of its slot. A code is a number that
+/// names a triangle (GroupHits).
 class TriangleSetupCache {
  public:
   using D = DoubleDouble::D;
   using V = DoubleDouble::V;
   using Slots = hn::RebindToUnsigned<D>;
-  static constexpr std::size_t kRays = 8;  ///< rays of a group
+  static constexpr std::size_t kRays = 8;  ///< rays of a group: elements of the arrays below
 
-  /// Sets the origin of the rays of the following queries.
+  /// Sets the origin of the rays of the following queries. Slots that were used before may be
+  /// replaced from now on.
   HWY_INLINE void start_from(const double (&origin)[3]) {
     if (!begun_) begin();
     needed_ = 0;
@@ -40,9 +44,10 @@ class TriangleSetupCache {
     }
   }
 
-  /// Finds the slots of the triangles that kRays rays met, by codes; code 0 is a miss. A new
-  /// triangle gets a slot, for which see(code, slot) must set the corners and return its id.
-  /// Returns false if there are not enough slots.
+  /// Finds the slots of the triangles that the rays of the bit set `rays` met: codes[i] is the code
+  /// of ray i, slots[i] becomes its slot. A new triangle gets a slot, for which see(code, slot)
+  /// must call set_corner for each coordinate and return the triangle's id. Returns false, with
+  /// `slots` unusable, if there are not enough slots.
   template <class See>
   HWY_INLINE bool find(const std::uint64_t* codes, std::uint32_t rays, const See& see,
                        std::uint64_t* slots) {
@@ -67,21 +72,23 @@ class TriangleSetupCache {
     }
     return true;
   }
+  /// Sets coordinate k of corner c, in world space, of the triangle in a slot.
   void set_corner(std::uint32_t slot, int c, int k, double coordinate) {
     corner_[c][k][slot] = coordinate;
   }
 
-  /// Computes the planes of new slots.
+  /// Computes the planes of new slots. Must be called between find() and pick().
   HWY_INLINE void look() {
     if (stale_) look_again();
   }
 
-  /// The planes of a vector of rays, each from its slot.
+  /// The planes of a vector of rays, each from its slot: normal, and SeenFrom::top and top_size.
   struct View {
     NormalOf<D> normal;
     DoubleDouble top;
     V top_size;
   };
+  /// The planes in the slots.
   HWY_INLINE View pick(hn::Vec<Slots> slots) const {
     View view;
     SIGHTLINE_UNROLL
@@ -93,6 +100,7 @@ class TriangleSetupCache {
     view.top_size = pick(top_size_, slots);
     return view;
   }
+  /// The ids, as see() returned them, of the triangles in the slots.
   HWY_INLINE hn::Vec<Slots> pick_id(hn::Vec<Slots> slots) const {
     return hn::BitCast(Slots(), pick(reinterpret_cast<const double*>(id_), slots));
   }

@@ -1,4 +1,4 @@
-// Culls the triangles of a leaf for all rays of a packet at once.
+// Vertex culling: excludes triangles of a leaf for all rays of a packet at once.
 
 #if defined(SIGHTLINE_TRACE_VERTEX_CULLING_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIGHTLINE_TRACE_VERTEX_CULLING_INL_H_
@@ -16,6 +16,8 @@ namespace sightline {
 namespace HWY_NAMESPACE {
 
 /// Vertex culling [Reshetov2007]: tests a triangle for a whole packet by the packet's corner rays.
+/// Call set() for a packet, then see() and triangles_that_may_be_met() for the triangles of a block
+/// that suits() accepts.
 ///
 /// The rays start at one point and have the same axes kx, ky, kz, so their shears lie in a
 /// rectangle. The sheared corners and edge functions of a triangle are linear in a ray's shears. So
@@ -24,8 +26,9 @@ namespace HWY_NAMESPACE {
 template <std::size_t kRays>
 class VertexCulling {
  public:
-  /// Sets the rays. `reach` is at least the reach of every ray. Returns false, and the object must
-  /// not be used, if the rays do not start at one point.
+  /// Sets the rays: the first `lanes` of the columns, which fill whole vectors. `reach` is at least
+  /// the reach of every ray. Returns false, and the object must not be used, if the rays do not
+  /// start at one point. Precondition: all rays have equal axes kx, ky, kz.
   bool set(const PreparedColumns<kRays>& rays, std::size_t lanes, double reach) {
     const D d;
     auto same = hn::FirstN(d, hn::Lanes(d));
@@ -44,9 +47,11 @@ class VertexCulling {
     return true;
   }
 
-  /// True if the error of edge functions is small enough to decide triangles of this size.
+  /// True if the error of edge functions is small enough to decide triangles whose largest edge
+  /// component is `edge`.
   bool suits(double edge) const { return edge_error_ * 0x1p12 <= edge * edge; }
 
+  /// The triangles relative to the common origin of the rays.
   HWY_INLINE LaneEdges<FilterLanes> see(const LaneCorners<FilterLanes>& corners) const {
     const FilterLanes d;
     hn::Vec<FilterLanes> x[3], y[3];
@@ -71,7 +76,8 @@ class VertexCulling {
     return seen;
   }
 
-  /// Bit i is set if some ray may meet triangle i; if it is not set, certainly no ray does.
+  /// Bit i is set if some ray may meet triangle i; if it is not set, certainly no ray does. `seen`
+  /// is the result of see(corners).
   HWY_INLINE std::uint32_t triangles_that_may_be_met(const LaneCorners<FilterLanes>& corners,
                                                      const LaneEdges<FilterLanes>& seen) const {
     const FilterLanes d;

@@ -1,5 +1,6 @@
 #pragma once
-/// BoxOverlaps: finds all triangles of a scene that touch a closed box, exactly.
+/// BoxOverlaps: finds all triangles or nodes of a scene that count for a closed box or another
+/// shape (BoxRelation), exactly.
 
 #include <cstddef>
 #include <cstdint>
@@ -19,24 +20,28 @@ struct OverlapCounts {
   std::uint64_t triangles = 0;  ///< triangles that were decided
 };
 
-/// Answers one box after the other.
+/// Answers one shape of a BoxBatch after the other. Call any() or list(), then check stopped(). Not
+/// thread-safe; each thread has one. Precondition of any() and list(): the trees of the view that
+/// the shape touches are built.
 class BoxOverlaps {
  public:
-  /// The scene and the deadline must outlive this object.
+  /// Retains the view. The scene and the deadline must outlive this object.
   BoxOverlaps(SceneView scene, const Deadline& deadline)
       : scene_(std::move(scene)),
         deadline_(deadline),
         node_seen_(scene_.description().nodes.size(), 0) {}
 
-  /// True if any triangle counts for box i.
+  /// True if any triangle counts for shape i.
   bool any(const BoxBatch& boxes, std::size_t i, BoxRelation relation = BoxRelation::kIntersecting);
-  /// Returns how many triangles or nodes count for box i. Also lists them, in triangles() or
+  /// Returns how many triangles or nodes count for shape i. Also lists them, in triangles() or
   /// nodes(): those whose place (list_place) is at least `from`, ascending, up to `limit`. Throws
   /// std::bad_alloc.
   std::uint64_t list(const BoxBatch& boxes, std::size_t i, BoxTargets targets, std::size_t limit,
                      BoxRelation relation = BoxRelation::kIntersecting, std::uint64_t from = 0);
 
+  /// The list of triangles of the last list(); empty if nodes were listed.
   const std::vector<TriangleId>& triangles() const { return triangles_; }
+  /// The list of nodes of the last list(), as indices in SceneDescription::nodes.
   const std::vector<std::uint32_t>& nodes() const { return nodes_; }
   /// The place at which the last list would go on; 0 if it was complete, or nothing was to be
   /// listed.

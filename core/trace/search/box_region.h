@@ -1,6 +1,7 @@
 #pragma once
 /// TreeRegion: a region in the units of one tree that contains every point of the scene that a
-/// query box contains. It is conservative; triangles are decided exactly, in world space.
+/// query box contains; the search skips boxes outside it. The region may be larger; triangles are
+/// decided exactly, in world space.
 
 #include <array>
 
@@ -13,7 +14,7 @@
 
 namespace sightline {
 
-/// An axis-aligned box, intersected with up to kMostSlabs slabs.
+/// An axis-aligned box in tree units (wide_tree.h), intersected with slab_count slabs.
 struct TreeRegion {
   std::array<float, 3> lower{}, upper{};
   /// A slab low <= normal . x <= high: for an oriented box in a tree with world boxes, and for the
@@ -27,7 +28,7 @@ struct TreeRegion {
   int slab_count = 0;
 };
 
-/// For a tree in world units: the top tree, or one with world boxes.
+/// Makes the region for a tree in world units: the top tree, or a tree with world boxes.
 TreeRegion world_region(const WideTree& tree, const Box3d& box);
 TreeRegion world_region(const WideTree& tree, const OrientedBox& box);
 inline TreeRegion world_region(const WideTree& tree, const Sphere& sphere) {
@@ -37,7 +38,7 @@ inline TreeRegion world_region(const WideTree& tree, const Capsule& capsule) {
   return world_region(tree, outer_bounds(capsule));
 }
 TreeRegion world_region(const WideTree& tree, const ConvexRegion& region);
-/// For a tree in mesh units, entered through a placement.
+/// Makes the region for a tree in mesh units, entered through a placement with this space.
 TreeRegion mapped_region(const WideTree& tree, const TreeSpace& space, const Box3d& box);
 TreeRegion mapped_region(const WideTree& tree, const TreeSpace& space, const OrientedBox& box);
 inline TreeRegion mapped_region(const WideTree& tree, const TreeSpace& space,
@@ -49,7 +50,7 @@ inline TreeRegion mapped_region(const WideTree& tree, const TreeSpace& space,
   return mapped_region(tree, space, outer_bounds(capsule));
 }
 
-/// The region for the tree of a placement.
+/// Makes the region for the tree of a placement.
 template <class Box>
 TreeRegion region_in(const WideTree& tree, const Placement& placement, const Box& box) {
   return placement.world_boxes ? world_region(tree, box)
@@ -60,7 +61,8 @@ TreeRegion region_in(const WideTree& tree, const Placement& placement, const Con
 /// A bit set: bit i is set if child i may contain a point of the region.
 unsigned overlapped_children(const WideNode& node, const TreeRegion& region);
 
-/// An axis-aligned box that contains the oriented box; infinite if no better bound is certain.
+/// An axis-aligned box that contains the oriented box; infinite on an axis where no better bound is
+/// certain.
 Box3d outer_bounds(const OrientedBox& box);
 
 }  // namespace sightline

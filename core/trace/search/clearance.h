@@ -17,7 +17,8 @@
 
 namespace sightline {
 
-/// One search.
+/// One search: construct, find(), check stopped() and too_many(), write(). Answers
+/// Engine::clearance.
 class Clearance {
  public:
   /// All arguments must outlive this object.
@@ -25,15 +26,17 @@ class Clearance {
             const Deadline& deadline)
       : scene_(scene), a_(a), b_(b), deadline_(deadline) {}
 
-  /// Finds the pairs of the question. The order is decided exactly: by distance, and at equal
-  /// distance by ids. Stops if it finds more than `most` pairs. Throws std::bad_alloc.
+  /// Finds the pairs of the question. What is closest is decided exactly: by distance, and at equal
+  /// distance by ids. Stops if it finds more than `most` pairs. Precondition: called once. Throws
+  /// std::bad_alloc.
   void find(const ClearanceQuestion& question, std::uint64_t most);
-  /// Writes the first `limit` pairs, and the number of all.
+  /// Writes the first `limit` pairs in the order that ClearanceAnswer states, and the number of
+  /// all. Throws std::bad_alloc.
   void write(std::uint64_t limit, ClearanceAnswer& answer) const;
 
-  /// True if there were more pairs than allowed; stopped: the deadline passed. In both cases the
-  /// results are unusable.
+  /// True if there were more pairs than allowed: the results are unusable.
   bool too_many() const { return too_many_; }
+  /// True if the deadline passed: the results are unusable.
   bool stopped() const { return stopped_; }
   const TraceCounts& counts() const { return counts_; }
 

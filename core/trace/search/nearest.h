@@ -17,34 +17,35 @@ namespace sightline {
 
 struct TreePoint;
 
-/// A triangle and an interval of its distance.
+/// A triangle in world space and an interval that contains its distance from the point.
 struct NearTriangle {
   DistanceRange range;
   TriangleId id;
   Triangle triangle;
 };
 
-/// Answers one point after the other. Which triangles are nearest, and their order, is decided
-/// exactly: by distance, and at equal distance by id. Only distances with overlapping intervals are
-/// compared exactly.
+/// Answers one point after the other: find(), check stopped(), write(). Which triangles are
+/// nearest, and their order, is decided exactly: by distance, and at equal distance by id. Only
+/// distances with overlapping intervals are compared exactly.
 class NearestTriangles {
  public:
-  /// `resolved`: the primitives that may be nearest; null: all. `*resolved` and `deadline` must outlive
-  /// this object.
+  /// `resolved`: the primitives that may be nearest, each with any of its sides; null: all. Retains
+  /// the view; the scene, `*resolved` and `deadline` must outlive this object.
   NearestTriangles(SceneView scene, const ResolvedFilter* resolved, const Deadline& deadline)
       : scene_(std::move(scene)), resolved_(resolved), deadline_(deadline) {}
 
-  /// Finds the triangles nearest to the point: at most `count`, within `max_distance` (closed).
-  /// Preconditions: the point is finite, max_distance is not negative, count is not 0, and the trees
-  /// of the view near the point are built. Throws std::bad_alloc.
+  /// Finds the triangles nearest to the point: at most `count`, at distances up to and including
+  /// `max_distance`. Unbuilt trees are searched as empty. Preconditions: the point is finite,
+  /// max_distance is not negative, count is not 0. Throws std::bad_alloc.
   void find(const Vec3d& point, double max_distance, std::size_t count);
 
   /// The result of find(), sorted by distance and id.
   const std::vector<NearTriangle>& found() const { return found_; }
   /// Writes the result to the slots [first, first + count) of `hits`, misses last; t is the
-  /// distance, correctly rounded.
+  /// distance, correctly rounded. Precondition: `hits` has these slots.
   void write(std::size_t first, HitBatch& hits) const;
-  /// A triangle that is certainly farther than this is not in the result.
+  /// A triangle that is certainly farther than this cannot be in the result: max_distance, or less
+  /// if `count` triangles were found.
   double reach() const {
     return found_.size() == count_ ? std::min(max_distance_, found_.back().range.high)
                                    : max_distance_;
@@ -76,9 +77,9 @@ class NearestTriangles {
   TraceCounts counts_;
 };
 
-/// The point of the triangle that is nearest to `point`, every number correctly rounded. front: the
-/// query point lies on the side from which the corners run counter-clockwise. Precondition: find()
-/// has found the triangle.
+/// Properties of the point of the triangle that is nearest to `point`, every number correctly
+/// rounded. front: the query point lies strictly on the side from which the corners run
+/// counter-clockwise. Precondition: find() has found the triangle.
 HitDetail detail_of_nearest(const Scene& scene, const Vec3d& point, TriangleId id);
 
 }  // namespace sightline

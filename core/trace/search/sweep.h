@@ -15,17 +15,18 @@
 
 namespace sightline {
 
-/// Answers one sweep after the other: the contact with the least real t; at equal t the smallest
-/// id.
+/// Answers one sweep after the other: find(), check stopped(). The answer is the contact with the
+/// least real t; at equal t the smallest id.
 class Sweeps {
  public:
-  /// `resolved`: the primitives that may be hit, each with both of its sides; null: all. `*resolved`
-  /// and `deadline` must outlive this object.
+  /// `resolved`: the primitives that may be hit, each with any of its sides; null: all. Retains the
+  /// view; the scene, `*resolved` and `deadline` must outlive this object.
   Sweeps(SceneView scene, const ResolvedFilter* resolved, const Deadline& deadline)
       : scene_(std::move(scene)), resolved_(resolved), deadline_(deadline) {}
 
   /// Writes the first contact of sweep i, or a miss, to slot i of `hits`. If `any`, writes some
-  /// contact, not necessarily the first. `hits` has a slot for each sweep. Throws std::bad_alloc.
+  /// contact, not necessarily the first. Precondition: `hits` has a slot for each sweep, and the
+  /// trees of the view that the sweep touches are built. Throws std::bad_alloc.
   void find(const SweepBatch& sweeps, std::size_t i, bool any, HitBatch& hits);
 
   /// True if the deadline passed: the result is unusable.
@@ -55,8 +56,9 @@ class Sweeps {
   TraceCounts counts_;
 };
 
-/// The point where the shape touches the triangle at its first contact, each coordinate rounded
-/// once (see BoxContact and SphereContact). Precondition: find() has found the triangle.
+/// The point where the shape of sweep i touches the triangle at its first contact, each coordinate
+/// rounded once (see BoxContact and SphereContact). Precondition: find() has found the triangle.
+/// Throws std::bad_alloc.
 Vec3d position_of_contact(const Scene& scene, const SweepBatch& sweeps, std::size_t i,
                           TriangleId id);
 

@@ -1,6 +1,6 @@
 #pragma once
 /// TriangleGroup: selected triangles of a scene with a tree of their own, for questions about two
-/// selections. (The trees of the scene contain other triangles as well.)
+/// selections (Clearance). The trees of the scene contain other triangles as well.
 
 #include <cstdint>
 #include <vector>
@@ -13,6 +13,7 @@
 
 namespace sightline {
 
+/// A list of triangles and a binary tree over them. Immutable after construction.
 class TriangleGroup {
  public:
   /// A triangle of the group.
@@ -22,21 +23,23 @@ class TriangleGroup {
   };
   /// A node of the binary tree.
   struct Node {
-    Box3d box;                           ///< the exact bounds of its members
+    Box3d box;                           ///< the exact world bounds of its members
     TriangleId least;                    ///< the smallest id of its members
     std::uint32_t first = 0, count = 0;  ///< its members: [first, first + count)
     std::uint32_t child = 0;             ///< index of the first of two children; 0: a leaf
   };
 
-  /// Makes a group of the triangles of the primitives that `resolved` selects, without those that
-  /// have no area. The group must not be used if the deadline passed. Throws std::bad_alloc. Cost:
-  /// n log n.
+  /// Makes a group of the triangles of the primitives of which `resolved` has any side. Leaves out
+  /// triangles that have no area or a corner that is not finite, and hidden instances. If the
+  /// deadline passes, the group is incomplete and must not be used. Throws std::bad_alloc. Cost: n
+  /// log n.
   TriangleGroup(const Scene& scene, const ResolvedFilter& resolved, const Deadline& deadline);
 
   bool empty() const { return members_.empty(); }
   std::uint32_t size() const { return static_cast<std::uint32_t>(members_.size()); }
-  /// Node 0 is the root; there is none if the group is empty.
+  /// The node of an index. Node 0 is the root; there is none if the group is empty.
   const Node& node(std::uint32_t i) const { return nodes_[i]; }
+  /// The member of an index below size().
   const Member& member(std::uint32_t i) const { return members_[i]; }
 
  private:

@@ -1,6 +1,6 @@
 #pragma once
-/// UnbuiltTrees: finds the unbuilt trees that a query needs. It is conservative: it may find too
-/// many, and never too few.
+/// UnbuiltTrees: finds the unbuilt trees that a query needs. It may find trees that the query does
+/// not need, but misses none that it needs.
 
 #include <cstdint>
 #include <vector>
@@ -15,24 +15,26 @@ namespace sightline {
 struct SweepBatch;
 
 /// Searches the top tree for unbuilt trees, one query at a time. Results are indices in
-/// SceneTree::trees. The code is scalar, because it runs only while a scene has unbuilt trees.
+/// SceneTree::trees. Not thread-safe: each thread has one. The code is scalar, because it runs only
+/// while a scene has unbuilt trees. Memory: the list of appended trees and a stack; functions throw
+/// std::bad_alloc.
 class UnbuiltTrees {
  public:
   /// The view must outlive the object.
   explicit UnbuiltTrees(const SceneView& scene) : tree_(scene.tree()) {}
 
   /// Returns the unbuilt tree whose box the ray enters first, among those that may have a hit at
-  /// `t` or less within the ray's limits; kNone if there is none. `t` is a result of a kernel, or
-  /// +inf.
+  /// `t` or less within the ray's limits; kNone if there is none. `t` is the t of the closest hit
+  /// in the built trees, or +inf.
   std::uint32_t nearest(const Ray& ray, double t);
   /// Appends all unbuilt trees whose boxes the ray may meet within its limits.
   void met(const Ray& ray, std::vector<std::uint32_t>& trees);
-  /// Returns the unbuilt tree whose box is nearest to the point, among those that may be within
-  /// `distance`; kNone if there is none.
+  /// Returns the unbuilt tree whose box is nearest to the point, among those that may have a
+  /// triangle within `distance`, in scene units; kNone if there is none.
   std::uint32_t nearest_to(const Vec3d& point, double distance);
-  /// Appends all unbuilt trees whose boxes the query's box may touch.
+  /// Appends all unbuilt trees whose boxes shape i of the batch may touch.
   void touched(const BoxBatch& boxes, std::size_t i, std::vector<std::uint32_t>& trees);
-  /// Appends all unbuilt trees whose boxes the swept shape may touch.
+  /// Appends all unbuilt trees whose boxes the shape of sweep i may touch.
   void swept(const SweepBatch& sweeps, std::size_t i, std::vector<std::uint32_t>& trees);
 
  private:
