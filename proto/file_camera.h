@@ -18,7 +18,7 @@ struct FileCamera {
   std::optional<std::uint32_t> index;  ///< index in the file's "cameras"
   std::uint64_t width = 0, height = 0;
 };
-/// Returns a generator of the rays of the camera's pixels. Errors: CAMERA_UNKNOWN.
+/// A function that returns a generator of the rays of the camera's pixels. Errors: CAMERA_UNKNOWN.
 using FindCamera = std::function<Result<RayGenerator>(const FileCamera& camera)>;
 
 }  // namespace sightline

@@ -15,7 +15,8 @@
 
 namespace sightline {
 
-/// The data from which the columns are made.
+/// The data from which the columns are made; must outlive the columns. `details` and each column of
+/// `terms` have a slot for each of `hits`, or are empty if no requested field needs them.
 struct HitAnswer {
   const HitBatch& hits;
   std::span<const HitDetail> details;
@@ -56,7 +57,8 @@ void visit_vectors(const Visit& visit, const Value& value) {
   visit(VectorColumn<width, Value>{value});
 }
 
-/// Calls visit(column) with the column of `field`.
+/// Calls visit(column) once, with the column of `field`. Precondition: `answer` has the data of
+/// `field`. value(i, k) and value(i) may be called for hits only, not for misses.
 template <class Visit>
 void visit_column(const HitAnswer& answer, HitField field, const Visit& visit) {
   const HitBatch& hits = answer.hits;

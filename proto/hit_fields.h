@@ -32,6 +32,7 @@ struct HitFieldRow {
   std::size_t width;  ///< number of numbers in a value
   FieldSource source;
 };
+/// The table, in the order of HitField.
 inline constexpr HitFieldRow kHitFields[] = {
 #define HIT_FIELD(field, name, kind, width, source, doc) \
   {HitField::field, name, FieldKind::kind, width, FieldSource::source},
@@ -86,6 +87,7 @@ constexpr FieldSet fields_where(Chooses is_chosen) {
   }
   return fields;
 }
+/// All fields of the table.
 inline constexpr FieldSet kAllHitFields = fields_where([](const HitFieldRow&) { return true; });
 /// The fields of a request that does not choose any.
 inline constexpr FieldSet kDefaultHitFields{

@@ -18,7 +18,7 @@ inline constexpr std::string_view kFloatMapMediaType = "image/x-portable-floatma
 /// What an image shows, and its format.
 ///
 /// PNG, 16 bits a sample, rows from the top:
-///   depth   grey: t / unit, rounded (half to even), 1 to 65535; 0 is a miss
+///   depth   grey: t / unit, rounded (half to even), limited to 1 to 65535; 0 is a miss
 ///   node    grey: index of the node in the file plus 1; 0 is a miss
 ///   normal  red, green, blue: 65535 (n + 1) / 2, rounded; 0 0 0 is a miss
 ///   visits  grey: number of boxes of trees that the ray was tested with, at most 65535; also for
@@ -32,15 +32,15 @@ inline constexpr std::string_view kFloatMapMediaType = "image/x-portable-floatma
 struct HitImage {
   enum class Of { kDepth, kNode, kNormal, kVisits };
   Of of = Of::kDepth;
-  bool floats = false;  ///< true: PFM; false: PNG
-  double unit = 0.001;  ///< t of one step of a PNG's depth
-  std::uint64_t width = 0, height = 0;
+  bool floats = false;                  ///< true: PFM; false: PNG
+  double unit = 0.001;                  ///< t of one step of a PNG's depth; above 0
+  std::uint64_t width = 0, height = 0;  ///< in pixels
 
   std::string_view media_type() const { return floats ? kFloatMapMediaType : kPngMediaType; }
 };
 
-/// Some rows of an image as columns, one element for each pixel in the order of for_each_pixel. A
-/// column that the image does not need is empty.
+/// Some rows of an image as columns, one element for each pixel in the order of for_each_pixel
+/// (ray_generators.h). A column that the image does not need may be empty.
 struct HitPixels {
   const HitBatch& hits;
   std::span<const double> depth;          ///< for kDepth
@@ -49,19 +49,22 @@ struct HitPixels {
   std::span<const std::uint32_t> visits;  ///< for kVisits, of misses too
 };
 
-/// Encodes an image from its rows. Throws std::bad_alloc.
+/// Encodes an image from its rows: check(), construct, draw() until each row is set, finish().
+/// Holds the whole image. Throws std::bad_alloc. Not thread-safe.
 class HitImageEncoder {
  public:
   /// Errors: IMAGE_TOO_LARGE (more than a million pixels wide or high).
   static Status check(const HitImage& image);
-  /// Upper bound of the memory of an encoder and of its result.
+  /// Upper bound of the bytes of memory of an encoder and of its result.
   static std::uint64_t bytes(const HitImage& image);
 
   /// Precondition: check(image) succeeds.
   explicit HitImageEncoder(const HitImage& image);
-  /// Sets rows [begin, end). Errors: IMAGE_NODES_TOO_MANY (a node's index is above 65534, for PNG).
+  /// Sets rows [begin, end), row 0 at the top. Errors: IMAGE_NODES_TOO_MANY (a node's index is
+  /// above 65534, for PNG); the image is then incomplete.
   Status draw(std::uint64_t begin, std::uint64_t end, const HitPixels& pixels);
-  /// Returns the encoded image. Precondition: all rows are set. Errors: IMAGE_FAILED.
+  /// Returns the file of the image. Called once. Precondition: all rows are set. Errors:
+  /// IMAGE_FAILED.
   Result<std::string> finish();
 
  private:

@@ -23,7 +23,7 @@ enum class AnswerLayout {
 
 /// The names, indices and other terms of n hits as columns of n slots. A column whose field is not
 /// requested may be empty. An index is kNone if it does not apply; a name is empty if the file has
-/// none. The names refer to texts of the scene, which must live as long.
+/// none. The names refer to texts of the scene, which must outlive this struct.
 struct HitTerms {
   /// Indices in the file: of the primitive in its mesh, and of the triangle in its primitive.
   Column<std::uint32_t> primitive, triangle;
@@ -32,7 +32,7 @@ struct HitTerms {
   /// Index of the instance among those of its node; 0 unless the node has several.
   Column<std::uint32_t> node_instance;
   std::vector<std::string_view> node_name, node_path, mesh_name, material_name;
-  HitAttributes attributes;
+  HitAttributes attributes;    ///< interpolated vertex attributes of the file
   Column<double> distance;     ///< t * |direction|
   bool t_is_distance = false;  ///< the distance is also answered as t
   /// The texts to which node_path refers. Moving this struct does not move them.

@@ -27,13 +27,15 @@ struct Problem {
   std::string request_id;
 };
 
+/// The media type of a problem document.
 inline constexpr std::string_view kProblemMediaType = "application/problem+json";
 
-/// Encodes a problem. Invalid UTF-8 in texts is replaced, so that the document is valid.
+/// Encodes a problem as one line of JSON. Invalid UTF-8 in texts is replaced, so that the document
+/// is valid.
 std::string encode_problem(const Problem& problem);
 
-/// Makes a problem of an error. The caller gives `status` and `title`, because this room does not
-/// know HTTP.
+/// Makes a problem of an error; its pointer becomes the only entry of `errors`, if it is not empty.
+/// The caller gives `status` and `title`, because this room does not know HTTP.
 Problem make_problem(const Error& error, int status, std::string title);
 
 }  // namespace sightline

@@ -12,11 +12,13 @@
 
 namespace sightline {
 
-/// Writes columns after a table of them. All columns are announced first; then begin(), then each
-/// column in that order, then take(). So the memory of an answer is allocated once.
+/// Writes columns after a table of them. All columns are announced first; then begin(), then next()
+/// for each column in that order, then take(), once each. So the memory of an answer is allocated
+/// once. A number is a double, float, std::int64_t, or an unsigned integer of 8, 32 or 64 bits.
 class BinaryAnswer {
  public:
-  /// Announces a column of `rows` values of `width` numbers each.
+  /// Announces a column of `rows` values of `width` numbers each. `name` has at most 16 bytes, and
+  /// must be valid until begin().
   template <class Number>
   void announce(std::string_view name, std::size_t rows, std::uint32_t width = 1) {
     entries_.push_back({name, type_of(Number{}), sizeof(Number), width, rows});
@@ -24,7 +26,8 @@ class BinaryAnswer {
   /// Writes the table. After this, next() is called for each column in the order of the
   /// announcements.
   void begin();
-  /// Writes the next column from value(row, component).
+  /// Writes the next column from value(row, component), each converted to Number. Precondition: the
+  /// column was announced with this type.
   template <class Number, class Value>
   void next(Value value) {
     const Entry& entry = begin_next();

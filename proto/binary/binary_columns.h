@@ -11,7 +11,7 @@
 
 namespace sightline {
 
-/// The properties of a kind of request.
+/// The properties of a kind of request; its texts are literals.
 struct BinaryKind {
   std::string_view magic;  ///< four bytes
   std::string_view noun;   ///< what a row is, for messages: "rays"
@@ -36,17 +36,20 @@ struct BinaryHeader {
   std::size_t columns_at() const { return (kBytes + std::size_t{options_bytes} + 7) / 8 * 8; }
 };
 
-/// Reads the header. `begin` has at least the first bytes of the body. Errors: BINARY_MALFORMED,
-/// the kind's too_many_code if there are more than max_rows.
+/// Reads the header. `begin` is the body, or its first BinaryHeader::kBytes bytes or more. Errors:
+/// BINARY_MALFORMED, also for fewer bytes; the kind's too_many_code if there are more than
+/// max_rows.
 Result<BinaryHeader> read_binary_header(std::string_view begin, const BinaryKind& kind,
                                         std::size_t max_rows);
-/// Reads the header of a complete body, and checks that the body has the length that it states.
+/// Reads the header of a complete body, and checks that the body has the length that the header
+/// states. Errors: those of read_binary_header.
 Result<BinaryHeader> read_whole_header(std::string_view body, const BinaryKind& kind,
                                        std::size_t max_rows);
-/// The options of a body, as JSON text.
+/// The options of a body, as JSON text; "{}" if it has none. Precondition: read_whole_header has
+/// returned `header` for this body.
 std::string options_of(std::string_view body, const BinaryHeader& header);
-/// Reads column number `which` into `column`, whose size is the number of rows. Precondition:
-/// read_whole_header has returned `header` for this body.
+/// Reads column number `which`, from 0, into `column`, whose size is the number of rows.
+/// Precondition: read_whole_header has returned `header` for this body.
 void read_column(std::string_view body, const BinaryHeader& header, std::size_t which,
                  UnsetColumn<double>& column);
 

@@ -13,13 +13,13 @@
 
 namespace sightline {
 
-/// A mesh to be sent.
+/// A mesh to be sent. It refers to the scene, which must outlive it.
 struct GeometryMesh {
   /// Index of the mesh in the file.
   std::uint32_t file_mesh = 0;
   Vec3d origin;                      ///< positions are sent as differences from it
   std::span<const Vec3f> positions;  ///< in mesh space
-  IndexView indices;
+  IndexView indices;                 ///< three for each triangle, into `positions`
 };
 
 /// A range of a mesh's triangles with one material.
@@ -28,15 +28,15 @@ struct GeometryPart {
   std::uint32_t first_triangle = 0, triangles = 0;
   /// Index of the primitive in the file's mesh.
   std::uint32_t file_primitive = 0;
-  std::uint32_t material = 0xffffffffu;
-  std::array<double, 4> colour = {1, 1, 1, 1};
+  std::uint32_t material = 0xffffffffu;         ///< index in the file; this value: none
+  std::array<double, 4> colour = {1, 1, 1, 1};  ///< base colour factor of the material, RGBA
 };
 
 /// A placement of a mesh.
 struct GeometryPlacement {
-  std::uint32_t mesh = 0;  ///< row in GeometryAnswer::meshes
-  std::uint32_t instance = 0;
-  std::uint32_t file_node = 0;
+  std::uint32_t mesh = 0;          ///< row in GeometryAnswer::meshes
+  std::uint32_t instance = 0;      ///< as in hits
+  std::uint32_t file_node = 0;     ///< index of the node in the file
   std::array<double, 9> linear{};  ///< rows of the 3x3 matrix from mesh space to world space
   Vec3d at{};                      ///< world position of GeometryMesh::origin
 };
@@ -54,6 +54,7 @@ struct GeometryAnswer {
 inline constexpr std::uint64_t kPositionBytes = 12, kTriangleBytes = 12, kMeshBytes = 44,
                                kPartBytes = 52, kPlacementBytes = 72;
 
+/// Encodes an answer. Throws std::bad_alloc.
 std::string encode_geometry(const GeometryAnswer& answer);
 
 }  // namespace sightline

@@ -14,8 +14,9 @@ namespace sightline {
 /// FIELD_IS_TEXT, naming the first one.
 Status check_binary_fields(FieldSet fields);
 
-// Binary forms of the functions of hit_json.h. `invalid`: the rays that are marked as invalid, or
-// null.
+// Binary forms of the functions of hit_json.h, with the same parameters. Precondition:
+// check_binary_fields accepts `fields`; texts would be left out. `invalid`: the rays that are
+// marked as invalid; null if the client did not ask for marks.
 
 std::string encode_hits_binary(const HitBatch& hits, std::span<const HitDetail> details,
                                const HitTerms& terms, FieldSet fields, const InvalidRays* invalid);

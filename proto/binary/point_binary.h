@@ -12,12 +12,13 @@ namespace sightline {
 inline constexpr FieldSet kDefaultBinaryNearestFields{HitField::kDistance, HitField::kInstance,
                                                       HitField::kPrimitive, HitField::kTriangle};
 
-/// Decodes points, like decode_rays_binary. Further errors: POINT_NOT_FINITE, those of
-/// decode_points.
+/// Decodes a body of points; its options are those of decode_points. Errors: 400 BINARY_MALFORMED,
+/// 413 POINTS_TOO_MANY, 422 POINT_NOT_FINITE, those of decode_points.
 Result<PointQuery> decode_points_binary(std::string_view body, const PointJsonRules& rules);
 
-/// Binary forms of the functions of point_json.h. "unreliable" is not in the bytes; it is sent
-/// separately.
+// Binary forms of the functions of point_json.h. "unreliable" is not in the bytes; the caller sends
+// it in a header.
+
 std::string encode_inside_binary(const InsideColumns& columns);
 std::string encode_signed_distances_binary(const InsideColumns& columns,
                                            std::span<const double> distance);

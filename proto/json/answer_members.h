@@ -9,7 +9,7 @@
 
 namespace sightline {
 
-/// The cost of a request.
+/// The cost of a request, with the microseconds of its steps.
 struct WorkReport {
   QueryWork work;
   std::uint64_t parse_us = 0, trace_us = 0, describe_us = 0, print_us = 0;
@@ -26,11 +26,12 @@ std::string encode_invalid(const InvalidRays& invalid);
 /// [{"code":"SELECTION_EMPTY","pointer":"/include/names/0","message":".."}]. Without any: [].
 std::string encode_warnings(const SelectionWarnings& warnings);
 
-/// The value of a header: {"count":2,"warnings":[..]} with the first warnings, at most 4096 bytes
-/// of ASCII.
+/// The value of the header X-Sightline-Warnings: {"count":2,"warnings":[..]} with the number of all
+/// warnings and the first of them, at most 4096 bytes of ASCII.
 std::string encode_warnings_header(const SelectionWarnings& warnings);
 
-/// Appends a member to a JSON object that has at least one member.
+/// Appends a member to the text of a JSON object that has at least one member. `json` is its value
+/// as JSON; `name` needs no escape.
 void add_member(std::string& object, std::string_view name, std::string_view json);
 
 }  // namespace sightline

@@ -43,7 +43,8 @@ struct BoxQuery {
   std::optional<std::uint64_t> timeout_ms;  ///< the client's limit of the time for the answer
 };
 
-/// Decodes a body like decode_rays. Errors: those of boxes (box_rows.h), VALUE_UNKNOWN (of, mode),
+/// Decodes a body; its text and its capacity are treated as by decode_rays. Errors: those of a body
+/// (JSON_MALFORMED, KEY_ and TYPE_ errors), those of boxes (box_rows.h), VALUE_UNKNOWN (of, mode),
 /// NUMBER_OUT_OF_RANGE (limit).
 Result<BoxQuery> decode_boxes(std::string& body, const BoxJsonRules& rules);
 
@@ -52,9 +53,11 @@ Result<BoxQuery> decode_boxes(std::string& body, const BoxJsonRules& rules);
 ///                                       "mesh":"walls"},..]}]}
 /// or, for nodes, {"results":[{"total":1,"nodes":[{"node":"house","node_id":3}]}]}. If a list is
 /// cut, `total` is larger than its size, and "next" is a cursor for the rest.
-/// terms      of each entry: primitive, triangle, node_name and mesh_name for triangles, node and
-///            node_name for nodes
-/// revision   revision of the scene
+/// lists      one list for each box
+/// totals     for each box the number of all entries
+/// terms      of each entry of all lists: primitive, triangle, node_name and mesh_name for
+///            triangles, node and node_name for nodes
+/// revision   revision of the scene, for the cursors
 /// questions  BoxQuery::questions
 std::string encode_box_lists(const BoxLists& lists, std::span<const std::uint64_t> totals,
                              BoxTargets targets, const HitTerms& terms, std::uint64_t revision,

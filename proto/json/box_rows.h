@@ -27,7 +27,8 @@
 
 namespace sightline {
 
-/// Reads the value of "boxes".
+/// Reads the value of "boxes" of one body: read() once, then take_cursors() and
+/// take_shape_hashes().
 class BoxRows {
  public:
   /// Which shapes are allowed: boxes; all shapes; all shapes with cursors.
@@ -44,10 +45,10 @@ class BoxRows {
   /// NUMBER_NOT_FINITE, BOX_ROTATION_NOT_UNIT, CURSOR_UNKNOWN, those of views (GeneratorReader,
   /// view_frustum.h) and corners (BOX_CORNERS), and the codes of check_boxes. 413: BOXES_TOO_MANY.
   bool read(JsonReader::Value value, BoxBatch& boxes);
-  /// The cursors: one for each box if any box has one, else none.
+  /// Moves the cursors out: one for each box if any box has one, else none.
   Column<ListCursor> take_cursors() { return std::move(cursors_); }
-  /// A hash of the shape of each box, if cursors are allowed. Different shapes almost surely have
-  /// different hashes.
+  /// Moves out a hash of the shape of each box, if cursors are allowed, else none. Different shapes
+  /// almost surely have different hashes.
   Column<std::uint64_t> take_shape_hashes() { return std::move(shape_hashes_); }
 
  private:

@@ -23,8 +23,8 @@ struct ClearanceQuery {
   RayQuery options;  ///< without rays
 };
 
-/// Decodes a body like decode_rays. Errors: those of decode_rays, 422 DISTANCE_NEGATIVE,
-/// DISTANCE_MISSING.
+/// Decodes a body; its text and its capacity are treated as by decode_rays. Errors: those of
+/// decode_rays, 422 DISTANCE_NEGATIVE, DISTANCE_MISSING. max_limit: the largest "limit" accepted.
 Result<ClearanceQuery> decode_clearance(std::string& body, std::uint64_t max_limit);
 
 /// Encodes the closest pair: {"pair":{"distance":1.5,"a":{"instance":0,"primitive":0,"triangle":7,

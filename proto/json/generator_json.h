@@ -26,10 +26,12 @@ namespace sightline {
 /// Called before `count` rays are made or poses are stored; its error becomes the answer.
 using AdmitMade = std::function<Status(std::uint64_t count)>;
 
-/// Reads one generator.
+/// Reads one generator; makes no rays. The reader and `find_camera` must outlive the object.
 class GeneratorReader {
  public:
-  /// most         the most rays that it may make, and the most entries of its lists
+  /// Reads the member "generator".
+  /// reader       gets the errors
+  /// most         the most rays that the generator may make, and the most entries of its lists
   /// find_camera  null if there is no scene
   /// admit        null: every number is admitted
   GeneratorReader(JsonReader& reader, std::uint64_t most, const FindCamera& find_camera,
@@ -44,8 +46,9 @@ class GeneratorReader {
         place_(std::move(place)),
         is_view_(true) {}
 
-  /// Reads the generator. Returns false if the reader has an error: those of a body, 422
-  /// KEY_MISSING, KEY_UNKNOWN (not in this kind), 413 RAYS_TOO_MANY, those of `admit`.
+  /// Reads the generator. Returns false if the reader has an error: those of its functions, 422
+  /// KEY_MISSING, KEY_UNKNOWN (not in this kind), CAMERA_UNKNOWN, 413 RAYS_TOO_MANY, those of
+  /// `admit`. `generator` is then unspecified.
   bool read(JsonReader::Value value, RayGenerator& generator);
 
  private:

@@ -10,10 +10,11 @@
 
 namespace sightline {
 
+/// The media type of lines of JSON.
 inline constexpr std::string_view kLinesMediaType = "application/x-ndjson";
 
-// Line forms of the functions of hit_json.h. `invalid`: the rays that are marked as invalid, or
-// null.
+// Line forms of the functions of hit_json.h, with the same parameters. `invalid`: the rays that are
+// marked as invalid; null if the client did not ask for marks.
 
 /// Lines like {"t":5,"triangle":12}, or null for a miss.
 std::string encode_hit_lines(const HitBatch& hits, std::span<const HitDetail> details,

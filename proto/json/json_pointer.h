@@ -16,13 +16,15 @@ class JsonPointer {
   JsonPointer& key(std::string_view name);
   /// Appends an element of an array.
   JsonPointer& index(std::size_t number);
+  /// The pointer so far; "" is the whole document.
   const std::string& text() const { return text_; }
 
  private:
   std::string text_;
 };
 
-/// The first `bytes` bytes of UTF-8 text, or fewer if a character would be cut.
+/// The first `bytes` bytes of UTF-8 text, or fewer if a character would be cut; a part of the
+/// memory of `text`.
 std::string_view cut_utf8(std::string_view text, std::size_t bytes);
 
 }  // namespace sightline

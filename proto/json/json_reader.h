@@ -21,8 +21,10 @@ namespace sightline {
 inline constexpr std::size_t kJsonPadding = 64;
 static_assert(kJsonPadding >= simdjson::SIMDJSON_PADDING);
 
-/// Each read_ function returns false if there is an error, which error() then returns; its output
-/// parameters are not set then.
+/// Reads the values of one body, and holds the first error. Derive from it, or hold one for each
+/// body; not thread-safe. Each read_ function returns false if there is an error, which error()
+/// then returns; the output parameters are then unspecified. `place` is the pointer of the value,
+/// for errors. Values and fields are valid while the body is being read.
 class JsonReader {
  public:
   using Value = simdjson::ondemand::value;
@@ -30,17 +32,21 @@ class JsonReader {
   using Array = simdjson::ondemand::array;
   using Field = simdjson::ondemand::field;
 
-  /// Reads the whole body as one object: calls read_object(object), which returns a bool.
+  /// Reads the whole body as one object: calls read_object(object), which returns false after it
+  /// has set an error. The capacity of `body` grows by kJsonPadding if needed; its text is not
+  /// changed. Cost: one parser for each call.
   template <class ReadObject>
   bool read_body(std::string& body, ReadObject read_object);
 
-  /// Reads `text` as one value: calls read_value(value), which returns a bool. The parser may read
-  /// up to `capacity` bytes from the beginning of `text`.
+  /// Reads `text` as one value: calls read_value(value), which returns false after it has set an
+  /// error. `capacity` bytes from the beginning of `text` are readable: at least kJsonPadding more
+  /// than its size. place() returns the pointer of the value.
   template <class Place, class ReadValue>
   bool read_one(simdjson::ondemand::parser& parser, std::string_view text, std::size_t capacity,
                 Place place, ReadValue read_value);
 
   // Functions that read one value. place() returns the pointer, and is only called for an error.
+  /// Reads a number as the nearest float64. Errors: TYPE_WRONG, NUMBER_NOT_FINITE, JSON_MALFORMED.
   template <class Place>
   bool read_number(Value value, double& out, Place place);
   /// Reads a number; null gives `if_null`.
@@ -71,7 +77,7 @@ class JsonReader {
   template <class Place>
   bool check_end(simdjson::error_code code, Place place);
 
-  /// Sets the error and returns false.
+  /// Sets the error and returns false. invalid() and malformed() are its usual kinds.
   bool fail(ErrorKind kind, std::string_view code, std::string message, const JsonPointer& place) {
     error_ = Error{kind, std::string(code), std::move(message), place.text()};
     return false;
@@ -85,6 +91,7 @@ class JsonReader {
   /// Sets an error that tells why `value` is not `expected`. Returns false.
   bool wrong(Value value, const JsonPointer& place, std::string_view expected);
 
+  /// The error after a false of a read_ function.
   const Error& error() const { return error_; }
 
  private:

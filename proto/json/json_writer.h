@@ -9,7 +9,8 @@
 
 namespace sightline {
 
-/// Writes one text.
+/// Writes one text: construct, append, take(). It does not check the structure: the caller writes
+/// brackets and commas. All functions may throw std::bad_alloc. Not thread-safe.
 class JsonWriter {
  public:
   /// expected_bytes  an estimate of the size; a wrong one only costs a copy
@@ -36,14 +37,15 @@ class JsonWriter {
   /// Appends a string, or null if it is empty: a name that the file does not have.
   void name(std::string_view text) { text.empty() ? raw("null") : string(text); }
 
-  /// For writing many values directly: returns a pointer to at least `bytes` writable bytes.
-  /// written_to() must then be called with the end of what was written.
+  /// For writing many values directly: returns a pointer to at least `bytes` writable bytes, valid
+  /// until the next call. written_to() must then be called with the end of what was written.
   char* room(std::size_t bytes) {
     if (buffer_.size() - size_ < bytes) grow(size_ + bytes);
     return buffer_.data() + size_;
   }
   void written_to(const char* end) { size_ = static_cast<std::size_t>(end - buffer_.data()); }
 
+  /// Bytes of the text so far.
   std::size_t size() const { return size_; }
   /// Returns the text; the writer is empty afterwards.
   std::string take();

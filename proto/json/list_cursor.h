@@ -18,8 +18,10 @@ struct ListCursor {
   std::uint64_t from = 0;
 };
 
+/// The text of a cursor: 49 characters of a-z and 0-9.
 std::string encode_cursor(const ListCursor& cursor);
-/// Empty if the text is not a result of encode_cursor.
+/// The cursor of a text. Empty if the text is not a result of encode_cursor, or of a cursor with
+/// `from` 0.
 std::optional<ListCursor> decode_cursor(std::string_view text);
 
 }  // namespace sightline

@@ -13,7 +13,7 @@
 
 namespace sightline {
 
-/// A decoded body. The texts are not checked further.
+/// A decoded body. Whether `id`, `path` and `url` are valid is for the caller to check.
 struct LoadRequest {
   std::string id;                      ///< name of the scene; may be invalid
   std::string path;                    ///< empty if there is a url

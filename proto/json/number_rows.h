@@ -9,14 +9,15 @@
 
 namespace sightline {
 
-/// Reads exactly `count` numbers, three or four, to `out`; null gives `open`, if that is given.
-/// Returns false if the reader has an error.
+/// Reads exactly `count` numbers, three or four, to `out`, which has room for them. If `open` is
+/// given, a null in place of a number gives `open`. Returns false if the reader has an error.
 bool read_numbers(JsonReader& reader, JsonReader::Value value, const JsonPointer& place,
                   double* out, int count, std::optional<double> open = std::nullopt);
 
+/// The vector of three numbers.
 inline Vec3d vector_of(const double* v) { return {v[0], v[1], v[2]}; }
 
-/// Reads three numbers.
+/// Reads three numbers. Returns false if the reader has an error.
 bool read_vector(JsonReader& reader, JsonReader::Value value, const JsonPointer& place, Vec3d& out);
 
 }  // namespace sightline

@@ -11,21 +11,22 @@ namespace sightline {
 
 /// The length of the longest number: "-1.7976931348623157e+308".
 inline constexpr std::size_t kLongestNumber = 24;
-/// The number of bytes that must be writable where a number is written. Bytes after the number are
-/// overwritten.
+/// The number of bytes that must be writable where a number is written: at `out` of each function.
+/// Bytes after the number are overwritten.
 inline constexpr std::size_t kNumberRoom = 40;
 
 /// Writes the shortest text from which the same float64 is read; of several, the nearest. Returns
 /// its end. Precondition: `value` is finite.
 char* write_float64(char* out, double value);
 
-/// Writes a number for JSON. -0.0 becomes "-0.0", because many readers take "-0" for an integer and
-/// lose the sign. NaN and infinity, which JSON does not have, become "null".
+/// Writes a number for JSON, as write_float64 does, and returns its end. -0.0 becomes "-0.0",
+/// because many readers take "-0" for an integer and lose the sign. NaN and infinity, which JSON
+/// does not have, become "null".
 char* write_json_number(char* out, double value);
 
 /// The largest integer that short_integer writes.
 inline constexpr std::uint32_t kLongestShort = 99'999'999;
-/// Writes an integer with more digits than short_integer can.
+/// Writes an integer above kLongestShort, and returns its end.
 char* write_long_integer(char* out, std::uint64_t value);
 
 /// The eight digits of a number as bytes 0 to 9, the first digit in the lowest byte. Precondition:
@@ -46,6 +47,7 @@ struct ShortText {
   std::uint64_t bytes = 0;
   unsigned size = 0;
 
+  /// Writes eight bytes to `out`, and returns the end of the characters.
   char* write(char* out) const {
     std::memcpy(out, &bytes, sizeof bytes);
     return out + size;
@@ -60,12 +62,14 @@ inline ShortText short_integer(std::uint32_t value) {
   return {(digits | kTextOfZeros) >> (8 * zeros), 8 - zeros};
 }
 
+/// Writes an integer, and returns its end.
 inline char* write_integer(char* out, std::uint64_t value) {
   if (value > kLongestShort) return write_long_integer(out, value);
   return short_integer(static_cast<std::uint32_t>(value)).write(out);
 }
 
-/// Writes an integer, or `instead` if it equals `nothing`. The choice needs no branch.
+/// Writes an integer, or `instead` if `value` equals `nothing`; returns the end. The choice needs
+/// no branch.
 inline char* write_integer_or(char* out, std::uint32_t value, std::uint32_t nothing,
                               ShortText instead) {
   const bool is_nothing = value == nothing;

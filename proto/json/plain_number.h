@@ -1,5 +1,7 @@
 #pragma once
-/// Reads JSON numbers in their usual form, several digits at a time.
+/// Reads JSON numbers in their usual form, several digits at a time. scan_plain_number is the
+/// interface; namespace plain has its parts. The slow reader is JsonReader::read_number, which the
+/// caller uses if this returns false.
 
 #include <fast_float/fast_float.h>
 
@@ -10,34 +12,35 @@
 
 namespace sightline {
 
-/// The number of bytes that must be readable after a scanned text; the first of them is not a
-/// digit.
+/// The number of bytes that must be readable after the end of a scanned text. The first of them
+/// must not be a digit, so that a number ends with the text. The others may be anything.
 inline constexpr std::size_t kPlainPadding = 32;
 
 namespace plain {
 
 static_assert(std::endian::native == std::endian::little, "the first digit is the lowest byte");
 
-/// Eight bytes of text; digits become 0 to 9.
+/// Eight bytes of text as the "values" of the functions below: digits become 0 to 9, other bytes
+/// are above 9. The first byte is the lowest.
 inline std::uint64_t values_at(const char* at) {
   std::uint64_t bytes = 0;
   std::memcpy(&bytes, at, sizeof bytes);
   return bytes ^ 0x3030303030303030u;
 }
 
-/// Marks the bytes that are not digits by their highest bit. Only the first mark is certain: marks
-/// of later bytes may be wrong.
+/// Marks the bytes of `values` that are not digits by their highest bit. Only the lowest mark is
+/// certain: marks of higher bytes may be wrong.
 inline std::uint64_t others_of(std::uint64_t values) {
   // Adding sets the highest bit of a byte above 9. A carry reaches only later bytes.
   return ((values + 0x7676767676767676u) | values) & 0x8080808080808080u;
 }
 
-/// The number of bytes before the first marked one. Precondition: there is a mark.
+/// The number of bytes before the first marked byte of others_of. Precondition: there is a mark.
 inline unsigned bytes_before(std::uint64_t others) {
   return static_cast<unsigned>(std::countr_zero(others)) / 8;
 }
 
-/// The number of eight digits.
+/// The number that eight digits form, the first digit in the lowest byte.
 [[gnu::always_inline]] inline std::uint64_t value_of(std::uint64_t values) {
   constexpr std::uint64_t kPairs = 10, kTwoPairs = 100, kFourPairs = 10000;
   std::uint64_t v = values;
@@ -46,7 +49,8 @@ inline unsigned bytes_before(std::uint64_t others) {
   return (v * kFourPairs + (v >> 32)) & 0xffffffffu;
 }
 
-/// The first `count` of eight digits, with zeros before them.
+/// The first `count` of eight digits, moved to the end, with zeros before them. So value_of gives
+/// the number that they form.
 inline std::uint64_t first_digits(std::uint64_t values, unsigned count) {
   // Two shifts, because a shift by 64 is not defined.
   return values << (4 * (8 - count)) << (4 * (8 - count));
@@ -55,7 +59,8 @@ inline std::uint64_t first_digits(std::uint64_t values, unsigned count) {
 inline constexpr std::uint64_t kPowers[] = {1,      10,      100,      1000,     10000,
                                             100000, 1000000, 10000000, 100000000};
 
-/// Appends the digits from `at` on to `value`, which may overflow. Returns their number.
+/// Appends the digits from `at` on to the decimal digits of `value`, which wraps around on
+/// overflow. Moves `at` to the first byte that is no digit. Returns how many digits there were.
 inline unsigned append_digits(const char*& at, std::uint64_t& value) {
   unsigned all = 0;
   for (;;) {
@@ -69,8 +74,8 @@ inline unsigned append_digits(const char*& at, std::uint64_t& value) {
   }
 }
 
-/// The number of digits without leading zeros, for a text of `digits` digits that may contain a
-/// point.
+/// The number of digits without leading zeros. `at` is a text of `digits` digits that may contain a
+/// point. Precondition: a byte other than "0" and "." follows the text.
 inline unsigned significant_digits(const char* at, unsigned digits) {
   for (; *at == '0' || *at == '.'; ++at) digits -= *at == '0' ? 1 : 0;
   return digits;
@@ -82,7 +87,8 @@ struct Decimal {
   std::int64_t exponent = 0;
 };
 
-/// Sets `out` to the nearest float64. Returns false if it cannot be determined, or overflows.
+/// Sets `out` to the float64 that is nearest to `decimal`, with the sign of `negative`. Returns
+/// false if that cannot be determined, or overflows. Precondition: at most 19 significant digits.
 inline bool nearest_float64(const Decimal& decimal, bool negative, double& out) {
   // [Lemire2021]: exact for 19 digits, or it reports that it cannot decide.
   using Float64 = fast_float::binary_format<double>;
@@ -100,8 +106,8 @@ inline bool nearest_float64(const Decimal& decimal, bool negative, double& out) 
 
 /// nearest_float64 for exponents of -18 to -12. In that range float64 neither overflows nor
 /// underflows, and no number is halfway between two float64 numbers: by [Lemire2021] that needs an
-/// exponent of at least -4. Also returns false for zero, and if more than the first 64 bits of the
-/// power of five matter.
+/// exponent of at least -4. Also returns false for zero, and if the first 64 bits of the power of
+/// five do not determine the rounding.
 [[gnu::always_inline]] inline bool nearest_of_19_digits(const Decimal& decimal, bool negative,
                                                         double& out) {
   using Float64 = fast_float::binary_format<double>;
@@ -126,15 +132,15 @@ inline bool nearest_float64(const Decimal& decimal, bool negative, double& out) 
   return true;
 }
 
-/// A mask of the bytes before the first marked one; all bytes if there is no mark.
+/// A mask of the bytes before the first marked byte of others_of; all bytes if there is no mark.
 inline std::uint64_t bytes_kept(std::uint64_t others) {
   return ((others & (~others + 1)) >> 7) - 1;
 }
 
-/// Reads a decimal in the form in which most float64 numbers are printed, without a sign: a point
-/// among the first eight bytes, at most 19 digits. Appends zeros up to 19 digits, so that all are
-/// converted alike. The end of the number is known before its value, so the next number need not
-/// wait. Returns the end, or null for other forms.
+/// Reads a decimal in the form in which most float64 numbers are printed: digits with a point among
+/// the first eight bytes, at most 19 digits, no sign, no exponent. Sets `out` as if zeros followed
+/// up to 19 digits, so its exponent is -18 to -12. Returns the end, or null for other forms. The
+/// end does not depend on the value, so a processor can begin the next number in parallel.
 [[gnu::always_inline]] inline const char* scan_usual_decimal(const char* at, Decimal& out) {
   constexpr unsigned kDigits = 19;
   const std::uint64_t begin = values_at(at), others = others_of(begin);
@@ -165,7 +171,7 @@ inline std::uint64_t bytes_kept(std::uint64_t others) {
 }
 
 /// Reads a number in any JSON form, with its sign. Returns its end, or null if the slow reader must
-/// decide.
+/// decide; `out` is then unspecified.
 [[gnu::noinline]] inline const char* scan_any_number(const char* at, double& out) {
   constexpr unsigned kMostDigits = 19, kMostExponentDigits = 4;
   const bool negative = *at == '-';
@@ -195,9 +201,11 @@ inline std::uint64_t bytes_kept(std::uint64_t others) {
 
 }  // namespace plain
 
-/// Reads the number at `at` as the nearest float64 and moves `at` to its end. Returns false,
-/// without moving `at`, if the slow reader must decide: the text is not a JSON number, has more
-/// than 19 significant digits, or overflows.
+/// Reads the number at `at` as the nearest float64 and moves `at` to the end of the number; what
+/// follows the number is not checked. Returns false, with `at` unchanged and `out` unspecified, if
+/// the slow reader must decide. Then the text is not a JSON number, has more than 19 significant
+/// digits or 4 digits of exponent, overflows, or is too near the middle of two float64 numbers.
+/// Precondition: kPlainPadding.
 [[gnu::always_inline]] inline bool scan_plain_number(const char*& at, double& out) {
   const bool negative = *at == '-';
   plain::Decimal decimal;

@@ -13,9 +13,9 @@
 
 namespace sightline {
 
-/// Reads the object at `at` and moves `at` to its end. Limits that the object does not have stay
-/// unchanged in `ray`. Returns false, with `at` and `ray` unspecified, for other forms and for
-/// errors; the slow reader then reports the error.
+/// Reads the ray, an object, at `at`, and moves `at` to the end of the object. Limits that the
+/// object does not have stay unchanged in `ray`. Returns false, with `at` and `ray` unspecified,
+/// for other forms and for errors; JsonReader then reads the text again and reports the error.
 bool scan_plain_ray(const char*& at, Ray& ray);
 
 /// The large arrays of a body of rays.
@@ -27,7 +27,7 @@ struct PlainArrays {
 
 /// Reads "rays", "origins" and "directions" from a body, if all that are present have the usual
 /// form and at most `most` rays. Returns false, with `arrays` unspecified, if there are none, or if
-/// the slow reader must read them.
+/// JsonReader must read them. default_tmin: of rows without a tmin.
 bool take_plain_arrays(std::string_view body, std::size_t most, double default_tmin,
                        PlainArrays& arrays);
 

@@ -23,6 +23,7 @@ inline constexpr FieldSet kNearestFields = [] {
   fields.remove(HitField::kT);
   return fields;
 }();
+/// The fields of a request that does not choose any.
 inline constexpr FieldSet kDefaultNearestFields{
     HitField::kDistance, HitField::kInstance, HitField::kPrimitive, HitField::kTriangle,
     HitField::kPosition, HitField::kNode,     HitField::kMesh};
@@ -43,8 +44,8 @@ struct PointJsonRules {
 
 /// A decoded question.
 struct PointQuery {
-  Column<Vec3d> points;  ///< finite
-  bool by_winding = false;
+  Column<Vec3d> points;     ///< finite
+  bool by_winding = false;  ///< the method: "winding" rather than "parity"
   double max_distance = std::numeric_limits<double>::infinity();
   std::uint64_t count = 1;
   Column<Vec3d> normals;     ///< as many as points, finite, not zero; +Y if none were sent
@@ -55,15 +56,17 @@ struct PointQuery {
   bool asks_rays = false;   ///< `count` is a number of directions
   RayQuery options;         ///< without rays
 
-  /// The number of items of the request, which decides in which pool it runs.
+  /// The number of items of the request, for an estimate of its cost.
   std::uint64_t items() const { return points.size() * (asks_rays ? count : 1); }
 };
 
-/// Decodes a body like decode_rays. Errors: those of decode_rays, 413 POINTS_TOO_MANY, 422
-/// DISTANCE_NEGATIVE, COUNT_ZERO, NORMAL_ZERO, RAY_LIMITS_REVERSED.
+/// Decodes a body; its text and its capacity are treated as by decode_rays. Errors: those of
+/// decode_rays, 413 POINTS_TOO_MANY, 422 DISTANCE_NEGATIVE, COUNT_ZERO, NORMAL_ZERO,
+/// RAY_LIMITS_REVERSED.
 Result<PointQuery> decode_points(std::string& body, const PointJsonRules& rules);
 
-/// The answer for n points: columns of n slots; `winding` may be empty.
+/// The answer for n points: columns of n slots, which the caller owns. `winding` may be empty if
+/// the method is parity, `inside` and `on_surface` if distances are encoded.
 struct InsideColumns {
   bool by_winding = false;
   std::span<const std::uint8_t> inside, on_surface, reliable;
@@ -78,7 +81,7 @@ struct InsideColumns {
 /// surface.
 std::string encode_inside(const InsideColumns& columns);
 /// Encodes {"method":"parity","distance":[-1.5,null],"reliable":[true,true]}, and "unreliable" if
-/// there are open edges. A distance that is not finite is null.
+/// there are open edges; "winding" as encode_inside. A distance that is not finite is null.
 std::string encode_signed_distances(const InsideColumns& columns, std::span<const double> distance);
 /// Checks the normals of a query, or sets them to +Y if none were sent. Errors: 422 LENGTH_WRONG,
 /// NORMAL_ZERO.

@@ -9,7 +9,9 @@
 namespace sightline {
 
 /// Appends the points to `points`, a container of Vec3d. If there are more than `most`, calls
-/// too_many(place) and returns its result. Returns false if the reader has an error.
+/// too_many(place), which sets an error of the reader and returns false. Returns false if the
+/// reader has an error; `points` then has those before it. Errors: those of read_array and
+/// read_number, and LENGTH_WRONG.
 template <class Points, class TooMany>
 bool read_points(JsonReader& reader, JsonReader::Value value, const JsonPointer& place,
                  std::size_t most, Points& points, TooMany too_many) {

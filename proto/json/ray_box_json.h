@@ -35,9 +35,9 @@ struct RayBoxQuery {
   std::optional<std::uint64_t> timeout_ms;  ///< the client's limit of the time for the answer
 };
 
-/// Decodes a body like decode_rays. Errors: those of decode_rays for rays, those of boxes
-/// (box_rows.h), 422 VALUE_UNKNOWN (pairing), PAIRS_UNEQUAL (each, with unequal numbers of rays and
-/// boxes), 413 PAIRS_TOO_MANY.
+/// Decodes a body; its text and its capacity are treated as by decode_rays. Errors: those of
+/// decode_rays for rays, those of boxes (box_rows.h), 422 VALUE_UNKNOWN (pairing), PAIRS_UNEQUAL
+/// (each, with unequal numbers of rays and boxes), 413 PAIRS_TOO_MANY.
 Result<RayBoxQuery> decode_ray_boxes(std::string& body, const RayBoxJsonRules& rules);
 
 /// Encodes one result for each slot of the answers (kAll: all boxes for the first ray, then for the
@@ -48,8 +48,7 @@ Result<RayBoxQuery> decode_ray_boxes(std::string& body, const RayBoxJsonRules& r
 ///             {"hit":false,"miss":"behind","t_enter":-12,"t_exit":-6,"inside":false,
 ///              "on_surface":false}]}
 /// miss        the two slabs that exclude each other, or the slab that the ray runs outside of;
-///             "behind"
-///             or "beyond" if the line meets the box before or after the limits
+///             "behind" or "beyond" if the line meets the box before or after the limits
 /// t, t_enter, t_exit  null if the box is open there, or the number exceeds float64; t, face and
 ///             normal are null if the ray ends inside
 /// planes      if requested: the t of -x +x -y +y -z +z; null if parallel or open

@@ -48,8 +48,8 @@ struct RayJsonRules {
   bool has_fields = true;
   /// False: the body has options only.
   bool has_rays = true;
-  FieldSet default_fields = kDefaultHitFields;
-  FieldSet known_fields = kAllHitFields;
+  FieldSet default_fields = kDefaultHitFields;  ///< of a body without "fields"
+  FieldSet known_fields = kAllHitFields;        ///< others are FIELD_UNKNOWN
   /// True: the body may have the keys of rays through a scene: "normalize", "cull", "include",
   /// "exclude", "on_invalid", "work", "strict", "timeout_ms".
   bool has_scene = true;
@@ -57,12 +57,12 @@ struct RayJsonRules {
   bool has_timeout = false;
   /// False: "normalize" and "on_invalid" are not allowed.
   bool has_marks = true;
-  bool has_generator = true;
-  bool has_culling = true;
-  bool has_explain = false;
-  bool has_image = false;    ///< true: "image" and "image_unit" are allowed
-  bool has_returns = false;  ///< true: a generator may have several returns
-  FindCamera find_camera = {};
+  bool has_generator = true;    ///< true: "generator" is allowed
+  bool has_culling = true;      ///< true: "cull" is allowed, if has_scene
+  bool has_explain = false;     ///< true: "explain" is allowed
+  bool has_image = false;       ///< true: "image" and "image_unit" are allowed
+  bool has_returns = false;     ///< true: a generator may have several returns
+  FindCamera find_camera = {};  ///< for generators of the kind "camera"; null: there is no scene
   /// True: "crossings" (or "max_hits") is allowed.
   bool has_crossings = false;
   bool has_max_hits = false;
@@ -103,18 +103,20 @@ struct RayQuery {
 /// The bytes of capacity that must follow a body, because the parser reads in blocks.
 inline constexpr std::size_t kRayJsonPadding = 64;
 
-/// Decodes a body. Its text is not changed, but its capacity grows by kRayJsonPadding if needed.
-/// The query does not refer to the body.
+/// Decodes a body of rays. The text of `body` is not changed, but its capacity grows by
+/// kRayJsonPadding if needed. The query does not refer to the body.
 ///
 /// Errors, by status:
 /// - 400: JSON_MALFORMED
 /// - 422: KEY_UNKNOWN, KEY_DUPLICATE, KEY_MISSING, KEYS_MIXED (rows and columns in one body),
 ///   TYPE_WRONG, LENGTH_WRONG, NUMBER_NOT_FINITE (NaN, Infinity, 1e999)
 /// - 422: FIELD_UNKNOWN (names the known ones), FIELD_DUPLICATE, FIELDS_EMPTY, NUMBER_OUT_OF_RANGE
-///   (max_hits, nodes), VALUE_UNKNOWN (crossings, cull, on_invalid), EXPLAIN_ONE_RAY, and the codes
-///   of check_rays
+///   (max_hits, nodes, mask, masks, timeout_ms, image_unit), VALUE_UNKNOWN (crossings, cull,
+///   on_invalid, image), EXPLAIN_ONE_RAY, EXPLAIN_IS_TEXT (explain with image),
+///   IMAGE_WITHOUT_PIXELS, and the codes of check_rays and generate_rays
 /// - 413: RAYS_TOO_MANY, FILTER_TOO_LARGE, BODY_TOO_LARGE (4 GiB and more)
 /// - 507: MEMORY_FULL (the parser needs several times the body)
+/// - those of rules.find_camera and rules.admit_made
 Result<RayQuery> decode_rays(std::string& body, const RayJsonRules& rules);
 
 /// The last step of every decoder: replaces invalid rays by rays that miss, if they are to be

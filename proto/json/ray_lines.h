@@ -14,16 +14,16 @@
 
 namespace sightline {
 
-/// Decodes one stream.
+/// Decodes the lines of one stream in order: decode() for some lines at a time. Not thread-safe.
 class RayLines {
  public:
   explicit RayLines(const RayJsonRules& rules);
   ~RayLines();
 
-  /// Decodes the rays of the next lines; the last line may lack its end of line. The capacity of
-  /// `text` grows as in decode_rays. Pointers are /rays/N, where N counts the rays of the whole
-  /// stream. Errors: those of decode_rays, and 400 JSON_MALFORMED for a line that is not one
-  /// object.
+  /// Decodes the rays of the next lines, which are whole; the last line may lack its end of line.
+  /// The capacity of `text` grows as in decode_rays. Pointers are /rays/N, where N counts the rays
+  /// of the whole stream. Errors: those of decode_rays, and 400 JSON_MALFORMED for a line that is
+  /// not one object. No call may follow an error.
   Result<RayQuery> decode(std::string& text);
 
  private:

@@ -15,7 +15,7 @@
 
 namespace sightline {
 
-/// Value of `component` for a vector as a whole.
+/// Value of `component` or `element` for a vector or a column as a whole.
 inline constexpr std::size_t kWholeTuple = static_cast<std::size_t>(-1);
 
 /// The parts of a ray, with their keys in rows and in columns.
@@ -25,7 +25,8 @@ inline constexpr std::array<std::string_view, 5> kRayRowKeys{"origin", "directio
 inline constexpr std::array<std::string_view, 4> kRayColumnKeys{"origins", "directions", "tmin",
                                                                 "tmax"};
 
-/// Reads one body of rays. Derived classes add members.
+/// Reads one body of rays: construct, read() once. Derived classes add members. Functions that
+/// return false have set error().
 class RayReader : protected JsonReader {
  public:
   explicit RayReader(const RayJsonRules& rules) : rules_(rules) {
@@ -35,6 +36,7 @@ class RayReader : protected JsonReader {
   RayReader(const RayReader&) = delete;
   RayReader& operator=(const RayReader&) = delete;
 
+  /// Reads the body, as decode_rays does.
   Result<RayQuery> read(std::string& body);
 
  protected:
@@ -48,11 +50,14 @@ class RayReader : protected JsonReader {
     static_cast<void>(value);
     return true;
   }
+  /// Reads a ray as an object, and appends it. `ray` is its number, for pointers.
   bool read_row(Value value, std::size_t ray);
   /// Appends a ray. The column of masks is made when the first row has a mask.
   void push_row(const Ray& row, std::uint32_t mask);
+  /// Checks all rays by check_rays, unless invalid ones are to be marked.
   bool check_limits_and_directions();
   static JsonPointer ray_place(std::size_t ray) { return JsonPointer().key("rays").index(ray); }
+  /// Reads the value of the member `name`: {"nodes":..,"names":..,"materials":..}.
   bool read_choice(std::string_view name, Value value, std::optional<TriangleChoice>& choice);
   /// Called after the last key, before the rays are checked.
   virtual bool finish_more() { return true; }

@@ -20,6 +20,7 @@ inline constexpr FieldSet kContactFields = fields_where([](const HitFieldRow& ro
   return row.source == FieldSource::kRay || row.source == FieldSource::kScene ||
          row.field == HitField::kPosition;
 });
+/// The fields of a request that does not choose any.
 inline constexpr FieldSet kDefaultContactFields{
     HitField::kT,        HitField::kInstance, HitField::kPrimitive, HitField::kTriangle,
     HitField::kPosition, HitField::kNode,     HitField::kMesh};
@@ -29,7 +30,7 @@ struct SweepJsonRules {
   std::size_t max_sweeps = 10'000'000;
   /// False: the body has options only.
   bool has_sweeps = true;
-  bool has_fields = true;
+  bool has_fields = true;  ///< true: "fields" is allowed
   FieldSet default_fields = kDefaultContactFields;
 };
 
@@ -39,8 +40,8 @@ struct SweepQuery {
   RayQuery options;   ///< without rays
 };
 
-/// Decodes a body like decode_rays. Errors: those of decode_rays, the codes of check_sweeps, and
-/// 413 SWEEPS_TOO_MANY.
+/// Decodes a body; its text and its capacity are treated as by decode_rays. Errors: those of
+/// decode_rays, the codes of check_sweeps, and 413 SWEEPS_TOO_MANY.
 Result<SweepQuery> decode_sweeps(std::string& body, const SweepJsonRules& rules);
 
 /// The error of an invalid sweep, with a pointer below /sweeps.

@@ -22,8 +22,9 @@ struct VisibilityQuery {
   RayQuery options;  ///< without rays
 };
 
-/// Decodes a body like decode_rays. Errors: those of decode_rays, 422 PAIRS_UNEQUAL, POINTS_TOO_FAR
-/// (a difference overflows), FIELDS_WITHOUT_BLOCKER, 413 PAIRS_TOO_MANY.
+/// Decodes a body; its text and its capacity are treated as by decode_rays. Errors: those of
+/// decode_rays, 422 PAIRS_UNEQUAL, POINTS_TOO_FAR (a difference overflows), FIELDS_WITHOUT_BLOCKER,
+/// 413 PAIRS_TOO_MANY. max_pairs: the most pairs, for both pairings.
 Result<VisibilityQuery> decode_visibility(std::string& body, std::size_t max_pairs);
 
 /// Encodes {"visible":["101","011"]}: for each `from` a text with 1 for each visible `to`; with
