@@ -4,6 +4,7 @@
 
 #include "core/store/scene_id.h"
 #include "server/http/body_reader.h"
+#include "server/routes/scene_admission.h"
 #include "server/service/scene_json.h"
 
 namespace sightline {
