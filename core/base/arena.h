@@ -9,17 +9,21 @@
 
 namespace sightline {
 
-/// A reserved range of address space. The system adds memory when a page is first written. It uses
-/// huge pages where it has them: without them, random walks through a tree take 5-7% longer.
+/// A reserved range of address space, which the destructor frees: reserve it, take() parts of it,
+/// then shrink_to_fit(). The system adds memory when a page is first written. It uses huge pages
+/// where it has them: without them, random walks through a tree take 5-7% longer. One thread may
+/// write; then any number may read.
 class Arena {
  public:
-  static constexpr std::size_t kGranule = 32;  ///< every allocation starts on half a cache line
+  /// Every allocation starts at a multiple of 32 bytes, half a cache line.
+  static constexpr std::size_t kGranule = 32;
 
-  Arena() = default;  ///< every allocation starts at a multiple of 32 bytes, half a cache line
+  Arena() = default;  ///< has no capacity
   /// Reserves `capacity` bytes of address space, none of it touched. Throws std::bad_alloc.
   explicit Arena(std::size_t capacity);
-  /// Refers to `used` bytes at `data`, which stay valid while `owner` lives: a mapped file, or
-  /// another arena. take() must not be called.
+  /// Refers to `used` bytes at `data`, which stay valid while `owner` lives: a file in memory, or
+  /// another arena. `owner` is not null. Nothing may be written, and only at() const and used() may
+  /// be called.
   Arena(const std::byte* data, std::size_t used, std::shared_ptr<const void> owner);
   Arena(Arena&& other) noexcept { swap(other); }
   Arena& operator=(Arena&& other) noexcept {
@@ -33,10 +37,10 @@ class Arena {
   /// Allocates the next `bytes`, rounded up to whole granules and zero-filled. Returns the index of
   /// their first granule, for at(). Precondition: they fit into the capacity.
   std::uint32_t take(std::size_t bytes);
-  /// Returns the pages behind the allocated ones to the system.
+  /// Returns the pages behind the allocated ones to the system; take() must not follow.
   void shrink_to_fit();
 
-  /// The address of a granule.
+  /// The address of a granule; valid while the memory lives. Moving the arena does not move it.
   std::byte* at(std::uint32_t granule) { return data_ + std::size_t{granule} * kGranule; }
   const std::byte* at(std::uint32_t granule) const {
     return data_ + std::size_t{granule} * kGranule;

@@ -44,6 +44,7 @@ struct AlignedAllocator {
   }
 };
 
+/// A std::vector with storage at a multiple of 64 bytes; new elements are value-initialised.
 template <class T>
 using Column = std::vector<T, AlignedAllocator<T>>;
 
@@ -78,7 +79,7 @@ struct UnsetAllocator : AlignedAllocator<T> {
   }
 };
 
-/// A column whose constructor and resize leave new elements uninitialised.
+/// A column whose constructor and resize leave new elements uninitialised: write before you read.
 template <class T>
 requires std::is_trivially_copyable_v<T>
 using UnsetColumn = std::vector<T, UnsetAllocator<T>>;

@@ -40,6 +40,7 @@ class ContentHash {
       for (std::size_t lane = 0; lane < 4; ++lane) lane_[lane] = mix(lane_[lane], word(last, lane));
     }
   }
+  /// The hash of all bytes added so far.
   std::uint64_t value() const {
     std::uint64_t hash = length_ * kB;
     for (const std::uint64_t lane : lane_) hash = (hash ^ mix(0, lane)) * kA + kB;
@@ -74,7 +75,7 @@ inline std::uint64_t hash_of(std::span<const std::byte> bytes) {
 inline constexpr std::size_t kHashPiece = 1u << 22;
 
 /// The hash of the hashes of all pieces of kHashPiece bytes, computed in parallel. It differs from
-/// hash_of of the whole.
+/// hash_of of the whole. Throws std::bad_alloc.
 inline std::uint64_t hash_in_pieces(std::span<const std::byte> bytes) {
   std::vector<std::uint64_t> pieces((bytes.size() + kHashPiece - 1) / kHashPiece);
   parallel_for(pieces.size(), [&](std::size_t i) {

@@ -22,7 +22,8 @@ class CancelFlag {
 /// True if `flag` is set; a null flag is never set.
 inline bool is_cancelled(const CancelFlag* flag) { return flag != nullptr && flag->cancelled(); }
 
-/// Ends work at a time, or when one of two flags is set. By default it never ends.
+/// Tells work when to end: at a time, or when one of two flags is set. The flags must outlive it.
+/// By default it never passes. Copies are cheap, and any thread may read them.
 struct Deadline {
   using Clock = std::chrono::steady_clock;
   /// The time at which the work must end.
@@ -32,11 +33,15 @@ struct Deadline {
   /// set when the caller no longer waits for the answer; may be null
   const CancelFlag* caller = nullptr;
 
+  /// A deadline that never passes.
   static Deadline never() { return {}; }
+  /// A deadline that passes after `duration` from now, or when `flag` is set; `flag` may be null.
   static Deadline in(Clock::duration duration, const CancelFlag* flag = nullptr) {
     return {Clock::now() + duration, flag, nullptr};
   }
+  /// True if one of the flags is set.
   bool cancelled() const { return is_cancelled(flag) || is_cancelled(caller); }
+  /// True if the time has come, or one of the flags is set. Reads the clock.
   bool passed() const {
     return cancelled() || (at != Clock::time_point::max() && Clock::now() >= at);
   }

@@ -7,9 +7,9 @@
 
 namespace sightline {
 
-/// Limits how much freed memory glibc's allocator retains. It has up to eight heaps per core, and
-/// each would retain the most that it ever needed: 400 MiB after 150 answers of 5 MB. Must be
-/// called before the process starts a thread.
+/// Limits how much freed memory glibc's allocator retains. The allocator has up to eight heaps per
+/// core, and each would retain the most that it ever needed: 400 MiB after 150 answers of 5 MB.
+/// Must be called before the process starts a thread.
 void limit_heaps();
 
 /// Returns the unused memory of all heaps to the system. Without it, freed memory below a younger
@@ -25,9 +25,9 @@ inline void give_back_free_memory_of(std::uint64_t bytes) {
   if (bytes >= kWorthGivingBack) give_back_free_memory();
 }
 
-/// Returns a pointer to the same object. When its last copy is dropped, it frees the object and
-/// returns the memory to the system. `bytes` is the memory of the object; below kWorthGivingBack
-/// the argument is returned unchanged.
+/// Returns a pointer to the same object. When the last copy of that pointer is dropped, the object
+/// is freed and give_back_free_memory is called. `bytes` is the memory of the object; below
+/// kWorthGivingBack the argument is returned unchanged.
 template <class T>
 std::shared_ptr<const T> giving_back_memory(std::shared_ptr<const T> object, std::uint64_t bytes) {
   if (bytes < kWorthGivingBack) return object;

@@ -16,7 +16,7 @@
 
 namespace sightline {
 
-/// A view of a list of indices that its owner must retain, or of the sequence 0, 1, 2, ...
+/// A view of a list of indices, which must outlive the view, or of the sequence 0, 1, 2, ...
 class IndexView {
  public:
   class Iterator {
@@ -45,7 +45,7 @@ class IndexView {
   };
 
   IndexView() = default;
-  /// Views a vector, a column or a span.
+  /// Views a vector, a column or a span. An empty list is an empty view.
   template <class List>
   requires std::is_convertible_v<const List&, std::span<const std::uint32_t>> IndexView(
       const List& list) {
@@ -88,8 +88,8 @@ class IndexView {
   std::size_t size_ = 0;
 };
 
-/// Owns its list, shares it with an owner (SharedColumn), or is a sequence 0, 1, 2, ... without a
-/// list.
+/// A list of indices that owns its memory, shares it with an owner (SharedColumn), or is a sequence
+/// 0, 1, 2, ... without a list. Several threads may read it while none writes.
 class IndexColumn {
  public:
   IndexColumn() = default;
@@ -105,6 +105,7 @@ class IndexColumn {
   operator IndexView() const {
     return sequence_ > 0 ? IndexView::sequence(sequence_) : IndexView(list_);
   }
+  /// The list in memory; empty for a sequence.
   std::span<const std::uint32_t> listed() const { return list_; }
   std::size_t size() const { return sequence_ > 0 ? sequence_ : list_.size(); }
   bool empty() const { return size() == 0; }
@@ -122,8 +123,8 @@ class IndexColumn {
     sequence_ = 0;
     return list;
   }
-  /// Replaces the list by a sequence if it is 0, 1, 2, ... Cost: reads the list up to the first
-  /// other number.
+  /// Replaces the list by a sequence without memory if the list is 0, 1, 2, ... Cost: reads the
+  /// list up to the first other number.
   void forget_sequence() {
     std::uint32_t next = 0;
     for (const std::uint32_t index : list_) {

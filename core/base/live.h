@@ -7,7 +7,7 @@
 namespace sightline {
 
 /// An atomic value with relaxed order. A reader gets the old value or the new one. Several settings
-/// that are set in turn may be seen in any order.
+/// that are set in turn may be seen in any order. A copy has the value at the time of the copy.
 template <class T>
 class Live {
  public:
@@ -23,6 +23,7 @@ class Live {
  private:
   std::atomic<T> value_;
 };
+/// A duration that may change, in milliseconds.
 using LiveTime = Live<std::chrono::milliseconds>;
 
 }  // namespace sightline

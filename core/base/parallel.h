@@ -40,7 +40,7 @@ void parallel_invoke(const First& first, const Second& second) {
   tbb::parallel_invoke(first, second);
 }
 
-/// Returns a fold over [begin, end): cuts the range into parts, folds each part with value =
+/// Returns the reduction of [begin, end): cuts the range into parts, folds each part with value =
 /// add(part begin, part end, value), starting with `empty`, and combines neighbours with join(left,
 /// right). A part of at most `grain` elements is not cut further; otherwise the cuts are not fixed.
 /// So join must be associative, and `empty` neutral.
@@ -55,7 +55,8 @@ Value parallel_reduce(std::size_t begin, std::size_t end, std::size_t grain, con
       join);
 }
 
-/// A group of threads. Parallel calls inside execute() run on at most this many threads at once.
+/// A limit of threads: parallel calls inside execute() run on at most threads() threads at once.
+/// Use: start(), then execute() from any number of threads.
 class ThreadGroup {
  public:
   /// Sets the number of threads; 0: one for each processor. Precondition: called once, before

@@ -12,9 +12,10 @@
 
 namespace sightline {
 
-/// One thread reports with begin() and reach(); any thread may read and cancel.
+/// One thread at a time reports with begin() and reach(); any thread may read and cancel.
 class Progress {
  public:
+  /// The progress at one moment.
   struct Reading {
     const char* stage = "";  ///< a literal; "" before the first stage
     /// progress within the stage, 0 to 100; empty if its total is not known
@@ -31,6 +32,7 @@ class Progress {
   }
   /// Sets how much of the stage's total is done. Cheap enough for an inner loop.
   void reach(std::uint64_t done) { done_.store(done, std::memory_order_relaxed); }
+  /// The present progress. Thread-safe.
   Reading reading() const {
     const std::lock_guard hold(mutex_);
     if (total_ == 0) return {stage_, std::nullopt};
@@ -39,9 +41,10 @@ class Progress {
             static_cast<int>(100.0 * static_cast<double>(done) / static_cast<double>(total_))};
   }
 
-  /// Asks the worker to stop. The worker may finish before it notices.
+  /// Asks the worker to stop. The worker may finish before it notices. Thread-safe.
   void cancel() { flag_.cancel(); }
   bool cancelled() const { return flag_.cancelled(); }
+  /// The flag that cancel() sets; valid while this object lives.
   const CancelFlag& flag() const { return flag_; }
 
  private:

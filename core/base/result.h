@@ -19,7 +19,7 @@ enum class ErrorKind {
   kNotFound,      ///< the thing does not exist (404)
   kConflict,      ///< not possible in the present state; try again later (409)
   kPrecondition,  ///< the state is not what the caller expects (412)
-  kCancelled,     ///< the caller disconnected or asked to stop
+  kCancelled,     ///< the caller disconnected or asked to stop (503)
   kDeadline,      ///< the time allowed was used up (504)
   kBusy,          ///< too much work is under way; try again later (503)
   kOutOfSpace,    ///< disk or memory budget is full (507)
@@ -38,7 +38,8 @@ struct Error {
   std::string pointer;
 };
 
-/// Holds a value or an error; never both, never neither.
+/// Holds a value or an error; never both, never neither. Both constructors are implicit, so a
+/// function returns either directly. A wrong access throws std::bad_variant_access.
 template <class T>
 class [[nodiscard]] Result {
  public:
@@ -68,7 +69,9 @@ class [[nodiscard]] Result {
 
 /// The value of a Result that has nothing to say but success.
 struct Unit {};
+/// The result of a function that returns success or an error.
 using Status = Result<Unit>;
+/// A Status without an error.
 inline Status success() { return Unit{}; }
 
 }  // namespace sightline

@@ -1,6 +1,6 @@
 #pragma once
-/// Defines macros that tell which sanitizer instruments this build. GCC and Clang have different
-/// tests for it.
+/// Defines macros that tell which sanitizer instruments this build: GCC has predefined macros for
+/// that, Clang has __has_feature.
 ///
 /// SIGHTLINE_WATCHED_THREADS  defined with ThreadSanitizer
 /// SIGHTLINE_WATCHED_HEAP     defined with ThreadSanitizer or AddressSanitizer, which replace the

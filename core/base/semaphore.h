@@ -1,5 +1,6 @@
 #pragma once
-/// A semaphore whose permits are released by their destructors, and that never waits.
+/// Semaphore: limits how many users there are at a time. It never waits. Permits are released by
+/// their destructors.
 
 #include <atomic>
 #include <cstddef>
@@ -9,10 +10,11 @@ namespace sightline {
 
 class Semaphore;
 
-/// One permit of a semaphore, released by the destructor; or none.
+/// One permit of a semaphore, released by the destructor; or none. True if it is a permit.
 class Permit {
  public:
   Permit() = default;
+  /// For Semaphore::try_acquire.
   explicit Permit(Semaphore* semaphore) : semaphore_(semaphore) {}
   Permit(Permit&& other) noexcept : semaphore_(std::exchange(other.semaphore_, nullptr)) {}
   Permit& operator=(Permit&&) = delete;
@@ -23,7 +25,7 @@ class Permit {
   Semaphore* semaphore_ = nullptr;
 };
 
-/// Thread-safe. Must outlive its permits.
+/// A number of permits. Thread-safe. Must outlive its permits.
 class Semaphore {
  public:
   /// `count`: how many permits can be held at a time.

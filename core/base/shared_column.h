@@ -1,5 +1,5 @@
 #pragma once
-/// SharedColumn<T>: a column that many threads read. It must not be written while others read it.
+/// SharedColumn<T>: a column that many threads read. No thread may call own() while others read it.
 
 #include <algorithm>
 #include <cstddef>
@@ -14,7 +14,7 @@
 
 namespace sightline {
 
-/// Owns its elements, or refers to memory of another object such as a mapped file. Copies of a
+/// Owns its elements, or refers to memory of another object such as a file in memory. Copies of a
 /// column that refers share that memory; copies of a column that owns are deep.
 template <class T>
 class SharedColumn {
@@ -22,7 +22,8 @@ class SharedColumn {
   SharedColumn() = default;
   SharedColumn(std::initializer_list<T> elements) : own_(elements) {}
   SharedColumn(UnsetColumn<T> elements) : own_(std::move(elements)) {}
-  /// Refers to `elements`, which must not change while `owner` lives.
+  /// Refers to `elements`, which must not change while `owner` lives. A null `owner` gives an empty
+  /// column.
   SharedColumn(std::span<const T> elements, std::shared_ptr<const void> owner)
       : kept_(elements), owner_(std::move(owner)) {}
 
@@ -37,7 +38,8 @@ class SharedColumn {
     return std::equal(begin(), end(), other.begin(), other.end());
   }
 
-  /// The elements for writing. If the column only refers to them, it first copies them.
+  /// The elements for writing. If the column only refers to them, it first copies them, and may
+  /// throw std::bad_alloc.
   UnsetColumn<T>& own() {
     if (owner_) {
       own_.assign(kept_.begin(), kept_.end());
@@ -56,9 +58,10 @@ class SharedColumn {
 /// Bytes that do not change while `owner` lives.
 struct SharedBytes {
   std::span<const std::byte> bytes = {};
-  /// null: the bytes may be freed at any time, and share() returns nothing
+  /// null: the bytes may be freed at any time, and share() returns an empty column
   std::shared_ptr<const void> owner = {};
-  /// share() calls it with the bytes that it returns; may be empty.
+  /// Called by share() with the bytes of each column that it returns, so that their owner retains
+  /// them. Called on the thread of share(). Empty: not called.
   std::function<void(std::span<const std::byte>)> claim = {};
 
   /// A column of `count` elements at `from` that refers to these bytes. Empty if there is no owner,

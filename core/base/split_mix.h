@@ -14,7 +14,7 @@ constexpr std::uint64_t scramble(std::uint64_t x) {
   return x ^ (x >> 31);
 }
 
-/// The splitmix64 generator of a seed.
+/// The splitmix64 generator of a seed. Equal seeds give equal numbers. Not cryptographic.
 class SplitMix {
  public:
   constexpr explicit SplitMix(std::uint64_t seed) : state_(seed) {}

@@ -10,7 +10,8 @@
 
 namespace sightline {
 
-/// Reads the clock once in `steps_per_look` steps. The deadline must outlive the watch.
+/// Checks a deadline in a loop, and reads the clock once in `steps_per_look` steps only. The
+/// deadline must outlive the watch. Each thread has a watch of its own.
 class DeadlineWatch {
  public:
   /// The default suits steps of a few nanoseconds, or a hundred for a step that misses every cache.
@@ -18,8 +19,8 @@ class DeadlineWatch {
       : deadline_(deadline), steps_per_look_(steps_per_look) {}
   /// A temporary deadline would not outlive the watch.
   explicit DeadlineWatch(Deadline&& deadline, std::uint64_t steps_per_look = 0) = delete;
-  /// Counts `steps` steps. Returns whether the deadline had passed at the last reading of the
-  /// clock. The first call reads it.
+  /// Counts `steps` steps. Returns true if the deadline had passed at the last reading of the
+  /// clock. The first call reads the clock.
   bool passed(std::uint64_t steps = 1) {
     if (passed_) return true;
     if (left_ > steps) {
@@ -44,7 +45,7 @@ class DeadlineWatch {
 /// limit that refuses. A null function means no limit.
 using ReserveBytes = std::function<Status(std::uint64_t bytes)>;
 
-/// Calls `reserve` unless it is null.
+/// Calls `reserve` and returns its result; success if `reserve` is null.
 inline Status ask_for(const ReserveBytes& reserve, std::uint64_t bytes) {
   return reserve ? reserve(bytes) : success();
 }
