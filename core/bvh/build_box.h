@@ -38,6 +38,7 @@ struct Bounds {
   Float4 lower = Float4::all(std::numeric_limits<float>::infinity());
   Float4 upper = Float4::all(-std::numeric_limits<float>::infinity());
 
+  /// Each include() extends the bounds to contain its argument.
   void include(Float4 low, Float4 high) {
     lower = min(lower, low);
     upper = max(upper, high);
@@ -54,6 +55,7 @@ struct RangeBounds {
   Bounds boxes;
   Bounds middles;
 
+  /// Each include() extends both to contain its argument.
   void include(const BuildBox& box) {
     boxes.include(box);
     middles.include(box.middle());

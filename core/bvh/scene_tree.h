@@ -92,7 +92,9 @@ struct SceneTree {
   std::shared_ptr<const WideTree> unbuilt;
   std::uint32_t unbuilt_count = 0;  ///< number of trees that are not built
 
+  /// True if all trees are built.
   bool complete() const { return unbuilt_count == 0; }
+  /// True if the tree of an index in `trees` is not built.
   bool is_unbuilt(std::uint32_t tree) const { return unbuilt_count > 0 && trees[tree] == unbuilt; }
   /// Sets placements and placement_memory; `entries` is unchanged.
   void set_placements(std::vector<Placement> all) {

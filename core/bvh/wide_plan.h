@@ -21,7 +21,8 @@ struct WideChildren {
 };
 
 /// The dynamic programme of [Ylitie2017], section 3.1. For every binary node it finds the cheapest
-/// way to represent its subtree by at most 1, 2, ... 7 wide nodes or leaves.
+/// way to represent its subtree by at most 1, 2, ... 8 wide nodes or leaves. A binary node is
+/// chosen if it becomes a wide node or a leaf: start with node 0, and go on with its children().
 class WidePlan {
  public:
   /// Solves the programme. Parallel for large trees. Cost: 8 bytes per binary node. If
@@ -35,7 +36,8 @@ class WidePlan {
   std::uint32_t granules(std::uint32_t node) const { return granules_[node]; }
   /// The children of the wide node that a chosen binary node becomes. Precondition: !is_leaf(root).
   WideChildren children(std::uint32_t root) const;
-  /// Expected cost of a ray that meets the root's box, without the cost of memory.
+  /// Expected cost of a ray that meets the root's box, CollapseOptions::memory_cost included. 0 if
+  /// the root's box has no surface.
   float cost() const { return cost_; }
 
   /// The first of the boxes below a binary node: they are [first, first + box_count()).

@@ -34,6 +34,8 @@ inline constexpr std::uint32_t kMaxTreeDepth = 130;
 /// A reference holds a granule and, for a leaf, the number of blocks. Functions that take a
 /// reference must not get kEmpty: is_leaf() would be true.
 struct ChildRef {
+  /// The bit of a leaf, and the shift of its number of blocks less 1. The other bits are the
+  /// granule.
   static constexpr std::uint32_t kLeafBit = 0x80000000u;
   static constexpr std::uint32_t kBlocksShift = 29;
   /// A tree has at most 2^29 granules, 16 GiB.
@@ -47,6 +49,7 @@ struct ChildRef {
   static std::uint32_t leaf(std::uint32_t granule, std::uint32_t blocks) {
     return kLeafBit | (blocks - 1) << kBlocksShift | granule;
   }
+  /// True for a leaf, false for a node.
   static bool is_leaf(std::uint32_t ref) { return (ref & kLeafBit) != 0; }
   /// The granule of a node, or of the first block of a leaf.
   static std::uint32_t granule(std::uint32_t ref) { return ref & kGranuleMask; }

@@ -81,7 +81,7 @@ struct BoxFault {
   const char* part = "";
   /// Index of the invalid number in the part; of "axes" the axis, of "planes" the plane.
   int component = kWhole;
-  const char* code = "";
+  const char* code = "";  ///< one of the codes at check_boxes
   const char* message = "";
 };
 

@@ -150,9 +150,9 @@ class Turns {
 struct Engine::State {
   Kernel kernel;
   std::string kernel_name;
-  ThreadGroup threads;
-  Turns turns;
-  const std::atomic<bool>* should_yield = nullptr;
+  ThreadGroup threads;                              ///< run the slices of batches
+  Turns turns;                                      ///< limit how many batches run at once
+  const std::atomic<bool>* should_yield = nullptr;  ///< EngineOptions::should_yield
 
   /// Calls the kernel for the hit lists of rays [begin, end), with or without a filter.
   void all(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,

@@ -40,6 +40,7 @@ inline constexpr double kLimitFloor = 0x1p-126;
 // "Anchors": a moved origin o' is off by at most u |o'| + kAnchor (|o| + |anchor d|) + the least
 // normal number.
 inline constexpr double kAnchor = 0x1p-102;
+/// Factor of |tau| by which the tau is lowered at which a ray enters the bounds of the scene.
 inline constexpr double kEnter = 0x1p-40;
 
 // "Anchors": the error of a component of the direction below the normal range, per unit of tau.

@@ -104,8 +104,8 @@ double exact_t(const Scene& scene, const Ray& ray, TriangleId id);
 /// exactly and rounded once. Default values if the ray does not meet it.
 HitDetail hit_detail(const Scene& scene, const Ray& ray, TriangleId id);
 
-/// True if the ray meets the triangle exactly on an edge or a corner. Precondition: the ray meets
-/// it. `detail` is the result of hit_detail, or of a kernel within the bounds of HitDetail.
+/// True if the ray meets the triangle exactly on an edge or a corner; false for a miss. `detail` is
+/// the result of hit_detail for these arguments, or of a kernel within the bounds of HitDetail.
 bool hit_on_edge(const Scene& scene, const Ray& ray, TriangleId id, const HitDetail& detail);
 
 }  // namespace sightline

@@ -26,12 +26,12 @@ struct KernelLists {
   HitBatch* hits;
 };
 
-/// The functions of one instruction set. All kernels give the same bytes (law 1). Each function
-/// processes the rays, hits or pairs [begin, end) of a checked batch and overwrites the slots with
-/// these indices, which must exist. Several threads may call it for disjoint ranges, each with its
-/// own `counts`. Costs are added to `counts`. Unbuilt trees are traversed as empty. Errors:
-/// std::bad_alloc; if `counts.stopped` is set, the answers are unusable. Memory: `closest` and
-/// `any` allocate nothing, or up to 140 KB if they bin rays.
+/// The functions of one instruction set. All kernels give the same bytes (law 1 of
+/// ARCHITECTURE.md). Each function processes the rays, hits or pairs [begin, end) of a checked
+/// batch and overwrites the slots with these indices, which must exist. Several threads may call it
+/// for disjoint ranges, each with its own `counts`. Costs are added to `counts`. Unbuilt trees are
+/// traversed as empty. Errors: std::bad_alloc; if `counts.stopped` is set, the answers are
+/// unusable. Memory: `closest` and `any` allocate nothing, or up to 140 KB if they bin rays.
 struct Kernel {
   std::string_view name;  ///< "avx512", "avx2", "sse4", "baseline", "neon"
   /// The closest hit of each ray.

@@ -108,7 +108,8 @@ struct ExactSlabs {
   }
 
  private:
-  /// The numerator of t, with a sign that makes the denominator positive.
+  /// The numerator of t, plane - origin, with its sign turned if the direction is negative: the
+  /// denominator is then |direction|.
   static HWY_INLINE Sum numerator(V plane, V origin, V direction) {
     const Sum n = Sum::two_difference(plane, origin);
     const V turn = hn::And(direction, hn::Set(D(), -0.0));
@@ -135,8 +136,9 @@ struct ExactSlabs {
     const V size = hn::Abs(x);
     return hn::And(hn::Gt(size, hn::Set(D(), 0x1p-900)), hn::Lt(size, hn::Set(D(), 0x1p900)));
   }
-  /// A number with the sign of the exact sum of eight terms. An expansion is extended by one term
-  /// after the other; its last nonzero part outweighs all parts before it [Shewchuk1997].
+  /// Returns a number that has the sign of the exact sum of eight terms. One term after the other
+  /// is added to an expansion, a sum of parts that do not overlap. Its last nonzero part outweighs
+  /// all parts before it [Shewchuk1997].
   static HWY_INLINE V last_part(const V (&terms)[8]) {
     V parts[8];
     V last = hn::Zero(D());
@@ -332,7 +334,8 @@ class VectorSlabs {
       note(enter_third, 2ull << pc::kEnterAxis);
       note(exit_second, 1ull << pc::kExitAxis);
       note(exit_third, 2ull << pc::kExitAxis);
-      // Planes of the other kind contain the point only if the line enters and leaves at one t.
+      // Far planes contain the point where the line enters, and near planes the point where it
+      // leaves, only if both points have one t.
       const M touches = hn::Not(hn::Or(apart, crosses));
       const M near = hn::Or(at_enter, hn::And(at_exit, touches));
       const M far = hn::Or(at_exit, hn::And(at_enter, touches));

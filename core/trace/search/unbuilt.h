@@ -27,7 +27,8 @@ class UnbuiltTrees {
   /// `t` or less within the ray's limits; kNone if there is none. `t` is the t of the closest hit
   /// in the built trees, or +inf.
   std::uint32_t nearest(const Ray& ray, double t);
-  /// Appends all unbuilt trees whose boxes the ray may meet within its limits.
+  /// Appends all unbuilt trees whose boxes the ray may meet within its limits. The list may name a
+  /// tree several times, as may those below.
   void met(const Ray& ray, std::vector<std::uint32_t>& trees);
   /// Returns the unbuilt tree whose box is nearest to the point, among those that may have a
   /// triangle within `distance`, in scene units; kNone if there is none.
