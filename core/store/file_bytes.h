@@ -19,15 +19,16 @@
 
 namespace sightline {
 
-/// The bytes of a file that was read.
+/// The bytes of a file that was read; the destructor frees them. If a scene will refer to the
+/// bytes: claim() each part that it needs, then drop_unclaimed().
 class FileBytes {
  public:
   /// Files of at least so many bytes are read by all threads into pages of the system, and scenes
   /// refer to these pages. From a smaller file a scene copies what it needs.
   static constexpr std::size_t kSharedFrom = 1 << 20;
 
-  /// Reads a file. `doing` names the purpose in errors. Errors: those of io_error; STORE_IO also if
-  /// the file becomes shorter meanwhile.
+  /// Reads a file from its beginning. `doing` names the purpose in errors. Errors: those of
+  /// io_error; STORE_IO also if a file of kSharedFrom bytes or more becomes shorter meanwhile.
   static Result<FileBytes> read(const FileDescriptor& file, const char* doing);
   /// Reads a file, and sets `fingerprint` to the hash_in_pieces of its bytes. Computing it while
   /// the bytes are in the processor's cache costs less than a second pass.
@@ -44,7 +45,7 @@ class FileBytes {
   /// True if scenes may refer to the bytes (kSharedFrom).
   bool is_shared() const { return pages_ != nullptr; }
 
-  /// Marks a part of bytes() as needed after the load. Thread-safe.
+  /// Marks `part`, a part of bytes(), as needed after the load. Thread-safe.
   void claim(std::span<const std::byte> part) const;
   /// Returns pages without a claimed part to the system; they read as zeros afterwards.
   /// Preconditions: only claimed parts are read from now on, and nothing more is claimed.
@@ -63,7 +64,8 @@ class FileBytes {
   mutable std::vector<Range> claims_;
 };
 
-/// The owner of the bytes for scenes that refer to them; null for a small file.
+/// The owner of the bytes for scenes that refer to them; null if is_shared() is false. `file` is
+/// not null.
 inline std::shared_ptr<const void> owner_of_bytes(const std::shared_ptr<const FileBytes>& file) {
   return file->is_shared() ? std::shared_ptr<const void>(file) : nullptr;
 }

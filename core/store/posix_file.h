@@ -18,10 +18,11 @@ namespace sightline {
 /// path: "write a scene". `number` is an errno. The functions below return these errors.
 Error io_error(const char* doing, int number);
 
-/// An open file, closed by the destructor.
+/// An open file, closed by the destructor; or none, with the number -1.
 class FileDescriptor {
  public:
   FileDescriptor() = default;
+  /// Takes over an open file; -1: none.
   explicit FileDescriptor(int number) : number_(number) {}
   FileDescriptor(FileDescriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
   FileDescriptor& operator=(FileDescriptor&& other) noexcept;
@@ -34,17 +35,19 @@ class FileDescriptor {
   int number_ = -1;
 };
 
-/// Opens a file; `flags` are those of open(2).
+/// Opens a file; `flags` are those of open(2). A new file has the mode 0640, less the umask.
 Result<FileDescriptor> open_file(const std::filesystem::path& file, int flags, const char* doing);
-/// Writes all bytes at the file's position.
+/// Writes all bytes at the file's position. After an error some of them may be written.
 Status write_all(const FileDescriptor& file, std::span<const std::byte> bytes, const char* doing);
 /// Waits until the file's bytes are on the disk.
 Status sync_file(const FileDescriptor& file, const char* doing);
 /// Waits until renames and removals in `folder` are on the disk.
 Status sync_folder(const std::filesystem::path& folder, const char* doing);
-/// Makes a folder, and missing folders above it, durably. It is no error if the folder exists.
+/// Makes a folder, and missing folders above it, and waits until they are on the disk. It is no
+/// error if the folder exists.
 Status make_folder(const std::filesystem::path& folder, const char* doing);
-/// Renames a file, atomically replacing `to`: readers see the old file or the new one.
+/// Renames a file, atomically replacing `to`: readers see the old file or the new one. Not durable
+/// before sync_folder.
 Status rename_file(const std::filesystem::path& from, const std::filesystem::path& to,
                    const char* doing);
 /// Returns the names in a folder, unsorted.

@@ -19,7 +19,8 @@ struct TagList {
   bool names(const std::string& tag) const;
 };
 
-/// The conditions of a request. Without both headers, every change is allowed.
+/// The conditions of a request: its If-Match and If-None-Match, if it has them. Without both
+/// headers, every change is allowed.
 struct Precondition {
   std::optional<TagList> match, none_match;
 

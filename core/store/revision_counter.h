@@ -13,10 +13,10 @@ namespace sightline {
 /// The largest revision. Every JSON reader can represent it.
 inline constexpr std::uint64_t kMostRevision = std::uint64_t{1} << 53;
 
-/// Not thread-safe.
+/// Gives ascending numbers, and stores the last one in a file. Not thread-safe.
 class RevisionCounter {
  public:
-  /// In memory, for a store without a folder: 1, 2, 3, ...
+  /// A counter in memory, for a store without a folder: 1, 2, 3, ...
   RevisionCounter() = default;
   /// Continues after the number in the file DIR/revision, or after `seen` if there is no such file;
   /// `seen` is the largest number in use. If the file cannot be read, its number is unknown; then
@@ -25,7 +25,7 @@ class RevisionCounter {
   static Result<RevisionCounter> open(const std::filesystem::path& folder, std::uint64_t seen);
 
   /// Takes `count` consecutive numbers, and returns the last one after the file is durably updated.
-  /// Errors: STORE_IO, STORE_FULL; the numbers are then not given to anyone.
+  /// Errors: those of io_error; the numbers are then skipped for ever.
   Result<std::uint64_t> next(std::uint64_t count = 1);
 
  private:

@@ -4,7 +4,7 @@
 ///   DIR/format            "sightline-store 2"; records of format 1 may lack a checksum
 ///   DIR/revision          the last number that a content was given (revision_counter.h)
 ///   DIR/lock              locked while a server uses the folder
-///   DIR/blobs/<sha256>    the bytes of a file, named by their content
+///   DIR/blobs/<sha256>    the bytes of a file, named by their SHA-256
 ///   DIR/scenes/<id>.json  the record of a scene: which bytes it has; writing it is the commit
 ///   DIR/trees/            trees that were built (tree_folder.h); removed with the bytes
 ///   DIR/tmp/<number>      files that are being written; removed at start
@@ -38,11 +38,12 @@ namespace sightline {
 
 /// True if an error means that data on the disk is wrong; false if it is only inaccessible.
 bool is_damage(const Error& error);
-/// A note for the message of a damage error that says if the file was moved to quarantine; `moved`
-/// is the result of the move.
+/// A note for the message of a damage error: whether the file was moved to quarantine. `moved` is
+/// the result of the move.
 std::string quarantine_note(const Status& moved);
 
-/// Thread-safe.
+/// The data folder of a running server: open(), read_catalogue() once, then the other functions.
+/// The destructor unlocks the folder. Thread-safe.
 class SceneFolder {
  public:
   /// Opens a data folder and locks it; makes the folder if there is none. A folder of format 1 is
@@ -63,29 +64,36 @@ class SceneFolder {
     std::vector<SceneRecord> records;
     std::vector<Unread> unread;
   };
-  /// Reads all records, and deletes bytes that no record names, neither here nor in quarantine.
-  /// Must be called once, before other methods. Errors: those of io_error if the list of records
-  /// cannot be read.
+  /// Reads all records. Deletes bytes that no record here or in quarantine names, if all records
+  /// could be read. Must be called once, before the functions below. Errors: those of io_error if
+  /// the list of records cannot be read.
   Result<Catalogue> read_catalogue();
 
-  /// A new file in DIR/tmp.
+  /// A new file in DIR/tmp. Errors: those of io_error.
   Result<TemporaryFile> new_temporary();
-  /// Makes `bytes` and `neighbours` the content of the scene, durably. `bytes` and `neighbours`
-  /// must be synced; `neighbours` are in the order of the record. The previous bytes of the scene
-  /// are deleted when no record names them. Errors: those of io_error; the old record then remains,
-  /// except if only the last sync failed: then the new record is there unless the machine crashes.
+  /// Makes `bytes` and `neighbours` the content of the scene, durably. They are renamed, so the
+  /// objects no longer own a file after success. `neighbours` must be synced, and in the order of
+  /// the record. The previous bytes of the scene are deleted when no record names them. Errors:
+  /// those of io_error, NEIGHBOURS_TOO_MANY (the record exceeds kRecordLimit). The old record then
+  /// remains, except if only the last sync failed: then the new record is there unless the machine
+  /// crashes.
   Status commit(TemporaryFile& bytes, std::span<TemporaryFile* const> neighbours,
                 const SceneRecord& record);
-  /// Durably replaces the record of a scene without changing its bytes. Errors: those of commit;
-  /// CHANGES_TOO_MANY. Precondition: `record` names the bytes of the present record.
+  /// Durably replaces the record of a scene without changing its bytes. Errors: those of io_error,
+  /// CHANGES_TOO_MANY (the record exceeds kRecordLimit); the record is then as after a failed
+  /// commit. Precondition: `record` names the bytes of the present record.
   Status amend(const SceneRecord& record);
   /// Reads the record of a scene. Errors: STORE_DAMAGED, those of io_error.
   Result<SceneRecord> read_record(const std::string& id) const;
-  /// Durably removes a scene. It is no error if there is none.
+  /// Durably removes the record of a scene, then its bytes and trees if no other record names the
+  /// bytes. It is no error if there is no scene. Errors: those of io_error. If the record could not
+  /// be unlinked, nothing has changed; if only the sync failed, the bytes stay until the next
+  /// start.
   Status remove(const std::string& id);
-  /// Reads the bytes with this hash and checks them. If their hash_in_pieces equals `fingerprint`,
-  /// the SHA-256 is not computed. Errors: STORE_DAMAGED if the bytes are missing or have another
-  /// size or hash; those of io_error, which do not tell if the bytes are damaged.
+  /// Reads the file with this SHA-256 and `bytes` bytes, and checks it. If its hash_in_pieces
+  /// equals `fingerprint`, the SHA-256 is not computed. Errors: STORE_DAMAGED if the bytes are
+  /// missing or have another size or hash; those of io_error, which do not tell if the bytes are
+  /// damaged.
   Result<FileBytes> read_bytes(const std::string& sha256, std::uint64_t bytes,
                                std::optional<std::uint64_t> fingerprint = {});
   /// A file that a record names.
@@ -95,8 +103,9 @@ class SceneFolder {
   };
   /// Moves a record and `damaged`, a damaged file that it names, into quarantine. Other files of
   /// the record stay, because other scenes may use them. First reads the file again, to check that
-  /// it is still damaged: if another scene has stored the right bytes meanwhile, moves nothing and
-  /// returns false. Errors: those of io_error; files that could not be moved stay where they are.
+  /// it is still damaged. If another scene has stored the right bytes meanwhile, moves nothing and
+  /// returns false; otherwise returns true. Errors: those of io_error. A file that could not be
+  /// moved stays where it is; the record may then be in quarantine without the file.
   Result<bool> quarantine(const SceneRecord& record, const File& damaged);
 
  private:
@@ -113,10 +122,10 @@ class SceneFolder {
   std::filesystem::path record_path(const std::string& id) const;
   std::filesystem::path blob_path(const std::string& sha256) const;
   Status quarantine_file(const std::filesystem::path& file) const;
-  /// Replaces the record of a scene. Precondition: mutex_ is held.
+  /// Replaces the record of a scene by the file `text`. Sets `stands` to true once the new record
+  /// may be on disk. Precondition: mutex_ is held.
   Status place_record(const SceneRecord& record, TemporaryFile& text, bool& stands) const;
-  /// Does the renames of a commit. Sets `stands` to whether a record that names the new bytes may
-  /// be on disk.
+  /// Does the renames of a commit. `stands` is as for place_record.
   Status place(TemporaryFile& bytes, std::span<TemporaryFile* const> neighbours,
                const SceneRecord& record, TemporaryFile& text, bool& stands) const;
   // Preconditions: mutex_ is held. hold_quarantined retains the files that records in quarantine

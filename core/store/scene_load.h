@@ -27,7 +27,8 @@ struct Put {
   bool created = false;  ///< the scene had no content before
 };
 
-/// A load. Shared by the store that made it and the threads that wait for it.
+/// One load, from SceneStore::begin to its outcome. Shared by the store that made it and the
+/// threads that wait for it.
 class SceneLoad {
  public:
   /// number  later loads have larger numbers
@@ -42,7 +43,9 @@ class SceneLoad {
   SceneLoad& operator=(const SceneLoad&) = delete;
   ~SceneLoad() { --*alive_; }
 
+  /// The name of the scene.
   const std::string& id() const { return id_; }
+  /// The progress of the load; thread-safe.
   Progress& progress() { return progress_; }
 
  private:
@@ -80,8 +83,9 @@ class SceneLoad {
   std::shared_ptr<const StoredScene> failed_;
 };
 
-/// The bytes of a load while they are received. Destroying it without SceneStore::submit abandons
-/// the load without any effect.
+/// The bytes of a load while they are received: append() them, then pass the object to
+/// SceneStore::submit. Destroying it without submit abandons the load without any effect. The store
+/// must outlive it. Not thread-safe.
 class IncomingScene {
  public:
   IncomingScene(SceneStore& store, std::shared_ptr<SceneLoad> load)
@@ -92,12 +96,15 @@ class IncomingScene {
 
   /// Sets the number of bytes that will arrive, for progress; 0: unknown.
   void expect(std::uint64_t total) { load_->progress_.begin("receiving", total); }
-  /// Appends received bytes. Errors: LOAD_CANCELLED (the scene was removed meanwhile), those of
-  /// io_error; after an error the object can only be destroyed.
+  /// Appends received bytes. Errors: LOAD_CANCELLED (the scene was removed meanwhile), MEMORY_BUSY
+  /// (without a data folder), those of io_error; after an error the object can only be destroyed.
   Status append(std::span<const std::byte> piece);
+  /// Bytes received so far.
   std::uint64_t size() const { return load_->upload_->size(); }
+  /// True if the scene was removed, or the store ends: receiving may stop.
   bool cancelled() const { return load_->progress_.cancelled(); }
-  /// Sets the source of files that the scene's file refers to. It is called on the loading thread.
+  /// Sets the source of files that the scene's file refers to; it is called on the loading thread.
+  /// Without one the file must be self-contained.
   void find_neighbours(NeighbourSource source);
   /// Demands that the bytes have this SHA-256. If not, the load fails with SOURCE_HASH_MISMATCH
   /// before anything is loaded.

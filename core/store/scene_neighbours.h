@@ -16,29 +16,35 @@
 
 namespace sightline {
 
-/// Passes the bytes of the neighbour `name` to `sink`, in pieces. Returns the errors of the source
-/// and of `sink`; the source decides which files may be read.
+/// A function that passes the bytes of the neighbour `name` to `sink`, in pieces that are valid
+/// during the call. It returns its own errors and those of `sink`. It decides which files may be
+/// read.
 using NeighbourSource = std::function<Status(
     const std::string& name, const std::function<Status(std::span<const std::byte>)>& sink)>;
 
-/// A tag of a list of neighbours; equal only if all their names and bytes are. Empty if there are
-/// none.
+/// A tag of a list of neighbours: a hash of their names and of the hashes of their bytes, in order.
+/// Empty if there are none.
 std::string tag_of(const std::vector<NeighbourRecord>& neighbours);
 
-/// Copies each neighbour when it is first requested. The copy is both loaded and stored, so that
-/// later changes of the original files have no effect.
+/// The neighbours of a scene that is being loaded. Copies each neighbour when it is first
+/// requested. The copy is both loaded and stored, so that later changes of the original files have
+/// no effect. Not thread-safe.
 class CopiedNeighbours {
  public:
-  /// Copies go into temporary files of `folder`, or into `memory` if it is null.
+  /// Copies go into temporary files of `folder`, which must outlive the object. If `folder` is
+  /// null, they go into `memory`, which is then not null.
   CopiedNeighbours(NeighbourSource source, SceneFolder* folder,
                    std::shared_ptr<UploadMemory> memory)
       : source_(std::move(source)), folder_(folder), memory_(std::move(memory)) {}
 
-  /// Returns the bytes of a neighbour, valid as long as this object. Errors: those of the source,
-  /// NEIGHBOURS_TOO_MANY, those of SceneUpload.
+  /// Returns the bytes of a neighbour, valid while this object lives and is not moved. Errors:
+  /// those of the source, NEIGHBOURS_TOO_MANY (more than 4096), those of SceneUpload and io_error,
+  /// HASH_FAILED. After an error the neighbour may be requested again.
   Result<std::span<const std::byte>> find(const std::string& name);
+  /// The neighbours that were requested so far, in the order of the first requests.
   std::vector<NeighbourRecord> records() const;
-  /// The temporary files of the copies, in the order of records(); empty if copies are in memory.
+  /// The temporary files of the copies, synced and closed, in the order of records(); valid while
+  /// this object lives. Empty if copies are in memory.
   std::vector<TemporaryFile*> files();
 
  private:
@@ -53,21 +59,22 @@ class CopiedNeighbours {
   std::deque<Copy> copies_;
 };
 
-/// The stored neighbours of a scene, read from the data folder and checked.
+/// The stored neighbours of a scene, in memory, read from the data folder and checked.
 class StoredNeighbours {
  public:
-  /// Reads all neighbours that a record names. Sets `failed` to the file that an error is about.
-  /// Errors: those of SceneFolder::read_bytes.
+  /// Reads all neighbours that a record names. Errors: those of SceneFolder::read_bytes; `failed`
+  /// is then the file that could not be read, else it is unchanged.
   static Result<StoredNeighbours> read(SceneFolder& folder, const SceneRecord& record,
                                        SceneFolder::File& failed);
-  /// Returns the bytes of a neighbour, valid as long as this object. Errors: SOURCE_NOT_FOUND.
+  /// Returns the bytes of a neighbour, valid while this object lives and is not moved. Errors:
+  /// SOURCE_NOT_FOUND.
   Result<std::span<const std::byte>> find(const std::string& name) const;
 
  private:
   std::vector<std::pair<std::string, FileBytes>> files_;
 };
 
-/// The files that a record names.
+/// The files that a record names, in memory; `bytes` is not null.
 struct RecordFiles {
   std::shared_ptr<const FileBytes> bytes;
   StoredNeighbours neighbours;

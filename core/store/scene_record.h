@@ -24,10 +24,10 @@ struct NeighbourRecord {
 
 /// A record.
 struct SceneRecord {
-  std::string id;
-  std::string sha256;
-  std::uint64_t bytes = 0;
-  std::uint64_t revision = 0;
+  std::string id;              ///< name of the scene
+  std::string sha256;          ///< of the scene's file
+  std::uint64_t bytes = 0;     ///< size of the scene's file
+  std::uint64_t revision = 0;  ///< number of the content (revision_counter.h)
   /// index of the chosen scene of the file; empty: the file's default
   std::optional<std::uint32_t> scene;
   std::vector<NeighbourRecord> neighbours = {};
@@ -40,7 +40,7 @@ struct SceneRecord {
 /// The largest size of a record in bytes.
 inline constexpr std::size_t kRecordLimit = 16 << 20;
 
-/// A tag of a list of changes; equal only if the changes are. Empty if there are none.
+/// A tag of a list of changes: a hash of all of them. Empty if there are none.
 std::string tag_of(const NodeChanges& changes);
 
 /// Which records are accepted.

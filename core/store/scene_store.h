@@ -1,6 +1,6 @@
 #pragma once
-/// SceneStore: named scenes. Each content is an immutable revision that readers share. They are
-/// persistent if there is a data folder. Contents are loaded in the background, a few at a time.
+/// SceneStore: named scenes. Each content is an immutable revision that readers share. Contents are
+/// persistent if there is a data folder, and are loaded in the background, a few at a time.
 
 #include <atomic>
 #include <condition_variable>
@@ -83,7 +83,8 @@ struct StoreOptions {
   std::function<Status(const std::shared_ptr<const Scene>& scene)> admit = {};
 };
 
-/// Thread-safe.
+/// The scenes of a server: open(), then begin(), append the bytes and submit(), or fetch(); find()
+/// returns the present content. Functions may throw std::bad_alloc. Thread-safe.
 class SceneStore {
  public:
   /// Opens the data folder, and starts to load its scenes and then the preloads, in the background.
@@ -106,9 +107,9 @@ class SceneStore {
   /// ready. Errors: SCENE_ID_INVALID, LOADS_TOO_MANY, those of io_error.
   Result<IncomingScene> begin(const std::string& id, const SceneChoice& choice);
   /// Loads the received content in the background and makes it the content of its scene. Readers
-  /// see the old revision until the new one is ready and durable. Of several loads at once, the last
-  /// to begin wins. Each client gets the result of its own load; revisions are in the order in which
-  /// the loads began.
+  /// see the old revision until the new one is ready and durable. Of several loads at once, the
+  /// last to begin wins. Each client gets the result of its own load; revisions are in the order in
+  /// which the loads began.
   ///
   /// awaited  true: the caller will call wait(); false: a failure is recorded in the scene's state
   std::shared_ptr<SceneLoad> submit(IncomingScene incoming, bool awaited = true);
@@ -116,10 +117,11 @@ class SceneStore {
   /// begin.
   Result<std::shared_ptr<SceneLoad>> fetch(const std::string& id, const SceneChoice& choice,
                                            SceneFetch source, bool awaited);
-  /// Waits for the outcome of a load: its content is ready and durable, or an error
-  /// (LOAD_CANCELLED, those of the loader and of io_error), after which nothing has changed. Empty
-  /// at the deadline; the load then continues, and find() shows its failure. Must be called once
-  /// for each load.
+  /// Waits for the outcome of a load: its content is ready and durable, or an error. Errors:
+  /// LOAD_CANCELLED, SOURCE_HASH_MISMATCH, PRECONDITION_FAILED, those of the fetch, of the loader
+  /// and of io_error; the content of the scene is then as before. Empty at the deadline; the load
+  /// then continues, and find() shows its failure. Must be called once for each load that was
+  /// submitted with `awaited`.
   std::optional<Result<Put>> wait(SceneLoad& load, const Deadline& deadline);
   /// Changes a node of the present content, which makes a new revision; it is durable if the
   /// content is. A running load continues, and will replace the changed content. Errors:
@@ -127,8 +129,9 @@ class SceneStore {
   /// Scene::changed, of StoreOptions::admit and of io_error.
   Result<SceneSnapshot> change(const std::string& id, const NodeChange& change,
                                const Precondition& precondition = {});
-  /// Removes a scene, and cancels its running loads. Errors: SCENE_NOT_FOUND, PRECONDITION_FAILED,
-  /// those of io_error.
+  /// Removes a scene, also from the data folder, and cancels its running loads. Errors:
+  /// SCENE_NOT_FOUND, PRECONDITION_FAILED, those of SceneFolder::remove; the scene is then still
+  /// shown. Snapshots that readers hold stay valid.
   Status remove(const std::string& id, const Precondition& precondition = {});
 
   /// True if a scene could not be stored for lack of space, and no scene has become ready since.

@@ -23,8 +23,8 @@ namespace sightline {
 class UploadMemory {
  public:
   explicit UploadMemory(std::uint64_t bytes) : limit_(bytes) {}
-  /// Takes `bytes` more for an upload that has `own` bytes already. Returns false if the limit does
-  /// not allow it now.
+  /// Takes `bytes` more for an upload that has taken `own` bytes already. Returns false, and takes
+  /// nothing, if the limit does not allow it now.
   bool take(std::uint64_t bytes, std::uint64_t own);
   /// Returns bytes of an upload that was freed.
   void give(std::uint64_t bytes) { taken_ -= bytes; }
@@ -34,25 +34,31 @@ class UploadMemory {
   std::atomic<std::uint64_t> taken_{0};
 };
 
-/// One upload.
+/// The bytes of one upload: append(), then finish_hash(). The destructor frees them. Not
+/// thread-safe.
 class SceneUpload {
  public:
-  /// An upload into memory.
+  /// An upload into memory; `shared` is not null.
   explicit SceneUpload(std::shared_ptr<UploadMemory> shared) : shared_(std::move(shared)) {}
+  /// An upload into a file.
   explicit SceneUpload(TemporaryFile file) : file_(std::move(file)) {}
 
   SceneUpload(SceneUpload&&) noexcept = default;
   ~SceneUpload() { forget_memory(); }
 
-  /// Appends bytes. Errors: those of io_error, MEMORY_BUSY; the upload is then unusable.
+  /// Appends bytes. Errors, after which the upload is unusable: those of io_error for a file,
+  /// MEMORY_BUSY and MEMORY_FULL for memory.
   Status append(std::span<const std::byte> piece);
   std::uint64_t size() const { return size_; }
 
-  /// Ends the upload and returns the SHA-256 as 64 hexadecimal digits. Must be called once.
+  /// Ends the upload and returns the SHA-256 as 64 hexadecimal digits; empty if it could not be
+  /// computed (Sha256::finish). Must be called once.
   std::string finish_hash() { return hash_.finish(); }
   /// The temporary file; empty for an upload into memory.
   std::optional<TemporaryFile>& file() { return file_; }
+  /// The bytes of an upload into memory, valid until forget_memory(); empty for a file.
   std::span<const std::byte> memory() const { return memory_; }
+  /// Frees the bytes in memory.
   void forget_memory();
 
  private:
@@ -65,11 +71,12 @@ class SceneUpload {
   Sha256 hash_;
 };
 
-/// Begins an upload into a temporary file of `folder`, or into `memory` if `folder` is null.
+/// Begins an upload into a temporary file of `folder`, or into `memory` if `folder` is null. One of
+/// both is not null.
 /// Errors: those of io_error.
 Result<SceneUpload> begin_upload(SceneFolder* folder, std::shared_ptr<UploadMemory> memory);
 
-/// The error MEMORY_FULL.
+/// The error MEMORY_FULL: there is no memory left for the scene.
 Error memory_full();
 
 }  // namespace sightline

@@ -11,7 +11,7 @@ struct evp_md_ctx_st;
 
 namespace sightline {
 
-/// An incremental hash: any number of update(), then finish().
+/// An incremental hash: any number of update(), then finish(). Not thread-safe.
 class Sha256 {
  public:
   Sha256();
@@ -28,7 +28,7 @@ class Sha256 {
   bool good_ = false;
 };
 
-/// The hash of a block of bytes.
+/// The hash of a block of bytes, as Sha256::finish returns it.
 std::string sha256_of(std::span<const std::byte> bytes);
 
 /// True if the text has the form of a hash: 64 lower-case hexadecimal digits.

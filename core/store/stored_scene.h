@@ -12,6 +12,8 @@
 
 namespace sightline {
 
+/// The state of a scene: waiting for a thread, being loaded, can be queried, or could not be
+/// loaded.
 enum class SceneState { kQueued, kLoading, kReady, kFailed };
 /// "queued", "loading", "ready", "failed"
 const char* scene_state_name(SceneState state);
@@ -52,6 +54,7 @@ struct StoredScene {
            (update && !update->failure);
   }
 };
+/// A state that readers share; null means that there is no such scene.
 using SceneSnapshot = std::shared_ptr<const StoredScene>;
 
 /// Which scene of a file is loaded.

@@ -10,7 +10,7 @@
 
 namespace sightline {
 
-/// Removes the file in its destructor, unless it was released.
+/// A file and its path. The destructor closes and removes the file, unless it was released.
 class TemporaryFile {
  public:
   TemporaryFile(FileDescriptor file, std::filesystem::path path)
@@ -21,6 +21,7 @@ class TemporaryFile {
   ~TemporaryFile();
 
   const FileDescriptor& file() const { return file_; }
+  /// Where the file is; empty after release().
   const std::filesystem::path& path() const { return path_; }
   /// Closes the file; it remains until release() or the destructor.
   void close() { file_.close(); }

@@ -24,6 +24,7 @@
 
 namespace sightline {
 
+/// Options of a cache of trees.
 struct TreeCacheOptions {
   /// true: all trees of a scene are built in the background; false: trees are only built for
   /// queries
@@ -36,20 +37,22 @@ struct TreeCacheOptions {
   std::function<void(const std::string& line)> report = {};
 };
 
-/// Thread-safe. Holds weak references to scenes only.
+/// Builds, stores and evicts the trees of the scenes that were adopted. Holds weak references to
+/// scenes only. Thread-safe.
 class TreeCacheManager {
  public:
   explicit TreeCacheManager(TreeCacheOptions options);
-  /// Cancels running builds and writes.
+  /// Cancels running builds and writes, and waits for its threads.
   ~TreeCacheManager();
 
   /// Takes a scene into the cache and its memory budget.
   /// sha256   hash of the scene's file in the data folder; empty if it is not there
   /// lasting  false: the scene may change soon, so its trees are not written to a file
-  /// Errors: SCENE_OVER_BUDGET.
+  /// Errors: SCENE_OVER_BUDGET; the scene is then not in the cache. Each scene is adopted at most
+  /// once.
   Status adopt(const std::shared_ptr<const Scene>& scene, const std::string& sha256 = {},
                bool lasting = true);
-  /// Waits until no background build is left.
+  /// Waits until no background build is running or due.
   void wait_until_idle();
   /// Statistics over all adopted scenes. Counters include destroyed scenes; byte counts cover only
   /// present ones.

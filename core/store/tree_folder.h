@@ -18,7 +18,7 @@
 
 namespace sightline {
 
-/// Reads and writes files of trees.
+/// Reads and writes files of trees in one folder. read() may run on several threads at once.
 class TreeFolder {
  public:
   /// The folder is made when the first file is written. If the files exceed `bytes_max` in total,

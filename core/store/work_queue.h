@@ -11,20 +11,21 @@
 
 namespace sightline {
 
-/// A queue with two lanes.
+/// Threads of lower priority with a queue of two lanes, without a limit of its length. Thread-safe.
 class WorkQueue {
  public:
   /// If both lanes have jobs, they alternate, so that neither the loads at start nor many requests
   /// delay the others.
   enum class Lane { kRequest, kStart };
 
+  /// Starts `threads` threads, at least one. Throws std::system_error.
   explicit WorkQueue(int threads);
   /// Waits for running jobs; drops the others.
   ~WorkQueue();
   WorkQueue(const WorkQueue&) = delete;
   WorkQueue& operator=(const WorkQueue&) = delete;
 
-  /// Appends a job, which must not throw.
+  /// Appends a job, which must not throw. Throws std::bad_alloc, and then queues nothing.
   void push(Lane lane, std::function<void()> job);
 
  private:
