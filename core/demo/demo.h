@@ -30,6 +30,7 @@ struct DemoNode {
   Affine parent_from_node;
 };
 
+/// A scene to be written.
 struct DemoScene {
   std::string name;
   std::vector<DemoMesh> meshes;
@@ -51,8 +52,8 @@ std::vector<std::byte> write_glb(const DemoScene& scene);
 ///   origin (0,100,0) direction (0,-1,0): the very tip of "spire", shared by 4 triangles, at t = 68
 DemoScene town(std::uint64_t seed = 1);
 
-/// The six-triangle hierarchy of the lecture notes (SEEDS, row 24): a root with two subtrees of
-/// three triangles. Triangle i of "left" has the corners (x,0,2) (x+2,4,0) (x,0,-2) with
+/// The six-triangle hierarchy of the project's lecture notes: a root with two subtrees of three
+/// triangles. Triangle i of "left" has the corners (x,0,2) (x+2,4,0) (x,0,-2) with
 /// x = -6 + 2i, of "right" with x = 2 + 2i. The four branches:
 ///   both   origin (-10,1,0)  direction (1,0,0):  left's triangle 0 at t = 4.5 is the closer one
 ///   left   origin (-5,10,0)  direction (0,-1,0): left's triangle 0 at t = 8

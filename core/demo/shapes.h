@@ -6,10 +6,11 @@
 
 namespace sightline::demo {
 
-/// Appends a vertex and returns its index.
+/// Appends a vertex, rounded to float32, and returns its index.
 std::uint32_t add_vertex(DemoMesh& mesh, double x, double y, double z);
+/// Appends a triangle of three vertices, by their indices.
 void add_triangle(DemoMesh& mesh, std::uint32_t a, std::uint32_t b, std::uint32_t c);
-/// Appends two triangles: a b c and a c d.
+/// Appends two triangles, a b c and a c d, by the indices of their vertices.
 void add_quad(DemoMesh& mesh, std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d);
 
 /// Appends a closed axis-aligned box: 8 vertices, 12 triangles.

@@ -17,7 +17,7 @@ struct Primitive {
   std::uint32_t first_triangle = 0;
   std::uint32_t triangle_count = 0;
   std::uint32_t file_primitive =
-      0;  ///< its index in the file's mesh (points and lines are left out)
+      0;  ///< index in the primitives of the file's mesh; points and lines count, but are left out
   /// Index in SceneDescription::materials; 0xffffffff: none.
   std::uint32_t material = 0xffffffffu;
 };

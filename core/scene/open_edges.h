@@ -28,12 +28,12 @@ struct OpenEdges {
 };
 
 /// Counts the open edges of the triangles of those primitives for which `counts(primitive)` is
-/// true. Errors: DEADLINE, CANCELLED. Throws std::bad_alloc. Cost: about 10 ns for each position
-/// and each edge.
+/// true; `primitive` is an index in Mesh::primitives. Errors: DEADLINE, CANCELLED. Throws
+/// std::bad_alloc. Cost: about 10 ns for each position and each edge.
 Result<OpenEdges> open_edges(const Mesh& mesh,
                              const std::function<bool(std::size_t primitive)>& counts,
                              const Deadline& deadline);
-/// The memory that open_edges allocates: 24 bytes for each triangle, about 20 for each position.
+/// The bytes of memory that open_edges allocates: 24 for each triangle, about 20 for each position.
 std::uint64_t open_edges_bytes(const Mesh& mesh,
                                const std::function<bool(std::size_t primitive)>& counts);
 
@@ -41,8 +41,10 @@ std::uint64_t open_edges_bytes(const Mesh& mesh,
 /// Thread-safe.
 class KnownEdges {
  public:
+  /// For a scene of so many meshes.
   explicit KnownEdges(std::size_t meshes) : slots_(std::make_unique<Slot[]>(meshes)) {}
-  /// Returns the open edges of mesh number `number`. One thread computes them; other threads that
+  /// Returns the open edges of `mesh`, all of its primitives; `number` is its index in the scene.
+  /// One thread computes them; other threads that
   /// request them wait until their own deadlines. If the thread runs out of time, the next one
   /// starts again. Errors: those of open_edges and of `reserve`, which is called only if the result
   /// is not cached.

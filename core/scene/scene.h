@@ -21,8 +21,9 @@ namespace sightline {
 /// A triangle of the scene in world space, in float64. All answers are about world triangles.
 using WorldTriangle = Triangle;
 
-/// A scene. Nothing changes that an answer depends on. Readers hold it by shared_ptr<const Scene>.
-/// Its trees are a cache that is filled when queries need them.
+/// A scene that queries read: prepare() or build() makes it, changed() makes a copy. Nothing
+/// changes that an answer depends on. Its trees are a cache that is filled when queries need them.
+/// Readers hold it by shared_ptr<const Scene>; all functions are thread-safe.
 class Scene {
  public:
   /// Makes a scene with its bounds, but no tree built. Errors: SCENE_TOO_LARGE if a tree would be
@@ -42,7 +43,8 @@ class Scene {
   const SceneDescription& description() const { return description_; }
   /// The present trees; never null. A query reads them once, in a SceneView.
   std::shared_ptr<const SceneTree> tree() const { return trees_->now(); }
-  /// To build or drop trees, or for statistics; that does not change answers.
+  /// The cache of trees: to build or drop trees, or for statistics. That does not change answers,
+  /// so the function is const.
   SceneTrees& trees() const { return *trees_; }
 
   /// The number of triangles of all instances, including triangles that no ray can hit.

@@ -22,6 +22,7 @@ constexpr const char* alpha_mode_name(AlphaMode mode) {
   return mode == AlphaMode::kOpaque ? "OPAQUE" : mode == AlphaMode::kMask ? "MASK" : "BLEND";
 }
 
+/// A material of the file, as far as answers name it.
 struct Material {
   std::string name;
   bool double_sided = false;
@@ -50,7 +51,7 @@ struct Camera {
   std::uint32_t node = 0;         ///< index in SceneDescription::nodes
   bool orthographic = false;
   double size_y = 0;  ///< yfov in radians, or ymag: half of the visible height in the node's units
-  double near = 0, far = 0;
+  double near = 0, far = 0;  ///< znear and zfar; far is infinite if a perspective camera has none
 };
 
 /// A placement of a mesh. Instances are in the order of the depth-first walk ("file order").

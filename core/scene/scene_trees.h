@@ -21,12 +21,16 @@
 
 namespace sightline {
 
-/// Thread-safe. A state that now() returned never changes; a change makes a new state. Trees have
-/// two forms: built one by one by the LazyLayout of the scene, or all at once by build_scene_tree,
-/// which is called the lasting form.
+/// The trees of one scene. A query takes a Use, reads now(), and calls build() for the unbuilt
+/// trees that it needs. A state that now() returned never changes; a change makes a new state.
+/// Thread-safe.
+///
+/// Trees have two forms: built one by one by the LazyLayout of the scene, or all at once by
+/// build_scene_tree, which is called the lasting form.
 class SceneTrees {
  public:
-  /// Starts with no tree built. The plan must outlive the object.
+  /// Starts with no tree built. The plan must outlive the object. geometry_bytes: bytes of
+  /// positions and indices of the scene.
   SceneTrees(const ScenePlan& plan, std::uint64_t geometry_bytes);
   /// For a scene with moved placements (moved_plan): uses all trees of `before` that did not move;
   /// none of them is built again (LazyLayout::moved). Does not refer to `before` afterwards. Throws
@@ -36,7 +40,7 @@ class SceneTrees {
   SceneTrees(const SceneTrees&) = delete;
   SceneTrees& operator=(const SceneTrees&) = delete;
 
-  /// A query holds a Use while it runs, so that its trees are not dropped.
+  /// A query holds a Use while it runs, so that its trees are not dropped. `trees` must outlive it.
   class Use {
    public:
     explicit Use(SceneTrees& trees);
@@ -66,8 +70,8 @@ class SceneTrees {
   enum class Origin { kBuilt, kRead };
   /// Replaces the present trees by all trees of the scene, built at once as they are stored.
   void complete(SceneTree tree, Origin origin);
-  /// Drops all trees: they are unbuilt until a query needs them. Publishes a new list of trees, so it
-  /// throws std::bad_alloc; then the trees stay. Running queries hold the trees that they use.
+  /// Drops all trees: they are unbuilt until a query needs them. Publishes a new list of trees, so
+  /// it throws std::bad_alloc; then the trees stay. Running queries hold the trees that they use.
   void drop();
 
   /// Adds the scene to a memory budget. Errors: SCENE_OVER_BUDGET. Precondition: called at most
@@ -79,6 +83,7 @@ class SceneTrees {
   const void* geometry() const {
     return plan_.meshes.empty() ? this : static_cast<const void*>(plan_.meshes[0].positions.data());
   }
+  /// Bytes of the trees that exist now.
   std::uint64_t tree_bytes() const { return bytes_.load(std::memory_order_relaxed); }
   /// Estimated bytes of the largest tree that a first ray may need.
   std::uint64_t least_tree_bytes() const { return least_bytes_; }
@@ -96,8 +101,11 @@ class SceneTrees {
   /// Then a background build builds only the unbuilt trees.
   bool is_moved() const;
 
+  /// Adds to TreeStats::queries_waited.
   void count_waiting(std::uint64_t queries) { waited_.fetch_add(queries); }
+  /// Adds one to TreeStats::cache_rejects.
   void count_rejected_file() { rejects_.fetch_add(1); }
+  /// The present statistics.
   TreeStats stats() const;
   /// The number of trees that were built so far. Every query reads it.
   std::uint64_t trees_built() const;

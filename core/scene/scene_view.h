@@ -14,6 +14,7 @@ class SceneView {
  public:
   /// A view with the present trees. Implicit, so that a Scene can be passed where a view is needed.
   SceneView(const Scene& scene) : SceneView(scene, scene.tree()) {}  // NOLINT(*-explicit-*)
+  /// A view with other trees of the scene, such as those of SceneTrees::build; `tree` is not null.
   SceneView(const Scene& scene, std::shared_ptr<const SceneTree> tree)
       : scene_(&scene), tree_(std::move(tree)) {}
 

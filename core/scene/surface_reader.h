@@ -21,9 +21,11 @@ class SurfaceReader {
   SurfaceReader(const SurfaceReader&) = delete;
   SurfaceReader& operator=(const SurfaceReader&) = delete;
 
-  /// Selects a hit. Precondition: id names a triangle of the scene.
+  /// Selects a hit. Precondition: `id` names a triangle of the scene, and `detail` belongs to the
+  /// hit.
   void go_to(TriangleId id, const HitDetail& detail);
   // The attributes of the selected hit; NaN where the file has none. Throw std::bad_alloc.
+  // Precondition: go_to was called.
   Vec3d shading_normal();
   std::array<double, 2> uv();
   std::array<double, 4> colour();

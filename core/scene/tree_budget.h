@@ -14,14 +14,16 @@ namespace sightline {
 
 class SceneTrees;
 
-/// Counts positions, indices and trees of the scenes that joined. Thread-safe.
+/// Counts the bytes of positions, indices and trees of the scenes that joined, and drops trees
+/// beyond a limit. A scene joins by SceneTrees::join and must leave before it is destroyed;
+/// SceneTrees does both. Thread-safe.
 class TreeBudget {
  public:
   /// `limit` in bytes; 0: no limit.
   explicit TreeBudget(std::uint64_t limit) : limit_(limit) {}
 
   /// Adds a scene. Errors: SCENE_OVER_BUDGET if the scene's geometry and its largest tree do not
-  /// fit beside the geometry of the other scenes.
+  /// fit beside the geometry of the other scenes; the scene is then not added.
   Status admit(SceneTrees& trees);
   /// Removes a scene. Precondition: it was admitted.
   void dismiss(SceneTrees& trees);
@@ -33,7 +35,9 @@ class TreeBudget {
   /// True if the memory still exceeded the limit after the last settle().
   bool is_exceeded() const { return exceeded_.load(std::memory_order_relaxed); }
   std::uint64_t limit() const { return limit_; }
+  /// Bytes of all scenes now.
   std::uint64_t used() const;
+  /// Statistics of all scenes, removed ones included.
   TreeTotals totals() const;
 
  private:

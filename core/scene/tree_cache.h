@@ -27,8 +27,8 @@ namespace sightline {
 /// hash.
 std::uint64_t content_hash(const ScenePlan& plan);
 
-/// The parts of a file, to be written one after the other. The arenas are those of the encoded
-/// tree, which must be retained until then.
+/// The parts of a file, to be written one after the other: `head`, then the arenas. The arenas are
+/// those of the encoded tree, which must outlive this struct.
 struct EncodedTrees {
   std::vector<std::byte> head;
   std::vector<std::span<const std::byte>> arenas;

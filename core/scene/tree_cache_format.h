@@ -16,16 +16,20 @@ namespace sightline::tree_cache {
 
 /// The version of the format and of the builder. It must be raised when either changes.
 inline constexpr std::uint32_t kVersion = 3;
+/// The first bytes of a file.
 inline constexpr char kMagic[8] = {'S', 'L', 't', 'r', 'e', 'e', 's', '\n'};
+/// Each arena begins at a multiple of this in the file.
 inline constexpr std::size_t kAlign = kNodeAlign;
 
+/// The first 128 bytes of a file. Members without a comment are set by make_header, and must be
+/// equal on the machine that reads the file.
 struct Header {
   char magic[8];
   std::uint32_t version;
   std::uint32_t byte_order;
   std::uint32_t node_bytes, block_bytes, arity, lanes;
-  std::uint64_t content;
-  std::uint64_t file_bytes;
+  std::uint64_t content;       ///< content_hash of the plan
+  std::uint64_t file_bytes;    ///< size of the file
   std::uint64_t tree_count;    ///< number of records, that of the top tree included
   std::uint64_t records_hash;  ///< hash_of all records
   std::uint64_t reserved[7];
@@ -43,7 +47,7 @@ struct Record {
   std::uint32_t node_count, block_count, depth;
   std::uint32_t reserved[5];
   std::uint64_t reserved_too[2];
-  std::uint64_t hash;  ///< hash_of the arena
+  std::uint64_t hash;  ///< hash_in_pieces of the arena
 };
 static_assert(sizeof(Record) == 128);
 

@@ -9,11 +9,13 @@
 
 namespace sightline {
 
+/// The attributes that hits may need.
 enum class VertexAttribute : std::uint8_t {
   kNormal,  ///< 3 numbers in mesh space, as stored, of any length
   kUv,      ///< TEXCOORD_0: 2 numbers
   kColour,  ///< COLOR_0: 3 or 4 numbers, linear
 };
+/// The number of values of VertexAttribute.
 inline constexpr std::size_t kVertexAttributes = 3;
 
 /// An attribute of a primitive's vertices: in the file's bytes, copied, or compressed. Thread-safe.
@@ -38,6 +40,7 @@ struct PrimitiveAttributes {
   /// By VertexAttribute; null if the file has no usable one.
   std::array<std::shared_ptr<const VertexNumbers>, kVertexAttributes> numbers;
 
+  /// An attribute; null if the file has no usable one. Valid while this struct lives.
   const VertexNumbers* of(VertexAttribute attribute) const {
     return numbers[static_cast<std::size_t>(attribute)].get();
   }
