@@ -8,6 +8,7 @@
 
 #include "proto/openapi_document.h"
 #include "server/client/json_depth.h"
+#include "server/client/mcp_pages.h"
 #include "server/client/mcp_tools.h"
 #include "server/operation/version.h"
 
@@ -20,6 +21,8 @@ using Ordered = nlohmann::ordered_json;
 constexpr std::array<std::string_view, 3> kMcpRevisions{"2025-06-18", "2025-03-26", "2024-11-05"};
 constexpr std::string_view kPictureType = "image/png";
 constexpr std::size_t kLongestLine = 256 << 20;
+/// A page of a smaller size has no elements, so that it cannot become shorter.
+constexpr std::size_t kLeastPage = 512;
 
 // The numbers of JSON-RPC 2.0.
 constexpr int kParseError = -32700, kInvalidRequest = -32600, kNoSuchMethod = -32601,
@@ -32,6 +35,13 @@ Ordered fault(const Json& id, int code, const std::string& message) {
 Ordered result(const Json& id, Ordered value) {
   return {{"jsonrpc", "2.0"}, {"id", id}, {"result", std::move(value)}};
 }
+
+/// As a line. Texts may hold bytes that are no UTF-8: they come from requests and answers.
+std::string printed(const Ordered& value) {
+  return value.dump(-1, ' ', false, Ordered::error_handler_t::replace);
+}
+
+std::size_t line_length(const Ordered& value) { return printed(value).size() + 1; }
 
 /// A line up to its end, or no more than is taken of one; the rest of a longer one is read over.
 bool read_line(std::istream& in, std::string& line, bool& too_long) {
@@ -65,9 +75,10 @@ std::string base64_of(std::string_view bytes) {
 
 class McpServer {
  public:
-  McpServer(ApiClient& client, const SceneRoot* files)
+  McpServer(ApiClient& client, const SceneRoot* files, std::size_t max_bytes)
       : client_(client),
         files_(files),
+        max_bytes_(max_bytes),
         tools_(mcp_tools(Ordered::parse(openapi_document()), files != nullptr)) {}
 
   /// The answer to a line; nothing to what wants none.
@@ -95,7 +106,7 @@ class McpServer {
   }
 
  private:
-  static Ordered introduce(const Json& parameters) {
+  [[nodiscard]] Ordered introduce(const Json& parameters) const {
     const Json asked = parameters.value("protocolVersion", Json());
     const auto same = std::find_if(kMcpRevisions.begin(), kMcpRevisions.end(),
                                    [&](std::string_view each) { return asked == each; });
@@ -105,7 +116,10 @@ class McpServer {
         {"serverInfo", {{"name", "sightline"}, {"version", version()}}},
         {"instructions",
          "Exact answers to rays, points and boxes in 3D scenes. listScenes says what is loaded, "
-         "sceneNodes what it is made of."}};
+         "sceneNodes what it is made of. describeTool has the exact schema of a tool. An answer of "
+         "more than " +
+             std::to_string(max_bytes_) +
+             " bytes becomes a summary with the first page; readAnswer has the others."}};
   }
   Ordered list() const {
     Ordered tools = Ordered::array();
@@ -114,36 +128,89 @@ class McpServer {
   }
   Ordered call(const Json& id, const Json& parameters) {
     const Json name = parameters.value("name", Json());
+    const Json arguments = parameters.value("arguments", Json::object());
     const auto tool = std::find_if(tools_.begin(), tools_.end(),
                                    [&](const McpTool& each) { return name == each.name; });
     if (tool == tools_.end()) return fault(id, kInvalidParams, "there is no such tool");
-    const auto answer =
-        call_mcp_tool(*tool, parameters.value("arguments", Json::object()), client_, files_);
+    if (Status status = check_mcp_arguments(*tool, arguments); !status) {
+      return fault(id, kInvalidParams, status.error().message);
+    }
+    if (name == kDescribeTool) return describe(id, arguments);
+    if (name == kReadAnswer) return read(id, arguments);
+    const auto answer = call_mcp_tool(*tool, arguments, client_, files_);
     if (!answer && answer.error().code == "ARGUMENTS_INVALID") {
       return fault(id, kInvalidParams, answer.error().message);
     }
-    if (answer && answer->good() && answer->media_type == kPictureType) {
-      return result(
-          id,
-          {{"content",
-            {{{"type", "image"}, {"data", base64_of(answer->body)}, {"mimeType", kPictureType}}}},
-           {"isError", false}});
-    }
+    if (answer && answer->good() && answer->media_type == kPictureType) return picture(id, *answer);
     // What an agent can mend by asking otherwise is told as an answer.
-    const std::string text =
-        answer ? answer->body : answer.error().code + ": " + answer.error().message;
-    Ordered told{{"content", {{{"type", "text"}, {"text", text}}}},
-                 {"isError", !answer || !answer->good()}};
+    if (!answer) return result(id, refusal(answer.error()));
+    return tell(id, answer->body, !answer->good());
+  }
+  [[nodiscard]] Ordered describe(const Json& id, const Json& arguments) {
+    const Json name = arguments.value("name", Json());
+    const auto tool = std::find_if(tools_.begin(), tools_.end(),
+                                   [&](const McpTool& each) { return name == each.name; });
+    if (tool == tools_.end()) return fault(id, kInvalidParams, "\"name\" has to be that of a tool");
+    return tell(id, tool->schema.dump(), false);
+  }
+  Ordered read(const Json& id, const Json& arguments) {
+    const Json answer = arguments.value("answer", Json(pages_.latest()));
+    const Json pointer = arguments.value("pointer", Json(""));
+    const Json first = arguments.value("first", Json(0U));
+    if (!answer.is_number_integer() || !pointer.is_string() || !first.is_number_unsigned()) {
+      return fault(id, kInvalidParams,
+                   "\"answer\" and \"first\" have to be counts, \"pointer\" a text");
+    }
+    return tell_page(id, answer.get<int>(), pointer.get<std::string>(), first.get<std::size_t>(),
+                     false);
+  }
+  [[nodiscard]] Ordered picture(const Json& id, const ApiAnswer& answer) const {
+    Ordered told = result(
+        id, {{"content",
+              {{{"type", "image"}, {"data", base64_of(answer.body)}, {"mimeType", kPictureType}}}},
+             {"isError", false}});
+    if (line_length(told) <= max_bytes_) return told;
+    return result(id, refusal({ErrorKind::kTooLarge, "ANSWER_TOO_LONG",
+                               "the picture is a line of " + std::to_string(line_length(told)) +
+                                   " bytes, the limit is " + std::to_string(max_bytes_) +
+                                   " (--max-answer-bytes): ask for a smaller width and height",
+                               ""}));
+  }
+  static Ordered refusal(const Error& error) {
+    return content(error.code + ": " + error.message, true);
+  }
+  /// A text as an answer, and as JSON where it is an object.
+  static Ordered content(const std::string& text, bool is_error) {
+    Ordered told{{"content", {{{"type", "text"}, {"text", text}}}}, {"isError", is_error}};
     if (!is_nested_deeply(text)) {
       Ordered structured = Ordered::parse(text, nullptr, false);
       if (structured.is_object()) told["structuredContent"] = std::move(structured);
     }
-    return result(id, std::move(told));
+    return told;
+  }
+  Ordered tell(const Json& id, const std::string& text, bool is_error) {
+    if (text.size() <= max_bytes_) {
+      Ordered told = result(id, content(text, is_error));
+      if (line_length(told) <= max_bytes_) return told;
+    }
+    return tell_page(id, pages_.add(text), "", 0, is_error);
+  }
+  /// The line has the page twice: as text, where each quote takes two bytes, and as JSON.
+  [[nodiscard]] Ordered tell_page(const Json& id, int answer, const std::string& pointer,
+                                  std::size_t first, bool is_error) const {
+    for (std::size_t bytes = max_bytes_ / 2;; bytes = bytes * 7 / 8) {
+      const auto page = pages_.page(answer, pointer, first, bytes);
+      if (!page) return result(id, refusal(page.error()));
+      Ordered told = result(id, content(printed(*page), is_error));
+      if (line_length(told) <= max_bytes_ || bytes < kLeastPage) return told;
+    }
   }
 
   ApiClient& client_;
   const SceneRoot* files_;
+  const std::size_t max_bytes_;
   const std::vector<McpTool> tools_;
+  McpPages pages_;
 };
 
 }  // namespace
@@ -162,7 +229,7 @@ int run_mcp(const McpCommand& command, std::istream& in, std::ostream& out,
     if (!root) return complain(root.error());
     files.emplace(std::move(*root));
   }
-  McpServer server(**client, files ? &*files : nullptr);
+  McpServer server(**client, files ? &*files : nullptr, command.max_answer_bytes);
   std::string line;
   bool too_long = false;
   while (read_line(in, line, too_long)) {
@@ -170,8 +237,7 @@ int run_mcp(const McpCommand& command, std::istream& in, std::ostream& out,
     const auto answer =
         too_long ? fault(nullptr, kParseError, "the line is too long") : server.answer(line);
     if (!answer) continue;
-    // What came may hold bytes that are no UTF-8, in a text that is said again.
-    out << answer->dump(-1, ' ', false, Ordered::error_handler_t::replace) << std::endl;
+    out << printed(*answer) << std::endl;
   }
   return 0;
 }

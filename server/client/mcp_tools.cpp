@@ -74,18 +74,51 @@ class ToolMaker {
     schema["additionalProperties"] = false;
     Ordered definitions = definitions_of(schema, document_);
     if (!definitions.empty()) schema["$defs"] = std::move(definitions);
+    tool_.schema = std::move(schema);
     const bool reads = tool_.method == "GET" || tool_.path.find(':') != std::string::npos ||
                        !operation.contains("security");
-    tool_.description = {
-        {"name", tool_.name},
-        {"description", operation["summary"]},
-        {"inputSchema", std::move(schema)},
-        {"annotations",
-         {{"readOnlyHint", reads}, {"destructiveHint", !reads && tool_.method != "POST"}}}};
+    tool_.description = {{"name", tool_.name},
+                         {"description", text_of_operation(operation)},
+                         {"inputSchema", brief_schema(operation)},
+                         {"annotations", {{"readOnlyHint", reads}}}};
+    if (!reads) tool_.description["annotations"]["destructiveHint"] = tool_.method != "POST";
     return std::move(tool_);
   }
 
  private:
+  /// The schema in the list of tools: the body is named by its keys and an example.
+  [[nodiscard]] Ordered brief_schema(const Ordered& operation) const {
+    Ordered brief{{"type", "object"}, {"properties", Ordered::object()}};
+    for (const auto& [name, schema] : properties_.items()) {
+      Ordered& property = brief["properties"][name];
+      if (name == "body") {
+        property = brief_body(operation["requestBody"]["content"][kJsonType]);
+        continue;
+      }
+      property["type"] = schema["type"];
+      if (name != "id" && schema.contains("description")) {
+        property["description"] = schema["description"];
+      }
+    }
+    if (!required_.empty()) brief["required"] = required_;
+    return brief;
+  }
+  [[nodiscard]] Ordered brief_body(const Ordered& content) const {
+    const std::string reference = content["schema"]["$ref"];
+    const Ordered& query = document_["components"]["schemas"][reference.substr(kSchemas.size())];
+    std::string keys;
+    for (const auto& [name, property] : query["properties"].items()) {
+      keys.append(keys.empty() ? "keys: " : ", ").append(name);
+    }
+    Ordered brief{{"type", "object"}, {"description", keys}};
+    if (content.contains("example")) brief["examples"] = {content["example"]};
+    return brief;
+  }
+  /// What it answers, and when to use it.
+  static std::string text_of_operation(const Ordered& operation) {
+    return operation["summary"].get<std::string>() + ". " +
+           operation.value("description", std::string());
+  }
   void add_parameters(const Ordered& parameters) {
     for (const Ordered& each : parameters) {
       const std::string name = each["name"];
@@ -190,17 +223,32 @@ Result<std::string> file_of(const nlohmann::json& arguments, const SceneRoot* fi
   return bytes;
 }
 
-/// Whether all arguments are some that the tool has.
-Status check_names(const McpTool& tool, const nlohmann::json& arguments) {
+/// A tool that needs no server.
+McpTool local_tool(std::string_view name, std::string_view text, Ordered properties,
+                   Ordered required) {
+  McpTool tool;
+  tool.name = name;
+  tool.schema = {{"type", "object"},
+                 {"properties", std::move(properties)},
+                 {"required", std::move(required)},
+                 {"additionalProperties", false}};
+  tool.description = {{"name", name},
+                      {"description", text},
+                      {"inputSchema", tool.schema},
+                      {"annotations", {{"readOnlyHint", true}}}};
+  return tool;
+}
+
+}  // namespace
+
+Status check_mcp_arguments(const McpTool& tool, const nlohmann::json& arguments) {
   if (!arguments.is_object()) return wrong_argument("arguments are an object");
-  const auto& known = tool.description["inputSchema"]["properties"];
+  const auto& known = tool.schema["properties"];
   for (const auto& [name, value] : arguments.items()) {
     if (!known.contains(name)) return wrong_argument("there is no argument \"" + name + "\"");
   }
   return success();
 }
-
-}  // namespace
 
 std::vector<McpTool> mcp_tools(const Ordered& document, bool with_files) {
   std::vector<McpTool> tools;
@@ -213,12 +261,22 @@ std::vector<McpTool> mcp_tools(const Ordered& document, bool with_files) {
       tools.push_back(ToolMaker(document, path, upper, with_files).make(item, operation));
     }
   }
+  const Ordered count{{"type", "integer"}, {"minimum", 0}}, text{{"type", "string"}};
+  tools.push_back(local_tool(kDescribeTool,
+                             "The exact schema of a tool's arguments. Use it before a call with "
+                             "keys that the example of the tool does not show.",
+                             {{"name", text}}, {"name"}));
+  tools.push_back(local_tool(
+      kReadAnswer,
+      "A page of a long answer. Use it after an answer with \"next\" or \"shortened\": \"first\" "
+      "is that \"next\", \"pointer\" a JSON pointer such as /hits/7 to a part. A question with "
+      "fewer fields, or rays:count and rays:any, often needs no pages.",
+      {{"answer", count}, {"pointer", text}, {"first", count}}, Ordered::array()));
   return tools;
 }
 
 Result<ApiAnswer> call_mcp_tool(const McpTool& tool, const nlohmann::json& arguments,
                                 ApiClient& client, const SceneRoot* files) {
-  if (Status status = check_names(tool, arguments); !status) return status.error();
   const auto path = path_of(tool, arguments);
   if (!path) return path.error();
   const auto headers = headers_of(tool, arguments);

@@ -87,7 +87,8 @@ struct QueryCommand {
 /// sightline mcp
 struct McpCommand {
   ServerAddress server;
-  std::string files;  ///< folder of files that may be uploaded; empty: none
+  std::string files;                     ///< folder of files that may be uploaded; empty: none
+  std::size_t max_answer_bytes = 32768;  ///< a longer answer becomes a summary and pages
 };
 
 /// sightline demo

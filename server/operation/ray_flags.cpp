@@ -172,6 +172,10 @@ void define_mcp(CLI::App& app, McpCommand& command) {
   app.add_option("--files", command.files,
                  "folder of files that the agent may upload (default: none)")
       ->check(CLI::ExistingDirectory);
+  app.add_option("--max-answer-bytes", command.max_answer_bytes,
+                 "longest answer in bytes; a longer one becomes a summary and pages")
+      ->check(CLI::Range(4096, 1 << 28))
+      ->capture_default_str();
   define_server(app, command.server);
 }
 

@@ -3,6 +3,7 @@
 import base64
 import json
 import random
+import shutil
 import subprocess
 import tempfile
 import unittest
@@ -10,9 +11,13 @@ from pathlib import Path
 
 import case_report
 from liar import HOSTILE_ANSWERS, Liar
-from sightline_server import BINARY, PATIENCE, SOURCE, Server, demo_glb
+from sightline_server import BINARY, JSON_TYPE, PATIENCE, SOURCE, Server, demo_glb
 
 DOCUMENT = json.loads((SOURCE / "proto/openapi.json").read_text(encoding="utf-8"))
+MODULES = Path(BINARY).resolve().parent / "page/node_modules"
+NODE = shutil.which("node")
+LONGEST, LONGEST_LIST = 32 << 10, 24 << 10
+CAMERA = {"kind": "pinhole", "position": [90, 60, 120], "look_at": [0, 10, 0], "width": 640, "height": 400}
 RAY = {"origin": [-10, 1, 0], "direction": [1, 0, 0]}
 
 
@@ -38,7 +43,7 @@ class Agent:
         assert (answer["jsonrpc"], answer["id"]) == ("2.0", self.next), answer
         return answer
 
-    def call(self, name, **arguments):
+    def call(self, name, /, **arguments):
         return self.ask("tools/call", name=name, arguments=arguments)["result"]
 
     def end(self):
@@ -80,19 +85,27 @@ class Mcp(unittest.TestCase):
             # Streams, bytes to draw, and pages for people.
             "sceneEvents", "sceneGeometry", "metrics", "docs", "docsScript", "docsStyle", "page", "pageScript", "pageStyle", "bootScript",
             "learn", "learnScript", "statusPage", "statusScript", "documents", "document", "guideScript"})
-        self.assertLessEqual(set(tools), set(operations))
-        for name, tool in tools.items():
-            self.assertEqual(tool["description"], operations[name]["summary"])
-            schema = json.dumps(tool["inputSchema"])
+        self.assertEqual(set(tools) - set(operations), {"describeTool", "readAnswer"})
+        for name in set(tools) & set(operations):
+            operation = operations[name]
+            self.assertEqual(tools[name]["description"], f"{operation['summary']}. {operation['description']}")
+            self.assertRegex(tools[name]["description"], r"\bUse (it|describeTool)\b")
+            described = self.agent.call("describeTool", name=name)["structuredContent"]
+            schema = json.dumps(described)
             self.assertNotIn("#/components/", schema)
             for reference in {part.split('"')[0] for part in schema.split("#/$defs/")[1:]}:
-                self.assertIn(reference, tool["inputSchema"]["$defs"])
-        closest = tools["raysClosest"]["inputSchema"]
+                self.assertIn(reference, described["$defs"])
+            brief = tools[name]["inputSchema"]
+            self.assertEqual((brief["properties"].keys(), brief.get("required", [])), (described["properties"].keys(), described["required"]))
+        closest = self.agent.call("describeTool", name="raysClosest")["structuredContent"]
         self.assertEqual((closest["required"], closest["properties"]["body"]), (["id", "body"], {"$ref": "#/$defs/ClosestQuery"}))
         self.assertEqual(closest["$defs"]["ClosestQuery"]["properties"].keys(), DOCUMENT["components"]["schemas"]["ClosestQuery"]["properties"].keys())
         hints = {name: tool["annotations"]["readOnlyHint"] for name, tool in tools.items()}
         self.assertEqual({name for name, reads in hints.items() if not reads}, {"loadScene", "putScene", "deleteScene", "patchNode"})
-        destroys = {name for name, tool in tools.items() if tool["annotations"]["destructiveHint"]}
+        brief = tools["raysClosest"]["inputSchema"]["properties"]["body"]
+        self.assertEqual(brief["description"], "keys: " + ", ".join(closest["$defs"]["ClosestQuery"]["properties"]))
+        self.assertFalse(self.agent.call("raysClosest", id="six", body=brief["examples"][0])["isError"])
+        destroys = {name for name, tool in tools.items() if tool["annotations"].get("destructiveHint")}
         self.assertEqual(destroys, {"putScene", "deleteScene", "patchNode"})
 
     def test_questions_of_every_kind(self):
@@ -139,6 +152,99 @@ class Mcp(unittest.TestCase):
         body["image"] = "nothing"
         told = self.agent.call("raysClosest", id="town", body=body)
         self.assertEqual((told["isError"], told["structuredContent"]["code"]), (True, "VALUE_UNKNOWN"))
+
+    def test_the_list_of_tools_is_short(self):
+        self.agent.say('{"jsonrpc":"2.0","id":1,"method":"tools/list"}')
+        self.assertLess(len(self.agent.process.stdout.readline()), LONGEST_LIST)
+
+    def test_a_long_answer_is_a_summary_and_pages_that_make_it_up(self):
+        rays = [{"origin": [x, 200, z], "direction": [0.25, -1, 0.125]} for x in range(-120, 120, 3) for z in range(-120, 120, 3)]
+        body = {"rays": rays, "fields": ["t", "position", "node"]}
+        whole = self.server.query("town", "closest", body).json()["hits"]
+        hits = [each for each in whole if each]
+        rows, first, lines = [], 0, 0
+        told = self.agent.call("raysClosest", id="town", body=body)
+        while True:
+            self.assertLessEqual(len(json.dumps(told, separators=(",", ":"), ensure_ascii=False).encode()), LONGEST)
+            page = told["structuredContent"]
+            self.assertEqual((told["isError"], json.loads(told["content"][0]["text"]), page["first"]), (False, page, first))
+            if first == 0:
+                summary = page["summary"]["hits"]
+                self.assertEqual((summary["count"], summary.get("null", 0)), (len(whole), len(whole) - len(hits)))
+                near = summary["fields"]["t"]
+                self.assertEqual((near["count"], near["min"], near["max"]), (len(hits), min(x["t"] for x in hits), max(x["t"] for x in hits)))
+                frequent = summary["fields"]["node"]["frequent"][0]
+                self.assertEqual(frequent["count"], sum(each["node"] == frequent["text"] for each in hits))
+            rows += page["page"]["hits"]
+            lines += 1
+            first = page["next"]
+            if first is None:
+                break
+            told = self.agent.call("readAnswer", answer=page["answer"], first=first)
+        self.assertEqual(rows, whole)
+        self.assertLess(lines, 200)
+        told = self.agent.call("readAnswer", pointer="/hits/7")["structuredContent"]
+        self.assertEqual((told["page"], told["next"]), (whole[7], None))
+
+    def test_columns_lists_and_texts_have_pages_too(self):
+        flat = {"origins": [3, 200, 5] * 3000, "directions": [0, -1, 0] * 3000, "fields": ["t", "node"]}
+        whole = self.server.query("town", "closest", flat).json()
+        page = self.agent.call("raysClosest", id="town", body=flat)["structuredContent"]
+        self.assertEqual(page["summary"]["t"], {"count": 3000, "min": 199.75, "max": 199.75})
+        self.assertEqual(page["page"]["t"], whole["t"][:page["count"]])
+        last = self.agent.call("readAnswer", first=2999)["structuredContent"]
+        self.assertEqual((last["page"]["node"], last["next"]), (whole["node"][2999:], None))
+        down = {"origin": [3, 200, 5], "direction": [0, -1, 0]}
+        body = {"rays": [down] * 900, "fields": ["t", "node", "position", "normal"]}
+        whole = self.server.query("town", "all", body).json()
+        page = self.agent.call("raysAll", id="town", body=body)["structuredContent"]
+        self.assertEqual(page["page"]["results"], whole["results"][:page["count"]])
+        later = self.agent.call("readAnswer", first=800)["structuredContent"]
+        self.assertEqual(later["page"]["results"], whole["results"][800:800 + later["count"]])
+        points = [[x, 2.0, z] for x in range(-60, 60, 6) for z in range(-60, 60, 6)]
+        seen = self.server.ask("/v1/scenes/town/visibility", "-H", JSON_TYPE, body=json.dumps({"from": points, "to": points})).json()["visible"]
+        page = self.agent.call("visibility", id="town", body={"from": points, "to": points})["structuredContent"]
+        self.assertTrue(all(row.startswith(cut) for row, cut in zip(seen, page["page"]["visible"])))
+        if page["shortened"]:
+            part = self.agent.call("readAnswer", pointer=page["shortened"][0], first=300)["structuredContent"]
+            self.assertEqual(part["page"], seen[int(page["shortened"][0].split("/")[-1])][300:300 + part["count"]])
+
+    def test_pages_that_are_not_there(self):
+        self.assertEqual(self.agent.call("readAnswer")["content"][0]["text"].split(":")[0], "ANSWER_GONE")
+        body = {"rays": [RAY] * 2000, "fields": ["t", "node"]}
+        numbers = [self.agent.call("raysClosest", id="six", body=body)["structuredContent"]["answer"] for _ in range(9)]
+        self.assertTrue(self.agent.call("readAnswer", answer=numbers[0])["isError"])
+        self.assertFalse(self.agent.call("readAnswer", answer=numbers[1])["isError"])
+        for pointer in ("/nothing", "/hits/99999", "hits", "/hits/-", "/hits/x"):
+            self.assertIn("POINTER_UNKNOWN", self.agent.call("readAnswer", pointer=pointer)["content"][0]["text"], pointer)
+        past = self.agent.call("readAnswer", first=10**9)["structuredContent"]
+        self.assertEqual((past["page"]["hits"], past["next"]), ([], None))
+        for wrong in ({"first": -1}, {"first": "x"}, {"answer": 1.5}, {"pointer": 7}, {"other": 1}):
+            self.assertEqual(self.agent.ask("tools/call", name="readAnswer", arguments=wrong)["error"]["code"], -32602, wrong)
+        self.assertEqual(self.agent.ask("tools/call", name="describeTool", arguments={"name": "nothing"})["error"]["code"], -32602)
+
+    def test_a_large_picture_is_refused_with_its_size(self):
+        told = self.agent.call("raysClosest", id="town", body={"image": "normal", "generator": CAMERA})
+        self.assertTrue(told["isError"])
+        self.assertRegex(told["content"][0]["text"], "^ANSWER_TOO_LONG: the picture is a line of [0-9]+ bytes")
+        more = self.start("--max-answer-bytes", 1 << 24)
+        self.assertEqual(more.call("raysClosest", id="town", body={"image": "normal", "generator": CAMERA})["content"][0]["type"], "image")
+        less = self.start("--max-answer-bytes", 4096)
+        self.assertLessEqual(len(json.dumps(less.call("openapi"), separators=(",", ":"))), 4096)
+
+    @unittest.skipIf(NODE is None or not (MODULES / "@modelcontextprotocol/sdk").is_dir(), "the MCP SDK of npm is not installed")
+    def test_the_official_sdk_completes_a_session_of_twenty_calls(self):
+        done = subprocess.run([NODE, SOURCE / "tests/integration/mcp_session.mjs", MODULES, BINARY, self.server.url],
+                              capture_output=True, text=True, timeout=PATIENCE * 4, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr[-2000:])
+        told = json.loads(done.stdout)
+        self.assertGreaterEqual(len(told["calls"]), 20)
+        for call in told["calls"]:
+            self.assertLessEqual(call["length"], LONGEST, call)
+        self.assertEqual([call["name"] for call in told["calls"] if call["isError"]], ["raysClosest"])
+        self.assertLess(told["listed"], LONGEST_LIST)
+        self.assertEqual(told["total"], 640 * 400)
+        self.assertGreater(told["shown"], 0)
 
     def test_what_the_server_refuses_is_an_answer(self):
         told = self.agent.call("raysClosest", id="six", body={"rays": [{"origin": [0, 0, 0], "direction": [0, 0, 0]}]})
@@ -188,7 +294,12 @@ class Mcp(unittest.TestCase):
             with self.subTest(told=told[1][:60]), Liar(*told) as liar:
                 agent = Agent("--url", liar.url)
                 answer = agent.call("raysAny", id="six", body={"rays": [RAY]})
-                self.assertEqual(answer["content"][0]["text"], told[1].decode("utf-8", "replace"))
+                text, whole = answer["content"][0]["text"], told[1].decode("utf-8", "replace")
+                if len(told[1]) > LONGEST // 4:
+                    page = answer["structuredContent"]
+                    self.assertEqual((page["bytes"], page["page"]), (len(told[1]), whole[:page["count"]]))
+                else:
+                    self.assertEqual(text, whole)
                 self.assertEqual(agent.ask("ping")["result"], {})
                 self.assertEqual(agent.end(), 0)
 
