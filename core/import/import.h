@@ -45,13 +45,17 @@ namespace sightline {
 ///                 GLTF_ACCESSOR_OUT_OF_BOUNDS, GLTF_INDEX_OUT_OF_RANGE, GLTF_INSTANCING_INVALID,
 ///                 GLTF_SKIN_INVALID, GLTF_COMPRESSION_INVALID
 ///   kMalformed, kUnsupported  POV_SYNTAX_INVALID, POV_FEATURE_UNSUPPORTED (pov_scene.h)
+///   kCancelled    CANCELLED (ImportOptions::progress)
 ///   kInternal     GLTF_INTERNAL
-/// Error::pointer points into the file's own JSON.
+/// Error::pointer points into the file's own JSON. No exception leaves. After an error nothing of
+/// the scene remains.
 Result<SceneDescription> import_file(const std::filesystem::path& file,
                                      const ImportOptions& options);
 
-/// Imports a file from memory: a .glb, or a .gltf whose buffers are data URIs. Other buffers are
-/// found by ImportOptions::neighbour; without it they are an error.
+/// Imports a file from memory: a .glb, a .gltf whose buffers are data URIs, or a .pov. Other
+/// buffers are found by ImportOptions::neighbour; without it they are the error GLTF_URI_REFUSED.
+/// `bytes` must be valid during the call, and later if the options have an `owner`. Errors: those
+/// of import_file and of ImportOptions::neighbour.
 Result<SceneDescription> import_bytes(std::span<const std::byte> bytes,
                                       const ImportOptions& options);
 

@@ -20,8 +20,8 @@ enum class Component : std::uint16_t {
 /// Packed elements of `components` numbers each, as a decoder writes them.
 struct DecodedElements {
   Component component = Component::kF32;
-  std::uint32_t components = 0;
-  std::vector<std::byte> bytes;
+  std::uint32_t components = 0;  ///< numbers of an element
+  std::vector<std::byte> bytes;  ///< one element after the other, without padding
 };
 
 /// The number of bytes of one component.

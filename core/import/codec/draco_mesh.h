@@ -16,6 +16,7 @@
 
 namespace sightline::gltf {
 
+/// The name of the extension.
 inline constexpr const char* kDraco = "KHR_draco_mesh_compression";
 
 /// A decoded mesh.
@@ -36,11 +37,11 @@ struct DracoClaim {
   std::vector<std::uint32_t> attributes;
 };
 
-/// Decodes a Draco mesh. Before it allocates memory it checks that the sizes in the compressed
-/// bytes agree with `claim`, that so few bytes can hold them, and that `budget` allows the
-/// decoder's memory. Afterwards it returns to the budget what only the decoder needed. `place` and
-/// `pointer` name the primitive in errors. Errors: GLTF_COMPRESSION_INVALID,
-/// GLTF_LIMIT_GEOMETRY_BYTES.
+/// Decodes a Draco mesh. Before the decoder allocates memory, the function checks that the sizes in
+/// the compressed bytes agree with `claim`, that so few bytes can hold them, and that `budget`
+/// allows the decoder's memory. Afterwards the budget gets back what only the decoder needed.
+/// `place` and `pointer` name the primitive in errors. Errors: GLTF_COMPRESSION_INVALID,
+/// GLTF_LIMIT_GEOMETRY_BYTES. Throws std::bad_alloc.
 Result<DracoMesh> decode_draco(std::span<const std::byte> compressed, const DracoClaim& claim,
                                Budget& budget, const std::string& place,
                                const std::string& pointer);

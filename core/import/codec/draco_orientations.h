@@ -4,8 +4,8 @@
 ///
 /// If texture coordinates are predicted from positions, each has a bit that tells on which side of
 /// an edge it lies. The stream states the number of bits after the coordinates. The library
-/// allocates as many as stated, up to 2^31 even if no bytes follow, and checks only later if they
-/// are needed.
+/// allocates as many bits as stated, up to 2^31 even if no bytes follow, and checks only later if
+/// the coordinates need so many.
 
 #include <draco/core/decoder_buffer.h>
 

@@ -12,15 +12,18 @@
 
 namespace sightline::gltf {
 
+/// The name of the extension.
 inline constexpr const char* kMeshopt = "EXT_meshopt_compression";
 
+/// The modes and filters of the extension, by their names in its text.
 enum class MeshoptMode : std::uint8_t { kAttributes, kTriangles, kIndices };
 enum class MeshoptFilter : std::uint8_t { kNone, kOctahedral, kQuaternion, kExponential };
 
 /// A compressed bufferView as the file states it. Decoding gives `count` elements of `stride`
 /// bytes.
 struct MeshoptView {
-  std::uint64_t buffer = 0, offset = 0, length = 0;  ///< where the compressed bytes are
+  /// where the compressed bytes are: index of the buffer, first byte, number of bytes
+  std::uint64_t buffer = 0, offset = 0, length = 0;
   std::uint64_t count = 0, stride = 0;
   MeshoptMode mode = MeshoptMode::kAttributes;
   MeshoptFilter filter = MeshoptFilter::kNone;
@@ -37,9 +40,9 @@ const char* broken_rule(const MeshoptView& view);
 /// so many before it allocates memory. The decoded bytes are at most 64 times as many.
 std::uint64_t fewest_bytes(const MeshoptView& view);
 
-/// Returns exactly view.decoded_bytes() bytes. `place` and `pointer` name the view in errors.
-/// Preconditions: broken_rule(view) is nullptr; decoded_bytes() is within the budget of the caller.
-/// Errors: GLTF_COMPRESSION_INVALID.
+/// Decodes `compressed`, and returns exactly view.decoded_bytes() bytes. `place` and `pointer` name
+/// the view in errors. Preconditions: broken_rule(view) is nullptr; decoded_bytes() is within the
+/// budget of the caller. Errors: GLTF_COMPRESSION_INVALID. Throws std::bad_alloc.
 Result<std::unique_ptr<std::byte[]>> decode_meshopt(const MeshoptView& view,
                                                     std::span<const std::byte> compressed,
                                                     const std::string& place,

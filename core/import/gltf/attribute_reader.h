@@ -21,12 +21,13 @@
 
 namespace sightline::gltf {
 
-/// Attaches vertex attributes (normals, texture coordinates, colours) to meshes.
+/// Attaches vertex attributes (normals, texture coordinates, colours) to meshes during an import.
+/// Not thread-safe.
 class AttributeReader {
  public:
-  /// Attributes that are in the bytes of `shared` are referred to. Others are copied, or left out
-  /// if `copies` is false; that applies to all if `shared` has no owner. All arguments must outlive
-  /// the reader; the attributes that it attaches need none of them.
+  /// If `shared` has an owner, attributes in its bytes are referred to. All others are copied, or
+  /// left out if `copies` is false. All arguments must outlive the reader; the attached attributes
+  /// need only the owner of `shared`, which they hold.
   AttributeReader(const GltfDocument& document, AccessorReader& accessors,
                   const SharedBytes& shared, bool copies, Budget& budget, Warnings& warnings)
       : document_(document),

@@ -13,8 +13,10 @@
 
 namespace sightline::gltf {
 
+/// The buffers of one document. Returned bytes are valid while the store lives. Not thread-safe.
 class BufferStore {
  public:
+  /// entries, limits  must outlive the store
   /// binary     the BIN chunk if there is one; must outlive the store
   /// file       path of the scene's file; empty if the scene came from memory
   /// neighbour  finds other files for a scene from memory; may be empty
@@ -28,8 +30,8 @@ class BufferStore {
   /// GLTF_EXTENSION_UNSUPPORTED (for a buffer that only EXT_meshopt_compression could fill).
   Result<std::span<const std::byte>> bytes(std::size_t index);
 
-  /// Returns the bytes of a data URI, or of a file beside the scene's file, such as an image.
-  /// Errors: those of bytes().
+  /// Returns the bytes of a data URI, or of a file beside the scene's file, such as an image. Not
+  /// cached: each call opens or decodes again. Errors: those of bytes(), those of the finder.
   Result<std::span<const std::byte>> neighbour(const std::string& uri);
 
   /// True if bytes(index) opens no file and decodes nothing that was not needed before.

@@ -32,11 +32,13 @@ Result<CornerRange> load_corners(const std::optional<AccessorView>& indices,
                                  std::uint32_t* out);
 
 /// The indices of a primitive of triangles (mode 4) as a column that refers to the file's bytes.
-/// Empty if they are not 32-bit integers in those bytes that `shared` can share.
+/// Empty unless they are 32-bit integers without sparse elements, in bytes that `shared` can share
+/// (SharedBytes::share). The values are not checked: see check_corners. Precondition: the elements
+/// are packed.
 SharedColumn<std::uint32_t> stored_corners(const AccessorView& indices, const SharedBytes& shared);
 
-/// Checks that all indices are below vertex_count, and returns their range. Precondition: there is
-/// at least one triangle. Errors: GLTF_INDEX_OUT_OF_RANGE naming `place`.
+/// Checks that all indices are below vertex_count, and returns the range of vertices that they use.
+/// Precondition: there is at least one triangle. Errors: GLTF_INDEX_OUT_OF_RANGE naming `place`.
 Result<CornerRange> check_corners(std::span<const std::uint32_t> corners,
                                   std::uint64_t vertex_count, const std::string& place);
 

@@ -21,7 +21,7 @@ struct DegenerateTriangles {
 /// call.
 DegenerateTriangles count_degenerate_triangles(const Mesh& mesh);
 
-/// Adds what was found in a mesh to `counts`, and adds a warning if there is any.
+/// Adds what was found in a mesh to `counts`, and adds a warning if there are such triangles.
 void add_degenerate_triangles(const DegenerateTriangles& found, const Mesh& mesh,
                               ImportCounts& counts, Warnings& warnings);
 

@@ -10,9 +10,12 @@
 
 namespace sightline::gltf {
 
-/// Moves the attributes of a primitive from its JSON into document.attributes. `draco` is the
-/// primitive's KHR_draco_mesh_compression, or null. `at` is the place of the primitive, for
-/// warnings. Must be called before other members of the primitive are erased.
+/// Moves the vertex attributes that hits may need from the JSON of a primitive into
+/// document.attributes. Must be called before other members of the primitive are erased.
+/// draco         the primitive's KHR_draco_mesh_compression, or null
+/// counts        references are checked against them
+/// mesh, number  indices of the mesh, and of the primitive in the mesh
+/// at            place of the primitive, for warnings
 void take_attributes(nlohmann::json& primitive, nlohmann::json* draco, const Counts& counts,
                      std::size_t mesh, std::size_t number, GltfDocument& document, const Place& at);
 

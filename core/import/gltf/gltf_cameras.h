@@ -8,8 +8,8 @@
 
 namespace sightline::gltf {
 
-/// Sets document.cameras and document.camera_of_node from the file's JSON. The JSON need not have
-/// been checked.
+/// Sets document.cameras and document.camera_of_node from the file's JSON, whose members need not
+/// have been checked. Adds a warning for each invalid camera.
 void take_cameras(const nlohmann::json& root, GltfDocument& document);
 
 }  // namespace sightline::gltf

@@ -1,7 +1,7 @@
 #pragma once
-/// GltfDocument: the structure of a glTF file after checks. The types of members, the ranges of
-/// references, and required members are valid. Not yet checked are lengths against real bytes, the
-/// graph of nodes, and the values in accessors.
+/// GltfDocument: the structure of a glTF file after checks. Valid are the types of members, the
+/// ranges of references (indices of other elements), and that required members are present. Not yet
+/// checked are lengths against real bytes, the graph of nodes, and the values in accessors.
 
 #include <tiny_gltf.h>
 
@@ -25,7 +25,7 @@ namespace sightline::gltf {
 struct BufferEntry {
   std::uint64_t byte_length = 0;
   bool has_uri = false;
-  std::string uri;
+  std::string uri;  ///< as in the file: a data URI or a relative reference
   /// EXT_meshopt_compression: the buffer has no bytes; compressed views refer to it
   bool fallback_only = false;
 };
@@ -43,6 +43,7 @@ struct DracoEntry {
   std::map<std::string, std::uint32_t> attributes;
 };
 
+/// The names in files, by VertexAttribute.
 inline constexpr std::array<const char*, kVertexAttributes> kVertexAttributeNames = {
     "NORMAL", "TEXCOORD_0", "COLOR_0"};
 
@@ -55,16 +56,16 @@ struct AttributeEntry {
   std::array<int, kVertexAttributes> accessor = {-1, -1, -1};  ///< -1: absent or invalid
   /// id in the Draco bytes, if compressed
   std::array<std::optional<std::uint32_t>, kVertexAttributes> draco;
-  /// For each morph target a bit set: bit i means that the target moves VertexAttribute i.
+  /// One bit set for each morph target: bit i means that the target moves VertexAttribute i.
   std::vector<std::uint8_t> moved_by;
 };
 
 /// A checked glTF document.
 struct GltfDocument {
-  /// The nodes, meshes, accessors, bufferViews and the requested scene; other members are empty.
-  /// What rays do not need was erased: images, textures, materials, animations, cameras, extras,
-  /// bounds of accessors, and attributes that do not move positions. The members below hold what is
-  /// still needed of those.
+  /// The nodes, meshes, accessors, bufferViews and the requested scene, if there is one, as its
+  /// only scene; other members are empty. Erased are images, textures, materials, animations,
+  /// cameras, extras, bounds of accessors, and attributes that do not move positions. The members
+  /// below hold what is still needed of the erased parts.
   tinygltf::Model model;
   std::vector<BufferEntry> buffers;
   std::vector<StatedBounds> stated_bounds;                          ///< by accessor
@@ -72,8 +73,8 @@ struct GltfDocument {
   std::map<std::pair<std::size_t, std::size_t>, DracoEntry> draco;  ///< by mesh and primitive
   /// by mesh and primitive
   std::map<std::pair<std::size_t, std::size_t>, AttributeEntry> attributes;
-  std::vector<Material> materials;
-  std::vector<SkinEntry> skins;
+  std::vector<Material> materials;                    ///< in the order of the file
+  std::vector<SkinEntry> skins;                       ///< in the order of the file
   std::vector<std::optional<Camera>> cameras;         ///< empty: invalid, there is a warning
   std::map<std::size_t, std::size_t> camera_of_node;  ///< node to camera, both in range
   std::map<std::size_t, std::uint32_t> masks;         ///< by node: its extras.sightline.mask
@@ -82,6 +83,7 @@ struct GltfDocument {
   bool draco_required = false;
   bool quantization = false;  ///< KHR_mesh_quantization is used or required
 
+  /// True if the accessor has a bufferView.
   static bool has_view(const tinygltf::Accessor& accessor) { return accessor.bufferView >= 0; }
 
   /// Counts of scenes, images, animations and attributes that were erased. Nodes and meshes are
@@ -89,7 +91,7 @@ struct GltfDocument {
   ImportSkips skipped;
   std::vector<std::string> image_uris;  ///< set only if ImportOptions::skip is false
 
-  std::vector<std::string> warnings;
+  std::vector<std::string> warnings;  ///< one sentence each
 };
 
 /// Checks the JSON text of a glTF file, erases what rays do not need, and fills a document from the
@@ -98,6 +100,7 @@ struct GltfDocument {
 /// of nlohmann and the allocator.
 Result<GltfDocument> read_document(std::string_view json, const ImportOptions& options);
 
+/// Names of extensions.
 inline constexpr const char* kQuantization = "KHR_mesh_quantization";
 inline constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
 

@@ -1,6 +1,6 @@
 #pragma once
-/// Fills tinygltf's structures from JSON that is already parsed and checked. tinygltf's own reader
-/// would need the text, and parse it again.
+/// Makes tinygltf's structures from JSON that is already parsed and checked. tinygltf's own reader
+/// needs the text, and would parse the text again.
 
 #include <tiny_gltf.h>
 
@@ -8,9 +8,9 @@
 
 namespace sightline::gltf {
 
-/// Returns a model with the scenes, nodes, meshes, accessors and bufferViews of `root`; moves the
-/// strings out of `root`. An accessor without a bufferView gets -1. Precondition: thin_gltf found
-/// no error in `root`.
+/// Returns a model with the scenes, nodes, meshes, accessors and bufferViews of `root`, whose
+/// strings are moved out. An accessor without a bufferView gets the bufferView -1. Precondition:
+/// thin_gltf (gltf_thinning.h) has reduced `root` and found no error.
 tinygltf::Model read_model(nlohmann::json& root);
 
 }  // namespace sightline::gltf

@@ -14,7 +14,8 @@ struct Counts {
   std::size_t nodes = 0, meshes = 0, accessors = 0, views = 0, buffers = 0;
 };
 
-/// Erases every member of object.extensions except `name`. Returns that member, or null if absent.
+/// Erases every member of object.extensions except `name`. Returns that member, valid until
+/// `object` changes, or null if it is absent or invalid; an invalid one is an error in `check`.
 nlohmann::json* only_extension(nlohmann::json& object, const char* name, JsonChecker& check,
                                const Place& at);
 

@@ -10,7 +10,7 @@ namespace sightline::gltf {
 
 /// Checks asset.version and extensionsRequired; moves buffers, materials and the choice of scene
 /// into `document`; checks every member of the remaining sections; erases all other sections.
-/// Reports the first error to `check`.
+/// Reports the first error to `check`; `root` and `document` are then unspecified.
 void thin_gltf(nlohmann::json& root, const ImportOptions& options, GltfDocument& document,
                JsonChecker& check);
 

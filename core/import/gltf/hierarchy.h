@@ -10,7 +10,8 @@
 
 namespace sightline::gltf {
 
-/// Walks depth first from the scene's roots, children in the order of the file, without recursion.
+/// Returns the nodes of the loaded scene, in the order of a depth-first walk from its roots,
+/// children in the order of the file.
 /// The world matrix of a root is its own matrix; that of a child is parent * child by Affine's
 /// operator*. Checks the graph of the whole file, including parts that are not loaded: a node has
 /// at most one parent and is not its own ancestor; roots have no parent and are listed once.

@@ -22,11 +22,12 @@
 
 namespace sightline::gltf {
 
-/// Adds meshes to a scene description.
+/// Adds meshes to a scene description: mesh_of() for each node that shows a mesh, then finish().
+/// Not thread-safe.
 class MeshReader {
  public:
-  /// AttributeReader states which vertex attributes are copied or left out. All arguments must
-  /// outlive the reader.
+  /// `shared` and `copies_attributes` are those of AttributeReader. All arguments must outlive the
+  /// reader.
   MeshReader(const GltfDocument& document, AccessorReader& accessors, const SharedBytes& shared,
              bool copies_attributes, Budget& budget, SceneDescription& scene, Warnings& warnings)
       : document_(document),
@@ -43,13 +44,13 @@ class MeshReader {
   /// Returns the index in scene.meshes of the mesh that a node shows; empty if it has no triangles.
   /// Nodes that show one mesh with equal morph weights and the same skin share the index. The
   /// positions of a skinned mesh are in world space, whatever the node's matrix. Only the vertices
-  /// that triangles use are read. The mesh may be null until finish(). Precondition: scene.nodes is
-  /// complete. Errors: GLTF_INDEX_OUT_OF_RANGE, GLTF_LIMIT_TRIANGLES, GLTF_LIMIT_GEOMETRY_BYTES,
-  /// those of PrimitiveSources::find and SkinReader::joints.
+  /// that triangles use are read. The mesh in scene.meshes may be null until finish().
+  /// Precondition: scene.nodes is complete. Errors: GLTF_INDEX_OUT_OF_RANGE, GLTF_LIMIT_TRIANGLES,
+  /// GLTF_LIMIT_GEOMETRY_BYTES, those of PrimitiveSources::find and SkinReader::joints.
   Result<std::optional<std::uint32_t>> mesh_of(const tinygltf::Node& node);
   /// Reads the meshes that are not read yet. Must be called at the end, also after an error of
-  /// mesh_of: an error that it returns belongs to an earlier mesh, and replaces that one. Errors:
-  /// those of mesh_of.
+  /// mesh_of. An error of finish() belongs to an earlier mesh, so the caller reports it instead of
+  /// the error of mesh_of. Errors: those of mesh_of.
   Status finish() { return single_primitive_.load(); }
   /// The number of meshes of the file that mesh_of was called for.
   std::size_t shown() const;

@@ -22,7 +22,8 @@ struct WeightedTarget {
 ///   if there is a skin, p is posed (skinning.h);  p is rounded once to float32
 /// base and d_k are float32 widened, or integers decoded by glTF's formula (accessor.h). A float32
 /// position without targets and skin is copied unchanged. Returns the result of pose(): the number
-/// of vertices with unbalanced weights, or an error.
+/// of vertices with unbalanced weights, or an error. Preconditions: the positions are in the view,
+/// and `out` has room for `count`.
 Result<std::uint64_t> load_positions(const AccessorView& base,
                                      const std::vector<WeightedTarget>& targets,
                                      const Skinning& skinning, std::uint64_t first,

@@ -30,12 +30,12 @@ struct Pose {
   const JointMatrices* joints = nullptr;  ///< matrices of the node's skin; null without one
 };
 
-/// A primitive whose views are checked.
+/// A primitive whose views are checked. Valid while the ViewStore and the joints of its pose live.
 struct PrimitiveSource {
   std::string place;  ///< "mesh 3, primitive 0"
   AccessorView positions;
-  std::optional<AccessorView> indices;
-  std::vector<WeightedTarget> targets;
+  std::optional<AccessorView> indices;  ///< empty: 0, 1, 2, ...
+  std::vector<WeightedTarget> targets;  ///< those whose weight is not zero
   Skinning skinning;
   /// the memory of the views if the primitive is Draco-compressed
   std::unique_ptr<const DracoMesh> decoded;

@@ -12,9 +12,9 @@
 
 namespace sightline::gltf {
 
-/// Reads what the import of `scene` did not read: every byte of the file, of its buffers and of its
-/// images, and the positions and indices of every mesh that the scene does not show. Stores nothing
-/// and ignores errors; the scene description does not change.
+/// Reads what the import that made `scene` did not read. That is every byte of the file, of its
+/// buffers and of its images, and the positions and indices of every mesh that the scene does not
+/// show. Stores nothing and ignores errors; the scene description does not change.
 void read_what_was_skipped(const GltfDocument& document, std::span<const std::byte> file,
                            BufferStore& buffers, AccessorReader& accessors,
                            const ImportLimits& limits, const SceneDescription& scene);

@@ -19,7 +19,7 @@
 
 namespace sightline::gltf {
 
-/// A queue of meshes to load.
+/// A queue of meshes to load: add() each, then load(). Calls are made by one thread.
 class SinglePrimitiveMeshes {
  public:
   /// All arguments must outlive the object.
@@ -34,8 +34,9 @@ class SinglePrimitiveMeshes {
         warnings_(warnings) {}
 
   /// Appends a mesh that has its one primitive, but no positions and indices yet. `number` is its
-  /// index in scene.meshes, where it is null until it is loaded. Loads all waiting meshes if they
-  /// are large enough, or if this mesh needs more than copying. Errors: those of load().
+  /// index in scene.meshes, where the pointer is null until the mesh is loaded. `mode` is glTF's
+  /// mode of the primitive. Loads all waiting meshes if they are large enough in total, or if this
+  /// mesh needs more than copying. Errors: those of load().
   Status add(std::uint32_t number, Mesh mesh, PrimitiveSource found, int mode, const Pose& pose);
   /// Loads all waiting meshes in parallel. The result is that of loading them one after the other:
   /// if several have errors, the first one's error is returned. Errors: GLTF_INDEX_OUT_OF_RANGE,

@@ -26,7 +26,8 @@ struct InfluenceSet {
 /// Affine's operator*.
 using JointMatrices = std::vector<Affine>;
 
-/// The skin of a primitive. Without sets the primitive has none.
+/// The skin of a primitive. Without sets the primitive has none. `joints` is null without a skin,
+/// and must outlive this struct.
 struct Skinning {
   const JointMatrices* joints = nullptr;
   std::vector<InfluenceSet> sets;
@@ -44,7 +45,8 @@ Result<std::uint64_t> pose(const Skinning& skinning, std::uint64_t first, std::u
 /// Adds a warning that the weights of so many vertices do not sum to 1; no warning for 0.
 void warn_of_unbalanced(std::uint64_t vertices, const std::string& place, Warnings& warnings);
 
-/// Joint matrices of a file's skins. Each skin is computed when first needed, and then cached.
+/// Joint matrices of a file's skins. Each skin is computed when first needed, and then cached. Not
+/// thread-safe.
 class SkinReader {
  public:
   /// nodes  nodes of the loaded scene; joints() sets Node::is_joint

@@ -19,7 +19,7 @@ namespace sightline::gltf {
 class StoredNumbers : public VertexNumbers {
  public:
   /// view    holds the vertices from number `first` on
-  /// owner   owns the bytes of the view
+  /// owner   owns the bytes of the view; held as long as this object
   /// copied  how many of these bytes are a copy in memory, rather than bytes of the file
   StoredNumbers(const AccessorView& view, std::uint64_t first, std::shared_ptr<const void> owner,
                 std::uint64_t copied)
@@ -46,12 +46,14 @@ template <class Decoded>
 class LateDecoded {
  public:
   using Decode = std::function<Result<Decoded>(std::span<const std::byte>)>;
+  /// is_copied  false: `compressed` refers to the file's bytes
+  /// decode     decodes the compressed bytes; called at most once with success or an error
   LateDecoded(SharedColumn<std::byte> compressed, bool is_copied, Decode decode)
       : compressed_(std::move(compressed)), is_copied_(is_copied), decode_(std::move(decode)) {}
 
-  /// Returns the decoded value. Adds to `touched` the compressed bytes of the file that the call
-  /// read. Null if the bytes cannot be decoded; later calls also return null. Throws
-  /// std::bad_alloc; a later call tries again.
+  /// Returns the decoded value, valid while this object lives. Adds to `touched` the compressed
+  /// bytes of the file that the call read. Null if the bytes cannot be decoded; later calls also
+  /// return null. Throws std::bad_alloc; a later call tries again.
   const Decoded* get(std::uint64_t& touched) const {
     std::call_once(once_, [&] {
       if (!is_copied_) touched += compressed_.size();
@@ -64,6 +66,7 @@ class LateDecoded {
     });
     return made_ ? &*made_ : nullptr;
   }
+  /// Bytes of the compressed copy in memory; 0 if there is none.
   std::uint64_t bytes() const { return is_copied_ ? compressed_.size() : 0; }
 
  private:

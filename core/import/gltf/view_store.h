@@ -15,6 +15,8 @@
 
 namespace sightline::gltf {
 
+/// The bufferViews of one document. Returned bytes are valid while this store and its BufferStore
+/// live. Not thread-safe.
 class ViewStore {
  public:
   /// All arguments must outlive the store.
@@ -27,12 +29,14 @@ class ViewStore {
   /// those of BufferStore.
   Result<std::span<const std::byte>> bytes(std::size_t index);
 
-  /// Returns the bytes of a view that hold a Draco-compressed primitive, and counts them as read.
+  /// Returns the bytes of a view that hold a Draco-compressed primitive, counts them as read if
+  /// they are in a file, and prefetches them. Errors: those of bytes().
   Result<std::span<const std::byte>> compressed(std::size_t index);
 
   /// Returns the compressed bytes of a view with EXT_meshopt_compression without decoding them.
   /// Precondition: is_meshopt(index). Errors: those of bytes().
   Result<std::span<const std::byte>> to_decode(std::size_t index);
+  /// True if the view has EXT_meshopt_compression.
   bool is_meshopt(std::size_t index) const { return document_.meshopt.count(index) != 0; }
 
   /// BufferStore::is_at_hand for the buffer that has the view's bytes or its compressed bytes.

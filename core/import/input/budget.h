@@ -10,7 +10,8 @@
 
 namespace sightline::gltf {
 
-/// Not thread-safe. The limits must outlive the budget.
+/// Counts down triangles and bytes from ImportLimits. Not thread-safe. The limits must outlive the
+/// budget.
 class Budget {
  public:
   explicit Budget(const ImportLimits& limits)
@@ -23,7 +24,7 @@ class Budget {
   std::uint64_t with(std::uint64_t more_triangles) const {
     return limits_.triangles - triangles_ + more_triangles;
   }
-  /// Precondition: count <= triangles().
+  /// Takes triangles from the budget. Precondition: count <= triangles().
   void spend_triangles(std::uint64_t count) { triangles_ -= count; }
 
   /// Takes bytes from the budget, or returns GLTF_LIMIT_GEOMETRY_BYTES and takes none.

@@ -14,10 +14,11 @@
 
 namespace sightline::gltf {
 
-/// A place in the document, as a linked list on the stack. Its text is built only for an error.
+/// A place in the document, as a linked list on the stack: `up` and `name` must outlive it. Its
+/// text is built only for an error.
 struct Place {
   static constexpr std::size_t kMember = std::numeric_limits<std::size_t>::max();
-  const Place* up = nullptr;
+  const Place* up = nullptr;    ///< null: the document itself
   std::string_view name;        ///< name of the member
   std::size_t index = kMember;  ///< index of the element; kMember for a member
 
@@ -27,6 +28,9 @@ struct Place {
   std::string text() const;     ///< "nodes[5].mesh"
 };
 
+/// Checks one document: call its functions for each member, then test good(). `at` is the place of
+/// `object` or `value`. Unless stated otherwise, an invalid member is the error GLTF_VALUE_INVALID.
+///
 /// An integer may be written as 3 or 3.0 [glTF2] 2.7.1; the checker rewrites it as 3. The magnitude
 /// of a number is at most 2^53, because JSON readers disagree beyond that.
 class JsonChecker {
@@ -41,12 +45,14 @@ class JsonChecker {
   void refuse(Error error) {
     if (good()) error_ = std::move(error);
   }
+  /// Records the error GLTF_VALUE_INVALID with the text "PLACE what", unless there is an error.
   void refuse(const Place& at, const std::string& what);
 
   /// Returns the member if it is an array (or object); nullptr if it is absent, or invalid, which
   /// is an error. Error: GLTF_VALUE_INVALID.
   nlohmann::json* array(nlohmann::json& object, const char* key, const Place& at);
   nlohmann::json* object(nlohmann::json& object, const char* key, const Place& at);
+  /// True if a value is an object; otherwise records an error.
   bool is_object(const nlohmann::json& value, const Place& at);
   /// Checks that a member is a string (or boolean) if it is present.
   void text(const nlohmann::json& object, const char* key, const Place& at);

@@ -20,14 +20,14 @@ struct JsonSize {
   std::uint64_t bytes = 0;  ///< size of the text
 };
 
-/// An upper bound of the memory that nlohmann's document of such a text needs at any time: while it
-/// is built, while it is written as text, and while it is destroyed.
+/// An upper bound of the bytes of memory that nlohmann's document of such a text needs at any time:
+/// while it is built, while it is written as text, and while it is destroyed.
 std::uint64_t document_bytes(const JsonSize& size);
 
 /// Checks that `bytes` can be allocated: reserves twice as much address space, since another thread
-/// may allocate as well, and releases it. It fails under a limit of the address space (ulimit -v)
-/// or if the system does not overcommit memory; only then can an allocation fail. Errors:
-/// GLTF_OUT_OF_MEMORY.
+/// may allocate as well, and releases it. The check fails under a limit of the address space
+/// (ulimit -v), or if the system does not overcommit memory; only then can an allocation fail.
+/// Errors: GLTF_OUT_OF_MEMORY.
 Status try_memory(std::uint64_t bytes);
 
 }  // namespace sightline::gltf

@@ -10,6 +10,7 @@
 
 namespace sightline::gltf {
 
+/// The mapping of one file; the destructor unmaps it.
 class MappedFile {
  public:
   /// Maps a file of at most `limit` bytes. Messages name it `name` and do not contain its path.
@@ -24,6 +25,8 @@ class MappedFile {
   MappedFile& operator=(const MappedFile&) = delete;
   ~MappedFile();
 
+  /// The content of the file, valid while the mapping lives; moving this object does not move the
+  /// bytes. If the file is truncated meanwhile, an access behind its end is the signal SIGBUS.
   std::span<const std::byte> bytes() const { return {data_, size_}; }
 
   /// Turns off the prefetching of neighbours: from now on the system reads only pages that are

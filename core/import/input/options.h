@@ -19,6 +19,7 @@ namespace sightline {
 /// it. The bytes must outlive the import.
 using NeighbourFinder = std::function<Result<std::span<const std::byte>>(const std::string& path)>;
 
+/// The choices for one import.
 struct ImportOptions {
   ImportLimits limits = {};
   /// Index of the scene to load. Empty: the file's default scene, or its first scene, or every root
@@ -33,8 +34,8 @@ struct ImportOptions {
   /// refer to positions and indices in these bytes, unless they have to be converted. Null: they
   /// are copied. import_file always copies, because another process may write to the file.
   std::shared_ptr<const void> owner = {};
-  /// Called with each part of the bytes that may be read after the import. It is called from
-  /// several threads.
+  /// Called with each part of the bytes that may be read after the import (SharedBytes::claim),
+  /// from several threads at once. Only with an `owner`. Empty: not called.
   std::function<void(std::span<const std::byte>)> claim = {};
   /// True: vertex attributes (normals, texture coordinates, colours) are copied if there is no
   /// `owner`, compressed ones as they are. False: without an `owner`, hits have no attributes. With

@@ -14,10 +14,12 @@ namespace sightline::gltf {
 /// control characters and invalid UTF-8 replaced by '?'.
 std::string shortened(std::string_view text, std::size_t most = 60);
 
+/// An error of the kind kInvalid.
 inline Error invalid(std::string code, std::string message, std::string pointer = "") {
   return {ErrorKind::kInvalid, std::move(code), std::move(message), std::move(pointer)};
 }
 
+/// An error of the kind kMalformed.
 inline Error malformed(std::string code, std::string message, std::string pointer = "") {
   return {ErrorKind::kMalformed, std::move(code), std::move(message), std::move(pointer)};
 }

@@ -11,6 +11,7 @@
 
 namespace sightline::gltf {
 
+/// True if the text begins with "data:".
 bool is_data_uri(std::string_view uri);
 
 /// Returns the bytes of "data:<type>;base64,<text>". Strict [RFC4648]: the standard alphabet,

@@ -9,11 +9,12 @@
 
 namespace sightline::gltf {
 
-/// Retains the first kMost sentences, and counts the rest.
+/// Retains the first kMost sentences, and counts the rest. Not thread-safe.
 class Warnings {
  public:
   static constexpr std::size_t kMost = 100;
 
+  /// Adds a sentence without a full stop.
   void add(std::string sentence) {
     if (kept_.size() < kMost) {
       kept_.push_back(std::move(sentence));
@@ -21,7 +22,7 @@ class Warnings {
       ++dropped_;
     }
   }
-  /// Returns the sentences, and one that tells how many were dropped.
+  /// Returns the sentences, and one that tells how many were dropped, if any. Called once.
   std::vector<std::string> take() {
     if (dropped_ > 0) kept_.push_back("and " + std::to_string(dropped_) + " more warnings");
     return std::move(kept_);

@@ -15,8 +15,8 @@ namespace sightline::pov {
 /// level of a file.
 bool looks_like_pov(std::string_view text);
 
-/// Returns a scene in which every box is an instance of a cube from 0 to 1, under a node that is
-/// named by the box's line ("box, line 5"). The instance's matrix is x * (max - min) + min per axis
+/// Returns a scene in which every box is an instance of a cube from 0 to 1, of a node that is named
+/// by the box's line ("box, line 5"). The instance's matrix is x * (max - min) + min per axis
 /// in float64. So corners equal those of the file to the last bit wherever max - min is exact in
 /// float64. Corners may be in either order. The text of a box's pigment is the name of its
 /// material; boxes with equal pigments share a mesh.
@@ -25,7 +25,7 @@ bool looks_like_pov(std::string_view text);
 ///
 /// Errors: POV_SYNTAX_INVALID and POV_FEATURE_UNSUPPORTED (other objects, transforms, directives,
 /// expressions), naming the line; GLTF_LIMIT_JSON_BYTES, _JSON_DEPTH (of braces), _INSTANCES,
-/// _GEOMETRY_BYTES.
+/// _GEOMETRY_BYTES. Throws std::bad_alloc.
 Result<SceneDescription> import_boxes(std::string_view text, const ImportLimits& limits);
 
 }  // namespace sightline::pov
