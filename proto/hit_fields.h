@@ -39,9 +39,11 @@ inline constexpr HitFieldRow kHitFields[] = {
 #include "proto/hit_fields.def"
 #undef HIT_FIELD
 };
+/// The number of fields.
 inline constexpr std::size_t kHitFieldCount = std::size(kHitFields);
 static_assert(kHitFieldCount <= 32, "FieldSet has 32 bits");
 
+/// The row of a field in the table.
 constexpr const HitFieldRow& hit_field_row(HitField field) {
   return kHitFields[static_cast<std::size_t>(field)];
 }

@@ -12,6 +12,7 @@
 
 namespace sightline {
 
+/// The media types of the two formats.
 inline constexpr std::string_view kPngMediaType = "image/png";
 inline constexpr std::string_view kFloatMapMediaType = "image/x-portable-floatmap";
 

@@ -17,7 +17,7 @@ namespace sightline {
 template <class T>
 struct AlignedAllocator {
   using value_type = T;
-  static constexpr std::size_t kAlignment = 64;
+  static constexpr std::size_t kAlignment = 64;  ///< in bytes
 
   AlignedAllocator() = default;
   template <class U>

@@ -19,6 +19,7 @@ namespace sightline {
 /// changes the value unless each part but the last is a multiple of 32 bytes.
 class ContentHash {
  public:
+  /// Adds bytes.
   void add(std::span<const std::byte> bytes) {
     length_ += bytes.size();
     const std::byte* at = bytes.data();

@@ -12,6 +12,7 @@ namespace sightline {
 /// A flag that one thread sets and others read. It must outlive every Deadline that refers to it.
 class CancelFlag {
  public:
+  /// Sets the flag for ever. Thread-safe.
   void cancel() { cancelled_.store(true, std::memory_order_relaxed); }
   bool cancelled() const { return cancelled_.load(std::memory_order_relaxed); }
 

@@ -19,6 +19,7 @@ namespace sightline {
 /// A view of a list of indices, which must outlive the view, or of the sequence 0, 1, 2, ...
 class IndexView {
  public:
+  /// A forward iterator; compares equal by position, so both must be of one view.
   class Iterator {
    public:
     using iterator_category = std::forward_iterator_tag;

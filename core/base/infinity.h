@@ -5,6 +5,7 @@
 
 namespace sightline {
 
+/// +infinity of float64.
 inline constexpr double kInf = std::numeric_limits<double>::infinity();
 
 }  // namespace sightline

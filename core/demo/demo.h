@@ -15,7 +15,7 @@ namespace sightline::demo {
 /// A mesh to be written: 3 floats per position, 3 indices per triangle.
 struct DemoMesh {
   std::string name;
-  std::string material;
+  std::string material;  ///< name of its material; meshes with equal names share the material
   std::vector<float> positions;
   std::vector<std::uint32_t> indices;
   // 3, 2 and 4 floats for each vertex; an empty vector leaves the attribute out.

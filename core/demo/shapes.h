@@ -18,8 +18,8 @@ void add_box(DemoMesh& mesh, const Vec3d& min, const Vec3d& max);
 /// An upright prism or truncated cone around the vertical line through (x, z); `sides` is 4 or 8.
 struct UprightColumn {
   int sides;
-  double x, z, bottom, top, bottom_radius;
-  double top_radius;  ///< 0: a cone with one apex
+  double x, z, bottom, top, bottom_radius;  ///< bottom, top: y of the ends
+  double top_radius;                        ///< 0: a cone with one apex
 };
 /// Appends the closed column: 2 * sides vertices and 4 * sides - 4 triangles; a cone has 2 * sides
 /// - 2 triangles.

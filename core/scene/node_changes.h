@@ -14,9 +14,9 @@ namespace sightline {
 
 /// A change of a node by a client. An empty member changes nothing.
 struct NodeChange {
-  std::uint32_t node = 0;  ///< index in the file's "nodes"
-  std::optional<Affine> parent_from_node;
-  std::optional<bool> hidden;  ///< true: no ray meets the node or the nodes below it
+  std::uint32_t node = 0;                  ///< index in the file's "nodes"
+  std::optional<Affine> parent_from_node;  ///< replaces the node's matrix
+  std::optional<bool> hidden;              ///< true: no ray meets the node or the nodes below it
   /// mask of the node, and of the nodes below it that have none of their own
   std::optional<std::uint32_t> mask;
   bool operator==(const NodeChange&) const = default;

@@ -29,6 +29,7 @@ class FileDescriptor {
   ~FileDescriptor() { close(); }
 
   int number() const { return number_; }
+  /// Closes the file if it is open.
   void close();
 
  private:

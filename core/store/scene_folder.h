@@ -2,7 +2,7 @@
 /// SceneFolder: the data folder with the scenes on disk, which survive a restart.
 ///
 ///   DIR/format            "sightline-store 2"; records of format 1 may lack a checksum
-///   DIR/revision          the last number that a content was given (revision_counter.h)
+///   DIR/revision          the last number that was given to a content (revision_counter.h)
 ///   DIR/lock              locked while a server uses the folder
 ///   DIR/blobs/<sha256>    the bytes of a file, named by their SHA-256
 ///   DIR/scenes/<id>.json  the record of a scene: which bytes it has; writing it is the commit

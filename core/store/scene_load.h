@@ -88,6 +88,7 @@ class SceneLoad {
 /// must outlive it. Not thread-safe.
 class IncomingScene {
  public:
+  /// For SceneStore::begin.
   IncomingScene(SceneStore& store, std::shared_ptr<SceneLoad> load)
       : store_(&store), load_(std::move(load)) {}
   IncomingScene(IncomingScene&&) noexcept = default;

@@ -15,6 +15,7 @@ namespace sightline {
 class Sha256 {
  public:
   Sha256();
+  /// Adds bytes.
   void update(std::span<const std::byte> bytes);
   /// Returns 64 lower-case hexadecimal digits; the object must not be used afterwards. Returns an
   /// empty string, which equals no hash, if the crypto library refuses to compute.

@@ -24,13 +24,14 @@ struct BinaryKind {
 
 /// The header of a request.
 struct BinaryHeader {
-  static constexpr std::size_t kBytes = 24;
-  static constexpr std::uint32_t kFloat64 = 1;
+  static constexpr std::size_t kBytes = 24;     ///< size of the header
+  static constexpr std::uint32_t kFloat64 = 1;  ///< flag: numbers are float64, else float32
 
   std::uint32_t flags = 0;
-  std::uint64_t rows = 0;
-  std::uint32_t options_bytes = 0;
+  std::uint64_t rows = 0;           ///< numbers in each column
+  std::uint32_t options_bytes = 0;  ///< size of the options after the header
 
+  /// Bytes of one number of the columns.
   std::size_t number_bytes() const { return (flags & kFloat64) != 0 ? 8 : 4; }
   /// The offset of the first column in the body.
   std::size_t columns_at() const { return (kBytes + std::size_t{options_bytes} + 7) / 8 * 8; }

@@ -38,7 +38,7 @@ struct PointJsonRules {
   /// True: "normals", "seed", "distribution" and "min_distance" are allowed, and "count" is the
   /// number of directions.
   bool has_directions = false;
-  std::uint64_t default_count = 1, max_count = 1000;
+  std::uint64_t default_count = 1, max_count = 1000;  ///< of "count"
   FieldSet default_fields = kDefaultNearestFields;
 };
 

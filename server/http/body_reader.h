@@ -25,6 +25,7 @@ class ResponseWriter;
 /// called again when more has arrived. See ask_for.
 class BodyReader {
  public:
+  /// Why the body cannot be read to its end.
   enum class Fault {
     kNoFault,
     kEnded,   ///< the client stopped sending, or the chunks are malformed

@@ -62,7 +62,7 @@ inline constexpr std::size_t kLittleBody = 2 << 10;
 /// Callbacks of the event loop, called on its thread. They must not wait. `is_secret` is also
 /// called on workers, so it must be thread-safe.
 struct EventLoopCallbacks {
-  AnswerHeaders headers = {};
+  AnswerHeaders headers = {};  ///< writes the headers of all answers
   /// Checks a request by its head, in which it may set the members about the client. A fault
   /// refuses the request. Null: all are accepted.
   std::function<std::optional<RequestFault>(RequestHead&)> admit = {};

@@ -26,10 +26,10 @@ class RequestMemory;
 struct Exchange {
   const RequestHead& head;
   HttpResponse& response;
-  BodyReader* body;          ///< null if there can be no body
-  const CancelFlag* caller;  ///< set when the client no longer waits for the answer; may be null
-  RequestMemory* memory;     ///< null if memory is not counted
-  std::string request_id;
+  BodyReader* body;           ///< null if there can be no body
+  const CancelFlag* caller;   ///< set when the client no longer waits for the answer; may be null
+  RequestMemory* memory;      ///< null if memory is not counted
+  std::string request_id;     ///< see checked_request_id
   std::string scene_id = {};  ///< the {id} of the path, percent-decoded, not validated
   std::string node_id = {};   ///< the {node} of the path, percent-decoded, not validated
   // For metrics and log: the pattern of the route, which outlives the exchange, and what the
@@ -60,6 +60,7 @@ struct Exchange {
   /// Sets status, body and Content-Type of the answer; headers that were set before stay.
   /// `media_type` must be a literal.
   void reply(int status, std::string content, std::string_view media_type);
+  /// Calls reply() with application/json.
   void reply_json(int status, std::string content) {
     reply(status, std::move(content), "application/json");
   }

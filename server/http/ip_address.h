@@ -49,6 +49,7 @@ class AddressRange {
  public:
   /// Parses a range. Errors: ADDRESS_RANGE_INVALID.
   static Result<AddressRange> parse(const std::string& text);
+  /// True if the address is in the range.
   bool contains(const IpAddress& address) const;
 
  private:

@@ -1,6 +1,6 @@
 #pragma once
 /// Admission of requests by memory, which limits the memory that connections and requests use in
-/// total (--memory).
+/// total (--memory). One request at a time may exceed the limit: see MemoryBudget.
 ///
 /// A request reserves memory before it allocates it. If there is not enough, a request that is no
 /// stream waits only while it holds none, so two such requests never wait for each other. If it

@@ -15,6 +15,7 @@ namespace sightline {
 /// threads at once.
 class Router {
  public:
+  /// Answers a request; called on several threads at once.
   using Handler = std::function<void(Exchange&)>;
 
   /// kTaken: the handler reads query parameters. kRefused: any parameter is answered with 422

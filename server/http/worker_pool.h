@@ -28,6 +28,7 @@ class WorkerPool {
   using Work = std::function<void(Connection&)>;
   /// kLower: the threads get less processor time than others (lower_priority).
   enum class Priority { kNormal, kLower };
+  /// Options of a pool.
   struct Options {
     std::size_t threads;
     std::size_t queue;  ///< the most waiting connections, while all threads work

@@ -25,6 +25,7 @@ struct CastFlags {
   ModeFlags mode;
   std::string fields;
 };
+/// The flags of query are those of cast.
 using QueryFlags = CastFlags;
 
 // define_ functions add the flags of a command to `app`; parsing writes to `command` and `flags`,

@@ -25,6 +25,7 @@ class BodyReader;
 /// The client must read while it sends.
 class RayStream {
  public:
+  /// The form of request and answer: lines of JSON (ray_lines.h), or binary frames (ray_frames.h).
   enum class Form { kLines, kFrames };
 
   /// Use reply() instead, which also sends the answer. `service`, the objects of `journal`, and

@@ -52,7 +52,7 @@ void add_sweep_routes(Router& router, const Service& service);
 void add_node_routes(Router& router, Service& service);
 /// Visibility between points.
 void add_visibility_routes(Router& router, const Service& service);
-/// Questions about boxes, spheres, capsules and convex hulls.
+/// Questions about boxes, spheres, capsules and convex polyhedra such as frustums.
 void add_box_routes(Router& router, const Service& service);
 
 }  // namespace sightline

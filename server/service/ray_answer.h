@@ -31,7 +31,7 @@ class WorkTimer {
   /// Lets the next add() begin now.
   void restart() { last_ = Clock::now(); }
 
-  WorkReport report;
+  WorkReport report;  ///< the times so far, and the work that others count
 
  private:
   using Clock = std::chrono::steady_clock;

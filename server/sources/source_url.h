@@ -46,6 +46,7 @@ class UrlPattern {
  public:
   /// Parses a pattern. Errors: URL_PATTERN_INVALID.
   static Result<UrlPattern> parse(std::string_view text);
+  /// True if all parts of the pattern match.
   bool matches(const SourceUrl& url) const;
 
  private:

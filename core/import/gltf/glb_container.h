@@ -11,7 +11,7 @@ namespace sightline::gltf {
 
 /// The chunks of a GLB file, as views of the caller's bytes, which must outlive them.
 struct GlbChunks {
-  std::span<const std::byte> json;
+  std::span<const std::byte> json;                   ///< the text of the JSON chunk
   std::optional<std::span<const std::byte>> binary;  ///< empty: there is no BIN chunk
   /// bytes after the length that the header states, which are ignored
   std::size_t bytes_after_end = 0;

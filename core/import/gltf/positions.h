@@ -12,7 +12,7 @@ namespace sightline::gltf {
 
 /// A morph target whose weight is not zero.
 struct WeightedTarget {
-  AccessorView deltas;
+  AccessorView deltas;  ///< one displacement for each vertex
   double weight = 0;
 };
 

@@ -35,7 +35,7 @@ struct Place {
 /// of a number is at most 2^53, because JSON readers disagree beyond that.
 class JsonChecker {
  public:
-  static constexpr std::uint64_t kMost = 1ull << 53;
+  static constexpr std::uint64_t kMost = 1ull << 53;  ///< the largest magnitude of a number
 
   /// True if there was no error so far.
   bool good() const { return error_.code.empty(); }

@@ -12,7 +12,7 @@ namespace sightline::gltf {
 /// Retains the first kMost sentences, and counts the rest. Not thread-safe.
 class Warnings {
  public:
-  static constexpr std::size_t kMost = 100;
+  static constexpr std::size_t kMost = 100;  ///< sentences that are retained
 
   /// Adds a sentence without a full stop.
   void add(std::string sentence) {
