@@ -75,8 +75,9 @@ class LazyLayout {
   std::vector<TreeSlot> slots_;
   std::vector<Placement> placements_;  ///< one for each entry
   std::vector<Box3d> boxes_;           ///< world bounds of each entry
-  /// Placements that share the tree of the last entry. A placement that has left that tree has the
-  /// instance kGone.
+  /// Placements whose world triangles are all in the tree of the last entry; empty if no tree has
+  /// world triangles of several placements. If a placement leaves that tree, its `instance` becomes
+  /// kGone.
   std::vector<Placement> behind_;
 
   static constexpr std::uint32_t kGone = 0xffffffffu;

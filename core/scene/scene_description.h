@@ -30,16 +30,17 @@ struct Material {
   std::array<double, 4> base_colour = {1, 1, 1, 1};  ///< linear red, green, blue and alpha
 };
 
-/// A node of the loaded scene. Nodes are in the order of a depth-first walk from the roots.
+/// A node of the loaded scene. Nodes are in the order of a depth-first walk from the roots, so a
+/// parent stands before its children.
 struct Node {
   std::string name;
   std::uint32_t file_node = 0;         ///< index in the file's "nodes"
   std::uint32_t parent = 0xffffffffu;  ///< index in SceneDescription::nodes; 0xffffffff: a root
   Affine world_from_node = {};
   Affine parent_from_node = {};
-  bool hidden = false;    ///< no ray meets the node or the nodes below it
+  bool hidden = false;    ///< no ray meets the node and the nodes below it, whose own flag stays
   bool is_joint = false;  ///< a joint of a skin that the scene shows
-  /// A ray meets the node only if its mask shares a bit with this one. Empty: the parent's mask;
+  /// A ray meets the node only if the mask of the ray shares a bit with this one. Empty: the parent's mask;
   /// for a root all bits.
   std::optional<std::uint32_t> mask = {};
 };

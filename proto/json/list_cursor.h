@@ -8,12 +8,12 @@
 
 namespace sightline {
 
-/// The contents of a cursor.
+/// The contents of a cursor: where a list of triangles or nodes in a box continues.
 struct ListCursor {
   std::uint64_t revision = 0;  ///< of the scene that was queried
-  /// an element of BoxQuery::questions: hash of the shape and the mode
+  /// hash of the box and the mode: the element of BoxQuery::questions of the box that is continued
   std::uint64_t question = 0;
-  bool of_nodes = false;
+  bool of_nodes = false;  ///< the list has nodes; false: triangles
   /// place of the next item (list_place in core/query/box_answers.h); 0: no cursor
   std::uint64_t from = 0;
 };

@@ -21,8 +21,8 @@ class ResponseWriter;
 /// read_all(); HttpServer calls finish() afterwards. Not thread-safe.
 ///
 /// Only the thread of a stream waits for its client. For other requests the event loop receives the
-/// body. A handler that needs more of it puts the request off: it returns without an answer, and is
-/// called again when more has arrived. See ask_for.
+/// body. A handler that needs more of it calls ask_for() or ask_for_next_part(). If that puts the
+/// request off, the handler returns without an answer, and is called again when more has arrived.
 class BodyReader {
  public:
   /// Why the body cannot be read to its end.

@@ -156,7 +156,8 @@ class EventLoop {
   void go_on(Connection& connection);
   /// Gives a connection its next turn after all others.
   void go_on_later(const Connection& connection) { later_.push_back(connection.socket); }
-  /// Closes connections that use much of the spool and are slower than the busy rate.
+  /// Called when a file does not fit into the spool. Ends all connections, except `spared`, that hold
+  /// more than a small part of it (`is_small` of the spool) and are slower than HttpLimits::busy_rate.
   void free_spool(const Connection& spared);
   bool advance_sending(Connection& connection);
   void advance_lingering(Connection& connection);

@@ -58,8 +58,8 @@ class FlagMaker {
   CLI::App& app_;
 };
 
-/// The least value of flags in seconds. With less, a request or connection would have no time at
-/// all.
+/// The least value, in seconds, of flags that limit the time of a request or connection. Limits are
+/// in whole milliseconds, so less would be no time at all.
 inline constexpr double kLeastSeconds = 0.001;
 
 }  // namespace sightline

@@ -16,9 +16,9 @@ struct Journal {
   Metrics& metrics;
 };
 
-/// Records a request that was answered with `status`, or whose handler threw an exception. It is
-/// counted, and logged at debug; at warn for a status from 500 on, except 503. `time` is its
-/// duration.
+/// Counts and logs a request whose handler has ended. `status` is that of the answer. The line is
+/// logged at debug; at warn for a status from 500 on, except 503. `time` is the time since the
+/// request was received with its body, or of its head if the body is read in parts.
 void note_request(const Journal& journal, const Exchange& exchange, int status,
                   std::chrono::duration<double> time);
 /// The record of a stream of rays. Its request is recorded when the stream begins.

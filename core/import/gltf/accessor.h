@@ -114,7 +114,8 @@ class AccessorReader {
     std::uint64_t offset, count, element, stride_or_zero;  ///< stride 0: packed
     std::size_t alignment;  ///< of the first element and of the stride
   };
-  /// A view without bytes that has the element type of the accessor, with packed elements.
+  /// The view that the accessor declares: count and element type, with the stride of packed elements.
+  /// `base` is null and there are no sparse elements. Nothing is checked.
   AccessorView stated_type(std::size_t index) const;
   /// stated_type with the stride of the accessor's bufferView. Checks the type and the stride.
   Result<AccessorView> stated(std::size_t index) const;
