@@ -47,7 +47,7 @@ endfunction()
 function(sightline_page output)
   set(app ${CMAKE_CURRENT_SOURCE_DIR}/app)
   set(modules ${CMAKE_BINARY_DIR}/page)
-  set(pages index.html learn.html status.html guide.html)
+  set(shells learn.html status.html guide.html guide_below.html)
   set(scripts boot.js page.js learn.js status.js guide.js)
   set(reason "SIGHTLINE_PAGE is OFF")
   if(SIGHTLINE_PAGE)
@@ -63,13 +63,13 @@ function(sightline_page output)
   elseif(reason)
     message(STATUS "Page: left out of the binary, ${reason}; / will say how to build it")
     set(unbuilt ${CMAKE_CURRENT_SOURCE_DIR}/unbuilt)
-    foreach(name IN LISTS pages)
+    foreach(name IN LISTS shells ITEMS index.html)
       list(APPEND parts "${name}=${unbuilt}/index.html")
     endforeach()
     foreach(name IN LISTS scripts)
       list(APPEND parts "${name}=${unbuilt}/page.js")
     endforeach()
-    list(APPEND parts "page.css=${unbuilt}/page.css" "guide_below.html=${unbuilt}/index.html" "documents.json.gz=${unbuilt}/page.js")
+    list(APPEND parts "page.css=${unbuilt}/page.css" "documents.json.gz=${unbuilt}/page.js")
     set(files ${unbuilt}/index.html ${unbuilt}/page.js ${unbuilt}/page.css)
   else()
     message(STATUS "Page: bundled into the binary")
@@ -89,16 +89,21 @@ function(sightline_page output)
     set(document_files ${documents})
     list(TRANSFORM document_files PREPEND ${PROJECT_SOURCE_DIR}/)
     add_custom_command(
-      OUTPUT ${modules}/documents.json.gz ${modules}/guide_below.html
+      OUTPUT ${modules}/documents.json.gz
       COMMAND ${NODE_PROGRAM} ${app}/documents.mjs ${PROJECT_SOURCE_DIR} ${modules}/documents.json.gz ${documents}
-      DEPENDS ${document_files} ${app}/documents.mjs ${app}/guide.html
+      DEPENDS ${document_files} ${app}/documents.mjs
       COMMENT "Packing the documents"
       VERBATIM)
-    foreach(name IN LISTS pages)
-      list(APPEND parts "${name}=${app}/${name}")
-      list(APPEND files ${app}/${name})
-    endforeach()
-    foreach(name IN LISTS scripts ITEMS page.css guide_below.html documents.json.gz)
+    list(TRANSFORM shells PREPEND ${modules}/ OUTPUT_VARIABLE shell_files)
+    add_custom_command(
+      OUTPUT ${shell_files}
+      COMMAND ${NODE_PROGRAM} ${app}/shells.mjs ${modules}
+      DEPENDS ${app}/shells.mjs ${app}/head.html ${app}/learn.html ${app}/status.html ${app}/guide.html
+      COMMENT "Writing the shells of the pages"
+      VERBATIM)
+    list(APPEND parts "index.html=${app}/index.html")
+    list(APPEND files ${app}/index.html)
+    foreach(name IN LISTS shells scripts ITEMS page.css documents.json.gz)
       list(APPEND parts "${name}=${modules}/${name}")
       list(APPEND files ${modules}/${name})
     endforeach()

@@ -13,6 +13,9 @@ const {chromium} = createRequire(`${modules}/x.js`)("playwright-core");
 const SIZES = [[1280, 720], [390, 844]];
 const THEMES = ["light", "dark"];
 
+/** Both sizes and both themes; all four pairs of them where the words have "all". */
+const LOOKS = words.includes("all") ? SIZES.flatMap((size) => THEMES.map((theme) => [size, theme])) : [[SIZES[0], "light"], [SIZES[1], "dark"]];
+
 const browser = await chromium.launch({executablePath: browserPath, args: [
   "--headless", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update",
   "--disable-sync", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]});
@@ -125,10 +128,10 @@ const PLANS = {
     return runs;
   },
 
-  /** Every gesture, near the houses of the town. */
+  /** Every gesture, near the houses of the town. WORD: "all" for pictures of each size in each theme. */
   async gestures() {
     const runs = [];
-    for (const [size, theme] of [[SIZES[0], "light"], [SIZES[1], "dark"]]) {
+    for (const [size, theme] of LOOKS) {
       const {page, seen, close} = await open(size, theme, `${url}/#scene=town&camera=60,45,80,0,8,0`);
       const step = async (name, act) => {
         await answered(page, act);
@@ -175,9 +178,9 @@ const PLANS = {
       await page.screenshot({path: `${folder}/scan-node-${seen.size}-${theme}.png`});
       await choose(page, "clearance");
       await step("clearance", async () => {
-        await page.mouse.click(...await at(page, 0.3, 0.62));
+        await page.mouse.click(...await at(page, 0.57, 0.84));
         await page.waitForFunction(() => document.querySelector("#hint").textContent.includes("second"));
-        await page.mouse.click(...await at(page, 0.55, 0.3));
+        await page.mouse.click(...await at(page, 0.5, 0.5));
       });
       await choose(page, "viewshed");
       await step("viewshed", async () => {
@@ -290,10 +293,10 @@ const PLANS = {
     return {...seen, links, ray, mode, typed, copies, fault};
   },
 
-  /** WORD: a link to a view that the server traces. Which pixels have a hit, on a grid. */
+  /** WORDs: a link to a view that the server traces; "all" as for gestures. Which pixels have a hit, on a grid. */
   async traced() {
     const runs = [];
-    for (const [size, theme] of [[SIZES[0], "dark"], [SIZES[1], "light"]]) {
+    for (const [size, theme] of LOOKS) {
       const {page, seen, close} = await open(size, theme, words[0]);
       const begin = Date.now();
       await page.waitForSelector("#traced[data-rows]");
@@ -427,6 +430,50 @@ const PLANS = {
     return {...seen, put, dropped, nodes, node, gone};
   },
 
+  /** A server without scenes. WORDs: a file to choose, its scene, and a node of it. What the page says in each trouble. */
+  async troubles() {
+    const {page, seen, close} = await watch([320, 640], "light");
+    const said = (id, text) => page.waitForFunction(([where, what]) => document.getElementById(where).textContent.includes(what), [id, text]);
+    const click = async () => {
+      await page.locator("#view").scrollIntoViewIfNeeded();
+      await page.mouse.click(...await at(page, 0.5, 0.6));
+    };
+    await page.goto(url);
+    await said("progress", "No scene yet");
+    await click();
+    await said("hint", "no scene");
+    await page.click("#run");
+    await said("outcome", "no scene");
+    const none = await told(page);
+    await page.screenshot({path: `${folder}/trouble-none.png`});
+    await page.setInputFiles("#file", words[0]);
+    await page.waitForSelector(`#stage[data-complete^='${words[1]} ']`);
+    await answered(page, click);
+    await page.click("#nodes-part summary");
+    await page.fill("#node-search", words[2].toUpperCase());
+    await page.click("#nodes .take");
+    await rest(page);
+    const put = {...await told(page), nodes: await page.locator("#nodes .name").allTextContents(), progress: await page.locator("#progress").textContent()};
+    await page.evaluate(() => scrollTo(0, 0));
+    await page.screenshot({path: `${folder}/trouble-names.png`});
+    // Somebody else deletes the scene.
+    await page.evaluate((id) => fetch(`/v1/scenes/${id}`, {method: "DELETE"}), words[1]);
+    await said("notice", "deleted");
+    await said("progress", "No scene yet");
+    await click();
+    await said("hint", "no scene");
+    const gone = await told(page);
+    await page.evaluate(() => { location.hash = "#scene=missing&mode=ray"; });
+    await said("notice", "missing");
+    await page.context().setOffline(true);
+    await said("notice", "does not answer");
+    await page.screenshot({path: `${folder}/trouble-offline.png`});
+    await page.context().setOffline(false);
+    await page.waitForSelector("#notice[hidden]", {state: "attached"});
+    await close();
+    return {...seen, none, put, gone};
+  },
+
   /** /learn: every case, every formula with its failing case, and a drag. */
   async learn() {
     const runs = [];
@@ -551,14 +598,33 @@ const PLANS = {
     return runs;
   },
 
+  /** WORDs: pictures. All of them small in one picture, FOLDER/sheet.png, with their names. */
+  async sheet() {
+    const WIDTH = 320;
+    const page = await browser.newPage({viewport: {width: 5 * (WIDTH + 12) + 12, height: 100}});
+    const shown = words.map((file) => [file.replace(/^.*\/|-\d+x\d+-\w+\.png$/g, ""), readFileSync(file, "base64")]);
+    await page.setContent(`<style>body { margin: 0; padding: 12px; display: flex; flex-wrap: wrap; gap: 12px; font: 13px sans-serif; background: #ccc }
+      figure { margin: 0 } img { display: block; max-width: ${WIDTH}px }</style>${shown.map(([name, bytes]) =>
+      `<figure><img src="data:image/png;base64,${bytes}">${name}</figure>`).join("")}`);
+    await page.waitForFunction(() => [...document.images].every(({complete}) => complete));
+    await page.screenshot({path: `${folder}/sheet.png`, fullPage: true});
+    return {};
+  },
+
   /** WORD: the key. */
   async key() {
     const context = await browser.newContext();
     const page = await context.newPage();
-    await page.goto(url);
-    await page.waitForSelector("#key-form:not([hidden])");
-    await page.fill("#key", words[0]);
-    await page.click("#key-form button");
+    const give = async (path) => {
+      await page.goto(url + path);
+      await page.waitForSelector("#key-form:not([hidden])");
+      await page.fill("#key", words[0]);
+      await page.click("#key-form button");
+    };
+    await give("/learn");
+    await page.waitForSelector("#tree-part[data-step]");
+    await page.waitForSelector("#figure[data-answered]");
+    await give("/");
     await page.waitForSelector("#stage[data-complete]");
     await clickAt(page, 0.5, 0.5);
     await page.click("[data-copy=curl]").catch(() => {});

@@ -29,6 +29,8 @@ MODULES = Path(BINARY).resolve().parent / "page/node_modules"
 NODE = shutil.which("node")
 # Pictures for people stay where this says.
 PICTURES = os.environ.get("SIGHTLINE_PICTURES")
+# Then each size is shown in each theme.
+LOOKS = ("all",) if PICTURES else ()
 MISSING = ("no chromium is installed" if BROWSER is None else "no node is installed" if NODE is None else
            "the page was built without its packages" if not (MODULES / "playwright-core").is_dir() else "")
 
@@ -171,8 +173,8 @@ class PageInBrowser(unittest.TestCase):
         return [shape["points"] for shape in run["shapes"] if shape["kind"] == kind]
 
     def test_each_gesture_asks_and_draws_what_the_api_answers(self):
-        runs = browse(self.server.url, "gestures")
-        self.assertEqual(len(runs), 26)
+        runs = browse(self.server.url, "gestures", *LOOKS)
+        self.assertEqual(len(runs), 52 if LOOKS else 26)
         for run in runs:
             with self.subTest(name=run["name"], size=run["size"]):
                 self.assertEqual((run["complaints"], run["foreign"], run["overflow"], run["notice"]), ([], [], [], ""))
@@ -451,7 +453,7 @@ class PageInBrowser(unittest.TestCase):
         return [answer for answer, _ in run["answers"]]
 
     def test_traced_pictures_show_what_rays_hit(self):
-        for run in browse(self.server.url, "traced", f"{self.server.url}/#scene=town&traced=1&camera=60,45,80,0,30,0"):
+        for run in browse(self.server.url, "traced", f"{self.server.url}/#scene=town&traced=1&camera=60,45,80,0,30,0", *LOOKS):
             with self.subTest(size=run["size"]):
                 self.assertEqual((run["complaints"], run["foreign"], run["overflow"]), ([], [], []))
                 self.assertIsNotNone(self.same_as_curl(run)["hits"][0])
@@ -515,6 +517,23 @@ class PageInBrowser(unittest.TestCase):
         self.assertNotIn("my-house", run["gone"]["scenes"])
         self.assertEqual(self.server.ask("/v1/scenes/my-house").status, 404)
 
+    def test_troubles_are_told_in_a_narrow_window(self):
+        name = "\u5bb6 \U0001f3e0 " + "long" * 40
+        def rename(document):
+            document["nodes"][1]["name"] = name
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder, "\u5bb6.glb")
+            file.write_bytes(with_document(demo_glb("six"), rename))
+            with Server(memory=None) as server:
+                run = browse(server.url, "troubles", str(file), "scene-1", "\u5bb6")
+        # The browser itself notes what is refused and what does not arrive.
+        self.assertEqual(([each for each in run["complaints"] if "Failed to load resource" not in each], run["foreign"]), ([], []))
+        for step in ("none", "put", "gone"):
+            self.assertEqual(run[step]["overflow"], [], step)
+        self.assertEqual((run["none"]["scenes"], run["put"]["scenes"], run["gone"]["scenes"]), ([], ["scene-1"], []))
+        self.assertEqual((run["put"]["nodes"], run["put"]["progress"]), ([name], ""))
+        self.assertEqual((run["gone"]["path"], run["gone"]["shapes"], run["gone"]["rows"]), ("/v1/scenes/rays:closest", [], []))
+
     def test_the_lecture_page_answers_all_cases_and_shows_each_formula_failing(self):
         file = DATA / "ray_box_golden.json"
         if not file.is_file():
@@ -545,7 +564,7 @@ class PageInBrowser(unittest.TestCase):
                 self.assertIn("leaves slab x before it enters slab y", run["cases"]["Figure 3: misses"]["verdict"])
                 for i, seen in enumerate(run["fails"]):
                     self.assertTrue(seen["formulas"][i][2], seen["formulas"][i])
-                self.assertEqual(len(run["fails"]), 11)
+                self.assertEqual(len(run["fails"]), 12)
                 self.assertNotEqual(json.loads(run["dragged"]["body"])["rays"][0]["origin"], [0, 0.5, 0])
 
     def test_the_lecture_page_shows_four_different_visits_of_a_tree_step_by_step(self):

@@ -20,9 +20,16 @@ export const scenePath = (scene, rest = "") => `/v1/scenes/${encodeURIComponent(
 
 const authorization = () => key ? {Authorization: `Bearer ${key}`} : {};
 
+async function send(path, options) {
+  try {
+    return await fetch(BASE + path, {...options, headers: {...options.headers, ...authorization()}, credentials: "omit", cache: "no-store"});
+  } catch (fault) {
+    throw fault.name === "AbortError" ? fault : new Error("The server does not answer.");
+  }
+}
+
 export async function ask(path, options = {}) {
-  const answer = await fetch(BASE + path, {
-    ...options, headers: {...options.headers, ...authorization()}, credentials: "omit", cache: "no-store"});
+  const answer = await send(path, options);
   if (!answer.ok) throw await problemOf(answer.status, await answer.text());
   return answer;
 }
@@ -40,8 +47,8 @@ export const askJson = async (path) => (await ask(path)).json();
 /** Posts a text (null: GET) and returns the answer as it was sent, its revision, and how long it took. `picture` has the bytes of one. */
 export async function post(path, body, accept = "*/*") {
   const begin = performance.now();
-  const answer = await fetch(BASE + path, {method: body === null ? "GET" : "POST", body, credentials: "omit", cache: "no-store",
-    headers: {...(body === null ? {} : {"Content-Type": "application/json"}), Accept: accept, ...authorization()}});
+  const answer = await send(path, {method: body === null ? "GET" : "POST", body,
+    headers: {...(body === null ? {} : {"Content-Type": "application/json"}), Accept: accept}});
   const bytes = await answer.arrayBuffer();
   const type = answer.headers.get("Content-Type") || "";
   const picture = type.startsWith("image/") ? bytes : null;

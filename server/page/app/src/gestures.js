@@ -26,9 +26,9 @@ export const HINTS = {
 const DRAGS = new Set(["measure", "box", "cuboid", "sphere"]);
 
 export class Gestures {
-  /** ask(route, query) fills the console and runs it; pick(rays) returns their hits. */
-  constructor(canvas, view, marks, {ask, pick, say}) {
-    Object.assign(this, {canvas, view, marks, ask, pick, say, mode: "ray", first: null, begin: null});
+  /** ask(route, query) fills the console and runs it; pick(rays) returns their hits; ready() says whether there is a scene to ask. */
+  constructor(canvas, view, marks, {ask, pick, say, ready, fail}) {
+    Object.assign(this, {canvas, view, marks, ask, pick, say, ready, fail, mode: "ray", first: null, begin: null});
     canvas.addEventListener("pointerdown", (event) => this.down(event));
     canvas.addEventListener("pointermove", (event) => this.move(event));
     canvas.addEventListener("pointerup", (event) => this.up(event));
@@ -68,23 +68,32 @@ export class Gestures {
     this.marks.draw();
   }
 
-  async up(event) {
+  up(event) {
     const begin = this.begin, end = this.place(event);
     if (!begin || !event.isPrimary) return;
     this.cancel();
     const still = Math.hypot(end[0] - begin[0], end[1] - begin[1]) < STILL;
-    if (DRAGS.has(this.mode) && !still) await this[this.mode](begin, end);
-    if (!DRAGS.has(this.mode) && still) await this[this.mode](...end);
+    if (DRAGS.has(this.mode) && !still) this.start(begin, end);
+    if (!DRAGS.has(this.mode) && still) this.start(...end);
+  }
+
+  async start(...places) {
+    if (!this.ready()) return this.say("There is no scene to ask.");
+    try {
+      await this[this.mode](...places);
+    } catch (fault) {
+      this.fail(fault);
+    }
   }
 
   /** Asks in the middle of the view, for the keyboard. */
   middle() {
     const at = [this.canvas.clientWidth / 2, this.canvas.clientHeight / 2];
-    if (!DRAGS.has(this.mode)) return this[this.mode](...at);
+    if (!DRAGS.has(this.mode)) return this.start(...at);
     const from = this.first;
     this.first = from ? null : at;
     if (!from) return this.say("First corner set. Turn the view, then press Enter again.");
-    return this[this.mode](from, at);
+    return this.start(from, at);
   }
 
   ray(x, y) { return this.ask("rays:closest", {rays: [this.view.ray(x, y)], fields: FIELDS}); }

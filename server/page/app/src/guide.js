@@ -83,9 +83,9 @@ function search() {
   found.sort((a, b) => rank(b) - rank(a));
   byId("found").replaceChildren(...found.slice(0, MOST).map(({path, title, heading, text}) => {
     const plain = text.replace(/^#.*\n/, "").replace(/[`*|#\[\]]|\([^)\s]*\)/g, "").replace(/\s+/g, " ");
-    const at = Math.max(0, plain.toLowerCase().indexOf(words[0]) - 40);
+    const first = Math.max(0, plain.toLowerCase().indexOf(words[0]) - 40), at = first && plain.indexOf(" ", first) + 1;
     return make("li", {}, make("a", {href: `${addressOf(path)}#${slugOf(heading)}`}, heading || title),
-      make("span", {class: "about"}, `${title}: ${plain.slice(at, at + 110)}`));
+      make("span", {class: "about"}, `${title}: ${plain.slice(at, plain.indexOf(" ", at + 100) + 1 || undefined)}`));
   }));
   if (!found.length) byId("found").append(make("li", {class: "empty"}, "No document has these words."));
 }

@@ -2,8 +2,9 @@
 
 import {post} from "./api.js";
 import {byId, make} from "./dom.js";
+import {askForKey} from "./key.js";
 import {CASES, FORMULAS} from "./slabs.js";
-import {startTree} from "./tree.js";
+import {startTree, visitTree} from "./tree.js";
 
 const AXES = ["x", "y", "z"];
 let half = 12;        // scene units from the middle of a panel to its rim
@@ -241,11 +242,10 @@ async function update() {
     byId("request").textContent = body;
     byId("answer").textContent = text;
     const document_ = JSON.parse(text);
-    byId("notice").hidden = status === 200;
-    if (status !== 200) {
-      byId("notice").textContent = status === 401 ? "This server asks for a key: this page works on servers without keys." : document_.detail;
-      return;
-    }
+    byId("notice").hidden = status === 200 || status === 401;
+    byId("notice").textContent = document_.detail || "";
+    if (status === 401) return askForKey(() => Promise.all([update(), visitTree("both")]));
+    if (status !== 200) return;
     const [answer] = document_.results;
     byId("verdict").textContent = verdictOf(answer);
     byId("verdict").className = answer.hit ? "hit" : "miss";

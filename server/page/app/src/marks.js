@@ -93,6 +93,7 @@ export class Marks {
     const middle = points[0].map((_, k) => points.reduce((sum, p) => sum + p[k] / points.length, 0));
     const [x, y, depth] = this.view.pixel(middle);
     if (depth <= 0) return;
+    label = cutTo(context, label, width - 20);
     const wide = context.measureText(label).width + 12;
     const left = Math.min(Math.max(x + 10, 4), Math.max(4, width - wide - 4));
     const free = (top) => taken.every((other) =>
@@ -110,4 +111,12 @@ export class Marks {
     context.fillStyle = colour("text");
     context.fillText(label, left + 6, top + 15);
   }
+}
+
+/** The text, or as much of its begin as fits into so many pixels. */
+function cutTo(context, text, most) {
+  if (context.measureText(text).width <= most) return text;
+  const letters = Array.from(text);
+  while (letters.length && context.measureText(`${letters.join("")}...`).width > most) letters.length = Math.floor(letters.length * 0.9);
+  return `${letters.join("")}...`;
 }

@@ -1,11 +1,12 @@
 // The page at /: scenes, the view, and the console that shows each gesture as a request.
 
-import {Problem, askJson, post, scenePath, useKey} from "./api.js";
+import {Problem, ask, askJson, post, scenePath} from "./api.js";
 import {asCurl, asJavaScript, asPython} from "./copies.js";
 import {byId, bytesText, copyText, countText, make} from "./dom.js";
 import {geometryBytes, loadGeometry} from "./geometry.js";
 import {Gestures, snap} from "./gestures.js";
 import {drawHeat} from "./heat.js";
+import {askForKey} from "./key.js";
 import {changeOf, readLink, writeLink} from "./link.js";
 import {Marks} from "./marks.js";
 import {QUESTIONS, cutOf, isViewshed, length, outcomeOf, planeOf, pretty, shapesOf, short, visitRows} from "./questions.js";
@@ -21,6 +22,7 @@ let view, marks, gestures, scenes, traced;
 let shown = null;     // the scene as GET /v1/scenes/{id} tells it
 let loading = null;   // AbortController of its geometry
 let opening = 0;      // links that are being opened
+let lost = false;     // the scene that was shown or that a link names is not there: the user takes another
 let sweep = null;     // points of the last answer, if it is one of a LiDAR sweep
 let asked = null;     // {route, body}: what the link repeats
 let runs = 0;
@@ -31,7 +33,13 @@ const say = (id, text) => { byId(id).textContent = text; };
 function fail(fault) {
   if (!fault) return notice("");
   if (fault.name === "AbortError") return;
-  if (fault instanceof Problem && (fault.status === 401 || fault.status === 403)) return askForKey(fault);
+  if (fault instanceof Problem && (fault.status === 401 || fault.status === 403)) {
+    notice(fault.status === 403 ? fault.message : "");
+    return askForKey(() => {
+      notice("");
+      begin().catch(fail);
+    });
+  }
   notice(fault.message);
 }
 
@@ -40,15 +48,10 @@ function notice(text) {
   byId("notice").hidden = !text;
 }
 
-function askForKey(fault) {
-  byId("key-form").hidden = false;
-  if (fault.status === 403) notice(fault.message);
-  byId("key").focus();
-}
-
 // ---- Scenes
 
-async function choose(id, link = null) {
+/** Shows a scene and loads its triangles; calls then() between the two. */
+async function choose(id, link = null, then = null) {
   loading?.abort();
   loading = new AbortController();
   const {signal} = loading;
@@ -57,6 +60,7 @@ async function choose(id, link = null) {
     const scene = await askJson(scenePath(id));
     if (signal.aborted) return;
     const before = shown;
+    lost = false;
     shown = scene;
     scenes.current = id;
     scenes.draw();
@@ -68,11 +72,15 @@ async function choose(id, link = null) {
     setTraced(link?.traced === "1");
     if (link?.camera) view.pose = link.camera;
     else if (!before || before.id !== id) view.home();
+    gestures.use(gestures.mode);
     if (!link) restart();
+    then?.();
     await load(id, signal);
     saveLink();
   } catch (fault) {
-    if (!signal.aborted) fail(fault);
+    if (signal.aborted) return;
+    lost = !shown;
+    fail(fault);
   }
 }
 
@@ -102,15 +110,25 @@ async function load(id, signal) {
 async function changed() {
   if (opening) return;
   if (!shown) {
+    say("progress", scenes.all.length ? "" : "No scene yet: drop a .glb or .gltf file here.");
+    if (lost) return;
     const ready = scenes.all.filter((scene) => scene.state === "ready");
     if (ready.length) await choose(ready.reduce((a, b) => b.triangles > a.triangles ? b : a).id);
     return;
   }
   const now = scenes.find(shown.id);
   if (!now) {
+    loading.abort();
+    notice(`The scene "${shown.id}" has been deleted.`);
+    lost = true;
     shown = null;
     setTraced(false);
     scenes.current = "";
+    scenes.draw();
+    say("progress", "");
+    clear();
+    restart();
+    showPath();
     view.begin(null);
     marks.show([]);
     view.draw();
@@ -153,7 +171,7 @@ function fill(name, query) {
 }
 
 async function run() {
-  if (!shown) return;
+  if (!shown) return say("outcome", "There is no scene to ask.");
   const number = ++runs, name = route(), body = byId("body").value;
   byId("run").disabled = true;
   try {
@@ -355,15 +373,16 @@ async function open(link) {
 
 async function repeat(link) {
   setMode(link.mode || "ray");
-  const ready = choose(link.scene, link);
-  if (link.route in QUESTIONS && link.body) {
+  let ready;
+  const there = await new Promise((resolve) => {
+    ready = choose(link.scene, link, () => resolve(true));
+    ready.then(() => resolve(false));
+  });
+  // The answer needs the scene, not its picture.
+  if (there && link.route in QUESTIONS && link.body) {
     byId("route").value = link.route;
     byId("body").value = link.body;
-    // The answer needs the scene, not its picture.
-    while (!shown || shown.id !== link.scene) {
-      const done = await Promise.race([ready.then(() => true), new Promise((resolve) => setTimeout(resolve, 20))]);
-      if (done && shown?.id !== link.scene) return;
-    }
+    showPath();
     await run();
   }
   await ready;
@@ -471,17 +490,10 @@ function wire() {
   byId("theme").addEventListener("click", () => setTheme(THEMES[(THEMES.indexOf(byId("theme").dataset.value || "system") + 1) % 3]));
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", paint);
   addEventListener("keydown", onKey);
-  addEventListener("hashchange", () => {
-    const link = readLink(location.hash);
+  addEventListener("hashchange", (event) => {
+    // saveLink may have written the address since.
+    const link = readLink(new URL(event.newURL).hash);
     if (link) open(link).catch(fail);
-  });
-  byId("key-form").addEventListener("submit", (event) => {
-    event.preventDefault();
-    useKey(byId("key").value.trim());
-    byId("key").value = "";
-    byId("key-form").hidden = true;
-    notice("");
-    begin().catch(fail);
   });
 }
 
@@ -514,9 +526,12 @@ function start() {
       return run();
     },
     pick: async (rays) => {
-      const {text} = await post(scenePath(shown.id, "/rays:closest"), JSON.stringify({rays, fields: ["position", "normal", "node", "node_id"]}));
-      return JSON.parse(text).hits || [];
+      const answer = await ask(scenePath(shown.id, "/rays:closest"), {method: "POST", headers: {"Content-Type": "application/json"},
+        body: JSON.stringify({rays, fields: ["position", "normal", "node", "node_id"]})});
+      return (await answer.json()).hits;
     },
+    ready: () => Boolean(shown),
+    fail,
   });
   wire();
   setTheme("system");

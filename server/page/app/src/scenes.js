@@ -82,9 +82,18 @@ export class Scenes {
     }
   }
 
+  /** The file's name as a scene may be called; "scene-1" and so on where nothing of it is left. */
+  idOf(file) {
+    const id = file.replace(/\.(glb|gltf)$/i, "").replace(/[^A-Za-z0-9._-]+/g, "-").replace(/^[.-]+|-+$/g, "").slice(0, 128);
+    if (id) return id;
+    for (let number = 1; ; ++number) {
+      if (!this.find(`scene-${number}`)) return `scene-${number}`;
+    }
+  }
+
   async upload(files) {
     for (const file of files) {
-      const id = file.name.replace(/\.(glb|gltf)$/i, "").replace(/[^A-Za-z0-9._-]+/g, "-").slice(0, 64) || "scene";
+      const id = this.idOf(file.name);
       const type = /\.gltf$/i.test(file.name) ? "model/gltf+json" : "model/gltf-binary";
       const say = (text) => { byId("upload").textContent = text; };
       try {

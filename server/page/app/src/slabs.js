@@ -47,15 +47,33 @@ function williams({origin, direction, min, max}) {
   }), (enter, exit) => enter < Infinity && exit > 0);
 }
 
-function minMax(given) {
-  // std::min and std::max take the first where one is NaN.
-  const larger = (a, b) => a < b ? b : a, smaller = (a, b) => b < a ? b : a;
-  const [enter, exit] = fold(given, (o, d, min, max) => {
-    const inverse = 1 / d, a = (min - o) * inverse, b = (max - o) * inverse;
+/** std::max and std::min, which take the first where one is NaN. */
+const larger = (a, b) => a < b ? b : a, smaller = (a, b) => b < a ? b : a;
+
+/** planes(origin, direction, min, max) gives the t of both planes of a slab. */
+function minMaxOf(given, planes) {
+  const [enter, exit] = fold(given, (...slab) => {
+    const [a, b] = planes(...slab);
     return [smaller(a, b), larger(a, b)];
   }, larger, smaller);
   return answer(enter, exit, exit >= larger(enter, 0));
 }
+
+const minMax = (given) => minMaxOf(given, (o, d, min, max) => [(min - o) * (1 / d), (max - o) * (1 / d)]);
+
+/** a * b + c, rounded once: std::fma, which JavaScript lacks. */
+function fused(a, b, c) {
+  if (![a, b, c].every(Number.isFinite)) return a * b + c;
+  const whole = (x) => {
+    let exponent = 0;
+    for (; !Number.isInteger(x); --exponent) x *= 2;
+    return [BigInt(x), exponent];
+  };
+  const [[p, i], [q, j], [r, k]] = [a, b, c].map(whole), low = Math.min(i + j, k);
+  return Number((p * q << BigInt(i + j - low)) + (r << BigInt(k - low))) * 2 ** low;
+}
+
+const fusedInverse = (given) => minMaxOf(given, (o, d, min, max) => [fused(min, 1 / d, -o * (1 / d)), fused(max, 1 / d, -o * (1 / d))]);
 
 function padded({origin, direction, min, max}) {
   let enter = 0, exit = Infinity;
@@ -118,6 +136,7 @@ export const FORMULAS = [
     {origin: [-1, -0.1, 0], direction: [1, 1, 0], min: [1.9, 2.5, -1], max: [2.5, 2.8, 1]}],
   ["Williams et al. 2005", "open limits: an origin on the exit face is lost", williams, {origin: [4, 0, 0], direction: [1, 0.015625, 0.015625], ...BOX}],
   ["Minimum and maximum", "0 times infinity in the plane of a face", minMax, {origin: [-10, 3, 0], direction: [1, 0, 0], ...BOX}],
+  ["Fused inverse", "a slab without numbers counts as open", fusedInverse, {origin: [-10, -5, 0], direction: [1, 0, 0], ...BOX}],
   ["Ize 2013, padded", "hits boxes that the ray just passes", padded,
     {origin: [0, 0, 0], direction: [1, 1, 0], min: [1, -1, -1], max: [2, 0.9999999999999999, 1]}],
   ["Inverted parallel test", "rejects an origin between the planes", inverted, {origin: [-10, 0, 0], direction: [1, 0, 0], ...BOX}],

@@ -1,7 +1,8 @@
 // The page at /status: /metrics every two seconds, as numbers, lines and tables.
 
-import {Problem, ask, askJson, useKey} from "./api.js";
+import {Problem, ask, askJson} from "./api.js";
 import {byId, bytesText, countText, make} from "./dom.js";
+import {askForKey} from "./key.js";
 import {buckets, quantile, readMetrics, sum} from "./prometheus.js";
 
 const SECONDS = 2, KEPT = 90;  // between two looks; looks that a line shows
@@ -98,20 +99,10 @@ async function look() {
     tell("");
     document.body.dataset.looks = String(++looks);
   } catch (fault) {
-    if (fault instanceof Problem && fault.status === 401) {
-      byId("key-form").hidden = false;
-      return;
-    }
+    if (fault instanceof Problem && fault.status === 401) return askForKey(look);
     tell(fault.message);
   }
   setTimeout(look, SECONDS * 1000);
 }
 
-byId("key-form").addEventListener("submit", (event) => {
-  event.preventDefault();
-  useKey(byId("key").value.trim());
-  byId("key").value = "";
-  byId("key-form").hidden = true;
-  look();
-});
 look();

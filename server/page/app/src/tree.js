@@ -79,13 +79,15 @@ async function take(name) {
   show();
 }
 
-const ask = (name) => take(name).catch(() => {
-  byId("tree-part").hidden = true;
-  byId("tree-missing").hidden = false;
-});
+/** Shows the first box of the visit, or says that the scene is missing. */
+export async function visitTree(name) {
+  const there = await take(name).then(() => true, () => false);
+  byId("tree-part").hidden = !there;
+  byId("tree-missing").hidden = there;
+}
 
 export function startTree() {
-  for (const button of document.querySelectorAll("[data-visit]")) button.addEventListener("click", () => ask(button.dataset.visit));
+  for (const button of document.querySelectorAll("[data-visit]")) button.addEventListener("click", () => visitTree(button.dataset.visit));
   byId("step-on").addEventListener("click", () => {
     ++step;
     show();
@@ -94,5 +96,5 @@ export function startTree() {
     --step;
     show();
   });
-  return ask("both");
+  return visitTree("both");
 }

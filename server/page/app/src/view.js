@@ -204,7 +204,9 @@ export class View {
 
   /** Draws only what has n . x <= d for [nx, ny, nz, d]; null draws all. */
   cut(plane) {
-    const local = plane && plane[3] - [0, 1, 2].reduce((sum, k) => sum + plane[k] * this.middle[k], 0);
+    // A wall in the plane itself is drawn as a whole, not where rounding lets it.
+    const THICK = 1e-5 * this.radius;
+    const local = plane && plane[3] + THICK - [0, 1, 2].reduce((sum, k) => sum + plane[k] * this.middle[k], 0);
     this.renderer.clippingPlanes = plane ? [new Plane(new Vector3(-plane[0], -plane[1], -plane[2]), local)] : [];
     this.draw();
   }
