@@ -87,7 +87,7 @@ class AccuracyBench {
     for (const auto& [name, detail] :
          {std::pair{kOurs, RayBoxDetail::kT}, std::pair{kOursAll, RayBoxDetail::kAll}}) {
       contestants.push_back(
-          {name, [kernel, detail](const AccuracyPairs& pairs, BoxAnswers& answers) {
+          {name, [kernel, detail = detail](const AccuracyPairs& pairs, BoxAnswers& answers) {
              answers.batch.resize(pairs.rays.size(), detail);
              kernel.ray_boxes(pairs.ray_batch, pairs.box_batch, BoxPairing::kEach, 0,
                               pairs.rays.size(), answers.batch);

@@ -9,6 +9,7 @@
 #include <initializer_list>
 #include <memory>
 
+#include "core/run/engine.h"
 #include "tests/oracle/random.h"
 
 namespace sightline {
