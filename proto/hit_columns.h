@@ -93,6 +93,12 @@ void visit_column(const HitAnswer& answer, HitField field, const Visit& visit) {
     case HitField::kUv:
       return visit_vectors<2>(
           visit, [&](std::size_t i, std::size_t k) { return terms.attributes.uv[i][k]; });
+    case HitField::kUv1:
+      return visit_vectors<2>(
+          visit, [&](std::size_t i, std::size_t k) { return terms.attributes.uv1[i][k]; });
+    case HitField::kTangent:
+      return visit_vectors<4>(
+          visit, [&](std::size_t i, std::size_t k) { return terms.attributes.tangent[i][k]; });
     case HitField::kColour:
       return visit_vectors<4>(
           visit, [&](std::size_t i, std::size_t k) { return terms.attributes.colour[i][k]; });

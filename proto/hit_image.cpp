@@ -27,7 +27,10 @@ Error too_many_nodes(std::uint32_t node) {
 }
 
 std::uint64_t numbers_of(const HitImage& image) {
-  return image.of == HitImage::Of::kNormal ? 3 : 1;
+  return image.of == HitImage::Of::kNormal || image.of == HitImage::Of::kNodeColours ||
+                 image.of == HitImage::Of::kShaded
+             ? 3
+             : 1;
 }
 
 Result<std::string> encode_png(const HitImage& image, const std::vector<std::uint16_t>& samples) {
@@ -35,7 +38,7 @@ Result<std::string> encode_png(const HitImage& image, const std::vector<std::uin
   png.version = PNG_IMAGE_VERSION;
   png.width = static_cast<png_uint_32>(image.width);
   png.height = static_cast<png_uint_32>(image.height);
-  png.format = image.of == HitImage::Of::kNormal ? PNG_FORMAT_LINEAR_RGB : PNG_FORMAT_LINEAR_Y;
+  png.format = numbers_of(image) == 3 ? PNG_FORMAT_LINEAR_RGB : PNG_FORMAT_LINEAR_Y;
   png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
   std::string bytes(size, '\0');
   if (png_image_write_to_memory(&png, bytes.data(), &size, 0, samples.data(), 0, nullptr) == 0) {
@@ -101,6 +104,10 @@ Status HitImageEncoder::draw_samples(std::uint64_t begin, std::uint64_t end,
       case HitImage::Of::kNormal:
         for (int k = 0; k < 3; ++k) to[k] = sample(kWhite * (pixels.normal[from][k] + 1) / 2, 0);
         break;
+      case HitImage::Of::kNodeColours:
+      case HitImage::Of::kShaded:
+        for (int k = 0; k < 3; ++k) to[k] = sample(kWhite * pixels.colour[from][k], 0);
+        break;
       case HitImage::Of::kVisits:
         break;
     }
@@ -127,6 +134,12 @@ void HitImageEncoder::draw_floats(std::uint64_t begin, std::uint64_t end, const 
       case HitImage::Of::kNormal:
         for (int k = 0; k < 3; ++k) {
           numbers[k] = hit ? static_cast<float>(pixels.normal[from][k]) : 0.0f;
+        }
+        break;
+      case HitImage::Of::kNodeColours:
+      case HitImage::Of::kShaded:
+        for (int k = 0; k < 3; ++k) {
+          numbers[k] = hit ? static_cast<float>(pixels.colour[from][k]) : 0.0f;
         }
         break;
       case HitImage::Of::kVisits:

@@ -24,14 +24,19 @@ inline constexpr std::string_view kFloatMapMediaType = "image/x-portable-floatma
 ///   normal  red, green, blue: 65535 (n + 1) / 2, rounded; 0 0 0 is a miss
 ///   visits  grey: number of boxes of trees that the ray was tested with, at most 65535; also for
 ///   misses
+///   node_colours, shaded  red, green, blue: 65535 times the colour, rounded; 0 0 0 is a miss
 ///
 /// PFM, little-endian float32, rows from the bottom as the format demands:
 ///   depth   t rounded to the nearest float32; +inf is a miss
 ///   node    index of the node in the file; -1 is a miss
 ///   normal  x, y, z; 0 0 0 is a miss
 ///   visits  number of boxes
+///   node_colours, shaded  red, green, blue from 0 to 1; 0 0 0 is a miss
+///
+/// node_colours has the colour of node_colour.h for each node. shaded has the base colour of the
+/// material times 0.25 + 0.75 |cos a|, where a is the angle between ray and normal.
 struct HitImage {
-  enum class Of { kDepth, kNode, kNormal, kVisits };
+  enum class Of { kDepth, kNode, kNormal, kVisits, kNodeColours, kShaded };
   Of of = Of::kDepth;
   bool floats = false;                  ///< true: PFM; false: PNG
   double unit = 0.001;                  ///< t of one step of a PNG's depth; above 0
@@ -48,6 +53,7 @@ struct HitPixels {
   std::span<const std::uint32_t> node;    ///< for kNode: index in the file
   std::span<const Vec3d> normal;          ///< for kNormal
   std::span<const std::uint32_t> visits;  ///< for kVisits, of misses too
+  std::span<const Vec3d> colour = {};     ///< for kNodeColours and kShaded: parts from 0 to 1
 };
 
 /// Encodes an image from its rows: check(), construct, draw() until each row is set, finish().

@@ -18,6 +18,7 @@ enum class AnswerLayout {
   kColumns,  ///< {"t":[5,null],"triangle":[12,-1]}
   kBinary,   ///< columns as bytes: hit_binary.h
   kImage,    ///< an image: hit_image.h
+  kTable,    ///< a table for other programs: hit_table.h
   kLines,    ///< one line for each ray, {"t":5,"triangle":12}\nnull\n: hit_lines.h
 };
 

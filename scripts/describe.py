@@ -26,15 +26,16 @@ from pathlib import Path
 
 ROW = re.compile(r'^HIT_FIELD\((\w+), "(\w+)", k(\w+), (\d), k(\w+), "((?:[^"\\]|\\.)*)"\)$', re.MULTILINE)
 MEDIA = {"application/json": "json", "application/octet-stream": "binary", "application/x-ndjson": "lines",
-         "image/png": "png", "image/x-portable-floatmap": "pfm"}
+         "image/png": "png", "image/x-portable-floatmap": "pfm", "text/csv": "csv", "application/x-ply": "ply",
+         "application/x-pcd": "pcd", "application/x-npy": "npy", "application/x-npz": "npz"}
 NO_NEAREST = {"t"}
 # The method of the Python client for each route that is no question; pages have none.
 CLIENT_ROUTES = {"listScenes": "scenes", "loadScene": "load", "getScene": "scene", "putScene": "put", "deleteScene": "delete",
-                 "sceneEvents": "events", "sceneStats": "stats", "sceneNodes": "nodes", "patchNode": "patch_node",
+                 "sceneEvents": "events", "sceneStats": "stats", "sceneNodes": "nodes", "patchNode": "patch_node", "patchNodes": "patch_nodes",
                  "sceneTriangles": "triangles", "sceneGeometry": "geometry", "sceneTrees": "bvh", "selfCheck": "selfcheck",
                  "health": "health", "readiness": "ready", "version": "version", "metrics": "metrics", "openapi": "openapi"}
 # Texts of the source that look like error codes.
-NO_CODES = {"COLOR_0", "TEXCOORD_0", "SIGHTLINE_KEY", "OPEN_EDGES"}
+NO_CODES = {"COLOR_0", "TEXCOORD_0", "TEXCOORD_1", "SIGHTLINE_KEY", "OPEN_EDGES"}
 CODE = r'"([A-Z][A-Z0-9]+(?:_[A-Z0-9]+)+)"'
 KIND = re.compile(r'ErrorKind::(k\w+),\s*"([A-Z][A-Z0-9_]+)"')
 # What core/base/result.h says of each kind. A deadline of a body is 408, one of an answer 504.

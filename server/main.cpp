@@ -18,7 +18,7 @@ int run(const ServeCommand& command) {
   const auto end_now = [](int code) { std::_Exit(code); };
   return run_serve(command, end_now, std::cout, std::cerr);
 }
-int run(const CastCommand& command) { return run_cast(command, std::cout, std::cerr); }
+int run(const CastCommand& command) { return run_cast(command, std::cin, std::cout, std::cerr); }
 int run(const QueryCommand& command) { return run_query(command, std::cin, std::cout, std::cerr); }
 int run(const McpCommand& command) { return run_mcp(command, std::cin, std::cout, std::cerr); }
 int run(const DemoCommand& command) { return run_demo(command, std::cerr); }

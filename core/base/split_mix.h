@@ -32,4 +32,9 @@ class SplitMix {
   std::uint64_t state_;
 };
 
+/// The numbers of one of many streams of a seed.
+constexpr SplitMix stream_of(std::uint64_t seed, std::uint64_t stream) {
+  return SplitMix(SplitMix(seed).bits() ^ (stream * 0x9e3779b97f4a7c15u));
+}
+
 }  // namespace sightline

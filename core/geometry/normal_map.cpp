@@ -25,7 +25,7 @@ int exponent_of(double largest) {
 
 Dyadic product(double a, double b, double c) { return Dyadic(a) * Dyadic(b) * Dyadic(c); }
 
-bool is_mirror(const double (&m)[3][3], const double (&cofactor)[3][3]) {
+bool is_reflection(const double (&m)[3][3], const double (&cofactor)[3][3]) {
   double sum = 0, size = 0;
   for (int j = 0; j < 3; ++j) {
     sum += m[0][j] * cofactor[0][j];
@@ -55,7 +55,8 @@ NormalMap::NormalMap(const Affine& affine) {
       m_[i][j] = difference_of_products(m[a][c], m[b][d], m[a][d], m[b][c]);
     }
   }
-  if (!is_mirror(m, m_)) return;
+  is_mirror_ = is_reflection(m, m_);
+  if (!is_mirror_) return;
   for (auto& row : m_) {
     for (double& element : row) element = -element;
   }
@@ -66,6 +67,11 @@ Vec3d NormalMap::apply(const Vec3d& normal) const {
   for (int i = 0; i < 3; ++i) {
     n[i] = (m_[i][0] * normal.x + m_[i][1] * normal.y) + m_[i][2] * normal.z;
   }
+  return unit_or_nan(n);
+}
+
+Vec3d unit_or_nan(const Vec3d& direction) {
+  Vec3d n = direction;
   const double largest = std::max({std::abs(n.x), std::abs(n.y), std::abs(n.z)});
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   if (!(largest > 0) || !std::isfinite(n.x) || !std::isfinite(n.y) || !std::isfinite(n.z)) {

@@ -19,9 +19,15 @@ class NormalMap {
   /// matrix that flattens a thousandfold. All components are NaN if there is no such direction:
   /// `normal` is zero or not finite, or its image is zero.
   Vec3d apply(const Vec3d& normal) const;
+  /// True if the map is a reflection, exactly.
+  bool is_mirror() const { return is_mirror_; }
 
  private:
   double m_[3][3];
+  bool is_mirror_ = false;
 };
+
+/// The direction with length 1. NaN if it is zero or not finite.
+Vec3d unit_or_nan(const Vec3d& direction);
 
 }  // namespace sightline

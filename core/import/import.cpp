@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "core/import/gltf/accessor.h"
+#include "core/import/gltf/alpha_materials.h"
 #include "core/import/gltf/buffer_store.h"
 #include "core/import/gltf/glb_container.h"
 #include "core/import/gltf/gltf_document.h"
@@ -46,6 +47,10 @@ Result<GlbChunks> open_container(std::span<const std::byte> bytes, Warnings& war
   if (chunks && chunks->bytes_after_end > 0) {
     warnings.add("GLB: " + std::to_string(chunks->bytes_after_end) +
                  " bytes after the end of the file were ignored");
+  }
+  if (chunks && chunks->unaligned_chunk) {
+    warnings.add("GLB: the length of chunk " + std::to_string(*chunks->unaligned_chunk) +
+                 " is not a multiple of 4; read as it stands");
   }
   return chunks;
 }
@@ -105,6 +110,23 @@ Status place_meshes(const GltfDocument& document, AccessorReader& accessors, Mes
   return success();
 }
 
+/// Moves the extras of the loaded nodes to the scene.
+Status take_extras(GltfDocument& document, Budget& budget, SceneDescription& scene) {
+  constexpr std::uint64_t kEntryBytes = 96;
+  std::map<std::uint32_t, std::string> extras;
+  for (std::uint32_t i = 0; i < scene.nodes.size() && !document.extras.empty(); ++i) {
+    const auto found = document.extras.find(scene.nodes[i].file_node);
+    if (found == document.extras.end()) continue;
+    const std::uint64_t bytes = kEntryBytes + found->second.size();
+    if (Status status = budget.spend_bytes(bytes); !status) return status;
+    extras.emplace_hint(extras.end(), i, std::move(found->second));
+  }
+  if (!extras.empty()) {
+    scene.extras = std::make_shared<const std::map<std::uint32_t, std::string>>(std::move(extras));
+  }
+  return success();
+}
+
 Result<SceneDescription> import_checked(std::span<const std::byte> bytes,
                                         std::optional<std::filesystem::path> file,
                                         const ImportOptions& options) {
@@ -155,6 +177,13 @@ Result<SceneDescription> import_checked(std::span<const std::byte> bytes,
       place_meshes(*document, accessors, meshes, limits, options.progress, budget, scene);
   if (Status loaded = meshes.finish(); !loaded) return loaded.error();
   if (!placed) return placed.error();
+  for (const int view : accessors.unaligned()) {
+    const auto& source = document->model.bufferViews[static_cast<std::size_t>(view)];
+    warnings.add("bufferView " + std::to_string(view) + ": starts at byte " +
+                 std::to_string(source.byteOffset) +
+                 ", which is not aligned to its components; read as it stands");
+  }
+  if (Status taken = take_extras(*document, budget, scene); !taken) return taken.error();
   if (!document->masks.empty()) {
     const auto masks = node_masks(scene);
     for (Instance& instance : scene.instances) instance.mask = masks[instance.node];
@@ -175,6 +204,7 @@ Result<SceneDescription> import_checked(std::span<const std::byte> bytes,
   }
   counts.bytes_touched = counts.touched.total();
   scene.warnings = warnings.take();
+  add_alpha_warnings(scene);
   return scene;
 }
 

@@ -91,13 +91,17 @@ struct HitDetail {
 struct HitAttributes {
   /// unit vector, in world space, by the inverse transpose (normal_map.h)
   Column<Vec3d> shading_normal;
-  Column<std::array<double, 2>> uv;  ///< TEXCOORD_0
+  Column<std::array<double, 2>> uv;   ///< TEXCOORD_0
+  Column<std::array<double, 2>> uv1;  ///< TEXCOORD_1
+  /// Unit, in world space, by the matrix of the instance. The fourth number is 1 or -1: that times
+  /// the cross product of shading normal and tangent is the direction of the bitangent.
+  Column<std::array<double, 4>> tangent;
   /// COLOR_0: linear red, green, blue and alpha (1 if the file has none)
   Column<std::array<double, 4>> colour;
 };
 /// Which columns of HitAttributes are requested.
 struct HitAttributeChoice {
-  bool shading_normal = false, uv = false, colour = false;
+  bool shading_normal = false, uv = false, colour = false, uv1 = false, tangent = false;
 };
 
 }  // namespace sightline

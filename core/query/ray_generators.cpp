@@ -44,11 +44,6 @@ Vec3d around(const Frame& frame, const SinCos& azimuth, const SinCos& elevation)
          (elevation.cos * azimuth.sin) * frame.left + elevation.sin * frame.up;
 }
 
-/// The numbers of one point of a seed.
-SplitMix numbers_of(std::uint64_t seed, std::uint64_t point) {
-  return SplitMix(SplitMix(seed).bits() ^ (point * 0x9e3779b97f4a7c15u));
-}
-
 /// A point of the open unit disc, by rejection.
 void draw_from_disc(SplitMix& numbers, double& x, double& y) {
   do {
@@ -64,11 +59,13 @@ struct OriginAndDirection {
 /// ray_of_point(camera, frame)(x, y) is the ray through a point of the picture, in [-1, 1], right
 /// and up.
 auto ray_of_point(const Pinhole& camera, const Frame& frame) {
-  const SinCos half = sin_cos_degrees(camera.fov_y / 2);
-  const double tangent = half.sin / half.cos, aspect = aspect_of(camera);
+  const SinCos half = sin_cos_degrees(camera.fov_x.value_or(camera.fov_y) / 2);
+  const double tangent = half.sin / half.cos;
+  const double x_aspect = camera.fov_x ? 1 : aspect_of(camera);
+  const double y_aspect = camera.fov_x ? aspect_of(camera) : 1;
   return [=](double x, double y) -> OriginAndDirection {
-    return {frame.position,
-            frame.forward + (-x * tangent * aspect) * frame.left + (y * tangent) * frame.up};
+    return {frame.position, frame.forward + (-x * tangent * x_aspect) * frame.left +
+                                (y * tangent / y_aspect) * frame.up};
   };
 }
 auto ray_of_point(const Orthographic& camera, const Frame& frame) {
@@ -84,48 +81,96 @@ auto ray_of_point(const Equirectangular&, const Frame& frame) {
   };
 }
 
-/// ray_of_pixel(camera, frame)(row, column): through the middle of the pixel.
-template <class Camera>
-auto ray_of_pixel(const Camera& camera, const Frame& frame) {
-  return [w = static_cast<double>(camera.width), h = static_cast<double>(camera.height),
-          ray = ray_of_point(camera, frame)](std::uint64_t row, std::uint64_t column) {
+/// Calls use(ray_of_pixel), where ray_of_pixel(row, column) is the ray through the middle of the
+/// pixel.
+template <class Camera, class Use>
+void with_ray_of_pixel(const Camera& camera, const Frame& frame, const Use& use) {
+  if constexpr (requires { camera.intrinsics; }) {
+    if (camera.intrinsics) {
+      const Intrinsics lens = *camera.intrinsics;
+      return use([&frame, lens](std::uint64_t row, std::uint64_t column) -> OriginAndDirection {
+        const double x = (static_cast<double>(column) + 0.5 - lens.cx) / lens.fx;
+        const double y = (static_cast<double>(row) + 0.5 - lens.cy) / lens.fy;
+        return {frame.position, frame.forward + -x * frame.left + -y * frame.up};
+      });
+    }
+  }
+  use([w = static_cast<double>(camera.width), h = static_cast<double>(camera.height),
+       ray = ray_of_point(camera, frame)](std::uint64_t row, std::uint64_t column) {
     return ray(2 * (static_cast<double>(column) + 0.5) / w - 1,
                1 - 2 * (static_cast<double>(row) + 0.5) / h);
-  };
+  });
 }
+
+/// The directions of a pulse: its axis, then directions that fill a cone around it, by a spiral
+/// [Vogel1979].
+struct Pulse {
+  Vec3d axis, left, up;
+
+  Pulse(const Frame& frame, const SinCos& azimuth, const SinCos& elevation)
+      : axis(around(frame, azimuth, elevation)),
+        left(azimuth.cos * frame.left + -azimuth.sin * frame.forward),
+        up(cross(axis, left)) {}
+  Vec3d sample(const Lidar& lidar, std::uint64_t s) const {
+    constexpr double kGoldenAngle = 137.50776405003785;
+    if (s == 0) return axis;
+    const SinCos half = sin_cos_degrees(lidar.divergence / 2);
+    const SinCos turn = sin_cos_degrees(kGoldenAngle * static_cast<double>(s));
+    const double radius =
+        half.sin / half.cos *
+        std::sqrt(static_cast<double>(s) / static_cast<double>(lidar.samples - 1));
+    const Vec3d direction = axis + (radius * turn.cos) * left + (radius * turn.sin) * up;
+    return unit(direction).value_or(axis);
+  }
+};
 
 /// Calls add(origin, direction) for each ray; nothing if a pose is none.
 struct Generate {
+  const RayGenerator& generator;
+
   template <class Camera, class Add>
-  static bool rays(const Camera& camera, Add add) {
+  bool rays(const Camera& camera, Add add) const {
     const auto frame = frame_of(camera.pose);
     if (!frame) return false;
-    const auto ray = ray_of_pixel(camera, *frame);
-    for (std::uint64_t row = 0; row < camera.height; ++row) {
-      for (std::uint64_t column = 0; column < camera.width; ++column) {
+    with_ray_of_pixel(camera, *frame, [&](const auto& ray) {
+      const auto add_pixel = [&](std::uint64_t row, std::uint64_t column) {
         const OriginAndDirection made = ray(row, column);
         add(made.origin, made.direction);
+      };
+      if (generator.pixels) {
+        for (const Pixel& pixel : *generator.pixels) add_pixel(pixel.row, pixel.column);
+        return;
       }
-    }
+      const Crop crop = generator.crop.value_or(Crop{0, 0, camera.width, camera.height});
+      for (std::uint64_t row = 0; row < crop.height; ++row) {
+        for (std::uint64_t column = 0; column < crop.width; ++column)
+          add_pixel(crop.top + row, crop.left + column);
+      }
+    });
     return true;
   }
   template <class Add>
-  static bool rays(const Lidar& lidar, Add add) {
-    std::vector<SinCos> rings;
-    for (const double degrees : lidar.elevations) rings.push_back(sin_cos_degrees(degrees));
+  bool rays(const Lidar& lidar, Add add) const {
+    std::vector<SinCos> elevations;
+    for (const Laser& laser : lidar.lasers) elevations.push_back(sin_cos_degrees(laser.elevation));
     for (const Pose& pose : lidar.poses) {
       const auto frame = frame_of(pose);
       if (!frame) return false;
       for (std::uint64_t a = 0; a < lidar.azimuths; ++a) {
-        const SinCos azimuth =
-            sin_cos_degrees(360.0 * static_cast<double>(a) / static_cast<double>(lidar.azimuths));
-        for (const SinCos& ring : rings) add(pose.position, around(*frame, azimuth, ring));
+        const double step =
+            (lidar.to - lidar.from) * static_cast<double>(a) / static_cast<double>(lidar.azimuths);
+        for (std::size_t k = 0; k < lidar.lasers.size(); ++k) {
+          const SinCos azimuth = sin_cos_degrees(lidar.from + step + lidar.lasers[k].azimuth);
+          const Pulse pulse(*frame, azimuth, elevations[k]);
+          for (std::uint64_t s = 0; s < lidar.samples; ++s)
+            add(pose.position, pulse.sample(lidar, s));
+        }
       }
     }
     return true;
   }
   template <class Add>
-  static bool rays(const Hemisphere& samples, Add add) {
+  bool rays(const Hemisphere& samples, Add add) const {
     for (std::size_t p = 0; p < samples.points.size(); ++p) {
       const auto normal = unit(samples.normals[p]);
       if (!normal) return false;
@@ -135,7 +180,7 @@ struct Generate {
                          : size.y <= size.z                   ? Vec3d{0, 1, 0}
                                                               : Vec3d{0, 0, 1};
       const Vec3d a = *unit(cross(axis, *normal)), b = cross(*normal, a);
-      SplitMix numbers = numbers_of(samples.seed, samples.first + p);
+      SplitMix numbers = stream_of(samples.seed, samples.first + p);
       for (std::uint64_t i = 0; i < samples.count; ++i) {
         double x = 0, y = 0;
         draw_from_disc(numbers, x, y);
@@ -160,7 +205,8 @@ std::uint64_t product(std::uint64_t a, std::uint64_t b) {
 }
 
 std::uint64_t count_of(const Lidar& lidar) {
-  return product(product(lidar.poses.size(), lidar.azimuths), lidar.elevations.size());
+  return product(product(product(lidar.poses.size(), lidar.azimuths), lidar.lasers.size()),
+                 lidar.samples);
 }
 std::uint64_t count_of(const Hemisphere& samples) {
   return product(samples.points.size(), samples.count);
@@ -212,7 +258,19 @@ SinCos sin_cos_degrees(double degrees) {
   }
 }
 
+std::optional<Crop> image_of(const RayGenerator& generator) {
+  if (generator.crop || generator.pixels) return generator.crop;
+  return std::visit(
+      [](const auto& kind) -> std::optional<Crop> {
+        if constexpr (requires { kind.width; }) return Crop{0, 0, kind.width, kind.height};
+        return std::nullopt;
+      },
+      generator.kind);
+}
+
 std::uint64_t ray_count(const RayGenerator& generator) {
+  if (generator.pixels) return generator.pixels->size();
+  if (generator.crop) return product(generator.crop->width, generator.crop->height);
   return std::visit([](const auto& kind) { return count_of(kind); }, generator.kind);
 }
 
@@ -221,7 +279,7 @@ Result<RayBatch> generate_rays(const RayGenerator& generator) {
   rays.reserve(ray_count(generator));
   const bool has_poses = std::visit(
       [&](const auto& kind) {
-        return Generate::rays(kind, [&](const Vec3d& origin, const Vec3d& direction) {
+        return Generate{generator}.rays(kind, [&](const Vec3d& origin, const Vec3d& direction) {
           rays.push_back({origin, direction, generator.range.tmin, generator.range.tmax});
         });
       },
@@ -238,12 +296,14 @@ Status generate_rows(const RayGenerator& camera, std::uint64_t begin, std::uint6
         if constexpr (requires { kind.width; }) {
           const auto frame = frame_of(kind.pose);
           if (!frame) return pose_error();
-          rays.resize(kind.width * (end - begin));
-          std::size_t i = 0;
-          const auto ray = ray_of_pixel(kind, *frame);
-          for_each_pixel(kind.width, begin, end, [&](std::uint64_t row, std::uint64_t column) {
-            const OriginAndDirection made = ray(row, column);
-            rays.set(i++, {made.origin, made.direction, camera.range.tmin, camera.range.tmax});
+          const Crop crop = camera.crop.value_or(Crop{0, 0, kind.width, kind.height});
+          rays.resize(crop.width * (end - begin));
+          with_ray_of_pixel(kind, *frame, [&](const auto& ray) {
+            std::size_t i = 0;
+            for_each_pixel(crop.width, begin, end, [&](std::uint64_t row, std::uint64_t column) {
+              const OriginAndDirection made = ray(crop.top + row, crop.left + column);
+              rays.set(i++, {made.origin, made.direction, camera.range.tmin, camera.range.tmax});
+            });
           });
           return check_made(rays);
         } else {

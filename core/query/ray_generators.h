@@ -42,12 +42,20 @@ struct RayRange {
 // Images have width * height pixels, numbered row by row, beginning at the upper left. Each pixel
 // gets one ray through its middle. Preconditions: width and height are not 0.
 
+/// The lens of a perspective camera, in pixels: column and row of the point that `forward` meets,
+/// counted from the upper left corner of the image, and focal lengths.
+struct Intrinsics {
+  double fx = 0, fy = 0, cx = 0, cy = 0;
+};
+
 /// A perspective camera. The component of every direction along `forward` is 1, so t is the depth:
 /// the distance along `forward`, in scene units.
 struct Pinhole {
   Pose pose;
   double fov_y = 60;  ///< vertical field of view in degrees; precondition: above 0, below 180
   std::uint64_t width = 0, height = 0;
+  std::optional<double> fov_x = {};           ///< degrees; if set, fov_y does not apply
+  std::optional<Intrinsics> intrinsics = {};  ///< if set, no field of view applies
 };
 
 /// A camera with parallel rays of unit direction; `extent_y` is the height of the image in scene
@@ -65,14 +73,38 @@ struct Equirectangular {
   std::uint64_t width = 0, height = 0;
 };
 
-/// A rotating scanner with several rings. Ray (p * azimuths + a) * rings + r starts at poses[p].
-/// Its azimuth is 360 a / azimuths degrees, from forward to the left; its elevation is
-/// elevations[r]. rings is the size of elevations. Directions are unit vectors.
+/// A laser of a scanner: degrees to the left of its azimuth, and above the horizontal plane.
+struct Laser {
+  double azimuth = 0, elevation = 0;
+};
+
+/// A rotating scanner with several lasers. Pulse (p * azimuths + a) * lasers + k starts at poses[p].
+/// Its azimuth is from + (to - from) a / azimuths + lasers[k].azimuth degrees, from forward to the
+/// left; its elevation is that of laser k. Directions are unit vectors. With samples > 1 a pulse has
+/// so many rays: ray pulse * samples + s; the first is its axis, the others fill a cone.
 struct Lidar {
   std::vector<Pose> poses;
-  /// degrees above the horizontal plane of the pose, one for each ring; finite
-  std::vector<double> elevations;
-  std::uint64_t azimuths = 0;  ///< directions in a turn of 360 degrees
+  std::vector<Laser> lasers;
+  std::uint64_t azimuths = 0;
+  double from = 0, to = 360;  ///< degrees
+  double divergence = 0;      ///< degrees: the full angle of the cone
+  std::uint64_t samples = 1;
+};
+
+/// Errors of measured distances, for the hits of generated rays (range_noise.h).
+struct RangeNoise {
+  double sigma = 0;    ///< standard deviation in units of t
+  double dropout = 0;  ///< probability that a ray has no return, 0 to 1
+  std::uint64_t seed = 0;
+  bool is_used() const { return sigma > 0 || dropout > 0; }
+};
+
+/// A pixel, and a rectangle of pixels, of an image.
+struct Pixel {
+  std::uint64_t column = 0, row = 0;
+};
+struct Crop {
+  std::uint64_t left = 0, top = 0, width = 0, height = 0;
 };
 
 /// Random directions in the hemisphere around each normal, `count` for each point: ray p * count +
@@ -93,7 +125,16 @@ struct RayGenerator {
   std::variant<Pinhole, Orthographic, Equirectangular, Lidar, Hemisphere> kind;
   RayRange range;
   std::uint64_t returns = 1;  ///< hits to report for each ray; does not change the rays
+  RangeNoise noise = {};      ///< errors of the reported hits; does not change the rays
+  /// Cameras only, one of the two at most: only these pixels, row by row; only these, in this
+  /// order. Their rays are those of the whole image.
+  std::optional<Crop> crop = {};
+  std::optional<std::vector<Pixel>> pixels = {};
 };
+
+/// The rectangle of pixels that has rays: the crop or the whole image. Empty if the generator is no
+/// camera, or has a list of pixels.
+std::optional<Crop> image_of(const RayGenerator& generator);
 
 /// The number of rays that generate_rays returns; 2^64 - 1 if it is larger.
 std::uint64_t ray_count(const RayGenerator& generator);
@@ -118,9 +159,10 @@ void for_each_pixel(std::uint64_t width, std::uint64_t begin, std::uint64_t end,
     }
   }
 }
-/// Generates the rays of a camera's rows [begin, end), in the order of for_each_pixel. `rays` is
-/// overwritten, except for its masks. Preconditions: the generator is a Pinhole, Orthographic or
-/// Equirectangular (else the error INTERNAL), and begin <= end <= height. Errors: those of
+/// Generates the rays of rows [begin, end) of image_of(camera), in the order of for_each_pixel.
+/// `rays` is overwritten, except for its masks. Preconditions: the generator is a Pinhole,
+/// Orthographic or Equirectangular (else the error INTERNAL), it has no list of pixels, and begin <=
+/// end <= the height of image_of(camera). Errors: those of
 /// generate_rays. Throws std::bad_alloc.
 Status generate_rows(const RayGenerator& camera, std::uint64_t begin, std::uint64_t end,
                      RayBatch& rays);

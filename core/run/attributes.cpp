@@ -15,6 +15,8 @@ Status Engine::attributes(const Scene& scene, const HitBatch& hits,
     constexpr double kNo = std::numeric_limits<double>::quiet_NaN();
     if (choice.shading_normal) out.shading_normal.assign(count, {kNo, kNo, kNo});
     if (choice.uv) out.uv.assign(count, {kNo, kNo});
+    if (choice.uv1) out.uv1.assign(count, {kNo, kNo});
+    if (choice.tangent) out.tangent.assign(count, {kNo, kNo, kNo, kNo});
     if (choice.colour) out.colour.assign(count, {kNo, kNo, kNo, kNo});
     return state_->run(count, deadline, [&](std::size_t begin, std::size_t end) {
       SurfaceReader surface(scene);
@@ -24,6 +26,8 @@ Status Engine::attributes(const Scene& scene, const HitBatch& hits,
         if (choice.shading_normal) out.shading_normal[i] = surface.shading_normal();
         if (choice.uv) out.uv[i] = surface.uv();
         if (choice.colour) out.colour[i] = surface.colour();
+        if (choice.uv1) out.uv1[i] = surface.uv1();
+        if (choice.tangent) out.tangent[i] = surface.tangent();
       }
     });
   });

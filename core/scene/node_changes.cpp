@@ -29,7 +29,8 @@ Result<std::vector<bool>> take_changes(SceneDescription& scene,
     const auto found = by_file.find(change.node);
     if (found == by_file.end()) {
       return Error{ErrorKind::kNotFound, "NODE_NOT_FOUND",
-                   "the loaded scene has no node " + std::to_string(change.node), ""};
+                   "the loaded scene has no node " + std::to_string(change.node),
+                   "/nodes/" + std::to_string(&change - changes.data())};
     }
     Node& node = scene.nodes[found->second];
     if (change.hidden) node.hidden = *change.hidden;
@@ -53,15 +54,23 @@ std::vector<std::uint32_t> node_masks(const SceneDescription& scene) {
   return masks;
 }
 
-NodeChanges with_change(NodeChanges changes, const NodeChange& change) {
-  auto at = std::lower_bound(changes.begin(), changes.end(), change.node,
-                             [](const NodeChange& a, std::uint32_t node) { return a.node < node; });
-  if (at == changes.end() || at->node != change.node)
-    at = changes.insert(at, {change.node, {}, {}, {}});
-  if (change.parent_from_node) at->parent_from_node = change.parent_from_node;
-  if (change.hidden) at->hidden = change.hidden;
-  if (change.mask) at->mask = change.mask;
-  return changes;
+NodeChanges with_changes(NodeChanges changes, std::span<const NodeChange> more) {
+  changes.insert(changes.end(), more.begin(), more.end());
+  std::stable_sort(changes.begin(), changes.end(),
+                   [](const NodeChange& a, const NodeChange& b) { return a.node < b.node; });
+  NodeChanges merged;
+  merged.reserve(changes.size());
+  for (NodeChange& change : changes) {
+    if (merged.empty() || merged.back().node != change.node) {
+      merged.push_back(std::move(change));
+      continue;
+    }
+    NodeChange& at = merged.back();
+    if (change.parent_from_node) at.parent_from_node = change.parent_from_node;
+    if (change.hidden) at.hidden = change.hidden;
+    if (change.mask) at.mask = change.mask;
+  }
+  return merged;
 }
 
 Result<std::vector<std::uint32_t>> change_nodes(SceneDescription& scene,

@@ -24,16 +24,16 @@ struct NodeChange {
 
 /// All changes of a scene: one for each changed node, ascending by node.
 using NodeChanges = std::vector<NodeChange>;
-/// Returns `changes` with `change` added: members of `change` that have a value replace those of
-/// the earlier change of its node, if there is one.
-NodeChanges with_change(NodeChanges changes, const NodeChange& change);
+/// Returns `changes` with the changes of `more` added in order: members of a change that have a
+/// value replace those of the earlier change of its node, if there is one.
+NodeChanges with_changes(NodeChanges changes, std::span<const NodeChange> more);
 
 /// Applies changes to the nodes of a scene description. Nodes below a changed node move and hide
 /// with it, by the importer's formulas. Masks of instances are computed again. Returns the
-/// instances that moved, were hidden or were shown, ascending. Errors: NODE_NOT_FOUND;
-/// NODE_POSES_SKIN (a joint of a visible skin would move); TRANSFORM_INVALID (a matrix, alone or
-/// multiplied by those of its parents or a placement, exceeds float32). After an error the
-/// description must not be used.
+/// instances that moved, were hidden or were shown, ascending. Errors: NODE_NOT_FOUND, with the
+/// pointer /nodes/N of change N; NODE_POSES_SKIN (a joint of a visible skin would move);
+/// TRANSFORM_INVALID (a matrix, alone or multiplied by those of its parents or a placement, exceeds
+/// float32). After an error the description must not be used.
 Result<std::vector<std::uint32_t>> change_nodes(SceneDescription& scene,
                                                 std::span<const NodeChange> changes);
 /// Returns the effective mask of each node: its own, or that of its nearest parent with a mask, or

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -28,6 +29,7 @@ struct Material {
   bool double_sided = false;
   AlphaMode alpha_mode = AlphaMode::kOpaque;
   std::array<double, 4> base_colour = {1, 1, 1, 1};  ///< linear red, green, blue and alpha
+  bool transmits = false;  ///< KHR_materials_transmission with a factor above 0
 };
 
 /// A node of the loaded scene. Nodes are in the order of a depth-first walk from the roots, so a
@@ -123,6 +125,8 @@ struct SceneDescription {
   std::vector<Material> materials;
   std::vector<Camera> cameras;        ///< in the order of nodes
   std::vector<std::string> warnings;  ///< one sentence each, naming the place
+  /// By index in `nodes`: the JSON text of the node's extras. Null if no node has extras.
+  std::shared_ptr<const std::map<std::uint32_t, std::string>> extras;
   ImportCounts counts;
 };
 

@@ -27,13 +27,34 @@ void SurfaceReader::go_to(TriangleId id, const HitDetail& detail) {
 Vec3d SurfaceReader::shading_normal() {
   double n[4];
   if (!interpolate(VertexAttribute::kNormal, n)) return {kUnknown, kUnknown, kUnknown};
-  if (!normals_) normals_.emplace(scene_.description().instances[instance_].world_from_mesh);
-  return normals_->apply({n[0], n[1], n[2]});
+  return normals().apply({n[0], n[1], n[2]});
 }
 
-std::array<double, 2> SurfaceReader::uv() {
+const NormalMap& SurfaceReader::normals() {
+  if (!normals_) normals_.emplace(scene_.description().instances[instance_].world_from_mesh);
+  return *normals_;
+}
+
+std::array<double, 4> SurfaceReader::tangent() {
   double n[4];
-  if (!interpolate(VertexAttribute::kUv, n)) return {kUnknown, kUnknown};
+  constexpr std::array<double, 4> kNone4{kUnknown, kUnknown, kUnknown, kUnknown};
+  if (!interpolate(VertexAttribute::kTangent, n) || n[3] == 0) return kNone4;
+  const auto& m = scene_.description().instances[instance_].world_from_mesh.m;
+  Vec3d direction;
+  for (int i = 0; i < 3; ++i) {
+    direction[i] = (m[i][0] * n[0] + m[i][1] * n[1]) + m[i][2] * n[2];
+  }
+  const Vec3d t = unit_or_nan(direction);
+  if (std::isnan(t.x)) return kNone4;
+  return {t.x, t.y, t.z, (n[3] < 0) != normals().is_mirror() ? -1.0 : 1.0};
+}
+
+std::array<double, 2> SurfaceReader::uv() { return pair(VertexAttribute::kUv); }
+std::array<double, 2> SurfaceReader::uv1() { return pair(VertexAttribute::kUv1); }
+
+std::array<double, 2> SurfaceReader::pair(VertexAttribute attribute) {
+  double n[4];
+  if (!interpolate(attribute, n)) return {kUnknown, kUnknown};
   return {n[0], n[1]};
 }
 

@@ -28,9 +28,13 @@ class SurfaceReader {
   // Precondition: go_to was called.
   Vec3d shading_normal();
   std::array<double, 2> uv();
+  std::array<double, 2> uv1();
+  std::array<double, 4> tangent();
   std::array<double, 4> colour();
 
  private:
+  std::array<double, 2> pair(VertexAttribute attribute);
+  const NormalMap& normals();
   /// Interpolates an attribute. False if the file has none, or a value that is not finite. A fourth
   /// number that the file does not have is 1.
   bool interpolate(VertexAttribute attribute, double (&out)[4]);

@@ -11,12 +11,14 @@ namespace sightline {
 
 /// The attributes that hits may need.
 enum class VertexAttribute : std::uint8_t {
-  kNormal,  ///< 3 numbers in mesh space, as stored, of any length
-  kUv,      ///< TEXCOORD_0: 2 numbers
-  kColour,  ///< COLOR_0: 3 or 4 numbers, linear
+  kNormal,   ///< 3 numbers in mesh space, as stored, of any length
+  kUv,       ///< TEXCOORD_0: 2 numbers
+  kColour,   ///< COLOR_0: 3 or 4 numbers, linear
+  kUv1,      ///< TEXCOORD_1: 2 numbers
+  kTangent,  ///< TANGENT: 3 numbers in mesh space, and 1 or -1
 };
 /// The number of values of VertexAttribute.
-inline constexpr std::size_t kVertexAttributes = 3;
+inline constexpr std::size_t kVertexAttributes = 5;
 
 /// An attribute of a primitive's vertices: in the file's bytes, copied, or compressed. Thread-safe.
 class VertexNumbers {

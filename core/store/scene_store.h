@@ -123,12 +123,17 @@ class SceneStore {
   /// then continues, and find() shows its failure. Must be called once for each load that was
   /// submitted with `awaited`.
   std::optional<Result<Put>> wait(SceneLoad& load, const Deadline& deadline);
-  /// Changes a node of the present content, which makes a new revision; it is durable if the
-  /// content is. A running load continues, and will replace the changed content. Errors:
+  /// Changes nodes of the present content, which makes one new revision; it is durable if the
+  /// content is. After an error nothing has changed. A running load continues, and will replace the
+  /// changed content. Errors:
   /// SCENE_NOT_FOUND, SCENE_LOADING, SCENE_FAILED, PRECONDITION_FAILED, CHANGES_TOO_MANY, those of
   /// Scene::changed, of StoreOptions::admit and of io_error.
-  Result<SceneSnapshot> change(const std::string& id, const NodeChange& change,
+  Result<SceneSnapshot> change(const std::string& id, std::span<const NodeChange> changes,
                                const Precondition& precondition = {});
+  Result<SceneSnapshot> change(const std::string& id, const NodeChange& change,
+                               const Precondition& precondition = {}) {
+    return this->change(id, std::span(&change, 1), precondition);
+  }
   /// Removes a scene, also from the data folder, and cancels its running loads. Errors:
   /// SCENE_NOT_FOUND, PRECONDITION_FAILED, those of SceneFolder::remove; the scene is then still
   /// shown. Snapshots that readers hold stay valid.

@@ -26,18 +26,18 @@ std::string unchanged_tag_of(const StoredScene& scene) {
 
 }  // namespace
 
-Result<SceneSnapshot> SceneStore::change(const std::string& id, const NodeChange& change,
+Result<SceneSnapshot> SceneStore::change(const std::string& id, std::span<const NodeChange> changes,
                                          const Precondition& precondition) {
   const std::lock_guard one_by_one(change_mutex_);
   for (;;) {
     const SceneSnapshot before = find(id);
     if (Status status = check_changeable(before, precondition); !status)
       return std::move(status).error();
-    auto scene = before->scene->changed(std::span(&change, 1));
+    auto scene = before->scene->changed(changes);
     if (!scene) return std::move(scene).error();
     StoredScene next = *before;
     next.scene = giving_back_memory(std::move(*scene), next.bytes);
-    next.changes = with_change(next.changes, change);
+    next.changes = with_changes(next.changes, changes);
     next.etag = with_neighbours(unchanged_tag_of(*before), tag_of(next.changes));
     if (options_.admit) {
       if (Status status = options_.admit(next.scene); !status) return std::move(status).error();

@@ -5,16 +5,21 @@
 ///   {"kind":"pinhole","position":[0,2,9],"look_at":[0,1,0],"fov_y":60,"width":640,"height":480}
 ///
 /// "range":[tmin,tmax] may be in all kinds; a null tmax means no limit. Other keys, with defaults:
-/// pinhole           pose, fov_y (60), width, height
-/// orthographic      pose, extent_y, width, height
-/// equirectangular   pose, width, height
-/// lidar             pose or "poses":[{pose}], elevations, azimuths, returns (1)
-/// camera            camera (name or index in the file), width, height
+/// pinhole           pose, fov_y (60), fov_x or intrinsics [fx,fy,cx,cy], width, height, part
+/// orthographic      pose, extent_y, width, height, part
+/// equirectangular   pose, width, height, part
+/// lidar             pose or "poses":[{pose}], elevations or firings [[azimuth,elevation]],
+///                   azimuths, sector [from,to], returns (1), divergence and samples, noise,
+///                   dropout, seed
+/// camera            camera (name or index in the file), width, height, part
 /// hemisphere        points, normals, count, seed (0), distribution: "cosine" or "uniform"
 /// A pose is "position", "forward" (or "look_at") and "up", with the defaults 0, (0,0,-1) and
-/// (0,1,0).
+/// (0,1,0); of a camera also "extrinsic":[[4 numbers] x 4]. A part is "crop":[left,top,width,height]
+/// or "pixels":[[column,row]].
 
+#include <cstdint>
 #include <functional>
+#include <span>
 #include <utility>
 
 #include "core/query/ray_generators.h"
@@ -67,6 +72,14 @@ class GeneratorReader {
   bool assemble(Parts& parts, RayGenerator& generator);
   bool admit(std::uint64_t count, const JsonPointer& place);
   bool read_camera(JsonReader::Value value, const JsonPointer& place, FileCamera& camera);
+  bool read_intrinsics(JsonReader::Value value, const JsonPointer& place, Intrinsics& lens);
+  bool read_extrinsic(JsonReader::Value value, const JsonPointer& place, Pose& pose);
+  bool read_counts(JsonReader::Value value, const JsonPointer& place,
+                   std::span<std::uint64_t* const> out);
+  bool read_crop(JsonReader::Value value, const JsonPointer& place, Crop& crop);
+  bool read_pixel(JsonReader::Value value, const JsonPointer& place, Pixel& pixel);
+  bool check_combination(const Parts& parts);
+  bool check_parts_of_image(const Parts& parts);
   bool too_many(const JsonPointer& place);
 
   JsonReader& reader_;

@@ -1,5 +1,8 @@
 #include "proto/json/node_json.h"
 
+#include <tuple>
+#include <unordered_set>
+
 #include "proto/json/strict_json.h"
 
 namespace sightline {
@@ -8,11 +11,11 @@ namespace {
 using Json = nlohmann::json;
 
 /// Leaves `out` empty where the key is missing.
-Status read_numbers(const Json& object, const char* key, std::size_t count,
+Status read_numbers(const Json& object, const std::string& at, const char* key, std::size_t count,
                     std::vector<double>& out) {
   const auto found = object.find(key);
   if (found == object.end()) return success();
-  const std::string place = below("", key);
+  const std::string place = below(at, key);
   if (!found->is_array()) return fault("TYPE_WRONG", "this must be an array", place);
   if (found->size() != count) {
     return fault(
@@ -29,6 +32,42 @@ Status read_numbers(const Json& object, const char* key, std::size_t count,
   return success();
 }
 
+/// Leaves `out` as it is where the key is missing.
+template <class Out>
+Status read_uint32(const Json& object, const std::string& at, const char* key, const char* what,
+                   Out& out) {
+  const auto found = object.find(key);
+  if (found == object.end()) return success();
+  const std::string place = below(at, key);
+  if (!found->is_number()) return fault("TYPE_WRONG", "this must be a number", place);
+  if (!found->is_number_unsigned() || found->get<std::uint64_t>() > 0xffffffffu) {
+    return fault("NUMBER_OUT_OF_RANGE", std::string(what) + " is 0 to 4294967295", place);
+  }
+  out = found->get<std::uint32_t>();
+  return success();
+}
+
+/// Reads the members of a change. `at`: pointer of the object.
+Status read_patch(const Json& object, const std::string& at, NodePatch& patch) {
+  for (const auto& [key, count, numbers] :
+       {std::tuple{"matrix", 16, &patch.matrix}, std::tuple{"translation", 3, &patch.translation},
+        std::tuple{"rotation", 4, &patch.rotation}, std::tuple{"scale", 3, &patch.scale}}) {
+    Status status = read_numbers(object, at, key, static_cast<std::size_t>(count), *numbers);
+    if (!status) return status;
+    if (!patch.matrix.empty() && numbers != &patch.matrix && !numbers->empty()) {
+      return fault("KEYS_MIXED", "a node has a matrix, or translation, rotation and scale",
+                   below(at, key));
+    }
+  }
+  if (const auto hidden = object.find("hidden"); hidden != object.end()) {
+    if (!hidden->is_boolean()) {
+      return fault("TYPE_WRONG", "this must be true or false", below(at, "hidden"));
+    }
+    patch.hidden = hidden->get<bool>();
+  }
+  return read_uint32(object, at, "mask", "a mask", patch.mask);
+}
+
 }  // namespace
 
 Result<NodePatch> decode_node_patch(std::string_view body) {
@@ -36,31 +75,42 @@ Result<NodePatch> decode_node_patch(std::string_view body) {
   if (!document) return document.error();
   Status status =
       check_object(*document, "", {"matrix", "translation", "rotation", "scale", "hidden", "mask"});
-  if (!status) return std::move(status).error();
   NodePatch patch;
-  for (const auto& [key, count, numbers] :
-       {std::tuple{"matrix", 16, &patch.matrix}, std::tuple{"translation", 3, &patch.translation},
-        std::tuple{"rotation", 4, &patch.rotation}, std::tuple{"scale", 3, &patch.scale}}) {
-    status = read_numbers(*document, key, static_cast<std::size_t>(count), *numbers);
-    if (!status) return std::move(status).error();
-    if (!patch.matrix.empty() && numbers != &patch.matrix && !numbers->empty()) {
-      return fault("KEYS_MIXED", "a node has a matrix, or translation, rotation and scale",
-                   below("", key));
-    }
-  }
-  if (const auto hidden = document->find("hidden"); hidden != document->end()) {
-    if (!hidden->is_boolean()) return fault("TYPE_WRONG", "this must be true or false", "/hidden");
-    patch.hidden = hidden->get<bool>();
-  }
-  if (const auto mask = document->find("mask"); mask != document->end()) {
-    if (!mask->is_number()) return fault("TYPE_WRONG", "this must be a number", "/mask");
-    if (!mask->is_number_unsigned() || mask->get<std::uint64_t>() > 0xffffffffu) {
-      return fault("NUMBER_OUT_OF_RANGE", "a mask is 0 to 4294967295", "/mask");
-    }
-    patch.mask = mask->get<std::uint32_t>();
-  }
+  if (status) status = read_patch(*document, "", patch);
+  if (!status) return std::move(status).error();
   if (document->empty()) return fault("KEY_MISSING", "nothing is to be different", "");
   return patch;
+}
+
+Result<std::vector<NodePatch>> decode_node_patches(std::string_view body) {
+  const auto document = parse_strictly(body);
+  if (!document) return document.error();
+  Status status = check_object(*document, "", {"nodes"});
+  if (!status) return std::move(status).error();
+  const auto list = document->find("nodes");
+  if (list == document->end()) return fault("KEY_MISSING", "needs \"nodes\"", "");
+  if (!list->is_array()) return fault("TYPE_WRONG", "this must be an array", "/nodes");
+  if (list->empty()) return fault("KEY_MISSING", "nothing is to be different", "/nodes");
+  std::vector<NodePatch> patches(list->size());
+  std::unordered_set<std::uint32_t> seen;
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    const Json& object = (*list)[i];
+    const std::string at = "/nodes/" + std::to_string(i);
+    status = check_object(object, at,
+                          {"node", "matrix", "translation", "rotation", "scale", "hidden", "mask"});
+    if (status && !object.contains("node")) {
+      status = fault("KEY_MISSING", "needs \"node\", an index in the file", at);
+    }
+    if (status) status = read_uint32(object, at, "node", "an index", patches[i].node);
+    if (status) status = read_patch(object, at, patches[i]);
+    if (!status) return std::move(status).error();
+    if (object.size() < 2) return fault("KEY_MISSING", "nothing is to be different", at);
+    if (!seen.insert(patches[i].node).second) {
+      return fault("KEY_DUPLICATE", "node " + std::to_string(patches[i].node) + " is changed twice",
+                   at);
+    }
+  }
+  return patches;
 }
 
 }  // namespace sightline

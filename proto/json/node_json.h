@@ -1,8 +1,10 @@
 #pragma once
-/// Decodes the body of PATCH /v1/scenes/{id}/nodes/{node}: how a node is to be changed.
+/// Decodes the bodies of PATCH /v1/scenes/{id}/nodes/{node} and PATCH /v1/scenes/{id}/nodes: how
+/// one node, or several, are to be changed.
 ///
 ///   {"translation":[0,4,0],"rotation":[0,0,0,1],"scale":[1,1,1]}
 ///   {"matrix":[1,0,0,0, 0,1,0,0, 0,0,1,0, 0,4,0,1],"hidden":false}
+///   {"nodes":[{"node":7,"translation":[0,4,0]},{"node":9,"mask":3}]}
 
 #include <cstdint>
 #include <optional>
@@ -16,6 +18,7 @@ namespace sightline {
 /// A change of a node. A transform is as in glTF: `matrix` has 16 numbers, column by column; or
 /// translation, rotation and scale have 3, 4 and 3. An empty member was not given.
 struct NodePatch {
+  std::uint32_t node = 0;  ///< index in the file's "nodes", where several are changed
   std::vector<double> matrix, translation, rotation, scale;
   std::optional<bool> hidden;
   std::optional<std::uint32_t> mask;
@@ -30,6 +33,9 @@ struct NodePatch {
 /// all), KEY_UNKNOWN, KEY_DUPLICATE, KEYS_MIXED (a matrix with translation,
 /// rotation or scale), LENGTH_WRONG, NUMBER_OUT_OF_RANGE.
 Result<NodePatch> decode_node_patch(std::string_view body);
+/// Decodes a body with a list of changes. Errors: those of decode_node_patch; KEY_DUPLICATE (a node
+/// is changed twice).
+Result<std::vector<NodePatch>> decode_node_patches(std::string_view body);
 
 }  // namespace sightline
 

@@ -319,7 +319,8 @@ bool RayReader::finish_image() {
   if (query_.wants_explanation)
     return invalid("EXPLAIN_IS_TEXT", "an explanation comes as JSON alone", place);
   if (pixels_[0] == 0 || pixels_[1] == 0) {
-    return invalid("IMAGE_WITHOUT_PIXELS", "an image needs a generator with width and height",
+    return invalid("IMAGE_WITHOUT_PIXELS",
+                   "an image needs a generator with width and height, and no list of pixels",
                    place);
   }
   query_.image->width = pixels_[0];
@@ -374,16 +375,18 @@ bool RayReader::read_generator(Value value) {
   const std::uint64_t most = std::min(rules_.max_rays, kMostMade);
   if (!GeneratorReader(*this, most, rules_.find_camera, rules_.admit_made).read(value, generator))
     return false;
-  std::visit(
-      [&](const auto& kind) {
-        if constexpr (requires { kind.width; }) pixels_ = {kind.width, kind.height};
-      },
-      generator.kind);
-  if (generator.returns > 1 && !rules_.has_returns) {
-    return invalid("KEY_UNKNOWN", "several returns are answered by rays:closest alone",
-                   JsonPointer().key("generator").key("returns"));
+  if (const auto image = image_of(generator)) pixels_ = {image->width, image->height};
+  if (!rules_.has_returns && (generator.returns > 1 || generator.noise.is_used())) {
+    return invalid("KEY_UNKNOWN",
+                   "several returns, noise and dropout are answered by rays:closest alone",
+                   JsonPointer()
+                       .key("generator")
+                       .key(generator.returns > 1       ? "returns"
+                            : generator.noise.sigma > 0 ? "noise"
+                                                        : "dropout"));
   }
   query_.returns = generator.returns;
+  query_.noise = generator.noise;
   return true;
 }
 

@@ -17,7 +17,7 @@
 ///   on_invalid        "refuse": an invalid ray is an error; "mark": only that ray is not answered
 ///   strict            true: an entry of include or exclude that matches nothing is an error
 ///   work              true: the answer contains its cost
-///   image             "depth", "node", "normal" or "visits", with "image_unit": 0.001: hit_image.h
+///   image             "depth", "node", "normal", "visits", "node_colours" or "shaded", with "image_unit": 0.001: hit_image.h
 ///   normalize         true: tmin, tmax and the t of the answer are in scene units
 ///   explain           true, for a single ray: the boxes and triangles that it was tested with
 ///   crossings         "every" or "once", if hits are listed or counted
@@ -38,6 +38,7 @@
 #include "proto/hit_fields.h"
 #include "proto/hit_image.h"
 #include "proto/json/hit_json.h"
+#include "proto/table_format.h"
 
 namespace sightline {
 
@@ -90,10 +91,12 @@ struct RayQuery {
   std::optional<std::uint64_t> timeout_ms;  ///< the client's limit of the time for the answer
   /// the answer contains the boxes that its one ray was tested with
   bool wants_explanation = false;
+  std::optional<TableFormat> table;    ///< set if `layout` is kTable
   std::optional<HitImage> image;       ///< its size is that of the camera
   std::optional<RayGenerator> camera;  ///< of the image: generate_rows makes its rays
   bool chose_fields = false;           ///< the client chose fields; else they are the default
   std::uint64_t returns = 1;           ///< number of slots that the answer has for each ray
+  RangeNoise noise = {};               ///< errors of the distances of a lidar
   std::uint64_t max_hits = 1000;       ///< for each ray; the default may exceed the rules' limit
 
   /// The number of rays to trace.

@@ -94,7 +94,8 @@ bool RayReader::read_on_invalid(Value value) {
 }
 
 bool RayReader::read_image(Value value) {
-  constexpr std::array<std::string_view, 4> kWords{"depth", "node", "normal", "visits"};
+  constexpr std::array<std::string_view, 6> kWords{"depth",  "node",         "normal",
+                                                   "visits", "node_colours", "shaded"};
   std::size_t which = 0;
   if (!read_word(value, kWords, which, JsonPointer().key("image"))) return false;
   query_.image.emplace().of = static_cast<HitImage::Of>(which);

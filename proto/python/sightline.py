@@ -75,7 +75,7 @@ _AT_ONCE = 2
 # By the numbers of docs/reference/binary.md: struct letter, numpy type.
 _TYPES = {1: ("d", "<f8"), 2: ("I", "<u4"), 3: ("B", "u1"), 4: ("Q", "<u8"), 5: ("q", "<i8"), 6: ("f", "<f4")}
 _NONE = 0xFFFFFFFF
-_WIDTHS = {"position": 3, "normal": 3, "shading_normal": 3, "barycentrics": 2, "uv": 2, "colour": 4}
+_WIDTHS = {"position": 3, "normal": 3, "shading_normal": 3, "barycentrics": 2, "uv": 2, "uv1": 2, "tangent": 4, "colour": 4}
 _DISTANCES = {"t", "distance"}
 _FLAGS = {"front", "on_edge"} | {"hits", "reliable"}
 _COUNTS = {"totals", "first", "counts"}
@@ -224,12 +224,15 @@ class Sightline:
     def stats(self, scene: str) -> dict:
         return json.loads(self._ask("GET", self._scene(scene, "/stats")))
 
-    def nodes(self, scene: str) -> list[dict]:
-        """The whole hierarchy, page by page."""
+    def nodes(self, scene: str, name: str | None = None, path: str | None = None, material: str | None = None,
+              instance: int | None = None, extra: Sequence[str] = ()) -> list[dict]:
+        """The whole hierarchy, page by page, or the nodes that satisfy the patterns and have the instance. `extra` adds "path",
+        "materials" and "extras" to each node."""
+        search = {"name": name, "path": path, "material": material, "instance": instance, "with": ",".join(extra) or None}
         nodes: list[dict] = []
         first: int | None = 0
         while first is not None:
-            page = json.loads(self._ask("GET", self._scene(scene, "/nodes", first=first, limit=10_000)))
+            page = json.loads(self._ask("GET", self._scene(scene, "/nodes", first=first, limit=10_000, **search)))
             nodes += page["nodes"]
             first = page.get("next")
         return nodes
@@ -237,6 +240,13 @@ class Sightline:
     def patch_node(self, scene: str, node: int, if_match: str | None = None, if_none_match: str | None = None, **changes: Any) -> dict:
         """Moves, hides or masks a node by its id: translation, rotation, scale, matrix, hidden, mask."""
         return json.loads(self._ask("PATCH", self._scene(scene, f"/nodes/{node}"), _text(changes), _JSON,
+                                    conditions=_conditions(if_match, if_none_match)))
+
+    def patch_nodes(self, scene: str, changes: Mapping[int, Mapping[str, Any]], if_match: str | None = None,
+                    if_none_match: str | None = None) -> dict:
+        """Changes several nodes at once, by their ids, as patch_node() changes one: one new revision, all or none."""
+        body = {"nodes": [{"node": node, **change} for node, change in changes.items()]}
+        return json.loads(self._ask("PATCH", self._scene(scene, "/nodes"), _text(body), _JSON,
                                     conditions=_conditions(if_match, if_none_match)))
 
     def triangles(self, scene: str, ids: Sequence[Sequence[int]]) -> list[dict]:
@@ -299,10 +309,18 @@ class Sightline:
     def image(self, scene: str, image: str, generator: Mapping[str, Any], png: bool = False, **options: Any) -> Any:
         """A picture of docs/guides/images.md as an array, or with `png` as the bytes of a PNG file.
 
-        depth (inf is a miss) is float32, node and visits are int64, all of shape (h, w); normal is float32 of shape (h, w, 3)."""
+        depth (inf is a miss) is float32, node and visits are int64, all of shape (h, w); normal, node_colours and shaded are float32
+        of shape (h, w, 3)."""
         body = _text({**options, "image": image, "generator": generator})
         answer = self._ask("POST", self._scene(scene, "/rays:closest"), body, _JSON, "image/png" if png else "image/x-portable-floatmap")
         return answer if png else _from_pfm(answer, whole=image in ("node", "visits"))
+
+    def table(self, scene: str, generator: Mapping[str, Any], kind: str = "ply", **options: Any) -> bytes:
+        """The hits of a generator's rays as the bytes of a file: csv, ply, pcd, npy or npz (docs/reference/tables.md)."""
+        if kind not in ("csv", "ply", "pcd", "npy", "npz"):
+            raise ValueError(f"kind is {kind!r}: expected csv, ply, pcd, npy or npz")
+        accept = "text/csv" if kind == "csv" else "application/x-" + kind
+        return self._ask("POST", self._scene(scene, "/rays:closest"), _text({**options, "generator": generator}), _JSON, accept)
 
     def generate(self, generator: Mapping[str, Any]) -> Columns:
         """The rays of a generator: columns origins, directions, tmin and tmax, in the shape that answers have."""
@@ -1015,6 +1033,10 @@ def _id_triples(ids: Any, name: str = "ids") -> list:
 
 def _pixels(generator: Mapping) -> tuple | None:
     """The shape of a picture, None for rays in a row."""
+    if "pixels" in generator:
+        return None
+    if "crop" in generator:
+        return int(generator["crop"][3]), int(generator["crop"][2])
     return (int(generator["height"]), int(generator["width"])) if {"width", "height"} <= set(generator) else None
 
 

@@ -3,7 +3,9 @@
 #include <limits>
 
 #include "core/run/engine.h"
-#include "proto/json/hit_json.h"
+#include "proto/json/hit_lines.h"
+#include "proto/json/ray_lines.h"
+#include "server/client/ray_question.h"
 #include "server/operation/progress_bar.h"
 #include "server/service/hit_terms.h"
 #include "server/service/scene_source.h"
@@ -11,109 +13,98 @@
 namespace sightline {
 namespace {
 
-constexpr int kHit = 0, kMiss = 1, kError = 2;
-
-int complain(std::ostream& complaints, const Error& error) {
-  complaints << "sightline: " << error.code << ": " << error.message << "\n";
-  return kError;
-}
-
-/// Each prints its answer and says in `hit` whether there was any.
-Status cast_any(const Engine& engine, const Scene& scene, const RayBatch& rays, std::ostream& out,
-                bool& hit) {
+Result<std::string> cast_any(const Engine& engine, const Scene& scene, const RayQuery& query) {
   Column<std::uint8_t> occluded;
-  if (Status status = engine.any(scene, rays, Deadline::never(), occluded); !status) return status;
-  hit = occluded[0] != 0;
-  out << (hit ? "true" : "false") << "\n";
-  return success();
+  Status status = engine.any(scene, query.rays, Deadline::never(), occluded);
+  if (!status) return status.error();
+  return encode_occlusion_lines(occluded, nullptr);
 }
 
-Status cast_count(const Engine& engine, const Scene& scene, const RayBatch& rays,
-                  Crossings crossings, std::ostream& out, bool& hit) {
+Result<std::string> cast_count(const Engine& engine, const Scene& scene, const RayQuery& query) {
   Column<std::uint64_t> totals;
-  if (Status status = engine.count(scene, rays, crossings, Deadline::never(), totals); !status) {
-    return status;
-  }
-  hit = totals[0] != 0;
-  out << totals[0] << "\n";
-  return success();
+  Status status = engine.count(scene, query.rays, query.crossings, Deadline::never(), totals);
+  if (!status) return status.error();
+  return encode_count_lines(totals, nullptr);
 }
 
-Status cast_all(const Engine& engine, const Scene& scene, const RayBatch& rays,
-                const CastCommand& command, std::ostream& out, bool& hit) {
+Result<std::string> cast_all(const Engine& engine, const Scene& scene, const RayQuery& query) {
   constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
   HitLists lists;
   Column<std::uint64_t> totals;
   HitDescription description;
-  Status status = engine.all(scene, rays, {command.crossings, kNoLimit, kNoLimit},
+  Status status = engine.all(scene, query.rays, {query.crossings, kNoLimit, kNoLimit},
                              Deadline::never(), lists, totals);
   if (status) {
-    status = describe_hits(engine, {scene, rays_of_hits(rays, lists), lists.hits, command.fields},
-                           Deadline::never(), description);
+    status = describe_hits(
+        engine, {scene, rays_of_hits(query.rays, lists), lists.hits, query.fields, false},
+        Deadline::never(), description);
   }
-  if (!status) return status;
-  for (std::size_t i = 0; i < lists.hits.size(); ++i) {
-    out << encode_hit(lists.hits, description.details, description.terms, command.fields, i)
-        << "\n";
-  }
-  hit = lists.hits.size() > 0;
-  return success();
+  if (!status) return status.error();
+  return encode_hit_list_lines(lists, totals, description.details, description.terms, query.fields,
+                               nullptr);
 }
 
-Status cast_closest(const Engine& engine, const Scene& scene, const RayBatch& rays, FieldSet fields,
-                    std::ostream& out, bool& hit) {
+Result<std::string> cast_closest(const Engine& engine, const Scene& scene, const RayQuery& query) {
   HitBatch hits;
   HitDescription description;
-  Status status = engine.closest(scene, rays, Deadline::never(), hits);
+  Status status = engine.closest(scene, query.rays, Deadline::never(), hits);
   if (status) {
-    status = describe_hits(engine, {scene, rays, hits, fields}, Deadline::never(), description);
+    status = describe_hits(engine, {scene, query.rays, hits, query.fields, false},
+                           Deadline::never(), description);
   }
-  if (!status) return status;
-  out << encode_hit(hits, description.details, description.terms, fields, 0) << "\n";
-  hit = hits.hit(0);
-  return success();
+  if (!status) return status.error();
+  return encode_hit_lines(hits, description.details, description.terms, query.fields, nullptr);
 }
 
-Status cast(const Engine& engine, const Scene& scene, const RayBatch& rays,
-            const CastCommand& command, std::ostream& out, bool& hit) {
-  switch (command.mode) {
-    case CastMode::kClosest:
-      return cast_closest(engine, scene, rays, command.fields, out, hit);
+Result<std::string> cast(const Engine& engine, const Scene& scene, CastMode mode,
+                         const std::string& lines) {
+  RayJsonRules rules;
+  rules.has_crossings = mode == CastMode::kAll || mode == CastMode::kCount;
+  std::string text = lines;
+  const auto query = RayLines(rules).decode(text);
+  if (!query) return query.error();
+  switch (mode) {
     case CastMode::kAny:
-      return cast_any(engine, scene, rays, out, hit);
+      return cast_any(engine, scene, *query);
     case CastMode::kAll:
-      return cast_all(engine, scene, rays, command, out, hit);
+      return cast_all(engine, scene, *query);
     case CastMode::kCount:
-      return cast_count(engine, scene, rays, command.crossings, out, hit);
+      return cast_count(engine, scene, *query);
+    case CastMode::kClosest:
+      break;
   }
-  return success();
+  return cast_closest(engine, scene, *query);
+}
+
+/// Checks the ray of the command line, so that errors name its flags.
+Status check_flags(const CastCommand& command) {
+  RayBatch rays;
+  if (command.rays.empty()) rays.push_back(command.ray);
+  RayFault fault;
+  if (check_rays(rays, fault)) return success();
+  return Error{ErrorKind::kInvalid, fault.code,
+               "--" + std::string(fault.part) + ": " + fault.message, ""};
 }
 
 }  // namespace
 
-int run_cast(const CastCommand& command, std::ostream& out, std::ostream& complaints) {
-  RayBatch rays;
-  rays.push_back(command.ray);
-  RayFault fault;
-  if (!check_rays(rays, fault)) {
-    return complain(complaints, {ErrorKind::kInvalid, fault.code,
-                                 "--" + std::string(fault.part) + ": " + fault.message, ""});
-  }
+int run_cast(const CastCommand& command, std::istream& in, std::ostream& out,
+             std::ostream& complaints) {
+  if (Status status = check_flags(command); !status) return complain(complaints, status.error());
+  const FieldSet fields = command.fields.value_or(kDefaultHitFields);
   Progress progress;
   auto loaded = [&] {
     const ProgressBar bar([&] { return progress_line(progress.reading()); });
     return load_source(command.source, {command.scene}, progress, Laziness::kWhenNeeded,
-                       command.fields.has_any_of(kAttributeFields));
+                       fields.has_any_of(kAttributeFields));
   }();
   if (!loaded) return complain(complaints, loaded.error());
   auto engine = Engine::create({.threads = 1, .kernel = command.kernel});
   if (!engine) return complain(complaints, engine.error());
-
-  bool hit = false;
-  if (Status status = cast(**engine, *loaded->scene, rays, command, out, hit); !status) {
-    return complain(complaints, status.error());
-  }
-  return hit ? kHit : kMiss;
+  const auto answer = [&](const std::string& lines, std::size_t) {
+    return cast(**engine, *loaded->scene, command.mode, lines);
+  };
+  return ask_rays(command, answer, in, out, complaints);
 }
 
 }  // namespace sightline

@@ -9,11 +9,13 @@
 
 namespace sightline {
 
-/// sightline cast: traces one ray, without a server. Prints the hit as a line of JSON, or the
-/// answer of the chosen mode. Returns 0 for a hit, 1 for a miss, 2 for an error.
-int run_cast(const CastCommand& command, std::ostream& out, std::ostream& complaints);
-/// sightline query: asks a server. Prints a line for each ray, in order. Returns 0; 1 if the single
-/// ray of the command line misses; 2 for an error.
+// cast and query have the same flags of rays, modes, fields and formats, and print the answers of
+// rays in order. Both return 0; 1 if the single ray of the command line misses; 2 for an error.
+
+/// sightline cast: traces rays through a file, without a server.
+int run_cast(const CastCommand& command, std::istream& in, std::ostream& out,
+             std::ostream& complaints);
+/// sightline query: asks a server.
 int run_query(const QueryCommand& command, std::istream& in, std::ostream& out,
               std::ostream& complaints);
 /// sightline mcp: a server of the Model Context Protocol, by which an agent can use a Sightline

@@ -12,6 +12,15 @@ std::string_view media_type(const Exchange& exchange) {
   return trimmed(type.substr(0, type.find(';')));
 }
 
+Error with_form_hint(const Exchange& exchange, Error error, std::string_view body) {
+  const bool is_json = body.starts_with('{') && body.find("}{") == std::string_view::npos;
+  if (is_json || !equals_caseless(media_type(exchange), kFormMediaType)) return error;
+  error.message +=
+      "; the Content-Type is that of a form, which curl -d sends: it removes line ends and zero "
+      "bytes. Send a file with --data-binary @FILE and its Content-Type";
+  return error;
+}
+
 bool says_media_type(const Exchange& exchange) { return exchange.head.content_type.has_value(); }
 
 bool admit_media_type(Exchange& exchange, std::initializer_list<std::string_view> accepted,

@@ -3,7 +3,19 @@
 #include <algorithm>
 #include <charconv>
 
+#include "server/http/ascii.h"
+
 namespace sightline {
+namespace {
+
+/// As forms are encoded: a plus sign is a space.
+bool decode_value(std::string_view text, std::string& value) {
+  std::string spaced(text);
+  std::replace(spaced.begin(), spaced.end(), '+', ' ');
+  return decode_percent(spaced, value);
+}
+
+}  // namespace
 
 std::optional<QueryParameters> QueryParameters::read(
     Exchange& exchange, std::initializer_list<std::string_view> known) {
@@ -40,6 +52,22 @@ std::optional<std::string_view> QueryParameters::text(std::string_view name) con
   const auto found = values_.find(name);
   if (found == values_.end()) return std::nullopt;
   return found->second;
+}
+
+bool QueryParameters::decoded(Exchange& exchange, std::string_view name, std::size_t most,
+                              std::optional<std::string>& value) const {
+  const auto given = text(name);
+  if (!given) return true;
+  std::string decoded;
+  const bool good = decode_value(*given, decoded) && decoded.size() <= most;
+  if (good) {
+    value = std::move(decoded);
+  } else {
+    exchange.reply_problem(422, "QUERY_INVALID",
+                           std::string(name) + " is percent-encoded text of at most " +
+                               std::to_string(most) + " bytes");
+  }
+  return good;
 }
 
 bool QueryParameters::number(Exchange& exchange, std::string_view name, std::uint64_t most,

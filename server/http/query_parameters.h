@@ -23,6 +23,11 @@ class QueryParameters {
 
   /// The value of a parameter; empty if it was not given. Valid while this object lives.
   std::optional<std::string_view> text(std::string_view name) const;
+  /// Reads text of at most `most` bytes: percent sequences are decoded, and a plus sign is a space.
+  /// `value` is unchanged if the parameter was not given. Returns false after it has answered 422
+  /// QUERY_INVALID.
+  bool decoded(Exchange& exchange, std::string_view name, std::size_t most,
+               std::optional<std::string>& value) const;
   /// Reads an integer from 0 to `most`. Returns true with `value` unchanged if the parameter was
   /// not given. Returns false with `value` unchanged after it has answered 422 QUERY_INVALID.
   bool number(Exchange& exchange, std::string_view name, std::uint64_t most,

@@ -9,22 +9,6 @@
 namespace sightline {
 namespace {
 
-bool decode_segment(std::string_view text, std::string& decoded) {
-  decoded.clear();
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (text[i] != '%') {
-      decoded += text[i];
-      continue;
-    }
-    if (i + 2 >= text.size()) return false;
-    const int high = hex_value(text[i + 1]), low = hex_value(text[i + 2]);
-    if (high < 0 || low < 0) return false;
-    decoded += static_cast<char>(high * 16 + low);
-    i += 2;
-  }
-  return true;
-}
-
 bool matches(const std::vector<std::string>& pattern, const std::vector<std::string>& path,
              Exchange& exchange) {
   if (pattern.size() != path.size()) return false;
@@ -50,7 +34,7 @@ bool split_path(std::string_view target, std::vector<std::string>& segments) {
   while (!target.empty()) {
     target.remove_prefix(1);
     const std::size_t end = std::min(target.find('/'), target.size());
-    if (!decode_segment(target.substr(0, end), segment)) return false;
+    if (!decode_percent(target.substr(0, end), segment)) return false;
     segments.push_back(segment);
     target.remove_prefix(end);
   }

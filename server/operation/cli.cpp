@@ -31,9 +31,10 @@ class CommandLine {
     app_.set_version_flag("--version", version_text());
     serve_app_ = app_.add_subcommand("serve", "answer queries over HTTP until a signal");
     define_serve(*serve_app_, serve_, serve_flags_);
-    cast_app_ = app_.add_subcommand(
-        "cast",
-        "trace one ray through a file; exit code 0 for a hit, 1 for a miss, 2 for an error");
+    cast_app_ = app_.add_subcommand("cast",
+                                    "trace rays through a file; exit code 0, 1 if the only ray "
+                                    "misses (not with --rays), 2 for an "
+                                    "error");
     define_cast(*cast_app_, cast_, cast_flags_);
     query_app_ = app_.add_subcommand("query",
                                      "ask a server about rays; exit code 0, 1 if the only ray "

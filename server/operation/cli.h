@@ -55,14 +55,27 @@ struct ServeCommand {
 /// What `sightline cast` and `query` ask about a ray.
 enum class CastMode { kClosest, kAny, kAll, kCount };
 
-/// sightline cast
-struct CastCommand {
-  std::string source;
+/// How the commands cast and query print answers.
+enum class PrintFormat {
+  kText,  ///< for people
+  kJson,  ///< a line of JSON for each ray, as rays:* of a server answers with lines
+  kHits,  ///< a line of JSON for each hit; otherwise like kJson
+};
+
+/// What the commands cast and query have in common.
+struct RayQuestion {
+  std::string rays;  ///< a file of rays; "-": standard input; empty: `ray`
   Ray ray;
   CastMode mode = CastMode::kClosest;
   Crossings crossings = Crossings::kEvery;
+  std::optional<FieldSet> fields;
+  PrintFormat format = PrintFormat::kText;
+};
+
+/// sightline cast
+struct CastCommand : RayQuestion {
+  std::string source;
   std::optional<std::uint32_t> scene;
-  FieldSet fields = kDefaultHitFields;
   std::string kernel;
 };
 
@@ -73,15 +86,9 @@ struct ServerAddress {
 };
 
 /// sightline query
-struct QueryCommand {
+struct QueryCommand : RayQuestion {
   ServerAddress server;
   std::string scene;
-  std::string rays;  ///< a file of rays; "-": standard input; empty: `ray`
-  Ray ray;
-  CastMode mode = CastMode::kClosest;
-  Crossings crossings = Crossings::kEvery;
-  std::optional<FieldSet> fields;
-  bool json = false;
 };
 
 /// sightline mcp

@@ -1,5 +1,7 @@
 #include "server/operation/ray_flags.h"
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <sstream>
 
@@ -83,11 +85,11 @@ Ray finish_ray(const RayFlags& flags) {
   return ray;
 }
 
-void define_mode(CLI::App& app, ModeFlags& flags, const char* all_help) {
+void define_mode(CLI::App& app, ModeFlags& flags) {
   CLI::App* modes = app.add_option_group("mode", "what to print; default: the closest hit");
   CLI::Option* any =
       modes->add_flag("--any", flags.any, "only whether there is a hit: true or false");
-  CLI::Option* all = modes->add_flag("--all", flags.all, all_help);
+  CLI::Option* all = modes->add_flag("--all", flags.all, "every hit, sorted by t");
   CLI::Option* count = modes->add_flag("--count", flags.count, "only how many hits there are");
   all->excludes(any);
   count->excludes(any, all);
@@ -110,6 +112,41 @@ void finish_mode(const ModeFlags& flags, CastMode& mode, Crossings& crossings) {
   crossings = Crossings::kOnce;
 }
 
+constexpr std::array<const char*, 3> kFormats{"text", "json", "hits"};
+
+/// The flags that cast and query have in common. `command` has the default format.
+void define_question(CLI::App& app, RayQuestion& command, CastFlags& flags) {
+  define_ray(app, flags.ray);
+  app.add_option("--rays", command.rays,
+                 "instead of one ray, a file of rays, - for standard input: in each line six "
+                 "numbers, origin and direction, then tmin and tmax if there are limits; or a ray "
+                 "as JSON")
+      ->excludes("--origin", "--direction", "--tmin", "--tmax");
+  app.add_option("--fields", flags.fields, "what to print of a hit, comma-separated");
+  define_mode(app, flags.mode);
+  flags.format = kFormats[static_cast<std::size_t>(command.format)];
+  CLI::Option* format = app.add_option("--format", flags.format,
+                                       "text for people, json with a line for each ray, or hits: "
+                                       "json with a line for each hit");
+  format->check(CLI::IsMember({kFormats[0], kFormats[1], kFormats[2]}))->capture_default_str();
+  app.add_flag("--json", flags.json, "the same as --format json")->excludes(format);
+}
+
+void finish_question(const char* name, RayQuestion& command, const CastFlags& flags) {
+  if (command.rays.empty()) {
+    if (flags.ray.origin.empty() || flags.ray.direction.empty()) {
+      throw CLI::ValidationError(
+          name, "needs --origin and --direction, or --rays: one of both is required");
+    }
+    command.ray = finish_ray(flags.ray);
+  }
+  if (!flags.fields.empty()) command.fields = parse_fields(flags.fields);
+  finish_mode(flags.mode, command.mode, command.crossings);
+  const auto* const format =
+      std::find(kFormats.begin(), kFormats.end(), flags.json ? "json" : flags.format);
+  command.format = static_cast<PrintFormat>(format - kFormats.begin());
+}
+
 void define_server(CLI::App& app, ServerAddress& server) {
   app.add_option("--key-file", server.key_file,
                  "file with the key of this client; default: $SIGHTLINE_KEY, if it is set");
@@ -121,49 +158,29 @@ void define_cast(CLI::App& app, CastCommand& command, CastFlags& flags) {
   app.add_option("FILE", command.source,
                  "a .glb or .gltf file, or demo:town, demo:six, demo:painted")
       ->required();
-  define_ray(app, flags.ray);
-  app.get_option("--origin")->required();
-  app.get_option("--direction")->required();
+  command.format = PrintFormat::kHits;
+  define_question(app, command, flags);
   app.add_option("--scene", command.scene,
                  "index of the scene in the file (default: the file's default scene)")
       ->check(CLI::Validator(check_scene_number, ""))
       ->type_name("N");
-  app.add_option("--fields", flags.fields, "what to print of the hit, comma-separated");
   app.add_option("--kernel", command.kernel, "traversal kernel (see --version); default: the best");
-  define_mode(app, flags.mode, "every hit, a line each, sorted by t");
 }
 
 void finish_cast(CastCommand& command, const CastFlags& flags) {
-  command.ray = finish_ray(flags.ray);
-  if (!flags.fields.empty()) command.fields = parse_fields(flags.fields);
-  finish_mode(flags.mode, command.mode, command.crossings);
+  finish_question("cast", command, flags);
 }
 
 void define_query(CLI::App& app, QueryCommand& command, QueryFlags& flags) {
   app.add_option("URL", command.server.url, "address of the server: http://127.0.0.1:8080")
       ->required();
   app.add_option("SCENE", command.scene, "name of the scene")->required();
-  define_ray(app, flags.ray);
-  app.add_option("--rays", command.rays,
-                 "instead of one ray, a file of rays, - for standard input: in each line six "
-                 "numbers, origin and direction, then tmin and tmax if there are limits; or a ray "
-                 "as JSON")
-      ->excludes("--origin", "--direction", "--tmin", "--tmax");
-  app.add_option("--fields", flags.fields, "what to print of a hit, comma-separated");
-  define_mode(app, flags.mode, "every hit, sorted by t");
-  app.add_flag("--json", command.json, "print the answers as JSON, a line each");
+  define_question(app, command, flags);
   define_server(app, command.server);
 }
 
 void finish_query(QueryCommand& command, const QueryFlags& flags) {
-  if (command.rays.empty()) {
-    if (flags.ray.origin.empty() || flags.ray.direction.empty()) {
-      throw CLI::ValidationError("query", "needs --origin and --direction, or --rays");
-    }
-    command.ray = finish_ray(flags.ray);
-  }
-  if (!flags.fields.empty()) command.fields = parse_fields(flags.fields);
-  finish_mode(flags.mode, command.mode, command.crossings);
+  finish_question("query", command, flags);
 }
 
 void define_mcp(CLI::App& app, McpCommand& command) {

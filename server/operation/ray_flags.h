@@ -23,7 +23,8 @@ struct ModeFlags {
 struct CastFlags {
   RayFlags ray;
   ModeFlags mode;
-  std::string fields;
+  std::string fields, format;
+  bool json = false;
 };
 /// The flags of query are those of cast.
 using QueryFlags = CastFlags;

@@ -44,7 +44,12 @@ bool RayRequest::read_query(const Decode& decode) {
     return false;
   }
   timer_.restart();
-  if (!went_well(decode(body, query_)) || is_for_worker()) return false;
+  const Status read = decode(body, query_);
+  if (!read) {
+    exchange_.reply_error(with_form_hint(exchange_, read.error(), body));
+    return false;
+  }
+  if (is_for_worker()) return false;
   if (exchange_.body != nullptr && !exchange_.body->may_cost(cost(body.size()))) return false;
   // What was decoded into something else than rays has no more bytes than twice its text.
   const std::uint64_t decoded = 2 * body.size();
@@ -154,13 +159,23 @@ Status RayRequest::choose_bytes(RayQuery& query, FieldSet default_fields) const 
     query.image->floats = exchange_.wants(kFloatMapMediaType);
     return success();
   }
-  if (query.layout != AnswerLayout::kBinary) return success();
+  if (exchange_.route.ends_with("/rays:closest")) choose_table(query);
+  if (query.layout != AnswerLayout::kBinary && !query.table) return success();
   if (query.wants_explanation) {
     return Error{ErrorKind::kInvalid, "EXPLAIN_IS_TEXT", "an explanation comes as JSON alone",
                  "/explain"};
   }
   if (!query.chose_fields) query.fields = default_fields;
-  return check_binary_fields(query.fields);
+  if (query.table && is_point_cloud(*query.table)) query.fields.add(HitField::kPosition);
+  return query.table == TableFormat::kCsv ? success() : check_binary_fields(query.fields);
+}
+
+void RayRequest::choose_table(RayQuery& query) const {
+  for (std::size_t i = 0; i < kTableMediaTypes.size(); ++i) {
+    if (!exchange_.wants(kTableMediaTypes[i])) continue;
+    query.layout = AnswerLayout::kTable;
+    query.table = static_cast<TableFormat>(i);
+  }
 }
 
 bool RayRequest::read_json(const Decode& decode) {
@@ -181,13 +196,15 @@ void RayRequest::reply(std::string encoded) {
   if (query_.timeout_ms && !exchange_.on_event_loop && deadline_.passed()) {
     return exchange_.reply_error(out_of_time(deadline_));
   }
-  if (is_binary() || query_.image) {
+  if (is_binary() || query_.image || query_.table) {
     if (query_.wants_work)
       exchange_.response.set_header("X-Sightline-Work", encode_work(timer_.report));
     if (!warnings_.empty())
       exchange_.response.set_header("X-Sightline-Warnings", encode_warnings_header(warnings_));
     return exchange_.reply(200, std::move(encoded),
-                           is_binary() ? kBinaryMediaType : query_.image->media_type());
+                           query_.table   ? table_media_type(*query_.table)
+                           : query_.image ? query_.image->media_type()
+                                          : kBinaryMediaType);
   }
   if (invalid() != nullptr) add_member(encoded, "invalid", encode_invalid(query_.invalid));
   if (!warnings_.empty()) add_member(encoded, "warnings", encode_warnings(warnings_));

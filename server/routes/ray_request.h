@@ -92,6 +92,8 @@ class RayRequest {
   /// The cost of the query for BodyReader::may_cost. body_bytes: size of its text.
   std::uint64_t cost(std::size_t body_bytes) const;
   Status choose_bytes(RayQuery& query, FieldSet default_fields) const;
+  /// Sets query.table if the client accepts one of these formats alone.
+  void choose_table(RayQuery& query) const;
 
   Exchange& exchange_;
   const Service& service_;

@@ -1,4 +1,6 @@
 #include <charconv>
+#include <span>
+#include <vector>
 
 #include "core/scene/node_transform.h"
 #include "proto/json/node_json.h"
@@ -11,21 +13,31 @@
 namespace sightline {
 namespace {
 
-Result<NodeChange> change_of(const std::string& node, const NodePatch& patch) {
+/// `place`: pointer of the change in the body.
+Result<NodeChange> change_of(const NodePatch& patch, const std::string& place) {
   NodeChange change;
-  const auto [end, error] = std::from_chars(node.data(), node.data() + node.size(), change.node);
-  if (error != std::errc() || end != node.data() + node.size()) {
-    return Error{ErrorKind::kNotFound, "NODE_NOT_FOUND",
-                 "a node is called by its index in the file's \"nodes\"", ""};
-  }
+  change.node = patch.node;
   change.hidden = patch.hidden;
   change.mask = patch.mask;
   if (patch.moves()) {
     auto matrix = matrix_of({patch.matrix, patch.translation, patch.rotation, patch.scale});
-    if (!matrix) return std::move(matrix).error();
+    if (!matrix) {
+      Error error = std::move(matrix).error();
+      error.pointer = place + error.pointer;
+      return error;
+    }
     change.parent_from_node = *matrix;
   }
   return change;
+}
+
+/// The number of the path's node. Errors: NODE_NOT_FOUND.
+Result<std::uint32_t> node_of(const std::string& text) {
+  std::uint32_t node = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), node);
+  if (error == std::errc() && end == text.data() + text.size()) return node;
+  return Error{ErrorKind::kNotFound, "NODE_NOT_FOUND",
+               "a node is called by its index in the file's \"nodes\"", ""};
 }
 
 /// What a changed scene takes beside the one before it, and the way there: a guess from above, from
@@ -35,29 +47,61 @@ std::uint64_t bytes_to_change(const SceneDescription& scene) {
   return scene.nodes.size() * kNode + scene.instances.size() * kInstance;
 }
 
+void apply(Exchange& exchange, Service& service, std::span<const NodeChange> changes) {
+  std::uint64_t bytes = changes.size() * 2 * sizeof(NodeChange);
+  if (const SceneSnapshot scene = service.store.find(exchange.scene_id); scene && scene->scene) {
+    bytes += bytes_to_change(scene->scene->description());
+  }
+  // Without the scene in hand: who waits here would keep a revision that nobody asks any more.
+  if (!went_well(exchange, exchange.reserve(bytes))) return;
+  const auto changed = service.store.change(exchange.scene_id, changes, precondition_of(exchange));
+  if (!changed) {
+    Error error = changed.error();
+    // The node of a path is in no body.
+    if (!exchange.node_id.empty()) error.pointer.clear();
+    return exchange.reply_error(error);
+  }
+  reply_done(exchange, 200, **changed);
+  exchange.response.set_header("X-Scene-Revision", std::to_string((*changed)->revision));
+}
+
 void patch_node(Exchange& exchange, Service& service) {
   constexpr std::uint64_t kMostBytes = 64 << 10;
   std::string body;
   if (!admit_json_change(exchange, kMostBytes) || !read_body(exchange, kMostBytes, 0, body)) return;
-  const auto patch = decode_node_patch(body);
+  auto patch = decode_node_patch(body);
   if (!patch) return exchange.reply_error(patch.error());
-  const auto change = change_of(exchange.node_id, *patch);
+  const auto node = node_of(exchange.node_id);
+  if (!node) return exchange.reply_error(node.error());
+  patch->node = *node;
+  const auto change = change_of(*patch, "");
   if (!change) return exchange.reply_error(change.error());
-  std::uint64_t bytes = 0;
-  if (const SceneSnapshot scene = service.store.find(exchange.scene_id); scene && scene->scene) {
-    bytes = bytes_to_change(scene->scene->description());
+  apply(exchange, service, std::span(&*change, 1));
+}
+
+void patch_nodes(Exchange& exchange, Service& service) {
+  constexpr std::uint64_t kMostBytes = 8 << 20;
+  // As a document of JSON, and as decoded.
+  constexpr std::uint64_t kBytesForByte = 24;
+  std::string body;
+  if (!admit_json_change(exchange, kMostBytes) || !read_body(exchange, kMostBytes, 0, body)) return;
+  if (!went_well(exchange, exchange.reserve(body.size() * kBytesForByte))) return;
+  const auto patches = decode_node_patches(body);
+  if (!patches) return exchange.reply_error(patches.error());
+  std::vector<NodeChange> changes;
+  changes.reserve(patches->size());
+  for (const NodePatch& patch : *patches) {
+    auto change = change_of(patch, "/nodes/" + std::to_string(changes.size()));
+    if (!change) return exchange.reply_error(change.error());
+    changes.push_back(*std::move(change));
   }
-  // Without the scene in hand: who waits here would keep a revision that nobody asks any more.
-  if (!went_well(exchange, exchange.reserve(bytes))) return;
-  const auto changed = service.store.change(exchange.scene_id, *change, precondition_of(exchange));
-  if (!changed) return exchange.reply_error(changed.error());
-  reply_done(exchange, 200, **changed);
-  exchange.response.set_header("X-Scene-Revision", std::to_string((*changed)->revision));
+  apply(exchange, service, changes);
 }
 
 }  // namespace
 
 void add_node_routes(Router& router, Service& service) {
+  router.add("PATCH", "/v1/scenes/{id}/nodes", with(service, patch_nodes));
   router.add("PATCH", "/v1/scenes/{id}/nodes/{node}", with(service, patch_node));
 }
 

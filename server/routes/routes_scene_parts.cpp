@@ -7,6 +7,7 @@
 #include "server/routes/routes.h"
 #include "server/routes/scene_admission.h"
 #include "server/service/answer_memory.h"
+#include "server/service/node_search.h"
 #include "server/service/scene_geometry.h"
 #include "server/service/scene_parts.h"
 #include "server/service/tree_json.h"
@@ -14,26 +15,68 @@
 namespace sightline {
 namespace {
 
-void nodes(Exchange& exchange, const Service& service) {
-  constexpr std::uint64_t kMost = 100'000, kMostFirst = 0xffffffffu;
-  const auto parameters = QueryParameters::read(exchange, {"first", "limit"});
-  std::uint64_t first = 0, limit = 1000;
-  if (!parameters || !parameters->number(exchange, "first", kMostFirst, first) ||
-      !parameters->number(exchange, "limit", kMost, limit)) {
-    return;
+/// Reads "path,extras". False after it has answered 422 QUERY_INVALID.
+bool read_with(Exchange& exchange, std::string_view list, NodeQuery& query) {
+  while (!list.empty()) {
+    const std::string_view name = list.substr(0, list.find(','));
+    list.remove_prefix(std::min(name.size() + 1, list.size()));
+    if (name == "path") {
+      query.with_path = true;
+    } else if (name == "materials") {
+      query.with_materials = true;
+    } else if (name == "extras") {
+      query.with_extras = true;
+    } else {
+      exchange.reply_problem(422, "QUERY_INVALID", "with is a list of path, materials and extras");
+      return false;
+    }
   }
+  return true;
+}
+
+/// False after it has answered.
+bool read_node_query(Exchange& exchange, NodeQuery& query) {
+  constexpr std::uint64_t kMost = 100'000, kMostNumber = 0xffffffffu;
+  constexpr std::size_t kMostPattern = 4096;
+  const auto parameters = QueryParameters::read(
+      exchange, {"name", "path", "material", "instance", "with", "first", "limit"});
+  std::uint64_t instance = 0;
+  if (!parameters || !parameters->number(exchange, "first", kMostNumber, query.first) ||
+      !parameters->number(exchange, "limit", kMost, query.limit) ||
+      !parameters->number(exchange, "instance", kMostNumber, instance)) {
+    return false;
+  }
+  if (parameters->text("instance")) query.instance = static_cast<std::uint32_t>(instance);
+  std::optional<std::string> with;
+  return parameters->decoded(exchange, "name", kMostPattern, query.name) &&
+         parameters->decoded(exchange, "path", kMostPattern, query.path) &&
+         parameters->decoded(exchange, "material", kMostPattern, query.material) &&
+         parameters->decoded(exchange, "with", kMostPattern, with) &&
+         read_with(exchange, with.value_or(""), query);
+}
+
+void nodes(Exchange& exchange, const Service& service) {
+  NodeQuery query;
+  if (!read_node_query(exchange, query)) return;
   const SceneSnapshot stored = admit_scene(exchange, service);
   if (!stored) return;
-  // Numbers and bounds as JSON, and a mask for every node.
-  constexpr std::uint64_t kNodeBytes = 512, kMaskBytes = sizeof(std::uint32_t);
-  const std::span all(stored->scene->description().nodes);
-  std::uint64_t bytes = all.size() * kMaskBytes;
-  const auto asked = all.subspan(std::min<std::uint64_t>(first, all.size()));
-  for (const Node& node : asked.first(std::min<std::uint64_t>(limit, asked.size()))) {
-    bytes += kNodeBytes + bytes_of_names(std::array{std::string_view(node.name)});
+  const Scene& scene = *stored->scene;
+  const std::uint64_t instances = scene.description().instances.size();
+  if (query.instance && *query.instance >= instances) {
+    return exchange.reply_problem(422, "QUERY_INVALID",
+                                  "instance is " + std::to_string(*query.instance) +
+                                      ", the scene has " + std::to_string(instances) +
+                                      " instances, counted from 0");
   }
-  if (!went_well(exchange, exchange.reserve(bytes))) return;
-  exchange.reply_json(200, encode_nodes(*stored->scene, first, limit));
+  if (!went_well(exchange, exchange.reserve(scene.description().nodes.size() * kNodeSearchBytes))) {
+    return;
+  }
+  const Deadline deadline = deadline_of(exchange, service);
+  DeadlineWatch watch(deadline);
+  const auto page = find_nodes(scene, query, watch);
+  if (!page) return exchange.reply_error(page.error());
+  if (!went_well(exchange, exchange.reserve(bytes_of_nodes(scene, query, *page)))) return;
+  exchange.reply_json(200, encode_nodes(scene, query, *page));
 }
 
 void triangles(Exchange& exchange, const Service& service) {

@@ -52,7 +52,11 @@ void finish_load(Exchange& exchange, Service& service, SceneLoad& load, const Pe
                  const Deadline& deadline) {
   const auto put = permit ? service.store.wait(load, deadline) : std::nullopt;
   if (!put) return reply_accepted(exchange, service, load.id());
-  if (!*put) return exchange.reply_error(put->error());
+  if (!*put) {
+    const Error& error = put->error();
+    const bool is_of_file = error.code.starts_with("GLTF_");
+    return exchange.reply_error(is_of_file ? with_form_hint(exchange, error, "") : error);
+  }
   reply_done(exchange, (*put)->created ? 201 : 200, *(*put)->scene);
   exchange.response.set_header("Location", "/v1/scenes/" + load.id());
 }

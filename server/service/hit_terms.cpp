@@ -4,23 +4,11 @@
 #include <unordered_map>
 #include <vector>
 
+#include "server/service/node_search.h"
+
 namespace sightline {
 
 namespace {
-
-/// "/house/roof"; a node without a name is "#7", its index in the file. Of deep hierarchies only
-/// the last part, after "...", so that no file makes it long.
-std::string path_of(const SceneDescription& description, std::uint32_t node) {
-  constexpr std::size_t kLongest = 4096;
-  std::string path;
-  for (; node != kNone; node = description.nodes[node].parent) {
-    const Node& its = description.nodes[node];
-    const std::string name = its.name.empty() ? "#" + std::to_string(its.file_node) : its.name;
-    if (!path.empty() && path.size() + name.size() > kLongest) return "..." + path;
-    path.insert(0, name).insert(0, "/");
-  }
-  return path;
-}
 
 /// The number of an instance among those of its node, which are neighbours: instances are in the
 /// order of nodes.
@@ -38,7 +26,7 @@ void fill_paths(const SceneDescription& description, const HitBatch& hits, HitTe
     if (!hits.hit(i)) continue;
     const std::uint32_t node = description.instances[hits.instance[i]].node;
     const auto [at, is_new] = known.try_emplace(node);
-    if (is_new) at->second = terms.own_texts.emplace_back(path_of(description, node));
+    if (is_new) at->second = terms.own_texts.emplace_back(node_path(description, node));
     terms.node_path[i] = at->second;
   }
 }
@@ -115,10 +103,11 @@ HitTerms hit_terms(const Scene& scene, const HitBatch& hits, FieldSet fields) {
 Status read_attributes(const Engine& engine, const Scene& scene, const HitBatch& hits,
                        FieldSet fields, const Deadline& deadline, HitDescription& description) {
   if (!fields.has_any_of(kAttributeFields)) return success();
-  return engine.attributes(scene, hits, description.details,
-                           {fields.has(HitField::kShadingNormal), fields.has(HitField::kUv),
-                            fields.has(HitField::kColour)},
-                           deadline, description.terms.attributes);
+  return engine.attributes(
+      scene, hits, description.details,
+      {fields.has(HitField::kShadingNormal), fields.has(HitField::kUv),
+       fields.has(HitField::kColour), fields.has(HitField::kUv1), fields.has(HitField::kTangent)},
+      deadline, description.terms.attributes);
 }
 
 Status describe_hits(const Engine& engine, const DescribedHits& described, const Deadline& deadline,

@@ -1,11 +1,13 @@
 #include "server/service/image_answer.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/base/watch.h"
 #include "core/base/within_memory.h"
 #include "core/query/ray_generators.h"
 #include "core/trace/inspect/explain.h"
+#include "proto/node_colour.h"
 #include "server/service/answer_memory.h"
 #include "server/service/hit_terms.h"
 
@@ -21,10 +23,12 @@ struct PictureRows {
   Column<double> distance;
   Column<Vec3d> normal;
   Column<std::uint32_t> visits;
+  Column<Vec3d> colour;
   HitTerms terms;
 };
 /// Of a pixel in all of these.
-constexpr std::uint64_t kPixelBytes = kRayBytes + kHitBytes + sizeof(double) + sizeof(Vec3d) + 8;
+constexpr std::uint64_t kPixelBytes =
+    kRayBytes + kHitBytes + sizeof(double) + 2 * sizeof(Vec3d) + 8;
 
 /// Rows that are traced at once: enough rays for all threads, few enough for their caches.
 std::uint64_t rows_at_once(const HitImage& image) {
@@ -47,6 +51,37 @@ Status count_visits(const Scene& scene, const RayBatch& rays, const RayOptions& 
   return success();
 }
 
+/// The colours of nodes, as light: the table is for screens, whose parts are about squares.
+void colour_nodes(PictureRows& rows) {
+  rows.colour.assign(rows.hits.size(), Vec3d{});
+  for (std::size_t i = 0; i < rows.hits.size(); ++i) {
+    if (!rows.hits.hit(i)) continue;
+    const auto colour = node_colour(rows.terms.node[i]);
+    for (int k = 0; k < 3; ++k) {
+      const double part = colour[static_cast<std::size_t>(k)] / 255.0;
+      rows.colour[i][k] = part * part;
+    }
+  }
+}
+
+/// Base colours with a light at the camera.
+void shade(const SceneDescription& scene, PictureRows& rows) {
+  rows.colour.assign(rows.hits.size(), Vec3d{});
+  for (std::size_t i = 0; i < rows.hits.size(); ++i) {
+    if (!rows.hits.hit(i)) continue;
+    const Vec3d &d = rows.rays[i].direction, &n = rows.normal[i];
+    const double along =
+        std::fabs(d.x * n.x + d.y * n.y + d.z * n.z) / std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z);
+    const std::uint32_t material = rows.terms.material[i];
+    for (int k = 0; k < 3; ++k) {
+      const double base = material < scene.materials.size()
+                              ? scene.materials[material].base_colour[static_cast<std::size_t>(k)]
+                              : 1;
+      rows.colour[i][k] = base * (0.25 + 0.75 * along);
+    }
+  }
+}
+
 Status draw_picture(const Service& service, const Scene& scene, const RayQuery& query,
                     const RayOptions& options, const Deadline& deadline, WorkTimer& timer,
                     HitImageEncoder& encoder) {
@@ -61,16 +96,20 @@ Status draw_picture(const Service& service, const Scene& scene, const RayQuery& 
     timer.add(&WorkReport::parse_us);
     status = service.engine.closest(scene, rows.rays, deadline, rows.hits, options);
     timer.add(&WorkReport::trace_us);
-    if (status && image.of == HitImage::Of::kNormal) {
+    const bool is_shaded = image.of == HitImage::Of::kShaded;
+    if (status && (image.of == HitImage::Of::kNormal || is_shaded)) {
       status = service.engine.normals(scene, rows.hits, deadline, rows.normal);
     }
     if (status && image.of == HitImage::Of::kVisits) {
       status = count_visits(scene, rows.rays, options, deadline, rows.visits);
     }
     if (!status) return status;
-    if (image.of == HitImage::Of::kNode) {
+    if (image.of == HitImage::Of::kNode || image.of == HitImage::Of::kNodeColours) {
       rows.terms = hit_terms(scene, rows.hits, {HitField::kNodeId});
     }
+    if (is_shaded) rows.terms = hit_terms(scene, rows.hits, {HitField::kMaterialId});
+    if (image.of == HitImage::Of::kNodeColours) colour_nodes(rows);
+    if (is_shaded) shade(scene.description(), rows);
     if (image.of == HitImage::Of::kDepth && query.normalize) {
       rows.distance.resize(rows.hits.size());
       for (std::size_t i = 0; i < rows.hits.size(); ++i)
@@ -78,8 +117,8 @@ Status draw_picture(const Service& service, const Scene& scene, const RayQuery& 
     }
     timer.add(&WorkReport::describe_us);
     const auto& depth = query.normalize ? rows.distance : rows.hits.t;
-    status =
-        encoder.draw(begin, end, {rows.hits, depth, rows.terms.node, rows.normal, rows.visits});
+    status = encoder.draw(
+        begin, end, {rows.hits, depth, rows.terms.node, rows.normal, rows.visits, rows.colour});
     if (!status) return status;
     timer.add(&WorkReport::print_us);
   }

@@ -4,10 +4,12 @@
 
 #include "core/base/infinity.h"
 #include "core/base/watch.h"
+#include "core/query/range_noise.h"
 #include "core/run/nearest_miss.h"
 #include "core/trace/inspect/explain.h"
 #include "core/trace/kernel/all_hits.h"
 #include "proto/binary/hit_binary.h"
+#include "proto/binary/hit_table.h"
 #include "proto/json/hit_json.h"
 #include "proto/json/hit_lines.h"
 #include "server/service/answer_memory.h"
@@ -85,6 +87,32 @@ Status find_returns(const RayBatchCourse& course, HitBatch& hits, RayBatch& rays
   return success();
 }
 
+/// Turns the hits of dropped rays into misses.
+void drop_hits(const RayQuery& query, HitBatch& hits) {
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    if (!RangeErrors(query.noise, i / query.returns).is_dropped()) continue;
+    hits.t[i] = kInf;
+    hits.instance[i] = hits.triangle[i] = kNone;
+  }
+}
+
+/// Moves each hit along its ray to the measured distance.
+void add_errors(const RayQuery& query, const RayBatch& rays, HitBatch& hits,
+                HitDescription& about) {
+  for (std::size_t begin = 0; begin < hits.size(); begin += query.returns) {
+    RangeErrors errors(query.noise, begin / query.returns);
+    for (std::size_t i = begin; i < begin + query.returns && hits.hit(i); ++i) {
+      const Ray ray = rays[i];
+      const double t = errors.measured(hits.t[i], ray.tmin);
+      hits.t[i] = t;
+      const Vec3d &o = ray.origin, &d = ray.direction;
+      if (!about.details.empty())
+        about.details[i].position = {o.x + t * d.x, o.y + t * d.y, o.z + t * d.z};
+      if (!about.terms.distance.empty()) about.terms.distance[i] = distance_of(t, d);
+    }
+  }
+}
+
 Result<std::string> answer_closest(const RayBatchCourse& course) {
   const RayQuery& query = course.query;
   HitBatch hits;
@@ -100,12 +128,18 @@ Result<std::string> answer_closest(const RayBatchCourse& course) {
     }
   }
   if (!status) return status.error();
+  if (query.noise.is_used()) drop_hits(query, hits);
   course.timer.add(&WorkReport::trace_us);
   HitDescription about;
-  status = course.describe(query.returns > 1 ? rays_of_returns : query.rays, hits, about);
+  const RayBatch& rays = query.returns > 1 ? rays_of_returns : query.rays;
+  status = course.describe(rays, hits, about);
   if (!status) return status.error();
+  if (query.noise.is_used()) add_errors(query, rays, hits, about);
   if (course.is(AnswerLayout::kBinary)) {
     return encode_hits_binary(hits, about.details, about.terms, query.fields, course.invalid());
+  }
+  if (query.table) {
+    return encode_hit_table(*query.table, hits, about.details, about.terms, query.fields);
   }
   if (course.is(AnswerLayout::kLines)) {
     return encode_hit_lines(hits, about.details, about.terms, query.fields, course.invalid());

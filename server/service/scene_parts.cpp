@@ -15,35 +15,6 @@ void write_id(JsonWriter& out, std::uint32_t id) {
   out.number(id);
 }
 
-void write_node(JsonWriter& out, const Scene& scene, std::uint32_t number, std::uint32_t mask) {
-  const SceneDescription& description = scene.description();
-  const Node& node = description.nodes[number];
-  // Instances stand in the order of their nodes.
-  const auto& instances = description.instances;
-  const auto begin =
-      std::lower_bound(instances.begin(), instances.end(), number,
-                       [](const Instance& instance, std::uint32_t n) { return instance.node < n; });
-  auto end = begin;
-  std::uint64_t triangles = 0;
-  Box3d bounds;
-  for (; end != instances.end() && end->node == number; ++end) {
-    triangles += description.meshes[end->mesh]->triangle_count();
-    bounds.include(scene.trees().plan().placed[static_cast<std::size_t>(end - instances.begin())]);
-  }
-  write(out, "{\"node_id\":", node.file_node, ",\"name\":");
-  out.name(node.name);
-  out.raw(",\"parent\":");
-  write_id(out, node.parent == kNone ? kNone : description.nodes[node.parent].file_node);
-  write(out, ",\"instances\":", static_cast<std::uint64_t>(end - begin),
-        ",\"triangles\":", triangles, ",\"hidden\":", node.hidden, ",\"mask\":", mask,
-        ",\"bounds\":");
-  if (bounds.empty()) {
-    out.raw("null}");
-    return;
-  }
-  write(out, "{\"min\":", bounds.min, ",\"max\":", bounds.max, "}}");
-}
-
 /// Three numbers with points between them. False if that is not what it is.
 bool parse_id(std::string_view text, std::array<std::uint32_t, 3>& id) {
   const char* at = text.data();
@@ -80,25 +51,6 @@ void write_triangle(JsonWriter& out, const Scene& scene, const std::array<std::u
 }
 
 }  // namespace
-
-std::string encode_nodes(const Scene& scene, std::uint64_t first, std::uint64_t limit) {
-  const std::uint64_t total = scene.description().nodes.size();
-  first = std::min(first, total);
-  const std::uint64_t end = first + std::min(limit, total - first);
-  JsonWriter out(64 + (end - first) * 160);
-  write(out, "{\"total\":", total, ",\"nodes\":[");
-  const std::vector<std::uint32_t> masks = node_masks(scene.description());
-  for (std::uint64_t i = first; i < end; ++i) {
-    if (i > first) out.raw(',');
-    write_node(out, scene, static_cast<std::uint32_t>(i), masks[i]);
-  }
-  out.raw(']');
-  if (end < total) {
-    write(out, ",\"next\":", end);
-  }
-  out.raw("}\n");
-  return out.take();
-}
 
 Result<std::string> encode_triangles(const Scene& scene, std::string_view ids) {
   JsonWriter out(1024);

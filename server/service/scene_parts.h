@@ -1,5 +1,5 @@
 #pragma once
-/// Parts of a scene as JSON: nodes, triangles, and the self-check.
+/// Parts of a scene as JSON: triangles and the self-check.
 
 #include <optional>
 #include <string>
@@ -9,12 +9,6 @@
 #include "core/scene/scene.h"
 
 namespace sightline {
-
-/// Returns {"total":5,"nodes":[{"node_id","name","parent","instances","triangles",
-/// "bounds":{"min","max"}}],"next":2}: `limit` nodes from number `first` on, in the order of a
-/// depth-first walk. "next" is absent at the end. Instances, triangles and world bounds are those
-/// of the node itself; bounds may be null; "parent" is a node_id or null.
-std::string encode_nodes(const Scene& scene, std::uint64_t first, std::uint64_t limit);
 
 /// Returns {"triangles":[{"instance","primitive","triangle","corners":[[x,y,z],...],"node_id",
 /// "material_id"}]} with the exact float64 corners in world space. `ids` are

@@ -83,6 +83,7 @@ QUESTIONS = [
     ("Rays against boxes, without a scene", "/v1/rays-boxes",
      {"rays": [{"origin": [-10, 3, 0], "direction": [1, 0, 0]}], "boxes": [{"min": [-2, -3, -4], "max": [4, 3, 2]}]}),
     ("The nodes of a scene", SIX + "nodes", None),
+    ("The nodes with a name, and their paths", SIX + "nodes?name=r*t&with=path,materials", None),
     ("Exact corners", SIX + "triangles?ids=0.0.0,1.0.2", None),
     ("What a ray came past", SIX + "rays:closest", {"rays": [{"origin": [3, 10, 0], "direction": [0, -1, 0]}], "explain": True, "fields": ["t", "node"]}),
     ("Exact brute force", SIX + "selfcheck?rays=100", None),

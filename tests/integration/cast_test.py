@@ -7,7 +7,7 @@ import unittest
 from pathlib import Path
 
 import case_report
-from sightline_server import BINARY, PATIENCE, SOURCE
+from sightline_server import BINARY, PATIENCE, SOURCE, Server
 
 FEATURES = SOURCE / "tests/data/scenes/features.glb"
 
@@ -115,6 +115,28 @@ class Cast(unittest.TestCase):
                     self.assertIn(word, done.stderr)
                 if not words[0].startswith("RAY_"):
                     self.assertIn("sightline cast --help", done.stderr)
+
+    def test_cast_and_query_share_flags_and_formats(self):
+        rays = "-10 1 0  1 0 0\n1,10,0, 0,-1,0\n{\"origin\":[3,10,0],\"direction\":[0,-1,0]}\n"
+        with tempfile.TemporaryDirectory() as folder, Server("--preload", "six=demo:six") as server:
+            file = Path(folder, "rays.txt")
+            file.write_text(rays, encoding="utf-8")
+            one = ("--origin", "-10,1,0", "--direction", "1,0,0", "--tmin", "1", "--tmax", "30")
+            miss = ("--origin", "1,10,0", "--direction", "0,-1,0")
+            for ray in (one, miss, ("--rays", file)):
+                for mode in ((), ("--any",), ("--count",), ("--count", "--crossings", "once"), ("--all",)):
+                    fields = ("--fields", "t,node") if mode in ((), ("--all",)) else ()
+                    for form in ("text", "json", "hits"):
+                        with self.subTest(ray=ray, mode=mode, format=form):
+                            shared = (*map(str, ray), *mode, *fields, "--format", form)
+                            local, remote = sightline("cast", "demo:six", *shared), sightline("query", server.url, "six", *shared)
+                            self.assertEqual((local.returncode, local.stdout, local.stderr), (remote.returncode, remote.stdout, remote.stderr))
+                            self.assertIn(local.returncode, (0, 1))
+            flags = [{word for word in sightline(name, "--help").stdout.replace(",", " ").split() if word.startswith("--")} for name in ("cast", "query")]
+            self.assertEqual(flags[0] - {"--scene", "--kernel", "--version);", "--version)"}, flags[1] - {"--key-file"})
+        done = subprocess.run([BINARY, "cast", "demo:six", "--rays", "-", "--fields", "t", "--json"], input=rays, capture_output=True, text=True,
+                              timeout=PATIENCE, check=False)
+        self.assertEqual((done.returncode, done.stdout), (0, '{"t":4.5}\nnull\n{"t":8}\n'))
 
     def test_numbers_are_rounded_once(self):
         # Halfway cases that go wrong by way of an 80-bit number.

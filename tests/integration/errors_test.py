@@ -4,7 +4,7 @@ import json
 import unittest
 
 import case_report
-from sightline_server import JSON_TYPE, SOURCE, Server, curl
+from sightline_server import JSON_TYPE, SOURCE, Server, curl, demo_glb
 
 GOOD = {"rays": [{"origin": [-10, 1, 0], "direction": [1, 0, 0]}]}
 
@@ -260,6 +260,24 @@ class Errors(unittest.TestCase):
         answer = self.server.put("six", b"not a scene")
         self.assertIn(answer.status, (400, 422))
         self.assertEqual(self.server.closest("six", ([-10, 1, 0], [1, 0, 0]))[0]["t"], 4.5)
+
+    def test_curl_d_instead_of_data_binary_is_detected(self):
+        # What curl -d @FILE sends: the file without line ends and zero bytes, as a form.
+        stripped = demo_glb("six").translate(None, b"\r\n\0")
+        form = ("-H", "Content-Type: application/x-www-form-urlencoded")
+        answer = self.server.ask("/v1/scenes/form", "-X", "PUT", *form, body=stripped)
+        self.assertIn(answer.status, (400, 415), answer.body)
+        self.assertIn("--data-binary @FILE", answer.json()["detail"])
+        lines = b'{"origin":[3,10,0],"direction":[0,-1,0]}' * 2
+        binary = b"SLR1" + bytes(range(1, 60))
+        for body in (lines, binary):
+            answer = self.server.ask("/v1/scenes/six/rays:closest", *form, body=body)
+            self.assertIn("--data-binary @FILE", answer.json()["detail"], answer.body)
+        # A mistake in JSON that lost nothing has no such hint, and good requests work as before.
+        answer = self.server.ask("/v1/scenes/six/rays:closest", *form, body='{"rays":[],}')
+        self.assertNotIn("--data-binary", answer.json()["detail"])
+        self.assertEqual(self.server.ask("/v1/scenes/six/rays:closest", *form, body='{"rays":[]}').status, 200)
+        self.assertEqual(self.server.ask("/v1/scenes/form", "-X", "PUT", *form, body=demo_glb("six")).status, 201)
 
 
 if __name__ == "__main__":

@@ -12,6 +12,9 @@ RAY = {"origin": [-10, 1, 0], "direction": [1, 0, 0]}
 MISS = {"origin": [-10, 50, 0], "direction": [1, 0, 0]}
 COLUMNS = {"origins": RAY["origin"] + MISS["origin"], "directions": RAY["direction"] * 2}
 LIDAR = {"kind": "lidar", "position": [0, 1, 0], "elevations": [0, -5], "azimuths": 8, "range": [0, None]}
+SENSOR = {"kind": "lidar", "firings": [[0, -5], [1, 5]], "azimuths": 4, "sector": [-30, 30], "divergence": 0.5, "samples": 3}
+LENS = {"kind": "pinhole", "intrinsics": [9, 9, 4, 3], "width": 8, "height": 6, "crop": [1, 1, 3, 2],
+        "extrinsic": [[1, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, 5], [0, 0, 0, 1]]}
 BOX = {"min": [-10, None, -10], "max": [0, 3, 3]}
 BESIDE = {"on_invalid": "mark", "work": True, "strict": False, "cull": "none", "exclude": {"names": ["nobody"]}}
 
@@ -21,12 +24,14 @@ BODIES = {
     "raysClosest": [{"rays": [RAY, MISS]}, {"rays": [RAY], "explain": True, "fields": ["t"], "cull": "back"},
                     {"rays": [MISS], "explain": True}, {"rays": [RAY], "explain": True, "include": {"names": ["nobody"]}},
                     {**{name: COLUMNS[name][:3] for name in COLUMNS}, "explain": True}, {**COLUMNS, **BESIDE}, {"generator": LIDAR},
+                    {"generator": {**SENSOR, "noise": 0.1, "dropout": 0.5, "seed": 3, "returns": 2}},
+                    {"generator": {"kind": "pinhole", "fov_x": 50, "width": 9, "height": 9, "pixels": [[4, 4], [8, 0]]}},
                     {"rays": [RAY, MISS], "fields": "all"}, {**COLUMNS, "fields": "all", "normalize": True},
                     {**COLUMNS, "mask": 3, "masks": [1, 2]}, {"rays": [{**RAY, "mask": 4}]}],
     "raysAny": [{"rays": [RAY, MISS]}, {"generator": {"kind": "pinhole", "width": 3, "height": 2}, **BESIDE}],
     "raysAll": [{"rays": [RAY, MISS], "max_hits": 2, "crossings": "once"}, {**COLUMNS, "fields": "all"}],
     "raysCount": [{"rays": [RAY, MISS], **BESIDE}],
-    "raysGenerate": [{"generator": LIDAR}, {"generator": {"kind": "hemisphere", "points": [[0, 0, 0]], "normals": [[0, 1, 0]],
+    "raysGenerate": [{"generator": LIDAR}, {"generator": SENSOR}, {"generator": LENS}, {"generator": {"kind": "hemisphere", "points": [[0, 0, 0]], "normals": [[0, 1, 0]],
                                                           "count": 3, "seed": 9, "distribution": "uniform"}},
                      {"generator": {"kind": "orthographic", "extent_y": 2, "width": 2, "height": 2, "look_at": [1, 0, 0]}},
                      {"generator": {"kind": "equirectangular", "width": 2, "height": 2, "up": [0, 0, 1], "forward": [1, 0, 0]}}],
@@ -58,7 +63,7 @@ GETS = {"listScenes": "/v1/scenes", "getScene": "/v1/scenes/six", "sceneStats": 
         "openapi": "/openapi.json", "page": "/", "pageScript": "/page.js", "pageStyle": "/page.css", "bootScript": "/boot.js", "statusPage": "/status", "statusScript": "/status.js",
         "document": "/docs/README.md", "documents": "/docs/documents.json.gz", "guideScript": "/guide.js", "learn": "/learn", "learnScript": "/learn.js", "docs": "/docs", "docsScript": "/docs/app.js", "docsStyle": "/docs/style.css", "metrics": "/metrics"}
 # What has no answer to be held against a schema here.
-OTHERS = {"sceneEvents", "putScene", "loadScene", "deleteScene", "patchNode"}
+OTHERS = {"sceneEvents", "putScene", "loadScene", "deleteScene", "patchNode", "patchNodes"}
 
 # Every keyword that the document uses must be one that `faults` knows, or says nothing of what is good.
 KNOWN = {"$ref", "type", "enum", "const", "anyOf", "oneOf", "properties", "required", "additionalProperties", "minProperties",

@@ -45,8 +45,8 @@ class Parts(TwoScenes):
         self.assertNotIn("next", nodes)
         root, left, right = nodes["nodes"]
         self.assertEqual((root["parent"], root["triangles"], root["bounds"]), (None, 0, None))
-        self.assertEqual(left, {"node_id": left["node_id"], "name": "left", "parent": root["node_id"], "instances": 1,
-                                "triangles": 3, "hidden": False, "mask": 2**32 - 1, "bounds": {"min": [-6, 0, -2], "max": [0, 4, 2]}})
+        self.assertEqual(left, {"node_id": left["node_id"], "name": "left", "parent": root["node_id"], "children": 0,
+                                "instances": 1, "first_instance": 0, "triangles": 3, "triangles_below": 3, "hidden": False, "mask": 2**32 - 1, "bounds": {"min": [-6, 0, -2], "max": [0, 4, 2]}})
         self.assertEqual((right["name"], right["bounds"]), ("right", {"min": [2, 0, -2], "max": [8, 4, 2]}))
 
     def test_nodes_come_in_pages(self):

@@ -272,11 +272,34 @@ class PythonClient(TwoScenes):
             else:
                 self.assertEqual((hits["t"][i], hits["instance"][i]), (math.inf, -1))
 
+    def test_parts_of_pictures_and_tables(self):
+        view = {"kind": "pinhole", "position": [-10, 1, 0], "forward": [1, 0, 0], "width": 9, "height": 7}
+        whole = listed(self.client.closest("six", generator=view, fields=["t"])["t"])
+        crop = listed(self.client.closest("six", generator={**view, "crop": [2, 1, 4, 3]}, fields=["t"])["t"])
+        self.assertEqual(crop, [row[2:6] for row in whole[1:4]])
+        pixels = listed(self.client.closest("six", generator={**view, "pixels": [[4, 3], [0, 6]]}, fields=["t"])["t"])
+        self.assertEqual(pixels, [whole[3][4], whole[6][0]])
+        hits = sum(t != math.inf for row in whole for t in row)
+        self.assertIn(f"element vertex {hits}\n".encode(), self.client.table("six", view, fields=["t", "node_id"]))
+        self.assertEqual(len(self.client.table("six", view, "csv", fields=["t"]).splitlines()), 1 + 9 * 7)
+        with self.assertRaises(ValueError):
+            self.client.table("six", view, "obj")
+
+    def test_several_nodes_are_changed_at_once(self):
+        self.client.put("changed", demo_glb("six"))
+        self.client.patch_nodes("changed", {1: {"hidden": True}, 2: {"mask": 4}})
+        nodes = self.client.nodes("changed")
+        self.assertEqual([(node["hidden"], node["mask"]) for node in nodes], [(False, 2**32 - 1), (True, 2**32 - 1), (False, 4)])
+        self.client.delete("changed")
+
     def test_scenes_come_and_go(self):
         self.assertEqual(self.client.put("mine", demo_glb("six"))["state"], "ready")
         self.assertIn("mine", [scene["id"] for scene in self.client.scenes()])
         self.assertEqual(self.client.scene("mine")["counts"]["triangles"], 6)
         self.assertEqual([node["name"] for node in self.client.nodes("mine")], ["root", "left", "right"])
+        found = self.client.nodes("mine", path="/root/r*", extra=["path", "extras"])
+        self.assertEqual([(node["path"], node["extras"]) for node in found], [("/root/right", None)])
+        self.assertEqual([node["node_id"] for node in self.client.nodes("mine", instance=0)], [1])
         self.assertEqual(self.client.triangles("mine", [(0, 0, 0)])[0]["corners"][1], [-4, 4, 0])
         self.assertEqual(listed(self.client.boxes_count("mine", [{"min": [-9, 0, -9], "max": [0, 9, 9]}])), [3])
         self.client.delete("mine")

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -75,10 +76,10 @@ class AccessorReader {
   /// The store that the reader was made with.
   ViewStore& views() const { return views_; }
 
-  /// Returns a view of an accessor. Checks its bufferView, offsets, stride, alignment, count and
-  /// sparse parts against the bytes. Precondition: index is in range. Cost: sparse indices are read
-  /// once. Errors: GLTF_ACCESSOR_INVALID, GLTF_ACCESSOR_OUT_OF_BOUNDS, GLTF_LIMIT_ZERO_FILLED,
-  /// those of ViewStore.
+  /// Returns a view of an accessor. Checks its bufferView, offsets, stride, alignment in the
+  /// bufferView, count and sparse parts against the bytes. Precondition: index is in range. Cost:
+  /// sparse indices are read once. Errors: GLTF_ACCESSOR_INVALID, GLTF_ACCESSOR_OUT_OF_BOUNDS,
+  /// GLTF_LIMIT_ZERO_FILLED, those of ViewStore.
   Result<AccessorView> view(std::size_t index);
 
   /// Returns a view of elements that are decoded already. `decoded` must have the number and type
@@ -89,7 +90,7 @@ class AccessorReader {
   /// Returns a view of an accessor in a compressed bufferView without reading bytes: `base` is
   /// null, and the caller sets it when the bufferView is decoded. The accessor's byteOffset counts
   /// from the first decoded byte. Errors: GLTF_ACCESSOR_INVALID, GLTF_ACCESSOR_OUT_OF_BOUNDS.
-  Result<AccessorView> view_to_decode(std::size_t index) const;
+  Result<AccessorView> view_to_decode(std::size_t index);
 
   /// Returns a view of packed elements that a decoder will produce: `base` is null, and the caller
   /// sets it after decoding. Errors: GLTF_ACCESSOR_INVALID.
@@ -106,6 +107,9 @@ class AccessorReader {
                 std::uint64_t TouchedBytes::*kind);
   /// The bytes that were counted so far.
   const TouchedBytes& touched() const { return touched_; }
+  /// The bufferViews of views so far that start at a byte of their buffer that is no multiple of
+  /// the size of a component. Their elements are read as they stand.
+  const std::set<int>& unaligned() const { return unaligned_; }
 
  private:
   /// Where elements are in a bufferView, in bytes.
@@ -123,8 +127,7 @@ class AccessorReader {
   /// Checks that an extent is inside of a bufferView of `bytes` bytes, and that it is aligned.
   /// `index` is the accessor, `part` its part for messages: "" or " (sparse.indices)". Errors:
   /// GLTF_ACCESSOR_OUT_OF_BOUNDS, GLTF_ACCESSOR_INVALID (alignment). Precondition: count > 0.
-  Status check(std::size_t index, const char* part, const Extent& extent,
-               std::uint64_t bytes) const;
+  Status check(std::size_t index, const char* part, const Extent& extent, std::uint64_t bytes);
   /// The first byte of an extent, after check(). Errors: those of check() and of ViewStore.
   Result<const std::byte*> locate(std::size_t index, const char* part, const Extent& extent);
   Status attach_sparse(std::size_t index, AccessorView& view);
@@ -133,6 +136,7 @@ class AccessorReader {
   ViewStore& views_;
   const ImportLimits& limits_;
   TouchedBytes touched_;
+  std::set<int> unaligned_;
 };
 
 }  // namespace sightline::gltf

@@ -17,7 +17,10 @@ bool is_of_its_type(VertexAttribute attribute, const AccessorView& view, bool qu
   switch (attribute) {
     case VertexAttribute::kNormal:
       return view.components == 3 && is_number;
+    case VertexAttribute::kTangent:
+      return view.components == 4 && is_number;
     case VertexAttribute::kUv:
+    case VertexAttribute::kUv1:
       return view.components == 2 && (is_number || (is_small && quantization));
     case VertexAttribute::kColour:
       return (view.components == 3 || view.components == 4) && is_number;
@@ -25,14 +28,14 @@ bool is_of_its_type(VertexAttribute attribute, const AccessorView& view, bool qu
   return false;
 }
 
-/// A skin and morph targets that move positions turn normals with them.
+/// A skin and morph targets that move positions turn normals and tangents with them.
 bool is_moved(VertexAttribute attribute, const AttributeEntry& entry, const PrimitiveSource& found,
               const Pose& pose) {
   const auto bit = static_cast<unsigned>(attribute);
   for (std::size_t k = 0; k < pose.weights.size() && k < entry.moved_by.size(); ++k) {
     if (pose.weights[k] != 0 && (unsigned{entry.moved_by[k]} >> bit & 1u) != 0) return true;
   }
-  return attribute == VertexAttribute::kNormal &&
+  return (attribute == VertexAttribute::kNormal || attribute == VertexAttribute::kTangent) &&
          (pose.joints != nullptr || !found.targets.empty());
 }
 

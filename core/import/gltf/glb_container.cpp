@@ -26,6 +26,27 @@ Error broken(std::string message) {
   return malformed("GLTF_CONTAINER_INVALID", "GLB: " + std::move(message));
 }
 
+/// Whether a BIN chunk that fits begins at `at`.
+bool continues_at(std::span<const std::byte> file, std::size_t at) {
+  return file.size() - at >= 8 && u32_at(file, at + 4) == kBinChunk &&
+         u32_at(file, at) <= file.size() - at - 8;
+}
+
+/// Where the chunk after the one of `size` bytes at `at` begins; empty if that is not clear.
+std::optional<std::size_t> next_chunk(std::span<const std::byte> file, std::size_t at,
+                                      std::size_t size) {
+  const std::size_t here = at + size;
+  if (size % 4 == 0) return here;
+  const std::size_t padded = here + (4 - size % 4);
+  // Padding is at most 3 bytes: the file ends here by either reading.
+  if (padded >= file.size()) return file.size();
+  // Not both: two names of chunks less than 4 bytes apart would overlap.
+  for (const std::size_t next : {here, padded}) {
+    if (continues_at(file, next)) return next;
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 bool has_glb_magic(std::span<const std::byte> bytes) {
@@ -61,10 +82,6 @@ Result<GlbChunks> split_glb(std::span<const std::byte> bytes) {
       return broken("chunk " + std::to_string(number) + " states " + std::to_string(size) +
                     " bytes, " + std::to_string(length - at) + " are left");
     }
-    if (size % 4 != 0) {
-      return broken("chunk " + std::to_string(number) + " has " + std::to_string(size) +
-                    " bytes, not a multiple of 4");
-    }
     const auto payload = bytes.subspan(at, size);
     if (number == 0) {
       if (type != kJsonChunk) return broken("the first chunk is not JSON");
@@ -72,7 +89,13 @@ Result<GlbChunks> split_glb(std::span<const std::byte> bytes) {
     } else if (number == 1 && type == kBinChunk) {
       chunks.binary = payload;
     }
-    at += size;
+    const auto next = next_chunk(bytes.first(length), at, size);
+    if (!next) {
+      return broken("chunk " + std::to_string(number) + " has " + std::to_string(size) +
+                    " bytes, not a multiple of 4, and it is not clear where the next one begins");
+    }
+    if (size % 4 != 0) chunks.unaligned_chunk = number;
+    at = *next;
   }
   if (chunks.json.empty()) return broken("there is no JSON");
   return chunks;

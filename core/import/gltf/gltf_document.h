@@ -45,7 +45,7 @@ struct DracoEntry {
 
 /// The names in files, by VertexAttribute.
 inline constexpr std::array<const char*, kVertexAttributes> kVertexAttributeNames = {
-    "NORMAL", "TEXCOORD_0", "COLOR_0"};
+    "NORMAL", "TEXCOORD_0", "COLOR_0", "TEXCOORD_1", "TANGENT"};
 
 /// What an accessor states as min and max of its numbers: nothing usable (kNone), three of each
 /// with min <= max (kOrdered), or a min above its max (kCrossed). The values are not trusted.
@@ -53,7 +53,7 @@ enum class StatedBounds : std::uint8_t { kNone, kOrdered, kCrossed };
 
 /// The accessors of the vertex attributes of a primitive. Arrays are indexed by VertexAttribute.
 struct AttributeEntry {
-  std::array<int, kVertexAttributes> accessor = {-1, -1, -1};  ///< -1: absent or invalid
+  std::array<int, kVertexAttributes> accessor = {-1, -1, -1, -1, -1};  ///< -1: absent or invalid
   /// id in the Draco bytes, if compressed
   std::array<std::optional<std::uint32_t>, kVertexAttributes> draco;
   /// One bit set for each morph target: bit i means that the target moves VertexAttribute i.
@@ -78,6 +78,7 @@ struct GltfDocument {
   std::vector<std::optional<Camera>> cameras;         ///< empty: invalid, there is a warning
   std::map<std::size_t, std::size_t> camera_of_node;  ///< node to camera, both in range
   std::map<std::size_t, std::uint32_t> masks;         ///< by node: its extras.sightline.mask
+  std::map<std::size_t, std::string> extras;          ///< by node: JSON text of its extras
   bool has_scene = false;  ///< false: the file names no scene, every root node is loaded
   /// the file requires KHR_draco_mesh_compression: accessors have no uncompressed bytes
   bool draco_required = false;

@@ -110,6 +110,18 @@ std::array<double, 4> read_base_colour(const json& material, std::size_t number,
   return colour;
 }
 
+/// Whether light passes through the material by KHR_materials_transmission.
+bool reads_transmission(const json& material) {
+  const json* at = &material;
+  for (const char* key : {"extensions", "KHR_materials_transmission", "transmissionFactor"}) {
+    const auto found = at->find(key);
+    if (found == at->end()) return false;
+    at = &*found;
+    if (!at->is_object()) break;
+  }
+  return at->is_number() && at->get<double>() > 0;
+}
+
 void take_materials(json* list, GltfDocument& document, JsonChecker& check, const Place& at) {
   if (list == nullptr) return;
   for (std::size_t i = 0; i < list->size() && check.good(); ++i) {
@@ -120,7 +132,8 @@ void take_materials(json* list, GltfDocument& document, JsonChecker& check, cons
     if (!check.good()) return;
     document.materials.push_back(
         {object.value("name", std::string()), object.value("doubleSided", false),
-         read_alpha_mode(object, i, document), read_base_colour(object, i, document)});
+         read_alpha_mode(object, i, document), read_base_colour(object, i, document),
+         reads_transmission(object)});
   }
 }
 
@@ -138,11 +151,13 @@ void thin_instancing(json& node, const Counts& counts, JsonChecker& check, const
   }
 }
 
-/// Extras are anybody's: only what is ours in them has to be as it should.
-void take_mask(json& node, std::size_t number, GltfDocument& document, JsonChecker& check,
-               const Place& at) {
+/// Retains the text of the extras. Only the member "sightline" has to be as documented.
+void take_extras(json& node, std::size_t number, GltfDocument& document, JsonChecker& check,
+                 const Place& at) {
   const auto extras = node.find("extras");
-  if (extras == node.end() || !extras->is_object()) return;
+  if (extras == node.end() || extras->is_null()) return;
+  document.extras[number] = extras->dump();
+  if (!extras->is_object()) return;
   const auto own = extras->find("sightline");
   if (own == extras->end() || !own->is_object() || !own->contains("mask")) return;
   const Place place = at.member("extras");
@@ -157,7 +172,7 @@ void thin_nodes(json* list, const Counts& counts, GltfDocument& document, JsonCh
     json& object = (*list)[i];
     const Place place = at.element(i);
     thin_instancing(object, counts, check, place);
-    take_mask(object, i, document, check, place);
+    take_extras(object, i, document, check, place);
     JsonChecker::keep_only(object, {"name", "children", "mesh", "skin", "matrix", "translation",
                                     "rotation", "scale", "weights", "extensions"});
     check.text(object, "name", place);

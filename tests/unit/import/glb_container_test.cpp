@@ -45,10 +45,26 @@ TEST(GlbContainer, refuses_every_truncated_length) {
   }
 }
 
-TEST(GlbContainer, refuses_a_chunk_that_is_not_a_multiple_of_four) {
-  auto bytes = sample();
-  write_word(bytes, 12, 3);
-  EXPECT_EQ(split_glb(bytes).error().code, "GLTF_CONTAINER_INVALID");
+TEST(GlbContainer, reads_an_odd_chunk_where_the_next_one_is_found) {
+  for (const std::uint32_t size : {1u, 2u, 3u}) {
+    auto bytes = sample();
+    write_word(bytes, 12, size);
+    const auto chunks = split_glb(bytes);
+    ASSERT_TRUE(chunks.ok());
+    EXPECT_EQ(chunks->unaligned_chunk, 0u);
+    EXPECT_EQ(chunks->json.size(), size);
+    EXPECT_EQ(chunks->binary->size(), 8u);
+    bytes.erase(bytes.begin() + 20 + static_cast<long>(size), bytes.begin() + 24);
+    write_word(bytes, 8, static_cast<std::uint32_t>(bytes.size()));
+    EXPECT_EQ(split_glb(bytes)->binary->size(), 8u);
+  }
+  auto nowhere = sample();
+  write_word(nowhere, 12, 3);
+  write_word(nowhere, 28, 0);
+  EXPECT_EQ(split_glb(nowhere).error().code, "GLTF_CONTAINER_INVALID");
+  auto last = sample();
+  write_word(last, 24, 7);
+  EXPECT_EQ(split_glb(last)->unaligned_chunk, 1u);
 }
 
 TEST(GlbContainer, refuses_lengths_near_the_end_of_32_bits) {

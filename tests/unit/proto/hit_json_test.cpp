@@ -34,6 +34,8 @@ struct Sample {
     constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
     terms.attributes.shading_normal = {{0, 1, 0}, {kNan, kNan, kNan}};
     terms.attributes.uv = {{{0.5, -1}}, {{kNan, kNan}}};
+    terms.attributes.uv1 = {{{2, 3}}, {{kNan, kNan}}};
+    terms.attributes.tangent = {{{1, 0, 0, -1}}, {{kNan, kNan, kNan, kNan}}};
     terms.attributes.colour = {{{1, 0.5, 0, 1}}, {{kNan, kNan, kNan, kNan}}};
   }
   std::string encode(FieldSet fields, AnswerLayout layout) const {
@@ -64,7 +66,8 @@ TEST(HitJson, writes_every_field_in_its_order) {
   EXPECT_EQ(Sample().encode(every_field(), AnswerLayout::kRows),
             R"({"hits":[{"t":5,"distance":10,"instance":3,"primitive":1,"triangle":12,)"
             R"("position":[1,2,-0.0],"normal":[0,0,1],"shading_normal":[0,1,0],)"
-            R"("barycentrics":[0.25,0.5],"uv":[0.5,-1],"colour":[1,0.5,0,1],"front":true,)"
+            R"("barycentrics":[0.25,0.5],"uv":[0.5,-1],"uv1":[2,3],"tangent":[1,0,0,-1],)"
+            R"("colour":[1,0.5,0,1],"front":true,)"
             R"("on_edge":true,"node":"roof \"east\"","node_id":7,"node_path":"/town/roof",)"
             R"("mesh":"house","mesh_id":8,"material":"tile","material_id":9,)"
             R"("node_instance":2},null]})");

@@ -72,8 +72,8 @@ void expect_moves(DemoScene demo_scene, std::shared_ptr<const Scene> scene, std:
         change.parent_from_node = any_matrix(random, 20, demo_scene.nodes.size() > 1);
         demo_scene.nodes[change.node].parent_from_node = *change.parent_from_node;
       }
-      changes = with_change(std::move(changes), change);
-      all = with_change(std::move(all), change);
+      changes = with_changes(std::move(changes), std::span(&change, 1));
+      all = with_changes(std::move(all), std::span(&change, 1));
     }
     auto next = scene->changed(changes);
     ASSERT_TRUE(next.ok()) << next.error().message;

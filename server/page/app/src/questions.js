@@ -1,8 +1,8 @@
 // The questions that the console can send, and what of their answers is drawn in the scene.
 
 export const FIELDS = ["t", "distance", "instance", "primitive", "triangle", "position", "normal", "shading_normal",
-  "barycentrics", "uv", "colour", "front", "on_edge", "node", "node_id", "node_path", "mesh",
-  "mesh_id", "material", "material_id", "node_instance"];
+  "barycentrics", "uv", "uv1", "tangent", "colour", "front", "on_edge", "node", "node_id",
+  "node_path", "mesh", "mesh_id", "material", "material_id", "node_instance"];
 
 const DOWN = [0, -1, 0];
 

@@ -1,0 +1,360 @@
+#include "proto/binary/hit_table.h"
+
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+#include "proto/hit_columns.h"
+#include "proto/json/number_text.h"
+#include "proto/node_colour.h"
+
+namespace sightline {
+namespace {
+
+/// Calls visit(column of the field) for each field, in their order.
+template <class Visit>
+void for_each_column(const HitAnswer& answer, FieldSet fields, const Visit& visit) {
+  for (const HitField field : all_hit_fields()) {
+    if (fields.has(field)) visit_column(answer, field, visit);
+  }
+}
+
+/// The names of a field's numbers: "t", or "position_x", "position_y", "position_z".
+std::vector<std::string> names_of(HitField field) {
+  const std::string name(hit_field_name(field));
+  if (hit_field_row(field).kind != FieldKind::kVector) return {name};
+  const std::string_view parts = field == HitField::kColour    ? "rgba"
+                                 : hit_field_width(field) == 4 ? "xyzw"
+                                 : hit_field_width(field) == 2 ? "uv"
+                                                               : "xyz";
+  std::vector<std::string> names;
+  for (const char part : parts) names.push_back(name + "_" + part);
+  return names;
+}
+
+template <class Number>
+void append(std::string& out, Number number) {
+  char bytes[sizeof number];
+  std::memcpy(bytes, &number, sizeof number);
+  out.append(bytes, sizeof number);
+}
+
+void append_text(std::string& out, std::string_view text) {
+  if (text.find_first_of(",\"\r\n") == std::string_view::npos) {
+    out += text;
+    return;
+  }
+  out += '"';
+  for (const char c : text) {
+    if (c == '"') out += '"';
+    out += c;
+  }
+  out += '"';
+}
+
+/// Writes the values of slot `i`, each followed by a comma; no value is an empty cell.
+struct CsvCells {
+  std::string& out;
+  const HitBatch& hits;
+  std::size_t i;
+
+  void number(double value) const {
+    char text[kNumberRoom];
+    if (std::isfinite(value)) out.append(text, write_json_number(text, value));
+    out += ',';
+  }
+  void operator()(const NumberColumn& column) const { number(column.numbers[i]); }
+  template <std::size_t width, class Value>
+  void operator()(const VectorColumn<width, Value>& column) const {
+    for (std::size_t k = 0; k < width; ++k) number(hits.hit(i) ? column.value(i, k) : kNoNumber);
+  }
+  void operator()(const IdColumn& column) const {
+    if (hits.hit(i) && column.ids[i] != kNone) out += std::to_string(column.ids[i]);
+    out += ',';
+  }
+  template <class Value>
+  void operator()(const FlagColumn<Value>& column) const {
+    if (hits.hit(i)) out += column.value(i) ? "true" : "false";
+    out += ',';
+  }
+  void operator()(const NameColumn& column) const {
+    append_text(out, column.names[i]);
+    out += ',';
+  }
+};
+
+/// Writes the values of slot `i` as little-endian numbers: float64, `Id` and a byte for a flag.
+template <class Id>
+struct PackedCells {
+  std::string& out;
+  const HitBatch& hits;
+  std::size_t i;
+
+  void operator()(const NumberColumn& column) const { append(out, column.numbers[i]); }
+  template <std::size_t width, class Value>
+  void operator()(const VectorColumn<width, Value>& column) const {
+    for (std::size_t k = 0; k < width; ++k)
+      append(out, hits.hit(i) ? column.value(i, k) : kNoNumber);
+  }
+  void operator()(const IdColumn& column) const {
+    const bool is_none = !hits.hit(i) || column.ids[i] == kNone;
+    append(out, is_none ? Id{-1} : static_cast<Id>(column.ids[i]));
+  }
+  template <class Value>
+  void operator()(const FlagColumn<Value>& column) const {
+    append(out, static_cast<std::uint8_t>(hits.hit(i) && column.value(i) ? 1 : 0));
+  }
+  void operator()(const NameColumn&) const {}
+};
+
+std::string encode_csv(const HitAnswer& answer, FieldSet fields) {
+  std::string out;
+  for (const HitField field : all_hit_fields()) {
+    if (!fields.has(field)) continue;
+    for (const std::string& name : names_of(field)) out += name + ",";
+  }
+  // RFC 4180.
+  const auto end_line = [&] {
+    out.pop_back();
+    out += "\r\n";
+  };
+  end_line();
+  for (std::size_t i = 0; i < answer.hits.size(); ++i) {
+    for_each_column(answer, fields, CsvCells{out, answer.hits, i});
+    end_line();
+  }
+  return out;
+}
+
+// Point clouds.
+
+/// The colour of a point: of its vertices if that is requested, else of its node. Empty if neither
+/// field is requested.
+struct PointColours {
+  const HitAnswer& answer;
+  FieldSet fields;
+
+  bool has_any() const { return fields.has_any_of({HitField::kColour, HitField::kNodeId}); }
+  std::array<std::uint8_t, 3> operator()(std::size_t i) const {
+    if (!fields.has(HitField::kColour)) return node_colour(answer.terms.node[i]);
+    std::array<std::uint8_t, 3> colour{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double value = answer.terms.attributes.colour[i][k];
+      colour[k] = value > 0 ? static_cast<std::uint8_t>(std::lround(255 * std::fmin(value, 1))) : 0;
+    }
+    return colour;
+  }
+};
+
+/// A number of a point: its name, PCD's letter of its type, and its bytes.
+struct PointNumber {
+  std::string name;
+  char type;
+  int bytes;
+};
+
+std::string short_name(const std::string& name, bool is_ply) {
+  if (name.starts_with("position_")) return name.substr(9);
+  if (is_ply && name.starts_with("normal_")) return "n" + name.substr(7);
+  return name;
+}
+
+/// The numbers of a point without its colour: the number of its ray first.
+std::vector<PointNumber> point_numbers(FieldSet fields, bool is_ply) {
+  std::vector<PointNumber> numbers{{"ray", 'U', 4}};
+  for (const HitField field : all_hit_fields()) {
+    const FieldKind kind = hit_field_row(field).kind;
+    // The parts of a colour are those of the point.
+    if (!fields.has(field) || field == HitField::kColour) continue;
+    const bool is_float = kind == FieldKind::kNumber || kind == FieldKind::kVector;
+    for (const std::string& name : names_of(field)) {
+      numbers.push_back({short_name(name, is_ply),
+                         is_float                   ? 'F'
+                         : kind == FieldKind::kFlag ? 'U'
+                                                    : 'I',
+                         is_float                   ? 8
+                         : kind == FieldKind::kFlag ? 1
+                                                    : 4});
+    }
+  }
+  return numbers;
+}
+
+std::string ply_head(const std::vector<PointNumber>& numbers, bool has_colour, std::size_t points) {
+  std::string head =
+      "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(points) + "\n";
+  for (const PointNumber& each : numbers) {
+    const char* const type = each.type == 'F'   ? "double "
+                             : each.bytes == 1  ? "uchar "
+                             : each.type == 'U' ? "uint "
+                                                : "int ";
+    head += "property " + std::string(type) + each.name + "\n";
+  }
+  if (has_colour) head += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+  return head + "end_header\n";
+}
+
+std::string pcd_head(std::vector<PointNumber> numbers, bool has_colour, std::size_t points) {
+  if (has_colour) numbers.push_back({"rgb", 'U', 4});
+  std::string fields = "FIELDS", sizes = "\nSIZE", types = "\nTYPE", counts = "\nCOUNT";
+  for (const PointNumber& each : numbers) {
+    fields += " " + each.name;
+    sizes += " " + std::to_string(each.bytes);
+    types += std::string(" ") + each.type;
+    counts += " 1";
+  }
+  const std::string count = std::to_string(points);
+  return "VERSION 0.7\n" + fields + sizes + types + counts + "\nWIDTH " + count +
+         "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + count + "\nDATA binary\n";
+}
+
+std::string encode_points(const HitAnswer& answer, FieldSet fields, bool is_ply) {
+  const PointColours colours{answer, fields};
+  FieldSet numbers = fields;
+  numbers.remove(HitField::kColour);
+  std::size_t points = 0;
+  for (std::size_t i = 0; i < answer.hits.size(); ++i) points += answer.hits.hit(i) ? 1u : 0u;
+  const auto described = point_numbers(fields, is_ply);
+  std::string out = is_ply ? ply_head(described, colours.has_any(), points)
+                           : pcd_head(described, colours.has_any(), points);
+  for (std::size_t i = 0; i < answer.hits.size(); ++i) {
+    if (!answer.hits.hit(i)) continue;
+    append(out, static_cast<std::uint32_t>(i));
+    for_each_column(answer, numbers, PackedCells<std::int32_t>{out, answer.hits, i});
+    if (!colours.has_any()) continue;
+    const auto [red, green, blue] = colours(i);
+    // PCD's colour is one integer, 0x00rrggbb.
+    const std::array<std::uint8_t, 3> ply{red, green, blue}, pcd{blue, green, red};
+    for (const std::uint8_t part : is_ply ? ply : pcd) append(out, part);
+    if (!is_ply) append(out, std::uint8_t{0});
+  }
+  return out;
+}
+
+// NumPy.
+
+/// The type of a field's values in an array, and the shape of a value, "(3,)".
+std::string numpy_type(HitField field) {
+  const FieldKind kind = hit_field_row(field).kind;
+  return kind == FieldKind::kFlag                                   ? "'|b1'"
+         : kind == FieldKind::kNumber || kind == FieldKind::kVector ? "'<f8'"
+                                                                    : "'<i8'";
+}
+
+/// Format 1.0 of NumPy's .npy: a head whose length is a multiple of 64.
+std::string npy_head(const std::string& type, const std::string& shape) {
+  std::string text = "{'descr': " + type + ", 'fortran_order': False, 'shape': (" + shape + "), }";
+  constexpr std::size_t kBefore = 10;
+  text.append(63 - (kBefore + text.size()) % 64, ' ').append("\n");
+  std::string head("\x93NUMPY\x01\x00", 8);
+  append(head, static_cast<std::uint16_t>(text.size()));
+  return head + text;
+}
+
+std::string encode_npy(const HitAnswer& answer, FieldSet fields) {
+  std::string type;
+  for (const HitField field : all_hit_fields()) {
+    if (!fields.has(field)) continue;
+    type += (type.empty() ? "('" : ", ('") + std::string(hit_field_name(field)) + "', " +
+            numpy_type(field);
+    const std::size_t width = hit_field_width(field);
+    if (width > 1) type += ", (" + std::to_string(width) + ",)";
+    type += ")";
+  }
+  std::string out = npy_head("[" + type + "]", std::to_string(answer.hits.size()) + ",");
+  for (std::size_t i = 0; i < answer.hits.size(); ++i) {
+    for_each_column(answer, fields, PackedCells<std::int64_t>{out, answer.hits, i});
+  }
+  return out;
+}
+
+/// A ZIP archive whose files are not compressed.
+class ZipArchive {
+ public:
+  void add(const std::string& name, const std::string& bytes) {
+    std::string sizes;
+    append(sizes, crc32(bytes));
+    append(sizes, static_cast<std::uint32_t>(bytes.size()));
+    append(sizes, static_cast<std::uint32_t>(bytes.size()));
+    append(sizes, static_cast<std::uint16_t>(name.size()));
+    const auto at = static_cast<std::uint32_t>(out_.size());
+    const std::string common = common_head() + sizes;
+    out_ += "PK\3\4" + common + std::string(2, '\0') + name + bytes;
+    // The same in the directory: no extra field, comment, disk or attributes; the place.
+    directory_ += "PK\1\2" + std::string("\x14\0", 2) + common + std::string(12, '\0');
+    append(directory_, at);
+    directory_ += name;
+    ++files_;
+  }
+  std::string take() {
+    const auto at = static_cast<std::uint32_t>(out_.size());
+    out_ += directory_ + "PK\5\6" + std::string(4, '\0');
+    append(out_, files_);
+    append(out_, files_);
+    append(out_, static_cast<std::uint32_t>(directory_.size()));
+    append(out_, at);
+    return std::move(out_) + std::string(2, '\0');
+  }
+
+ private:
+  /// Version 2.0, no flags, stored, 1980-01-01.
+  static std::string common_head() { return std::string("\x14\0\0\0\0\0\0\0\x21\0", 10); }
+  static std::uint32_t crc32(std::string_view bytes) {
+    static constexpr auto kTable = [] {
+      std::array<std::uint32_t, 256> table{};
+      for (std::uint32_t i = 0; i < 256; ++i) {
+        std::uint32_t c = i;
+        for (int k = 0; k < 8; ++k) c = (c & 1u) != 0 ? 0xedb88320u ^ (c >> 1) : c >> 1;
+        table[i] = c;
+      }
+      return table;
+    }();
+    std::uint32_t crc = 0xffffffffu;
+    for (const char c : bytes) {
+      crc = kTable[(crc ^ static_cast<unsigned char>(c)) & 255u] ^ (crc >> 8);
+    }
+    return ~crc;
+  }
+
+  std::string out_, directory_;
+  std::uint16_t files_ = 0;
+};
+
+std::string encode_npz(const HitAnswer& answer, FieldSet fields) {
+  ZipArchive archive;
+  for (const HitField field : all_hit_fields()) {
+    if (!fields.has(field)) continue;
+    const std::size_t width = hit_field_width(field);
+    std::string file =
+        npy_head(numpy_type(field), std::to_string(answer.hits.size()) + "," +
+                                        (width > 1 ? std::to_string(width) : std::string()));
+    for (std::size_t i = 0; i < answer.hits.size(); ++i) {
+      visit_column(answer, field, PackedCells<std::int64_t>{file, answer.hits, i});
+    }
+    archive.add(std::string(hit_field_name(field)) + ".npy", file);
+  }
+  return archive.take();
+}
+
+}  // namespace
+
+std::string encode_hit_table(TableFormat format, const HitBatch& hits,
+                             std::span<const HitDetail> details, const HitTerms& terms,
+                             FieldSet fields) {
+  const HitAnswer answer{hits, details, terms};
+  switch (format) {
+    case TableFormat::kPly:
+      return encode_points(answer, fields, true);
+    case TableFormat::kPcd:
+      return encode_points(answer, fields, false);
+    case TableFormat::kNpy:
+      return encode_npy(answer, fields);
+    case TableFormat::kNpz:
+      return encode_npz(answer, fields);
+    case TableFormat::kCsv:
+      break;
+  }
+  return encode_csv(answer, fields);
+}
+
+}  // namespace sightline
