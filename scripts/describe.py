@@ -7,7 +7,7 @@ proto/hit_fields.def has one row for each field of a hit, proto/questions.json o
 
   docs/reference/fields.md   the table under "Fields of a hit"
   docs/reference/routes.md   the rows of the questions
-  proto/openapi.json         Field, NearestField, ContactField, and the properties of Hit, HitColumns and HitListColumns
+  proto/openapi.json         Field, NearestField, ContactField, EndField, and the properties of Hit, HitColumns and HitListColumns
   proto/python/sightline.py  the constants TEXTS, _WIDTHS, _DISTANCES and _FLAGS
   proto/python/README.md     the rows of the table under "Columns"
   server/page/app/src        the list of fields
@@ -105,7 +105,8 @@ class Description:
         text = self.replaced(name, text, r'(\n      "HitListColumns": \{\n.*?"first": \{[^\n]*\},\n).*?(,\n          "invalid")', columns)
         # A contact has no detail but its position, and a point has no ray.
         contact = [each.name for each in self.fields if each.source in ("Ray", "Scene") or each.name == "position"]
-        for schema, names in (("Field", [each.name for each in self.fields]), ("ContactField", contact),
+        end = [each.name for each in self.fields if each.source == "Scene" or each.name in ("instance", "position")]
+        for schema, names in (("Field", [each.name for each in self.fields]), ("ContactField", contact), ("EndField", end),
                               ("NearestField", [each.name for each in self.fields if each.name not in NO_NEAREST])):
             text = self.replaced(name, text, rf'(\n      "{schema}": \{{\n        "type": "string",\n        "enum": \[).*?(\])', self.wrapped(names))
         return text

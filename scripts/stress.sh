@@ -11,6 +11,7 @@
 #   scripts/stress.sh client [--calls N] [--seed S]
 #   scripts/stress.sh large
 #   scripts/stress.sh cases
+#   scripts/stress.sh geometry
 #
 # --boxes       instead of rays in scenes, pairs of rays and boxes (10,000,000) and of triangles and
 #               boxes (2,000,000; at least a third of each touching exactly), beside the literature's
@@ -43,6 +44,9 @@
 #
 # cases runs the tests that draw random cases under AddressSanitizer and UndefinedBehaviorSanitizer with all of them,
 # where scripts/test.sh runs an eighth.
+#
+# geometry judges 200,000 pairs of crossing triangles, 200,000 pairs of convex bodies (kind and penetration depth), and
+# 200,000 rays through masked materials (tests/unit/geometry, tests/unit/run, tests/integration/alpha_cutoff_test.py).
 #
 # The exit code is not 0 if Sightline was wrong once, or stopped. A wrong answer is printed with its
 # family and seed; `sightline_stress --family F --trial S --rays N --shrink` makes the smallest case
@@ -99,6 +103,16 @@ case ${1:-} in
     programs=(unit_geometry unit_trace unit_run oracle_test)
     cmake --build --preset asan --target "${programs[@]}"
     SIGHTLINE_ALL_CASES=1 exec ctest --preset asan --tests-regex "^($(IFS='|'; echo "${programs[*]}"))\$"
+    ;;
+  geometry)
+    scripts/install_packages.sh test
+    configure release
+    cmake --build --preset release --target sightline unit_geometry unit_run
+    SIGHTLINE_TIMES_CASES=8 build/release/tests/unit/geometry/unit_geometry --gtest_filter='TriangleCrossing.*'
+    SIGHTLINE_TIMES_CASES=50 build/release/tests/unit/run/unit_run --gtest_filter='NodeClashes.*'
+    binary=$PWD/build/release/sightline
+    cd tests/integration
+    SIGHTLINE_ALPHA_RAYS=200000 exec python3 -B alpha_cutoff_test.py "$binary" AlphaCutoff.test_random_scenes_against_images_read_here
     ;;
   kills | soak)
     name=$1

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "core/import/gltf/accessor.h"
+#include "core/import/gltf/alpha_image.h"
 #include "core/import/gltf/alpha_materials.h"
 #include "core/import/gltf/buffer_store.h"
 #include "core/import/gltf/glb_container.h"
@@ -187,6 +188,12 @@ Result<SceneDescription> import_checked(std::span<const std::byte> bytes,
   if (!document->masks.empty()) {
     const auto masks = node_masks(scene);
     for (Instance& instance : scene.instances) instance.mask = masks[instance.node];
+  }
+
+  if (Status status =
+          attach_alpha(*document, views, shared, options.copies_attributes, budget, scene);
+      !status) {
+    return status.error();
   }
 
   ImportCounts& counts = scene.counts;

@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "core/run/clash.h"
 #include "core/run/engine_state.h"
 #include "core/run/resolved_filter.h"
 #include "core/trace/search/clearance.h"
@@ -30,8 +31,13 @@ Status Engine::clearance(const Scene& scene, const ResolvedFilter& a, const Reso
                        " pairs are so near; choose less, or a smaller distance",
                    ""};
     }
-    search.write(question.limit, answer);
-    return success();
+    if (!question.kinds) {
+      search.write(question.limit, answer);
+      return success();
+    }
+    search.write(question.total_max, answer);
+    return NodeClashes(*this, scene, {a, of_a}, {b, other ? *other : of_a}, question, deadline)
+        .complete(answer);
   });
 }
 

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <atomic>
 
+#include "core/run/alpha_cutoff.h"
 #include "core/run/engine_state.h"
 #include "core/run/unbuilt_rounds.h"
 #include "core/trace/decision.h"
@@ -43,6 +44,10 @@ Result<std::unique_ptr<Engine>> Engine::create(const EngineOptions& options) {
 
 Status Engine::closest(const Scene& scene, const RayBatch& rays, const Deadline& deadline,
                        HitBatch& hits, const RayOptions& options) const {
+  if (options.alpha_cutoff) {
+    return within_memory(
+        [&] { return AlphaCutoff(*this, scene, deadline, options).closest(rays, hits); });
+  }
   const SceneTrees::Use use(scene.trees());
   WorkLog log(scene, options.work);
   return within_memory([&]() -> Status {
@@ -82,6 +87,10 @@ Status Engine::closest(const Scene& scene, const RayBatch& rays, const Deadline&
 
 Status Engine::any(const Scene& scene, const RayBatch& rays, const Deadline& deadline,
                    Column<std::uint8_t>& occluded, const RayOptions& options) const {
+  if (options.alpha_cutoff) {
+    return within_memory(
+        [&] { return AlphaCutoff(*this, scene, deadline, options).any(rays, occluded); });
+  }
   const SceneTrees::Use use(scene.trees());
   WorkLog log(scene, options.work);
   return within_memory([&]() -> Status {
@@ -119,6 +128,11 @@ Status Engine::any(const Scene& scene, const RayBatch& rays, const Deadline& dea
 Status Engine::count(const Scene& scene, const RayBatch& rays, Crossings crossings,
                      const Deadline& deadline, Column<std::uint64_t>& totals,
                      const RayOptions& options) const {
+  if (options.alpha_cutoff) {
+    return within_memory([&] {
+      return AlphaCutoff(*this, scene, deadline, options).count(rays, crossings, totals);
+    });
+  }
   const SceneTrees::Use use(scene.trees());
   WorkLog log(scene, options.work);
   return within_memory([&]() -> Status {
@@ -141,6 +155,11 @@ Status Engine::count(const Scene& scene, const RayBatch& rays, Crossings crossin
 Status Engine::all(const Scene& scene, const RayBatch& rays, const HitListQuestion& question,
                    const Deadline& deadline, HitLists& lists, Column<std::uint64_t>& totals,
                    const RayOptions& options) const {
+  if (options.alpha_cutoff) {
+    return within_memory([&] {
+      return AlphaCutoff(*this, scene, deadline, options).all(rays, question, lists, totals);
+    });
+  }
   const SceneTrees::Use use(scene.trees());
   WorkLog log(scene, options.work);
   return within_memory([&]() -> Status {

@@ -49,6 +49,9 @@ struct RayOptions {
   /// Called before memory is allocated whose size depends on the scene rather than on the query;
   /// only inside() does that. Null: no limit.
   ReserveBytes reserve = {};
+  /// True, for closest, any, count and all: hits on transparent texels of masked materials do not
+  /// count (alpha_cutoff.h).
+  bool alpha_cutoff = false;
 };
 
 /// Answers queries. main makes one engine with create() and passes it on. Each query is one call

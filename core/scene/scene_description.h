@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/geometry/affine.h"
+#include "core/scene/alpha_texture.h"
 #include "core/scene/mesh.h"
 
 namespace sightline {
@@ -29,7 +30,10 @@ struct Material {
   bool double_sided = false;
   AlphaMode alpha_mode = AlphaMode::kOpaque;
   std::array<double, 4> base_colour = {1, 1, 1, 1};  ///< linear red, green, blue and alpha
-  bool transmits = false;  ///< KHR_materials_transmission with a factor above 0
+  bool transmits = false;     ///< KHR_materials_transmission with a factor above 0
+  double alpha_cutoff = 0.5;  ///< of kMask
+  /// Of kMask: the alpha of its base colour texture; null if it has none.
+  std::shared_ptr<const AlphaTexture> alpha_texture = {};
 };
 
 /// A node of the loaded scene. Nodes are in the order of a depth-first walk from the roots, so a

@@ -3,28 +3,31 @@
 #include <array>
 
 #include "core/base/infinity.h"
-#include "proto/json/json_writer.h"
+#include "proto/json/hit_rows.h"
+#include "proto/json/json_parts.h"
 #include "proto/json/ray_reader.h"
 
 namespace sightline {
 namespace {
 
-constexpr std::array<std::string_view, 5> kClearanceKeys{"a", "b", "max_distance", "pairs",
-                                                         "limit"};
+constexpr std::array<std::string_view, 8> kClearanceKeys{"a",     "b",    "max_distance", "pairs",
+                                                         "limit", "self", "adjacent",     "kinds"};
 
 class ClearanceReader : public RayReader {
  public:
   explicit ClearanceReader(std::uint64_t max_limit)
-      : RayReader(
-            {.has_fields = false, .has_rays = false, .has_marks = false, .has_culling = false}),
+      : RayReader({.has_rays = false,
+                   .default_fields = kDefaultEndFields,
+                   .known_fields = kEndFields,
+                   .has_marks = false,
+                   .has_culling = false}),
         max_limit_(max_limit) {}
 
   Result<ClearanceQuery> read_all(std::string& body) {
     Result<RayQuery> options = read(body);
     if (!options) return std::move(options).error();
     result_.options = std::move(*options);
-    result_.a = std::move(*a_);
-    result_.b = std::move(*b_);
+    for (std::size_t i = 0; i < 2; ++i) result_.sides[i].choice = std::move(*choices_[i]);
     return std::move(result_);
   }
 
@@ -34,7 +37,9 @@ class ClearanceReader : public RayReader {
   bool read_more(std::size_t which, Value value) override {
     const JsonPointer place = JsonPointer().key(kClearanceKeys[which]);
     ClearanceQuestion& question = result_.question;
-    if (which < 2) return read_choice(kClearanceKeys[which], value, which == 0 ? a_ : b_);
+    if (which < 2) {
+      return read_choice(place, value, choices_[which], &result_.sides[which].exclude);
+    }
     if (which == 2) {
       if (!read_number_or_null(value, kInf, question.max_distance,
                                [&] { return JsonPointer(place); })) {
@@ -44,6 +49,10 @@ class ClearanceReader : public RayReader {
              invalid("DISTANCE_NEGATIVE", "a distance must not be negative", place);
     }
     if (which == 4) return read_count(value, max_limit_, question.limit, place);
+    if (which > 4) {
+      bool* const flags[] = {&question.self, &question.adjacent, &question.kinds};
+      return read_boolean(value, *flags[which - 5], place);
+    }
     constexpr std::array<std::string_view, 3> kPairs{"closest", "triangles", "nodes"};
     constexpr std::array<ClearancePairs, 3> kMeant{
         ClearancePairs::kClosest, ClearancePairs::kTriangles, ClearancePairs::kNodes};
@@ -54,8 +63,12 @@ class ClearanceReader : public RayReader {
   }
 
   bool finish_more() override {
-    if (!a_ || !b_) {
-      return invalid("KEY_MISSING", std::string("needs \"") + (a_ ? "b" : "a") + "\"", {});
+    if (!choices_[0] || !choices_[1]) {
+      return invalid("KEY_MISSING", std::string("needs \"") + (choices_[0] ? "b" : "a") + "\"", {});
+    }
+    if (result_.question.kinds && result_.question.pairs != ClearancePairs::kNodes) {
+      return invalid("KEYS_MIXED", "only pairs of nodes have kinds: needs \"pairs\":\"nodes\"",
+                     JsonPointer().key("kinds"));
     }
     return result_.question.pairs == ClearancePairs::kClosest ||
            result_.question.max_distance < kInf ||
@@ -64,18 +77,9 @@ class ClearanceReader : public RayReader {
   }
 
   std::uint64_t max_limit_;
-  std::optional<TriangleChoice> a_, b_;
+  std::array<std::optional<TriangleChoice>, 2> choices_;
   ClearanceQuery result_;
 };
-
-void write_end(JsonWriter& out, const TriangleId& id, const Vec3d& at, const HitTerms& terms,
-               std::size_t i) {
-  out.raw('{');
-  write_triangle_members(out, id.instance, terms, i);
-  out.raw(",\"position\":");
-  out.vector(at.x, at.y, at.z);
-  out.raw('}');
-}
 
 }  // namespace
 
@@ -83,26 +87,36 @@ Result<ClearanceQuery> decode_clearance(std::string& body, std::uint64_t max_lim
   return ClearanceReader(max_limit).read_all(body);
 }
 
-std::string encode_clearance(const ClearanceAnswer& answer, ClearancePairs pairs, const HitTerms& a,
-                             const HitTerms& b) {
-  JsonWriter out(64 + answer.pairs.size() * 256);
-  const bool is_list = pairs != ClearancePairs::kClosest;
-  if (is_list) {
-    out.raw("{\"total\":");
-    out.number(answer.total);
-    out.raw(",\"pairs\":[");
-  } else {
-    out.raw("{\"pair\":");
-    if (answer.pairs.empty()) out.raw("null");
+std::string_view clash_kind_name(ClashKind kind) {
+  constexpr std::array<std::string_view, kClashKindCount> kNames{
+      "duplicate", "a_in_b", "b_in_a", "crossing", "touching", "near", "apart"};
+  return kNames[static_cast<std::size_t>(kind)];
+}
+
+std::string encode_clearance(const ClearanceAnswer& answer, const ClearanceQuestion& question,
+                             FieldSet fields, const ClearanceEnds& a, const ClearanceEnds& b) {
+  JsonWriter out(512 + answer.pairs.size() * (96 + 2 * expected_hit_bytes(fields)));
+  const bool is_list = question.pairs != ClearancePairs::kClosest;
+  if (is_list) write(out, "{\"total\":", answer.total);
+  if (question.kinds) {
+    for (std::size_t i = 0; i < kClashKindCount; ++i) {
+      write(out, i == 0 ? ",\"kinds\":{\"" : ",\"", clash_kind_name(static_cast<ClashKind>(i)),
+            "\":", answer.kinds[i]);
+    }
+    out.raw('}');
   }
+  out.raw(is_list ? ",\"pairs\":[" : "{\"pair\":");
+  if (!is_list && answer.pairs.empty()) out.raw("null");
   for (std::size_t i = 0; i < answer.pairs.size(); ++i) {
     const ClearancePair& pair = answer.pairs[i];
-    out.raw(i > 0 ? ",{\"distance\":" : "{\"distance\":");
-    out.number(pair.distance);
-    out.raw(",\"a\":");
-    write_end(out, pair.a, pair.on_a, a, i);
+    out.raw(i > 0 ? ",{" : "{");
+    if (question.kinds) {
+      write(out, "\"kind\":\"", clash_kind_name(pair.kind), "\",\"depth\":", pair.depth, ',');
+    }
+    write(out, "\"distance\":", pair.distance, ",\"a\":");
+    write_row(out, {a.hits, a.details, a.terms}, fields, i);
     out.raw(",\"b\":");
-    write_end(out, pair.b, pair.on_b, b, i);
+    write_row(out, {b.hits, b.details, b.terms}, fields, i);
     out.raw('}');
   }
   out.raw(is_list ? "]}" : "}");

@@ -18,18 +18,18 @@ static_assert(kRayJsonPadding >= kJsonPadding && kJsonPadding >= kPlainPadding);
 
 std::string number_text(std::size_t number) { return std::to_string(number); }
 
-constexpr std::array<std::string_view, 22> kTopKeys{
+constexpr std::array<std::string_view, 23> kTopKeys{
     "rays",       "origins",    "directions", "tmin",    "tmax",    "fields",
     "max_hits",   "crossings",  "normalize",  "cull",    "include", "exclude",
     "on_invalid", "work",       "generator",  "explain", "mask",    "masks",
-    "image",      "image_unit", "timeout_ms", "strict"};
+    "image",      "image_unit", "timeout_ms", "strict",  "alpha"};
 constexpr unsigned kMaskBit = 1u << 16, kMasksBit = 1u << 17, kImageBits = 3u << 18,
                    kTimeoutBit = 1u << 20, kStrictBit = 1u << 21;
 constexpr unsigned kRaysBit = 1u << 0, kColumnBits = 0x1eu | kMasksBit, kFieldsBit = 1u << 5,
                    kMaxHitsBit = 1u << 6, kCrossingsBit = 1u << 7,
                    kSceneBits = 0x3f00u | kMaskBit | kTimeoutBit | kStrictBit,
                    kMarkBits = 1u << 8 | 1u << 12, kGeneratorBit = 1u << 14, kCullBit = 1u << 9,
-                   kExplainBit = 1u << 15;
+                   kExplainBit = 1u << 15, kAlphaBit = 1u << 22;
 /// The first key that is an option.
 constexpr std::size_t kFirstOption = 5;
 /// Every key of a row, the last of them only where there is a scene.
@@ -224,6 +224,7 @@ unsigned RayReader::known_top_keys() const {
   if (rules_.has_rays && rules_.has_generator) known |= kGeneratorBit;
   if (rules_.has_rays && rules_.has_explain) known |= kExplainBit;
   if (rules_.has_image) known |= kImageBits;
+  if (rules_.has_alpha) known |= kAlphaBit;
   return known;
 }
 

@@ -21,6 +21,7 @@
 ///   normalize         true: tmin, tmax and the t of the answer are in scene units
 ///   explain           true, for a single ray: the boxes and triangles that it was tested with
 ///   crossings         "every" or "once", if hits are listed or counted
+///   alpha             "opaque" or "cutoff": whether texels of masked materials are tested
 ///   max_hits          1000, for each ray, if hits are listed
 
 #include <cstddef>
@@ -62,6 +63,7 @@ struct RayJsonRules {
   bool has_culling = true;      ///< true: "cull" is allowed, if has_scene
   bool has_explain = false;     ///< true: "explain" is allowed
   bool has_image = false;       ///< true: "image" and "image_unit" are allowed
+  bool has_alpha = false;       ///< true: "alpha" is allowed
   bool has_returns = false;     ///< true: a generator may have several returns
   FindCamera find_camera = {};  ///< for generators of the kind "camera"; null: there is no scene
   /// True: "crossings" (or "max_hits") is allowed.
@@ -86,8 +88,9 @@ struct RayQuery {
   /// "on_invalid":"mark": invalid rays are misses, and are listed in `invalid`
   bool marks_invalid = false;
   InvalidRays invalid;
-  bool wants_work = false;  ///< the answer contains its cost
-  bool strict = false;      ///< an entry of the filter that matches nothing is an error
+  bool wants_work = false;    ///< the answer contains its cost
+  bool alpha_cutoff = false;  ///< transparent texels of masked materials do not count
+  bool strict = false;        ///< an entry of the filter that matches nothing is an error
   std::optional<std::uint64_t> timeout_ms;  ///< the client's limit of the time for the answer
   /// the answer contains the boxes that its one ray was tested with
   bool wants_explanation = false;

@@ -127,10 +127,11 @@ bool RayReader::read_patterns(Value value, const JsonPointer& place,
   return read_array(value, "an array of patterns", place, read_one);
 }
 
-bool RayReader::read_choice(std::string_view name, Value value,
-                            std::optional<TriangleChoice>& choice) {
-  constexpr std::array<std::string_view, 3> kKeys{"nodes", "names", "materials"};
-  const JsonPointer place = JsonPointer().key(name);
+bool RayReader::read_choice(const JsonPointer& place, Value value,
+                            std::optional<TriangleChoice>& choice,
+                            std::optional<TriangleChoice>* without) {
+  constexpr std::array<std::string_view, 4> kKeys{"nodes", "names", "materials", "exclude"};
+  constexpr std::size_t kExclude = 3;
   Object object;
   if (value.get_object().get(object) != simdjson::SUCCESS) {
     return wrong(value, place, "an object");
@@ -143,9 +144,13 @@ bool RayReader::read_choice(std::string_view name, Value value,
       return check_end(code, [&] { return JsonPointer(place); });
     }
     std::size_t which = 0;
-    if (!read_key(field, kKeys, 7u, place, which)) return false;
+    if (!read_key(field, kKeys, without != nullptr ? 15u : 7u, place, which)) return false;
     const JsonPointer part = JsonPointer(place).key(kKeys[which]);
     if (!mark_seen(1u << which, seen, part)) return false;
+    if (which == kExclude) {
+      if (!read_choice(part, field.value(), *without)) return false;
+      continue;
+    }
     if (which > 0) {
       auto& patterns = which == 1 ? choice->names : choice->materials;
       if (!read_patterns(field.value(), part, patterns.emplace())) return false;
@@ -189,6 +194,13 @@ bool RayReader::read_option(std::string_view key, Value value) {
     return read_timeout(value, query_.timeout_ms, JsonPointer().key(key));
   }
   if (key == "image") return read_image(value);
+  if (key == "alpha") {
+    constexpr std::array<std::string_view, 2> kWords{"opaque", "cutoff"};
+    std::size_t which = 0;
+    if (!read_word(value, kWords, which, JsonPointer().key(key))) return false;
+    query_.alpha_cutoff = which == 1;
+    return true;
+  }
   if (key == "image_unit") {
     const auto place = [&] { return JsonPointer().key(key); };
     return read_number(value, image_unit_, place) &&
@@ -201,7 +213,8 @@ bool RayReader::read_option(std::string_view key, Value value) {
     query_.filter.mask = static_cast<std::uint32_t>(mask);
     return true;
   }
-  return read_choice(key, value, key == "include" ? query_.filter.include : query_.filter.exclude);
+  return read_choice(JsonPointer().key(key), value,
+                     key == "include" ? query_.filter.include : query_.filter.exclude);
 }
 
 }  // namespace sightline

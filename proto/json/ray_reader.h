@@ -57,8 +57,11 @@ class RayReader : protected JsonReader {
   /// Checks all rays by check_rays, unless invalid ones are to be marked.
   bool check_limits_and_directions();
   static JsonPointer ray_place(std::size_t ray) { return JsonPointer().key("rays").index(ray); }
-  /// Reads the value of the member `name`: {"nodes":..,"names":..,"materials":..}.
-  bool read_choice(std::string_view name, Value value, std::optional<TriangleChoice>& choice);
+  /// Reads a choice of triangles at `place`: {"nodes":..,"names":..,"materials":..}. If `without`
+  /// is not null, the choice may have a member "exclude", which is read into it; its other members
+  /// are then optional.
+  bool read_choice(const JsonPointer& place, Value value, std::optional<TriangleChoice>& choice,
+                   std::optional<TriangleChoice>* without = nullptr);
   /// Called after the last key, before the rays are checked.
   virtual bool finish_more() { return true; }
 

@@ -408,7 +408,7 @@ class Sightline:
         """The triangles or nodes (`of`) of each shape, with their `total`; `next` is a cursor if `limit` cut the list."""
         return self.ask(scene, "boxes:list", {"boxes": list(boxes), **options})["results"]
 
-    def clearance(self, scene: str, a: Mapping[str, Any], b: Mapping[str, Any], **options: Any) -> dict:
+    def clearance(self, /, scene: str, a: Mapping[str, Any], b: Mapping[str, Any], **options: Any) -> dict:
         """The closest pair of two selections of nodes, or the list of pairs within `max_distance` (`pairs`)."""
         return self.ask(scene, "clearance", {"a": a, "b": b, **options})
 

@@ -23,8 +23,8 @@ bool RayRequest::is_for_worker() const {
   constexpr std::size_t kFew = 8;
   if (!exchange_.on_event_loop) return false;
   return query_.rays.size() > kFew || !query_.filter.accepts_all() || !query_.rays.mask.empty() ||
-         scene_->has_empty_mask() || query_.wants_explanation || query_.image ||
-         query_.fields.has_any_of(kAttributeFields);
+         scene_->has_empty_mask() || query_.alpha_cutoff || query_.wants_explanation ||
+         query_.image || query_.fields.has_any_of(kAttributeFields);
 }
 
 std::uint64_t RayRequest::cost(std::size_t body_bytes) const {
@@ -190,21 +190,21 @@ bool RayRequest::describe(const RayBatch& rays, const HitBatch& hits, HitDescrip
   return went_well(status);
 }
 
-void RayRequest::reply(std::string encoded) {
+void RayRequest::reply(std::string encoded, std::string_view media_type) {
   add_time(&WorkReport::print_us);
   // Who has set a time no longer waits.
   if (query_.timeout_ms && !exchange_.on_event_loop && deadline_.passed()) {
     return exchange_.reply_error(out_of_time(deadline_));
   }
-  if (is_binary() || query_.image || query_.table) {
+  if (media_type.empty() && query_.table) media_type = table_media_type(*query_.table);
+  if (media_type.empty() && query_.image) media_type = query_.image->media_type();
+  if (media_type.empty() && is_binary()) media_type = kBinaryMediaType;
+  if (!media_type.empty()) {
     if (query_.wants_work)
       exchange_.response.set_header("X-Sightline-Work", encode_work(timer_.report));
     if (!warnings_.empty())
       exchange_.response.set_header("X-Sightline-Warnings", encode_warnings_header(warnings_));
-    return exchange_.reply(200, std::move(encoded),
-                           query_.table   ? table_media_type(*query_.table)
-                           : query_.image ? query_.image->media_type()
-                                          : kBinaryMediaType);
+    return exchange_.reply(200, std::move(encoded), media_type);
   }
   if (invalid() != nullptr) add_member(encoded, "invalid", encode_invalid(query_.invalid));
   if (!warnings_.empty()) add_member(encoded, "warnings", encode_warnings(warnings_));

@@ -56,7 +56,7 @@ class RayRequest {
   /// Options for the engine, valid while this object lives.
   RayOptions options() {
     return {resolved_ ? &*resolved_ : nullptr, &timer_.report.work, !exchange_.on_event_loop,
-            reserve_from(exchange_.memory)};
+            reserve_from(exchange_.memory), query_.alpha_cutoff};
   }
   WorkTimer& timer() { return timer_; }
   /// Where to collect warnings about selections; null for a strict request, where they are errors.
@@ -76,7 +76,9 @@ class RayRequest {
   bool describe(const RayBatch& rays, const HitBatch& hits, HitDescription& about);
   /// Sends an encoded answer in the format of the request, with the requested members beside the
   /// hits. Answers with 504 DEADLINE instead if the client's own time limit has passed.
-  void reply(std::string encoded);
+  void reply(std::string encoded) { reply(std::move(encoded), {}); }
+  /// Sends an encoded answer with a media type of its own; empty: that of the request.
+  void reply(std::string encoded, std::string_view media_type);
   /// Answers with a hit or a miss for each item of the query.
   void reply_hits(const HitBatch& hits, const HitDescription& about);
 

@@ -170,7 +170,7 @@ Result<std::string> RayStream::answer(Result<RayQuery> query) {
   }
   WorkTimer timer;
   const RayOptions options{resolved_ ? &*resolved_ : nullptr, &timer.report.work, true,
-                           reserve_from(memory_)};
+                           reserve_from(memory_), query->alpha_cutoff};
   auto text = answer_rays(kind_, service_, *scene_, *query, options, deadline, timer);
   // Nor is it resolved in memory where the next part has to work it out anew.
   if (!knows_filter_ || form_ == Form::kFrames) forget_filter();

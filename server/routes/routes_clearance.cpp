@@ -9,10 +9,14 @@
 namespace sightline {
 namespace {
 
-/// A member of a group and its share of the tree around them.
-constexpr std::uint64_t kMemberBytes = 160;
-/// A pair, its terms, and as JSON.
-constexpr std::uint64_t kPairBytes = sizeof(ClearancePair) + 128 + 14 * kNumberBytes;
+/// A member of a group and its share of the tree around them; with kinds, its triangle and corners
+/// once more.
+constexpr std::uint64_t kMemberBytes = 160, kBodyBytes = 400;
+/// A pair, its ends as hits, and its distance as JSON.
+constexpr std::uint64_t kPairBytes =
+    sizeof(ClearancePair) + 2 * (kHitBytes + sizeof(HitDetail)) + 64 + 2 * kNumberBytes;
+
+constexpr std::string_view kCsvMediaType = "text/csv";
 
 std::uint64_t triangles_of(const Scene& scene, const ResolvedFilter& resolved) {
   std::uint64_t count = 0;
@@ -24,28 +28,41 @@ std::uint64_t triangles_of(const Scene& scene, const ResolvedFilter& resolved) {
   return count;
 }
 
-/// What is chosen, of all that counts at all.
-Result<ResolvedFilter> selection(const Scene& scene, const TriangleChoice& choice,
-                                 const std::string& key, const ResolvedFilter* resolved,
-                                 const Deadline& deadline, const ReserveBytes& reserve,
-                                 SelectionWarnings* warnings) {
-  auto chosen = chosen_sides(scene, choice, key, deadline, reserve, warnings);
-  for (std::size_t i = 0; chosen && resolved != nullptr && i < resolved->sides.size(); ++i)
-    chosen->sides[i] = chosen->sides[i] & resolved->sides[i];
+/// What a side selects, of all that counts at all.
+Result<ResolvedFilter> selection(const Scene& scene, const ClearanceSide& side,
+                                 const std::string& key, RayRequest& request,
+                                 const ReserveBytes& reserve) {
+  const RayOptions options = request.options();
+  auto chosen =
+      chosen_sides(scene, side.choice, key, request.deadline(), reserve, request.warnings());
+  const auto combine = [&](const ResolvedFilter& other, bool is_excluded) {
+    for (std::size_t i = 0; i < chosen->sides.size(); ++i) {
+      const std::uint8_t sides = other.sides[i];
+      chosen->sides[i] = chosen->sides[i] & (is_excluded ? ResolvedFilter::kAll & ~sides : sides);
+    }
+  };
+  if (chosen && options.resolved != nullptr) combine(*options.resolved, false);
+  if (chosen && side.exclude) {
+    const auto excluded = chosen_sides(scene, *side.exclude, key + "/exclude", request.deadline(),
+                                       reserve, request.warnings());
+    if (!excluded) return excluded.error();
+    combine(*excluded, true);
+  }
   return chosen;
 }
 
-/// Those of one side in the file's terms.
-HitTerms terms_of_side(const Scene& scene, const ClearanceAnswer& answer,
-                       TriangleId ClearancePair::*side) {
-  HitBatch hits;
-  hits.resize(answer.pairs.size());
+ClearanceEnds ends_of(const Scene& scene, const ClearanceAnswer& answer, FieldSet fields,
+                      TriangleId ClearancePair::*triangle, Vec3d ClearancePair::*position) {
+  ClearanceEnds ends;
+  ends.hits.resize(answer.pairs.size());
+  ends.details.resize(answer.pairs.size());
   for (std::size_t i = 0; i < answer.pairs.size(); ++i) {
-    hits.instance[i] = (answer.pairs[i].*side).instance;
-    hits.triangle[i] = (answer.pairs[i].*side).triangle;
+    ends.hits.instance[i] = (answer.pairs[i].*triangle).instance;
+    ends.hits.triangle[i] = (answer.pairs[i].*triangle).triangle;
+    ends.details[i].position = answer.pairs[i].*position;
   }
-  return hit_terms(scene, hits,
-                   {HitField::kPrimitive, HitField::kTriangle, HitField::kNode, HitField::kMesh});
+  ends.terms = hit_terms(scene, ends.hits, fields);
+  return ends;
 }
 
 void ask_clearance(Exchange& exchange, const Service& service) {
@@ -63,15 +80,14 @@ void ask_clearance(Exchange& exchange, const Service& service) {
   const Scene& scene = request.scene();
   const RayOptions options = request.options();
   const ReserveBytes reserve = reserve_from(exchange.memory);
-  const auto a = selection(scene, query.a, "a", options.resolved, request.deadline(), reserve,
-                           request.warnings());
+  const auto a = selection(scene, query.sides[0], "a", request, reserve);
   if (!a) return exchange.reply_error(a.error());
-  const auto b = selection(scene, query.b, "b", options.resolved, request.deadline(), reserve,
-                           request.warnings());
+  const auto b = selection(scene, query.sides[1], "b", request, reserve);
   if (!b) return exchange.reply_error(b.error());
   const std::uint64_t members =
       triangles_of(scene, *a) + (select_alike(*a, *b) ? 0 : triangles_of(scene, *b));
-  if (!request.reserve(members * kMemberBytes)) return;
+  if (!request.reserve(members * (query.question.kinds ? kMemberBytes + kBodyBytes : kMemberBytes)))
+    return;
   ClearanceAnswer answer;
   const Status found =
       search_lists(reserve, 1, service.limits.hits, kPairBytes, [&](std::uint64_t most) {
@@ -81,14 +97,23 @@ void ask_clearance(Exchange& exchange, const Service& service) {
       });
   if (!request.went_well(found)) return;
   request.add_time(&WorkReport::trace_us);
-  const HitTerms of_a = terms_of_side(scene, answer, &ClearancePair::a),
-                 of_b = terms_of_side(scene, answer, &ClearancePair::b);
+  const FieldSet fields = request.query().fields;
+  const std::uint64_t pairs = answer.pairs.size();
+  if (!request.reserve(2 * bytes_of_description(pairs, fields))) return;
+  const ClearanceEnds of_a =
+                          ends_of(scene, answer, fields, &ClearancePair::a, &ClearancePair::on_a),
+                      of_b =
+                          ends_of(scene, answer, fields, &ClearancePair::b, &ClearancePair::on_b);
   request.add_time(&WorkReport::describe_us);
-  std::uint64_t names = 0;
-  for (const HitTerms* terms : {&of_a, &of_b})
-    names += bytes_of_names(terms->node_name) + bytes_of_names(terms->mesh_name);
-  if (!request.reserve(names)) return;
-  request.reply(encode_clearance(answer, query.question.pairs, of_a, of_b));
+  if (!request.reserve(bytes_of_encoded(pairs, fields, of_a.terms) +
+                       bytes_of_encoded(pairs, fields, of_b.terms))) {
+    return;
+  }
+  if (exchange.wants(kCsvMediaType)) {
+    return request.reply(encode_clearance_csv(answer, query.question, fields, of_a, of_b),
+                         kCsvMediaType);
+  }
+  request.reply(encode_clearance(answer, query.question, fields, of_a, of_b));
 }
 
 }  // namespace

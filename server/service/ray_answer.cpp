@@ -229,6 +229,7 @@ RayJsonRules rules_of(RayQuestionKind kind, const ServiceLimits& limits) {
   rules.has_explain = kind == RayQuestionKind::kClosest;
   rules.has_image = kind == RayQuestionKind::kClosest;
   rules.has_returns = kind == RayQuestionKind::kClosest;
+  rules.has_alpha = true;
   return rules;
 }
 

@@ -60,6 +60,17 @@ struct AttributeEntry {
   std::vector<std::uint8_t> moved_by;
 };
 
+/// The alpha of a masked material: its cutoff, and how its base colour texture is read.
+struct AlphaEntry {
+  enum class Wrap : std::uint8_t { kRepeat, kClamp, kMirror };
+  double cutoff = 0.5;
+  bool has_texture = false;
+  std::string problem;   ///< why the texture cannot be used; empty: it can
+  std::size_t view = 0;  ///< bufferView of the image
+  std::array<Wrap, 2> wrap{};
+  std::array<double, 2> offset{0, 0}, scale{1, 1};
+};
+
 /// A checked glTF document.
 struct GltfDocument {
   /// The nodes, meshes, accessors, bufferViews and the requested scene, if there is one, as its
@@ -74,6 +85,7 @@ struct GltfDocument {
   /// by mesh and primitive
   std::map<std::pair<std::size_t, std::size_t>, AttributeEntry> attributes;
   std::vector<Material> materials;                    ///< in the order of the file
+  std::map<std::size_t, AlphaEntry> alpha;            ///< by material, of those that are masked
   std::vector<SkinEntry> skins;                       ///< in the order of the file
   std::vector<std::optional<Camera>> cameras;         ///< empty: invalid, there is a warning
   std::map<std::size_t, std::size_t> camera_of_node;  ///< node to camera, both in range

@@ -1,4 +1,5 @@
 #include "core/import/gltf/gltf_thinning.h"
+#include "core/import/gltf/alpha_image.h"
 
 #include <algorithm>
 #include <array>
@@ -266,6 +267,7 @@ void thin_gltf(json& root, const ImportOptions& options, GltfDocument& document,
   check_extensions(root, document, check, file);
   count_what_is_left_out(root, options, document);
   take_cameras(root, document);
+  take_alpha(root, document);
   JsonChecker::keep_only(root, {"asset", "scene", "scenes", "nodes", "meshes", "accessors",
                                 "bufferViews", "buffers", "materials", "skins"});
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/geometry/triangle_crossing.h"
 #include "core/geometry/triangle_distance.h"
 
 namespace sightline {
@@ -75,10 +76,20 @@ void Clearance::find(const ClearanceQuestion& question, std::uint64_t most) {
   }
 }
 
+bool may_pair_nodes(const SceneDescription& scene, const ClearanceQuestion& question, bool is_alike,
+                    std::uint32_t a, std::uint32_t b) {
+  if (!question.self && (a == b || (is_alike && b < a))) return false;
+  return question.adjacent || (scene.nodes[a].parent != b && scene.nodes[b].parent != a);
+}
+
 void Clearance::look_at_leaves(const TriangleGroup::Node& a, const TriangleGroup::Node& b) {
   for (std::uint32_t i = a.first; i < a.first + a.count; ++i) {
     for (std::uint32_t j = b.first; j < b.first + b.count; ++j) {
       Found found{&a_.member(i), &b_.member(j), {}, nullptr};
+      if (!may_pair_nodes(scene_.description(), question_, &a_ == &b_, node_of(*found.a),
+                          node_of(*found.b))) {
+        continue;
+      }
       if (question_.pairs == ClearancePairs::kClosest && closest_ && closest_->is_zero &&
           closest_->ids() < found.ids()) {
         continue;
@@ -88,6 +99,10 @@ void Clearance::look_at_leaves(const TriangleGroup::Node& a, const TriangleGroup
       if (too_many_) return;
     }
   }
+}
+
+std::uint32_t Clearance::node_of(const TriangleGroup::Member& member) const {
+  return scene_.description().instances[member.id.instance].node;
 }
 
 const ExactDistance& Clearance::exact_of(Found& found) {
@@ -132,12 +147,15 @@ void Clearance::offer(Found found) {
       too_many_ = all_.size() > most_;
       return;
     case ClearancePairs::kNodes: {
-      const auto& instances = scene_.description().instances;
-      const std::pair nodes{instances[found.a->id.instance].node,
-                            instances[found.b->id.instance].node};
+      const std::pair nodes{node_of(*found.a), node_of(*found.b)};
+      const auto known = by_nodes_.find(nodes);
+      const bool crosses = (known != by_nodes_.end() && known->second.crosses) ||
+                           (question_.kinds && found.range.low == 0 &&
+                            triangles_cross(found.a->triangle, found.b->triangle));
       const auto [place, is_new] = by_nodes_.try_emplace(nodes, std::move(found));
       // What was not taken has not been moved from.
       if (!is_new && comes_before(found, place->second)) place->second = std::move(found);
+      place->second.crosses = crosses;
       // There may be millions of pairs: large numbers are worked out again where two are as near.
       place->second.exact.reset();
       too_many_ = by_nodes_.size() > most_;
@@ -161,6 +179,11 @@ void Clearance::write(std::uint64_t limit, ClearanceAnswer& answer) const {
     const NearestPair near = nearest_pair(a, each->b->triangle);
     answer.pairs.push_back({each->a->id, each->b->id,
                             exact_distance(a, each->b->triangle).rounded(), near.on_a, near.on_b});
+    ClearancePair& pair = answer.pairs.back();
+    pair.triangles_cross = each->crosses;
+    pair.kind = each->crosses        ? ClashKind::kCrossing
+                : pair.distance == 0 ? ClashKind::kTouching
+                                     : ClashKind::kNear;
   }
 }
 

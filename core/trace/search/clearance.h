@@ -17,6 +17,11 @@
 
 namespace sightline {
 
+/// False for pairs of nodes that the question leaves out (`self`, `adjacent`). is_alike: both
+/// selections are equal.
+bool may_pair_nodes(const SceneDescription& scene, const ClearanceQuestion& question, bool is_alike,
+                    std::uint32_t a, std::uint32_t b);
+
 /// One search: construct, find(), check stopped() and too_many(), write(). Answers
 /// Engine::clearance.
 class Clearance {
@@ -47,11 +52,13 @@ class Clearance {
     DistanceRange range;
     std::unique_ptr<const ExactDistance> exact;  ///< computed when first needed; many kilobytes
     bool is_zero = false;                        ///< the distance is known to be 0
+    bool crosses = false;                        ///< some two triangles of the nodes cross
 
     std::pair<TriangleId, TriangleId> ids() const { return {a->id, b->id}; }
   };
   void look_at_leaves(const TriangleGroup::Node& a, const TriangleGroup::Node& b);
   void offer(Found found);
+  std::uint32_t node_of(const TriangleGroup::Member& member) const;
   bool is_within(Found& found);
   bool comes_before(Found& x, Found& y);
   const ExactDistance& exact_of(Found& found);
