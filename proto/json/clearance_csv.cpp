@@ -30,10 +30,11 @@ struct CsvValue {
   void operator()(const FlagColumn<Value>& column) const {
     write(out, ',', static_cast<bool>(column.value(i)));
   }
-  /// Quoted where the text has a comma, a quote or an end of a line.
+  /// Quoted where the text has a comma, a quote or an end of a line. Nothing for a missing name.
   void operator()(const NameColumn& column) const {
     const std::string_view text = column.names[i];
     out.raw(',');
+    if (text.empty()) return;
     if (text.find_first_of(",\"\r\n") == std::string_view::npos) return out.raw(text);
     out.raw('"');
     for (const char c : text) {
