@@ -1,11 +1,13 @@
 #include "proto/binary/hit_table.h"
 
+#include <zlib.h>
+
 #include <cmath>
 #include <cstring>
 #include <vector>
 
 #include "proto/hit_columns.h"
-#include "proto/json/number_text.h"
+#include "proto/binary/hit_csv.h"
 #include "proto/node_colour.h"
 
 namespace sightline {
@@ -19,69 +21,12 @@ void for_each_column(const HitAnswer& answer, FieldSet fields, const Visit& visi
   }
 }
 
-/// The names of a field's numbers: "t", or "position_x", "position_y", "position_z".
-std::vector<std::string> names_of(HitField field) {
-  const std::string name(hit_field_name(field));
-  if (hit_field_row(field).kind != FieldKind::kVector) return {name};
-  const std::string_view parts = field == HitField::kColour    ? "rgba"
-                                 : hit_field_width(field) == 4 ? "xyzw"
-                                 : hit_field_width(field) == 2 ? "uv"
-                                                               : "xyz";
-  std::vector<std::string> names;
-  for (const char part : parts) names.push_back(name + "_" + part);
-  return names;
-}
-
 template <class Number>
 void append(std::string& out, Number number) {
   char bytes[sizeof number];
   std::memcpy(bytes, &number, sizeof number);
   out.append(bytes, sizeof number);
 }
-
-void append_text(std::string& out, std::string_view text) {
-  if (text.find_first_of(",\"\r\n") == std::string_view::npos) {
-    out += text;
-    return;
-  }
-  out += '"';
-  for (const char c : text) {
-    if (c == '"') out += '"';
-    out += c;
-  }
-  out += '"';
-}
-
-/// Writes the values of slot `i`, each followed by a comma; no value is an empty cell.
-struct CsvCells {
-  std::string& out;
-  const HitBatch& hits;
-  std::size_t i;
-
-  void number(double value) const {
-    char text[kNumberRoom];
-    if (std::isfinite(value)) out.append(text, write_json_number(text, value));
-    out += ',';
-  }
-  void operator()(const NumberColumn& column) const { number(column.numbers[i]); }
-  template <std::size_t width, class Value>
-  void operator()(const VectorColumn<width, Value>& column) const {
-    for (std::size_t k = 0; k < width; ++k) number(hits.hit(i) ? column.value(i, k) : kNoNumber);
-  }
-  void operator()(const IdColumn& column) const {
-    if (hits.hit(i) && column.ids[i] != kNone) out += std::to_string(column.ids[i]);
-    out += ',';
-  }
-  template <class Value>
-  void operator()(const FlagColumn<Value>& column) const {
-    if (hits.hit(i)) out += column.value(i) ? "true" : "false";
-    out += ',';
-  }
-  void operator()(const NameColumn& column) const {
-    append_text(out, column.names[i]);
-    out += ',';
-  }
-};
 
 /// Writes the values of slot `i` as little-endian numbers: float64, `Id` and a byte for a flag.
 template <class Id>
@@ -109,18 +54,14 @@ struct PackedCells {
 
 std::string encode_csv(const HitAnswer& answer, FieldSet fields) {
   std::string out;
-  for (const HitField field : all_hit_fields()) {
-    if (!fields.has(field)) continue;
-    for (const std::string& name : names_of(field)) out += name + ",";
-  }
-  // RFC 4180.
   const auto end_line = [&] {
     out.pop_back();
     out += "\r\n";
   };
+  append_csv_names(out, "", fields);
   end_line();
   for (std::size_t i = 0; i < answer.hits.size(); ++i) {
-    for_each_column(answer, fields, CsvCells{out, answer.hits, i});
+    append_csv_cells(out, answer, fields, i);
     end_line();
   }
   return out;
@@ -167,7 +108,7 @@ std::vector<PointNumber> point_numbers(FieldSet fields, bool is_ply) {
     // The parts of a colour are those of the point.
     if (!fields.has(field) || field == HitField::kColour) continue;
     const bool is_float = kind == FieldKind::kNumber || kind == FieldKind::kVector;
-    for (const std::string& name : names_of(field)) {
+    for (const std::string& name : hit_column_names(field)) {
       numbers.push_back({short_name(name, is_ply),
                          is_float                   ? 'F'
                          : kind == FieldKind::kFlag ? 'U'
@@ -273,14 +214,16 @@ class ZipArchive {
  public:
   void add(const std::string& name, const std::string& bytes) {
     std::string sizes;
-    append(sizes, crc32(bytes));
+    append(sizes, static_cast<std::uint32_t>(
+                      crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size())));
     append(sizes, static_cast<std::uint32_t>(bytes.size()));
     append(sizes, static_cast<std::uint32_t>(bytes.size()));
     append(sizes, static_cast<std::uint16_t>(name.size()));
     const auto at = static_cast<std::uint32_t>(out_.size());
     const std::string common = common_head() + sizes;
     out_ += "PK\3\4" + common + std::string(2, '\0') + name + bytes;
-    // The same in the directory: no extra field, comment, disk or attributes; the place.
+    // An entry of the directory repeats the head, without extra field, comment, disk and attributes,
+    // and ends with the place of the file.
     directory_ += "PK\1\2" + std::string("\x14\0", 2) + common + std::string(12, '\0');
     append(directory_, at);
     directory_ += name;
@@ -299,23 +242,6 @@ class ZipArchive {
  private:
   /// Version 2.0, no flags, stored, 1980-01-01.
   static std::string common_head() { return std::string("\x14\0\0\0\0\0\0\0\x21\0", 10); }
-  static std::uint32_t crc32(std::string_view bytes) {
-    static constexpr auto kTable = [] {
-      std::array<std::uint32_t, 256> table{};
-      for (std::uint32_t i = 0; i < 256; ++i) {
-        std::uint32_t c = i;
-        for (int k = 0; k < 8; ++k) c = (c & 1u) != 0 ? 0xedb88320u ^ (c >> 1) : c >> 1;
-        table[i] = c;
-      }
-      return table;
-    }();
-    std::uint32_t crc = 0xffffffffu;
-    for (const char c : bytes) {
-      crc = kTable[(crc ^ static_cast<unsigned char>(c)) & 255u] ^ (crc >> 8);
-    }
-    return ~crc;
-  }
-
   std::string out_, directory_;
   std::uint16_t files_ = 0;
 };

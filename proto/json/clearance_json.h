@@ -65,12 +65,6 @@ std::string_view clash_kind_name(ClashKind kind);
 std::string encode_clearance(const ClearanceAnswer& answer, const ClearanceQuestion& question,
                              FieldSet fields, const ClearanceEnds& a, const ClearanceEnds& b);
 
-/// Encodes pairs as CSV: a line of names, and a line for each pair. "distance" (with kinds "kind"
-/// and "depth" before it), then the fields of both ends as "a.node_id" and "b.node_id". A position
-/// has three columns, "a.position.x" and so on. A value that JSON has as null is empty.
-std::string encode_clearance_csv(const ClearanceAnswer& answer, const ClearanceQuestion& question,
-                                 FieldSet fields, const ClearanceEnds& a, const ClearanceEnds& b);
-
 }  // namespace sightline
 
 // Tests: tests/integration/clearance_test.py

@@ -108,7 +108,8 @@ bool RayRequest::read_columns(FieldSet binary_fields, const DecodeColumns& decod
          });
 }
 
-bool RayRequest::read(RayJsonRules rules) {
+bool RayRequest::read(RayJsonRules rules, bool has_tables) {
+  has_tables_ = has_tables;
   rules.max_rays = service_.limits.rays;
   rules.max_hits = service_.limits.hits;
   rules.find_camera = [this](const FileCamera& camera) { return camera_rays(*scene_, camera); };
@@ -159,7 +160,7 @@ Status RayRequest::choose_bytes(RayQuery& query, FieldSet default_fields) const 
     query.image->floats = exchange_.wants(kFloatMapMediaType);
     return success();
   }
-  if (exchange_.route.ends_with("/rays:closest")) choose_table(query);
+  if (has_tables_) choose_table(query);
   if (query.layout != AnswerLayout::kBinary && !query.table) return success();
   if (query.wants_explanation) {
     return Error{ErrorKind::kInvalid, "EXPLAIN_IS_TEXT", "an explanation comes as JSON alone",

@@ -35,7 +35,8 @@ class RayRequest {
 
   /// Checks the request, finds the scene, reads the body (JSON or binary), and resolves its filter.
   /// `rules` has the keys that the body may have; their limits are set by the service.
-  bool read(RayJsonRules rules);
+  /// `has_tables`: the answer may be a table (table_format.h).
+  bool read(RayJsonRules rules, bool has_tables);
   /// If the body is a stream (lines, or bytes that begin as one), answers with a stream. Returns
   /// true if the handler must return: after a stream, an error, or if the request was put off. If
   /// false, read() follows.
@@ -105,6 +106,7 @@ class RayRequest {
   SelectionWarnings warnings_;
   Deadline deadline_ = Deadline::never();
   WorkTimer timer_;
+  bool has_tables_ = false;
   std::string begin_;  ///< the part of the body that was read already
 };
 

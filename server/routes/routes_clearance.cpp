@@ -1,5 +1,7 @@
 #include "core/run/resolved_filter.h"
+#include "proto/binary/clearance_csv.h"
 #include "proto/json/clearance_json.h"
+#include "proto/table_format.h"
 #include "server/http/request_memory.h"
 #include "server/routes/ray_request.h"
 #include "server/routes/routes.h"
@@ -16,7 +18,7 @@ constexpr std::uint64_t kMemberBytes = 160, kBodyBytes = 400;
 constexpr std::uint64_t kPairBytes =
     sizeof(ClearancePair) + 2 * (kHitBytes + sizeof(HitDetail)) + 64 + 2 * kNumberBytes;
 
-constexpr std::string_view kCsvMediaType = "text/csv";
+constexpr std::string_view kCsvMediaType = table_media_type(TableFormat::kCsv);
 
 std::uint64_t triangles_of(const Scene& scene, const ResolvedFilter& resolved) {
   std::uint64_t count = 0;

@@ -179,7 +179,7 @@ class Clearance(unittest.TestCase):
             for side in "ab":
                 self.assertEqual((row[f"{side}.node"], int(row[f"{side}.node_id"]), row[f"{side}.material"]),
                                  (pair[side]["node"], pair[side]["node_id"], ""))
-                self.assertEqual([float(row[f"{side}.position.{k}"]) for k in "xyz"], pair[side]["position"])
+                self.assertEqual([float(row[f"{side}.position_{k}"]) for k in "xyz"], pair[side]["position"])
         closest = self.server.ask("/v1/scenes/six/clearance", "-H", JSON_TYPE, "-H", "Accept: text/csv",
                                   body=json.dumps({"a": LEFT, "b": RIGHT, "fields": ["node"]}))
         self.assertEqual(closest.body, b"distance,a.node,b.node\r\n3.5777087639996634,left,right\r\n")
