@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <string_view>
 
+#include "proto/hit_fields.h"
+
 namespace sightline {
 
 /// The formats. PLY and PCD are point clouds: they have a row for each hit, with its position. The
@@ -21,6 +23,15 @@ constexpr bool is_point_cloud(TableFormat format) {
   return format == TableFormat::kPly || format == TableFormat::kPcd;
 }
 
+/// The most rows of an .npz file with these fields: a ZIP archive states sizes in 32 bits.
+inline std::uint64_t most_npz_rows(FieldSet fields) {
+  constexpr std::uint64_t kArchiveBytes = 0xffff0000u;
+  std::uint64_t row = 1;
+  for (const HitField field : all_hit_fields())
+    row += fields.has(field) ? 8 * hit_field_width(field) : 0;
+  return kArchiveBytes / row;
+}
+
 }  // namespace sightline
 
-// Tests: tests/integration/tables_test.py
+// Tests: tests/integration/tables_test.py, tests/unit/proto/table_format_test.cpp

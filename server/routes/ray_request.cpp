@@ -168,6 +168,10 @@ Status RayRequest::choose_bytes(RayQuery& query, FieldSet default_fields) const 
   }
   if (!query.chose_fields) query.fields = default_fields;
   if (query.table && is_point_cloud(*query.table)) query.fields.add(HitField::kPosition);
+  if (query.table == TableFormat::kNpz && exchange_.rays > most_npz_rows(query.fields)) {
+    return Error{ErrorKind::kTooLarge, "REQUEST_TOO_LARGE",
+                 "an .npz file has at most 4 GiB; ask for fewer rays or fields, or for .npy", ""};
+  }
   return query.table == TableFormat::kCsv ? success() : check_binary_fields(query.fields);
 }
 
