@@ -6,8 +6,8 @@
 #include <cstring>
 #include <vector>
 
-#include "proto/hit_columns.h"
 #include "proto/binary/hit_csv.h"
+#include "proto/hit_columns.h"
 #include "proto/node_colour.h"
 
 namespace sightline {
