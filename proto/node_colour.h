@@ -12,7 +12,7 @@ namespace sightline {
 constexpr std::array<std::uint8_t, 3> node_colour(std::uint32_t file_node) {
   constexpr std::uint32_t kGolden = 0x9e3779b9u;  // 2^32 divided by the golden ratio
   // The hue as a sixth of the circle, and the position in it.
-  const std::uint64_t hue = (std::uint64_t{file_node * kGolden} * 6) >> 24;
+  const std::uint64_t hue = (std::uint64_t{std::uint32_t{file_node * kGolden}} * 6) >> 24;
   const auto rising = static_cast<std::uint32_t>(hue & 255u), falling = 255 - rising;
   const std::array<std::array<std::uint32_t, 3>, 6> sixths{{{255, rising, 0},
                                                             {falling, 255, 0},

@@ -62,7 +62,7 @@ NodeChanges with_changes(NodeChanges changes, std::span<const NodeChange> more) 
   merged.reserve(changes.size());
   for (NodeChange& change : changes) {
     if (merged.empty() || merged.back().node != change.node) {
-      merged.push_back(std::move(change));
+      merged.push_back(change);
       continue;
     }
     NodeChange& at = merged.back();
