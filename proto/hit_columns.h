@@ -122,6 +122,10 @@ void visit_column(const HitAnswer& answer, HitField field, const Visit& visit) {
       return visit(IdColumn{terms.material});
     case HitField::kNodeInstance:
       return visit(IdColumn{terms.node_instance});
+    case HitField::kCostNodes:
+      return visit(IdColumn{terms.costs.nodes});
+    case HitField::kCostBlocks:
+      return visit(IdColumn{terms.costs.blocks});
   }
 }
 

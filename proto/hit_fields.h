@@ -13,9 +13,9 @@ namespace sightline {
 
 /// The type of a field's values; hit_fields.def explains them.
 enum class FieldKind : std::uint8_t { kNumber, kIndex, kId, kVector, kFlag, kText };
-/// What a value is computed from: the ray and its hit, the scene, a HitDetail, or vertex
-/// attributes.
-enum class FieldSource : std::uint8_t { kRay, kScene, kDetail, kAttribute };
+/// What a value is computed from: the ray and its hit, the traversal of the ray, the scene, a
+/// HitDetail, or vertex attributes.
+enum class FieldSource : std::uint8_t { kRay, kCost, kScene, kDetail, kAttribute };
 
 /// The fields, in the order in which answers write them.
 enum class HitField : std::uint8_t {
@@ -102,6 +102,9 @@ inline constexpr FieldSet kAttributeFields =
 inline constexpr FieldSet kDetailFields = fields_where([](const HitFieldRow& row) {
   return row.source == FieldSource::kDetail || row.source == FieldSource::kAttribute;
 });
+/// Fields of the cost of a ray (Engine::costs).
+inline constexpr FieldSet kCostFields =
+    fields_where([](const HitFieldRow& row) { return row.source == FieldSource::kCost; });
 /// Fields of text, which binary answers cannot have.
 inline constexpr FieldSet kTextFields =
     fields_where([](const HitFieldRow& row) { return row.kind == FieldKind::kText; });

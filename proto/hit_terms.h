@@ -9,6 +9,7 @@
 
 #include "core/base/column.h"
 #include "core/query/hit_batch.h"
+#include "core/query/query_work.h"
 
 namespace sightline {
 
@@ -33,6 +34,7 @@ struct HitTerms {
   /// Index of the instance among those of its node; 0 unless the node has several.
   Column<std::uint32_t> node_instance;
   std::vector<std::string_view> node_name, node_path, mesh_name, material_name;
+  RayCosts costs;              ///< of the ray of each hit, and of misses
   HitAttributes attributes;    ///< interpolated vertex attributes of the file
   Column<double> distance;     ///< t * |direction|
   bool t_is_distance = false;  ///< the distance is also answered as t

@@ -107,7 +107,7 @@ class Description:
         contact = [each.name for each in self.fields if each.source in ("Ray", "Scene") or each.name == "position"]
         end = [each.name for each in self.fields if each.source == "Scene" or each.name in ("instance", "position")]
         for schema, names in (("Field", [each.name for each in self.fields]), ("ContactField", contact), ("EndField", end),
-                              ("NearestField", [each.name for each in self.fields if each.name not in NO_NEAREST])):
+                              ("NearestField", [each.name for each in self.fields if each.name not in NO_NEAREST and each.source != "Cost"])):
             text = self.replaced(name, text, rf'(\n      "{schema}": \{{\n        "type": "string",\n        "enum": \[).*?(\])', self.wrapped(names))
         return text
 

@@ -1,6 +1,6 @@
 #pragma once
-/// Deadline and cancel flag: how long a piece of work may take, and whether its caller still waits
-/// for the result.
+/// Deadline and cancel flag: how long a piece of work may take, on how many threads, and whether its
+/// caller still waits for the result.
 
 #include <atomic>
 #include <chrono>
@@ -23,7 +23,8 @@ class CancelFlag {
 /// True if `flag` is set; a null flag is never set.
 inline bool is_cancelled(const CancelFlag* flag) { return flag != nullptr && flag->cancelled(); }
 
-/// Tells work when to end: at a time, or when one of two flags is set. The flags must outlive it.
+/// Bounds of a piece of work. It ends at a time, or when one of two flags is set; the flags must
+/// outlive it.
 /// By default it never passes. Copies are cheap, and any thread may read them.
 struct Deadline {
   using Clock = std::chrono::steady_clock;
@@ -33,6 +34,8 @@ struct Deadline {
   const CancelFlag* flag = nullptr;
   /// set when the caller no longer waits for the answer; may be null
   const CancelFlag* caller = nullptr;
+  /// the most threads of an engine that work on it at once; 0: all
+  int threads = 0;
 
   /// A deadline that never passes.
   static Deadline never() { return {}; }

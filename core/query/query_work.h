@@ -1,7 +1,10 @@
 #pragma once
 /// QueryWork: the cost of a query as counts of operations. Engine adds to it (RayOptions::work).
+/// RayCosts: the cost of each ray.
 
 #include <cstdint>
+
+#include "core/base/column.h"
 
 namespace sightline {
 
@@ -18,6 +21,11 @@ struct QueryWork {
 
   /// All exact decisions.
   std::uint64_t exact() const { return exact_hits + exact_compares + exact_roundings; }
+};
+
+/// The cost of each ray of a batch, traced alone: QueryWork::nodes and blocks, a slot for each ray.
+struct RayCosts {
+  Column<std::uint32_t> nodes, blocks;
 };
 
 }  // namespace sightline

@@ -209,6 +209,33 @@ Status Engine::all(const Scene& scene, const RayBatch& rays, const HitListQuesti
   });
 }
 
+Status Engine::costs(const Scene& scene, const RayBatch& rays, const Deadline& deadline,
+                     RayCosts& costs, const RayOptions& options) const {
+  const SceneTrees::Use use(scene.trees());
+  WorkLog log(scene, nullptr);
+  return within_memory([&]() -> Status {
+    const SceneView view(scene);
+    HitBatch found;
+    found.resize(rays.size());
+    costs.nodes.resize(rays.size());
+    costs.blocks.resize(rays.size());
+    const auto trace = [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        TraceCounts counts{&deadline};
+        const WorkLog::Entry entry(log, counts);
+        if (options.resolved != nullptr) {
+          state_->kernel.closest_filtered(view, rays, i, i + 1, *options.resolved, found, counts);
+        } else {
+          state_->kernel.closest(view, rays, i, i + 1, found, counts);
+        }
+        costs.nodes[i] = static_cast<std::uint32_t>(counts.nodes + counts.packet_nodes);
+        costs.blocks[i] = static_cast<std::uint32_t>(counts.blocks);
+      }
+    };
+    return log.checked(state_->run(rays.size(), deadline, trace), deadline);
+  });
+}
+
 Status Engine::details(const Scene& scene, const RayBatch& rays, const HitBatch& hits,
                        const Deadline& deadline, Column<HitDetail>& out) const {
   return within_memory([&]() -> Status {

@@ -88,6 +88,11 @@ class Engine {
   Status all(const Scene& scene, const RayBatch& rays, const HitListQuestion& question,
              const Deadline& deadline, HitLists& lists, Column<std::uint64_t>& totals,
              const RayOptions& options = {}) const;
+  /// The cost of closest for each ray, traced alone in the trees that are built. It depends neither
+  /// on the kernel nor on the other rays. Of the options only `resolved` matters. `costs` is resized
+  /// and overwritten. Memory: a HitBatch for all rays.
+  Status costs(const Scene& scene, const RayBatch& rays, const Deadline& deadline, RayCosts& costs,
+               const RayOptions& options = {}) const;
   /// Position, normal and barycentrics of hits that closest or all reported. Slot i of `hits`
   /// belongs to rays[i], so after all() the caller repeats a ray for each of its hits. `out` is
   /// resized and overwritten; slots of misses have default values.

@@ -145,6 +145,22 @@ class Turns {
   std::atomic<int> wanted_{0};  ///< batches that run or wait
 };
 
+/// Calls take(i) once for each i in [begin, end), on at most `most` threads of the group at once; 0:
+/// on all of them.
+template <class Take>
+void share(ThreadGroup& threads, std::size_t begin, std::size_t end, int most, const Take& take) {
+  const std::size_t count = end - begin;
+  if (most == 0 || most >= threads.threads() || static_cast<std::size_t>(most) >= count) {
+    threads.execute([&] { parallel_for(count, [&](std::size_t i) { take(begin + i); }); });
+    return;
+  }
+  std::atomic<std::size_t> next{begin};
+  const auto take_some = [&](std::size_t) {
+    for (std::size_t i = next++; i < end; i = next++) take(i);
+  };
+  threads.execute([&] { parallel_for(static_cast<std::size_t>(most), take_some); });
+}
+
 /// The members of an engine. run() answers a batch; with_trees() and trace_again() build the trees
 /// that it needs (unbuilt_rounds.h).
 struct Engine::State {
@@ -165,7 +181,7 @@ struct Engine::State {
   }
 
   /// Calls slice(begin, end) for slices of [0, count), at most slice_size long, in parallel if
-  /// other threads are idle. No slice starts after the deadline. Errors: DEADLINE, CANCELLED; some
+  /// other threads are idle, on at most deadline.threads of them. No slice starts after the deadline. Errors: DEADLINE, CANCELLED; some
   /// slices may then not have run. Throws what a slice throws.
   template <class Slice>
   Status run(std::size_t count, const Deadline& deadline, Slice slice,
@@ -192,11 +208,8 @@ struct Engine::State {
     // Sharing slices between threads costs time, so it is done only if a thread is idle.
     const std::size_t slices = (count + slice_size - 1) / slice_size;
     std::size_t alone = 0;
-    while (alone < slices && turns.all_wanted()) take(alone++);
-    if (alone < slices) {
-      threads.execute(
-          [&] { parallel_for(slices - alone, [&](std::size_t i) { take(alone + i); }); });
-    }
+    while (alone < slices && (deadline.threads == 1 || turns.all_wanted())) take(alone++);
+    if (alone < slices) share(threads, alone, slices, deadline.threads, take);
     if (stopped.load()) return out_of_time(deadline);
     return success();
   }

@@ -9,8 +9,8 @@ namespace sightline {
 
 namespace {
 
-constexpr std::array<std::string_view, 5> kBoxQueryKeys{"boxes", "of", "mode", "timeout_ms",
-                                                        "limit"};
+constexpr std::array<std::string_view, 6> kBoxQueryKeys{"boxes",      "of",      "mode",
+                                                        "timeout_ms", "threads", "limit"};
 
 class BoxQueryReader : private JsonReader {
  public:
@@ -29,7 +29,7 @@ class BoxQueryReader : private JsonReader {
 
  private:
   bool read_top(Object object, unsigned& seen) {
-    const unsigned known = rules_.has_limit ? 31u : 15u;
+    const unsigned known = rules_.has_limit ? 63u : 31u;
     for (auto entry : object) {
       Field field;
       if (const auto code = std::move(entry).get(field); code != simdjson::SUCCESS) {
@@ -57,7 +57,8 @@ class BoxQueryReader : private JsonReader {
       return true;
     }
     if (which == 3) return read_timeout(value, query_.timeout_ms, place);
-    if (which == 4) return read_count(value, rules_.limit, query_.limit, place);
+    if (which == 4) return read_threads(value, query_.threads, place);
+    if (which == 5) return read_count(value, rules_.limit, query_.limit, place);
     constexpr std::array<std::string_view, 2> kTargets{"triangles", "nodes"};
     constexpr std::array<std::string_view, 2> kModes{"intersecting", "contained"};
     std::size_t word = 0;

@@ -5,7 +5,7 @@
 ///
 /// "boxes": box_rows.h. "of": what is counted and listed, "triangles" (default) or "nodes". "mode":
 /// "intersecting" (default), those that touch the box, or "contained", those that lie in it.
-/// "limit": the most entries of each list (1000). "timeout_ms": as for rays.
+/// "limit": the most entries of each list (1000). "timeout_ms", "threads": as for rays.
 
 #include <cstddef>
 #include <cstdint>
@@ -41,6 +41,7 @@ struct BoxQuery {
   Column<std::uint64_t> questions;
   std::uint64_t limit = 1000;               ///< the default may exceed the rules' limit
   std::optional<std::uint64_t> timeout_ms;  ///< the client's limit of the time for the answer
+  int threads = 0;                          ///< the client's limit of threads; 0: none
 };
 
 /// Decodes a body; its text and its capacity are treated as by decode_rays. Errors: those of a body

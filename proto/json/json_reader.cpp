@@ -141,6 +141,14 @@ bool JsonReader::read_timeout(Value value, std::optional<std::uint64_t>& out,
   return read_count(value, 86'400'000, out.emplace(), place);
 }
 
+bool JsonReader::read_threads(Value value, int& out, const JsonPointer& place) {
+  constexpr std::uint64_t kMost = 1024;
+  std::uint64_t number = 0;
+  if (!read_count(value, kMost, number, place)) return false;
+  out = static_cast<int>(number);
+  return number > 0 || invalid("NUMBER_OUT_OF_RANGE", "expected 1 to 1024", place);
+}
+
 bool JsonReader::read_word(Value value, std::span<const std::string_view> words, std::size_t& which,
                            const JsonPointer& place) {
   std::string expected;

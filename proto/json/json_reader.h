@@ -57,6 +57,8 @@ class JsonReader {
   bool read_count(Value value, std::uint64_t most, std::uint64_t& out, const JsonPointer& place);
   /// Reads a number of milliseconds, at most a day.
   bool read_timeout(Value value, std::optional<std::uint64_t>& out, const JsonPointer& place);
+  /// Reads a limit of threads, 1 to 1024.
+  bool read_threads(Value value, int& out, const JsonPointer& place);
   /// Reads one of `words`; `which` is set to its index.
   bool read_word(Value value, std::span<const std::string_view> words, std::size_t& which,
                  const JsonPointer& place);

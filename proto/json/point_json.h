@@ -17,12 +17,10 @@
 
 namespace sightline {
 
-/// The fields of a nearest triangle: all but t.
-inline constexpr FieldSet kNearestFields = [] {
-  FieldSet fields = kAllHitFields;
-  fields.remove(HitField::kT);
-  return fields;
-}();
+/// The fields of a nearest triangle: all but those of a ray.
+inline constexpr FieldSet kNearestFields = fields_where([](const HitFieldRow& row) {
+  return row.field != HitField::kT && row.source != FieldSource::kCost;
+});
 /// The fields of a request that does not choose any.
 inline constexpr FieldSet kDefaultNearestFields{
     HitField::kDistance, HitField::kInstance, HitField::kPrimitive, HitField::kTriangle,

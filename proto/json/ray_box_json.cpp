@@ -33,6 +33,7 @@ class RayBoxReader : public RayReader {
     if (!rays) return std::move(rays).error();
     query_boxes_.rays = std::move(rays->rays);
     query_boxes_.timeout_ms = rays->timeout_ms;
+    query_boxes_.threads = rays->threads;
     return std::move(query_boxes_);
   }
 

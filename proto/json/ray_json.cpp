@@ -18,13 +18,13 @@ static_assert(kRayJsonPadding >= kJsonPadding && kJsonPadding >= kPlainPadding);
 
 std::string number_text(std::size_t number) { return std::to_string(number); }
 
-constexpr std::array<std::string_view, 23> kTopKeys{
+constexpr std::array<std::string_view, 24> kTopKeys{
     "rays",       "origins",    "directions", "tmin",    "tmax",    "fields",
     "max_hits",   "crossings",  "normalize",  "cull",    "include", "exclude",
     "on_invalid", "work",       "generator",  "explain", "mask",    "masks",
-    "image",      "image_unit", "timeout_ms", "strict",  "alpha"};
+    "image",      "image_unit", "timeout_ms", "strict",  "alpha",   "threads"};
 constexpr unsigned kMaskBit = 1u << 16, kMasksBit = 1u << 17, kImageBits = 3u << 18,
-                   kTimeoutBit = 1u << 20, kStrictBit = 1u << 21;
+                   kTimeoutBit = 1u << 20 | 1u << 23, kStrictBit = 1u << 21;
 constexpr unsigned kRaysBit = 1u << 0, kColumnBits = 0x1eu | kMasksBit, kFieldsBit = 1u << 5,
                    kMaxHitsBit = 1u << 6, kCrossingsBit = 1u << 7,
                    kSceneBits = 0x3f00u | kMaskBit | kTimeoutBit | kStrictBit,

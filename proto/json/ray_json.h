@@ -22,6 +22,8 @@
 ///   explain           true, for a single ray: the boxes and triangles that it was tested with
 ///   crossings         "every" or "once", if hits are listed or counted
 ///   alpha             "opaque" or "cutoff": whether texels of masked materials are tested
+///   timeout_ms        200: the longest time for the answer
+///   threads           2: the most threads that work on the answer at once
 ///   max_hits          1000, for each ray, if hits are listed
 
 #include <cstddef>
@@ -53,9 +55,9 @@ struct RayJsonRules {
   FieldSet default_fields = kDefaultHitFields;  ///< of a body without "fields"
   FieldSet known_fields = kAllHitFields;        ///< others are FIELD_UNKNOWN
   /// True: the body may have the keys of rays through a scene: "normalize", "cull", "include",
-  /// "exclude", "on_invalid", "work", "strict", "timeout_ms".
+  /// "exclude", "on_invalid", "work", "strict", "timeout_ms", "threads".
   bool has_scene = true;
-  /// True: "timeout_ms" is allowed without has_scene too.
+  /// True: "timeout_ms" and "threads" are allowed without has_scene too.
   bool has_timeout = false;
   /// False: "normalize" and "on_invalid" are not allowed.
   bool has_marks = true;
@@ -92,6 +94,7 @@ struct RayQuery {
   bool alpha_cutoff = false;  ///< transparent texels of masked materials do not count
   bool strict = false;        ///< an entry of the filter that matches nothing is an error
   std::optional<std::uint64_t> timeout_ms;  ///< the client's limit of the time for the answer
+  int threads = 0;                          ///< the client's limit of threads; 0: none
   /// the answer contains the boxes that its one ray was tested with
   bool wants_explanation = false;
   std::optional<TableFormat> table;    ///< set if `layout` is kTable
@@ -117,7 +120,7 @@ inline constexpr std::size_t kRayJsonPadding = 64;
 /// - 422: KEY_UNKNOWN, KEY_DUPLICATE, KEY_MISSING, KEYS_MIXED (rows and columns in one body),
 ///   TYPE_WRONG, LENGTH_WRONG, NUMBER_NOT_FINITE (NaN, Infinity, 1e999)
 /// - 422: FIELD_UNKNOWN (names the known ones), FIELD_DUPLICATE, FIELDS_EMPTY, NUMBER_OUT_OF_RANGE
-///   (max_hits, nodes, mask, masks, timeout_ms, image_unit), VALUE_UNKNOWN (crossings, cull,
+///   (max_hits, nodes, mask, masks, timeout_ms, threads, image_unit), VALUE_UNKNOWN (crossings, cull,
 ///   on_invalid, image), EXPLAIN_ONE_RAY, EXPLAIN_IS_TEXT (explain with image),
 ///   IMAGE_WITHOUT_PIXELS, and the codes of check_rays and generate_rays
 /// - 413: RAYS_TOO_MANY, FILTER_TOO_LARGE, BODY_TOO_LARGE (4 GiB and more)

@@ -193,6 +193,7 @@ bool RayReader::read_option(std::string_view key, Value value) {
   if (key == "timeout_ms") {
     return read_timeout(value, query_.timeout_ms, JsonPointer().key(key));
   }
+  if (key == "threads") return read_threads(value, query_.threads, JsonPointer().key(key));
   if (key == "image") return read_image(value);
   if (key == "alpha") {
     constexpr std::array<std::string_view, 2> kWords{"opaque", "cutoff"};

@@ -55,7 +55,7 @@ bool RayRequest::read_query(const Decode& decode) {
   const std::uint64_t decoded = 2 * body.size();
   forget_body(exchange_, body, std::max(decoded, query_.rays.size() * kRayBytes));
   // To work a filter out takes time too, of a scene with many nodes or long names.
-  deadline_ = deadline_of(exchange_, service_, query_.timeout_ms);
+  deadline_ = deadline_of(exchange_, service_, query_.timeout_ms, query_.threads);
   auto resolved = resolve_for_rays(*scene_, query_.filter, query_.rays.mask, deadline_,
                                    reserve_from(exchange_.memory), warnings());
   if (!resolved) {
@@ -188,9 +188,10 @@ bool RayRequest::read_json(const Decode& decode) {
 }
 
 bool RayRequest::describe(const RayBatch& rays, const HitBatch& hits, HitDescription& about) {
-  const Status status =
-      describe_within(reserve_from(exchange_.memory), service_.engine,
-                      {*scene_, rays, hits, query_.fields, query_.normalize}, deadline_, about);
+  const Status status = describe_within(
+      reserve_from(exchange_.memory), service_.engine,
+      {*scene_, rays, hits, query_.fields, query_.normalize, resolved_ ? &*resolved_ : nullptr},
+      deadline_, about);
   add_time(&WorkReport::describe_us);
   return went_well(status);
 }

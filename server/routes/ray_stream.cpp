@@ -158,7 +158,8 @@ Result<std::string> RayStream::answer(Result<RayQuery> query) {
   if (form_ == Form::kFrames) {
     if (Status status = check_binary_fields(query->fields); !status) return status.error();
   }
-  const Deadline deadline = this->deadline(query->timeout_ms);
+  Deadline deadline = this->deadline(query->timeout_ms);
+  deadline.threads = query->threads;
   const bool has_masks = !query->rays.mask.empty();
   if (!knows_filter_ || has_masks || form_ == Form::kFrames) {
     forget_filter();

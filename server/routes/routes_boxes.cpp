@@ -30,7 +30,7 @@ void rays_boxes(Exchange& exchange, const Service& service) {
 
   RayBoxAnswers answers;
   const auto detail = query->planes ? RayBoxDetail::kPlanes : RayBoxDetail::kAll;
-  const Deadline deadline = deadline_of(exchange, service, query->timeout_ms);
+  const Deadline deadline = deadline_of(exchange, service, query->timeout_ms, query->threads);
   const Status status = service.engine.ray_boxes(query->rays, query->boxes, query->pairing, detail,
                                                  deadline, answers);
   if (!went_well(exchange, status)) return;
@@ -72,10 +72,10 @@ void any_triangle(Exchange& exchange, const Service& service) {
   if (!scene || !read_boxes(exchange, service, *scene, false, query)) return;
 
   Column<std::uint8_t> touched;
-  if (!went_well(exchange,
-                 service.engine.boxes_any(*scene, query.boxes,
-                                          deadline_of(exchange, service, query.timeout_ms), touched,
-                                          query.question.relation)))
+  if (!went_well(exchange, service.engine.boxes_any(
+                               *scene, query.boxes,
+                               deadline_of(exchange, service, query.timeout_ms, query.threads),
+                               touched, query.question.relation)))
     return;
   exchange.reply_json(200, encode_occlusion(touched));
 }
@@ -86,9 +86,10 @@ void count_triangles(Exchange& exchange, const Service& service) {
   if (!scene || !read_boxes(exchange, service, *scene, false, query)) return;
 
   Column<std::uint64_t> totals;
-  if (!went_well(exchange, service.engine.boxes_count(
-                               *scene, query.boxes, query.question,
-                               deadline_of(exchange, service, query.timeout_ms), totals)))
+  if (!went_well(exchange,
+                 service.engine.boxes_count(
+                     *scene, query.boxes, query.question,
+                     deadline_of(exchange, service, query.timeout_ms, query.threads), totals)))
     return;
   exchange.reply_json(200, encode_counts(totals));
 }
@@ -150,7 +151,7 @@ void list(Exchange& exchange, const Service& service) {
 
   BoxLists lists;
   Column<std::uint64_t> totals;
-  const Deadline deadline = deadline_of(exchange, service, query.timeout_ms);
+  const Deadline deadline = deadline_of(exchange, service, query.timeout_ms, query.threads);
   // An entry in the lists of the threads and in all of them joined, its terms, and as JSON.
   constexpr std::uint64_t kEntryBytes = 3 * kHitBytes + 64 + 5 * kNumberBytes;
   const Status found =

@@ -96,7 +96,7 @@ bool went_well(Exchange& exchange, const Status& status) {
 }
 
 Deadline deadline_of(const Exchange& exchange, const Service& service,
-                     std::optional<std::uint64_t> timeout_ms) {
+                     std::optional<std::uint64_t> timeout_ms, int threads) {
   constexpr std::chrono::microseconds kOnEventLoop{300};
   Deadline deadline = service.deadline();
   // The time in a queue counts for the client, not for what the server spends on the request.
@@ -108,6 +108,7 @@ Deadline deadline_of(const Exchange& exchange, const Service& service,
   if (exchange.on_event_loop)
     deadline.at = std::min(deadline.at, Deadline::Clock::now() + kOnEventLoop);
   deadline.caller = exchange.caller;
+  deadline.threads = threads;
   if (exchange.memory != nullptr && !exchange.on_event_loop)
     exchange.memory->wait_until(deadline.at);
   return deadline;

@@ -51,7 +51,7 @@ bool went_well(Exchange& exchange, const Status& status);
 /// timeout_ms  the client's limit, from the arrival of the request; the server's limit, from now,
 ///             applies if it ends earlier
 Deadline deadline_of(const Exchange& exchange, const Service& service,
-                     std::optional<std::uint64_t> timeout_ms = {});
+                     std::optional<std::uint64_t> timeout_ms = {}, int threads = 0);
 
 /// encode_scene or, if there is no memory for names and warnings, encode_scene_summary, so that a
 /// completed change is answered in any case.

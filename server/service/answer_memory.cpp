@@ -9,6 +9,7 @@ std::uint64_t bytes_of_description(std::uint64_t hits, FieldSet fields) {
     bytes += kAttributeFields.has(field) ? hit_field_width(field) * sizeof(double)
                                          : sizeof(std::string_view);
   }
+  if (fields.has_any_of(kCostFields)) bytes += sizeof(double) + 2 * sizeof(std::uint32_t);
   if (fields.has_any_of(kDetailFields)) bytes += sizeof(HitDetail);
   return hits * bytes;
 }

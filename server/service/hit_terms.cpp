@@ -112,7 +112,7 @@ Status read_attributes(const Engine& engine, const Scene& scene, const HitBatch&
 
 Status describe_hits(const Engine& engine, const DescribedHits& described, const Deadline& deadline,
                      HitDescription& description) {
-  const auto& [scene, rays, hits, fields, normalize] = described;
+  const auto& [scene, rays, hits, fields, normalize, resolved] = described;
   Status status = success();
   if (fields.has_any_of(kDetailFields)) {
     status = engine.details(scene, rays, hits, deadline, description.details);
@@ -124,6 +124,8 @@ Status describe_hits(const Engine& engine, const DescribedHits& described, const
   HitTerms& terms = description.terms;
   terms = hit_terms(scene, hits, fields);
   status = read_attributes(engine, scene, hits, fields, deadline, description);
+  if (status && fields.has_any_of(kCostFields))
+    status = engine.costs(scene, rays, deadline, terms.costs, {.resolved = resolved});
   if (!status) return status;
   terms.t_is_distance = normalize;
   if (normalize || fields.has(HitField::kDistance)) {
@@ -140,6 +142,7 @@ RayBatch rays_of_hits(const RayBatch& rays, const HitLists& lists) {
   for (std::size_t ray = 0; ray < rays.size(); ++ray) {
     for (std::size_t i = lists.first[ray]; i < lists.first[ray + 1]; ++i) {
       repeated.push_back(rays[ray]);
+      if (!rays.mask.empty()) repeated.mask.push_back(rays.mask[ray]);
     }
   }
   return repeated;

@@ -26,21 +26,22 @@ Status read_attributes(const Engine& engine, const Scene& scene, const HitBatch&
                        FieldSet fields, const Deadline& deadline, HitDescription& description);
 
 /// Hits to be described; refers to its parts. rays[i] belongs to slot i of `hits`; if `normalize`,
-/// the t of the answer is the distance.
+/// the t of the answer is the distance. `resolved` is the filter of the rays, for their costs.
 struct DescribedHits {
   const Scene& scene;
   const RayBatch& rays;
   const HitBatch& hits;
   FieldSet fields;
   bool normalize = false;
+  const ResolvedFilter* resolved = nullptr;
 };
 
-/// Computes all columns for the fields. Errors: those of Engine::details, mark_edges and
-/// attributes.
+/// Computes all columns for the fields. Errors: those of Engine::details, mark_edges,
+/// attributes and costs.
 Status describe_hits(const Engine& engine, const DescribedHits& described, const Deadline& deadline,
                      HitDescription& description);
 
-/// The ray of each hit of the lists, for Engine::details.
+/// The ray of each hit of the lists, with its mask, for describe_hits.
 RayBatch rays_of_hits(const RayBatch& rays, const HitLists& lists);
 
 }  // namespace sightline

@@ -35,9 +35,9 @@ struct RayBatchCourse {
   bool is(AnswerLayout layout) const { return query.layout == layout; }
 
   Status describe(const RayBatch& rays, const HitBatch& hits, HitDescription& about) const {
-    Status status =
-        describe_within(reserve, service.engine, {scene, rays, hits, query.fields, query.normalize},
-                        deadline, about);
+    Status status = describe_within(
+        reserve, service.engine,
+        {scene, rays, hits, query.fields, query.normalize, options.resolved}, deadline, about);
     timer.add(&WorkReport::describe_us);
     return status;
   }
@@ -186,7 +186,8 @@ Result<std::string> answer_all(const RayBatchCourse& course) {
   course.timer.add(&WorkReport::trace_us);
   HitDescription about;
   const bool needs_rays = query.normalize || query.fields.has(HitField::kDistance) ||
-                          query.fields.has_any_of(kDetailFields);
+                          query.fields.has_any_of(kDetailFields) ||
+                          query.fields.has_any_of(kCostFields);
   if (needs_rays) status = ask_for(course.reserve, lists.hits.size() * kRayBytes);
   if (!status) return status.error();
   status =

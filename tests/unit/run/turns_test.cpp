@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <optional>
+#include <vector>
 
 #include "core/run/engine_state.h"
 
@@ -31,6 +33,24 @@ TEST(Turns, are_not_waited_for_beyond_a_deadline) {
   const Turns::Turn second(turns, soon);
   // What runs next sees that it has passed, and says so.
   EXPECT_TRUE(soon.passed());
+}
+
+TEST(Share, takes_each_piece_once_on_no_more_threads_than_it_may) {
+  ThreadGroup threads;
+  threads.start(4);
+  for (const int most : {0, 1, 2, 3, 4, 100}) {
+    std::vector<std::atomic<int>> taken(203);
+    std::atomic<int> active{0}, peak{0};
+    share(threads, 3, taken.size(), most, [&](std::size_t i) {
+      const int now = ++active;
+      for (int seen = peak; seen < now && !peak.compare_exchange_weak(seen, now);) {
+      }
+      ++taken[i];
+      --active;
+    });
+    for (std::size_t i = 0; i < taken.size(); ++i) EXPECT_EQ(taken[i], i < 3 ? 0 : 1);
+    EXPECT_LE(peak, most == 0 ? 203 : most);
+  }
 }
 
 }  // namespace
