@@ -1,12 +1,11 @@
 #include "proto/binary/hit_table.h"
 
-#include <zlib.h>
-
 #include <cmath>
 #include <cstring>
 #include <vector>
 
 #include "proto/binary/hit_csv.h"
+#include "proto/binary/numpy_file.h"
 #include "proto/hit_columns.h"
 #include "proto/node_colour.h"
 
@@ -21,13 +20,6 @@ void for_each_column(const HitAnswer& answer, FieldSet fields, const Visit& visi
   }
 }
 
-template <class Number>
-void append(std::string& out, Number number) {
-  char bytes[sizeof number];
-  std::memcpy(bytes, &number, sizeof number);
-  out.append(bytes, sizeof number);
-}
-
 /// Writes the values of slot `i` as little-endian numbers: float64, `Id` and a byte for a flag.
 template <class Id>
 struct PackedCells {
@@ -35,19 +27,19 @@ struct PackedCells {
   const HitBatch& hits;
   std::size_t i;
 
-  void operator()(const NumberColumn& column) const { append(out, column.numbers[i]); }
+  void operator()(const NumberColumn& column) const { append_number(out, column.numbers[i]); }
   template <std::size_t width, class Value>
   void operator()(const VectorColumn<width, Value>& column) const {
     for (std::size_t k = 0; k < width; ++k)
-      append(out, hits.hit(i) ? column.value(i, k) : kNoNumber);
+      append_number(out, hits.hit(i) ? column.value(i, k) : kNoNumber);
   }
   void operator()(const IdColumn& column) const {
     const bool is_none = !hits.hit(i) || column.ids[i] == kNone;
-    append(out, is_none ? Id{-1} : static_cast<Id>(column.ids[i]));
+    append_number(out, is_none ? Id{-1} : static_cast<Id>(column.ids[i]));
   }
   template <class Value>
   void operator()(const FlagColumn<Value>& column) const {
-    append(out, static_cast<std::uint8_t>(hits.hit(i) && column.value(i) ? 1 : 0));
+    append_number(out, static_cast<std::uint8_t>(hits.hit(i) && column.value(i) ? 1 : 0));
   }
   void operator()(const NameColumn&) const {}
 };
@@ -160,14 +152,14 @@ std::string encode_points(const HitAnswer& answer, FieldSet fields, bool is_ply)
                            : pcd_head(described, colours.has_any(), points);
   for (std::size_t i = 0; i < answer.hits.size(); ++i) {
     if (!answer.hits.hit(i)) continue;
-    append(out, static_cast<std::uint32_t>(i));
+    append_number(out, static_cast<std::uint32_t>(i));
     for_each_column(answer, numbers, PackedCells<std::int32_t>{out, answer.hits, i});
     if (!colours.has_any()) continue;
     const auto [red, green, blue] = colours(i);
     // PCD's colour is one integer, 0x00rrggbb.
     const std::array<std::uint8_t, 3> ply{red, green, blue}, pcd{blue, green, red};
-    for (const std::uint8_t part : is_ply ? ply : pcd) append(out, part);
-    if (!is_ply) append(out, std::uint8_t{0});
+    for (const std::uint8_t part : is_ply ? ply : pcd) append_number(out, part);
+    if (!is_ply) append_number(out, std::uint8_t{0});
   }
   return out;
 }
@@ -180,16 +172,6 @@ std::string numpy_type(HitField field) {
   return kind == FieldKind::kFlag                                   ? "'|b1'"
          : kind == FieldKind::kNumber || kind == FieldKind::kVector ? "'<f8'"
                                                                     : "'<i8'";
-}
-
-/// Format 1.0 of NumPy's .npy: a head whose length is a multiple of 64.
-std::string npy_head(const std::string& type, const std::string& shape) {
-  std::string text = "{'descr': " + type + ", 'fortran_order': False, 'shape': (" + shape + "), }";
-  constexpr std::size_t kBefore = 10;
-  text.append(63 - (kBefore + text.size()) % 64, ' ').append("\n");
-  std::string head("\x93NUMPY\x01\x00", 8);
-  append(head, static_cast<std::uint16_t>(text.size()));
-  return head + text;
 }
 
 std::string encode_npy(const HitAnswer& answer, FieldSet fields) {
@@ -208,43 +190,6 @@ std::string encode_npy(const HitAnswer& answer, FieldSet fields) {
   }
   return out;
 }
-
-/// A ZIP archive whose files are not compressed.
-class ZipArchive {
- public:
-  void add(const std::string& name, const std::string& bytes) {
-    std::string sizes;
-    append(sizes, static_cast<std::uint32_t>(
-                      crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size())));
-    append(sizes, static_cast<std::uint32_t>(bytes.size()));
-    append(sizes, static_cast<std::uint32_t>(bytes.size()));
-    append(sizes, static_cast<std::uint16_t>(name.size()));
-    const auto at = static_cast<std::uint32_t>(out_.size());
-    const std::string common = common_head() + sizes;
-    out_ += "PK\3\4" + common + std::string(2, '\0') + name + bytes;
-    // An entry of the directory repeats the head, without extra field, comment, disk and attributes,
-    // and ends with the place of the file.
-    directory_ += "PK\1\2" + std::string("\x14\0", 2) + common + std::string(12, '\0');
-    append(directory_, at);
-    directory_ += name;
-    ++files_;
-  }
-  std::string take() {
-    const auto at = static_cast<std::uint32_t>(out_.size());
-    out_ += directory_ + "PK\5\6" + std::string(4, '\0');
-    append(out_, files_);
-    append(out_, files_);
-    append(out_, static_cast<std::uint32_t>(directory_.size()));
-    append(out_, at);
-    return std::move(out_) + std::string(2, '\0');
-  }
-
- private:
-  /// Version 2.0, no flags, stored, 1980-01-01.
-  static std::string common_head() { return std::string("\x14\0\0\0\0\0\0\0\x21\0", 10); }
-  std::string out_, directory_;
-  std::uint16_t files_ = 0;
-};
 
 std::string encode_npz(const HitAnswer& answer, FieldSet fields) {
   ZipArchive archive;

@@ -86,6 +86,17 @@ std::string encode_inside_binary(const InsideColumns& columns) {
   return answer.take();
 }
 
+std::string encode_visibility_binary(const PointPairs& pairs,
+                                     std::span<const std::uint8_t> visible) {
+  const bool all = pairs.pairing == BoxPairing::kAll;
+  BinaryAnswer answer;
+  answer.announce<std::uint8_t>("visible", pairs.from.size(),
+                                all ? static_cast<std::uint32_t>(pairs.to.size()) : 1);
+  answer.begin();
+  answer.next<std::uint8_t>(visible);
+  return answer.take();
+}
+
 std::string encode_signed_distances_binary(const InsideColumns& columns,
                                            std::span<const double> distance) {
   BinaryAnswer answer;

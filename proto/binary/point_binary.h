@@ -4,6 +4,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/query/point_pairs.h"
 #include "proto/json/point_json.h"
 
 namespace sightline {
@@ -19,6 +20,9 @@ Result<PointQuery> decode_points_binary(std::string_view body, const PointJsonRu
 // Binary forms of the functions of point_json.h. "unreliable" is not in the bytes; the caller sends
 // it in a header.
 
+/// For BoxPairing::kAll a value has a number for each point of `to`.
+std::string encode_visibility_binary(const PointPairs& pairs,
+                                     std::span<const std::uint8_t> visible);
 std::string encode_inside_binary(const InsideColumns& columns);
 std::string encode_signed_distances_binary(const InsideColumns& columns,
                                            std::span<const double> distance);

@@ -77,7 +77,7 @@ _TYPES = {1: ("d", "<f8"), 2: ("I", "<u4"), 3: ("B", "u1"), 4: ("Q", "<u8"), 5: 
 _NONE = 0xFFFFFFFF
 _WIDTHS = {"position": 3, "normal": 3, "shading_normal": 3, "barycentrics": 2, "uv": 2, "uv1": 2, "tangent": 4, "colour": 4}
 _DISTANCES = {"t", "distance"}
-_FLAGS = {"front", "on_edge"} | {"hits", "reliable"}
+_FLAGS = {"front", "on_edge"} | {"hits", "reliable", "visible"}
 _COUNTS = {"totals", "first", "counts"}
 _REMARKS = {"work", "unreliable", "warnings", "explain", "nearest_miss"}  # Beside the columns: values of JSON.
 _NO_SEQUENCES = (str, bytes, bytearray, AnyMapping, AnySet)
@@ -342,10 +342,13 @@ class Sightline:
         each = options.get("pairing") == "each"
         if each and len(start) != len(end):
             raise ValueError(f"points_from has shape {(len(start), 3)}, points_to has shape {(len(end), 3)}: expected equal shapes")
-        answer = self.ask(scene, "visibility", {"from": start, "to": end, **options})
+        body, shape = {"from": start, "to": end, **options}, (len(start),) if each else (len(start), len(end))
+        if not options.get("first_blocker"):
+            columns, _ = self._columns(self._scene(scene, "/visibility"), _text(body), _JSON, _BYTES)
+            return {**columns, "visible": _shaped(columns["visible"], shape)}
+        answer = self.ask(scene, "visibility", body)
         text = (answer["visible"] if each else "".join(answer["visible"])).encode()
-        flat = [letter == 49 for letter in text] if numpy is None else numpy.frombuffer(text, "u1") == 49
-        answer["visible"] = _shaped(flat, (len(start),) if each else (len(start), len(end)))
+        answer["visible"] = _shaped([letter == 49 for letter in text] if numpy is None else numpy.frombuffer(text, "u1") == 49, shape)
         return answer
 
     def inside(self, scene: str, points: Points, progress: Progress = None, **options: Any) -> Columns:

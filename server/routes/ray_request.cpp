@@ -12,6 +12,7 @@
 #include "server/http/body_reader.h"
 #include "server/http/media_type.h"
 #include "server/http/request_body.h"
+#include "server/routes/column_reply.h"
 #include "server/routes/ray_stream.h"
 #include "server/routes/scene_admission.h"
 #include "server/service/answer_memory.h"
@@ -108,8 +109,8 @@ bool RayRequest::read_columns(FieldSet binary_fields, const DecodeColumns& decod
          });
 }
 
-bool RayRequest::read(RayJsonRules rules, bool has_tables) {
-  has_tables_ = has_tables;
+bool RayRequest::read(RayJsonRules rules, Tables tables) {
+  tables_ = tables;
   rules.max_rays = service_.limits.rays;
   rules.max_hits = service_.limits.hits;
   rules.find_camera = [this](const FileCamera& camera) { return camera_rays(*scene_, camera); };
@@ -160,7 +161,7 @@ Status RayRequest::choose_bytes(RayQuery& query, FieldSet default_fields) const 
     query.image->floats = exchange_.wants(kFloatMapMediaType);
     return success();
   }
-  if (has_tables_) choose_table(query);
+  choose_table(query);
   if (query.layout != AnswerLayout::kBinary && !query.table) return success();
   if (query.wants_explanation) {
     return Error{ErrorKind::kInvalid, "EXPLAIN_IS_TEXT", "an explanation comes as JSON alone",
@@ -168,6 +169,7 @@ Status RayRequest::choose_bytes(RayQuery& query, FieldSet default_fields) const 
   }
   if (!query.chose_fields) query.fields = default_fields;
   if (query.table && is_point_cloud(*query.table)) query.fields.add(HitField::kPosition);
+  if (tables_ != Tables::kHits) return check_binary_fields(query.fields);
   if (query.table == TableFormat::kNpz && exchange_.rays > most_npz_rows(query.fields)) {
     return Error{ErrorKind::kTooLarge, "REQUEST_TOO_LARGE",
                  "an .npz file has at most 4 GiB; ask for fewer rays or fields, or for .npy", ""};
@@ -176,15 +178,20 @@ Status RayRequest::choose_bytes(RayQuery& query, FieldSet default_fields) const 
 }
 
 void RayRequest::choose_table(RayQuery& query) const {
-  for (std::size_t i = 0; i < kTableMediaTypes.size(); ++i) {
-    if (!exchange_.wants(kTableMediaTypes[i])) continue;
-    query.layout = AnswerLayout::kTable;
-    query.table = static_cast<TableFormat>(i);
-  }
+  if (tables_ == Tables::kJson) return;
+  query.table = wanted_table(exchange_, tables_ == Tables::kHits);
+  if (!query.table) return;
+  query.layout = tables_ == Tables::kHits ? AnswerLayout::kTable : AnswerLayout::kBinary;
 }
 
-bool RayRequest::read_json(const Decode& decode) {
-  return admit_query_type(exchange_) && read_query(decode);
+bool RayRequest::read_json(const Decode& decode, Tables tables) {
+  tables_ = tables;
+  const auto read = [&](std::string& body, RayQuery& query) {
+    Status status = decode(body, query);
+    if (status && tables_ != Tables::kJson) status = choose_bytes(query, kDefaultBinaryFields);
+    return status;
+  };
+  return admit_query_type(exchange_) && read_query(read);
 }
 
 bool RayRequest::describe(const RayBatch& rays, const HitBatch& hits, HitDescription& about) {
@@ -201,6 +208,11 @@ void RayRequest::reply(std::string encoded, std::string_view media_type) {
   // Who has set a time no longer waits.
   if (query_.timeout_ms && !exchange_.on_event_loop && deadline_.passed()) {
     return exchange_.reply_error(out_of_time(deadline_));
+  }
+  if (query_.table && is_binary()) {
+    auto table = table_of_columns(exchange_, *query_.table, encoded);
+    if (!table) return exchange_.reply_error(table.error());
+    encoded = std::move(*table);
   }
   if (media_type.empty() && query_.table) media_type = table_media_type(*query_.table);
   if (media_type.empty() && query_.image) media_type = query_.image->media_type();

@@ -33,10 +33,13 @@ class RayRequest {
   RayRequest(const RayRequest&) = delete;
   RayRequest& operator=(const RayRequest&) = delete;
 
+  /// The tables of a question. kJson: none. kColumns: the columns of its binary answer as CSV, NPY or NPZ
+  /// (column_table.h). kHits: a row for each slot (hit_table.h), and point clouds.
+  enum class Tables { kJson, kColumns, kHits };
   /// Checks the request, finds the scene, reads the body (JSON or binary), and resolves its filter.
   /// `rules` has the keys that the body may have; their limits are set by the service.
-  /// `has_tables`: the answer may be a table (table_format.h).
-  bool read(RayJsonRules rules, bool has_tables);
+  /// `tables`: what the answer may be besides JSON and bytes (table_format.h).
+  bool read(RayJsonRules rules, Tables tables);
   /// If the body is a stream (lines, or bytes that begin as one), answers with a stream. Returns
   /// true if the handler must return: after a stream, an error, or if the request was put off. If
   /// false, read() follows.
@@ -47,8 +50,8 @@ class RayRequest {
   bool read_sweeps(SweepJsonRules rules, SweepQuery& sweeps);
   /// Decodes a body; sets the options that are common to all questions.
   using Decode = std::function<Status(std::string& body, RayQuery& options)>;
-  /// Reads a JSON body by `decode`.
-  bool read_json(const Decode& decode);
+  /// Reads a JSON body by `decode`. With Tables::kColumns the answer may be bytes or a table.
+  bool read_json(const Decode& decode, Tables tables = Tables::kJson);
 
   /// The scene of the path. Precondition: a read function returned true.
   const Scene& scene() const { return *scene_; }
@@ -106,7 +109,7 @@ class RayRequest {
   SelectionWarnings warnings_;
   Deadline deadline_ = Deadline::never();
   WorkTimer timer_;
-  bool has_tables_ = false;
+  Tables tables_ = Tables::kColumns;
   std::string begin_;  ///< the part of the body that was read already
 };
 

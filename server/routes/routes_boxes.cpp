@@ -1,3 +1,4 @@
+#include "proto/binary/hit_binary.h"
 #include "proto/json/box_json.h"
 #include "proto/json/hit_json.h"
 #include "proto/json/ray_box_json.h"
@@ -5,6 +6,7 @@
 #include "server/http/body_reader.h"
 #include "server/http/media_type.h"
 #include "server/http/request_body.h"
+#include "server/routes/column_reply.h"
 #include "server/routes/routes.h"
 #include "server/routes/scene_admission.h"
 #include "server/service/answer_memory.h"
@@ -77,7 +79,8 @@ void any_triangle(Exchange& exchange, const Service& service) {
                                deadline_of(exchange, service, query.timeout_ms, query.threads),
                                touched, query.question.relation)))
     return;
-  exchange.reply_json(200, encode_occlusion(touched));
+  if (!reply_columns(exchange, [&] { return encode_occlusion_binary(touched, nullptr); }))
+    exchange.reply_json(200, encode_occlusion(touched));
 }
 
 void count_triangles(Exchange& exchange, const Service& service) {
@@ -91,7 +94,8 @@ void count_triangles(Exchange& exchange, const Service& service) {
                      *scene, query.boxes, query.question,
                      deadline_of(exchange, service, query.timeout_ms, query.threads), totals)))
     return;
-  exchange.reply_json(200, encode_counts(totals));
+  if (!reply_columns(exchange, [&] { return encode_counts_binary(totals, nullptr); }))
+    exchange.reply_json(200, encode_counts(totals));
 }
 
 /// The listed triangles or nodes in the file's terms.

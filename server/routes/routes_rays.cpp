@@ -14,8 +14,9 @@ namespace {
 void ask_rays(Exchange& exchange, const Service& service, const Journal& journal,
               RayQuestionKind kind) {
   RayRequest request(exchange, service);
-  const bool has_tables = kind == RayQuestionKind::kClosest;
-  if (request.streamed(kind, journal) || !request.read(rules_of(kind, service.limits), has_tables))
+  const auto tables =
+      kind == RayQuestionKind::kClosest ? RayRequest::Tables::kHits : RayRequest::Tables::kColumns;
+  if (request.streamed(kind, journal) || !request.read(rules_of(kind, service.limits), tables))
     return;
   auto answer = answer_rays(kind, service, request.scene(), request.query(), request.options(),
                             request.deadline(), request.timer());

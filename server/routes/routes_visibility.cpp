@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "proto/binary/point_binary.h"
 #include "proto/json/visibility_json.h"
 #include "server/routes/ray_request.h"
 #include "server/routes/routes.h"
@@ -12,15 +13,21 @@ namespace {
 void visible(Exchange& exchange, const Service& service) {
   RayRequest request(exchange, service);
   VisibilityQuery query;
-  if (!request.read_json([&](std::string& body, RayQuery& options) -> Status {
-        auto decoded = decode_visibility(body, service.limits.rays);
-        if (!decoded) return decoded.error();
-        query = std::move(*decoded);
-        options = query.options;
-        exchange.rays = query.pairs.size();
-        return success();
-      })) {
+  if (!request.read_json(
+          [&](std::string& body, RayQuery& options) -> Status {
+            auto decoded = decode_visibility(body, service.limits.rays);
+            if (!decoded) return decoded.error();
+            query = std::move(*decoded);
+            options = query.options;
+            exchange.rays = query.pairs.size();
+            return success();
+          },
+          RayRequest::Tables::kColumns)) {
     return;
+  }
+  if (request.is_binary() && query.first_blocker) {
+    return exchange.reply_error({ErrorKind::kInvalid, "BLOCKERS_ARE_TEXT",
+                                 "blockers come as JSON alone", "/first_blocker"});
   }
   Column<std::uint8_t> visible;
   HitBatch hits;
@@ -35,6 +42,7 @@ void visible(Exchange& exchange, const Service& service) {
     return;
   }
   request.add_time(&WorkReport::trace_us);
+  if (request.is_binary()) return request.reply(encode_visibility_binary(query.pairs, visible));
   HitDescription about;
   if (blockers != nullptr) {
     RayBatch rays;

@@ -182,7 +182,7 @@ class Tables(TwoScenes):
             self.assertEqual((answer.status, answer.json()["code"], answer.json()["errors"][0]["pointer"]), (422, "FIELD_IS_TEXT", "/fields"))
             answer = self.server.query("town", "closest", {"rays": [ray], "explain": True}, "-H", "Accept: " + kind)
             self.assertEqual((answer.status, answer.json()["code"]), (422, "EXPLAIN_IS_TEXT"))
-        self.assertEqual(json.loads(self.server.query("town", "any", {"rays": [ray]}, "-H", "Accept: text/csv").body), {"hits": [True]})
+        self.assertEqual(json.loads(self.server.query("town", "any", {"rays": [ray]}, "-H", "Accept: application/x-ply").body), {"hits": [True]})
 
 
 if __name__ == "__main__":
