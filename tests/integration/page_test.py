@@ -3,6 +3,7 @@
 The browser part needs chromium and the packages that CMake installs for the page; it says SKIPPED without them.
 """
 
+import functools
 import gzip
 import json
 import math
@@ -43,6 +44,12 @@ def browse(url, *words):
     if done.returncode != 0:
         raise AssertionError(done.stderr[-3000:])
     return json.loads(done.stdout)
+
+
+@functools.cache
+def lecture(url):
+    """What two tests look at."""
+    return browse(url, "learn")
 
 
 def padded(glb, count):
@@ -167,7 +174,7 @@ class PageInBrowser(unittest.TestCase):
                 self.assertIn(hit["node"], run["outcome"])
                 self.assertEqual(len(run["rows"]), len(hit))
                 self.assertEqual((run["overflow"], run["barriers"]), ([], []))
-                print(run["size"], run["theme"], "first paint", run["paint"], "ms, drawn after", run["drawn"], "ms")
+                print(run["size"], run["theme"], "first paint", run["paint"], "ms, first picture after", run["first"], "ms, triangles after", run["drawn"], "ms")
 
     def points(self, run, kind="point"):
         return [shape["points"] for shape in run["shapes"] if shape["kind"] == kind]
@@ -466,6 +473,13 @@ class PageInBrowser(unittest.TestCase):
                 self.assertEqual({alpha for _, _, alpha in grid["points"]}, {0, 255})
                 print(run["size"], "first traced picture after", run["first"], "ms")
 
+    def test_traced_pictures_stand_in_for_triangles_that_are_coming(self):
+        run = browse(self.server.url, "coming")
+        self.assertEqual((run["complaints"], run["foreign"], run["overflow"]), ([], [], []))
+        self.assertIsNotNone(self.same_as_curl(run)["hits"][0])
+        self.assertEqual((run["finest"], run["progress"], run["still"]), ("360", "Loading triangles", 0))
+        self.assertNotIn("traced=1", run["link"])
+
     def test_a_scene_far_from_the_origin_looks_as_it_does_at_the_origin(self):
         # A power of two: the world's float64 numbers are then moved without rounding.
         far = 2.0 ** 24
@@ -539,7 +553,7 @@ class PageInBrowser(unittest.TestCase):
         if not file.is_file():
             self.skipTest(f"{file} is not there")
         golden = {case["name"]: case for case in json.loads(file.read_text(encoding="utf-8"))}
-        for run in browse(self.server.url, "learn"):
+        for run in lecture(self.server.url):
             with self.subTest(size=run["size"], theme=run["theme"]):
                 self.assertEqual((run["complaints"], run["foreign"], run["overflow"], run["barriers"]), ([], [], [], []))
                 self.assertEqual([name for name in golden if name not in run["cases"]], [])
@@ -571,7 +585,7 @@ class PageInBrowser(unittest.TestCase):
         wanted = {"both": ["entered", "entered", "entered"], "left": ["entered", "missed", "entered"], "right": ["entered", "missed", "entered"],
                   "none": ["entered", "missed", "missed"]}
         sides = {"The root": None, "The left subtree": "left", "The right subtree": "right"}
-        for run in browse(self.server.url, "learn"):
+        for run in lecture(self.server.url):
             entered = {}
             for name, visit in run["visits"].items():
                 answer = self.server.ask("/v1/scenes/six/rays:closest", "-H", JSON_TYPE, body=visit["body"])

@@ -32,23 +32,22 @@ async function page(scene, first, maxBytes, signal) {
   const revision = Number(answer.headers.get("X-Scene-Revision"));
   const columns = readColumns(await answer.arrayBuffer());
   columns.linear = joinedBytes(columns.linear);
-  return {columns, revision};
+  return {columns, revision, bytes: Number(columns.all_bytes[0])};
 }
 
-/** Bytes of all of it. */
-export async function geometryBytes(scene, signal) {
-  const {columns, revision} = await page(scene, 0, 0, signal);
-  return {bytes: Number(columns.all_bytes[0]), revision};
-}
+/** {columns, revision, bytes}; bytes are those of all pieces. */
+export const firstPiece = (scene, signal) => page(scene, 0, 2 << 20, signal);
 
-/** Calls take(columns) for each piece. False when the scene was replaced meanwhile. */
-export async function loadGeometry(scene, revision, signal, take) {
-  const PIECE = 8 << 20;
-  for (let first = 0; first !== undefined;) {
-    const piece = await page(scene, first, first === 0 ? PIECE / 4 : PIECE, signal);
-    if (piece.revision !== revision) return false;
+/** Calls take(columns) for each piece, the first of which is there. False when the scene was replaced meanwhile. */
+export async function loadGeometry(scene, first, signal, take) {
+  for (let piece = first; ;) {
+    const {next} = piece.columns;
+    // The server works while the page does.
+    const coming = next.length ? page(scene, Number(next[0]), 8 << 20, signal) : null;
+    coming?.catch(() => {});  // awaited below
     take(piece.columns);
-    first = piece.columns.next.length ? Number(piece.columns.next[0]) : undefined;
+    if (!coming) return true;
+    piece = await coming;
+    if (piece.revision !== first.revision) return false;
   }
-  return true;
 }

@@ -3,7 +3,7 @@
 import {Problem, ask, askJson, post, scenePath} from "./api.js";
 import {asCurl, asJavaScript, asPython} from "./copies.js";
 import {byId, bytesText, copyText, countText, make} from "./dom.js";
-import {geometryBytes, loadGeometry} from "./geometry.js";
+import {firstPiece, loadGeometry} from "./geometry.js";
 import {Gestures, snap} from "./gestures.js";
 import {drawHeat} from "./heat.js";
 import {askForKey} from "./key.js";
@@ -25,6 +25,7 @@ let opening = 0;      // links that are being opened
 let lost = false;     // the scene that was shown or that a link names is not there: the user takes another
 let sweep = null;     // points of the last answer, if it is one of a LiDAR sweep
 let asked = null;     // {route, body}: what the link repeats
+let tracing = false;  // somebody wants pictures that the server traces, or the scene is too large
 let runs = 0;
 
 const say = (id, text) => { byId(id).textContent = text; };
@@ -69,9 +70,10 @@ async function choose(id, link = null, then = null) {
     notice(link ? changeOf(link, scene) : "");
     view.begin(scene.bounds);
     marks.show([]);
-    setTraced(link?.traced === "1");
     if (link?.camera) view.pose = link.camera;
     else if (!before || before.id !== id) view.home();
+    traced.use("");
+    setTraced(link?.traced === "1", true);
     gestures.use(gestures.mode);
     if (!link) restart();
     then?.();
@@ -80,29 +82,36 @@ async function choose(id, link = null, then = null) {
   } catch (fault) {
     if (signal.aborted) return;
     lost = !shown;
+    say("progress", "");
     fail(fault);
   }
 }
 
 async function load(id, signal) {
-  const {bytes, revision} = await geometryBytes(id, signal);
-  if (bytes > MOST_BYTES || shown.counts.triangles > MOST_TRIANGLES) {
+  say("progress", "Loading triangles");
+  const first = shown.counts.triangles > MOST_TRIANGLES ? null : await firstPiece(id, signal);
+  if (!first || first.bytes > MOST_BYTES) {
     say("progress", "This scene is too large to send: the server traces pictures of it.");
-    byId("stage").dataset.complete = `${id} ${revision}`;
+    byId("stage").dataset.complete = `${id} ${shown.revision}`;
     return setTraced(true);
   }
-  say("progress", "Loading triangles");
   let got = 0;
-  const whole = await loadGeometry(id, revision, signal, (columns) => {
+  const whole = await loadGeometry(id, first, signal, (columns) => {
     view.add(columns);
     got += columns.positions.byteLength + columns.indices.byteLength;
-    say("progress", `Loading triangles: ${Math.min(99, Math.floor(100 * got / bytes))}%`);
+    say("progress", `Loading triangles: ${Math.min(99, Math.floor(100 * got / first.bytes))}%`);
   });
   if (signal.aborted) return;
-  say("progress", "");
   if (!whole) return choose(id);
-  await new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)));
-  byId("stage").dataset.complete = `${id} ${revision}`;
+  // Software GL shows nothing else until it has drawn them.
+  const LONGEST = 500;
+  await Promise.race([traced.first, new Promise((resolve) => setTimeout(resolve, LONGEST))]);
+  view.draw();
+  await view.drawn();
+  if (signal.aborted) return;
+  showTraced();
+  say("progress", "");
+  byId("stage").dataset.complete = `${id} ${first.revision}`;
   byId("stage").dataset.triangles = view.triangles;
 }
 
@@ -358,7 +367,7 @@ function saveLink() {
     delete byId("stage").dataset.saving;
     if (!shown) return history.replaceState(null, "", location.pathname);
     history.replaceState(null, "", writeLink({scene: shown.id, rev: shown.revision, sha: shown.sha256.slice(0, 16), camera: view.pose,
-      mode: gestures.mode, traced: traced.scene ? "1" : "", ...(asked || {})}));
+      mode: gestures.mode, traced: tracing ? "1" : "", ...(asked || {})}));
   }, 200);
 }
 
@@ -410,7 +419,7 @@ function onKey(event) {
   const modes = [...document.querySelectorAll("#modes button")];
   if (event.key >= "1" && event.key <= "9" && modes[event.key - 1]) return setMode(modes[event.key - 1].dataset.mode);
   if (event.key === "h" || event.key === "H") return view.home();
-  if (event.key === "t" || event.key === "T") return setTraced(!traced.scene);
+  if (event.key === "t" || event.key === "T") return setTraced(!tracing);
   if (event.target.closest("#modes") && ["ArrowLeft", "ArrowRight"].includes(event.key)) {
     const at = modes.findIndex((button) => button.dataset.mode === gestures.mode);
     const next = modes[(at + (event.key === "ArrowRight" ? 1 : modes.length - 1)) % modes.length];
@@ -435,10 +444,18 @@ function onViewKey(event) {
   }
 }
 
-function setTraced(on) {
-  traced.use(on && shown ? shown.id : "");
+function setTraced(on, coming = false) {
+  tracing = on;
+  showTraced(coming);
   byId("traced-button").setAttribute("aria-pressed", String(on));
   if (shown) saveLink();
+}
+
+/** Pictures that the server traces stand in for triangles that are still coming. */
+function showTraced(coming = false) {
+  const STAND_IN = 360;  // rows of the finest
+  if (tracing && shown) traced.use(shown.id);
+  else traced.use(coming ? shown.id : "", STAND_IN);
 }
 
 const THEMES = ["system", "light", "dark"];
@@ -482,7 +499,7 @@ function wire() {
   byId("sweep-colour").addEventListener("change", showSweep);
   byId("save-ply").addEventListener("click", savePly);
   byId("copy-link").addEventListener("click", () => copy(location.href, "link"));
-  byId("traced-button").addEventListener("click", () => setTraced(!traced.scene));
+  byId("traced-button").addEventListener("click", () => setTraced(!tracing));
   byId("home").addEventListener("click", () => view.home());
   for (const button of document.querySelectorAll("#modes button")) {
     button.addEventListener("click", () => setMode(button.dataset.mode));
@@ -498,11 +515,9 @@ function wire() {
 }
 
 async function begin() {
-  const version = await askJson("/version");
-  say("server", version.version);
   const link = readLink(location.hash);
-  if (link) await Promise.all([open(link), scenes.refresh()]);
-  else await scenes.refresh();
+  const version = async () => say("server", (await askJson("/version")).version);
+  await Promise.all([link && open(link), scenes.refresh(), version()]);
 }
 
 function start() {

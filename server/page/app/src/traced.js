@@ -1,4 +1,5 @@
-// The view as pictures that the server traces: for scenes that are too large to send, and to see what rays see.
+// The view as pictures that the server traces: until triangles are drawn, for scenes that are too large to send, and to see
+// what rays see.
 
 import {ask, scenePath} from "./api.js";
 
@@ -17,23 +18,24 @@ export class Traced {
     Object.assign(this, {canvas, view, fail, scene: "", level: 0, wanted: 0});
   }
 
-  /** An empty name ends it. */
-  use(scene) {
-    this.scene = scene;
+  /** An empty name ends it; no picture has more rows than `most`. `first` comes when one is drawn. */
+  use(scene, most = ROWS.at(-1)) {
+    if (scene === this.scene && most === this.most) return;
+    Object.assign(this, {scene, most, place: ""});
+    this.first = new Promise((resolve) => { this.standing = resolve; });
     this.canvas.hidden = !scene;
-    delete this.canvas.dataset.rows;
-    if (scene) this.moved();
+    this.moved();
   }
 
   /** The camera has moved, or the size has changed: coarse again. */
   moved() {
-    if (!this.scene) return;
     const place = JSON.stringify([this.scene, this.view.pose, this.view.camera.aspect]);
     if (place === this.place) return;
     this.place = place;
     this.level = 0;
     delete this.canvas.dataset.rows;
-    if (!this.busy) this.trace();
+    delete this.canvas.dataset.finest;
+    if (this.scene && !this.busy) this.trace();
   }
 
   async trace() {
@@ -41,16 +43,17 @@ export class Traced {
     try {
       while (this.scene && this.level < ROWS.length) {
         const {place} = this, rows = ROWS[this.level];
-        if (this.level > 0 && rows > this.canvas.parentElement.clientHeight * 1.2) break;
+        if (rows > this.most || this.level > 0 && rows > this.canvas.parentElement.clientHeight * 1.2) break;
         const picture = await this.picture(rows);
         // While the camera moves, the last picture is better than none.
         if (this.scene) this.draw(...picture);
+        this.standing();
         if (place === this.place) {
           ++this.level;
           this.canvas.dataset.rows = String(rows);
         }
       }
-      this.canvas.dataset.finest = this.canvas.dataset.rows;
+      if (this.scene) this.canvas.dataset.finest = this.canvas.dataset.rows;
     } catch (fault) {
       this.fail(fault);
     } finally {

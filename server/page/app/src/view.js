@@ -13,7 +13,7 @@ export class View {
   constructor(canvas, onDraw) {
     this.canvas = canvas;
     this.onDraw = onDraw;
-    this.renderer = new WebGLRenderer({canvas, antialias: true});
+    this.renderer = new WebGLRenderer({canvas, antialias: !drawnBySoftware()});
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(45, 1, 0.1, 1000);
     const head = new DirectionalLight(0xffffff, 1.6);
@@ -77,6 +77,16 @@ export class View {
       this.renderer.render(this.scene, this.camera);
       this.onDraw();
     });
+  }
+
+  /** Once all that was asked to be drawn is on the screen, not only sent there. */
+  async drawn() {
+    const gl = this.renderer.getContext();
+    while (this.waiting) await new Promise((resolve) => requestAnimationFrame(resolve));
+    const done = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
+    while (gl.clientWaitSync(done, 0, 0) === gl.TIMEOUT_EXPIRED) await new Promise((resolve) => setTimeout(resolve, 4));
+    gl.deleteSync(done);
   }
 
   setBackground(colour) {
@@ -157,6 +167,7 @@ export class View {
 
   // ---- Triangles
 
+  /** The next draw() shows them. */
   add(columns) {
     const {mesh_id: meshes, placed_mesh: placed} = columns;
     const placements = Array.from(meshes, () => []);
@@ -164,7 +175,6 @@ export class View {
     const parts = Array.from(meshes, () => []);
     columns.part_mesh.forEach((mesh, part) => parts[mesh].push(part));
     meshes.forEach((_, row) => this.addMesh(columns, row, parts[row], placements[row], placed.length > FEW));
-    this.draw();
   }
 
   addMesh(columns, row, parts, placements, many) {
@@ -306,6 +316,13 @@ export class View {
     far[3] += this.camera.far;
     return [...sides, far];
   }
+}
+
+/** Software GL takes four times as long with antialiasing. */
+function drawnBySoftware() {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  const names = gl?.getExtension("WEBGL_debug_renderer_info");
+  return Boolean(gl) && /SwiftShader|llvmpipe|softpipe|Basic Render/.test(gl.getParameter(names ? names.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
 }
 
 /** One colour for each vertex, linear, as the parts of the mesh say. */
