@@ -134,6 +134,7 @@ class CommandLine {
   std::string similar_commands(const std::string& word) const {
     const auto commands = app_.get_subcommands([](const CLI::App*) { return true; });
     std::vector<std::string> known;
+    known.reserve(commands.size());
     for (const CLI::App* command : commands) known.push_back(command->get_name());
     const Deadline never = Deadline::never();
     DeadlineWatch watch(never);
