@@ -87,9 +87,11 @@ inside() {
 inside '
   run_and_ask() {
     started=$SECONDS
+    # The line of an earlier run must not be taken for the line of this one.
+    rm -f /root/run.log
     ./scripts/run.sh --port 0 >/root/run.log 2>&1 &
     run=$!
-    until grep -q "^curl " /root/run.log; do
+    until grep -qs "^curl " /root/run.log; do
       kill -0 $run 2>/dev/null || { tail -n 40 /root/run.log; exit 1; }
       sleep 0.2
     done
