@@ -49,10 +49,62 @@ def escaped(text):
     return r"\&" + text if text.startswith((".", "'")) else text
 
 
+EXAMPLES = [
+    ("Serve a demo scene on this machine, and ask what one ray meets",
+     ["sightline serve --preload town=demo:town",
+      "sightline query http://127.0.0.1:8080 town --origin 3,200,5 --direction 0,-1,0"]),
+    ("Serve scenes that survive a restart, to other machines, for clients with a key",
+     ["sightline key new --role write --name me",
+      "sightline serve --listen 0.0.0.0:8080 --data /var/lib/sightline --keys keys.txt"]),
+    ("Trace a ray through a file without a server", ["sightline cast house.glb --origin 0,100,0 --direction 0,-1,0"]),
+    ("Trace a file of rays, and print distance and name of each hit as JSON",
+     ["sightline cast demo:town --rays rays.txt --fields distance,node --format json"]),
+    ("Check a file of settings before a reload", ["sightline check-config sightline.json"]),
+]
+
+
+def examples():
+    """The section EXAMPLES."""
+    parts = [".SH EXAMPLES\n"]
+    for what, lines in EXAMPLES:
+        parts.append(f".PP\n{escaped(what)}:\n.PP\n.nf\n.RS\n" + "".join(f"{escaped(line)}\n" for line in lines) + ".RE\n.fi\n")
+    return "".join(parts)
+
+
 def help_of(binary, command):
-    """CLI11 2.4 (Debian 13) writes a default as "UINT [5]", 2.1 (Debian 12) as "UINT=5": it is read as the latter."""
+    """CLI11 2.4 (Debian 13) writes a default as "UINT [5]", 2.1 (Debian 12) as "UINT=5": it is read as the latter. The same holds
+    for "Excludes:", which 2.4 writes into a line of its own."""
     text = subprocess.run([binary, *command, "--help"], capture_output=True, text=True, check=True, timeout=60).stdout
+    text = re.sub(r"^( {2,4}-[^\n]*?) *\n +(Excludes: (?:--[a-z-]+ ?)+)", r"\1 \2", text, flags=re.MULTILINE)
     return re.sub(r"^( {2}-[^\n]*?) \[([^\]\n]*)\](?: *$|(?=  ))", r"\1=\2", text, flags=re.MULTILINE).rstrip() + "\n"
+
+
+# A flag as CLI11 shows it: names, then perhaps TYPE:CHECK=DEFAULT, "...", REQUIRED, and what it excludes.
+FLAG = re.compile(r"(?P<name>\S+)(?: (?P<type>[A-Z][A-Z,]*)?(?::(?P<check>\{[^}]*\}|[A-Z]+ in \[[^\]]*\]|[A-Z]+))?(?:=(?P<default>\S+))?)?"
+                  r"(?P<more> \.\.\.)?(?P<required> REQUIRED)?(?: Excludes: (?P<excludes>.*?))? *")
+METAVARS = {"UINT": "N", "INT": "N", "FLOAT": "NUMBER", "FILE": "FILE", "DIR": "FOLDER", "SECONDS": "SECONDS"}
+
+
+def plain(flag, text):
+    """(flag, text) as a man page writes them: --format text|json, "... Default: text. Not with --json."."""
+    found = FLAG.fullmatch(flag)
+    if not found:
+        raise ValueError(f"a flag of another form: {flag!r}")
+    name, check = found["name"], found["check"] or ""
+    value = METAVARS.get(check) or METAVARS.get(found["type"] or "") or found["type"] or ""
+    notes = []
+    if check.startswith("{"):
+        value = check.strip("{}").replace(",", "|")
+    elif limits := re.fullmatch(r"[A-Z]+ in \[(\S+) - (\S+)\]", check):
+        notes.append(f"From {limits[1]} to {limits[2]}.")
+    if found["default"]:
+        notes.append(f"Default: {found['default']}.")
+    if found["excludes"]:
+        notes.append(f"Not with {', '.join(found['excludes'].split())}.")
+    if found["required"] and name.startswith("-"):
+        notes.append("Required.")
+    shown = name if not name.startswith("-") or not value else f"{name} {value}"
+    return shown + (found["more"] or ""), ". ".join([text.rstrip("."), " ".join(notes)]) if notes else text
 
 
 def entries(lines):
@@ -87,8 +139,9 @@ def page(binary):
             if not text and not flag.startswith("-"):
                 parts.append(f"{escaped(flag)}\n")  # what a group of flags is for, behind its heading
             elif not flag.startswith("-h,"):
+                flag, text = plain(flag, text)
                 parts.append(f".TP\n\\fB{escaped(flag)}\\fR\n{escaped(text)}\n")
-    return "".join(parts) + TAIL
+    return "".join(parts) + examples() + TAIL
 
 
 if __name__ == "__main__":

@@ -67,6 +67,39 @@ class Stops(unittest.TestCase):
 
 
 class ManPage(unittest.TestCase):
+    def test_it_has_no_notation_of_the_library(self):
+        page = (DEPLOY / "sightline.1").read_text(encoding="utf-8")
+        for word in ("TEXT:", "UINT", "FLOAT", "REQUIRED", "Excludes:", "POSITIVE", "OPTIONS:"):
+            self.assertNotIn(word, page)
+
+    def test_its_examples_run(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            subprocess.run([BINARY, "demo", "town", folder / "house.glb"], check=True, timeout=PATIENCE)
+            (folder / "rays.txt").write_text("3 200 5 0 -1 0\n", encoding="ascii")
+            (folder / "sightline.json").write_text('{"max-rays": 1000}', encoding="ascii")
+            for _, lines in man_page.EXAMPLES:
+                server = None
+                try:
+                    for line in lines:
+                        words = line.split()[1:]
+                        if words[0] == "serve":
+                            # Tests listen on a port of their own, and write into their folder.
+                            if "--listen" in words:
+                                at = words.index("--listen")
+                                del words[at:at + 2]
+                            server = Server(*(word.replace("/var/lib", name).replace("keys.txt", f"{name}/keys.txt") for word in words[1:]))
+                            continue
+                        if server:
+                            words = [server.url if word.startswith("http://") else word for word in words]
+                        done = subprocess.run([BINARY, *words], cwd=folder, capture_output=True, text=True, timeout=PATIENCE, check=False)
+                        self.assertEqual(done.returncode, 0, line + done.stderr)
+                        if words[:2] == ["key", "new"]:
+                            write_keys(folder / "keys.txt", done.stdout.splitlines()[1].removeprefix("line: "))
+                finally:
+                    if server:
+                        server.end()
+
     def test_it_is_what_the_program_says(self):
         page = (DEPLOY / "sightline.1").read_text(encoding="utf-8")
         self.assertEqual(page, man_page.page(BINARY), "scripts/man_page.py BINARY --write")
