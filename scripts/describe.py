@@ -55,7 +55,8 @@ class Field:
         """The schema of a value in a row of JSON."""
         if self.kind == "Vector":
             if self.width == 3 and self.source != "Attribute":
-                return {"$ref": "#/components/schemas/Vector"}
+                vector = {"$ref": "#/components/schemas/Vector"}
+                return {"anyOf": [vector, {"type": "null"}]} if self.name == "normal" else vector
             kind = ["array", "null"] if self.source == "Attribute" else "array"
             schema = {"type": kind, "items": {"type": "number"}, "minItems": self.width, "maxItems": self.width}
             return {**schema, "description": self.doc.removesuffix("; see below").replace("`", "")}
@@ -103,8 +104,8 @@ class Description:
         text = self.replaced(name, text, r'(\n      "Hit": \{\n.*?"properties": \{\n).*?(\n        \},)', rows)
         text = self.replaced(name, text, r'(\n      "HitColumns": \{\n.*?"properties": \{\n).*?(,\n          "explain")', columns)
         text = self.replaced(name, text, r'(\n      "HitListColumns": \{\n.*?"first": \{[^\n]*\},\n).*?(,\n          "invalid")', columns)
-        # A contact has no detail but its position, and a point has no ray.
-        contact = [each.name for each in self.fields if each.source in ("Ray", "Scene") or each.name == "position"]
+        # A contact has no detail but its position and normal, and a point has no ray.
+        contact = [each.name for each in self.fields if each.source in ("Ray", "Scene") or each.name in ("position", "normal")]
         end = [each.name for each in self.fields if each.source == "Scene" or each.name in ("instance", "position")]
         for schema, names in (("Field", [each.name for each in self.fields]), ("ContactField", contact), ("EndField", end),
                               ("NearestField", [each.name for each in self.fields if each.name not in NO_NEAREST and each.source != "Cost"])):

@@ -13,35 +13,71 @@ namespace {
 struct Meeting {
   bool has_limits = false;
   ExactT enter, leave;
+  std::size_t met_last = 0;  ///< the first of the axes along which they meet last
 
-  /// low <= t * rate <= high. Returns whether anything is left.
-  bool narrow(const Dyadic& low, const Dyadic& high, const Dyadic& rate) {
+  /// low <= t * rate <= high on an axis. Returns whether anything is left.
+  bool narrow(std::size_t axis, const Dyadic& low, const Dyadic& high, const Dyadic& rate) {
     if (rate.sign() == 0) return low.sign() <= 0 && high.sign() >= 0;
     const bool forward = rate.sign() > 0;
     const ExactT first = forward ? ExactT{low, rate} : ExactT{-high, -rate};
     const ExactT last = forward ? ExactT{high, rate} : ExactT{-low, -rate};
-    if (!has_limits || compare(first, enter) > 0) enter = first;
+    if (!has_limits || compare(first, enter) > 0) {
+      enter = first;
+      met_last = axis;
+    }
     if (!has_limits || compare(last, leave) < 0) leave = last;
     has_limits = true;
     return compare(enter, leave) <= 0;
   }
 };
 
-/// Box and triangle, seen from the origin of the way.
+/// Components along the axes of the box.
+DyadicVector in_box(const SweptBox& box, const DyadicVector& v) {
+  if (!box.axes) return v;
+  const auto& a = *box.axes;
+  return {dot(exact_vector(a[0]), v), dot(exact_vector(a[1]), v), dot(exact_vector(a[2]), v)};
+}
+
+/// Box and triangle, seen from the origin of the way, in the box's coordinates.
 struct Swept {
-  std::array<DyadicVector, 3> corner;
+  std::array<DyadicVector, 3> corner, edge;
   DyadicVector half, direction;
 
-  bool narrow(const DyadicVector& axis, Meeting& meeting) const {
-    Dyadic low = dot(axis, corner[0]), high = low;
+  Swept(const SweepPath& path, const SweptBox& box, const Triangle& t)
+      : corner{in_box(box, difference(t.v0, path.origin)),
+               in_box(box, difference(t.v1, path.origin)),
+               in_box(box, difference(t.v2, path.origin))},
+        edge{in_box(box, difference(t.v1, t.v0)), in_box(box, difference(t.v2, t.v1)),
+             in_box(box, difference(t.v0, t.v2))},
+        half(exact_vector(box.half)),
+        direction(in_box(box, exact_vector(path.direction))) {}
+
+  /// Separating axis 0 to 12: the normals of the box, that of the triangle, the cross products.
+  DyadicVector axis(std::size_t number) const {
+    if (number == 3) return cross(edge[0], edge[1]);
+    DyadicVector axis;
+    if (number < 3) {
+      axis[number] = Dyadic(1.0);
+      return axis;
+    }
+    const DyadicVector& e = edge[(number - 4) / 3];
+    const std::size_t k = (number - 4) % 3, i = (k + 1) % 3, j = (k + 2) % 3;
+    axis[i] = -e[j];
+    axis[j] = e[i];
+    return axis;
+  }
+
+  bool narrow(std::size_t number, Meeting& meeting) const {
+    const DyadicVector along = axis(number);
+    Dyadic low = dot(along, corner[0]), high = low;
     for (std::size_t i = 1; i < 3; ++i) {
-      const Dyadic at = dot(axis, corner[i]);
+      const Dyadic at = dot(along, corner[i]);
       if (at < low) low = at;
       if (high < at) high = at;
     }
     const Dyadic reach =
-        half[0] * axis[0].abs() + half[1] * axis[1].abs() + half[2] * axis[2].abs();
-    return meeting.narrow(low - reach, high + reach, dot(axis, direction));
+        half[0] * along[0].abs() + half[1] * along[1].abs() + half[2] * along[2].abs();
+    return meeting.narrow(number, low - reach, high + reach, dot(along, direction));
   }
 };
 
@@ -64,50 +100,31 @@ bool is_less(const ExactPoint& a, const ExactPoint& b) {
 std::optional<BoxContact> BoxContact::first(const SweepPath& path, const SweptBox& box,
                                             const Triangle& triangle) {
   if (!is_finite(triangle) || is_degenerate(triangle)) return std::nullopt;
-  const Swept swept{{difference(triangle.v0, path.origin), difference(triangle.v1, path.origin),
-                     difference(triangle.v2, path.origin)},
-                    exact_vector(box.half),
-                    exact_vector(path.direction)};
-  const Dyadic one(1.0);
+  const Swept swept(path, box, triangle);
   Meeting meeting;
-  for (std::size_t k = 0; k < 3; ++k) {
-    DyadicVector axis;
-    axis[k] = one;
-    if (!swept.narrow(axis, meeting)) return std::nullopt;
-  }
-  const std::array<DyadicVector, 3> edge{difference(triangle.v1, triangle.v0),
-                                         difference(triangle.v2, triangle.v1),
-                                         difference(triangle.v0, triangle.v2)};
-  if (!swept.narrow(cross(edge[0], edge[1]), meeting)) return std::nullopt;
-  for (const DyadicVector& e : edge) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
-      DyadicVector axis;
-      axis[i] = -e[j];
-      axis[j] = e[i];
-      if (!swept.narrow(axis, meeting)) return std::nullopt;
-    }
-  }
+  for (std::size_t i = 0; i < kNoAxis; ++i)
+    if (!swept.narrow(i, meeting)) return std::nullopt;
   if (compare(meeting.enter, path.tmax) > 0 || compare(meeting.leave, path.tmin) < 0) {
     return std::nullopt;
   }
   BoxContact contact;
-  contact.t_ = compare(meeting.enter, path.tmin) >= 0 ? meeting.enter
-                                                      : ExactT{Dyadic(path.tmin), Dyadic(1.0)};
+  const bool begins = compare(meeting.enter, path.tmin) < 0;
+  contact.t_ = begins ? ExactT{Dyadic(path.tmin), Dyadic(1.0)} : meeting.enter;
+  contact.axis_ = begins ? kNoAxis : meeting.met_last;
   return contact;
 }
 
 Vec3d BoxContact::position(const SweepPath& path, const SweptBox& box,
                            const Triangle& triangle) const {
-  const std::array<const Vec3d*, 3> corner{&triangle.v0, &triangle.v1, &triangle.v2};
+  const Swept swept(path, box, triangle);
   ClippedTriangle shared;
-  for (int k = 0; k < 3; ++k) {
-    const Dyadic moved = t_.numerator * Dyadic(path.direction[k]);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Dyadic moved = t_.numerator * swept.direction[k];
     DyadicVector above, below;
     for (std::size_t i = 0; i < 3; ++i) {
-      const Dyadic from = Dyadic((*corner[i])[k]) - Dyadic(path.origin[k]);
-      above[i] = t_.denominator * (from - Dyadic(box.half[k])) - moved;
-      below[i] = moved - t_.denominator * (from + Dyadic(box.half[k]));
+      const Dyadic& from = swept.corner[i][k];
+      above[i] = t_.denominator * (from - swept.half[k]) - moved;
+      below[i] = moved - t_.denominator * (from + swept.half[k]);
     }
     shared.clip(above);
     shared.clip(below);
@@ -125,6 +142,30 @@ Vec3d BoxContact::position(const SweepPath& path, const SweptBox& box,
   }
   return {round_quotient(least.at[0], least.divisor), round_quotient(least.at[1], least.divisor),
           round_quotient(least.at[2], least.divisor)};
+}
+
+std::optional<Vec3d> BoxContact::normal(const SweepPath& path, const SweptBox& box,
+                                        const Triangle& triangle) const {
+  if (axis_ == kNoAxis) return std::nullopt;
+  const Swept swept(path, box, triangle);
+  const DyadicVector axis = swept.axis(axis_);
+  DyadicVector n = axis;
+  if (box.axes) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const int i = static_cast<int>(k);
+      const auto& a = *box.axes;
+      n[k] = axis[0] * Dyadic(a[0][i]) + axis[1] * Dyadic(a[1][i]) + axis[2] * Dyadic(a[2][i]);
+    }
+  }
+  // The box moves against it.
+  const bool is_along = dot(axis, swept.direction).sign() > 0;
+  const Dyadic square = dot(n, n);
+  Vec3d normal;
+  for (int k = 0; k < 3; ++k) {
+    const Dyadic& along = n[static_cast<std::size_t>(k)];
+    normal[k] = round_over_root(is_along ? -along : along, square);
+  }
+  return normal;
 }
 
 }  // namespace sightline

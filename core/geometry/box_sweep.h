@@ -1,12 +1,15 @@
 #pragma once
-/// An axis-aligned box swept along a line, against a triangle, exactly.
+/// A box swept along a line, against a triangle, exactly.
 ///
 /// Method   A box and a triangle have thirteen separating axes (triangle_box.h). Along each of them
 ///          the projections of the moving box and the triangle overlap during one interval of t,
 ///          whose ends are ratios of polynomials of degree three. The box meets the triangle while
-///          the projections overlap on all axes.
+///          the projections overlap on all axes. An oriented box is an axis-aligned one in the
+///          coordinates s_k = a_k . (p - c), where the degrees are six.
 /// Proofs   docs/explanation/exactness-sweeps.md.
 
+#include <array>
+#include <cstddef>
 #include <optional>
 
 #include "core/geometry/exact_hit.h"
@@ -15,14 +18,17 @@
 
 namespace sightline {
 
-/// An axis-aligned box whose centre moves along a SweepPath; it does not turn.
+/// A box whose centre moves along a SweepPath; it does not turn.
 struct SweptBox {
   /// Half of the length along each axis, in scene units: finite and not negative. 0 is allowed.
   Vec3d half;
+  /// The axes of an OrientedBox (box_oriented.h), not in one plane; empty: the box is axis-aligned.
+  std::optional<std::array<Vec3d, 3>> axes{};
 };
 
 /// The first contact of a swept box with a triangle, as an exact number t. first() finds it,
-/// compare() orders contacts of several triangles, rounded() and position() give its numbers.
+/// compare() orders contacts of several triangles, rounded(), position() and normal() give its
+/// numbers.
 class BoxContact {
  public:
   /// The contact with the least t in [tmin, tmax] of the path; touching is a contact. Empty if box
@@ -40,8 +46,18 @@ class BoxContact {
   /// to first(). Throws std::bad_alloc.
   Vec3d position(const SweepPath& path, const SweptBox& box, const Triangle& triangle) const;
 
+  /// The unit normal of a plane that separates box and triangle at t, on the box's side, each
+  /// component rounded once. It is the first of these that does: the normals of the box, that
+  /// of the triangle, the cross products of their edges. Empty if the box met the triangle before tmin.
+  /// Precondition: the arguments are those given to first().
+  std::optional<Vec3d> normal(const SweepPath& path, const SweptBox& box,
+                              const Triangle& triangle) const;
+
  private:
+  static constexpr std::size_t kNoAxis = 13;
+
   ExactT t_;
+  std::size_t axis_ = kNoAxis;  ///< the separating axis along which they meet last
 };
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-/// Dyadic: an exact number m * 2^e with an integer m of up to 53,760 bits. That is wide enough for
+/// Dyadic: an exact number m * 2^e with an integer m of up to 73,728 bits. That is wide enough for
 /// every determinant that the predicates form from float64 coordinates. Dyadic numbers decide what
 /// the faster filters leave open.
 
@@ -18,15 +18,15 @@ namespace sightline {
 ///
 /// Laws    +, -, * and comparisons are exact: no rounding, overflow or underflow. The width follows
 ///         from the inputs. A finite float64 spans the limbs -17 .. 15; a difference of two float64
-///         numbers has at most 34 limbs with its carry. The widest number compares the times at
-///         which a sphere reaches two planes: it sums products of 24 such differences, 816 limbs
-///         and carries. kCapacity is above that; results are not checked against it.
-/// Cost    an object takes 6.7 KB. A constructor writes few limbs, a copy only those in use;
+///         numbers has at most 34 limbs with its carry. The widest number compares points that a
+///         swept oriented box shares with a triangle: it sums products of 33 such differences,
+///         1,122 limbs and carries. kCapacity is above that; results are not checked against it.
+/// Cost    an object takes 9.2 KB. A constructor writes few limbs, a copy only those in use;
 ///         nothing allocates. Products take time proportional to the product of the limb counts.
 class Dyadic {
  public:
   /// Most limbs of a number. Precondition of every operation: its result fits.
-  static constexpr int kCapacity = 840;
+  static constexpr int kCapacity = 1152;
 
   /// Zero.
   Dyadic() = default;

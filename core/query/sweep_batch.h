@@ -1,55 +1,82 @@
 #pragma once
-/// SweepBatch: spheres and boxes that are swept along rays, as columns, and check_sweeps, which
-/// validates all of them.
+/// SweepBatch: spheres, capsules and boxes that are swept along rays, as columns, and check_sweeps,
+/// which validates all of them.
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 
 #include "core/base/column.h"
 #include "core/geometry/box_sweep.h"
-#include "core/geometry/sphere_sweep.h"
+#include "core/geometry/capsule_sweep.h"
 #include "core/query/ray_batch.h"
 
 namespace sightline {
 
-/// n sweeps: the centre of a shape moves along a ray. Fill it with push_back(), then call
-/// check_sweeps. Element i of every column belongs to sweep i.
+/// The shape of a sweep.
+enum class SweepShape : std::uint8_t { kBox, kSphere, kCapsule, kOrientedBox };
+
+/// n sweeps: a point of a shape moves along a ray, the first end of a capsule and the centre of the
+/// others. Fill it with push_back(), then call check_sweeps. Element i of `rays`, `size`, `shape`
+/// and `number` belongs to sweep i.
 struct SweepBatch {
-  RayBatch rays;                ///< the paths of the centres
-  Column<Vec3d> size;           ///< scene units: half extents of a box; x is the radius of a sphere
-  Column<std::uint8_t> sphere;  ///< 1: sphere, 0: box
+  RayBatch rays;       ///< the paths
+  Column<Vec3d> size;  ///< scene units: half extents of a box; x is the radius of other shapes
+  Column<SweepShape> shape;
+  Column<std::uint32_t> number;       ///< of a capsule or an oriented box, in its column
+  Column<Vec3d> ends;                 ///< of capsules: the second end, at t = 0
+  Column<std::array<Vec3d, 3>> axes;  ///< of oriented boxes
 
   std::size_t count() const { return size.size(); }
-  /// Appends a sweep. Throws std::bad_alloc.
-  void push_back(const Ray& ray, const SweptSphere& shape) {
-    rays.push_back(ray);
-    size.push_back({shape.radius, 0, 0});
-    sphere.push_back(1);
+  /// Each appends a sweep. Throws std::bad_alloc.
+  void push_back_sphere(const Ray& ray, double radius) {
+    append(ray, {radius, 0, 0}, SweepShape::kSphere, 0);
+  }
+  void push_back(const Ray& ray, const SweptCapsule& capsule) {
+    append(ray, {capsule.radius, 0, 0}, SweepShape::kCapsule, ends.size());
+    ends.push_back(capsule.to);
   }
   void push_back(const Ray& ray, const SweptBox& box) {
-    rays.push_back(ray);
-    size.push_back(box.half);
-    sphere.push_back(0);
+    append(ray, box.half, box.axes ? SweepShape::kOrientedBox : SweepShape::kBox, axes.size());
+    if (box.axes) axes.push_back(*box.axes);
   }
   /// The path of sweep i. Precondition: i < count().
   SweepPath path(std::size_t i) const {
     const Ray ray = rays[i];
     return {ray.origin, ray.direction, ray.tmin, ray.tmax};
   }
-  /// Calls f with the SweptSphere or SweptBox of sweep i, and returns the result of f.
+  /// Calls f with the SweptCapsule or SweptBox of sweep i, and returns the result of f.
   template <class F>
   auto visit(std::size_t i, F&& f) const {
-    return sphere[i] != 0 ? f(SweptSphere{size[i].x}) : f(SweptBox{size[i]});
+    switch (shape[i]) {
+      case SweepShape::kSphere:
+        return f(SweptCapsule{rays[i].origin, size[i].x});
+      case SweepShape::kCapsule:
+        return f(SweptCapsule{ends[number[i]], size[i].x});
+      case SweepShape::kOrientedBox:
+        return f(SweptBox{size[i], axes[number[i]]});
+      case SweepShape::kBox:
+        break;
+    }
+    return f(SweptBox{size[i]});
+  }
+
+ private:
+  void append(const Ray& ray, const Vec3d& extent, SweepShape kind, std::size_t place) {
+    rays.push_back(ray);
+    size.push_back(extent);
+    shape.push_back(kind);
+    number.push_back(static_cast<std::uint32_t>(place));
   }
 };
 
-/// Maps the type of a swept shape to the type of its contact: ContactOf<SweptSphere>::Type is
-/// SphereContact, ContactOf<SweptBox>::Type is BoxContact.
+/// Maps the type of a swept shape to the type of its contact: ContactOf<SweptCapsule>::Type is
+/// CapsuleContact, ContactOf<SweptBox>::Type is BoxContact.
 template <class Shape>
 struct ContactOf;
 template <>
-struct ContactOf<SweptSphere> {
-  using Type = SphereContact;
+struct ContactOf<SweptCapsule> {
+  using Type = CapsuleContact;
 };
 template <>
 struct ContactOf<SweptBox> {
@@ -62,8 +89,8 @@ struct SweepFault {
   static constexpr int kWhole = -1;
 
   std::size_t sweep = 0;
-  const char* part = "";   ///< a part of RayFault, or "radius" or "half"
-  int component = kWhole;  ///< index of the invalid number of "half"; kWhole for other parts
+  const char* part = "";   ///< a part of RayFault, or "radius", "half", "to" or "axes"
+  int component = kWhole;  ///< index of the invalid number, or axis; kWhole for other parts
   const char* code = "";
   const char* message = "";
 };
@@ -72,6 +99,8 @@ struct SweepFault {
 /// finds the first sweep with one of these faults:
 ///   SWEEP_SIZE_NOT_FINITE  a radius or half extent that is not finite
 ///   SWEEP_SIZE_NEGATIVE    a radius or half extent below 0
+///   BOX_NOT_FINITE, BOX_AXIS_ZERO, BOX_AXES_DEPENDENT  of the end of a capsule, of the axes of a
+///                          box: those of check_boxes (box_batch.h)
 /// Returns true, and does not set `fault`, if every sweep is valid.
 bool check_sweeps(const SweepBatch& sweeps, SweepFault& fault);
 

@@ -19,7 +19,7 @@ Status nearest_miss(const Engine& engine, const Scene& scene, const Ray& ray,
       // Whoever sweeps a sphere of that radius has the trees built that it comes near.
       SweepBatch sweep;
       const double reach = miss ? miss->distance.high : 0x1p1000;
-      sweep.push_back(ray, SweptSphere{std::min(reach, 0x1p1000)});
+      sweep.push_back_sphere(ray, std::min(reach, 0x1p1000));
       HitBatch hits;
       if (Status status = engine.sweep(scene, sweep, true, deadline, hits, options); !status) {
         return status;

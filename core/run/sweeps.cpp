@@ -49,7 +49,7 @@ Status Engine::sweep_details(const Scene& scene, const SweepBatch& sweeps, const
     out.assign(hits.size(), {});
     const auto slice = [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
-        if (hits.hit(i)) out[i].position = position_of_contact(scene, sweeps, i, hits.id(i));
+        if (hits.hit(i)) out[i] = detail_of_contact(scene, sweeps, i, hits.id(i));
       }
     };
     return state_->run(hits.size(), deadline, slice, kSweepSlice);

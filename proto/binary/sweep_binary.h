@@ -7,7 +7,7 @@
 
 namespace sightline {
 
-/// Decodes a body of sweeps, either all spheres or all boxes. float32 numbers are converted to
+/// Decodes a body of sweeps, all of one shape. float32 numbers are converted to
 /// float64 without error. The fields are not checked for text. Errors: 400 BINARY_MALFORMED, 413
 /// SWEEPS_TOO_MANY, and those of decode_sweeps.
 Result<SweepQuery> decode_sweeps_binary(std::string_view body, const SweepJsonRules& rules);

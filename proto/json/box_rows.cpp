@@ -39,7 +39,7 @@ struct BoxRows::Row {
   unsigned seen = 0;
   std::array<double, 3> min{}, max{}, center{}, half{}, from{}, to{};
   std::array<double, 4> rotation{};
-  std::array<std::array<double, 3>, 3> axes{};
+  std::array<Vec3d, 3> axes{};
   double radius = 0;
   std::array<HalfSpace, ConvexRegion::kMostPlanes> planes{};
   std::size_t plane_count = 0;
@@ -57,7 +57,7 @@ std::uint64_t BoxRows::hash_of_shape(const Row& row) {
   add(row.from);
   add(row.to);
   add(row.rotation);
-  for (const auto& axis : row.axes) add(axis);
+  for (const Vec3d& axis : row.axes) add(std::array{axis.x, axis.y, axis.z});
   add(std::array{row.radius});
   for (std::size_t i = 0; i < row.plane_count; ++i) {
     const HalfSpace& plane = row.planes[i];
@@ -94,7 +94,7 @@ bool BoxRows::read_part(std::size_t box, std::size_t which, JsonReader::Value va
     case kCursor:
       return read_cursor(value, place, box);
     default:
-      return read_axes(value, place, row);
+      return read_axes(reader_, value, place, row.axes);
   }
 }
 
@@ -161,19 +161,6 @@ bool BoxRows::read_cursor(JsonReader::Value value, const JsonPointer& place, std
   return true;
 }
 
-bool BoxRows::read_axes(JsonReader::Value value, const JsonPointer& place, Row& row) {
-  std::size_t axes = 0;
-  const auto read_axis = [&](std::size_t i, JsonReader::Value axis) {
-    if (i == 3) return reader_.invalid("LENGTH_WRONG", "expected three axes, found more", place);
-    ++axes;
-    return read_numbers(reader_, axis, JsonPointer(place).index(i), row.axes[i].data(), 3);
-  };
-  if (!reader_.read_array(value, "an array of three axes", place, read_axis)) return false;
-  if (axes == 3) return true;
-  return reader_.invalid("LENGTH_WRONG", "expected three axes, found " + std::to_string(axes),
-                         place);
-}
-
 /// A sphere or a capsule.
 bool BoxRows::finish_round(std::size_t box, const Row& row, BoxBatch& boxes) {
   const unsigned seen = row.seen & ~kCursor;
@@ -233,12 +220,11 @@ bool BoxRows::finish_row(std::size_t box, const Row& row, BoxBatch& boxes) {
   }
   OrientedBox oriented{vector_of(row.center.data()), vector_of(row.half.data()), {}};
   if ((seen & kAxes) != 0) {
-    for (std::size_t k = 0; k < 3; ++k) oriented.axes[k] = vector_of(row.axes[k].data());
+    oriented.axes = row.axes;
   } else {
     const auto& q = row.rotation;
     if (!is_rotation(q[0], q[1], q[2], q[3])) {
-      return reader_.invalid("BOX_ROTATION_NOT_UNIT",
-                             "the squared length of a rotation [x,y,z,w] must be within 1% of 1",
+      return reader_.invalid("BOX_ROTATION_NOT_UNIT", kRotationNotUnit,
                              part_place(box, "rotation"));
     }
     oriented.axes = rotated_axes(q[0], q[1], q[2], q[3]);

@@ -58,7 +58,6 @@ class BoxRows {
   static std::uint64_t hash_of_shape(const Row& row);
   bool read_row(std::size_t box, JsonReader::Value value, BoxBatch& boxes);
   bool read_part(std::size_t box, std::size_t which, JsonReader::Value value, Row& row);
-  bool read_axes(JsonReader::Value value, const JsonPointer& place, Row& row);
   bool read_planes(JsonReader::Value value, const JsonPointer& place, Row& row);
   bool read_corners(JsonReader::Value value, const JsonPointer& place, Row& row);
   bool read_view(JsonReader::Value value, const JsonPointer& place, Row& row);

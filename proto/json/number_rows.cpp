@@ -32,4 +32,18 @@ bool read_vector(JsonReader& reader, JsonReader::Value value, const JsonPointer&
   return true;
 }
 
+bool read_axes(JsonReader& reader, JsonReader::Value value, const JsonPointer& place,
+               std::array<Vec3d, 3>& out) {
+  std::size_t axes = 0;
+  const auto read_axis = [&](std::size_t i, JsonReader::Value axis) {
+    if (i == 3) return reader.invalid("LENGTH_WRONG", "expected three axes, found more", place);
+    ++axes;
+    return read_vector(reader, axis, JsonPointer(place).index(i), out[i]);
+  };
+  if (!reader.read_array(value, "an array of three axes", place, read_axis)) return false;
+  if (axes == 3) return true;
+  return reader.invalid("LENGTH_WRONG", "expected three axes, found " + std::to_string(axes),
+                        place);
+}
+
 }  // namespace sightline

@@ -3,6 +3,7 @@
 #include <array>
 
 #include "core/base/infinity.h"
+#include "core/query/box_batch.h"
 #include "proto/json/number_rows.h"
 #include "proto/json/ray_reader.h"
 
@@ -10,9 +11,11 @@ namespace sightline {
 namespace {
 
 constexpr std::array<std::string_view, 1> kSweepQueryKeys{"sweeps"};
-constexpr std::array<std::string_view, 6> kSweepKeys{"origin", "direction", "tmin",
-                                                     "tmax",   "radius",    "half"};
-constexpr unsigned kWay = 3u, kRadiusKey = 16u, kHalfKey = 32u;
+constexpr std::array<std::string_view, 10> kSweepKeys{
+    "origin", "direction", "tmin", "tmax", "radius", "half", "from", "to", "rotation", "axes"};
+constexpr unsigned kOrigin = 1u, kDirection = 2u, kRadius = 16u, kHalf = 32u, kFrom = 64u,
+                   kTo = 128u, kRotation = 256u, kAxes = 512u;
+constexpr unsigned kTurn = kRotation | kAxes;
 
 class SweepReader : public RayReader {
  public:
@@ -55,9 +58,7 @@ class SweepReader : public RayReader {
     if (value.get_object().get(object) != simdjson::SUCCESS) {
       return wrong(value, place, "an object");
     }
-    Ray ray;
-    SweptSphere sphere;
-    SweptBox box;
+    Row row;
     unsigned seen = 0;
     for (auto entry : object) {
       Field field;
@@ -65,46 +66,91 @@ class SweepReader : public RayReader {
         return check_end(code, [&] { return place; });
       }
       std::size_t which = 0;
-      if (!read_key(field, kSweepKeys, 0x3fu, place, which)) return false;
+      if (!read_key(field, kSweepKeys, 0x3ffu, place, which)) return false;
       const JsonPointer part = JsonPointer(place).key(kSweepKeys[which]);
-      if (!mark_seen(1u << which, seen, part)) return false;
-      const auto here = [&]() -> const JsonPointer& { return part; };
-      bool good = false;
-      switch (which) {
-        case 0:
-          good = sightline::read_vector(*this, field.value(), part, ray.origin);
-          break;
-        case 1:
-          good = sightline::read_vector(*this, field.value(), part, ray.direction);
-          break;
-        case 2:
-          good = read_number(field.value(), ray.tmin, here);
-          break;
-        case 3:
-          good = read_number_or_null(field.value(), kInf, ray.tmax, here);
-          break;
-        case 4:
-          good = read_number(field.value(), sphere.radius, here);
-          break;
-        default:
-          good = sightline::read_vector(*this, field.value(), part, box.half);
+      if (!mark_seen(1u << which, seen, part) || !read_part(field.value(), which, part, row)) {
+        return false;
       }
-      if (!good) return false;
     }
-    const bool is_sphere = (seen & kRadiusKey) != 0;
-    if (is_sphere && (seen & kHalfKey) != 0) {
-      return invalid("KEYS_MIXED", "a sphere has a radius, a box has half extents, not both",
-                     place);
+    return append(row, seen, place);
+  }
+
+  struct Row {
+    Ray ray;
+    double radius = 0;
+    Vec3d half, from, to;
+    std::array<double, 4> rotation{};
+    std::array<Vec3d, 3> axes;
+  };
+
+  bool read_part(Value value, std::size_t which, const JsonPointer& part, Row& row) {
+    const auto here = [&]() -> const JsonPointer& { return part; };
+    switch (which) {
+      case 0:
+        return sightline::read_vector(*this, value, part, row.ray.origin);
+      case 1:
+        return sightline::read_vector(*this, value, part, row.ray.direction);
+      case 2:
+        return read_number(value, row.ray.tmin, here);
+      case 3:
+        return read_number_or_null(value, kInf, row.ray.tmax, here);
+      case 4:
+        return read_number(value, row.radius, here);
+      case 5:
+        return sightline::read_vector(*this, value, part, row.half);
+      case 6:
+        return sightline::read_vector(*this, value, part, row.from);
+      case 7:
+        return sightline::read_vector(*this, value, part, row.to);
+      case 8:
+        return read_numbers(*this, value, part, row.rotation.data(), 4);
+      default:
+        return read_axes(*this, value, part, row.axes);
     }
-    if ((seen & kWay) != kWay || (seen & (kRadiusKey | kHalfKey)) == 0) {
+  }
+
+  /// The sweep that a row describes, by the keys that it has.
+  bool append(Row& row, unsigned seen, const JsonPointer& place) {
+    const unsigned shape = seen & (kRadius | kHalf | kFrom | kTo | kTurn);
+    if ((shape & kRadius) != 0 && (shape & (kHalf | kTurn)) != 0) {
+      return invalid("KEYS_MIXED",
+                     "a sphere or capsule has a radius, a box has half extents, not both", place);
+    }
+    if ((shape & (kFrom | kTo)) != 0) {
+      if ((seen & kOrigin) != 0 || (shape & (kHalf | kTurn)) != 0) {
+        return invalid("KEYS_MIXED", "a capsule has two ends, from and to, and a radius, no origin",
+                       place);
+      }
+      if (shape != (kFrom | kTo | kRadius) || (seen & kDirection) == 0) {
+        return invalid("KEY_MISSING", "a capsule needs from, to, a direction and a radius", place);
+      }
+      row.ray.origin = row.from;
+      result_.sweeps.push_back(row.ray, SweptCapsule{row.to, row.radius});
+      return true;
+    }
+    if ((seen & (kOrigin | kDirection)) != (kOrigin | kDirection) ||
+        (shape & (kRadius | kHalf)) == 0) {
       return invalid("KEY_MISSING", "a sweep needs an origin, a direction, and a radius or half",
                      place);
     }
-    if (is_sphere) {
-      result_.sweeps.push_back(ray, sphere);
-    } else {
-      result_.sweeps.push_back(ray, box);
+    if (shape == kRadius) {
+      result_.sweeps.push_back_sphere(row.ray, row.radius);
+      return true;
     }
+    SweptBox box{row.half};
+    if ((shape & kTurn) == kTurn) {
+      return invalid("KEYS_MIXED", "a box has a rotation or axes, not both", place);
+    }
+    if ((shape & kAxes) != 0) box.axes = row.axes;
+    if ((shape & kRotation) != 0) {
+      const auto& q = row.rotation;
+      if (!is_rotation(q[0], q[1], q[2], q[3])) {
+        return invalid("BOX_ROTATION_NOT_UNIT", kRotationNotUnit,
+                       JsonPointer(place).key("rotation"));
+      }
+      box.axes = rotated_axes(q[0], q[1], q[2], q[3]);
+    }
+    result_.sweeps.push_back(row.ray, box);
     return true;
   }
 

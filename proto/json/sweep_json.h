@@ -2,10 +2,13 @@
 /// Decodes questions about shapes that are swept through a scene, as JSON.
 ///
 ///   {"sweeps":[{"origin":[x,y,z],"direction":[x,y,z],"tmin":0,"tmax":10,"radius":1},
-///              {"origin":[x,y,z],"direction":[x,y,z],"half":[x,y,z]}],"fields":["t","position"]}
+///              {"from":[x,y,z],"to":[x,y,z],"direction":[x,y,z],"radius":1},
+///              {"origin":[x,y,z],"direction":[x,y,z],"half":[x,y,z]},
+///              {"origin":[x,y,z],"direction":[x,y,z],"half":[x,y,z],"rotation":[x,y,z,w]}],
+///    "fields":["t","position","normal"]}
 ///
-/// A sphere has "radius", an axis-aligned box "half"; other members are those of a ray. "fields":
-/// of the contacts. "include", "exclude" and "work": as for rays.
+/// A sphere has "radius", a capsule two ends and "radius", a box "half" and, if it is turned,
+/// "rotation" or "axes"; other members are those of a ray. "fields": of the contacts. "include", "exclude" and "work": as for rays.
 
 #include <string>
 
@@ -14,11 +17,11 @@
 
 namespace sightline {
 
-/// The fields of a contact. It has no normal or attributes, because a contact is a point of a
-/// triangle that need not be on the path.
+/// The fields of a contact. It has no attributes, because a contact is a point of a triangle that
+/// need not be on the path.
 inline constexpr FieldSet kContactFields = fields_where([](const HitFieldRow& row) {
   return row.source == FieldSource::kRay || row.source == FieldSource::kScene ||
-         row.field == HitField::kPosition;
+         row.field == HitField::kPosition || row.field == HitField::kNormal;
 });
 /// The fields of a request that does not choose any.
 inline constexpr FieldSet kDefaultContactFields{

@@ -385,17 +385,20 @@ class Sightline:
         columns["ratios"] = [each / count for each in counts] if isinstance(counts, list) else counts / count
         return _finish(columns, (), tables[0][0].shape[:-1], lists=False)
 
-    # Shapes: spheres of `radius`, or boxes of `half` (x, y and z), one number or row for all or one for each.
+    # Shapes: spheres of `radius`, or boxes of `half` (x, y and z), one number or row for all or one for each. With `to` the
+    # spheres are capsules from `origins` to there; with `axes`, three rows for all or for each, the boxes are turned.
 
     def sweeps_closest(self, scene: str, origins: Points, directions: Points, radius: Any = None, half: Any = None, tmin: Limit = None,
-                       tmax: Limit = None, progress: Progress = None, **options: Any) -> Columns:
-        """Columns of what moving spheres or boxes meet first; by default t, instance, primitive, triangle."""
-        return self._sweeps(scene, "closest", origins, directions, radius, half, tmin, tmax, progress, options)
+                       tmax: Limit = None, progress: Progress = None, to: Any = None, axes: Any = None, **options: Any) -> Columns:
+        """Columns of what moving shapes meet first; by default t, instance, primitive, triangle."""
+        shape = {"radius": radius, "half": half, "to": to, "axes": axes}
+        return self._sweeps(scene, "closest", origins, directions, shape, tmin, tmax, progress, options)
 
     def sweeps_any(self, scene: str, origins: Points, directions: Points, radius: Any = None, half: Any = None, tmin: Limit = None,
-                   tmax: Limit = None, progress: Progress = None, **options: Any) -> Array:
-        """Whether moving spheres or boxes meet anything: bool."""
-        return self._sweeps(scene, "any", origins, directions, radius, half, tmin, tmax, progress, options)["hits"]
+                   tmax: Limit = None, progress: Progress = None, to: Any = None, axes: Any = None, **options: Any) -> Array:
+        """Whether moving shapes meet anything: bool."""
+        shape = {"radius": radius, "half": half, "to": to, "axes": axes}
+        return self._sweeps(scene, "any", origins, directions, shape, tmin, tmax, progress, options)["hits"]
 
     # `boxes` are the shapes of docs/guides/picking.md; their parts may be arrays.
 
@@ -561,10 +564,13 @@ class Sightline:
         columns = self._sliced(self._scene(scene, f"/points:{kind}"), _Request(b"SLP1", {"points": table}, sent), progress)
         return _finish(columns, fields, table.shape[:-1], lists=kind == "nearest")
 
-    def _sweeps(self, scene: str, kind: str, origins: Points, directions: Points, radius: Any, half: Any, tmin: Limit, tmax: Limit,
+    def _sweeps(self, scene: str, kind: str, origins: Points, directions: Points, shape: dict, tmin: Limit, tmax: Limit,
                 progress: Progress, options: dict) -> Columns:
+        radius, half, to, axes = shape["radius"], shape["half"], shape["to"], shape["axes"]
         if (radius is None) == (half is None):
             raise ValueError("give radius or half")
+        if (to is not None and radius is None) or (axes is not None and half is None):
+            raise ValueError("to needs radius, axes needs half")
         fields, sent = _fields(options)
         if not TEXTS.isdisjoint(fields):
             raise ValueError("columns of sweeps have no texts: ask for ids, or use ask()")
@@ -576,6 +582,11 @@ class Sightline:
             tables["radius"] = _allow(size)
         else:
             tables["half"] = _allow(_halves(half, rays.origins))
+        if to is not None:
+            tables["to"] = _allow(_numbers("to", to))
+            _same_shape(tables["to"], rays.origins)
+        if axes is not None:
+            tables["axes"] = _allow(_axes(axes, rays.origins))
         columns = self._sliced(self._scene(scene, f"/sweeps:{kind}"), _Request(b"SLW1", tables, sent), progress)
         return _finish(columns, fields, rays.lead, lists=False)
 
@@ -825,8 +836,8 @@ class _Rays(NamedTuple):
         return math.prod(self.lead)
 
 
-_VECTORS = {"origins", "directions", "points", "half"}
-_TABLE_FLAGS = {"tmin": 2, "tmax": 4, "half": 8}
+_TABLE_WIDTHS = {"origins": 3, "directions": 3, "points": 3, "half": 3, "to": 3, "axes": 9}
+_TABLE_FLAGS = {"tmin": 2, "tmax": 4, "half": 8, "to": 16, "axes": 16}
 
 
 class _Request(NamedTuple):
@@ -839,12 +850,12 @@ class _Request(NamedTuple):
 
     def rows(self) -> int:
         name, table = next(iter(self.tables.items()))
-        return len(table.flat) // (3 if name in _VECTORS else 1)
+        return len(table.flat) // _TABLE_WIDTHS.get(name, 1)
 
     def body(self, first: int, last: int) -> bytes:
         """Of these rows."""
         parts = [(name, table._replace(flat=table.flat[first * width:last * width]), width)
-                 for name, table in self.tables.items() for width in (3 if name in _VECTORS else 1,)]
+                 for name, table in self.tables.items() for width in (_TABLE_WIDTHS.get(name, 1),)]
         if not self.as_text:
             return _frame(self.magic, sum(_TABLE_FLAGS.get(name, 0) for name in self.tables),
                           [(table, width) for _, table, width in parts], self.options)
@@ -947,6 +958,17 @@ def _halves(value: Any, origins: _Numbers) -> _Numbers:
         return _Numbers("half", origins.shape, table.flat * count if isinstance(table.flat, list) else numpy.tile(table.flat, count))
     if table.shape != origins.shape:
         raise ValueError(f"half has shape {table.shape}, origins has shape {origins.shape}: expected (3,) or equal shapes")
+    return table
+
+
+def _axes(value: Any, origins: _Numbers) -> _Numbers:
+    """Axes of boxes, repeated if they are three rows for all sweeps."""
+    table, each = _numbers("axes", value), (*origins.shape, 3)
+    if table.shape == (3, 3) and each != (3, 3):
+        count = math.prod(origins.shape[:-1])
+        return _Numbers("axes", each, table.flat * count if isinstance(table.flat, list) else numpy.tile(table.flat, count))
+    if table.shape != each:
+        raise ValueError(f"axes has shape {table.shape}, origins has shape {origins.shape}: expected (3, 3) or {each}")
     return table
 
 
@@ -1163,7 +1185,7 @@ def _unpack_rays(body: bytes, lead: tuple | None) -> Columns:
     names = ["origins", "directions", *(name for name in ("tmin", "tmax") if flags & _TABLE_FLAGS[name])]
     columns: Columns = {}
     for name in names:
-        width = 3 if name in _VECTORS else 1
+        width = _TABLE_WIDTHS.get(name, 1)
         flat = list(struct.unpack_from(f"<{count * width}{letter}", body, at)) if numpy is None else numpy.frombuffer(
             body, f"<f{size}", count * width, at).astype("float64")
         if width > 1:  # From columns to rows.

@@ -8,8 +8,8 @@
 namespace sightline {
 namespace {
 
-/// A ray, the size of the shape and its kind.
-constexpr std::uint64_t kSweepBytes = kRayBytes + sizeof(Vec3d) + 1;
+/// A ray, the size of the shape, its kind, and the axes of a box.
+constexpr std::uint64_t kSweepBytes = kRayBytes + 4 * sizeof(Vec3d) + 1 + sizeof(std::uint32_t);
 
 void first_contacts(Exchange& exchange, const Service& service) {
   RayRequest request(exchange, service);
@@ -26,7 +26,7 @@ void first_contacts(Exchange& exchange, const Service& service) {
   const FieldSet fields = request.query().fields;
   HitDescription about;
   if (!request.reserve(bytes_of_description(hits.size(), fields))) return;
-  if (fields.has(HitField::kPosition) &&
+  if (fields.has_any_of({HitField::kPosition, HitField::kNormal}) &&
       !request.went_well(service.engine.sweep_details(request.scene(), sweeps, hits,
                                                       request.deadline(), about.details))) {
     return;

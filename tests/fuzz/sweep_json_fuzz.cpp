@@ -17,22 +17,38 @@ void check_sweeps_of(const SweepBatch& sweeps) {
   SweepFault fault;
   fuzz::require(check_sweeps(sweeps, fault), "sweeps have passed the border");
   fuzz::require(sweeps.count() <= 64 && sweeps.rays.size() == sweeps.count() &&
-                    sweeps.sphere.size() == sweeps.count(),
+                    sweeps.shape.size() == sweeps.count(),
                 "columns are of one length, within the limit");
 }
 
+void check_vector(const nlohmann::json& numbers, const Vec3d& read) {
+  for (int k = 0; k < 3; ++k)
+    fuzz::require(fuzz::same(numbers[static_cast<std::size_t>(k)], read[k]), "vectors read alike");
+}
+
+/// The rows of rays: the path of a capsule begins at its first end.
+nlohmann::json with_origins(nlohmann::json rows) {
+  for (auto& row : rows)
+    if (row.contains("from")) row["origin"] = row["from"];
+  return rows;
+}
+
 void check_rows_of(const nlohmann::json& rows, const SweepBatch& sweeps) {
-  fuzz::check_rows(rows, sweeps.rays);
+  fuzz::check_rows(with_origins(rows), sweeps.rays);
   for (std::size_t i = 0; i < sweeps.count(); ++i) {
-    const bool is_sphere = sweeps.sphere[i] != 0;
-    fuzz::require(rows[i].contains("radius") == is_sphere, "spheres have a radius");
-    if (is_sphere) {
+    const SweepShape shape = sweeps.shape[i];
+    const bool is_round = shape == SweepShape::kSphere || shape == SweepShape::kCapsule;
+    fuzz::require(rows[i].contains("radius") == is_round, "round shapes have a radius");
+    fuzz::require(rows[i].contains("to") == (shape == SweepShape::kCapsule), "capsules have ends");
+    if (is_round) {
       fuzz::require(fuzz::same(rows[i]["radius"], sweeps.size[i].x), "radii read alike");
-      continue;
+    } else {
+      check_vector(rows[i]["half"], sweeps.size[i]);
     }
-    for (int k = 0; k < 3; ++k) {
-      fuzz::require(fuzz::same(rows[i]["half"][static_cast<std::size_t>(k)], sweeps.size[i][k]),
-                    "half extents read alike");
+    if (shape == SweepShape::kCapsule) check_vector(rows[i]["to"], sweeps.ends[sweeps.number[i]]);
+    if (rows[i].contains("axes")) {
+      for (std::size_t k = 0; k < 3; ++k)
+        check_vector(rows[i]["axes"][k], sweeps.axes[sweeps.number[i]][k]);
     }
   }
 }

@@ -46,6 +46,8 @@ BODIES = {
                   {"a": {"names": ["left"]}, "b": {"names": ["right"]}, "max_distance": 3, "pairs": "triangles", "limit": 2, "work": True},
                   {"a": {"names": ["left"]}, "b": {"names": ["right"]}, "max_distance": 3, "pairs": "nodes", "exclude": {"materials": ["?"]}}],
     "sweepsClosest": [{"sweeps": [{**RAY, "radius": 0.5}, {**MISS, "half": [1, 0, 1], "tmax": None}], "work": True},
+                      {"sweeps": [{**RAY, "radius": 0.5, "tmin": 4}, {**RAY, "half": [1, 0, 1], "rotation": [0, 0, 0, 1]},
+                                  {"from": [-10, 1, 0], "to": [-9, 1, 1], "direction": [1, 0, 0], "radius": 0}], "fields": ["normal"]},
                       {"sweeps": [{**RAY, "half": [1, 1, 1], "tmin": -1, "tmax": 9}], "fields": ["t", "distance", "node_path", "material"],
                        "exclude": {"names": ["right"]}}],
     "sweepsAny": [{"sweeps": [{**RAY, "radius": 0.5}], "include": {"nodes": [1]}}],

@@ -128,6 +128,17 @@ class Calls(TwoScenes):
         self.assertEqual(client.image("six", "node", CAMERA, png=True)[:4], b"\x89PNG")
         self.assertTrue(client.rays_boxes([[-10, 1, 0]], [[1, 0, 0]], [{"min": [0, 0, 0], "max": [2, 2, 2]}])[0]["hit"])
         self.assertEqual(plain(client.sweeps_any("six", ORIGINS[:1], DIRECTIONS[:1], half=[1, 1, 1])), [True])
+        turned = client.sweeps_closest("six", ORIGINS[:2], DIRECTIONS[:2], half=[1, 1, 1], axes=[[1, 1, 0], [-1, 1, 0], [0, 0, 1]], fields=["t"])
+        each = client.ask("six", "sweeps:closest", {"sweeps": [
+            {"origin": o, "direction": d, "half": [1, 1, 1], "axes": [[1, 1, 0], [-1, 1, 0], [0, 0, 1]]}
+            for o, d in zip(ORIGINS[:2], DIRECTIONS[:2])]})["hits"]
+        self.assertEqual(plain(turned["t"]), [hit["t"] for hit in each])
+        ends = [[x, y + 1, z] for x, y, z in ORIGINS[:2]]
+        capsules = client.sweeps_closest("six", ORIGINS[:2], DIRECTIONS[:2], radius=0.5, to=ends, fields=["t", "normal"])
+        each = client.ask("six", "sweeps:closest", {"sweeps": [{"from": o, "to": end, "direction": d, "radius": 0.5}
+                                                               for o, end, d in zip(ORIGINS[:2], ends, DIRECTIONS[:2])]})["hits"]
+        self.assertEqual(plain(capsules["hit"]), [hit is not None for hit in each])
+        self.assertEqual(plain(capsules["t"])[0], each[0]["t"])
         self.assertEqual(plain(client.boxes_any("six", [{"min": [-9, 0, -9], "max": [0, 9, 9]}])), [True])
         self.assertEqual(client.boxes_list("six", [{"min": [-9, 0, -9], "max": [0, 9, 9]}], of="nodes")[0]["total"], 1)
         self.assertGreater(client.clearance("six", {"names": ["left"]}, {"names": ["right"]})["pair"]["distance"], 3)

@@ -15,6 +15,9 @@ from sightline_server import JSON_TYPE, Server
 BYTES = "application/octet-stream"
 
 
+AXES = [[1, 1, 0], [-1, 1, 0], [0, 0, 1]]
+
+
 def sweep(origin, direction, **more):
     return {"origin": origin, "direction": direction, **more}
 
@@ -53,6 +56,25 @@ class Sweeps(unittest.TestCase):
         self.assertEqual(wall, {"t": 35, "position": [-3, 11, 0], "node": "clock tower"})
         self.assertEqual(tip, {"t": 8, "position": [0, 32, 0], "node": "spire"})
         self.assertGreater(flat["t"], 9)
+
+    def test_capsules_and_turned_boxes_have_contact_normals(self):
+        """Against the wall x = -3 and the tip (0, 32, 0)."""
+        down, right = [0, -1, 0], [1, 0, 0]
+        standing = {"from": [-40, 14, 1], "to": [-36, 10, 1], "direction": right, "radius": 2}
+        cube = sweep([-40, 12, 1], right, half=[1, 1, 1], axes=AXES)
+        asked = [sweep([3, 60, 4], down, radius=13), standing, {**standing, "tmin": 32}, cube, {**cube, "tmin": 37.5, "tmax": 40},
+                 {"from": [-9, 60, 5], "to": [9, 60, 5], "direction": down, "radius": 13},
+                 sweep([-40, 12, 1], right, half=[1, 1, 1], rotation=[0, 0, 0.6, 0.8])]
+        ball, capsule, begun, box, within, lying, turned = self.closest("town", *asked, fields=["t", "position", "normal"])
+        self.assertEqual(ball, {"t": 16, "position": [0, 32, 0], "normal": [3 / 13, 12 / 13, 4 / 13]})
+        self.assertEqual(capsule, {"t": 31, "position": [-3, 10, 1], "normal": [-1, 0, 0]})
+        self.assertEqual((begun["t"], begun["normal"]), (32, None))
+        self.assertEqual(box, {"t": 36, "position": [-3, 12, 0], "normal": [-1, 0, 0]})
+        self.assertEqual((within["t"], within["normal"]), (37.5, None))
+        self.assertEqual(lying, {"t": 16, "position": [0, 32, 0], "normal": [0, 12 / 13, 5 / 13]})
+        # By the formula of rotated_axes: rows 0.28 0.96 0, -0.96 0.28 0; the corner is 1.24 ahead, and 0.68 above or below.
+        self.assertAlmostEqual(turned["t"], 37 - 1.24, delta=1e-13)
+        self.assertEqual(turned["normal"], [-1, 0, 0])
 
     def test_contact_at_the_beginning_and_at_the_end(self):
         beside = sweep([-8, 12, 1], [0, 1, 0], radius=5, tmax=2)
@@ -99,14 +121,33 @@ class Sweeps(unittest.TestCase):
         self.assertEqual([None if t == math.inf else t for t in columns_of(ask("closest", boxes).body)["t"]],
                          [hit and hit["t"] for hit in as_json])
         self.assertEqual(list(columns_of(ask("any", boxes).body)["hits"]), [int(hit is not None) for hit in as_json])
+        ends = [[row[0][k] + k for row in rows] for k in range(3)]
+        as_json = self.closest("six", *({"from": o, "to": [o[k] + k for k in range(3)], "direction": d, "radius": r} for o, d, r in rows),
+                               fields=["t", "normal"])
+        found = columns_of(ask("closest", body(1 | 16, way + [[row[2] for row in rows]] + ends, b'{"fields":["t","normal"]}')).body)
+        self.assertEqual([None if t == math.inf else t for t in found["t"]], [hit and hit["t"] for hit in as_json])
+        self.assertEqual(list(found["normal"][:6]), as_json[0]["normal"] + as_json[1]["normal"])
+        as_json = self.closest("six", *(sweep(o, d, half=[1, 0.5, 1], axes=AXES) for o, d, _ in rows))
+        turned = body(1 | 8 | 16, way + [[1] * 3, [0.5] * 3, [1] * 3] + [[x] * 3 for axis in AXES for x in axis], b"")
+        self.assertEqual([None if t == math.inf else t for t in columns_of(ask("closest", turned).body)["t"]],
+                         [hit and hit["t"] for hit in as_json])
         self.assertEqual(ask("any", body(1, way + [[1, -1, 1]], b"")).json()["errors"][0]["pointer"], "/sweeps/1/radius")
         self.assertEqual(ask("any", body(16 | 1, way + [[1] * 3], b"")).json()["code"], "BINARY_MALFORMED")
 
     def test_a_wrong_request_is_answered_with_its_place(self):
         good = sweep([0, 0, 0], [1, 0, 0], radius=1)
+        box = lambda **more: sweep([0, 0, 0], [1, 0, 0], half=[1, 1, 1], **more)
         for row, code, pointer in [({**good, "radius": -1}, "SWEEP_SIZE_NEGATIVE", "/sweeps/1/radius"),
                                    ({**good, "half": [1, 1, 1]}, "KEYS_MIXED", "/sweeps/1"),
                                    (sweep([0, 0, 0], [1, 0, 0]), "KEY_MISSING", "/sweeps/1"),
+                                   ({"from": [0, 0, 0], "direction": [1, 0, 0], "radius": 1}, "KEY_MISSING", "/sweeps/1"),
+                                   ({**good, "to": [1, 0, 0]}, "KEYS_MIXED", "/sweeps/1"),
+                                   ({**good, "axes": AXES}, "KEYS_MIXED", "/sweeps/1"),
+                                   (box(rotation=[0, 0, 0, 1], axes=AXES), "KEYS_MIXED", "/sweeps/1"),
+                                   (box(rotation=[0, 0, 0, 2]), "BOX_ROTATION_NOT_UNIT", "/sweeps/1/rotation"),
+                                   (box(axes=[[1, 0, 0], [0, 1, 0], [1, 1, 0]]), "BOX_AXES_DEPENDENT", "/sweeps/1/axes"),
+                                   (box(axes=[[1, 0, 0], [0, 0, 0], [1, 1, 0]]), "BOX_AXIS_ZERO", "/sweeps/1/axes/1"),
+                                   (box(axes=[[1, 0, 0], [0, 1, 0]]), "LENGTH_WRONG", "/sweeps/1/axes"),
                                    (sweep([0, 0, 0], [1, 0, 0], half=[1, -1, 1]), "SWEEP_SIZE_NEGATIVE", "/sweeps/1/half/1"),
                                    (sweep([0, 0, 0], [1, 0, 0], half=[1, 1]), "LENGTH_WRONG", "/sweeps/1/half"),
                                    (sweep([0, 0, 0], [0, 0, 0], radius=1), "RAY_DIRECTION_ZERO", "/sweeps/1/direction"),
@@ -117,7 +158,7 @@ class Sweeps(unittest.TestCase):
                 self.assertEqual((answer.status, answer.json()["code"]), (422, code))
                 self.assertEqual(answer.json()["errors"][0]["pointer"], pointer)
         for body, status, code in [({}, 422, "KEY_MISSING"), ({"sweeps": [good] * 501}, 413, "SWEEPS_TOO_MANY"),
-                                   ({"sweeps": [good], "fields": ["normal"]}, 422, "FIELD_UNKNOWN"),
+                                   ({"sweeps": [good], "fields": ["uv"]}, 422, "FIELD_UNKNOWN"),
                                    ({"sweeps": [good], "cull": "back"}, 422, "KEY_UNKNOWN")]:
             answer = self.ask("six", "closest", body)
             self.assertEqual((answer.status, answer.json()["code"]), (status, code))

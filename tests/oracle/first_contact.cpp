@@ -23,16 +23,26 @@ mpq_class determinant(const std::array<std::array<mpq_class, 3>, 3>& m) {
 }  // namespace
 
 std::optional<mpq_class> box_contact(const Ray& ray, const Vec3d& half, const Triangle& triangle) {
+  return box_contact(ray, half, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, triangle);
+}
+
+std::optional<mpq_class> box_contact(const Ray& ray, const Vec3d& half,
+                                     const std::array<Vec3d, 3>& axes, const Triangle& triangle) {
   std::vector<Plane> planes{{{-1, 0, 0}, 0},
                             {{0, -1, 0}, 0},
                             {{1, 1, 0}, 1},
                             {{0, 0, -1}, -mpq_class(ray.tmin)},
                             {{0, 0, 1}, mpq_class(ray.tmax)}};
   for (int k = 0; k < 3; ++k) {
-    const mpq_class from = triangle.v0[k];
-    const std::array<mpq_class, 3> factor{triangle.v1[k] - from, triangle.v2[k] - from,
-                                          -mpq_class(ray.direction[k])};
-    const mpq_class offset = mpq_class(ray.origin[k]) - from;
+    const Vec3d& axis = axes[static_cast<std::size_t>(k)];
+    const auto along = [&](const Vec3d& p) -> mpq_class {
+      return mpq_class(axis.x) * mpq_class(p.x) + mpq_class(axis.y) * mpq_class(p.y) +
+             mpq_class(axis.z) * mpq_class(p.z);
+    };
+    const mpq_class from = along(triangle.v0);
+    const std::array<mpq_class, 3> factor{along(triangle.v1) - from, along(triangle.v2) - from,
+                                          -along(ray.direction)};
+    const mpq_class offset = along(ray.origin) - from;
     planes.push_back({factor, mpq_class(half[k]) + offset});
     planes.push_back({{-factor[0], -factor[1], -factor[2]}, mpq_class(half[k]) - offset});
   }
@@ -63,16 +73,26 @@ std::optional<mpq_class> box_contact(const Ray& ray, const Vec3d& half, const Tr
   return least;
 }
 
-bool sphere_meets(const Ray& ray, const mpq_class& from, const mpq_class& to,
-                  const mpq_class& radius, const Triangle& triangle) {
-  std::vector<ExactPoint> way(2);
-  for (int k = 0; k < 3; ++k) {
-    const auto i = static_cast<std::size_t>(k);
-    way[0][i] = mpq_class(ray.origin[k]) + from * mpq_class(ray.direction[k]);
-    way[1][i] = mpq_class(ray.origin[k]) + to * mpq_class(ray.direction[k]);
+bool capsule_meets(const Ray& ray, const Vec3d& end, const mpq_class& from, const mpq_class& to,
+                   const mpq_class& radius, const Triangle& triangle) {
+  std::vector<ExactPoint> way;
+  for (const Vec3d* begin : {&ray.origin, &end}) {
+    for (const mpq_class* t : {&from, &to}) {
+      ExactPoint& point = way.emplace_back();
+      for (int k = 0; k < 3; ++k) {
+        point[static_cast<std::size_t>(k)] =
+            mpq_class((*begin)[k]) + *t * mpq_class(ray.direction[k]);
+      }
+    }
   }
+  if (end == ray.origin) way.resize(2);
   return hull_square_distance(way, {exact_point(triangle.v0), exact_point(triangle.v1),
                                     exact_point(triangle.v2)}) <= radius * radius;
+}
+
+bool sphere_meets(const Ray& ray, const mpq_class& from, const mpq_class& to,
+                  const mpq_class& radius, const Triangle& triangle) {
+  return capsule_meets(ray, ray.origin, from, to, radius, triangle);
 }
 
 }  // namespace sightline::oracle

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <optional>
+#include <span>
 
 #include "core/geometry/rounding.h"
 #include "core/geometry/triangle_distance.h"
@@ -16,9 +18,6 @@ namespace {
 constexpr double kU = 0x1p-53;
 /// Nodes between two looks at the clock: some microseconds.
 constexpr std::uint64_t kNodesPerLook = 64;
-
-Vec3d extent_of(const SweptSphere& sphere) { return {sphere.radius, sphere.radius, sphere.radius}; }
-Vec3d extent_of(const SweptBox& box) { return box.half; }
 
 struct WaitingSweep {
   std::uint32_t ref;
@@ -33,7 +32,7 @@ struct Sweeps::Search {
 
   SweepPath path;
   Shape shape;
-  Vec3d extent;
+  SweptBounds bounds;
   bool any = false;
   // The part of the limits in which the shape is near the scene.
   double first = 0, last = 0;
@@ -54,17 +53,26 @@ struct Sweeps::Search {
     }
     const TreeSweep::Times times = world.times(low, high, first, last);
     if (times.enter > times.leave) return false;
-    if constexpr (std::is_same_v<Shape, SweptSphere>) {
-      std::array<Vec3d, 2> ends;
+    if constexpr (std::is_same_v<Shape, SweptCapsule>) {
+      // Both ends, where they are when they may first and last be near.
+      std::array<Vec3d, 4> ends;
       double slack = 0;
       for (int k = 0; k < 3; ++k) {
-        for (std::size_t i = 0; i < 2; ++i) {
-          const double step = (i == 0 ? times.enter : times.leave) * path.direction[k];
-          ends[i][k] = path.origin[k] + step;
-          slack = std::max(slack, std::fabs(path.origin[k]) + std::fabs(step));
+        for (std::size_t i = 0; i < 4; ++i) {
+          const double from = i < 2 ? path.origin[k] : shape.to[k];
+          const double step = (i % 2 == 0 ? times.enter : times.leave) * path.direction[k];
+          ends[i][k] = from + step;
+          slack = std::max(slack, std::fabs(from) + std::fabs(step));
         }
       }
-      const double low_distance = distance_range(ends, corners_of(t)).low;
+      const std::span all(ends);
+      double low_distance = 0;
+      if (shape.to == path.origin) {
+        low_distance = distance_range(all.first(2), corners_of(t)).low;
+      } else {
+        low_distance = std::min(distance_range(all.first(3), corners_of(t)).low,
+                                distance_range(all.last(3), corners_of(t)).low);
+      }
       // Two roundings on each axis; NaN excludes nothing.
       if (low_distance > shape.radius + 8 * kU * (slack + shape.radius) + 0x1p-1000) return false;
     }
@@ -125,7 +133,8 @@ void Sweeps::walk_tree(const WideTree& tree, const TreeSweep& sweep, Search<Shap
 template <class Shape>
 void Sweeps::look_at_leaf(const Placement& entered, const LeafBlock* block, std::uint32_t blocks,
                           Search<Shape>& search) {
-  const TreeSweep world = world_sweep(search.path, search.extent, scene_.tree().bounds);
+  const TreeSweep world =
+      world_sweep(search.bounds.path, search.bounds.extent, scene_.tree().bounds);
   for (const LeafBlock* end = block + blocks; block != end; ++block) {
     ++counts_.blocks;
     const Placement& placement = (&entered)[block->placement()];
@@ -149,8 +158,8 @@ void Sweeps::enter(const Placement& placement, Search<Shape>& search) {
   const WideTree& tree = *scene_.tree().trees[placement.tree];
   ++counts_.placements;
   const double latest = std::max(std::fabs(search.first), std::fabs(search.last));
-  const TreeSweep sweep =
-      sweep_in(tree, placement, search.path, search.extent, scene_.tree().bounds, latest);
+  const TreeSweep sweep = sweep_in(tree, placement, search.bounds.path, search.bounds.extent,
+                                   scene_.tree().bounds, latest);
   walk_tree(tree, sweep, search, [&](std::uint32_t leaf) {
     look_at_leaf(placement, tree.blocks(leaf), ChildRef::blocks(leaf), search);
   });
@@ -165,13 +174,14 @@ void Sweeps::run(Search<Shape>& search) {
     low[static_cast<std::size_t>(k)] = tree.bounds.min[k];
     high[static_cast<std::size_t>(k)] = tree.bounds.max[k];
   }
-  const TreeSweep::Times near = world_sweep(search.path, search.extent, tree.bounds)
+  const TreeSweep::Times near = world_sweep(search.bounds.path, search.bounds.extent, tree.bounds)
                                     .times(low, high, search.path.tmin, search.path.tmax);
   if (near.enter > near.leave) return;
   search.first = near.enter;
   search.last = near.leave;
   if (tree.entries == 1) return enter(tree.placements[0], search);
-  const TreeSweep over = sweep_over(tree.top, search.path, search.extent, tree.bounds);
+  const TreeSweep over =
+      sweep_over(tree.top, search.bounds.path, search.bounds.extent, tree.bounds);
   walk_tree(tree.top, over, search, [&](std::uint32_t leaf) {
     const LeafBlock* block = tree.top.blocks(leaf);
     for (const LeafBlock* end = block + ChildRef::blocks(leaf); block != end; ++block) {
@@ -185,8 +195,9 @@ void Sweeps::run(Search<Shape>& search) {
 
 void Sweeps::find(const SweepBatch& sweeps, std::size_t i, bool any, HitBatch& hits) {
   sweeps.visit(i, [&](const auto& shape) {
-    Search<std::decay_t<decltype(shape)>> search{sweeps.path(i), shape, extent_of(shape), any, 0, 0,
-                                                 std::nullopt,   {}};
+    const SweepPath path = sweeps.path(i);
+    Search<std::decay_t<decltype(shape)>> search{path, shape, bounds_of(path, shape), any,
+                                                 0,    0,     std::nullopt,           {}};
     run(search);
     hits.t[i] = search.best ? search.best->rounded() : kInfD;
     hits.instance[i] = search.best ? search.id.instance : kNone;
@@ -194,14 +205,20 @@ void Sweeps::find(const SweepBatch& sweeps, std::size_t i, bool any, HitBatch& h
   });
 }
 
-Vec3d position_of_contact(const Scene& scene, const SweepBatch& sweeps, std::size_t i,
-                          TriangleId id) {
+HitDetail detail_of_contact(const Scene& scene, const SweepBatch& sweeps, std::size_t i,
+                            TriangleId id) {
+  constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
   const Triangle triangle = scene.world_triangle(id);
   const SweepPath path = sweeps.path(i);
   return sweeps.visit(i, [&](const auto& shape) {
     using Contact = typename ContactOf<std::decay_t<decltype(shape)>>::Type;
+    HitDetail detail;
     const auto contact = Contact::first(path, shape, triangle);
-    return contact ? contact->position(path, shape, triangle) : Vec3d{};
+    if (!contact) return detail;
+    detail.position = contact->position(path, shape, triangle);
+    detail.normal =
+        contact->normal(path, shape, triangle).value_or(Vec3d{kNoNumber, kNoNumber, kNoNumber});
+    return detail;
   });
 }
 

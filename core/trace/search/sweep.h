@@ -1,5 +1,5 @@
 #pragma once
-/// Sweeps: the first contacts of spheres and boxes that are swept through a scene, exactly.
+/// Sweeps: the first contacts of spheres, capsules and boxes that are swept through a scene, exactly.
 
 #include <cstdint>
 #include <utility>
@@ -56,10 +56,10 @@ class Sweeps {
   TraceCounts counts_;
 };
 
-/// The point where the shape of sweep i touches the triangle at its first contact, each coordinate
-/// rounded once (see BoxContact and SphereContact). Precondition: find() has found the triangle.
+/// Position and normal of the first contact of sweep i with the triangle (see BoxContact and
+/// CapsuleContact); a normal that there is not is NaN. Precondition: find() has found the triangle.
 /// Throws std::bad_alloc.
-Vec3d position_of_contact(const Scene& scene, const SweepBatch& sweeps, std::size_t i,
-                          TriangleId id);
+HitDetail detail_of_contact(const Scene& scene, const SweepBatch& sweeps, std::size_t i,
+                            TriangleId id);
 
 }  // namespace sightline

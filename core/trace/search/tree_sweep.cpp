@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/geometry/rounding.h"
+#include "core/trace/search/box_region.h"
 
 namespace sightline {
 
@@ -56,6 +57,29 @@ TreeSweep::Times TreeSweep::times(const WideNode& node, std::size_t i, double tm
     high[k] = static_cast<double>(node.upper[k][i]);
   }
   return times(low, high, tmin, tmax);
+}
+
+SweptBounds bounds_of(const SweepPath& path, const SweptCapsule& capsule) {
+  SweptBounds bounds{path, {capsule.radius, capsule.radius, capsule.radius}};
+  if (capsule.to == path.origin) return bounds;
+  for (int k = 0; k < 3; ++k) {
+    const double a = path.origin[k], b = capsule.to[k], middle = a / 2 + b / 2;
+    bounds.path.origin[k] = middle;
+    const double reach = next_above(std::max(std::fabs(a - middle), std::fabs(b - middle)));
+    bounds.extent[k] = next_above(reach + capsule.radius);
+  }
+  return bounds;
+}
+
+SweptBounds bounds_of(const SweepPath& path, const SweptBox& box) {
+  if (!box.axes) return {path, box.half};
+  const Box3d outer = outer_bounds(OrientedBox{path.origin, box.half, *box.axes});
+  SweptBounds bounds{path, {}};
+  for (int k = 0; k < 3; ++k) {
+    bounds.extent[k] =
+        next_above(std::max(outer.max[k] - path.origin[k], path.origin[k] - outer.min[k]));
+  }
+  return bounds;
 }
 
 TreeSweep world_sweep(const SweepPath& path, const Vec3d& extent, const Box3d& bounds) {

@@ -6,6 +6,8 @@
 #include <array>
 
 #include "core/bvh/scene_tree.h"
+#include "core/geometry/box_sweep.h"
+#include "core/geometry/capsule_sweep.h"
 #include "core/geometry/sweep_path.h"
 
 namespace sightline {
@@ -26,6 +28,15 @@ struct TreeSweep {
   /// The interval for the box of child i of a node.
   Times times(const WideNode& node, std::size_t i, double tmin, double tmax) const;
 };
+
+/// A box that contains a swept shape at every t: its centre moves along `path`, and it extends by
+/// `extent` on each axis, which may be infinite.
+struct SweptBounds {
+  SweepPath path;
+  Vec3d extent;
+};
+SweptBounds bounds_of(const SweepPath& path, const SweptCapsule& capsule);
+SweptBounds bounds_of(const SweepPath& path, const SweptBox& box);
 
 /// The sweep in world space, without the scale of a tree. `extent`: how far the shape extends from
 /// its centre on each axis. `bounds` contain everything that boxes contain.

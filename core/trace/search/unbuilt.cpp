@@ -166,16 +166,16 @@ void UnbuiltTrees::touched(const BoxBatch& boxes, std::size_t i,
 void UnbuiltTrees::swept(const SweepBatch& sweeps, std::size_t i,
                          std::vector<std::uint32_t>& trees) {
   if (tree_.unbuilt_count == 0 || tree_.top.root == ChildRef::kEmpty) return;
-  const SweepPath path = sweeps.path(i);
-  const Vec3d& size = sweeps.size[i];
-  const Vec3d extent = sweeps.sphere[i] != 0 ? Vec3d{size.x, size.x, size.x} : size;
-  const TreeSweep sweep = sweep_over(tree_.top, path, extent, tree_.bounds);
+  const SweptBounds bounds =
+      sweeps.visit(i, [&](const auto& shape) { return bounds_of(sweeps.path(i), shape); });
+  const TreeSweep sweep = sweep_over(tree_.top, bounds.path, bounds.extent, tree_.bounds);
   gather(
       [&](const WideNode& node) {
         unsigned mask = 0;
         for (std::size_t child = 0; child < kArity; ++child) {
           if (node.child[child] == ChildRef::kEmpty) continue;
-          const TreeSweep::Times times = sweep.times(node, child, path.tmin, path.tmax);
+          const TreeSweep::Times times =
+              sweep.times(node, child, bounds.path.tmin, bounds.path.tmax);
           if (times.enter <= times.leave) mask |= 1u << child;
         }
         return mask;

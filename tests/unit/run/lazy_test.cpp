@@ -133,7 +133,7 @@ TEST(LazyScene, is_swept_through_as_a_whole_one_is) {
   SweepBatch sweeps;
   for (std::size_t i = 0; i < std::min<std::size_t>(rays.size(), 200); ++i) {
     if (i % 2 == 0) {
-      sweeps.push_back(rays[i], SweptSphere{0.5 + 0.01 * static_cast<double>(i)});
+      sweeps.push_back_sphere(rays[i], 0.5 + 0.01 * static_cast<double>(i));
     } else {
       sweeps.push_back(rays[i], SweptBox{{1, 0.25, 0.5}});
     }
