@@ -34,6 +34,19 @@ std::string unchanged_tag_of(const SceneRecord& record) {
   return with_neighbours(tag_of(record.sha256, {record.scene}), tag_of(record.neighbours));
 }
 
+StoredScene stored_scene_of(const SceneRecord& record) {
+  StoredScene scene;
+  scene.id = record.id;
+  scene.revision = record.revision;
+  scene.sha256 = record.sha256;
+  scene.etag = with_neighbours(unchanged_tag_of(record), tag_of(record.changes));
+  scene.chosen = record.scene;
+  scene.changes = record.changes;
+  scene.bytes = record.bytes;
+  scene.persistent = true;
+  return scene;
+}
+
 Error load_cancelled() {
   return {ErrorKind::kConflict, "LOAD_CANCELLED", "the scene was removed while it was loading", ""};
 }

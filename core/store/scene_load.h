@@ -75,6 +75,8 @@ class SceneLoad {
   SceneState state_ = SceneState::kQueued;
   /// The revision of this content; set in advance by a later load that replaces it first.
   std::optional<std::uint64_t> revision_;
+  /// The number of the content in the origin that is loaded; 0: the load does not come from there.
+  std::uint64_t generation_ = 0;
   bool busy_ = false;    ///< a thread works on the load
   bool awaited_ = true;  ///< a client waits for the outcome
   std::optional<Result<Put>> outcome_;
@@ -128,6 +130,8 @@ std::string with_neighbours(const std::string& tag, const std::string& neighbour
 
 /// The entity tag of the content that a record names, without its node changes.
 std::string unchanged_tag_of(const SceneRecord& record);
+/// What is known of the content that a record names before it is loaded.
+StoredScene stored_scene_of(const SceneRecord& record);
 
 /// The error LOAD_CANCELLED for clients that wait for a load of a removed scene.
 Error load_cancelled();

@@ -41,6 +41,8 @@ const char* scene_state_name(SceneState state) {
       return "ready";
     case SceneState::kFailed:
       return "failed";
+    case SceneState::kStored:
+      return "stored";
   }
   return "";
 }
@@ -63,6 +65,8 @@ Result<std::unique_ptr<SceneStore>> SceneStore::open(const StoreOptions& options
     auto read = store->folder_->read_catalogue();
     if (!read) return std::move(read).error();
     catalogue = std::move(*read);
+    const bool has_scenes = !catalogue.records.empty() || !catalogue.unread.empty();
+    if (Status status = store->check_cache(has_scenes); !status) return std::move(status).error();
     std::uint64_t seen = 0;
     for (const SceneRecord& record : catalogue.records) seen = std::max(seen, record.revision);
     auto revisions = RevisionCounter::open(options.folder, seen);
@@ -72,16 +76,21 @@ Result<std::unique_ptr<SceneStore>> SceneStore::open(const StoreOptions& options
   store->builds_.emplace(options.loads_at_once);
   store->fetches_.emplace(options.fetches_at_once);
   store->start(catalogue, std::move(preloads));
+  if (options.shared.origin)
+    store->follower_ = std::thread([&self = *store] { self.follow_origin(); });
   return store;
 }
 
 SceneStore::~SceneStore() {
   {
     const std::lock_guard hold(mutex_);
+    stopping_ = true;
     for (auto& [id, entry] : entries_) {
       for (const LoadPointer& load : entry.loads) load->progress_.cancel();
     }
+    changed_.notify_all();
   }
+  if (follower_.joinable()) follower_.join();
   fetches_.reset();
   builds_.reset();
 }
@@ -109,8 +118,19 @@ SceneSnapshot SceneStore::find(const std::string& id) const {
 std::vector<SceneSnapshot> SceneStore::list() const {
   const std::lock_guard hold(mutex_);
   std::vector<SceneSnapshot> scenes;
-  scenes.reserve(entries_.size());
+  scenes.reserve(entries_.size() + stored_.size());
   for (const auto& [id, entry] : entries_) scenes.push_back(snapshot_of(entry));
+  for (const auto& [id, revision] : stored_) {
+    if (entries_.contains(id)) continue;
+    StoredScene scene;
+    scene.id = id;
+    scene.state = SceneState::kStored;
+    scene.revision = revision;
+    scene.persistent = true;
+    scenes.push_back(std::make_shared<const StoredScene>(std::move(scene)));
+  }
+  std::sort(scenes.begin(), scenes.end(),
+            [](const SceneSnapshot& a, const SceneSnapshot& b) { return a->id < b->id; });
   return scenes;
 }
 
@@ -311,18 +331,22 @@ void SceneStore::commit(const LoadPointer& load, StoredScene next) {
   std::optional<Error> unmet;
   next.state = SceneState::kReady;
   next.persistent = folder_ && load->upload_;
+  const bool is_shared = next.persistent && options_.shared.origin;
   std::vector<LoadPointer> overtaken;
   {
     const std::lock_guard hold(mutex_);
     Entry* const entry = entry_of(*load);
     if (entry == nullptr) return;
     // Before what follows: of two with the same tag the one that ends later does not take place.
-    if (Status status = load->precondition_.check(entry->content->etag); !status) {
-      unmet = std::move(status).error();
+    // Of what is shared, the origin tells the present content, and the last to end takes place.
+    if (!is_shared) {
+      if (Status status = load->precondition_.check(entry->content->etag); !status) {
+        unmet = std::move(status).error();
+      }
+      is_replaced = entry->standing > load->number_;
+      created = entry->content->revision == 0;
+      overtaken = loads_before(*entry, *load);
     }
-    is_replaced = entry->standing > load->number_;
-    created = entry->content->revision == 0;
-    overtaken = loads_before(*entry, *load);
   }
   // Nothing is left of it when that is announced: there is room again.
   const auto refuse = [&](const Error& error) {
@@ -332,18 +356,25 @@ void SceneStore::commit(const LoadPointer& load, StoredScene next) {
   };
   if (unmet) return refuse(*unmet);
   if (is_replaced) return end_replaced(load, std::move(next));
-  // Earlier loads get the lower numbers, whenever they end.
-  const auto revision = revisions_.next(overtaken.size() + 1);
-  if (!revision) return refuse(revision.error());
-  next.revision = *revision;
+  SceneRecord record{next.id, next.sha256, next.bytes, 0, next.chosen};
+  record.fingerprint = load->fingerprint_;
+  std::vector<TemporaryFile*> neighbours;
+  if (load->neighbours_) {
+    record.neighbours = load->neighbours_->records();
+    neighbours = load->neighbours_->files();
+  }
+  if (is_shared) {
+    const auto published = publish(record, load->precondition_);
+    if (!published) return refuse(published.error());
+    created = *published;
+  } else {
+    // Earlier loads get the lower numbers, whenever they end.
+    const auto revision = revisions_.next(overtaken.size() + 1);
+    if (!revision) return refuse(revision.error());
+    record.revision = *revision;
+  }
+  next.revision = record.revision;
   if (next.persistent) {
-    SceneRecord record{next.id, next.sha256, next.bytes, next.revision, next.chosen};
-    record.fingerprint = load->fingerprint_;
-    std::vector<TemporaryFile*> neighbours;
-    if (load->neighbours_) {
-      record.neighbours = load->neighbours_->records();
-      neighbours = load->neighbours_->files();
-    }
     Status status = folder_->commit(*load->upload_->file(), neighbours, record);
     if (!status) return refuse(status.error());
     failing_ = false;
@@ -351,12 +382,16 @@ void SceneStore::commit(const LoadPointer& load, StoredScene next) {
   const auto snapshot = std::make_shared<const StoredScene>(std::move(next));
   const std::lock_guard hold(mutex_);
   for (std::size_t i = 0; i < overtaken.size(); ++i) {
-    overtaken[i]->revision_ = *revision - overtaken.size() + i;
+    overtaken[i]->revision_ = record.revision - overtaken.size() + i;
   }
   // Removals wait for commit_mutex_: what was there above is there now.
   Entry& entry = *entry_of(*load);
   replaced = std::exchange(entry.content, snapshot);
-  entry.standing = load->number_;
+  entry.standing = std::max(entry.standing, load->number_);
+  if (is_shared) {
+    stored_[load->id_] = record.revision;
+    absent_.erase(load->id_);
+  }
   end(entry, *load, Put{snapshot, created});
 }
 
@@ -371,8 +406,21 @@ Status SceneStore::remove(const std::string& id, const Precondition& preconditio
   SceneSnapshot removed;  // goes last, as above
   const std::lock_guard commit(commit_mutex_);
   const SceneSnapshot present = find(id);
-  if (!present) return scene_not_found();
-  if (Status status = precondition.check(present->etag); !status) return status;
+  const bool is_own = present && present->scene && !present->persistent;
+  const bool is_shared = options_.shared.origin && !is_own;
+  if (is_shared) {
+    const auto published = publish_removal(id, precondition);
+    if (!published) return published.error();
+    // Else all that it may have is a load here.
+    if (!*published && !present) return scene_not_found();
+  } else {
+    if (!present) return scene_not_found();
+    if (Status status = precondition.check(present->etag); !status) return status;
+  }
+  return drop(id, removed);
+}
+
+Status SceneStore::drop(const std::string& id, SceneSnapshot& removed) {
   if (folder_) {
     if (Status status = folder_->remove(id); !status) {
       note_error(status.error());

@@ -3,6 +3,7 @@
 /// persistent if there is a data folder, and are loaded in the background, a few at a time.
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <filesystem>
@@ -14,6 +15,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -21,6 +23,7 @@
 #include "core/base/progress.h"
 #include "core/base/result.h"
 #include "core/scene/scene.h"
+#include "core/store/origin_scenes.h"
 #include "core/store/revision_counter.h"
 #include "core/store/scene_folder.h"
 #include "core/store/scene_load.h"
@@ -68,6 +71,21 @@ struct Preload {
   std::function<Result<PreloadedScene>(Progress& progress)> load;
 };
 
+/// What a store shares with others. docs/guides/replicas.md describes the whole.
+struct SharedScenes {
+  std::shared_ptr<OriginScenes> origin = {};  ///< null: the store shares nothing
+  /// Names the origin in the data folder, so that the folder is not used with another one.
+  std::string name = {};
+  /// Time between two looks at what other stores have changed.
+  std::chrono::milliseconds refresh{5'000};
+  /// Bytes of files in the data folder; beyond it the least recently used scenes leave this store,
+  /// but not the origin. 0: no limit.
+  std::uint64_t cache_bytes = 0;
+  /// Called with a line for the log when the origin begins to fail, and when it works again, from
+  /// threads of the store. Not null if there is an origin.
+  std::function<void(const std::string& line)> report = {};
+};
+
 /// Options of a store.
 struct StoreOptions {
   std::filesystem::path folder = {};  ///< data folder; empty: scenes are in memory only
@@ -81,6 +99,9 @@ struct StoreOptions {
   /// Called with each scene that is made by changing nodes, before it becomes visible. The change
   /// fails if this returns an error.
   std::function<Status(const std::shared_ptr<const Scene>& scene)> admit = {};
+  /// With an origin, the data folder is a cache of it: changes are made in the origin first, and
+  /// what the folder lacks is fetched. The folder must be given.
+  SharedScenes shared = {};
 };
 
 /// The scenes of a server: open(), then begin(), append the bytes and submit(), or fetch(); find()
@@ -98,7 +119,16 @@ class SceneStore {
 
   /// The present state of a scene; null if there is none.
   SceneSnapshot find(const std::string& id) const;
-  /// All scenes, sorted by id.
+  /// The content of a scene for a request that accepts revisions from `minimum` on. Without an
+  /// origin: as find(). With one: a content that this store has is returned at once; else the newest
+  /// content is loaded from the origin, and the call waits until it is ready or until the deadline,
+  /// when the state says that it is still loading. Null if there is no such scene. Errors:
+  /// REVISION_UNKNOWN (no content has so large a revision), those of the load and of Origin.
+  Result<SceneSnapshot> obtain(const std::string& id, std::uint64_t minimum,
+                               const Deadline& deadline);
+  /// True if obtain() would return at once.
+  bool has(const std::string& id, std::uint64_t minimum) const;
+  /// All scenes, sorted by id; with an origin also those that are stored only there.
   std::vector<SceneSnapshot> list() const;
   /// True if every scene that was to be loaded at start is ready or has failed.
   bool settled() const;
@@ -162,6 +192,7 @@ class SceneStore {
     SceneSnapshot content;           ///< never null; at first it has only the name
     std::vector<LoadPointer> loads;  ///< running loads, in the order in which they began
     std::uint64_t standing = 0;      ///< number of the load that brought the content
+    std::uint64_t used = 0;          ///< larger for scenes that were obtained later
   };
 
   SceneStore(const StoreOptions& options, SceneLoader loader);
@@ -182,6 +213,39 @@ class SceneStore {
   /// Removes the content of a name whose record the folder no longer has.
   void forget_record(const LoadPointer& load);
   void load_preload(const Preload& preload, const LoadPointer& load);
+
+  // How a store follows its origin: scene_store_origin.cpp.
+
+  /// Checks that the data folder is a cache of this origin, or marks a new folder as one.
+  Status check_cache(bool has_scenes) const;
+  /// Asks the origin for the newest content and loads it if this store lacks it. As obtain().
+  Result<SceneSnapshot> catch_up(const std::string& id, std::uint64_t minimum,
+                                 const Deadline& deadline);
+  /// Begins to load a content of the origin, or returns the load that is under way already.
+  LoadPointer load_from_origin(const std::string& id, std::uint64_t revision);
+  void fetch_from_origin(const LoadPointer& load);
+  /// Stores the files of a content of the origin in the data folder, unless a newer one is there.
+  Status copy_to_cache(const SceneRecord& record, SceneLoad& load);
+  Result<TemporaryFile> copy_file(const std::string& sha256, std::uint64_t bytes, SceneLoad& load);
+  void load_copied(const SceneRecord& record, const LoadPointer& load);
+  /// Stores the files of an upload in the origin.
+  Status store_in_origin(SceneLoad& load, const std::string& sha256);
+  /// Makes the record the newest content in the origin; sets its revision. Returns true if the
+  /// scene had no content before. Errors: PRECONDITION_FAILED, ORIGIN_BUSY, those of OriginScenes.
+  Result<bool> publish(SceneRecord& record, const Precondition& precondition);
+  /// Removes a scene from the origin. Returns false if it has none of this name.
+  Result<bool> publish_removal(const std::string& id, const Precondition& precondition);
+  /// Checks a precondition of a change against the content in the origin.
+  Status check_newest(const std::string& id, const Generation& newest,
+                      const Precondition& precondition);
+  /// Removes a scene that the origin no longer has, if the content here is older than `revision`.
+  void drop_removed(const std::string& id, std::uint64_t revision);
+  /// Removes the least recently used scene other than `id` from this store. Returns false if there
+  /// is none.
+  bool evict_other_than(const std::string& id);
+  void make_room_for(const std::string& id, std::uint64_t bytes);
+  void refresh_from_origin();
+  void follow_origin();
   void load_upload(const LoadPointer& load);
   Result<std::shared_ptr<const Scene>> read_upload(SceneLoad& load, const std::string& sha256);
   void run_fetch(const LoadPointer& load, const SceneFetch& source);
@@ -197,6 +261,9 @@ class SceneStore {
   }
   /// Calls the loader, and turns its exceptions into an Error.
   Result<std::shared_ptr<const Scene>> run_loader(const LoadInput& input) const;
+  /// Removes a scene from this store and its data folder. Precondition: commit_mutex_ is held.
+  /// `removed` receives the content, to be released without a lock.
+  Status drop(const std::string& id, SceneSnapshot& removed);
   /// Makes `next` the content of the load's name, durably, and ends the load.
   void commit(const LoadPointer& load, StoredScene next);
   /// Ends a load whose content a later load has already replaced. Preconditions: commit_mutex_ is
@@ -244,12 +311,20 @@ class SceneStore {
   std::size_t starts_left_ = 0;
   std::uint64_t loads_ready_ = 0, loads_failed_ = 0, loads_cancelled_ = 0;
 
-  std::atomic<bool> full_{false}, failing_{false};
+  std::atomic<bool> full_{false}, failing_{false}, is_origin_failing_{false};
+  /// Contents in the origin, as they were last seen; with numbers of contents that stand.
+  std::map<std::string, std::uint64_t, std::less<>> stored_;
+  /// Names that the origin lacked when it was asked, and when that was.
+  std::map<std::string, Deadline::Clock::time_point, std::less<>> absent_;
+  std::uint64_t next_use_ = 1;
+  bool stopping_ = false;
+
   std::mutex change_mutex_;    ///< serialises changes of nodes; locked before commit_mutex_
   std::mutex commit_mutex_;    ///< orders loads and removals equally on disk and in memory
   RevisionCounter revisions_;  ///< protected by commit_mutex_
   // Last, because their threads use the members above; threads of fetches_ use builds_.
   std::optional<WorkQueue> builds_, fetches_;
+  std::thread follower_;
 };
 
 }  // namespace sightline

@@ -7,6 +7,9 @@
 namespace sightline {
 namespace {
 
+/// How long a change waits for a content that another server has made.
+constexpr std::chrono::seconds kMostWait{60};
+
 Status check_changeable(const SceneSnapshot& scene, const Precondition& precondition) {
   if (!scene) return scene_not_found();
   if (scene->state == SceneState::kFailed) {
@@ -30,6 +33,11 @@ Result<SceneSnapshot> SceneStore::change(const std::string& id, std::span<const 
                                          const Precondition& precondition) {
   const std::lock_guard one_by_one(change_mutex_);
   for (;;) {
+    if (options_.shared.origin && is_scene_id(id)) {
+      // A change builds on the newest content, whoever made it.
+      const auto newest = catch_up(id, 0, Deadline::in(kMostWait));
+      if (!newest) return newest.error();
+    }
     const SceneSnapshot before = find(id);
     if (Status status = check_changeable(before, precondition); !status)
       return std::move(status).error();
@@ -60,12 +68,19 @@ Result<bool> SceneStore::commit_change(const SceneSnapshot& before, StoredScene&
     const std::lock_guard hold(mutex_);
     if (present() == nullptr) return false;
   }
-  const auto revision = revisions_.next();
-  if (!revision) return revision.error();
-  next.revision = *revision;
+  const bool is_shared = options_.shared.origin && next.persistent;
+  if (is_shared) {
+    next.revision = before->revision + 1;
+  } else {
+    const auto revision = revisions_.next();
+    if (!revision) return revision.error();
+    next.revision = *revision;
+  }
   if (folder_ && next.persistent) {
     auto record = folder_->read_record(next.id);
     if (!record) return std::move(record).error();
+    // A newer content of the origin is in the folder already, and is being loaded.
+    if (is_shared && record->revision != before->revision) return false;
     // A put that failed at its last step: nobody was told that this content is there.
     if (unchanged_tag_of(*record) != unchanged_tag_of(*before)) {
       return Error{ErrorKind::kInternal, "STORE_IO",
@@ -73,6 +88,11 @@ Result<bool> SceneStore::commit_change(const SceneSnapshot& before, StoredScene&
     }
     record->revision = next.revision;
     record->changes = next.changes;
+    if (is_shared) {
+      const auto published = options_.shared.origin->publish(*record);
+      if (!published) return published.error();
+      if (!*published) return false;  // another server was first
+    }
     if (Status status = folder_->amend(*record); !status) {
       note_error(status.error());
       return std::move(status).error();
@@ -84,6 +104,7 @@ Result<bool> SceneStore::commit_change(const SceneSnapshot& before, StoredScene&
   Entry& entry = *present();
   next.update = entry.content->update;
   entry.content = std::make_shared<const StoredScene>(next);
+  if (is_shared) stored_[next.id] = next.revision;
   note_change();
   return true;
 }

@@ -128,6 +128,12 @@ void SceneStore::load_upload(const LoadPointer& load) {
   // A stop does not wait for its bytes to be on the disk either.
   if (load->progress_.cancelled()) return fail(load, load_cancelled());
   load->progress_.begin("storing");
+  if (options_.shared.origin) {
+    if (Status status = store_in_origin(*load, next.sha256); !status) {
+      load->let_go();
+      return fail(load, status.error());
+    }
+  }
   next.scene = *scene;
   commit(load, std::move(next));
 }

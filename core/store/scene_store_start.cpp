@@ -22,16 +22,7 @@ void SceneStore::start(const SceneFolder::Catalogue& catalogue, std::vector<Prel
     fail(add_start(std::move(scene), {}), unread.error);
   }
   for (const SceneRecord& record : catalogue.records) {
-    StoredScene scene;
-    scene.id = record.id;
-    scene.revision = record.revision;
-    scene.sha256 = record.sha256;
-    scene.etag = with_neighbours(unchanged_tag_of(record), tag_of(record.changes));
-    scene.chosen = record.scene;
-    scene.changes = record.changes;
-    scene.bytes = record.bytes;
-    scene.persistent = true;
-    LoadPointer load = add_start(std::move(scene), {record.scene});
+    LoadPointer load = add_start(stored_scene_of(record), {record.scene});
     push_start(load, record.bytes, [this, record, load] { load_record(record, load); });
   }
   for (Preload& preload : preloads) {

@@ -12,10 +12,10 @@
 
 namespace sightline {
 
-/// The state of a scene: waiting for a thread, being loaded, can be queried, or could not be
-/// loaded.
-enum class SceneState { kQueued, kLoading, kReady, kFailed };
-/// "queued", "loading", "ready", "failed"
+/// The state of a scene: waiting for a thread, being loaded, can be queried, could not be loaded, or
+/// stored in the origin but not loaded here.
+enum class SceneState { kQueued, kLoading, kReady, kFailed, kStored };
+/// "queued", "loading", "ready", "failed", "stored"
 const char* scene_state_name(SceneState state);
 
 /// The state of a scene at one moment. It never changes; each change makes a new object.

@@ -1,0 +1,425 @@
+/// How a store follows an origin: what it takes from it, and what it makes in it.
+
+#include <fcntl.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "core/base/free_memory.h"
+#include "core/store/scene_id.h"
+#include "core/store/scene_store.h"
+
+namespace sightline {
+namespace {
+
+constexpr const char* kMark = "origin";
+constexpr const char* kDoing = "mark the data folder as a cache";
+/// A name of an origin is a URL or a path.
+constexpr std::size_t kMostName = 4096;
+/// Writers that are overtaken so often in a row give up.
+constexpr int kMostTries = 100;
+/// How long it is believed that the origin lacks a name, and of how many names.
+constexpr std::chrono::milliseconds kAbsentFor{1'000};
+constexpr std::size_t kMostAbsent = 10'000;
+
+bool is_ready(const SceneSnapshot& scene) { return scene && scene->scene; }
+
+/// How a wait looks at its deadline's flag, which wakes nobody.
+constexpr std::chrono::milliseconds kLook{100};
+
+bool has_files_of(const SceneRecord& a, const SceneRecord& b) {
+  const auto is_same = [](const NeighbourRecord& x, const NeighbourRecord& y) {
+    return x.name == y.name && x.sha256 == y.sha256;
+  };
+  return a.sha256 == b.sha256 && a.scene == b.scene &&
+         std::equal(a.neighbours.begin(), a.neighbours.end(), b.neighbours.begin(),
+                    b.neighbours.end(), is_same);
+}
+
+}  // namespace
+
+Status SceneStore::check_cache(bool has_scenes) const {
+  const auto path = options_.folder / kMark;
+  std::error_code error;
+  const bool is_marked = std::filesystem::exists(path, error);
+  if (error) return io_error(kDoing, error.value());
+  const auto refuse = [](std::string message) {
+    return Error{ErrorKind::kConflict, "STORE_IS_CACHE", std::move(message), ""};
+  };
+  const std::string& name = options_.shared.name;
+  if (!options_.shared.origin) {
+    if (!is_marked) return success();
+    return refuse("the data folder is a cache of an origin: name it with --origin");
+  }
+  if (is_marked) {
+    const auto text = read_small_file(path, kMostName, kDoing);
+    if (!text) return text.error();
+    if (*text == name) return success();
+    return refuse("the data folder is a cache of another origin: choose an empty folder");
+  }
+  if (has_scenes) {
+    return refuse(
+        "the data folder has scenes of its own, which the origin may lack: choose an empty folder "
+        "and upload them");
+  }
+  auto temporary = folder_->new_temporary();
+  if (!temporary) return std::move(temporary).error();
+  return write_durably(*temporary, name, path, kDoing);
+}
+
+bool SceneStore::has(const std::string& id, std::uint64_t minimum) const {
+  if (!options_.shared.origin) return true;
+  const std::lock_guard hold(mutex_);
+  const auto found = entries_.find(id);
+  if (found == entries_.end()) return false;
+  const StoredScene& content = *found->second.content;
+  // A scene of the command line is this server's own.
+  return content.scene && (content.revision >= minimum || !content.persistent);
+}
+
+Result<SceneSnapshot> SceneStore::obtain(const std::string& id, std::uint64_t minimum,
+                                         const Deadline& deadline) {
+  if (has(id, minimum)) {
+    const std::lock_guard hold(mutex_);
+    const auto found = entries_.find(id);
+    if (found == entries_.end()) return SceneSnapshot();
+    found->second.used = next_use_++;
+    return snapshot_of(found->second);
+  }
+  return catch_up(id, minimum, deadline);
+}
+
+Result<SceneSnapshot> SceneStore::catch_up(const std::string& id, std::uint64_t minimum,
+                                           const Deadline& deadline) {
+  if (!is_scene_id(id)) return SceneSnapshot();
+  {
+    const std::lock_guard hold(mutex_);
+    const auto absent = absent_.find(id);
+    const bool is_recent =
+        absent != absent_.end() && Deadline::Clock::now() - absent->second < kAbsentFor;
+    if (is_recent && minimum == 0 && !entries_.contains(id)) return SceneSnapshot();
+  }
+  const SceneSnapshot present = find(id);
+  const auto newest = options_.shared.origin->newest(id, is_ready(present) ? present->revision : 0);
+  if (!newest) return newest.error();
+  if (newest->number < minimum) {
+    return Error{ErrorKind::kConflict, "REVISION_UNKNOWN",
+                 "no content of the scene has the revision " + std::to_string(minimum) +
+                     ": the newest is " + std::to_string(newest->number),
+                 ""};
+  }
+  if (!newest->stands()) {
+    if (newest->removed) drop_removed(id, newest->number);
+    const std::lock_guard hold(mutex_);
+    if (absent_.size() >= kMostAbsent) absent_.clear();
+    absent_[id] = Deadline::Clock::now();
+    const auto found = entries_.find(id);
+    return found == entries_.end() ? nullptr : snapshot_of(found->second);
+  }
+  if (is_ready(present) && present->revision >= newest->number) return present;
+  const LoadPointer load = load_from_origin(id, newest->number);
+  std::unique_lock hold(mutex_);
+  while (!load->outcome_) {
+    if (deadline.passed()) {
+      const auto found = entries_.find(id);
+      return found == entries_.end() ? nullptr : snapshot_of(found->second);
+    }
+    changed_.wait_until(hold, std::min(deadline.at, Deadline::Clock::now() + kLook));
+  }
+  if (!*load->outcome_) return load->outcome_->error();
+  const auto found = entries_.find(id);
+  if (found != entries_.end()) found->second.used = next_use_++;
+  return load->outcome_->value().scene;
+}
+
+SceneStore::LoadPointer SceneStore::load_from_origin(const std::string& id,
+                                                     std::uint64_t revision) {
+  LoadPointer load;
+  {
+    const std::lock_guard hold(mutex_);
+    Entry& entry = entries_[id];
+    for (const LoadPointer& each : entry.loads) {
+      if (each->generation_ >= revision) return each;
+    }
+    load = add_load(entry, id, {}, starts_alive_);
+    load->generation_ = revision;
+    load->awaited_ = false;
+  }
+  push_job(*fetches_, load, [this, load] { guarded(load, [&] { fetch_from_origin(load); }); });
+  return load;
+}
+
+void SceneStore::fetch_from_origin(const LoadPointer& load) {
+  if (!enter(load)) return;
+  load->progress_.begin("fetching");
+  const auto record = options_.shared.origin->read_record(load->id_, load->generation_);
+  if (!record) return fail(load, record.error());
+  make_room_for(load->id_, record->bytes);
+  Status copied = copy_to_cache(*record, *load);
+  while (!copied && copied.error().code == "STORE_FULL" && evict_other_than(load->id_)) {
+    copied = copy_to_cache(*record, *load);
+  }
+  if (!copied) {
+    note_error(copied.error());
+    return fail(load, copied.error());
+  }
+  push_job(*builds_, load, [this, load, record = *record] {
+    guarded(load, [&] { load_copied(record, load); });
+    give_back_free_memory_of(record.bytes);
+  });
+}
+
+Result<TemporaryFile> SceneStore::copy_file(const std::string& sha256, std::uint64_t bytes,
+                                            SceneLoad& load) {
+  auto temporary = folder_->new_temporary();
+  if (!temporary) return temporary;
+  Sha256 hash;
+  std::uint64_t size = 0;
+  const Status read =
+      options_.shared.origin->read_bytes(sha256, [&](std::span<const std::byte> piece) -> Status {
+        if (load.progress_.cancelled()) return load_cancelled();
+        size += piece.size();
+        load.progress_.reach(size);
+        hash.update(piece);
+        return write_all(temporary->file(), piece, "copy a scene from the origin");
+      });
+  if (!read) return read.error();
+  if (size != bytes || hash.finish() != sha256) {
+    return origin_damaged("a file of the scene in the origin has other bytes than its name says");
+  }
+  return temporary;
+}
+
+Status SceneStore::copy_to_cache(const SceneRecord& record, SceneLoad& load) {
+  const auto present = folder_->read_record(record.id);
+  const bool has_files = present && has_files_of(*present, record);
+  std::vector<TemporaryFile> files;
+  if (!has_files) {
+    load.progress_.begin("fetching", record.bytes);
+    auto bytes = copy_file(record.sha256, record.bytes, load);
+    if (!bytes) return std::move(bytes).error();
+    files.push_back(std::move(*bytes));
+    for (const NeighbourRecord& each : record.neighbours) {
+      auto neighbour = copy_file(each.sha256, each.bytes, load);
+      if (!neighbour) return std::move(neighbour).error();
+      if (Status status = sync_file(neighbour->file(), "copy a scene from the origin"); !status) {
+        return status;
+      }
+      neighbour->close();
+      files.push_back(std::move(*neighbour));
+    }
+  }
+  const std::lock_guard commit(commit_mutex_);
+  const auto now = folder_->read_record(record.id);
+  if (now && now->revision >= record.revision) return success();
+  if (has_files && now && has_files_of(*now, record)) return folder_->amend(record);
+  if (has_files) {
+    return Error{ErrorKind::kBusy, "ORIGIN_BUSY", "the scene is being replaced: try again", ""};
+  }
+  std::vector<TemporaryFile*> neighbours;
+  for (std::size_t i = 1; i < files.size(); ++i) neighbours.push_back(&files[i]);
+  return folder_->commit(files[0], neighbours, record);
+}
+
+void SceneStore::load_copied(const SceneRecord& record, const LoadPointer& load) {
+  load->progress_.begin("checking");
+  const auto files = check_record(record, load);
+  if (!files) return fail(load, files.error());
+  const auto run = [&] {
+    return run_loader({files->bytes->bytes(),
+                       {record.scene},
+                       load->progress_,
+                       record.sha256,
+                       [&](const std::string& name) { return files->neighbours.find(name); },
+                       owner_of_bytes(files->bytes),
+                       record.changes,
+                       [&](std::span<const std::byte> part) { files->bytes->claim(part); }});
+  };
+  auto scene = run();
+  while (!scene && scene.error().code == "SCENE_OVER_BUDGET" && evict_other_than(load->id_)) {
+    scene = run();
+  }
+  files->bytes->drop_unclaimed();
+  if (!scene) return fail(load, scene.error());
+  SceneSnapshot replaced;  // goes last: to let go of a scene takes long
+  const std::lock_guard hold(mutex_);
+  Entry* const entry = entry_of(*load);
+  if (entry == nullptr) return;
+  if (!entry->content->scene || entry->content->revision < record.revision) {
+    StoredScene next = stored_scene_of(record);
+    next.state = SceneState::kReady;
+    next.scene = std::move(*scene);
+    replaced = std::exchange(entry->content, std::make_shared<const StoredScene>(std::move(next)));
+    entry->standing = std::max(entry->standing, load->number_);
+    entry->used = next_use_++;
+    stored_[load->id_] = record.revision;
+  }
+  end(*entry, *load, Put{entry->content, false});
+}
+
+Status SceneStore::store_in_origin(SceneLoad& load, const std::string& sha256) {
+  OriginScenes& origin = *options_.shared.origin;
+  Status status = origin.store_bytes(sha256, load.upload_->file()->file(), load.upload_->size());
+  if (!status || !load.neighbours_) return status;
+  const auto records = load.neighbours_->records();
+  const auto files = load.neighbours_->files();
+  for (std::size_t i = 0; i < files.size() && status; ++i) {
+    const auto file = open_file(files[i]->path(), O_RDONLY, "store a scene in the origin");
+    if (!file) return file.error();
+    status = origin.store_bytes(records[i].sha256, *file, records[i].bytes);
+  }
+  return status;
+}
+
+Status SceneStore::check_newest(const std::string& id, const Generation& newest,
+                                const Precondition& precondition) {
+  if (!precondition.match && !precondition.none_match) return success();
+  if (!newest.stands()) return precondition.check("");
+  const SceneSnapshot present = find(id);
+  if (is_ready(present) && present->revision == newest.number) {
+    return precondition.check(present->etag);
+  }
+  const auto record = options_.shared.origin->read_record(id, newest.number);
+  if (!record) return record.error();
+  return precondition.check(stored_scene_of(*record).etag);
+}
+
+Result<bool> SceneStore::publish(SceneRecord& record, const Precondition& precondition) {
+  std::uint64_t known = 0;
+  for (int tries = 0; tries < kMostTries; ++tries) {
+    const auto newest = options_.shared.origin->newest(record.id, known);
+    if (!newest) return newest.error();
+    known = newest->number;
+    if (Status status = check_newest(record.id, *newest, precondition); !status) {
+      return std::move(status).error();
+    }
+    record.revision = newest->number + 1;
+    const auto published = options_.shared.origin->publish(record);
+    if (!published) return published.error();
+    if (*published) return !newest->stands();
+  }
+  return Error{ErrorKind::kBusy, "ORIGIN_BUSY", "other servers keep changing the scene", ""};
+}
+
+Result<bool> SceneStore::publish_removal(const std::string& id, const Precondition& precondition) {
+  std::uint64_t known = 0;
+  for (int tries = 0; tries < kMostTries; ++tries) {
+    const auto newest = options_.shared.origin->newest(id, known);
+    if (!newest) return newest.error();
+    known = newest->number;
+    if (Status status = check_newest(id, *newest, precondition); !status) {
+      return std::move(status).error();
+    }
+    if (!newest->stands()) return false;
+    const auto published = options_.shared.origin->publish_removal(id, known + 1);
+    if (!published) return published.error();
+    if (*published) return true;
+  }
+  return Error{ErrorKind::kBusy, "ORIGIN_BUSY", "other servers keep changing the scene", ""};
+}
+
+void SceneStore::drop_removed(const std::string& id, std::uint64_t revision) {
+  SceneSnapshot removed;
+  const std::lock_guard commit(commit_mutex_);
+  {
+    const std::lock_guard hold(mutex_);
+    stored_.erase(id);
+    const auto found = entries_.find(id);
+    if (found == entries_.end()) return;
+    const StoredScene& content = *found->second.content;
+    const bool is_own = content.scene && !content.persistent;
+    if (is_own || content.revision >= revision) return;
+    // An upload that is under way will make a newer content.
+    const auto& loads = found->second.loads;
+    if (std::any_of(loads.begin(), loads.end(),
+                    [](const auto& load) { return load->generation_ == 0; })) {
+      return;
+    }
+  }
+  if (Status status = drop(id, removed); !status) note_error(status.error());
+}
+
+bool SceneStore::evict_other_than(const std::string& id) {
+  SceneSnapshot removed;
+  const std::lock_guard commit(commit_mutex_);
+  std::string oldest;
+  {
+    const std::lock_guard hold(mutex_);
+    std::uint64_t used = 0;
+    for (const auto& [name, entry] : entries_) {
+      const bool may_go = name != id && entry.content->persistent && entry.loads.empty();
+      if (!may_go || (!oldest.empty() && entry.used >= used)) continue;
+      oldest = name;
+      used = entry.used;
+    }
+  }
+  if (oldest.empty()) return false;
+  const Status status = drop(oldest, removed);
+  if (!status) note_error(status.error());
+  return status.ok();
+}
+
+void SceneStore::make_room_for(const std::string& id, std::uint64_t bytes) {
+  const std::uint64_t most = options_.shared.cache_bytes;
+  if (most == 0) return;
+  const auto is_full = [&] {
+    const std::lock_guard hold(mutex_);
+    std::uint64_t sum = bytes;
+    for (const auto& [name, entry] : entries_) {
+      if (name != id && entry.content->persistent) sum += entry.content->bytes;
+    }
+    return sum > most;
+  };
+  while (is_full() && evict_other_than(id)) {
+  }
+}
+
+void SceneStore::refresh_from_origin() {
+  const auto newest = options_.shared.origin->newest_of_all();
+  if (!newest) {
+    if (!is_origin_failing_.exchange(true)) {
+      options_.shared.report("the origin fails: " + newest.error().code + ": " +
+                             newest.error().message);
+    }
+    return;
+  }
+  if (is_origin_failing_.exchange(false)) options_.shared.report("the origin works again");
+  std::vector<std::pair<std::string, Generation>> changed;
+  {
+    const std::lock_guard hold(mutex_);
+    stored_.clear();
+    for (const auto& [id, generation] : *newest) {
+      if (generation.stands()) stored_[id] = generation.number;
+      const auto found = entries_.find(id);
+      if (found == entries_.end()) continue;
+      const StoredScene& content = *found->second.content;
+      if (content.persistent && content.revision < generation.number) {
+        changed.emplace_back(id, generation);
+      }
+    }
+  }
+  for (const auto& [id, generation] : changed) {
+    if (generation.removed) {
+      drop_removed(id, generation.number);
+    } else {
+      load_from_origin(id, generation.number);
+    }
+  }
+}
+
+void SceneStore::follow_origin() {
+  std::unique_lock hold(mutex_);
+  while (!stopping_) {
+    hold.unlock();
+    try {
+      refresh_from_origin();
+    } catch (const std::bad_alloc&) {
+      // The next look may find memory.
+    }
+    hold.lock();
+    const auto next = Deadline::Clock::now() + options_.shared.refresh;
+    changed_.wait_until(hold, next, [&] { return stopping_; });
+  }
+}
+
+}  // namespace sightline
