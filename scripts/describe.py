@@ -35,7 +35,8 @@ CLIENT_ROUTES = {"listScenes": "scenes", "loadScene": "load", "getScene": "scene
                  "sceneTriangles": "triangles", "sceneGeometry": "geometry", "sceneTrees": "bvh", "selfCheck": "selfcheck",
                  "health": "health", "readiness": "ready", "version": "version", "metrics": "metrics", "openapi": "openapi"}
 # Texts of the source that look like error codes.
-NO_CODES = {"COLOR_0", "TEXCOORD_0", "TEXCOORD_1", "SIGHTLINE_KEY", "OPEN_EDGES"}
+NO_CODES = {"COLOR_0", "TEXCOORD_0", "TEXCOORD_1", "SIGHTLINE_KEY", "OPEN_EDGES",
+            "AWS_ACCESS_KEY_ID", "AWS_ENDPOINT_URL", "AWS_REGION", "AWS_SECRET_ACCESS_KEY", "AWS_SESSION_TOKEN"}
 CODE = r'"([A-Z][A-Z0-9]+(?:_[A-Z0-9]+)+)"'
 KIND = re.compile(r'ErrorKind::(k\w+),\s*"([A-Z][A-Z0-9_]+)"')
 # What core/base/result.h says of each kind. A deadline of a body is 408, one of an answer 504.

@@ -15,7 +15,7 @@ set -euo pipefail
 
 build="g++ cmake ninja-build pkg-config ccache ca-certificates
   libtinygltf-dev libmeshoptimizer-dev libdraco-dev nlohmann-json3-dev libcpp-httplib-dev libsimdjson-dev libfast-float-dev libspdlog-dev libfmt-dev
-  libcli11-dev libcurl4-openssl-dev prometheus-cpp-dev libtbb-dev libhwy-dev libssl-dev zlib1g-dev libpng-dev libzstd-dev libbrotli-dev npm"
+  libcli11-dev libcurl4-openssl-dev libpugixml-dev prometheus-cpp-dev libtbb-dev libhwy-dev libssl-dev zlib1g-dev libpng-dev libzstd-dev libbrotli-dev npm"
 run="$build curl"
 test="$run libgtest-dev libgmp-dev libembree-dev python3 python3-numpy strace clang-format"
 bench="$test librsvg2-bin fonts-dejavu-core nginx-light libnginx-mod-stream"

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstdlib>
 #include <filesystem>
 #include <optional>
 #include <system_error>
@@ -24,15 +25,18 @@
 #include "server/routes/request_weight.h"
 #include "server/routes/routes.h"
 #include "server/service/scene_source.h"
+#include "server/sources/origin_choice.h"
 
 namespace sightline {
 namespace {
 
-TreeCacheOptions tree_cache_options(const ServeCommand& command, Log& log) {
+TreeCacheOptions tree_cache_options(const ServeCommand& command,
+                                    std::shared_ptr<OriginScenes> origin, Log& log) {
   TreeCacheOptions options;
   options.ahead = command.laziness == Laziness::kWhenNeeded;
   options.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / 4);
   if (!command.data.empty()) options.folder = std::filesystem::path(command.data) / "trees";
+  options.origin = std::move(origin);
   options.memory_budget = command.limits.memory_budget;
   options.report = [&log](const std::string& line) { log.warn(line); };
   return options;
@@ -59,6 +63,11 @@ std::vector<Preload> preloads_of(const ServeCommand& command, TreeCacheManager& 
                         }});
   }
   return preloads;
+}
+
+std::string variable(const char* name) {
+  const char* const value = std::getenv(name);
+  return value != nullptr ? value : "";
 }
 
 Result<std::shared_ptr<const SourceRules>> sources_of(const ServeCommand& command) {
@@ -205,7 +214,18 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
     const std::string shown = access.is_key(id) ? "" : id;
     log.error("scene failed", {{"scene", shown}, {"code", error.code}, {"reason", error.message}});
   };
-  TreeCacheManager manager(tree_cache_options(command, log));
+  if (!command.origin.empty()) {
+    auto origin = open_origin(command.origin, command.origin_credentials, variable);
+    if (!origin) return complain(origin.error(), "--origin: ");
+    options.shared = {std::make_shared<OriginScenes>(std::move(*origin)), command.origin,
+                      command.origin_refresh, command.cache_bytes,
+                      [&log](const std::string& line) { log.warn(line); }};
+    // It may be down at this moment: the servers answer from their caches.
+    if (const Status safe = options.shared.origin->probe(); !safe) {
+      log.warn("--origin: " + safe.error().code + ": " + safe.error().message);
+    }
+  }
+  TreeCacheManager manager(tree_cache_options(command, options.shared.origin, log));
   options.admit = [&manager](const std::shared_ptr<const Scene>& scene) {
     return manager.adopt(scene, {}, false);
   };

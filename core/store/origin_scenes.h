@@ -6,10 +6,10 @@
 ///   blobs/<sha256>        the bytes of a file
 ///   trees/<file>          trees that were built (tree_folder.h); a cache
 ///
-/// The content of a scene is the one with the largest number. Each change creates the object of the
-/// next number. Of several servers that try at once, one succeeds, and the others see that they
-/// have to look again: this is compare-and-swap, and needs nothing of the store but that it creates
-/// an object once. [RFC9110] 13.1.2 defines the condition `If-None-Match: *` for it.
+/// The content with the largest number is the content of the scene. Each change creates the object
+/// of the next number. Of several servers that try at once, one succeeds, and the others list the
+/// numbers again. This is compare-and-swap. It needs nothing of the store but that it creates an
+/// object once. [RFC9110] 13.1.2 defines the condition `If-None-Match: *` for it.
 
 #include <cstdint>
 #include <functional>

@@ -198,7 +198,7 @@ Result<SceneFolder::Catalogue> SceneFolder::read_catalogue() {
   hold_quarantined();
 
   std::error_code error;
-  fs::remove(folder_ / "trees" / "writing", error);
+  for (const char* left : {"writing", "fetching"}) fs::remove(folder_ / "trees" / left, error);
   // Bytes without a record: a crash between the two steps of a commit, or of a removal. Not while
   // a record is damaged: it may be the one that named them. What cannot be listed stays as well.
   if (keeps_all_) return catalogue;

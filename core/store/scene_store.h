@@ -76,7 +76,7 @@ struct SharedScenes {
   std::shared_ptr<OriginScenes> origin = {};  ///< null: the store shares nothing
   /// Names the origin in the data folder, so that the folder is not used with another one.
   std::string name = {};
-  /// Time between two looks at what other stores have changed.
+  /// Time between two checks of what other stores have changed.
   std::chrono::milliseconds refresh{5'000};
   /// Bytes of files in the data folder; beyond it the least recently used scenes leave this store,
   /// but not the origin. 0: no limit.
@@ -119,13 +119,17 @@ class SceneStore {
 
   /// The present state of a scene; null if there is none.
   SceneSnapshot find(const std::string& id) const;
-  /// The content of a scene for a request that accepts revisions from `minimum` on. Without an
-  /// origin: as find(). With one: a content that this store has is returned at once; else the newest
-  /// content is loaded from the origin, and the call waits until it is ready or until the deadline,
-  /// when the state says that it is still loading. Null if there is no such scene. Errors:
+  /// The content of a scene for a request that accepts revisions from `minimum` on; null if there is
+  /// no such scene. Without an origin: as find(). With an origin, a content that this store has is
+  /// returned at once. Otherwise the newest content is loaded from the origin, and the call waits
+  /// until it is ready, or until the deadline; the state then says that it is still loading. Errors:
   /// REVISION_UNKNOWN (no content has so large a revision), those of the load and of Origin.
   Result<SceneSnapshot> obtain(const std::string& id, std::uint64_t minimum,
                                const Deadline& deadline);
+  /// True if the store has an origin.
+  bool is_shared() const { return options_.shared.origin != nullptr; }
+  /// SharedScenes::cache_bytes
+  std::uint64_t cache_bytes() const { return options_.shared.cache_bytes; }
   /// True if obtain() would return at once.
   bool has(const std::string& id, std::uint64_t minimum) const;
   /// All scenes, sorted by id; with an origin also those that are stored only there.
@@ -173,6 +177,8 @@ class SceneStore {
   bool is_full() const { return full_; }
   /// True if the data folder failed (STORE_IO) and was not written successfully since.
   bool is_failing() const { return failing_; }
+  /// True if the origin failed at the last check.
+  bool is_origin_failing() const { return is_origin_failing_; }
 
   /// Counts of ended loads by outcome: "ready", "failed", "cancelled".
   std::vector<std::pair<std::string, std::uint64_t>> load_counts() const;
@@ -316,6 +322,8 @@ class SceneStore {
   std::map<std::string, std::uint64_t, std::less<>> stored_;
   /// Names that the origin lacked when it was asked, and when that was.
   std::map<std::string, Deadline::Clock::time_point, std::less<>> absent_;
+  std::optional<Error> origin_error_;  ///< of the last request for a newest content
+  Deadline::Clock::time_point asks_again_;
   std::uint64_t next_use_ = 1;
   bool stopping_ = false;
 

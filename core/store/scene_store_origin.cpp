@@ -21,6 +21,8 @@ constexpr int kMostTries = 100;
 /// How long it is believed that the origin lacks a name, and of how many names.
 constexpr std::chrono::milliseconds kAbsentFor{1'000};
 constexpr std::size_t kMostAbsent = 10'000;
+/// How long an origin that failed is not asked on behalf of another request.
+constexpr std::chrono::milliseconds kAsksAgain{500};
 
 bool is_ready(const SceneSnapshot& scene) { return scene && scene->scene; }
 
@@ -98,9 +100,19 @@ Result<SceneSnapshot> SceneStore::catch_up(const std::string& id, std::uint64_t 
     const bool is_recent =
         absent != absent_.end() && Deadline::Clock::now() - absent->second < kAbsentFor;
     if (is_recent && minimum == 0 && !entries_.contains(id)) return SceneSnapshot();
+    // Workers do not wait one after the other for an origin that is down.
+    if (origin_error_ && Deadline::Clock::now() < asks_again_) return *origin_error_;
   }
   const SceneSnapshot present = find(id);
   const auto newest = options_.shared.origin->newest(id, is_ready(present) ? present->revision : 0);
+  {
+    const std::lock_guard hold(mutex_);
+    origin_error_.reset();
+    if (!newest) {
+      origin_error_ = newest.error();
+      asks_again_ = Deadline::Clock::now() + kAsksAgain;
+    }
+  }
   if (!newest) return newest.error();
   if (newest->number < minimum) {
     return Error{ErrorKind::kConflict, "REVISION_UNKNOWN",
@@ -298,7 +310,8 @@ Result<bool> SceneStore::publish(SceneRecord& record, const Precondition& precon
     if (!published) return published.error();
     if (*published) return !newest->stands();
   }
-  return Error{ErrorKind::kBusy, "ORIGIN_BUSY", "other servers keep changing the scene", ""};
+  return Error{ErrorKind::kBusy, "ORIGIN_BUSY", "other servers change the scene at this moment",
+               ""};
 }
 
 Result<bool> SceneStore::publish_removal(const std::string& id, const Precondition& precondition) {
@@ -315,7 +328,8 @@ Result<bool> SceneStore::publish_removal(const std::string& id, const Preconditi
     if (!published) return published.error();
     if (*published) return true;
   }
-  return Error{ErrorKind::kBusy, "ORIGIN_BUSY", "other servers keep changing the scene", ""};
+  return Error{ErrorKind::kBusy, "ORIGIN_BUSY", "other servers change the scene at this moment",
+               ""};
 }
 
 void SceneStore::drop_removed(const std::string& id, std::uint64_t revision) {

@@ -50,12 +50,23 @@ Status TreeCacheManager::adopt(const std::shared_ptr<const Scene>& scene, const 
   if (Status status = scene->trees().join(budget_); !status) return status;
   // Nobody would build them, nor look which of them are gone.
   if (!options_.ahead) return success();
+  if (options_.origin && folder_ && lasting && !sha256.empty()) {
+    take_shared({scene, sha256, {}, lasting});
+  }
   {
     const std::lock_guard hold(mutex_);
     scenes_.push_back({scene, sha256, std::chrono::steady_clock::now(), lasting});
   }
   changed_.notify_all();
   return success();
+}
+
+void TreeCacheManager::take_shared(const Job& job) {
+  const std::lock_guard one_by_one(fetch_mutex_);
+  const std::uint64_t content = content_hash(job.scene->trees().plan());
+  const Status fetched = folder_->fetch(*options_.origin, content, job.sha256);
+  if (!fetched) return say_error(fetched.error());
+  read(job, content);
 }
 
 /// The scene that made queries wait most often, of those whose trees are not all there and would
@@ -190,12 +201,18 @@ void TreeCacheManager::write(const Job& job, std::uint64_t content) {
   const auto tree = job.scene->tree();
   if (!tree->complete()) return;
   const Status status = folder_->write(*tree, content, job.sha256, &cancel_);
-  if (!status && status.error().kind != ErrorKind::kCancelled) {
-    say({status.error().code, ": ", status.error().message});
+  if (!status && status.error().kind != ErrorKind::kCancelled) say_error(status.error());
+  if (status && options_.origin && !job.sha256.empty()) {
+    const Status published = folder_->publish(*options_.origin, content, job.sha256);
+    if (!published) say_error(published.error());
   }
   // Its bytes may have gone meanwhile, and with them what was then there of its trees.
   if (job.scene.use_count() == 1 && !job.sha256.empty())
     TreeFolder::forget(options_.folder, job.sha256);
+}
+
+void TreeCacheManager::say_error(const Error& error) noexcept {
+  say({error.code, ": ", error.message});
 }
 
 void TreeCacheManager::say(std::initializer_list<std::string_view> words) const noexcept {

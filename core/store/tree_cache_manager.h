@@ -29,8 +29,11 @@ struct TreeCacheOptions {
   /// true: all trees of a scene are built in the background; false: trees are only built for
   /// queries
   bool ahead = true;
-  int threads = 1;                  ///< threads of background builds
-  std::filesystem::path folder;     ///< folder of files of trees; empty: no files
+  int threads = 1;               ///< threads of background builds
+  std::filesystem::path folder;  ///< folder of files of trees; empty: no files
+  /// With an origin, trees of files that it has are taken from there, and stored there; needs a
+  /// folder. Null: none.
+  std::shared_ptr<OriginScenes> origin = {};
   std::uint64_t memory_budget = 0;  ///< bytes of geometry and trees in total; 0: no limit
   /// Called on the background thread with a line about a file that was invalid or could not be
   /// written.
@@ -83,6 +86,9 @@ class TreeCacheManager {
   void give_up(const Scene& scene);
   bool read(const Job& job, std::uint64_t content);
   void write(const Job& job, std::uint64_t content);
+  /// Takes the trees of a scene from the origin, if it has them.
+  void take_shared(const Job& job);
+  void say_error(const Error& error) noexcept;
   /// Reports a line made of these words; does nothing if there is no memory for it.
   void say(std::initializer_list<std::string_view> words) const noexcept;
 
@@ -91,7 +97,8 @@ class TreeCacheManager {
   std::optional<TreeFolder> folder_;
   ThreadGroup builders_;
 
-  std::mutex mutex_;  ///< protects the members below
+  std::mutex fetch_mutex_;  ///< one fetch at a time
+  std::mutex mutex_;        ///< protects the members below
   std::condition_variable changed_;
   std::vector<Adopted> scenes_;
   bool working_ = false;

@@ -82,6 +82,39 @@ Result<std::optional<SceneTree>> TreeFolder::read(const ScenePlan& plan, std::ui
   return std::optional<SceneTree>(std::move(*tree));
 }
 
+Status TreeFolder::fetch(OriginScenes& origin, std::uint64_t content,
+                         const std::string& sha256) const {
+  const std::filesystem::path path = path_of(content, sha256);
+  std::error_code error;
+  if (std::filesystem::exists(path, error)) return success();
+  std::filesystem::create_directories(folder_, error);
+  if (error) return io_error(kDoing, error.value());
+  auto temporary = make_temporary(folder_ / "fetching", kDoing);
+  if (!temporary) return std::move(temporary).error();
+  const auto found =
+      origin.read_trees(path.filename().string(), [&](std::span<const std::byte> piece) {
+        return write_all(temporary->file(), piece, kDoing);
+      });
+  if (!found) return found.error();
+  if (!*found) return success();
+  if (Status status = sync_file(temporary->file(), kDoing); !status) return status;
+  make_room(std::filesystem::file_size(temporary->path(), error));
+  if (Status status = rename_file(temporary->path(), path, kDoing); !status) return status;
+  temporary->release();
+  return success();
+}
+
+Status TreeFolder::publish(OriginScenes& origin, std::uint64_t content,
+                           const std::string& sha256) const {
+  const std::filesystem::path path = path_of(content, sha256);
+  std::error_code error;
+  const std::uint64_t bytes = std::filesystem::file_size(path, error);
+  if (error) return success();  // it was too large to be kept, or went with its scene
+  const auto file = open_file(path, O_RDONLY | O_NOFOLLOW, kDoing);
+  if (!file) return file.error();
+  return origin.store_trees(path.filename().string(), *file, bytes);
+}
+
 void TreeFolder::make_room(std::uint64_t bytes) const {
   struct File {
     std::filesystem::file_time_type used;

@@ -5,6 +5,7 @@
 ///     DIR/<sha256>-<content>.trees   of a scene in a data folder; removed with the scene's bytes
 ///     DIR/<content>.trees            of any other scene
 ///     DIR/writing                    the file that is being written
+///     DIR/fetching                   the file that is being copied from an origin
 
 #include <cstdint>
 #include <filesystem>
@@ -14,6 +15,7 @@
 
 #include "core/base/result.h"
 #include "core/scene/scene_trees.h"
+#include "core/store/origin_scenes.h"
 #include "core/store/posix_file.h"
 
 namespace sightline {
@@ -38,6 +40,13 @@ class TreeFolder {
   /// Precondition: one call at a time.
   Status write(const SceneTree& tree, std::uint64_t content, const std::string& sha256,
                const CancelFlag* cancel = nullptr) const;
+
+  /// Copies a file of trees from an origin, unless the folder has it or the origin lacks it. Errors:
+  /// those of Origin and of io_error. Precondition: one call at a time.
+  Status fetch(OriginScenes& origin, std::uint64_t content, const std::string& sha256) const;
+  /// Stores the folder's file in an origin, if there is one. Errors: those of OriginScenes and of
+  /// io_error.
+  Status publish(OriginScenes& origin, std::uint64_t content, const std::string& sha256) const;
 
   /// Removes the tree files of a scene's file from `folder`.
   static void forget(const std::filesystem::path& folder, const std::string& sha256);

@@ -212,6 +212,8 @@ std::optional<RequestFault> take_field(std::string_view line, RequestHead& head,
     add_to_list(head.if_match, value);
   } else if (equals_caseless(name, "if-none-match")) {
     add_to_list(head.if_none_match, value);
+  } else if (equals_caseless(name, "x-scene-min-revision")) {
+    if (!head.min_revision) head.min_revision = value;
   } else {
     return take_framing(name, value, head, fields);
   }

@@ -83,6 +83,8 @@ struct RequestHead {
   bool asks_for_method = false;  ///< there is an Access-Control-Request-Method
   /// several fields are joined to one list [RFC9110] 5.3
   std::optional<std::string> if_match, if_none_match;
+  /// X-Scene-Min-Revision, as sent; the first of several
+  std::optional<std::string> min_revision;
   // The client, set by EventLoopCallbacks::admit.
   Access access = Access::kOpen;
   std::string key_name;

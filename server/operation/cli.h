@@ -34,9 +34,13 @@ struct FlagText {
 struct ServeCommand {
   std::string config;  ///< file of settings; the members contain them already
   ListenAddress listen{"127.0.0.1", 8080};
-  std::string keys;       ///< file of keys; empty: every client may do everything
-  bool insecure = false;  ///< starts without keys even if other machines can connect
-  std::string data;       ///< data folder; empty: scenes are in memory only
+  std::string keys;                ///< file of keys; empty: every client may do everything
+  bool insecure = false;           ///< starts without keys even if other machines can connect
+  std::string data;                ///< data folder; empty: scenes are in memory only
+  std::string origin;              ///< folder or s3://BUCKET/PREFIX that servers share; empty: none
+  std::string origin_credentials;  ///< file; empty: they are in the environment
+  std::chrono::milliseconds origin_refresh{5'000};
+  std::uint64_t cache_bytes = 0;                              ///< 0: no limit
   std::vector<std::pair<std::string, std::string>> preloads;  ///< pairs of scene name and source
   int threads = 0;                        ///< threads that trace rays; 0: one for each processor
   std::vector<std::string> cors_origins;  ///< origins whose pages may read answers

@@ -78,7 +78,8 @@ void add(Values& sums, const NamedCounts& counts) {
 using Families = std::vector<MetricFamily>;
 
 void add_store(const SceneStore& store, Families& families) {
-  Values states{{"queued", 0}, {"loading", 0}, {"ready", 0}, {"failed", 0}}, touched, skipped;
+  Values states{{"queued", 0}, {"loading", 0}, {"ready", 0}, {"failed", 0}, {"stored", 0}}, touched,
+      skipped;
   std::uint64_t triangles = 0;
   for (const SceneSnapshot& scene : store.list()) {
     ++states[static_cast<std::size_t>(scene->state)].second;

@@ -78,6 +78,15 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
       ->check(CLI::Validator(
           [](std::string& text) { return text.empty() ? "the name of a folder is not empty" : ""; },
           ""));
+  app.add_option(
+         "--origin", command.origin,
+         "folder, or s3://BUCKET/PREFIX, in which several servers share their scenes; --data "
+         "is then a cache of it")
+      ->type_name("ORIGIN");
+  app.add_option("--origin-credentials", command.origin_credentials,
+                 "file as ~/.aws/credentials: aws_access_key_id, aws_secret_access_key, region, "
+                 "endpoint_url; default: the variables AWS_ACCESS_KEY_ID and so on")
+      ->check(CLI::ExistingFile);
   app.add_option("--preload", flags.preloads,
                  "ID=FILE, or ID=demo:town, demo:six or demo:painted: a scene to load at start "
                  "(repeatable)")
@@ -130,6 +139,14 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
                  "public addresses are allowed (repeatable)")
       ->take_all()
       ->type_name("RANGE");
+  maker.add_seconds("--origin-seconds", flags.origin_seconds, kLeastSeconds,
+                    "time between two checks of what other servers have changed in the origin");
+  maker
+      .add_count(
+          "--cache-bytes", command.cache_bytes,
+          "bytes of files in --data if there is an origin; beyond it the least recently used "
+          "scenes leave this server, but not the origin (default: no limit)")
+      ->default_str("");
   maker.add_live_seconds("--request-seconds", flags.request_seconds, kLeastSeconds,
                          "longest time to answer a request");
   maker.add_seconds("--fetch-seconds", flags.fetch_seconds, kLeastSeconds,
@@ -163,6 +180,7 @@ void finish_serve(ServeCommand& command, const ServeFlags& flags) {
   command.log_format = flags.log_format == "json" ? LogFormat::kJson : LogFormat::kText;
   command.laziness = flags.skip == "none" ? Laziness::kEager : Laziness::kWhenNeeded;
   command.limits.request = milliseconds_of(flags.request_seconds);
+  command.origin_refresh = milliseconds_of(flags.origin_seconds);
   finish_http_flags(command.http, flags.http);
   command.limits.uploads = command.http.memory;
   command.limits.drain = milliseconds_of(flags.drain_seconds);
@@ -170,6 +188,9 @@ void finish_serve(ServeCommand& command, const ServeFlags& flags) {
 }
 
 void check_together(const ServeCommand& command) {
+  if (!command.origin.empty() && command.data.empty()) {
+    throw CLI::ValidationError("--origin", "needs a folder for its cache: --data");
+  }
   if (command.keys.empty() && !command.insecure && !is_local_host(command.listen.host)) {
     throw CLI::ValidationError("--listen", "other machines can reach " + command.listen.host +
                                                ": give a file of keys with --keys, or allow "

@@ -19,7 +19,7 @@ struct ServeFlags {
   std::string skip = "all";
   std::string log_format = "text";
   std::vector<std::string> preloads, allow_urls, allow_addresses;
-  double fetch_seconds = 300;
+  double fetch_seconds = 300, origin_seconds = 5;
   double drain_seconds = 30, notice_seconds = 0, request_seconds = 60;
   HttpSeconds http;
 };

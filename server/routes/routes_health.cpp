@@ -31,6 +31,8 @@ Json readiness_details(const Service& service, bool stopping, bool settled) {
         failed.push_back(scene->id);
         if (is_quarantined(*scene)) quarantined.push_back(scene->id);
         break;
+      case SceneState::kStored:
+        break;
     }
   }
   if (stopping) reasons.push_back({{"code", "STOPPING"}});
@@ -40,6 +42,7 @@ Json readiness_details(const Service& service, bool stopping, bool settled) {
   }
   if (service.store.is_full()) reasons.push_back({{"code", "STORE_FULL"}});
   if (service.store.is_failing()) reasons.push_back({{"code", "STORE_IO"}});
+  if (service.store.is_origin_failing()) reasons.push_back({{"code", "ORIGIN_UNREACHABLE"}});
   Json details{{"scenes", {{"ready", ready}, {"loading", loading}, {"failed", failed.size()}}}};
   // A scene that failed is its own trouble: the others are served.
   if (!failed.empty()) details["failed"] = failed;
@@ -78,6 +81,7 @@ void reply_version(Exchange& exchange, const Service& service, const ServerFacts
                         {"drain_ms", service.limits.drain.get().count()},
                         {"notice_ms", service.limits.notice.get().count()},
                         {"memory_budget", service.limits.memory_budget},
+                        {"cache_bytes", service.store.cache_bytes()},
                         {"workers", facts.http.workers},
                         {"queue", facts.http.queue},
                         {"connections", facts.http.connections.get()},

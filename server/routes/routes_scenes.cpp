@@ -64,6 +64,7 @@ void finish_load(Exchange& exchange, Service& service, SceneLoad& load, const Pe
 /// What can be known before the new content is there: it is decided then, and what is on its way to
 /// the name may have come by that time.
 Status check_now(const Service& service, const std::string& id, const Precondition& precondition) {
+  if (service.store.is_shared()) return success();  // another server may know a newer content
   const SceneSnapshot scene = service.store.find(id);
   if (scene && scene->is_moving()) return success();
   return precondition.check(scene ? scene->etag : "");
@@ -155,6 +156,7 @@ void get_scene(Exchange& exchange, Service& service) {
   const Permit permit = parameters.wait ? service.waiters.try_acquire() : Permit();
   const Deadline deadline =
       wait_of(exchange, service, permit ? *parameters.wait : std::chrono::seconds(0));
+  if (!obtain_scene(exchange, service, deadline)) return;
   for (;;) {
     const std::uint64_t seen = service.store.changes();
     const SceneSnapshot scene = service.store.find(exchange.scene_id);

@@ -1,6 +1,7 @@
 #include "server/routes/scene_admission.h"
 
 #include <algorithm>
+#include <charconv>
 
 #include "core/base/watch.h"
 #include "core/query/similar_names.h"
@@ -66,12 +67,36 @@ void reply_scene_not_found(Exchange& exchange, const Service& service) {
   exchange.reply_error(error);
 }
 
-SceneSnapshot admit_scene(Exchange& exchange, const Service& service) {
-  SceneSnapshot stored = service.store.find(exchange.scene_id);
-  if (!stored) {
-    reply_scene_not_found(exchange, service);
-    return nullptr;
+std::optional<SceneSnapshot> obtain_scene(Exchange& exchange, const Service& service,
+                                          const Deadline& deadline) {
+  std::uint64_t minimum = 0;
+  if (const auto& text = exchange.head.min_revision) {
+    const char* const end = text->data() + text->size();
+    const auto read = std::from_chars(text->data(), end, minimum);
+    if (read.ec != std::errc() || read.ptr != end) {
+      exchange.reply_problem(400, "REVISION_INVALID",
+                             "X-Scene-Min-Revision is a decimal number of at most 64 bits");
+      return std::nullopt;
+    }
   }
+  // The event loop does not wait for an origin: without an answer a worker begins again.
+  if (exchange.on_event_loop && !service.store.has(exchange.scene_id, minimum)) return std::nullopt;
+  auto stored = service.store.obtain(exchange.scene_id, minimum, deadline);
+  if (!stored) {
+    exchange.reply_error(stored.error());
+    return std::nullopt;
+  }
+  if (!*stored) {
+    reply_scene_not_found(exchange, service);
+    return std::nullopt;
+  }
+  return *std::move(stored);
+}
+
+SceneSnapshot admit_scene(Exchange& exchange, const Service& service) {
+  const auto obtained = obtain_scene(exchange, service, service.deadline());
+  if (!obtained) return nullptr;
+  const SceneSnapshot& stored = *obtained;
   switch (stored->state) {
     case SceneState::kReady:
       // Which of the contents that this name has had gave the answer.
@@ -83,6 +108,7 @@ SceneSnapshot admit_scene(Exchange& exchange, const Service& service) {
       return nullptr;
     case SceneState::kQueued:
     case SceneState::kLoading:
+    case SceneState::kStored:
       exchange.reply_problem(409, "SCENE_LOADING", "the scene is still loading");
       exchange.response.set_header("Retry-After", "1");
       return nullptr;

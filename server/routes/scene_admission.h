@@ -30,6 +30,12 @@ enum class QueryType { kJson, kBinary, kLines };
 /// Checks the media type: JSON, binary, or lines if `takes_lines`. Empty after it has answered.
 std::optional<QueryType> admit_rays_type(Exchange& exchange, bool takes_lines = false);
 
+/// The scene that the request names, in any state, of a revision that the request accepts
+/// (SceneStore::obtain). Empty if the request is answered, or put off from the event loop. Answers:
+/// SCENE_NOT_FOUND, REVISION_INVALID (400), those of SceneStore::obtain.
+std::optional<SceneSnapshot> obtain_scene(Exchange& exchange, const Service& service,
+                                          const Deadline& deadline);
+
 /// Answers 404 SCENE_NOT_FOUND with at most three similar names. Cost: grows with the number of
 /// scenes, some nanoseconds for each.
 void reply_scene_not_found(Exchange& exchange, const Service& service);

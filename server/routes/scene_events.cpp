@@ -79,9 +79,7 @@ class EventStream {
 }  // namespace
 
 void reply_scene_events(Exchange& exchange, Service& service) {
-  if (!service.store.find(exchange.scene_id)) {
-    return reply_scene_not_found(exchange, service);
-  }
+  if (!obtain_scene(exchange, service, Deadline::in(std::chrono::seconds(0)))) return;
   if (exchange.body == nullptr || !exchange.body->may_wait()) return;
   const auto stream = std::make_shared<EventStream>(exchange, service);
   exchange.reply_stream("text/event-stream", [stream](const Exchange::Send& send) {

@@ -55,6 +55,9 @@ TEST_F(ConfigFile, says_the_same_as_each_flag) {
       {"log-format", "\"json\""},
       {"skip", "\"none\""},
       {"memory-budget", "123456789"},
+      {"cache-bytes", "123456789"},
+      {"origin", "\"s3://bucket/prefix\""},
+      {"origin-credentials", '"' + keys + '"'},
       {"memory", "123456789"},
       {"spool-dir", '"' + folder + '"'},
       {"scene-root", '"' + folder + '"'},
@@ -66,7 +69,9 @@ TEST_F(ConfigFile, says_the_same_as_each_flag) {
     std::string value = samples.contains(flag.name) ? samples[flag.name] : "";
     // The others are numbers, and one more than the default is good for each.
     if (value.empty()) value = std::to_string(std::stoull(flag.text) + 1);
-    const std::string file = write("config", "{\"" + flag.name + "\": " + value + "}");
+    // An origin needs a cache.
+    const std::string first = flag.name == "origin" ? "\"data\": " + samples["data"] + ", " : "";
+    const std::string file = write("config", "{" + first + "\"" + flag.name + "\": " + value + "}");
     EXPECT_EQ(report_of_config(file).mistakes, std::vector<std::string>());
     std::vector<std::string> mistakes, given;
     for (const Setting& setting : read_config(file, mistakes)) append_flags(setting, given);

@@ -43,7 +43,7 @@ export class Scenes {
     this.all = scenes;
     this.draw();
     await this.changed();
-    const busy = scenes.some((scene) => scene.update || !["ready", "failed"].includes(scene.state));
+    const busy = scenes.some((scene) => scene.update || !["ready", "failed", "stored"].includes(scene.state));
     clearTimeout(this.timer);
     later(busy ? 500 : 10000);
   }
