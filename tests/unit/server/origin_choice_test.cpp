@@ -15,8 +15,8 @@ namespace {
 /// The code of the error, or "" if the origin could be opened.
 std::string code_of(const std::string& text, const std::string& credentials = "",
                     std::map<std::string, std::string> variables = {}) {
-  const auto origin = open_origin(text, credentials,
-                                  [&](const char* name) { return variables[name]; });
+  const auto origin =
+      open_origin(text, credentials, [&](const char* name) { return variables[name]; });
   return origin ? "" : origin.error().code;
 }
 
