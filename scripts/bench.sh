@@ -9,6 +9,7 @@
 #   scripts/bench.sh door [--quick] [OPTION...]     trivial requests beside cpp-httplib and nginx
 #   scripts/bench.sh http [--quick] [OPTION...]     rays over HTTP beside the codec alone and Embree
 #   scripts/bench.sh client [ROUNDS]                5 M rays by the Python client, beside slices by hand and raw bytes
+#   scripts/bench.sh patch [ROUNDS]                 PATCH of 1,000 of 4,000 nodes, durable
 #   scripts/bench.sh page [ROUNDS]                  first picture, picks, bytes sent, pictures that the server traces
 #
 # Writes build/bench/NAME.json, .csv, .md, .svg and .png. Every floor that the benchmark measures
@@ -21,6 +22,11 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 usage() { sed -n '2,/^set/{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; }
 case ${1:-} in
   trace | accuracy | build | scale | skip | door | http) name=$1; shift ;;
+  patch)
+    cmake --preset release -DSIGHTLINE_TESTS=ON >&2
+    cmake --build --preset release --target sightline >&2
+    exec python3 -B tests/bench/patch_bench.py build/release/sightline "${@:2}"
+    ;;
   client)
     scripts/install_packages.sh test
     cmake --preset release -DSIGHTLINE_TESTS=ON >&2

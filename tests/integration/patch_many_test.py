@@ -8,7 +8,7 @@ import unittest
 from pathlib import Path
 
 import case_report
-from made_scene import tiles
+from made_scene import glb, glb_parts, tiles
 from sightline_server import Server
 
 DOWN = [([5 + 10 * x, 50, 5 + 10 * z], [0, -1, 0.01]) for x in range(32) for z in range(4)]
@@ -99,6 +99,33 @@ class PatchMany(unittest.TestCase):
         self.assertEqual(patch(server, {"nodes": [good]}, scene="none").status, 404)
         self.assertEqual(self.answers(server), before)
         self.assertEqual(server.ask("/v1/scenes/tiles").json()["revision"], revision)
+
+    def test_a_thousand_of_four_thousand_nodes_answer_as_a_file_with_their_transforms(self):
+        made = random.Random(4000)
+        for own in (False, True):
+            file = glb_parts(tiles(4, 4000, own))
+            changes = []
+            for node in made.sample(range(4000), 1000):
+                angle, scale = made.uniform(-1, 1), [made.uniform(0.5, 2) for _ in range(3)]
+                changes.append({"node": node, "translation": [10 * (node % 32), made.uniform(-5, 5), 10 * (node // 32)],
+                                "rotation": [0, math.sin(angle), 0, math.cos(angle)], "scale": scale})
+            for change in changes:
+                file[0]["nodes"][change["node"]].update({key: change[key] for key in ("translation", "rotation", "scale")})
+            rays = [{"origin": [made.uniform(0, 320), 50, made.uniform(0, 1250)], "direction": [0.01, -1, 0.02]} for _ in range(500)]
+            with self.subTest(own=own), Server(memory=None) as server:
+                self.assertEqual(server.put("moved", tiles(4, 4000, own)).status, 201)
+                self.assertEqual(server.put("fresh", glb(*file)).status, 201)
+                # With trees of the file, without trees of the moved scene, and with both.
+                for nodes in (changes[:500], changes):
+                    server.query("moved", "closest", {"rays": rays[:1]})
+                    self.assertEqual(patch(server, {"nodes": nodes}, scene="moved").status, 200)
+                for kind in ("closest", "all", "any"):
+                    fields = {} if kind == "any" else {"fields": [*FIELDS, "triangle", "normal", "barycentrics", "node"]}
+                    both = [server.query(scene, kind, {"rays": rays, **fields}) for scene in ("moved", "fresh")]
+                    self.assertEqual(both[0].status, 200, both[0].body)
+                    self.assertEqual(both[0].body, both[1].body)
+                both = [server.ask(f"/v1/scenes/{scene}/nodes?limit=10000").json()["nodes"] for scene in ("moved", "fresh")]
+                self.assertEqual(*both)
 
     def test_a_thousand_changes_survive_a_kill(self):
         with tempfile.TemporaryDirectory() as folder:
