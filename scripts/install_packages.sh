@@ -10,6 +10,7 @@
 #         lint (clang, clang-tidy), image (make a container image without docker),
 #         browser (test, with the pages in a headless browser; scripts/page_pictures.sh),
 #         bench (build every benchmark and draw its charts), package (make a .deb),
+#         cluster (an object store and a balancer; scripts/cluster_test.sh),
 #         arm (build for aarch64 and run under qemu-user; scripts/arm_check.sh).
 set -euo pipefail
 
@@ -21,6 +22,7 @@ test="$run libgtest-dev libgmp-dev libembree-dev python3 python3-numpy strace cl
 bench="$test librsvg2-bin fonts-dejavu-core nginx-light libnginx-mod-stream"
 browser="$test chromium fonts-dejavu-core pngquant"
 package="$build dpkg-dev file python3"
+cluster="radosgw ceph-mon ceph-osd ceph-common haproxy python3"
 arm="g++-aarch64-linux-gnu qemu-user debootstrap"
 lint="clang clang-format clang-tidy python3"
 image="buildah podman runc debootstrap ca-certificates curl python3"
@@ -32,7 +34,7 @@ packages=()
 for argument in "$@"; do
   case $argument in
     --print) print_only=yes ;;
-    build | run | test | browser | bench | package | arm | lint | image) read -r -d '' -a group <<<"${!argument} " || true; packages+=("${group[@]}") ;;
+    build | run | test | browser | bench | package | cluster | arm | lint | image) read -r -d '' -a group <<<"${!argument} " || true; packages+=("${group[@]}") ;;
     -h | --help) usage; exit 0 ;;
     *) echo "$0: no group '$argument'" >&2; usage >&2; exit 2 ;;
   esac

@@ -65,7 +65,7 @@ Status OriginScenes::probe() {
     content.append(reinterpret_cast<const char*>(piece.data()), piece.size());
     return success();
   });
-  const Status removed = origin_->remove(name);
+  Status removed = origin_->remove(name);
   if (!second) return second.error();
   if (!read) return read.error();
   if (!removed) return removed;

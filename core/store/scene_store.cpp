@@ -402,22 +402,26 @@ void SceneStore::end_replaced(const LoadPointer& load, StoredScene next) {
   end(*entry_of(*load), *load, Put{std::make_shared<const StoredScene>(std::move(next)), false});
 }
 
-Status SceneStore::remove(const std::string& id, const Precondition& precondition) {
+Result<std::uint64_t> SceneStore::remove(const std::string& id, const Precondition& precondition) {
   SceneSnapshot removed;  // goes last, as above
   const std::lock_guard commit(commit_mutex_);
   const SceneSnapshot present = find(id);
   const bool is_own = present && present->scene && !present->persistent;
   const bool is_shared = options_.shared.origin && !is_own;
+  std::uint64_t revision = 0;
   if (is_shared) {
     const auto published = publish_removal(id, precondition);
     if (!published) return published.error();
     // Else all that it may have is a load here.
-    if (!*published && !present) return scene_not_found();
+    if (*published == 0 && !present) return scene_not_found();
+    revision = *published;
   } else {
     if (!present) return scene_not_found();
-    if (Status status = precondition.check(present->etag); !status) return status;
+    if (Status status = precondition.check(present->etag); !status)
+      return std::move(status).error();
   }
-  return drop(id, removed);
+  if (Status status = drop(id, removed); !status) return std::move(status).error();
+  return revision;
 }
 
 Status SceneStore::drop(const std::string& id, SceneSnapshot& removed) {

@@ -170,8 +170,9 @@ class SceneStore {
   }
   /// Removes a scene, also from the data folder, and cancels its running loads. Errors:
   /// SCENE_NOT_FOUND, PRECONDITION_FAILED, those of SceneFolder::remove; the scene is then still
-  /// shown. Snapshots that readers hold stay valid.
-  Status remove(const std::string& id, const Precondition& precondition = {});
+  /// shown. Snapshots that readers hold stay valid. Returns the revision of the removal in the
+  /// origin; 0 without an origin.
+  Result<std::uint64_t> remove(const std::string& id, const Precondition& precondition = {});
 
   /// True if a scene could not be stored for lack of space, and no scene has become ready since.
   bool is_full() const { return full_; }
@@ -239,8 +240,9 @@ class SceneStore {
   /// Makes the record the newest content in the origin; sets its revision. Returns true if the
   /// scene had no content before. Errors: PRECONDITION_FAILED, ORIGIN_BUSY, those of OriginScenes.
   Result<bool> publish(SceneRecord& record, const Precondition& precondition);
-  /// Removes a scene from the origin. Returns false if it has none of this name.
-  Result<bool> publish_removal(const std::string& id, const Precondition& precondition);
+  /// Removes a scene from the origin. Returns the revision of the removal; 0 if the origin has no
+  /// such scene.
+  Result<std::uint64_t> publish_removal(const std::string& id, const Precondition& precondition);
   /// Checks a precondition of a change against the content in the origin.
   Status check_newest(const std::string& id, const Generation& newest,
                       const Precondition& precondition);

@@ -314,7 +314,8 @@ Result<bool> SceneStore::publish(SceneRecord& record, const Precondition& precon
                ""};
 }
 
-Result<bool> SceneStore::publish_removal(const std::string& id, const Precondition& precondition) {
+Result<std::uint64_t> SceneStore::publish_removal(const std::string& id,
+                                                  const Precondition& precondition) {
   std::uint64_t known = 0;
   for (int tries = 0; tries < kMostTries; ++tries) {
     const auto newest = options_.shared.origin->newest(id, known);
@@ -323,10 +324,10 @@ Result<bool> SceneStore::publish_removal(const std::string& id, const Preconditi
     if (Status status = check_newest(id, *newest, precondition); !status) {
       return std::move(status).error();
     }
-    if (!newest->stands()) return false;
+    if (!newest->stands()) return std::uint64_t{0};
     const auto published = options_.shared.origin->publish_removal(id, known + 1);
     if (!published) return published.error();
-    if (*published) return true;
+    if (*published) return known + 1;
   }
   return Error{ErrorKind::kBusy, "ORIGIN_BUSY", "other servers change the scene at this moment",
                ""};

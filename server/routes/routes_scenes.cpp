@@ -167,9 +167,13 @@ void get_scene(Exchange& exchange, Service& service) {
 }
 
 void delete_scene(Exchange& exchange, Service& service) {
-  Status removed = service.store.remove(exchange.scene_id, precondition_of(exchange));
+  const auto removed = service.store.remove(exchange.scene_id, precondition_of(exchange));
   if (!removed) return exchange.reply_error(removed.error());
   exchange.reply_empty(204);
+  // With an origin, a client may require it of other servers.
+  if (*removed > 0) {
+    exchange.response.set_header("X-Scene-Revision", std::to_string(*removed));
+  }
 }
 
 }  // namespace

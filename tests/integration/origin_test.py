@@ -59,7 +59,8 @@ class Folder(Shared):
         self.assertEqual((unknown.status, unknown.json()["code"]), (409, "REVISION_UNKNOWN"))
         wrong = a.query("town", "closest", RAYS, *self.least("x"))
         self.assertEqual((wrong.status, wrong.json()["code"]), (400, "REVISION_INVALID"))
-        self.assertEqual(a.ask("/v1/scenes/town", "-X", "DELETE").status, 204)
+        removed = a.ask("/v1/scenes/town", "-X", "DELETE")
+        self.assertEqual((removed.status, removed.headers["x-scene-revision"]), (204, "3"))
         gone = b.query("town", "closest", RAYS, *self.least(3))
         self.assertEqual((gone.status, gone.json()["code"]), (404, "SCENE_NOT_FOUND"))
 

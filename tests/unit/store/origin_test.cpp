@@ -93,6 +93,7 @@ TEST(OriginFolder, creates_an_object_once) {
     const std::string name = "names/a/" + std::to_string(round);
     std::atomic<int> winners{0};
     std::vector<std::thread> writers;
+    writers.reserve(4);
     for (int writer = 0; writer < 4; ++writer) {
       writers.emplace_back([&, writer] {
         const auto created = origin->create(name, std::to_string(writer));

@@ -1,0 +1,15 @@
+#!/usr/bin/env bash
+# Three servers behind HAProxy share an object store (Ceph's radosgw), while servers are killed and the store is lost and returns.
+# Judges each answer; closes with "1 passed, 0 failed" if none is wrong, lost, old or failed. All listen on loopback only.
+#
+#   scripts/cluster_test.sh [--minutes N] [--scenes N] [--kills N] [--seed N]    (default: 3 minutes, 300 scenes, 10 faults)
+#   scripts/cluster_test.sh --minutes 30 --kills 100                             the long form
+#
+# tests/cluster/cluster.py says what is judged. Where radosgw or HAProxy cannot be had, it says so and goes on without.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+case ${1:-} in -h | --help) sed -n '2,/^set/{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; exit 0 ;; esac
+scripts/install_packages.sh run cluster
+cmake --preset release >/dev/null
+cmake --build --preset release --target sightline >&2
+exec python3 -B tests/cluster/cluster.py build/release/sightline "$@"
