@@ -254,7 +254,7 @@ std::optional<CapsuleContact> CapsuleContact::first(const SweepPath& path,
   if (!is_finite(triangle) || is_degenerate(triangle)) return std::nullopt;
   const bool begins = std::isfinite(path.tmin);
   if (path.tmin > 0 && !begins) return std::nullopt;
-  const std::optional<CapsuleContact> enter = on_line(path, capsule, triangle);
+  std::optional<CapsuleContact> enter = on_line(path, capsule, triangle);
   if (!enter) return std::nullopt;
   const Dyadic one(1.0);
   if (begins && enter->compare_to(Dyadic(path.tmin), one) < 0) {
