@@ -24,6 +24,7 @@
 #include "server/operation/version.h"
 #include "server/routes/request_weight.h"
 #include "server/routes/routes.h"
+#include "server/routes/routes_jobs.h"
 #include "server/service/scene_source.h"
 #include "server/sources/origin_choice.h"
 
@@ -95,13 +96,26 @@ std::optional<std::string> loading_line(const SceneStore& store) {
   return moving > 1 ? line + " (" + std::to_string(moving) + " scenes to come)" : line;
 }
 
+/// Answers a request by its route, or makes a job of it.
+struct Answerer {
+  const Router& router;
+  const Service& service;
+  const Journal& journal;
+  std::optional<JobBoard> jobs = {};
+
+  void operator()(Exchange& exchange) {
+    if (!answer_as_job(exchange, service, *jobs)) router.dispatch(exchange);
+  }
+};
+
 /// One request, from its route to its line in the log.
-void answer(const Router& router, const Journal& journal, Exchange& exchange) {
+void answer(Answerer& answerer, Exchange& exchange) {
+  const Journal& journal = answerer.journal;
   const auto note = [&](int status) {
     note_request(journal, exchange, status, std::chrono::steady_clock::now() - exchange.asked_at);
   };
   try {
-    router.dispatch(exchange);
+    answerer(exchange);
   } catch (const std::bad_alloc&) {
     if (!exchange.on_event_loop) note(507);
     throw;
@@ -110,6 +124,21 @@ void answer(const Router& router, const Journal& journal, Exchange& exchange) {
     throw;
   }
   if (!exchange.is_put_off()) note(exchange.response.status);
+}
+
+/// The request of a job, on the job's thread.
+void answer_job(Answerer& answerer, Log& log, Exchange& exchange) {
+  exchange.asked_at = std::chrono::steady_clock::now();
+  try {
+    answer(answerer, exchange);
+  } catch (const std::bad_alloc&) {
+    exchange.response = {};
+    exchange.reply_problem(507, "MEMORY_FULL", "there is no memory left for this request");
+  } catch (...) {
+    exchange.response = {};
+    log.error("job failed by an exception", {{"id", exchange.request_id}});
+    exchange.reply_problem(500, "INTERNAL", "the server failed to answer; the fault is its own");
+  }
 }
 
 NamedCounts connection_events(const EventLoopCounts& counts, const Metrics& metrics) {
@@ -283,8 +312,9 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
         // A head with a fault has not been through admit().
         note_refusal(journal, head, fault, access.is_key(id) ? std::string() : id);
       }};
+  Answerer answerer{router, service, journal};
   HttpServer server(
-      command.http, [&](Exchange& exchange) { answer(router, journal, exchange); },
+      command.http, [&](Exchange& exchange) { answer(answerer, exchange); },
       [&](const std::string& id, const std::string& type) {
         log.error("request failed by an exception", {{"id", id}, {"type", type}});
       },
@@ -295,6 +325,10 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
                      server.spooled(),     server.counts().send_buffers,
                      manager.totals(),     (*engine)->kernel()};
   };
+  const JobLimits job_limits{.bytes = command.http.memory / 4};
+  answerer.jobs.emplace(job_limits, server.budget(),
+                        [&](Exchange& exchange) { answer_job(answerer, log, exchange); });
+  add_job_routes(router, *answerer.jobs);
   add_health_routes(router, service, {metrics, command.http, **sources, now});
   const auto port = server.bind(command.listen);
   if (!port) return complain(port.error(), port.error().code == "THREADS_FEW" ? "--workers: " : "");
@@ -308,6 +342,7 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
                        {"kernel", (*engine)->kernel()},
                        {"threads", std::int64_t{(*engine)->threads()}}});
   server.serve();
+  answerer.jobs.reset();
   signals.wake();
   watcher.join();
   last_watch.emplace(signals, end_now);

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstdint>
 
 #include "core/base/result.h"
 
@@ -23,6 +24,12 @@ class CancelFlag {
 /// True if `flag` is set; a null flag is never set.
 inline bool is_cancelled(const CancelFlag* flag) { return flag != nullptr && flag->cancelled(); }
 
+/// How far work is: pieces that are done, and pieces that are known so far. Work adds to it, and any
+/// thread may read it.
+struct WorkProgress {
+  std::atomic<std::uint64_t> done{0}, all{0};
+};
+
 /// Bounds of a piece of work. It ends at a time, or when one of two flags is set; the flags must
 /// outlive it.
 /// By default it never passes. Copies are cheap, and any thread may read them.
@@ -36,6 +43,7 @@ struct Deadline {
   const CancelFlag* caller = nullptr;
   /// the most threads of an engine that work on it at once; 0: all
   int threads = 0;
+  WorkProgress* progress = nullptr;  ///< where it is told how far the work is; may be null
 
   /// A deadline that never passes.
   static Deadline never() { return {}; }

@@ -188,8 +188,11 @@ struct Engine::State {
              std::size_t slice_size = kSlice) {
     if (deadline.passed()) return out_of_time(deadline);
     if (count == 0) return success();
-    if (count <= slice_size) {
+    const std::size_t slices = (count + slice_size - 1) / slice_size;
+    if (deadline.progress != nullptr) deadline.progress->all += slices;
+    if (slices == 1) {
       slice(std::size_t{0}, count);
+      if (deadline.progress != nullptr) ++deadline.progress->done;
       return success();
     }
     const Turns::Turn turn(turns, deadline);
@@ -201,12 +204,12 @@ struct Engine::State {
         return;
       }
       slice(i * slice_size, std::min(count, (i + 1) * slice_size));
+      if (deadline.progress != nullptr) ++deadline.progress->done;
       // Without sched_yield the waiting thread would run only at the scheduler's next tick,
       // milliseconds later.
       if (should_yield != nullptr && should_yield->load(std::memory_order_relaxed)) ::sched_yield();
     };
     // Sharing slices between threads costs time, so it is done only if a thread is idle.
-    const std::size_t slices = (count + slice_size - 1) / slice_size;
     std::size_t alone = 0;
     while (alone < slices && (deadline.threads == 1 || turns.all_wanted())) take(alone++);
     if (alone < slices) share(threads, alone, slices, deadline.threads, take);

@@ -422,6 +422,25 @@ class Sightline:
         """Any question about a scene, as the JSON of docs/reference/api.md."""
         return json.loads(self._ask("POST", self._scene(scene, "/" + what), _text(body), _JSON))
 
+    # Questions that are answered in the background (docs/guides/jobs.md). The server of the scene has the job.
+
+    def ask_later(self, scene: str, what: str, body: Mapping[str, Any]) -> str:
+        """Makes a job of a question of ask(); returns its id."""
+        answer = self._ask("POST", self._scene(scene, "/" + what), _text(body), _JSON, conditions={"Prefer": "respond-async"})
+        return json.loads(answer)["id"]
+
+    def job(self, scene: str, job: str) -> dict:
+        """State and progress of a job."""
+        return json.loads(self._ask("GET", f"/v1/jobs/{quote(job, safe='')}", home=scene))
+
+    def job_result(self, scene: str, job: str) -> dict:
+        """The answer of a job whose state is done, as that of ask()."""
+        return json.loads(self._ask("GET", f"/v1/jobs/{quote(job, safe='')}/result", home=scene))
+
+    def delete_job(self, scene: str, job: str) -> None:
+        """Cancels a job and forgets it."""
+        self._ask("DELETE", f"/v1/jobs/{quote(job, safe='')}", home=scene)
+
     # Below here nothing is for callers.
 
     def _good(self, path: str) -> bool:

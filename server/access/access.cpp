@@ -55,14 +55,18 @@ std::string shown_part(std::string_view target) {
 }  // namespace
 
 Access needed_access(std::string_view method, std::string_view target) {
-  if (!is_read(method) && method != "POST") return Access::kWrite;
   std::vector<std::string> path;
-  if (!split_path(target, path)) return Access::kRead;
+  const bool is_path = split_path(target, path);
+  // A job is its client's own.
+  const bool is_job = is_path && path.size() == 3 && path[0] == "v1" && path[1] == "jobs";
+  if (!is_read(method) && method != "POST" && !(method == "DELETE" && is_job))
+    return Access::kWrite;
+  if (!is_path) return Access::kRead;
   if (method == "POST") {
     const bool loads = path == std::vector<std::string>{"v1", "scenes"};
     return loads ? Access::kWrite : Access::kRead;
   }
-  return method != "OPTIONS" && is_open(path) ? Access::kOpen : Access::kRead;
+  return is_read(method) && method != "OPTIONS" && is_open(path) ? Access::kOpen : Access::kRead;
 }
 
 void AccessRules::use(KeyRing keys) {

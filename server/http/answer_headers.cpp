@@ -22,13 +22,14 @@ constexpr std::string_view kFixed =
 
 /// What a page may read of an answer, beside its body.
 constexpr std::string_view kShown =
-    "Access-Control-Expose-Headers: Allow, ETag, Location, Retry-After, WWW-Authenticate, "
+    "Access-Control-Expose-Headers: Allow, ETag, Location, Preference-Applied, Retry-After, "
+    "WWW-Authenticate, "
     "X-Request-Id, X-Scene-Revision, X-Sightline-Unreliable, X-Sightline-Warnings, "
     "X-Sightline-Work\r\n";
 constexpr std::string_view kAllowed =
     "Access-Control-Allow-Methods: GET, HEAD, POST, PUT, PATCH, DELETE\r\n"
     "Access-Control-Allow-Headers: Accept, Authorization, Content-Encoding, Content-Type, "
-    "If-Match, If-None-Match, X-Request-Id\r\n"
+    "If-Match, If-None-Match, Prefer, X-Request-Id\r\n"
     "Access-Control-Max-Age: 600\r\n";
 
 /// Of an origin: what stands in a Host field for it.

@@ -32,6 +32,7 @@ struct Exchange {
   std::string request_id;     ///< see checked_request_id
   std::string scene_id = {};  ///< the {id} of the path, percent-decoded, not validated
   std::string node_id = {};   ///< the {node} of the path, percent-decoded, not validated
+  std::string job_id = {};    ///< the {job} of the path, percent-decoded, not validated
   // For metrics and log: the pattern of the route, which outlives the exchange, and what the
   // request asked for.
   std::string_view route = {};
@@ -50,6 +51,9 @@ struct Exchange {
   bool may_repeat = false;
   /// Set by reply_stream: the answer is a stream, which counts its memory itself.
   bool streams = false;
+  /// The body, if it was read before: then `body` is null, and read_body copies this. May be null.
+  const std::string* whole_body = nullptr;
+  WorkProgress* progress = nullptr;  ///< where it is told how far the work is; may be null
   /// True if the client accepts exactly this media type and no other.
   bool wants(std::string_view media_type) const { return head.accept == media_type; }
 

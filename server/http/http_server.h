@@ -50,6 +50,8 @@ class HttpServer {
   const EventLoopCounts& counts() const { return loop_.counts(); }
   /// Requests that wait for a worker. Thread-safe, from bind() until serve() returns.
   std::size_t queued() const { return loop_.queued(); }
+  /// What admits requests; lives as long as this object.
+  MemoryBudget& budget() { return memory_; }
   /// Bytes of memory that connections and requests use (MemoryBudget).
   std::uint64_t memory() const { return memory_.taken(); }
   /// Bytes of temporary files of bodies and answers.

@@ -169,7 +169,21 @@ bool read_body_in_parts(Exchange& exchange, std::uint64_t limit, std::shared_ptr
   return false;
 }
 
+/// read_body for a body that was read before.
+static bool copy_body(Exchange& exchange, std::size_t spare, std::string& text) {
+  const std::string& whole = *exchange.whole_body;
+  Status status = exchange.reserve(whole.size() + spare);
+  if (status) {
+    text.reserve(text.size() + whole.size() + spare);
+    text += whole;
+    status = reserve_decoding(exchange.memory, text);
+  }
+  if (!status) exchange.reply_error(status.error());
+  return status.ok();
+}
+
 bool read_body(Exchange& exchange, std::uint64_t limit, std::size_t spare, std::string& text) {
+  if (exchange.whole_body != nullptr) return copy_body(exchange, spare, text);
   if (!is_body_here(exchange, limit)) return false;
   std::optional<std::uint64_t> length;
   if (exchange.body != nullptr) length = exchange.body->unread_bytes();

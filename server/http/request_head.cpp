@@ -129,6 +129,18 @@ struct Fields {
               request_ids = 0, codings = 0, accepts = 0;
 };
 
+/// Whether a list of preferences [RFC7240] has one of this name, whatever its value.
+bool has_preference(std::string_view list, std::string_view lower) {
+  while (!list.empty()) {
+    const std::size_t end = std::min(list.find(','), list.size());
+    std::string_view name = list.substr(0, end);
+    name = name.substr(0, name.find(';'));
+    if (equals_caseless(trimmed(name), lower)) return true;
+    list.remove_prefix(std::min(end + 1, list.size()));
+  }
+  return false;
+}
+
 void take_connection(std::string_view list, RequestHead& head) {
   while (!list.empty()) {
     const std::size_t end = std::min(list.find(','), list.size());
@@ -206,6 +218,8 @@ std::optional<RequestFault> take_field(std::string_view line, RequestHead& head,
     head.coding = ++fields.codings == 1 ? find_coding(value) : std::nullopt;
   } else if (equals_caseless(name, "content-type")) {
     if (!head.content_type) head.content_type = value;
+  } else if (equals_caseless(name, "prefer")) {
+    head.prefers_async = head.prefers_async || has_preference(value, "respond-async");
   } else if (equals_caseless(name, "accept")) {
     if (++fields.accepts == 1) head.accept = value;
   } else if (equals_caseless(name, "if-match")) {

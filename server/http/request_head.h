@@ -77,6 +77,7 @@ struct RequestHead {
   std::optional<Coding> coding = Coding::kIdentity;  ///< coding of the body; empty: unknown
   std::optional<std::string> content_type;           ///< as sent; the first of several
   std::string accept;                                ///< as sent; the first of several
+  bool prefers_async = false;                        ///< Prefer: respond-async [RFC7240]
   std::string authorization;                         ///< as sent; empty if there is more than one
   std::string origin;       ///< origin of the requesting page; "null" if there is more than one
   bool cross_site = false;  ///< Sec-Fetch-Site: a page of another site makes the request

@@ -17,6 +17,8 @@ bool matches(const std::vector<std::string>& pattern, const std::vector<std::str
       exchange.scene_id = path[i];
     } else if (pattern[i] == "{node}" && !path[i].empty()) {
       exchange.node_id = path[i];
+    } else if (pattern[i] == "{job}" && !path[i].empty()) {
+      exchange.job_id = path[i];
     } else if (pattern[i] != path[i]) {
       return false;
     }

@@ -135,6 +135,7 @@ Deadline deadline_of(const Exchange& exchange, const Service& service,
     deadline.at = std::min(deadline.at, Deadline::Clock::now() + kOnEventLoop);
   deadline.caller = exchange.caller;
   deadline.threads = threads;
+  deadline.progress = exchange.progress;
   if (exchange.memory != nullptr && !exchange.on_event_loop)
     exchange.memory->wait_until(deadline.at);
   return deadline;

@@ -151,6 +151,8 @@ class Cast(unittest.TestCase):
         for arguments in (["--help"], ["serve", "--help"], ["cast", "--help"], ["demo", "--help"]):
             done = sightline(*arguments)
             self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual(sightline("help").stdout, sightline("--help").stdout)
+        self.assertEqual(sightline("help", "cast").stdout, sightline("cast", "--help").stdout)
         for arguments in ([], ["nonsense"], ["serve", "--listen", "nowhere"], ["serve", "--listen", "127.0.0.1:99999"],
                           ["serve", "--workers", "0"], ["serve", "--kernel", "abacus", "--listen", "127.0.0.1:0"]):
             done = sightline(*arguments)

@@ -99,6 +99,8 @@ class Errors(unittest.TestCase):
             with self.subTest(path=path):
                 self.expect(self.server.ask(path, "--path-as-is"), 404, "ROUTE_NOT_FOUND")
         self.expect(self.server.ask("/nothing", "-X", "POST", body="x"), 404, "ROUTE_NOT_FOUND")
+        self.assertIn("/docs", self.server.ask("/nothing").json()["detail"])
+        self.assertEqual(self.server.ask("/docs").status, 200)
 
     def test_a_wrong_method_is_405_and_says_what_is_allowed(self):
         for method, path, allowed in [

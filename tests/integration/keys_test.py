@@ -68,6 +68,7 @@ class Keys(unittest.TestCase):
         first = plain(self.server.ask("/v1/scenes/six"))
         self.assertEqual((first[0], first[1]["www-authenticate"], first[1]["content-type"]),
                          (401, 'Bearer realm="sightline"', "application/problem+json"))
+        self.assertIn("Authorization: Bearer KEY", self.server.ask("/v1/scenes/six").json()["detail"])
         body = "x" * 100
         for path, arguments, body in [("/v1/scenes/none", (), None), ("/nothing", (), None), ("/page", (), None), ("/version", (), None),
                                       ("/metrics", (), None), ("/openapi.json", (), None), ("/v1/scenes/%zz", (), None),
