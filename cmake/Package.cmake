@@ -3,6 +3,9 @@ include(GNUInstallDirs)
 set(deploy ${PROJECT_SOURCE_DIR}/docs/deploy)
 
 install(TARGETS sightline RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+if(TARGET sightline_convert)
+  install(TARGETS sightline_convert RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT convert EXCLUDE_FROM_ALL)
+endif()
 install(FILES ${deploy}/sightline.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
 install(FILES ${deploy}/nginx.conf ${deploy}/nginx-stream.conf ${deploy}/sightline.json
         DESTINATION ${CMAKE_INSTALL_DOCDIR}/examples)

@@ -11,6 +11,7 @@
 #         browser (test, with the pages in a headless browser; scripts/page_pictures.sh),
 #         bench (build every benchmark and draw its charts), package (make a .deb),
 #         cluster (an object store and a balancer; scripts/cluster_test.sh),
+#         convert (build sightline-convert too),
 #         arm (build for aarch64 and run under qemu-user; scripts/arm_check.sh).
 set -euo pipefail
 
@@ -18,9 +19,10 @@ build="g++ cmake ninja-build pkg-config ccache ca-certificates
   libtinygltf-dev libmeshoptimizer-dev libdraco-dev nlohmann-json3-dev libcpp-httplib-dev libsimdjson-dev libfast-float-dev libspdlog-dev libfmt-dev
   libcli11-dev libcurl4-openssl-dev libpugixml-dev prometheus-cpp-dev libtbb-dev libhwy-dev libssl-dev zlib1g-dev libpng-dev libzstd-dev libbrotli-dev npm"
 run="$build curl"
-test="$run libgtest-dev libgmp-dev libembree-dev python3 python3-numpy strace clang-format"
+test="$run libassimp-dev libgtest-dev libgmp-dev libembree-dev python3 python3-numpy strace clang-format"
 bench="$test librsvg2-bin fonts-dejavu-core nginx-light libnginx-mod-stream"
 browser="$test chromium fonts-dejavu-core pngquant"
+convert="$build libassimp-dev"
 package="$build dpkg-dev file python3"
 cluster="radosgw ceph-mon ceph-osd ceph-common haproxy python3"
 arm="g++-aarch64-linux-gnu qemu-user debootstrap"
@@ -34,7 +36,7 @@ packages=()
 for argument in "$@"; do
   case $argument in
     --print) print_only=yes ;;
-    build | run | test | browser | bench | package | cluster | arm | lint | image) read -r -d '' -a group <<<"${!argument} " || true; packages+=("${group[@]}") ;;
+    build | run | test | browser | bench | convert | package | cluster | arm | lint | image) read -r -d '' -a group <<<"${!argument} " || true; packages+=("${group[@]}") ;;
     -h | --help) usage; exit 0 ;;
     *) echo "$0: no group '$argument'" >&2; usage >&2; exit 2 ;;
   esac

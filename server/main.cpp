@@ -23,6 +23,7 @@ int run(const QueryCommand& command) { return run_query(command, std::cin, std::
 int run(const McpCommand& command) { return run_mcp(command, std::cin, std::cout, std::cerr); }
 int run(const DemoCommand& command) { return run_demo(command, std::cerr); }
 int run(const KeyCommand& command) { return run_key(command, std::cout, std::cerr); }
+int run(const ConvertCommand& command) { return run_convert(command, std::cerr); }
 int run(const CheckCommand& command) { return run_check(command, std::cout, std::cerr); }
 int run(const ShowText& shown) {
   (shown.exit_code == 0 ? std::cout : std::cerr) << shown.text;

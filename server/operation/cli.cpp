@@ -47,6 +47,20 @@ class CommandLine {
     CLI::App* demo_app = app_.add_subcommand("demo", "write a demo scene as a .glb file");
     demo_app->add_option("NAME", demo_.name, "town, six or painted")->required();
     demo_app->add_option("OUT", demo_.file, "the file to write")->required();
+    convert_app_ = app_.add_subcommand(
+        "convert", "write an OBJ, PLY, STL, DAE, FBX or 3MF file as .glb, in a process of its own");
+    convert_app_->add_option("IN", convert_.from, "the file to read")->required();
+    convert_app_->add_option("OUT", convert_.to, "the .glb file to write")->required();
+    convert_app_
+        ->add_option("--memory-mib", convert_.memory_mib,
+                     "the most memory, and size of OUT, in MiB")
+        ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 20))
+        ->capture_default_str();
+    convert_app_
+        ->add_option("--seconds", convert_.seconds,
+                     "the most seconds of processor time; twice as many in total")
+        ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{86'400}))
+        ->capture_default_str();
     check_app_ = app_.add_subcommand(
         "check-config", "check a file of settings for serve --config; exit code 0 or 2");
     check_app_->add_option("FILE", check_.file, "the file")->required();
@@ -99,6 +113,7 @@ class CommandLine {
       return query_;
     }
     if (mcp_app_->parsed()) return mcp_;
+    if (convert_app_->parsed()) return convert_;
     if (check_app_->parsed()) return check_;
     if (new_key_app_->parsed()) {
       key_.access = role_ == "write" ? Access::kWrite : Access::kRead;
@@ -148,7 +163,8 @@ class CommandLine {
   }
 
   CLI::App app_{"Exact ray queries against glTF scenes.", "sightline"};
-  CLI::App *serve_app_, *cast_app_, *query_app_, *mcp_app_, *check_app_, *new_key_app_;
+  CLI::App *serve_app_, *cast_app_, *query_app_, *mcp_app_, *convert_app_, *check_app_,
+      *new_key_app_;
   ServeCommand serve_;
   ServeFlags serve_flags_;
   CastCommand cast_;
@@ -157,6 +173,7 @@ class CommandLine {
   QueryFlags query_flags_;
   McpCommand mcp_;
   DemoCommand demo_;
+  ConvertCommand convert_;
   CheckCommand check_;
   KeyCommand key_;
   std::string role_;

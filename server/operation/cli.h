@@ -108,6 +108,13 @@ struct DemoCommand {
   std::string file;
 };
 
+/// sightline convert
+struct ConvertCommand {
+  std::string from, to;
+  std::uint64_t memory_mib = 4096;  ///< the most memory and output of the converter
+  std::uint64_t seconds = 300;      ///< the most processor time; twice as much time in total
+};
+
 /// `sightline key new`: prints a new API key, and the line for the file of --keys that accepts it.
 struct KeyCommand {
   Access access = Access::kRead;  ///< what the key allows
@@ -126,7 +133,7 @@ struct ShowText {
 };
 
 using Command = std::variant<ServeCommand, CastCommand, QueryCommand, McpCommand, DemoCommand,
-                             KeyCommand, CheckCommand, ShowText>;
+                             KeyCommand, CheckCommand, ConvertCommand, ShowText>;
 
 /// Parses the arguments, of which the first is the name of the program. Reads the file of --config;
 /// flags take precedence over it. Returns ShowText for help and for mistakes. Throws nothing for

@@ -1,6 +1,11 @@
 #include "server/operation/small_commands.h"
 
 #include <fcntl.h>
+#include <unistd.h>
+
+#include <array>
+#include <filesystem>
+#include <system_error>
 
 #include "core/store/posix_file.h"
 #include "server/service/scene_source.h"
@@ -35,6 +40,20 @@ int run_key(const KeyCommand& command, std::ostream& out, std::ostream& complain
   out << "key: " << *key << "\nline: " << key_line({command.name, command.access, key_sha256(*key)})
       << std::endl;
   return out ? 0 : 2;
+}
+
+int run_convert(const ConvertCommand& command, std::ostream& complaints) {
+  std::error_code none;
+  const auto here = std::filesystem::read_symlink("/proc/self/exe", none).parent_path();
+  std::array<std::string, 5> arguments{(here / "sightline-convert").string(), command.from,
+                                       command.to, std::to_string(command.memory_mib),
+                                       std::to_string(command.seconds)};
+  std::array<char*, 6> pointers{};
+  for (std::size_t i = 0; i < arguments.size(); ++i) pointers[i] = arguments[i].data();
+  ::execv(arguments[0].c_str(), pointers.data());
+  complaints << "sightline: there is no " << arguments[0]
+             << ": it is built where libassimp-dev is installed (docs/guides/convert.md)\n";
+  return 2;
 }
 
 int run_check(const CheckCommand& command, std::ostream& out, std::ostream& complaints) {

@@ -1,5 +1,5 @@
 #pragma once
-/// The small commands: sightline demo, key and check-config. Each returns the exit code: 0, or 2
+/// The small commands: sightline demo, key, convert and check-config. Each returns the exit code: 0, or 2
 /// for an error.
 
 #include <ostream>
@@ -12,6 +12,9 @@ namespace sightline {
 int run_demo(const DemoCommand& command, std::ostream& complaints);
 /// Makes a key for a client. Prints "key: ..." and "line: ...", and stores neither.
 int run_key(const KeyCommand& command, std::ostream& out, std::ostream& complaints);
+/// Replaces this process by sightline-convert, which is beside its program. Returns only if there is
+/// none.
+int run_convert(const ConvertCommand& command, std::ostream& complaints);
 /// Checks whether a server would accept a file of settings. Prints each mistake and warning with
 /// its place on `complaints`, and "FILE: good" on `out` if there is no mistake.
 int run_check(const CheckCommand& command, std::ostream& out, std::ostream& complaints);
