@@ -36,6 +36,8 @@ struct Sample {
     terms.attributes.uv = {{{0.5, -1}}, {{kNan, kNan}}};
     terms.attributes.uv1 = {{{2, 3}}, {{kNan, kNan}}};
     terms.attributes.tangent = {{{1, 0, 0, -1}}, {{kNan, kNan, kNan, kNan}}};
+    terms.costs.nodes = {17, 4};
+    terms.costs.blocks = {3, 0};
     terms.attributes.colour = {{{1, 0.5, 0, 1}}, {{kNan, kNan, kNan, kNan}}};
   }
   std::string encode(FieldSet fields, AnswerLayout layout) const {
@@ -70,7 +72,7 @@ TEST(HitJson, writes_every_field_in_its_order) {
             R"("colour":[1,0.5,0,1],"front":true,)"
             R"("on_edge":true,"node":"roof \"east\"","node_id":7,"node_path":"/town/roof",)"
             R"("mesh":"house","mesh_id":8,"material":"tile","material_id":9,)"
-            R"("node_instance":2},null]})");
+            R"("node_instance":2,"cost_nodes":17,"cost_blocks":3},null]})");
   const auto columns =
       nlohmann::json::parse(Sample().encode(every_field(), AnswerLayout::kColumns));
   EXPECT_EQ(columns.size(), kHitFieldCount);
