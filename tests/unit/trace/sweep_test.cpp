@@ -168,8 +168,13 @@ void judge_boxes(std::uint64_t seed, bool turned, int all) {
     ASSERT_TRUE(is_normal(*normal, s.ray)) << "round " << round;
     for (const Vec3d* v : {&s.triangle.v0, &s.triangle.v1, &s.triangle.v2})
       ASSERT_LE(above(*normal, oracle::exact_point(*v), at), tiny) << "round " << round;
-    for (const ExactPoint& corner : corners)
-      ASSERT_GE(above(*normal, corner, at), -tiny) << "round " << round;
+    // The components of the normal are rounded once, which turns it by less than 2^-51. Nearly
+    // dependent axes make distant corners.
+    for (const ExactPoint& corner : corners) {
+      const mpq_class far = oracle::hull_square_distance({oracle::exact_point(at)}, {corner});
+      const mpq_class turn = mpq_class(std::sqrt(far.get_d()) * 0x1p-51);
+      ASSERT_GE(above(*normal, corner, at), -(tiny + turn)) << "round " << round;
+    }
   }
   std::printf("%d boxes: met %zu, before tmin %zu, wrong 0\n", rounds, met, begun);
   EXPECT_GT(met, test::random_cases(static_cast<std::size_t>(all)) / 4);
