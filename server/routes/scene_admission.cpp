@@ -81,6 +81,16 @@ std::optional<SceneSnapshot> obtain_scene(Exchange& exchange, const Service& ser
   }
   // The event loop does not wait for an origin: without an answer a worker begins again.
   if (exchange.on_event_loop && !service.store.has(exchange.scene_id, minimum)) return std::nullopt;
+  std::optional<Permit> permit;
+  if (!service.store.has(exchange.scene_id, minimum)) {
+    // Other scenes are answered while an origin is slow.
+    permit.emplace(service.waiters.try_acquire());
+    if (!*permit) {
+      exchange.reply_error(
+          {ErrorKind::kBusy, "ORIGIN_BUSY", "many requests wait for scenes of the origin", ""});
+      return std::nullopt;
+    }
+  }
   auto stored = service.store.obtain(exchange.scene_id, minimum, deadline);
   if (!stored) {
     exchange.reply_error(stored.error());

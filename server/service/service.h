@@ -55,7 +55,8 @@ struct Service {
   /// Set when the server begins to shut down.
   std::atomic<bool> stopping{false};
   CancelFlag cancelled{};             ///< set when running requests must end, too
-  Semaphore waiters{limits.waiters};  ///< permits to wait for a load
+  /// Permits to wait for a load or for an origin. Functions that only read the service wait, too.
+  mutable Semaphore waiters{limits.waiters};
 
   /// The deadline of an answer that begins now: limits.request, or timeout_ms if that is less. It
   /// refers to `cancelled`.
