@@ -54,7 +54,7 @@ struct Service {
   ServiceLimits limits{};
   /// Set when the server begins to shut down.
   std::atomic<bool> stopping{false};
-  CancelFlag cancelled{};             ///< set when running requests must end, too
+  CancelFlag cancelled{};  ///< set when running requests must end, too
   /// Permits to wait for a load or for an origin. Functions that only read the service wait, too.
   mutable Semaphore waiters{limits.waiters};
 
