@@ -29,7 +29,7 @@ constexpr std::string_view kShown =
 constexpr std::string_view kAllowed =
     "Access-Control-Allow-Methods: GET, HEAD, POST, PUT, PATCH, DELETE\r\n"
     "Access-Control-Allow-Headers: Accept, Authorization, Content-Encoding, Content-Type, "
-    "If-Match, If-None-Match, Prefer, X-Request-Id\r\n"
+    "If-Match, If-None-Match, Prefer, X-Request-Id, X-Scene-Min-Revision\r\n"
     "Access-Control-Max-Age: 600\r\n";
 
 /// Of an origin: what stands in a Host field for it.

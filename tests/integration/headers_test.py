@@ -164,7 +164,7 @@ class Headers(unittest.TestCase):
                         self.assertEqual(cors(answer), {"access-control-allow-origin": origin, "access-control-max-age": "600",
                                                         "access-control-allow-methods": "GET, HEAD, POST, PUT, PATCH, DELETE",
                                                         "access-control-allow-headers": "Accept, Authorization, Content-Encoding, Content-Type, "
-                                                        "If-Match, If-None-Match, Prefer, X-Request-Id"})
+                                                        "If-Match, If-None-Match, Prefer, X-Request-Id, X-Scene-Min-Revision"})
                     page = ("-H", f"Origin: {origin}")
                     asked = server.query("six", "any", QUERY, *page, *bearer(key))
                     missing = server.ask("/v1/scenes/none", *page, *bearer(key))
