@@ -2,8 +2,7 @@
 
 export const FIELDS = ["t", "distance", "instance", "primitive", "triangle", "position", "normal", "shading_normal",
   "barycentrics", "uv", "uv1", "tangent", "colour", "front", "on_edge", "node", "node_id",
-  "node_path", "mesh", "mesh_id", "material", "material_id", "node_instance", "cost_nodes",
-  "cost_blocks"];
+  "node_path", "mesh", "mesh_id", "material", "material_id", "node_instance"];
 
 const DOWN = [0, -1, 0];
 
