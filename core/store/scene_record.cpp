@@ -192,9 +192,8 @@ std::string tag_of(const NodeChanges& changes) {
   // Bytes of the members, not JSON: the digits of all numbers take fifty times as long.
   std::string bytes;
   const auto append = [&](const auto& member) {
-    if (!member) return bytes.append(1, '\0');
-    bytes += '\1';
-    return bytes.append(reinterpret_cast<const char*>(&*member), sizeof(*member));
+    bytes += member ? '\1' : '\0';
+    if (member) bytes.append(reinterpret_cast<const char*>(&*member), sizeof(*member));
   };
   for (const NodeChange& change : changes) {
     append(&change.node);
