@@ -243,11 +243,14 @@ Result<IncomingScene> SceneStore::begin(const std::string& id, const SceneChoice
 
 std::optional<Result<Put>> SceneStore::wait(SceneLoad& load, const Deadline& deadline) {
   std::unique_lock hold(mutex_);
-  if (wait_until(changed_, hold, deadline, [&] { return load.outcome_.has_value(); })) {
-    return load.outcome_;
-  }
+  if (wait_for_outcome(load, hold, deadline)) return load.outcome_;
   load.awaited_ = false;
   return std::nullopt;
+}
+
+bool SceneStore::wait_for_outcome(const SceneLoad& load, std::unique_lock<std::mutex>& hold,
+                                  const Deadline& deadline) {
+  return wait_until(changed_, hold, deadline, [&] { return load.outcome_.has_value(); });
 }
 
 bool SceneStore::enter(const LoadPointer& load) {

@@ -287,6 +287,9 @@ class SceneStore {
   bool is_wanted(const LoadPointer& load) const;
 
   // Preconditions: mutex_ is held.
+  /// Waits, with `hold` on mutex_, until the load has an outcome. False at the deadline.
+  bool wait_for_outcome(const SceneLoad& load, std::unique_lock<std::mutex>& hold,
+                        const Deadline& deadline);
   LoadPointer add_load(Entry& entry, const std::string& id, const SceneChoice& choice,
                        const LoadCount& alive);
   /// Null if the load has ended.

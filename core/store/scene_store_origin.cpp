@@ -26,9 +26,6 @@ constexpr std::chrono::milliseconds kAsksAgain{500};
 
 bool is_ready(const SceneSnapshot& scene) { return scene && scene->scene; }
 
-/// How a wait looks at its deadline's flag, which wakes nobody.
-constexpr std::chrono::milliseconds kLook{100};
-
 bool has_files_of(const SceneRecord& a, const SceneRecord& b) {
   const auto is_same = [](const NeighbourRecord& x, const NeighbourRecord& y) {
     return x.name == y.name && x.sha256 == y.sha256;
@@ -131,15 +128,10 @@ Result<SceneSnapshot> SceneStore::catch_up(const std::string& id, std::uint64_t 
   if (is_ready(present) && present->revision >= newest->number) return present;
   const LoadPointer load = load_from_origin(id, newest->number);
   std::unique_lock hold(mutex_);
-  while (!load->outcome_) {
-    if (deadline.passed()) {
-      const auto found = entries_.find(id);
-      return found == entries_.end() ? nullptr : snapshot_of(found->second);
-    }
-    changed_.wait_until(hold, std::min(deadline.at, Deadline::Clock::now() + kLook));
-  }
-  if (!*load->outcome_) return load->outcome_->error();
+  const bool has_ended = wait_for_outcome(*load, hold, deadline);
   const auto found = entries_.find(id);
+  if (!has_ended) return found == entries_.end() ? nullptr : snapshot_of(found->second);
+  if (!*load->outcome_) return load->outcome_->error();
   if (found != entries_.end()) found->second.used = next_use_++;
   return load->outcome_->value().scene;
 }

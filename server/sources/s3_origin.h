@@ -27,8 +27,8 @@ struct S3Bucket {
 /// bytes of files are not signed; their names tell their hash. Requests that only read are repeated
 /// twice if the store is unreachable. Connections are reused.
 ///
-/// Of the store it needs `If-None-Match: *` for PUT, which Amazon S3 has since August 2024, and a
-/// listing that shows what was written before.
+/// The store must support `If-None-Match: *` for PUT; Amazon S3 does since August 2024. A listing
+/// must show what was written before it.
 class S3Origin final : public Origin {
  public:
   explicit S3Origin(S3Bucket bucket);
