@@ -128,16 +128,18 @@ class FullDisk(OnDisk):
     def test_too_many_open_files_are_not_damage(self):
         server = self.server()
         self.assertEqual(server.put("s", grid_glb(20, 3)).status, 201)
-        connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=PATIENCE)
-        self.addCleanup(connection.close)
-        connection.connect()
-        connection.request("GET", "/healthz")
-        connection.getresponse().read()
-        resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE, (3, 4096))
-        connection.request("PUT", "/v1/scenes/new", grid_glb(4, 5), {"Content-Type": "model/gltf-binary"})
-        answer = connection.getresponse()
-        self.assertEqual((answer.status, answer.headers["Retry-After"]), (503, "1"))
-        self.assertIn(b"STORE_BUSY", answer.read())
+        body = grid_glb(4, 5)
+        with socket.create_connection(("127.0.0.1", server.port), PATIENCE) as connection:
+            connection.sendall(b"PUT /v1/scenes/new HTTP/1.1\r\nHost: x\r\nExpect: 100-continue\r\nContent-Type: model/gltf-binary\r\n"
+                               b"Content-Length: %d\r\n\r\n" % len(body))
+            # The server owes an answer from here on: it ends an idle connection where another waits for a descriptor.
+            self.assertEqual(connection.recv(100), b"HTTP/1.1 100 Continue\r\n\r\n")
+            resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE, (3, 4096))
+            connection.sendall(body)
+            answer = http.client.HTTPResponse(connection)
+            answer.begin()
+            self.assertEqual((answer.status, answer.headers["Retry-After"]), (503, "1"))
+            self.assertIn(b"STORE_BUSY", answer.read())
         resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE, (1024, 4096))
         self.assertEqual(server.put("new", grid_glb(4, 5)).status, 201)
         self.check_folder(server)
