@@ -594,7 +594,7 @@ const PLANS = {
     return runs;
   },
 
-  /** Documents at /docs/...: each WORD is a path. Then a search. */
+  /** Documents at /docs/...: each WORD is a path. Then a search, and the API at /docs. */
   async guide() {
     const runs = [];
     for (const size of SIZES) {
@@ -616,6 +616,10 @@ const PLANS = {
         await page.click("#found a");
         await page.waitForSelector("body[data-complete]");
         seen.arrived = page.url();
+        await page.goto(`${url}/docs`);
+        await page.waitForSelector("#contents:not([hidden])", {state: "attached"});
+        seen.api = {title: await page.title(), wider: await page.evaluate(() => document.documentElement.scrollWidth - innerWidth), barriers: await barriers(page)};
+        await page.screenshot({path: `${folder}/api-${seen.size}-${theme}.png`});
         runs.push(seen);
         await close();
       }

@@ -638,6 +638,9 @@ class PageInBrowser(unittest.TestCase):
                             self.assertEqual(self.server.ask(link.removeprefix(self.server.url).split("#")[0]).status, 200, link)
                 self.assertEqual(run["found"][0], f"{self.server.url}/docs/guides/page.md#tools")
                 self.assertEqual(run["arrived"], run["found"][0])
+                # Its wide tables scroll in themselves.
+                self.assertEqual((run["api"]["wider"], run["api"]["barriers"]), (0, []))
+                self.assertIn("Sightline", run["api"]["title"])
 
     def test_a_key_is_asked_for_and_shown_nowhere(self):
         key, line = make_key("read", "people")

@@ -103,9 +103,12 @@ async function load(id, signal) {
   });
   if (signal.aborted) return;
   if (!whole) return choose(id);
-  // Software GL shows nothing else until it has drawn them.
+  // Software GL shows nothing else until it has drawn them, so the stand-in is to be on the screen before.
   const LONGEST = 500;
   await Promise.race([traced.first, new Promise((resolve) => setTimeout(resolve, LONGEST))]);
+  await new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)));
+  if (signal.aborted) return;
+  traced.hold();
   view.draw();
   await view.drawn();
   if (signal.aborted) return;

@@ -27,6 +27,9 @@ export class Traced {
     this.moved();
   }
 
+  /** Nothing finer comes; the picture stays. */
+  hold() { this.most = 0; }
+
   /** The camera has moved, or the size has changed: coarse again. */
   moved() {
     const place = JSON.stringify([this.scene, this.view.pose, this.view.camera.aspect]);

@@ -28,9 +28,22 @@ export class View {
     this.middle = [0, 0, 0];
     this.radius = 1;
     this.triangles = 0;
+    this.warm();
     this.share = 1;  // of the pixels' rows and columns that are drawn
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
     this.resize();
+  }
+
+  /** Draws both kinds of meshes before the first scene is there: GL then makes its programs while the server answers. */
+  warm() {
+    const geometry = new BufferGeometry();
+    geometry.setAttribute("position", new BufferAttribute(new Float32Array(9), 3));
+    geometry.setAttribute("color", new BufferAttribute(new Uint8Array(9), 3, true));
+    geometry.setIndex(new BufferAttribute(new Uint16Array([0, 1, 2]), 1));
+    for (const mesh of [new Mesh(geometry, this.material), new InstancedMesh(geometry, this.material, 1)]) {
+      mesh.frustumCulled = false;
+      this.scene.add(mesh);
+    }
   }
 
   // While the camera is dragged, slow machines draw fewer pixels.
