@@ -418,6 +418,8 @@ Result<std::uint64_t> SceneStore::remove(const std::string& id, const Preconditi
     // Else all that it may have is a load here.
     if (*published == 0 && !present) return scene_not_found();
     revision = *published;
+    const std::lock_guard hold(mutex_);
+    stored_.erase(id);
   } else {
     if (!present) return scene_not_found();
     if (Status status = precondition.check(present->etag); !status)

@@ -78,6 +78,13 @@ class Folder(Shared):
         a.ask("/v1/scenes/six", "-X", "DELETE")
         until(lambda: not listed())
 
+    def test_a_removed_scene_leaves_the_list_of_its_server_at_once(self):
+        a, b = self.server("a"), self.server("b")
+        for server in (a, b):
+            server.put("six", demo_glb("six"))
+            self.assertEqual(server.ask("/v1/scenes/six", "-X", "DELETE").status, 204)
+            self.assertEqual(server.ask("/v1/scenes").json()["scenes"], [])
+
     def test_trees_are_built_once(self):
         a = self.server("a")
         a.put("town", demo_glb("town"))
