@@ -23,7 +23,7 @@ Errors. ValueError: an argument is wrong, and nothing was sent. SightlineError: 
 
 Requests. Rays, points and hits travel as bytes (docs/reference/binary.md), answers with texts as JSON. A call with many rows
 is sent in slices of 65,536 rows. Connections are reused, and threads may share an object. A request that may be repeated is
-repeated after a lost connection and after 429, 502 and 503.
+repeated after a lost connection and after 429, 502 and 503, by another server if there are several.
 """
 
 from __future__ import annotations
@@ -42,6 +42,7 @@ import os
 import random
 import selectors
 import shutil
+import ssl
 import struct
 import subprocess
 import sys
@@ -84,14 +85,17 @@ _NO_SEQUENCES = (str, bytes, bytearray, AnyMapping, AnySet)
 # By the numbers of docs/reference/binary.md.
 _FAULTS = ("", "RAY_NOT_FINITE", "RAY_DIRECTION_ZERO", "RAY_LIMIT_NAN", "RAY_LIMITS_REVERSED")
 _BUSY = {429, 502, 503}
-_LOST = (ConnectionError, http.client.BadStatusLine, http.client.IncompleteRead)
+_LOST = (OSError, http.client.BadStatusLine, http.client.IncompleteRead)  # No answer, or a part of one.
+# Seconds: for the connection to a server, and how long other servers come before one that gave no answer.
+_CONNECT, _AVOID = 5.0, 5.0
 
 
 class SightlineError(Exception):
-    """What the server refused. `errors` has a JSON pointer for each place that is wrong."""
+    """What the server refused. `errors` has a JSON pointer for each place that is wrong. `repeated`: the request was sent
+    before without a clear answer, and may have been carried out then; a 412 can be the effect of that."""
 
-    def __init__(self, status: int, problem: Mapping[str, Any]):
-        self.status = status
+    def __init__(self, status: int, problem: Mapping[str, Any], repeated: bool = False):
+        self.status, self.repeated = status, repeated
         self.code: str = problem.get("code", "")
         self.detail: str = problem.get("detail", "")
         self.errors: list[dict[str, Any]] = problem.get("errors", [])
@@ -101,20 +105,29 @@ class SightlineError(Exception):
 
 
 class Sightline:
-    """A server, or several servers that share no scenes.
+    """A server, or several servers that share their scenes by an origin (docs/guides/replicas.md).
 
-    `url` may be a list: each scene then lives on one of the servers, chosen by a hash of its id and of each address. The
-    choice does not depend on the order of the list, and another server moves only the scenes that it gets. There is no other
-    server for a scene when its server is down. `key` is sent as a bearer token. `timeout` is in seconds, for each wait for the
-    network. `retries` bounds the repetitions of a request."""
+    `url` may be a list. Each scene then has an order of the servers, by a hash of its id and of each address (rendezvous
+    hashing): its requests go to the first server, and to the next where one does not answer. The order does not depend on that
+    of the list, and a further server moves only the scenes that it gets. The client requires of each answer the newest
+    revision that it has seen of the scene; shared=True does so for one address too, that of a balancer. With shared=False
+    the servers share no scenes: each scene lives on its first server alone.
 
-    def __init__(self, url: str | Sequence[str], key: str | None = None, timeout: float = 120, retries: int = 5):
+    `key` is sent as a bearer token. `timeout` is in seconds, for each wait for the network. `patience` is in seconds: no try of
+    a request begins later after its first, but each server is tried once."""
+
+    def __init__(self, url: str | Sequence[str], key: str | None = None, timeout: float = 120, patience: float = 30,
+                 shared: bool | None = None):
         urls = [url] if isinstance(url, str) else list(url)
         if not urls:
             raise ValueError("there is no address")
         self._pools = [_Pool(each, timeout) for each in urls]
         self._headers = {"Authorization": f"Bearer {key}"} if key else {}
-        self._timeout, self._retries = timeout, retries
+        self._patience = patience
+        self._shared = len(urls) > 1 if shared is None else shared
+        self._revisions: dict[str, int] = {}  # The newest that was seen of each scene.
+        self._jobs: dict[str, _Pool] = {}  # The server of each job.
+        self._lock = threading.Lock()
         self._process: _Process | None = None
 
     @classmethod
@@ -182,7 +195,7 @@ class Sightline:
         `source` may be a mesh of trimesh or Open3D, or a scene of trimesh. `file_scene` chooses a scene of the file."""
         body = _scene_bytes(source)
         path = self._scene(scene, wait=wait, scene=file_scene)
-        return json.loads(self._ask("PUT", path, body, _BYTES, conditions=_conditions(if_match, if_none_match)))
+        return self._state(scene, self._ask("PUT", path, body, _BYTES, conditions=_conditions(if_match, if_none_match)))
 
     def put_mesh(self, scene: str, vertices: Points, faces: Any, name: str = "mesh", wait: float | None = None) -> dict:
         """Loads triangles: vertices of shape (n, 3), faces of shape (m, 3) with numbers of vertices.
@@ -193,23 +206,24 @@ class Sightline:
     def load(self, scene: str, source: Mapping[str, str], wait: float | None = None) -> dict:
         """Makes the server load {"path": ...} below its --scene-root, or {"url": ..., "sha256": ...}."""
         path = "/v1/scenes" + ("" if wait is None else f"?wait={wait}")
-        return json.loads(self._ask("POST", path, _text({"id": scene, "source": dict(source)}), _JSON, once=True, home=scene))
+        body = _text({"id": scene, "source": dict(source)})
+        return self._state(scene, self._ask("POST", path, body, _JSON, once=True, home=scene))
 
     def delete(self, scene: str, if_match: str | None = None, if_none_match: str | None = None) -> None:
         self._ask("DELETE", self._scene(scene), conditions=_conditions(if_match, if_none_match))
 
     def scenes(self) -> list[dict]:
         """The scenes of all servers."""
-        return [scene for pool in self._pools for scene in json.loads(self._ask("GET", "/v1/scenes", pool=pool))["scenes"]]
+        pools: list = [None] if self._shared else self._pools
+        return [scene for pool in pools for scene in json.loads(self._ask("GET", "/v1/scenes", pool=pool))["scenes"]]
 
     def scene(self, scene: str, wait: float | None = None) -> dict:
         """State, counts, bounds and warnings; with `wait` after the end of a load, or after so many seconds."""
-        return json.loads(self._ask("GET", self._scene(scene, wait=wait)))
+        return self._state(scene, self._ask("GET", self._scene(scene, wait=wait)))
 
     def events(self, scene: str) -> Iterator[dict]:
         """State and progress of a load, as they change."""
-        pool = self._pool(self._scene(scene), None)
-        connection = pool.open()
+        pool, connection = self._opened(scene)
         try:
             connection.request("GET", pool.prefix + self._scene(scene, "/events"), headers=self._headers)
             answer = connection.getresponse()
@@ -422,40 +436,65 @@ class Sightline:
         """Any question about a scene, as the JSON of docs/reference/api.md."""
         return json.loads(self._ask("POST", self._scene(scene, "/" + what), _text(body), _JSON))
 
-    # Questions that are answered in the background (docs/guides/jobs.md). The server of the scene has the job.
+    # Questions that are answered in the background (docs/guides/jobs.md). The server that was asked has the job: this object
+    # knows it, another one asks the first server of the scene.
 
     def ask_later(self, scene: str, what: str, body: Mapping[str, Any]) -> str:
         """Makes a job of a question of ask(); returns its id."""
-        answer = self._ask("POST", self._scene(scene, "/" + what), _text(body), _JSON, conditions={"Prefer": "respond-async"})
-        return json.loads(answer)["id"]
+        _, answer, pool = self._exchange("POST", self._scene(scene, "/" + what), _text(body), _JSON, once=True,
+                                         conditions={"Prefer": "respond-async"})
+        job = json.loads(answer)["id"]
+        self._jobs[job] = pool
+        return job
 
     def job(self, scene: str, job: str) -> dict:
         """State and progress of a job."""
-        return json.loads(self._ask("GET", f"/v1/jobs/{quote(job, safe='')}", home=scene))
+        return json.loads(self._ask("GET", f"/v1/jobs/{quote(job, safe='')}", home=scene, pool=self._jobs.get(job)))
 
     def job_result(self, scene: str, job: str) -> dict:
         """The answer of a job whose state is done, as that of ask()."""
-        return json.loads(self._ask("GET", f"/v1/jobs/{quote(job, safe='')}/result", home=scene))
+        return json.loads(self._ask("GET", f"/v1/jobs/{quote(job, safe='')}/result", home=scene, pool=self._jobs.get(job)))
 
     def delete_job(self, scene: str, job: str) -> None:
         """Cancels a job and forgets it."""
-        self._ask("DELETE", f"/v1/jobs/{quote(job, safe='')}", home=scene)
+        self._ask("DELETE", f"/v1/jobs/{quote(job, safe='')}", home=scene, pool=self._jobs.get(job))
+        self._jobs.pop(job, None)
 
     # Below here nothing is for callers.
 
     def _good(self, path: str) -> bool:
-        return all(self._send(pool, "GET", pool.prefix + path, None, self._headers)[0] == 200 for pool in self._pools)
+        return all(self._send(pool, pool.take(), "GET", path, None, self._headers)[0] == 200 for pool in self._pools)
 
     def _scene(self, name: str, rest: str = "", /, **parameters: Any) -> str:
         known = {key: value for key, value in parameters.items() if value is not None}
         return f"/v1/scenes/{quote(name, safe='')}{rest}" + ("?" + urlencode(known, safe=",") if known else "")
 
-    def _pool(self, path: str, home: str | None) -> _Pool:
-        """The server of a scene, by rendezvous hashing."""
-        if len(self._pools) == 1:
-            return self._pools[0]
-        name = quote(home, safe="") if home is not None else path[len("/v1/scenes/"):].split("/")[0].split("?")[0]
-        return max(self._pools, key=lambda pool: hashlib.sha256(f"{pool.url}\n{name}".encode()).digest())
+    def _state(self, scene: str, answer: bytes) -> dict:
+        state = json.loads(answer)
+        self._saw(quote(scene, safe=""), state.get("revision"))
+        return state
+
+    def _saw(self, name: str, revision: Any) -> None:
+        if self._shared and name and revision is not None:
+            with self._lock:
+                self._revisions[name] = max(int(revision), self._revisions.get(name, 0))
+
+    def _servers(self, name: str) -> list[_Pool]:
+        """The servers of a scene in the order in which they are asked, by rendezvous hashing."""
+        order = sorted(self._pools, key=lambda pool: hashlib.sha256(f"{pool.url}\n{name}".encode()).digest(), reverse=True)
+        late = time.monotonic() - _AVOID
+        return sorted(order, key=lambda pool: pool.lost > late) if self._shared else order[:1]
+
+    def _opened(self, scene: str) -> tuple[_Pool, http.client.HTTPConnection]:
+        """A new connection to the first server of a scene that can be reached."""
+        fault: OSError | None = None
+        for pool in self._servers(quote(scene, safe="")):
+            try:
+                return pool, pool.open()
+            except OSError as error:
+                fault = error
+        assert fault is not None
+        raise fault
 
     def _ask(self, method: str, path: str, body: bytes | None = None, kind: str | None = None, accept: str | None = None,
              **rules: Any) -> bytes:
@@ -463,43 +502,69 @@ class Sightline:
 
     def _exchange(self, method: str, path: str, body: bytes | None = None, kind: str | None = None, accept: str | None = None,
                   conditions: Mapping[str, str] = {}, once: bool = False, home: str | None = None, pool: _Pool | None = None) -> tuple:
-        """The headers and the body of an answer. `once`: the request is a change that must not be sent twice."""
-        pool = pool or self._pool(path, home)
+        """The headers and the body of an answer, and its server. `once`: what may have reached a server is not sent again."""
+        name = quote(home, safe="") if home is not None else path[len("/v1/scenes/"):].split("/")[0].split("?")[0]
+        servers = [pool] if pool else self._servers(name)
         headers = {**self._headers, **conditions}
         if kind:
             headers["Content-Type"] = kind
         if accept:
             headers["Accept"] = accept
-        again = not once and not conditions and method != "PATCH"
-        lost = False
-        for attempt in range(self._retries + 1):
-            last = attempt == self._retries or not again
-            wait = 0.0
+        if name in self._revisions:
+            headers["X-Scene-Min-Revision"] = str(self._revisions[name])
+        # A change by PATCH is sent again only if a precondition refuses what was done already.
+        again = not once and (method != "PATCH" or not conditions.keys().isdisjoint({"If-Match", "If-None-Match"}))
+        end = time.monotonic() + self._patience
+        free = dict.fromkeys(servers, -math.inf)  # When each may be asked; at once if it was not asked before.
+        repeated, attempt = False, 0
+        while True:
+            server = min(servers, key=free.__getitem__)
+            pause = free[server] - time.monotonic()
+            if pause > 0:
+                time.sleep(pause)
+            fault: Exception
+            reached, asked, refusing = False, 0.0, [server]
             try:
-                status, answered, text = self._send(pool, method, pool.prefix + path, body, headers)
+                connection = server.take()
+                reached = True
+                status, answered, text = self._send(server, connection, method, path, body, headers)
+            except ssl.SSLCertVerificationError:
+                raise
+            except _LOST as error:
+                server.lost = time.monotonic()
+                fault, repeat = error, again or not reached
+                repeated = repeated or reached
+            else:
+                server.lost = -math.inf
                 if status < 400:
-                    return answered, text
-                if status == 404 and lost and method == "DELETE":
-                    return answered, b""  # The lost request has deleted it.
-                wait = _retry_after(answered.get("Retry-After"))
-                if status not in _BUSY or last or wait > self._timeout:
-                    raise _problem(status, text)
-            except _LOST:
-                if last:
-                    raise
-                lost = True
-            time.sleep(max(wait, random.uniform(0.5, 1) * min(0.1 * 2 ** attempt, 5)))
-        raise AssertionError("the last attempt returns or raises")
+                    self._saw(name, answered["X-Scene-Revision"])
+                    return answered, text, server
+                if status == 404 and repeated and method == "DELETE":
+                    return answered, b"", server  # The first request has deleted it.
+                fault, repeat = _problem(status, text, repeated), status == 429 or (again and status in _BUSY)
+                repeated = repeated or status in _BUSY - {429}
+                asked = _retry_after(answered["Retry-After"])
+                if status == 429:  # A limit for this client: another server is no way around it.
+                    refusing = servers
+            wait = max(asked, random.uniform(0.5, 1) * min(0.1 * 2 ** min(attempt // len(servers), 9), 5))
+            free.update(dict.fromkeys(refusing, time.monotonic() + wait))
+            if not repeat or min(free.values()) > end:
+                raise fault
+            attempt += 1
 
-    def _send(self, pool: _Pool, method: str, path: str, body: bytes | None, headers: Mapping[str, str]) -> tuple:
-        connection, broken = pool.take(), False
+    def _send(self, pool: _Pool, connection: http.client.HTTPConnection, method: str, path: str, body: bytes | None,
+              headers: Mapping[str, str]) -> tuple:
+        broken = False
         try:
             try:
-                connection.request(method, path, body, headers)
+                connection.request(method, pool.prefix + path, body, headers)
             except (BrokenPipeError, ConnectionResetError):
                 broken = True  # The server may have answered before the end of the body, and closed the connection.
             answer = connection.getresponse()
+            unknown = answer.length is None and not answer.chunked  # The head was cut: a server states the length.
             text = answer.read()
+            if unknown:
+                raise http.client.IncompleteRead(text)
         except BaseException:
             connection.close()
             raise
@@ -511,7 +576,7 @@ class Sightline:
 
     def _columns(self, path: str, body: bytes, kind: str, accept: str | None = None) -> tuple:
         """The columns of an answer, flat, and the revision of the scene."""
-        headers, text = self._exchange("POST", path, body, kind, accept)
+        headers, text, _ = self._exchange("POST", path, body, kind, accept)
         if headers.get_content_type() == _JSON:
             return _from_json(json.loads(text)), headers["X-Scene-Revision"]
         columns = _unpack(text)
@@ -625,9 +690,14 @@ class _Pool:
         self._host, self._port, self._timeout = parts.hostname, parts.port, timeout
         self._lock = threading.Lock()
         self._idle: list[http.client.HTTPConnection] = []
+        self.lost = -math.inf  # When the last request was left without an answer, until one has an answer.
 
     def open(self) -> http.client.HTTPConnection:
-        return self._kind(self._host, self._port, timeout=self._timeout)
+        connection = self._kind(self._host, self._port, timeout=min(self._timeout, _CONNECT))
+        connection.connect()
+        connection.timeout = self._timeout
+        connection.sock.settimeout(self._timeout)
+        return connection
 
     def take(self) -> http.client.HTTPConnection:
         while True:
@@ -703,12 +773,12 @@ def _conditions(if_match: str | None, if_none_match: str | None) -> dict[str, st
     return {name: value for name, value in told.items() if value is not None}
 
 
-def _problem(status: int, text: bytes) -> SightlineError:
+def _problem(status: int, text: bytes, repeated: bool = False) -> SightlineError:
     try:
         problem = json.loads(text)
     except ValueError:
         problem = None
-    return SightlineError(status, problem if isinstance(problem, dict) else {"detail": text[:200].decode("utf-8", "replace")})
+    return SightlineError(status, problem if isinstance(problem, dict) else {"detail": text[:200].decode("utf-8", "replace")}, repeated)
 
 
 def _retry_after(text: str | None) -> float:

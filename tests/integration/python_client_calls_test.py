@@ -1,8 +1,7 @@
-"""proto/python/sightline.py: slices, streams, threads, repeated requests, several servers, meshes, and a server of its own."""
+"""proto/python/sightline.py: slices, streams, threads, several servers, meshes, and a server of its own."""
 
 import collections
 import contextlib
-import http.server
 import io
 import json
 import math
@@ -175,10 +174,10 @@ class Calls(TwoScenes):
         with self.assertRaises(RuntimeError):
             sightline.Sightline.local("demo:six", binary=BINARY, arguments=["--no-such-flag"])
 
-    def test_scenes_live_on_one_of_several_servers(self):
+    def test_scenes_live_on_one_of_several_servers_that_share_none(self):
         with Server() as other:
             urls = [self.server.url, other.url]
-            with sightline.Sightline(urls) as both, sightline.Sightline(urls[::-1]) as reversed_list:
+            with sightline.Sightline(urls, shared=False) as both, sightline.Sightline(urls[::-1], shared=False) as reversed_list:
                 names = [f"shared{i}" for i in range(12)]
                 for name in names:
                     both.put(name, demo_glb("six"))
@@ -194,76 +193,6 @@ class Calls(TwoScenes):
 @unittest.skipUnless(sightline.numpy, "numpy is not installed")
 class CallsWithNumpy(Calls):
     numpy = sightline.numpy
-
-
-class Repeats(unittest.TestCase):
-    """Against a server that answers as it is told: a status, or None for a connection that ends."""
-
-    def setUp(self):
-        self.plan, self.asked = [], []
-        test = self
-
-        class Handler(http.server.BaseHTTPRequestHandler):
-            protocol_version = "HTTP/1.1"
-
-            def answer(self):
-                self.rfile.read(int(self.headers.get("Content-Length", 0)))
-                test.asked.append(self.command)
-                status = test.plan.pop(0) if test.plan else 200
-                if status is None:
-                    self.close_connection = True
-                    return
-                body = json.dumps({"scenes": [], "code": "BUSY"}).encode()
-                self.send_response(status)
-                self.send_header("Content-Length", "0" if status == 204 else str(len(body)))
-                if status == 429:
-                    self.send_header("Retry-After", "1")
-                self.end_headers()
-                if status != 204:
-                    self.wfile.write(body)
-            do_GET = do_POST = do_PUT = do_DELETE = do_PATCH = answer
-
-            def log_message(self, *_):
-                pass
-        self.server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-        thread = threading.Thread(target=self.server.serve_forever)
-        thread.start()
-        self.addCleanup(thread.join)
-        self.addCleanup(self.server.server_close)
-        self.addCleanup(self.server.shutdown)
-        self.client = sightline.Sightline(f"http://127.0.0.1:{self.server.server_address[1]}")
-        self.addCleanup(self.client.close)
-        self.waits = []
-        self.addCleanup(setattr, sightline.time, "sleep", sightline.time.sleep)
-        sightline.time.sleep = self.waits.append
-
-    def test_busy_servers_and_lost_connections_are_asked_again(self):
-        self.plan = [503, None, 502, 429]
-        self.assertEqual(self.client.scenes(), [])
-        self.assertEqual(self.asked, ["GET"] * 5)
-        self.assertTrue(0.05 <= self.waits[0] <= 0.1 and 0.2 <= self.waits[2] <= 0.4, self.waits)
-        self.assertEqual(self.waits[3], 1.0)
-
-    def test_it_gives_up_and_says_why(self):
-        self.plan = [503] * 6
-        with self.assertRaises(sightline.SightlineError) as caught:
-            self.client.ask("six", "rays:any", {})
-        self.assertEqual((caught.exception.status, len(self.asked)), (503, 6))
-
-    def test_other_errors_and_changes_are_sent_once(self):
-        for plan, call, error in (([500], self.client.scenes, sightline.SightlineError),
-                                  ([None], lambda: self.client.patch_node("six", 1, hidden=True), ConnectionError),
-                                  ([503], lambda: self.client.put("six", b"", if_match='"1"'), sightline.SightlineError),
-                                  ([None], lambda: self.client.load("six", {"path": "six.glb"}), ConnectionError)):
-            self.plan, self.asked[:] = plan, []
-            with self.assertRaises(error):
-                call()
-            self.assertEqual(len(self.asked), 1)
-
-    def test_a_scene_that_a_lost_request_has_deleted_is_deleted(self):
-        self.plan = [None, 404]
-        self.client.delete("six")
-        self.assertEqual(self.asked, ["DELETE", "DELETE"])
 
 
 class Types(unittest.TestCase):
