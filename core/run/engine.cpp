@@ -3,6 +3,7 @@
 
 #include "core/run/alpha_cutoff.h"
 #include "core/run/engine_state.h"
+#include "core/run/grouped_rays.h"
 #include "core/run/unbuilt_rounds.h"
 #include "core/trace/decision.h"
 
@@ -44,6 +45,10 @@ Result<std::unique_ptr<Engine>> Engine::create(const EngineOptions& options) {
 
 Status Engine::closest(const Scene& scene, const RayBatch& rays, const Deadline& deadline,
                        HitBatch& hits, const RayOptions& options) const {
+  if (!options.groups.empty()) {
+    return within_memory(
+        [&] { return GroupedRays(*this, scene, deadline, options).closest(rays, hits); });
+  }
   if (options.alpha_cutoff) {
     return within_memory(
         [&] { return AlphaCutoff(*this, scene, deadline, options).closest(rays, hits); });
@@ -87,6 +92,10 @@ Status Engine::closest(const Scene& scene, const RayBatch& rays, const Deadline&
 
 Status Engine::any(const Scene& scene, const RayBatch& rays, const Deadline& deadline,
                    Column<std::uint8_t>& occluded, const RayOptions& options) const {
+  if (!options.groups.empty()) {
+    return within_memory(
+        [&] { return GroupedRays(*this, scene, deadline, options).any(rays, occluded); });
+  }
   if (options.alpha_cutoff) {
     return within_memory(
         [&] { return AlphaCutoff(*this, scene, deadline, options).any(rays, occluded); });
@@ -128,6 +137,11 @@ Status Engine::any(const Scene& scene, const RayBatch& rays, const Deadline& dea
 Status Engine::count(const Scene& scene, const RayBatch& rays, Crossings crossings,
                      const Deadline& deadline, Column<std::uint64_t>& totals,
                      const RayOptions& options) const {
+  if (!options.groups.empty()) {
+    return within_memory([&] {
+      return GroupedRays(*this, scene, deadline, options).count(rays, crossings, totals);
+    });
+  }
   if (options.alpha_cutoff) {
     return within_memory([&] {
       return AlphaCutoff(*this, scene, deadline, options).count(rays, crossings, totals);
@@ -155,6 +169,11 @@ Status Engine::count(const Scene& scene, const RayBatch& rays, Crossings crossin
 Status Engine::all(const Scene& scene, const RayBatch& rays, const HitListQuestion& question,
                    const Deadline& deadline, HitLists& lists, Column<std::uint64_t>& totals,
                    const RayOptions& options) const {
+  if (!options.groups.empty()) {
+    return within_memory([&] {
+      return GroupedRays(*this, scene, deadline, options).all(rays, question, lists, totals);
+    });
+  }
   if (options.alpha_cutoff) {
     return within_memory([&] {
       return AlphaCutoff(*this, scene, deadline, options).all(rays, question, lists, totals);

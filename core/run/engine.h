@@ -36,6 +36,8 @@ struct EngineOptions {
   const std::atomic<bool>* should_yield = nullptr;
 };
 
+struct FilteredRays;
+
 /// Options of a query. The pointers are used only while the query runs.
 struct RayOptions {
   /// Which triangles count (resolved_filter.h), resolved for the queried scene; null: all. A filter
@@ -52,6 +54,9 @@ struct RayOptions {
   /// True, for closest, any, count and all: hits on transparent texels of masked materials do not
   /// count (alpha_cutoff.h).
   bool alpha_cutoff = false;
+  /// For closest, any, count and all: if not empty, each ray is in one group, whose filter it has
+  /// instead of `resolved` (grouped_rays.h).
+  std::span<const FilteredRays> groups = {};
 };
 
 /// Answers queries. main makes one engine with create() and passes it on. Each query is one call

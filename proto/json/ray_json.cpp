@@ -29,7 +29,8 @@ constexpr unsigned kRaysBit = 1u << 0, kColumnBits = 0x1eu | kMasksBit, kFieldsB
                    kMaxHitsBit = 1u << 6, kCrossingsBit = 1u << 7,
                    kSceneBits = 0x3f00u | kMaskBit | kTimeoutBit | kStrictBit,
                    kMarkBits = 1u << 8 | 1u << 12, kGeneratorBit = 1u << 14, kCullBit = 1u << 9,
-                   kExplainBit = 1u << 15, kAlphaBit = 1u << 22;
+                   kExplainBit = 1u << 15, kAlphaBit = 1u << 22,
+                   kUnfilteredBits = kCullBit | 3u << 10 | kMaskBit | kImageBits | kExplainBit;
 /// The first key that is an option.
 constexpr std::size_t kFirstOption = 5;
 /// Every key of a row, the last of them only where there is a scene.
@@ -309,6 +310,15 @@ bool RayReader::finish_rows_or_columns() {
     }
   }
   return true;
+}
+
+bool RayReader::finish_more() {
+  const bool is_mixed = (seen_ & kUnfilteredBits) != 0 || query_.fields.has_any_of(kCostFields);
+  if (query_.ray_filters.empty() || !is_mixed) return true;
+  return invalid("KEYS_MIXED",
+                 "with filters of rays there is no cull, include, exclude, mask, image, explain "
+                 "and cost of rays",
+                 JsonPointer().key("filters"));
 }
 
 bool RayReader::finish_image() {

@@ -12,6 +12,8 @@
 ///   cull              "none", "back", "front" or "material"
 ///   include, exclude  {"nodes":[3],"names":["tree*"],"materials":["leaves"]}, any of the three
 ///                     (core/query/hit_filter.h)
+///   filters           {"list":[{"include":{..},"cull":"back"},{}],"rays":[0,1,0]}: of each ray the
+///                     number of its filter, instead of cull, include, exclude and mask
 ///   mask, masks       5 for all rays; [1,4,...] as a column; "mask" in a row. A node
 ///                     counts only if its mask shares a bit with that of the ray
 ///   on_invalid        "refuse": an invalid ray is an error; "mark": only that ray is not answered
@@ -31,7 +33,9 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "core/base/column.h"
 #include "core/base/result.h"
 #include "core/query/hit_batch.h"
 #include "core/query/hit_filter.h"
@@ -66,6 +70,7 @@ struct RayJsonRules {
   bool has_explain = false;     ///< true: "explain" is allowed
   bool has_image = false;       ///< true: "image" and "image_unit" are allowed
   bool has_alpha = false;       ///< true: "alpha" is allowed
+  bool has_filters = false;     ///< true: "filters" is allowed
   bool has_returns = false;     ///< true: a generator may have several returns
   FindCamera find_camera = {};  ///< for generators of the kind "camera"; null: there is no scene
   /// True: "crossings" (or "max_hits") is allowed.
@@ -87,6 +92,9 @@ struct RayQuery {
   /// scene units.
   bool normalize = false;
   HitFilter filter;
+  /// Of "filters": the filters, and for each ray an index in them. Without the key both are empty.
+  std::vector<HitFilter> ray_filters;
+  Column<std::uint32_t> filter_of;
   /// "on_invalid":"mark": invalid rays are misses, and are listed in `invalid`
   bool marks_invalid = false;
   InvalidRays invalid;
@@ -117,16 +125,19 @@ inline constexpr std::size_t kRayJsonPadding = 64;
 ///
 /// Errors, by status:
 /// - 400: JSON_MALFORMED
-/// - 422: KEY_UNKNOWN, KEY_DUPLICATE, KEY_MISSING, KEYS_MIXED (rows and columns in one body),
+/// - 422: KEY_UNKNOWN, KEY_DUPLICATE, KEY_MISSING, KEYS_MIXED (rows and columns in one body,
+///   filters with cull, include, exclude, mask, image or explain),
 ///   TYPE_WRONG, LENGTH_WRONG, NUMBER_NOT_FINITE (NaN, Infinity, 1e999)
 /// - 422: FIELD_UNKNOWN (names the known ones), FIELD_DUPLICATE, FIELDS_EMPTY, NUMBER_OUT_OF_RANGE
-///   (max_hits, nodes, mask, masks, timeout_ms, threads, image_unit), VALUE_UNKNOWN (crossings, cull,
-///   on_invalid, image), EXPLAIN_ONE_RAY, EXPLAIN_IS_TEXT (explain with image),
+///   (max_hits, nodes, mask, masks, timeout_ms, threads, image_unit, filters), VALUE_UNKNOWN (crossings,
+///   cull, on_invalid, image), EXPLAIN_ONE_RAY, EXPLAIN_IS_TEXT (explain with image),
 ///   IMAGE_WITHOUT_PIXELS, and the codes of check_rays and generate_rays
 /// - 413: RAYS_TOO_MANY, FILTER_TOO_LARGE, BODY_TOO_LARGE (4 GiB and more)
 /// - 507: MEMORY_FULL (the parser needs several times the body)
 /// - those of rules.find_camera and rules.admit_made
 Result<RayQuery> decode_rays(std::string& body, const RayJsonRules& rules);
+/// Checks that "filters" has a number for each ray, once the rays are decoded. Errors: LENGTH_WRONG.
+Status check_filters(const RayQuery& query);
 
 /// The last step of every decoder: replaces invalid rays by rays that miss, if they are to be
 /// marked, and converts limits to limits of t. Precondition: invalid rays are to be marked, or

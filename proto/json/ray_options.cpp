@@ -12,6 +12,8 @@ namespace {
 /// A pattern is tried on every name of a scene: few and short ones.
 constexpr std::size_t kMostPatterns = 64, kLongestPattern = 256;
 constexpr std::size_t kMostNodes = 100'000;
+/// Each is resolved for the whole scene.
+constexpr std::size_t kMostFilters = 256;
 
 std::string names_of(FieldSet fields) {
   std::string list;
@@ -23,6 +25,14 @@ std::string names_of(FieldSet fields) {
 }
 
 }  // namespace
+
+Status check_filters(const RayQuery& query) {
+  if (query.ray_filters.empty() || query.filter_of.size() == query.ray_count()) return success();
+  return Error{ErrorKind::kInvalid, "LENGTH_WRONG",
+               "has " + std::to_string(query.filter_of.size()) + " numbers for " +
+                   std::to_string(query.ray_count()) + " rays",
+               "/filters/rays"};
+}
 
 bool RayReader::read_fields(Value value) {
   const JsonPointer place = JsonPointer().key("fields");
@@ -77,11 +87,92 @@ bool RayReader::read_crossings(Value value) {
   return true;
 }
 
-bool RayReader::read_cull(Value value) {
+bool RayReader::read_cull(Value value, const JsonPointer& place, HitFilter& filter) {
   constexpr std::array<std::string_view, 4> kWords{"none", "back", "front", "material"};
   std::size_t which = 0;
-  if (!read_word(value, kWords, which, JsonPointer().key("cull"))) return false;
-  query_.filter.culling = static_cast<Culling>(which);
+  if (!read_word(value, kWords, which, JsonPointer(place))) return false;
+  filter.culling = static_cast<Culling>(which);
+  return true;
+}
+
+bool RayReader::read_mask(Value value, const JsonPointer& place, HitFilter& filter) {
+  std::uint64_t mask = 0;
+  if (!read_count(value, 0xffffffffu, mask, JsonPointer(place))) return false;
+  filter.mask = static_cast<std::uint32_t>(mask);
+  return true;
+}
+
+bool RayReader::read_filter(Value value, const JsonPointer& place, HitFilter& filter) {
+  constexpr std::array<std::string_view, 4> kKeys{"cull", "include", "exclude", "mask"};
+  Object object;
+  if (value.get_object().get(object) != simdjson::SUCCESS) {
+    return wrong(value, JsonPointer(place), "an object");
+  }
+  unsigned seen = 0;
+  for (auto entry : object) {
+    Field field;
+    if (const auto code = std::move(entry).get(field); code != simdjson::SUCCESS) {
+      return check_end(code, [&] { return JsonPointer(place); });
+    }
+    std::size_t which = 0;
+    const unsigned known = rules_.has_culling ? 15u : 14u;
+    if (!read_key(field, kKeys, known, JsonPointer(place), which)) return false;
+    const JsonPointer part = JsonPointer(place).key(kKeys[which]);
+    if (!mark_seen(1u << which, seen, part)) return false;
+    const bool good = which == 0   ? read_cull(field.value(), part, filter)
+                      : which == 3 ? read_mask(field.value(), part, filter)
+                                   : read_choice(part, field.value(),
+                                                 which == 1 ? filter.include : filter.exclude);
+    if (!good) return false;
+  }
+  return true;
+}
+
+bool RayReader::read_filters(Value value) {
+  constexpr std::array<std::string_view, 2> kKeys{"list", "rays"};
+  const JsonPointer place = JsonPointer().key("filters");
+  Object object;
+  if (value.get_object().get(object) != simdjson::SUCCESS) {
+    return wrong(value, JsonPointer(place), "an object");
+  }
+  unsigned seen = 0;
+  for (auto entry : object) {
+    Field field;
+    if (const auto code = std::move(entry).get(field); code != simdjson::SUCCESS) {
+      return check_end(code, [&] { return JsonPointer(place); });
+    }
+    std::size_t which = 0;
+    if (!read_key(field, kKeys, 3u, JsonPointer(place), which)) return false;
+    const JsonPointer part = JsonPointer(place).key(kKeys[which]);
+    if (!mark_seen(1u << which, seen, part)) return false;
+    const auto read_one = [&](std::size_t i, Value item) {
+      const JsonPointer item_place = JsonPointer(part).index(i);
+      if (which == 0) {
+        if (i < kMostFilters)
+          return read_filter(item, item_place, query_.ray_filters.emplace_back());
+        return fail(ErrorKind::kTooLarge, "FILTER_TOO_LARGE",
+                    "a request may have " + std::to_string(kMostFilters) + " filters", item_place);
+      }
+      if (i == rules_.max_rays) return too_many(item_place);
+      std::uint64_t number = 0;
+      if (!read_count(item, kMostFilters - 1, number, item_place)) return false;
+      query_.filter_of.push_back(static_cast<std::uint32_t>(number));
+      return true;
+    };
+    if (!read_array(field.value(), which == 0 ? "an array of filters" : "an array of numbers", part,
+                    read_one)) {
+      return false;
+    }
+  }
+  if (seen != 3 || query_.ray_filters.empty()) {
+    return invalid("KEY_MISSING", "needs \"rays\" and a \"list\" with a filter", place);
+  }
+  const auto& numbers = query_.filter_of;
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    if (numbers[i] < query_.ray_filters.size()) continue;
+    return invalid("NUMBER_OUT_OF_RANGE", "the list has no filter of this number",
+                   JsonPointer(place).key("rays").index(i));
+  }
   return true;
 }
 
@@ -183,7 +274,7 @@ bool RayReader::read_option(std::string_view key, Value value) {
   if (key == "max_hits") return read_max_hits(value);
   if (key == "crossings") return read_crossings(value);
   if (key == "normalize") return read_boolean(value, query_.normalize, JsonPointer().key(key));
-  if (key == "cull") return read_cull(value);
+  if (key == "cull") return read_cull(value, JsonPointer().key(key), query_.filter);
   if (key == "on_invalid") return read_on_invalid(value);
   if (key == "explain") {
     return read_boolean(value, query_.wants_explanation, JsonPointer().key(key));
@@ -208,12 +299,7 @@ bool RayReader::read_option(std::string_view key, Value value) {
            (image_unit_ > 0 ||
             invalid("NUMBER_OUT_OF_RANGE", "expected a number above 0", place()));
   }
-  if (key == "mask") {
-    std::uint64_t mask = 0;
-    if (!read_count(value, 0xffffffffu, mask, JsonPointer().key(key))) return false;
-    query_.filter.mask = static_cast<std::uint32_t>(mask);
-    return true;
-  }
+  if (key == "mask") return read_mask(value, JsonPointer().key(key), query_.filter);
   return read_choice(JsonPointer().key(key), value,
                      key == "include" ? query_.filter.include : query_.filter.exclude);
 }

@@ -24,6 +24,7 @@ inline constexpr std::array<std::string_view, 5> kRayRowKeys{"origin", "directio
                                                              "mask"};
 inline constexpr std::array<std::string_view, 4> kRayColumnKeys{"origins", "directions", "tmin",
                                                                 "tmax"};
+inline constexpr std::array<std::string_view, 1> kRayMoreKeys{"filters"};
 
 /// Reads one body of rays: construct, read() once. Derived classes add members. Functions that
 /// return false have set error().
@@ -40,15 +41,16 @@ class RayReader : protected JsonReader {
   Result<RayQuery> read(std::string& body);
 
  protected:
-  /// Keys of a derived class.
-  virtual std::span<const std::string_view> more_keys() const { return {}; }
+  /// Keys after those of rays. A derived class has its own.
+  virtual std::span<const std::string_view> more_keys() const {
+    return std::span(kRayMoreKeys).first(rules_.has_filters ? 1 : 0);
+  }
   /// A bit set of those of more_keys() that are allowed.
   virtual unsigned known_more_keys() const { return (1u << more_keys().size()) - 1; }
   /// Reads the value of more_keys()[which].
   virtual bool read_more(std::size_t which, Value value) {
     static_cast<void>(which);
-    static_cast<void>(value);
-    return true;
+    return read_filters(value);
   }
   /// Reads a ray as an object, and appends it. `ray` is its number, for pointers.
   bool read_row(Value value, std::size_t ray);
@@ -63,7 +65,7 @@ class RayReader : protected JsonReader {
   bool read_choice(const JsonPointer& place, Value value, std::optional<TriangleChoice>& choice,
                    std::optional<TriangleChoice>* without = nullptr);
   /// Called after the last key, before the rays are checked.
-  virtual bool finish_more() { return true; }
+  virtual bool finish_more();
 
   /// The tmin of a ray that does not state one.
   double default_tmin_ = 0;
@@ -84,7 +86,10 @@ class RayReader : protected JsonReader {
   bool read_fields(Value value);
   bool read_max_hits(Value value);
   bool read_crossings(Value value);
-  bool read_cull(Value value);
+  bool read_cull(Value value, const JsonPointer& place, HitFilter& filter);
+  bool read_mask(Value value, const JsonPointer& place, HitFilter& filter);
+  bool read_filters(Value value);
+  bool read_filter(Value value, const JsonPointer& place, HitFilter& filter);
   bool read_on_invalid(Value value);
   bool read_patterns(Value value, const JsonPointer& place, std::vector<std::string>& patterns);
   unsigned known_top_keys() const;

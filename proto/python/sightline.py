@@ -281,7 +281,7 @@ class Sightline:
         return json.loads(self._ask("GET", self._scene(scene, "/selfcheck", rays=rays, seed=seed)))
 
     # Rays: `origins` and `directions`, or a `generator` (its limits are its own `range`); `options` are the keys of a JSON
-    # request, such as cull, include, exclude, normalize, masks, on_invalid, fields (a list or tuple). `progress` is True for
+    # request, such as cull, include, exclude, filters, normalize, masks, on_invalid, fields (a list or tuple). `progress` is True for
     # a bar (tqdm if it is installed), or a function of the rows that are done and of all.
 
     def closest(self, scene: str, origins: Points | None = None, directions: Points | None = None, tmin: Limit = None,
@@ -634,6 +634,8 @@ class Sightline:
             return _finish(columns, fields, _pixels(options["generator"]), lists=kind == "all")
         masks = sent.pop("masks", None)
         rays = _read_rays(origins, directions, tmin, tmax, texts, marks=options.get("on_invalid") == "mark")
+        if "filters" in sent:
+            sent["filters"] = _filters(sent["filters"], rays.lead)
         tables = rays.tables()
         if masks is not None:
             tables["masks"] = _masks(masks, rays.lead)
@@ -943,15 +945,19 @@ class _Request(NamedTuple):
 
     def body(self, first: int, last: int) -> bytes:
         """Of these rows."""
+        options = self.options
+        if "filters" in options:
+            filters = options["filters"]
+            options = {**options, "filters": {**filters, "rays": filters["rays"][first:last]}}
         parts = [(name, table._replace(flat=table.flat[first * width:last * width]), width)
                  for name, table in self.tables.items() for width in (_TABLE_WIDTHS.get(name, 1),)]
         if not self.as_text:
             return _frame(self.magic, sum(_TABLE_FLAGS.get(name, 0) for name in self.tables),
-                          [(table, width) for _, table, width in parts], self.options)
+                          [(table, width) for _, table, width in parts], options)
         columns = {name: _list(table) for name, table, _ in parts}
         if "tmax" in columns:
             columns["tmax"] = [None if x == math.inf else x for x in columns["tmax"]]
-        return _text({**self.options, **columns})
+        return _text({**options, **columns})
 
 
 def _fields(options: Mapping) -> tuple[Sequence[str], dict]:
@@ -1026,6 +1032,14 @@ def _limit(name: str, value: Any, origins: _Numbers) -> _Numbers | None:
     if table.shape != lead:
         raise ValueError(f"{name} has shape {table.shape}, origins has shape {origins.shape}: expected () or {lead}")
     return table
+
+
+def _filters(value: Mapping, lead: tuple) -> dict:
+    """Filters with the number of one for each ray."""
+    table = _numbers("filters", value["rays"])
+    if table.shape != lead:
+        raise ValueError(f"filters has numbers of shape {table.shape}: expected {lead}")
+    return {**value, "rays": [int(number) for number in table.flat]}
 
 
 def _masks(value: Any, lead: tuple) -> _Numbers:

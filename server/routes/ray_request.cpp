@@ -25,7 +25,7 @@ bool RayRequest::is_for_worker() const {
   if (!exchange_.on_event_loop) return false;
   return query_.rays.size() > kFew || !query_.filter.accepts_all() || !query_.rays.mask.empty() ||
          scene_->has_empty_mask() || query_.alpha_cutoff || query_.wants_explanation ||
-         query_.image || query_.fields.has_any_of(kAttributeFields);
+         !query_.ray_filters.empty() || query_.image || query_.fields.has_any_of(kAttributeFields);
 }
 
 std::uint64_t RayRequest::cost(std::size_t body_bytes) const {
@@ -64,8 +64,19 @@ bool RayRequest::read_query(const Decode& decode) {
     return false;
   }
   resolved_ = std::move(*resolved);
+  if (!query_.ray_filters.empty() && !group()) return false;
   add_time(&WorkReport::parse_us);
   return true;
+}
+
+bool RayRequest::group() {
+  // The number of each ray, and a copy of the rays with their answers.
+  const std::uint64_t bytes = sizeof(std::size_t) + kRayBytes + kHitBytes;
+  if (!reserve(query_.rays.size() * bytes)) return false;
+  auto groups = group_rays(*scene_, query_.rays, query_.ray_filters, query_.filter_of, deadline_,
+                           reserve_from(exchange_.memory), warnings());
+  if (groups) groups_ = std::move(*groups);
+  return went_well(groups ? success() : Status(groups.error()));
 }
 
 bool RayRequest::streamed(RayQuestionKind kind, const Journal& journal) {
@@ -113,6 +124,7 @@ bool RayRequest::read(RayJsonRules rules, Tables tables) {
   tables_ = tables;
   rules.max_rays = service_.limits.rays;
   rules.max_hits = service_.limits.hits;
+  rules.has_filters = true;
   rules.find_camera = [this](const FileCamera& camera) { return camera_rays(*scene_, camera); };
   rules.admit_made = [this](std::uint64_t rays) { return exchange_.reserve(rays * kRayBytes); };
   const auto decode = [&](std::string& body, bool is_binary,
@@ -120,6 +132,7 @@ bool RayRequest::read(RayJsonRules rules, Tables tables) {
     auto decoded = is_binary ? decode_rays_binary(body, rules) : decode_rays(body, rules);
     if (!decoded) return decoded.error();
     query = std::move(*decoded);
+    if (Status status = check_filters(query); !status) return std::move(status).error();
     return query.ray_count();
   };
   return read_columns(kDefaultBinaryFields, decode);

@@ -5,8 +5,10 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/run/engine.h"
+#include "core/run/grouped_rays.h"
 #include "proto/json/answer_members.h"
 #include "proto/json/point_json.h"
 #include "proto/json/ray_json.h"
@@ -60,7 +62,7 @@ class RayRequest {
   /// Options for the engine, valid while this object lives.
   RayOptions options() {
     return {resolved_ ? &*resolved_ : nullptr, &timer_.report.work, !exchange_.on_event_loop,
-            reserve_from(exchange_.memory), query_.alpha_cutoff};
+            reserve_from(exchange_.memory),    query_.alpha_cutoff, groups_};
   }
   WorkTimer& timer() { return timer_; }
   /// Where to collect warnings about selections; null for a strict request, where they are errors.
@@ -95,6 +97,8 @@ class RayRequest {
   /// True if a worker must answer. The event loop answers only queries that need neither a
   /// traversal of the whole scene nor a file. Precondition: the query is decoded.
   bool is_for_worker() const;
+  /// Groups the rays that have filters of their own.
+  bool group();
   /// The cost of the query for BodyReader::may_cost. body_bytes: size of its text.
   std::uint64_t cost(std::size_t body_bytes) const;
   Status choose_bytes(RayQuery& query, FieldSet default_fields) const;
@@ -106,6 +110,7 @@ class RayRequest {
   std::shared_ptr<const Scene> scene_;
   RayQuery query_;
   std::optional<ResolvedFilter> resolved_;
+  std::vector<FilteredRays> groups_;  ///< not empty if each ray has a filter
   SelectionWarnings warnings_;
   Deadline deadline_ = Deadline::never();
   WorkTimer timer_;
