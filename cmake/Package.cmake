@@ -10,7 +10,8 @@ install(FILES ${deploy}/sightline.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
 install(FILES ${deploy}/nginx.conf ${deploy}/nginx-stream.conf ${deploy}/sightline.json
         DESTINATION ${CMAKE_INSTALL_DOCDIR}/examples)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright)
-install(FILES ${PROJECT_SOURCE_DIR}/proto/python/sightline.py DESTINATION lib/python3/dist-packages)
+install(FILES ${PROJECT_SOURCE_DIR}/proto/python/sightline.py ${PROJECT_SOURCE_DIR}/proto/python/sightline_bulk.py
+        DESTINATION lib/python3/dist-packages)
 
 # The unit of docs/deploy is for a binary that was copied to /usr/local; the package has it in /usr.
 set_property(DIRECTORY ${PROJECT_SOURCE_DIR} APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${deploy}/sightline.service)

@@ -161,7 +161,7 @@ with Sightline(\"http://127.0.0.1:8080\") as server:
     test -s /usr/share/man/man1/sightline.1
     apt-get purge -y -qq sightline >/dev/null
     for left in /usr/bin/sightline /etc/sightline /usr/lib/systemd/system/sightline.service \
-      /usr/lib/python3/dist-packages/sightline.py /usr/share/doc/sightline; do
+      /usr/lib/python3/dist-packages/sightline.py /usr/lib/python3/dist-packages/sightline_bulk.py /usr/share/doc/sightline; do
       [ ! -e $left ] || { echo "purge left $left"; exit 1; }
     done
     ! getent group sightline-keys

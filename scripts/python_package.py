@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Builds the Python client as a wheel and as a source distribution, with the standard library alone.
+"""Builds the Python client (two modules) as a wheel and as a source distribution, with the standard library alone.
 
 Usage: scripts/python_package.py FOLDER
 
@@ -20,6 +20,7 @@ from pathlib import Path
 SOURCE = Path(__file__).resolve().parents[1]
 # The earliest time of a zip file.
 TIME = (1980, 1, 1, 0, 0, 0)
+MODULES = ("sightline.py", "sightline_bulk.py")
 
 
 def metadata(version):
@@ -32,12 +33,12 @@ def metadata(version):
 def project(version):
     return (f'[build-system]\nrequires = ["setuptools>=61", "wheel"]\nbuild-backend = "setuptools.build_meta"\n\n[project]\nname = "sightline"\n'
             f'version = "{version}"\nrequires-python = ">=3.9"\nlicense = {{text = "Apache-2.0"}}\nreadme = "README.md"\n'
-            '[project.optional-dependencies]\nfast = ["numpy"]\n\n[tool.setuptools]\npy-modules = ["sightline"]\n').encode()
+            '[project.optional-dependencies]\nfast = ["numpy"]\n\n[tool.setuptools]\npy-modules = ["sightline", "sightline_bulk"]\n').encode()
 
 
-def wheel(folder, version, module, licence):
+def wheel(folder, version, modules, licence):
     info = f"sightline-{version}.dist-info"
-    files = {"sightline.py": module, f"{info}/METADATA": metadata(version), f"{info}/LICENSE": licence,
+    files = {**modules, f"{info}/METADATA": metadata(version), f"{info}/LICENSE": licence,
              f"{info}/WHEEL": b"Wheel-Version: 1.0\nGenerator: sightline\nRoot-Is-Purelib: true\nTag: py3-none-any\n"}
     record = "".join(f"{name},sha256={base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b'=').decode()},{len(data)}\n"
                      for name, data in files.items())
@@ -51,9 +52,9 @@ def wheel(folder, version, module, licence):
     return path
 
 
-def source_distribution(folder, version, module, licence):
+def source_distribution(folder, version, modules, licence):
     root = f"sightline-{version}"
-    files = {"PKG-INFO": metadata(version), "pyproject.toml": project(version), "sightline.py": module, "LICENSE": licence,
+    files = {"PKG-INFO": metadata(version), "pyproject.toml": project(version), **modules, "LICENSE": licence,
              "README.md": (SOURCE / "proto/python/README.md").read_bytes()}
     path = folder / f"{root}.tar.gz"
     with path.open("wb") as file, gzip.GzipFile("", "wb", fileobj=file, mtime=0) as packed, tarfile.open(fileobj=packed, mode="w") as archive:
@@ -70,9 +71,9 @@ def main():
     folder = Path(sys.argv[1])
     folder.mkdir(parents=True, exist_ok=True)
     version = re.search(r"project\(\s*\w+\s+VERSION ([0-9.]+)", (SOURCE / "CMakeLists.txt").read_text(encoding="utf-8"))[1]
-    module, licence = (SOURCE / "proto/python/sightline.py").read_bytes(), (SOURCE / "LICENSE").read_bytes()
+    modules, licence = {name: (SOURCE / "proto/python" / name).read_bytes() for name in MODULES}, (SOURCE / "LICENSE").read_bytes()
     for build in (wheel, source_distribution):
-        print(build(folder, version, module, licence))
+        print(build(folder, version, modules, licence))
 
 
 if __name__ == "__main__":

@@ -35,6 +35,7 @@ import email.utils
 import hashlib
 import http.client
 import importlib
+import itertools
 import json
 import math
 import numbers
@@ -103,6 +104,10 @@ class SightlineError(Exception):
         place = f" at {self.errors[0]['pointer']}" if self.errors else ""
         super().__init__(f"{status} {self.code}: {self.detail}{place}")
 
+    def __reduce__(self) -> tuple:
+        told = {name: getattr(self, name) for name in ("code", "detail", "errors", "request_id")}
+        return SightlineError, (self.status, told, self.repeated)
+
 
 class Sightline:
     """A server, or several servers that share their scenes by an origin (docs/guides/replicas.md).
@@ -111,13 +116,14 @@ class Sightline:
     hashing): its requests go to the first server, and to the next where one does not answer. The order does not depend on that
     of the list, and a further server moves only the scenes that it gets. The client requires of each answer the newest
     revision that it has seen of the scene; shared=True does so for one address too, that of a balancer. With shared=False
-    the servers share no scenes: each scene lives on its first server alone.
+    the servers share no scenes: each scene lives on its first server alone. With spread=True the requests of a scene go to all
+    servers in turn, for a scene that needs more than one.
 
     `key` is sent as a bearer token. `timeout` is in seconds, for each wait for the network. `patience` is in seconds: no try of
     a request begins later after its first, but each server is tried once."""
 
     def __init__(self, url: str | Sequence[str], key: str | None = None, timeout: float = 120, patience: float = 30,
-                 shared: bool | None = None):
+                 shared: bool | None = None, spread: bool = False):
         urls = [url] if isinstance(url, str) else list(url)
         if not urls:
             raise ValueError("there is no address")
@@ -125,6 +131,7 @@ class Sightline:
         self._headers = {"Authorization": f"Bearer {key}"} if key else {}
         self._patience = patience
         self._shared = len(urls) > 1 if shared is None else shared
+        self._turns = itertools.count() if spread else itertools.repeat(0)
         self._revisions: dict[str, int] = {}  # The newest that was seen of each scene.
         self._jobs: dict[str, _Pool] = {}  # The server of each job.
         self._lock = threading.Lock()
@@ -482,7 +489,8 @@ class Sightline:
     def _servers(self, name: str) -> list[_Pool]:
         """The servers of a scene in the order in which they are asked, by rendezvous hashing."""
         order = sorted(self._pools, key=lambda pool: hashlib.sha256(f"{pool.url}\n{name}".encode()).digest(), reverse=True)
-        late = time.monotonic() - _AVOID
+        late, turn = time.monotonic() - _AVOID, next(self._turns) % len(order)
+        order = order[turn:] + order[:turn]
         return sorted(order, key=lambda pool: pool.lost > late) if self._shared else order[:1]
 
     def _opened(self, scene: str) -> tuple[_Pool, http.client.HTTPConnection]:
@@ -586,8 +594,8 @@ class Sightline:
                 columns[name] = remark["warnings"] if name == "warnings" else remark
         return columns, headers["X-Scene-Revision"]
 
-    def _sliced(self, path: str, request: _Request, progress: Progress) -> Columns:
-        """The columns of a request with any number of rows, flat."""
+    def _sliced(self, path: str, request: _Request, progress: Progress) -> tuple:
+        """The columns of a request with any number of rows, flat, and the revision of the scene."""
         rows, kind = request.rows(), _JSON if request.as_text else _BYTES
         with _Report(progress, rows) as report:
             if rows > _SLICE:
@@ -601,11 +609,11 @@ class Sightline:
                     revisions.add(revision)
                     report(last)
                 if len(revisions) == 1:
-                    return gathered.finish()
+                    return gathered.finish(), revisions.pop()
             # One request, which is answered by one revision of the scene.
-            columns = self._columns(path, request.body(0, rows), kind)[0]
+            answer = self._columns(path, request.body(0, rows), kind)
             report(rows)
-            return columns
+            return answer
 
     def _slice(self, path: str, request: _Request, first: int, last: int, kind: str) -> tuple:
         try:
@@ -617,6 +625,10 @@ class Sightline:
 
     def _rays(self, scene: str, kind: str, origins: Points | None, directions: Points | None, tmin: Limit, tmax: Limit,
               progress: Progress, options: dict) -> Columns:
+        return self._rays_and_revision(scene, kind, origins, directions, tmin, tmax, progress, options)[0]
+
+    def _rays_and_revision(self, scene: str, kind: str, origins: Points | None, directions: Points | None, tmin: Limit, tmax: Limit,
+                           progress: Progress, options: dict) -> tuple:
         path = self._scene(scene, f"/rays:{kind}")
         made = "generator" in options
         if made != (origins is None) or made != (directions is None):
@@ -630,8 +642,8 @@ class Sightline:
         if texts and "fields" not in sent and kind in ("closest", "all"):
             sent["fields"] = ["t", "instance", "primitive", "triangle"]  # As in an answer of bytes.
         if made:
-            columns, _ = self._columns(path, _text(sent), _JSON, None if texts else _BYTES)
-            return _finish(columns, fields, _pixels(options["generator"]), lists=kind == "all")
+            columns, revision = self._columns(path, _text(sent), _JSON, None if texts else _BYTES)
+            return _finish(columns, fields, _pixels(options["generator"]), lists=kind == "all"), revision
         masks = sent.pop("masks", None)
         rays = _read_rays(origins, directions, tmin, tmax, texts, marks=options.get("on_invalid") == "mark")
         if "filters" in sent:
@@ -639,15 +651,15 @@ class Sightline:
         tables = rays.tables()
         if masks is not None:
             tables["masks"] = _masks(masks, rays.lead)
-        columns = self._sliced(path, _Request(b"SLR1", tables, sent, texts), progress)
-        return _finish(columns, fields, rays.lead, lists=kind == "all")
+        columns, revision = self._sliced(path, _Request(b"SLR1", tables, sent, texts), progress)
+        return _finish(columns, fields, rays.lead, lists=kind == "all"), revision
 
     def _near(self, scene: str, kind: str, points: Points, progress: Progress, options: dict) -> Columns:
         fields, sent = _fields(options)
         if not TEXTS.isdisjoint(fields):
             raise ValueError("columns of points have no texts: ask for ids, or use ask()")
         table = _allow(_points("points", points))
-        columns = self._sliced(self._scene(scene, f"/points:{kind}"), _Request(b"SLP1", {"points": table}, sent), progress)
+        columns = self._sliced(self._scene(scene, f"/points:{kind}"), _Request(b"SLP1", {"points": table}, sent), progress)[0]
         return _finish(columns, fields, table.shape[:-1], lists=kind == "nearest")
 
     def _sweeps(self, scene: str, kind: str, origins: Points, directions: Points, shape: dict, tmin: Limit, tmax: Limit,
@@ -673,7 +685,7 @@ class Sightline:
             _same_shape(tables["to"], rays.origins)
         if axes is not None:
             tables["axes"] = _allow(_axes(axes, rays.origins))
-        columns = self._sliced(self._scene(scene, f"/sweeps:{kind}"), _Request(b"SLW1", tables, sent), progress)
+        columns = self._sliced(self._scene(scene, f"/sweeps:{kind}"), _Request(b"SLW1", tables, sent), progress)[0]
         return _finish(columns, fields, rays.lead, lists=False)
 
 
@@ -1372,3 +1384,9 @@ def _nest(values: list, shape: tuple) -> list:
         return values
     size = math.prod(shape[1:])
     return [_nest(values[i * size:(i + 1) * size], shape[1:]) for i in range(shape[0])]
+
+
+if __name__ == "__main__":
+    if sys.argv[1:2] != ["bulk"]:
+        sys.exit("usage: python -m sightline bulk RAYS --scene ID --out FILE (docs/guides/bulk.md)")
+    sys.exit(importlib.import_module("sightline_bulk").main(sys.argv[2:]))

@@ -4,6 +4,7 @@ import contextlib
 import email.utils
 import http.client
 import json
+import pickle
 import socket
 import socketserver
 import struct
@@ -204,6 +205,12 @@ class OneServer(Failing):
                 call(self.client(self.server))
             self.assertEqual((caught.exception.status, caught.exception.repeated), (412, True))
 
+    def test_an_error_passes_between_processes(self):
+        problem = {"code": "C", "detail": "d", "errors": [{"pointer": "/rays/1"}], "request_id": "r"}
+        error = pickle.loads(pickle.dumps(sightline.SightlineError(422, problem, True)))
+        self.assertEqual((error.status, error.code, error.detail, error.errors, error.request_id, error.repeated, str(error)),
+                         (422, "C", "d", problem["errors"], "r", True, "422 C: d at /rays/1"))
+
     def test_a_scene_that_a_lost_request_has_deleted_is_deleted(self):
         self.server.plan[:] = ["close", 404]
         self.client(self.server).delete("six")
@@ -323,6 +330,12 @@ class TwoServers(Failing):
         client.job_result("six", job)
         client.delete_job("six", job)
         self.assertEqual((self.first.asked, self.second.asked), ([], ["GET", "GET", "DELETE"]))
+
+    def test_a_scene_is_spread_over_all_servers_on_request(self):
+        client = self.client(self.first, self.second, spread=True)
+        for _ in range(6):
+            client.ask("six", "rays:any", {})
+        self.assertEqual((len(self.first.asked), len(self.second.asked)), (3, 3))
 
     def test_events_come_from_a_server_that_is_reached(self):
         dead = self.nobody()

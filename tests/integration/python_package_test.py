@@ -18,6 +18,7 @@ from sightline_server import BINARY, PATIENCE, SOURCE
 USE = """
 import sightline
 from importlib.metadata import version
+import sightline_bulk
 with sightline.Sightline.local("demo:six") as server:
     print(sightline.__file__, version("sightline"), list(server.closest("six", [[-10, 1, 0]], [[1, 0, 0]])["t"])[0])
 """
@@ -61,9 +62,10 @@ class PythonPackage(unittest.TestCase):
     def test_the_source_distribution_has_what_a_build_needs(self):
         with tarfile.open(self.build("built")[1]) as archive:
             files = {name.split("/", 1)[1]: archive.extractfile(name).read() for name in archive.getnames()}
-        self.assertEqual(set(files), {"PKG-INFO", "pyproject.toml", "sightline.py", "LICENSE", "README.md"})
-        self.assertEqual(files["sightline.py"], (SOURCE / "proto/python/sightline.py").read_bytes())
-        for line in (b'build-backend = "setuptools.build_meta"', b'py-modules = ["sightline"]'):
+        self.assertEqual(set(files), {"PKG-INFO", "pyproject.toml", "sightline.py", "sightline_bulk.py", "LICENSE", "README.md"})
+        for name in ("sightline.py", "sightline_bulk.py"):
+            self.assertEqual(files[name], (SOURCE / "proto/python" / name).read_bytes())
+        for line in (b'build-backend = "setuptools.build_meta"', b'py-modules = ["sightline", "sightline_bulk"]'):
             self.assertIn(line, files["pyproject.toml"])
 
     def test_the_same_checkout_gives_the_same_bytes(self):
