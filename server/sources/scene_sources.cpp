@@ -1,5 +1,7 @@
 #include "server/sources/scene_sources.h"
 
+#include <utility>
+
 namespace sightline {
 namespace {
 
@@ -70,8 +72,8 @@ Result<SceneFetch> fetch_address(const LoadRequest& request, const Rules& rules,
 
 Result<SceneFetch> fetch_of(const LoadRequest& request, std::shared_ptr<const SourceRules> rules,
                             std::uint64_t limit) {
-  return request.url.empty() ? fetch_path(request, rules, limit)
-                             : fetch_address(request, rules, limit);
+  return request.url.empty() ? fetch_path(request, std::move(rules), limit)
+                             : fetch_address(request, std::move(rules), limit);
 }
 
 }  // namespace sightline

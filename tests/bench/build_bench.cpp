@@ -89,6 +89,7 @@ class BuildBench {
     // One thread is timed by its CPU time, several by the clock on the wall.
     const clockid_t clock = threads_ == 1 ? CLOCK_PROCESS_CPUTIME_ID : CLOCK_MONOTONIC;
     std::vector<Row> rows;
+    rows.reserve(builders.size());
     for (const Builder& builder : builders) {
       rows.push_back(
           {scene.name, builder.name, threads_, scene.scene->unique_triangle_count(), {}, 0});

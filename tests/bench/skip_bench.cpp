@@ -29,6 +29,7 @@ double median(std::vector<double> values) {
 
 double figure(const std::vector<Json>& runs, const char* name) {
   std::vector<double> values;
+  values.reserve(runs.size());
   for (const Json& run : runs) values.push_back(run.at(name).get<double>());
   return median(values);
 }

@@ -229,7 +229,8 @@ bool make_file(const std::filesystem::path& file, unsigned smaller) {
       demo::DemoNode node;
       node.mesh = static_cast<int>(i);
       node.parent_from_node.m[0][3] = 3.0 * (i % side);
-      node.parent_from_node.m[2][3] = 3.0 * (i / side);
+      const auto row = i / side;
+      node.parent_from_node.m[2][3] = 3.0 * row;
       scene.meshes.push_back(std::move(ball.meshes[0]));
       scene.nodes.push_back(std::move(node));
     }

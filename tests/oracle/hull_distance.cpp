@@ -56,6 +56,7 @@ mpq_class hull_square_distance(const std::vector<ExactPoint>& a, const std::vect
       std::vector<std::vector<mpq_class>> rows;
       for (const ExactPoint& row : e) {
         std::vector<mpq_class> numbers;
+        numbers.reserve(e.size() + 1);
         for (const ExactPoint& column : e) numbers.push_back(dot(row, column));
         numbers.push_back(-dot(row, w));
         rows.push_back(numbers);

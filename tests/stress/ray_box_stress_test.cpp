@@ -36,6 +36,7 @@ TEST(RayBoxStress, batches_of_every_kernel_answer_as_single_pairs) {
   for (const RayBoxFamily& family : ray_box_families()) {
     oracle::Random random(kSeed + 1);
     std::vector<RayBoxCase> cases;
+    cases.reserve(kRounds);
     for (int i = 0; i < kRounds; ++i) cases.push_back(family.make(random));
     const auto found = differing_kernels(cases);
     EXPECT_EQ(found.size(), 0u) << family.name << ": " << found.front().fault << "\n  "

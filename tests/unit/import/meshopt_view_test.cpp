@@ -276,11 +276,11 @@ TEST(MeshoptView, states_a_least_size_that_the_smallest_encodings_keep) {
 }
 
 TEST(MeshoptView, answers_every_damage_with_an_error_or_numbers) {
-  std::vector<std::uint32_t> indices(3 * 200);
+  std::vector<std::uint32_t> indices(std::size_t{3} * 200);
   for (std::size_t i = 0; i < indices.size(); ++i) {
     indices[i] = static_cast<std::uint32_t>(i / 3 + (i * 7) % 5);
   }
-  std::vector<float> floats(3 * 210);
+  std::vector<float> floats(std::size_t{3} * 210);
   for (std::size_t i = 0; i < floats.size(); ++i) floats[i] = static_cast<float>(i * i % 97);
   const auto packed_indices = encode_triangles(indices);
   const auto packed_floats = encode_elements(floats.data(), 210, 12);

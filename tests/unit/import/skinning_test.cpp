@@ -231,7 +231,7 @@ class RawGlb {
 
   Matrix world(std::size_t node) const {
     const json& source = root["nodes"][node];
-    const auto numbers = [&](const char* key, std::vector<double> other) {
+    const auto numbers = [&](const char* key, const std::vector<double>& other) {
       return source.contains(key) ? source[key].get<std::vector<double>>() : other;
     };
     const auto t = numbers("translation", {0, 0, 0}), s = numbers("scale", {1, 1, 1});

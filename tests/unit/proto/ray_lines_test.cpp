@@ -42,10 +42,12 @@ TEST(RayLines, are_rays_in_their_order_after_the_options) {
 
 TEST(RayLines, refuses_what_is_not_one_object_in_one_line) {
   for (const std::string& line :
-       {kRay + kRay, kRay + "," + kRay, "[" + kRay + "]", kRay + "]}", kRay.substr(0, 30),
-        kRay + R"(],"fields":["t")", std::string("7"), std::string("\"x\""), std::string("null")}) {
+       {kRay + kRay, std::string(kRay).append(",").append(kRay), "[" + kRay + "]", kRay + "]}",
+        kRay.substr(0, 30), kRay + R"(],"fields":["t")", std::string("7"), std::string("\"x\""),
+        std::string("null")}) {
     RayLines lines({});
-    std::string text = kRay + "\n" + line + "\n" + kRay;
+    std::string text = kRay;
+    text.append("\n").append(line).append("\n").append(kRay);
     EXPECT_FALSE(lines.decode(text).ok()) << line;
   }
   RayLines lines({});

@@ -238,6 +238,7 @@ std::shared_ptr<const Scene> named(const std::vector<std::string>& names) {
 TEST(Filter, chooses_the_same_names_however_often_they_come) {
   // More different names than are remembered, some of them again and again.
   std::vector<std::string> names;
+  names.reserve(80000);
   for (int i = 0; i < 80000; ++i)
     names.push_back("n" + std::to_string(i % 3 == 0 ? i % 100 : i * 7));
   const auto scene = named(names);

@@ -33,8 +33,8 @@ RayBatch rays_of(const Scene& scene, oracle::Random& random, bool from_one_point
   const Vec3d eye = inside();
   for (std::size_t i = 0; i < kRays; ++i) {
     if (from_one_point) {
-      const double x = static_cast<double>(i % 64) / 32 - 1,
-                   y = static_cast<double>(i / 64) / 16 - 1;
+      const std::size_t row = i / 64;
+      const double x = static_cast<double>(i % 64) / 32 - 1, y = static_cast<double>(row) / 16 - 1;
       rays.push_back({eye, {x, y, 1.25}});
     } else {
       rays.push_back({inside(), random.direction()});

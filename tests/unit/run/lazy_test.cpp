@@ -41,7 +41,8 @@ demo::DemoScene boxes_apart(std::uint32_t side) {
     demo::DemoNode node;
     node.mesh = static_cast<int>(i);
     node.parent_from_node.m[0][3] = i % side;
-    node.parent_from_node.m[1][3] = i / side;
+    const auto row = i / side;
+    node.parent_from_node.m[1][3] = row;
     scene.meshes.push_back(std::move(mesh));
     scene.nodes.push_back(std::move(node));
   }
@@ -221,7 +222,8 @@ TEST(LazyScene, builds_nothing_for_who_will_not_wait_for_it) {
   EXPECT_EQ(ask_all({.builds = false}), "TREES_PENDING TREES_PENDING TREES_PENDING ");
   EXPECT_EQ(scene->trees().stats().trees_built, 0u);
   for (int i = 0; i < 9; ++i) {
-    ASSERT_TRUE(engine->closest(*scene, one_ray({i % 3 + 0.25, i / 3 + 0.25, 5}, {0, 0, -1}),
+    const int row = i / 3;
+    ASSERT_TRUE(engine->closest(*scene, one_ray({i % 3 + 0.25, row + 0.25, 5}, {0, 0, -1}),
                                 Deadline::never(), hits));
   }
   EXPECT_EQ(ask_all({.builds = false}), "answered answered answered ");
@@ -359,8 +361,12 @@ TEST(LazyScene, builds_each_tree_once_whoever_asks) {
   const auto scene = lazy_scene_of(boxes_apart(20));
   const auto engine = engine_of("", 2);
   RayBatch rays;
-  for (int i = 0; i < 400; ++i) rays.push_back({{i % 20 + 0.25, i / 20 + 0.25, 5}, {0, 0, -1}});
+  for (int i = 0; i < 400; ++i) {
+    const int row = i / 20;
+    rays.push_back({{i % 20 + 0.25, row + 0.25, 5}, {0, 0, -1}});
+  }
   std::vector<std::thread> threads;
+  threads.reserve(4);
   std::atomic<int> misses{0};
   for (int t = 0; t < 4; ++t) {
     threads.emplace_back([&] {

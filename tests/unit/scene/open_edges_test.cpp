@@ -93,6 +93,7 @@ TEST(OpenEdges, are_known_once_somebody_had_the_time) {
     return success();
   };
   std::vector<std::thread> askers;
+  askers.reserve(4);
   std::atomic<int> right{0};
   for (int i = 0; i < 4; ++i) {
     askers.emplace_back([&] {

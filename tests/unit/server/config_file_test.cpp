@@ -17,7 +17,7 @@ class ConfigFile : public testing::Test {
   ~ConfigFile() override { std::filesystem::remove_all(folder_); }
 
   std::string write(const std::string& name, const std::string& text) const {
-    const std::string file = folder_ / name;
+    std::string file = folder_ / name;
     std::ofstream(file) << text;
     return file;
   }
@@ -71,7 +71,9 @@ TEST_F(ConfigFile, says_the_same_as_each_flag) {
     if (value.empty()) value = std::to_string(std::stoull(flag.text) + 1);
     // An origin needs a cache.
     const std::string first = flag.name == "origin" ? "\"data\": " + samples["data"] + ", " : "";
-    const std::string file = write("config", "{" + first + "\"" + flag.name + "\": " + value + "}");
+    std::string text = "{" + first;
+    text.append("\"").append(flag.name).append("\": ").append(value).append("}");
+    const std::string file = write("config", text);
     EXPECT_EQ(report_of_config(file).mistakes, std::vector<std::string>());
     std::vector<std::string> mistakes, given;
     for (const Setting& setting : read_config(file, mistakes)) append_flags(setting, given);

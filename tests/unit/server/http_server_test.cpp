@@ -109,6 +109,7 @@ TEST(HttpServer, answers_in_the_event_loop_while_every_worker_is_busy) {
       },
       rules);
   std::vector<std::future<int>> slow;
+  slow.reserve(8);
   for (int i = 0; i < 8; ++i) {
     slow.push_back(
         std::async(std::launch::async, [&] { return server.client().Get("/slow")->status; }));

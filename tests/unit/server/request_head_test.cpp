@@ -62,7 +62,8 @@ TEST(RequestHead, refuses_every_head_that_can_be_read_in_two_ways) {
         std::string("Content-Length: 99999999999999999999\r\n"),
         std::string("Transfer-Encoding: gzip, chunked\r\n"),
         std::string("Transfer-Encoding: chunked,\r\n")}) {
-    EXPECT_EQ(fault_of(kLine + kHost + fields + "\r\n"), "FRAMING_AMBIGUOUS") << fields;
+    EXPECT_EQ(fault_of((kLine + kHost).append(fields).append("\r\n")), "FRAMING_AMBIGUOUS")
+        << fields;
   }
   EXPECT_EQ(fault_of("POST /a HTTP/1.0\r\n" + chunked + "\r\n"), "FRAMING_AMBIGUOUS");
 }
@@ -83,7 +84,8 @@ TEST(RequestHead, refuses_malformed_lines_where_they_stand) {
        {std::string("GET / HTTP/1.1\nHost: x\n\n"),
         std::string("GET / HTTP/1.1\r"
                     "Host: x\r\n\r\n"),
-        std::string("\r\n\r\n\r\n"), kLine + kHost + nul + "\r\n", std::string("\0", 1)}) {
+        std::string("\r\n\r\n\r\n"), (kLine + kHost).append(nul).append("\r\n"),
+        std::string("\0", 1)}) {
     EXPECT_EQ(fault_of(text), "REQUEST_MALFORMED") << text;
   }
   for (const char* field :

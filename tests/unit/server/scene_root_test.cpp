@@ -20,6 +20,7 @@ class FewDescriptors {
   explicit FewDescriptors(int more) {
     ::getrlimit(RLIMIT_NOFILE, &before_);
     std::vector<int> taken;
+    taken.reserve(static_cast<std::size_t>(more));
     for (int i = 0; i < more; ++i) taken.push_back(::dup(0));
     const int next = ::dup(0);
     ::close(next);

@@ -78,7 +78,7 @@ TEST(FileBytes, keep_what_was_claimed_and_give_the_other_pages_back) {
     EXPECT_TRUE(now.substr(begin, end - begin) == text.substr(begin, end - begin)) << begin;
   }
   const auto dropped = static_cast<std::size_t>(std::count(now.begin(), now.end(), 0));
-  EXPECT_GT(dropped, kLarge - 300'001 - 7 * 4096);
+  EXPECT_GT(dropped, kLarge - 300'001 - std::size_t{7} * 4096);
 }
 
 TEST(FileBytes, of_a_folder_are_an_error) {

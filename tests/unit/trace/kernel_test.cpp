@@ -236,10 +236,12 @@ RayBatch make_rows(const Case& c, std::size_t rows, std::size_t columns, double 
   const double s = static_cast<double>(c.scale) * (c.integer ? 3 : 1);
   const double shift = static_cast<double>(c.shift);
   RayBatch rays;
+  const std::size_t middle_column = columns / 2, middle_row = rows / 2;
   for (std::size_t row = 0; row < rows; ++row) {
     for (std::size_t column = 0; column < columns; ++column) {
-      const double x = (static_cast<double>(column) - static_cast<double>(columns / 2)) / per_unit;
-      const double y = (static_cast<double>(row) - static_cast<double>(rows / 2)) / 16;
+      const double x =
+          (static_cast<double>(column) - static_cast<double>(middle_column)) / per_unit;
+      const double y = (static_cast<double>(row) - static_cast<double>(middle_row)) / 16;
       Ray ray{{shift, shift, shift + 2 * s}, {x * s, y * s, -s}};
       if (row % 5 == 1) ray = {{shift + x * s, shift + y * s, shift + 2 * s}, {0, -0.0, -s}};
       if (row % 5 == 2) ray.tmin = 1 + x, ray.tmax = 2.5 - x / 2;

@@ -120,6 +120,7 @@ TEST(Regions, convex_ones_meet_what_rational_arithmetic_says) {
       }
     }
     std::vector<oracle::ExactHalfSpace> exact;
+    exact.reserve(planes.size());
     for (const HalfSpace& plane : planes)
       exact.push_back({oracle::exact_point(plane.normal), mpq_class(plane.offset)});
     const bool has_area = !oracle::has_no_area(for_oracle(t));

@@ -47,7 +47,8 @@ RayBatch rows_along(std::size_t rows, std::size_t columns, std::size_t eyes, std
   RayBatch rays;
   for (std::size_t i = 0; i < rows * columns; ++i) {
     const double x = 20 * (static_cast<double>(i % columns) / static_cast<double>(columns) - 0.4);
-    const double y = 3 * (static_cast<double>(i / columns) / static_cast<double>(rows) - 0.6);
+    const std::size_t row = i / columns;
+    const double y = 3 * (static_cast<double>(row) / static_cast<double>(rows) - 0.6);
     rays.push_back({eye[i / turn % eyes], {x * 1.1, y, 10 + 1e-3 * any(random)}});
   }
   return rays;
