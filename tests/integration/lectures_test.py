@@ -194,6 +194,23 @@ class Lectures(unittest.TestCase):
         self.assertEqual(hits[0]["t"], 8)
         self.assertIn("rgb <1, 0, 0>", hits[0]["material"])
 
+    def test_row_20_colours_of_pigments(self):
+        looks = {"pigment { color rgb <1, 0.1, 0.7> }": [1, 0.1, 0.7, 1], "pigment{rgb 0.8}": [0.8, 0.8, 0.8, 1], "pigment { rgb y }": [0, 1, 0, 1],
+                 "texture { pigment { colour rgbt <.25, .5, 1, .75> } finish { ambient 0.3 } }": [0.25, 0.5, 1, 0.25],
+                 "pigment { rgbft <1, 1, 1, 0.25, 0.5> }": [1, 1, 1, 0.25], "finish { ambient rgb 0.2 } pigment { rgb <-1, 2, +3> }": [-1, 2, 3, 1],
+                 "pigment { Red }": None, "pigment { checker rgb 1, rgb 0 }": None, "pigment { rgb <1, 0, 0> scale 2 }": None, "no_shadow": None,
+                 "pigment { rgb <1, 0> }": None, "pigment { rgb Red }": None}
+        text = "".join(f"box {{ <{3 * i}, 0, 0>, <{3 * i + 1}, 1, 1> {look} }}\n" for i, look in enumerate(looks))
+        self.assertEqual(self.server.put("looks", text).status, 201)
+        rays = [ray((3 * i + 0.3, 9, 0.6), (0, -1, 0)) for i in range(len(looks))]
+        hits = self.post("/v1/scenes/looks/rays:closest", {"rays": rays, "fields": ["colour", "material"]})["hits"]
+        for hit, expected in zip(hits, looks.values(), strict=True):
+            with self.subTest(material=hit["material"]):
+                # The weights of the corners add up to 1 before rounding alone.
+                apart = [abs(got - channel) for got, channel in zip(hit["colour"] or [], expected or [], strict=True)]
+                self.assertEqual((hit["colour"] is None, max(apart, default=0) < 2**-50), (expected is None, True), hit["colour"])
+        self.assertEqual([hits[i]["material"] for i in (0, 3)], ["{ color rgb <1, 0.1, 0.7> }", "{ colour rgbt <.25, .5, 1, .75> }"])
+
     def test_row_21_the_normal_of_the_face_that_was_hit(self):
         got = self.one((-10, 0, 0), (1, 0.015625, 0.015625))
         self.assertEqual((got["face"], got["normal"]), ("-x", [-1, 0, 0]))

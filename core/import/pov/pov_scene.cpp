@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "core/import/input/budget.h"
@@ -35,6 +36,15 @@ Error unsupported(const Token& token) {
           ""};
 }
 
+/// Linear red, green, blue and alpha.
+using Colour = std::array<double, 4>;
+
+/// What a file says of the colour of a box.
+struct Pigment {
+  std::string text;              ///< "{...}"; empty: nothing
+  std::optional<Colour> colour;  ///< empty: not a plain colour
+};
+
 /// x * (to - from) + from is `to` for x = 1, if there is such a float64 edge.
 double edge_between(double from, double to) {
   const double edge = to - from;
@@ -45,7 +55,22 @@ double edge_between(double from, double to) {
   return edge;
 }
 
-std::shared_ptr<const Mesh> make_cube(std::uint32_t number) {
+/// The colour of a pigment, at every vertex.
+class PigmentColour : public VertexNumbers {
+ public:
+  explicit PigmentColour(const Colour& colour) : colour_(colour) {}
+  std::uint32_t components() const override { return 4; }
+  bool load(std::uint64_t, double* out, std::uint64_t&) const override {
+    std::copy(colour_.begin(), colour_.end(), out);
+    return true;
+  }
+  std::uint64_t bytes() const override { return sizeof *this; }
+
+ private:
+  Colour colour_;
+};
+
+std::shared_ptr<const Mesh> make_cube(std::uint32_t number, const std::optional<Colour>& colour) {
   Mesh cube;
   cube.name = "box";
   cube.file_mesh = number;
@@ -57,6 +82,12 @@ std::shared_ptr<const Mesh> make_cube(std::uint32_t number) {
   cube.indices = {0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5, 0, 1, 5, 0, 5, 4,
                   2, 6, 7, 2, 7, 3, 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6};
   cube.primitives = {{0, 12, 0, number}};
+  if (colour) {
+    PrimitiveAttributes attributes;
+    attributes.numbers[static_cast<std::size_t>(VertexAttribute::kColour)] =
+        std::make_shared<const PigmentColour>(*colour);
+    cube.attributes.push_back(std::move(attributes));
+  }
   return std::make_shared<const Mesh>(std::move(cube));
 }
 
@@ -82,10 +113,15 @@ class Reader {
     return advance();
   }
   Status skip_braces();
+  Status skip_rest(std::size_t line);
+  Status read_pigment(Pigment& pigment);
+  Status read_texture(Pigment& pigment);
+  Status read_colour(std::optional<Colour>& colour);
+  Status read_channels(std::size_t count, std::array<double, 5>& channels, bool& is_known);
   Status read_number(double& out);
   Status read_vector(Vec3d& out);
   Status read_box();
-  Status add_box(const Vec3d& a, const Vec3d& b, std::size_t line, const std::string& pigment);
+  Status add_box(const Vec3d& a, const Vec3d& b, std::size_t line, const Pigment& pigment);
 
   Tokens tokens_;
   Token token_;
@@ -98,8 +134,13 @@ class Reader {
 /// From "{" to behind its "}".
 Status Reader::skip_braces() {
   const std::size_t line = token_.line;
-  if (!token_.is("{")) return expect("{");
-  std::size_t depth = 0;
+  if (Status status = expect("{"); !status) return status;
+  return skip_rest(line);
+}
+
+/// From within braces, which begin in a line, to behind their "}".
+Status Reader::skip_rest(std::size_t line) {
+  std::size_t depth = 1;
   do {
     if (token_.kind == TokenKind::kEnd) return broken(line, "\"{\" has no \"}\"");
     if (token_.is("{")) ++depth;
@@ -111,6 +152,83 @@ Status Reader::skip_braces() {
     if (Status status = advance(); !status) return status;
   } while (depth > 0);
   return success();
+}
+
+/// From "{" to behind its "}".
+Status Reader::read_pigment(Pigment& pigment) {
+  const Token first = token_;
+  if (Status status = expect("{"); !status) return status;
+  std::optional<Colour> colour;
+  if (Status status = read_colour(colour); !status) return status;
+  // With anything more, such as a pattern, a transform or a map, it is not one colour.
+  const bool is_plain = token_.is("}");
+  if (Status status = skip_rest(first.line); !status) return status;
+  if (!pigment.text.empty()) return success();
+  const std::string_view written = tokens_.between(first, token_);
+  pigment.text = gltf::shortened(written.substr(0, written.rfind('}') + 1), 200);
+  if (is_plain) pigment.colour = colour;
+  return success();
+}
+
+/// The pigment in a texture. From "{" to behind its "}".
+Status Reader::read_texture(Pigment& pigment) {
+  const std::size_t line = token_.line;
+  if (Status status = expect("{"); !status) return status;
+  while (!token_.is("}") && token_.kind != TokenKind::kEnd) {
+    const bool is_pigment = token_.is("pigment");
+    Status status = token_.is("{") ? skip_braces() : advance();
+    if (status && is_pigment && token_.is("{")) status = read_pigment(pigment);
+    if (!status) return status;
+  }
+  return skip_rest(line);
+}
+
+/// "rgb <1, 0, 0>" and its kin, if that comes next: POV-Ray 3.7, 3.4.5. Alpha is what neither the
+/// filter nor the transmit channel lets through.
+Status Reader::read_colour(std::optional<Colour>& colour) {
+  if (token_.is("color") || token_.is("colour")) {
+    if (Status status = advance(); !status) return status;
+  }
+  const std::string_view kind = token_.text;
+  if (token_.kind != TokenKind::kName || kind.substr(0, 3) != "rgb") return success();
+  const std::string_view more = kind.substr(3);
+  if (!more.empty() && more != "f" && more != "t" && more != "ft") return success();
+  if (Status status = advance(); !status) return status;
+  std::array<double, 5> channels{};
+  bool is_known = false;
+  if (Status status = read_channels(3 + more.size(), channels, is_known); !status) return status;
+  if (is_known) colour = {channels[0], channels[1], channels[2], 1 - channels[3] - channels[4]};
+  return success();
+}
+
+/// A vector, one number for all channels, or a unit vector.
+Status Reader::read_channels(std::size_t count, std::array<double, 5>& channels, bool& is_known) {
+  constexpr std::array<std::string_view, 3> kUnits = {"x", "y", "z"};
+  if (const auto unit = std::find(kUnits.begin(), kUnits.end(), token_.text);
+      token_.kind == TokenKind::kName && unit != kUnits.end()) {
+    channels[static_cast<std::size_t>(unit - kUnits.begin())] = 1;
+    is_known = true;
+    return advance();
+  }
+  const bool is_vector = token_.is("<");
+  if (is_vector) {
+    if (Status status = advance(); !status) return status;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool is_number = token_.kind == TokenKind::kNumber || token_.is("-") || token_.is("+");
+    if (!is_number && (is_vector || i == 0)) return success();
+    if (i > 0 && !is_vector) {
+      channels[i] = channels[0];
+      continue;
+    }
+    if (Status status = read_number(channels[i]); !status) return status;
+    if (is_vector && i + 1 < count) {
+      if (!token_.is(",")) return success();
+      if (Status status = advance(); !status) return status;
+    }
+  }
+  is_known = !is_vector || token_.is(">");
+  return is_known && is_vector ? advance() : success();
 }
 
 Status Reader::read_number(double& out) {
@@ -147,41 +265,38 @@ Status Reader::read_box() {
   if (Status status = read_vector(a); !status) return status;
   if (Status status = expect(","); !status) return status;
   if (Status status = read_vector(b); !status) return status;
-  std::string pigment;
+  Pigment pigment;
   while (!token_.is("}")) {
     if (token_.kind == TokenKind::kEnd) return broken(line, "\"{\" has no \"}\"");
     const bool has_braces = contains(kLooks, token_.text);
     if (token_.kind != TokenKind::kName || !(has_braces || contains(kFlags, token_.text))) {
       return unsupported(token_);
     }
-    const bool is_colour = token_.is("pigment") || token_.is("texture");
+    const bool is_pigment = token_.is("pigment"), is_texture = token_.is("texture");
     if (Status status = advance(); !status) return status;
     if (!has_braces) continue;
-    const Token first = token_;
-    if (Status status = skip_braces(); !status) return status;
-    if (is_colour && pigment.empty()) {
-      const std::string_view written = tokens_.between(first, token_);
-      pigment = gltf::shortened(written.substr(0, written.rfind('}') + 1), 200);
-    }
+    Status status = is_pigment   ? read_pigment(pigment)
+                    : is_texture ? read_texture(pigment)
+                                 : skip_braces();
+    if (!status) return status;
   }
   if (Status status = advance(); !status) return status;
   return add_box(a, b, line, pigment);
 }
 
-Status Reader::add_box(const Vec3d& a, const Vec3d& b, std::size_t line,
-                       const std::string& pigment) {
+Status Reader::add_box(const Vec3d& a, const Vec3d& b, std::size_t line, const Pigment& pigment) {
   if (scene_.instances.size() >= limits_.instances) {
     return gltf::beyond_limit("INSTANCES", "line " + std::to_string(line) + ": boxes",
                               scene_.instances.size() + 1, limits_.instances);
   }
   const auto [known, is_new] =
-      mesh_of_pigment_.try_emplace(pigment, static_cast<std::uint32_t>(scene_.meshes.size()));
+      mesh_of_pigment_.try_emplace(pigment.text, static_cast<std::uint32_t>(scene_.meshes.size()));
   std::uint64_t bytes = sizeof(Instance) + sizeof(Node);
   if (is_new) bytes += sizeof(Mesh) + 8 * sizeof(Vec3f) + 36 * sizeof(std::uint32_t);
   if (Status status = budget_.spend_bytes(bytes); !status) return status;
   if (is_new) {
-    scene_.meshes.push_back(make_cube(known->second));
-    scene_.materials.push_back({pigment, false});
+    scene_.meshes.push_back(make_cube(known->second, pigment.colour));
+    scene_.materials.push_back({pigment.text, false});
   }
   Affine matrix;
   for (int axis = 0; axis < 3; ++axis) {

@@ -50,7 +50,7 @@ TEST(PovScene, keeps_a_pigment_as_the_name_of_a_material) {
   ASSERT_TRUE(scene.ok()) << scene.error().message;
   ASSERT_EQ(scene->materials.size(), 2u);
   EXPECT_EQ(scene->materials[0].name, "{ rgb <1, 0.5, 0> }");
-  EXPECT_EQ(scene->materials[1].name, "{ pigment { rgb x } }");
+  EXPECT_EQ(scene->materials[1].name, "{ rgb x }");
   EXPECT_EQ(scene->instances[0].mesh, scene->instances[1].mesh);
   EXPECT_EQ(scene->meshes[1]->primitives[0].material, 1u);
 }
