@@ -21,6 +21,13 @@ struct TriangleId {
   auto operator<=>(const TriangleId&) const = default;
 };
 
+/// A triangle as clients name it: by the fields "instance", "primitive" and "triangle" of its hits.
+struct TriangleName {
+  std::uint32_t instance = kNone;   ///< index in SceneDescription::instances
+  std::uint32_t primitive = kNone;  ///< index in the file's mesh
+  std::uint32_t triangle = kNone;   ///< index in the primitive
+};
+
 /// n hits, a slot for each. A miss has t = +inf and both ids kNone.
 struct HitBatch {
   /// The exact t rounded once to the nearest float64, in units of |direction|; for a point its

@@ -24,15 +24,17 @@ enum class Culling {
   kMaterial,  ///< like kBack, but both sides count if the material is double-sided [glTF2]
 };
 
-/// A choice of triangles: those of the chosen nodes that have one of the chosen materials. A node
-/// is chosen by `nodes` or by `names`. Without `nodes` and `names` all nodes are chosen, without
-/// `materials` all materials. An empty list names nothing.
+/// A choice of triangles: those of the chosen nodes that have one of the chosen materials and are in
+/// `triangles`. A node is chosen by `nodes` or by `names`. Without `nodes` and `names` all nodes are
+/// chosen, without `materials` all materials, without `triangles` all triangles. An empty list names
+/// nothing.
 struct TriangleChoice {
   /// indices in the file's "nodes"; the nodes below them are chosen too
   std::optional<std::vector<std::uint32_t>> nodes;
   /// glob patterns (glob_matches) of node names; the nodes below matching nodes are chosen too
   std::optional<std::vector<std::string>> names;
   std::optional<std::vector<std::string>> materials;  ///< glob patterns of material names
+  std::optional<std::vector<TriangleName>> triangles = {};
 };
 
 /// A filter in the terms of a client's request. resolve_filter (core/run/resolved_filter.h) turns
@@ -63,6 +65,12 @@ struct ResolvedFilter {
   /// By instance: its mask, which is compared with that of each ray (RayBatch::mask). Empty if
   /// masks of rays exclude nothing.
   Column<std::uint32_t> masks = {};
+  /// If set, only these triangles count, of the sides above. Ascending.
+  std::optional<std::vector<TriangleId>> only = {};
+  std::vector<TriangleId> without = {};  ///< these triangles do not count; ascending
+
+  /// True if single triangles are named: `sides` does not decide alone.
+  bool names_triangles() const { return only || !without.empty(); }
 };
 
 /// True if the pattern matches the whole text: `*` stands for any text, `?` for one character of

@@ -1,5 +1,6 @@
 #include "core/run/chosen_nodes.h"
 
+#include <algorithm>
 #include <bit>
 #include <functional>
 #include <optional>
@@ -167,9 +168,33 @@ Status choose_materials(const SceneDescription& scene, const std::vector<std::st
                         watch, warnings);
 }
 
+/// Keeps the named triangles that the other lists have. Errors: TRIANGLE_UNKNOWN.
+Status choose_triangles(const Scene& scene, const std::vector<TriangleName>& names,
+                        const std::string& key, DeadlineWatch& watch, ChosenNodes& chosen) {
+  const SceneDescription& description = scene.description();
+  std::vector<TriangleId>& triangles = chosen.triangles.emplace();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (watch.passed()) return watch.error();
+    const auto id = scene.find_triangle(names[i]);
+    if (!id) {
+      return Error{ErrorKind::kInvalid, "TRIANGLE_UNKNOWN",
+                   "the scene has no triangle with this instance, primitive and triangle",
+                   "/" + key + "/triangles/" + std::to_string(i)};
+    }
+    const Instance& instance = description.instances[id->instance];
+    const auto& primitives = description.meshes[instance.mesh]->primitives;
+    if (chosen.holds(instance, primitives[scene.primitive_of(*id)].material))
+      triangles.push_back(*id);
+  }
+  std::sort(triangles.begin(), triangles.end());
+  triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
+  return success();
+}
+
 bool has_empty_list(const TriangleChoice& choice) {
   return (choice.nodes && choice.nodes->empty()) || (choice.names && choice.names->empty()) ||
-         (choice.materials && choice.materials->empty());
+         (choice.materials && choice.materials->empty()) ||
+         (choice.triangles && choice.triangles->empty());
 }
 
 /// Nodes without triangles, or with other materials than the named ones, match as names do; but
@@ -177,7 +202,9 @@ bool has_empty_list(const TriangleChoice& choice) {
 Status tell_without_triangles(const SceneDescription& scene, const ChosenNodes& chosen,
                               const std::string& key, DeadlineWatch& watch,
                               SelectionWarnings* warnings) {
+  if (chosen.triangles && !chosen.triangles->empty()) return success();
   for (const Instance& instance : scene.instances) {
+    if (chosen.triangles) break;
     const auto& primitives = scene.meshes[instance.mesh]->primitives;
     for (const Primitive& primitive : primitives)
       if (chosen.holds(instance, primitive.material)) return success();
@@ -190,9 +217,9 @@ Status tell_without_triangles(const SceneDescription& scene, const ChosenNodes& 
 
 }  // namespace
 
-Result<ChosenNodes> choose(const SceneDescription& scene, const TriangleChoice& choice,
-                           const std::string& key, DeadlineWatch& watch,
-                           SelectionWarnings* warnings) {
+Result<ChosenNodes> choose(const Scene& whole, const TriangleChoice& choice, const std::string& key,
+                           DeadlineWatch& watch, SelectionWarnings* warnings) {
+  const SceneDescription& scene = whole.description();
   const std::size_t told = warnings != nullptr ? warnings->size() : 0;
   ChosenNodes chosen;
   chosen.node.assign(scene.nodes.size(), choice.nodes || choice.names ? 0 : 1);
@@ -202,6 +229,8 @@ Result<ChosenNodes> choose(const SceneDescription& scene, const TriangleChoice& 
   if (status) status = choose_names(scene, choice, key, watch, chosen, warnings);
   if (status && choice.materials)
     status = choose_materials(scene, *choice.materials, key, watch, chosen, warnings);
+  if (status && choice.triangles)
+    status = choose_triangles(whole, *choice.triangles, key, watch, chosen);
   const bool has_told = warnings != nullptr && warnings->size() > told;
   if (status && !has_told && !has_empty_list(choice))
     status = tell_without_triangles(scene, chosen, key, watch, warnings);
@@ -214,6 +243,7 @@ std::uint64_t choosing_bytes(const SceneDescription& scene, const TriangleChoice
   constexpr std::uint64_t kWarningBytes = 2048;  // of a pattern, three names and both as JSON
   std::uint64_t bytes = scene.nodes.size() + scene.materials.size() + 1 + kWarningBytes;
   if (choice.nodes) bytes += choice.nodes->size() * kAskedBytes;
+  if (choice.triangles) bytes += choice.triangles->size() * 2 * sizeof(TriangleId);
   if (choice.names)
     bytes += AnyGlob::bytes_for(scene.nodes.size()) + choice.names->size() * kWarningBytes;
   if (choice.materials)

@@ -43,6 +43,16 @@ Result<ResolvedFilter> sides_where(const Scene& scene, DeadlineWatch& watch, con
   return resolved;
 }
 
+/// Excludes primitives without a triangle of `only`, so that traversals leave them early.
+void leave_primitives_of(const Scene& scene, ResolvedFilter& resolved) {
+  Column<std::uint8_t> sides(resolved.sides.size(), 0);
+  for (const TriangleId id : *resolved.only) {
+    const std::size_t at = resolved.first[id.instance] + scene.primitive_of(id);
+    sides[at] = resolved.sides[at];
+  }
+  resolved.sides = std::move(sides);
+}
+
 Result<ResolvedFilter> resolve_watched(const Scene& scene, const HitFilter& filter,
                                        DeadlineWatch& watch, const ReserveBytes& reserve,
                                        SelectionWarnings* warnings) {
@@ -55,16 +65,24 @@ Result<ResolvedFilter> resolve_watched(const Scene& scene, const HitFilter& filt
   for (const auto& [choice, chosen, key] : {std::tuple{&filter.include, &include, "include"},
                                             std::tuple{&filter.exclude, &exclude, "exclude"}}) {
     if (!*choice) continue;
-    auto found = choose(description, **choice, key, watch, warnings);
+    auto found = choose(scene, **choice, key, watch, warnings);
     if (!found) return std::move(found).error();
     *chosen = std::move(*found);
   }
-  return sides_where(scene, watch, [&](const Instance& instance, const Primitive& primitive) {
-    const bool counts = (instance.mask & filter.mask) != 0 &&
-                        (!filter.include || include.holds(instance, primitive.material)) &&
-                        !(filter.exclude && exclude.holds(instance, primitive.material));
-    return counts ? sides_of(filter.culling, description, primitive.material) : std::uint8_t{0};
-  });
+  // An exclusion of single triangles does not exclude their primitives.
+  const bool excludes = filter.exclude && !exclude.triangles;
+  auto resolved =
+      sides_where(scene, watch, [&](const Instance& instance, const Primitive& primitive) {
+        const bool counts = (instance.mask & filter.mask) != 0 &&
+                            (!filter.include || include.holds(instance, primitive.material)) &&
+                            !(excludes && exclude.holds(instance, primitive.material));
+        return counts ? sides_of(filter.culling, description, primitive.material) : std::uint8_t{0};
+      });
+  if (!resolved) return resolved;
+  resolved->only = std::move(include.triangles);
+  if (exclude.triangles) resolved->without = std::move(*exclude.triangles);
+  if (resolved->only) leave_primitives_of(scene, *resolved);
+  return resolved;
 }
 
 /// Without masks to compare: the explanation of a ray need not know of them.
@@ -129,7 +147,7 @@ Result<ResolvedFilter> chosen_sides(const Scene& scene, const TriangleChoice& ch
       resolved_filter_bytes(scene) + choosing_bytes(scene.description(), choice);
   if (Status status = ask_for(reserve, bytes); !status) return std::move(status).error();
   DeadlineWatch watch(deadline);
-  const auto chosen = choose(scene.description(), choice, key, watch, warnings);
+  const auto chosen = choose(scene, choice, key, watch, warnings);
   if (!chosen) return chosen.error();
   return sides_where(scene, watch, [&](const Instance& instance, const Primitive& primitive) {
     return chosen->holds(instance, primitive.material) ? ResolvedFilter::kAll : std::uint8_t{0};
@@ -160,7 +178,7 @@ Result<std::optional<ResolvedFilter>> resolve_for_rays(const Scene& scene, const
     for (const Instance& instance : scene.description().instances)
       resolved->masks.push_back(instance.mask);
   }
-  const bool all = resolved->masks.empty() &&
+  const bool all = resolved->masks.empty() && !resolved->names_triangles() &&
                    std::all_of(resolved->sides.begin(), resolved->sides.end(),
                                [](std::uint8_t sides) { return sides == ResolvedFilter::kAll; });
   return all ? Resolved() : Resolved(std::move(*resolved));

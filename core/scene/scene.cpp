@@ -108,6 +108,17 @@ std::uint32_t Scene::primitive_of(TriangleId id) const {
   return static_cast<std::uint32_t>(after - primitives.begin()) - 1;
 }
 
+std::optional<TriangleId> Scene::find_triangle(const TriangleName& name) const {
+  if (name.instance >= description_.instances.size()) return std::nullopt;
+  for (const Primitive& part :
+       description_.meshes[description_.instances[name.instance].mesh]->primitives) {
+    if (part.file_primitive != name.primitive) continue;
+    if (name.triangle >= part.triangle_count) return std::nullopt;
+    return TriangleId{name.instance, part.first_triangle + name.triangle};
+  }
+  return std::nullopt;
+}
+
 Result<OpenEdges> Scene::open_edges(std::uint32_t mesh, const Deadline& deadline,
                                     const ReserveBytes& reserve) const {
   return known_edges_->of(mesh, *description_.meshes[mesh], deadline, reserve);

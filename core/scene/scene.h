@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "core/base/result.h"
@@ -68,6 +69,8 @@ class Scene {
   WorldTriangle world_triangle(TriangleId id) const;
   /// The primitive that contains a triangle: index in Mesh::primitives of the instance's mesh.
   std::uint32_t primitive_of(TriangleId id) const;
+  /// The triangle of a name; empty if the scene has none.
+  std::optional<TriangleId> find_triangle(const TriangleName& name) const;
   /// The open edges of a whole mesh (KnownEdges). Throws std::bad_alloc.
   Result<OpenEdges> open_edges(std::uint32_t mesh, const Deadline& deadline,
                                const ReserveBytes& reserve) const;

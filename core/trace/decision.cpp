@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <bit>
 
+#include "core/trace/counting_sides.h"
+
 namespace sightline {
 
 namespace {

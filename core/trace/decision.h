@@ -78,14 +78,6 @@ struct ClosestHit {
   void examine(const RayQuestion& question, Candidate other);
 };
 
-/// The sides of a triangle whose hits count: a set of ResolvedFilter's bits. Ignores masks.
-inline std::uint8_t counting_sides(const Scene& scene, const ResolvedFilter& resolved,
-                                   TriangleId id) {
-  const std::size_t first = resolved.first[id.instance];
-  const std::size_t end = id.instance + 1 < resolved.first.size() ? resolved.first[id.instance + 1]
-                                                                  : resolved.sides.size();
-  return resolved.sides[end - first == 1 ? first : first + scene.primitive_of(id)];
-}
 /// Returns those of `lanes` (bit i: lane i of the block) whose triangles count for the ray, given
 /// the side that the ray meets and its mask. `instance` is that of the block's placement.
 std::uint32_t counting_lanes(const RayQuestion& question, const ResolvedFilter& resolved,

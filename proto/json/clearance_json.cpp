@@ -20,7 +20,8 @@ class ClearanceReader : public RayReader {
                    .default_fields = kDefaultEndFields,
                    .known_fields = kEndFields,
                    .has_marks = false,
-                   .has_culling = false}),
+                   .has_culling = false,
+                   .has_triangles = false}),
         max_limit_(max_limit) {}
 
   Result<ClearanceQuery> read_all(std::string& body) {

@@ -23,7 +23,9 @@ class PointReader : public RayReader {
                    .default_fields = rules.default_fields,
                    .known_fields = kNearestFields,
                    .has_marks = false,
-                   .has_culling = false}),
+                   .has_culling = false,
+                   // A body is cut open where single triangles are excluded.
+                   .has_triangles = !rules.has_method}),
         rules_(rules) {
     points_.count = rules.default_count;
     points_.asks_rays = rules.has_directions;

@@ -67,6 +67,7 @@ struct RayJsonRules {
   bool has_marks = true;
   bool has_generator = true;    ///< true: "generator" is allowed
   bool has_culling = true;      ///< true: "cull" is allowed, if has_scene
+  bool has_triangles = true;    ///< true: "include" and "exclude" may have "triangles"
   bool has_explain = false;     ///< true: "explain" is allowed
   bool has_image = false;       ///< true: "image" and "image_unit" are allowed
   bool has_alpha = false;       ///< true: "alpha" is allowed

@@ -218,11 +218,42 @@ bool RayReader::read_patterns(Value value, const JsonPointer& place,
   return read_array(value, "an array of patterns", place, read_one);
 }
 
+bool RayReader::read_triangles(Value value, const JsonPointer& place,
+                               std::vector<TriangleName>& triangles) {
+  const auto read_triangle = [&](std::size_t i, Value item) {
+    const JsonPointer item_place = JsonPointer(place).index(i);
+    if (i == kMostNodes) {
+      return fail(ErrorKind::kTooLarge, "FILTER_TOO_LARGE",
+                  "a list may hold " + std::to_string(kMostNodes) + " triangles", item_place);
+    }
+    std::array<std::uint32_t, 3> name{};
+    std::size_t count = 0;
+    const auto read_number = [&](std::size_t k, Value number) {
+      const JsonPointer number_place = JsonPointer(item_place).index(k);
+      count = k + 1;
+      std::uint64_t read = 0;
+      if (k < name.size() && !read_count(number, kNone - 1, read, number_place)) return false;
+      if (k < name.size()) name[k] = static_cast<std::uint32_t>(read);
+      return true;
+    };
+    if (!read_array(item, "[instance, primitive, triangle]", item_place, read_number)) return false;
+    if (count != name.size()) {
+      return invalid("LENGTH_WRONG", "a triangle is [instance, primitive, triangle]", item_place);
+    }
+    triangles.push_back({name[0], name[1], name[2]});
+    return true;
+  };
+  return read_array(value, "an array of triangles", place, read_triangle);
+}
+
 bool RayReader::read_choice(const JsonPointer& place, Value value,
                             std::optional<TriangleChoice>& choice,
                             std::optional<TriangleChoice>* without) {
-  constexpr std::array<std::string_view, 4> kKeys{"nodes", "names", "materials", "exclude"};
-  constexpr std::size_t kExclude = 3;
+  constexpr std::array<std::string_view, 5> kKeys{"nodes", "names", "materials", "triangles",
+                                                  "exclude"};
+  constexpr std::size_t kTriangles = 3, kExclude = 4;
+  const unsigned known =
+      7u | (rules_.has_triangles ? 1u << kTriangles : 0u) | (without ? 1u << kExclude : 0u);
   Object object;
   if (value.get_object().get(object) != simdjson::SUCCESS) {
     return wrong(value, place, "an object");
@@ -235,11 +266,15 @@ bool RayReader::read_choice(const JsonPointer& place, Value value,
       return check_end(code, [&] { return JsonPointer(place); });
     }
     std::size_t which = 0;
-    if (!read_key(field, kKeys, without != nullptr ? 15u : 7u, place, which)) return false;
+    if (!read_key(field, kKeys, known, place, which)) return false;
     const JsonPointer part = JsonPointer(place).key(kKeys[which]);
     if (!mark_seen(1u << which, seen, part)) return false;
     if (which == kExclude) {
       if (!read_choice(part, field.value(), *without)) return false;
+      continue;
+    }
+    if (which == kTriangles) {
+      if (!read_triangles(field.value(), part, choice->triangles.emplace())) return false;
       continue;
     }
     if (which > 0) {
@@ -264,7 +299,11 @@ bool RayReader::read_choice(const JsonPointer& place, Value value,
     if (!read_array(field.value(), "an array of node ids", part, read_node)) return false;
   }
   if (seen == 0) {
-    return invalid("KEY_MISSING", "needs \"nodes\", \"names\" or \"materials\"", place);
+    return invalid("KEY_MISSING",
+                   rules_.has_triangles
+                       ? "needs \"nodes\", \"names\", \"materials\" or \"triangles\""
+                       : "needs \"nodes\", \"names\" or \"materials\"",
+                   place);
   }
   return true;
 }

@@ -90,6 +90,7 @@ class RayReader : protected JsonReader {
   bool read_mask(Value value, const JsonPointer& place, HitFilter& filter);
   bool read_filters(Value value);
   bool read_filter(Value value, const JsonPointer& place, HitFilter& filter);
+  bool read_triangles(Value value, const JsonPointer& place, std::vector<TriangleName>& triangles);
   bool read_on_invalid(Value value);
   bool read_patterns(Value value, const JsonPointer& place, std::vector<std::string>& patterns);
   unsigned known_top_keys() const;

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/geometry/exact_hit.h"
+#include "core/trace/counting_sides.h"
 #include "core/trace/leaf_triangle.h"
 
 namespace sightline {
@@ -130,8 +131,7 @@ class Walk {
     const std::uint8_t bit = side < 0   ? ResolvedFilter::kFront
                              : side > 0 ? ResolvedFilter::kBack
                                         : ResolvedFilter::kEdgeOn;
-    return (resolved_->sides[resolved_->first[id.instance] + scene_.scene().primitive_of(id)] &
-            bit) != 0;
+    return (counting_sides(scene_.scene(), *resolved_, id) & bit) != 0;
   }
 
   const SceneView& scene_;

@@ -9,6 +9,7 @@
 
 #include <bit>
 
+#include "core/trace/counting_sides.h"
 #include "core/trace/decision.h"
 #include "core/trace/kernel/filter-inl.h"
 #include "core/trace/kernel/kernel.h"

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "core/geometry/rounding.h"
+#include "core/trace/counting_sides.h"
 #include "core/trace/leaf_triangle.h"
 #include "core/trace/search/box_distance.h"
 
@@ -57,8 +58,7 @@ void NearestTriangles::walk_tree(const WideTree& tree, const TreePoint& point, L
 }
 
 bool NearestTriangles::counts_at_all(TriangleId id) const {
-  return resolved_ == nullptr ||
-         resolved_->sides[resolved_->first[id.instance] + scene_.scene().primitive_of(id)] != 0;
+  return resolved_ == nullptr || counting_sides(scene_.scene(), *resolved_, id) != 0;
 }
 
 bool NearestTriangles::is_within(const NearTriangle& near) {

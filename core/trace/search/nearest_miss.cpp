@@ -7,6 +7,7 @@
 
 #include "core/geometry/rounding.h"
 #include "core/geometry/triangle_distance.h"
+#include "core/trace/counting_sides.h"
 #include "core/trace/leaf_triangle.h"
 #include "core/trace/search/tree_sweep.h"
 
@@ -143,8 +144,7 @@ class MissSearch {
   }
 
   bool counts(TriangleId id) const {
-    return resolved_ == nullptr ||
-           resolved_->sides[resolved_->first[id.instance] + scene_.scene().primitive_of(id)] != 0;
+    return resolved_ == nullptr || counting_sides(scene_.scene(), *resolved_, id) != 0;
   }
 
   const SceneView& scene_;

@@ -9,6 +9,7 @@
 
 #include "core/geometry/rounding.h"
 #include "core/geometry/triangle_distance.h"
+#include "core/trace/counting_sides.h"
 #include "core/trace/leaf_triangle.h"
 
 namespace sightline {
@@ -98,8 +99,7 @@ bool Sweeps::out_of_time() {
 }
 
 bool Sweeps::counts_at_all(TriangleId id) const {
-  return resolved_ == nullptr ||
-         resolved_->sides[resolved_->first[id.instance] + scene_.scene().primitive_of(id)] != 0;
+  return resolved_ == nullptr || counting_sides(scene_.scene(), *resolved_, id) != 0;
 }
 
 /// Boxes that are entered first come first.
