@@ -1,7 +1,5 @@
 #include "server/sources/scene_sources.h"
 
-#include <utility>
-
 namespace sightline {
 namespace {
 
@@ -70,10 +68,10 @@ Result<SceneFetch> fetch_address(const LoadRequest& request, const Rules& rules,
 
 }  // namespace
 
-Result<SceneFetch> fetch_of(const LoadRequest& request, std::shared_ptr<const SourceRules> rules,
-                            std::uint64_t limit) {
-  return request.url.empty() ? fetch_path(request, std::move(rules), limit)
-                             : fetch_address(request, std::move(rules), limit);
+Result<SceneFetch> fetch_of(const LoadRequest& request,
+                            const std::shared_ptr<const SourceRules>& rules, std::uint64_t limit) {
+  return request.url.empty() ? fetch_path(request, rules, limit)
+                             : fetch_address(request, rules, limit);
 }
 
 }  // namespace sightline

@@ -23,7 +23,7 @@ struct SourceRules {
 /// Errors, with a pointer: PATH_NOT_ALLOWED, URL_NOT_ALLOWED, URL_INVALID, those of
 /// SceneRoot::open_file.
 /// limit  the most bytes of the source with all of its files
-Result<SceneFetch> fetch_of(const LoadRequest& request, std::shared_ptr<const SourceRules> rules,
-                            std::uint64_t limit);
+Result<SceneFetch> fetch_of(const LoadRequest& request,
+                            const std::shared_ptr<const SourceRules>& rules, std::uint64_t limit);
 
 }  // namespace sightline
