@@ -14,7 +14,7 @@ from sightline_server import DATA, JSON_TYPE, Server
 FIELDS = ["shading_normal", "uv", "colour"]
 FORMATS = {5120: ("b", 127), 5121: ("B", 255), 5122: ("h", 32767), 5123: ("H", 65535), 5125: ("I", None), 5126: ("f", None)}
 MAPPED_FROM = 1 << 20  # core/store/file_bytes.h
-WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 
 
 class File:
@@ -305,7 +305,7 @@ class Attributes(unittest.TestCase):
             for server in self.each("random", glb):
                 self.check(server, "random", reading, rays, seed, at_least=200)
 
-    def check(self, server, name, reading, rays, seed, at_least, posed=(), with_normals=True):
+    def check(self, server, name, reading, rays, seed, at_least, with_normals=True):
         fields = [*FIELDS, "barycentrics", "mesh_id", "primitive", "triangle", "node_id"]
         hits = server.query(name, "closest", {"rays": rays, "fields": fields}).json()["hits"]
         self.assertGreaterEqual(sum(hit is not None for hit in hits), at_least, f"seed {seed}")
@@ -314,7 +314,7 @@ class Attributes(unittest.TestCase):
                 continue
             normal, uv, colour = reading.expected(hit)
             self.assertEqual((hit["uv"], hit["colour"]), (uv, colour), f"seed {seed}, ray {i}")
-            if normal is None or hit["node_id"] in posed:
+            if normal is None:
                 self.assertIsNone(hit["shading_normal"], f"seed {seed}, ray {i}")
                 continue
             for got, exact in zip(hit["shading_normal"], normal if with_normals else hit["shading_normal"]):
@@ -371,16 +371,20 @@ class Attributes(unittest.TestCase):
                     answers.append(server.query("stays", "closest", {"rays": rays, "fields": FIELDS}).body)
         self.assertEqual(*answers)
 
-    def test_a_posed_mesh_has_no_normals_of_its_own(self):
+    def test_a_morph_target_moves_what_it_has(self):
         file = triangle(**FLAT)
         primitive = file.root["meshes"][0]["primitives"][0]
         primitive["targets"] = [{"POSITION": file.add([[0, 0, 1]] * 3, "VEC3", 5126, min=[0, 0, 1], max=[0, 0, 1])},
                                 {"COLOR_0": file.add([[0.5] * 4] * 3, "VEC4", 5126)}]
-        for weights, expected in (([1, 0], (False, True, True)), ([0, 1], (True, True, False)), ([0, 0], (True, True, True))):
+        plain = None
+        for weights, added in (([0, 0], 0), ([1, 0], 0), ([0, 1], 0.5)):
             file.root["meshes"][0]["weights"] = weights
             for server in self.each("posed", file.bytes()):
                 hit, = server.closest("posed", ([1, 2, 9], [0, 0, -1]), fields=FIELDS)
-                self.assertEqual(tuple(hit[field] is not None for field in FIELDS), expected)
+                plain = plain or hit
+                self.assertEqual((hit["shading_normal"], hit["uv"]), (plain["shading_normal"], plain["uv"]))
+                for got, before in zip(hit["colour"], plain["colour"], strict=True):
+                    self.assertAlmostEqual(got, before + added, delta=1e-15)
 
     def test_a_skinned_figure_of_the_shared_data(self):
         path = DATA / "scenes/knight_skinned.glb"
@@ -391,8 +395,7 @@ class Attributes(unittest.TestCase):
         skinned = {i for i, node in enumerate(reading.root["nodes"]) if "skin" in node}
         for server in self.each("knight", glb):
             bounds = server.ask("/v1/scenes/knight").json()["bounds"]
-            hits = self.check(server, "knight", reading, shower(1, 400, bounds["min"], bounds["max"]), 1, 40, posed=skinned,
-                              with_normals=False)
+            hits = self.check(server, "knight", reading, shower(1, 400, bounds["min"], bounds["max"]), 1, 40, with_normals=False)
             self.assertTrue(any(hit and hit["uv"] for hit in hits))
             self.assertTrue(any(hit and hit["node_id"] in skinned for hit in hits))
 

@@ -11,14 +11,16 @@ namespace sightline::gltf {
 namespace {
 
 /// [glTF2] 3.7.2.1, and KHR_mesh_quantization where the file has it.
-bool is_of_its_type(VertexAttribute attribute, const AccessorView& view, bool quantization) {
+bool is_of_its_type(VertexAttribute attribute, const AccessorView& view, bool quantization,
+                    bool is_added) {
   const bool is_small = view.component != Component::kF32 && view.component != Component::kU32;
   const bool is_number = view.component == Component::kF32 || (is_small && view.normalized);
   switch (attribute) {
     case VertexAttribute::kNormal:
       return view.components == 3 && is_number;
     case VertexAttribute::kTangent:
-      return view.components == 4 && is_number;
+      // A morph target does not add to the sign.
+      return view.components == (is_added ? 3u : 4u) && is_number;
     case VertexAttribute::kUv:
     case VertexAttribute::kUv1:
       return view.components == 2 && (is_number || (is_small && quantization));
@@ -28,15 +30,10 @@ bool is_of_its_type(VertexAttribute attribute, const AccessorView& view, bool qu
   return false;
 }
 
-/// A skin and morph targets that move positions turn normals and tangents with them.
-bool is_moved(VertexAttribute attribute, const AttributeEntry& entry, const PrimitiveSource& found,
-              const Pose& pose) {
-  const auto bit = static_cast<unsigned>(attribute);
-  for (std::size_t k = 0; k < pose.weights.size() && k < entry.moved_by.size(); ++k) {
-    if (pose.weights[k] != 0 && (unsigned{entry.moved_by[k]} >> bit & 1u) != 0) return true;
-  }
-  return (attribute == VertexAttribute::kNormal || attribute == VertexAttribute::kTangent) &&
-         (pose.joints != nullptr || !found.targets.empty());
+/// A skin turns normals and tangents.
+bool is_turned(VertexAttribute attribute, const Pose& pose) {
+  return pose.joints != nullptr &&
+         (attribute == VertexAttribute::kNormal || attribute == VertexAttribute::kTangent);
 }
 
 }  // namespace
@@ -49,11 +46,15 @@ void AttributeReader::append(const PrimitiveSource& found, const Pose& pose,
   if (entry == document_.attributes.end() || (shared_.owner == nullptr && !copies_)) return;
   PrimitiveAttributes attributes;
   bool has_any = false;
+  std::shared_ptr<const SkinTurn> skin;
   attributes.first_vertex = first_vertex;
   for (std::size_t i = 0; i < kVertexAttributes; ++i) {
     const auto attribute = static_cast<VertexAttribute>(i);
-    if (entry->second.accessor[i] < 0 || is_moved(attribute, entry->second, found, pose)) continue;
-    auto numbers = find({entry->second, attribute, primitive, found, range});
+    if (entry->second.accessor[i] < 0) continue;
+    const Wanted wanted{entry->second, attribute, primitive,
+                        found,         range,     entry->second.accessor[i]};
+    auto numbers = find(wanted);
+    if (numbers && *numbers != nullptr) numbers = posed(wanted, pose, *std::move(numbers), skin);
     if (!numbers) {
       warnings_.add(found.place + ": " + kVertexAttributeNames[i] +
                     " was left out: " + numbers.error().message);
@@ -67,12 +68,64 @@ void AttributeReader::append(const PrimitiveSource& found, const Pose& pose,
   mesh.attributes.back() = std::move(attributes);
 }
 
+Result<AttributeReader::Numbers> AttributeReader::posed(const Wanted& wanted, const Pose& pose,
+                                                        Numbers numbers,
+                                                        std::shared_ptr<const SkinTurn>& skin) {
+  std::vector<std::pair<double, Numbers>> targets;
+  const auto& entries = wanted.entry.targets;
+  for (std::size_t k = 0; k < pose.weights.size() && k < entries.size(); ++k) {
+    const int accessor = entries[k][static_cast<std::size_t>(wanted.attribute)];
+    if (pose.weights[k] == 0 || accessor == -1) continue;
+    // Without what moves it, it would be another attribute.
+    if (accessor == AttributeEntry::kUnusable) return Numbers();
+    Wanted added = wanted;
+    added.accessor = accessor;
+    added.is_added = true;
+    auto found = find(added);
+    if (!found || *found == nullptr) return found;
+    targets.emplace_back(pose.weights[k], *std::move(found));
+  }
+  const bool turned = is_turned(wanted.attribute, pose), is_shared = skin != nullptr;
+  if (turned && !is_shared) {
+    auto found = skin_of(wanted.found, wanted.range);
+    if (!found) return std::move(found).error();
+    if (*found == nullptr) return Numbers();
+    skin = *std::move(found);
+  }
+  if (targets.empty() && !turned) return numbers;
+  return Numbers(std::make_shared<const PosedNumbers>(wanted.attribute, std::move(numbers),
+                                                      std::move(targets), turned ? skin : nullptr,
+                                                      is_shared));
+}
+
+Result<std::shared_ptr<const SkinTurn>> AttributeReader::skin_of(const PrimitiveSource& found,
+                                                                 const CornerRange& range) {
+  using Turn = std::shared_ptr<const SkinTurn>;
+  std::shared_ptr<const JointMatrices>& joints = joints_[found.skinning.joints];
+  if (joints == nullptr) {
+    const std::uint64_t bytes = found.skinning.joints->size() * sizeof(Affine);
+    if (Status status = budget_.spend_bytes(bytes); !status) return std::move(status).error();
+    joints = std::make_shared<const JointMatrices>(*found.skinning.joints);
+  }
+  SkinTurn turn;
+  turn.joints = joints;
+  for (const InfluenceSet& set : found.skinning.sets) {
+    auto numbers = keep(set.joints, range), weights = keep(set.weights, range);
+    if (!numbers) return std::move(numbers).error();
+    if (!weights) return std::move(weights).error();
+    if (*numbers == nullptr || *weights == nullptr) return Turn();
+    turn.sets.push_back({*std::move(numbers), *std::move(weights)});
+  }
+  return Turn(std::make_shared<const SkinTurn>(std::move(turn)));
+}
+
 Result<AttributeReader::Numbers> AttributeReader::find(const Wanted& wanted) {
-  const auto index = static_cast<std::size_t>(wanted.accessor());
+  const auto index = static_cast<std::size_t>(wanted.accessor);
   const auto& accessor = document_.model.accessors[index];
   const auto& draco = wanted.entry.draco[static_cast<std::size_t>(wanted.attribute)];
-  if (wanted.found.decoded != nullptr && draco.has_value()) return find_draco(wanted, *draco);
-  if (wanted.found.decoded != nullptr && !document_.has_view(accessor)) {
+  const bool is_compressed = wanted.found.decoded != nullptr && !wanted.is_added;
+  if (is_compressed && draco.has_value()) return find_draco(wanted, *draco);
+  if (is_compressed && !document_.has_view(accessor)) {
     return invalid("GLTF_COMPRESSION_INVALID", "it is neither in the file nor compressed");
   }
   if (!is_at_hand(index)) {
@@ -99,7 +152,7 @@ Status AttributeReader::check(const Wanted& wanted, const AccessorView& view) co
     return invalid("GLTF_ACCESSOR_INVALID",
                    "accessor " + std::to_string(view.accessor) + " " + what);
   };
-  if (!is_of_its_type(wanted.attribute, view, document_.quantization)) {
+  if (!is_of_its_type(wanted.attribute, view, document_.quantization, wanted.is_added)) {
     return wrong("is of another type than its attribute has");
   }
   if (view.count != wanted.found.positions.count) {
@@ -110,13 +163,18 @@ Status AttributeReader::check(const Wanted& wanted, const AccessorView& view) co
 }
 
 Result<AttributeReader::Numbers> AttributeReader::find_stored(const Wanted& wanted) {
-  auto view = accessors_.view(static_cast<std::size_t>(wanted.accessor()));
+  auto view = accessors_.view(static_cast<std::size_t>(wanted.accessor));
   if (!view) return view.error();
   if (Status status = check(wanted, *view); !status) return status.error();
-  if (is_kept(*view)) {
-    return Numbers(std::make_shared<const StoredNumbers>(*view, 0, shared_.owner, 0));
+  return keep(*view, wanted.range);
+}
+
+Result<AttributeReader::Numbers> AttributeReader::keep(const AccessorView& view,
+                                                       const CornerRange& range) {
+  if (is_kept(view)) {
+    return Numbers(std::make_shared<const StoredNumbers>(view, 0, shared_.owner, 0));
   }
-  return copies_ ? copy(*view, wanted.range) : Numbers();
+  return copies_ ? copy(view, range) : Numbers();
 }
 
 bool AttributeReader::is_kept(const AccessorView& view) const {
@@ -167,7 +225,7 @@ Result<std::optional<SharedColumn<std::byte>>> AttributeReader::hold(
 
 Result<AttributeReader::Numbers> AttributeReader::find_meshopt(const Wanted& wanted,
                                                                std::size_t number) {
-  const auto index = static_cast<std::size_t>(wanted.accessor());
+  const auto index = static_cast<std::size_t>(wanted.accessor);
   const auto& accessor = document_.model.accessors[index];
   if (accessor.sparse.isSparse) {
     return invalid("GLTF_ACCESSOR_INVALID", "compressed elements cannot be sparse");
@@ -197,7 +255,7 @@ Result<AttributeReader::Numbers> AttributeReader::find_meshopt(const Wanted& wan
 
 Result<AttributeReader::Numbers> AttributeReader::find_draco(const Wanted& wanted,
                                                              std::uint32_t id) {
-  const auto index = static_cast<std::size_t>(wanted.accessor());
+  const auto index = static_cast<std::size_t>(wanted.accessor);
   auto view = accessors_.view_of_decoded(index);
   if (!view) return view.error();
   if (Status status = check(wanted, *view); !status) return status.error();

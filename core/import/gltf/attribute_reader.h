@@ -12,6 +12,7 @@
 #include "core/import/gltf/accessor.h"
 #include "core/import/gltf/corners.h"
 #include "core/import/gltf/gltf_document.h"
+#include "core/import/gltf/posed_numbers.h"
 #include "core/import/gltf/primitive_source.h"
 #include "core/import/gltf/stored_numbers.h"
 #include "core/import/gltf/view_store.h"
@@ -40,9 +41,9 @@ class AttributeReader {
         warnings_(warnings) {}
 
   /// Attaches the attributes of a primitive to the last primitive of `mesh`, which uses the
-  /// vertices of `range`; `first_vertex` is the index in the mesh of the first of them. An invalid
-  /// attribute is left out with a warning, and so are attributes that `pose` would change. Opens
-  /// and decodes only buffers that geometry has needed before.
+  /// vertices of `range`; `first_vertex` is the index in the mesh of the first of them. Attributes
+  /// that `pose` changes are posed when they are loaded (posed_numbers.h). An invalid attribute is
+  /// left out with a warning. Opens and decodes only buffers that geometry has needed before.
   void append(const PrimitiveSource& found, const Pose& pose, const CornerRange& range,
               std::uint32_t first_vertex, Mesh& mesh);
 
@@ -57,10 +58,20 @@ class AttributeReader {
     std::pair<std::size_t, std::size_t> primitive;
     const PrimitiveSource& found;
     const CornerRange& range;
-    int accessor() const { return entry.accessor[static_cast<std::size_t>(attribute)]; }
+    int accessor;
+    bool is_added = false;  ///< true: what a morph target adds to the attribute
   };
 
   Result<Numbers> find(const Wanted& wanted);
+  /// As `numbers`, which are those of wanted, in a pose; null if a part cannot be retained. `skin`
+  /// is that of the primitive; null: it is made if it is needed.
+  Result<Numbers> posed(const Wanted& wanted, const Pose& pose, Numbers numbers,
+                        std::shared_ptr<const SkinTurn>& skin);
+  /// The skin of a primitive; null if a part cannot be retained.
+  Result<std::shared_ptr<const SkinTurn>> skin_of(const PrimitiveSource& found,
+                                                  const CornerRange& range);
+  /// Numbers of a view whose bytes stay valid, or a copy; null if `copies` is false.
+  Result<Numbers> keep(const AccessorView& view, const CornerRange& range);
   bool is_at_hand(std::size_t accessor) const;
   Result<Numbers> find_stored(const Wanted& wanted);
   Result<Numbers> find_meshopt(const Wanted& wanted, std::size_t view);
@@ -84,6 +95,7 @@ class AttributeReader {
   const ImportLimits& limits_;
   Budget& budget_;
   Warnings& warnings_;
+  std::map<const JointMatrices*, std::shared_ptr<const JointMatrices>> joints_;
   std::map<std::size_t, std::shared_ptr<const LateView>> late_views_;
   std::map<std::pair<std::size_t, std::size_t>, std::shared_ptr<const LateDraco>> late_draco_;
 };

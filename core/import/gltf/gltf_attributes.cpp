@@ -4,20 +4,6 @@ namespace sightline::gltf {
 
 using nlohmann::json;
 
-namespace {
-
-/// One bit for each VertexAttribute that a morph target moves.
-std::uint8_t moved_by(const json& target) {
-  std::uint8_t moved = 0;
-  for (std::size_t i = 0; i < kVertexAttributes; ++i) {
-    const bool moves = target.is_object() && target.contains(kVertexAttributeNames[i]);
-    moved = static_cast<std::uint8_t>(moved | (moves ? 1u << i : 0u));
-  }
-  return moved;
-}
-
-}  // namespace
-
 void take_attributes(json& primitive, json* draco, const Counts& counts, std::size_t mesh,
                      std::size_t number, GltfDocument& document, const Place& at) {
   AttributeEntry entry;
@@ -48,7 +34,24 @@ void take_attributes(json& primitive, json* draco, const Counts& counts, std::si
   if (!has_any) return;
   if (const auto targets = primitive.find("targets");
       targets != primitive.end() && targets->is_array()) {
-    for (const json& target : *targets) entry.moved_by.push_back(moved_by(target));
+    for (std::size_t k = 0; k < targets->size(); ++k) {
+      json& target = (*targets)[k];
+      std::array<int, kVertexAttributes>& moves = entry.targets.emplace_back();
+      moves.fill(-1);
+      for (std::size_t i = 0; i < kVertexAttributes; ++i) {
+        const char* const name = kVertexAttributeNames[i];
+        if (!target.is_object() || !target.contains(name)) continue;
+        JsonChecker check;
+        const auto accessor = check.reference(target, name, at.member("targets").element(k),
+                                              counts.accessors, "accessors");
+        if (check.good()) {
+          moves[i] = static_cast<int>(accessor.value_or(0));
+        } else {
+          warn(check);
+          moves[i] = AttributeEntry::kUnusable;
+        }
+      }
+    }
   }
   document.attributes.emplace(std::make_pair(mesh, number), std::move(entry));
 }

@@ -56,8 +56,10 @@ struct AttributeEntry {
   std::array<int, kVertexAttributes> accessor = {-1, -1, -1, -1, -1};  ///< -1: absent or invalid
   /// id in the Draco bytes, if compressed
   std::array<std::optional<std::uint32_t>, kVertexAttributes> draco;
-  /// One bit set for each morph target: bit i means that the target moves VertexAttribute i.
-  std::vector<std::uint8_t> moved_by;
+  static constexpr int kUnusable = -2;
+  /// For each morph target: the accessors of what it adds to the attributes. -1: nothing;
+  /// kUnusable: its reference is invalid.
+  std::vector<std::array<int, kVertexAttributes>> targets;
 };
 
 /// The alpha of a masked material: its cutoff, and how its base colour texture is read.
