@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Three servers behind HAProxy share an object store (Ceph's radosgw), while servers are killed and the store is lost and returns.
+# Three servers behind HAProxy share an object store (Ceph's radosgw), while servers are killed, slow, full, restarted and scaled, and the
+# store is lost and returns.
 # Judges each answer; closes with "1 passed, 0 failed" if none is wrong, lost, old or failed. All listen on loopback only.
 #
 #   scripts/cluster_test.sh [--minutes N] [--scenes N] [--kills N] [--seed N]    (default: 3 minutes, 300 scenes, 10 faults)

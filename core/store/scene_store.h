@@ -225,6 +225,8 @@ class SceneStore {
 
   /// Checks that the data folder is a cache of this origin, or marks a new folder as one.
   Status check_cache(bool has_scenes) const;
+  /// has(), with mutex_ held.
+  bool has_now(const std::string& id, std::uint64_t minimum) const;
   /// Asks the origin for the newest content and loads it if this store lacks it. As obtain().
   Result<SceneSnapshot> catch_up(const std::string& id, std::uint64_t minimum,
                                  const Deadline& deadline);

@@ -26,6 +26,12 @@ constexpr std::chrono::milliseconds kAsksAgain{500};
 
 bool is_ready(const SceneSnapshot& scene) { return scene && scene->scene; }
 
+/// The scene stands in the origin: another server may have room for it.
+Error full_cache(Error error) {
+  if (error.code != "STORE_FULL") return error;
+  return {ErrorKind::kBusy, "CACHE_FULL", "this server has no room: " + error.message, ""};
+}
+
 bool has_files_of(const SceneRecord& a, const SceneRecord& b) {
   const auto is_same = [](const NeighbourRecord& x, const NeighbourRecord& y) {
     return x.name == y.name && x.sha256 == y.sha256;
@@ -67,8 +73,12 @@ Status SceneStore::check_cache(bool has_scenes) const {
 }
 
 bool SceneStore::has(const std::string& id, std::uint64_t minimum) const {
-  if (!options_.shared.origin) return true;
   const std::lock_guard hold(mutex_);
+  return has_now(id, minimum);
+}
+
+bool SceneStore::has_now(const std::string& id, std::uint64_t minimum) const {
+  if (!options_.shared.origin) return true;
   const auto found = entries_.find(id);
   if (found == entries_.end()) return false;
   const StoredScene& content = *found->second.content;
@@ -78,8 +88,7 @@ bool SceneStore::has(const std::string& id, std::uint64_t minimum) const {
 
 Result<SceneSnapshot> SceneStore::obtain(const std::string& id, std::uint64_t minimum,
                                          const Deadline& deadline) {
-  if (has(id, minimum)) {
-    const std::lock_guard hold(mutex_);
+  if (std::unique_lock hold(mutex_); has_now(id, minimum)) {
     const auto found = entries_.find(id);
     if (found == entries_.end()) return SceneSnapshot();
     found->second.used = next_use_++;
@@ -131,7 +140,7 @@ Result<SceneSnapshot> SceneStore::catch_up(const std::string& id, std::uint64_t 
   const bool has_ended = wait_for_outcome(*load, hold, deadline);
   const auto found = entries_.find(id);
   if (!has_ended) return found == entries_.end() ? nullptr : snapshot_of(found->second);
-  if (!*load->outcome_) return load->outcome_->error();
+  if (!*load->outcome_) return full_cache(load->outcome_->error());
   if (found != entries_.end()) found->second.used = next_use_++;
   return load->outcome_->value().scene;
 }

@@ -594,8 +594,8 @@ class Sightline:
                 columns[name] = remark["warnings"] if name == "warnings" else remark
         return columns, headers["X-Scene-Revision"]
 
-    def _sliced(self, path: str, request: _Request, progress: Progress) -> tuple:
-        """The columns of a request with any number of rows, flat, and the revision of the scene."""
+    def _sliced(self, path: str, request: _Request, progress: Progress) -> Columns:
+        """The columns of a request with any number of rows, flat."""
         rows, kind = request.rows(), _JSON if request.as_text else _BYTES
         with _Report(progress, rows) as report:
             if rows > _SLICE:
@@ -609,11 +609,11 @@ class Sightline:
                     revisions.add(revision)
                     report(last)
                 if len(revisions) == 1:
-                    return gathered.finish(), revisions.pop()
+                    return gathered.finish()
             # One request, which is answered by one revision of the scene.
-            answer = self._columns(path, request.body(0, rows), kind)
+            columns = self._columns(path, request.body(0, rows), kind)[0]
             report(rows)
-            return answer
+            return columns
 
     def _slice(self, path: str, request: _Request, first: int, last: int, kind: str) -> tuple:
         try:
@@ -625,10 +625,6 @@ class Sightline:
 
     def _rays(self, scene: str, kind: str, origins: Points | None, directions: Points | None, tmin: Limit, tmax: Limit,
               progress: Progress, options: dict) -> Columns:
-        return self._rays_and_revision(scene, kind, origins, directions, tmin, tmax, progress, options)[0]
-
-    def _rays_and_revision(self, scene: str, kind: str, origins: Points | None, directions: Points | None, tmin: Limit, tmax: Limit,
-                           progress: Progress, options: dict) -> tuple:
         path = self._scene(scene, f"/rays:{kind}")
         made = "generator" in options
         if made != (origins is None) or made != (directions is None):
@@ -642,8 +638,8 @@ class Sightline:
         if texts and "fields" not in sent and kind in ("closest", "all"):
             sent["fields"] = ["t", "instance", "primitive", "triangle"]  # As in an answer of bytes.
         if made:
-            columns, revision = self._columns(path, _text(sent), _JSON, None if texts else _BYTES)
-            return _finish(columns, fields, _pixels(options["generator"]), lists=kind == "all"), revision
+            columns, _ = self._columns(path, _text(sent), _JSON, None if texts else _BYTES)
+            return _finish(columns, fields, _pixels(options["generator"]), lists=kind == "all")
         masks = sent.pop("masks", None)
         rays = _read_rays(origins, directions, tmin, tmax, texts, marks=options.get("on_invalid") == "mark")
         if "filters" in sent:
@@ -651,15 +647,15 @@ class Sightline:
         tables = rays.tables()
         if masks is not None:
             tables["masks"] = _masks(masks, rays.lead)
-        columns, revision = self._sliced(path, _Request(b"SLR1", tables, sent, texts), progress)
-        return _finish(columns, fields, rays.lead, lists=kind == "all"), revision
+        columns = self._sliced(path, _Request(b"SLR1", tables, sent, texts), progress)
+        return _finish(columns, fields, rays.lead, lists=kind == "all")
 
     def _near(self, scene: str, kind: str, points: Points, progress: Progress, options: dict) -> Columns:
         fields, sent = _fields(options)
         if not TEXTS.isdisjoint(fields):
             raise ValueError("columns of points have no texts: ask for ids, or use ask()")
         table = _allow(_points("points", points))
-        columns = self._sliced(self._scene(scene, f"/points:{kind}"), _Request(b"SLP1", {"points": table}, sent), progress)[0]
+        columns = self._sliced(self._scene(scene, f"/points:{kind}"), _Request(b"SLP1", {"points": table}, sent), progress)
         return _finish(columns, fields, table.shape[:-1], lists=kind == "nearest")
 
     def _sweeps(self, scene: str, kind: str, origins: Points, directions: Points, shape: dict, tmin: Limit, tmax: Limit,
@@ -685,7 +681,7 @@ class Sightline:
             _same_shape(tables["to"], rays.origins)
         if axes is not None:
             tables["axes"] = _allow(_axes(axes, rays.origins))
-        columns = self._sliced(self._scene(scene, f"/sweeps:{kind}"), _Request(b"SLW1", tables, sent), progress)[0]
+        columns = self._sliced(self._scene(scene, f"/sweeps:{kind}"), _Request(b"SLW1", tables, sent), progress)
         return _finish(columns, fields, rays.lead, lists=False)
 
 
@@ -1132,16 +1128,20 @@ def _pack(rays: _Rays, options: dict) -> bytes:
 def _frame(magic: bytes, flags: int, tables: list, options: dict) -> bytes:
     """`tables` are pairs of numbers and their columns. Float32 if all numbers are float32, else float64."""
     single = all(getattr(table.flat, "dtype", None) == "<f4" for table, _ in tables)
-    text = _text(options) if options else b""
     count = len(tables[0][0].flat) // tables[0][1]
-    head = struct.pack("<4sIQII", magic, flags | (not single), count, len(text), 0) + text
-    parts = [head, bytes(-len(head) % 8)]
+    parts = [_head(magic, flags | (not single), count, options)]
     for table, width in tables:
         for k in range(width):
             column = table.flat[k::width]
             parts.append(struct.pack(f"<{count}d", *column) if isinstance(column, list) else
                          numpy.ascontiguousarray(column, "<f4" if single else "<f8"))
     return b"".join(parts)
+
+
+def _head(magic: bytes, flags: int, count: int, options: dict) -> bytes:
+    text = _text(options) if options else b""
+    head = struct.pack("<4sIQII", magic, flags, count, len(text), 0) + text
+    return head + bytes(-len(head) % 8)
 
 
 def _list(table: _Numbers) -> list:

@@ -1,17 +1,29 @@
 """Three replicas behind HAProxy, one object store, and faults: cluster.py BINARY [--minutes N] [--scenes N] [--kills N]
 
-Writers PUT, PATCH and DELETE scenes; readers ask them, by HAProxy and by each replica, and require the revision that was last
-acknowledged. Meanwhile replicas are killed and stopped, and the object store is lost and returns. Each scene is a box whose
-height tells which change it has: an answer is judged against the changes that were acknowledged or were under way.
+Writers PUT, PATCH and DELETE scenes with the Python client; readers ask them, by that client and by HAProxy without repetition,
+and require the revision that was last acknowledged. Each scene is a box whose height tells which change it has: an answer is
+judged against the changes that were acknowledged or were under way. Meanwhile there are faults, in turn:
+  kill     SIGKILL of a replica
+  stop     SIGTERM of a replica
+  slow     a replica that runs for a fifth of the time (SIGSTOP, SIGCONT)
+  store    the object store is lost and returns
+  full     the disk of a replica is full (where a small disk can be mounted)
+  roll     a rolling restart: each replica in turn
+  scale    two replicas leave, and come again with empty disks: from 3 to 1 to 3
 
-Closes with one line for each kind of fault:
-  wrong    an answer that no allowed change gives
-  lost     an acknowledged change that a later read, which required its revision, did not show
-  old      an answer of a revision below the required one
-  failed   a query without an answer after the retries of a client (30 s)
+Closes with the counts of each kind of failure:
+  wrong           an answer that no allowed change gives
+  lost            an acknowledged change that a later read, which required its revision, did not show
+  old             an answer of a revision below the required one
+  failed          a query without an answer by the client, which repeats for 30 s
+  haproxy_failed  an answer of HAProxy that is neither 200 nor 404
+  haproxy_reset   a 502 of HAProxy during "kill": HAProxy 2.6 does not repeat a request whose connection is reset, which happens when a
+                  killed replica had not read the request. Counted apart, and not judged: the client repeats it
+A query that fails while the object store is lost does not count: a replica cannot know the newest revision then.
 """
 
 import argparse
+import http.client
 import json
 import random
 import shutil
@@ -27,6 +39,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "integration"))
 sys.path.insert(0, str(Path(__file__).resolve().parent))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "proto/python"))
 
 parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
 parser.add_argument("binary")
@@ -34,36 +47,60 @@ parser.add_argument("--minutes", type=float, default=3)
 parser.add_argument("--scenes", type=int, default=300)
 parser.add_argument("--kills", type=int, default=10)
 parser.add_argument("--seed", type=int, default=1)
+parser.add_argument("--faults", default="kill,stop,slow,kill,store,roll,full,kill,scale,kill", help="the kinds, in turn; default: %(default)s")
 arguments = parser.parse_args()
 sys.argv = [sys.argv[0], arguments.binary]
 
+import sightline  # noqa: E402  (found only now)
 from object_store import BUCKET, ObjectStore  # noqa: E402
 from radosgw import Radosgw, free_port  # noqa: E402
 from sightline_server import demo_glb  # noqa: E402
 
 RAY = json.dumps({"rays": [{"origin": [-1, 1000, 0.1], "direction": [0, -1, 0]}], "fields": ["t", "position", "node"]}).encode()
+LOST = (OSError, http.client.HTTPException)
 
 
 class Replica:
-    """A server on a port of its own, which stays over restarts."""
+    """A server on a port of its own, which stays over restarts, with a small disk where one can be mounted."""
 
     def __init__(self, number, folder, origin):
         self.number, self.folder, self.origin = number, folder, origin
+        self.data = folder / f"data{number}"
+        self.data.mkdir()
+        self.disk = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=16m", "none", self.data], capture_output=True, check=False).returncode == 0
         self.port = free_port()
         self.process = None
         self.start()
 
+    @property
+    def url(self):
+        return f"http://127.0.0.1:{self.port}"
+
     def start(self):
-        log = open(self.folder / f"replica{self.number}.log", "ab")
-        self.process = subprocess.Popen(
-            [arguments.binary, "serve", "--listen", f"127.0.0.1:{self.port}", "--data", str(self.folder / f"data{self.number}"),
-             "--origin", self.origin[0], "--origin-credentials", self.origin[1], "--origin-seconds", "2", "--memory", str(256 << 20)],
-            stdout=log, stderr=log)
-        log.close()
+        with open(self.folder / f"replica{self.number}.log", "ab") as log:
+            self.process = subprocess.Popen(
+                [arguments.binary, "serve", "--listen", f"127.0.0.1:{self.port}", "--data", str(self.data), "--origin", self.origin[0],
+                 "--origin-credentials", self.origin[1], "--origin-seconds", "2", "--memory", str(256 << 20)], stdout=log, stderr=log)
 
     def end(self, number):
         self.process.send_signal(number)
         self.process.wait()
+
+    def wait_ready(self):
+        while (answer := request(self.url + "/readyz")) is None or answer[0] != 200:
+            time.sleep(0.05)
+
+    def clear(self):
+        """Removes what is on its disk."""
+        for each in self.data.iterdir():
+            shutil.rmtree(each) if each.is_dir() else each.unlink()
+
+    def remove(self):
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGCONT)
+            self.end(signal.SIGKILL)
+        if self.disk:
+            subprocess.run(["umount", self.data], check=True)
 
 
 HAPROXY = """defaults
@@ -90,8 +127,8 @@ backend replicas
 class Tally:
     def __init__(self):
         self.lock = threading.Lock()
-        self.counts = {name: 0 for name in ("queries", "changes", "wrong", "lost", "old", "failed", "haproxy_failed", "unacknowledged", "kills")}
-        self.times = []
+        self.counts = {name: 0 for name in ("queries", "changes", "wrong", "lost", "old", "failed", "haproxy_failed", "haproxy_reset", "unacknowledged", "faults")}
+        self.times = {"client": [], "HAProxy": []}
         self.notes = []
 
     def add(self, name, note=None):
@@ -126,7 +163,6 @@ class Scene:
         self.revision = 0  # of the last acknowledged change
         self.height = None  # None: there is no scene
         self.open = []  # heights of changes that were sent since, of which no answer came; None: a removal
-        self.history = {}  # height by revision, where it is known
 
 
 class Cluster:
@@ -156,132 +192,203 @@ class Cluster:
             self.front = f"http://127.0.0.1:{port}"
         self.scenes = [Scene(f"s{i}") for i in range(arguments.scenes)]
 
-    def url(self, replica):
-        return f"http://127.0.0.1:{replica.port}"
+    def client(self):
+        """As it is shipped, but for the wait for a server that does not answer."""
+        return sightline.Sightline([replica.url for replica in self.replicas], timeout=10)
 
-    def write(self, scene, dice):
-        """One change by any replica, sent until it is acknowledged or refused for good."""
-        replica = dice.choice(self.replicas)
+    def write(self, scene, dice, client):
+        """One change, sent until it is acknowledged or refused for good."""
         with scene.lock:
             kind = "put" if scene.height is None else dice.choice(["patch"] * 6 + ["put", "delete"])
             height = dice.randrange(1, 500)
             scene.open.append(None if kind == "delete" else 0 if kind == "put" else height)
-        base = f"{self.url(replica)}/v1/scenes/{scene.name}"
-        if kind == "put":
-            answer = request(base + "?wait=30", "PUT", self.six, {"Content-Type": "model/gltf-binary"})
-        elif kind == "patch":
-            answer = request(f"{base}/nodes/0", "PATCH", json.dumps({"translation": [0, height, 0]}).encode(), {"Content-Type": "application/json"})
-        else:
-            answer = request(base, "DELETE")
         self.tally.add("changes")
+        revision = None
+        try:
+            if kind == "put":
+                state = client.put(scene.name, self.six, wait=30)
+                revision = state["revision"] if state["state"] == "ready" else None
+            elif kind == "patch":
+                revision = client.patch_node(scene.name, 0, translation=[0, height, 0])["revision"]
+            else:
+                client.delete(scene.name)
+                revision = client._revisions.get(scene.name)
+        except (sightline.SightlineError, *LOST):
+            pass
         with scene.lock:
-            if answer is None or answer[0] >= 500 or answer[0] in (202, 404, 409):
+            if revision is None or revision <= scene.revision:
                 self.tally.add("unacknowledged")
-                return  # it may have been made or not: `open` has it
-            if kind == "delete":
-                scene.height, scene.open = None, []
-                scene.revision = int(answer[1]["X-Scene-Revision"])
-                return
-            scene.revision = json.loads(answer[2])["revision"]
-            scene.height = 0 if kind == "put" else height
-            scene.open = []
+                return  # It may have been made or not: `open` has it.
+            scene.height = {"put": 0, "patch": height, "delete": None}[kind]
+            scene.revision, scene.open = revision, []
 
-    def read(self, scene, dice, through_haproxy):
+    def ask_haproxy(self, scene, least):
+        """(status, revision, distance or None) of the first answer."""
+        is_lost = self.store_is_lost.is_set()
+        answer = request(f"{self.front}/v1/scenes/{scene.name}/rays:closest", "POST", RAY,
+                         {"Content-Type": "application/json", "X-Scene-Min-Revision": str(least)})
+        if answer and answer[0] == 409 and json.loads(answer[2])["code"] == "SCENE_LOADING":
+            return 404, None, None  # It is not there yet.
+        if not answer or answer[0] not in (200, 404):
+            if not is_lost and not self.store_is_lost.is_set():
+                is_reset = self.fault == "kill" and answer and answer[0] == 502
+                self.tally.add("haproxy_reset" if is_reset else "haproxy_failed", f"{self.fault} {scene.name} {answer and answer[0]} {answer and answer[2][:200]}")
+            return None
+        hit = json.loads(answer[2])["hits"][0] if answer[0] == 200 else None
+        return answer[0], answer[1]["X-Scene-Revision"], hit and hit["t"]
+
+    def ask_client(self, scene, client):
+        is_lost = self.store_is_lost.is_set()
+        try:
+            headers, text, _ = client._exchange("POST", client._scene(scene.name, "/rays:closest"), RAY, "application/json")
+            hit = json.loads(text)["hits"][0]
+            return 200, headers["X-Scene-Revision"], hit and hit["t"]
+        except (sightline.SightlineError, *LOST) as error:
+            if getattr(error, "status", None) == 404 or getattr(error, "code", None) == "SCENE_LOADING":
+                return 404, None, None
+            if not is_lost and not self.store_is_lost.is_set():
+                self.tally.add("failed", f"{self.fault} {scene.name} {type(error).__name__} {error}")
+            return None
+
+    def read(self, scene, dice, client):
         with scene.lock:
             least, allowed = scene.revision, {scene.height, *scene.open}
-        begun, answer = time.monotonic(), None
-        while time.monotonic() < begun + 30:
-            base = self.front if through_haproxy else self.url(dice.choice(self.replicas))
-            answer = request(f"{base}/v1/scenes/{scene.name}/rays:closest", "POST", RAY,
-                             {"Content-Type": "application/json", "X-Scene-Min-Revision": str(least)})
-            if answer and answer[0] in (200, 404):
-                break
-            if through_haproxy and not self.store_is_lost.is_set():
-                self.tally.add("haproxy_failed", f"{scene.name} {answer and answer[:1]} {answer and answer[2][:200]}")
-            time.sleep(0.2)
+        way = "HAProxy" if self.front and dice.random() < 0.5 else "client"
+        begun = time.monotonic()
+        answer = self.ask_haproxy(scene, least) if way == "HAProxy" else self.ask_client(scene, client)
         spent = time.monotonic() - begun
-        with scene.lock:
-            allowed |= {scene.height, *scene.open} | {h for h in scene.history.values()}
-            changed = scene.revision != least
-        self.tally.add("queries")
         with self.tally.lock:
-            self.tally.times.append(spent)
-        if not answer or answer[0] not in (200, 404):
-            if not self.store_is_lost.is_set():
-                self.tally.add("failed", f"{scene.name} {answer and answer[:1]} {answer and answer[2][:200]}")
-            return
-        if answer[0] == 404:
-            if None not in allowed and not changed:
-                self.tally.add("lost", f"{scene.name} is gone")
-            return
-        if int(answer[1]["X-Scene-Revision"]) < least:
-            self.tally.add("old", f"{scene.name} {answer[1]['X-Scene-Revision']} < {least}")
-        hit = json.loads(answer[2])["hits"][0]
-        seen = round(1000 - hit["t"]) if hit else None
-        return seen, allowed, changed
+            self.tally.times[way].append(spent)
+        self.tally.add("queries")
+        if answer is None:
+            return None
+        status, revision, t = answer
+        if status == 404:
+            if None not in allowed:
+                self.tally.add("lost", f"{self.fault} {scene.name} is gone")
+            return None
+        if int(revision) < least:
+            self.tally.add("old", f"{self.fault} {scene.name} {revision} < {least}")
+        return (None if t is None else round(1000 - t)), allowed
 
     def work(self, seed):
         dice = random.Random(seed)
-        mine = self.scenes[seed::4]  # one writer for a scene: what was acknowledged last is known
-        while not self.stop.is_set():
-            scene = dice.choice(mine)
-            if dice.random() < 0.3:
-                self.write(scene, dice)
-                continue
-            outcome = self.read(scene, dice, self.front is not None and dice.random() < 0.5)
-            if outcome is None:
-                continue
-            seen, allowed, _ = outcome
-            if seen is None or all(each is None or abs(each + self.base - seen) > 1 for each in allowed):
-                self.tally.add("wrong", f"{scene.name} shows {seen}, allowed {sorted(map(str, allowed))}")
+        mine = self.scenes[seed::4]  # One thread for a scene: what was acknowledged last is known.
+        with self.client() as client:
+            while not self.stop.is_set():
+                scene = dice.choice(mine)
+                if dice.random() < 0.3:
+                    self.write(scene, dice, client)
+                    continue
+                outcome = self.read(scene, dice, client)
+                if outcome is None:
+                    continue
+                seen, allowed = outcome
+                if seen is None or all(each is None or abs(each + self.base - seen) > 1 for each in allowed):
+                    self.tally.add("wrong", f"{self.fault} {scene.name} shows {seen}, allowed {sorted(map(str, allowed))}")
+
+    def homes(self, count):
+        """The first server of each scene, of so many replicas."""
+        with sightline.Sightline([replica.url for replica in self.replicas[:count]], shared=True) as client:
+            return [client._servers(scene.name)[0].url for scene in self.scenes]
+
+    def cause(self, kind, seconds):
+        """One fault, which ends after about so many seconds."""
+        replica = self.random.choice(self.replicas)
+        if kind in ("kill", "stop"):
+            replica.end(signal.SIGKILL if kind == "kill" else signal.SIGTERM)
+            time.sleep(seconds)
+            replica.start()
+            replica.wait_ready()
+        elif kind == "slow":
+            end = time.monotonic() + seconds
+            while time.monotonic() < end:
+                replica.process.send_signal(signal.SIGSTOP)
+                time.sleep(0.2)
+                replica.process.send_signal(signal.SIGCONT)
+                time.sleep(0.05)
+        elif kind == "store":
+            self.store_is_lost.set()
+            self.lose()
+            time.sleep(seconds)
+            self.give_back()
+            time.sleep(1)
+            self.store_is_lost.clear()
+        elif kind == "full" and replica.disk:
+            end = time.monotonic() + seconds
+            while time.monotonic() < end:  # What the replica removes is filled again.
+                try:
+                    with open(replica.data / "ballast", "ab", 0) as ballast:
+                        while time.monotonic() < end:
+                            ballast.write(bytes(4096))
+                except OSError:
+                    time.sleep(0.02)
+            (replica.data / "ballast").unlink(missing_ok=True)
+        elif kind == "roll":
+            for each in self.replicas:
+                each.end(signal.SIGTERM)
+                each.start()
+                each.wait_ready()
+                time.sleep(2)  # HAProxy must see that it is back, as an orchestrator waits between two.
+        elif kind == "scale":
+            for each in self.replicas[1:]:
+                each.end(signal.SIGTERM)
+                time.sleep(2)
+            time.sleep(seconds)
+            for each in self.replicas[1:]:
+                each.clear()
+                each.start()
+                each.wait_ready()
+                time.sleep(2)
+        else:
+            return
+        self.tally.add("faults")
 
     def run(self):
-        self.store_is_lost = threading.Event()
+        self.store_is_lost, self.fault = threading.Event(), "before the faults:"
         for replica in self.replicas:
-            while (answer := request(self.url(replica) + "/readyz")) is None or answer[0] != 200:
-                time.sleep(0.1)
+            replica.wait_ready()
+        while self.front and ((answer := request(self.front + "/readyz")) is None or answer[0] != 200):
+            time.sleep(0.1)
         probe = Scene("probe")
-        while probe.height is None:
-            self.write(probe, self.random)
-        self.base = 0
-        self.base = self.read(probe, self.random, False)[0]
+        with self.client() as client:
+            while probe.height is None:
+                self.write(probe, self.random, client)
+            self.base = 0
+            self.base = round(1000 - self.ask_client(probe, client)[2])
         workers = [threading.Thread(target=self.work, args=(i,)) for i in range(4)]
         for worker in workers:
             worker.start()
         end = time.monotonic() + arguments.minutes * 60
         pause = arguments.minutes * 60 / (arguments.kills + 1)
+        kinds = arguments.faults.split(",")
         for i in range(arguments.kills):
-            time.sleep(pause * 0.7)
-            if i % 5 == 4:
-                self.store_is_lost.set()
-                self.lose()
-                time.sleep(pause * 0.2)
-                self.give_back()
-                time.sleep(1)
-                self.store_is_lost.clear()
-            else:
-                replica = self.random.choice(self.replicas)
-                replica.end(signal.SIGTERM if i % 5 == 3 else signal.SIGKILL)
-                time.sleep(pause * 0.2)
-                replica.start()
-            self.tally.add("kills")
+            time.sleep(max(0.5, end - time.monotonic() - (arguments.kills - i) * pause))
+            self.fault = kinds[i % len(kinds)]
+            self.cause(self.fault, pause * 0.2)
         time.sleep(max(0, end - time.monotonic()))
         self.stop.set()
         for worker in workers:
             worker.join()
-        times = sorted(self.tally.times)
         print("\n".join(self.tally.notes))
-        print(f"{self.kind}, {'HAProxy' if self.front else 'no HAProxy'}, {arguments.scenes} scenes, {arguments.minutes} minutes")
-        print(f"p50 {times[len(times) // 2] * 1000:.1f} ms, p99 {times[len(times) * 99 // 100] * 1000:.1f} ms, most {times[-1] * 1000:.0f} ms, during faults")
+        print(f"{self.kind}, {'HAProxy' if self.front else 'no HAProxy'}, {arguments.scenes} scenes, {arguments.minutes} minutes, faults in turn: "
+              f"{arguments.faults}{'' if self.replicas[0].disk else ' (no small disk: none was full)'}")
+        for way, times in self.tally.times.items():
+            times.sort()
+            if times:
+                print(f"{way}: p50 {times[len(times) // 2] * 1000:.1f} ms, p99 {times[len(times) * 99 // 100] * 1000:.1f} ms, most {times[-1] * 1000:.0f} ms")
+        three, one = self.homes(3), self.homes(1)
+        print(f"scaling: {sum(a != b for a, b in zip(three, one))} of {len(three)} scenes have another first server with three replicas than with one")
         print(", ".join(f"{count} {name}" for name, count in self.tally.counts.items()))
         return all(self.tally.counts[name] == 0 for name in ("wrong", "lost", "old", "failed", "haproxy_failed"))
 
     def end(self):
         self.stop.set()
-        for process in [each.process for each in self.replicas] + ([self.haproxy] if self.haproxy else []):
-            if process.poll() is None:
-                process.kill()
-                process.wait()
+        for replica in self.replicas:
+            replica.remove()
+        if self.haproxy:
+            self.haproxy.kill()
+            self.haproxy.wait()
         if isinstance(self.store, ObjectStore):
             self.store.__exit__()
         else:

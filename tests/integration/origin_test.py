@@ -1,6 +1,7 @@
 """Servers that share their scenes through an origin: a folder, and an object store that speaks S3."""
 
 import json
+import subprocess
 import tempfile
 import threading
 import time
@@ -8,6 +9,7 @@ import unittest
 from pathlib import Path
 
 import case_report
+from kills import grid_glb
 from object_store import BUCKET, ObjectStore
 from sightline_server import PATIENCE, Server, curl, demo_glb
 
@@ -84,6 +86,21 @@ class Folder(Shared):
             server.put("six", demo_glb("six"))
             self.assertEqual(server.ask("/v1/scenes/six", "-X", "DELETE").status, 204)
             self.assertEqual(server.ask("/v1/scenes").json()["scenes"], [])
+
+    def test_a_server_without_room_for_a_scene_says_so_and_answers_others(self):
+        (self.folder / "b").mkdir()
+        mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=1m", "none", self.folder / "b"], capture_output=True, text=True, check=False)
+        if mounted.returncode != 0:
+            self.skipTest("no small disk: " + mounted.stderr.strip())
+        self.addCleanup(subprocess.run, ["umount", self.folder / "b"], check=True)
+        a, b = self.server("a"), self.server("b")
+        a.put("six", demo_glb("six"))
+        self.assertEqual(a.put("large", grid_glb(200, 5)).status, 201)
+        for _ in range(2):
+            full = b.query("large", "closest", RAYS)
+            self.assertEqual((full.status, full.json()["code"], full.headers["retry-after"]), (503, "CACHE_FULL", "1"), full.body)
+        self.assertEqual([each["code"] for each in b.ask("/readyz").json()["reasons"]], ["STORE_FULL"])
+        self.assertEqual(b.query("six", "closest", RAYS).body, a.query("six", "closest", RAYS).body)
 
     def test_trees_are_built_once(self):
         a = self.server("a")

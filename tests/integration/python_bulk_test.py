@@ -173,13 +173,16 @@ class Bulk(Runs):
         self.assertEqual([each.name for each in self.folder.iterdir()], ["rays.npy"])
 
     def test_an_error_names_the_row_of_the_file(self):
-        for value, error, text in ((0, sightline.SightlineError, "/rays/777/direction"), (float("nan"), sightline_bulk.BulkError, "rows 768 to 831")):
-            for workers in (0, 1):
-                rays = made_rays()
-                rays[777, 3:] = value
-                numpy.save(self.rays, rays)
+        self.addCleanup(setattr, sightline, "_SLICE", sightline._SLICE)
+        for value, error, text, workers in ((0, sightline.SightlineError, "/rays/777/direction", 0), (0, sightline.SightlineError, "/rays/777/direction", 1),
+                                            (float("nan"), sightline_bulk.BulkError, "rows 768 to 831: ray 9 of them", 0)):
+            rays = made_rays()
+            rays[777, 3:] = value
+            numpy.save(self.rays, rays)
+            for size in (65_536, 5):
+                sightline._SLICE = size
                 with self.assertRaisesRegex(error, text):
-                    self.run_bulk(f"{value}{workers}.npy", workers=workers)
+                    self.run_bulk(f"{value}{workers}{size}.npy", workers=workers)
 
     def test_the_command_answers_and_tells_what_is_wrong(self):
         command = [sys.executable, "-B", "-m", "sightline", "bulk", str(self.rays), "--scene", "town", "--server", self.server.url, "--field", "t"]
@@ -267,9 +270,9 @@ class Dask(Runs):
             self.run_bulk("whole.npy")
             self.assertEqual(self.run_bulk(dask=address, progress=kill)["answered"], ROWS)
             self.assertEqual((self.digest("hits.npy"), len(killed)), (self.digest("whole.npy"), 1))
-            # Workers that do not see the file get its rows.
+            # Workers that do not see the files get the rays, and send the answers.
             self.addCleanup(setattr, sightline_bulk, "_sees", sightline_bulk._sees)
-            sightline_bulk._sees = operator.not_
+            sightline_bulk._sees = operator.eq  # Of a file and None.
             self.run_bulk("sent.npy", dask=address)
             self.assertEqual(self.digest("sent.npy"), self.digest("whole.npy"))
 
