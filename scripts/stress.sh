@@ -48,7 +48,8 @@
 # geometry judges 200,000 pairs of crossing triangles, 200,000 pairs of convex bodies (kind and penetration depth), and
 # 200,000 rays through masked materials (tests/unit/geometry, tests/unit/run, tests/integration/alpha_cutoff_test.py).
 # It also judges 200,000 sweeps of each shape: spheres, capsules, boxes and turned boxes, with time, point and normal of
-# each contact (tests/unit/trace/sweep_test.cpp). These take about 35 minutes of one processor.
+# each contact (tests/unit/trace/sweep_test.cpp), and 200,000 winding numbers of open meshes
+# (tests/unit/run/solid_angle_test.cpp). These take about 35 minutes of one processor.
 #
 # The exit code is not 0 if Sightline was wrong once, or stopped. A wrong answer is printed with its
 # family and seed; `sightline_stress --family F --trial S --rays N --shrink` makes the smallest case
@@ -112,6 +113,7 @@ case ${1:-} in
     cmake --build --preset release --target sightline unit_geometry unit_run unit_trace
     SIGHTLINE_TIMES_CASES=8 build/release/tests/unit/geometry/unit_geometry --gtest_filter='TriangleCrossing.*'
     SIGHTLINE_TIMES_CASES=50 build/release/tests/unit/run/unit_run --gtest_filter='NodeClashes.*'
+    SIGHTLINE_TIMES_CASES=110 build/release/tests/unit/run/unit_run --gtest_filter='SolidAngle.*'
     for shape in spheres:67 capsules:200 boxes:134 turned_boxes:400; do
       SIGHTLINE_TIMES_CASES=${shape#*:} build/release/tests/unit/trace/unit_trace --gtest_filter="Sweep.${shape%:*}_meet_*"
     done

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <cmath>
+#include <limits>
 #include <map>
 #include <new>
 #include <optional>
@@ -9,7 +12,9 @@
 #include <vector>
 
 #include "core/run/engine.h"
+#include "core/run/engine_state.h"
 #include "core/run/resolved_filter.h"
+#include "core/run/world_edges.h"
 
 namespace sightline {
 
@@ -41,12 +46,24 @@ Status Engine::inside(const Scene& scene, const Column<Vec3d>& points, InsideMet
                       const RayOptions& options) const try {
   const std::size_t n = points.size();
   const ReserveBytes& reserve = options.reserve;
-  auto open = open_edges(scene, options.resolved, method, deadline, reserve);
-  if (!open) return std::move(open).error();
-  answers.open_edges = *open;
+  const bool by_angle = method == InsideMethod::kSolidAngle,
+             by_sides = method != InsideMethod::kParity;
+  std::vector<OpenEdge> edges;
+  if (by_angle) {
+    auto found = open_edges_in_world(scene, options.resolved, deadline, reserve);
+    if (!found) return std::move(found).error();
+    edges = std::move(*found);
+    answers.open_edges = 0;
+  } else {
+    auto open = open_edges(scene, options.resolved, method, deadline, reserve);
+    if (!open) return std::move(open).error();
+    answers.open_edges = *open;
+  }
   answers.inside.assign(n, 0);
   answers.reliable.assign(n, 1);
-  answers.winding.assign(method == InsideMethod::kWinding ? n : 0, 0);
+  answers.winding.assign(by_sides ? n : 0, 0);
+  answers.generalized.assign(by_angle ? n : 0, 0);
+  answers.error.assign(by_angle ? n : 0, std::numeric_limits<double>::infinity());
 
   // On the surface: the ray that is the point alone meets something.
   RayBatch rays = rays_from(points, kDirections[0]);
@@ -56,7 +73,7 @@ Status Engine::inside(const Scene& scene, const Column<Vec3d>& points, InsideMet
   }
 
   std::optional<ResolvedFilter> fronts, backs;
-  if (method == InsideMethod::kWinding) {
+  if (by_sides) {
     if (Status status = ask_for(reserve, 2 * resolved_filter_bytes(scene)); !status) return status;
     std::optional<ResolvedFilter> all;  // of no filter
     if (options.resolved == nullptr) {
@@ -79,6 +96,27 @@ Status Engine::inside(const Scene& scene, const Column<Vec3d>& points, InsideMet
       status = count(scene, rays, Crossings::kOnce, deadline, minus, counted);
     }
     if (!status) return status;
+    if (by_angle) {
+      // Along another direction only where the ray passes by open edges too closely.
+      const double enough = 0x1p-40 * static_cast<double>(1 + edges.size());
+      std::atomic<bool> is_enough{true};
+      const auto slice = [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+          if (answers.on_surface[i] != 0 || answers.error[i] <= enough) continue;
+          const BoundedNumber open = winding_of_open_edges(edges, points[i], kDirections[k]);
+          if (!(open.error < answers.error[i])) continue;
+          answers.generalized[i] =
+              static_cast<double>(totals[i]) - static_cast<double>(minus[i]) + open.value;
+          answers.error[i] = open.error + 0x1p-52 * std::fabs(answers.generalized[i]);
+          if (edges.empty()) answers.error[i] = 0;
+          if (answers.error[i] > enough) is_enough.store(false);
+        }
+      };
+      status = state_->run(n, deadline, slice, 1 + 4096 / (1 + edges.size()));
+      if (!status) return status;
+      if (is_enough.load()) break;
+      continue;
+    }
     for (std::size_t i = 0; i < n; ++i) {
       const auto winding =
           static_cast<std::int64_t>(totals[i]) - static_cast<std::int64_t>(fronts ? minus[i] : 0);
@@ -93,11 +131,21 @@ Status Engine::inside(const Scene& scene, const Column<Vec3d>& points, InsideMet
     }
   }
   for (std::size_t i = 0; i < n; ++i) {
+    if (by_angle) {
+      const double beyond = std::fabs(answers.generalized[i]) - 0.5;
+      answers.inside[i] = beyond > 0 ? 1 : 0;
+      answers.reliable[i] = std::fabs(beyond) > answers.error[i] ? 1 : 0;
+    }
     if (answers.on_surface[i] == 0) continue;
+    if (by_angle) {
+      answers.generalized[i] = std::numeric_limits<double>::quiet_NaN();
+      answers.error[i] = 0;
+    }
     answers.inside[i] = 0;
     answers.reliable[i] = 1;
     if (fronts) answers.winding[i] = 0;
   }
+  if (by_angle) answers.winding.clear();
   return success();
 } catch (const std::bad_alloc&) {
   return Error{ErrorKind::kOutOfSpace, "MEMORY_EXHAUSTED", "there is no memory for the answer", ""};

@@ -102,7 +102,7 @@ std::uint64_t open_edges_bytes(const Mesh& mesh,
 
 Result<OpenEdges> open_edges(const Mesh& mesh,
                              const std::function<bool(std::size_t primitive)>& counts,
-                             const Deadline& deadline) {
+                             const Deadline& deadline, std::vector<UnbalancedEdge>* unbalanced) {
   DeadlineWatch watch(deadline, kStepsPerLook);
   const std::vector<std::uint32_t> first = same_points(mesh, watch);
   if (watch.passed(0)) return watch.error();
@@ -131,6 +131,8 @@ Result<OpenEdges> open_edges(const Mesh& mesh,
       std::int64_t& its = balance[end.point];
       open.unpaired += its % 2 != 0 ? 1u : 0u;
       open.unbalanced += its != 0 ? 1u : 0u;
+      if (its != 0 && unbalanced != nullptr)
+        unbalanced->push_back({static_cast<std::uint32_t>(point), end.point, its});
       its = 0;
     }
   }

@@ -8,6 +8,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <vector>
 
 #include "core/base/result.h"
 #include "core/base/watch.h"
@@ -27,12 +28,21 @@ struct OpenEdges {
   std::uint64_t unbalanced = 0;
 };
 
+/// An unbalanced edge, by indices in Mesh::positions: the triangles run from `from` to `to` so many
+/// times more often than back.
+struct UnbalancedEdge {
+  std::uint32_t from = 0, to = 0;
+  std::int64_t times = 0;
+};
+
 /// Counts the open edges of the triangles of those primitives for which `counts(primitive)` is
-/// true; `primitive` is an index in Mesh::primitives. Errors: DEADLINE, CANCELLED. Throws
+/// true; `primitive` is an index in Mesh::primitives. Appends the unbalanced edges to `unbalanced`
+/// if it is given. Errors: DEADLINE, CANCELLED. Throws
 /// std::bad_alloc. Cost: about 10 ns for each position and each edge.
 Result<OpenEdges> open_edges(const Mesh& mesh,
                              const std::function<bool(std::size_t primitive)>& counts,
-                             const Deadline& deadline);
+                             const Deadline& deadline,
+                             std::vector<UnbalancedEdge>* unbalanced = nullptr);
 /// The bytes of memory that open_edges allocates: 24 for each triangle, about 20 for each position.
 std::uint64_t open_edges_bytes(const Mesh& mesh,
                                const std::function<bool(std::size_t primitive)>& counts);

@@ -36,13 +36,21 @@ Status read_vectors(std::string_view body, const BinaryHeader& header, std::size
 
 void announce_trust(BinaryAnswer& answer, const InsideColumns& columns) {
   answer.announce<std::uint8_t>("reliable", columns.reliable.size());
-  if (columns.by_winding) answer.announce<std::int64_t>("winding", columns.winding.size());
+  if (columns.method == InsideMethod::kWinding)
+    answer.announce<std::int64_t>("winding", columns.winding.size());
+  if (columns.method == InsideMethod::kSolidAngle) {
+    answer.announce<double>("winding", columns.generalized.size());
+    answer.announce<double>("error", columns.error.size());
+  }
 }
 
 void write_trust(BinaryAnswer& answer, const InsideColumns& columns) {
   answer.next<std::uint8_t>([&](std::size_t i, std::uint32_t) { return columns.reliable[i]; });
-  if (!columns.by_winding) return;
-  answer.next<std::int64_t>([&](std::size_t i, std::uint32_t) { return columns.winding[i]; });
+  if (columns.method == InsideMethod::kWinding)
+    answer.next<std::int64_t>([&](std::size_t i, std::uint32_t) { return columns.winding[i]; });
+  if (columns.method != InsideMethod::kSolidAngle) return;
+  answer.next<double>([&](std::size_t i, std::uint32_t) { return columns.generalized[i]; });
+  answer.next<double>([&](std::size_t i, std::uint32_t) { return columns.error[i]; });
 }
 
 }  // namespace

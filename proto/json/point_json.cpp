@@ -60,10 +60,11 @@ class PointReader : public RayReader {
                           point_place);
             });
       case 1: {
-        constexpr std::array<std::string_view, 2> kMethods{"parity", "winding"};
+        // In the order of InsideMethod.
+        constexpr std::array<std::string_view, 3> kMethods{"parity", "winding", "solid_angle"};
         std::size_t word = 0;
         if (!read_word(value, kMethods, word, place)) return false;
-        points_.by_winding = word == 1;
+        points_.method = static_cast<InsideMethod>(word);
         return true;
       }
       case 5:
@@ -111,7 +112,9 @@ class PointReader : public RayReader {
 /// {"method":".."
 JsonWriter begin_answer(const InsideColumns& columns, std::size_t bytes_each) {
   JsonWriter out(160 + columns.reliable.size() * bytes_each);
-  out.raw(columns.by_winding ? "{\"method\":\"winding\"" : "{\"method\":\"parity\"");
+  out.raw(columns.method == InsideMethod::kParity    ? "{\"method\":\"parity\""
+          : columns.method == InsideMethod::kWinding ? "{\"method\":\"winding\""
+                                                     : "{\"method\":\"solid_angle\"");
   return out;
 }
 
@@ -132,9 +135,15 @@ void write_flags(JsonWriter& out, std::string_view name, std::span<const std::ui
 }
 
 std::string finish_answer(JsonWriter& out, const InsideColumns& columns) {
-  if (columns.by_winding) {
+  if (columns.method == InsideMethod::kWinding) {
     write_list(out, "winding", columns.winding.size(),
                [&](std::size_t i) { out.raw(std::to_string(columns.winding[i])); });
+  }
+  if (columns.method == InsideMethod::kSolidAngle) {
+    write_list(out, "winding", columns.generalized.size(),
+               [&](std::size_t i) { out.number(columns.generalized[i]); });
+    write_list(out, "error", columns.error.size(),
+               [&](std::size_t i) { out.number(columns.error[i]); });
   }
   out.raw('}');
   std::string text = out.take();

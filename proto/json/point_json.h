@@ -6,13 +6,14 @@
 ///    "method":"parity"}
 ///
 /// "max_distance": scene units; null, the default: no limit. "count": number of triangles for each
-/// point (1). "method": "parity" or "winding". "fields": of the nearest triangles. "include",
+/// point (1). "method": "parity", "winding" or "solid_angle". "fields": of the nearest triangles. "include",
 /// "exclude" and "work": as for rays.
 
 #include <limits>
 #include <string>
 
 #include "core/base/column.h"
+#include "core/query/inside_answers.h"
 #include "proto/json/ray_json.h"
 
 namespace sightline {
@@ -42,8 +43,8 @@ struct PointJsonRules {
 
 /// A decoded question.
 struct PointQuery {
-  Column<Vec3d> points;     ///< finite
-  bool by_winding = false;  ///< the method: "winding" rather than "parity"
+  Column<Vec3d> points;  ///< finite
+  InsideMethod method = InsideMethod::kParity;
   double max_distance = std::numeric_limits<double>::infinity();
   std::uint64_t count = 1;
   Column<Vec3d> normals;     ///< as many as points, finite, not zero; +Y if none were sent
@@ -66,15 +67,16 @@ Result<PointQuery> decode_points(std::string& body, const PointJsonRules& rules)
 /// The answer for n points: columns of n slots, which the caller owns. `winding` may be empty if
 /// the method is parity, `inside` and `on_surface` if distances are encoded.
 struct InsideColumns {
-  bool by_winding = false;
+  InsideMethod method = InsideMethod::kParity;
   std::span<const std::uint8_t> inside, on_surface, reliable;
   std::span<const std::int64_t> winding;
+  std::span<const double> generalized, error;  ///< of kSolidAngle
   /// Number of open edges of the triangles that count. If there are any, answers are not proved.
   std::uint64_t open_edges = 0;
 };
 
 /// Encodes {"method":"parity","inside":[true,null],"on_surface":[false,true],
-/// "reliable":[true,true]}; for the method "winding" also "winding":[1,0]; if there are open edges
+/// "reliable":[true,true]}; for the method "winding" also "winding":[1,0]; for "solid_angle" "winding":[0.75,null] and "error":[1e-15,0]; if there are open edges
 /// also "unreliable":{"reason":"OPEN_EDGES","open_edges":4}. "inside" is null for points on the
 /// surface.
 std::string encode_inside(const InsideColumns& columns);

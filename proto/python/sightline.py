@@ -373,7 +373,7 @@ class Sightline:
         return answer
 
     def inside(self, scene: str, points: Points, progress: Progress = None, **options: Any) -> Columns:
-        """Bool columns `inside`, `on_surface` (then `inside` is False) and `reliable`; with method="winding" `winding`."""
+        """Bool columns `inside`, `on_surface` (then `inside` is False) and `reliable`; with method="winding" or "solid_angle" `winding`."""
         columns = self._near(scene, "inside", points, progress, options)
         told = columns["inside"]
         if numpy is not None:

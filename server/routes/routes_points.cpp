@@ -8,13 +8,9 @@
 namespace sightline {
 namespace {
 
-InsideMethod method_of(const PointQuery& query) {
-  return query.by_winding ? InsideMethod::kWinding : InsideMethod::kParity;
-}
-
 InsideColumns columns_of(const PointQuery& query, const InsideAnswers& answers) {
-  return {query.by_winding, answers.inside,  answers.on_surface,
-          answers.reliable, answers.winding, answers.open_edges};
+  return {query.method,    answers.inside,      answers.on_surface, answers.reliable,
+          answers.winding, answers.generalized, answers.error,      answers.open_edges};
 }
 
 /// A binary answer has no place for a text.
@@ -29,8 +25,8 @@ void ask_inside(Exchange& exchange, const Service& service) {
   if (!request.read_points({.has_method = true}, query)) return;
   InsideAnswers answers;
   // A ray for each point, and three columns of answers as numbers and words.
-  if (!request.reserve(query.points.size() * (kRayBytes + 4 * kNumberBytes)) ||
-      !request.went_well(service.engine.inside(request.scene(), query.points, method_of(query),
+  if (!request.reserve(query.points.size() * (kRayBytes + 6 * kNumberBytes)) ||
+      !request.went_well(service.engine.inside(request.scene(), query.points, query.method,
                                                request.deadline(), answers, request.options()))) {
     return;
   }
@@ -46,9 +42,9 @@ void ask_distance(Exchange& exchange, const Service& service) {
   PointQuery query;
   if (!request.read_points({.has_method = true, .has_max_distance = true}, query)) return;
   InsideAnswers answers;
-  if (!request.reserve(query.points.size() * (kRayBytes + kHitBytes + 5 * kNumberBytes)) ||
+  if (!request.reserve(query.points.size() * (kRayBytes + kHitBytes + 7 * kNumberBytes)) ||
       !request.went_well(service.engine.signed_distances(
-          request.scene(), query.points, method_of(query), query.max_distance, request.deadline(),
+          request.scene(), query.points, query.method, query.max_distance, request.deadline(),
           answers, request.options()))) {
     return;
   }

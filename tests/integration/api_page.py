@@ -75,6 +75,7 @@ QUESTIONS = [
      {"sweeps": [{"origin": [-40, 12, 1], "direction": [1, 0, 0], "radius": 5}], "fields": ["t", "position", "node"]}),
     ("What a falling box meets", TOWN + "sweeps:closest",
      {"sweeps": [{"origin": [0, 50, 0], "direction": [0, -1, 0], "half": [1, 2, 1]}], "fields": ["t", "position", "node", "triangle"]}),
+    ("How much a point is inside of open meshes", SIX + "points:inside", {"points": [[-5, 1, 0], [0, 50, 0]], "method": "solid_angle"}),
     ("Where a moving capsule and a turned box touch", TOWN + "sweeps:closest",
      {"sweeps": [{"from": [-40, 14, 1], "to": [-36, 10, 1], "direction": [1, 0, 0], "radius": 2},
                  {"origin": [-40, 12, 1], "direction": [1, 0, 0], "half": [1, 1, 1], "axes": [[1, 1, 0], [-1, 1, 0], [0, 0, 1]]}],

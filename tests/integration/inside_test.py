@@ -3,6 +3,7 @@
 
 import array
 import json
+import math
 import unittest
 
 import case_report
@@ -15,6 +16,14 @@ from two_scenes import TwoScenes
 BUILDING = {"include": {"names": ["clock tower", "spire"]}}
 IN_TOWER, IN_SPIRE, IN_BOTH_BOXES, ABOVE, BESIDE = [0, 10, 0.5], [0.25, 28, 0], [0.5, 18.25, 1], [0, 33, 0], [9, 10, 0]
 ON_WALL, ON_TIP, ON_TOP = [-3, 12, 1], [0, 32, 0], [0.5, 24, 0]
+
+
+def solid_angle(a, b, c):
+    """Of a triangle with corners a, b, c as the origin sees it, positive from its back [VanOosterom1983]."""
+    dot = lambda p, q: sum(x * y for x, y in zip(p, q))
+    cross = [b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]]
+    la, lb, lc = (math.sqrt(dot(p, p)) for p in (a, b, c))
+    return 2 * math.atan2(dot(a, cross), la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb)
 
 
 class Inside(TwoScenes):
@@ -33,6 +42,24 @@ class Inside(TwoScenes):
         answer = self.ask("town", IN_TOWER, IN_SPIRE, ABOVE, BESIDE, IN_BOTH_BOXES, method="winding", **BUILDING)
         self.assertEqual(answer, {"method": "winding", "inside": [True, True, False, False, True], "on_surface": [False] * 5,
                                   "reliable": [True] * 5, "winding": [1, 1, 0, 0, 2]})
+
+    def test_open_meshes_have_generalized_winding_numbers(self):
+        """Against the sum of the solid angles of all triangles, as GET /triangles lists them."""
+        ids = ",".join(f"{instance}.0.{triangle}" for instance in range(2) for triangle in range(3))
+        corners = [row["corners"] for row in self.server.ask(f"/v1/scenes/six/triangles?ids={ids}").json()["triangles"]]
+        points = [[-5, 1, 0], [-3.5, 1.5, 0.25], [0, 9, 0], [6.5, 0.5, -1], [-5, 2, 0]]
+        answer = self.ask("six", *points, method="solid_angle")
+        for point, winding, error in list(zip(points, answer["winding"], answer["error"]))[:4]:
+            whole = sum(solid_angle(*([x - y for x, y in zip(corner, point)] for corner in triangle)) for triangle in corners)
+            self.assertLess(abs(winding - whole / (4 * math.pi)), error + 1e-14)
+            self.assertLess(error, 1e-12)
+        self.assertEqual((answer["on_surface"][4], answer["inside"][4], answer["winding"][4]), (True, None, None))
+        self.assertNotIn("unreliable", answer)
+        self.assertEqual(self.ask("town", IN_TOWER, ABOVE, IN_BOTH_BOXES, method="solid_angle", **BUILDING),
+                         {"method": "solid_angle", "inside": [True, False, True], "on_surface": [False] * 3, "reliable": [True] * 3,
+                          "winding": [1, 0, 2], "error": [0, 0, 0]})
+        distance = self.ask_json("/v1/scenes/six/points:distance", {"points": points[:1], "method": "solid_angle"})
+        self.assertEqual(distance["winding"], answer["winding"][:1])
 
     def test_on_the_surface_a_point_is_neither(self):
         for method in ("parity", "winding"):
