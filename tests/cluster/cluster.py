@@ -17,8 +17,6 @@ Closes with the counts of each kind of failure:
   old             an answer of a revision below the required one
   failed          a query without an answer by the client, which repeats for 30 s
   haproxy_failed  an answer of HAProxy that is neither 200 nor 404
-  haproxy_reset   a 502 of HAProxy during "kill": HAProxy 2.6 does not repeat a request whose connection is reset, which happens when a
-                  killed replica had not read the request. Counted apart, and not judged: the client repeats it
 A query that fails while the object store is lost does not count: a replica cannot know the newest revision then.
 """
 
@@ -127,7 +125,7 @@ backend replicas
 class Tally:
     def __init__(self):
         self.lock = threading.Lock()
-        self.counts = {name: 0 for name in ("queries", "changes", "wrong", "lost", "old", "failed", "haproxy_failed", "haproxy_reset", "unacknowledged", "faults")}
+        self.counts = {name: 0 for name in ("queries", "changes", "wrong", "lost", "old", "failed", "haproxy_failed", "unacknowledged", "faults")}
         self.times = {"client": [], "HAProxy": []}
         self.notes = []
 
@@ -231,8 +229,7 @@ class Cluster:
             return 404, None, None  # It is not there yet.
         if not answer or answer[0] not in (200, 404):
             if not is_lost and not self.store_is_lost.is_set():
-                is_reset = self.fault == "kill" and answer and answer[0] == 502
-                self.tally.add("haproxy_reset" if is_reset else "haproxy_failed", f"{self.fault} {scene.name} {answer and answer[0]} {answer and answer[2][:200]}")
+                self.tally.add("haproxy_failed", f"{self.fault} {scene.name} {answer and answer[0]} {answer and answer[2][:200]}")
             return None
         hit = json.loads(answer[2])["hits"][0] if answer[0] == 200 else None
         return answer[0], answer[1]["X-Scene-Revision"], hit and hit["t"]
