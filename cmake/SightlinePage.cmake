@@ -47,7 +47,7 @@ endfunction()
 function(sightline_page output)
   set(app ${CMAKE_CURRENT_SOURCE_DIR}/app)
   set(modules ${CMAKE_BINARY_DIR}/page)
-  set(shells learn.html status.html guide.html guide_below.html)
+  set(shells index.html learn.html status.html guide.html guide_below.html)
   set(scripts boot.js page.js learn.js status.js guide.js)
   set(reason "SIGHTLINE_PAGE is OFF")
   if(SIGHTLINE_PAGE)
@@ -63,7 +63,7 @@ function(sightline_page output)
   elseif(reason)
     message(STATUS "Page: left out of the binary, ${reason}; / will say how to build it")
     set(unbuilt ${CMAKE_CURRENT_SOURCE_DIR}/unbuilt)
-    foreach(name IN LISTS shells ITEMS index.html)
+    foreach(name IN LISTS shells)
       list(APPEND parts "${name}=${unbuilt}/index.html")
     endforeach()
     foreach(name IN LISTS scripts)
@@ -98,11 +98,9 @@ function(sightline_page output)
     add_custom_command(
       OUTPUT ${shell_files}
       COMMAND ${NODE_PROGRAM} ${app}/shells.mjs ${modules}
-      DEPENDS ${app}/shells.mjs ${app}/head.html ${app}/learn.html ${app}/status.html ${app}/guide.html
+      DEPENDS ${app}/shells.mjs ${app}/head.html ${app}/index.html ${app}/learn.html ${app}/status.html ${app}/guide.html
       COMMENT "Writing the shells of the pages"
       VERBATIM)
-    list(APPEND parts "index.html=${app}/index.html")
-    list(APPEND files ${app}/index.html)
     foreach(name IN LISTS shells scripts ITEMS page.css documents.json.gz)
       list(APPEND parts "${name}=${modules}/${name}")
       list(APPEND files ${modules}/${name})

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 
 #include "server/http/ascii.h"
 
@@ -83,6 +84,29 @@ bool QueryParameters::number(Exchange& exchange, std::string_view name, std::uin
   }
   exchange.reply_problem(422, "QUERY_INVALID",
                          std::string(name) + " is a number from 0 to " + std::to_string(most));
+  return false;
+}
+
+bool QueryParameters::point(Exchange& exchange, std::string_view name,
+                            std::optional<std::array<double, 3>>& value) const {
+  const auto given = text(name);
+  if (!given) return true;
+  const char *next = given->data(), *const end = next + given->size();
+  std::array<double, 3> numbers{};
+  bool is_good = true;
+  for (std::size_t i = 0; i < numbers.size() && is_good; ++i) {
+    if (i > 0) is_good = next != end && *next++ == ',';
+    if (!is_good) break;
+    const auto [last, error] = std::from_chars(next, end, numbers[i]);
+    is_good = error == std::errc() && std::isfinite(numbers[i]);
+    next = last;
+  }
+  if (is_good && next == end) {
+    value = numbers;
+    return true;
+  }
+  exchange.reply_problem(422, "QUERY_INVALID",
+                         std::string(name) + " is three finite numbers with commas between them");
   return false;
 }
 

@@ -2,6 +2,7 @@
 /// QueryParameters: the parameters name=value of a request target. Each name must be known, and
 /// given at most once.
 
+#include <array>
 #include <cstdint>
 #include <initializer_list>
 #include <map>
@@ -32,6 +33,10 @@ class QueryParameters {
   /// not given. Returns false with `value` unchanged after it has answered 422 QUERY_INVALID.
   bool number(Exchange& exchange, std::string_view name, std::uint64_t most,
               std::uint64_t& value) const;
+  /// Reads a point: three finite numbers with commas between them. `value` is unchanged if the
+  /// parameter was not given. Returns false after it has answered 422 QUERY_INVALID.
+  bool point(Exchange& exchange, std::string_view name,
+             std::optional<std::array<double, 3>>& value) const;
 
  private:
   std::map<std::string, std::string, std::less<>> values_;

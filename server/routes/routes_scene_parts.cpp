@@ -91,12 +91,15 @@ void triangles(Exchange& exchange, const Service& service) {
 
 void geometry(Exchange& exchange, const Service& service) {
   constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30, kMostFirst = 0xffffffffu;
-  const auto parameters = QueryParameters::read(exchange, {"first", "max_bytes"});
+  const auto parameters = QueryParameters::read(exchange, {"first", "max_bytes", "eye"});
   GeometryRange range;
+  std::optional<std::array<double, 3>> eye;
   if (!parameters || !parameters->number(exchange, "first", kMostFirst, range.first) ||
-      !parameters->number(exchange, "max_bytes", kMostBytes, range.max_bytes)) {
+      !parameters->number(exchange, "max_bytes", kMostBytes, range.max_bytes) ||
+      !parameters->point(exchange, "eye", eye)) {
     return;
   }
+  if (eye) range.eye = Vec3d{(*eye)[0], (*eye)[1], (*eye)[2]};
   const SceneSnapshot stored = admit_scene(exchange, service);
   if (!stored) return;
   if (!went_well(exchange, exchange.reserve(bytes_of_geometry_lists(*stored->scene)))) return;

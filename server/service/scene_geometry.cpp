@@ -2,20 +2,41 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
+#include <utility>
 
 namespace sightline {
 namespace {
 
 /// A mesh of the plan with those of its placements that are drawn.
 struct DrawnMesh {
-  std::uint32_t mesh = 0;  ///< in the description
-  double size = 0;         ///< the largest diagonal of a placement
+  std::uint32_t mesh = 0;          ///< in the description
+  std::pair<double, double> size;  ///< the largest apparent size and diagonal of a placement
   std::vector<std::uint32_t> instances;
 };
 
 double diagonal(const Box3d& box) {
   return std::hypot(box.max.x - box.min.x, box.max.y - box.min.y, box.max.z - box.min.z);
+}
+
+double distance(const Vec3d& point, const Box3d& box) {
+  const auto away = [](double x, double low, double high) {
+    return std::max({low - x, 0.0, x - high});
+  };
+  return std::hypot(away(point.x, box.min.x, box.max.x), away(point.y, box.min.y, box.max.y),
+                    away(point.z, box.min.z, box.max.z));
+}
+
+/// How large a box appears from the eye, and its diagonal. Never NaN.
+std::pair<double, double> size_of(const Box3d& box, const std::optional<Vec3d>& eye) {
+  const double size = diagonal(box);
+  if (!eye) return {size, size};
+  const double away = distance(*eye, box);
+  if (away == 0) return {std::numeric_limits<double>::infinity(), size};
+  // Both may be infinite.
+  const double apparent = size / away;
+  return {apparent >= 0 ? apparent : 0, size};
 }
 
 /// Same triangles in the same parts: then one mesh can stand for the other.
@@ -27,7 +48,7 @@ bool has_same_parts(const Mesh& a, const Mesh& b) {
 }
 
 /// In the order of GeometryRange.
-std::vector<DrawnMesh> drawn_meshes(const Scene& scene) {
+std::vector<DrawnMesh> drawn_meshes(const Scene& scene, const std::optional<Vec3d>& eye) {
   const ScenePlan& plan = scene.trees().plan();
   const SceneDescription& description = scene.description();
   std::vector<DrawnMesh> all(plan.meshes.size());
@@ -37,7 +58,7 @@ std::vector<DrawnMesh> drawn_meshes(const Scene& scene) {
     const bool is_same = has_same_parts(*description.meshes[own], *description.meshes[first]);
     DrawnMesh& drawn = all[is_same ? first : own];
     drawn.mesh = is_same ? first : own;
-    drawn.size = std::max(drawn.size, diagonal(plan.placed[i]));
+    drawn.size = std::max(drawn.size, size_of(plan.placed[i], eye));
     drawn.instances.push_back(i);
   }
   std::erase_if(all, [](const DrawnMesh& mesh) { return mesh.instances.empty(); });
@@ -86,7 +107,7 @@ void add_mesh(GeometryAnswer& answer, const Scene& scene, const DrawnMesh& drawn
 
 GeometryAnswer scene_geometry(const Scene& scene, const GeometryRange& range) {
   const auto& meshes = scene.description().meshes;
-  const std::vector<DrawnMesh> drawn = drawn_meshes(scene);
+  const std::vector<DrawnMesh> drawn = drawn_meshes(scene, range.eye);
   GeometryAnswer answer;
   answer.all_meshes = drawn.size();
   std::uint64_t bytes = 0;

@@ -2,6 +2,7 @@
 /// The triangles of a scene for drawing.
 
 #include <cstdint>
+#include <optional>
 
 #include "core/scene/scene.h"
 #include "proto/binary/geometry_binary.h"
@@ -9,11 +10,13 @@
 namespace sightline {
 
 /// Which meshes an answer has. Meshes are in the order of the size of their largest placement,
-/// largest first; the answer has those from number `first` on that fit into `max_bytes`, and at
-/// least one unless max_bytes is 0. A mesh is never divided.
+/// largest first; with `eye` size is the diagonal divided by the distance from the eye, and
+/// placements around the eye come first. The answer has those from number `first` on that fit into
+/// `max_bytes`, and at least one unless max_bytes is 0. A mesh is never divided.
 struct GeometryRange {
   std::uint64_t first = 0;
   std::uint64_t max_bytes = std::uint64_t{16} << 20;
+  std::optional<Vec3d> eye;
 };
 
 /// Returns views of the scene, which must outlive the answer. Hidden placements, and those without

@@ -118,6 +118,28 @@ class Geometry(unittest.TestCase):
         self.assertEqual(sizes, sorted(sizes, reverse=True))
         self.assertGreater(pieces, 3)
 
+    def test_what_is_near_and_large_comes_first(self):
+        bounds = {node["node_id"]: node["bounds"] for node in self.server.ask("/v1/scenes/town/nodes?limit=100000").json()["nodes"]}
+        whole = self.geometry("town")
+        orders = set()
+        for eye in ([60, 45, 80], [0, 20, 0], [-300, 100, 5], [1e6, -1e6, 1e6]):
+            def apparent(node):
+                low, high = bounds[node]["min"], bounds[node]["max"]
+                away = math.hypot(*(max(a - x, 0, x - b) for a, x, b in zip(low, eye, high)))
+                return (math.dist(low, high) / away if away else math.inf), math.dist(low, high)
+            found, first = [], 0
+            while first is not None:
+                piece = self.geometry("town", f"?first={first}&max_bytes=60000&eye={','.join(map(str, eye))}")
+                found += [(piece["mesh_id"][mesh], max(apparent(node) for node, owner in zip(piece["node_id"], piece["placed_mesh"]) if owner == mesh))
+                          for mesh in range(len(piece["mesh_id"]))]
+                first = piece["next"][0] if piece["next"] else None
+            self.assertEqual(sorted(mesh for mesh, _ in found), sorted(whole["mesh_id"]))
+            sizes = [size for _, size in found]
+            for one, other in zip(sizes, sizes[1:]):
+                self.assertTrue(one > other or math.isclose(one[0], other[0], rel_tol=1e-12))
+            orders.add(tuple(mesh for mesh, _ in found))
+        self.assertGreater(len(orders), 1)
+
     def test_nothing_but_totals_for_no_bytes(self):
         found, whole = self.geometry("town", "?max_bytes=0"), self.geometry("town")
         self.assertEqual((found["mesh_id"], found["next"], found["all_bytes"]), ((), (0,), whole["all_bytes"]))
@@ -143,7 +165,8 @@ class Geometry(unittest.TestCase):
             self.assertEqual(found()[1]["node_id"], (1,))
 
     def test_bad_requests_are_refused(self):
-        for query, code in (("?first=-1", "QUERY_INVALID"), ("?max_bytes=x", "QUERY_INVALID"), ("?max_bytes=1073741825", "QUERY_INVALID"), ("?x=1", "QUERY_INVALID")):
+        for query, code in (("?first=-1", "QUERY_INVALID"), ("?max_bytes=x", "QUERY_INVALID"), ("?max_bytes=1073741825", "QUERY_INVALID"), ("?x=1", "QUERY_INVALID"),
+                            *((f"?eye={eye}", "QUERY_INVALID") for eye in ("", "1,2", "1,2,3,4", "1,2,x", "1,,2", "1,2,nan", "1,2,1e999", "1;2;3"))):
             answer = self.server.ask(f"/v1/scenes/six/geometry{query}")
             self.assertEqual((answer.status, answer.json()["code"]), (422, code))
         self.assertEqual(self.server.ask("/v1/scenes/none/geometry").json()["code"], "SCENE_NOT_FOUND")

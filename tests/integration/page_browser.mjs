@@ -12,18 +12,20 @@ const {chromium} = createRequire(`${modules}/x.js`)("playwright-core");
 
 const SIZES = [[1280, 720], [390, 844]];
 const THEMES = ["light", "dark"];
+const PATIENCE = 240000;  // milliseconds that a slow machine may take for one step
 
 /** Both sizes and both themes; all four pairs of them where the words have "all". */
 const LOOKS = words.includes("all") ? SIZES.flatMap((size) => THEMES.map((theme) => [size, theme])) : [[SIZES[0], "light"], [SIZES[1], "dark"]];
 
 const browser = await chromium.launch({executablePath: browserPath, args: [
-  "--headless", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update",
+  "--headless", "--no-sandbox", "--disable-dev-shm-usage", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update",
   "--disable-sync", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]});
 
 /** A page that notes what should not be: complaints in the console and requests to elsewhere. */
 async function watch(size, theme) {
   const context = await browser.newContext({viewport: {width: size[0], height: size[1]}, colorScheme: theme, hasTouch: size[0] < 500,
     permissions: ["clipboard-read", "clipboard-write"]});
+  context.setDefaultTimeout(PATIENCE);
   const page = await context.newPage();
   const seen = {size: size.join("x"), theme, complaints: [], foreign: []};
   page.on("console", (message) => {
@@ -43,9 +45,9 @@ async function open(size, theme, address = url) {
   const begin = Date.now();
   await page.goto(address);
   // The server's picture stands in for triangles that are coming.
-  await page.waitForSelector("#traced[data-rows], #stage[data-complete]", {timeout: 60000});
+  await page.waitForSelector("#traced[data-rows], #stage[data-complete]");
   seen.first = Date.now() - begin;
-  await page.waitForSelector("#stage[data-complete]", {timeout: 60000});
+  await page.waitForSelector("#stage[data-complete]");
   seen.drawn = Date.now() - begin;
   seen.paint = await page.evaluate(() => Math.round(performance.getEntriesByName("first-contentful-paint")[0]?.startTime ?? -1));
   seen.triangles = await page.locator("#stage").getAttribute("data-triangles");
@@ -54,15 +56,18 @@ async function open(size, theme, address = url) {
 
 /** Waits until the link tells of the view and all is drawn. */
 async function rest(page) {
+  const frames = () => page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
+  // What has moved is drawn first, and the link is written some time after that.
+  await frames();
   await page.waitForSelector("#stage:not([data-saving])", {state: "attached"});
-  await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
+  await frames();
 }
 
 /** Does something and waits for the answer to it. */
 async function answered(page, act) {
   const before = await page.evaluate(() => document.querySelector("#stage").dataset.answered || "0");
   await act();
-  await page.waitForFunction((old) => (document.querySelector("#stage").dataset.answered || "0") !== old, before, {timeout: 30000});
+  await page.waitForFunction((old) => (document.querySelector("#stage").dataset.answered || "0") !== old, before);
   await page.waitForFunction(() => !document.querySelector("#run").disabled);
   await rest(page);
 }
@@ -105,13 +110,33 @@ async function barriers(page) {
     .map(({id, nodes}) => `${id}: ${nodes.map(({target, failureSummary}) => `${target} ${failureSummary}`).join("; ")}`);
 }
 
-async function drag(page, from, to) {
-  await page.mouse.move(...await at(page, ...from));
-  await page.mouse.down();
-  await page.mouse.move(...await at(page, (from[0] + to[0]) / 2, (from[1] + to[1]) / 2), {steps: 4});
-  await page.mouse.move(...await at(page, ...to), {steps: 4});
-  await page.mouse.up();
+/** Puts fingers on pixels of the window, moves or lifts them. */
+async function fingers(page) {
+  const session = await page.context().newCDPSession(page);
+  return (type, ...places) => session.send("Input.dispatchTouchEvent", {type, touchPoints: places.map(([x, y], id) => ({x, y, id}))});
 }
+
+/** click(page, pixel) and drag(page, from, to) with a mouse, or with fingers as on a phone. */
+const MOUSE = {
+  click: (page, place) => page.mouse.click(...place),
+  async drag(page, from, to) {
+    await page.mouse.move(...from);
+    await page.mouse.down();
+    await page.mouse.move((from[0] + to[0]) / 2, (from[1] + to[1]) / 2, {steps: 4});
+    await page.mouse.move(...to, {steps: 4});
+    await page.mouse.up();
+  },
+};
+const TOUCH = {
+  click: (page, place) => page.touchscreen.tap(...place),
+  async drag(page, from, to) {
+    const touch = await fingers(page);
+    await touch("touchStart", from);
+    for (const share of [0.25, 0.5, 0.75, 1]) await touch("touchMove", from.map((x, k) => x + share * (to[k] - x)));
+    await touch("touchEnd");
+  },
+};
+const hand = ([width]) => width < 500 ? TOUCH : MOUSE;
 
 const clickAt = (page, x, y) => answered(page, async () => page.mouse.click(...await at(page, x, y)));
 const choose = (page, mode) => page.click(`#modes [data-mode=${mode}]`);
@@ -131,7 +156,7 @@ const PLANS = {
     return runs;
   },
 
-  /** Every gesture, near the houses of the town. WORD: "all" for pictures of each size in each theme. */
+  /** Every gesture, near the houses of the town, on a phone with a finger. WORD: "all" for pictures of each size in each theme. */
   async gestures() {
     const runs = [];
     for (const [size, theme] of LOOKS) {
@@ -139,34 +164,52 @@ const PLANS = {
       const step = async (name, act) => {
         await answered(page, act);
         runs.push({name, ...seen, ...await told(page)});
+        await page.evaluate(() => scrollTo(0, 0));
         await page.screenshot({path: `${folder}/${name}-${seen.size}-${theme}.png`});
       };
-      await choose(page, "measure");
-      await step("measure", () => drag(page, [0.35, 0.6], [0.62, 0.7]));
-      await choose(page, "box");
-      await step("select", () => drag(page, [0.3, 0.3], [0.6, 0.6]));
-      await choose(page, "cuboid");
-      await step("cuboid", () => drag(page, [0.4, 0.6], [0.52, 0.66]));
-      await choose(page, "sphere");
-      await step("sphere", () => drag(page, [0.4, 0.6], [0.5, 0.66]));
-      await choose(page, "sight");
-      await step("sight", async () => {
-        await page.mouse.click(...await at(page, 0.3, 0.62));
+      const click = async (x, y) => hand(size).click(page, await at(page, x, y));
+      const drag = async (from, to) => hand(size).drag(page, await at(page, ...from), await at(page, ...to));
+      const two = async (one, other) => {
+        await click(...one);
         await page.waitForFunction(() => document.querySelector("#hint").textContent.includes("second"));
-        await page.mouse.click(...await at(page, 0.72, 0.45));
-      });
+        await click(...other);
+      };
+      await choose(page, "measure");
+      await step("measure", () => drag([0.35, 0.6], [0.62, 0.7]));
+      await choose(page, "box");
+      await step("select", () => drag([0.3, 0.3], [0.6, 0.6]));
+      await choose(page, "cuboid");
+      await step("cuboid", () => drag([0.4, 0.6], [0.52, 0.66]));
+      await choose(page, "sphere");
+      await step("sphere", () => drag([0.4, 0.6], [0.5, 0.66]));
+      await choose(page, "sight");
+      await step("sight", () => two([0.3, 0.62], [0.72, 0.45]));
+      // The tower stands between these two.
+      await step("blocked", () => two([0.42, 0.63], [0.62, 0.5]));
       await choose(page, "why");
       await step("why", async () => {
-        await page.mouse.click(...await at(page, 0.45, 0.7));
+        await click(0.45, 0.7);
         await page.waitForFunction(() => document.querySelector("#outcome").textContent.includes("visited"));
         // From the side the ray can be seen.
         await page.focus("#view");
         for (let i = 0; i < 5; ++i) await page.keyboard.press("ArrowLeft");
         await rest(page);
       });
+      // The slider shows the first boxes of the visit, one more with each press of a key.
+      const boxes = async () => ({now: await page.locator("#visit-count").textContent(), row: await page.locator("#fields .now").allTextContents(),
+        shapes: JSON.parse(await page.locator("#marks").getAttribute("data-shapes"))});
+      const visit = runs.at(-1).visit = [];
+      await page.focus("#visit-step");
+      await page.keyboard.press("Home");
+      visit.push(await boxes());
+      for (let i = 0; i < 8; ++i) {
+        await page.keyboard.press("ArrowRight");
+        visit.push(await boxes());
+      }
+      await page.screenshot({path: `${folder}/visit-${seen.size}-${theme}.png`});
       await choose(page, "scan");
       await step("scan", async () => {
-        await page.mouse.click(...await at(page, 0.55, 0.8));
+        await click(0.55, 0.8);
         await page.waitForFunction(() => Number(document.querySelector("#stage").dataset.points));
       });
       const [file] = await Promise.all([page.waitForEvent("download"), page.click("#save-ply")]);
@@ -180,33 +223,29 @@ const PLANS = {
       await rest(page);
       await page.screenshot({path: `${folder}/scan-node-${seen.size}-${theme}.png`});
       await choose(page, "clearance");
-      await step("clearance", async () => {
-        await page.mouse.click(...await at(page, 0.57, 0.84));
-        await page.waitForFunction(() => document.querySelector("#hint").textContent.includes("second"));
-        await page.mouse.click(...await at(page, 0.5, 0.5));
-      });
+      await step("clearance", () => two([0.57, 0.84], [0.5, 0.5]));
       await choose(page, "viewshed");
       await step("viewshed", async () => {
-        await page.mouse.click(...await at(page, 0.5, 0.75));
+        await click(0.5, 0.75);
         await page.waitForSelector("#stage[data-seen]");
       });
       runs.at(-1).seen = await page.locator("#stage").getAttribute("data-seen");
       await choose(page, "section");
       await step("section", async () => {
-        await page.mouse.click(...await at(page, 0.5, 0.55));
+        await click(0.5, 0.55);
         await page.waitForFunction(() => document.querySelector("#outcome").textContent.includes("cuts"));
         await page.waitForFunction(() => JSON.parse(document.querySelector("#marks").dataset.shapes).length > 2);
       });
       await choose(page, "levels");
       await step("levels", async () => {
         for (let level = 0; level < 3; ++level) {
-          await page.mouse.click(...await at(page, 0.5, 0.55));
+          await click(0.5, 0.55);
           await page.waitForFunction((text) => document.querySelector("#outcome").textContent.startsWith(text), `Level ${level}:`);
         }
       });
       await choose(page, "heat");
       await step("heat", async () => {
-        await page.mouse.click(...await at(page, 0.5, 0.55));
+        await click(0.5, 0.55);
         await page.waitForSelector("#heat:not([hidden])");
       });
       runs.at(-1).heat = await page.evaluate(() => {
@@ -215,11 +254,16 @@ const PLANS = {
         return {width: canvas.width, height: canvas.height, colours: Array.from({length: data.length / 4}, (_, i) => [...data.subarray(4 * i, 4 * i + 3)])};
       });
       await choose(page, "ray");
-      await step("ray", async () => page.mouse.click(...await at(page, 0.5, 0.7)));
+      await step("ray", () => click(0.5, 0.7));
       await page.click("#cost-part summary");
       await page.waitForSelector("#cost tr");
       runs.at(-1).cost = await page.locator("#cost tr").evaluateAll((rows) => rows.map((row) => [...row.cells].map(({textContent}) => textContent)));
       await page.screenshot({path: `${folder}/cost-${seen.size}-${theme}.png`});
+      await page.click("#nodes-part summary");
+      await page.waitForSelector("#nodes .take");
+      await page.fill("#node-search", "house 3");
+      await page.locator("#nodes li:last-child").scrollIntoViewIfNeeded();
+      await page.screenshot({path: `${folder}/nodes-${seen.size}-${theme}.png`});
       await close();
     }
     return runs;
@@ -229,12 +273,8 @@ const PLANS = {
   async touch() {
     const {page, seen, close} = await open(SIZES[1], "light", `${url}/#scene=town&camera=60,45,80,0,8,0`);
     const {clientWidth, clientHeight} = await page.evaluate(() => document.querySelector("#view"));
-    const session = await page.context().newCDPSession(page);
-    const fingers = async (type, ...places) => session.send("Input.dispatchTouchEvent", {type,
-      touchPoints: await Promise.all(places.map(async ([x, y], id) => {
-        const [px, py] = await at(page, x, y);
-        return {x: px, y: py, id};
-      }))});
+    const touch = await fingers(page);
+    const touchAt = async (type, ...places) => touch(type, ...await Promise.all(places.map((place) => at(page, ...place))));
     const camera = () => page.evaluate(() => new URLSearchParams(location.hash.slice(1)).get("camera").split(",").map(Number));
     const moved = async (act) => {
       const before = await page.evaluate(() => location.hash);
@@ -247,14 +287,14 @@ const PLANS = {
     await answered(page, async () => page.touchscreen.tap(...await at(page, 0.5, 0.6)));
     const tapped = await told(page), cameras = [await camera()];
     cameras.push(await moved(async () => {
-      await fingers("touchStart", [0.5, 0.5]);
-      for (const x of [0.55, 0.6, 0.65]) await fingers("touchMove", [x, 0.5]);
-      await fingers("touchEnd");
+      await touchAt("touchStart", [0.5, 0.5]);
+      for (const x of [0.55, 0.6, 0.65]) await touchAt("touchMove", [x, 0.5]);
+      await touchAt("touchEnd");
     }));
     cameras.push(await moved(async () => {
-      await fingers("touchStart", [0.45, 0.5], [0.55, 0.5]);
-      for (const by of [0.05, 0.1, 0.15]) await fingers("touchMove", [0.45 - by, 0.5], [0.55 + by, 0.5]);
-      await fingers("touchEnd");
+      await touchAt("touchStart", [0.45, 0.5], [0.55, 0.5]);
+      for (const by of [0.05, 0.1, 0.15]) await touchAt("touchMove", [0.45 - by, 0.5], [0.55 + by, 0.5]);
+      await touchAt("touchEnd");
     }));
     // Neither of these asks.
     const after = await told(page);
@@ -292,8 +332,54 @@ const PLANS = {
     await page.fill("#body", '{"rays":[{"origin":[0,100],"direction":[0,-1,0]}]}');
     await answered(page, () => page.click("#run"));
     const fault = await told(page);
+    await page.click("#copy-link");
+    const copied = [await page.evaluate(() => navigator.clipboard.readText()), await page.evaluate(() => location.href)];
+    const themes = [];
+    for (let i = 0; i < 3; ++i) {
+      await page.focus("#theme");
+      await page.keyboard.press("Enter");
+      themes.push(await page.evaluate(() => [document.querySelector("#theme").textContent, getComputedStyle(document.body).backgroundColor]));
+    }
     await close();
-    return {...seen, links, ray, mode, typed, copies, fault};
+    return {...seen, links, ray, mode, typed, copies, fault, copied, themes};
+  },
+
+  /** Every tool without a mouse: chosen and used with keys. */
+  async keys() {
+    const {page, seen, close} = await open(SIZES[0], "dark", `${url}/#scene=town&camera=60,45,80,0,8,0`);
+    const runs = [];
+    const count = await page.locator("#modes button").count();
+    const move = async (keys) => {
+      for (const key of keys) await page.keyboard.press(key);
+    };
+    for (let i = 0; i < count; ++i) {
+      // Digits choose the first nine, arrow keys in the row of tools any other.
+      if (i < 9) {
+        await page.keyboard.press(String(i + 1));
+      } else {
+        await page.focus("#modes [aria-checked=true]");
+        await page.keyboard.press("ArrowRight");
+      }
+      await page.focus("#view");
+      const {mode} = await told(page);
+      const cross = () => page.evaluate(() => document.querySelector("#marks").dataset.cross);
+      await answered(page, async () => {
+        // The cross goes from where the last tool left it to the square before the tower.
+        await move(["a", "a", "a", "a", "s", "s", "s"]);
+        await page.keyboard.press("Enter");
+        if (["measure", "box", "cuboid", "sphere", "sight", "clearance"].includes(mode)) {
+          await page.waitForFunction(() => /second|begins here/.test(document.querySelector("#hint").textContent));
+          await move(["d", "d", "d", "d", "w", "w", "w", "Shift+W"]);
+          await page.keyboard.press("Enter");
+        } else {
+          await move(["d", "d", "d", "d", "w", "w", "w"]);
+        }
+      });
+      await page.waitForFunction(() => document.querySelector("#outcome").textContent !== "Click into the scene.");
+      runs.push({...seen, ...await told(page), mode, cross: await cross()});
+    }
+    await close();
+    return runs;
   },
 
   /** WORDs: a link to a view that the server traces; "all" as for gestures. Which pixels have a hit, on a grid. */
@@ -417,12 +503,30 @@ const PLANS = {
     return seen;
   },
 
+  /** WORDs: a link, and words to search nodes for: the nodes that are found. */
+  async nodes() {
+    const {page, seen, close} = await open(SIZES[0], "light", words[0]);
+    await page.click("#nodes-part summary");
+    await page.waitForSelector("#nodes .take");
+    const found = async () => page.locator("#nodes li").allInnerTexts();
+    seen.found = [await found()];
+    for (const word of words.slice(1)) {
+      const before = await page.locator("#nodes").innerText();
+      await page.fill("#node-search", word);
+      await page.waitForFunction((old) => document.querySelector("#nodes").innerText !== old, before);
+      seen.found.push(await found());
+    }
+    await close();
+    return seen;
+  },
+
   /** WORDs: a file to choose, and one to drop on the page. */
   async scenes() {
     const {page, seen, close} = await open(SIZES[0], "dark");
     await page.setInputFiles("#file", words[0]);
     await page.waitForSelector("#stage[data-complete^='my-house ']");
-    const put = await told(page);
+    await page.waitForFunction(() => [...document.querySelectorAll("#list .about")].every(({textContent}) => textContent.includes("memory")));
+    const put = {...await told(page), about: await page.locator("#list .about").allTextContents()};
     const said = await page.evaluateHandle(() => {
       const texts = [];
       new MutationObserver(() => texts.push(document.querySelector("#upload").textContent)).observe(document.querySelector("#upload"), {childList: true, characterData: true, subtree: true});
@@ -558,13 +662,18 @@ const PLANS = {
           document.querySelector("#text").scrollTo(0, 0);
         });
         await page.screenshot({path: `${folder}/learn-${seen.size}-${theme}.png`});
-        const box = await page.locator("#xy .origin").boundingBox();
-        const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
-        seen.dragged = await step(async () => {
-          await page.mouse.move(x, y);
-          await page.mouse.down();
-          await page.mouse.move(x - 20, y - 40, {steps: 3});
-          await page.mouse.up();
+        const dragged = async (handle, dx, dy) => {
+          await page.locator(handle).scrollIntoViewIfNeeded();
+          const box = await page.locator(handle).boundingBox();
+          const place = [box.x + box.width / 2, box.y + box.height / 2];
+          return step(() => hand(size).drag(page, place, [place[0] + dx, place[1] + dy]));
+        };
+        seen.dragged = {flat: await dragged("#xy .origin", -20, -40)};
+        await step(() => page.selectOption("#preset", "from the front, oblique"));
+        for (const handle of ["#xy .min", "#xz .max", "#xz .tip", "#xz .origin"]) seen.dragged[handle] = await dragged(handle, -18, -24);
+        seen.dragged.typed = await step(async () => {
+          await page.fill("[aria-label='origin y']", "2.5");
+          await page.press("[aria-label='origin y']", "Enter");
         });
         runs.push(seen);
         await close();
@@ -643,6 +752,7 @@ const PLANS = {
   /** WORD: the key. */
   async key() {
     const context = await browser.newContext();
+    context.setDefaultTimeout(PATIENCE);
     const page = await context.newPage();
     const give = async (path) => {
       await page.goto(url + path);

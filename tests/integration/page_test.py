@@ -19,21 +19,22 @@ from pathlib import Path
 from urllib.parse import parse_qs, urlencode
 
 import case_report
-from made_scene import tiles
+import headless_browser
+from headless_browser import BROWSER
+from made_scene import tiles, triangle_glb
 from sightline_server import BINARY, DATA, JSON_TYPE, PATIENCE, SOURCE, Server, bearer, demo_glb, make_key, with_document, write_keys
 
 PAGES = ("/", "/learn", "/status", "/docs/README.md", "/docs/guides/page.md")
 SCRIPTS = ("boot", "page", "learn", "status", "guide")
 PARTS = {**dict.fromkeys(PAGES, "text/html"), **{f"/{name}.js": "text/javascript" for name in SCRIPTS}, "/page.css": "text/css"}
-BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 MODULES = Path(BINARY).resolve().parent / "page/node_modules"
 NODE = shutil.which("node")
 # Pictures for people stay where this says.
 PICTURES = os.environ.get("SIGHTLINE_PICTURES")
 # Then each size is shown in each theme.
 LOOKS = ("all",) if PICTURES else ()
-MISSING = ("no chromium is installed" if BROWSER is None else "no node is installed" if NODE is None else
-           "the page was built without its packages" if not (MODULES / "playwright-core").is_dir() else "")
+MISSING = (headless_browser.MISSING or ("no node is installed" if NODE is None else
+           "the page was built without its packages" if not (MODULES / "playwright-core").is_dir() else ""))
 
 
 def browse(url, *words):
@@ -181,7 +182,7 @@ class PageInBrowser(unittest.TestCase):
 
     def test_each_gesture_asks_and_draws_what_the_api_answers(self):
         runs = browse(self.server.url, "gestures", *LOOKS)
-        self.assertEqual(len(runs), 52 if LOOKS else 26)
+        self.assertEqual(len(runs), 56 if LOOKS else 28)
         for run in runs:
             with self.subTest(name=run["name"], size=run["size"]):
                 self.assertEqual((run["complaints"], run["foreign"], run["overflow"], run["notice"]), ([], [], [], ""))
@@ -252,15 +253,20 @@ class PageInBrowser(unittest.TestCase):
         self.node_boxes(run, answer, 3)
 
     def sight(self, run, query, answer):
+        self.line_of_sight(run, query, "good")
+        self.assertEqual((answer["visible"], run["outcome"]), ("1", "The two points see each other."))
+
+    def blocked(self, run, query, answer):
+        self.line_of_sight(run, query, "bad")
+        blocker, = answer["blockers"]
+        self.assertEqual((answer["visible"], blocker["node"], run["outcome"]), ("0", "clock tower", "Blocked by clock tower."))
+        self.assertIn([blocker["position"]], self.points(run))
+        self.assertIn("blocked by clock tower", [shape.get("label") for shape in run["shapes"]])
+
+    def line_of_sight(self, run, query, colour):
         line, = self.points(run, "line")
         self.assertEqual(line, [query["from"][0], query["to"][0]])
-        seen = answer["visible"] == "1"
-        self.assertEqual({shape["colour"] for shape in run["shapes"] if shape["kind"] == "line"}, {"good" if seen else "bad"})
-        if seen:
-            self.assertEqual(run["outcome"], "The two points see each other.")
-        else:
-            self.assertEqual(run["outcome"], f"Blocked by {answer['blockers'][0]['node']}.")
-            self.assertIn([answer["blockers"][0]["position"]], self.points(run))
+        self.assertEqual({shape["colour"] for shape in run["shapes"] if shape["kind"] == "line"}, {colour})
 
     def why(self, run, query, answer):
         boxes = answer["explain"]["boxes"]
@@ -274,9 +280,23 @@ class PageInBrowser(unittest.TestCase):
             (x, y, z), (a, b, c) = box["min"], box["max"]
             return colours[box["verdict"]], ((x, y, z), (a, y, z), (a, y, c), (x, y, c))
         loops = [(shape["colour"], tuple(map(tuple, shape["points"]))) for shape in run["shapes"] if shape["kind"] == "loop"]
-        world = [drawn(box) for box in boxes if box["space"] == "world"]
+        self.assertEqual({box["space"] for box in boxes}, {"world"})
+        world = [drawn(box) for box in boxes]
         self.assertEqual(sorted(loops[0:2 * len(world):2]), sorted(world))
         self.assertEqual(run["outcome"], f"Hit: {answer['hits'][0]['node']}, t = {float('%.4g' % answer['hits'][0]['t']):g}. {len(boxes)} boxes visited.")
+        # Entered leaves have their number and their t.
+        def label(number, box):
+            return f"{number}: t {float('%.4g' % box['t_enter']):g} to {float('%.4g' % box['t_exit']):g}" if "t_enter" in box else str(number)
+        labels = {shape["label"] for shape in run["shapes"] if shape.get("label")}
+        self.assertEqual(labels - {answer["hits"][0]["node"]},
+                         {label(number, box) for number, box in enumerate(boxes, 1) if box["leaf"] and box["verdict"] == "entered"})
+        # The slider shows the first boxes of the visit; the last of them stands out here and in the list.
+        self.assertEqual(len(run["visit"]), 9)
+        for count, step in enumerate(run["visit"], 1):
+            self.assertEqual((step["now"], step["row"]), (f"{count} of {len(boxes)}", [run["rows"][count - 1]]))
+            loops = [(shape["colour"], tuple(map(tuple, shape["points"]))) for shape in step["shapes"] if shape["kind"] == "loop"]
+            self.assertEqual(sorted(loops[0:2 * count:2]), sorted(map(drawn, boxes[:count])))
+            self.assertIn(label(count, boxes[count - 1]), [shape.get("label") for shape in step["shapes"]])
 
     def scan(self, run, query, answer):
         hits = [i for i, distance in enumerate(answer["distance"]) if distance is not None]
@@ -389,6 +409,28 @@ class PageInBrowser(unittest.TestCase):
         for command in (["sh", "-c", copies["curl"]], ["python3", "-c", copies["python"]], [NODE, "--input-type=module", "-e", copies["javascript"]]):
             done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=True)
             self.assertEqual(re.sub(r"[\s'\"]", "", done.stdout), "{counts:[32]}")
+
+        self.assertEqual(run["copied"][0], run["copied"][1])
+        self.assertIn("#scene=town&", run["copied"][0])
+        self.assertEqual([name for name, _ in run["themes"]], ["Theme: light", "Theme: dark", "Theme: system"])
+        # The browser's own theme is light.
+        self.assertEqual([colour for _, colour in run["themes"]], ["rgb(255, 255, 255)", "rgb(21, 25, 30)", "rgb(255, 255, 255)"])
+
+    def test_every_tool_is_chosen_and_used_with_keys(self):
+        runs = browse(self.server.url, "keys")
+        self.assertEqual([run["mode"] for run in runs], ["ray", "measure", "box", "sight", "why", "scan", "clearance", "viewshed", "section",
+                                                         "cuboid", "sphere", "heat", "levels"])
+        for run in runs:
+            with self.subTest(tool=run["mode"]):
+                self.assertEqual((run["complaints"], run["foreign"], run["notice"]), ([], [], ""))
+                self.assertIsNotNone(self.same_as_curl(run))
+                if run["mode"] != "heat":
+                    self.assertGreater(len(run["shapes"]), 0)
+                self.assertRegex(run["cross"], r"^[\d.]+,[\d.]+$")
+        outcome = {run["mode"]: run["outcome"] for run in runs}
+        self.assertGreater(float(outcome["measure"].split()[1]), 1)
+        self.assertGreater(int(outcome["box"].split()[0]), 1)
+        self.assertGreater(int(outcome["sphere"].split()[0]), 0)
 
     def test_a_link_gives_the_same_bytes_and_tells_of_a_change(self):
         with Server("--preload", "town=demo:town", "--preload", "six=demo:six", memory=None) as server:
@@ -507,6 +549,18 @@ class PageInBrowser(unittest.TestCase):
             self.assertTrue(answer.json()["hits"][0]["node"].startswith("tile "))
             print("100,352,000 triangles: finest picture after", run["drawn"] + run["traced"], "ms")
 
+    def test_nodes_are_searched_where_the_page_has_not_all_of_them(self):
+        count = 20010
+        nodes = [{"mesh": 0, "name": f"part {i}", "translation": [2 * (i % 200), 0, 2 * (i // 200)]} for i in range(count)]
+        with Server(memory=None) as server:
+            self.assertEqual(server.put("parts", triangle_glb(nodes)).status, 201)
+            run = browse(server.url, "nodes", f"{server.url}/#scene=parts", "20009", "nothing has this")
+        self.assertEqual((run["complaints"], run["foreign"]), ([], []))
+        first, last, none = run["found"]
+        self.assertEqual((len(first), first[-1]), (301, "19,710 more: search for a name."))
+        self.assertEqual([re.split(r"\s*\n\s*", text) for text in last], [["part 20009", "1 triangle"]])
+        self.assertEqual(none, ["No node has such a name."])
+
     def test_scenes_are_put_searched_and_deleted(self):
         with tempfile.TemporaryDirectory() as folder:
             file, large = Path(folder, "my house.glb"), Path(folder, "dropped.glb")
@@ -517,6 +571,11 @@ class PageInBrowser(unittest.TestCase):
             sent = large.stat().st_size
         self.assertEqual((run["complaints"], run["foreign"]), ([], []))
         self.assertIn("my-house", run["put"]["scenes"])
+        for name, about in zip(run["put"]["scenes"], run["put"]["about"]):
+            trees = self.server.ask(f"/v1/scenes/{name}/stats").json()["trees"] if name != "my-house" else {}
+            self.assertRegex(about, r"^[\d,]+ triangles,\nfile \d[\d.]* k?B, memory \d[\d.]* [kM]?B$")
+            if name == "six":
+                self.assertIn(f"memory {round((trees['tree_bytes'] + trees['geometry_bytes']))} B", about)
         dropped = run["dropped"]
         self.assertIn("dropped", dropped["scenes"])
         self.assertTrue(dropped["over"])
@@ -579,7 +638,29 @@ class PageInBrowser(unittest.TestCase):
                 for i, seen in enumerate(run["fails"]):
                     self.assertTrue(seen["formulas"][i][2], seen["formulas"][i])
                 self.assertEqual(len(run["fails"]), 12)
-                self.assertNotEqual(json.loads(run["dragged"]["body"])["rays"][0]["origin"], [0, 0.5, 0])
+                self.judge_drags(run["dragged"])
+
+    def judge_drags(self, dragged):
+        """What a drag of each handle, and a number that is typed, change in the request."""
+        def parts(step):
+            query = json.loads(step["body"])
+            return {**query["rays"][0], **query["boxes"][0]}
+        oblique = {"origin": [-10, 0, 0], "direction": [1, 0.015625, 0.015625], "min": [-2, -3, -4], "max": [4, 3, 2]}
+        flat = {"origin": [0, 0.5, 0], "direction": [1, 1, 0], "min": [1, 1, None], "max": [3, 3, None]}
+        before, moved = flat, {"flat": ("origin", {0, 1}), "#xy .min": ("min", {0, 1}), "#xz .max": ("max", {0, 2}),
+                               "#xz .tip": ("direction", {0, 2}), "#xz .origin": ("origin", {0, 2}), "typed": ("origin", {1})}
+        self.assertEqual(list(dragged), list(moved))
+        for handle, (name, axes) in moved.items():
+            with self.subTest(handle=handle):
+                step = dragged[handle]
+                now = parts(step)
+                self.assertEqual({(part, k) for part, numbers in before.items() for k, number in enumerate(numbers) if now[part][k] != number},
+                                 {(name, k) for k in axes})
+                answer = self.server.ask("/v1/rays-boxes", "-H", JSON_TYPE, body=step["body"])
+                self.assertEqual(answer.body.decode(), step["raw"])
+                self.assertEqual(step["verdict"].startswith("Miss"), not answer.json()["results"][0]["hit"])
+                before = oblique if handle == "flat" else now
+        self.assertEqual(parts(dragged["typed"])["origin"][1], 2.5)
 
     def test_the_lecture_page_shows_four_different_visits_of_a_tree_step_by_step(self):
         wanted = {"both": ["entered", "entered", "entered"], "left": ["entered", "missed", "entered"], "right": ["entered", "missed", "entered"],

@@ -1,4 +1,4 @@
-// Writes the pages whose texts their scripts fill: node shells.mjs FOLDER
+// Writes the pages: node shells.mjs FOLDER
 // Each is head.html and NAME.html; guide_below.html is guide.html for an address one folder deeper.
 
 import {readFileSync, writeFileSync} from "node:fs";
@@ -7,17 +7,17 @@ import {join} from "node:path";
 const [folder] = process.argv.slice(2);
 const read = (name) => readFileSync(new URL(name, import.meta.url), "utf8");
 
-/** File, name of its body and script, title, way to the root. */
+/** File, name of its body, script, its own link in the head, heading, way to the root. */
 const PAGES = [
-  ["learn.html", "learn", "Rays and boxes", "."],
-  ["status.html", "status", "Status", "."],
-  ["guide.html", "guide", "Guide", ".."],
-  ["guide_below.html", "guide", "Guide", "../.."],
+  ["index.html", "index", "boot", "Scenes", "Sightline", "."],
+  ["learn.html", "learn", "learn", "Learn", "Rays and boxes", "."],
+  ["status.html", "status", "status", "Status", "Status", "."],
+  ["guide.html", "guide", "guide", "Guide", "Guide", ".."],
+  ["guide_below.html", "guide", "guide", "Guide", "Guide", "../.."],
 ];
 
-for (const [file, name, title, root] of PAGES) {
-  const words = {NAME: name, TITLE: title, ROOT: root};
-  const head = read("head.html").replace(/NAME|TITLE|ROOT/g, (word) => words[word])
-    .replace(new RegExp(`>${name}</a>`, "i"), ' aria-current="page"$&');
+for (const [file, name, script, link, heading, root] of PAGES) {
+  const words = {NAME: name, SCRIPT: script, HEADING: heading, TITLE: file === "index.html" ? heading : `${heading} - Sightline`, ROOT: root};
+  const head = read("head.html").replace(/NAME|SCRIPT|HEADING|TITLE|ROOT/g, (word) => words[word]).replace(`>${link}</a>`, ' aria-current="page"$&');
   writeFileSync(join(folder, file), `${head}${read(`${name}.html`)}</body>\n</html>\n`);
 }

@@ -1,4 +1,4 @@
-// Triangles of a scene, in pieces of some megabytes, the largest meshes first (docs/reference/binary.md, "Geometry").
+// Triangles of a scene, in pieces of some megabytes, the nearest and largest meshes first (docs/reference/binary.md, "Geometry").
 
 import {ask, scenePath} from "./api.js";
 
@@ -27,23 +27,23 @@ function joinedBytes(bytes) {
   return new Float32Array(whole.buffer);
 }
 
-async function page(scene, first, maxBytes, signal) {
-  const answer = await ask(scenePath(scene, `/geometry?first=${first}&max_bytes=${maxBytes}`), {signal});
+async function page({scene, eye}, first, maxBytes, signal) {
+  const answer = await ask(scenePath(scene, `/geometry?first=${first}&max_bytes=${maxBytes}&eye=${eye.join()}`), {signal});
   const revision = Number(answer.headers.get("X-Scene-Revision"));
   const columns = readColumns(await answer.arrayBuffer());
   columns.linear = joinedBytes(columns.linear);
   return {columns, revision, bytes: Number(columns.all_bytes[0])};
 }
 
-/** {columns, revision, bytes}; bytes are those of all pieces. */
-export const firstPiece = (scene, signal) => page(scene, 0, 2 << 20, signal);
+/** `of` is {scene, eye}. {columns, revision, bytes}; bytes are those of all pieces. */
+export const firstPiece = (of, signal) => page(of, 0, 2 << 20, signal);
 
 /** Calls take(columns) for each piece, the first of which is there. False when the scene was replaced meanwhile. */
-export async function loadGeometry(scene, first, signal, take) {
+export async function loadGeometry(of, first, signal, take) {
   for (let piece = first; ;) {
     const {next} = piece.columns;
     // The server works while the page does.
-    const coming = next.length ? page(scene, Number(next[0]), 8 << 20, signal) : null;
+    const coming = next.length ? page(of, Number(next[0]), 8 << 20, signal) : null;
     coming?.catch(() => {});  // awaited below
     take(piece.columns);
     if (!coming) return true;

@@ -28,7 +28,7 @@ const DRAGS = new Set(["measure", "box", "cuboid", "sphere"]);
 export class Gestures {
   /** ask(route, query) fills the console and runs it; pick(rays) returns their hits; ready() says whether there is a scene to ask. */
   constructor(canvas, view, marks, {ask, pick, say, ready, fail}) {
-    Object.assign(this, {canvas, view, marks, ask, pick, say, ready, fail, mode: "ray", first: null, begin: null});
+    Object.assign(this, {canvas, view, marks, ask, pick, say, ready, fail, mode: "ray", first: null, begin: null, cursor: null});
     canvas.addEventListener("pointerdown", (event) => this.down(event));
     canvas.addEventListener("pointermove", (event) => this.move(event));
     canvas.addEventListener("pointerup", (event) => this.up(event));
@@ -46,7 +46,13 @@ export class Gestures {
 
   cancel() {
     this.begin = null;
-    this.marks.rectangle = this.marks.rubber = null;
+    this.pull(null, null);
+  }
+
+  /** Shows what a drag from one pixel to another would ask; null for nothing. */
+  pull(from, to) {
+    this.marks.rectangle = from && this.mode === "box" ? [...from, ...to] : null;
+    this.marks.rubber = from && this.mode !== "box" ? [from, to] : null;
     this.marks.draw();
   }
 
@@ -57,15 +63,14 @@ export class Gestures {
 
   down(event) {
     // The second finger of a pinch is no click.
+    this.cursor = this.marks.cross = null;
     if (!event.isPrimary) return this.cancel();
     if (event.button === 0) this.begin = this.place(event);
   }
 
   move(event) {
     if (!this.begin || !event.isPrimary || !DRAGS.has(this.mode)) return;
-    if (this.mode === "box") this.marks.rectangle = [...this.begin, ...this.place(event)];
-    else this.marks.rubber = [this.begin, this.place(event)];
-    this.marks.draw();
+    this.pull(this.begin, this.place(event));
   }
 
   up(event) {
@@ -86,13 +91,32 @@ export class Gestures {
     }
   }
 
-  /** Asks in the middle of the view, for the keyboard. */
-  middle() {
-    const at = [this.canvas.clientWidth / 2, this.canvas.clientHeight / 2];
+  // ---- For the keyboard: a cross, at first in the middle
+
+  /** The pixel of the cross. */
+  get crossed() {
+    const [x, y] = this.cursor || [0.5, 0.5];
+    return [x * this.canvas.clientWidth, y * this.canvas.clientHeight];
+  }
+
+  /** Moves the cross by shares of the view. */
+  moveCross(x, y) {
+    const RIM = 0.02;
+    const [a, b] = this.cursor || [0.5, 0.5];
+    this.cursor = [a + x, b + y].map((share) => Math.min(1 - RIM, Math.max(RIM, share)));
+    this.marks.cross = this.crossed;
+    this.pull(DRAGS.has(this.mode) ? this.first : null, this.marks.cross);
+  }
+
+  /** Uses the tool at the cross; a tool that takes a drag needs a begin and an end. */
+  useCross() {
+    const at = this.crossed;
     if (!DRAGS.has(this.mode)) return this.start(...at);
     const from = this.first;
     this.first = from ? null : at;
-    if (!from) return this.say("First corner set. Turn the view, then press Enter again.");
+    if (!from) return this.say("The drag begins here. Move the cross with W, A, S and D, then press Enter again.");
+    this.pull(null, null);
+    this.say(HINTS[this.mode]);
     return this.start(from, at);
   }
 

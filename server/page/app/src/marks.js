@@ -9,6 +9,7 @@ export class Marks {
     this.shapes = [];
     this.rectangle = null;  // of pixels, while it is dragged
     this.rubber = null;  // two pixels, while a distance is dragged
+    this.cross = null;  // the pixel that the keyboard uses
   }
 
   /** shapes: {kind: "point" | "line" | "loop", points: [[x, y, z], ...], colour: name of a CSS variable, label, thin} */
@@ -24,7 +25,8 @@ export class Marks {
     const {clientWidth: width, clientHeight: height} = canvas.parentElement;
     const scale = Math.min(devicePixelRatio, 2);
     // With software GL, Chromium shows the last picture on where a canvas is cleared and nothing is drawn after it.
-    canvas.hidden = !this.shapes.length && !this.rectangle && !this.rubber;
+    canvas.dataset.cross = this.cross?.join() || "";
+    canvas.hidden = !this.shapes.length && !this.rectangle && !this.rubber && !this.cross;
     if (canvas.hidden) return;
     // This clears it.
     canvas.width = width * scale;
@@ -49,9 +51,9 @@ export class Marks {
       else if (shape.thin) this.lines(shape, (path) => stroke(path, shade, 1, 1));
       else this.lines(shape, (path) => stroke(path, shade, 2));
     }
-    const taken = [];
+    const taken = [], room = roomOf(canvas.parentElement);
     // Those that were added last, above all the hit itself, are placed first.
-    for (const shape of this.shapes.filter(({label}) => label).reverse()) this.label(context, shape, colour, width, height, taken);
+    for (const shape of this.shapes.filter(({label}) => label).reverse()) this.label(context, shape, colour, width, room, taken);
     if (this.rectangle) {
       const [x0, y0, x1, y1] = this.rectangle;
       const path = new Path2D();
@@ -65,6 +67,15 @@ export class Marks {
       path.moveTo(...this.rubber[0]);
       path.lineTo(...this.rubber[1]);
       stroke(path, colour("hit"), 2);
+    }
+    if (this.cross) {
+      const [x, y] = this.cross, ARM = 12, GAP = 3;
+      const path = new Path2D();
+      for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
+        path.moveTo(x + GAP * dx, y + GAP * dy);
+        path.lineTo(x + ARM * dx, y + ARM * dy);
+      }
+      stroke(path, colour("text"), 1);
     }
   }
 
@@ -88,8 +99,8 @@ export class Marks {
     stroke(path);
   }
 
-  /** Beside its point, or as near as no other label is; `taken` are the places of those. */
-  label(context, {points, label}, colour, width, height, taken) {
+  /** Beside its point, or as near as no other label is; `taken` are the places of those; `room` is [top, bottom]. */
+  label(context, {points, label}, colour, width, [ceiling, floor], taken) {
     const middle = points[0].map((_, k) => points.reduce((sum, p) => sum + p[k] / points.length, 0));
     const [x, y, depth] = this.view.pixel(middle);
     if (depth <= 0) return;
@@ -98,7 +109,7 @@ export class Marks {
     const left = Math.min(Math.max(x + 10, 4), Math.max(4, width - wide - 4));
     const free = (top) => taken.every((other) =>
       left + wide < other.left || other.left + other.wide < left || Math.abs(top - other.top) > 24);
-    const tops = [-30, 8, -56, 34, -82].map((dy) => Math.min(Math.max(y + dy, 4), height - 26));
+    const tops = [-30, 8, -56, 34, -82].map((dy) => Math.max(Math.min(y + dy, floor - 26), ceiling));
     const top = tops.find(free) ?? tops[0];
     taken.push({left, top, wide});
     context.fillStyle = colour("back");
@@ -111,6 +122,12 @@ export class Marks {
     context.fillStyle = colour("text");
     context.fillText(label, left + 6, top + 15);
   }
+}
+
+/** Between the buttons over the view and the words below. */
+function roomOf(stage) {
+  const [tools, below] = ["#tools", "#below"].map((id) => stage.querySelector(id));
+  return [tools.offsetTop + tools.offsetHeight + 4, below.offsetTop - 4];
 }
 
 /** The text, or as much of its begin as fits into so many pixels. */

@@ -23,6 +23,7 @@ let shown = null;     // the scene as GET /v1/scenes/{id} tells it
 let loading = null;   // AbortController of its geometry
 let opening = 0;      // links that are being opened
 let lost = false;     // the scene that was shown or that a link names is not there: the user takes another
+let visit = null;     // {query, answer, outline} of the last answer, if it has the boxes that a ray visited
 let sweep = null;     // points of the last answer, if it is one of a LiDAR sweep
 let asked = null;     // {route, body}: what the link repeats
 let tracing = false;  // somebody wants pictures that the server traces, or the scene is too large
@@ -89,14 +90,15 @@ async function choose(id, link = null, then = null) {
 
 async function load(id, signal) {
   say("progress", "Loading triangles");
-  const first = shown.counts.triangles > MOST_TRIANGLES ? null : await firstPiece(id, signal);
+  const of = {scene: id, eye: view.pose.slice(0, 3)};
+  const first = shown.counts.triangles > MOST_TRIANGLES ? null : await firstPiece(of, signal);
   if (!first || first.bytes > MOST_BYTES) {
     say("progress", "This scene is too large to send: the server traces pictures of it.");
     byId("stage").dataset.complete = `${id} ${shown.revision}`;
     return setTraced(true);
   }
   let got = 0;
-  const whole = await loadGeometry(id, first, signal, (columns) => {
+  const whole = await loadGeometry(of, first, signal, (columns) => {
     view.add(columns);
     got += columns.positions.byteLength + columns.indices.byteLength;
     say("progress", `Loading triangles: ${Math.min(99, Math.floor(100 * got / first.bytes))}%`);
@@ -215,9 +217,26 @@ function savePly() {
   setTimeout(() => URL.revokeObjectURL(address), 10000);
 }
 
+/** Draws the first boxes of the visit, as many as the slider says; the last of them stands out. */
+function showVisit() {
+  byId("visit").hidden = !visit;
+  if (!visit) return;
+  const {query, answer, outline} = visit, {boxes} = answer.explain, count = Number(byId("visit-step").value);
+  const explain = {...answer.explain, boxes: boxes.slice(0, count), now: count < boxes.length ? count : 0};
+  marks.show([...shapesOf("rays:closest", query, {...answer, explain}, view.radius), ...outline]);
+  say("visit-count", `${count} of ${boxes.length}`);
+  const list = byId("fields");
+  for (const [i, row] of [...list.querySelectorAll("tr")].entries()) {
+    row.className = i + 1 === explain.now ? "now" : "";
+    // Within the list: a phone's page stays where it is.
+    if (row.className) list.scrollTop = Math.min(row.offsetTop, Math.max(list.scrollTop, row.offsetTop + row.offsetHeight - list.clientHeight));
+  }
+}
+
 /** What the last answer drew beside marks. */
 function clear() {
-  sweep = null;
+  sweep = visit = null;
+  showVisit();
   view.cut(null);
   byId("heat").hidden = true;
   byId("stage").removeAttribute("data-seen");
@@ -262,7 +281,13 @@ async function show(name, body, {status, text, picture, bytes, revision, millise
     return marks.show([...asked, ...await nodeBoxes(answer.results.flatMap(({nodes}) => nodes))]);
   }
   if (name !== "rays:closest" || !Array.isArray(answer.hits)) return;
-  if (answer.hits.length === 1 && answer.hits[0]) marks.show([...shapes, ...await outline(answer.hits[0])]);
+  const around = answer.hits.length === 1 && answer.hits[0] ? await outline(answer.hits[0]) : [];
+  if (around.length) marks.show([...shapes, ...around]);
+  if (answer.explain) {
+    visit = {query, answer, outline: around};
+    byId("visit-step").value = byId("visit-step").max = answer.explain.boxes.length;
+    showVisit();
+  }
   if (gestures.mode === "measure" && answer.hits.length === 2 && answer.hits.every(Boolean)) await measure(answer.hits);
 }
 
@@ -443,7 +468,10 @@ function onViewKey(event) {
   } else if (event.key === "-") {
     view.zoom(1 / 0.85);
   } else if (event.key === "Enter") {
-    gestures.middle();
+    gestures.useCross();
+  } else {
+    const way = {w: [0, -1], a: [-1, 0], s: [0, 1], d: [1, 0]}[event.key.toLowerCase()], STEP = event.shiftKey ? 0.005 : 0.04;
+    if (way) gestures.moveCross(STEP * way[0], STEP * way[1]);
   }
 }
 
@@ -474,15 +502,15 @@ function paint() {
   view?.setBackground(getComputedStyle(document.documentElement).getPropertyValue("--sky").trim());
 }
 
-async function copy(text, label) {
+async function copy(text, label, place = "copied", before = "") {
   const done = await copyText(text);
-  say("copied", done ? `${label} copied` : "The browser allows no copying here.");
+  say(place, done ? `${label} copied` : "No copying here");
   if (!done) {
     byId("raw-part").open = true;
     say("raw", text);
     getSelection().selectAllChildren(byId("raw"));
   }
-  setTimeout(() => say("copied", ""), 3000);
+  setTimeout(() => say(place, before), 3000);
 }
 
 function wire() {
@@ -500,8 +528,9 @@ function wire() {
     button.addEventListener("click", () => copy(as(...request()), label));
   }
   byId("sweep-colour").addEventListener("change", showSweep);
+  byId("visit-step").addEventListener("input", showVisit);
   byId("save-ply").addEventListener("click", savePly);
-  byId("copy-link").addEventListener("click", () => copy(location.href, "link"));
+  byId("copy-link").addEventListener("click", () => copy(location.href, "Link", "copy-link", "Copy link"));
   byId("traced-button").addEventListener("click", () => setTraced(!tracing));
   byId("home").addEventListener("click", () => view.home());
   for (const button of document.querySelectorAll("#modes button")) {

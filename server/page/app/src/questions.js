@@ -109,13 +109,18 @@ function boxShapes({boxes = []}) {
 
 const VERDICTS = {entered: "good", missed: "dim", behind: "ray", beyond: "ray", farther: "normal"};
 
-/** The boxes of the world that a ray came to, those that it entered on top, with their number in the order of the visit. */
-function visitShapes({boxes}) {
+/**
+ * The boxes of the world that a ray came to, those that it entered on top. Entered leaves and box `now` have their number in the
+ * order of the visit and their t.
+ */
+function visitShapes({boxes, now}) {
   const shown = boxes.map((box, i) => ({...box, number: i + 1})).filter(({space}) => space === "world");
   const entered = shown.filter(({verdict}) => verdict === "entered");
   return [...shown.filter((box) => !entered.includes(box)), ...entered].flatMap((box) => {
-    const shapes = boxShapes({boxes: [box]}).map((shape) => ({...shape, colour: VERDICTS[box.verdict], thin: box.verdict !== "entered"}));
-    if (box.verdict === "entered" && box.leaf && shapes.length) shapes[1].label = `${box.number}`;
+    const shapes = boxShapes({boxes: [box]}).map((shape) => ({...shape, colour: VERDICTS[box.verdict], thin: box.verdict !== "entered" && box.number !== now}));
+    if ((box.verdict === "entered" && box.leaf || box.number === now) && shapes.length) {
+      shapes[1].label = box.t_enter === undefined ? `${box.number}` : `${box.number}: t ${short(box.t_enter)} to ${short(box.t_exit)}`;
+    }
     return shapes;
   });
 }
