@@ -233,6 +233,7 @@ function use(given, name) {
 
 async function update() {
   const number = ++asked, body = bodyText();
+  delete byId("figure").dataset.answered;
   byId("xz-part").hidden = isFlat();
   showNumbers();
   for (const panel of panels) panel.show(null);
