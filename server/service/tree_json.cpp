@@ -99,8 +99,17 @@ void write_seen(JsonWriter& out, const Scene& scene, const FilterParts& filter,
 void write_visit(JsonWriter& out, const Scene& scene, const FilterParts& filter,
                  const ExplainedBox& box) {
   write(out, "{\"parent\":", box.parent < 0 ? "null" : std::to_string(box.parent),
-        ",\"leaf\":", box.is_leaf, box.in_mesh ? ",\"space\":\"mesh\"" : ",\"space\":\"world\"",
-        ",\"min\":", box.box.min, ",\"max\":", box.box.max, ",\"verdict\":\"");
+        ",\"leaf\":", box.is_leaf,
+        box.instance != kNone ? ",\"space\":\"mesh\"" : ",\"space\":\"world\"",
+        ",\"min\":", box.box.min, ",\"max\":", box.box.max);
+  if (box.instance != kNone) {
+    const Affine& matrix = scene.description().instances[box.instance].world_from_mesh;
+    const Vec3d &min = box.box.min, &max = box.box.max;
+    write(out, ",\"instance\":", box.instance, ",\"corners\":[", matrix.apply(min), ',',
+          matrix.apply(Vec3d{max.x, min.y, min.z}), ',', matrix.apply(Vec3d{min.x, max.y, min.z}),
+          ',', matrix.apply(Vec3d{min.x, min.y, max.z}), ']');
+  }
+  out.raw(",\"verdict\":\"");
   const std::string_view verdict = verdict_of(box);
   write(out, verdict, '"');
   if (verdict == "missed") {

@@ -538,6 +538,35 @@ class PageInBrowser(unittest.TestCase):
             self.assertEqual((near["complaints"], away["complaints"]), ([], []))
             self.assertEqual(near["picture"], away["picture"])
 
+    def test_boxes_of_a_mesh_that_is_placed_often_are_drawn_where_they_stand(self):
+        turn = [[0.28, 0, 1.92], [0, 0.5, 0], [-0.96, 0, 0.56]]
+
+        def place(document):
+            for i, node in enumerate(document["nodes"]):
+                del node["translation"]
+                node["matrix"] = [*(row[0] for row in turn), 0, *(row[1] for row in turn), 0, *(row[2] for row in turn), 0, 25 * i, 0, 3, 1]
+        query = {"rays": [{"origin": [30, 40, 0], "direction": [0.02, -1, 0.03]}], "fields": ["t", "node"], "explain": True}
+        with Server(memory=None) as server:
+            self.assertEqual(server.put("turned", with_document(tiles(224, 300), place)).status, 201)
+            words = {"scene": "turned", "camera": "60,60,60,60,0,0", "mode": "why", "route": "rays:closest", "body": json.dumps(query)}
+            run = browse(server.url, "link", f"{server.url}/#{urlencode(words)}")
+            answer = server.query("turned", "closest", query)
+            self.assertEqual(answer.body.decode(), run["raw"])
+            answer = answer.json()
+        self.assertEqual((run["complaints"], run["foreign"]), ([], []))
+        boxes = [box for box in answer["explain"]["boxes"] if box["space"] == "mesh"]
+        self.assertGreater(len(boxes), 5)
+        drawn = [shape["points"] for shape in run["shapes"] if shape["kind"] == "loop"]
+        self.assertEqual(len(drawn), 2 * len(answer["explain"]["boxes"]))
+        for box in boxes:
+            def stands(x, y, z, instance=box["instance"]):
+                return [sum(turn[i][k] * p for k, p in enumerate((x, y, z))) + (25 * instance, 0, 3)[i] for i in range(3)]
+            (x, y, z), (a, b, c) = box["min"], box["max"]
+            for loop in ([(x, y, z), (a, y, z), (a, y, c), (x, y, c)], [(x, b, z), (a, b, z), (a, b, c), (x, b, c)]):
+                expected = [stands(*corner) for corner in loop]
+                apart = min(max(abs(p - q) for one, other in zip(points, expected) for p, q in zip(one, other)) for points in drawn)
+                self.assertLess(apart, 1e-12)
+
     def test_a_scene_of_a_hundred_million_triangles_is_traced_and_picked(self):
         with Server(memory=None) as server:
             put = server.put("tiles", tiles(224, 1000))

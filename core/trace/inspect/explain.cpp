@@ -31,7 +31,7 @@ class Walk {
     if (trees.entries == 1) {
       enter(trees.placements[0], -1);
     } else {
-      walk(trees.top, ray_, false, -1, [&](std::uint32_t ref, std::int64_t leaf) {
+      walk(trees.top, ray_, kNone, -1, [&](std::uint32_t ref, std::int64_t leaf) {
         const LeafBlock* block = trees.top.blocks(ref);
         for (const LeafBlock* end = block + ChildRef::blocks(ref); block != end; ++block) {
           for (std::uint32_t lane = 0; lane < block->lane_count(); ++lane)
@@ -56,12 +56,13 @@ class Walk {
         }
       }
     }
-    walk(tree, mapped, !placement.world_boxes, parent,
+    walk(tree, mapped, placement.world_boxes ? kNone : placement.instance, parent,
          [&](std::uint32_t ref, std::int64_t leaf) { look_at(placement, tree, ref, leaf); });
   }
 
   template <class Leaf>
-  void walk(const WideTree& tree, const Ray& ray, bool in_mesh, std::int64_t parent, Leaf leaf) {
+  void walk(const WideTree& tree, const Ray& ray, std::uint32_t instance, std::int64_t parent,
+            Leaf leaf) {
     if (tree.root == ChildRef::kEmpty) return;
     const double scale = std::ldexp(1.0, -tree.scale_exponent);
     const auto meet = [&](const Box3d& box) {
@@ -78,7 +79,7 @@ class Walk {
       const auto number = static_cast<std::int64_t>(result_.boxes.size());
       const bool is_leaf = ChildRef::is_leaf(next.ref);
       const bool behind_hit = is_met(next.met) && next.met.t_enter > best_;
-      result_.boxes.push_back({next.parent, is_leaf, next.box, in_mesh, next.met, behind_hit, {}});
+      result_.boxes.push_back({next.parent, is_leaf, next.box, instance, next.met, behind_hit, {}});
       if (!is_met(next.met) || behind_hit) continue;
       if (is_leaf) {
         leaf(next.ref, number);

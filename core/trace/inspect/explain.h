@@ -29,9 +29,11 @@ struct ExplainedTriangle {
 struct ExplainedBox {
   std::int64_t parent = -1;  ///< index of the parent box in Explanation::boxes; -1 for the root
   bool is_leaf = false;
-  Box3d box;             ///< in world space, or in mesh space if in_mesh
-  bool in_mesh = false;  ///< the box belongs to the tree of a mesh that is placed often
-  RayBoxAnswer met;      ///< the result of ray_box for the ray and the box, within the ray's limits
+  Box3d box;  ///< in world space, or in the mesh space of `instance`
+  /// Of a box of the tree of a mesh that is placed often: the placement that the ray entered. kNone:
+  /// the box is in world space.
+  std::uint32_t instance = kNone;
+  RayBoxAnswer met;  ///< the result of ray_box for the ray and the box, within the ray's limits
   /// True if the ray meets the box, but does not enter it because an earlier hit is nearer.
   bool behind_hit = false;
   /// the triangles, if this is a leaf that the ray entered

@@ -95,13 +95,20 @@ function sphereShapes({center, radius}) {
   })}));
 }
 
+/** The lower and upper face of a box in the space of a mesh, from a corner and its neighbours along x, y and z. */
+function facesFrom([corner, x, y, z]) {
+  const far = x.map((value, k) => value + (z[k] - corner[k])), up = y.map((value, k) => value - corner[k]);
+  const low = [corner, x, far, z];
+  return [low, low.map((point) => point.map((value, k) => value + up[k]))];
+}
+
 function boxShapes({boxes = []}) {
   return boxes.slice(0, MOST_DRAWN).flatMap((box) => {
     if (Number.isFinite(box.radius) && isPoint(box.center)) return sphereShapes(box);
-    const {min, max} = box;
+    const {min, max, corners} = box;
     if (!isPoint(min) || !isPoint(max)) return [];
     const face = (y) => [[min[0], y, min[2]], [max[0], y, min[2]], [max[0], y, max[2]], [min[0], y, max[2]]];
-    const [low, high] = [face(min[1]), face(max[1])];
+    const [low, high] = corners ? facesFrom(corners) : [face(min[1]), face(max[1])];
     return [{kind: "loop", points: low, thin: true}, {kind: "loop", points: high, thin: true},
       ...low.map((corner, i) => ({kind: "line", points: [corner, high[i]], thin: true}))];
   });
@@ -110,11 +117,11 @@ function boxShapes({boxes = []}) {
 const VERDICTS = {entered: "good", missed: "dim", behind: "ray", beyond: "ray", farther: "normal"};
 
 /**
- * The boxes of the world that a ray came to, those that it entered on top. Entered leaves and box `now` have their number in the
+ * The boxes that a ray came to, those that it entered on top. Entered leaves and box `now` have their number in the
  * order of the visit and their t.
  */
 function visitShapes({boxes, now}) {
-  const shown = boxes.map((box, i) => ({...box, number: i + 1})).filter(({space}) => space === "world");
+  const shown = boxes.map((box, i) => ({...box, number: i + 1}));
   const entered = shown.filter(({verdict}) => verdict === "entered");
   return [...shown.filter((box) => !entered.includes(box)), ...entered].flatMap((box) => {
     const shapes = boxShapes({boxes: [box]}).map((shape) => ({...shape, colour: VERDICTS[box.verdict], thin: box.verdict !== "entered" && box.number !== now}));
