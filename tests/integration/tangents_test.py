@@ -107,7 +107,7 @@ class Tangents(unittest.TestCase):
         self.assertEqual(len(warnings), 2, warnings)
         self.assertEqual(self.hit(1, 1, ["uv1", "tangent"]), {"uv1": None, "tangent": None})
 
-    def test_a_morphed_mesh_has_uv1_and_no_tangent(self):
+    def test_a_morphed_mesh_has_uv1_and_its_tangent(self):
         file = triangle(TANGENT=([[1, 0, 0, 1]] * 3, "VEC4", 5126, {}), TEXCOORD_1=([[0.5, 0.25]] * 3, "VEC2", 5126, {}))
         self.assertIsInstance(file, File)
         moved = file.add([[0, 0, 1]] * 3, "VEC3", 5126, min=[0, 0, 1], max=[0, 0, 1])
@@ -115,7 +115,7 @@ class Tangents(unittest.TestCase):
         primitive["targets"] = [{"POSITION": moved}]
         file.root["meshes"][0]["weights"] = [1]
         self.put(file)
-        self.assertEqual(self.hit(1, 1, ["t", "uv1", "tangent"]), {"t": 8, "uv1": [0.5, 0.25], "tangent": None})
+        self.assertEqual(self.hit(1, 1, ["t", "uv1", "tangent"]), {"t": 8, "uv1": [0.5, 0.25], "tangent": [1, 0, 0, 1]})
 
 
 if __name__ == "__main__":
