@@ -105,10 +105,9 @@ async function load(id, signal) {
   });
   if (signal.aborted) return;
   if (!whole) return choose(id);
-  // Software GL shows nothing else until it has drawn them, so the stand-in is to be on the screen before.
+  // Software GL shows nothing else until it has drawn them.
   const LONGEST = 500;
   await Promise.race([traced.first, new Promise((resolve) => setTimeout(resolve, LONGEST))]);
-  await new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)));
   if (signal.aborted) return;
   traced.hold();
   view.draw();
