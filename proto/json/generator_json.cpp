@@ -207,23 +207,11 @@ bool GeneratorReader::read_pose_part(std::size_t which, JsonReader::Value value,
 }
 
 bool GeneratorReader::read_pose(JsonReader::Value value, const JsonPointer& place, Pose& pose) {
-  JsonReader::Object object;
-  if (value.get_object().get(object) != simdjson::SUCCESS) {
-    return reader_.wrong(value, place, "an object");
-  }
   unsigned seen = 0;
-  for (auto entry : object) {
-    JsonReader::Field field;
-    if (const auto code = std::move(entry).get(field); code != simdjson::SUCCESS) {
-      return reader_.check_end(code, [&] { return JsonPointer(place); });
-    }
-    std::size_t which = 0;
-    if (!reader_.read_key(field, kGeneratorKeys, kPoseBits, place, which) ||
-        !reader_.mark_seen(1u << which, seen, JsonPointer(place).key(kGeneratorKeys[which])) ||
-        !read_pose_part(which, field.value(), place, pose)) {
-      return false;
-    }
-  }
+  const auto take = [&](std::size_t which, JsonReader::Value part, const JsonPointer&) {
+    return read_pose_part(which, part, place, pose);
+  };
+  if (!reader_.read_members(value, kGeneratorKeys, kPoseBits, place, seen, take)) return false;
   return finish_pose(seen, place, pose);
 }
 

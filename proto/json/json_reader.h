@@ -68,6 +68,12 @@ class JsonReader {
   bool read_array(Value value, std::string_view expected, const JsonPointer& place,
                   ReadElement read_element);
 
+  /// Reads an object of a few members: calls read_member(which, value, place of the member) for
+  /// each. `keys`, `known` and `which` are those of read_key; `seen` gets the bit of each key.
+  template <class ReadMember>
+  bool read_members(Value value, std::span<const std::string_view> keys, unsigned known,
+                    const JsonPointer& place, unsigned& seen, ReadMember read_member);
+
   /// Reads the key of a member. `known` has a bit for each of `keys` that is allowed here; `which`
   /// is set to the index of the key.
   bool read_key(Field& field, std::span<const std::string_view> keys, unsigned known,
@@ -209,6 +215,26 @@ bool JsonReader::read_array(Value value, std::string_view expected, const JsonPo
     }
     if (!read_element(index, item)) return false;
     ++index;
+  }
+  return true;
+}
+
+template <class ReadMember>
+bool JsonReader::read_members(Value value, std::span<const std::string_view> keys, unsigned known,
+                              const JsonPointer& place, unsigned& seen, ReadMember read_member) {
+  Object object;
+  if (value.get_object().get(object) != simdjson::SUCCESS) return wrong(value, place, "an object");
+  for (auto entry : object) {
+    Field field;
+    if (const auto code = std::move(entry).get(field); code != simdjson::SUCCESS) {
+      return check_end(code, [&] { return JsonPointer(place); });
+    }
+    std::size_t which = 0;
+    if (!read_key(field, keys, known, place, which)) return false;
+    const JsonPointer part = JsonPointer(place).key(keys[which]);
+    if (!mark_seen(1u << which, seen, part) || !read_member(which, field.value(), part)) {
+      return false;
+    }
   }
   return true;
 }

@@ -104,66 +104,43 @@ bool RayReader::read_mask(Value value, const JsonPointer& place, HitFilter& filt
 
 bool RayReader::read_filter(Value value, const JsonPointer& place, HitFilter& filter) {
   constexpr std::array<std::string_view, 4> kKeys{"cull", "include", "exclude", "mask"};
-  Object object;
-  if (value.get_object().get(object) != simdjson::SUCCESS) {
-    return wrong(value, JsonPointer(place), "an object");
-  }
   unsigned seen = 0;
-  for (auto entry : object) {
-    Field field;
-    if (const auto code = std::move(entry).get(field); code != simdjson::SUCCESS) {
-      return check_end(code, [&] { return JsonPointer(place); });
-    }
-    std::size_t which = 0;
-    const unsigned known = rules_.has_culling ? 15u : 14u;
-    if (!read_key(field, kKeys, known, JsonPointer(place), which)) return false;
-    const JsonPointer part = JsonPointer(place).key(kKeys[which]);
-    if (!mark_seen(1u << which, seen, part)) return false;
-    const bool good = which == 0   ? read_cull(field.value(), part, filter)
-                      : which == 3 ? read_mask(field.value(), part, filter)
-                                   : read_choice(part, field.value(),
-                                                 which == 1 ? filter.include : filter.exclude);
-    if (!good) return false;
-  }
-  return true;
+  const auto read_part = [&](std::size_t which, Value part, const JsonPointer& part_place) {
+    if (which == 0) return read_cull(part, part_place, filter);
+    if (which == 3) return read_mask(part, part_place, filter);
+    return read_choice(part_place, part, which == 1 ? filter.include : filter.exclude);
+  };
+  return read_members(value, kKeys, rules_.has_culling ? 15u : 14u, place, seen, read_part);
 }
 
 bool RayReader::read_filters(Value value) {
   constexpr std::array<std::string_view, 2> kKeys{"list", "rays"};
   const JsonPointer place = JsonPointer().key("filters");
-  Object object;
-  if (value.get_object().get(object) != simdjson::SUCCESS) {
-    return wrong(value, JsonPointer(place), "an object");
-  }
-  unsigned seen = 0;
-  for (auto entry : object) {
-    Field field;
-    if (const auto code = std::move(entry).get(field); code != simdjson::SUCCESS) {
-      return check_end(code, [&] { return JsonPointer(place); });
-    }
-    std::size_t which = 0;
-    if (!read_key(field, kKeys, 3u, JsonPointer(place), which)) return false;
-    const JsonPointer part = JsonPointer(place).key(kKeys[which]);
-    if (!mark_seen(1u << which, seen, part)) return false;
-    const auto read_one = [&](std::size_t i, Value item) {
+  const auto read_list = [&](Value list, const JsonPointer& part) {
+    return read_array(list, "an array of filters", part, [&](std::size_t i, Value item) {
       const JsonPointer item_place = JsonPointer(part).index(i);
-      if (which == 0) {
-        if (i < kMostFilters)
-          return read_filter(item, item_place, query_.ray_filters.emplace_back());
-        return fail(ErrorKind::kTooLarge, "FILTER_TOO_LARGE",
-                    "a request may have " + std::to_string(kMostFilters) + " filters", item_place);
+      if (i < kMostFilters) {
+        return read_filter(item, item_place, query_.ray_filters.emplace_back());
       }
+      return fail(ErrorKind::kTooLarge, "FILTER_TOO_LARGE",
+                  "a request may have " + std::to_string(kMostFilters) + " filters", item_place);
+    });
+  };
+  const auto read_numbers = [&](Value numbers, const JsonPointer& part) {
+    return read_array(numbers, "an array of numbers", part, [&](std::size_t i, Value item) {
+      const JsonPointer item_place = JsonPointer(part).index(i);
       if (i == rules_.max_rays) return too_many(item_place);
       std::uint64_t number = 0;
       if (!read_count(item, kMostFilters - 1, number, item_place)) return false;
       query_.filter_of.push_back(static_cast<std::uint32_t>(number));
       return true;
-    };
-    if (!read_array(field.value(), which == 0 ? "an array of filters" : "an array of numbers", part,
-                    read_one)) {
-      return false;
-    }
-  }
+    });
+  };
+  unsigned seen = 0;
+  const auto read_part = [&](std::size_t which, Value part, const JsonPointer& part_place) {
+    return which == 0 ? read_list(part, part_place) : read_numbers(part, part_place);
+  };
+  if (!read_members(value, kKeys, 3u, place, seen, read_part)) return false;
   if (seen != 3 || query_.ray_filters.empty()) {
     return invalid("KEY_MISSING", "needs \"rays\" and a \"list\" with a filter", place);
   }
@@ -254,50 +231,39 @@ bool RayReader::read_choice(const JsonPointer& place, Value value,
   constexpr std::size_t kTriangles = 3, kExclude = 4;
   const unsigned known =
       7u | (rules_.has_triangles ? 1u << kTriangles : 0u) | (without ? 1u << kExclude : 0u);
-  Object object;
-  if (value.get_object().get(object) != simdjson::SUCCESS) {
-    return wrong(value, place, "an object");
-  }
   choice.emplace();
+  const auto read_node = [&](std::size_t i, Value number, const JsonPointer& list) {
+    const JsonPointer node_place = JsonPointer(list).index(i);
+    if (i == kMostNodes) {
+      return fail(ErrorKind::kTooLarge, "FILTER_TOO_LARGE",
+                  "a list may hold " + std::to_string(kMostNodes) + " nodes", node_place);
+    }
+    std::uint64_t node = 0;
+    if (!read_count(number, std::numeric_limits<std::uint32_t>::max(), node, node_place)) {
+      return false;
+    }
+    choice->nodes->push_back(static_cast<std::uint32_t>(node));
+    return true;
+  };
   unsigned seen = 0;
-  for (auto entry : object) {
-    Field field;
-    if (const auto code = std::move(entry).get(field); code != simdjson::SUCCESS) {
-      return check_end(code, [&] { return JsonPointer(place); });
+  const auto read_part = [&](std::size_t which, Value part, const JsonPointer& part_place) {
+    switch (which) {
+      case 0:
+        choice->nodes.emplace();
+        return read_array(
+            part, "an array of node ids", part_place,
+            [&](std::size_t i, Value number) { return read_node(i, number, part_place); });
+      case 1:
+        return read_patterns(part, part_place, choice->names.emplace());
+      case 2:
+        return read_patterns(part, part_place, choice->materials.emplace());
+      case kTriangles:
+        return read_triangles(part, part_place, choice->triangles.emplace());
+      default:
+        return read_choice(part_place, part, *without);
     }
-    std::size_t which = 0;
-    if (!read_key(field, kKeys, known, place, which)) return false;
-    const JsonPointer part = JsonPointer(place).key(kKeys[which]);
-    if (!mark_seen(1u << which, seen, part)) return false;
-    if (which == kExclude) {
-      if (!read_choice(part, field.value(), *without)) return false;
-      continue;
-    }
-    if (which == kTriangles) {
-      if (!read_triangles(field.value(), part, choice->triangles.emplace())) return false;
-      continue;
-    }
-    if (which > 0) {
-      auto& patterns = which == 1 ? choice->names : choice->materials;
-      if (!read_patterns(field.value(), part, patterns.emplace())) return false;
-      continue;
-    }
-    auto& nodes = choice->nodes.emplace();
-    const auto read_node = [&](std::size_t i, Value number) {
-      const JsonPointer node_place = JsonPointer(part).index(i);
-      if (i == kMostNodes) {
-        return fail(ErrorKind::kTooLarge, "FILTER_TOO_LARGE",
-                    "a list may hold " + std::to_string(kMostNodes) + " nodes", node_place);
-      }
-      std::uint64_t node = 0;
-      if (!read_count(number, std::numeric_limits<std::uint32_t>::max(), node, node_place)) {
-        return false;
-      }
-      nodes.push_back(static_cast<std::uint32_t>(node));
-      return true;
-    };
-    if (!read_array(field.value(), "an array of node ids", part, read_node)) return false;
-  }
+  };
+  if (!read_members(value, kKeys, known, place, seen, read_part)) return false;
   if (seen == 0) {
     return invalid("KEY_MISSING",
                    rules_.has_triangles

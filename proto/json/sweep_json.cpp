@@ -54,24 +54,12 @@ class SweepReader : public RayReader {
       return fail(ErrorKind::kTooLarge, "SWEEPS_TOO_MANY",
                   "a request may hold " + std::to_string(rules_.max_sweeps) + " sweeps", place);
     }
-    Object object;
-    if (value.get_object().get(object) != simdjson::SUCCESS) {
-      return wrong(value, place, "an object");
-    }
     Row row;
     unsigned seen = 0;
-    for (auto entry : object) {
-      Field field;
-      if (const auto code = std::move(entry).get(field); code != simdjson::SUCCESS) {
-        return check_end(code, [&] { return place; });
-      }
-      std::size_t which = 0;
-      if (!read_key(field, kSweepKeys, 0x3ffu, place, which)) return false;
-      const JsonPointer part = JsonPointer(place).key(kSweepKeys[which]);
-      if (!mark_seen(1u << which, seen, part) || !read_part(field.value(), which, part, row)) {
-        return false;
-      }
-    }
+    const auto take = [&](std::size_t which, Value part, const JsonPointer& part_place) {
+      return read_part(part, which, part_place, row);
+    };
+    if (!read_members(value, kSweepKeys, 0x3ffu, place, seen, take)) return false;
     return append(row, seen, place);
   }
 
