@@ -49,6 +49,12 @@ struct HitBatch {
     instance.insert(instance.end(), other.instance.begin(), other.instance.end());
     triangle.insert(triangle.end(), other.triangle.begin(), other.triangle.end());
   }
+  /// Copies slot `from` of `other` to slot `to` of this batch. Precondition: both exist.
+  void copy(const HitBatch& other, std::size_t from, std::size_t to) {
+    t[to] = other.t[from];
+    instance[to] = other.instance[from];
+    triangle[to] = other.triangle[from];
+  }
   /// The triangle of slot i. Precondition: i < size().
   TriangleId id(std::size_t i) const { return {instance[i], triangle[i]}; }
   /// True if slot i has a hit.

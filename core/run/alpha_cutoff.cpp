@@ -22,12 +22,6 @@ RayBatch rays_of_lists(const RayBatch& rays, const HitLists& lists) {
   return rays_of(rays, numbers);
 }
 
-void copy_hit(const HitBatch& from, std::size_t i, HitBatch& to, std::size_t k) {
-  to.t[k] = from.t[i];
-  to.instance[k] = from.instance[i];
-  to.triangle[k] = from.triangle[i];
-}
-
 }  // namespace
 
 AlphaCutoff::AlphaCutoff(const Engine& engine, const Scene& scene, const Deadline& deadline,
@@ -55,7 +49,7 @@ Status AlphaCutoff::test(const RayBatch& rays, const HitBatch& hits,
   if (numbers.empty()) return success();
   HitBatch some;
   some.resize(numbers.size());
-  for (std::size_t i = 0; i < numbers.size(); ++i) copy_hit(hits, numbers[i], some, i);
+  for (std::size_t i = 0; i < numbers.size(); ++i) some.copy(hits, numbers[i], i);
   Column<HitDetail> details;
   HitAttributes attributes;
   Status status = engine_.details(scene_, rays_of(rays, numbers), some, deadline_, details);
@@ -102,7 +96,7 @@ Status AlphaCutoff::search(const RayBatch& rays, const Column<std::size_t>& numb
         const auto last = counts.begin() + static_cast<std::ptrdiff_t>(lists.first[i + 1]);
         const auto found = std::find(first, last, std::uint8_t{1});
         if (found != last) {
-          copy_hit(lists.hits, static_cast<std::size_t>(found - counts.begin()), hits, number);
+          hits.copy(lists.hits, static_cast<std::size_t>(found - counts.begin()), number);
         } else if (totals[i] > most) {
           later.push_back(number);
         } else {
@@ -172,7 +166,7 @@ Status AlphaCutoff::all(const RayBatch& rays, const HitListQuestion& question, H
       std::uint64_t& total = totals[begin + i];
       for (std::size_t k = some_lists.first[i]; k < some_lists.first[i + 1]; ++k) {
         if (counts[k] == 0 || total++ >= question.each_max) continue;
-        copy_hit(some_lists.hits, k, one, 0);
+        one.copy(some_lists.hits, k, 0);
         lists.hits.append(one);
       }
       lists.first.push_back(lists.hits.size());

@@ -81,9 +81,7 @@ Status Engine::closest(const Scene& scene, const RayBatch& rays, const Deadline&
           found.resize(numbers.size());
           Status again = trace(later, rays_of(rays, numbers), found);
           for (std::size_t i = 0; i < numbers.size(); ++i) {
-            hits.t[numbers[i]] = found.t[i];
-            hits.instance[numbers[i]] = found.instance[i];
-            hits.triangle[numbers[i]] = found.triangle[i];
+            hits.copy(found, i, numbers[i]);
           }
           return again;
         });

@@ -58,9 +58,7 @@ Status GroupedRays::closest(const RayBatch& rays, HitBatch& hits) const {
       rays, [&](const RayBatch& some, const Column<std::size_t>& numbers, const RayOptions& each) {
         Status status = engine_.closest(scene_, some, deadline_, found, each);
         for (std::size_t k = 0; status && k < numbers.size(); ++k) {
-          hits.t[numbers[k]] = found.t[k];
-          hits.instance[numbers[k]] = found.instance[k];
-          hits.triangle[numbers[k]] = found.triangle[k];
+          hits.copy(found, k, numbers[k]);
         }
         return status;
       });
@@ -120,9 +118,7 @@ Status GroupedRays::all(const RayBatch& rays, const HitListQuestion& question, H
   std::size_t slot = 0;
   for (const Part& part : parts) {
     for (std::size_t i = part.begin; i < part.end; ++i, ++slot) {
-      lists.hits.t[slot] = gathered.t[i];
-      lists.hits.instance[slot] = gathered.instance[i];
-      lists.hits.triangle[slot] = gathered.triangle[i];
+      lists.hits.copy(gathered, i, slot);
     }
     lists.first.push_back(slot);
   }

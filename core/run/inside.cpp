@@ -162,9 +162,9 @@ Result<std::uint64_t> open_edges(const Scene& scene, const ResolvedFilter* resol
     if (status) most = std::max(most, bytes);
     return status;
   };
-  // Of meshes of which only some primitives count, by these: placements mostly choose alike.
+  // The edges of meshes of which some primitives count, for each set of these: most placements of a
+  // mesh have one set.
   std::map<std::pair<std::uint32_t, std::vector<bool>>, OpenEdges> parts;
-  std::vector<bool> counts;
   DeadlineWatch watch(deadline);
   std::uint64_t open = 0;
   for (std::size_t i = 0; i < description.instances.size(); ++i) {
@@ -172,10 +172,7 @@ Result<std::uint64_t> open_edges(const Scene& scene, const ResolvedFilter* resol
     const Mesh& mesh = *description.meshes[number];
     if (watch.passed(1 + mesh.primitives.size())) return watch.error();
     if (description.instances[i].hidden) continue;
-    counts.assign(mesh.primitives.size(), true);
-    for (std::size_t p = 0; resolved != nullptr && p < counts.size(); ++p) {
-      counts[p] = resolved->sides[resolved->first[i] + p] != 0;
-    }
+    const std::vector<bool> counts = counting_primitives(scene, i, resolved);
     const auto chosen = std::count(counts.begin(), counts.end(), true);
     if (chosen == 0) continue;
     OpenEdges edges;

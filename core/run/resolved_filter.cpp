@@ -184,6 +184,16 @@ Result<std::optional<ResolvedFilter>> resolve_for_rays(const Scene& scene, const
   return all ? Resolved() : Resolved(std::move(*resolved));
 }
 
+std::vector<bool> counting_primitives(const Scene& scene, std::size_t instance,
+                                      const ResolvedFilter* resolved) {
+  const SceneDescription& description = scene.description();
+  std::vector<bool> counts(
+      description.meshes[description.instances[instance].mesh]->primitives.size(), true);
+  for (std::size_t p = 0; resolved != nullptr && p < counts.size(); ++p)
+    counts[p] = resolved->sides[resolved->first[instance] + p] != 0;
+  return counts;
+}
+
 bool select_alike(const ResolvedFilter& a, const ResolvedFilter& b) {
   return std::equal(a.sides.begin(), a.sides.end(), b.sides.begin(), b.sides.end());
 }

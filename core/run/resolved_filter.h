@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "core/base/result.h"
 #include "core/base/watch.h"
@@ -49,6 +50,10 @@ Result<std::optional<ResolvedFilter>> resolve_for_rays(const Scene& scene, const
                                                        const Deadline& deadline,
                                                        const ReserveBytes& reserve,
                                                        SelectionWarnings* warnings = nullptr);
+
+/// By primitive of an instance: true if hits on any of its sides count. `resolved` may be null.
+std::vector<bool> counting_primitives(const Scene& scene, std::size_t instance,
+                                      const ResolvedFilter* resolved);
 
 /// True if both filters of a scene have equal sides of every primitive. ResolvedFilter::masks are
 /// not compared.

@@ -3,6 +3,8 @@
 #include <map>
 #include <utility>
 
+#include "core/run/resolved_filter.h"
+
 namespace sightline {
 
 Result<std::vector<OpenEdge>> open_edges_in_world(const Scene& scene,
@@ -10,7 +12,8 @@ Result<std::vector<OpenEdge>> open_edges_in_world(const Scene& scene,
                                                   const Deadline& deadline,
                                                   const ReserveBytes& reserve) {
   const SceneDescription& description = scene.description();
-  // Of each mesh, by the primitives that count: placements mostly choose alike.
+  // The open edges of each mesh for each set of primitives that count: most placements of a mesh
+  // have one set.
   std::map<std::pair<std::uint32_t, std::vector<bool>>, std::vector<UnbalancedEdge>> known;
   std::vector<OpenEdge> edges;
   DeadlineWatch watch(deadline);
@@ -19,9 +22,7 @@ Result<std::vector<OpenEdge>> open_edges_in_world(const Scene& scene,
     const Mesh& mesh = *description.meshes[instance.mesh];
     if (watch.passed(1 + mesh.primitives.size())) return watch.error();
     if (instance.hidden) continue;
-    std::vector<bool> counts(mesh.primitives.size(), true);
-    for (std::size_t p = 0; resolved != nullptr && p < counts.size(); ++p)
-      counts[p] = resolved->sides[resolved->first[i] + p] != 0;
+    const std::vector<bool> counts = counting_primitives(scene, i, resolved);
     const auto [place, is_new] =
         known.try_emplace({instance.mesh, counts}, std::vector<UnbalancedEdge>());
     std::vector<UnbalancedEdge>& open = place->second;
