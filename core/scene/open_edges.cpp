@@ -20,7 +20,7 @@ bool is_finite(const Vec3f& p) {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
 }
 
-std::uint64_t hash_of(const Vec3f& p) {
+std::uint64_t slot_hash(const Vec3f& p) {
   // -0 and 0 are the same point.
   const auto bits = [](float x) { return std::uint64_t{std::bit_cast<std::uint32_t>(x + 0.0f)}; };
   std::uint64_t hash = bits(p.x) | bits(p.y) << 32;
@@ -42,7 +42,7 @@ std::vector<std::uint32_t> same_points(const Mesh& mesh, DeadlineWatch& watch) {
     first[i] = i;
     const Vec3f& p = positions[i];
     if (!is_finite(p)) continue;
-    std::size_t slot = hash_of(p);
+    std::size_t slot = slot_hash(p);
     // Whoever knows the hash can make positions meet in one slot: the deadline bounds that.
     for (;; ++slot) {
       if (watch.passed()) return {};

@@ -20,7 +20,7 @@ Error refused(const char* code, std::string message) {
 
 /// Precondition: the bytes are there.
 template <class T>
-T read(std::span<const std::byte> bytes, std::size_t offset) {
+T read_at(std::span<const std::byte> bytes, std::size_t offset) {
   T value;
   std::memcpy(&value, bytes.data() + offset, sizeof value);
   return value;
@@ -31,7 +31,7 @@ Status check_header(std::span<const std::byte> bytes, std::uint64_t content) {
     return refused("TREES_FOREIGN", std::to_string(bytes.size()) + " bytes hold no header of " +
                                         std::to_string(sizeof(Header)));
   }
-  const auto header = read<Header>(bytes, 0);
+  const auto header = read_at<Header>(bytes, 0);
   if (!std::equal(std::begin(kMagic), std::end(kMagic), header.magic))
     return refused("TREES_FOREIGN", "the file begins with something else");
   if (header.hash != hash_of(header)) return refused("TREES_DAMAGED", "the header's hash differs");
@@ -64,13 +64,13 @@ class StoredTrees {
  public:
   /// Precondition: check_header.
   StoredTrees(std::span<const std::byte> bytes, const std::shared_ptr<const void>& owner)
-      : bytes_(bytes), owner_(owner), count_(read<Header>(bytes, 0).tree_count) {}
+      : bytes_(bytes), owner_(owner), count_(read_at<Header>(bytes, 0).tree_count) {}
 
   /// Its shape and content are still to be proved.
   Result<WideTree> next() {
     const std::string name = "tree " + std::to_string(next_);
     if (next_ == count_) return refused("TREES_DAMAGED", name + " is missing");
-    const auto record = read<Record>(bytes_, sizeof(Header) + next_++ * sizeof(Record));
+    const auto record = read_at<Record>(bytes_, sizeof(Header) + next_++ * sizeof(Record));
     if (record.offset % kAlign != 0 || record.bytes % kAlign != 0 ||
         record.offset > bytes_.size() || record.bytes > bytes_.size() - record.offset) {
       return refused("TREES_DAMAGED", name + " lies outside of the file");

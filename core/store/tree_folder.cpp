@@ -16,7 +16,7 @@ namespace sightline {
 
 namespace {
 
-constexpr const char* kDoing = "keep a scene's trees";
+constexpr const char* kStoringTrees = "keep a scene's trees";
 constexpr const char* kSuffix = ".trees";
 
 /// That are on the disk before the next are written: nobody can cancel a sync, and one of hundreds
@@ -31,9 +31,9 @@ Status write_in_pieces(const FileDescriptor& file, std::span<const std::byte> by
     }
     const auto piece = bytes.first(std::min(kPiece, bytes.size()));
     bytes = bytes.subspan(piece.size());
-    if (Status status = write_all(file, piece, kDoing); !status) return status;
+    if (Status status = write_all(file, piece, kStoringTrees); !status) return status;
     if (bytes.empty()) break;  // the end is synced with what follows
-    if (Status status = sync_file(file, kDoing); !status) return status;
+    if (Status status = sync_file(file, kStoringTrees); !status) return status;
   }
   return success();
 }
@@ -54,7 +54,7 @@ std::string TreeFolder::owner_of(const std::filesystem::path& file) {
 
 void TreeFolder::forget(const std::filesystem::path& folder, const std::string& sha256) {
   std::error_code error;
-  const auto files = list_folder(folder, kDoing);
+  const auto files = list_folder(folder, kStoringTrees);
   if (!files) return;
   for (const std::filesystem::path& file : *files) {
     if (owner_of(file) == sha256) std::filesystem::remove(file, error);
@@ -67,9 +67,9 @@ Result<std::optional<SceneTree>> TreeFolder::read(const ScenePlan& plan, std::ui
   std::error_code error;
   if (!std::filesystem::is_regular_file(std::filesystem::symlink_status(path, error)))
     return std::optional<SceneTree>();
-  auto file = open_file(path, O_RDONLY | O_NOFOLLOW, kDoing);
+  auto file = open_file(path, O_RDONLY | O_NOFOLLOW, kStoringTrees);
   if (!file) return std::move(file).error();
-  auto read_file = FileBytes::read(*file, kDoing);
+  auto read_file = FileBytes::read(*file, kStoringTrees);
   if (!read_file) return std::move(read_file).error();
   const auto owner = std::make_shared<const FileBytes>(std::move(*read_file));
   auto tree = decode_trees(plan, content, owner->bytes(), owner);
@@ -88,18 +88,18 @@ Status TreeFolder::fetch(OriginScenes& origin, std::uint64_t content,
   std::error_code error;
   if (std::filesystem::exists(path, error)) return success();
   std::filesystem::create_directories(folder_, error);
-  if (error) return io_error(kDoing, error.value());
-  auto temporary = make_temporary(folder_ / "fetching", kDoing);
+  if (error) return io_error(kStoringTrees, error.value());
+  auto temporary = make_temporary(folder_ / "fetching", kStoringTrees);
   if (!temporary) return std::move(temporary).error();
   const auto found =
       origin.read_trees(path.filename().string(), [&](std::span<const std::byte> piece) {
-        return write_all(temporary->file(), piece, kDoing);
+        return write_all(temporary->file(), piece, kStoringTrees);
       });
   if (!found) return found.error();
   if (!*found) return success();
-  if (Status status = sync_file(temporary->file(), kDoing); !status) return status;
+  if (Status status = sync_file(temporary->file(), kStoringTrees); !status) return status;
   make_room(std::filesystem::file_size(temporary->path(), error));
-  if (Status status = rename_file(temporary->path(), path, kDoing); !status) return status;
+  if (Status status = rename_file(temporary->path(), path, kStoringTrees); !status) return status;
   temporary->release();
   return success();
 }
@@ -110,7 +110,7 @@ Status TreeFolder::publish(OriginScenes& origin, std::uint64_t content,
   std::error_code error;
   const std::uint64_t bytes = std::filesystem::file_size(path, error);
   if (error) return success();  // it was too large to be kept, or went with its scene
-  const auto file = open_file(path, O_RDONLY | O_NOFOLLOW, kDoing);
+  const auto file = open_file(path, O_RDONLY | O_NOFOLLOW, kStoringTrees);
   if (!file) return file.error();
   return origin.store_trees(path.filename().string(), *file, bytes);
 }
@@ -124,7 +124,7 @@ void TreeFolder::make_room(std::uint64_t bytes) const {
   std::vector<File> files;
   std::uint64_t sum = bytes;
   std::error_code error;
-  const auto found = list_folder(folder_, kDoing);
+  const auto found = list_folder(folder_, kStoringTrees);
   if (!found) return;
   for (const std::filesystem::path& path : *found) {
     if (path.extension() != kSuffix || !std::filesystem::is_regular_file(path, error)) continue;
@@ -149,21 +149,22 @@ Status TreeFolder::write(const SceneTree& tree, std::uint64_t content, const std
   if (bytes > bytes_max_) return success();
   std::error_code error;
   std::filesystem::create_directories(folder_, error);
-  if (error) return io_error(kDoing, error.value());
+  if (error) return io_error(kStoringTrees, error.value());
   make_room(bytes);
   // One writer at a time, by precondition: what a stopped run left under this name is replaced.
-  auto temporary = make_temporary(folder_ / "writing", kDoing);
+  auto temporary = make_temporary(folder_ / "writing", kStoringTrees);
   if (!temporary) return std::move(temporary).error();
   const FileDescriptor& file = temporary->file();
-  if (Status status = write_all(file, encoded.head, kDoing); !status) return status;
+  if (Status status = write_all(file, encoded.head, kStoringTrees); !status) return status;
   for (const auto& arena : encoded.arenas) {
     if (Status status = write_in_pieces(file, arena, cancel); !status) return status;
   }
-  if (Status status = sync_file(file, kDoing); !status) return status;
-  if (Status status = rename_file(temporary->path(), path_of(content, sha256), kDoing); !status)
+  if (Status status = sync_file(file, kStoringTrees); !status) return status;
+  if (Status status = rename_file(temporary->path(), path_of(content, sha256), kStoringTrees);
+      !status)
     return status;
   temporary->release();
-  return sync_folder(folder_, kDoing);
+  return sync_folder(folder_, kStoringTrees);
 }
 
 }  // namespace sightline

@@ -5,7 +5,7 @@
 #include <cstring>
 
 #include "proto/json/hit_rows.h"
-#include "proto/json/json_writer.h"
+#include "proto/json/json_parts.h"
 #include "proto/json/number_text.h"
 
 namespace sightline {
@@ -27,8 +27,7 @@ struct RowValue {
     out.raw(']');
   }
   void operator()(const IdColumn& column) const {
-    if (column.ids[i] == kNone) return out.raw("null");
-    out.number(column.ids[i]);
+    write_id(out, column.ids[i]);
   }
   template <class Value>
   void operator()(const FlagColumn<Value>& column) const {

@@ -1,9 +1,11 @@
 #pragma once
-/// write(): appends several parts of a JSON text in one call.
+/// Appends several parts of a JSON text in one call, and numbers of nodes and the like.
 
+#include <cstdint>
 #include <string_view>
 #include <type_traits>
 
+#include "core/query/hit_batch.h"
 #include "proto/json/json_writer.h"
 
 namespace sightline {
@@ -27,6 +29,12 @@ void write(JsonWriter& out, const Parts&... parts) {
     }
   };
   (one(parts), ...);
+}
+
+/// Writes a number of a node, an instance or a material; null for kNone.
+inline void write_id(JsonWriter& out, std::uint32_t id) {
+  if (id == kNone) return out.raw("null");
+  out.number(id);
 }
 
 }  // namespace sightline

@@ -11,11 +11,6 @@
 namespace sightline {
 namespace {
 
-void write_id(JsonWriter& out, std::uint32_t id) {
-  if (id == kNone) return out.raw("null");
-  out.number(id);
-}
-
 /// The instances of a node: they stand in the order of their nodes.
 std::span<const Instance> instances_of(const SceneDescription& scene, std::uint32_t node) {
   const auto before = [](const Instance& each, std::uint32_t n) { return each.node < n; };

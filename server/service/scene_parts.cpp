@@ -9,11 +9,6 @@
 namespace sightline {
 namespace {
 
-void write_id(JsonWriter& out, std::uint32_t id) {
-  if (id == kNone) return out.raw("null");
-  out.number(id);
-}
-
 /// Three numbers with points between them. False if that is not what it is.
 bool parse_name(std::string_view text, TriangleName& name) {
   const char* at = text.data();
