@@ -26,9 +26,7 @@ struct RowValue {
     }
     out.raw(']');
   }
-  void operator()(const IdColumn& column) const {
-    write_id(out, column.ids[i]);
-  }
+  void operator()(const IdColumn& column) const { write_id(out, column.ids[i]); }
   template <class Value>
   void operator()(const FlagColumn<Value>& column) const {
     out.boolean(column.value(i));

@@ -184,7 +184,6 @@ Result<long> S3Origin::send(Request& request) {
   if (!bucket_.token.empty()) add_header("x-amz-security-token: " + bucket_.token);
 
   curl_easy_setopt(easy, CURLOPT_URL, url.c_str());
-  curl_easy_setopt(easy, CURLOPT_PATH_AS_IS, 1L);
   curl_easy_setopt(easy, CURLOPT_PROTOCOLS_STR, "http,https");
   curl_easy_setopt(easy, CURLOPT_HTTP_VERSION, CURL_HTTP_VERSION_1_1);
   curl_easy_setopt(easy, CURLOPT_NETRC, CURL_NETRC_IGNORED);

@@ -13,13 +13,13 @@
 namespace sightline {
 namespace {
 
-const std::string kRay = R"({"origin":[1,2,3],"direction":[0,0,-1],"tmax":9})";
+const std::string kPlainRay = R"({"origin":[1,2,3],"direction":[0,0,-1],"tmax":9})";
 
 TEST(RayLines, are_rays_in_their_order_after_the_options) {
   RayLines lines({});
   std::string first = R"({"options":{"fields":["t"],"cull":"back"}})"
                       "\n" +
-                      kRay + "\n\n  \r\n";
+                      kPlainRay + "\n\n  \r\n";
   const auto one = lines.decode(first);
   ASSERT_TRUE(one.ok());
   EXPECT_EQ(one->rays.size(), 1u);
@@ -27,14 +27,14 @@ TEST(RayLines, are_rays_in_their_order_after_the_options) {
   EXPECT_EQ(one->fields, (FieldSet{HitField::kT}));
   std::string second = R"({"direction":[0,1,0],"origin":[4,5,6]})"
                        "\n" +
-                       kRay;
+                       kPlainRay;
   const auto two = lines.decode(second);
   ASSERT_TRUE(two.ok());
   ASSERT_EQ(two->rays.size(), 2u);
   EXPECT_EQ(two->rays[0].origin, (Vec3d{4, 5, 6}));
   EXPECT_EQ(two->rays[1].tmax, 9);
   EXPECT_EQ(two->filter.culling, Culling::kBack) << "the options stay";
-  std::string third = kRay + "\n{}\n";
+  std::string third = kPlainRay + "\n{}\n";
   const auto bad = lines.decode(third);
   ASSERT_FALSE(bad.ok());
   EXPECT_EQ(bad.error().pointer, "/rays/4") << "counted from the first";
@@ -42,18 +42,19 @@ TEST(RayLines, are_rays_in_their_order_after_the_options) {
 
 TEST(RayLines, refuses_what_is_not_one_object_in_one_line) {
   for (const std::string& line :
-       {kRay + kRay, std::string(kRay).append(",").append(kRay), "[" + kRay + "]", kRay + "]}",
-        kRay.substr(0, 30), kRay + R"(],"fields":["t")", std::string("7"), std::string("\"x\""),
+       {kPlainRay + kPlainRay, std::string(kPlainRay).append(",").append(kPlainRay),
+        "[" + kPlainRay + "]", kPlainRay + "]}", kPlainRay.substr(0, 30),
+        kPlainRay + R"(],"fields":["t")", std::string("7"), std::string("\"x\""),
         std::string("null")}) {
     RayLines lines({});
-    std::string text = kRay;
-    text.append("\n").append(line).append("\n").append(kRay);
+    std::string text = kPlainRay;
+    text.append("\n").append(line).append("\n").append(kPlainRay);
     EXPECT_FALSE(lines.decode(text).ok()) << line;
   }
   RayLines lines({});
   std::string options = R"({"options":{}, "fields":["t"]})"
                         "\n" +
-                        kRay;
+                        kPlainRay;
   EXPECT_FALSE(lines.decode(options).ok());
 }
 
@@ -63,7 +64,7 @@ TEST(RayLines, survives_any_damage) {
   for (int i = 0; i < 20000; ++i) {
     std::string text = R"({"options":{"on_invalid":"mark"}})"
                        "\n";
-    for (int k = random.integer(0, 3); k > 0; --k) text += kRay + "\n";
+    for (int k = random.integer(0, 3); k > 0; --k) text += kPlainRay + "\n";
     for (int k = random.integer(0, 3); k > 0; --k)
       text[random.index(text.size())] = "\n\0{}[]\",:1e-"[random.index(12)];
     RayLines lines({});
