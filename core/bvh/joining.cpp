@@ -51,7 +51,8 @@ std::vector<std::uint32_t> of_one_size(std::span<const Box3d> placed) {
 
 std::vector<std::uint32_t> choose_joined(std::span<const MeshView> meshes,
                                          std::span<const PlacementView> placements,
-                                         std::span<const Box3d> placed) {
+                                         std::span<const Box3d> placed,
+                                         std::uint32_t tree_triangles) {
   std::vector<std::uint32_t> chosen = of_one_size(placed);
   std::vector<std::uint32_t> uses(meshes.size());
   for (const std::uint32_t i : chosen) ++uses[placements[i].mesh];
@@ -74,7 +75,7 @@ std::vector<std::uint32_t> choose_joined(std::span<const MeshView> meshes,
   std::uint64_t copied = 0, triangles = 0, parts = 0;
   for (const std::uint32_t mesh : order) {
     const std::uint64_t all = copies(mesh) + meshes[mesh].triangle_count();
-    if (copied + copies(mesh) > most || triangles + all > kMaxTriangles ||
+    if (copied + copies(mesh) > most || triangles + all > tree_triangles ||
         parts + uses[mesh] > LeafBlock::kPlacements)
       continue;
     copied += copies(mesh);

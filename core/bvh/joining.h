@@ -17,14 +17,16 @@ namespace sightline {
 /// Every placement of a mesh that is placed once is chosen. For a mesh that is placed more often,
 /// all its placements are chosen or none: the tree needs a copy of the triangles for each. Meshes
 /// with the fewest copied triangles are chosen first. The limit of copies is the number of
-/// triangles of the scene's meshes, or kFreeCopies if that is more.
+/// triangles of the scene's meshes, or kFreeCopies if that is more. The tree has at most
+/// `tree_triangles` in all.
 ///
 /// Coordinates must be of similar size, so that one scale serves all. A placement is left out if
 /// its largest coordinate is beyond 2^40 times, or below 2^-40 times, the median of all placements'
 /// largest coordinates (docs/explanation/exactness.md, "Boxes").
 std::vector<std::uint32_t> choose_joined(std::span<const MeshView> meshes,
                                          std::span<const PlacementView> placements,
-                                         std::span<const Box3d> placed);
+                                         std::span<const Box3d> placed,
+                                         std::uint32_t tree_triangles = kTreeTriangles);
 
 /// The number of copied triangles that is always allowed; each takes about 90 bytes.
 inline constexpr std::uint64_t kFreeCopies = 1u << 20;

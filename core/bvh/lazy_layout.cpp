@@ -14,6 +14,11 @@ namespace {
 /// Smaller meshes are built sooner than cut.
 constexpr std::uint32_t kSplitAbove = 1u << 17;
 
+/// A first ray needs only some of its parts.
+bool has_small_parts(const TreeSlot& slot) {
+  return slot.entries == 1 && !slot.whole && slot.triangle_count > kSplitAbove;
+}
+
 const Affine* matrix_of(const ScenePlan& plan, const TreeSlot& slot) {
   return slot.placement == TreeSlot::kOwnSpace ? nullptr
                                                : &plan.placements[slot.placement].world_from_mesh;
@@ -80,21 +85,31 @@ SceneTree LazyLayout::unbuilt() const {
 
 SceneTree LazyLayout::split(std::uint32_t slot, std::vector<MeshPart> parts,
                             const SceneTree& tree) {
-  const auto entry = static_cast<std::size_t>(
-      std::find_if(placements_.begin(), placements_.end(),
-                   [&](const Placement& placement) { return placement.tree == slot; }) -
-      placements_.begin());
   const TreeSlot whole = slots_[slot];
-  Placement placement = placements_[entry];
   SceneTree next = share(tree);
-  placements_.erase(placements_.begin() + static_cast<std::ptrdiff_t>(entry));
-  boxes_.erase(boxes_.begin() + static_cast<std::ptrdiff_t>(entry));
+  std::vector<Placement> entries;
+  std::vector<Box3d> boxes;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < placements_.size(); ++i) {
+    if (placements_[i].tree == slot) {
+      entries.push_back(placements_[i]);
+      boxes.push_back(boxes_[i]);
+      continue;
+    }
+    placements_[kept] = placements_[i];
+    boxes_[kept++] = boxes_[i];
+  }
+  placements_.resize(kept);
+  boxes_.resize(kept);
   for (MeshPart& part : parts) {
-    placement.tree = static_cast<std::uint32_t>(slots_.size());
-    enter(placement, part.box);
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+      entries[i].tree = static_cast<std::uint32_t>(slots_.size());
+      // Boxes of a mesh's own space say little about the world.
+      enter(entries[i], entries[i].world_boxes ? part.box : boxes[i]);
+    }
     slots_.push_back(whole);
     slots_.back().triangle_count = part.triangle_count;
-    slots_.back().whole = parts.size() < 2;
+    slots_.back().whole = whole.whole || parts.size() < 2;
     slots_.back().box = part.box;
     slots_.back().runs = part.runs;
     slots_.back().owner = std::move(part.owner);
@@ -109,22 +124,28 @@ SceneTree LazyLayout::split(std::uint32_t slot, std::vector<MeshPart> parts,
   return next;
 }
 
-bool can_split(const TreeSlot& slot) {
-  return slot.entries == 1 && !slot.whole && slot.triangle_count > kSplitAbove;
+bool can_split(const ScenePlan& plan, const TreeSlot& slot) {
+  return has_small_parts(slot) || slot.triangle_count > plan.tree_triangles;
 }
 
 std::vector<MeshPart> split_slot(const ScenePlan& plan, const TreeSlot& slot) {
   const MeshView& mesh = plan.meshes[slot.mesh];
-  return split_mesh(mesh, matrix_of(plan, slot), numbers_of(slot.runs), slot.box);
+  const Affine* matrix = matrix_of(plan, slot);
+  if (has_small_parts(slot)) return split_mesh(mesh, matrix, numbers_of(slot.runs), slot.box);
+  const bool is_all = matrix == nullptr && slot.runs.empty();
+  return cut_mesh(mesh, matrix,
+                  {.runs = slot.runs,
+                   .triangle_count = slot.triangle_count,
+                   .owner = {},
+                   .box = is_all ? plan.facts[slot.mesh].box : slot.box},
+                  plan.tree_triangles);
 }
 
 WideTree build_slot(const ScenePlan& plan, const TreeSlot& slot, TreeQuality quality,
                     const CancelFlag* cancel) {
-  const MeshView& mesh = plan.meshes[slot.mesh];
-  const Affine* matrix = matrix_of(plan, slot);
-  return slot.runs.empty()
-             ? build_triangle_tree(mesh, matrix, quality, cancel)
-             : build_triangle_tree(mesh, numbers_of(slot.runs), matrix, quality, cancel);
+  const std::vector<TriangleRun> runs = ascending(slot.runs);
+  const TreePart part{plan.meshes[slot.mesh], matrix_of(plan, slot), runs};
+  return build_triangle_tree({&part, 1}, quality, cancel);
 }
 
 SceneTree share(const SceneTree& tree) {

@@ -24,8 +24,8 @@ struct TreeSlot {
   std::uint32_t placement = kOwnSpace;
   std::uint32_t triangle_count = 0;
   std::uint32_t entries = 0;  ///< number of entries (SceneTree) that use this tree
-  /// True if the tree is never split: rays are mapped into its space, or its triangles are all
-  /// around one place.
+  /// True if the tree is split only if it is too large (ScenePlan::tree_triangles): rays are mapped
+  /// into its space, or its triangles are all around one place.
   bool whole = false;
   Box3d box = {};  ///< world bounds of the triangles, if only one entry uses the tree
   std::span<const TriangleRun> runs = {};  ///< the triangles of the tree; empty: all of the mesh
@@ -44,9 +44,9 @@ class LazyLayout {
   const std::vector<TreeSlot>& slots() const { return slots_; }
   /// The state of the scene in which no slot is built.
   SceneTree unbuilt() const;
-  /// Replaces a slot by its parts (split_slot): the entry of the slot becomes one entry for each
+  /// Replaces a slot by its parts (split_slot): each entry of the slot becomes one entry for each
   /// part. The slot retains its number and has an empty tree. `tree` is the present state of this
-  /// layout; returns the state with the parts unbuilt. Precondition: can_split(slot). Throws
+  /// layout; returns the state with the parts unbuilt. Precondition: can_split(plan, slot). Throws
   /// std::bad_alloc.
   SceneTree split(std::uint32_t slot, std::vector<MeshPart> parts, const SceneTree& tree);
 
@@ -89,11 +89,11 @@ struct LazyLayout::Moved {
   SceneTree tree;
 };
 
-/// True if the slot has one entry and so many triangles (more than 2^17) that a first ray needs
-/// only a small part of them, and is not `whole`.
-bool can_split(const TreeSlot& slot);
+/// True if the slot is too large for one tree. Also true if it is not `whole`, has one entry, and
+/// has more than 2^17 triangles: a first ray needs only a small part of them.
+bool can_split(const ScenePlan& plan, const TreeSlot& slot);
 /// Divides the triangles of a slot into parts of neighbours (split.h). Parallel. Precondition:
-/// can_split(slot). Throws std::bad_alloc.
+/// can_split(plan, slot). Throws std::bad_alloc.
 std::vector<MeshPart> split_slot(const ScenePlan& plan, const TreeSlot& slot);
 /// Builds the tree of a slot. Leaves hold the triangles' numbers in the mesh. Parallel. Returns an
 /// empty tree if cancelled; `cancel` may be null. Throws std::bad_alloc.

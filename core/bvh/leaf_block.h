@@ -17,16 +17,20 @@ inline constexpr int kLanes = 4;
 /// tree, lanes hold numbers of entries instead, and `corner` has no meaning.
 ///
 /// After the corners, two words hold these fields, from their lowest bit on:
-///     placement is 0   triangle[0] 26, triangle[1] 26, edge_max 12
-///                      triangle[2] 26, triangle[3] 26, lane_count 3, zeros
+///     placement is 0   triangle[0] 32, difference[1] 20 low bits, edge_max 12
+///                      difference[2] 26, difference[3] 26, difference[1] 6 high bits, zeros,
+///                      lane_count 3, a zero
 ///     placement > 0    triangle[0] 26, difference[1] 18, difference[3] 8 low bits, edge_max 12
-///                      difference[2] 18, difference[3] 10 high bits, placement 24, lane_count 3,
-///                      zeros, a one
-/// difference[i] is triangle[i] - triangle[0]; triangle[0] is the smallest. edge_max holds the
-/// upper half of a float32 without its sign, rounded up.
+///                      difference[2] 18, difference[3] 10 high bits, placement 24, zeros,
+///                      lane_count 3, a one
+/// difference[i] is triangle[i] - triangle[0]. For placement 0 it has a sign; for others
+/// triangle[0] is the smallest. edge_max holds the upper half of a float32 without its sign,
+/// rounded up.
 struct alignas(32) LeafBlock {
-  static constexpr std::uint64_t kTriangles = 1u << 26;    ///< numbers of triangles are below this
-  static constexpr std::uint32_t kDifferences = 1u << 18;  ///< differences are below this
+  /// Numbers of triangles of placements > 0 are below this; those of placement 0 have 32 bits.
+  static constexpr std::uint64_t kTriangles = 1u << 26;
+  static constexpr std::uint32_t kDifferences = 1u << 18;  ///< differences of placements > 0
+  static constexpr std::uint32_t kNear = 1u << 25;         ///< |difference| of placement 0
   static constexpr std::uint32_t kPlacements = 1u << 24;   ///< numbers of placements are below this
 
   float corner[3][3][kLanes];  ///< [corner][axis][lane], mesh space, float32 as the file has it
@@ -36,7 +40,13 @@ struct alignas(32) LeafBlock {
   /// The number of a lane's triangle in its mesh. In a top tree: the index of an entry in
   /// SceneTree::placements. Precondition: lane < 4.
   std::uint32_t triangle(std::size_t lane) const {
-    if (!is_behind()) return bits(lane / 2, lane % 2 * 26, 26);
+    if (!is_behind()) {
+      const std::uint32_t first = bits(0, 0, 32);
+      if (lane == 0) return first;
+      const std::uint32_t difference =
+          lane == 1 ? bits(0, 32, 20) | bits(1, 52, 6) << 20 : bits(1, (lane - 2) * 26, 26);
+      return first + ((difference ^ kNear) - kNear);
+    }
     const std::uint32_t first = bits(0, 0, 26);
     if (lane == 0) return first;
     if (lane == 1) return first + bits(0, 26, 18);
@@ -47,7 +57,7 @@ struct alignas(32) LeafBlock {
     return {triangle(0), triangle(1), triangle(2), triangle(3)};
   }
   /// The number of lanes in use, 1 to 4.
-  std::uint32_t lane_count() const { return bits(1, 52, 3); }
+  std::uint32_t lane_count() const { return bits(1, 60, 3); }
   /// In a tree that several placements share: the index of the placement, counted from the entry
   /// that rays enter (SceneTree::placements). 0 in other trees.
   std::uint32_t placement() const { return is_behind() ? bits(1, 28, 24) : 0; }
@@ -59,22 +69,23 @@ struct alignas(32) LeafBlock {
   /// True if triangles of one placement can share a block, given the least and the greatest of
   /// their numbers.
   static bool fit(std::uint32_t least, std::uint32_t greatest, std::uint32_t of_placement) {
-    return of_placement == 0 || greatest - least < kDifferences;
+    return greatest - least < (of_placement == 0 ? kNear : kDifferences);
   }
   /// Sets the triangles' numbers, lane_count (`count`) and placement; edge_max is unchanged.
   /// named[i] repeats named[0] from `count` on. Preconditions: the numbers are below their limits,
-  /// 1 <= count <= 4; if of_placement > 0, named[0] is the least number and fit() holds.
+  /// 1 <= count <= 4, fit() holds; if of_placement > 0, named[0] is the least number.
   void set_names(const std::array<std::uint32_t, kLanes>& named, std::uint32_t count,
                  std::uint32_t of_placement) {
     constexpr std::uint64_t kOne = 1;
     const auto difference = [&](std::size_t lane) {
-      return std::uint64_t{(named[lane] - named[0]) & (kDifferences - 1)};
+      const std::uint32_t bits = (of_placement == 0 ? 2 * kNear : kDifferences) - 1;
+      return std::uint64_t{(named[lane] - named[0]) & bits};
     };
     const std::uint64_t edge = word[0] >> 52 << 52;
-    const std::uint64_t lanes = std::uint64_t{count} << 52;
+    const std::uint64_t lanes = std::uint64_t{count} << 60;
     if (of_placement == 0) {
-      word[0] = named[0] | std::uint64_t{named[1]} << 26 | edge;
-      word[1] = named[2] | std::uint64_t{named[3]} << 26 | lanes;
+      word[0] = named[0] | (difference(1) & 0xfffff) << 32 | edge;
+      word[1] = difference(2) | difference(3) << 26 | difference(1) >> 20 << 52 | lanes;
       return;
     }
     word[0] = named[0] | difference(1) << 26 | (difference(3) & 0xff) << 44 | edge;
@@ -90,7 +101,7 @@ struct alignas(32) LeafBlock {
  private:
   bool is_behind() const { return word[1] >> 63 != 0; }
   std::uint32_t bits(std::size_t i, std::size_t from, std::uint32_t count) const {
-    return static_cast<std::uint32_t>(word[i] >> from) & ((1u << count) - 1u);
+    return static_cast<std::uint32_t>(word[i] >> from & ((std::uint64_t{1} << count) - 1));
   }
 };
 static_assert(sizeof(LeafBlock) == 160);

@@ -94,7 +94,8 @@ LazyLayout::Moved LazyLayout::moved(const ScenePlan& plan, const LazyLayout* bef
       continue;
     }
     const TreeSlot& slot = slots[placement.tree];
-    if (slot.placement == TreeSlot::kOwnSpace && slot.runs.empty() && !has_own_tree(placement))
+    if (slot.placement == TreeSlot::kOwnSpace && slot.runs.empty() && !has_own_tree(placement) &&
+        !plan.is_cut(slot.mesh))
       own_space[slot.mesh] = placement.tree;
     if (is_moved[placement.instance]) continue;
     placement.tree = trees.carry(placement.tree);

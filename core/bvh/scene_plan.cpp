@@ -209,15 +209,18 @@ ScenePlan moved_plan(const ScenePlan& before, std::span<const MovedPlacement> mo
   return plan;
 }
 
-Result<ScenePlan> plan_scene(std::vector<MeshView> meshes, std::vector<PlacementView> placements) {
+Result<ScenePlan> plan_scene(std::vector<MeshView> meshes, std::vector<PlacementView> placements,
+                             std::uint32_t tree_triangles) {
+  constexpr std::uint64_t kMostTriangles = 0xffffffffu;
   ScenePlan plan;
+  plan.tree_triangles = tree_triangles;
   plan.meshes = std::move(meshes);
   plan.placements = std::move(placements);
   for (const MeshView& mesh : plan.meshes) {
-    if (mesh.triangle_count() > kMaxTriangles) {
+    if (mesh.indices.size() / 3 > kMostTriangles) {
       return Error{ErrorKind::kTooLarge, "SCENE_TOO_LARGE",
-                   "a mesh has " + std::to_string(mesh.triangle_count()) +
-                       " triangles, a tree holds at most " + std::to_string(kMaxTriangles),
+                   "a mesh has " + std::to_string(mesh.indices.size() / 3) +
+                       " triangles, at most " + std::to_string(kMostTriangles) + " are possible",
                    ""};
     }
   }

@@ -43,6 +43,10 @@ struct MeshFacts {
   double largest(int axis) const { return std::max({0.0, -box.min[axis], box.max[axis]}); }
 };
 
+/// The usual most triangles of a tree. A tree of so many triangles has at most 16 GiB (WideTree),
+/// and one leaf block can name any of them (LeafBlock::kNear).
+inline constexpr std::uint32_t kTreeTriangles = 1u << 25;
+
 /// The plan of a scene. It refers to the arrays of the meshes, which must outlive it.
 struct ScenePlan {
   std::vector<MeshView> meshes;
@@ -55,13 +59,20 @@ struct ScenePlan {
   std::vector<Box3d> placed;
   Box3d bounds;                ///< union of `placed`
   std::uint32_t distinct = 0;  ///< number of meshes with uses > 0
+  /// A mesh with more triangles has several trees (cut_mesh). At most kTreeTriangles.
+  std::uint32_t tree_triangles = kTreeTriangles;
+
+  /// True if the mesh of an index has several trees.
+  bool is_cut(std::uint32_t mesh) const { return meshes[mesh].triangle_count() > tree_triangles; }
 };
 
 /// Plans a scene. Parallel. Cost: reads every position and index once for each mesh, and every
 /// position that a triangle uses once more for each placement. Precondition: the indices of meshes
-/// are in range. Errors: SCENE_TOO_LARGE if a mesh has more triangles, or the scene has more
-/// placements, than a tree can hold. Throws std::bad_alloc.
-Result<ScenePlan> plan_scene(std::vector<MeshView> meshes, std::vector<PlacementView> placements);
+/// are in range. `tree_triangles` is that of the plan; tests choose small ones. Errors:
+/// SCENE_TOO_LARGE if a mesh has 2^32 triangles or more, or if the scene has more placements than a
+/// tree can hold. Throws std::bad_alloc.
+Result<ScenePlan> plan_scene(std::vector<MeshView> meshes, std::vector<PlacementView> placements,
+                             std::uint32_t tree_triangles = kTreeTriangles);
 
 /// The new position of a placement of a plan.
 struct MovedPlacement {

@@ -4,6 +4,7 @@
 
 #include "core/bvh/joining.h"
 #include "core/bvh/placing.h"
+#include "core/bvh/split.h"
 #include "core/bvh/top_tree.h"
 #include "core/bvh/tree_source.h"
 
@@ -35,6 +36,35 @@ Status add_joined(const ScenePlan& plan, std::span<const std::uint32_t> joined,
   return success();
 }
 
+/// The trees of a mesh: one, or several if it is cut.
+struct MeshTrees {
+  std::uint32_t first = 0;   ///< index in SceneTree::trees; the others follow
+  std::vector<Box3d> boxes;  ///< one for each tree, in its space; of no use for a single tree
+};
+
+/// Adds the trees of a placed mesh. `own`: in world space, else in the mesh's own.
+Status add_trees(const ScenePlan& plan, std::uint32_t placement, bool own, const TreeSource& source,
+                 SceneTree& scene, std::vector<Box3d>& boxes) {
+  const PlacementView& view = plan.placements[placement];
+  TreePart part{plan.meshes[view.mesh], own ? &view.world_from_mesh : nullptr};
+  const auto add = [&](const Box3d& box) -> Status {
+    auto made = source.triangles({&part, 1});
+    if (!made) return std::move(made).error();
+    scene.trees.push_back(std::move(*made));
+    boxes.push_back(box);
+    return success();
+  };
+  if (!plan.is_cut(view.mesh)) return add({});
+  MeshPart whole;
+  whole.box = own ? plan.placed[placement] : plan.facts[view.mesh].box;
+  for (const MeshPart& cell :
+       cut_mesh(part.mesh, part.world_from_mesh, whole, plan.tree_triangles)) {
+    part.runs = cell.runs;
+    if (Status status = add(cell.box); !status) return status;
+  }
+  return success();
+}
+
 }  // namespace
 
 std::uint64_t SceneTree::bytes() const {
@@ -49,11 +79,11 @@ Result<SceneTree> assemble_scene_tree(const ScenePlan& plan, Joining joining,
                                       const TreeSource& source) {
   SceneTree scene;
   const std::vector<std::uint32_t> joined =
-      joining == Joining::kMeasured ? choose_joined(plan.meshes, plan.placements, plan.placed)
-                                    : std::vector<std::uint32_t>{};
+      joining == Joining::kMeasured
+          ? choose_joined(plan.meshes, plan.placements, plan.placed, plan.tree_triangles)
+          : std::vector<std::uint32_t>{};
 
-  constexpr std::uint32_t kNoTree = 0xffffffffu;
-  std::vector<std::uint32_t> shared(plan.meshes.size(), kNoTree);
+  std::vector<MeshTrees> shared(plan.meshes.size());
   std::vector<Placement> placements;
   std::vector<Box3d> boxes;
   Box3d joined_box;
@@ -70,21 +100,21 @@ Result<SceneTree> assemble_scene_tree(const ScenePlan& plan, Joining joining,
 
     Placement placement = place_alone(plan, i);
     const bool own = has_own_tree(placement);
-    std::uint32_t& tree = shared[view.mesh];
-    if (own || tree == kNoTree) {
-      const TreePart part{plan.meshes[view.mesh], own ? &view.world_from_mesh : nullptr};
-      auto made = source.triangles({&part, 1});
-      if (!made) return std::move(made).error();
-      placement.tree = static_cast<std::uint32_t>(scene.trees.size());
-      scene.trees.push_back(std::move(*made));
-      if (!own) tree = placement.tree;
-    } else {
-      placement.tree = tree;
+    MeshTrees made;
+    MeshTrees& trees = own ? made : shared[view.mesh];
+    if (trees.boxes.empty()) {
+      trees.first = static_cast<std::uint32_t>(scene.trees.size());
+      if (Status status = add_trees(plan, i, own, source, scene, trees.boxes); !status)
+        return std::move(status).error();
     }
-    if (scene.trees[placement.tree]->root == ChildRef::kEmpty) continue;
-    placements.push_back(placement);
-    ++scene.entries;
-    boxes.push_back(box);
+    for (std::size_t k = 0; k < trees.boxes.size(); ++k) {
+      placement.tree = trees.first + static_cast<std::uint32_t>(k);
+      if (scene.trees[placement.tree]->root == ChildRef::kEmpty) continue;
+      placements.push_back(placement);
+      ++scene.entries;
+      const bool known = trees.boxes.size() > 1 && placement.world_boxes;
+      boxes.push_back(known ? trees.boxes[k] : box);
+    }
   }
   if (!joined.empty()) {
     if (Status status = add_joined(plan, joined, source, scene, placements); !status)

@@ -108,8 +108,8 @@ struct SceneTree {
 /// Builds all trees. Placements of meshes that are placed once, or are small, share one tree around
 /// their world triangles. A larger mesh that is placed often has one tree in its own space. If a
 /// matrix is so nearly singular that mapped rays would lose precision, its placement has a tree of
-/// its own in world space. Errors: SCENE_TOO_LARGE if a tree would exceed 16 GiB; CANCELLED soon
-/// after `cancel` is set.
+/// its own in world space. A mesh that is too large for one tree has several
+/// (ScenePlan::tree_triangles). Errors: CANCELLED soon after `cancel` is set.
 Result<SceneTree> build_scene_tree(const ScenePlan& plan, TreeQuality quality = TreeQuality::kHigh,
                                    Joining joining = Joining::kMeasured,
                                    const CancelFlag* cancel = nullptr);

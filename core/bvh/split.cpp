@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <memory>
 #include <utility>
 
@@ -288,6 +289,68 @@ std::vector<MeshPart> split_mesh(const MeshView& mesh, const Affine* world_from_
   }
   close();
   return parts;
+}
+
+std::vector<TriangleRun> ascending(std::span<const TriangleRun> runs) {
+  std::vector<TriangleRun> sorted(runs.begin(), runs.end());
+  std::sort(sorted.begin(), sorted.end(),
+            [](const TriangleRun& a, const TriangleRun& b) { return a.first < b.first; });
+  std::size_t last = 0;
+  for (std::size_t i = 1; i < sorted.size(); ++i) {
+    if (sorted[last].first + sorted[last].count == sorted[i].first) {
+      sorted[last].count += sorted[i].count;
+    } else {
+      sorted[++last] = sorted[i];
+    }
+  }
+  if (!sorted.empty()) sorted.resize(last + 1);
+  return sorted;
+}
+
+std::vector<MeshPart> cut_mesh(const MeshView& mesh, const Affine* world_from_mesh,
+                               const MeshPart& whole, std::uint32_t most) {
+  std::vector<MeshPart> cells;
+  std::vector<TriangleRun> runs;
+  MeshPart cell;
+  const auto fits = [&](std::uint32_t count) {
+    return std::uint64_t{cell.triangle_count} + count <= most;
+  };
+  const auto close = [&] {
+    if (cell.triangle_count == 0) return;
+    const auto memory = std::make_shared<const std::vector<TriangleRun>>(ascending(runs));
+    cell.runs = *memory;
+    cell.owner = memory;
+    cells.push_back(std::exchange(cell, {}));
+    runs.clear();
+  };
+  const std::vector<MeshPart> parts =
+      split_mesh(mesh, world_from_mesh, numbers_of(whole.runs), whole.box);
+  for (const MeshPart& part : parts) {
+    if (part.triangle_count > most && parts.size() > 1) {
+      // Many triangles in one cell of the grid: a finer one.
+      close();
+      std::vector<MeshPart> finer = cut_mesh(mesh, world_from_mesh, part, most);
+      std::move(finer.begin(), finer.end(), std::back_inserter(cells));
+      continue;
+    }
+    if (!fits(part.triangle_count)) close();
+    for (TriangleRun run : part.runs) {
+      // No grid separates the triangles of the only part: then their number decides.
+      while (!fits(run.count)) {
+        const std::uint32_t room = most - cell.triangle_count;
+        if (room > 0) runs.push_back({run.first, room});
+        cell.triangle_count = most;
+        cell.box = part.box;
+        close();
+        run = {run.first + room, run.count - room};
+      }
+      runs.push_back(run);
+      cell.triangle_count += run.count;
+    }
+    cell.box.include(part.box);
+  }
+  close();
+  return cells;
 }
 
 }  // namespace sightline

@@ -1,7 +1,8 @@
 #pragma once
 /// Splits the triangles of a large mesh into parts of neighbours, in about two passes over them. A
 /// first ray into ten million triangles then needs only the tree of one part. The parts are the
-/// cells of a grid over the bounds, joined along a Morton curve.
+/// cells of a grid over the bounds, joined along a Morton curve. Also cuts a mesh that is too large
+/// for one tree.
 
 #include <cstdint>
 #include <memory>
@@ -26,6 +27,10 @@ struct TriangleRun {
 /// The numbers of all triangles of the ranges, in the order of the ranges. Throws std::bad_alloc.
 std::vector<std::uint32_t> numbers_of(std::span<const TriangleRun> runs);
 
+/// The ranges sorted by number, neighbours joined. Precondition: they do not overlap. Throws
+/// std::bad_alloc.
+std::vector<TriangleRun> ascending(std::span<const TriangleRun> runs);
+
 /// A part of a mesh.
 struct MeshPart {
   std::span<const TriangleRun> runs;  ///< the triangles of the part
@@ -41,5 +46,12 @@ struct MeshPart {
 /// result does not depend on the number of threads. Throws std::bad_alloc.
 std::vector<MeshPart> split_mesh(const MeshView& mesh, const Affine* world_from_mesh,
                                  std::span<const std::uint32_t> triangles, const Box3d& bounds);
+
+/// Cuts the triangles of a part into parts with at most `most` triangles each, for meshes that are
+/// too large for one tree: neighbours along the curve of split_mesh share a part. A `whole` without
+/// runs means all triangles of the mesh. The runs of the results ascend. Parallel; the result
+/// does not depend on the number of threads. Throws std::bad_alloc.
+std::vector<MeshPart> cut_mesh(const MeshView& mesh, const Affine* world_from_mesh,
+                               const MeshPart& whole, std::uint32_t most);
 
 }  // namespace sightline

@@ -27,7 +27,7 @@ void write_block(std::span<const TreePart> parts, const PartNumbers& numbering,
   const MeshView& mesh = parts[first.part].mesh;
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
     const std::uint32_t triangle =
-        first.triangle + (numbers[lane < numbers.size() ? lane : 0] - numbers[0]);
+        lane < numbers.size() ? numbering.place_of(numbers[lane]).triangle : first.triangle;
     const auto index = mesh.indices.corners(triangle);
     for (std::size_t corner = 0; corner < 3; ++corner) {
       const Vec3f& p = mesh.positions[index[corner]];
@@ -86,10 +86,13 @@ struct BuildBoxes {
   std::uint32_t make_chunk(std::uint32_t first, std::uint32_t end, Box3d& within) {
     const double scale = std::ldexp(1.0, scale_exponent);
     BuildBox* to = &boxes[first];
-    PartNumbers::Place place = numbering_.place_of(first);
+    PartNumbers::Place place;
+    std::uint32_t known = first;  // the end of the numbers that follow `place`
     for (std::uint32_t i = first; i < end; ++i, ++place.triangle) {
-      while (place.triangle == parts_[place.part].mesh.triangle_count())
-        place = {place.part + 1, 0};
+      if (i == known) {
+        place = numbering_.place_of(i);
+        known = i + numbering_.stretch(i);
+      }
       const TreePart& part = parts_[place.part];
       const TreeCorners corners = tree_corners(part.mesh, place.triangle, part.world_from_mesh);
       if (!corners.usable) continue;
@@ -112,14 +115,14 @@ struct BuildBoxes {
   const PartNumbers& numbering_;
 };
 
-/// The boxes of a leaf, part by part.
+/// The boxes of a leaf, part by part. `apart`: not all boxes may share a block.
 class LeafParts {
  public:
-  LeafParts(const PartNumbers& numbering, bool several, const std::uint32_t* numbers,
+  LeafParts(const PartNumbers& numbering, bool apart, const std::uint32_t* numbers,
             std::uint32_t count)
-      : numbering_(numbering), several_(several), count_(count) {
+      : numbering_(numbering), apart_(apart), count_(count) {
     std::copy_n(numbers, count, numbers_.begin());
-    if (several) std::sort(numbers_.begin(), numbers_.begin() + count);
+    if (apart) std::sort(numbers_.begin(), numbers_.begin() + count);
   }
 
   /// Calls `block` with the numbers of each block.
@@ -127,7 +130,7 @@ class LeafParts {
   void blocks(Block block) const {
     for (std::uint32_t first = 0; first < count_;) {
       std::uint32_t end = std::min<std::uint32_t>(count_, first + kLanes);
-      while (several_ && !may_share(numbers_[first], numbers_[end - 1])) --end;
+      while (apart_ && !may_share(numbers_[first], numbers_[end - 1])) --end;
       block(std::span<const std::uint32_t>(&numbers_[first], end - first));
       first = end;
     }
@@ -135,12 +138,13 @@ class LeafParts {
 
  private:
   bool may_share(std::uint32_t least, std::uint32_t greatest) const {
-    const std::uint32_t part = numbering_.part_of(least);
-    return numbering_.part_of(greatest) == part && LeafBlock::fit(least, greatest, part);
+    const PartNumbers::Place first = numbering_.place_of(least);
+    const PartNumbers::Place last = numbering_.place_of(greatest);
+    return first.part == last.part && LeafBlock::fit(first.triangle, last.triangle, first.part);
   }
 
   const PartNumbers& numbering_;
-  bool several_;
+  bool apart_;
   std::uint32_t count_;
   std::array<std::uint32_t, kMaxLeafBoxes> numbers_{};
 };
@@ -158,8 +162,13 @@ int choose_scale_exponent(const Box3d& bounds) {
   return exponent > 40 || exponent < -40 ? -exponent : 0;
 }
 
-PartNumbers::PartNumbers(std::span<const TreePart> parts) {
+PartNumbers::PartNumbers(std::span<const TreePart> parts) : runs_(parts.front().runs) {
   std::uint32_t end = 0;
+  for (const TriangleRun& run : runs_) run_ends_.push_back(end += run.count);
+  if (!runs_.empty()) {
+    ends_.push_back(end);
+    return;
+  }
   for (const TreePart& part : parts) ends_.push_back(end += part.mesh.triangle_count());
 }
 
@@ -168,41 +177,43 @@ std::uint32_t PartNumbers::part_of(std::uint32_t number) const {
                                     ends_.begin());
 }
 
+PartNumbers::Place PartNumbers::place_of(std::uint32_t number) const {
+  if (!runs_.empty()) {
+    const auto run = static_cast<std::size_t>(
+        std::upper_bound(run_ends_.begin(), run_ends_.end(), number) - run_ends_.begin());
+    // Numbers count from the end of the run back, so that the first run is no special case.
+    return {0, runs_[run].first + runs_[run].count - (run_ends_[run] - number)};
+  }
+  const std::uint32_t part = part_of(number);
+  return {part, number - begin(part)};
+}
+
+std::uint32_t PartNumbers::stretch(std::uint32_t number) const {
+  const std::vector<std::uint32_t>& ends = runs_.empty() ? ends_ : run_ends_;
+  return *std::upper_bound(ends.begin(), ends.end() - 1, number) - number;
+}
+
+bool PartNumbers::spans_far() const {
+  if (runs_.empty()) return ends_.front() > LeafBlock::kNear;
+  return runs_.back().first + runs_.back().count - runs_.front().first > LeafBlock::kNear;
+}
+
+std::optional<std::uint32_t> PartNumbers::number(Place place) const {
+  if (runs_.empty()) return begin(place.part) + place.triangle;
+  const auto after = std::upper_bound(
+      runs_.begin(), runs_.end(), place.triangle,
+      [](std::uint32_t triangle, const TriangleRun& run) { return triangle < run.first; });
+  if (after == runs_.begin()) return std::nullopt;
+  const auto run = static_cast<std::size_t>(after - runs_.begin()) - 1;
+  const std::uint32_t within = place.triangle - runs_[run].first;
+  if (within >= runs_[run].count) return std::nullopt;
+  return run_ends_[run] - (runs_[run].count - within);
+}
+
 WideTree build_triangle_tree(const MeshView& mesh, const Affine* world_from_mesh,
                              TreeQuality quality, const CancelFlag* cancel) {
   const TreePart part{mesh, world_from_mesh};
   return build_triangle_tree({&part, 1}, quality, cancel);
-}
-
-WideTree build_triangle_tree(const MeshView& mesh, std::span<const std::uint32_t> triangles,
-                             const Affine* world_from_mesh, TreeQuality quality,
-                             const CancelFlag* cancel) {
-  std::vector<std::uint32_t> indices;
-  indices.reserve(triangles.size() * 3);
-  for (const std::uint32_t triangle : triangles) {
-    const auto corner = mesh.indices.corners(triangle);
-    indices.insert(indices.end(), corner.begin(), corner.end());
-  }
-  WideTree tree = build_triangle_tree({mesh.positions, indices}, world_from_mesh, quality, cancel);
-  std::vector<std::uint32_t> waiting;
-  if (tree.root != ChildRef::kEmpty) waiting.push_back(tree.root);
-  while (!waiting.empty()) {
-    const std::uint32_t ref = waiting.back();
-    waiting.pop_back();
-    if (ChildRef::is_leaf(ref)) {
-      auto* block = reinterpret_cast<LeafBlock*>(tree.arena.at(ChildRef::granule(ref)));
-      for (const LeafBlock* end = block + ChildRef::blocks(ref); block != end; ++block) {
-        auto named = block->triangles();
-        for (std::uint32_t& triangle : named) triangle = triangles[triangle];
-        block->set_names(named, block->lane_count(), 0);
-      }
-      continue;
-    }
-    for (const std::uint32_t child : tree.node(ref).child) {
-      if (child != ChildRef::kEmpty) waiting.push_back(child);
-    }
-  }
-  return tree;
 }
 
 WideTree build_triangle_tree(std::span<const TreePart> parts, TreeQuality quality,
@@ -218,13 +229,14 @@ WideTree build_triangle_tree(std::span<const TreePart> parts, TreeQuality qualit
   CollapseOptions options;
   options.cancel = cancel;
   options.leaf_max = std::min(options.leaf_max, kMaxLeafBoxes);
+  const bool apart = several || numbering.spans_far();
   const auto leaf_parts = [&](std::uint32_t first, std::uint32_t count) {
-    return LeafParts(numbering, several, &binary.ids[first], count);
+    return LeafParts(numbering, apart, &binary.ids[first], count);
   };
-  if (several) {
-    // Of such trees a scene has few, and a small one stays in the first cache: only time counts.
-    constexpr std::size_t kFewBoxes = 64;
-    if (binary.ids.size() <= kFewBoxes) options.memory_cost = 0;
+  // Of such trees a scene has few, and a small one stays in the first cache: only time counts.
+  constexpr std::size_t kFewBoxes = 64;
+  if (several && binary.ids.size() <= kFewBoxes) options.memory_cost = 0;
+  if (apart) {
     options.count_blocks = [&](std::uint32_t first, std::uint32_t count) {
       std::uint32_t blocks = 0;
       leaf_parts(first, count).blocks([&](std::span<const std::uint32_t>) { ++blocks; });

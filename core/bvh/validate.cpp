@@ -270,14 +270,17 @@ Fault find_fault(const WideTree& tree, std::span<const TreePart> parts) {
     if (place.triangle >= count) {
       return ": holds triangle " + std::to_string(place.triangle) + " of " + std::to_string(count);
     }
-    const std::uint32_t number = numbering.number(place);
-    if (Fault fault = present.enter(number)) return fault;
+    const std::optional<std::uint32_t> number = numbering.number(place);
+    if (!number) {
+      return ": holds triangle " + std::to_string(place.triangle) + ", which is not of this tree";
+    }
+    if (Fault fault = present.enter(*number)) return fault;
     const TreeCorners corners = corners_of(place);
-    if (!corners.usable) return ": holds " + present.name(number) + ", which nothing can hit";
+    if (!corners.usable) return ": holds " + present.name(*number) + ", which nothing can hit";
     for (const Vec3d& p : corners.at) {
       for (int k = 0; k < 3; ++k) {
         if (!box.contains(k, p[k] * scale))
-          return ": its box does not contain " + present.name(number);
+          return ": its box does not contain " + present.name(*number);
       }
     }
     return {};

@@ -25,7 +25,8 @@ std::uint64_t attribute_bytes_of(const Mesh& mesh) {
 
 }  // namespace
 
-Result<std::shared_ptr<const Scene>> Scene::prepare(SceneDescription description) {
+Result<std::shared_ptr<const Scene>> Scene::prepare(SceneDescription description,
+                                                    std::uint32_t tree_triangles) {
   return within_memory(kNoMemory, [&]() -> Result<std::shared_ptr<const Scene>> {
     std::shared_ptr<Scene> scene(new Scene());
     scene->description_ = std::move(description);
@@ -45,7 +46,7 @@ Result<std::shared_ptr<const Scene>> Scene::prepare(SceneDescription description
       placements.push_back({instance.mesh, instance.world_from_mesh, instance.hidden});
     }
     scene->has_empty_mask_ = has_empty_mask_among(scene->description_.instances);
-    Result<ScenePlan> plan = plan_scene(std::move(meshes), std::move(placements));
+    Result<ScenePlan> plan = plan_scene(std::move(meshes), std::move(placements), tree_triangles);
     if (!plan) return std::move(plan).error();
     scene->plan_ = std::move(*plan);
     scene->known_edges_ = std::make_shared<KnownEdges>(scene->description_.meshes.size());

@@ -27,9 +27,10 @@ using WorldTriangle = Triangle;
 /// Readers hold it by shared_ptr<const Scene>; all functions are thread-safe.
 class Scene {
  public:
-  /// Makes a scene with its bounds, but no tree built. Errors: SCENE_TOO_LARGE if a tree would be
-  /// too large, MEMORY_EXHAUSTED.
-  static Result<std::shared_ptr<const Scene>> prepare(SceneDescription description);
+  /// Makes a scene with its bounds, but no tree built. Errors: SCENE_TOO_LARGE if a mesh or the
+  /// number of placements is (plan_scene), MEMORY_EXHAUSTED.
+  static Result<std::shared_ptr<const Scene>> prepare(
+      SceneDescription description, std::uint32_t tree_triangles = kTreeTriangles);
   /// Makes a scene with all trees built. Errors: those of prepare; CANCELLED.
   static Result<std::shared_ptr<const Scene>> build(SceneDescription description,
                                                     TreeQuality quality = TreeQuality::kHigh,

@@ -70,7 +70,8 @@ void SceneTrees::estimate() {
   for (std::size_t i = 0; i < states_.size(); ++i) {
     if (states_[i] != SlotState::kUnbuilt) continue;
     const TreeSlot& slot = layout_->slots()[i];
-    const std::uint64_t first = can_split(slot) ? 32 * kPartTriangles : slot.triangle_count;
+    const std::uint32_t part = slot.whole ? plan_.tree_triangles : 32 * kPartTriangles;
+    const std::uint64_t first = std::min(slot.triangle_count, part);
     least_bytes_ = std::max(least_bytes_, first * kBytesPerTriangle);
     full_bytes_ += slot.triangle_count * kBytesPerTriangle;
   }
@@ -202,7 +203,7 @@ void SceneTrees::give_back(const std::vector<Claim>& claims) {
 
 void SceneTrees::make(Claim& claim, const CancelFlag* cancel) const {
   if (is_cancelled(cancel)) return;
-  if (can_split(claim.slot)) {
+  if (can_split(plan_, claim.slot)) {
     claim.parts = split_slot(plan_, claim.slot);
     return;
   }

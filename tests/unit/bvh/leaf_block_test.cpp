@@ -22,13 +22,17 @@ void expect_names(const Named& named, std::uint32_t count, std::uint32_t placeme
   EXPECT_EQ(block.edge_max(), 1.5f);
 }
 
-TEST(LeafBlock, names_any_triangles_of_placement_0) {
-  constexpr std::uint32_t kLast = LeafBlock::kTriangles - 1;
-  expect_names({0, 0, 0, 0}, 1, 0);
-  expect_names({kLast, 0, kLast, 0}, 4, 0);
-  expect_names({0, kLast, 0, kLast}, 4, 0);
-  expect_names({3, 1, 4, 1'592'653}, 4, 0);
-  EXPECT_TRUE(LeafBlock::fit(0, kLast, 0));
+TEST(LeafBlock, names_triangles_of_placement_0_in_any_order) {
+  constexpr std::uint32_t kLast = 0xffffffffu;
+  constexpr std::uint32_t kWide = LeafBlock::kNear - 1;
+  for (const std::uint32_t least : {0u, 1u, 0x7fffffffu, kLast - kWide}) {
+    expect_names({least, least, least, least}, 1, 0);
+    expect_names({least + kWide, least, least + kWide, least}, 4, 0);
+    expect_names({least, least + kWide, least, least + kWide}, 4, 0);
+    expect_names({least + 3, least + 1, least + 4, least + 1'592'653}, 4, 0);
+  }
+  EXPECT_TRUE(LeafBlock::fit(5, 5 + kWide, 0));
+  EXPECT_FALSE(LeafBlock::fit(5, 6 + kWide, 0));
 }
 
 TEST(LeafBlock, names_triangles_near_each_other_behind_it) {

@@ -81,13 +81,70 @@ TEST(Split, leaves_together_what_lies_in_one_place_and_drops_what_nothing_hits) 
   EXPECT_TRUE(split_mesh({positions, {}}, nullptr, {}, {}).empty());
 }
 
-TEST(Split, builds_a_tree_that_calls_triangles_by_their_number_in_the_mesh) {
+TEST(Split, builds_a_tree_that_names_triangles_by_their_number_in_the_mesh) {
   const SceneDescription description = description_of(demo::terrain(2000));
   const MeshView mesh{description.meshes[0]->positions, description.meshes[0]->indices};
-  std::vector<std::uint32_t> all(mesh.triangle_count());
-  for (std::uint32_t i = 0; i < all.size(); ++i) all[i] = i;
-  const WideTree tree = build_triangle_tree(mesh, all, nullptr, TreeQuality::kFast);
-  EXPECT_TRUE(validate_triangle_tree(tree, mesh, nullptr));
+  const std::vector<TriangleRun> runs{{3, 1}, {5, 700}, {900, 1100}};
+  const TreePart part{mesh, nullptr, runs};
+  const WideTree tree = build_triangle_tree({&part, 1}, TreeQuality::kFast);
+  EXPECT_TRUE(validate_triangle_tree(tree, {&part, 1}));
+  const Status all = validate_triangle_tree(tree, mesh, nullptr);
+  ASSERT_FALSE(all);
+  const std::vector<TriangleRun> fewer{{5, 700}, {900, 1100}};
+  const TreePart other{mesh, nullptr, fewer};
+  EXPECT_FALSE(validate_triangle_tree(tree, {&other, 1}));
+}
+
+TEST(Split, names_triangles_that_are_far_apart) {
+  // Neighbours in space whose numbers differ by more than a leaf block can express. Only the
+  // numbers are many: all other triangles have two equal corners.
+  constexpr std::uint32_t kDistant = LeafBlock::kNear + 10;
+  const std::vector<Vec3f> positions{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}};
+  std::vector<std::uint32_t> indices(std::size_t{3} * (kDistant + 2), 0);
+  const auto set = [&](std::uint32_t triangle, std::array<std::uint32_t, 3> corners) {
+    std::copy(corners.begin(), corners.end(), indices.begin() + std::ptrdiff_t{3} * triangle);
+  };
+  set(1, {0, 1, 2});
+  set(kDistant, {1, 3, 2});
+  set(kDistant + 1, {0, 2, 3});
+  const MeshView mesh{positions, indices};
+  const std::vector<TriangleRun> runs{{1, 1}, {kDistant, 2}};
+  const TreePart part{mesh, nullptr, runs};
+  const WideTree tree = build_triangle_tree({&part, 1}, TreeQuality::kHigh);
+  EXPECT_TRUE(validate_triangle_tree(tree, {&part, 1}));
+  EXPECT_EQ(tree.block_count, 2u);
+}
+
+TEST(Split, cuts_a_mesh_into_parts_of_a_limited_size) {
+  const SceneDescription description = description_of(demo::terrain(50000));
+  const MeshView mesh{description.meshes[0]->positions, description.meshes[0]->indices};
+  MeshPart whole;
+  whole.box = bounds_of(mesh, nullptr);
+  for (const std::uint32_t most : {100u, 5000u, 20000u}) {
+    const auto cells = cut_mesh(mesh, nullptr, whole, most);
+    expect_partition(mesh, nullptr, cells);
+    EXPECT_GE(cells.size(), mesh.triangle_count() / most);
+    for (const MeshPart& cell : cells) {
+      EXPECT_LE(cell.triangle_count, most);
+      for (std::size_t i = 1; i < cell.runs.size(); ++i)
+        EXPECT_GT(cell.runs[i].first, cell.runs[i - 1].first + cell.runs[i - 1].count);
+    }
+  }
+  // Its cells are neighbours: few of their boxes meet.
+  const auto cells = cut_mesh(mesh, nullptr, whole, 5000);
+  EXPECT_LE(cells.size(), 20u);
+}
+
+TEST(Split, cuts_triangles_in_one_place_by_number) {
+  const std::vector<Vec3f> positions{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  std::vector<std::uint32_t> indices;
+  for (int i = 0; i < 50; ++i) indices.insert(indices.end(), {0, 1, 2, 0, 0, 1});
+  const MeshView mesh{positions, indices};
+  MeshPart whole;
+  whole.box = bounds_of(mesh, nullptr);
+  const auto cells = cut_mesh(mesh, nullptr, whole, 7);
+  EXPECT_EQ(cells.size(), 8u);
+  expect_partition(mesh, nullptr, cells);
 }
 
 }  // namespace

@@ -1,0 +1,202 @@
+"""Large scenes over HTTP: how soon they are ready and answer, and whether the answers are right.
+
+  large_bench.py SIGHTLINE mesh [TRIANGLES]      one mesh (default 64 million triangles; 18 bytes each in the file)
+  large_bench.py SIGHTLINE instances [COUNT]     EXT_mesh_gpu_instancing of a sphere of 828 triangles (default 250,000)
+  large_bench.py SIGHTLINE nodes [COUNT]         nodes, each with a name and a matrix of its own (default 40,000)
+
+The mesh is a height field: its triangles along a ray are those of the grid cells below it, so numpy finds the first hit without a tree.
+Rays within 1e-7 of an edge are not judged. "read" is the time to read the file from the page cache.
+
+Needs numpy. Prints figures; exit code 1 if an answer is wrong.
+"""
+
+import json
+import struct
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+SOURCE = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(SOURCE / "tests/integration"), str(SOURCE / "proto/python")]
+from sightline import Sightline  # noqa: E402  (found only now)
+from sightline_server import Server  # noqa: E402
+
+MIB = 1 << 20
+
+
+def write_glb(path, document, columns):
+    """columns: (name of the accessor, array, its glTF type). Writes them one after the other."""
+    views, accessors, offset = [], [], 0
+    component = {np.dtype(np.float32): 5126, np.dtype(np.uint32): 5125}
+    for array, kind in columns:
+        views.append({"buffer": 0, "byteOffset": offset, "byteLength": array.nbytes})
+        accessor = {"bufferView": len(views) - 1, "componentType": component[array.dtype], "count": len(array), "type": kind}
+        if kind == "VEC3" and not accessors:
+            accessor |= {"min": array.min(axis=0).tolist(), "max": array.max(axis=0).tolist()}
+        accessors.append(accessor)
+        offset += array.nbytes
+    document |= {"asset": {"version": "2.0"}, "bufferViews": views, "accessors": accessors, "buffers": [{"byteLength": offset}]}
+    text = json.dumps(document, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 4)
+    with open(path, "wb") as file:
+        file.write(struct.pack("<III", 0x46546C67, 2, 12 + 8 + len(text) + 8 + offset) + struct.pack("<II", len(text), 0x4E4F534A) + text)
+        file.write(struct.pack("<II", offset, 0x004E4942))
+        for array, _ in columns:
+            array.tofile(file)
+
+
+def height_field(side):
+    """(positions, indices) of side x side cells of one unit, two triangles each, row by row."""
+    n = side + 1
+    x, z = np.meshgrid(np.arange(n, dtype=np.float32), np.arange(n, dtype=np.float32), indexing="xy")
+    y = (np.sin(x * np.float32(0.11)) * np.cos(z * np.float32(0.07)) * 8 + np.sin(x * 1.7 + z * 2.3)).astype(np.float32)
+    positions = np.stack([x, y, z], axis=-1).reshape(-1, 3)
+    indices = np.empty((side, side, 6), np.uint32)
+    corner = (np.arange(side, dtype=np.uint32)[:, None] * np.uint32(n)) + np.arange(side, dtype=np.uint32)[None, :]
+    for k, step in enumerate((0, n, 1, 1, n, n + 1)):
+        np.add(corner, np.uint32(step), out=indices[:, :, k])
+    return positions, indices.reshape(-1)
+
+
+def first_hit(positions, side, origin, direction):
+    """(t, triangle, least distance to an edge in barycentric terms) of one ray, or None."""
+    n = side + 1
+    steps = int(np.ceil(np.hypot(direction[0], direction[2]) * 3)) + 2
+    along = np.linspace(0, 1, steps * 2)[:, None]
+    cells = np.floor(origin[[0, 2]] + along * direction[[0, 2]]).astype(np.int64)
+    near = np.concatenate([cells + [i, j] for i in (-1, 0, 1) for j in (-1, 0, 1)])
+    near = np.unique(near[((near >= 0) & (near < side)).all(axis=1)], axis=0)
+    if not len(near):
+        return None
+    corner = near[:, 1] * n + near[:, 0]
+    number = (near[:, 1] * side + near[:, 0]) * 2
+    triangles = np.concatenate([np.stack([corner, corner + n, corner + 1], 1), np.stack([corner + 1, corner + n, corner + n + 1], 1)])
+    numbers = np.concatenate([number, number + 1])
+    a, b, c = (positions[triangles[:, k]].astype(np.float64) for k in range(3))
+    p = np.cross(direction, c - a)
+    determinant = ((b - a) * p).sum(1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        u = ((origin - a) * p).sum(1) / determinant
+        q = np.cross(origin - a, b - a)
+        v = (q @ direction) / determinant
+        t = ((c - a) * q).sum(1) / determinant
+    edge = np.minimum(np.minimum(u, v), 1 - u - v)
+    if (np.abs(edge[(t > -1e-6)]) < 1e-7).any():
+        return "near an edge"
+    hit = (edge > 0) & (t >= 0)
+    if not hit.any():
+        return None
+    best = np.flatnonzero(hit)[np.argmin(t[hit])]
+    return t[best], numbers[best]
+
+
+def judge(server, scene, positions, side, count=2000):
+    random = np.random.default_rng(5)
+    origins = np.stack([random.uniform(0, side, count), random.uniform(-6, 30, count), random.uniform(0, side, count)], 1)
+    directions = np.stack([random.uniform(-60, 60, count), random.uniform(-30, 5, count), random.uniform(-60, 60, count)], 1)
+    directions[: count // 4, [0, 2]] = 0
+    directions[: count // 4, 1] = -40
+    answer = server.closest(scene, origins, directions, tmax=1.0, fields=["t", "triangle"])
+    wrong = judged = 0
+    for i in range(count):
+        truth = first_hit(positions, side, origins[i], directions[i])
+        if isinstance(truth, str):
+            continue
+        judged += 1
+        if truth is None or truth[0] > 1:
+            wrong += bool(answer["hit"][i])
+        else:
+            wrong += not (answer["hit"][i] and answer["triangle"][i] == truth[1] and abs(answer["t"][i] - truth[0]) < 1e-9)
+    return judged, wrong
+
+
+def make_mesh(path, triangles):
+    side = int(np.sqrt(triangles / 2))
+    positions, indices = height_field(side)
+    write_glb(path, {"scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0, "name": "ground"}],
+                     "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}]}, [(positions, "VEC3"), (indices, "SCALAR")])
+    return positions, side
+
+
+def sphere(rings=18, segments=24):
+    theta, phi = np.meshgrid(np.linspace(0, np.pi, rings + 1), np.linspace(0, 2 * np.pi, segments + 1), indexing="ij")
+    positions = np.stack([np.sin(theta) * np.cos(phi), np.cos(theta), np.sin(theta) * np.sin(phi)], -1).reshape(-1, 3).astype(np.float32)
+    corner = np.arange(rings)[:, None] * (segments + 1) + np.arange(segments)[None, :]
+    corner = corner.reshape(-1).astype(np.uint32)
+    indices = np.stack([corner, corner + segments + 1, corner + 1, corner + 1, corner + segments + 1, corner + segments + 2], 1)
+    return positions, indices.reshape(-1).astype(np.uint32)
+
+
+def places(count):
+    random = np.random.default_rng(3)
+    side = int(np.ceil(np.sqrt(count)))
+    at = np.arange(count)
+    translation = np.stack([at % side * 3.0, random.uniform(0, 2, count), at // side * 3.0], 1).astype(np.float32)
+    turn = random.normal(size=(count, 4))
+    return translation, (turn / np.linalg.norm(turn, axis=1)[:, None]).astype(np.float32), side
+
+
+def make_instances(path, count):
+    positions, indices = sphere()
+    translation, rotation, side = places(count)
+    write_glb(path, {"scene": 0, "scenes": [{"nodes": [0]}], "extensionsUsed": ["EXT_mesh_gpu_instancing"], "extensionsRequired": ["EXT_mesh_gpu_instancing"],
+                     "nodes": [{"mesh": 0, "name": "bolts", "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 2, "ROTATION": 3}}}}],
+                     "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}]},
+              [(positions, "VEC3"), (indices, "SCALAR"), (translation, "VEC3"), (rotation, "VEC4")])
+    return None, side * 3
+
+
+def make_nodes(path, count):
+    positions, indices = sphere()
+    translation, rotation, side = places(count)
+    nodes = [{"mesh": 0, "name": f"bolt {i}", "translation": translation[i].tolist(), "rotation": rotation[i].tolist()} for i in range(count)]
+    write_glb(path, {"scene": 0, "scenes": [{"nodes": list(range(count))}], "nodes": nodes,
+                     "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}]}, [(positions, "VEC3"), (indices, "SCALAR")])
+    return None, side * 3
+
+
+def memory_of(pid):
+    return int(next(line for line in open(f"/proc/{pid}/status") if line.startswith("VmHWM")).split()[1]) >> 10
+
+
+def main():
+    kind = sys.argv[2]
+    count = int(sys.argv[3]) if len(sys.argv) > 3 else {"mesh": 64_000_000, "instances": 250_000, "nodes": 40_000}[kind]
+    with tempfile.TemporaryDirectory(dir="/var/tmp") as folder:
+        file = Path(folder, "scene.glb")
+        positions, side = {"mesh": make_mesh, "instances": make_instances, "nodes": make_nodes}[kind](file, count)
+        begin = time.perf_counter()
+        with open(file, "rb") as stream:
+            while stream.read(16 * MIB):
+                pass
+        read = time.perf_counter() - begin
+        with Server("--scene-root", folder, "--log-level", "warn", memory=None) as server:
+            client = Sightline(server.url, timeout=900)
+            begin = time.perf_counter()
+            client.load("large", {"path": "scene.glb"}, wait=600)
+            ready = time.perf_counter() - begin
+            begin = time.perf_counter()
+            first = client.closest("large", [[side / 2 + 0.3, 100, side / 2 + 0.2]], [[0, -1, 0]], fields=["t"])
+            answered = time.perf_counter() - begin
+            print(f"{kind} {count}: file {file.stat().st_size / MIB:.0f} MiB, read {read:.2f} s, ready {ready:.2f} s, first answer {answered:.3f} s later, "
+                  f"hit {bool(first['hit'][0])}, memory {memory_of(server.process.pid)} MiB")
+            if kind != "mesh":
+                return 0
+            begin = time.perf_counter()
+            camera = {"kind": "pinhole", "position": [side / 2, 300, -50], "look_at": [side / 2, 0, side / 2], "fov_y": 60, "width": 1000, "height": 1000}
+            client.image("large", "depth", camera)
+            print(f"a million rays of a camera: {time.perf_counter() - begin:.2f} s")
+            judged, wrong = judge(client, "large", positions, side)
+            print(f"{judged} rays judged while trees are built: {wrong} wrong")
+            while not client.stats("large")["trees"]["complete"]:
+                time.sleep(1)
+            judged, later = judge(client, "large", positions, side)
+            print(f"{judged} rays judged with all trees: {later} wrong; memory {memory_of(server.process.pid)} MiB")
+            return 1 if wrong or later else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
