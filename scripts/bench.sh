@@ -10,6 +10,7 @@
 #   scripts/bench.sh http [--quick] [OPTION...]     rays over HTTP beside the codec alone and Embree
 #   scripts/bench.sh client [ROUNDS]                5 M rays by the Python client, beside slices by hand and raw bytes
 #   scripts/bench.sh patch [ROUNDS]                 PATCH of 1,000 of 4,000 nodes, durable
+#   scripts/bench.sh large KIND [COUNT]             a mesh, instances or nodes: how soon they are ready; answers judged
 #   scripts/bench.sh page [ROUNDS]                  first picture, picks, bytes sent, pictures that the server traces
 #
 # Writes build/bench/NAME.json, .csv, .md, .svg and .png. Every floor that the benchmark measures
@@ -33,6 +34,12 @@ case ${1:-} in
     cmake --build --preset release --target sightline >&2
     # Debian's numpy belongs to Debian's Python.
     exec /usr/bin/python3 -B tests/bench/client_bench.py build/release/sightline "${@:2}"
+    ;;
+  large)
+    scripts/install_packages.sh test
+    cmake --preset release -DSIGHTLINE_TESTS=ON >&2
+    cmake --build --preset release --target sightline >&2
+    exec /usr/bin/python3 -B tests/bench/large_bench.py build/release/sightline "${@:2}"
     ;;
   page)
     scripts/install_packages.sh browser
