@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 
 PAGE = Path(__file__).resolve().parent.parent / "docs/deploy/sightline.1"
-COMMANDS = [("serve",), ("check-config",), ("key", "new"), ("cast",), ("query",), ("mcp",), ("demo",)]
+COMMANDS = [("serve",), ("check-config",), ("key", "new"), ("cast",), ("query",), ("mcp",), ("demo",), ("convert",)]
 
 HEAD = r""".\" Written by scripts/man_page.py from the program's own help.
 .TH SIGHTLINE 1 "" "sightline" "User commands"
@@ -80,8 +80,8 @@ def help_of(binary, command):
 
 
 # A flag as CLI11 shows it: names, then perhaps TYPE:CHECK=DEFAULT, "...", REQUIRED, and what it excludes.
-FLAG = re.compile(r"(?P<name>\S+)(?: (?P<type>[A-Z][A-Z,]*)?(?::(?P<check>\{[^}]*\}|[A-Z]+ in \[[^\]]*\]|[A-Z]+))?(?:=(?P<default>\S+))?)?"
-                  r"(?P<more> \.\.\.)?(?P<required> REQUIRED)?(?: Excludes: (?P<excludes>.*?))? *")
+FLAG = re.compile(r"(?P<name>\S+)(?: (?P<type>(?:ADDR:PORT|ID=FILE|[A-Z][A-Z,]*)\b)(?::(?P<check>\{[^}]*\}|[A-Z]+ in \[[^\]]*\]|[A-Z]+))?(?:=(?P<default>\S+))?)?"
+                  r"(?P<more> \.\.\.)?(?P<required> REQUIRED)?(?: Excludes: (?P<excludes>--[a-z-]+(?: --[a-z-]+)*))? *")
 METAVARS = {"UINT": "N", "INT": "N", "FLOAT": "NUMBER", "FILE": "FILE", "DIR": "FOLDER", "SECONDS": "SECONDS"}
 
 
@@ -108,16 +108,23 @@ def plain(flag, text):
 
 
 def entries(lines):
-    """(heading or None, flag, text) of the lines below a command's usage. A long flag has its text in the next line."""
+    """(heading or None, flag, text) of the lines below a command's usage. A long flag has its text in the next line.
+
+    Raises ValueError for a flag without a text."""
     heading, flag = None, None
-    for line in lines:
+    for line in [*lines, "end:"]:
+        if flag and not line.startswith(" " * 5):
+            raise ValueError(f"a flag without a text: {flag!r}")
         if (found := re.fullmatch(r"\s*(?:\[Option Group: )?([^\s\[].*?)[\]:]", line)) and not line.startswith("   "):
             heading = found.group(1)
-        elif (found := re.fullmatch(r"( {2,4})(\S.*?)(?:  +(\S.*))?", line)) and len(found.group(1)) < 5:
-            flag, text = found.group(2), found.group(3)
-            if text is not None or not flag.startswith("-"):
-                yield heading, flag, text or ""
+        elif found := re.fullmatch(r" {2,4}(-.*)", line):
+            # One space ends a flag that is as wide as its column.
+            flag = FLAG.match(found.group(1)).group()
+            if text := found.group(1)[len(flag):]:
+                yield heading, flag.rstrip(), text
                 flag = None
+        elif found := re.fullmatch(r" {2,4}(\S.*?)(?:  +(\S.*))?", line):
+            yield heading, found.group(1), found.group(2) or ""
         elif flag and line.strip():
             yield heading, flag, line.strip()
             flag = None

@@ -73,7 +73,8 @@ class CommandLine {
         ->required();
     new_key_app_->add_option("--name", key_.name, "name of the client, for the log")
         ->check(CLI::Validator(check_key_name, ""))
-        ->required();
+        ->required()
+        ->type_name("NAME");
   }
 
   /// For a server that runs: its file of keys is looked at by itself.

@@ -26,7 +26,8 @@ void define_http_flags(CLI::App& app, HttpLimits& limits, HttpSeconds& seconds) 
          "--spool-dir", limits.spool_folder,
          "folder for temporary files: the part beyond 64 KiB of a body that arrives, and of an "
          "answer that its client has not received")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->type_name("FOLDER");
   flags.add_count("--spool-bytes", limits.spool_bytes,
                   "bytes of these files in total; beyond them requests are answered with 503");
   flags

@@ -121,8 +121,10 @@ void define_question(CLI::App& app, RayQuestion& command, CastFlags& flags) {
                  "instead of one ray, a file of rays, - for standard input: in each line six "
                  "numbers, origin and direction, then tmin and tmax if there are limits; or a ray "
                  "as JSON")
-      ->excludes("--origin", "--direction", "--tmin", "--tmax");
-  app.add_option("--fields", flags.fields, "what to print of a hit, comma-separated");
+      ->excludes("--origin", "--direction", "--tmin", "--tmax")
+      ->type_name("FILE");
+  app.add_option("--fields", flags.fields, "what to print of a hit, comma-separated")
+      ->type_name("NAMES");
   define_mode(app, flags.mode);
   flags.format = kFormats[static_cast<std::size_t>(command.format)];
   CLI::Option* format = app.add_option("--format", flags.format,
@@ -149,7 +151,8 @@ void finish_question(const char* name, RayQuestion& command, const CastFlags& fl
 
 void define_server(CLI::App& app, ServerAddress& server) {
   app.add_option("--key-file", server.key_file,
-                 "file with the key of this client; default: $SIGHTLINE_KEY, if it is set");
+                 "file with the key of this client; default: $SIGHTLINE_KEY, if it is set")
+      ->type_name("FILE");
 }
 
 }  // namespace
@@ -164,7 +167,8 @@ void define_cast(CLI::App& app, CastCommand& command, CastFlags& flags) {
                  "index of the scene in the file (default: the file's default scene)")
       ->check(CLI::Validator(check_scene_number, ""))
       ->type_name("N");
-  app.add_option("--kernel", command.kernel, "traversal kernel (see --version); default: the best");
+  app.add_option("--kernel", command.kernel, "traversal kernel (see --version); default: the best")
+      ->type_name("NAME");
 }
 
 void finish_cast(CastCommand& command, const CastFlags& flags) {
@@ -185,7 +189,8 @@ void finish_query(QueryCommand& command, const QueryFlags& flags) {
 
 void define_mcp(CLI::App& app, McpCommand& command) {
   app.add_option("--url", command.server.url, "address of the server")
-      ->default_val("http://127.0.0.1:8080");
+      ->default_val("http://127.0.0.1:8080")
+      ->type_name("URL");
   app.add_option("--files", command.files,
                  "folder of files that the agent may upload (default: none)")
       ->check(CLI::ExistingDirectory);

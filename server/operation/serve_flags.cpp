@@ -51,8 +51,9 @@ std::vector<Parsed> parse_each(const std::vector<std::string>& texts, const char
 }  // namespace
 
 void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
-  app.add_option("--listen", flags.listen, "ADDR:PORT; for port 0 the system chooses a free port")
-      ->capture_default_str();
+  app.add_option("--listen", flags.listen, "address and port; for port 0 the system chooses a free port")
+      ->capture_default_str()
+      ->type_name("ADDR:PORT");
   app.add_option("--config", command.config,
                  "JSON file of settings: {\"max-rays\": 1000} is --max-rays 1000, a list repeats a "
                  "flag; flags of the command line take precedence")
@@ -77,7 +78,8 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
                  "folder in which scenes are stored; without it they are in memory only")
       ->check(CLI::Validator(
           [](std::string& text) { return text.empty() ? "the name of a folder is not empty" : ""; },
-          ""));
+          ""))
+      ->type_name("FOLDER");
   app.add_option(
          "--origin", command.origin,
          "folder, or s3://BUCKET/PREFIX, in which several servers share their scenes; --data "
@@ -88,14 +90,16 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
                  "endpoint_url; default: the variables AWS_ACCESS_KEY_ID and so on")
       ->check(CLI::ExistingFile);
   app.add_option("--preload", flags.preloads,
-                 "ID=FILE, or ID=demo:town, demo:six or demo:painted: a scene to load at start "
+                 "a scene to load at start, from a file or demo:town, demo:six, demo:painted "
                  "(repeatable)")
-      ->take_all();
+      ->take_all()
+      ->type_name("ID=FILE");
   app.add_option("--threads", command.threads, "threads that trace rays; 0: one for each processor")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
   app.add_option("--kernel", command.kernel, "traversal kernel (see --version); default: the best")
-      ->check(CLI::Validator(check_kernel, ""));
+      ->check(CLI::Validator(check_kernel, ""))
+      ->type_name("NAME");
   app.add_option("--log-level", command.log_level,
                  "least level of messages in the log on standard error")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))

@@ -69,8 +69,23 @@ class Stops(unittest.TestCase):
 class ManPage(unittest.TestCase):
     def test_it_has_no_notation_of_the_library(self):
         page = (DEPLOY / "sightline.1").read_text(encoding="utf-8")
-        for word in ("TEXT:", "UINT", "FLOAT", "REQUIRED", "Excludes:", "POSITIVE", "OPTIONS:"):
+        self.assertNotRegex(page, r"\bTEXT\b")
+        for word in ("UINT", "FLOAT", "REQUIRED", "Excludes:", "POSITIVE", "OPTIONS:"):
             self.assertNotIn(word, page)
+
+    def test_it_has_every_command_and_flag_of_the_help(self):
+        page = (DEPLOY / "sightline.1").read_text(encoding="utf-8").replace("\\-", "-")
+        commands = [("key", "new")]
+        for line in re.split(r"(?i)subcommands:\n", run(BINARY, "--help").stdout)[1].splitlines():
+            if (word := re.match(r"  (\S+) ", line)) and word[1] != "key":
+                commands.append((word[1],))
+        self.assertGreater(len(commands), 7)
+        for command in commands:
+            with self.subTest(command=command):
+                text = run(BINARY, *command, "--help").stdout
+                section = page.split(f".SS {' '.join(command)}\n")[1].split("\n.S")[0]
+                flags = re.findall(r"^ +(?:-\w, *)?(--[a-z-]+)", text, re.MULTILINE)
+                self.assertEqual(sorted({"--help", *re.findall(r"^\\fB(--[a-z-]+)", section, re.MULTILINE)}), sorted(set(flags)))
 
     def test_its_examples_run(self):
         with tempfile.TemporaryDirectory() as name:

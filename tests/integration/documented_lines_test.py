@@ -2,28 +2,25 @@
 
 A page is read from top to bottom. A code block that begins with `curl` is a request; a continued line and a body of several
 lines belong to it. If the next block begins with `{`, it is the answer, to the byte. `sightline demo NAME FILE` writes a
-file first. docs/reference/api.md has its own test.
+file first. A page with `$KEY` has a server with keys. docs/reference/api.md has its own test.
 """
 
+import base64
 import json
+import os
 import re
 import shlex
 import subprocess
 import tempfile
+import textwrap
 import unittest
 from pathlib import Path
 
 import case_report
-from sightline_server import BINARY, PATIENCE, SOURCE, Server
+from sightline_server import BINARY, PATIENCE, SOURCE, Server, make_key, write_keys
 
 ADDRESS = "http://127.0.0.1:8080"
-# What needs more than a server with the demo scenes stands here with its reason.
-ELSEWHERE = {
-    "$KEY": "needs a key: keys_test.py, deploy_test.py",
-    "/path": "needs --scene-root: sources_test.py",
-    '"source"': "needs --scene-root: sources_test.py",
-    "$URL": "printed by a script",
-}
+CURL = r"(?:\w+=\$\()?curl (?=[-'h])"
 
 
 def blocks(text):
@@ -42,6 +39,8 @@ def blocks(text):
         elif block:
             found.append("\n".join(block))
             block = []
+        if line.startswith("#") and not fenced:
+            found.append("")  # an answer is below the heading of its request
         blank = not line.strip()
     return [*found, "\n".join(block)] if block else found
 
@@ -49,7 +48,7 @@ def blocks(text):
 def commands(block):
     """The shell commands of a block: a line goes on behind a backslash and inside of quotes."""
     lines = []
-    for line in block.splitlines():
+    for line in textwrap.dedent(block).splitlines():
         if lines and (lines[-1].endswith("\\") or lines[-1].count("'") % 2):
             lines[-1] += "\n" + line
         else:
@@ -58,11 +57,22 @@ def commands(block):
 
 
 PAGES = [page for page in (SOURCE / "README.md", *sorted((SOURCE / "docs").rglob("*.md")))
-         if page.name != "api.md" and re.search(r"^(?: {4})?(?:\w+=\$\()?curl ", page.read_text(encoding="utf-8"), re.MULTILINE)]
+         if page.name != "api.md" and re.search(rf"^ *{CURL}", page.read_text(encoding="utf-8"), re.MULTILINE)]
+
+
+def write_gltf_of_two_scenes(glb, file):
+    """The scene of a GLB file twice, as a .gltf file."""
+    data = glb.read_bytes()
+    end = 20 + int.from_bytes(data[12:16], "little")
+    document = json.loads(data[20:end])
+    document["scenes"] *= 2
+    document["buffers"][0]["uri"] = "data:application/octet-stream;base64," + base64.b64encode(data[end + 8:]).decode()
+    file.parent.mkdir()
+    file.write_text(json.dumps(document), encoding="utf-8")
 
 
 class DocumentedLines(unittest.TestCase):
-    def run_page(self, page, server, folder):
+    def run_page(self, page, server, folder, key):
         ran = 0
         parts = blocks(page.read_text(encoding="utf-8"))
         for block, following in zip(parts, [*parts[1:], ""]):
@@ -70,7 +80,7 @@ class DocumentedLines(unittest.TestCase):
                 if re.match(r"build/release/sightline demo \w+ \S+$", command):
                     name, file = command.split()[2:]
                     subprocess.run([BINARY, "demo", name, folder / file], check=True, timeout=PATIENCE)
-                if not re.match(r"(?:\w+=\$\()?curl ", command) or any(word in command for word in ELSEWHERE):
+                if not re.match(CURL, command):
                     continue
                 with self.subTest(page=page.name, command=command):
                     # An answer that is no success is a failure here unless the page shows it.
@@ -79,21 +89,26 @@ class DocumentedLines(unittest.TestCase):
                     if shown is None and "-o " not in line and "$(" not in line:
                         line = line.replace("curl ", "curl --fail-with-body ", 1)
                     done = subprocess.run(["bash", "-c", "set -o pipefail\n" + line], cwd=folder, capture_output=True, text=True,
-                                          timeout=PATIENCE, check=False)
+                                          env={**os.environ, "KEY": key}, timeout=PATIENCE, check=False)
                     self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
                     if shown is not None:
                         self.assertEqual(done.stdout.strip(), shown.strip())
                     ran += 1
+        self.assertEqual(ran, len(re.findall(rf"^ *{CURL}", page.read_text(encoding="utf-8"), re.MULTILINE)), page)
         return ran
 
     def test_each_curl_line_works_and_its_answer_is_true(self):
         ran = 0
         for page in PAGES:
-            with Server("--preload", "town=demo:town", "--preload", "six=demo:six", "--preload", "painted=demo:painted",
-                        "--preload", "house=demo:town") as server, tempfile.TemporaryDirectory() as name:
+            with tempfile.TemporaryDirectory() as name:
                 folder = Path(name)
                 subprocess.run([BINARY, "demo", "town", folder / "house.glb"], check=True, timeout=PATIENCE)
-                ran += self.run_page(page, server, folder)
+                write_gltf_of_two_scenes(folder / "house.glb", folder / "town/house.gltf")
+                key, line = make_key("write", "docs")
+                keys = ("--keys", write_keys(folder / "keys", line)) if "$KEY" in page.read_text(encoding="utf-8") else ()
+                with Server("--preload", "town=demo:town", "--preload", "six=demo:six", "--preload", "painted=demo:painted",
+                            "--preload", "house=demo:town", "--scene-root", folder, *keys) as server:
+                    ran += self.run_page(page, server, folder, key)
                 for picture in folder.glob("*.png"):
                     self.assertEqual(picture.read_bytes()[:8], b"\x89PNG\r\n\x1a\n", picture.name)
         print(f"{ran} curl lines of {len(PAGES)} pages")

@@ -1,5 +1,6 @@
 """What survives a stop, a kill and a damaged file; and how a stop goes."""
 
+import re
 import signal
 import subprocess
 import tempfile
@@ -7,7 +8,7 @@ import unittest
 from pathlib import Path
 
 import case_report
-from sightline_server import BINARY, PATIENCE, Server, curl, demo_glb, read_answer
+from sightline_server import BINARY, PATIENCE, SOURCE, Server, curl, demo_glb, read_answer
 
 RAY = ([-10, 1, 0], [1, 0, 0])
 
@@ -39,6 +40,23 @@ class Restart(unittest.TestCase):
         server = self.server()
         self.assertEqual(server.ask("/v1/scenes/six").body, replaced.body)
         self.assertEqual(server.ask("/v1/scenes/other").status, 404)
+
+    def test_a_copy_of_the_folder_serves_the_scenes_elsewhere(self):
+        server = self.server()
+        put = server.put("six", demo_glb("six"))
+        self.assertEqual(put.status, 201)
+        server.stop()
+        # As docs/guides/deployment.md copies it, "Backup".
+        page = (SOURCE / "docs/guides/deployment.md").read_text(encoding="utf-8")
+        pack, unpack = re.findall(r"^ {4}(tar .*)$", page, re.MULTILINE)
+        other = self.data.parent / "srv"
+        other.mkdir()
+        for line in (pack.replace("/var/lib/sightline", str(self.data)), unpack.replace("/srv/sightline", str(other))):
+            subprocess.run(["bash", "-c", line], cwd=self.data.parent, check=True, timeout=PATIENCE)
+        self.data = other
+        server = self.server()
+        self.assertEqual(server.ask("/v1/scenes/six").body, put.body)
+        self.assertEqual(server.closest("six", RAY)[0]["t"], 4.5)
 
     def test_a_damaged_file_is_quarantined_and_named(self):
         server = self.server()

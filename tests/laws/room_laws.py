@@ -25,6 +25,7 @@ include which, and which library header may be included where. This script reads
   routes     each route that the server adds has a row in docs/reference/routes.md, and each row its route
   pages      each link from a Markdown page leads to a file that is there, and to a heading of it.
              Links lead from README.md to each page of docs
+  version    CMakeLists.txt, proto/openapi.json, README.md and CHANGELOG.md have one version
   top level  nothing stands at the top but what ARCHITECTURE.md lists under "Top level"
 
 Prints what was checked; exit code 0 when every law holds, 1 with one line per violation.
@@ -175,6 +176,7 @@ class Laws:
         self.check_tests()
         self.check_packages()
         self.check_routes()
+        self.check_version()
         for name in self.files:
             path = PurePosixPath(name)
             if path.suffix in SOURCE_SUFFIXES:
@@ -287,6 +289,18 @@ class Laws:
             self.fault(added[path], f"adds the route {path}, which {ROUTES} does not list under Routes")
         for path in sorted(told - set(added)):
             self.fault(ROUTES, f"lists the route {path}, which the server does not add")
+
+    def check_version(self):
+        places = {"CMakeLists.txt": r"^project\(\w+ VERSION ([0-9.]+)", "proto/openapi.json": r'^ *"version": "([0-9.]+)"',
+                  "README.md": r"^Version ([0-9.]+),", "CHANGELOG.md": r"^## ([0-9.]+)"}
+        found = {}
+        for name, pattern in places.items():
+            if name in self.files:
+                match = re.search(pattern, (self.root / name).read_text(encoding="utf-8"), re.MULTILINE)
+                found[name] = match[1] if match else None
+        for name, version in found.items():
+            if version != found.get("CMakeLists.txt"):
+                self.fault(name, f"has the version {version}, and CMakeLists.txt has {found.get('CMakeLists.txt')}")
 
     def check_source(self, name):
         self.counts["sources"] += 1

@@ -164,6 +164,12 @@ class RoomLaws(unittest.TestCase):
         self.assertEqual(self.violations(pages, listed), [])
         self.assert_fault(self.violations({**pages, "docs/c.md": "[a](a.md)\n"}, listed), "docs/c.md", "no link leads here")
 
+    def test_a_version_that_differs_fails(self):
+        files = {"CMakeLists.txt": "project(house VERSION 1.2.3 LANGUAGES CXX)\n", "proto/openapi.json": '{"info":{\n  "version": "1.2.3"}}\n'}
+        listed = ARCHITECTURE.replace("`docs` ", "`docs` `CHANGELOG.md` `CMakeLists.txt` ")
+        self.assertEqual(self.violations({**files, "CHANGELOG.md": "## 1.2.3, 2026-01-02\n"}, listed), [])
+        self.assert_fault(self.violations({**files, "CHANGELOG.md": "## 1.2.4\n"}, listed), "CHANGELOG.md", "1.2.4", "1.2.3")
+
     def test_a_circle_in_the_table_fails(self):
         circular = ARCHITECTURE.replace("| words | nothing |", "| words | scene |")
         faults = self.violations(architecture=circular)
