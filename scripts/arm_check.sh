@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Builds the engine for aarch64 (ARM) with Debian's cross compiler and runs it under qemu-user: unit tests of geometry, bvh,
-# trace and run, among them the golden hashes (bytes equal to those of x86-64), and families of hard rays that rational
-# arithmetic judges, Embree beside them.
+# Builds the engine for aarch64 (ARM) with Debian's cross compiler and runs it under qemu-user. It runs the unit tests of geometry,
+# bvh, trace and run, among them the golden hashes: the bytes equal those of x86-64. It also runs families of hard rays that
+# rational arithmetic judges, Embree beside them.
 #
 #   scripts/arm_check.sh [--root FOLDER] [--rays N]
 #

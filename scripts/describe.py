@@ -13,7 +13,7 @@ proto/hit_fields.def has one row for each field of a hit, proto/questions.json o
   server/page/app/src        the list of fields
 
 --write rewrites them. Without it, the script prints each place that differs and fails. Both check that
-docs/reference/errors.md has each error code of the source and no other, with the status of its kind. Both check that each question
+docs/reference/errors.md has each error code of the source and no other, with the status of its kind. They also check that each question
 agrees with openapi.json (path, operation, keys, answer, layouts), has a route in the server, and has its method in the
 Python client. The tools of MCP and the flags of the command line are made from openapi.json and hit_fields.def when
 the program runs.
@@ -34,7 +34,7 @@ CLIENT_ROUTES = {"listScenes": "scenes", "loadScene": "load", "getScene": "scene
                  "sceneEvents": "events", "getJob": "job", "deleteJob": "delete_job", "jobResult": "job_result", "sceneStats": "stats", "sceneNodes": "nodes", "patchNode": "patch_node", "patchNodes": "patch_nodes",
                  "sceneTriangles": "triangles", "sceneGeometry": "geometry", "sceneTrees": "bvh", "selfCheck": "selfcheck",
                  "health": "health", "readiness": "ready", "version": "version", "metrics": "metrics", "openapi": "openapi"}
-# Texts of the source that look like error codes.
+# Texts of the source that have the form of error codes.
 NO_CODES = {"COLOR_0", "TEXCOORD_0", "TEXCOORD_1", "SIGHTLINE_KEY", "OPEN_EDGES",
             "AWS_ACCESS_KEY_ID", "AWS_ENDPOINT_URL", "AWS_REGION", "AWS_SECRET_ACCESS_KEY", "AWS_SESSION_TOKEN"}
 CODE = r'"([A-Z][A-Z0-9]+(?:_[A-Z0-9]+)+)"'

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Builds the container image, tries it out, and prints what it found: the image becomes ready, takes
-# a scene, answers exactly, stops on SIGTERM with exit code 0, and is at most 120 MB larger than its
+# Builds the container image, tries it out, and prints what it found. The image becomes ready, takes
+# a scene, answers exactly, and stops on SIGTERM with exit code 0. It is at most 120 MB larger than its
 # base.
 #
 #   scripts/image.sh [--tag NAME] [--fresh]
@@ -9,7 +9,7 @@
 # --fresh     forget the base and storage of earlier runs (only without docker)
 #
 # Where a docker daemon answers, docker does it. Elsewhere buildah and podman do, as root: the base
-# image is made by debootstrap from the mirror that this machine uses, and everything is kept in
+# image is made by debootstrap from the mirror that this machine uses, and everything is stored in
 # build/image. Take the image elsewhere with the command that is printed at the end.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs the packages of Debian 12 or 13 that a task needs and that are missing; touches nothing when none
-# is. This file is the one place where packages are listed; docs/dependencies.md says what each is
+# is. Packages are listed only in this file; docs/dependencies.md says what each is
 # for.
 #
 #   scripts/install_packages.sh GROUP...           install what is missing

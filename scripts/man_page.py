@@ -29,12 +29,19 @@ Stop: finish what has begun, at most for \fB\-\-drain\-seconds\fR. A second one 
 SIGHUP
 Read the files of \fB\-\-keys\fR and \fB\-\-config\fR again.
 .SH EXIT STATUS
-0 after a stop, for a hit of \fBcast\fR and \fBquery\fR, for answers to \fB\-\-rays\fR whatever they are, and where
-\fBcheck\-config\fR finds no mistake; 1 where the only ray of \fBcast\fR or \fBquery\fR misses; 2 for an error or a mistake.
+.TP
+0
+after a stop, for a hit of \fBcast\fR and \fBquery\fR, for all answers to \fB\-\-rays\fR, and if \fBcheck\-config\fR finds no mistake
+.TP
+1
+if the only ray of \fBcast\fR or \fBquery\fR misses
+.TP
+2
+for an error or a mistake
 .SH ENVIRONMENT
 .TP
 SIGHTLINE_KEY
-The key that \fBquery\fR and \fBmcp\fR show, unless \fB\-\-key\-file\fR names a file with one.
+The key that \fBquery\fR and \fBmcp\fR send, unless \fB\-\-key\-file\fR names a file with one.
 .TP
 SSL_CERT_FILE
 A file of certificates of authorities that they trust instead of the system's.

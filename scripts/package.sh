@@ -24,7 +24,7 @@ case $output in /*) ;; *) output=$called_from/$output ;; esac
 
 scripts/install_packages.sh package
 mkdir -p build "$output"
-# An existing build tree keeps its options, so that running, testing and packaging do not rebuild each other.
+# An existing build tree retains its options, so that running, testing and packaging do not rebuild each other.
 if [ ! -f build/release/build.ninja ]; then
   cmake --preset release -DSIGHTLINE_TESTS=OFF >build/configure.log 2>&1 || { cat build/configure.log >&2; exit 1; }
 fi

@@ -5,7 +5,7 @@
 #   scripts/run.sh [--port N] [--data DIR]
 #
 # --port N    TCP port on 127.0.0.1 (default: $PORT, else 8080; 0 takes a free one)
-# --data DIR  where scenes that you PUT are kept; relative to where you stand (default: build/data in
+# --data DIR  where scenes that you PUT are stored; relative to where you stand (default: build/data in
 #             this checkout)
 set -euo pipefail
 called_from=$PWD
@@ -29,7 +29,7 @@ esac
 scripts/install_packages.sh run
 mkdir -p build
 
-# An existing build tree keeps its options, so that running and testing do not rebuild each other.
+# An existing build tree retains its options, so that running and testing do not rebuild each other.
 if [ ! -f build/release/build.ninja ]; then
   cmake --preset release -DSIGHTLINE_TESTS=OFF >build/configure.log 2>&1 ||
     { cat build/configure.log >&2; exit 1; }
@@ -70,8 +70,7 @@ until curl -fsS -o /dev/null "$url/readyz" 2>/dev/null; do
   sleep 0.1
 done
 
-# A scene of this name in the data folder goes before the demo's: whoever put another one there would
-# wonder at the answer.
+# A scene of this name in the data folder replaces the demo's. If it differs, the curl line has another answer.
 demo=$(mktemp)
 build/release/sightline demo town "$demo"
 hash=$(sha256sum <"$demo")
@@ -95,7 +94,7 @@ Or ask from another terminal what lies straight below a point above the town:
 curl -s $url/v1/scenes/town/rays:closest -d '{"rays":[{"origin":[3,200,5],"direction":[0,-1,0]}]}'
 
 It answers with one hit: t 199.75, its position, the normal, and the names of the node ("market square")
-and the mesh. Scenes that you PUT are kept in $data. Ctrl-C stops the server.
+and the mesh. Scenes that you PUT are stored in $data. Ctrl-C stops the server.
 TEXT
 
 # A signal ends wait early; the server then finishes what it is answering, and is waited for again.

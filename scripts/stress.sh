@@ -26,21 +26,21 @@
 # or broken promise in one of them fails it.
 #
 # kills ends a server with kill -9, 100 times unless told otherwise, at random moments of uploads,
-# builds and writes, half of them on a disk that strace slows down, and looks whether every
+# builds and writes, half of them on a disk that strace slows down. It checks that every
 # acknowledged scene is there and right afterwards, and nothing else (tests/integration/kills.py).
 #
 # soak asks a server of everything at once for 30 minutes, beside clients that leave and scenes that come
 # and go, and holds every answer against a stored truth (tests/integration/soak.py); build/stress/soak.md and
 # "floor 3: ..." as the last lines. --difficult adds the slow, waiting and expensive clients of tests/bench/mixed_load.py.
 #
-# faults makes the disk full and every step of a commit fail (the kernel says so, or strace in its place),
-# exhausts the budgets of memory, damages files, and ends with kills (20 times unless told otherwise).
+# faults makes the disk full and every step of a commit fail: the kernel reports it, or strace in its place.
+# It exhausts the budgets of memory, damages files, and ends with kills (20 times unless told otherwise).
 #
 # client makes 100,000 random calls of the Python client, with right and wrong shapes, layouts, dtypes and numbers, and
 # compares every answer with a model (tests/integration/python_client_fuzz.py). It says SKIPPED without numpy.
 #
-# large sends 20,000,000 rays in one stream and 1,000,000 in one body of JSON, and looks at the order of the answers and
-# at the memory that a server takes above its scene (64 MiB, and 3 times the body).
+# large sends 20,000,000 rays in one stream and 1,000,000 in one body of JSON. It checks the order of the answers and
+# the memory that a server takes above its scene (64 MiB, and 3 times the body).
 #
 # cases runs the tests that draw random cases under AddressSanitizer and UndefinedBehaviorSanitizer with all of them,
 # where scripts/test.sh runs an eighth.

@@ -14,7 +14,7 @@
 # --preset NAME  this preset of CMakePresets.json (may be repeated)
 # --only REGEX   only the ctest entries whose name matches
 #
-# Tests that need the shared scenes look in $SIGHTLINE_DATA (default: ../shared/data beside this
+# Tests that need the shared scenes search $SIGHTLINE_DATA (default: ../shared/data beside this
 # checkout) and say SKIPPED where there are none.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."

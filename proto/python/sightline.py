@@ -113,7 +113,7 @@ class Sightline:
     """A server, or several servers that share their scenes by an origin (docs/guides/replicas.md).
 
     `url` may be a list. Each scene then has an order of the servers, by a hash of its id and of each address (rendezvous
-    hashing): its requests go to the first server, and to the next where one does not answer. The order does not depend on that
+    hashing). Its requests go to the first server, and to the next where one does not answer. The order does not depend on that
     of the list, and a further server moves only the scenes that it gets. The client requires of each answer the newest
     revision that it has seen of the scene; shared=True does so for one address too, that of a balancer. With shared=False
     the servers share no scenes: each scene lives on its first server alone. With spread=True the requests of a scene go to all
@@ -316,7 +316,7 @@ class Sightline:
         """Answers batches of rays one after the other, in order; `kind` is closest, any, count or all.
 
         A batch is (origins, directions), or a dict of the arguments of that method. The iterator `batches` is never more than
-        two batches ahead of the answers, so memory does not grow with the stream."""
+        two batches beyond the answers, so memory does not grow with the stream."""
         if kind not in ("closest", "any", "count", "all"):
             raise ValueError(f"kind is {kind!r}: expected closest, any, count or all")
         method = getattr(self, kind)
@@ -866,7 +866,7 @@ class _Report:
 
 
 class _Gathered:
-    """The columns of slices, put together."""
+    """The columns of slices, joined."""
 
     def __init__(self, rows: int):
         self._rows = rows

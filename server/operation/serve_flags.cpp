@@ -51,7 +51,8 @@ std::vector<Parsed> parse_each(const std::vector<std::string>& texts, const char
 }  // namespace
 
 void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
-  app.add_option("--listen", flags.listen, "address and port; for port 0 the system chooses a free port")
+  app.add_option("--listen", flags.listen,
+                 "address and port; for port 0 the system chooses a free port")
       ->capture_default_str()
       ->type_name("ADDR:PORT");
   app.add_option("--config", command.config,

@@ -8,24 +8,30 @@ Rules:
   long      no sentence has more than 35 words; inline code and a link count as they are read
   opening   no comment starts with "The same", "Likewise" or "As above"
   retired   no retired word: RETIRED has each one with what to write instead
+  readme    README.md has at most 900 words: what stands between spaces, code and tables too (as `wc -w` counts)
 
 It reads README.md, ARCHITECTURE.md, CHANGELOG.md, CONTRIBUTING.md, all Markdown of docs/ and proto/, and the comments
 of the headers of core/, proto/ and server/. Code blocks, inline code and names of code are not checked. A row of a
 table in a comment, whose columns are two spaces apart, is a sentence of its own.
 
 It also reads the string literals of the sources and headers of core/, proto/ and server/: help, log and error texts.
-Literals that follow each other are one text. Literals without two words beside each other are not prose.
+Literals that follow each other are one text. Literals without two words beside each other are not prose. The strings of
+proto/openapi.json and proto/questions.json, the man page, and strings and comments of the Python client and of scripts
+(for shell scripts also lines of usage and of messages) are read too.
 
 tests/laws/plain_language_baseline.txt lists the files that still break a rule, each with its number of faults. A file
 that is not listed has no fault. The test fails when a number grows; --write lowers the numbers that have shrunk.
 --list prints each fault. PATH restricts the check to files whose name begins so.
 """
 
+import io
 import re
 import sys
+import tokenize
 from pathlib import Path
 
 LONGEST = 35
+README_LONGEST = 900
 BASELINE = "tests/laws/plain_language_baseline.txt"
 OPENING = re.compile(r"(The same|Likewise|As above)\b")
 
@@ -69,7 +75,7 @@ def without_code(text):
     """Prose with code replaced by X: one word for each inline code, link target or name of code."""
     text = re.sub(r"``.*?``|`[^`]*`", "X", text)
     text = re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", text)
-    text = re.sub(r"https?://\S+", "X", text)
+    text = re.sub(r"https?://\S+|(?<![\w-])--[a-z][a-z-]*", "X", text)
     text = PROPER.sub("X", text)
     # Names of code: with _ or ::, a call, a file, camel case, JSON text.
     text = re.sub(r'"[^"\s]*"', "X", text)
@@ -209,20 +215,84 @@ def string_blocks(text):
                 yield [(number, line)]
 
 
+PROSE = re.compile(r"[A-Za-z]{2,} [A-Za-z]{2,}")
+
+
+def text_blocks(text, first):
+    """Paragraphs of a docstring or of the comment of a script. Items, rows of columns and requests of troff begin a block."""
+    block = []
+    for number, line in enumerate(text.split("\n"), first):
+        stripped = line.strip()
+        if block and (not stripped or re.match(r"[-*|$.] |--|\.[A-Z]|\d\. ", stripped) or re.search(r"\S {2,}\S", stripped)):
+            yield block
+            block = []
+        if stripped:
+            block.append((number, stripped))
+    if block:
+        yield block
+
+
+def python_blocks(text):
+    """Strings and comments that are prose."""
+    comments, last = [], -1
+    for token in tokenize.generate_tokens(io.StringIO(text).readline):
+        if token.type == tokenize.COMMENT:
+            if comments and token.start[0] == last + 1:
+                comments[-1][1].append(token.string.lstrip("#! "))
+            else:
+                comments.append((token.start[0], [token.string.lstrip("#! ")]))
+            last = token.start[0]
+        elif token.type == tokenize.STRING:
+            body = re.sub(r"""^[A-Za-z]*(\"\"\"|\'\'\'|"|')|(\"\"\"|\'\'\'|"|')$""", "", token.string)
+            yield from (block for block in text_blocks(body, token.start[0]) if PROSE.search(block[0][1]))
+    for first, lines in comments:
+        yield from text_blocks("\n".join(lines), first)
+
+
+def shell_blocks(text):
+    """Comments, strings that are prose, and lines of texts that a script prints."""
+    comment, first = [], 0
+    for number, line in enumerate([*text.split("\n"), ""], 1):
+        match = re.match(r"\s*#(?!!)(.*)", line)
+        if match:
+            first = first if comment else number
+            comment.append("" if match[1].startswith("   ") else match[1])
+            continue
+        if comment:
+            yield from text_blocks("\n".join(comment), first)
+        comment = []
+        for string in re.findall(r'"((?:\\.|[^"\\])*)"', line) or re.findall(r"^[A-Z][a-z]+ .*", line):
+            if PROSE.search(string):
+                yield [(number, string)]
+
+
+def man_blocks(text):
+    """The lines of a man page that are no requests. scripts/man_page.py writes a paragraph as one line."""
+    block = []
+    for number, line in enumerate([*text.split("\n"), "."], 1):
+        if not line.startswith("."):
+            block.append((number, re.sub(r"\\fB.*?\\fR", "X", line).replace("\\&", "").replace("\\-", "-")))
+        elif block:
+            yield block
+            block = []
+
+
 def checked_files(root):
     yield from (name for name in ("README.md", "ARCHITECTURE.md", "CHANGELOG.md", "CONTRIBUTING.md") if (root / name).is_file())
-    for folder, pattern in (("docs", "*.md"), ("proto", "*.md"), ("core", "*.h"), ("proto", "*.h"), ("server", "*.h"), ("core", "*.cpp"), ("proto", "*.cpp"), ("server", "*.cpp")):
+    for folder, pattern in (("docs", "*.md"), ("proto", "*.md"), ("core", "*.h"), ("proto", "*.h"), ("server", "*.h"), ("core", "*.cpp"), ("proto", "*.cpp"), ("server", "*.cpp"),
+                            ("docs", "*.1"), ("proto", "*.json"), ("proto", "*.py"), ("scripts", "*.py"), ("scripts", "*.sh")):
         yield from sorted(path.relative_to(root).as_posix() for path in (root / folder).rglob(pattern) if "node_modules" not in path.parts)
 
 
 def faults_of(root, name):
     text = (root / name).read_text(encoding="utf-8")
-    header, source = name.endswith(".h"), name.endswith((".h", ".cpp"))
-    if not name.endswith(".cpp"):
-        for block in comment_blocks(text) if header else markdown_blocks(text):
-            yield from check_block(name, block, header)
-    for block in string_blocks(text) if source else ():
-        yield from check_block(name, block, False)
+    readers = {".h": (comment_blocks, string_blocks), ".cpp": (string_blocks,), ".md": (markdown_blocks,), ".json": (string_blocks,),
+               ".py": (python_blocks,), ".sh": (shell_blocks,), ".1": (man_blocks,)}
+    for reader in readers[Path(name).suffix]:
+        for block in reader(text):
+            yield from check_block(name, block, reader is comment_blocks)
+    if name == "README.md" and len(text.split()) > README_LONGEST:
+        yield Fault(name, 1, "readme", f"{len(text.split())} words; at most {README_LONGEST}")
 
 
 def read_baseline(root):

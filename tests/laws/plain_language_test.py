@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """The language check under test: small texts, each with one fault, and texts that only resemble one."""
 
+import tempfile
 import unittest
+from pathlib import Path
 
 import plain_language
 
@@ -48,6 +50,22 @@ class PlainLanguage(unittest.TestCase):
         self.assertEqual(of('say("' + "word " * 20 + '"\n    "' + "word " * 20 + '");\n'), [(1, "long")])
         self.assertEqual(of('say("' + "word " * 20 + "\\n" + "word " * 20 + '");\n'), [])
         self.assertEqual(of('// "the door"\n#include "the door"\nR"(the door)"; "door"; \'"\'; x; "a \\"b\\" c";\n'), [])
+
+    def test_scripts_and_the_client_and_the_man_page_are_read(self):
+        def of(reader, text):
+            return [(fault.line, fault.rule) for block in reader(text) for fault in plain_language.check_block("x", block, False)]
+
+        self.assertEqual(of(plain_language.python_blocks, 'def door():\n    """Shuts\n\n    the door."""\n    say("door")  # the door\n'),
+                         [(4, "retired"), (5, "retired")])
+        self.assertEqual(of(plain_language.shell_blocks, '#!/bin/sh\n# The door.\n#     the door\ndoor=1\necho "the door"\nOpen the door.\n'),
+                         [(2, "retired"), (5, "retired"), (6, "retired")])
+        self.assertEqual(of(plain_language.man_blocks, ".TP\n\\fB\\-\\-door\\fR\nShuts it.\n.TP\nthe door\n"), [(5, "retired")])
+
+    def test_the_readme_has_at_most_900_words(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for words, found in ((900, []), (901, ["readme"])):
+                Path(folder, "README.md").write_text("Word. " * words, encoding="utf-8")
+                self.assertEqual([fault.rule for fault in plain_language.faults_of(Path(folder), "README.md")], found)
 
 
 if __name__ == "__main__":
