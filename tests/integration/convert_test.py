@@ -13,7 +13,7 @@ import zipfile
 from pathlib import Path
 
 import case_report
-from sightline_server import BINARY, PATIENCE, Server
+from sightline_server import BINARY, PATIENCE, SOURCE, Server
 
 CONVERTER = Path(BINARY).resolve().with_name("sightline-convert")
 # A pyramid on a step: corners are dyadic, so that their text is exact.
@@ -190,6 +190,14 @@ class Convert(Base):
                         answer = server.put("s" + ending[1:], out.read_bytes())
                         self.assertIn(answer.status, (200, 201), answer.body)
                         self.assertEqual(answer.json()["counts"]["triangles"], len(FACES))
+
+    def test_the_line_of_the_guide_makes_its_file(self):
+        (line,) = re.findall(r"^ {4}sightline convert (.*)$", (SOURCE / "docs/guides/convert.md").read_text(encoding="utf-8"), re.MULTILINE)
+        source, out = line.split()
+        self.file(source, fbx())
+        done = self.run_convert(self.folder / source, self.folder / out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(triangles_of((self.folder / out).read_bytes()), expected())
 
     def test_what_cannot_be_read_is_told_and_leaves_nothing(self):
         out = self.folder / "out.glb"

@@ -24,7 +24,7 @@ include which, and which library header may be included where. This script reads
              docs/dependencies.md
   routes     each route that the server adds has a row in docs/reference/routes.md, and each row its route
   pages      each link from a Markdown page leads to a file that is there, and to a heading of it.
-             Links lead from README.md to each page of docs
+             Links lead from README.md to each page of docs, and pages show each picture of docs/images
   version    CMakeLists.txt, proto/openapi.json, README.md and CHANGELOG.md have one version
   top level  nothing stands at the top but what ARCHITECTURE.md lists under "Top level"
 
@@ -362,6 +362,10 @@ class Laws:
         for name in self.links if "README.md" in self.links else ():
             if name.startswith("docs/") and name not in reached:
                 self.fault(name, "no link leads here from README.md")
+        shown = set().union(*self.links.values())
+        for name in self.files if "README.md" in self.links else ():
+            if name.startswith("docs/images/") and name not in shown:
+                self.fault(name, "no page shows this picture")
 
     def check_page(self, name):
         self.links[name] = set()

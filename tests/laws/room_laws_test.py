@@ -163,6 +163,7 @@ class RoomLaws(unittest.TestCase):
         listed = ARCHITECTURE.replace("`docs` ", "`docs` `README.md` ")
         self.assertEqual(self.violations(pages, listed), [])
         self.assert_fault(self.violations({**pages, "docs/c.md": "[a](a.md)\n"}, listed), "docs/c.md", "no link leads here")
+        self.assert_fault(self.violations({**pages, "docs/images/d.png": ""}, listed), "docs/images/d.png", "no page shows")
 
     def test_a_version_that_differs_fails(self):
         files = {"CMakeLists.txt": "project(house VERSION 1.2.3 LANGUAGES CXX)\n", "proto/openapi.json": '{"info":{\n  "version": "1.2.3"}}\n'}
