@@ -61,11 +61,13 @@ class PlainLanguage(unittest.TestCase):
                          [(2, "retired"), (5, "retired"), (6, "retired")])
         self.assertEqual(of(plain_language.man_blocks, ".TP\n\\fB\\-\\-door\\fR\nShuts it.\n.TP\nthe door\n"), [(5, "retired")])
 
-    def test_the_readme_has_at_most_900_words(self):
+    def test_the_readme_has_at_most_900_words_and_a_decision_700(self):
         with tempfile.TemporaryDirectory() as folder:
-            for words, found in ((900, []), (901, ["readme"])):
-                Path(folder, "README.md").write_text("Word. " * words, encoding="utf-8")
-                self.assertEqual([fault.rule for fault in plain_language.faults_of(Path(folder), "README.md")], found)
+            Path(folder, "docs/decisions").mkdir(parents=True)
+            for name, most in (("README.md", 900), ("docs/decisions/0001-a.md", 700)):
+                for words, found in ((most, []), (most + 1, ["words"])):
+                    Path(folder, name).write_text("Word. " * words, encoding="utf-8")
+                    self.assertEqual([fault.rule for fault in plain_language.faults_of(Path(folder), name)], found)
 
 
 if __name__ == "__main__":
