@@ -29,6 +29,8 @@ const Affine* matrix_of(const ScenePlan& plan, const TreeSlot& slot) {
 LazyLayout::LazyLayout(const ScenePlan& plan) : plan_(plan) {
   constexpr std::uint32_t kNoSlot = 0xffffffffu;
   std::vector<std::uint32_t> shared(plan.meshes.size(), kNoSlot);
+  placements_.reserve(plan.placements.size());
+  boxes_.reserve(plan.placements.size());
   for (std::uint32_t i = 0; i < plan.placements.size(); ++i) {
     const PlacementView& view = plan.placements[i];
     if (plan.placed[i].empty()) continue;
@@ -56,7 +58,9 @@ LazyLayout::LazyLayout(const ScenePlan& plan) : plan_(plan) {
 void LazyLayout::place(SceneTree& tree) const {
   tree.bounds = plan_.bounds;
   tree.entries = static_cast<std::uint32_t>(placements_.size());
-  std::vector<Placement> all = placements_;
+  std::vector<Placement> all;
+  all.reserve(placements_.size() + behind_.size());
+  all.insert(all.end(), placements_.begin(), placements_.end());
   all.insert(all.end(), behind_.begin(), behind_.end());
   tree.set_placements(std::move(all));
   tree.top = {};

@@ -173,39 +173,156 @@ std::vector<std::uint32_t> first_with_same_content(std::span<const MeshView> mes
   return first;
 }
 
-Box3d placed_bounds(const ScenePlan& plan, std::size_t i, std::span<const std::uint32_t> corners) {
+/// Groups save time if the mesh is placed so often.
+constexpr std::uint32_t kOften = 4;
+
+std::shared_ptr<const CornerGroups> groups_of(const MeshView& mesh, const MeshFacts& facts) {
+  auto groups = std::make_shared<CornerGroups>();
+  groups->corners = corners_of(mesh);
+  const std::size_t count =
+      groups->corners.empty() ? mesh.positions.size() : groups->corners.size();
+  if (facts.uses < kOften || !facts.finite || count <= CornerGroups::kCorners) return groups;
+  groups->boxes.resize((count + CornerGroups::kCorners - 1) / CornerGroups::kCorners);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec3f& p = mesh.positions[groups->corners.empty() ? i : groups->corners[i]];
+    groups->boxes[i / CornerGroups::kCorners].include(widened(p));
+  }
+  return groups;
+}
+
+/// One coordinate of mapped points and boxes, as Affine::apply computes it.
+class MappedAxis {
+ public:
+  MappedAxis(const Affine& matrix, int axis) : m_(matrix.m[axis]) {
+    for (int k = 0; k < 3; ++k) {
+      least_[k] = m_[k] < 0 ? &Box3d::max : &Box3d::min;
+      largest_[k] = m_[k] < 0 ? &Box3d::min : &Box3d::max;
+    }
+  }
+  double of(const Vec3d& p) const { return ((m_[0] * p.x + m_[1] * p.y) + m_[2] * p.z) + m_[3]; }
+  /// No mapped point of the box is below: each rounded product and sum is a monotone function of
+  /// its operands.
+  double least(const Box3d& box) const { return of_corner(box, least_); }
+  /// No mapped point of the box is above.
+  double largest(const Box3d& box) const { return of_corner(box, largest_); }
+
+ private:
+  using Side = Vec3d Box3d::*;
+  double of_corner(const Box3d& box, const Side* sides) const {
+    return of({(box.*sides[0]).x, (box.*sides[1]).y, (box.*sides[2]).z});
+  }
+  const double* m_;
+  Side least_[3], largest_[3];
+};
+
+/// The union of the mapped boxes; not finite if a mapped corner is not.
+Box3d grouped_bounds(const CornerGroups& groups, const Affine& matrix) {
+  Box3d bounds;
+  double zero = 0;  // no number if a corner is not finite
+  for (int axis = 0; axis < 3; ++axis) {
+    const MappedAxis map(matrix, axis);
+    double low = kInfD, high = -kInfD;
+    for (const Box3d& box : groups.boxes) {
+      const double least = map.least(box), largest = map.largest(box);
+      zero += (least - least) + (largest - largest);
+      low = std::min(low, least);
+      high = std::max(high, largest);
+    }
+    bounds.min[axis] = low;
+    bounds.max[axis] = high;
+  }
+  if (!(zero == 0)) bounds.max.x = kInfD;
+  return bounds;
+}
+
+/// Sets placed[i] and is_loose[i].
+void place(ScenePlan& plan, std::size_t i) {
   const PlacementView& view = plan.placements[i];
-  if (view.hidden) return {};
-  return world_bounds(plan.meshes[view.mesh], plan.facts[view.mesh], corners, view.world_from_mesh);
+  plan.placed[i] = {};
+  plan.is_loose[i] = 0;
+  if (view.hidden) return;
+  const CornerGroups& groups = *plan.groups[view.mesh];
+  if (!groups.boxes.empty() && !view.world_from_mesh.is_diagonal()) {
+    plan.placed[i] = grouped_bounds(groups, view.world_from_mesh);
+    plan.is_loose[i] = is_finite(plan.placed[i].min) && is_finite(plan.placed[i].max) ? 1 : 0;
+  }
+  if (plan.is_loose[i] != 0) return;
+  plan.placed[i] = world_bounds(plan.meshes[view.mesh], plan.facts[view.mesh], groups.corners,
+                                view.world_from_mesh);
+}
+
+/// Widens one side of `bounds` to the corners of a placement, of which only groups that reach
+/// beyond that side are read.
+void include_side(const ScenePlan& plan, const PlacementView& view, int axis, bool largest,
+                  Box3d& bounds) {
+  double& side = largest ? bounds.max[axis] : bounds.min[axis];
+  const auto beyond = [&](double x) { return largest ? x > side : x < side; };
+  const MappedAxis map(view.world_from_mesh, axis);
+  const CornerGroups& groups = *plan.groups[view.mesh];
+  const MeshView& mesh = plan.meshes[view.mesh];
+  const std::size_t count = groups.corners.empty() ? mesh.positions.size() : groups.corners.size();
+  for (std::size_t g = 0; g < groups.boxes.size(); ++g) {
+    const Box3d& box = groups.boxes[g];
+    if (!beyond(largest ? map.largest(box) : map.least(box))) continue;
+    const std::size_t end = std::min(count, (g + 1) * CornerGroups::kCorners);
+    for (std::size_t i = g * CornerGroups::kCorners; i < end; ++i) {
+      const Vec3f& p = mesh.positions[groups.corners.empty() ? i : groups.corners[i]];
+      const double x = map.of(widened(p));
+      if (beyond(x)) side = x;
+    }
+  }
 }
 
 }  // namespace
 
+Box3d ScenePlan::exact_bounds(std::size_t first, std::size_t count) const {
+  Box3d exact;
+  // Of each side the placement that seems to reach farthest goes first: few others go beyond.
+  std::size_t farthest[3][2] = {};
+  Box3d loose;
+  for (std::size_t i = first; i < first + count; ++i) {
+    if (placed[i].empty()) continue;
+    if (is_loose[i] == 0) {
+      exact.include(placed[i]);
+      continue;
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      if (placed[i].min[axis] < loose.min[axis]) farthest[axis][0] = i;
+      if (placed[i].max[axis] > loose.max[axis]) farthest[axis][1] = i;
+    }
+    loose.include(placed[i]);
+  }
+  if (loose.empty()) return exact;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const bool largest : {false, true}) {
+      include_side(*this, placements[farthest[axis][largest ? 1 : 0]], axis, largest, exact);
+      for (std::size_t i = first; i < first + count; ++i) {
+        const bool reaches =
+            largest ? placed[i].max[axis] > exact.max[axis] : placed[i].min[axis] < exact.min[axis];
+        if (reaches && !placed[i].empty()) include_side(*this, placements[i], axis, largest, exact);
+      }
+    }
+  }
+  return exact;
+}
+
 ScenePlan moved_plan(const ScenePlan& before, std::span<const MovedPlacement> moved) {
   ScenePlan plan = before;
-  std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> corners;
   for (const MovedPlacement& each : moved) {
     PlacementView& view = plan.placements[each.number];
     view.world_from_mesh = each.world_from_mesh;
     view.hidden = each.hidden;
     if (view.hidden) continue;
-    const auto [known, is_new] = corners.try_emplace(view.mesh);
-    if (is_new) known->second = corners_of(plan.meshes[view.mesh]);
     // All placements of a mesh may have been hidden so far.
     MeshFacts& facts = plan.facts[view.mesh];
     if (facts.uses == 0) {
       facts.uses = 1;
       ++plan.distinct;
+      plan.groups[view.mesh] = groups_of(plan.meshes[view.mesh], facts);
     }
   }
-  parallel_for(moved.size(), [&](std::size_t k) {
-    const std::uint32_t i = moved[k].number;
-    const auto found = corners.find(plan.placements[i].mesh);
-    plan.placed[i] = placed_bounds(
-        plan, i, found == corners.end() ? std::span<const std::uint32_t>() : found->second);
-  });
-  plan.bounds = {};
-  for (const Box3d& box : plan.placed) plan.bounds.include(box);
+  parallel_for(moved.size(), [&](std::size_t k) { place(plan, moved[k].number); });
+  plan.bounds = plan.exact_bounds(0, plan.placed.size());
   return plan;
 }
 
@@ -240,15 +357,14 @@ Result<ScenePlan> plan_scene(std::vector<MeshView> meshes, std::vector<Placement
     if (plan.facts[placement.mesh].uses++ == 0) ++plan.distinct;
   }
 
-  std::vector<std::vector<std::uint32_t>> corners(plan.meshes.size());
+  plan.groups.resize(plan.meshes.size());
   parallel_for(plan.meshes.size(), [&](std::size_t i) {
-    if (plan.facts[i].uses > 0) corners[i] = corners_of(plan.meshes[i]);
+    if (plan.facts[i].uses > 0) plan.groups[i] = groups_of(plan.meshes[i], plan.facts[i]);
   });
   plan.placed.resize(plan.placements.size());
-  parallel_for(plan.placements.size(), [&](std::size_t i) {
-    plan.placed[i] = placed_bounds(plan, i, corners[plan.placements[i].mesh]);
-  });
-  for (const Box3d& box : plan.placed) plan.bounds.include(box);
+  plan.is_loose.resize(plan.placements.size());
+  parallel_for(plan.placements.size(), [&](std::size_t i) { place(plan, i); });
+  plan.bounds = plan.exact_bounds(0, plan.placed.size());
   return plan;
 }
 

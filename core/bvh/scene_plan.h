@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -43,6 +44,16 @@ struct MeshFacts {
   double largest(int axis) const { return std::max({0.0, -box.min[axis], box.max[axis]}); }
 };
 
+/// Boxes of the corners of a mesh in groups of neighbours, so that bounds of many placements cost
+/// little. Empty for meshes that are small or placed rarely.
+struct CornerGroups {
+  /// Indices in MeshView::positions that triangles use; empty: all are used.
+  std::vector<std::uint32_t> corners;
+  std::vector<Box3d> boxes;  ///< of kCorners consecutive corners each, in mesh space
+
+  static constexpr std::size_t kCorners = 16;
+};
+
 /// The usual most triangles of a tree. A tree of so many triangles has at most 16 GiB (WideTree),
 /// and one leaf block can name any of them (LeafBlock::kNear).
 inline constexpr std::uint32_t kTreeTriangles = 1u << 25;
@@ -53,21 +64,28 @@ struct ScenePlan {
   /// The given placements, in their order. If several meshes have equal content, their placements
   /// all name the first of these meshes.
   std::vector<PlacementView> placements;
-  std::vector<MeshFacts> facts;  ///< one for each mesh
-  /// For each placement, the bounds of the world triangles whose three corners are finite; empty if
-  /// there are none, or if the placement is hidden.
+  std::vector<MeshFacts> facts;                             ///< one for each mesh
+  std::vector<std::shared_ptr<const CornerGroups>> groups;  ///< one for each mesh
+  /// For each placement, a box that contains the world triangles whose three corners are finite;
+  /// empty if there are none, or if the placement is hidden
   std::vector<Box3d> placed;
-  Box3d bounds;                ///< union of `placed`
+  /// For each placement, 1 if `placed` is the union of the mapped boxes of `groups`; 0 if it is
+  /// exact.
+  std::vector<std::uint8_t> is_loose;
+  Box3d bounds;                ///< exact_bounds of all placements
   std::uint32_t distinct = 0;  ///< number of meshes with uses > 0
   /// A mesh with more triangles has several trees (cut_mesh). At most kTreeTriangles.
   std::uint32_t tree_triangles = kTreeTriangles;
 
+  /// The bounds of the world triangles, with three finite corners each, of the placements [first,
+  /// first + count). Cost: little more than reading `placed`, by branch and bound over `groups`.
+  Box3d exact_bounds(std::size_t first, std::size_t count) const;
   /// True if the mesh of an index has several trees.
   bool is_cut(std::uint32_t mesh) const { return meshes[mesh].triangle_count() > tree_triangles; }
 };
 
-/// Plans a scene. Parallel. Cost: reads every position and index once for each mesh, and every
-/// position that a triangle uses once more for each placement. Precondition: the indices of meshes
+/// Plans a scene. Parallel. Cost: reads every position and index twice for each mesh, and for each
+/// placement every position that a triangle uses, or every box of its `groups`. Precondition: the indices of meshes
 /// are in range. `tree_triangles` is that of the plan; tests choose small ones. Errors:
 /// SCENE_TOO_LARGE if a mesh has 2^32 triangles or more, or if the scene has more placements than a
 /// tree can hold. Throws std::bad_alloc.

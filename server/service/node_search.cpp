@@ -162,11 +162,9 @@ std::string encode_nodes(const Scene& scene, const NodeQuery& query, const NodeP
     const std::span<const Instance> instances = instances_of(description, number);
     const auto first = static_cast<std::uint32_t>(instances.data() - description.instances.data());
     std::uint64_t triangles = 0;
-    Box3d bounds;
-    for (std::uint32_t k = 0; k < instances.size(); ++k) {
-      triangles += description.meshes[instances[k].mesh]->triangle_count();
-      bounds.include(scene.trees().plan().placed[first + k]);
-    }
+    for (const Instance& instance : instances)
+      triangles += description.meshes[instance.mesh]->triangle_count();
+    const Box3d bounds = scene.trees().plan().exact_bounds(first, instances.size());
     write(out, i > 0 ? ",{\"node_id\":" : "{\"node_id\":", node.file_node, ",\"name\":");
     out.name(node.name);
     out.raw(",\"parent\":");
