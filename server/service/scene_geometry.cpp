@@ -58,7 +58,7 @@ std::vector<DrawnMesh> drawn_meshes(const Scene& scene, const std::optional<Vec3
     const bool is_same = has_same_parts(*description.meshes[own], *description.meshes[first]);
     DrawnMesh& drawn = all[is_same ? first : own];
     drawn.mesh = is_same ? first : own;
-    drawn.size = std::max(drawn.size, size_of(plan.placed[i], eye));
+    drawn.size = std::max(drawn.size, size_of(plan.exact_bounds(i, 1), eye));
     drawn.instances.push_back(i);
   }
   std::erase_if(all, [](const DrawnMesh& mesh) { return mesh.instances.empty(); });
