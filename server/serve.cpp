@@ -37,6 +37,7 @@ TreeCacheOptions tree_cache_options(const ServeCommand& command,
   options.ahead = command.laziness == Laziness::kWhenNeeded;
   options.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / 4);
   if (!command.data.empty()) options.folder = std::filesystem::path(command.data) / "trees";
+  options.disk_budget = command.limits.disk_budget;
   options.origin = std::move(origin);
   options.memory_budget = command.limits.memory_budget;
   options.report = [&log](const std::string& line) { log.warn(line); };

@@ -31,6 +31,7 @@ struct TreeCacheOptions {
   bool ahead = true;
   int threads = 1;               ///< threads of background builds
   std::filesystem::path folder;  ///< folder of files of trees; empty: no files
+  std::uint64_t disk_budget = TreeFolder::kUsualBytes;  ///< bytes of these files
   /// With an origin, trees of files that it has are taken from there, and stored there; needs a
   /// folder. Null: none.
   std::shared_ptr<OriginScenes> origin = {};

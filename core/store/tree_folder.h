@@ -23,11 +23,15 @@ namespace sightline {
 /// Reads and writes files of trees in one folder. read() may run on several threads at once.
 class TreeFolder {
  public:
+  /// The usual limit of all files.
+  static constexpr std::uint64_t kUsualBytes = std::uint64_t{64} << 30;
+
   /// The folder is made when the first file is written. If the files exceed `bytes_max` in total,
-  /// the least recently used are removed.
-  explicit TreeFolder(std::filesystem::path folder,
-                      std::uint64_t bytes_max = std::uint64_t{64} << 30)
-      : folder_(std::move(folder)), bytes_max_(bytes_max) {}
+  /// the least recently used are removed, here too.
+  explicit TreeFolder(std::filesystem::path folder, std::uint64_t bytes_max = kUsualBytes)
+      : folder_(std::move(folder)), bytes_max_(bytes_max) {
+    make_room(0);
+  }
 
   /// Reads the trees of a plan; empty if there is no file. `content` is the plan's content_hash,
   /// `sha256` the hash of the scene's file in the data folder or empty. The trees refer to the

@@ -130,6 +130,9 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
                  "bytes of all scenes with their trees; beyond it the trees of the least recently "
                  "used scenes are evicted (default: no limit)")
       ->default_str("");
+  maker.add_count("--disk-budget", command.limits.disk_budget,
+                  "bytes of trees stored in --data; beyond it those of the least recently used "
+                  "scenes are removed, and built again when they are needed");
   app.add_option("--scene-root", command.scene_root,
                  "folder below which clients may name files to load (POST /v1/scenes with a path)")
       ->check(CLI::ExistingDirectory);

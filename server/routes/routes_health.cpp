@@ -81,6 +81,7 @@ void reply_version(Exchange& exchange, const Service& service, const ServerFacts
                         {"drain_ms", service.limits.drain.get().count()},
                         {"notice_ms", service.limits.notice.get().count()},
                         {"memory_budget", service.limits.memory_budget},
+                        {"disk_budget", service.limits.disk_budget},
                         {"cache_bytes", service.store.cache_bytes()},
                         {"workers", facts.http.workers},
                         {"queue", facts.http.queue},

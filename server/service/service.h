@@ -12,6 +12,7 @@
 #include "core/base/semaphore.h"
 #include "core/run/engine.h"
 #include "core/store/scene_store.h"
+#include "core/store/tree_folder.h"
 
 namespace sightline {
 
@@ -31,8 +32,9 @@ struct ServiceLimits {
   LiveTime drain{std::chrono::milliseconds(30'000)};
   /// time between the 503 of /readyz and the shutdown
   LiveTime notice{std::chrono::milliseconds(0)};
-  std::uint64_t memory_budget = 0;  ///< bytes of all scenes; 0: no limit
-  std::size_t waiters = 16;         ///< requests that wait for a load, each on a worker
+  std::uint64_t memory_budget = 0;                      ///< bytes of all scenes; 0: no limit
+  std::uint64_t disk_budget = TreeFolder::kUsualBytes;  ///< bytes of stored trees
+  std::size_t waiters = 16;  ///< requests that wait for a load, each on a worker
 
   /// Takes the values that are Live.
   void take_live(const ServiceLimits& other) {

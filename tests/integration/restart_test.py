@@ -4,6 +4,7 @@ import re
 import signal
 import subprocess
 import tempfile
+import time
 import unittest
 from pathlib import Path
 
@@ -40,6 +41,33 @@ class Restart(unittest.TestCase):
         server = self.server()
         self.assertEqual(server.ask("/v1/scenes/six").body, replaced.body)
         self.assertEqual(server.ask("/v1/scenes/other").status, 404)
+
+    def test_trees_on_disk_stay_within_their_budget(self):
+        def sizes():
+            return sorted(file.stat().st_size for file in (self.data / "trees").glob("*.trees"))
+
+        def wait(condition):
+            end = time.monotonic() + PATIENCE
+            while not condition(sizes()):
+                self.assertLess(time.monotonic(), end, sizes())
+                time.sleep(0.05)
+
+        server = self.server()
+        for name in ("six", "town"):
+            self.assertEqual(server.put(name, demo_glb(name)).status, 201)
+            server.closest(name, RAY)
+        wait(lambda found: len(found) == 2)
+        town = server.closest("town", ([3, 200, 5], [0, -1, 0]))
+        server.stop()
+        budget = sizes()[-1]
+        server = self.server("--disk-budget", budget)
+        self.assertEqual(server.ask("/version").json()["limits"]["disk_budget"], budget)
+        self.assertLessEqual(sum(sizes()), budget)
+        self.assertEqual(server.closest("six", RAY)[0]["t"], 4.5)
+        self.assertEqual(server.closest("town", ([3, 200, 5], [0, -1, 0])), town)
+        self.assertEqual(server.put("third", demo_glb("town")).status, 201)
+        server.closest("third", RAY)
+        wait(lambda found: found == [budget])
 
     def test_a_copy_of_the_folder_serves_the_scenes_elsewhere(self):
         server = self.server()
