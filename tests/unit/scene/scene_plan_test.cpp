@@ -71,6 +71,7 @@ TEST(ScenePlan, bounds_of_many_placements_are_exact) {
   std::mt19937_64 random(9);
   const auto unit = [&] { return static_cast<double>(random() >> 11) * 0x1p-53 - 0.5; };
   std::vector<Vec3f> positions;
+  positions.reserve(300);
   for (int i = 0; i < 300; ++i) {
     positions.push_back({static_cast<float>(unit()), static_cast<float>(unit()),
                          static_cast<float>(unit() * (i % 3))});
