@@ -34,4 +34,5 @@ inline std::uint64_t most_npz_rows(FieldSet fields) {
 
 }  // namespace sightline
 
-// Tests: tests/integration/tables_test.py, tests/unit/proto/table_format_test.cpp
+// Tests: tests/integration/tables_test.py
+// Tests: tests/unit/proto/table_format_test.cpp

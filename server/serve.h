@@ -21,3 +21,5 @@ int run_serve(const ServeCommand& command, const EndNow& end_now, std::ostream& 
               std::ostream& complaints);
 
 }  // namespace sightline
+
+// Tests: tests/integration/settings_test.py

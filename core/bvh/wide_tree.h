@@ -114,4 +114,4 @@ struct WideTree {
 
 }  // namespace sightline
 
-// Tests: tests/unit/bvh/reinsert_test.cpp
+// Tests: tests/unit/bvh/validate_test.cpp

@@ -47,9 +47,9 @@ class BoxContact {
   Vec3d position(const SweepPath& path, const SweptBox& box, const Triangle& triangle) const;
 
   /// The unit normal of a plane that separates box and triangle at t, on the box's side, each
-  /// component rounded once. It is the first of these that does: the normals of the box, that
-  /// of the triangle, the cross products of their edges. Empty if the box met the triangle before tmin.
-  /// Precondition: the arguments are those given to first().
+  /// component rounded once. It is the first of these that separates them: the normals of the box,
+  /// that of the triangle, the cross products of their edges. Empty if the box met the triangle
+  /// before tmin. Precondition: the arguments are those given to first().
   std::optional<Vec3d> normal(const SweepPath& path, const SweptBox& box,
                               const Triangle& triangle) const;
 

@@ -180,9 +180,9 @@ struct Engine::State {
     }
   }
 
-  /// Calls slice(begin, end) for slices of [0, count), at most slice_size long, in parallel if
-  /// other threads are idle, on at most deadline.threads of them. No slice starts after the deadline. Errors: DEADLINE, CANCELLED; some
-  /// slices may then not have run. Throws what a slice throws.
+  /// Calls slice(begin, end) for slices of [0, count), at most slice_size long, in parallel if other
+  /// threads are idle, on at most deadline.threads of them. No slice starts after the deadline.
+  /// Errors: DEADLINE, CANCELLED; some slices may then not have run. Throws what a slice throws.
   template <class Slice>
   Status run(std::size_t count, const Deadline& deadline, Slice slice,
              std::size_t slice_size = kSlice) {

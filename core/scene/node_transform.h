@@ -47,4 +47,4 @@ std::string decimal(double value);
 
 }  // namespace sightline
 
-// Tests: tests/unit/run/moved_test.cpp
+// Tests: tests/unit/import/transform_test.cpp

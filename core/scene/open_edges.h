@@ -1,6 +1,6 @@
 #pragma once
-/// Finds out if a mesh is closed, by counting its open edges. "Inside" is only defined for closed
-/// meshes.
+/// Counts the open edges of a mesh. It is closed if it has none: unpaired edges for parity,
+/// unbalanced edges for winding numbers.
 
 #include <atomic>
 #include <condition_variable>
@@ -17,7 +17,7 @@
 namespace sightline {
 
 /// Counts of the open edges of a mesh. Two edges are the same if their ends have equal coordinates.
-/// Triangles that are not finite are ignored.
+/// Edges between equal points, and triangles that are not finite, are not counted.
 struct OpenEdges {
   /// Edges that an odd number of triangles have. If there are none, a ray to infinity crosses the
   /// mesh an odd number of times from a point inside, and an even number of times from a point
@@ -29,7 +29,7 @@ struct OpenEdges {
 };
 
 /// An unbalanced edge, by indices in Mesh::positions: the triangles run from `from` to `to` so many
-/// times more often than back.
+/// times more often than back. `times` may be negative.
 struct UnbalancedEdge {
   std::uint32_t from = 0, to = 0;
   std::int64_t times = 0;
@@ -37,8 +37,8 @@ struct UnbalancedEdge {
 
 /// Counts the open edges of the triangles of those primitives for which `counts(primitive)` is
 /// true; `primitive` is an index in Mesh::primitives. Appends the unbalanced edges to `unbalanced`
-/// if it is given. Errors: DEADLINE, CANCELLED. Throws
-/// std::bad_alloc. Cost: about 10 ns for each position and each edge.
+/// if it is given. Errors: DEADLINE, CANCELLED. Throws std::bad_alloc. Cost: about 10 ns for each
+/// position and each edge.
 Result<OpenEdges> open_edges(const Mesh& mesh,
                              const std::function<bool(std::size_t primitive)>& counts,
                              const Deadline& deadline,
@@ -54,10 +54,9 @@ class KnownEdges {
   /// For a scene of so many meshes.
   explicit KnownEdges(std::size_t meshes) : slots_(std::make_unique<Slot[]>(meshes)) {}
   /// Returns the open edges of `mesh`, all of its primitives; `number` is its index in the scene.
-  /// One thread computes them; other threads that
-  /// request them wait until their own deadlines. If the thread runs out of time, the next one
-  /// starts again. Errors: those of open_edges and of `reserve`, which is called only if the result
-  /// is not cached.
+  /// One thread computes them; other threads that request them wait until their own deadlines. If
+  /// the thread runs out of time, the next one starts again. Errors: those of open_edges and of
+  /// `reserve`, which is called only if the result is not cached.
   Result<OpenEdges> of(std::uint32_t number, const Mesh& mesh, const Deadline& deadline,
                        const ReserveBytes& reserve);
 

@@ -46,8 +46,8 @@ struct Node {
   Affine parent_from_node = {};
   bool hidden = false;    ///< no ray meets the node and the nodes below it, whose own flag stays
   bool is_joint = false;  ///< a joint of a skin that the scene shows
-  /// A ray meets the node only if the mask of the ray shares a bit with this one. Empty: the parent's mask;
-  /// for a root all bits.
+  /// A ray meets the node only if the mask of the ray shares a bit with this one. Empty: the
+  /// parent's mask; for a root all bits.
   std::optional<std::uint32_t> mask = {};
 };
 

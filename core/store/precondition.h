@@ -31,4 +31,4 @@ struct Precondition {
 
 }  // namespace sightline
 
-// Tests: tests/unit/store/scene_load_test.cpp
+// Tests: tests/unit/store/scene_store_test.cpp

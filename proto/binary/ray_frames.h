@@ -25,7 +25,7 @@ Status check_stream_header(std::string_view header);
 /// Reads the length of a frame in bytes. Precondition: `bytes` has at least kFrameLengthBytes
 /// bytes. Errors: 413 FRAME_TOO_LARGE (more than 4 MiB).
 Result<std::uint64_t> read_frame_length(std::string_view bytes);
-/// Returns the text with its length before it.
+/// Returns the text after its length, 8 bytes little-endian.
 std::string framed(std::string_view text);
 
 /// Decodes the frames of one stream in order; each is a request of decode_rays_binary. A frame

@@ -6,8 +6,8 @@
 ///    "method":"parity"}
 ///
 /// "max_distance": scene units; null, the default: no limit. "count": number of triangles for each
-/// point (1). "method": "parity", "winding" or "solid_angle". "fields": of the nearest triangles. "include",
-/// "exclude" and "work": as for rays.
+/// point (1). "method": "parity", "winding" or "solid_angle". "fields": of the nearest triangles.
+/// "include", "exclude", "strict", "mask", "work", "timeout_ms" and "threads": as for rays.
 
 #include <limits>
 #include <string>
@@ -76,9 +76,9 @@ struct InsideColumns {
 };
 
 /// Encodes {"method":"parity","inside":[true,null],"on_surface":[false,true],
-/// "reliable":[true,true]}; for the method "winding" also "winding":[1,0]; for "solid_angle" "winding":[0.75,null] and "error":[1e-15,0]; if there are open edges
-/// also "unreliable":{"reason":"OPEN_EDGES","open_edges":4}. "inside" is null for points on the
-/// surface.
+/// "reliable":[true,true]}; for the method "winding" also "winding":[1,0]; for "solid_angle" also
+/// "winding":[0.75,null] and "error":[1e-15,0]; if there are open edges also
+/// "unreliable":{"reason":"OPEN_EDGES","open_edges":4}. "inside" is null for points on the surface.
 std::string encode_inside(const InsideColumns& columns);
 /// Encodes {"method":"parity","distance":[-1.5,null],"reliable":[true,true]}, and "unreliable" if
 /// there are open edges; "winding" as encode_inside. A distance that is not finite is null.

@@ -33,7 +33,7 @@ struct RayBoxQuery {
   BoxPairing pairing = BoxPairing::kEach;
   bool planes = false;
   std::optional<std::uint64_t> timeout_ms;  ///< the client's limit of the time for the answer
-  int threads = 0;                          ///< the client's limit of threads; 0: none
+  int threads = 0;                          ///< the client's limit of threads; 0: no limit
 };
 
 /// Decodes a body; its text and its capacity are treated as by decode_rays. Errors: those of

@@ -19,7 +19,8 @@
 ///   on_invalid        "refuse": an invalid ray is an error; "mark": only that ray is not answered
 ///   strict            true: an entry of include or exclude that matches nothing is an error
 ///   work              true: the answer contains its cost
-///   image             "depth", "node", "normal", "visits", "node_colours" or "shaded", with "image_unit": 0.001: hit_image.h
+///   image             "depth", "node", "normal", "visits", "node_colours" or "shaded", with
+///                     "image_unit": 0.001 (hit_image.h)
 ///   normalize         true: tmin, tmax and the t of the answer are in scene units
 ///   explain           true, for a single ray: the boxes and triangles that it was tested with
 ///   crossings         "every" or "once", if hits are listed or counted
@@ -59,7 +60,7 @@ struct RayJsonRules {
   FieldSet default_fields = kDefaultHitFields;  ///< of a body without "fields"
   FieldSet known_fields = kAllHitFields;        ///< others are FIELD_UNKNOWN
   /// True: the body may have the keys of rays through a scene: "normalize", "cull", "include",
-  /// "exclude", "on_invalid", "work", "strict", "timeout_ms", "threads".
+  /// "exclude", "mask", "masks", "on_invalid", "work", "strict", "timeout_ms", "threads".
   bool has_scene = true;
   /// True: "timeout_ms" and "threads" are allowed without has_scene too.
   bool has_timeout = false;
@@ -103,7 +104,7 @@ struct RayQuery {
   bool alpha_cutoff = false;  ///< transparent texels of masked materials do not count
   bool strict = false;        ///< an entry of the filter that matches nothing is an error
   std::optional<std::uint64_t> timeout_ms;  ///< the client's limit of the time for the answer
-  int threads = 0;                          ///< the client's limit of threads; 0: none
+  int threads = 0;                          ///< the client's limit of threads; 0: no limit
   /// the answer contains the boxes that its one ray was tested with
   bool wants_explanation = false;
   std::optional<TableFormat> table;    ///< set if `layout` is kTable
@@ -130,8 +131,8 @@ inline constexpr std::size_t kRayJsonPadding = 64;
 ///   filters with cull, include, exclude, mask, image or explain),
 ///   TYPE_WRONG, LENGTH_WRONG, NUMBER_NOT_FINITE (NaN, Infinity, 1e999)
 /// - 422: FIELD_UNKNOWN (names the known ones), FIELD_DUPLICATE, FIELDS_EMPTY, NUMBER_OUT_OF_RANGE
-///   (max_hits, nodes, mask, masks, timeout_ms, threads, image_unit, filters), VALUE_UNKNOWN (crossings,
-///   cull, on_invalid, image), EXPLAIN_ONE_RAY, EXPLAIN_IS_TEXT (explain with image),
+///   (max_hits, nodes, mask, masks, timeout_ms, threads, image_unit, filters), VALUE_UNKNOWN
+///   (crossings, cull, on_invalid, image), EXPLAIN_ONE_RAY, EXPLAIN_IS_TEXT (explain with image),
 ///   IMAGE_WITHOUT_PIXELS, and the codes of check_rays and generate_rays
 /// - 413: RAYS_TOO_MANY, FILTER_TOO_LARGE, BODY_TOO_LARGE (4 GiB and more)
 /// - 507: MEMORY_FULL (the parser needs several times the body)

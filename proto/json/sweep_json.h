@@ -8,7 +8,8 @@
 ///    "fields":["t","position","normal"]}
 ///
 /// A sphere has "radius", a capsule two ends and "radius", a box "half" and, if it is turned,
-/// "rotation" or "axes"; other members are those of a ray. "fields": of the contacts. "include", "exclude" and "work": as for rays.
+/// "rotation" or "axes"; other members are those of a ray. "fields": of the contacts. "include",
+/// "exclude", "strict", "mask", "work", "timeout_ms" and "threads": as for rays.
 
 #include <string>
 

@@ -15,8 +15,8 @@ namespace sightline {
 
 /// The access that a request needs. kOpen: GET and HEAD of /healthz, /readyz, and of the pages and
 /// documents of this program with their files. kRead: other GET, HEAD and OPTIONS, and POST to
-/// routes that answer questions, DELETE of jobs. kWrite: all other requests, and POST to /v1/scenes, which loads a
-/// scene.
+/// routes that answer questions, DELETE of jobs. kWrite: all other requests, and POST to
+/// /v1/scenes, which loads a scene.
 Access needed_access(std::string_view method, std::string_view target);
 
 /// Decides by keys which requests of a server are allowed. Thread-safe. Before the first call of

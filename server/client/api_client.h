@@ -62,3 +62,5 @@ std::string printable(std::string_view text);
 std::string problem_text(const ApiAnswer& answer);
 
 }  // namespace sightline
+
+// Tests: tests/integration/query_test.py

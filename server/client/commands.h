@@ -25,3 +25,5 @@ int run_mcp(const McpCommand& command, std::istream& in, std::ostream& out,
             std::ostream& complaints);
 
 }  // namespace sightline
+
+// Tests: tests/integration/cast_test.py

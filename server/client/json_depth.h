@@ -28,3 +28,5 @@ inline bool is_nested_deeply(std::string_view text) {
 }
 
 }  // namespace sightline
+
+// Tests: tests/integration/mcp_test.py

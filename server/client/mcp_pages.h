@@ -45,3 +45,5 @@ class McpPages {
 };
 
 }  // namespace sightline
+
+// Tests: tests/integration/mcp_test.py

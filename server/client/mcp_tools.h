@@ -44,3 +44,5 @@ Result<ApiAnswer> call_mcp_tool(const McpTool& tool, const nlohmann::json& argum
                                 ApiClient& client, const SceneRoot* files);
 
 }  // namespace sightline
+
+// Tests: tests/integration/mcp_test.py

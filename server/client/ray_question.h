@@ -30,3 +30,5 @@ int ask_rays(const RayQuestion& question, const AnswerLines& answer, std::istrea
              std::ostream& out, std::ostream& complaints);
 
 }  // namespace sightline
+
+// Tests: tests/integration/cast_test.py

@@ -65,3 +65,5 @@ class AnswerHeaders {
 bool is_origin(std::string_view text);
 
 }  // namespace sightline
+
+// Tests: tests/integration/headers_test.py

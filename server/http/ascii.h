@@ -58,3 +58,5 @@ inline bool decode_percent(std::string_view text, std::string& decoded) {
 }
 
 }  // namespace sightline
+
+// Tests: tests/unit/server/request_head_test.cpp

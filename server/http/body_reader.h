@@ -130,3 +130,5 @@ class BodyReader {
 };
 
 }  // namespace sightline
+
+// Tests: tests/integration/abuse_framing_test.py

@@ -89,3 +89,5 @@ struct Exchange {
 std::string checked_request_id(const std::string& given, const IsSecret& is_secret);
 
 }  // namespace sightline
+
+// Tests: tests/unit/server/http_server_test.cpp

@@ -54,3 +54,5 @@ struct HttpLimits {
 };
 
 }  // namespace sightline
+
+// Tests: tests/integration/settings_test.py

@@ -37,3 +37,5 @@ struct HttpResponse {
 };
 
 }  // namespace sightline
+
+// Tests: tests/unit/server/http_server_test.cpp

@@ -15,3 +15,5 @@ int http_status(ErrorKind kind);
 std::string_view status_title(int status);
 
 }  // namespace sightline
+
+// Tests: tests/integration/errors_test.py

@@ -25,3 +25,5 @@ struct Listener {
 Result<Listener> listen_on(const ListenAddress& address);
 
 }  // namespace sightline
+
+// Tests: tests/unit/server/cli_test.cpp

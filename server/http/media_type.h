@@ -30,3 +30,5 @@ Error with_form_hint(const Exchange& exchange, Error error, std::string_view bod
 std::string_view media_type(const Exchange& exchange);
 
 }  // namespace sightline
+
+// Tests: tests/integration/errors_test.py

@@ -57,3 +57,5 @@ class Pace {
 };
 
 }  // namespace sightline
+
+// Tests: tests/integration/abuse_test.py

@@ -43,3 +43,5 @@ class QueryParameters {
 };
 
 }  // namespace sightline
+
+// Tests: tests/integration/scenes_test.py

@@ -59,3 +59,5 @@ Status reserve_decoding(RequestMemory* memory, std::string_view body);
 void forget_body(Exchange& exchange, std::string& text, std::uint64_t bytes);
 
 }  // namespace sightline
+
+// Tests: tests/integration/errors_test.py

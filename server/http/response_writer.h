@@ -85,3 +85,5 @@ inline constexpr std::chrono::milliseconds kSlowClientLook{100};
 bool wait_until_readable(int socket, std::chrono::steady_clock::time_point due);
 
 }  // namespace sightline
+
+// Tests: tests/integration/abuse_test.py

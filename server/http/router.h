@@ -22,14 +22,14 @@ class Router {
   /// QUERY_INVALID.
   enum class Parameters { kRefused, kTaken };
   /// Adds a route. GET also answers HEAD. Of several routes that match, the first added is used.
-  /// pattern  "/v1/scenes/{id}/rays:closest": literal segments, and {id}, {node} and {job} for any segment
-  ///          that is not empty
+  /// pattern  "/v1/scenes/{id}/rays:closest": literal segments, and {id}, {node} and {job} for any
+  ///          segment that is not empty
   void add(std::string_view method, std::string_view pattern, Handler handler,
            Parameters parameters = Parameters::kRefused);
 
-  /// Calls the handler of a request, after it has set scene_id, node_id, job_id and route of the exchange.
-  /// Without a handler answers 404 ROUTE_NOT_FOUND, 405 METHOD_NOT_ALLOWED with Allow, or for
-  /// OPTIONS 204 with Allow. Exceptions of the handler pass through.
+  /// Calls the handler of a request, after it has set scene_id, node_id, job_id and route of the
+  /// exchange. Without a handler answers 404 ROUTE_NOT_FOUND, 405 METHOD_NOT_ALLOWED with Allow, or
+  /// for OPTIONS 204 with Allow. Exceptions of the handler pass through.
   void dispatch(Exchange& exchange) const;
 
  private:

@@ -70,3 +70,5 @@ class SpoolFile {
 };
 
 }  // namespace sightline
+
+// Tests: tests/integration/slow_bodies_test.py

@@ -17,3 +17,5 @@ inline std::chrono::milliseconds milliseconds_of(double seconds) {
 }
 
 }  // namespace sightline
+
+// Tests: tests/unit/server/cli_test.cpp

@@ -63,3 +63,5 @@ class FlagMaker {
 inline constexpr double kLeastSeconds = 0.001;
 
 }  // namespace sightline
+
+// Tests: tests/unit/server/cli_test.cpp

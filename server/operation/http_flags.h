@@ -1,5 +1,5 @@
 #pragma once
-/// The flags of the event loop: connections, headers, rates and queues.
+/// Flags of the HTTP server: workers, queues, connections, headers, spool, memory, rates and times.
 
 #include "server/http/http_limits.h"
 
@@ -11,7 +11,10 @@ namespace sightline {
 
 /// Values of flags in seconds, which finish_http_flags converts to HttpLimits.
 struct HttpSeconds {
-  double idle = 30, head = 10, window = 5, longest = 600;
+  double idle = 30;      ///< --idle-seconds
+  double head = 10;      ///< --header-seconds
+  double window = 5;     ///< --rate-seconds
+  double longest = 600;  ///< --body-seconds
 };
 
 /// Adds the flags to `app`; parsing sets `limits` and `seconds`, which must outlive `app`.
@@ -20,3 +23,5 @@ void define_http_flags(CLI::App& app, HttpLimits& limits, HttpSeconds& seconds);
 void finish_http_flags(HttpLimits& limits, const HttpSeconds& seconds);
 
 }  // namespace sightline
+
+// Tests: tests/integration/settings_test.py

@@ -48,3 +48,5 @@ class Log {
 };
 
 }  // namespace sightline
+
+// Tests: tests/integration/operator_test.py

@@ -39,3 +39,5 @@ void finish_query(QueryCommand& command, const QueryFlags& flags);
 void define_mcp(CLI::App& app, McpCommand& command);
 
 }  // namespace sightline
+
+// Tests: tests/unit/server/cli_test.cpp

@@ -27,3 +27,5 @@ struct Running {
 void reload(const Running& running);
 
 }  // namespace sightline
+
+// Tests: tests/integration/settings_test.py

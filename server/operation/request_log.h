@@ -40,3 +40,5 @@ void note_refusal(const Journal& journal, const RequestHead& head, const Request
                   const std::string& request_id);
 
 }  // namespace sightline
+
+// Tests: tests/integration/operator_test.py

@@ -38,3 +38,5 @@ std::vector<std::string> warnings_of(const ServeCommand& command);
 std::vector<FlagText> flag_texts(const CLI::App& app);
 
 }  // namespace sightline
+
+// Tests: tests/unit/server/cli_test.cpp

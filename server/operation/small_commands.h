@@ -1,6 +1,6 @@
 #pragma once
-/// The small commands: sightline demo, key, convert and check-config. Each returns the exit code: 0, or 2
-/// for an error.
+/// The small commands: sightline demo, key, convert and check-config. Each returns the exit code:
+/// 0, or 2 for an error.
 
 #include <ostream>
 
@@ -20,3 +20,5 @@ int run_convert(const ConvertCommand& command, std::ostream& complaints);
 int run_check(const CheckCommand& command, std::ostream& out, std::ostream& complaints);
 
 }  // namespace sightline
+
+// Tests: tests/integration/settings_test.py

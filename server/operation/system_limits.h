@@ -17,3 +17,5 @@ std::size_t allowed_connections(const HttpLimits& limits);
 std::uint64_t machine_memory();
 
 }  // namespace sightline
+
+// Tests: tests/integration/abuse_test.py

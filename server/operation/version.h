@@ -11,3 +11,5 @@ std::string version();
 std::string version_text();
 
 }  // namespace sightline
+
+// Tests: tests/unit/server/cli_test.cpp

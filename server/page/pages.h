@@ -33,3 +33,5 @@ std::span<const PagePart> page_parts();
 std::span<const std::string_view> page_documents();
 
 }  // namespace sightline
+
+// Tests: tests/integration/page_test.py

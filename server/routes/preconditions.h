@@ -11,3 +11,5 @@ namespace sightline {
 Precondition precondition_of(const Exchange& exchange);
 
 }  // namespace sightline
+
+// Tests: tests/integration/scenes_test.py

@@ -35,8 +35,8 @@ class RayRequest {
   RayRequest(const RayRequest&) = delete;
   RayRequest& operator=(const RayRequest&) = delete;
 
-  /// The tables of a question. kJson: none. kColumns: the columns of its binary answer as CSV, NPY or NPZ
-  /// (column_table.h). kHits: a row for each slot (hit_table.h), and point clouds.
+  /// The tables of a question. kJson: none. kColumns: the columns of its binary answer as CSV, NPY or
+  /// NPZ (column_table.h). kHits: a row for each slot (hit_table.h), and point clouds.
   enum class Tables { kJson, kColumns, kHits };
   /// Checks the request, finds the scene, reads the body (JSON or binary), and resolves its filter.
   /// `rules` has the keys that the body may have; their limits are set by the service.
@@ -119,3 +119,5 @@ class RayRequest {
 };
 
 }  // namespace sightline
+
+// Tests: tests/integration/rays_test.py

@@ -85,3 +85,5 @@ class RayStream {
 };
 
 }  // namespace sightline
+
+// Tests: tests/integration/streams_test.py

@@ -56,3 +56,5 @@ void add_visibility_routes(Router& router, const Service& service);
 void add_box_routes(Router& router, const Service& service);
 
 }  // namespace sightline
+
+// Tests: tests/integration/openapi_test.py

@@ -1,5 +1,6 @@
 #pragma once
-/// Checks queries about scenes before their bodies are read, and answers changes of scenes.
+/// Admits requests about scenes: media type, size of the body, scene. read_query_body also reads the
+/// body. Answers changes of scenes.
 
 #include <memory>
 #include <optional>
@@ -32,7 +33,7 @@ std::optional<QueryType> admit_rays_type(Exchange& exchange, bool takes_lines = 
 
 /// The scene that the request names, in any state, of a revision that the request accepts
 /// (SceneStore::obtain). Empty if the request is answered, or put off from the event loop. Answers:
-/// SCENE_NOT_FOUND, REVISION_INVALID (400), those of SceneStore::obtain.
+/// SCENE_NOT_FOUND, REVISION_INVALID (400), ORIGIN_BUSY (503), those of SceneStore::obtain.
 std::optional<SceneSnapshot> obtain_scene(Exchange& exchange, const Service& service,
                                           const Deadline& deadline);
 
@@ -40,13 +41,15 @@ std::optional<SceneSnapshot> obtain_scene(Exchange& exchange, const Service& ser
 /// scenes, some nanoseconds for each.
 void reply_scene_not_found(Exchange& exchange, const Service& service);
 /// Returns a scene that can be queried now, and sets the header X-Scene-Revision. Null after it has
-/// answered 404 SCENE_NOT_FOUND, or 409 SCENE_FAILED or SCENE_LOADING (with Retry-After).
+/// answered an error (of obtain_scene; 409 SCENE_FAILED; 409 SCENE_LOADING with Retry-After), or if
+/// the request was put off from the event loop.
 SceneSnapshot admit_scene(Exchange& exchange, const Service& service);
 
-/// Checks media type, body and scene of a query, and returns the scene. Null after it has answered
-/// MEDIA_TYPE_UNSUPPORTED, an error of admit_body, or one of admit_scene.
+/// Checks media type, body and scene of a query, and returns the scene. Null as for admit_scene, or
+/// after it has answered MEDIA_TYPE_UNSUPPORTED or an error of admit_body.
 std::shared_ptr<const Scene> admit_scene_query(Exchange& exchange, const Service& service);
-/// Like admit_scene_query, for a query whose media type was checked before.
+/// Checks body and scene of a query whose media type was checked before, and returns the scene. Null
+/// as for admit_scene_query.
 std::shared_ptr<const Scene> admit_query_of_scene(Exchange& exchange, const Service& service);
 
 /// Answers with the error of `status`, if it has one. Returns true if it has none.
@@ -56,6 +59,7 @@ bool went_well(Exchange& exchange, const Status& status);
 /// after 300 microseconds. The request does not wait for memory beyond it.
 /// timeout_ms  the client's limit, from the arrival of the request; the server's limit, from now,
 ///             applies if it ends earlier
+/// threads     the client's limit of threads; 0: no limit. Stored in Deadline::threads
 Deadline deadline_of(const Exchange& exchange, const Service& service,
                      std::optional<std::uint64_t> timeout_ms = {}, int threads = 0);
 
@@ -66,3 +70,5 @@ std::string text_within(const Exchange& exchange, const StoredScene& scene);
 void reply_done(Exchange& exchange, int status, const StoredScene& scene);
 
 }  // namespace sightline
+
+// Tests: tests/integration/errors_test.py

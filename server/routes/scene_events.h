@@ -18,3 +18,5 @@ namespace sightline {
 void reply_scene_events(Exchange& exchange, Service& service);
 
 }  // namespace sightline
+
+// Tests: tests/integration/loads_test.py

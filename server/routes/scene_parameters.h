@@ -26,3 +26,5 @@ enum class KnownParameters { kWait, kSceneAndWait };
 bool read_parameters(Exchange& exchange, KnownParameters known, SceneParameters& parameters);
 
 }  // namespace sightline
+
+// Tests: tests/integration/loads_test.py

@@ -54,3 +54,5 @@ Status search_lists(const ReserveBytes& reserve, std::uint64_t lists, std::uint6
 }
 
 }  // namespace sightline
+
+// Tests: tests/integration/memory_test.py

@@ -13,3 +13,5 @@ namespace sightline {
 Result<RayGenerator> camera_rays(const Scene& scene, const FileCamera& asked);
 
 }  // namespace sightline
+
+// Tests: tests/integration/images_test.py

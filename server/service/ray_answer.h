@@ -46,3 +46,5 @@ Result<std::string> answer_rays(RayQuestionKind kind, const Service& service, co
                                 const Deadline& deadline, WorkTimer& timer);
 
 }  // namespace sightline
+
+// Tests: tests/integration/rays_test.py

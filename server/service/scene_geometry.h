@@ -28,3 +28,5 @@ std::uint64_t bytes_of_geometry_lists(const Scene& scene);
 std::uint64_t bytes_of_geometry(const GeometryAnswer& answer);
 
 }  // namespace sightline
+
+// Tests: tests/integration/geometry_test.py

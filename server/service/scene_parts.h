@@ -22,3 +22,5 @@ inline constexpr std::size_t kMostTriangles = 1000;
 std::string encode_self_check(const SelfCheck& check);
 
 }  // namespace sightline
+
+// Tests: tests/integration/parts_test.py

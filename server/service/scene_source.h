@@ -33,3 +33,5 @@ Result<PreloadedScene> load_source(const std::string& source, const SceneChoice&
 Result<std::vector<std::byte>> demo_glb(const std::string& name);
 
 }  // namespace sightline
+
+// Tests: tests/unit/server/cli_test.cpp

@@ -28,3 +28,5 @@ NamedCounts tree_counts(const Scene& scene);
 std::string encode_stats(const StoredScene& scene);
 
 }  // namespace sightline
+
+// Tests: tests/integration/metrics_test.py

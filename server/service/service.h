@@ -70,3 +70,5 @@ struct Service {
 };
 
 }  // namespace sightline
+
+// Tests: tests/integration/settings_test.py

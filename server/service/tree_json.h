@@ -42,3 +42,5 @@ std::string encode_trees(const Scene& scene, std::optional<std::uint32_t> level 
 inline constexpr std::size_t kMostLevelBoxes = 2000;
 
 }  // namespace sightline
+
+// Tests: tests/integration/lectures_test.py

@@ -27,3 +27,5 @@ Result<SceneFetch> fetch_of(const LoadRequest& request,
                             const std::shared_ptr<const SourceRules>& rules, std::uint64_t limit);
 
 }  // namespace sightline
+
+// Tests: tests/integration/sources_test.py

@@ -49,3 +49,5 @@ Status fetch_url(SourceUrl url, const UrlRules& rules, std::uint64_t limit,
 Error url_not_allowed();
 
 }  // namespace sightline
+
+// Tests: tests/integration/sources_test.py

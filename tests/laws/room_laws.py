@@ -15,7 +15,7 @@ include which, and which library header may be included where. This script reads
   units      a folder of core, proto and server has at most 30 units: headers, each with its .cpp files
   parameters no function that a header of core, proto or server declares has eight parameters or more; the
              bodies of the kernels (-inl.h) are internal and may
-  tests      each header of core and proto has a test of its name, or names its test in a line "// Tests: path"
+  tests      each header of core, proto and server has a test of its name, or names its test in a line "// Tests: path"
   libraries  a library header appears only where the second table allows it
   links      the CMake targets of a room link only rooms that it may include
   citations  a paper cited by key ([Ize2013]) in a source or a page of docs/ has its entry in
@@ -48,7 +48,7 @@ CITATION = re.compile(r"\[([A-Z][A-Za-z]+\d{4})\](?!\()")
 ROUTES = "docs/reference/routes.md"
 UNITS_MOST = 30
 UNITS_CHECKED = ("core/", "proto/", "server/")
-TESTS_CHECKED = ("core/", "proto/")
+TESTS_CHECKED = ("core/", "proto/", "server/")
 PARAMETERS_MOST = 7
 SKIPPED_FOLDERS = {"build", "__pycache__", "node_modules", "scratch"}
 
@@ -235,7 +235,7 @@ class Laws:
             if not name.endswith(".h") or not name.startswith(TESTS_CHECKED):
                 continue
             own = PurePosixPath(name).stem.removesuffix("-inl") + "_test"
-            told = re.findall(r"^// Tests: (\S+)$", (self.root / name).read_text(encoding="utf-8"), re.MULTILINE)
+            told = re.findall(r"^// Tests: (.*)$", (self.root / name).read_text(encoding="utf-8"), re.MULTILINE)
             for path in told:
                 if not path.startswith("tests/") or not (self.root / path).is_file():
                     self.fault(name, f"names {path}, which is no test")

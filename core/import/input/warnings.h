@@ -35,4 +35,4 @@ class Warnings {
 
 }  // namespace sightline::gltf
 
-// Tests: tests/unit/import/attribute_reader_test.cpp
+// Tests: tests/unit/import/import_test.cpp

@@ -32,8 +32,8 @@ struct BoundedNumber {
 };
 
 /// The sum of `times` angle / (4 pi) over the edges, at p, for a direction u that is about of unit
-/// length. Edges with an end that is not finite are left out. The same on every machine: it uses
-/// + - * / and square roots only. Cost: about 80 ns for each edge. Precondition: p is finite.
+/// length. Edges with an end that is not finite are left out. Every machine gives these bytes,
+/// because it uses + - * / and square roots only. Cost: about 80 ns for each edge. Precondition: p is finite.
 BoundedNumber winding_of_open_edges(const std::vector<OpenEdge>& edges, const Vec3d& p,
                                     const Vec3d& u);
 
