@@ -150,7 +150,7 @@ NamedCounts connection_events(const EventLoopCounts& counts, const Metrics& metr
           {"refused", counts.refused},
           {"locked_out", counts.locked_out},
           {"queue_full", counts.overload},
-          {"answered_at_door", counts.answered}};
+          {"answered_in_event_loop", counts.answered}};
 }
 
 /// The next signal but SIGHUP, wake(), or the end of `timeout`.

@@ -71,8 +71,8 @@ void note_stream_end(const Journal& journal, const StreamNote& stream) {
 
 void note_refusal(const Journal& journal, const RequestHead& head, const RequestFault& fault,
                   const std::string& request_id) {
-  journal.metrics.count({head.method, "door", fault.status});
-  // Somebody who tries keys should be seen.
+  journal.metrics.count({head.method, "event_loop", fault.status});
+  // Attempts with wrong keys should be seen.
   const bool tells = fault.status == 401 || fault.status == 403;
   journal.log.write(tells ? Log::Level::info : Log::Level::debug, "request refused",
                     {{"method", known_method(head.method)},

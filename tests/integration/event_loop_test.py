@@ -82,7 +82,7 @@ class EventLoop(unittest.TestCase):
         return on_event_loop, by_worker.removeprefix(b"HTTP/1.1 100 Continue\r\n\r\n")
 
     def test_both_ways_give_the_same_bytes(self):
-        answered = b'sightline_connections_total{event="answered_at_door"}'
+        answered = b'sightline_connections_total{event="answered_in_event_loop"}'
         before, asked, good = self.counted(answered), 0, 0
         for kind, more, body in bodies():
             with self.subTest(kind=kind, more=more, body=body):

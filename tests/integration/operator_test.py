@@ -184,8 +184,8 @@ class Measures(unittest.TestCase):
                 counts = series(server.ask("/metrics", *bearer(key)).body)
                 # Without being asked for: somebody tries keys.
                 self.assertEqual([server.log_text().count(f" status={status} ") for status in (401, 403)], [3, 1])
-        self.assertEqual(counts['sightline_requests_total{method="GET",route="door",status="401"}'], 3)
-        self.assertEqual(counts['sightline_requests_total{method="PUT",route="door",status="403"}'], 1)
+        self.assertEqual(counts['sightline_requests_total{method="GET",route="event_loop",status="401"}'], 3)
+        self.assertEqual(counts['sightline_requests_total{method="PUT",route="event_loop",status="403"}'], 1)
         self.assertEqual(counts['sightline_connections_total{event="locked_out"}'], 4)
 
 
