@@ -48,7 +48,7 @@ DemoScene soup(std::uint32_t triangles, std::uint64_t seed) {
 }
 
 DemoScene sphere(std::uint32_t triangles, std::uint64_t seed) {
-  (void)seed;  // one ball is like another; the parameter keeps the five generators alike
+  (void)seed;  // one ball is like another; the parameter gives the five generators one signature
   DemoMesh mesh;
   add_ball(mesh, {0, 0, 0}, 1, static_cast<int>(side_of_square(triangles / 12.0)));
   return single("ball", std::move(mesh));

@@ -5,8 +5,8 @@
 #include "core/demo/shapes.h"
 
 // Sizes from a 10 cm bollard to a 120 m tower, cables 2 cm thick and 60 m long, road markings of
-// two triangles; many faces lie in the same plane (everything stands on the ground, storeys on
-// storeys) and many boxes interpenetrate: what makes trees of real towns hard.
+// two triangles. Many faces lie in the same plane, because everything stands on the ground, and
+// storeys on storeys. Many boxes interpenetrate. This makes trees of real towns hard.
 
 namespace sightline::demo {
 

@@ -108,7 +108,7 @@ void add_ball(DemoMesh& mesh, const Vec3d& centre, double radius, int cells) {
     }
     return it->second;
   };
-  // Face `axis` low and high: (u, v) are the next two axes, which keeps the outside in front.
+  // Face `axis` low and high: (u, v) are the next two axes, so that the outside is in front.
   for (int axis = 0; axis < 3; ++axis) {
     for (int side = 0; side < 2; ++side) {
       for (int u = 0; u < cells; ++u) {

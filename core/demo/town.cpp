@@ -96,7 +96,7 @@ void add_houses(Plan& plan, int root, Random& random) {
     const double z = -75 + 50.0 * row + ((lot / 8 & 1) != 0 ? 12 : -12);
     if (std::fabs(x) < 22 && std::fabs(z) < 22) continue;  // the market square
     const auto type = static_cast<int>(random.below(kHouseTypes));
-    // Doors look to the nearest street along z; every fourth house is a mirror image.
+    // Entrances face the nearest street along z; every fourth house is a mirror image.
     Affine turn;
     const double facing = (lot / 8 & 1) != 0 ? -1 : 1;
     turn.m[0][0] = random.below(4) == 0 ? -facing : facing;

@@ -9,7 +9,7 @@ namespace sightline {
 
 namespace {
 
-/// While both share something along all axes that were looked at.
+/// While both share something along all axes that were tested.
 struct Meeting {
   bool has_limits = false;
   ExactT enter, leave;

@@ -87,10 +87,10 @@ int compare_roots(const OfPlane& x, const OfPlane& y) {
 /// Of a prism; a sphere has those of the triangle alone.
 constexpr std::size_t kPrismCorners = 6, kPrismEdges = 9, kPrismFaces = 5;
 
-/// What the way of the capsule's first end looks like from the prism. Corner i < 3 is that of the
-/// triangle, corner 3 + i the same moved by `side`. Edge i < 3 goes from corner i to the next one,
-/// edge 3 + i the same moved, edge 6 + i from corner i to corner 3 + i. Face 0 is the triangle, face
-/// 1 the same moved, face 2 + i lies between edge i and edge 3 + i.
+/// The way of the capsule's first end as seen from the prism. Corner i < 3 is that of the triangle,
+/// corner 3 + i the same moved by `side`. Edge i < 3 goes from corner i to the next one, edge 3 + i
+/// the same moved, edge 6 + i from corner i to corner 3 + i. Face 0 is the triangle, face 1 the
+/// same moved, face 2 + i lies between edge i and edge 3 + i.
 struct Seen {
   DyadicVector direction;
   DyadicVector side;                 ///< from the second end of the capsule to the first one

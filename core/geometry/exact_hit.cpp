@@ -34,7 +34,7 @@ ExactT make_t(const Dyadic& numerator, const Dyadic& denominator) {
 /// The line lies in the triangle's plane: the least t of line and closed triangle in [tmin, tmax].
 bool coplanar_hit(const std::array<Vector, 3>& corner, const Vector& d, const Vector& n,
                   double tmin, double tmax, ExactT& t) {
-  // Project along an axis that keeps the area; the direction keeps a component there.
+  // Projects along an axis for which the area is not zero; nor is the direction's component there.
   const std::size_t k = projection_axis(n);
   if (k == 3) return false;
   const std::size_t i = (k + 1) % 3;
@@ -251,9 +251,9 @@ int side_sign(const Vec3d& direction, const Triangle& triangle) {
 
 bool is_on_edge(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle,
                 const ExactT& t) {
-  // In a projection that keeps the area: the sides of the point to the three edges, one of which is
-  // zero on the border. The point is t * d as seen from the origin, here multiplied by t's
-  // denominator, so that rays inside the plane need no case of their own.
+  // In a projection in which the area is not zero: the sides of the point to the three edges, one
+  // of which is zero on the border. The point is t * d as seen from the origin, here multiplied by
+  // t's denominator, so that rays inside the plane need no case of their own.
   const std::size_t k = projection_axis(normal_of(triangle));
   const Vector d{Dyadic(direction.x), Dyadic(direction.y), Dyadic(direction.z)};
   const std::array<const Vec3d*, 3> corner{&triangle.v0, &triangle.v1, &triangle.v2};
@@ -283,8 +283,8 @@ ExactDetail exact_detail(const Vec3d& origin, const Vec3d& direction, const Tria
   const Vector d{Dyadic(direction.x), Dyadic(direction.y), Dyadic(direction.z)};
   detail.front = dot(d, n).sign() < 0;
 
-  // Barycentrics as ratios of areas in a projection that keeps the area; the point is t * d as seen
-  // from the origin, here multiplied by t's denominator.
+  // Barycentrics as ratios of areas in a projection in which the area is not zero; the point is t *
+  // d as seen from the origin, here multiplied by t's denominator.
   const std::size_t k = projection_axis(n);
   const Vector a = difference(triangle.v0, origin);
   const Vector e1 = difference(triangle.v1, triangle.v0);

@@ -78,7 +78,7 @@ double round_crossing(const Crossing& c, double filter_t) {
   // An exact difference: the IEEE quotient is the rounded t. The sum turns -0 into +0.
   if (c.low == 0) return filter_t + 0.0;
 
-  // One step of division by hand; the bounds keep underflow and overflow out of it.
+  // One step of division by hand; the bounds exclude underflow and overflow.
   const auto moderate = [](double x) { return std::abs(x) > 0x1p-900 && std::abs(x) < 0x1p900; };
   if (moderate(c.high) && moderate(c.rate) && moderate(filter_t)) {
     const double rest = std::fma(-filter_t, c.rate, c.high);
@@ -97,7 +97,7 @@ class AlignedSlabs {
       : origin_(origin), direction_(direction), box_(box) {
     for (int k = 0; k < 3; ++k) {
       const auto i = static_cast<std::size_t>(k);
-      // Not a number or infinite for a parallel ray, and not looked at then.
+      // Not a number or infinite for a parallel ray, and not used then.
       t_[i][0] = (box.min[k] - origin[k]) / direction[k];
       t_[i][1] = (box.max[k] - origin[k]) / direction[k];
     }

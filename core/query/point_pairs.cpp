@@ -37,7 +37,7 @@ Ray PointPairs::ray(std::size_t i) const {
 }
 
 bool check_pairs(const PointPairs& pairs, PairFault& fault) {
-  // Extremes first: almost always no pair has to be looked at.
+  // Extremes first: almost always no pair has to be checked.
   Vec3d low{kInf, kInf, kInf}, high{-kInf, -kInf, -kInf};
   for (const auto* points : {&pairs.from, &pairs.to}) {
     for (const Vec3d& p : *points) {

@@ -103,8 +103,8 @@ RayFault fault_of(const Ray& ray) {
 
 constexpr std::size_t kTogether = 256;
 
-/// Whether fault_of would find nothing in so many rays, without a branch for each. Of the six
-/// columns compilers look at several rays at once.
+/// True if fault_of would find nothing in so many rays, without a branch for each. Compilers check
+/// several rays of the six columns at once.
 bool all_good(const RayBatch& rays, std::size_t begin) {
   const double *const ox = rays.ox.data() + begin, *const oy = rays.oy.data() + begin,
                       *const oz = rays.oz.data() + begin, *const dx = rays.dx.data() + begin,

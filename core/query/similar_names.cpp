@@ -80,7 +80,7 @@ struct Candidate {
   std::size_t edits = 0;
 };
 
-/// Keeps the nearest ones in order.
+/// Retains the nearest ones in order.
 void add(std::vector<Candidate>& best, const Candidate& next) {
   const auto is_it = [&](const Candidate& each) { return each.name == next.name; };
   if (std::any_of(best.begin(), best.end(), is_it)) return;

@@ -12,7 +12,7 @@ namespace sightline {
 
 namespace {
 
-/// Boxes that one thread takes at a time. A box may touch the whole scene, so it looks at the clock
+/// Boxes that one thread takes at a time. A box may touch the whole scene, so it reads the clock
 /// itself.
 constexpr std::size_t kBoxSlice = 8;
 

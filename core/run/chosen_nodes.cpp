@@ -91,7 +91,7 @@ Status tell(SelectionWarning warning, SelectionWarnings* warnings) {
   return success();
 }
 
-/// Steps of the search for similar names, of all patterns of a list together.
+/// Steps of the search for similar names, for all patterns of a list in total.
 constexpr std::uint64_t kMostSteps = std::uint64_t{2} << 20;
 
 Status tell_unmatched(const PatternList& list, const AnyGlob& globs, DeadlineWatch& watch,
@@ -168,7 +168,7 @@ Status choose_materials(const SceneDescription& scene, const std::vector<std::st
                         watch, warnings);
 }
 
-/// Keeps the named triangles that the other lists have. Errors: TRIANGLE_UNKNOWN.
+/// Retains the named triangles that the other lists have. Errors: TRIANGLE_UNKNOWN.
 Status choose_triangles(const Scene& scene, const std::vector<TriangleName>& names,
                         const std::string& key, DeadlineWatch& watch, ChosenNodes& chosen) {
   const SceneDescription& description = scene.description();
@@ -197,8 +197,8 @@ bool has_empty_list(const TriangleChoice& choice) {
          (choice.triangles && choice.triangles->empty());
 }
 
-/// Nodes without triangles, or with other materials than the named ones, match as names do; but
-/// together they choose nothing.
+/// Nodes without triangles, or with other materials than the named ones, match as names do. But
+/// both lists choose nothing.
 Status tell_without_triangles(const SceneDescription& scene, const ChosenNodes& chosen,
                               const std::string& key, DeadlineWatch& watch,
                               SelectionWarnings* warnings) {

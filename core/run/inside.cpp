@@ -32,7 +32,7 @@ RayBatch rays_from(const Column<Vec3d>& points, const Vec3d& direction) {
   return rays;
 }
 
-/// The same instances, of their sides only these.
+/// Retains the instances, but of their sides only these.
 ResolvedFilter only(const ResolvedFilter& resolved, std::uint8_t sides) {
   ResolvedFilter some = resolved;
   for (std::uint8_t& its : some.sides) its = its & sides;

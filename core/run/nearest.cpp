@@ -11,7 +11,7 @@ namespace sightline {
 
 namespace {
 
-/// Points that one thread takes at a time. One may be as far from a whole scene, so it looks at the
+/// Points that one thread takes at a time. One may be as far from a whole scene, so it reads the
 /// clock itself.
 constexpr std::size_t kPointSlice = 64;
 

@@ -16,7 +16,7 @@ Status nearest_miss(const Engine& engine, const Scene& scene, const Ray& ray,
     const SceneView view(scene);
     miss = nearest_miss(view, ray, options.resolved, deadline);
     if (!view.tree().complete()) {
-      // Whoever sweeps a sphere of that radius has the trees built that it comes near.
+      // A sweep of a sphere of that radius builds the trees that it comes near.
       SweepBatch sweep;
       const double reach = miss ? miss->distance.high : 0x1p1000;
       sweep.push_back_sphere(ray, std::min(reach, 0x1p1000));

@@ -11,7 +11,7 @@ namespace sightline {
 
 namespace {
 
-/// Sweeps that one thread takes at a time; each looks at the clock itself.
+/// Sweeps that one thread takes at a time; each reads the clock itself.
 constexpr std::size_t kSweepSlice = 16;
 
 }  // namespace

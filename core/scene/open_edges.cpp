@@ -43,7 +43,8 @@ std::vector<std::uint32_t> same_points(const Mesh& mesh, DeadlineWatch& watch) {
     const Vec3f& p = positions[i];
     if (!is_finite(p)) continue;
     std::size_t slot = slot_hash(p);
-    // Whoever knows the hash can make positions meet in one slot: the deadline bounds that.
+    // A file whose author knows the hash can make positions meet in one slot: the deadline bounds
+    // that.
     for (;; ++slot) {
       if (watch.passed()) return {};
       std::uint32_t& other = table[slot & (table.size() - 1)];
@@ -142,7 +143,7 @@ Result<OpenEdges> open_edges(const Mesh& mesh,
 Result<OpenEdges> KnownEdges::of(std::uint32_t number, const Mesh& mesh, const Deadline& deadline,
                                  const ReserveBytes& reserve) {
   constexpr auto kAll = [](std::size_t) { return true; };
-  // How soon one who waits sees that the time was used up.
+  // How soon a waiting thread sees that its time was used up.
   constexpr std::chrono::milliseconds kLook{20};
   Slot& slot = slots_[number];
   if (slot.state.load(std::memory_order_acquire) == State::kKnown) return slot.edges;

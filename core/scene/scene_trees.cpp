@@ -224,7 +224,7 @@ bool SceneTrees::wait(const SceneTree& seen, std::span<const std::uint32_t> want
   };
   while (!is_there()) {
     if (deadline.passed()) return false;
-    // A flag wakes nobody: look again soon.
+    // A flag wakes nobody: check again soon.
     const auto soon = Deadline::Clock::now() + std::chrono::milliseconds(20);
     changed_.wait_until(hold, std::min(deadline.at, soon));
   }

@@ -83,7 +83,7 @@ Status sync_folder(const std::filesystem::path& folder, const char* doing) {
 }
 
 Status make_folder(const std::filesystem::path& folder, const char* doing) {
-  // From the lowest one that is there, each with its name in the one above.
+  // From the lowest folder that exists, each with its name in its parent.
   std::vector<std::filesystem::path> missing;
   std::error_code error;
   auto at = std::filesystem::absolute(folder, error);
@@ -98,7 +98,7 @@ Status make_folder(const std::filesystem::path& folder, const char* doing) {
       return io_error(doing, errno);
     if (Status synced = sync_folder(missing.back().parent_path(), doing); !synced) return synced;
   }
-  // One that is there as something else would be found by whoever uses it.
+  // Something else in its place would fail only at its first use.
   if (!std::filesystem::is_directory(folder, error)) {
     return io_error(doing, error ? error.value() : ENOTDIR);
   }

@@ -199,8 +199,8 @@ Result<SceneFolder::Catalogue> SceneFolder::read_catalogue() {
 
   std::error_code error;
   for (const char* left : {"writing", "fetching"}) fs::remove(folder_ / "trees" / left, error);
-  // Bytes without a record: a crash between the two steps of a commit, or of a removal. Not while
-  // a record is damaged: it may be the one that named them. What cannot be listed stays as well.
+  // Bytes without a record: a crash between the two steps of a commit, or of a removal. Not while a
+  // record is damaged: it may name them. What cannot be listed stays as well.
   if (keeps_all_) return catalogue;
   const auto drop_strays = [&](const char* folder, auto owner_of) {
     const auto found = list_folder(folder_ / folder, "list the data folder");
@@ -246,8 +246,8 @@ Status SceneFolder::commit(TemporaryFile& bytes, std::span<TemporaryFile* const>
   hold(hashes);
   bool stands = false;
   Status status = place(bytes, neighbours, record, *text, stands);
-  // A record that stands in spite of an error and the one before it: both may be what is found at
-  // the next start, and keep their bytes until then.
+  // A record that stands in spite of an error, and the previous record: both may be what is found
+  // at the next start, so the bytes of both stay until then.
   if (status) std::swap(named, hashes);
   if (status || !stands) release(hashes);
   return status;
@@ -351,7 +351,7 @@ Status SceneFolder::quarantine_file(const fs::path& file) const {
   constexpr const char* kDoing = "move it to quarantine";
   std::error_code error;
   if (!fs::exists(file, error) && !error) return success();  // what is missing is damage too
-  // Never over an earlier find: each keeps its own number.
+  // Never over an earlier find: each has a number of its own.
   for (int number = 0; number < kMostQuarantined; ++number) {
     const fs::path target =
         folder_ / "quarantine" / (file.filename().string() + "." + std::to_string(number));

@@ -15,7 +15,7 @@ SceneSnapshot bare_scene(const std::string& id) {
   return scene;
 }
 
-/// How often a wait looks at its deadline's flag, which wakes nobody.
+/// How often a wait checks its deadline's flag, which wakes nobody.
 constexpr std::chrono::milliseconds kLook{100};
 
 /// Waits until `done()` or the deadline. The mutex of `hold` guards what done() reads.
@@ -340,8 +340,8 @@ void SceneStore::commit(const LoadPointer& load, StoredScene next) {
     const std::lock_guard hold(mutex_);
     Entry* const entry = entry_of(*load);
     if (entry == nullptr) return;
-    // Before what follows: of two with the same tag the one that ends later does not take place.
-    // Of what is shared, the origin tells the present content, and the last to end takes place.
+    // Before what follows: of two with the same tag the later one to end does not take place. Of
+    // what is shared, the origin tells the present content, and the last to end takes place.
     if (!is_shared) {
       if (Status status = load->precondition_.check(entry->content->etag); !status) {
         unmet = std::move(status).error();

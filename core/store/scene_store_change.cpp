@@ -34,7 +34,7 @@ Result<SceneSnapshot> SceneStore::change(const std::string& id, std::span<const 
   const std::lock_guard one_by_one(change_mutex_);
   for (;;) {
     if (options_.shared.origin && is_scene_id(id)) {
-      // A change builds on the newest content, whoever made it.
+      // A change builds on the newest content, by whichever client.
       const auto newest = catch_up(id, 0, Deadline::in(kMostWait));
       if (!newest) return newest.error();
     }

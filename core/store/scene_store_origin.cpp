@@ -430,7 +430,7 @@ void SceneStore::follow_origin() {
     try {
       refresh_from_origin();
     } catch (const std::bad_alloc&) {
-      // The next look may find memory.
+      // The next attempt may find memory.
     }
     hold.lock();
     const auto next = Deadline::Clock::now() + options_.shared.refresh;

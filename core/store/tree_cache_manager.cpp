@@ -14,15 +14,15 @@ namespace sightline {
 
 namespace {
 
-/// Between two looks at scenes that lost their trees.
+/// Between two checks of scenes that lost their trees.
 constexpr std::chrono::milliseconds kLookAgain{500};
 
-/// Of a scene that has just come: who put it may ask at once, and its first answer cuts a large
+/// For a scene that has just come: its client may ask at once, and the first answer cuts a large
 /// mesh with all threads. Its trees would be read or built beside that for seconds anyway.
 constexpr std::chrono::milliseconds kHeadStart{100};
 
-/// To choose one scene so many more are looked at; or else ten thousand small ones would be looked
-/// at ten thousand times.
+/// To choose one scene so many more are checked; or else ten thousand small ones would be checked
+/// ten thousand times.
 constexpr std::size_t kLookedAtForEach = 256;
 
 }  // namespace
@@ -48,7 +48,7 @@ TreeCacheManager::~TreeCacheManager() {
 Status TreeCacheManager::adopt(const std::shared_ptr<const Scene>& scene, const std::string& sha256,
                                bool lasting) {
   if (Status status = scene->trees().join(budget_); !status) return status;
-  // Nobody would build them, nor look which of them are gone.
+  // Nobody would build them, nor check which of them are gone.
   if (!options_.ahead) return success();
   if (options_.origin && folder_ && lasting && !sha256.empty()) {
     take_shared({scene, sha256, {}, lasting});
@@ -77,7 +77,7 @@ std::vector<TreeCacheManager::Job> TreeCacheManager::next() {
     Job job;
   };
   std::vector<Candidate> candidates;
-  // Without a budget trees that are all there stay there, and nobody has to look again.
+  // Without a budget trees that are all there stay there, and no further check is needed.
   std::erase_if(scenes_, [&](const Adopted& adopted) {
     auto scene = adopted.scene.lock();
     if (!scene || adopted.failed) return true;

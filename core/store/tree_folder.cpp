@@ -109,7 +109,7 @@ Status TreeFolder::publish(OriginScenes& origin, std::uint64_t content,
   const std::filesystem::path path = path_of(content, sha256);
   std::error_code error;
   const std::uint64_t bytes = std::filesystem::file_size(path, error);
-  if (error) return success();  // it was too large to be kept, or went with its scene
+  if (error) return success();  // it was too large to be stored, or went with its scene
   const auto file = open_file(path, O_RDONLY | O_NOFOLLOW, kStoringTrees);
   if (!file) return file.error();
   return origin.store_trees(path.filename().string(), *file, bytes);

@@ -201,7 +201,7 @@ bool GeneratorReader::read_pose_part(std::size_t which, JsonReader::Value value,
   double v[3] = {};
   if (!read_numbers(value, JsonPointer(place).key(kGeneratorKeys[which]), 3, v)) return false;
   const Vec3d vector{v[0], v[1], v[2]};
-  // "look_at" is kept in forward until the position is known too.
+  // "look_at" is stored in forward until the position is known too.
   (which == kPosition ? pose.position : which == kUp ? pose.up : pose.forward) = vector;
   return true;
 }

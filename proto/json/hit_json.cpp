@@ -121,7 +121,7 @@ struct ColumnValues {
   /// write(at, i) returns the end of what it has written, at most so many bytes.
   template <class Write>
   void each(std::size_t longest, const Write& write) const {
-    // Some at a time, so that neither their room nor their place is looked up for each.
+    // Some at a time, so that neither their room nor their place is computed for each.
     constexpr std::size_t kTogether = 64;
     for (std::size_t begin = 0; begin < hits.size(); begin += kTogether) {
       const std::size_t end = std::min(hits.size(), begin + kTogether);

@@ -22,15 +22,15 @@ bool JsonReader::wrong(Value value, const JsonPointer& place, std::string_view e
               place);
 }
 
-/// simdjson 3.0.1 takes 0.1000000000000000055511151231257827 for a number near 1e-16: where a zero
+/// simdjson 3.0.1 takes 0.1000000000000000055511151231257827 for a number near 1e-16. Where a zero
 /// stands before the point, it counts the zeros behind it instead of the digits after them to see
 /// whether these fit in 64 bits. So such a number is read once more.
 void JsonReader::read_long_fraction(std::string_view token, double& out) {
   const std::size_t first = token.front() == '-' ? 1 : 0;
   if (token[first] != '0') return;
   double again = 0;
-  // Out of range is what is too small for a float64 (simdjson has refused what is too large); its
-  // many zeros are what makes simdjson look closely.
+  // Out of range is what is too small for a float64 (simdjson has refused what is too large). With
+  // so many zeros simdjson takes its exact path.
   const auto [end, error] = std::from_chars(token.data(), token.data() + token.size(), again);
   if (error == std::errc()) out = again;
 }
@@ -79,7 +79,7 @@ bool JsonReader::fail_parse(simdjson::error_code code, const JsonPointer& place)
     case simdjson::UNESCAPED_CHARS:
       return malformed(place, "a string holds a control character that is not escaped");
     case simdjson::INCOMPLETE_ARRAY_OR_OBJECT:
-      // The parser says so of text behind the object as well: it looks at the last bracket only.
+      // The parser says so of text behind the object as well: it reads the last bracket only.
       return malformed(place, "the body does not end with the bracket that its object needs");
     case simdjson::DEPTH_ERROR:
       return malformed(place, "this is nested too deeply");
@@ -96,7 +96,7 @@ bool JsonReader::read_key(Field& field, std::span<const std::string_view> keys, 
   for (which = 0; which < keys.size(); ++which) {
     if (is_known(which) && raw.unsafe_is_equal(keys[which])) return true;
   }
-  // The same name may be written with escapes.
+  // A name may also be written with escapes.
   std::string_view name;
   if (field.unescaped_key().get(name) != simdjson::SUCCESS) {
     return malformed(parent, "a key here is not a valid string");

@@ -74,8 +74,8 @@ bool scan_plain_ray(const char*& at, Ray& ray) {
 
 namespace {
 
-/// The room that columns need, when `count` rows were read from `begin` to `at` of a text that
-/// ends at `end`: they are written row by row, and growth by doubling would take twice the memory.
+/// The room that columns need, when `count` rows were read from `begin` to `at` of a text that ends
+/// at `end`. They are written row by row, and growth by doubling would take twice the memory.
 std::size_t room_for(std::size_t count, const char* begin, const char* at, const char* end) {
   constexpr std::size_t kFirst = 64;
   if (count < kFirst) return kFirst;
@@ -138,7 +138,7 @@ bool skip_string(const char*& at, const char* end) {
   return false;
 }
 
-/// The same for any value, up to the comma or bracket behind it; not looked at closely.
+/// Skips any value, up to the comma or bracket behind it, without checking it closely.
 bool skip_value(const char*& at, const char* end) {
   std::size_t depth = 0;
   while (at < end) {

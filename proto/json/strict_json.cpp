@@ -33,7 +33,7 @@ Status check_object(const nlohmann::json& value, const std::string& place,
 }
 
 Result<nlohmann::json> parse_strictly(std::string_view body) {
-  // The library keeps the last of two equal keys; another reader on the way may keep the first.
+  // The library retains the last of two equal keys; another reader on the way may retain the first.
   std::vector<std::set<std::string>> open;
   std::optional<std::string> twice;
   const auto look = [&](int, nlohmann::json::parse_event_t event, nlohmann::json& parsed) {

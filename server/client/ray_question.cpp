@@ -15,7 +15,7 @@ namespace {
 using Ordered = nlohmann::ordered_json;
 
 constexpr int kExitGood = 0, kExitMiss = 1, kExitError = 2;
-/// Rays that are asked for together: what bounds the memory of a file of any length.
+/// Rays of one request: this bounds the memory of a file of any length.
 constexpr std::size_t kRaysAtOnce = 10'000;
 
 std::string line_of(const Ray& ray) {
@@ -117,7 +117,7 @@ std::string last_words(const Ordered& told, std::string_view line) {
 }
 
 /// Calls print(text) for each hit of a line {"total":2,"hits":[{...},{...}]}, or for another line.
-/// The texts are cut out as they stand, so that numbers keep their digits.
+/// The texts are cut out as they stand, so that numbers have all their digits.
 template <class Print>
 void print_hits(std::string_view line, const Print& print) {
   constexpr std::string_view kHits = "\"hits\":[";

@@ -14,9 +14,9 @@ namespace sightline {
 namespace {
 
 constexpr std::size_t kDecodedPiece = 64 << 10;
-/// 8 MiB: what levels up to 19 use. A larger window would be memory that a client asks for.
+/// 8 MiB: what levels up to 19 use. A larger history would be memory that a client asks for.
 constexpr int kLargestWindow = 23;
-/// 16 more than the window of 32 KiB: with a gzip header.
+/// 16 more than the bits of a history of 32 KiB: with a gzip header.
 constexpr int kGzipWindow = 15 + 16;
 constexpr int kGzipLevel = 1, kZstdLevel = 1;
 

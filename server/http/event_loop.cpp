@@ -54,7 +54,7 @@ std::uint32_t events_of(Connection::Heard heard) {
   return events;
 }
 
-/// Of a request that has come in: a worker's output is not looked at.
+/// Of a request that has come in: a worker's output is not read.
 bool owes_answer(const Connection& connection) {
   using Phase = Connection::Phase;
   return connection.phase == Phase::kBody || connection.phase == Phase::kAtWork ||
@@ -169,7 +169,7 @@ Status EventLoop::start() try {
   };
   const std::size_t workers = limits_.workers;
   start(ready_workers_, {workers, limits_.queue, WorkerPool::Priority::kNormal, 0});
-  // Many numbers to read and to write take long: who asks for little does not wait for that.
+  // Many numbers to read and to write take long: small requests do not wait for that.
   start(bulk_workers_, {workers, limits_.queue, WorkerPool::Priority::kLower, 1});
   // Few, so that a short request beside them waits for few. Those waiting do not hold it up.
   start(long_workers_,
@@ -235,7 +235,7 @@ void EventLoop::on_event(int socket, std::uint32_t events) {
   }
   if ((events & (EPOLLHUP | EPOLLERR)) != 0 && !connection.gone.cancelled()) {
     connection.gone.cancel();
-    // Who closes a connection after the whole answer is not missed.
+    // A client that closes a connection after the whole answer is not missed.
     if (owes_answer(connection)) ++counts_.gone;
   }
   connection.stirred = true;
@@ -340,7 +340,7 @@ bool EventLoop::make_room(const Connection* spared) try {
 }
 
 void EventLoop::begin_stop(int listener) {
-  // Who is in the queue of the kernel was accepted in the eyes of its client.
+  // The client of a connection in the queue of the kernel takes it for accepted.
   accept_all(listener);
   ::epoll_ctl(epoll_, EPOLL_CTL_DEL, listener, nullptr);
   ::shutdown(listener, SHUT_RDWR);
@@ -361,7 +361,7 @@ void EventLoop::close(Connection& connection) {
 }
 
 void EventLoop::reset(Connection& connection) {
-  // Who is gone is counted as that.
+  // A client that is gone is counted as gone.
   if (!connection.gone.cancelled()) ++counts_.timed_out;
   // Else the kernel would go on with what it has taken of the answer.
   const struct linger hard { 1, 0 };

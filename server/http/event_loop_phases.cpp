@@ -40,7 +40,7 @@ constexpr std::chrono::microseconds kSlow{50};
 /// Requests of a connection that go to workers untried after one that took too long here.
 constexpr int kNotTried = 64;
 
-/// Whether to try again: an end that was told together with the last bytes is told by no new edge.
+/// Whether to try again: an end that was reported with the last bytes is reported by no new edge.
 void note(Connection& connection, Received received) {
   connection.readable =
       received == Received::kSome || (received == Received::kAll && connection.ended);
@@ -87,7 +87,7 @@ void EventLoop::advance(Connection& connection) {
 void EventLoop::await_head(Connection& connection) {
   connection.phase = Phase::kHead;
   connection.scan = {};
-  // What a refusal looks at; parse_request_head makes all of it new.
+  // What a refusal reads; parse_request_head makes all of it new.
   connection.head.method.clear();
   connection.head.request_id.clear();
   connection.head.key_name.clear();
@@ -397,8 +397,8 @@ void EventLoop::begin_sending(Connection& connection) {
 
 void EventLoop::note_taken(Connection& connection) {
   const std::uint64_t taken = taken_by_client(connection);
-  // The first look finds less: all that was given is only an upper bound, which spares each answer
-  // a system call at its beginning.
+  // The first count is less: all that was given is only an upper bound, which spares each answer a
+  // system call at its beginning.
   if (taken > connection.taken_before) {
     connection.pace.moved(taken - connection.taken_before, now_);
     connection.busy_pace.moved(taken - connection.taken_before, now_);
@@ -439,7 +439,7 @@ void EventLoop::linger(Connection& connection) {
 
 void EventLoop::advance_lingering(Connection& connection) {
   while (connection.lingered < kLingerBytes) {
-    // Nobody looks at them: they need not be copied.
+    // Nobody reads them: they need not be copied.
     const ssize_t count =
         ::recv(connection.socket, nullptr, kLingerBytes, MSG_TRUNC | MSG_DONTWAIT);
     if (count < 0 && errno == EINTR) continue;

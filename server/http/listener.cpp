@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kBacklog = 1024;
 
-/// The library's server, of which only the look-up of an address and the bind are used.
+/// The library's server, of which only the resolution of an address and the bind are used.
 class Binder : private httplib::Server {
  public:
   Binder() {

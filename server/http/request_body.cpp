@@ -76,7 +76,7 @@ void reply_body_fault(Exchange& exchange) {
 
 namespace {
 
-/// Whether bytes of a body are taken: fewer than the limit together, and what `admit` says.
+/// Whether bytes of a body are taken: fewer than the limit in total, and what `admit` says.
 class BodyLimit {
  public:
   BodyLimit(Exchange& exchange, std::uint64_t limit, std::uint64_t size = 0)

@@ -234,8 +234,8 @@ std::optional<RequestFault> take_field(std::string_view line, RequestHead& head,
   return std::nullopt;
 }
 
-/// Bytes of the first line with its CR LF; 0 where it is not all here, empty, too long, or has bytes
-/// that must be looked at one by one.
+/// Bytes of the first line with its CR LF; 0 where it is not all here, empty, too long, or has
+/// bytes that must be checked one by one.
 std::size_t plain_line(std::string_view bytes) {
   const std::size_t end = bytes.find('\r');
   if (end == 0 || end > kLongestLine || bytes.size() - end < 2 || bytes[end + 1] != '\n') return 0;
@@ -253,7 +253,7 @@ HeadScan::State HeadScan::refuse(RequestFault fault) {
 HeadScan::State HeadScan::look(std::string_view bytes, const HeadLimits& limits) {
   const std::size_t most = limits.bytes;
   while (at_ < bytes.size()) {
-    // A line that is here and in order needs no look at each byte.
+    // A line that is here and in order needs no check of each byte.
     if (const std::size_t line = at_ == line_ ? plain_line(bytes.substr(at_)) : 0;
         line > 0 && at_ + line - begin_ <= most) {
       at_ = line_ = at_ + line;
@@ -267,7 +267,7 @@ HeadScan::State HeadScan::look(std::string_view bytes, const HeadLimits& limits)
           {400, "REQUEST_MALFORMED", "a header has lines that end with CR LF, and no NUL"});
     }
     ++at_;
-    // Byte by byte, so that no fault depends on how many of them came together.
+    // Byte by byte, so that no fault depends on how many of them came at once.
     if (at_ - begin_ > most) return refuse(kLargeHead);
     if (at_ - line_ > kLongestLine + 2) return refuse(has_line_ ? kLargeHead : kLongTarget);
     if (c != '\n') continue;
@@ -300,8 +300,8 @@ std::optional<RequestFault> parse_request_head(std::string_view text, const Head
   if (fields.hosts == 0 && !head.http10) {
     return RequestFault{400, "HOST_INVALID", "a request needs exactly one Host header"};
   }
-  // HTTP/1.0 would not know where a stream ends on a connection that is kept; and of a method that
-  // nobody knows nobody knows what follows.
+  // HTTP/1.0 would not know where a stream ends on a connection that stays open; and of a method
+  // that nobody knows nobody knows what follows.
   head.close = head.close || head.http10 || !is_known(head.method);
   return std::nullopt;
 }

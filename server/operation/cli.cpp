@@ -77,7 +77,7 @@ class CommandLine {
         ->type_name("NAME");
   }
 
-  /// For a server that runs: its file of keys is looked at by itself.
+  /// For a server that runs: its file of keys is read separately.
   void leave_keys() { serve_app_->get_option("--keys")->get_validator()->active(false); }
 
   /// Throws CLI::ParseError. `help` and `help COMMAND` are --help.
@@ -122,7 +122,7 @@ class CommandLine {
     }
     return demo_;
   }
-  /// What to tell whom it did not please.
+  /// What to print for an error.
   ShowText text_of(const CLI::ParseError& error) const {
     if (error.get_exit_code() == 0) {
       std::ostringstream out;
@@ -180,7 +180,7 @@ class CommandLine {
   std::string role_;
 };
 
-/// Whether the file of keys is looked at with the settings.
+/// Whether the file of keys is checked with the settings.
 enum class KeysFile { kWithSettings, kByItself };
 
 /// What is wrong with one setting by itself, or nothing.

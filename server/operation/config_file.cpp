@@ -39,7 +39,7 @@ struct CountingBytes {
   bool operator!=(const CountingBytes& other) const { return at != other.at; }
 };
 
-/// Takes the parser's events. A key's line is the one at which the parser stands just then.
+/// Takes the parser's events. A key's line is the present line of the parser.
 class Reader final : public nlohmann::json_sax<Json> {
  public:
   Reader(const std::string& file, const int& line, std::vector<std::string>& mistakes)

@@ -218,7 +218,7 @@ bool RayRequest::describe(const RayBatch& rays, const HitBatch& hits, HitDescrip
 
 void RayRequest::reply(std::string encoded, std::string_view media_type) {
   add_time(&WorkReport::print_us);
-  // Who has set a time no longer waits.
+  // A client that has set a time no longer waits.
   if (query_.timeout_ms && !exchange_.on_event_loop && deadline_.passed()) {
     return exchange_.reply_error(out_of_time(deadline_));
   }

@@ -14,7 +14,8 @@
 namespace sightline {
 namespace {
 
-/// Lines that are answered together, when they come faster than they are answered.
+/// The most bytes of lines that are answered in one batch, when they come faster than they are
+/// answered.
 constexpr std::size_t kBatchBytes = 256 << 10;
 constexpr std::size_t kLongestRayLine = 64 << 10;
 
@@ -23,7 +24,7 @@ Error too_long() {
           "a line may have " + std::to_string(kLongestRayLine) + " bytes", ""};
 }
 
-/// Whatever came together: the same lines are always refused.
+/// A line that is too long is refused, in whatever pieces it came.
 bool has_long_line(std::string_view lines) {
   while (lines.size() > kLongestRayLine) {
     const std::size_t end = lines.rfind('\n', kLongestRayLine);

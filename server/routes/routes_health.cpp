@@ -14,7 +14,7 @@ bool is_quarantined(const StoredScene& scene) {
   return scene.failure && scene.failure->code == "STORE_DAMAGED";
 }
 
-/// Which scenes there are, and what an operator should look at, for those who may know.
+/// Which scenes there are, and what an operator should check, for clients that may know.
 Json readiness_details(const Service& service, bool stopping, bool settled) {
   std::size_t ready = 0, loading = 0;
   Json failed = Json::array(), quarantined = Json::array(), reasons = Json::array();
@@ -51,7 +51,7 @@ Json readiness_details(const Service& service, bool stopping, bool settled) {
 }
 
 void reply_readiness(Exchange& exchange, const Service& service) {
-  // Each looked at once: a status has its reason.
+  // Each is read once, so that the status has its reason.
   const bool stopping = service.stopping, settled = service.store.settled();
   const char* status = stopping ? "stopping" : !settled ? "loading" : "ready";
   const bool ready = !stopping && settled;

@@ -40,7 +40,7 @@ Result<std::uint32_t> node_of(const std::string& text) {
                "a node is called by its index in the file's \"nodes\"", ""};
 }
 
-/// What a changed scene takes beside the one before it, and the way there: a guess from above, from
+/// What a changed scene takes beside the previous one, and the way there: a guess from above, from
 /// 2.4 kB for a node with a mesh.
 std::uint64_t bytes_to_change(const SceneDescription& scene) {
   constexpr std::uint64_t kNode = 512, kInstance = 2048;
@@ -52,7 +52,8 @@ void apply(Exchange& exchange, Service& service, std::span<const NodeChange> cha
   if (const SceneSnapshot scene = service.store.find(exchange.scene_id); scene && scene->scene) {
     bytes += bytes_to_change(scene->scene->description());
   }
-  // Without the scene in hand: who waits here would keep a revision that nobody asks any more.
+  // Without the scene in hand: a request that waits here would hold a revision that nobody asks any
+  // more.
   if (!went_well(exchange, exchange.reserve(bytes))) return;
   const auto changed = service.store.change(exchange.scene_id, changes, precondition_of(exchange));
   if (!changed) {

@@ -24,7 +24,7 @@ void reply_scene(Exchange& exchange, const StoredScene& scene) {
   if (!scene.etag.empty()) exchange.response.set_header("ETag", '"' + scene.etag + '"');
 }
 
-/// The load goes on without the client, who is told where to look.
+/// The load goes on without the client, which is told where to ask.
 void reply_accepted(Exchange& exchange, const Service& service, const std::string& id) {
   const SceneSnapshot scene = service.store.find(id);
   if (scene) {
@@ -80,7 +80,7 @@ void put_scene(Exchange& exchange, Service& service) {
       !read_parameters(exchange, KnownParameters::kSceneAndWait, parameters)) {
     return;
   }
-  // What decodes a compressed body cannot be kept: it is decoded when all of it is here.
+  // The decoder of a compressed body cannot be stored: the body is decoded when all of it is here.
   if (exchange.body != nullptr && exchange.body->decodes() &&
       !is_body_here(exchange, service.limits.scene_bytes)) {
     return;

@@ -39,7 +39,7 @@ std::string in_query(std::string_view text) {
 
 }  // namespace
 
-/// A handle of libcurl, which keeps its connection.
+/// A handle of libcurl, which retains its connection.
 class S3Origin::Connection {
  public:
   Connection() : easy_(curl_easy_init()) {}
@@ -61,7 +61,7 @@ struct S3Origin::Request {
   std::string_view content = {};         ///< of a PUT
   const FileDescriptor* file = nullptr;  ///< of a PUT; not null: instead of `content`
   std::uint64_t bytes = 0;               ///< of the file
-  /// Receives the body of an answer of status 200; null: it is kept in `text`.
+  /// Receives the body of an answer of status 200; null: it is stored in `text`.
   const std::function<Status(std::span<const std::byte>)>* sink = nullptr;
 
   CURL* easy = nullptr;
@@ -100,7 +100,7 @@ std::size_t give_body(char* to, std::size_t, std::size_t size, void* data) {
   return room;
 }
 
-/// A body is sent again if a kept connection turns out to be closed.
+/// A body is sent again if a reused connection turns out to be closed.
 template <class Request>
 int rewind_body(void* data, curl_off_t offset, int origin) {
   if (origin != SEEK_SET || offset < 0) return CURL_SEEKFUNC_CANTSEEK;

@@ -161,7 +161,7 @@ class GatedDecoder : public Base {
     if (!gate_.admits_points(this->point_cloud()->num_points())) return false;
     if (!gate_.admits_attributes(attributes)) return false;
     for (int i = 0; i <= last_wanted(); ++i) {
-      // The library decodes through the same pointer, and keeps it where a subclass cannot see it.
+      // The library decodes through the same pointer, and stores it where a subclass cannot see it.
       auto* decoder = const_cast<draco::AttributesDecoderInterface*>(this->attributes_decoder(i));
       if (!gate_.admits_values(values_per_point(*decoder))) return false;
       attribute_bytes_ = this->buffer();

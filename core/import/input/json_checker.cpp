@@ -81,7 +81,7 @@ std::optional<std::uint64_t> JsonChecker::integer(json& value, const Place& at,
       value = static_cast<std::uint64_t>(number);
     }
   }
-  // nlohmann keeps non-negative integers as unsigned; the others are negative.
+  // nlohmann stores non-negative integers as unsigned; the others are negative.
   if (!value.is_number_unsigned()) {
     refuse(at, value.is_number() ? range() + ", it is " + value.dump() : range());
     return std::nullopt;

@@ -23,7 +23,7 @@ constexpr std::uint64_t kHeap = 64ull << 20;
 
 std::uint64_t document_bytes(const JsonSize& size) {
   using nlohmann::json;
-  // std::map keeps an element with a colour and three pointers.
+  // std::map stores an element with a colour and three pointers.
   constexpr std::uint64_t kMember = block(sizeof(std::pair<const std::string, json>) + 32);
   return kGrowing * sizeof(json) *
              (size.elements + size.values)  // in arrays; at the end, on a stack

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::array<std::string_view, 6> kSkipped = {
     "camera", "light_source", "global_settings", "background", "sky_sphere", "fog"};
-/// What a box may say about its look: with braces, and without.
+/// What a box may say about its appearance: with braces, and without.
 constexpr std::array<std::string_view, 6> kLooks = {"pigment", "texture",  "finish",
                                                     "normal",  "interior", "photons"};
 constexpr std::array<std::string_view, 5> kFlags = {"no_shadow", "no_image", "no_reflection",

@@ -8,7 +8,7 @@
 namespace sightline {
 namespace {
 
-/// An exact t takes 0.2 to some 20 microseconds, a look at the clock 0.03.
+/// An exact t takes 0.2 to some 20 microseconds, reading the clock 0.03.
 constexpr std::uint32_t kExactBetweenLooks = 64;
 /// So many are sorted in some milliseconds.
 constexpr std::ptrdiff_t kSortedAtOnce = 1 << 15;
@@ -33,7 +33,7 @@ bool AllHits::meets(TriangleId id, ExactT& t) {
 void AllHits::make_room() {
   if (entries_.size() >= room_) return drop_all_but_first();
   // Not beyond `room_`, as the vector would; and never a little short of it, or the old and the new
-  // storage together would be nearly twice that.
+  // storage would have nearly twice that.
   const std::size_t size = entries_.size();
   entries_.reserve(size >= room_ / 4 ? room_ : std::max<std::size_t>(16, 2 * size));
 }
@@ -155,7 +155,7 @@ void AllHits::append_exactly(Place begin, Place end, HitBatch& hits) {
 void AllHits::append_sorted(HitBatch& hits) {
   drop_all_but_first();
   if (counts_.stopped || !sort(entries_.begin(), entries_.end(), by_low)) return;
-  // Intervals order what they separate, exact t the rest: together the order of (t, id).
+  // Intervals order what they separate, exact t the rest: this is the order of (t, id).
   for (Place begin = entries_.begin(); begin != entries_.end() && !counts_.stopped;) {
     Place end = begin + 1;
     double high = begin->tau.high;

@@ -30,7 +30,8 @@ void set_misses(HitBatch& hits, std::size_t begin, std::size_t end) {
   }
 }
 
-/// Answers a batch whose rays may go together; `resolved` may be null. False if they may not.
+/// Answers a batch by the batch scheduler; `resolved` may be null. False if it cannot take the
+/// batch.
 bool closest_together(const SceneView& scene, const RayBatch& rays, std::size_t begin,
                       std::size_t end, const ResolvedFilter* resolved, TRounding& rounding,
                       TraceCounts& counts) {
