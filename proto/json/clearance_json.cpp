@@ -25,7 +25,7 @@ class ClearanceReader : public RayReader {
         max_limit_(max_limit) {}
 
   Result<ClearanceQuery> read_all(std::string& body) {
-    Result<RayQuery> options = read(body);
+    Result<QueryOptions> options = read_options(body);
     if (!options) return std::move(options).error();
     result_.options = std::move(*options);
     for (std::size_t i = 0; i < 2; ++i) result_.sides[i].choice = std::move(*choices_[i]);

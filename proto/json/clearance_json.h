@@ -39,7 +39,7 @@ struct ClearanceSide {
 struct ClearanceQuery {
   std::array<ClearanceSide, 2> sides;  ///< a and b
   ClearanceQuestion question;
-  RayQuery options;  ///< without rays; its fields are those of the ends
+  QueryOptions options;  ///< its fields are those of the ends
 };
 
 /// The triangles of one side of all pairs as hits, a slot for each pair, with terms for the fields

@@ -32,7 +32,7 @@ class PointReader : public RayReader {
   }
 
   Result<PointQuery> read_all(std::string& body) {
-    Result<RayQuery> options = read(body);
+    Result<QueryOptions> options = read_options(body);
     if (!options) return std::move(options).error();
     points_.options = std::move(*options);
     return std::move(points_);

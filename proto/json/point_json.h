@@ -53,7 +53,7 @@ struct PointQuery {
   bool uniform = false;     ///< directions are uniform, else with the density of the cosine
   double min_distance = 0;  ///< at most max_distance
   bool asks_rays = false;   ///< `count` is a number of directions
-  RayQuery options;         ///< without rays
+  QueryOptions options;
 
   /// The number of items of the request, for an estimate of its cost.
   std::uint64_t items() const { return points.size() * (asks_rays ? count : 1); }

@@ -375,6 +375,12 @@ Result<RayQuery> RayReader::read(std::string& body) {
   return std::move(query_);
 }
 
+Result<QueryOptions> RayReader::read_options(std::string& body) {
+  Result<RayQuery> query = read(body);
+  if (!query) return std::move(query).error();
+  return std::move(static_cast<QueryOptions&>(*query));
+}
+
 Result<RayQuery> decode_rays(std::string& body, const RayJsonRules& rules) {
   return RayReader(rules).read(body);
 }

@@ -84,33 +84,37 @@ struct RayJsonRules {
   std::function<Status(std::uint64_t rays)> admit_made = {};
 };
 
-/// A decoded body.
-struct RayQuery {
-  RayBatch rays;  ///< checked by check_rays; none for an image
+/// The decoded options that questions about rays, points, sweeps, pairs and clearance share.
+struct QueryOptions {
   FieldSet fields = kDefaultHitFields;
+  bool chose_fields = false;  ///< the client chose fields; else they are the default
   AnswerLayout layout = AnswerLayout::kRows;
+  std::optional<TableFormat> table;  ///< set if the answer is a file of rows or columns
+  HitFilter filter;
+  bool strict = false;      ///< a part of the filter that matches nothing is an error
+  bool wants_work = false;  ///< the answer contains its cost
+  std::optional<std::uint64_t> timeout_ms;  ///< the client's limit of the time for the answer
+  int threads = 0;                          ///< the client's limit of threads; 0: no limit
+};
+
+/// A decoded body: rays with their options.
+struct RayQuery : QueryOptions {
+  RayBatch rays;  ///< checked by check_rays; none for an image
   Crossings crossings = Crossings::kEvery;
   /// Limits were in scene units (they are converted to t here), and the t of the answer is to be in
   /// scene units.
   bool normalize = false;
-  HitFilter filter;
   /// Of "filters": the filters, and for each ray an index in them. Without the key both are empty.
   std::vector<HitFilter> ray_filters;
   Column<std::uint32_t> filter_of;
   /// "on_invalid":"mark": invalid rays are misses, and are listed in `invalid`
   bool marks_invalid = false;
   InvalidRays invalid;
-  bool wants_work = false;    ///< the answer contains its cost
   bool alpha_cutoff = false;  ///< transparent texels of masked materials do not count
-  bool strict = false;        ///< an entry of the filter that matches nothing is an error
-  std::optional<std::uint64_t> timeout_ms;  ///< the client's limit of the time for the answer
-  int threads = 0;                          ///< the client's limit of threads; 0: no limit
   /// the answer contains the boxes that its one ray was tested with
   bool wants_explanation = false;
-  std::optional<TableFormat> table;    ///< set if `layout` is kTable
   std::optional<HitImage> image;       ///< its size is that of the camera
   std::optional<RayGenerator> camera;  ///< of the image: generate_rows makes its rays
-  bool chose_fields = false;           ///< the client chose fields; else they are the default
   std::uint64_t returns = 1;           ///< number of slots that the answer has for each ray
   RangeNoise noise = {};               ///< errors of the distances of a lidar
   std::uint64_t max_hits = 1000;       ///< for each ray; the default may exceed the rules' limit

@@ -39,6 +39,8 @@ class RayReader : protected JsonReader {
 
   /// Reads the body, as decode_rays does.
   Result<RayQuery> read(std::string& body);
+  /// Reads a body without rays. Its other members are read by the derived class.
+  Result<QueryOptions> read_options(std::string& body);
 
  protected:
   /// Keys after those of rays. A derived class has its own.

@@ -29,7 +29,7 @@ class SweepReader : public RayReader {
         rules_(rules) {}
 
   Result<SweepQuery> read_all(std::string& body) {
-    Result<RayQuery> options = read(body);
+    Result<QueryOptions> options = read_options(body);
     if (!options) return std::move(options).error();
     result_.options = std::move(*options);
     SweepFault fault;

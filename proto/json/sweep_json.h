@@ -41,7 +41,7 @@ struct SweepJsonRules {
 /// A decoded question.
 struct SweepQuery {
   SweepBatch sweeps;  ///< checked by check_sweeps
-  RayQuery options;   ///< without rays
+  QueryOptions options;
 };
 
 /// Decodes a body; its text and its capacity are treated as by decode_rays. Errors: those of

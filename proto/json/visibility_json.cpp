@@ -17,7 +17,7 @@ class VisibilityReader : public RayReader {
       : RayReader({.has_rays = false, .has_marks = false}), max_pairs_(max_pairs) {}
 
   Result<VisibilityQuery> read_all(std::string& body) {
-    Result<RayQuery> options = read(body);
+    Result<QueryOptions> options = read_options(body);
     if (!options) return std::move(options).error();
     visibility_.options = std::move(*options);
     return std::move(visibility_);

@@ -19,7 +19,7 @@ namespace sightline {
 struct VisibilityQuery {
   PointPairs pairs;  ///< checked by check_pairs
   bool first_blocker = false;
-  RayQuery options;  ///< without rays
+  QueryOptions options;
 };
 
 /// Decodes a body; its text and its capacity are treated as by decode_rays. Errors: those of

@@ -112,11 +112,11 @@ bool RayRequest::streamed(RayQuestionKind kind, const Journal& journal) {
 
 bool RayRequest::read_columns(FieldSet binary_fields, const DecodeColumns& decode) {
   const std::optional<QueryType> type = admit_rays_type(exchange_);
-  return type && read_query([&](std::string& body, RayQuery& query) -> Status {
-           const auto count = decode(body, *type == QueryType::kBinary, query);
+  return type && read_query([&](std::string& body, QueryOptions&) -> Status {
+           const auto count = decode(body, *type == QueryType::kBinary);
            if (!count) return count.error();
            exchange_.rays = *count;
-           return choose_bytes(query, binary_fields);
+           return choose_bytes(binary_fields);
          });
 }
 
@@ -127,25 +127,23 @@ bool RayRequest::read(RayJsonRules rules, Tables tables) {
   rules.has_filters = true;
   rules.find_camera = [this](const FileCamera& camera) { return camera_rays(*scene_, camera); };
   rules.admit_made = [this](std::uint64_t rays) { return exchange_.reserve(rays * kRayBytes); };
-  const auto decode = [&](std::string& body, bool is_binary,
-                          RayQuery& query) -> Result<std::size_t> {
+  const auto decode = [&](std::string& body, bool is_binary) -> Result<std::size_t> {
     auto decoded = is_binary ? decode_rays_binary(body, rules) : decode_rays(body, rules);
     if (!decoded) return decoded.error();
-    query = std::move(*decoded);
-    if (Status status = check_filters(query); !status) return std::move(status).error();
-    return query.ray_count();
+    query_ = std::move(*decoded);
+    if (Status status = check_filters(query_); !status) return std::move(status).error();
+    return query_.ray_count();
   };
   return read_columns(kDefaultBinaryFields, decode);
 }
 
 bool RayRequest::read_points(PointJsonRules rules, PointQuery& points) {
   rules.max_points = service_.limits.rays;
-  const auto decode = [&](std::string& body, bool is_binary,
-                          RayQuery& options) -> Result<std::size_t> {
+  const auto decode = [&](std::string& body, bool is_binary) -> Result<std::size_t> {
     auto decoded = is_binary ? decode_points_binary(body, rules) : decode_points(body, rules);
     if (!decoded) return decoded.error();
     points = std::move(*decoded);
-    options = points.options;
+    static_cast<QueryOptions&>(query_) = points.options;
     return points.items();
   };
   return read_columns(kDefaultBinaryNearestFields, decode);
@@ -153,55 +151,53 @@ bool RayRequest::read_points(PointJsonRules rules, PointQuery& points) {
 
 bool RayRequest::read_sweeps(SweepJsonRules rules, SweepQuery& sweeps) {
   rules.max_sweeps = service_.limits.rays;
-  const auto decode = [&](std::string& body, bool is_binary,
-                          RayQuery& options) -> Result<std::size_t> {
+  const auto decode = [&](std::string& body, bool is_binary) -> Result<std::size_t> {
     auto decoded = is_binary ? decode_sweeps_binary(body, rules) : decode_sweeps(body, rules);
     if (!decoded) return decoded.error();
     sweeps = std::move(*decoded);
-    options = sweeps.options;
+    static_cast<QueryOptions&>(query_) = sweeps.options;
     return sweeps.sweeps.count();
   };
   return read_columns(kDefaultBinaryFields, decode);
 }
 
-/// Of a query that came as JSON and may want its answer as bytes.
-Status RayRequest::choose_bytes(RayQuery& query, FieldSet default_fields) const {
+Status RayRequest::choose_bytes(FieldSet default_fields) {
   if (exchange_.wants(kBinaryMediaType)) {
-    query.layout = AnswerLayout::kBinary;
+    query_.layout = AnswerLayout::kBinary;
   }
-  if (query.image) {
-    query.layout = AnswerLayout::kImage;
-    query.image->floats = exchange_.wants(kFloatMapMediaType);
+  if (query_.image) {
+    query_.layout = AnswerLayout::kImage;
+    query_.image->floats = exchange_.wants(kFloatMapMediaType);
     return success();
   }
-  choose_table(query);
-  if (query.layout != AnswerLayout::kBinary && !query.table) return success();
-  if (query.wants_explanation) {
+  choose_table();
+  if (query_.layout != AnswerLayout::kBinary && !query_.table) return success();
+  if (query_.wants_explanation) {
     return Error{ErrorKind::kInvalid, "EXPLAIN_IS_TEXT", "an explanation comes as JSON alone",
                  "/explain"};
   }
-  if (!query.chose_fields) query.fields = default_fields;
-  if (query.table && is_point_cloud(*query.table)) query.fields.add(HitField::kPosition);
-  if (tables_ != Tables::kHits) return check_binary_fields(query.fields);
-  if (query.table == TableFormat::kNpz && exchange_.rays > most_npz_rows(query.fields)) {
+  if (!query_.chose_fields) query_.fields = default_fields;
+  if (query_.table && is_point_cloud(*query_.table)) query_.fields.add(HitField::kPosition);
+  if (tables_ != Tables::kHits) return check_binary_fields(query_.fields);
+  if (query_.table == TableFormat::kNpz && exchange_.rays > most_npz_rows(query_.fields)) {
     return Error{ErrorKind::kTooLarge, "REQUEST_TOO_LARGE",
                  "an .npz file has at most 4 GiB; ask for fewer rays or fields, or for .npy", ""};
   }
-  return query.table == TableFormat::kCsv ? success() : check_binary_fields(query.fields);
+  return query_.table == TableFormat::kCsv ? success() : check_binary_fields(query_.fields);
 }
 
-void RayRequest::choose_table(RayQuery& query) const {
+void RayRequest::choose_table() {
   if (tables_ == Tables::kJson) return;
-  query.table = wanted_table(exchange_, tables_ == Tables::kHits);
-  if (!query.table) return;
-  query.layout = tables_ == Tables::kHits ? AnswerLayout::kTable : AnswerLayout::kBinary;
+  query_.table = wanted_table(exchange_, tables_ == Tables::kHits);
+  if (!query_.table) return;
+  query_.layout = tables_ == Tables::kHits ? AnswerLayout::kTable : AnswerLayout::kBinary;
 }
 
 bool RayRequest::read_json(const Decode& decode, Tables tables) {
   tables_ = tables;
-  const auto read = [&](std::string& body, RayQuery& query) {
-    Status status = decode(body, query);
-    if (status && tables_ != Tables::kJson) status = choose_bytes(query, kDefaultBinaryFields);
+  const auto read = [&](std::string& body, QueryOptions& options) {
+    Status status = decode(body, options);
+    if (status && tables_ != Tables::kJson) status = choose_bytes(kDefaultBinaryFields);
     return status;
   };
   return admit_query_type(exchange_) && read_query(read);

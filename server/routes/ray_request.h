@@ -51,7 +51,7 @@ class RayRequest {
   /// Reads a body of sweeps (JSON or binary) with its options.
   bool read_sweeps(SweepJsonRules rules, SweepQuery& sweeps);
   /// Decodes a body; sets the options that are common to all questions.
-  using Decode = std::function<Status(std::string& body, RayQuery& options)>;
+  using Decode = std::function<Status(std::string& body, QueryOptions& options)>;
   /// Reads a JSON body by `decode`. With Tables::kColumns the answer may be bytes or a table.
   bool read_json(const Decode& decode, Tables tables = Tables::kJson);
 
@@ -89,9 +89,9 @@ class RayRequest {
   void reply_hits(const HitBatch& hits, const HitDescription& about);
 
  private:
-  /// Decodes a body of columns, binary or JSON, and returns the number of its items.
-  using DecodeColumns =
-      std::function<Result<std::size_t>(std::string& body, bool is_binary, RayQuery& options)>;
+  /// Decodes a body of columns, binary or JSON, into query_ or its options, and returns the number of
+  /// its items.
+  using DecodeColumns = std::function<Result<std::size_t>(std::string& body, bool is_binary)>;
   bool read_columns(FieldSet binary_fields, const DecodeColumns& decode);
   bool read_query(const Decode& decode);
   /// True if a worker must answer. The event loop answers only queries that need neither a
@@ -101,9 +101,10 @@ class RayRequest {
   bool group();
   /// The cost of the query for BodyReader::may_cost. body_bytes: size of its text.
   std::uint64_t cost(std::size_t body_bytes) const;
-  Status choose_bytes(RayQuery& query, FieldSet default_fields) const;
-  /// Sets query.table if the client accepts one of these formats alone.
-  void choose_table(RayQuery& query) const;
+  /// Chooses layout and fields of an answer that may be bytes, a picture or a table.
+  Status choose_bytes(FieldSet default_fields);
+  /// Sets query_.table if the client accepts one of these formats alone.
+  void choose_table();
 
   Exchange& exchange_;
   const Service& service_;

@@ -70,7 +70,7 @@ ClearanceEnds ends_of(const Scene& scene, const ClearanceAnswer& answer, FieldSe
 void ask_clearance(Exchange& exchange, const Service& service) {
   RayRequest request(exchange, service);
   ClearanceQuery query;
-  if (!request.read_json([&](std::string& body, RayQuery& options) -> Status {
+  if (!request.read_json([&](std::string& body, QueryOptions& options) -> Status {
         auto decoded = decode_clearance(body, service.limits.hits);
         if (!decoded) return decoded.error();
         query = std::move(*decoded);

@@ -14,7 +14,7 @@ void visible(Exchange& exchange, const Service& service) {
   RayRequest request(exchange, service);
   VisibilityQuery query;
   if (!request.read_json(
-          [&](std::string& body, RayQuery& options) -> Status {
+          [&](std::string& body, QueryOptions& options) -> Status {
             auto decoded = decode_visibility(body, service.limits.rays);
             if (!decoded) return decoded.error();
             query = std::move(*decoded);
