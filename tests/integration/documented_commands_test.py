@@ -57,6 +57,10 @@ class DocumentedCommands(unittest.TestCase):
         return subprocess.run([*map(str, words)], cwd=self.folder, capture_output=True, text=True, env={**os.environ, **environment},
                               timeout=PATIENCE, check=False)
 
+    def need_numpy(self):
+        if self.run_program(sys.executable, "-c", "import numpy").returncode != 0:
+            self.skipTest("numpy is not installed")
+
     def test_each_command_is_run_or_says_why_not(self):
         used = set()
         for page, command in command_lines():
@@ -104,15 +108,28 @@ class DocumentedCommands(unittest.TestCase):
 
     def test_the_line_of_bulk_answers_a_file(self):
         command, = [command for _, command in command_lines() if command.startswith("python -m sightline bulk ") and re.match(RUN, command)]
-        make = "import numpy; numpy.save('rays.npy', [[3.0, 200, 5, 0, -1, 0], [3, 200, 5, 0, 1, 0]])"
-        made = self.run_program(sys.executable, "-c", make)
-        if made.returncode != 0:
-            self.skipTest("numpy is not installed")
+        self.need_numpy()
+        self.run_program(sys.executable, "-c", "import numpy; numpy.save('rays.npy', [[3.0, 200, 5, 0, -1, 0], [3, 200, 5, 0, 1, 0]])")
         line = command.split()[1:]
         done = self.run_program(sys.executable, "-B", *line, "--server", self.server.url, "--workers", 0, "--quiet", PYTHONPATH=str(CLIENT))
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         read = self.run_program(sys.executable, "-c", "import numpy; print(numpy.load('hits.npy')['t'].tolist())")
         self.assertEqual(read.stdout, "[199.75, inf]\n", read.stderr)
+
+    def test_the_functions_for_other_engines_answer_a_part(self):
+        """Neither Spark nor Ray is installed: what their scripts hand to them runs, with stand-ins for their tables."""
+        self.need_numpy()
+        page = (SOURCE / "docs/guides/bulk.md").read_text(encoding="utf-8")
+        spark, ray = [block for block in blocks(page) if "sightline_bulk.Question(" in block]
+        prelude = ("import sys, types, numpy\nrays = numpy.array([[3.0, 200, 5, 0, -1, 0], [3.0, 200, 5, 0, 1, 0]])\n"
+                   "class Part:\n    def __getitem__(self, names):\n        assert names == ['ox', 'oy', 'oz', 'dx', 'dy', 'dz']\n        return self\n"
+                   "    def to_numpy(self):\n        return rays\n"
+                   "sys.modules.update(ray=types.ModuleType('ray'), pandas=types.SimpleNamespace(DataFrame=dict))\n")
+        for code, end, call in ((spark, "spark.sparkContext", "next(answers([Part()]))"), (ray, "ray.init(", "answers({'ray': rays})")):
+            code = re.sub(r'\("http://a:8080", "http://b:8080"\)', f'("{self.server.url}",)', code.split("\n" + end)[0])
+            done = self.run_program(sys.executable, "-B", "-c", f"{prelude}{code}\nfound = {call}\nprint(sorted(found), found['t'].tolist())",
+                                    PYTHONPATH=str(CLIENT))
+            self.assertEqual(done.stdout, "['hit', 'node_id', 't'] [199.75, inf]\n", done.stderr)
 
     def test_the_client_of_several_servers_is_made_as_the_page_says(self):
         page = (SOURCE / "docs/guides/replicas.md").read_text(encoding="utf-8")
