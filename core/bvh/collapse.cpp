@@ -78,8 +78,8 @@ class Emitter {
     return ChildRef::leaf(granule, blocks);
   }
 
-  /// Last comes what promises a hit for the least work, for those to whom any hit will do: a large
-  /// box over few triangles, a wall before a heap of furniture (docs/decisions/0012).
+  /// Last comes what promises a hit for the least work, for queries to which any hit will do: a
+  /// large box over few triangles, a wall before a heap of furniture (docs/decisions/0012).
   void sort_by_yield(WideChildren& children) const {
     std::array<std::pair<float, std::uint32_t>, kArity> keyed;
     for (std::size_t i = 0; i < children.count; ++i) {

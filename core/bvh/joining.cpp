@@ -9,7 +9,7 @@ namespace sightline {
 
 namespace {
 
-/// Of sizes within it of the median, float32 boxes in one scale keep their precision.
+/// Of sizes within it of the median, float32 boxes in one scale have their full precision.
 constexpr int kExponents = 40;
 
 /// Exponent of the largest |coordinate|. Precondition: some is not 0.

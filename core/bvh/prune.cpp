@@ -9,7 +9,7 @@ namespace sightline {
 
 namespace {
 
-/// The leaf with those of its blocks that stay, put together; kEmpty without any.
+/// The leaf with those of its blocks that stay; kEmpty without any.
 std::uint32_t pruned_leaf(WideTree& tree, std::uint32_t ref,
                           const std::function<bool(std::uint32_t)>& gone) {
   auto* block = reinterpret_cast<LeafBlock*>(tree.arena.at(ChildRef::granule(ref)));

@@ -17,7 +17,7 @@ namespace sightline {
 
 namespace {
 
-/// Positions or indices that one thread looks at by itself.
+/// Positions or indices that one thread reads by itself.
 constexpr std::size_t kGrain = 1u << 16;
 
 Vec3d widened(const Vec3f& p) {

@@ -12,7 +12,7 @@ namespace sightline {
 
 namespace {
 
-/// Puts the placements together into one tree of the world, the last entry.
+/// Joins the placements into one tree of the world, the last entry.
 Status add_joined(const ScenePlan& plan, std::span<const std::uint32_t> joined,
                   const TreeSource& source, SceneTree& scene, std::vector<Placement>& placements) {
   std::vector<TreePart> parts;
@@ -144,7 +144,7 @@ Result<SceneTree> build_scene_tree(const ScenePlan& plan, TreeQuality quality, J
   source.triangles =
       [&](std::span<const TreePart> parts) -> Result<std::shared_ptr<const WideTree>> {
     auto tree = std::make_shared<const WideTree>(build_triangle_tree(parts, quality, cancel));
-    // Then it is empty, and looks as if there were nothing to hit.
+    // Then it is empty, as if there were nothing to hit.
     if (is_cancelled(cancel)) return cancelled;
     return tree;
   };

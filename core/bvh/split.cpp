@@ -19,7 +19,7 @@ namespace {
 constexpr std::uint32_t kBits = 13;
 constexpr std::uint32_t kCells = 1u << kBits;
 constexpr std::uint16_t kNoCell = 0xffff;
-/// Triangles or positions that one thread counts together: at least so many, and no more than so
+/// Triangles or positions that one thread counts at a time: at least so many, and no more than so
 /// many chunks, each of which has counters of its own.
 constexpr std::size_t kChunk = 1u << 19;
 constexpr std::size_t kChunks = 8;
@@ -211,7 +211,7 @@ class Sorter {
     return cell;
   }
 
-  /// What the threads found, together.
+  /// What all threads found.
   Sorted collect() {
     Sorted sorted;
     sorted.ends.resize(kCells);
@@ -279,7 +279,7 @@ std::vector<MeshPart> split_mesh(const MeshView& mesh, const Affine* world_from_
     part = {{}, 0, sorted, {}};
     begin = end;
   };
-  // Neighbours along the curve go together while there is room.
+  // Neighbours along the curve go into one part while there is room.
   for (std::uint32_t cell = 0; cell < kCells; ++cell) {
     if (sorted->ends[cell] == end) continue;
     if (part.triangle_count + sorted->triangles[cell] > kPartTriangles) close();

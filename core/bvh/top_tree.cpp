@@ -22,7 +22,7 @@ WideTree build_top(std::span<const Box3d> bounds, const Box3d& all, TreeQuality 
     }
     boxes[i].id = i;
   }
-  // Entering a placement is dear: leaves of one.
+  // Entering a placement is slow: leaves of one.
   BinaryOptions options;
   options.block_size = {0};
   options.leaf_max = 1;

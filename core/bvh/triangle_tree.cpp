@@ -62,7 +62,8 @@ struct BuildBoxes {
  private:
   static constexpr std::uint32_t kChunk = 4096;
 
-  /// Each chunk packs its own boxes; chunks move together only if one of them has gaps.
+  /// Each chunk packs its own boxes; chunks are moved up to each other only if one of them has
+  /// gaps.
   void make() {
     const std::uint32_t count = numbering_.count();
     boxes.resize(count);

@@ -69,7 +69,7 @@ class ShapeCheck {
     StoredBox box;
   };
 
-  /// Claims the place of a node or leaf. Whoever comes second finds it taken: no cycle, no sharing.
+  /// Claims the place of a node or leaf. A second claim finds it taken: no cycle, no sharing.
   Fault take(std::uint32_t granule, std::size_t bytes) {
     const std::size_t count = bytes / Arena::kGranule;
     if (granule >= granule_count_ || granule_count_ - granule < count) {

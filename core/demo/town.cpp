@@ -73,7 +73,7 @@ DemoMesh walls(int type, double hx, double hz, double eaves) {
   DemoMesh mesh = slab({-hx, -1, -hz}, {hx, eaves, hz});
   if (type % 2 == 1) add_box(mesh, {-hx, -1, hz}, {-hx + 3, 2.5, hz + 2});
   add_box(mesh, {-0.5, 0, -hz - 1}, {0.5, 0.25, -hz});       // doorstep
-  add_box(mesh, {-0.5, 0.25, -hz - 0.1}, {0.5, 2.25, -hz});  // door
+  add_box(mesh, {-0.5, 0.25, -hz - 0.1}, {0.5, 2.25, -hz});  // entrance
   return mesh;
 }
 

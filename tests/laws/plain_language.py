@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks the language of the documentation, of header comments, and of the texts that the program shows.
+"""Checks the language of the documentation, of comments, and of the texts that the program shows.
 
 Usage: plain_language.py [ROOT] [--list] [--write] [PATH...]
 
@@ -12,7 +12,7 @@ Rules:
             (as `wc -w` counts)
 
 It reads README.md, ARCHITECTURE.md, CHANGELOG.md, CONTRIBUTING.md, all Markdown of docs/ and proto/, and the comments
-of the headers of core/, proto/ and server/. Code blocks, inline code and names of code are not checked. A row of a
+of the headers and sources of core/, proto/ and server/. Code blocks, inline code and names of code are not checked. A row of a
 table in a comment, whose columns are two spaces apart, is a sentence of its own.
 
 It also reads the string literals of the sources and headers of core/, proto/ and server/: help, log and error texts.
@@ -287,7 +287,7 @@ def checked_files(root):
 
 def faults_of(root, name):
     text = (root / name).read_text(encoding="utf-8")
-    readers = {".h": (comment_blocks, string_blocks), ".cpp": (string_blocks,), ".md": (markdown_blocks,), ".json": (string_blocks,),
+    readers = {".h": (comment_blocks, string_blocks), ".cpp": (comment_blocks, string_blocks), ".md": (markdown_blocks,), ".json": (string_blocks,),
                ".py": (python_blocks,), ".sh": (shell_blocks,), ".1": (man_blocks,)}
     for reader in readers[Path(name).suffix]:
         for block in reader(text):

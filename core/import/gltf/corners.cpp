@@ -12,7 +12,7 @@ namespace sightline::gltf {
 
 namespace {
 
-/// Indices that one thread loads together: they are in its cache when their range is taken.
+/// Indices that one thread loads at a time: they are in its cache when their range is taken.
 constexpr std::size_t kGrain = 1u << 16;
 
 template <class T>
@@ -56,7 +56,7 @@ CornerRange join(const CornerRange& a, const CornerRange& b) {
   return {std::min(a.low, b.low), std::max(a.high, b.high)};
 }
 
-/// Four at a time: with one pair of bounds each number would wait for the one before.
+/// Four at a time: with one pair of bounds each number would wait for the previous one.
 CornerRange range_of(std::span<const std::uint32_t> indices, CornerRange range) {
   using Four = std::uint32_t __attribute__((vector_size(16)));
   Four low = Four{} + range.low, high = Four{} + range.high;

@@ -13,7 +13,7 @@ namespace sightline::gltf {
 
 namespace {
 
-/// Triangles that one thread looks at by itself.
+/// Triangles that one thread reads by itself.
 constexpr std::size_t kTrianglesPerPiece = 1u << 15;
 
 bool is_finite(const Vec3f& p) {
@@ -25,16 +25,16 @@ Vec3d widened(const Vec3f& p) {
 }
 
 /// a * b - c * d is surely not zero, where each factor is the rounded difference of two float32.
-/// With u the unit of rounding a product is off by less than 3.01 u of itself and the difference of
-/// two adds u, so the result is off by less than 4.1 u (|a b| + |c d|).
+/// Let u be the unit of rounding. A product is off by less than 3.01 u of itself and the difference
+/// of two adds u, so the result is off by less than 4.1 u (|a b| + |c d|).
 bool surely_differ(double a, double b, double c, double d) {
   // Nothing underflows: factors are 0 or at least 2^-149. u = 2^-53.
   const double first = a * b, second = c * d;
   return std::fabs(first - second) > 0x1p-50 * (std::fabs(first) + std::fabs(second));
 }
 
-/// The same in float32, u = 2^-24, without a branch. No where a product may have underflown (it is
-/// then off by 2^-150 at most) or overflown, and where a factor is not a number.
+/// surely_differ in float32, u = 2^-24, without a branch. No where a product may have underflown
+/// (it is then off by 2^-150 at most) or overflown, and where a factor is not a number.
 bool surely_differ(float a, float b, float c, float d) {
   const float first = a * b, second = c * d;
   const float sum = std::fabs(first) + std::fabs(second);
@@ -63,7 +63,7 @@ bool has_area(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
          surely_differ(z1, x2, x1, z2) || !is_degenerate({p, q, r});
 }
 
-/// Looks at triangles of a mesh, and marks their corners as used.
+/// Reads triangles of a mesh, and marks their corners as used.
 class Count {
  public:
   Count(const Mesh& mesh, std::uint8_t* used)

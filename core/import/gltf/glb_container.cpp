@@ -32,7 +32,7 @@ bool continues_at(std::span<const std::byte> file, std::size_t at) {
          u32_at(file, at) <= file.size() - at - 8;
 }
 
-/// Where the chunk after the one of `size` bytes at `at` begins; empty if that is not clear.
+/// Where the chunk begins that follows a chunk of `size` bytes at `at`; empty if that is not clear.
 std::optional<std::size_t> next_chunk(std::span<const std::byte> file, std::size_t at,
                                       std::size_t size) {
   const std::size_t here = at + size;

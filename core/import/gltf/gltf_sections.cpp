@@ -59,7 +59,7 @@ void thin_sparse(json& accessor, const Counts& counts, JsonChecker& check, const
   if (sparse == nullptr) return;
   const Place place = at.member("sparse");
   JsonChecker::keep_only(*sparse, {"count", "indices", "values"});
-  // tinygltf keeps these numbers as int.
+  // tinygltf stores these numbers as int.
   constexpr std::uint64_t kMostInt = 0x7fffffff;
   if (check.required_integer(*sparse, "count", place, kMostInt) == 0) {
     check.refuse(place.member("count"), "must be at least 1");
@@ -167,7 +167,7 @@ void thin_primitive(json& object, const Counts& counts, std::size_t mesh, std::s
 
 }  // namespace
 
-/// Keeps of "extensions" what `name` says and returns it when present.
+/// Retains of "extensions" what `name` says and returns it when present.
 json* only_extension(json& object, const char* name, JsonChecker& check, const Place& at) {
   json* extensions = check.object(object, "extensions", at);
   if (extensions == nullptr) return nullptr;

@@ -203,7 +203,7 @@ void thin_nodes(json* list, const Counts& counts, GltfDocument& document, JsonCh
   }
 }
 
-/// Leaves the one scene to load as the only one, or none when the file has none.
+/// Leaves only the scene to load, or none when the file has none.
 void choose_scene(json& root, json* list, const ImportOptions& options, const Counts& counts,
                   GltfDocument& document, JsonChecker& check, const Place& file) {
   const std::size_t count = list != nullptr ? list->size() : 0;
@@ -237,7 +237,7 @@ void choose_scene(json& root, json* list, const ImportOptions& options, const Co
   root["scenes"] = json::array({std::move(scene)});
 }
 
-/// Looks at nothing in it: what is wrong there is nobody's error.
+/// Reads nothing in it: what is wrong there is nobody's error.
 void count_what_is_left_out(const json& root, const ImportOptions& options,
                             GltfDocument& document) {
   const auto list = [&](const char* key) -> const json* {

@@ -10,7 +10,7 @@ namespace sightline::gltf {
 namespace {
 
 constexpr std::uint64_t kBlock = 512;        ///< elements that are decoded at a time, on the stack
-constexpr std::uint64_t kCopied = 1u << 16;  ///< that one thread copies together
+constexpr std::uint64_t kCopied = 1u << 16;  ///< that one thread copies at a time
 
 /// Elements first .. first + count - 1 in float64, replacements included.
 void load_block(const AccessorView& view, std::uint64_t first, std::uint64_t count, Vec3d* out) {

@@ -66,8 +66,8 @@ void MappedFile::read_sparsely() const {
 }
 
 void will_need(std::span<const std::byte> bytes) {
-  // For one such call Linux fetches at most one block of read-ahead (128 KiB by default), however
-  // long the range is. A page or two come as fast when they are touched.
+  // For one such call Linux reads at most 128 KiB in advance (by default), however long the range
+  // is. A page or two come as fast when they are touched.
   constexpr std::size_t kWindow = 128 << 10;
   const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
   if (bytes.size() <= 2 * page) return;

@@ -21,7 +21,7 @@ bool does_count(const Triangle& triangle, const Box& box, BoxRelation relation) 
   return corners_within(triangle, box) && !is_degenerate(triangle);
 }
 
-/// Nodes between two looks at the clock: some microseconds.
+/// Nodes between two readings of the clock: some microseconds.
 constexpr std::uint64_t kNodesPerLook = 64;
 
 /// Depth first over a tree, leaves as they come. `leaf` and `node` return false to end the walk.

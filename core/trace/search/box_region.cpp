@@ -12,7 +12,7 @@ namespace {
 constexpr double kU = 0x1p-53;
 /// More than underflow can take from any sum below, in scene units near 1.
 constexpr double kUnderflow = 0x1p-1000;
-/// The same in tree units of a scaled tree, where coordinates reach 1.
+/// kUnderflow in tree units of a scaled tree, where coordinates reach 1.
 constexpr double kScaledUnderflow = 0x1p-100;
 
 using Matrix = std::array<std::array<double, 3>, 3>;
@@ -45,8 +45,8 @@ Spanned spanned(const OrientedBox& box) {
     }
   }
   for (std::size_t i = 0; i < 3; ++i) determinant += axis(0, i) * cofactor[0][i];
-  // y = p - c, s = A y, B near the inverse of A: y = B s + (I - B A) y, so that |y| <= |B| h + r
-  // |y| with r the largest row sum of |I - B A|.
+  // y = p - c, s = A y, B near the inverse of A. Then y = B s + (I - B A) y, so that |y| <= |B| h +
+  // r |y| with r the largest row sum of |I - B A|.
   double residual = 0;
   bool finite = true;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -119,7 +119,7 @@ TreeRegion whole_region() {
   return region;
 }
 
-/// Adds a plane of the world to the region of a tree in mesh units: the corners of the world are
+/// Adds a plane of the world to the region of a tree in mesh units. The corners of the world are
 /// those of the mesh, moved by `world`, so that a plane moves the other way.
 void add_half_space(const WideTree& tree, const Affine& world, const HalfSpace& plane,
                     TreeRegion& region) {

@@ -62,7 +62,7 @@ void Clearance::find(const ClearanceQuestion& question, std::uint64_t most) {
       look_at_leaves(a, b);
       continue;
     }
-    // The larger one is opened, and the nearer half of it looked at first.
+    // The larger one is opened, and the nearer half of it tested first.
     const bool opens_a = b.child == 0 || (a.child != 0 && size_of(a.box) >= size_of(b.box));
     std::pair<std::uint32_t, std::uint32_t> first{opens_a ? a.child : i, opens_a ? j : b.child};
     std::pair<std::uint32_t, std::uint32_t> second{opens_a ? a.child + 1 : i,
@@ -137,7 +137,7 @@ void Clearance::offer(Found found) {
   switch (question_.pairs) {
     case ClearancePairs::kClosest:
       if (!closest_ || comes_before(found, *closest_)) closest_ = std::move(found);
-      // Whether they meet decides what is looked at next.
+      // Whether they meet decides what is tested next.
       if (closest_->range.low == 0) exact_of(*closest_);
       return;
     case ClearancePairs::kTriangles:

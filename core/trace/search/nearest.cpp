@@ -12,7 +12,7 @@ namespace sightline {
 
 namespace {
 
-/// Nodes between two looks at the clock: some microseconds.
+/// Nodes between two readings of the clock: some microseconds.
 constexpr std::uint64_t kNodesPerLook = 64;
 
 struct Waiting {
@@ -51,7 +51,7 @@ void NearestTriangles::walk_tree(const WideTree& tree, const TreePoint& point, L
       if (square[i] > limit || node.child[i] == ChildRef::kEmpty) continue;
       stack.push_back({node.child[i], square[i]});
     }
-    // The nearest is looked at next.
+    // The nearest is visited next.
     std::sort(stack.begin() + static_cast<std::ptrdiff_t>(first), stack.end(),
               [](const Waiting& a, const Waiting& b) { return a.square > b.square; });
   }

@@ -17,7 +17,7 @@ namespace sightline {
 namespace {
 
 constexpr double kU = 0x1p-53;
-/// Nodes between two looks at the clock: some microseconds.
+/// Nodes between two readings of the clock: some microseconds.
 constexpr std::uint64_t kNodesPerLook = 64;
 
 struct WaitingSweep {

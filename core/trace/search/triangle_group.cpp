@@ -9,7 +9,7 @@ namespace sightline {
 namespace {
 
 constexpr std::uint32_t kLeafMembers = 4;
-/// Triangles between two looks at the clock.
+/// Triangles between two readings of the clock.
 constexpr std::uint32_t kTrianglesPerLook = 4096;
 
 double middle_of(const Triangle& t, int axis) {

@@ -77,7 +77,7 @@ void UnbuiltTrees::walk(const Ray& ray, double t, Found found) {
       continue;
     }
     const WideNode& node = tree_.top.node(next.ref);
-    // Far to near, so that the nearest is looked at next.
+    // Far to near, so that the nearest is visited next.
     for (std::size_t i = 0; i < kArity; ++i) {
       const std::size_t child = node.order[box.octant] >> (3 * i) & 7u;
       if (node.child[child] == ChildRef::kEmpty) continue;
