@@ -7,6 +7,7 @@
 
 #include "core/geometry/dyadic_vector.h"
 #include "core/geometry/float64_vector.h"
+#include "core/geometry/rounding.h"
 
 namespace sightline {
 namespace {
@@ -39,24 +40,59 @@ bool are_on_both(const std::array<int, 3>& sides) {
   return *least < 0 && *most > 0;
 }
 
+/// The corners b, c and d as a sees them, by float64 arithmetic.
+struct Differences {
+  float64::Numbers ab, ac, ad;
+  double size;  ///< the largest magnitude of a component
+
+  Differences(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d)
+      : ab(float64::minus(b, a)),
+        ac(float64::minus(c, a)),
+        ad(float64::minus(d, a)),
+        size(std::max({float64::largest(ab), float64::largest(ac), float64::largest(ad)})) {}
+
+  void scale(double by) {
+    for (auto* vector : {&ab, &ac, &ad}) {
+      for (double& x : *vector) x *= by;
+    }
+    size *= by;
+  }
+
+  /// Precondition: size is below 2^300.
+  VolumeEstimate volume() const {
+    double volume = 0, permanent = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
+      const double p = ac[i] * ad[j], q = ac[j] * ad[i];
+      volume += ab[k] * (p - q);
+      permanent += std::fabs(ab[k]) * (std::fabs(p) + std::fabs(q));
+    }
+    // 8 units cover the 7 + 56u of [Shewchuk1997]; the second term covers underflow of factors that
+    // are below 2^300.
+    return {volume, 8 * 0x1p-53 * permanent + 0x1p-770};
+  }
+};
+
 }  // namespace
 
+VolumeEstimate estimate_volume(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d) {
+  const Differences of(a, b, c, d);
+  return of.size < 0x1p300 ? of.volume() : VolumeEstimate{0, kInfD};
+}
+
+Dyadic exact_volume(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d) {
+  return dot(difference(b, a), cross(difference(c, a), difference(d, a)));
+}
+
 int volume_sign(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d) {
-  using namespace float64;
-  const Numbers ab = minus(b, a), ac = minus(c, a), ad = minus(d, a);
-  double volume = 0, permanent = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
-    const double p = ac[i] * ad[j], q = ac[j] * ad[i];
-    volume += ab[k] * (p - q);
-    permanent += std::fabs(ab[k]) * (std::fabs(p) + std::fabs(q));
-  }
-  // 8 units cover the 7 + 56u of [Shewchuk1997]; the second term covers underflow of factors that
-  // are below 2^300.
-  const double size = std::max({largest(ab), largest(ac), largest(ad)});
-  const double bound = 8 * 0x1p-53 * permanent + 0x1p-770;
-  if (size < 0x1p300 && std::fabs(volume) > bound) return volume > 0 ? 1 : -1;
-  return dot(difference(b, a), cross(difference(c, a), difference(d, a))).sign();
+  Differences of(a, b, c, d);
+  // What scaling takes from a small factor is at most 2^-1075, and the other two are below 2^300.
+  const double lost = of.size < 0x1p300 ? 0 : 0x1p-400;
+  if (lost > 0) of.scale(0x1p-724);
+  VolumeEstimate volume = of.volume();
+  volume.error += lost;
+  const int sign = of.size < 0x1p300 ? volume.certain_sign() : 0;
+  return sign != 0 ? sign : exact_volume(a, b, c, d).sign();
 }
 
 bool triangles_cross(const Triangle& a, const Triangle& b) {

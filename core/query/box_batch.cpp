@@ -103,6 +103,19 @@ BoxFault fault_of(const ConvexRegion& region) {
   return {};
 }
 
+BoxFault fault_of(const PointHull& hull) {
+  if (hull.points.empty() || hull.points.size() > PointHull::kMostPoints) {
+    return {0, "hull", BoxFault::kWhole, "BOX_HULL_COUNT", "a hull has 1 to 256 points"};
+  }
+  for (std::size_t i = 0; i < hull.points.size(); ++i) {
+    if (!is_finite(hull.points[i])) {
+      return {0, "hull", static_cast<int>(i), "BOX_NOT_FINITE",
+              "a point must be three finite numbers"};
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 void BoxBatch::push_back(const Sphere& sphere) {
@@ -122,6 +135,13 @@ void BoxBatch::push_back(const ConvexRegion& region) {
   oriented.push_back(kConvexShape | static_cast<std::uint32_t>(first_plane.size() - 1));
   planes.insert(planes.end(), region.planes.begin(), region.planes.end());
   first_plane.push_back(planes.size());
+}
+
+void BoxBatch::push_back(const PointHull& hull) {
+  aligned.push_back({});
+  oriented.push_back(kHullShape | static_cast<std::uint32_t>(first_point.size() - 1));
+  points.insert(points.end(), hull.points.begin(), hull.points.end());
+  first_point.push_back(points.size());
 }
 
 void BoxBatch::push_back(const Box3d& box) {

@@ -9,6 +9,7 @@
 #include "core/base/column.h"
 #include "core/geometry/box3.h"
 #include "core/geometry/box_oriented.h"
+#include "core/geometry/convex/point_hull.h"
 #include "core/geometry/triangle_capsule.h"
 #include "core/geometry/triangle_convex.h"
 #include "core/geometry/triangle_sphere.h"
@@ -16,16 +17,16 @@
 namespace sightline {
 
 /// n closed shapes: axis-aligned boxes, oriented boxes and, in queries that allow them, spheres,
-/// capsules and convex regions. Slot i holds shape i. Fill it with push_back(), call check_boxes,
+/// capsules, convex regions and hulls of points. Slot i holds shape i. Fill it with push_back(), call check_boxes,
 /// read it with visit().
 struct BoxBatch {
   /// The value of `oriented` for an axis-aligned box.
   static constexpr std::uint32_t kAligned = 0xffffffffu;
-  /// The two upper bits of another value of `oriented` are the type of the shape; the other bits
+  /// The three upper bits of another value of `oriented` are the type of the shape; the other bits
   /// are the index in the column of that type.
-  static constexpr std::uint32_t kShapeBits = 0xc0000000u, kBoxShape = 0,
-                                 kSphereShape = 0x40000000u, kCapsuleShape = 0x80000000u,
-                                 kConvexShape = 0xc0000000u;
+  static constexpr std::uint32_t kShapeBits = 0xe0000000u, kBoxShape = 0,
+                                 kSphereShape = 0x20000000u, kCapsuleShape = 0x40000000u,
+                                 kConvexShape = 0x60000000u, kHullShape = 0x80000000u;
 
   Column<Box3d> aligned;  ///< n slots; empty boxes except for axis-aligned boxes
   /// n slots: kAligned, or a type of shape and an index in its column.
@@ -37,6 +38,9 @@ struct BoxBatch {
   /// 1] - 1].
   Column<HalfSpace> planes;
   Column<std::size_t> first_plane{0};
+  /// For kHullShape, in the same way.
+  Column<Vec3d> points;
+  Column<std::size_t> first_point{0};
 
   std::size_t size() const { return oriented.size(); }
   /// Each push_back appends a shape. Throws std::bad_alloc.
@@ -46,6 +50,8 @@ struct BoxBatch {
   void push_back(const Capsule& capsule);
   /// Copies the planes of the region.
   void push_back(const ConvexRegion& region);
+  /// Copies the points of the hull.
+  void push_back(const PointHull& hull);
   bool is_aligned(std::size_t i) const { return oriented[i] == kAligned; }
 
   /// Calls f with the shape of slot i, and returns the result of f. f accepts every type of shape,
@@ -57,12 +63,17 @@ struct BoxBatch {
     if (shape == kSphereShape) return f(spheres[number]);
     if (shape == kCapsuleShape) return f(capsules[number]);
     if (shape == kConvexShape) return f(region(number));
+    if (shape == kHullShape) return f(hull(number));
     return visit_box(i, f);
   }
   /// The convex region at an index of the column. It refers to `planes`, so a push_back makes it
   /// invalid.
   ConvexRegion region(std::size_t number) const {
     return {{planes.data() + first_plane[number], planes.data() + first_plane[number + 1]}};
+  }
+  /// The hull at an index of the column. It refers to `points`.
+  PointHull hull(std::size_t number) const {
+    return {{points.data() + first_point[number], points.data() + first_point[number + 1]}};
   }
   /// visit() for a batch that has only axis-aligned and oriented boxes.
   template <class F>
@@ -77,9 +88,10 @@ struct BoxFault {
   static constexpr int kWhole = -1;
 
   std::size_t box = 0;  ///< its slot
-  /// "min", "max", "center", "half", "axes", "radius", "from", "to" or "planes"
+  /// "min", "max", "center", "half", "axes", "radius", "from", "to", "planes" or "hull"
   const char* part = "";
-  /// Index of the invalid number in the part; of "axes" the axis, of "planes" the plane.
+  /// Index of the invalid number in the part; of "axes" the axis, of "planes" the plane,
+  /// of "hull" the point.
   int component = kWhole;
   const char* code = "";  ///< one of the codes at check_boxes
   const char* message = "";
@@ -96,6 +108,7 @@ struct BoxFault {
 ///   BOX_AXES_DEPENDENT   three axes in one plane, exactly
 ///   BOX_PLANES_COUNT     no plane, or more than ConvexRegion::kMostPlanes
 ///   BOX_PLANE_ZERO       a plane's normal of exactly zero
+///   BOX_HULL_COUNT       no point, or more than PointHull::kMostPoints
 /// Returns true, and does not set `fault`, if every box is valid.
 bool check_boxes(const BoxBatch& boxes, BoxFault& fault);
 

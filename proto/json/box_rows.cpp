@@ -15,12 +15,12 @@ namespace sightline {
 
 namespace {
 
-constexpr std::array<std::string_view, 13> kBoxKeys{
-    "min",  "max", "center", "half",    "rotation", "axes",  "radius",
-    "from", "to",  "planes", "corners", "view",     "cursor"};
+constexpr std::array<std::string_view, 14> kBoxKeys{
+    "min",  "max", "center", "half",    "rotation", "axes", "radius",
+    "from", "to",  "planes", "corners", "view",     "hull", "cursor"};
 constexpr unsigned kMin = 1u, kMax = 2u, kCenter = 4u, kHalf = 8u, kRotation = 16u, kAxes = 32u,
                    kRadius = 64u, kFrom = 128u, kTo = 256u, kPlanes = 512u, kEight = 1024u,
-                   kView = 2048u, kCursor = 4096u;
+                   kView = 2048u, kHull = 4096u, kCursor = 8192u;
 /// The keys of boxes, of all shapes, and of shapes with a cursor: by BoxRows::Takes.
 constexpr std::array<unsigned, 3> kTaken{kRadius - 1, kCursor - 1, 2 * kCursor - 1};
 constexpr unsigned kAnyPlanes = kPlanes | kEight | kView;
@@ -43,6 +43,7 @@ struct BoxRows::Row {
   double radius = 0;
   std::array<HalfSpace, ConvexRegion::kMostPlanes> planes{};
   std::size_t plane_count = 0;
+  std::vector<Vec3d> hull;
 };
 
 std::uint64_t BoxRows::hash_of_shape(const Row& row) {
@@ -63,6 +64,7 @@ std::uint64_t BoxRows::hash_of_shape(const Row& row) {
     const HalfSpace& plane = row.planes[i];
     add(std::array{plane.normal.x, plane.normal.y, plane.normal.z, plane.offset});
   }
+  for (const Vec3d& p : row.hull) add(std::array{p.x, p.y, p.z});
   return hash.value();
 }
 
@@ -91,6 +93,8 @@ bool BoxRows::read_part(std::size_t box, std::size_t which, JsonReader::Value va
       return read_corners(value, place, row);
     case kView:
       return read_view(value, place, row);
+    case kHull:
+      return read_hull(value, place, row);
     case kCursor:
       return read_cursor(value, place, box);
     default:
@@ -110,6 +114,20 @@ bool BoxRows::read_planes(JsonReader::Value value, const JsonPointer& place, Row
     return true;
   };
   return reader_.read_array(value, "an array of planes", place, read_plane);
+}
+
+bool BoxRows::read_hull(JsonReader::Value value, const JsonPointer& place, Row& row) {
+  const auto read_point = [&](std::size_t i, JsonReader::Value point) {
+    const JsonPointer point_place = JsonPointer(place).index(i);
+    if (i == PointHull::kMostPoints) {
+      return reader_.invalid("BOX_HULL_COUNT", "a hull has 1 to 256 points", point_place);
+    }
+    std::array<double, 3> numbers{};
+    if (!read_numbers(reader_, point, point_place, numbers.data(), 3)) return false;
+    row.hull.push_back(vector_of(numbers.data()));
+    return true;
+  };
+  return reader_.read_array(value, "an array of points", place, read_point);
 }
 
 bool BoxRows::take_planes(const Result<std::vector<HalfSpace>>& planes, const JsonPointer& place,
@@ -197,6 +215,14 @@ bool BoxRows::finish_row(std::size_t box, const Row& row, BoxBatch& boxes) {
     }
     forms_.push_back(Form::kOther);
     boxes.push_back(ConvexRegion{{row.planes.data(), row.plane_count}});
+    return true;
+  }
+  if ((seen & kHull) != 0) {
+    if (seen != kHull) {
+      return reader_.invalid("KEYS_MIXED", "a hull has its points, nothing else", box_place(box));
+    }
+    forms_.push_back(Form::kOther);
+    boxes.push_back(PointHull{row.hull});
     return true;
   }
   if ((seen & (kRadius | kFrom | kTo)) != 0) return finish_round(box, row, boxes);

@@ -9,6 +9,7 @@
 ///   {"center":[x,y,z],"radius":r}                          a sphere
 ///   {"from":[x,y,z],"to":[x,y,z],"radius":r}               a capsule
 ///   {"planes":[[nx,ny,nz,d],...]}                          the points with n . p <= d for all
+///   {"hull":[[x,y,z],...]}                                 the convex hull of the points
 ///   {"corners":[[x,y,z],...]}                              eight corners: see frustum_of
 ///   {"view":{"kind":"pinhole",...}}                        what a camera sees (generator_json.h)
 /// If the answer is lists, a member of any of these:
@@ -59,6 +60,7 @@ class BoxRows {
   bool read_row(std::size_t box, JsonReader::Value value, BoxBatch& boxes);
   bool read_part(std::size_t box, std::size_t which, JsonReader::Value value, Row& row);
   bool read_planes(JsonReader::Value value, const JsonPointer& place, Row& row);
+  bool read_hull(JsonReader::Value value, const JsonPointer& place, Row& row);
   bool read_corners(JsonReader::Value value, const JsonPointer& place, Row& row);
   bool read_view(JsonReader::Value value, const JsonPointer& place, Row& row);
   bool take_planes(const Result<std::vector<HalfSpace>>& planes, const JsonPointer& place,

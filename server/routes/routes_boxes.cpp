@@ -58,10 +58,13 @@ bool read_boxes(Exchange& exchange, const Service& service, const Scene& scene, 
   query = std::move(*decoded);
   exchange.boxes = query.boxes.size();
   // A box may touch every triangle; a ray of an ordinary query compares some 16.
-  const std::uint64_t cost = query.boxes.size() * (1 + scene.instanced_triangle_count() / 16);
+  // The faces of hulls cost as much as ten rays for each point.
+  const std::uint64_t cost = query.boxes.size() * (1 + scene.instanced_triangle_count() / 16) +
+                             10 * query.boxes.points.size();
   if (exchange.body != nullptr && !exchange.body->may_cost(cost)) return false;
-  const std::uint64_t planes = query.boxes.planes.size() * sizeof(HalfSpace);
-  forget_body(exchange, body, query.boxes.size() * kBoxBytes + planes);
+  const std::uint64_t parts =
+      query.boxes.planes.size() * sizeof(HalfSpace) + query.boxes.points.size() * sizeof(Vec3d);
+  forget_body(exchange, body, query.boxes.size() * kBoxBytes + parts);
   // A number for each box, and as JSON.
   Status status = exchange.reserve(query.boxes.size() * (8 + kNumberBytes));
   if (!status) exchange.reply_error(status.error());

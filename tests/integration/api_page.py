@@ -64,6 +64,8 @@ QUESTIONS = [
      {"boxes": [{"from": [0, 24, 0], "to": [0, 32, 0], "radius": 6}], "mode": "contained", "of": "nodes"}),
     ("What a pyramid of planes touches", TOWN + "boxes:list",
      {"boxes": [{"planes": [[0, 1, 0, 33], [1, -1, 0, -31], [-1, -1, 0, -31], [0, -1, 1, -31], [0, -1, -1, -31]]}], "of": "nodes"}),
+    ("What the hull of points touches", TOWN + "boxes:list",
+     {"boxes": [{"hull": [[0, 33, 0], [9, 27, 0], [-9, 27, 0], [0, 27, 9], [0, 27, -9]]}], "of": "nodes"}),
     ("What a camera sees", TOWN + "boxes:list",
      {"boxes": [{"view": {"kind": "pinhole", "position": [0, 28, 40], "look_at": [0, 28, 0], "fov_y": 10, "width": 4, "height": 3, "range": [1, 80]}}],
       "of": "nodes"}),

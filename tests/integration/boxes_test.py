@@ -116,6 +116,46 @@ class Boxes(unittest.TestCase):
         self.assertEqual(count([1, 0, 0, -5.4], [-1, 0, 0, 5.6], [0, 0, 1, 0.1], [0, 0, -1, 0.1]), 1)
         self.assertEqual(count([1, 0, 0, 0], [-1, 0, 0, -1]), 0)  # nothing is in both
 
+    def test_hulls_of_points(self):
+        # Triangle i of "left" has the corners (x,0,2) (x+2,4,0) (x,0,-2) with x = -6 + 2i, "right" has x = 2 + 2i.
+        def count(*points, **more):
+            return self.touch("six", "count", {"hull": points}, **more)["counts"][0]
+        # A point, a segment, a triangle and a tetrahedron, the lowest point of each at the tip (-4, 4, 0) of the first triangle.
+        for others in ([], [[-4, 9, 0]], [[-4, 9, 0], [-4, 9, 1]], [[-4, 9, 0], [-4, 9, 1], [-3, 9, 1]], [[-4, 9, 0], [-4, 9, 0], [-4, 6.5, 0]]):
+            self.assertEqual(count([-4, 4, 0], *others), 1, others)
+            self.assertEqual(count([-4, 4.000000000000001, 0], *others), 0, others)
+        # The corners of a box and points in it are the box, whatever their order.
+        corners = [[x, y, z] for x in (-6, -2) for y in (0, 4) for z in (-2, 2)]
+        for chance in map(random.Random, range(5)):
+            points = corners + [[chance.choice((-6, -4, -2)), chance.choice((0, 3, 4)), chance.choice((-2, 0.1, 2))] for _ in range(100)]
+            chance.shuffle(points)
+            self.assertEqual((count(*points), count(*points, mode="contained"), count(*points, of="nodes")), (3, 2, 1))
+        self.assertEqual(count(*corners[:-1], [-2, 4, 1.9999999999999998], mode="contained"), 2)
+        self.assertEqual(count(*([x, y * 0.9999999999999998, z] for x, y, z in corners), mode="contained"), 0)
+        self.assertEqual(self.touch("six", "any", {"hull": corners}, {"hull": [[100, 100, 100]] * 256}), {"hits": [True, False]})
+        # A list goes on with its cursor, of the same points only.
+        (part,) = self.touch("six", "list", {"hull": corners}, limit=2)["results"]
+        (rest,) = self.touch("six", "list", {"hull": corners, "cursor": part["next"]})["results"]
+        self.assertEqual([t["triangle"] for t in part["triangles"] + rest["triangles"]], [0, 1, 2])
+        others = self.post("/v1/scenes/six/boxes:list", {"boxes": [{"hull": corners[::-1], "cursor": part["next"]}]})
+        self.expect(others, 422, "CURSOR_OF_OTHERS", "/boxes/0/cursor")
+
+    def test_faults_of_hulls_are_named(self):
+        for body, code, pointer in (('{"hull":[]}', "BOX_HULL_COUNT", "/boxes/0/hull"),
+                                    ('{"hull":[' + "[0,0,0]," * 256 + "[0,0,0]]}", "BOX_HULL_COUNT", "/boxes/0/hull/256"),
+                                    ('{"hull":[[0,0,0],[0,0]]}', "LENGTH_WRONG", "/boxes/0/hull/1"),
+                                    ('{"hull":[[0,0,1e999]]}', "NUMBER_NOT_FINITE", "/boxes/0/hull/0/2"),
+                                    ('{"hull":[[0,0,null]]}', "TYPE_WRONG", "/boxes/0/hull/0/2"),
+                                    ('{"hull":7}', "TYPE_WRONG", "/boxes/0/hull"),
+                                    ('{"hull":[[0,0,0]],"center":[0,0,0]}', "KEYS_MIXED", "/boxes/0")):
+            with self.subTest(body=body[:40]):
+                self.expect(self.post("/v1/scenes/six/boxes:any", f'{{"boxes":[{body}]}}'), 422, code, pointer)
+        self.expect(self.post("/v1/rays-boxes", {"rays": [], "boxes": [{"hull": [[0, 0, 0]]}]}), 422, "KEY_UNKNOWN", "/boxes/0/hull")
+        # Numbers at the ends of float64: refused or answered, and the server goes on.
+        for size in (1e308, 1.7976931348623157e308, 5e-324, 1e-310, -0.0):
+            hull = [[size * x, size * y, size * z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
+            self.assertEqual(self.touch("six", "count", {"hull": hull}), {"counts": [6 if size > 1 else 0]}, size)
+
     def test_what_a_camera_sees(self):
         # It looks along x from x = -10: y from 0.5 to 1.5, z from -1 to 1; the first triangle has x = -5.75 at y = 0.5.
         level = {"kind": "orthographic", "position": [-10, 1, 0], "forward": [1, 0, 0], "extent_y": 1, "width": 2, "height": 1}

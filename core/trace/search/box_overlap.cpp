@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <type_traits>
 
 #include "core/geometry/exact_hit.h"
 #include "core/geometry/triangle_box.h"
@@ -53,6 +54,14 @@ bool walk_tree(const WideTree& tree, const TreeRegion& region, Leaf leaf, Node n
 bool BoxOverlaps::out_of_time() {
   if (++looks_ % kNodesPerLook == 0 && deadline_.passed()) stopped_ = true;
   return stopped_;
+}
+
+/// False if the deadline has passed before the faces of a hull are found, which takes as long as many
+/// nodes.
+template <class Box>
+bool BoxOverlaps::has_time_for(const Box&) {
+  if constexpr (std::is_same_v<Box, PointHull>) stopped_ = stopped_ || deadline_.passed();
+  return !stopped_;
 }
 
 /// `entered` is the placement whose tree this is, or the first of those that share it. Returns what
@@ -130,8 +139,9 @@ bool BoxOverlaps::any(const BoxBatch& boxes, std::size_t i, BoxRelation relation
   bool touched = false;
   relation_ = relation;
   boxes.visit(i, [&](const auto& box) {
+    if (!has_time_for(box)) return;
     walk(
-        box,
+        prepared(box),
         [&](TriangleId) {
           touched = true;
           return Next::kStop;
@@ -227,8 +237,10 @@ std::uint64_t BoxOverlaps::list(const BoxBatch& boxes, std::size_t i, BoxTargets
   nodes_.clear();
   relation_ = relation;
   return boxes.visit(i, [&](const auto& box) {
-    return targets == BoxTargets::kTriangles ? list_triangles(box, limit, from)
-                                             : list_nodes(box, limit, from);
+    if (!has_time_for(box)) return std::uint64_t{0};
+    const auto& shape = prepared(box);
+    return targets == BoxTargets::kTriangles ? list_triangles(shape, limit, from)
+                                             : list_nodes(shape, limit, from);
   });
 }
 

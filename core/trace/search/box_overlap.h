@@ -65,6 +65,8 @@ class BoxOverlaps {
   Next decide_leaf(const Box& box, const Placement& entered, const WideTree& tree,
                    std::uint32_t leaf, Found& found, Left& left);
   bool out_of_time();
+  template <class Box>
+  bool has_time_for(const Box& box);
   void keep_smallest(std::size_t limit);
   template <class Box>
   std::uint64_t list_triangles(const Box& box, std::size_t limit, std::uint64_t from);

@@ -8,6 +8,7 @@
 #include "core/bvh/scene_tree.h"
 #include "core/geometry/box3.h"
 #include "core/geometry/box_oriented.h"
+#include "core/geometry/convex/point_hull.h"
 #include "core/geometry/triangle_capsule.h"
 #include "core/geometry/triangle_convex.h"
 #include "core/geometry/triangle_sphere.h"
@@ -38,6 +39,12 @@ inline TreeRegion world_region(const WideTree& tree, const Capsule& capsule) {
   return world_region(tree, outer_bounds(capsule));
 }
 TreeRegion world_region(const WideTree& tree, const ConvexRegion& region);
+inline TreeRegion world_region(const WideTree& tree, const PointHull& hull) {
+  return world_region(tree, outer_bounds(hull));
+}
+inline TreeRegion world_region(const WideTree& tree, const ConvexHull& hull) {
+  return world_region(tree, hull.bounds());
+}
 /// Makes the region for a tree in mesh units, entered through a placement with this space.
 TreeRegion mapped_region(const WideTree& tree, const TreeSpace& space, const Box3d& box);
 TreeRegion mapped_region(const WideTree& tree, const TreeSpace& space, const OrientedBox& box);
@@ -48,6 +55,10 @@ inline TreeRegion mapped_region(const WideTree& tree, const TreeSpace& space,
 inline TreeRegion mapped_region(const WideTree& tree, const TreeSpace& space,
                                 const Capsule& capsule) {
   return mapped_region(tree, space, outer_bounds(capsule));
+}
+inline TreeRegion mapped_region(const WideTree& tree, const TreeSpace& space,
+                                const ConvexHull& hull) {
+  return mapped_region(tree, space, hull.bounds());
 }
 
 /// Makes the region for the tree of a placement.

@@ -164,6 +164,14 @@ TEST(BoxJson, names_the_place_of_what_is_wrong_in_other_shapes) {
             "BOX_PLANE_ZERO /boxes/0/planes/1");
   EXPECT_EQ(fault(boxes(R"({"planes":[[0,0,1]]})")), "LENGTH_WRONG /boxes/0/planes/0");
   EXPECT_EQ(fault(boxes(R"({"planes":[[0,0,1,0]],"radius":1})")), "KEYS_MIXED /boxes/0");
+  EXPECT_EQ(fault(boxes(R"({"hull":[]})")), "BOX_HULL_COUNT /boxes/0/hull");
+  EXPECT_EQ(fault(boxes(R"({"hull":[[0,0,1],[0,0]]})")), "LENGTH_WRONG /boxes/0/hull/1");
+  EXPECT_EQ(fault(boxes(R"({"hull":[[0,0,1],[0,1,null]]})")), "TYPE_WRONG /boxes/0/hull/1/2");
+  EXPECT_EQ(fault(boxes(R"({"hull":[[0,0,1e999]]})")), "NUMBER_NOT_FINITE /boxes/0/hull/0/2");
+  EXPECT_EQ(fault(boxes(R"({"hull":[[0,0,1]],"radius":1})")), "KEYS_MIXED /boxes/0");
+  std::string points = "[1,2,3]";
+  for (int i = 0; i < 256; ++i) points += ",[1,2,3]";
+  EXPECT_EQ(fault(boxes(R"({"hull":[)" + points + "]}")), "BOX_HULL_COUNT /boxes/0/hull/256");
   std::string many = "[0,0,1,0]";
   for (int i = 0; i < 32; ++i) many += ",[0,0,1,0]";
   EXPECT_EQ(fault(boxes(R"({"planes":[)" + many + "]}")), "BOX_PLANES_COUNT /boxes/0/planes/32");

@@ -18,18 +18,16 @@
 #include "tests/oracle/hull_distance.h"
 #include "tests/oracle/nearest_point.h"
 #include "tests/oracle/random.h"
+#include "tests/oracle/whole_hulls.h"
 #include "tests/support/random_cases.h"
 
 namespace sightline::clashes {
 namespace {
 
-using Whole = std::array<long long, 3>;
-
-Whole minus(const Whole& a, const Whole& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-long long dot(const Whole& a, const Whole& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Whole cross(const Whole& a, const Whole& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
+using oracle::cross;
+using oracle::dot;
+using oracle::minus;
+using oracle::Whole;
 
 /// A convex body: its corners and its triangles.
 struct Solid {

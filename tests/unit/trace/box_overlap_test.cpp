@@ -98,7 +98,8 @@ TEST(BoxOverlaps, finds_what_the_exact_predicate_finds_one_by_one) {
              ++instance) {
           for (std::uint32_t triangle = 0; triangle < kTriangles; ++triangle) {
             const WorldTriangle w = scene->world_triangle({instance, triangle});
-            if (!boxes.visit(i, [&](const auto& box) { return triangle_meets_box(w, box); }))
+            if (!boxes.visit(i,
+                             [&](const auto& box) { return triangle_meets_box(w, prepared(box)); }))
               continue;
             expected.push_back({instance, triangle});
             nodes.insert(scene->description().instances[instance].node);
@@ -200,7 +201,14 @@ TEST(BoxOverlaps, finds_what_capsules_and_regions_meet_and_hold) {
       };
       const WorldTriangle a = w(), b = w();
       BoxBatch one;
-      if (random.chance(0.4)) {
+      std::vector<Vec3d> points;
+      if (random.chance(0.3)) {
+        for (std::size_t k = random.index(6) + 1; k > 0; --k) {
+          const WorldTriangle other = w();
+          points.push_back(random.chance(0.5) ? other.v0 : random.chance(0.5) ? a.v1 : b.v2);
+        }
+        one.push_back(PointHull{points});
+      } else if (random.chance(0.5)) {
         one.push_back(Capsule{a.v0, b.v1, std::fabs(a.v1.x - a.v0.x) * random.between(0, 2)});
       } else {
         // Planes through corners: some wedge, slab or prism, often between two triangles.
@@ -218,7 +226,8 @@ TEST(BoxOverlaps, finds_what_capsules_and_regions_meet_and_hold) {
       if (!check_boxes(one, fault)) continue;
       one.visit(0, [&](const auto& shape) {
         if constexpr (std::is_same_v<std::decay_t<decltype(shape)>, Capsule> ||
-                      std::is_same_v<std::decay_t<decltype(shape)>, ConvexRegion>) {
+                      std::is_same_v<std::decay_t<decltype(shape)>, ConvexRegion> ||
+                      std::is_same_v<std::decay_t<decltype(shape)>, PointHull>) {
           boxes.push_back(shape);
         }
       });
@@ -234,7 +243,8 @@ TEST(BoxOverlaps, finds_what_capsules_and_regions_meet_and_hold) {
         for (std::uint32_t triangle = 0; triangle < kTriangles; ++triangle) {
           const WorldTriangle w = scene->world_triangle({instance, triangle});
           if (!is_finite(w) || is_degenerate(w)) continue;
-          boxes.visit(i, [&](const auto& shape) {
+          boxes.visit(i, [&](const auto& given) {
+            const auto& shape = prepared(given);
             if (triangle_meets_box(w, shape)) meeting.push_back({instance, triangle});
             const bool inside = corners_within(w, shape);
             if (inside) within.push_back({instance, triangle});
