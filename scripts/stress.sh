@@ -49,7 +49,9 @@
 # 200,000 rays through masked materials (tests/unit/geometry, tests/unit/run, tests/integration/alpha_cutoff_test.py).
 # It also judges 200,000 sweeps of each shape: spheres, capsules, boxes and turned boxes, with time, point and normal of
 # each contact (tests/unit/trace/sweep_test.cpp), and 200,000 winding numbers of open meshes
-# (tests/unit/run/solid_angle_test.cpp). These take about 35 minutes of one processor.
+# (tests/unit/run/solid_angle_test.cpp). And 200,000 hulls of points with triangles (tests/unit/geometry/point_hull_test.cpp),
+# 200,000 depths and contact normals of boxes and hulls, and 200,000 of balls and capsules
+# (tests/unit/geometry/shape_contact_test.cpp). All take about 38 minutes of one processor.
 #
 # The exit code is not 0 if Sightline was wrong once, or stopped. A wrong answer is printed with its
 # family and seed; `sightline_stress --family F --trial S --rays N --shrink` makes the smallest case
@@ -112,6 +114,9 @@ case ${1:-} in
     configure release
     cmake --build --preset release --target sightline unit_geometry unit_run unit_trace
     SIGHTLINE_TIMES_CASES=8 build/release/tests/unit/geometry/unit_geometry --gtest_filter='TriangleCrossing.*'
+    for test in PointHull.meets:200 PointHull.of_numbers:40 ShapeContact.of_hulls:134 ShapeContact.of_balls:400; do
+      SIGHTLINE_TIMES_CASES=${test#*:} build/release/tests/unit/geometry/unit_geometry --gtest_filter="${test%:*}*"
+    done
     SIGHTLINE_TIMES_CASES=50 build/release/tests/unit/run/unit_run --gtest_filter='NodeClashes.*'
     SIGHTLINE_TIMES_CASES=110 build/release/tests/unit/run/unit_run --gtest_filter='SolidAngle.*'
     for shape in spheres:67 capsules:200 boxes:134 turned_boxes:400; do

@@ -107,6 +107,18 @@ class ExactNearest {
     return {height * height, dot(normal_, normal_)};
   }
 
+  /// From the nearest point to the point, of some length.
+  DyadicVector away() const {
+    DyadicVector v = normal_;
+    const bool is_reversed = part_ != Part::kInside || !in_front();
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (part_ == Part::kCorner) v[k] = corner_[at_][k];
+      if (part_ == Part::kEdge) v[k] = corner_[at_][k] * length_ + edge_[at_][k] * along_;
+      if (is_reversed) v[k] = -v[k];
+    }
+    return v;
+  }
+
   /// Weights of the corners, over divisor().
   std::array<Dyadic, 3> weights() const {
     std::array<Dyadic, 3> weight;
@@ -170,6 +182,10 @@ ExactDistance exact_distance(const DyadicVector& point, const Triangle& triangle
 
 ExactDistance exact_distance(const Vec3d& point, const Triangle& triangle) {
   return exact_distance(exact_vector(point), triangle);
+}
+
+DyadicVector away_from(const Triangle& triangle, const Vec3d& point) {
+  return ExactNearest(exact_vector(point), triangle).away();
 }
 
 int compare(const ExactDistance& a, const ExactDistance& b) {

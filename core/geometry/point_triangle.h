@@ -46,6 +46,9 @@ struct ExactDistance {
 ExactDistance exact_distance(const Vec3d& point, const Triangle& triangle);
 /// The distance of a point whose coordinates are Dyadic numbers.
 ExactDistance exact_distance(const DyadicVector& point, const Triangle& triangle);
+/// A vector from the nearest point of the triangle to the point, of some length; zero if the point
+/// is on the triangle.
+DyadicVector away_from(const Triangle& triangle, const Vec3d& point);
 
 /// Sign of a - b, exactly: -1, 0 or 1.
 int compare(const ExactDistance& a, const ExactDistance& b);

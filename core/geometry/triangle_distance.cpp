@@ -202,6 +202,27 @@ class NearestParts {
 
   const ExactDistance& distance() const { return least_; }
 
+  /// From the point of b to the point of a. Precondition: they differ.
+  DyadicVector away() const {
+    DyadicVector v;
+    if (kind_ == Kind::kCornerOfA) return away_from(triangle_b_, a_[i_]);
+    if (kind_ == Kind::kCornerOfB && a_.size() == 3) {
+      v = away_from(triangle_of(a_), b_[j_]);
+      for (Dyadic& x : v) x = -x;
+    } else if (kind_ == Kind::kCornerOfB) {
+      const auto [along, length] = on_segment(b_[j_]);
+      const DyadicVector d = difference(a_[1], a_[0]), w = difference(b_[j_], a_[0]);
+      for (std::size_t k = 0; k < 3; ++k) v[k] = d[k] * along - w[k] * length;
+    } else {
+      const EdgePair pair(a_[i_], next_of(a_, i_), b_[j_], next_of(b_, j_));
+      v = cross(pair.d, pair.e);
+      if (pair.height.sign() > 0) {
+        for (Dyadic& x : v) x = -x;
+      }
+    }
+    return v;
+  }
+
   NearestPair points() const {
     switch (kind_) {
       case Kind::kCornerOfA:
@@ -285,6 +306,8 @@ class NearestParts {
 }  // namespace
 
 ExactDistance exact_distance(Corners a, const Triangle& b) { return NearestParts(a, b).distance(); }
+
+DyadicVector away_from(const Triangle& b, Corners a) { return NearestParts(a, b).away(); }
 
 NearestPair nearest_pair(Corners a, const Triangle& b) { return NearestParts(a, b).points(); }
 

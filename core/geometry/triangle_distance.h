@@ -32,6 +32,11 @@ DistanceRange distance_range(Corners a, Corners b);
 /// all corners are finite.
 ExactDistance exact_distance(Corners a, const Triangle& b);
 
+/// A vector from the point of `b` that is nearest to `a` to the point of `a` that is nearest to
+/// `b`, of some length. All nearest pairs have the same. Preconditions: those of exact_distance,
+/// and the distance is not 0.
+DyadicVector away_from(const Triangle& b, Corners a);
+
 /// The points of `a` and `b` that are nearest to each other, each coordinate correctly rounded. If
 /// several pairs are nearest, it is one of them. If the shapes meet, both are a common point.
 /// Preconditions: those of exact_distance.

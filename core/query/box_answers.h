@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "core/base/column.h"
+#include "core/geometry/vec3.h"
 #include "core/query/hit_batch.h"
 
 namespace sightline {
@@ -31,6 +32,7 @@ struct BoxQuestion {
   /// For each box the place (list_place) at which its list begins; the total ignores it. Empty:
   /// every list begins at the first item.
   Column<std::uint64_t> from;
+  bool contacts = false;  ///< the answer has the contact of each triangle too
 
   // NOLINTNEXTLINE(*-explicit-*): most questions are just that
   BoxQuestion(BoxTargets of = BoxTargets::kTriangles,
@@ -62,6 +64,13 @@ struct BoxLists {
   /// For each box the place at which its list would go on; 0 if it is complete or no item was
   /// listed.
   Column<std::uint64_t> next;
+};
+
+/// How deep the shape of a list is in each of its triangles, and along which direction it comes out
+/// first (core/geometry/convex/shape_contact.h). Element i belongs to BoxLists::triangles[i].
+struct BoxContacts {
+  Column<double> depth;  ///< +inf: no translation separates both
+  Column<Vec3d> normal;  ///< unit; zero if no translation separates both
 };
 
 }  // namespace sightline

@@ -53,6 +53,9 @@ struct BoxBatch {
   /// Copies the points of the hull.
   void push_back(const PointHull& hull);
   bool is_aligned(std::size_t i) const { return oriented[i] == kAligned; }
+  bool is_convex_region(std::size_t i) const {
+    return !is_aligned(i) && (oriented[i] & kShapeBits) == kConvexShape;
+  }
 
   /// Calls f with the shape of slot i, and returns the result of f. f accepts every type of shape,
   /// with one type of result.

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <atomic>
+#include <optional>
 #include <vector>
 
 #include "core/run/engine_state.h"
 #include "core/run/unbuilt_rounds.h"
+#include "core/trace/search/box_contact.h"
 #include "core/trace/search/box_overlap.h"
 
 namespace sightline {
@@ -15,6 +17,9 @@ namespace {
 /// Boxes that one thread takes at a time. A box may touch the whole scene, so it reads the clock
 /// itself.
 constexpr std::size_t kBoxSlice = 8;
+
+/// Contacts that one thread computes at a time; of a large hull one may take a millisecond.
+constexpr std::size_t kContactSlice = 16;
 
 /// Which trees each box comes near.
 auto near_boxes(const BoxBatch& boxes) {
@@ -123,6 +128,37 @@ Status Engine::boxes_list(const Scene& scene, const BoxBatch& boxes, const BoxQu
       lists.nodes.insert(lists.nodes.end(), slice.nodes.begin(), slice.nodes.end());
     }
     return success();
+  });
+}
+
+Status Engine::boxes_contacts(const Scene& scene, const BoxBatch& boxes, const BoxLists& lists,
+                              const Deadline& deadline, BoxContacts& contacts) const {
+  return within_memory([&]() -> Status {
+    const std::size_t count = lists.triangles.size();
+    contacts.depth.assign(count, 0);
+    contacts.normal.assign(count, {});
+    std::atomic<bool> stopped{false};
+    const auto part = [&](std::size_t begin, std::size_t end) {
+      std::optional<BoxContactSearch> of_box;
+      std::size_t box = 0;
+      for (std::size_t i = begin; i < end && !stopped.load(std::memory_order_relaxed); ++i) {
+        if (!of_box || i >= lists.first[box + 1]) {
+          const auto after = std::upper_bound(lists.first.begin(), lists.first.end(), i);
+          box = static_cast<std::size_t>(after - lists.first.begin()) - 1;
+          of_box.emplace(boxes, box, deadline);
+        }
+        const auto contact = of_box->with(scene.world_triangle(lists.triangles[i]));
+        if (!contact) {
+          stopped.store(true);
+          return;
+        }
+        contacts.depth[i] = contact->depth;
+        contacts.normal[i] = contact->normal;
+      }
+    };
+    Status status = state_->run(count, deadline, part, kContactSlice);
+    if (status && stopped.load()) return out_of_time(deadline);
+    return status;
   });
 }
 

@@ -215,6 +215,11 @@ class Engine {
                     const ListLimits& limits, const Deadline& deadline, BoxLists& lists,
                     Column<std::uint64_t>& totals) const;
 
+  /// The contacts of the triangles of `lists`, which boxes_list found for these boxes. `contacts` is
+  /// resized and overwritten. Precondition: no shape with triangles is a convex region of planes.
+  Status boxes_contacts(const Scene& scene, const BoxBatch& boxes, const BoxLists& lists,
+                        const Deadline& deadline, BoxContacts& contacts) const;
+
   /// Name of the kernel in use, and number of threads.
   const std::string& kernel() const;
   int threads() const;

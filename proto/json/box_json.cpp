@@ -9,8 +9,8 @@ namespace sightline {
 
 namespace {
 
-constexpr std::array<std::string_view, 6> kBoxQueryKeys{"boxes",      "of",      "mode",
-                                                        "timeout_ms", "threads", "limit"};
+constexpr std::array<std::string_view, 7> kBoxQueryKeys{"boxes",   "of",    "mode",    "timeout_ms",
+                                                        "threads", "limit", "contacts"};
 
 class BoxQueryReader : private JsonReader {
  public:
@@ -21,6 +21,7 @@ class BoxQueryReader : private JsonReader {
     const auto read_object = [&](Object object) { return read_top(object, seen); };
     if (!read_body(body, read_object)) return error();
     if ((seen & 1u) == 0 && !invalid("KEY_MISSING", "needs \"boxes\"", {})) return error();
+    if (query_.question.contacts && !check_contacts()) return error();
     if (query_.question.relation == BoxRelation::kContained) {
       for (std::uint64_t& question : query_.questions) question = ~question;
     }
@@ -29,7 +30,7 @@ class BoxQueryReader : private JsonReader {
 
  private:
   bool read_top(Object object, unsigned& seen) {
-    const unsigned known = rules_.has_limit ? 63u : 31u;
+    const unsigned known = rules_.has_limit ? 127u : 31u;
     for (auto entry : object) {
       Field field;
       if (const auto code = std::move(entry).get(field); code != simdjson::SUCCESS) {
@@ -41,6 +42,21 @@ class BoxQueryReader : private JsonReader {
           !read_part(which, field.value())) {
         return false;
       }
+    }
+    return true;
+  }
+
+  bool check_contacts() {
+    if (query_.question.targets != BoxTargets::kTriangles) {
+      return invalid("KEYS_MIXED", "contacts are those of triangles, not of nodes",
+                     JsonPointer().key("contacts"));
+    }
+    const BoxBatch& boxes = query_.boxes;
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      if (!boxes.is_convex_region(i)) continue;
+      return invalid("BOX_CONTACTS",
+                     "planes, corners and views have no contacts; send the corners as a hull",
+                     JsonPointer().key("boxes").index(i));
     }
     return true;
   }
@@ -59,6 +75,7 @@ class BoxQueryReader : private JsonReader {
     if (which == 3) return read_timeout(value, query_.timeout_ms, place);
     if (which == 4) return read_threads(value, query_.threads, place);
     if (which == 5) return read_count(value, rules_.limit, query_.limit, place);
+    if (which == 6) return read_boolean(value, query_.question.contacts, place);
     constexpr std::array<std::string_view, 2> kTargets{"triangles", "nodes"};
     constexpr std::array<std::string_view, 2> kModes{"intersecting", "contained"};
     std::size_t word = 0;
@@ -75,9 +92,21 @@ class BoxQueryReader : private JsonReader {
   BoxQuery query_;
 };
 
-void write_triangle(JsonWriter& out, const BoxLists& lists, const HitTerms& terms, std::size_t i) {
+void write_triangle(JsonWriter& out, const BoxLists& lists, const HitTerms& terms,
+                    const BoxContacts* contacts, std::size_t i) {
   out.raw('{');
   write_triangle_members(out, lists.triangles[i].instance, terms, i);
+  if (contacts != nullptr) {
+    const Vec3d& normal = contacts->normal[i];
+    out.raw(",\"depth\":");
+    out.number(contacts->depth[i]);
+    out.raw(",\"contact_normal\":");
+    if (normal == Vec3d{}) {
+      out.raw("null");
+    } else {
+      out.vector(normal.x, normal.y, normal.z);
+    }
+  }
   out.raw('}');
 }
 
@@ -97,9 +126,11 @@ Result<BoxQuery> decode_boxes(std::string& body, const BoxJsonRules& rules) {
 
 std::string encode_box_lists(const BoxLists& lists, std::span<const std::uint64_t> totals,
                              BoxTargets targets, const HitTerms& terms, std::uint64_t revision,
-                             std::span<const std::uint64_t> questions) {
+                             std::span<const std::uint64_t> questions,
+                             const BoxContacts* contacts) {
   const bool of_nodes = targets == BoxTargets::kNodes;
-  JsonWriter out(32 + totals.size() * 32 + terms.node_name.size() * 64);
+  JsonWriter out(32 + totals.size() * 32 +
+                 terms.node_name.size() * (contacts != nullptr ? 160 : 64));
   out.raw("{\"results\":[");
   for (std::size_t box = 0; box < totals.size(); ++box) {
     out.raw(box > 0 ? ",{\"total\":" : "{\"total\":");
@@ -110,7 +141,7 @@ std::string encode_box_lists(const BoxLists& lists, std::span<const std::uint64_
       if (of_nodes) {
         write_node(out, terms, i);
       } else {
-        write_triangle(out, lists, terms, i);
+        write_triangle(out, lists, terms, contacts, i);
       }
     }
     out.raw(']');

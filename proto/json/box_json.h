@@ -5,7 +5,8 @@
 ///
 /// "boxes": box_rows.h. "of": what is counted and listed, "triangles" (default) or "nodes". "mode":
 /// "intersecting" (default), those that touch the box, or "contained", those that lie in it.
-/// "limit": the most entries of each list (1000). "timeout_ms", "threads": as for rays.
+/// "limit": the most entries of each list (1000). "contacts": true, for lists of triangles: how deep
+/// the shape is in each, and the direction in which it comes out; not for planes, corners and views. "timeout_ms", "threads": as for rays.
 
 #include <cstddef>
 #include <cstdint>
@@ -46,7 +47,7 @@ struct BoxQuery {
 
 /// Decodes a body; its text and its capacity are treated as by decode_rays. Errors: those of a body
 /// (JSON_MALFORMED, KEY_ and TYPE_ errors), those of boxes (box_rows.h), VALUE_UNKNOWN (of, mode),
-/// NUMBER_OUT_OF_RANGE (limit).
+/// NUMBER_OUT_OF_RANGE (limit), KEYS_MIXED and BOX_CONTACTS (contacts).
 Result<BoxQuery> decode_boxes(std::string& body, const BoxJsonRules& rules);
 
 /// Encodes lists, sorted by ids:
@@ -60,8 +61,11 @@ Result<BoxQuery> decode_boxes(std::string& body, const BoxJsonRules& rules);
 ///            triangles, node and node_name for nodes
 /// revision   revision of the scene, for the cursors
 /// questions  BoxQuery::questions
+/// contacts   of each triangle of all lists, or null. With it a triangle has "depth" and
+///            "contact_normal" too, which are null if no translation separates both.
 std::string encode_box_lists(const BoxLists& lists, std::span<const std::uint64_t> totals,
                              BoxTargets targets, const HitTerms& terms, std::uint64_t revision,
-                             std::span<const std::uint64_t> questions);
+                             std::span<const std::uint64_t> questions,
+                             const BoxContacts* contacts = nullptr);
 
 }  // namespace sightline

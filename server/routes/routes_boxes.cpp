@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "proto/binary/hit_binary.h"
 #include "proto/json/box_json.h"
 #include "proto/json/hit_json.h"
@@ -61,7 +63,12 @@ bool read_boxes(Exchange& exchange, const Service& service, const Scene& scene, 
   // The faces of hulls cost as much as ten rays for each point.
   const std::uint64_t cost = query.boxes.size() * (1 + scene.instanced_triangle_count() / 16) +
                              10 * query.boxes.points.size();
-  if (exchange.body != nullptr && !exchange.body->may_cost(cost)) return false;
+  // A contact costs as much as 50 rays.
+  const std::uint64_t contacts =
+      query.question.contacts
+          ? 50 * query.boxes.size() * std::min(query.limit, scene.instanced_triangle_count())
+          : 0;
+  if (exchange.body != nullptr && !exchange.body->may_cost(cost + contacts)) return false;
   const std::uint64_t parts =
       query.boxes.planes.size() * sizeof(HalfSpace) + query.boxes.points.size() * sizeof(Vec3d);
   forget_body(exchange, body, query.boxes.size() * kBoxBytes + parts);
@@ -161,20 +168,27 @@ void list(Exchange& exchange, const Service& service) {
   const Deadline deadline = deadline_of(exchange, service, query.timeout_ms, query.threads);
   // An entry in the lists of the threads and in all of them joined, its terms, and as JSON.
   constexpr std::uint64_t kEntryBytes = 3 * kHitBytes + 64 + 5 * kNumberBytes;
-  const Status found =
-      search_lists(reserve_from(exchange.memory), query.boxes.size(), service.limits.hits,
-                   kEntryBytes, [&](std::uint64_t most) {
-                     return service.engine.boxes_list(*scene, query.boxes, query.question,
-                                                      {query.limit, most}, deadline, lists, totals);
-                   });
+  constexpr std::uint64_t kContactBytes = sizeof(double) + sizeof(Vec3d) + 4 * kNumberBytes;
+  const Status found = search_lists(
+      reserve_from(exchange.memory), query.boxes.size(), service.limits.hits,
+      kEntryBytes + (query.question.contacts ? kContactBytes : 0), [&](std::uint64_t most) {
+        return service.engine.boxes_list(*scene, query.boxes, query.question, {query.limit, most},
+                                         deadline, lists, totals);
+      });
   if (!found) return exchange.reply_error(found.error());
+  BoxContacts contacts;
+  if (query.question.contacts &&
+      !went_well(exchange,
+                 service.engine.boxes_contacts(*scene, query.boxes, lists, deadline, contacts)))
+    return;
   const BoxTargets targets = query.question.targets;
   const HitTerms terms = terms_of(*scene, lists, targets);
   if (!went_well(exchange, exchange.reserve(bytes_of_names(terms.node_name) +
                                             bytes_of_names(terms.mesh_name))))
     return;
   exchange.reply_json(
-      200, encode_box_lists(lists, totals, targets, terms, stored->revision, query.questions));
+      200, encode_box_lists(lists, totals, targets, terms, stored->revision, query.questions,
+                            query.question.contacts ? &contacts : nullptr));
 }
 
 }  // namespace

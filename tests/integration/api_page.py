@@ -66,6 +66,8 @@ QUESTIONS = [
      {"boxes": [{"planes": [[0, 1, 0, 33], [1, -1, 0, -31], [-1, -1, 0, -31], [0, -1, 1, -31], [0, -1, -1, -31]]}], "of": "nodes"}),
     ("What the hull of points touches", TOWN + "boxes:list",
      {"boxes": [{"hull": [[0, 33, 0], [9, 27, 0], [-9, 27, 0], [0, 27, 9], [0, 27, -9]]}], "of": "nodes"}),
+    ("How deep a ball is in what it touches", TOWN + "boxes:list",
+     {"boxes": [{"center": [-7, 12, 1], "radius": 5}], "contacts": True, "limit": 1}),
     ("What a camera sees", TOWN + "boxes:list",
      {"boxes": [{"view": {"kind": "pinhole", "position": [0, 28, 40], "look_at": [0, 28, 0], "fov_y": 10, "width": 4, "height": 3, "range": [1, 80]}}],
       "of": "nodes"}),

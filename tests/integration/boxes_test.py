@@ -140,6 +140,82 @@ class Boxes(unittest.TestCase):
         others = self.post("/v1/scenes/six/boxes:list", {"boxes": [{"hull": corners[::-1], "cursor": part["next"]}]})
         self.expect(others, 422, "CURSOR_OF_OTHERS", "/boxes/0/cursor")
 
+    def contacts(self, scene, *boxes, **more):
+        """(triangle, depth, contact normal) of the listed triangles of the first shape."""
+        results = self.touch(scene, "list", *boxes, contacts=True, **more)["results"]
+        return [(t["triangle"], t["depth"], t["contact_normal"]) for t in results[0]["triangles"]]
+
+    def test_how_deep_shapes_are_and_where_they_come_out(self):
+        # The wall of the clock tower is the plane x = -3, its corners run counter-clockwise as seen from outside.
+        ball = {"center": [-7, 12, 1], "radius": 5}
+        for shape in (ball, {"from": [-7, 12, 1], "to": [-7, 14, 1], "radius": 5}, {"min": [-12, 10, 0], "max": [-2, 14, 1]},
+                      {"center": [-7, 12, 1], "half": [5, 1, 1], "rotation": [0, 0, 0, 1]}, {"hull": [[x, y, z] for x in (-12, -2) for y in (11, 13) for z in (0, 2)]}):
+            deepest = max(self.contacts("town", shape), key=lambda contact: contact[1])
+            self.assertEqual(deepest[1:], (1, [-1, 0, 0]), shape)
+        # Triangle 0 of "left" has the corners (-6,0,2) (-4,4,0) (-6,0,-2): its plane is 2x - y = -12, its normal (2,-1,0) or its reverse.
+        tip = [-4, 4, 0]
+        (contact,) = self.contacts("six", {"center": [-4, 7, 0], "radius": 5})[:1]
+        self.assertEqual(contact, (0, 2, [0, 1, 0]), "3 above the tip")
+        (contact,) = self.contacts("six", {"center": tip, "radius": 0})
+        self.assertEqual(contact[:2], (0, 0))
+        self.assertIn(contact[2], [[s * 0.8944271909999159, s * -0.4472135954999579, 0] for s in (1, -1)])
+        # A rod through the triangle, of no thickness, and one of thickness 1: out along the plane's normal, at the shorter end, or beyond an edge.
+        rod = {"from": [-5.5, 1, 0], "to": [-5.25, 1, 0], "radius": 0}
+        (contact,) = self.contacts("six", rod)
+        self.assertEqual(contact[:2], (0, 0), "its end is on the triangle")
+        (thin,) = self.contacts("six", {**rod, "from": [-6, 1, 0]})
+        (thick,) = self.contacts("six", {**rod, "from": [-6, 1, 0], "radius": 0.25})[:1]
+        self.assertEqual(thin[1], 0.22360679774997896, "0.25 of x along the normal (2,-1,0) / sqrt(5)")
+        self.assertAlmostEqual(thick[1], 0.22360679774997896 + 0.25, delta=1e-16)
+        self.assertEqual(thick[2], thin[2])
+        self.assertEqual([abs(x) for x in thin[2]], [0.8944271909999159, 0.4472135954999579, 0])
+        # A box that is open in every direction has no way out, one that is closed below z = 3 has one.
+        (contact,) = self.contacts("six", {"min": [None] * 3, "max": [None] * 3}, limit=1)
+        self.assertEqual(contact, (0, None, None))
+        (contact,) = self.contacts("six", {"min": [None] * 3, "max": [None, None, 3]}, limit=1)
+        self.assertEqual(contact, (0, 5, [0, 0, -1]))
+
+    def test_a_translation_by_the_depth_separates(self):
+        """Of shapes that are moved by a little more than the depth nothing is left in the triangle, by a little less something is."""
+        chance = random.Random(24)
+        judged = 0
+        for _ in range(12):
+            at = [chance.uniform(-4, 4), chance.uniform(18, 26), chance.uniform(-4, 4)]
+            points = [[chance.uniform(-2, 2) for _ in range(3)] for _ in range(6)]
+            axis, half = [chance.uniform(-2, 2) for _ in range(3)], [chance.uniform(0.5, 2) for _ in range(3)]
+
+            def shapes(by):
+                center = [x + d for x, d in zip(at, by)]
+
+                def moved(offset):
+                    return [x + d for x, d in zip(center, offset)]
+
+                return [{"center": center, "radius": half[0]}, {"from": center, "to": moved(axis), "radius": half[1]},
+                        {"min": center, "max": moved(half)}, {"center": center, "half": half, "axes": [[0.6, 0.8, 0], [-0.8, 0.6, 0], [0, 0, 1]]},
+                        {"hull": [moved(p) for p in points]}]
+
+            for kind, result in enumerate(self.touch("town", "list", *shapes([0, 0, 0]), contacts=True)["results"]):
+                for triangle in result["triangles"][:3]:
+                    key = {name: triangle[name] for name in ("instance", "primitive", "triangle")}
+                    for factor, is_met in ((1 + 1e-9, False), (1 - 1e-9, True)):
+                        by = [factor * triangle["depth"] * n for n in triangle["contact_normal"]]
+                        (other,) = self.touch("town", "list", shapes(by)[kind], limit=5000)["results"]
+                        found = [{name: t[name] for name in key} for t in other["triangles"]]
+                        if triangle["depth"] > 1e-3:
+                            self.assertEqual(key in found, is_met, (kind, triangle, factor))
+                            judged += 1
+        self.assertGreater(judged, 100)
+
+    def test_contacts_are_refused_where_there_are_none(self):
+        level = {"kind": "orthographic", "position": [-10, 1, 0], "forward": [1, 0, 0], "extent_y": 1, "width": 2, "height": 1}
+        for shape in ({"planes": [[0, -1, 0, -4]]}, {"view": level}):
+            body = {"boxes": [{"center": [0, 0, 0], "radius": 1}, shape], "contacts": True}
+            self.expect(self.post("/v1/scenes/six/boxes:list", body), 422, "BOX_CONTACTS", "/boxes/1")
+        body = {"boxes": [{"center": [0, 0, 0], "radius": 1}], "contacts": True}
+        self.expect(self.post("/v1/scenes/six/boxes:list", {**body, "of": "nodes"}), 422, "KEYS_MIXED", "/contacts")
+        self.expect(self.post("/v1/scenes/six/boxes:count", body), 422, "KEY_UNKNOWN", "/contacts")
+        self.expect(self.post("/v1/scenes/six/boxes:any", body), 422, "KEY_UNKNOWN", "/contacts")
+
     def test_faults_of_hulls_are_named(self):
         for body, code, pointer in (('{"hull":[]}', "BOX_HULL_COUNT", "/boxes/0/hull"),
                                     ('{"hull":[' + "[0,0,0]," * 256 + "[0,0,0]]}", "BOX_HULL_COUNT", "/boxes/0/hull/256"),

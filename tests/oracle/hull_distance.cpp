@@ -43,7 +43,8 @@ std::vector<ExactPoint> chosen(const std::vector<ExactPoint>& from, std::size_t 
 
 ExactPoint exact_point(const Vec3d& p) { return {mpq_class(p.x), mpq_class(p.y), mpq_class(p.z)}; }
 
-mpq_class hull_square_distance(const std::vector<ExactPoint>& a, const std::vector<ExactPoint>& b) {
+mpq_class hull_square_distance(const std::vector<ExactPoint>& a, const std::vector<ExactPoint>& b,
+                               ExactPoint* away) {
   std::optional<mpq_class> least;
   for (std::size_t in_a = 1; in_a < std::size_t{1} << a.size(); ++in_a) {
     for (std::size_t in_b = 1; in_b < std::size_t{1} << b.size(); ++in_b) {
@@ -64,16 +65,18 @@ mpq_class hull_square_distance(const std::vector<ExactPoint>& a, const std::vect
       const auto x = solve(rows);
       if (!x) continue;
       mpq_class first_a = 1, first_b = 1;
-      ExactPoint away = w;
+      ExactPoint apart = w;
       bool is_inside = true;
       for (std::size_t i = 0; i < x->size(); ++i) {
         (i + 1 < p.size() ? first_a : first_b) -= (*x)[i];
         is_inside = is_inside && (*x)[i] >= 0;
-        for (std::size_t k = 0; k < 3; ++k) away[k] += (*x)[i] * e[i][k];
+        for (std::size_t k = 0; k < 3; ++k) apart[k] += (*x)[i] * e[i][k];
       }
       if (!is_inside || first_a < 0 || first_b < 0) continue;
-      const mpq_class square = dot(away, away);
-      if (!least || square < *least) least = square;
+      const mpq_class square = dot(apart, apart);
+      if (least && square >= *least) continue;
+      least = square;
+      if (away != nullptr) *away = apart;
     }
   }
   return *least;

@@ -15,7 +15,9 @@ ExactPoint exact_point(const Vec3d& p);
 
 /// The least squared distance of the convex hulls. For every choice of corners of both, the nearest
 /// points of their affine hulls are solved for, and kept if all weights are not negative.
-mpq_class hull_square_distance(const std::vector<ExactPoint>& a, const std::vector<ExactPoint>& b);
+/// `away`, if it is not null, gets the vector from the point of b to that of a.
+mpq_class hull_square_distance(const std::vector<ExactPoint>& a, const std::vector<ExactPoint>& b,
+                               ExactPoint* away = nullptr);
 
 /// normal . p <= offset
 struct ExactHalfSpace {

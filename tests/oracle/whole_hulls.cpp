@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace sightline::oracle {
 namespace {
@@ -75,6 +76,46 @@ Meeting meeting_of(const std::vector<Whole>& a, const std::vector<Whole>& b) {
     }
   }
   return do_touch ? Meeting::kTouch : Meeting::kOverlap;
+}
+
+LeastTranslation least_translation(const std::vector<Whole>& points,
+                                   const std::array<Whole, 3>& triangle) {
+  const std::vector<Whole> b(triangle.begin(), triangle.end());
+  const std::vector<Whole> edges = differences(points, b);
+  const Whole normal = cross(minus(b[1], b[0]), minus(b[2], b[0]));
+  std::vector<Whole> axes{normal, {-normal[0], -normal[1], -normal[2]}};
+  for (const Whole& e : edges) {
+    for (const Whole& f : edges) {
+      if (const Whole n = cross(e, f); n != Whole{}) axes.push_back(n);
+    }
+  }
+  std::optional<LeastTranslation> best;
+  __extension__ using Wide = __int128;
+  const auto sign = [](Wide x) { return x > 0 ? 1 : x < 0 ? -1 : 0; };
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    // The end of the triangle beyond the begin of the hull.
+    const LeastTranslation next{overlap_along(axes[i], b, points), axes[i]};
+    if (!best) {
+      best = next;
+      continue;
+    }
+    const Wide square = dot(next.along, next.along), best_square = dot(best->along, best->along);
+    const Wide order = Wide{next.overlap} * next.overlap * best_square -
+                       Wide{best->overlap} * best->overlap * square;
+    if (order > 0) continue;
+    if (order == 0) {
+      const bool is_of_triangle = best->along == axes[0] || best->along == axes[1];
+      if (is_of_triangle) continue;
+      int difference = 0;
+      for (std::size_t k = 0; k < 3 && difference == 0; ++k) {
+        const Wide x = next.along[k], y = best->along[k];
+        difference = sign(sign(x) * x * x * best_square - sign(y) * y * y * square);
+      }
+      if (difference <= 0) continue;
+    }
+    best = next;
+  }
+  return *best;
 }
 
 }  // namespace sightline::oracle

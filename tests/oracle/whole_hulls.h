@@ -32,4 +32,16 @@ enum class Meeting {
 /// How the convex hulls of two sets of points lie to each other.
 Meeting meeting_of(const std::vector<Whole>& a, const std::vector<Whole>& b);
 
+/// The shortest translation of a set of points, whose hull meets a triangle, after which the hulls
+/// have no common point but on their border: along / |along| * (overlap / |along|). Of several the
+/// one along the triangle's normal, else along its reverse, else the one whose unit vector has the
+/// largest x, then y, then z. If the overlap is 0, cross products of differences of points that are
+/// no edges count too.
+struct LeastTranslation {
+  long long overlap = 0;
+  Whole along{};
+};
+LeastTranslation least_translation(const std::vector<Whole>& points,
+                                   const std::array<Whole, 3>& triangle);
+
 }  // namespace sightline::oracle

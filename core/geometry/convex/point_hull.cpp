@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <tuple>
 
 #include "core/geometry/dyadic_vector.h"
@@ -82,14 +83,15 @@ void ConvexHull::find_faces(const Face& first, std::uint32_t fourth) {
   const std::size_t count = p.size();
   auto [a, b, c] = first;
   if (volume_sign(p[a], p[b], p[c], p[fourth]) > 0) std::swap(b, c);
-  std::vector<Face> faces{{a, b, c}, {a, fourth, b}, {b, fourth, c}, {c, fourth, a}}, kept;
+  std::vector<Face> kept;
+  faces_ = {{a, b, c}, {a, fourth, b}, {b, fourth, c}, {c, fourth, a}};
   std::vector<std::array<std::uint32_t, 2>> edges;  // of the faces that go
   std::vector<unsigned char> is_edge(count * count);
   for (std::uint32_t i = 0; i < count; ++i) {
     kept.clear();
     edges.clear();
     bool is_beyond = false;
-    for (const Face& face : faces) {
+    for (const Face& face : faces_) {
       const int side = volume_sign(p[face[0]], p[face[1]], p[face[2]], p[i]);
       is_beyond = is_beyond || side > 0;
       if (side < 0) {
@@ -104,9 +106,9 @@ void ConvexHull::find_faces(const Face& first, std::uint32_t fourth) {
       if (is_edge[to * count + from] == 0) kept.push_back({from, to, i});
     }
     for (const auto& [from, to] : edges) is_edge[from * count + to] = 0;
-    faces.swap(kept);
+    faces_.swap(kept);
   }
-  for (const Face& face : faces) planes_.push_back({p[face[0]], p[face[1]], p[face[2]]});
+  for (const Face& face : faces_) planes_.push_back({p[face[0]], p[face[1]], p[face[2]]});
 }
 
 /// All points lie in one plane: its planes are that one from both sides, and one through each edge
@@ -134,7 +136,7 @@ void ConvexHull::find_polygon(const Face& first) {
     return key_of(seen(p, 0)) < key_of(seen(q, 0));
   });
   // Both chains from the first point to the last one.
-  std::vector<Vec3d> polygon;
+  std::vector<Vec3d>& polygon = polygon_;
   for (int chain = 0; chain < 2; ++chain) {
     const std::size_t begin = polygon.size();
     for (const Vec3d& p : sorted) {
@@ -151,6 +153,44 @@ void ConvexHull::find_polygon(const Face& first) {
     const Triangle plane{p, q, seen(p, p[axis] == 0 ? 1 : 0)};
     planes_.push_back(side_of(plane, inner) < 0 ? plane : Triangle{plane.v1, plane.v0, plane.v2});
   }
+}
+
+BodyParts ConvexHull::parts() const {
+  const auto& p = points_;
+  BodyParts parts;
+  if (segment_) {
+    parts.corners.push_back(segment_->from);
+    if (segment_->from == segment_->to) return parts;
+    parts.corners.push_back(segment_->to);
+    parts.edges.push_back({segment_->from, segment_->to});
+    return parts;
+  }
+  parts.corners = polygon_;
+  for (std::size_t i = 0; i < polygon_.size(); ++i)
+    parts.edges.push_back({polygon_[i], polygon_[(i + 1) % polygon_.size()]});
+  if (!polygon_.empty()) {
+    parts.faces.push_back({Segment{polygon_[0], polygon_[1]}, Segment{polygon_[0], polygon_[2]}});
+  }
+  // By edge, in both directions: the face's third corner.
+  std::map<std::array<std::uint32_t, 2>, std::uint32_t> third;
+  std::vector<bool> is_corner(p.size());
+  for (const Face& face : faces_) {
+    const auto& [a, b, c] = face;
+    parts.faces.push_back({Segment{p[a], p[b]}, Segment{p[a], p[c]}});
+    for (std::size_t k = 0; k < 3; ++k) {
+      third[{face[k], face[(k + 1) % 3]}] = face[(k + 2) % 3];
+      is_corner[face[k]] = true;
+    }
+  }
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    if (is_corner[i]) parts.corners.push_back(p[i]);
+  }
+  for (const auto& [edge, corner] : third) {
+    const auto [from, to] = edge;
+    if (from < to && volume_sign(p[from], p[to], p[corner], p[third.at({to, from})]) != 0)
+      parts.edges.push_back({p[from], p[to]});
+  }
+  return parts;
 }
 
 bool ConvexHull::contains(const Vec3d& p) const {

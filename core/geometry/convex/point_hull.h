@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "core/geometry/box3.h"
+#include "core/geometry/convex/penetration.h"
 #include "core/geometry/triangle.h"
 #include "core/geometry/triangle_capsule.h"
 
@@ -34,6 +35,15 @@ struct PointHull {
 /// The bounds of the points, exactly. Precondition: there is a point.
 Box3d outer_bounds(const PointHull& hull);
 
+/// The corners, edges and faces of a convex body; parts() views them.
+struct BodyParts {
+  std::vector<Vec3d> corners;
+  std::vector<Segment> edges;
+  std::vector<std::array<Segment, 2>> faces;
+
+  ConvexParts parts() const { return {corners, edges, faces}; }
+};
+
 /// The convex hull of points, with its faces.
 class ConvexHull {
  public:
@@ -49,6 +59,9 @@ class ConvexHull {
   bool meets(const Triangle& triangle) const;
   /// True if p is in the hull. Precondition: p is finite.
   bool contains(const Vec3d& p) const;
+  /// Its corners, its edges without those inside of flat faces, and its faces. Throws
+  /// std::bad_alloc.
+  BodyParts parts() const;
 
  private:
   using Face = std::array<std::uint32_t, 3>;
@@ -63,6 +76,8 @@ class ConvexHull {
   /// The hull is the set of points p with volume_sign(v0, v1, v2, p) <= 0 for each of these planes,
   /// unless it is a segment or a point.
   std::vector<Triangle> planes_;
+  std::vector<Face> faces_;         ///< of a hull with a volume: indices of points
+  std::vector<Vec3d> polygon_;      ///< of a hull in a plane
   std::optional<Capsule> segment_;  ///< of radius 0: a segment or a point
 };
 

@@ -5,11 +5,10 @@
 #include <cstddef>
 #include <optional>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "core/base/deadline.h"
-#include "core/geometry/point_triangle.h"
+#include "core/geometry/convex/penetration.h"
 #include "core/geometry/triangle.h"
 
 namespace sightline {
@@ -26,20 +25,17 @@ class ConvexBody {
   static std::optional<ConvexBody> of(std::span<const Triangle> triangles);
 
   const std::vector<Vec3d>& corners() const { return corners_; }
+  ConvexParts parts() const { return {corners_, edges_, faces_}; }
 
  private:
-  friend class PenetrationSearch;
-  using Segment = std::array<Vec3d, 2>;
-  std::vector<Vec3d> corners_;                      ///< distinct
-  std::vector<Segment> edges_;                      ///< also those inside of flat faces
-  std::vector<std::pair<Segment, Segment>> faces_;  ///< two edges of each triangle
+  std::vector<Vec3d> corners_;                 ///< distinct
+  std::vector<Segment> edges_;                 ///< also those inside of flat faces
+  std::vector<std::array<Segment, 2>> faces_;  ///< of each triangle
 };
 
 /// The least length of a translation of one body after which the interiors have no common point; 0
-/// if they have none already. Method: the depth is the least overlap along a normal of a face of
-/// either body or along a cross product of two edges, which are the normals of the faces of the
-/// Minkowski difference. Float64 intervals exclude most of them, the others are compared exactly.
-/// Empty if the deadline passed. Cost: edges of a, times edges of b, times corners.
+/// if they have none already. Empty if the deadline passed. Cost: edges of a, times edges of b,
+/// times corners.
 std::optional<ExactDistance> penetration_depth(const ConvexBody& a, const ConvexBody& b,
                                                const Deadline& deadline);
 

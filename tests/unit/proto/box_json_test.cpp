@@ -164,6 +164,11 @@ TEST(BoxJson, names_the_place_of_what_is_wrong_in_other_shapes) {
             "BOX_PLANE_ZERO /boxes/0/planes/1");
   EXPECT_EQ(fault(boxes(R"({"planes":[[0,0,1]]})")), "LENGTH_WRONG /boxes/0/planes/0");
   EXPECT_EQ(fault(boxes(R"({"planes":[[0,0,1,0]],"radius":1})")), "KEYS_MIXED /boxes/0");
+  EXPECT_EQ(fault(R"({"boxes":[],"contacts":1})"), "TYPE_WRONG /contacts");
+  EXPECT_EQ(fault(R"({"boxes":[],"contacts":true,"of":"nodes"})"), "KEYS_MIXED /contacts");
+  EXPECT_EQ(fault(R"({"boxes":[{"center":[0,0,0],"radius":1},{"planes":[[0,0,1,0]]}],)"
+                  R"("contacts":true})"),
+            "BOX_CONTACTS /boxes/1");
   EXPECT_EQ(fault(boxes(R"({"hull":[]})")), "BOX_HULL_COUNT /boxes/0/hull");
   EXPECT_EQ(fault(boxes(R"({"hull":[[0,0,1],[0,0]]})")), "LENGTH_WRONG /boxes/0/hull/1");
   EXPECT_EQ(fault(boxes(R"({"hull":[[0,0,1],[0,1,null]]})")), "TYPE_WRONG /boxes/0/hull/1/2");
