@@ -50,8 +50,9 @@ class LazyLayout {
   /// std::bad_alloc.
   SceneTree split(std::uint32_t slot, std::vector<MeshPart> parts, const SceneTree& tree);
 
-  /// The layout after moved_plan changed the placements `moved`, and its state. `plan` is the
-  /// result of moved_plan and must outlive the layout. `tree` is the state of the plan before.
+  /// The layout after moved_plan changed the placements `moved` and the content of the meshes
+  /// `fresh`, and its state. `plan` is the result of moved_plan and must outlive the layout. `tree`
+  /// is the state of `plan_before`.
   /// Trees of placements that did not move are reused, and so are trees in a moved mesh's own
   /// space. A tree that several placements share in world space is copied without the moved
   /// placements, which become entries of their own. Trees that are missing are marked as unbuilt.
@@ -60,8 +61,9 @@ class LazyLayout {
   /// before  the layout of the state `tree`; null if all trees of `tree` were built at once
   ///         (scene_tree.h)
   struct Moved;
-  static Moved moved(const ScenePlan& plan, const LazyLayout* before, const SceneTree& tree,
-                     std::span<const std::uint32_t> moved);
+  static Moved moved(const ScenePlan& plan, const ScenePlan& plan_before, const LazyLayout* before,
+                     const SceneTree& tree, std::span<const std::uint32_t> moved,
+                     std::span<const std::uint32_t> fresh);
 
  private:
   explicit LazyLayout(const ScenePlan* plan) : plan_(*plan) {}

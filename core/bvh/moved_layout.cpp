@@ -76,15 +76,20 @@ struct Entries {
 
 }  // namespace
 
-LazyLayout::Moved LazyLayout::moved(const ScenePlan& plan, const LazyLayout* before,
-                                    const SceneTree& tree, std::span<const std::uint32_t> moved) {
+LazyLayout::Moved LazyLayout::moved(const ScenePlan& plan, const ScenePlan& plan_before,
+                                    const LazyLayout* before, const SceneTree& tree,
+                                    std::span<const std::uint32_t> moved,
+                                    std::span<const std::uint32_t> fresh) {
   Moved next{LazyLayout(&plan), {}};
   LazyLayout& layout = next.layout;
-  const std::vector<TreeSlot> slots = before != nullptr ? before->slots_ : slots_of(plan, tree);
+  const std::vector<TreeSlot> slots =
+      before != nullptr ? before->slots_ : slots_of(plan_before, tree);
   CarriedTrees trees(tree, slots, next.tree, layout.slots_);
   const Entries entries{plan, tree, before != nullptr ? &before->boxes_ : nullptr};
   std::vector<bool> is_moved(plan.placements.size());
   for (const std::uint32_t number : moved) is_moved[number] = true;
+  std::vector<bool> is_fresh(plan.meshes.size());
+  for (const std::uint32_t number : fresh) is_fresh[number] = true;
 
   std::vector<std::uint32_t> own_space(plan.meshes.size(), kNoTree);  // by the numbers of `tree`
   for (std::uint32_t i = 0; i < tree.entries; ++i) {
@@ -95,7 +100,7 @@ LazyLayout::Moved LazyLayout::moved(const ScenePlan& plan, const LazyLayout* bef
     }
     const TreeSlot& slot = slots[placement.tree];
     if (slot.placement == TreeSlot::kOwnSpace && slot.runs.empty() && !has_own_tree(placement) &&
-        !plan.is_cut(slot.mesh))
+        !plan.is_cut(slot.mesh) && !is_fresh[slot.mesh])
       own_space[slot.mesh] = placement.tree;
     if (is_moved[placement.instance]) continue;
     placement.tree = trees.carry(placement.tree);
@@ -103,7 +108,7 @@ LazyLayout::Moved LazyLayout::moved(const ScenePlan& plan, const LazyLayout* bef
   }
 
   next.tree.unbuilt = tree.unbuilt ? tree.unbuilt : make_empty_tree();
-  std::vector<std::uint32_t> fresh(plan.meshes.size(), kNoTree);
+  std::vector<std::uint32_t> unbuilt(plan.meshes.size(), kNoTree);
   for (const std::uint32_t i : moved) {
     if (plan.placed[i].empty()) continue;
     const std::uint32_t mesh = plan.placements[i].mesh;
@@ -111,8 +116,8 @@ LazyLayout::Moved LazyLayout::moved(const ScenePlan& plan, const LazyLayout* bef
     const bool own = has_own_tree(placement);
     if (!own && own_space[mesh] != kNoTree) {
       placement.tree = trees.carry(own_space[mesh]);
-    } else if (!own && fresh[mesh] != kNoTree) {
-      placement.tree = fresh[mesh];
+    } else if (!own && unbuilt[mesh] != kNoTree) {
+      placement.tree = unbuilt[mesh];
       ++layout.slots_[placement.tree].entries;
     } else {
       placement.tree =
@@ -120,7 +125,7 @@ LazyLayout::Moved LazyLayout::moved(const ScenePlan& plan, const LazyLayout* bef
                                         .placement = own ? i : TreeSlot::kOwnSpace,
                                         .triangle_count = plan.meshes[mesh].triangle_count(),
                                         .entries = 1});
-      if (!own) fresh[mesh] = placement.tree;
+      if (!own) unbuilt[mesh] = placement.tree;
     }
     TreeSlot& slot = layout.slots_[placement.tree];
     slot.whole = slot.whole || !own;

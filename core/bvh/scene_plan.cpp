@@ -306,10 +306,23 @@ Box3d ScenePlan::exact_bounds(std::size_t first, std::size_t count) const {
   return exact;
 }
 
-ScenePlan moved_plan(const ScenePlan& before, std::span<const MovedPlacement> moved) {
+ScenePlan moved_plan(const ScenePlan& before, std::span<const MovedPlacement> moved,
+                     std::span<const FreshMesh> fresh) {
   ScenePlan plan = before;
+  for (const FreshMesh& each : fresh) {
+    if (each.number == plan.meshes.size()) {
+      plan.meshes.emplace_back();
+      plan.facts.emplace_back();
+      plan.groups.emplace_back();
+    }
+    plan.meshes[each.number] = each.view;
+    if (plan.facts[each.number].uses > 0) --plan.distinct;
+    plan.facts[each.number] = facts_of(each.view.positions);
+    plan.groups[each.number] = nullptr;
+  }
   for (const MovedPlacement& each : moved) {
     PlacementView& view = plan.placements[each.number];
+    view.mesh = each.mesh;
     view.world_from_mesh = each.world_from_mesh;
     view.hidden = each.hidden;
     if (view.hidden) continue;

@@ -97,10 +97,18 @@ struct MovedPlacement {
   std::uint32_t number = 0;  ///< index in ScenePlan::placements
   Affine world_from_mesh;    ///< the new map
   bool hidden = false;       ///< whether it is hidden from now on
+  std::uint32_t mesh = 0;    ///< the new value of PlacementView::mesh
 };
-/// The plan of the scene `before` with some placements changed, each named once. Cost: that of
-/// plan_scene for the meshes of these placements only, and a copy of `before`. Throws
-/// std::bad_alloc.
-ScenePlan moved_plan(const ScenePlan& before, std::span<const MovedPlacement> moved);
+/// A mesh of a plan with other content.
+struct FreshMesh {
+  std::uint32_t number = 0;  ///< index in ScenePlan::meshes; its size for a mesh that is added
+  MeshView view;
+};
+/// The plan of the scene `before` with some placements changed, each named once, and some meshes
+/// replaced or added (in ascending order). Precondition: a placement that does not change names no
+/// replaced mesh. Cost: that of plan_scene for the meshes of these placements only, and a copy of
+/// `before`. Throws std::bad_alloc.
+ScenePlan moved_plan(const ScenePlan& before, std::span<const MovedPlacement> moved,
+                     std::span<const FreshMesh> fresh = {});
 
 }  // namespace sightline

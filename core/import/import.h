@@ -9,10 +9,11 @@
 /// - KHR_mesh_quantization, EXT_meshopt_compression, KHR_draco_mesh_compression, sparse accessors
 /// - morph targets with their default weights (positions.h has the formula)
 /// - skins as posed by the file's own nodes (skinning.h has the formula)
+/// SceneDescription::poser applies other weights, transforms and times of animations later.
 ///
 /// What is left out:
 /// - points, lines and primitives without POSITION, which are counted
-/// - images, materials except names, doubleSided and colours, animations, lights, extras except
+/// - images, materials except names, doubleSided and colours, keys of animations, lights, extras except
 ///   masks
 ///
 /// A file that requires an unknown extension is refused; the error names the extension.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 #include <unordered_map>
+#include <unordered_set>
 
 #include "core/scene/node_transform.h"
 
@@ -19,27 +20,60 @@ Error out_of_range(const Node& node) {
           name_of(node) + ": its matrix in the world would hold more than a float32 can hold", ""};
 }
 
-/// Nodes whose own transform is another one.
-Result<std::vector<bool>> take_changes(SceneDescription& scene,
-                                       std::span<const NodeChange> changes) {
+/// Returns whether they are others. Errors: NODE_WEIGHTS_WRONG.
+Result<bool> take_weights(Node& node, const std::vector<double>& weights,
+                          const std::string& pointer) {
+  const std::uint32_t count = node.morph_targets;
+  if (weights.size() != count) {
+    return Error{ErrorKind::kInvalid, "NODE_WEIGHTS_WRONG",
+                 name_of(node) +
+                     (count == 0 ? " has no morph targets"
+                                 : " has " + std::to_string(count) + " morph targets, these are " +
+                                       std::to_string(weights.size()) + " weights"),
+                 pointer + "/weights"};
+  }
+  std::vector<double> before = node.weights ? *node.weights : std::vector<double>();
+  before.resize(count);
+  if (before == weights) return false;
+  node.weights = std::make_shared<const std::vector<double>>(weights);
+  return true;
+}
+
+/// Nodes whose own transform or weights are others.
+Result<PoseChange> take_changes(SceneDescription& scene, std::span<const NodeChange> changes,
+                                std::size_t sampled) {
   std::unordered_map<std::uint32_t, std::size_t> by_file;
   for (std::size_t i = 0; i < scene.nodes.size(); ++i) by_file[scene.nodes[i].file_node] = i;
-  std::vector<bool> moved(scene.nodes.size());
-  for (const NodeChange& change : changes) {
+  PoseChange taken{std::vector<bool>(scene.nodes.size()), std::vector<bool>(scene.nodes.size())};
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    const NodeChange& change = changes[i];
+    const std::string pointer = "/nodes/" + std::to_string(i - std::min(i, sampled));
     const auto found = by_file.find(change.node);
     if (found == by_file.end()) {
       return Error{ErrorKind::kNotFound, "NODE_NOT_FOUND",
-                   "the loaded scene has no node " + std::to_string(change.node),
-                   "/nodes/" + std::to_string(&change - changes.data())};
+                   "the loaded scene has no node " + std::to_string(change.node), pointer};
     }
     Node& node = scene.nodes[found->second];
+    if (!change.weights.empty()) {
+      const auto weighted = take_weights(node, change.weights, pointer);
+      if (!weighted) return weighted.error();
+      if (*weighted) taken.weighted[found->second] = true;
+    }
     if (change.hidden) node.hidden = *change.hidden;
     if (change.mask) node.mask = change.mask;
     if (!change.parent_from_node || *change.parent_from_node == node.parent_from_node) continue;
     node.parent_from_node = *change.parent_from_node;
-    moved[found->second] = true;
+    taken.moved[found->second] = true;
   }
-  return moved;
+  return taken;
+}
+
+/// True if the changes give a mesh another pose.
+bool poses(const SceneDescription& scene, const PoseChange& change) {
+  for (std::size_t i = 0; i < scene.nodes.size(); ++i) {
+    if (change.weighted[i] || (change.moved[i] && scene.nodes[i].is_joint)) return true;
+  }
+  return false;
 }
 
 }  // namespace
@@ -69,15 +103,49 @@ NodeChanges with_changes(NodeChanges changes, std::span<const NodeChange> more) 
     if (change.parent_from_node) at.parent_from_node = change.parent_from_node;
     if (change.hidden) at.hidden = change.hidden;
     if (change.mask) at.mask = change.mask;
+    if (!change.weights.empty()) at.weights = std::move(change.weights);
   }
   return merged;
 }
 
-Result<std::vector<std::uint32_t>> change_nodes(SceneDescription& scene,
-                                                std::span<const NodeChange> changes) {
-  auto taken = take_changes(scene, changes);
+bool may_pose(const SceneDescription& scene, const SceneChange& change) {
+  if (change.animation) return true;
+  std::unordered_set<std::uint32_t> changed;
+  for (const NodeChange& each : change.nodes) {
+    if (!each.weights.empty()) return true;
+    if (each.parent_from_node) changed.insert(each.node);
+  }
+  if (changed.empty()) return false;
+  std::vector<bool> moves(scene.nodes.size());
+  for (std::size_t i = 0; i < scene.nodes.size(); ++i) {
+    const Node& node = scene.nodes[i];
+    moves[i] = changed.contains(node.file_node) || (node.parent != kNoParent && moves[node.parent]);
+    if (moves[i] && node.is_joint) return true;
+  }
+  return false;
+}
+
+Result<ResolvedChange> resolve(const SceneDescription& scene, const SceneChange& change) {
+  ResolvedChange resolved;
+  if (change.animation) {
+    if (scene.poser == nullptr) {
+      return Error{ErrorKind::kInvalid, "ANIMATION_UNKNOWN", "the scene has no animations",
+                   "/animation"};
+    }
+    auto sampled = scene.poser->sample(*change.animation);
+    if (!sampled) return std::move(sampled).error();
+    resolved.nodes = *std::move(sampled);
+    resolved.sampled = resolved.nodes.size();
+  }
+  resolved.nodes.insert(resolved.nodes.end(), change.nodes.begin(), change.nodes.end());
+  return resolved;
+}
+
+Result<ChangedInstances> change_nodes(SceneDescription& scene, std::span<const NodeChange> changes,
+                                      std::size_t sampled) {
+  auto taken = take_changes(scene, changes, sampled);
   if (!taken) return std::move(taken).error();
-  std::vector<bool>& moved = *taken;
+  std::vector<bool>& moved = taken->moved;
   std::vector<bool> hidden(scene.nodes.size());
   for (std::size_t i = 0; i < scene.nodes.size(); ++i) {
     // Parents stand before their children.
@@ -86,17 +154,25 @@ Result<std::vector<std::uint32_t>> change_nodes(SceneDescription& scene,
     hidden[i] = node.hidden || (!is_root && hidden[node.parent]);
     if (!is_root && moved[node.parent]) moved[i] = true;
     if (!moved[i]) continue;
-    if (node.is_joint) {
-      return Error{ErrorKind::kConflict, "NODE_POSES_SKIN",
-                   name_of(node) + " is a joint of a skin, and would move: send the file anew", ""};
-    }
     node.world_from_node = is_root
                                ? node.parent_from_node
                                : scene.nodes[node.parent].world_from_node * node.parent_from_node;
     if (!is_in_range(node.world_from_node)) return out_of_range(node);
   }
+  ChangedInstances result;
+  if (poses(scene, *taken)) {
+    if (scene.poser == nullptr) {
+      return Error{ErrorKind::kConflict, "NODE_POSES_SKIN",
+                   "a mesh would have another pose, and the scene was loaded without what poses it",
+                   ""};
+    }
+    auto posed = scene.poser->pose(scene, *taken);
+    if (!posed) return std::move(posed).error();
+    result.posed = *std::move(posed);
+  }
+  std::vector<bool> is_posed(scene.instances.size());
+  for (const std::uint32_t i : result.posed.instances) is_posed[i] = true;
   const std::vector<std::uint32_t> masks = node_masks(scene);
-  std::vector<std::uint32_t> changed;
   for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
     Instance& instance = scene.instances[i];
     const Affine before = instance.world_from_mesh;
@@ -109,11 +185,12 @@ Result<std::vector<std::uint32_t>> change_nodes(SceneDescription& scene,
       if (!is_in_range(instance.world_from_mesh)) return out_of_range(node);
     }
     const bool is_hidden = hidden[instance.node];
-    if (is_hidden != instance.hidden || instance.world_from_mesh != before) changed.push_back(i);
+    if (is_posed[i] || is_hidden != instance.hidden || instance.world_from_mesh != before)
+      result.instances.push_back(i);
     instance.hidden = is_hidden;
     instance.mask = masks[instance.node];
   }
-  return changed;
+  return result;
 }
 
 }  // namespace sightline

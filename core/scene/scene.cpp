@@ -3,17 +3,13 @@
 #include <algorithm>
 
 #include "core/base/within_memory.h"
+#include "core/scene/poser.h"
 
 namespace sightline {
 
 namespace {
 
 constexpr const char* kNoMemory = "there is no memory for the scene's trees";
-
-bool has_empty_mask_among(const std::vector<Instance>& instances) {
-  return std::any_of(instances.begin(), instances.end(),
-                     [](const Instance& instance) { return instance.mask == 0; });
-}
 
 std::uint64_t attribute_bytes_of(const Mesh& mesh) {
   std::uint64_t bytes = 0;
@@ -23,35 +19,74 @@ std::uint64_t attribute_bytes_of(const Mesh& mesh) {
   return bytes;
 }
 
+MeshView view_of(const Mesh& mesh) { return {mesh.positions, mesh.indices, mesh.all_used}; }
+
+/// What moved_plan and SceneTrees are told of a change.
+struct Changes {
+  std::vector<MovedPlacement> moved;
+  std::vector<std::uint32_t> moved_numbers;
+  std::vector<FreshMesh> fresh;
+};
+
+/// `before`: the plan of the scene without the change.
+Changes changes_of(const SceneDescription& scene, const ScenePlan& before,
+                   const ChangedInstances& changed) {
+  Changes parts;
+  std::vector<bool> is_fresh(scene.meshes.size()), is_changed(scene.instances.size()),
+      is_posed(scene.instances.size());
+  for (const std::uint32_t i : changed.posed.fresh) {
+    is_fresh[i] = true;
+    parts.fresh.push_back({i, view_of(*scene.meshes[i])});
+  }
+  for (const std::uint32_t i : changed.posed.instances) is_posed[i] = true;
+  for (const std::uint32_t i : changed.instances) is_changed[i] = true;
+  for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
+    // Meshes of equal content share a number in the plan: one of them may have another content now.
+    const bool has_own = is_posed[i] || is_fresh[before.placements[i].mesh];
+    if (!has_own && !is_changed[i]) continue;
+    const Instance& instance = scene.instances[i];
+    parts.moved_numbers.push_back(i);
+    parts.moved.push_back({i, instance.world_from_mesh, instance.hidden,
+                           has_own ? instance.mesh : before.placements[i].mesh});
+  }
+  return parts;
+}
+
 }  // namespace
+
+void Scene::count() {
+  geometry_bytes_ = description_.poser ? description_.poser->bytes() : 0;
+  for (const auto& mesh : description_.meshes) {
+    unique_triangle_count_ += mesh->triangle_count();
+    geometry_bytes_ += mesh->positions.size() * sizeof(Vec3f) +
+                       mesh->indices.listed().size_bytes() + attribute_bytes_of(*mesh);
+  }
+  for (const Instance& instance : description_.instances) {
+    const Mesh& mesh = *description_.meshes[instance.mesh];
+    instanced_triangle_count_ += mesh.triangle_count();
+    instanced_primitive_count_ += mesh.primitives.size();
+    has_empty_mask_ = has_empty_mask_ || instance.mask == 0;
+  }
+}
 
 Result<std::shared_ptr<const Scene>> Scene::prepare(SceneDescription description,
                                                     std::uint32_t tree_triangles) {
   return within_memory(kNoMemory, [&]() -> Result<std::shared_ptr<const Scene>> {
     std::shared_ptr<Scene> scene(new Scene());
     scene->description_ = std::move(description);
+    scene->count();
     std::vector<MeshView> meshes;
-    std::uint64_t bytes = 0;
-    for (const auto& mesh : scene->description_.meshes) {
-      scene->unique_triangle_count_ += mesh->triangle_count();
-      meshes.push_back({mesh->positions, mesh->indices, mesh->all_used});
-      bytes += meshes.back().positions.size_bytes() + meshes.back().indices.listed().size_bytes() +
-               attribute_bytes_of(*mesh);
-    }
+    for (const auto& mesh : scene->description_.meshes) meshes.push_back(view_of(*mesh));
     std::vector<PlacementView> placements;
     for (const Instance& instance : scene->description_.instances) {
-      scene->instanced_triangle_count_ += meshes[instance.mesh].triangle_count();
-      scene->instanced_primitive_count_ +=
-          scene->description_.meshes[instance.mesh]->primitives.size();
       placements.push_back({instance.mesh, instance.world_from_mesh, instance.hidden});
     }
-    scene->has_empty_mask_ = has_empty_mask_among(scene->description_.instances);
     Result<ScenePlan> plan = plan_scene(std::move(meshes), std::move(placements), tree_triangles);
     if (!plan) return std::move(plan).error();
     scene->plan_ = std::move(*plan);
     scene->known_edges_ = std::make_shared<KnownEdges>(scene->description_.meshes.size());
     scene->attribute_bytes_ = std::make_shared<std::atomic<std::uint64_t>>(0);
-    scene->trees_ = std::make_unique<SceneTrees>(scene->plan_, bytes);
+    scene->trees_ = std::make_unique<SceneTrees>(scene->plan_, scene->geometry_bytes_);
     return std::shared_ptr<const Scene>(std::move(scene));
   });
 }
@@ -68,25 +103,24 @@ Result<std::shared_ptr<const Scene>> Scene::build(SceneDescription description, 
   });
 }
 
-Result<std::shared_ptr<const Scene>> Scene::changed(std::span<const NodeChange> changes) const {
+Result<std::shared_ptr<const Scene>> Scene::changed(std::span<const NodeChange> changes,
+                                                    std::size_t sampled) const {
   return within_memory(kNoMemory, [&]() -> Result<std::shared_ptr<const Scene>> {
+    SceneDescription description = description_;
+    auto changed = change_nodes(description, changes, sampled);
+    if (!changed) return std::move(changed).error();
+    if (changed->posed.renumbered) return prepare(std::move(description), plan_.tree_triangles);
     std::shared_ptr<Scene> scene(new Scene());
-    scene->description_ = description_;
-    auto instances = change_nodes(scene->description_, changes);
-    if (!instances) return std::move(instances).error();
-    std::vector<MovedPlacement> moved;
-    for (const std::uint32_t i : *instances) {
-      const Instance& instance = scene->description_.instances[i];
-      moved.push_back({i, instance.world_from_mesh, instance.hidden});
-    }
-    scene->plan_ = moved_plan(plan_, moved);
-    scene->known_edges_ = known_edges_;
+    scene->description_ = std::move(description);
+    scene->count();
+    const Changes parts = changes_of(scene->description_, plan_, *changed);
+    scene->plan_ = moved_plan(plan_, parts.moved, parts.fresh);
+    scene->known_edges_ = parts.fresh.empty()
+                              ? known_edges_
+                              : std::make_shared<KnownEdges>(scene->description_.meshes.size());
     scene->attribute_bytes_ = attribute_bytes_;
-    scene->unique_triangle_count_ = unique_triangle_count_;
-    scene->instanced_triangle_count_ = instanced_triangle_count_;
-    scene->instanced_primitive_count_ = instanced_primitive_count_;
-    scene->has_empty_mask_ = has_empty_mask_among(scene->description_.instances);
-    scene->trees_ = std::make_unique<SceneTrees>(scene->plan_, *trees_, *instances);
+    scene->trees_ = std::make_unique<SceneTrees>(scene->plan_, scene->geometry_bytes_, *trees_,
+                                                 parts.moved_numbers, changed->posed.fresh);
     return std::shared_ptr<const Scene>(std::move(scene));
   });
 }

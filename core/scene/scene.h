@@ -36,9 +36,11 @@ class Scene {
                                                     TreeQuality quality = TreeQuality::kHigh,
                                                     Joining joining = Joining::kMeasured,
                                                     const CancelFlag* cancel = nullptr);
-  /// Makes a copy of this scene with some nodes moved or hidden. The copy shares the meshes, and
-  /// the trees of everything that did not move. Errors: those of change_nodes, MEMORY_EXHAUSTED.
-  Result<std::shared_ptr<const Scene>> changed(std::span<const NodeChange> changes) const;
+  /// Makes a copy of this scene with some nodes changed. The copy shares the meshes that have the
+  /// same pose, and the trees of everything that did not move. `sampled` is that of change_nodes.
+  /// Errors: those of change_nodes, MEMORY_EXHAUSTED.
+  Result<std::shared_ptr<const Scene>> changed(std::span<const NodeChange> changes,
+                                               std::size_t sampled = 0) const;
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;
 
@@ -78,11 +80,14 @@ class Scene {
 
  private:
   Scene() = default;
+  /// Sets the members that count what description_ has.
+  void count();
   SceneDescription description_;
   ScenePlan plan_;
   std::unique_ptr<SceneTrees> trees_;        ///< refers to plan_
   std::shared_ptr<KnownEdges> known_edges_;  ///< shared with the scenes that share the meshes
   std::shared_ptr<std::atomic<std::uint64_t>> attribute_bytes_;
+  std::uint64_t geometry_bytes_ = 0;
   std::uint64_t unique_triangle_count_ = 0;
   std::uint64_t instanced_triangle_count_ = 0;
   std::uint64_t instanced_primitive_count_ = 0;

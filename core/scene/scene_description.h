@@ -17,6 +17,8 @@
 
 namespace sightline {
 
+class Poser;
+
 /// The transparency mode of a material [glTF2] 3.9.4. Answers do not depend on it.
 enum class AlphaMode : std::uint8_t { kOpaque, kMask, kBlend };
 /// "OPAQUE", "MASK" or "BLEND", as files write it.
@@ -46,6 +48,9 @@ struct Node {
   Affine parent_from_node = {};
   bool hidden = false;    ///< no ray meets the node and the nodes below it, whose own flag stays
   bool is_joint = false;  ///< a joint of a skin that the scene shows
+  std::uint32_t morph_targets = 0;  ///< of its mesh
+  /// of its morph targets; those that are left out at the end, or all of null, are 0
+  std::shared_ptr<const std::vector<double>> weights = {};
   /// A ray meets the node only if the mask of the ray shares a bit with this one. Empty: the
   /// parent's mask; for a root all bits.
   std::optional<std::uint32_t> mask = {};
@@ -115,6 +120,7 @@ struct ImportCounts {
   std::uint64_t degenerate_triangles = 0;
   std::uint64_t file_bytes = 0;  ///< size of the file and of the external buffers that were opened
   std::uint64_t bytes_touched = 0;  ///< touched.total()
+  std::uint64_t posed_meshes = 0;   ///< meshes that the last change of nodes gave another pose
   TouchedBytes touched;
   ImportSkips skipped;
 };
@@ -127,8 +133,9 @@ struct SceneDescription {
   std::vector<Instance> instances;
   std::vector<Affine> placements;  ///< node_from_mesh of the instances with an index `placement`
   std::vector<Material> materials;
-  std::vector<Camera> cameras;        ///< in the order of nodes
-  std::vector<std::string> warnings;  ///< one sentence each, naming the place
+  std::vector<Camera> cameras;         ///< in the order of nodes
+  std::vector<std::string> warnings;   ///< one sentence each, naming the place
+  std::shared_ptr<const Poser> poser;  ///< null: no pose of the scene can change
   /// By index in `nodes`: the JSON text of the node's extras. Null if no node has extras.
   std::shared_ptr<const std::map<std::uint32_t, std::string>> extras;
   ImportCounts counts;

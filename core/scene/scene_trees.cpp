@@ -24,7 +24,7 @@ SceneTrees::Use::~Use() {
 }
 
 SceneTrees::SceneTrees(const ScenePlan& plan, std::uint64_t geometry_bytes)
-    : plan_(plan), geometry_bytes_(geometry_bytes) {
+    : plan_(plan), geometry_bytes_(geometry_bytes), geometry_(std::make_shared<const char>()) {
   stats_.meshes_total = plan.distinct;
   stats_.geometry_bytes = geometry_bytes;
   drop();
@@ -33,9 +33,9 @@ SceneTrees::SceneTrees(const ScenePlan& plan, std::uint64_t geometry_bytes)
   estimate();
 }
 
-SceneTrees::SceneTrees(const ScenePlan& plan, SceneTrees& before,
-                       std::span<const std::uint32_t> moved)
-    : plan_(plan), geometry_bytes_(before.geometry_bytes_) {
+SceneTrees::SceneTrees(const ScenePlan& plan, std::uint64_t geometry_bytes, SceneTrees& before,
+                       std::span<const std::uint32_t> moved, std::span<const std::uint32_t> fresh)
+    : plan_(plan), geometry_bytes_(geometry_bytes), geometry_(before.geometry_) {
   std::shared_ptr<const SceneTree> tree;
   std::optional<LazyLayout> layout;
   {
@@ -45,7 +45,8 @@ SceneTrees::SceneTrees(const ScenePlan& plan, SceneTrees& before,
     moved_ = !layout || before.moved_;
   }
   last_use_.store(before.last_use_.load());
-  auto next = LazyLayout::moved(plan, layout ? &*layout : nullptr, *tree, moved);
+  auto next =
+      LazyLayout::moved(plan, before.plan_, layout ? &*layout : nullptr, *tree, moved, fresh);
   layout_.emplace(std::move(next.layout));
   mesh_built_.assign(plan.meshes.size(), false);
   for (const TreeSlot& slot : layout_->slots()) {

@@ -32,10 +32,11 @@ class SceneTrees {
   /// Starts with no tree built. The plan must outlive the object. geometry_bytes: bytes of
   /// positions and indices of the scene.
   SceneTrees(const ScenePlan& plan, std::uint64_t geometry_bytes);
-  /// For a scene with moved placements (moved_plan): uses all trees of `before` that did not move;
-  /// none of them is built again (LazyLayout::moved). Does not refer to `before` afterwards. Throws
-  /// std::bad_alloc.
-  SceneTrees(const ScenePlan& plan, SceneTrees& before, std::span<const std::uint32_t> moved);
+  /// For a scene with moved placements and meshes of other content (moved_plan): uses all trees of
+  /// `before` that did not change; none of them is built again (LazyLayout::moved). Counts its
+  /// geometry as shared with `before`, but does not refer to it afterwards. Throws std::bad_alloc.
+  SceneTrees(const ScenePlan& plan, std::uint64_t geometry_bytes, SceneTrees& before,
+             std::span<const std::uint32_t> moved, std::span<const std::uint32_t> fresh);
   ~SceneTrees();
   SceneTrees(const SceneTrees&) = delete;
   SceneTrees& operator=(const SceneTrees&) = delete;
@@ -79,10 +80,8 @@ class SceneTrees {
   Status join(std::shared_ptr<TreeBudget> budget);
   // Figures for the memory budget, in bytes.
   std::uint64_t geometry_bytes() const { return geometry_bytes_; }
-  /// An address that is equal for scenes that share their geometry.
-  const void* geometry() const {
-    return plan_.meshes.empty() ? this : static_cast<const void*>(plan_.meshes[0].positions.data());
-  }
+  /// Equal for scenes that share their geometry.
+  const void* geometry() const { return geometry_.get(); }
   /// Bytes of the trees that exist now.
   std::uint64_t tree_bytes() const { return bytes_.load(std::memory_order_relaxed); }
   /// Estimated bytes of the largest tree that a first ray may need.
@@ -134,6 +133,7 @@ class SceneTrees {
 
   const ScenePlan& plan_;
   const std::uint64_t geometry_bytes_;
+  const std::shared_ptr<const char> geometry_;
   std::uint64_t least_bytes_ = 0;
   std::uint64_t full_bytes_ = 0;
   std::atomic<std::uint64_t> waited_{0};

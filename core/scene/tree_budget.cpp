@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <new>
 #include <string>
-#include <unordered_set>
+#include <unordered_map>
 
 #include "core/scene/scene_trees.h"
 
@@ -23,10 +23,13 @@ void add_ever(TreeTotals& totals, const TreeStats& stats) {
 
 /// Precondition for these: mutex_ is held.
 std::uint64_t TreeBudget::geometry_sum(const SceneTrees* more) const {
-  std::unordered_set<const void*> seen;
+  std::unordered_map<const void*, std::uint64_t> seen;
   std::uint64_t sum = 0;
   const auto add = [&](const SceneTrees& trees) {
-    if (seen.insert(trees.geometry()).second) sum += trees.geometry_bytes();
+    std::uint64_t& counted = seen[trees.geometry()];
+    if (trees.geometry_bytes() <= counted) return;
+    sum += trees.geometry_bytes() - counted;
+    counted = trees.geometry_bytes();
   };
   for (const SceneTrees* trees : scenes_) add(*trees);
   if (more != nullptr) add(*more);

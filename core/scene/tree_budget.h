@@ -42,7 +42,8 @@ class TreeBudget {
 
  private:
   std::uint64_t sum() const;
-  /// Bytes of the geometry of all scenes and, if not null, of `more`. Shared geometry counts once.
+  /// Bytes of the geometry of all scenes and, if not null, of `more`. Shared geometry counts
+  /// once, as the largest of those that share it.
   std::uint64_t geometry_sum(const SceneTrees* more = nullptr) const;
 
   const std::uint64_t limit_;

@@ -95,11 +95,13 @@ std::optional<NeighbourRecord> decode_neighbour(const json& value) {
   return record;
 }
 
+bool is_list_of_numbers(const json& value) {
+  return value.is_array() &&
+         std::all_of(value.begin(), value.end(), [](const json& x) { return x.is_number(); });
+}
+
 std::optional<Affine> decode_matrix(const json& value) {
-  const auto is_row = [](const json& row) {
-    return row.is_array() && row.size() == 4 &&
-           std::all_of(row.begin(), row.end(), [](const json& x) { return x.is_number(); });
-  };
+  const auto is_row = [](const json& row) { return is_list_of_numbers(row) && row.size() == 4; };
   if (!value.is_array() || value.size() != 3) return std::nullopt;
   if (!std::all_of(value.begin(), value.end(), is_row)) return std::nullopt;
   Affine matrix;
@@ -110,7 +112,7 @@ std::optional<Affine> decode_matrix(const json& value) {
 }
 
 std::optional<NodeChange> decode_change(const json& value) {
-  if (!has_only(value, {"node", "matrix", "hidden", "mask"})) return std::nullopt;
+  if (!has_only(value, {"node", "matrix", "hidden", "mask", "weights"})) return std::nullopt;
   const auto node = value.find("node");
   if (node == value.end() || !is_uint32(*node)) return std::nullopt;
   NodeChange change;
@@ -126,6 +128,10 @@ std::optional<NodeChange> decode_change(const json& value) {
   if (const auto matrix = value.find("matrix"); matrix != value.end()) {
     change.parent_from_node = decode_matrix(*matrix);
     if (!change.parent_from_node) return std::nullopt;
+  }
+  if (const auto weights = value.find("weights"); weights != value.end()) {
+    if (!is_list_of_numbers(*weights)) return std::nullopt;
+    change.weights = weights->get<std::vector<double>>();
   }
   return change;
 }
@@ -155,6 +161,17 @@ void append_number(std::string& text, double number) {
   if (written.find_first_of(".e") == std::string_view::npos) text += ".0";
 }
 
+/// Appends a list of numbers. Precondition: there is at least one.
+void append_numbers(std::string& text, std::span<const double> numbers) {
+  char before = '[';
+  for (const double number : numbers) {
+    text += before;
+    before = ',';
+    append_number(text, number);
+  }
+  text += ']';
+}
+
 /// The JSON of a list of changes. Written here because nlohmann's document takes four times as
 /// long, and each PATCH writes all changes.
 std::string json_of(const NodeChanges& changes) {
@@ -168,18 +185,13 @@ std::string json_of(const NodeChanges& changes) {
       for (const auto& row : change.parent_from_node->m) {
         text += before_row;
         before_row = ',';
-        char before_number = '[';
-        for (const double number : row) {
-          text += before_number;
-          before_number = ',';
-          append_number(text, number);
-        }
-        text += ']';
+        append_numbers(text, row);
       }
       text += ']';
     }
     if (change.hidden) text.append(",\"hidden\":").append(*change.hidden ? "true" : "false");
     if (change.mask) text.append(",\"mask\":").append(std::to_string(*change.mask));
+    if (!change.weights.empty()) append_numbers(text += ",\"weights\":", change.weights);
     text += '}';
   }
   return text += ']';
@@ -200,6 +212,11 @@ std::string tag_of(const NodeChanges& changes) {
     append(change.parent_from_node);
     append(change.hidden);
     append(change.mask);
+    if (change.weights.empty()) continue;
+    // The tags of changes without weights are those of versions that knew none.
+    bytes += "weights" + std::to_string(change.weights.size());
+    bytes.append(reinterpret_cast<const char*>(change.weights.data()),
+                 change.weights.size() * sizeof(double));
   }
   return "changed-" + checksum_of(bytes).substr(0, 32);
 }

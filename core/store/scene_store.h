@@ -161,13 +161,9 @@ class SceneStore {
   /// content is. After an error nothing has changed. A running load continues, and will replace the
   /// changed content. Errors:
   /// SCENE_NOT_FOUND, SCENE_LOADING, SCENE_FAILED, PRECONDITION_FAILED, CHANGES_TOO_MANY, those of
-  /// Scene::changed, of StoreOptions::admit and of io_error.
-  Result<SceneSnapshot> change(const std::string& id, std::span<const NodeChange> changes,
+  /// resolve, of Scene::changed, of StoreOptions::admit and of io_error.
+  Result<SceneSnapshot> change(const std::string& id, const SceneChange& change,
                                const Precondition& precondition = {});
-  Result<SceneSnapshot> change(const std::string& id, const NodeChange& change,
-                               const Precondition& precondition = {}) {
-    return this->change(id, std::span(&change, 1), precondition);
-  }
   /// Removes a scene, also from the data folder, and cancels its running loads. Errors:
   /// SCENE_NOT_FOUND, PRECONDITION_FAILED, those of SceneFolder::remove; the scene is then still
   /// shown. Snapshots that readers hold stay valid. Returns the revision of the removal in the

@@ -29,7 +29,7 @@ std::string unchanged_tag_of(const StoredScene& scene) {
 
 }  // namespace
 
-Result<SceneSnapshot> SceneStore::change(const std::string& id, std::span<const NodeChange> changes,
+Result<SceneSnapshot> SceneStore::change(const std::string& id, const SceneChange& change,
                                          const Precondition& precondition) {
   const std::lock_guard one_by_one(change_mutex_);
   for (;;) {
@@ -41,11 +41,13 @@ Result<SceneSnapshot> SceneStore::change(const std::string& id, std::span<const 
     const SceneSnapshot before = find(id);
     if (Status status = check_changeable(before, precondition); !status)
       return std::move(status).error();
-    auto scene = before->scene->changed(changes);
+    const auto changes = resolve(before->scene->description(), change);
+    if (!changes) return changes.error();
+    auto scene = before->scene->changed(changes->nodes, changes->sampled);
     if (!scene) return std::move(scene).error();
     StoredScene next = *before;
     next.scene = giving_back_memory(std::move(*scene), next.bytes);
-    next.changes = with_changes(next.changes, changes);
+    next.changes = with_changes(next.changes, changes->nodes);
     next.etag = with_neighbours(unchanged_tag_of(*before), tag_of(next.changes));
     if (options_.admit) {
       if (Status status = options_.admit(next.scene); !status) return std::move(status).error();

@@ -1,5 +1,7 @@
 #include "proto/json/node_json.h"
 
+#include <cmath>
+#include <limits>
 #include <tuple>
 #include <unordered_set>
 
@@ -10,20 +12,20 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// Leaves `out` empty where the key is missing.
+/// Leaves `out` empty where the key is missing. `count` 0: any number of them.
 Status read_numbers(const Json& object, const std::string& at, const char* key, std::size_t count,
                     std::vector<double>& out) {
   const auto found = object.find(key);
   if (found == object.end()) return success();
   const std::string place = below(at, key);
   if (!found->is_array()) return fault("TYPE_WRONG", "this must be an array", place);
-  if (found->size() != count) {
+  if (count > 0 && found->size() != count) {
     return fault(
         "LENGTH_WRONG",
         "this has " + std::to_string(found->size()) + " numbers, not " + std::to_string(count),
         place);
   }
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i < found->size(); ++i) {
     if (!(*found)[i].is_number()) {
       return fault("TYPE_WRONG", "this must be a number", below(place, std::to_string(i)));
     }
@@ -47,6 +49,19 @@ Status read_uint32(const Json& object, const std::string& at, const char* key, c
   return success();
 }
 
+Status read_weights(const Json& object, const std::string& at, NodePatch& patch) {
+  Status status = read_numbers(object, at, "weights", 0, patch.weights);
+  if (!status || !object.contains("weights")) return status;
+  const std::string place = below(at, "weights");
+  if (patch.weights.empty()) return fault("LENGTH_WRONG", "this has no weights", place);
+  for (std::size_t i = 0; i < patch.weights.size(); ++i) {
+    if (std::fabs(patch.weights[i]) <= std::numeric_limits<float>::max()) continue;
+    return fault("NUMBER_OUT_OF_RANGE", "a weight is within the range of a float32",
+                 below(place, std::to_string(i)));
+  }
+  return status;
+}
+
 /// Reads the members of a change. `at`: pointer of the object.
 Status read_patch(const Json& object, const std::string& at, NodePatch& patch) {
   for (const auto& [key, count, numbers] :
@@ -65,7 +80,36 @@ Status read_patch(const Json& object, const std::string& at, NodePatch& patch) {
     }
     patch.hidden = hidden->get<bool>();
   }
+  if (Status status = read_weights(object, at, patch); !status) return status;
   return read_uint32(object, at, "mask", "a mask", patch.mask);
+}
+
+Status read_animation(const Json& object, std::optional<AnimationPatch>& out) {
+  const std::string at = "/animation";
+  if (Status status = check_object(object, at, {"name", "index", "time"}); !status) return status;
+  AnimationPatch animation;
+  const auto name = object.find("name"), time = object.find("time");
+  const bool has_index = object.contains("index");
+  if (name != object.end() && has_index) {
+    return fault("KEYS_MIXED", "an animation is called by its name or by its index", at + "/index");
+  }
+  if (name == object.end() && !has_index) {
+    return fault("KEY_MISSING", "needs \"name\" or \"index\"", at);
+  }
+  if (time == object.end()) return fault("KEY_MISSING", "needs \"time\", in seconds", at);
+  if (name != object.end()) {
+    if (!name->is_string()) return fault("TYPE_WRONG", "this must be a string", at + "/name");
+    animation.name = name->get<std::string>();
+  }
+  if (Status status = read_uint32(object, at, "index", "an index", animation.index); !status)
+    return status;
+  if (!time->is_number()) return fault("TYPE_WRONG", "this must be a number", at + "/time");
+  animation.time = time->get<double>();
+  if (!std::isfinite(animation.time)) {
+    return fault("NUMBER_OUT_OF_RANGE", "the time must be finite", at + "/time");
+  }
+  out = std::move(animation);
+  return success();
 }
 
 }  // namespace
@@ -73,8 +117,8 @@ Status read_patch(const Json& object, const std::string& at, NodePatch& patch) {
 Result<NodePatch> decode_node_patch(std::string_view body) {
   const auto document = parse_strictly(body);
   if (!document) return document.error();
-  Status status =
-      check_object(*document, "", {"matrix", "translation", "rotation", "scale", "hidden", "mask"});
+  Status status = check_object(
+      *document, "", {"matrix", "translation", "rotation", "scale", "hidden", "mask", "weights"});
   NodePatch patch;
   if (status) status = read_patch(*document, "", patch);
   if (!status) return std::move(status).error();
@@ -82,22 +126,32 @@ Result<NodePatch> decode_node_patch(std::string_view body) {
   return patch;
 }
 
-Result<std::vector<NodePatch>> decode_node_patches(std::string_view body) {
+Result<NodePatches> decode_node_patches(std::string_view body) {
   const auto document = parse_strictly(body);
   if (!document) return document.error();
-  Status status = check_object(*document, "", {"nodes"});
+  Status status = check_object(*document, "", {"nodes", "animation"});
   if (!status) return std::move(status).error();
+  NodePatches decoded;
+  if (const auto animation = document->find("animation"); animation != document->end()) {
+    status = read_animation(*animation, decoded.animation);
+    if (!status) return std::move(status).error();
+  }
   const auto list = document->find("nodes");
-  if (list == document->end()) return fault("KEY_MISSING", "needs \"nodes\"", "");
+  if (list == document->end() && decoded.animation) return decoded;
+  if (list == document->end()) {
+    return fault("KEY_MISSING", "needs \"nodes\" or \"animation\"", "");
+  }
   if (!list->is_array()) return fault("TYPE_WRONG", "this must be an array", "/nodes");
   if (list->empty()) return fault("KEY_MISSING", "nothing is to be different", "/nodes");
-  std::vector<NodePatch> patches(list->size());
+  std::vector<NodePatch>& patches = decoded.nodes;
+  patches.resize(list->size());
   std::unordered_set<std::uint32_t> seen;
   for (std::size_t i = 0; i < patches.size(); ++i) {
     const Json& object = (*list)[i];
     const std::string at = "/nodes/" + std::to_string(i);
-    status = check_object(object, at,
-                          {"node", "matrix", "translation", "rotation", "scale", "hidden", "mask"});
+    status = check_object(
+        object, at,
+        {"node", "matrix", "translation", "rotation", "scale", "hidden", "mask", "weights"});
     if (status && !object.contains("node")) {
       status = fault("KEY_MISSING", "needs \"node\", an index in the file", at);
     }
@@ -110,7 +164,7 @@ Result<std::vector<NodePatch>> decode_node_patches(std::string_view body) {
                    at);
     }
   }
-  return patches;
+  return decoded;
 }
 
 }  // namespace sightline

@@ -9,6 +9,47 @@
 
 namespace sightline {
 
+namespace {
+
+using Json = nlohmann::json;
+
+/// Finds a key that an object has twice: the library retains the last one, another reader on the way
+/// may retain the first. A callback of Json::parse would compare each object with all before it.
+class KeyCheck : public nlohmann::json_sax<Json> {
+ public:
+  std::optional<std::string> twice;
+
+  bool null() override { return true; }
+  bool boolean(bool) override { return true; }
+  bool number_integer(number_integer_t) override { return true; }
+  bool number_unsigned(number_unsigned_t) override { return true; }
+  bool number_float(number_float_t, const string_t&) override { return true; }
+  bool string(string_t&) override { return true; }
+  bool binary(binary_t&) override { return true; }
+  bool start_array(std::size_t) override { return true; }
+  bool end_array() override { return true; }
+  bool start_object(std::size_t) override {
+    open_.emplace_back();
+    return true;
+  }
+  bool end_object() override {
+    open_.pop_back();
+    return true;
+  }
+  bool key(string_t& name) override {
+    if (!open_.back().insert(name).second) twice = name;
+    return true;
+  }
+  bool parse_error(std::size_t, const std::string&, const nlohmann::detail::exception&) override {
+    return false;
+  }
+
+ private:
+  std::vector<std::set<std::string>> open_;
+};
+
+}  // namespace
+
 Error fault(const char* code, std::string message, std::string pointer) {
   return {ErrorKind::kInvalid, code, std::move(message), std::move(pointer)};
 }
@@ -33,24 +74,14 @@ Status check_object(const nlohmann::json& value, const std::string& place,
 }
 
 Result<nlohmann::json> parse_strictly(std::string_view body) {
-  // The library retains the last of two equal keys; another reader on the way may retain the first.
-  std::vector<std::set<std::string>> open;
-  std::optional<std::string> twice;
-  const auto look = [&](int, nlohmann::json::parse_event_t event, nlohmann::json& parsed) {
-    if (event == nlohmann::json::parse_event_t::object_start) open.emplace_back();
-    if (event == nlohmann::json::parse_event_t::object_end) open.pop_back();
-    if (event == nlohmann::json::parse_event_t::key &&
-        !open.back().insert(parsed.get<std::string>()).second) {
-      twice = parsed.get<std::string>();
-    }
-    return true;
-  };
-  nlohmann::json document = nlohmann::json::parse(body, look, false);
-  if (document.is_discarded()) {
+  KeyCheck check;
+  if (!Json::sax_parse(body, &check)) {
     return Error{ErrorKind::kMalformed, "JSON_MALFORMED", "the body is not JSON", ""};
   }
-  if (twice) return fault("KEY_DUPLICATE", "this key is there twice", below("", *twice));
-  return document;
+  if (check.twice) {
+    return fault("KEY_DUPLICATE", "this key is there twice", below("", *check.twice));
+  }
+  return Json::parse(body, nullptr, false);
 }
 
 }  // namespace sightline

@@ -248,7 +248,7 @@ class Sightline:
     def nodes(self, scene: str, name: str | None = None, path: str | None = None, material: str | None = None,
               instance: int | None = None, extra: Sequence[str] = ()) -> list[dict]:
         """The whole hierarchy, page by page, or the nodes that satisfy the patterns and have the instance. `extra` adds "path",
-        "materials" and "extras" to each node."""
+        "materials", "extras" and "pose" (its matrix and weights now) to each node."""
         search = {"name": name, "path": path, "material": material, "instance": instance, "with": ",".join(extra) or None}
         nodes: list[dict] = []
         first: int | None = 0
@@ -259,7 +259,7 @@ class Sightline:
         return nodes
 
     def patch_node(self, scene: str, node: int, if_match: str | None = None, if_none_match: str | None = None, **changes: Any) -> dict:
-        """Moves, hides or masks a node by its id: translation, rotation, scale, matrix, hidden, mask."""
+        """Moves, poses, hides or masks a node by its id: translation, rotation, scale, matrix, weights, hidden, mask."""
         return json.loads(self._ask("PATCH", self._scene(scene, f"/nodes/{node}"), _text(changes), _JSON,
                                     conditions=_conditions(if_match, if_none_match)))
 
@@ -267,6 +267,20 @@ class Sightline:
                     if_none_match: str | None = None) -> dict:
         """Changes several nodes at once, by their ids, as patch_node() changes one: one new revision, all or none."""
         body = {"nodes": [{"node": node, **change} for node, change in changes.items()]}
+        return json.loads(self._ask("PATCH", self._scene(scene, "/nodes"), _text(body), _JSON,
+                                    conditions=_conditions(if_match, if_none_match)))
+
+    def animations(self, scene: str) -> list[dict]:
+        """The animations of the file: index, name, duration in seconds, and the nodes that they target."""
+        return json.loads(self._ask("GET", self._scene(scene, "/animations")))["animations"]
+
+    def pose(self, scene: str, animation: str | int, time: float, changes: Mapping[int, Mapping[str, Any]] | None = None,
+             if_match: str | None = None, if_none_match: str | None = None) -> dict:
+        """Gives the nodes of an animation, by its name or index, the pose of a time in seconds; then changes nodes as patch_nodes()."""
+        key = "index" if isinstance(animation, int) else "name"
+        body: dict[str, Any] = {"animation": {key: animation, "time": time}}
+        if changes:
+            body["nodes"] = [{"node": node, **change} for node, change in changes.items()]
         return json.loads(self._ask("PATCH", self._scene(scene, "/nodes"), _text(body), _JSON,
                                     conditions=_conditions(if_match, if_none_match)))
 

@@ -24,8 +24,9 @@ Weight weigh_request(const RequestHead& head, std::string_view body) {
   if (head.target == "/healthz" && body.empty()) return Weight::kInline;
   if (ends_in(path, {"/selfcheck", "/bvh"})) return Weight::kLong;
   // A few bytes make millions of rays; a backslash may spell the same word.
-  if (body.size() > kLittleBody || contains(path, "/nodes") || ends_in(path, {"/geometry"}) ||
-      contains(body, "generator") || contains(body, "\\")) {
+  if (body.size() > kLittleBody || contains(path, "/nodes") ||
+      ends_in(path, {"/animations", "/geometry"}) || contains(body, "generator") ||
+      contains(body, "\\")) {
     return Weight::kBulk;
   }
   const bool fits = head.method == "POST" && head.coding == Coding::kIdentity &&

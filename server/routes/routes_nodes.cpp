@@ -1,8 +1,8 @@
 #include <charconv>
-#include <span>
-#include <vector>
+#include <string_view>
 
 #include "core/scene/node_transform.h"
+#include "core/scene/poser.h"
 #include "proto/json/node_json.h"
 #include "server/http/media_type.h"
 #include "server/http/request_body.h"
@@ -19,6 +19,7 @@ Result<NodeChange> change_of(const NodePatch& patch, const std::string& place) {
   change.node = patch.node;
   change.hidden = patch.hidden;
   change.mask = patch.mask;
+  change.weights = patch.weights;
   if (patch.moves()) {
     auto matrix = matrix_of({patch.matrix, patch.translation, patch.rotation, patch.scale});
     if (!matrix) {
@@ -42,24 +43,28 @@ Result<std::uint32_t> node_of(const std::string& text) {
 
 /// What a changed scene takes beside the previous one, and the way there: a guess from above, from
 /// 2.4 kB for a node with a mesh.
-std::uint64_t bytes_to_change(const SceneDescription& scene) {
+std::uint64_t bytes_to_change(const SceneDescription& scene, const SceneChange& change) {
   constexpr std::uint64_t kNode = 512, kInstance = 2048;
-  return scene.nodes.size() * kNode + scene.instances.size() * kInstance;
+  return scene.nodes.size() * kNode + scene.instances.size() * kInstance +
+         (scene.poser && may_pose(scene, change) ? scene.poser->bytes_of_call() : 0);
 }
 
-void apply(Exchange& exchange, Service& service, std::span<const NodeChange> changes) {
-  std::uint64_t bytes = changes.size() * 2 * sizeof(NodeChange);
+void apply(Exchange& exchange, Service& service, const SceneChange& change) {
+  std::uint64_t bytes = change.nodes.size() * 2 * sizeof(NodeChange);
   if (const SceneSnapshot scene = service.store.find(exchange.scene_id); scene && scene->scene) {
-    bytes += bytes_to_change(scene->scene->description());
+    bytes += bytes_to_change(scene->scene->description(), change);
   }
   // Without the scene in hand: a request that waits here would hold a revision that nobody asks any
   // more.
   if (!went_well(exchange, exchange.reserve(bytes))) return;
-  const auto changed = service.store.change(exchange.scene_id, changes, precondition_of(exchange));
+  const auto changed = service.store.change(exchange.scene_id, change, precondition_of(exchange));
   if (!changed) {
     Error error = changed.error();
     // The node of a path is in no body.
-    if (!exchange.node_id.empty()) error.pointer.clear();
+    constexpr std::string_view kNode = "/nodes/0";
+    if (!exchange.node_id.empty() && error.pointer.starts_with(kNode)) {
+      error.pointer.erase(0, kNode.size());
+    }
     return exchange.reply_error(error);
   }
   reply_done(exchange, 200, **changed);
@@ -77,7 +82,7 @@ void patch_node(Exchange& exchange, Service& service) {
   patch->node = *node;
   const auto change = change_of(*patch, "");
   if (!change) return exchange.reply_error(change.error());
-  apply(exchange, service, std::span(&*change, 1));
+  apply(exchange, service, {{}, {*change}});
 }
 
 void patch_nodes(Exchange& exchange, Service& service) {
@@ -89,14 +94,17 @@ void patch_nodes(Exchange& exchange, Service& service) {
   if (!went_well(exchange, exchange.reserve(body.size() * kBytesForByte))) return;
   const auto patches = decode_node_patches(body);
   if (!patches) return exchange.reply_error(patches.error());
-  std::vector<NodeChange> changes;
-  changes.reserve(patches->size());
-  for (const NodePatch& patch : *patches) {
-    auto change = change_of(patch, "/nodes/" + std::to_string(changes.size()));
-    if (!change) return exchange.reply_error(change.error());
-    changes.push_back(*std::move(change));
+  SceneChange change;
+  if (const auto& animation = patches->animation) {
+    change.animation = AnimationTime{animation->name, animation->index, animation->time};
   }
-  apply(exchange, service, changes);
+  change.nodes.reserve(patches->nodes.size());
+  for (const NodePatch& patch : patches->nodes) {
+    auto node = change_of(patch, "/nodes/" + std::to_string(change.nodes.size()));
+    if (!node) return exchange.reply_error(node.error());
+    change.nodes.push_back(*std::move(node));
+  }
+  apply(exchange, service, change);
 }
 
 }  // namespace

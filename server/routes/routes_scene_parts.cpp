@@ -26,8 +26,11 @@ bool read_with(Exchange& exchange, std::string_view list, NodeQuery& query) {
       query.with_materials = true;
     } else if (name == "extras") {
       query.with_extras = true;
+    } else if (name == "pose") {
+      query.with_pose = true;
     } else {
-      exchange.reply_problem(422, "QUERY_INVALID", "with is a list of path, materials and extras");
+      exchange.reply_problem(422, "QUERY_INVALID",
+                             "with is a list of path, materials, extras and pose");
       return false;
     }
   }
@@ -87,6 +90,17 @@ void triangles(Exchange& exchange, const Service& service) {
   auto text = encode_triangles(*stored->scene, parameters->text("ids").value_or(""));
   if (!text) return exchange.reply_error(text.error());
   exchange.reply_json(200, std::move(*text));
+}
+
+void animations(Exchange& exchange, const Service& service) {
+  const SceneSnapshot stored = admit_scene(exchange, service);
+  if (!stored) return;
+  const auto& poser = stored->scene->description().poser;
+  if (poser == nullptr) return exchange.reply_json(200, encode_animations({}));
+  if (!went_well(exchange, exchange.reserve(poser->bytes_of_call()))) return;
+  const auto list = poser->animations();
+  if (!list) return exchange.reply_error(list.error());
+  exchange.reply_json(200, encode_animations(*list));
 }
 
 void geometry(Exchange& exchange, const Service& service) {
@@ -150,6 +164,7 @@ void check(Exchange& exchange, const Service& service) {
 void add_scene_part_routes(Router& router, const Service& service) {
   router.add("GET", "/v1/scenes/{id}/nodes", with(service, nodes), kParameters);
   router.add("GET", "/v1/scenes/{id}/triangles", with(service, triangles), kParameters);
+  router.add("GET", "/v1/scenes/{id}/animations", with(service, animations));
   router.add("GET", "/v1/scenes/{id}/geometry", with(service, geometry), kParameters);
   router.add("GET", "/v1/scenes/{id}/bvh", with(service, trees), kParameters);
   router.add("GET", "/v1/scenes/{id}/selfcheck", with(service, check), kParameters);

@@ -87,6 +87,22 @@ std::string_view extras_of(const SceneDescription& scene, std::uint32_t node) {
   return found == scene.extras->end() ? std::string_view("null") : found->second;
 }
 
+void write_pose(JsonWriter& out, const Node& node) {
+  out.raw(",\"matrix\":[");
+  for (std::size_t column = 0; column < 4; ++column) {
+    for (std::size_t row = 0; row < 3; ++row) {
+      write(out, column + row > 0 ? "," : "", node.parent_from_node.m[row][column]);
+    }
+    out.raw(column < 3 ? ",0" : ",1");
+  }
+  out.raw("],\"weights\":[");
+  for (std::size_t i = 0; i < node.morph_targets; ++i) {
+    const bool is_zero = node.weights == nullptr || i >= node.weights->size();
+    write(out, i > 0 ? "," : "", is_zero ? 0.0 : (*node.weights)[i]);
+  }
+  out.raw(']');
+}
+
 void write_requested(JsonWriter& out, const SceneDescription& scene, const NodeQuery& query,
                      std::uint32_t node) {
   if (query.with_path) {
@@ -104,6 +120,7 @@ void write_requested(JsonWriter& out, const SceneDescription& scene, const NodeQ
     out.raw(']');
   }
   if (query.with_extras) write(out, ",\"extras\":", extras_of(scene, node));
+  if (query.with_pose) write_pose(out, scene.nodes[node]);
 }
 
 }  // namespace
@@ -134,7 +151,7 @@ Result<NodePage> find_nodes(const Scene& scene, const NodeQuery& query, Deadline
 }
 
 std::uint64_t bytes_of_nodes(const Scene& scene, const NodeQuery& query, const NodePage& page) {
-  constexpr std::uint64_t kNumbers = 640;
+  constexpr std::uint64_t kNumbers = 640, kNumber = 26;
   const SceneDescription& description = scene.description();
   const auto text = [](std::string_view name) { return bytes_of_names(std::array{name}); };
   std::uint64_t bytes = 0;
@@ -142,6 +159,8 @@ std::uint64_t bytes_of_nodes(const Scene& scene, const NodeQuery& query, const N
     bytes += kNumbers + text(description.nodes[node].name);
     if (query.with_path) bytes += text(node_path(description, node));
     if (query.with_extras) bytes += extras_of(description, node).size();
+    if (query.with_pose)
+      bytes += (16 + std::uint64_t{description.nodes[node].morph_targets}) * kNumber;
     if (!query.with_materials) continue;
     for (const std::uint32_t each : materials_of(description, node)) {
       bytes += text(material_name(description, each)) + 1;

@@ -26,7 +26,7 @@ struct NodeQuery {
   std::optional<std::uint32_t> instance;  ///< the node that has this instance
   std::uint64_t first = 0;                ///< number of matching nodes to leave out
   std::uint64_t limit = 1000;             ///< most nodes of the answer
-  bool with_path = false, with_materials = false, with_extras = false;
+  bool with_path = false, with_materials = false, with_extras = false, with_pose = false;
 };
 
 /// The nodes of an answer.
@@ -50,7 +50,8 @@ std::uint64_t bytes_of_nodes(const Scene& scene, const NodeQuery& query, const N
 /// all matching nodes; "next" is absent at the end. Instances, triangles and world bounds are those
 /// of the node itself; "triangles_below" includes all nodes below it. "bounds" may be null; "parent"
 /// is a node_id or null; "first_instance" is null without instances. "path", "materials" (names,
-/// null for none) and "extras" follow if they are requested.
+/// null for none), "extras", and "matrix" (16 numbers, column by column) with the "weights" of morph
+/// targets follow if they are requested.
 std::string encode_nodes(const Scene& scene, const NodeQuery& query, const NodePage& page);
 
 }  // namespace sightline

@@ -61,6 +61,30 @@ Result<std::string> encode_triangles(const Scene& scene, std::string_view ids) {
   return out.take();
 }
 
+std::string encode_animations(const std::vector<AnimationSummary>& animations) {
+  JsonWriter out(64 + animations.size() * 128);
+  write(out, "{\"total\":", std::uint64_t{animations.size()}, ",\"animations\":[");
+  for (std::size_t i = 0; i < animations.size(); ++i) {
+    const AnimationSummary& each = animations[i];
+    write(out, i > 0 ? ",{\"index\":" : "{\"index\":", std::uint64_t{i}, ",\"name\":");
+    out.name(each.name);
+    out.raw(",\"duration\":");
+    if (each.problem.empty()) {
+      out.number(each.duration);
+    } else {
+      out.raw("null,\"problem\":");
+      out.string(each.problem);
+    }
+    out.raw(",\"nodes\":[");
+    for (std::size_t k = 0; k < each.nodes.size(); ++k) {
+      write(out, k > 0 ? "," : "", each.nodes[k]);
+    }
+    out.raw("]}");
+  }
+  out.raw("]}\n");
+  return out.take();
+}
+
 std::string encode_self_check(const SelfCheck& check) {
   JsonWriter out(256);
   write(out, "{\"rays\":", check.rays, ",\"hits\":", check.hits,

@@ -60,6 +60,7 @@ std::string encode_stats(const StoredScene& stored) {
                         {"meshes", description.meshes.size()},
                         {"triangles", scene.instanced_triangle_count()},
                         {"unique_triangles", scene.unique_triangle_count()},
+                        {"posed_meshes", description.counts.posed_meshes},
                         {"nonfinite_triangles", description.counts.nonfinite_triangles},
                         {"degenerate_triangles", description.counts.degenerate_triangles},
                         {"warnings", description.warnings.size()}};

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "core/scene/node_changes.h"
 #include "tests/fuzz/scene_check.h"
 
 using namespace sightline;
@@ -52,6 +53,49 @@ void check_sharing(const SceneDescription& copied, std::span<const std::byte> by
   }
 }
 
+/// Other poses of the scene: an error, or a scene whose every index is in range.
+void check_poses(const SceneDescription& scene) {
+  constexpr std::size_t kMost = 6;
+  if (scene.poser == nullptr) return;
+  const auto check = [&](const std::vector<NodeChange>& changes) {
+    SceneDescription posed = scene;
+    const auto changed = change_nodes(posed, changes);
+    if (!changed) {
+      fuzz::require(!changed.error().code.empty() && !changed.error().message.empty(), "an error");
+      return;
+    }
+    fuzz::require(posed.instances.size() == scene.instances.size(), "as many instances");
+    for (std::size_t i = 0; i < posed.instances.size(); ++i) {
+      const Instance& instance = posed.instances[i];
+      fuzz::require(instance.mesh < posed.meshes.size(), "a mesh");
+      const Mesh& mesh = *posed.meshes[instance.mesh];
+      const Mesh& before = *scene.meshes[scene.instances[i].mesh];
+      fuzz::require(mesh.triangle_count() == before.triangle_count(), "as many triangles");
+      for (const std::uint32_t index : mesh.indices.listed()) {
+        fuzz::require(index < mesh.positions.size(), "an index");
+      }
+    }
+  };
+  const auto animations = scene.poser->animations();
+  for (std::uint32_t i = 0; animations && i < std::min(animations->size(), kMost); ++i) {
+    for (const double seconds : {-1.0, 0.4, 1e308}) {
+      const auto changes = scene.poser->sample({{}, i, seconds});
+      if (changes) check(*changes);
+    }
+  }
+  std::vector<NodeChange> changes;
+  for (const Node& node : scene.nodes) {
+    if ((!node.is_joint && node.morph_targets == 0) || changes.size() == kMost) continue;
+    NodeChange change;
+    change.node = node.file_node;
+    change.weights.assign(node.morph_targets, 0.5);
+    if (node.is_joint) change.parent_from_node = Affine{};
+    changes.push_back(change);
+    check({change});
+  }
+  check(changes);
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -59,6 +103,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto scene = import_bytes(bytes, fuzz::small_limits());
   fuzz::check(scene);
   if (scene) check_sharing(*scene, bytes);
+  if (scene) check_poses(*scene);
   return 0;
 }
 

@@ -115,7 +115,7 @@ class NodeSearch(unittest.TestCase):
         self.assertEqual(paged, whole["nodes"])
 
     def test_faults(self):
-        for query, words in [("?with=colour", "path, materials and extras"), ("?instance=4", "4 instances"), ("?instance=-1", "instance"),
+        for query, words in [("?with=colour", "path, materials, extras and pose"), ("?instance=4", "4 instances"), ("?instance=-1", "instance"),
                              ("?name=%zz", "percent-encoded"), ("?names=a", "name, path, material"), ("?path=" + "a" * 4097, "4096")]:
             with self.subTest(query=query[:20]):
                 answer = self.server.ask("/v1/scenes/house/nodes" + query)

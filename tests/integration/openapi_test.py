@@ -60,7 +60,7 @@ BODIES = {
     "boxesCount": [{"boxes": [BOX], "of": "nodes"}, {"boxes": [{"from": [0, 0, 0], "to": [0, 4, 0], "radius": 2}], "mode": "contained"}],
 }
 GETS = {"listScenes": "/v1/scenes", "getScene": "/v1/scenes/six", "sceneStats": "/v1/scenes/six/stats",
-        "sceneNodes": "/v1/scenes/six/nodes?limit=2", "sceneTriangles": "/v1/scenes/six/triangles?ids=0.0.1",
+        "sceneNodes": "/v1/scenes/six/nodes?limit=2&with=pose", "sceneAnimations": "/v1/scenes/six/animations", "sceneTriangles": "/v1/scenes/six/triangles?ids=0.0.1",
         "sceneGeometry": "/v1/scenes/six/geometry", "sceneTrees": "/v1/scenes/six/bvh?level=1", "selfCheck": "/v1/scenes/six/selfcheck?rays=3", "health": "/healthz", "readiness": "/readyz", "version": "/version",
         "openapi": "/openapi.json", "page": "/", "pageScript": "/page.js", "pageStyle": "/page.css", "bootScript": "/boot.js", "statusPage": "/status", "statusScript": "/status.js",
         "document": "/docs/README.md", "documents": "/docs/documents.json.gz", "guideScript": "/guide.js", "learn": "/learn", "learnScript": "/learn.js", "docs": "/docs", "docsScript": "/docs/app.js", "docsStyle": "/docs/style.css", "metrics": "/metrics"}

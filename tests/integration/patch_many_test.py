@@ -141,6 +141,8 @@ class PatchMany(unittest.TestCase):
             again = self.server("--data", data)
             self.assertEqual(self.answers(again), expected)
             self.assertEqual(again.ask("/v1/scenes/tiles").json()["revision"], done.json()["revision"])
+            # Before its folder goes: it still writes trees there.
+            self.assertEqual(again.stop(), 0)
 
 
 if __name__ == "__main__":

@@ -30,6 +30,9 @@ class BufferStore {
   /// GLTF_EXTENSION_UNSUPPORTED (for a buffer that only EXT_meshopt_compression could fill).
   Result<std::span<const std::byte>> bytes(std::size_t index);
 
+  /// Sets the bytes of a buffer, which must outlive the store. find() is not called for it.
+  void provide(std::size_t index, std::span<const std::byte> bytes) { found_[index] = bytes; }
+
   /// Returns the bytes of a data URI, or of a file beside the scene's file, such as an image. Not
   /// cached: each call opens or decodes again. Errors: those of bytes(), those of the finder.
   Result<std::span<const std::byte>> neighbour(const std::string& uri);

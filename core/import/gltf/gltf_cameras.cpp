@@ -4,22 +4,17 @@
 #include <limits>
 #include <numbers>
 
+#include "core/import/input/json_checker.h"
+
 namespace sightline::gltf {
 
 using nlohmann::json;
 
 namespace {
 
-/// The member of an object; null for anything else.
-const json* member(const json& object, const char* key) {
-  if (!object.is_object()) return nullptr;
-  const auto found = object.find(key);
-  return found == object.end() ? nullptr : &*found;
-}
-
 /// A finite number of at least 0, else nothing.
 std::optional<double> size_of(const json& object, const char* key) {
-  const json* const value = member(object, key);
+  const json* const value = member_of(object, key);
   if (value == nullptr || !value->is_number()) return std::nullopt;
   const auto number = value->get<double>();
   return std::isfinite(number) && number >= 0 ? std::optional(number) : std::nullopt;
@@ -27,16 +22,17 @@ std::optional<double> size_of(const json& object, const char* key) {
 
 std::optional<Camera> read_camera(const json& object) {
   Camera camera;
-  if (const json* name = member(object, "name"); name != nullptr && name->is_string()) {
+  if (const json* name = member_of(object, "name"); name != nullptr && name->is_string()) {
     camera.name = name->get<std::string>();
   }
-  const json* const orthographic = member(object, "orthographic");
-  const json* const lens = orthographic != nullptr ? orthographic : member(object, "perspective");
+  const json* const orthographic = member_of(object, "orthographic");
+  const json* const lens =
+      orthographic != nullptr ? orthographic : member_of(object, "perspective");
   if (lens == nullptr) return std::nullopt;
   camera.orthographic = orthographic != nullptr;
   const auto size = size_of(*lens, camera.orthographic ? "ymag" : "yfov");
   const auto near = size_of(*lens, "znear");
-  const bool is_endless = !camera.orthographic && member(*lens, "zfar") == nullptr;
+  const bool is_endless = !camera.orthographic && member_of(*lens, "zfar") == nullptr;
   const auto far =
       is_endless ? std::optional(std::numeric_limits<double>::infinity()) : size_of(*lens, "zfar");
   if (!size || !near || !far || *size == 0 || !(*near < *far)) return std::nullopt;
@@ -50,7 +46,7 @@ std::optional<Camera> read_camera(const json& object) {
 }  // namespace
 
 void take_cameras(const json& root, GltfDocument& document) {
-  const json* const list = member(root, "cameras");
+  const json* const list = member_of(root, "cameras");
   if (list == nullptr || !list->is_array()) return;
   for (std::size_t i = 0; i < list->size(); ++i) {
     auto camera = read_camera((*list)[i]);
@@ -61,10 +57,10 @@ void take_cameras(const json& root, GltfDocument& document) {
     }
     document.cameras.push_back(std::move(camera));
   }
-  const json* const nodes = member(root, "nodes");
+  const json* const nodes = member_of(root, "nodes");
   if (nodes == nullptr || !nodes->is_array()) return;
   for (std::size_t i = 0; i < nodes->size(); ++i) {
-    const json* const shown = member((*nodes)[i], "camera");
+    const json* const shown = member_of((*nodes)[i], "camera");
     if (shown == nullptr || !shown->is_number_unsigned()) continue;
     const auto number = shown->get<std::uint64_t>();
     if (number < document.cameras.size() && document.cameras[number])

@@ -73,6 +73,30 @@ struct AlphaEntry {
   std::array<double, 2> offset{0, 0}, scale{1, 1};
 };
 
+/// What a channel of an animation changes of its node.
+enum class AnimationPath : std::uint8_t { kTranslation, kRotation, kScale, kWeights };
+/// How values between two keys are computed [glTF2] appendix C.
+enum class Interpolation : std::uint8_t { kLinear, kStep, kCubicSpline };
+
+/// A sampler of an animation: accessors of times and of values.
+struct AnimationSamplerEntry {
+  std::uint32_t input = 0, output = 0;
+  Interpolation interpolation = Interpolation::kLinear;
+};
+/// A channel of an animation.
+struct AnimationChannel {
+  std::uint32_t node = 0;  ///< index in the file
+  AnimationPath path = AnimationPath::kTranslation;
+  std::uint32_t sampler = 0;
+};
+/// An animation. All indices are in range.
+struct AnimationEntry {
+  std::string name;
+  std::vector<AnimationSamplerEntry> samplers;
+  std::vector<AnimationChannel> channels;  ///< those that target a node, ascending by node and path
+  std::string problem;                     ///< why it cannot be sampled; empty: nothing is known
+};
+
 /// A checked glTF document.
 struct GltfDocument {
   /// The nodes, meshes, accessors, bufferViews and the requested scene, if there is one, as its
@@ -89,6 +113,7 @@ struct GltfDocument {
   std::vector<Material> materials;                    ///< in the order of the file
   std::map<std::size_t, AlphaEntry> alpha;            ///< by material, of those that are masked
   std::vector<SkinEntry> skins;                       ///< in the order of the file
+  std::vector<AnimationEntry> animations;             ///< in the order of the file
   std::vector<std::optional<Camera>> cameras;         ///< empty: invalid, there is a warning
   std::map<std::size_t, std::size_t> camera_of_node;  ///< node to camera, both in range
   std::map<std::size_t, std::uint32_t> masks;         ///< by node: its extras.sightline.mask

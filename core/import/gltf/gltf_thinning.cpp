@@ -5,6 +5,7 @@
 #include <array>
 
 #include "core/import/codec/draco_mesh.h"
+#include "core/import/gltf/gltf_animations.h"
 #include "core/import/gltf/gltf_cameras.h"
 #include "core/import/gltf/gltf_sections.h"
 #include "core/import/input/refusal.h"
@@ -267,6 +268,7 @@ void thin_gltf(json& root, const ImportOptions& options, GltfDocument& document,
   check_extensions(root, document, check, file);
   count_what_is_left_out(root, options, document);
   take_cameras(root, document);
+  take_animations(root, document);
   take_alpha(root, document);
   JsonChecker::keep_only(root, {"asset", "scene", "scenes", "nodes", "meshes", "accessors",
                                 "bufferViews", "buffers", "materials", "skins"});

@@ -61,6 +61,8 @@ Result<std::optional<std::uint32_t>> MeshReader::read_joined(Mesh mesh, const Po
   if (mesh.primitives.empty()) return std::optional<std::uint32_t>();
   const DegenerateTriangles degenerate_triangles = count_degenerate_triangles(mesh);
   mesh.all_used = degenerate_triangles.all_used;
+  mesh.nonfinite_triangles = degenerate_triangles.nonfinite;
+  mesh.degenerate_triangles = degenerate_triangles.degenerate;
   add_degenerate_triangles(degenerate_triangles, mesh, scene_.counts, warnings_);
   const auto index = static_cast<std::uint32_t>(scene_.meshes.size());
   scene_.meshes.push_back(std::make_shared<const Mesh>(std::move(mesh)));

@@ -114,6 +114,8 @@ void SinglePrimitiveMeshes::load_vertices(Waiting& one,
   }
   one.degenerate_triangles = count_degenerate_triangles(one.mesh);
   one.mesh.all_used = one.degenerate_triangles.all_used;
+  one.mesh.nonfinite_triangles = one.degenerate_triangles.nonfinite;
+  one.mesh.degenerate_triangles = one.degenerate_triangles.degenerate;
 }
 
 Status SinglePrimitiveMeshes::finish(Waiting& one) {

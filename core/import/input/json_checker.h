@@ -80,6 +80,13 @@ class JsonChecker {
   Error error_;
 };
 
+/// Returns a member of what may be an object; null if there is none.
+inline const nlohmann::json* member_of(const nlohmann::json& object, const char* key) {
+  if (!object.is_object()) return nullptr;
+  const auto found = object.find(key);
+  return found == object.end() ? nullptr : &*found;
+}
+
 }  // namespace sightline::gltf
 
 // Tests: tests/unit/import/gltf_document_test.cpp

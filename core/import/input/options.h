@@ -37,10 +37,10 @@ struct ImportOptions {
   /// Called with each part of the bytes that may be read after the import (SharedBytes::claim),
   /// from several threads at once. Only with an `owner`. Empty: not called.
   std::function<void(std::span<const std::byte>)> claim = {};
-  /// True: vertex attributes (normals, texture coordinates, colours) are copied if there is no
-  /// `owner`, compressed ones as they are. False: without an `owner`, hits have no attributes. With
-  /// an `owner` this has no effect: attributes are not read by the import, and hits read them in
-  /// place.
+  /// True: vertex attributes (normals, texture coordinates, colours), and what poses and animations
+  /// need, are copied if there is no `owner`, compressed ones as they are. False: without an
+  /// `owner`, hits have no attributes, and poses cannot change. With an `owner` this has no effect:
+  /// attributes are not read by the import, and hits read them in place.
   bool copies_attributes = false;
   /// Gets the stage "importing", with the nodes as its total. If it is cancelled, the import ends
   /// early with CANCELLED. May be null.

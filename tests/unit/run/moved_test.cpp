@@ -3,8 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "core/base/infinity.h"
 #include "core/demo/random.h"
+#include "core/scene/poser.h"
 #include "tests/support/random_cases.h"
 #include "tests/unit/run/golden_answers.h"
 
@@ -104,6 +107,115 @@ TEST(MovedScene, answers_so_before_its_trees_are_built) {
   expect_moves(demo::town(), *Scene::prepare(description_of(demo::town())), 7);
   const DemoScene large = demo::terrain(150000);  // enough to be cut into parts
   expect_moves(large, *Scene::prepare(description_of(large)), 8, 2);
+}
+
+/// Stretches the mesh of an instance along x by the weight of its node.
+class Stretcher : public Poser {
+ public:
+  explicit Stretcher(const SceneDescription& scene) {
+    for (const Instance& instance : scene.instances) base_.push_back(scene.meshes[instance.mesh]);
+  }
+  Result<PosedMeshes> pose(SceneDescription& scene, const PoseChange& change) const override {
+    PosedMeshes posed;
+    std::vector<std::uint32_t> uses(scene.meshes.size());
+    for (const Instance& instance : scene.instances) ++uses[instance.mesh];
+    for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
+      Instance& instance = scene.instances[i];
+      if (!change.weighted[instance.node]) continue;
+      auto mesh = std::make_shared<Mesh>(*base_[i]);
+      const double stretch = (*scene.nodes[instance.node].weights)[0];
+      for (Vec3f& at : mesh->positions.own()) at.x = static_cast<float>(at.x * stretch);
+      if (--uses[instance.mesh] > 0) {
+        instance.mesh = static_cast<std::uint32_t>(scene.meshes.size());
+        scene.meshes.emplace_back();
+      }
+      scene.meshes[instance.mesh] = std::move(mesh);
+      posed.fresh.push_back(instance.mesh);
+      posed.instances.push_back(i);
+    }
+    std::sort(posed.fresh.begin(), posed.fresh.end());
+    return posed;
+  }
+  Result<std::vector<NodeChange>> sample(const AnimationTime&) const override { return none(); }
+  Result<std::vector<AnimationSummary>> animations() const override { return none(); }
+  std::uint64_t bytes() const override { return 0; }
+  std::uint64_t bytes_of_call() const override { return 0; }
+
+ private:
+  static Error none() { return {ErrorKind::kInvalid, "ANIMATION_UNKNOWN", "there is none", ""}; }
+  std::vector<std::shared_ptr<const Mesh>> base_;
+};
+
+SceneDescription with_stretcher(SceneDescription scene) {
+  for (Node& node : scene.nodes) node.morph_targets = 1;
+  scene.poser = std::make_shared<const Stretcher>(scene);
+  return scene;
+}
+
+void expect_poses(const DemoScene& demo_scene, std::shared_ptr<const Scene> scene,
+                  std::uint64_t seed) {
+  demo::Random random(seed);
+  NodeChanges all;
+  for (int round = 0; round < test::random_cases(4); ++round) {
+    NodeChanges changes;
+    for (std::uint32_t k = 0; k <= random.below(4); ++k) {
+      NodeChange change;
+      change.node = random.below(static_cast<std::uint32_t>(demo_scene.nodes.size()));
+      switch (random.below(4)) {
+        case 0:
+          change.parent_from_node = demo::translation(random.between(-9, 9), 0, 0);
+          break;
+        case 1:
+          change.hidden = random.below(3) == 0;
+          break;
+        default:
+          // Two of them may be equal.
+          change.weights = {0.5 * (1 + random.below(3))};
+      }
+      changes = with_changes(std::move(changes), std::span(&change, 1));
+    }
+    all = with_changes(std::move(all), changes);
+    auto next = scene->changed(changes);
+    ASSERT_TRUE(next.ok()) << next.error().message;
+    SceneDescription loaded = with_stretcher(description_of(demo_scene));
+    ASSERT_TRUE(change_nodes(loaded, all).ok());
+    const auto fresh = *Scene::prepare(std::move(loaded));
+    EXPECT_EQ((*next)->bounds(), fresh->bounds());
+    scene = *next;
+    if (fresh->bounds().empty()) continue;
+    const RayBatch rays = rays_into(*fresh);
+    EXPECT_EQ(answers_of(**next, rays), answers_of(*fresh, rays))
+        << "seed " << seed << ", round " << round;
+    EXPECT_EQ((*next)->trees().stats().full_builds, 0u);
+  }
+}
+
+TEST(PosedScene, answers_as_one_that_was_loaded_so) {
+  for (const DemoScene& demo_scene :
+       {demo::town(), demo::instances(60, 400), demo::six_triangles()}) {
+    expect_poses(demo_scene, *Scene::prepare(with_stretcher(description_of(demo_scene))), 1);
+    expect_poses(demo_scene,
+                 *Scene::build(with_stretcher(description_of(demo_scene)), TreeQuality::kFast), 11);
+  }
+}
+
+TEST(PosedScene, keeps_the_trees_of_meshes_that_it_does_not_pose) {
+  const auto scene = *Scene::build(with_stretcher(description_of(demo::six_triangles())));
+  const auto engine = engine_of("", 1);
+  RayBatch rays;
+  rays.push_back({{-10, 1, 0}, {1, 0, 0}});
+  rays.push_back({{3, 10, 0}, {0, -1, 0}});
+  HitBatch hits;
+  ASSERT_TRUE(engine->closest(*scene, rays, Deadline::never(), hits));
+  const double before = hits.t[1];
+  const auto posed = *scene->changed(NodeChanges{{1, {}, {}, {}, {0.5}}});
+  ASSERT_TRUE(engine->closest(*posed, rays, Deadline::never(), hits));
+  EXPECT_EQ(hits.t[1], before);
+  EXPECT_EQ(posed->trees().stats().trees_kept, 1u);
+  EXPECT_EQ(posed->trees().stats().trees_built, 1u);
+  EXPECT_EQ(posed->trees().geometry(), scene->trees().geometry());
+  EXPECT_EQ(scene->changed(NodeChanges{{1, {}, {}, {}, {1, 2}}}).error().code,
+            "NODE_WEIGHTS_WRONG");
 }
 
 TEST(MovedScene, builds_the_tree_of_a_mesh_that_leaves_the_others_once) {

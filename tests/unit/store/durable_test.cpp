@@ -80,26 +80,26 @@ TEST(Durable, a_change_is_not_made_to_a_record_of_another_content) {
     const auto opened = SceneStore::open({.folder = folder.path()}, load_node, {});
     SceneStore& store = **opened;
     ASSERT_TRUE(put_text(store, "a", "first").ok());
-    ASSERT_TRUE(store.change("a", hiding()).ok());
+    ASSERT_TRUE(store.change("a", {{}, {hiding()}}).ok());
     fail_at("/scenes");
     EXPECT_FALSE(store.is_failing());
     EXPECT_EQ(put_text(store, "a", "second").error().code, "STORE_IO");
     fail_at("");
     EXPECT_TRUE(store.is_failing());
     EXPECT_EQ(text_of(store, "a"), "first");
-    const auto changed = store.change("a", hiding());
+    const auto changed = store.change("a", {{}, {hiding()}});
     ASSERT_FALSE(changed.ok());
     EXPECT_EQ(changed.error().code, "STORE_IO");
     EXPECT_NE(changed.error().message.find("send the file again"), std::string::npos);
     EXPECT_TRUE(store.is_failing());
     ASSERT_TRUE(put_text(store, "a", "third").ok());
     EXPECT_FALSE(store.is_failing());
-    EXPECT_TRUE(store.change("a", hiding()).ok());
+    EXPECT_TRUE(store.change("a", {{}, {hiding()}}).ok());
     // A change that failed at its last step is of the same content.
     fail_at("/scenes");
-    EXPECT_EQ(store.change("a", hiding()).error().code, "STORE_IO");
+    EXPECT_EQ(store.change("a", {{}, {hiding()}}).error().code, "STORE_IO");
     fail_at("");
-    EXPECT_TRUE(store.change("a", hiding()).ok());
+    EXPECT_TRUE(store.change("a", {{}, {hiding()}}).ok());
   }
   EXPECT_EQ(text_of(*open_settled(folder.path()), "a"), "third");
 }

@@ -16,7 +16,7 @@ SceneRecord full_record() {
   record.neighbours = {{"b uffer.bin", hash("buffer"), 6}, {"image.png", hash("image"), 5}};
   NodeChange moved{2, Affine{}, {}, 6};
   moved.parent_from_node->m[2][3] = 0.1;
-  record.changes = {moved, {12, {}, true, {}}};
+  record.changes = {moved, {12, {}, true, {}}, {13, {}, {}, {}, {0.1, -2}}};
   return record;
 }
 
@@ -81,6 +81,8 @@ TEST(SceneRecord, of_an_older_version_is_refused_with_a_key_or_a_value_that_it_c
       {"\"hidden\"", "\"hiddeo\""},
       {"\"mask\"", "\"masj\""},
       {"\"mask\":6", "\"mask\":4294967296"},
+      {"\"weights\":[0.1,", "\"weights\":[null,"},
+      {"\"weights\":[", "\"weights\":[[],"},
       {"\"matrix\"", "\"matriy\""},
       {"\"node\":2", "\"node\":4294967296"},
       {"\"fingerprint\":", "\"fingerprint\":-"},
