@@ -16,11 +16,11 @@ using Real = long double;  // so that the test's own rounding is far below what 
 struct Vector {
   Real x = 0, y = 0, z = 0;
 };
-Vector difference(const Vec3d& a, const Vec3d& b) {
+Vector minus(const Vec3d& a, const Vec3d& b) {
   return {Real{a.x} - Real{b.x}, Real{a.y} - Real{b.y}, Real{a.z} - Real{b.z}};
 }
 Real dot(const Vector& a, const Vector& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-Vector cross(const Vector& a, const Vector& b) {
+Vector cross_of(const Vector& a, const Vector& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 Vector minus(const Vector& a, const Vector& b, Real factor) {
@@ -31,9 +31,9 @@ Real length(const Vector& a) { return std::sqrt(dot(a, a)); }
 /// How far the line passes the segment, at the nearest.
 Real distance(const Ray& ray, const Vec3d& a, const Vec3d& b) {
   // Seen along the line, it is the point 0.
-  const Vector d = difference(ray.direction, {});
+  const Vector d = minus(ray.direction, {});
   const auto seen = [&](const Vec3d& p) {
-    const Vector v = difference(p, ray.origin);
+    const Vector v = minus(p, ray.origin);
     return minus(v, d, dot(v, d) / dot(d, d));
   };
   const Vector p = seen(a), q = seen(b), edge = minus(q, p, 1);
@@ -49,8 +49,8 @@ Real distance_to_edges(const Ray& ray, const WorldTriangle& t) {
 
 /// How far t may move when the corners move so far.
 Real slack(const Ray& ray, const WorldTriangle& t, Real moved) {
-  const Vector n = cross(difference(t.v1, t.v0), difference(t.v2, t.v0));
-  return moved * length(n) / std::fabs(dot(n, difference(ray.direction, {})));
+  const Vector n = cross_of(minus(t.v1, t.v0), minus(t.v2, t.v0));
+  return moved * length(n) / std::fabs(dot(n, minus(ray.direction, {})));
 }
 
 /// Rounding of both scenes' float64 world positions, and of this judge: far below any displacement.
@@ -109,9 +109,8 @@ DisplacedTally compare_displaced(const DisplacedSurface& surface, const RayBatch
       }
       ++tally.same_triangle;
       if (apart == 0) ++tally.same_bits;
-      tally.largest =
-          std::max(tally.largest,
-                   static_cast<double>(std::fabs(apart) * length(difference(ray.direction, {}))));
+      tally.largest = std::max(
+          tally.largest, static_cast<double>(std::fabs(apart) * length(minus(ray.direction, {}))));
       continue;
     }
     // Both triangles are met by both, and changed their order; or one is passed at an edge.
