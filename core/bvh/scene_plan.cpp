@@ -277,7 +277,8 @@ void include_side(const ScenePlan& plan, const PlacementView& view, int axis, bo
 
 Box3d ScenePlan::exact_bounds(std::size_t first, std::size_t count) const {
   Box3d exact;
-  // Of each side the placement that seems to reach farthest goes first: few others go beyond.
+  // The placement whose loose box reaches farthest comes first on each side: then few others are
+  // examined.
   std::size_t farthest[3][2] = {};
   Box3d loose;
   for (std::size_t i = first; i < first + count; ++i) {

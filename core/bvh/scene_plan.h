@@ -44,12 +44,14 @@ struct MeshFacts {
   double largest(int axis) const { return std::max({0.0, -box.min[axis], box.max[axis]}); }
 };
 
-/// Boxes of the corners of a mesh in groups of neighbours, so that bounds of many placements cost
-/// little. Empty for meshes that are small or placed rarely.
+/// The corners of a mesh, and boxes of groups of them, by which bounds of many placements cost
+/// little.
 struct CornerGroups {
   /// Indices in MeshView::positions that triangles use; empty: all are used.
   std::vector<std::uint32_t> corners;
-  std::vector<Box3d> boxes;  ///< of kCorners consecutive corners each, in mesh space
+  /// Boxes of kCorners consecutive corners each, in mesh space. Empty if the mesh is small, is
+  /// placed rarely, or has a position that is not finite.
+  std::vector<Box3d> boxes;
 
   static constexpr std::size_t kCorners = 16;
 };
@@ -64,8 +66,9 @@ struct ScenePlan {
   /// The given placements, in their order. If several meshes have equal content, their placements
   /// all name the first of these meshes.
   std::vector<PlacementView> placements;
-  std::vector<MeshFacts> facts;                             ///< one for each mesh
-  std::vector<std::shared_ptr<const CornerGroups>> groups;  ///< one for each mesh
+  std::vector<MeshFacts> facts;  ///< one for each mesh
+  /// One for each mesh; null if no placement of it was ever visible.
+  std::vector<std::shared_ptr<const CornerGroups>> groups;
   /// For each placement, a box that contains the world triangles whose three corners are finite;
   /// empty if there are none, or if the placement is hidden
   std::vector<Box3d> placed;

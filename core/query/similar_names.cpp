@@ -113,4 +113,16 @@ std::vector<std::string_view> similar_names(
   return result;
 }
 
+std::string similar_names_text(std::string_view pattern, std::size_t names,
+                               const std::function<std::string_view(std::size_t)>& name_at,
+                               std::uint64_t most_steps, DeadlineWatch& watch) {
+  std::string text;
+  std::string_view before = "; similar: \"";
+  for (const std::string_view name : similar_names(pattern, names, name_at, most_steps, watch)) {
+    text.append(before).append(name).append("\"");
+    before = ", \"";
+  }
+  return text;
+}
+
 }  // namespace sightline

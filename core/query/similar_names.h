@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -26,5 +27,11 @@ std::vector<std::string_view> similar_names(
     std::string_view pattern, std::size_t names,
     const std::function<std::string_view(std::size_t)>& name_at, std::uint64_t most_steps,
     DeadlineWatch& watch);
+
+/// The result of similar_names as the end of an error message: `; similar: "house 1", "house 2"`.
+/// Empty if there are none.
+std::string similar_names_text(std::string_view pattern, std::size_t names,
+                               const std::function<std::string_view(std::size_t)>& name_at,
+                               std::uint64_t most_steps, DeadlineWatch& watch);
 
 }  // namespace sightline

@@ -100,12 +100,8 @@ Status tell_unmatched(const PatternList& list, const AnyGlob& globs, DeadlineWat
     if (globs.has_found(i)) continue;
     const std::string& pattern = list.patterns[i];
     std::string message = "no " + std::string(list.of) + " has a name like \"" + pattern + "\"";
-    std::string_view before = "; similar: ";
-    for (const std::string_view name :
-         similar_names(pattern, list.names, list.name_at, kMostSteps / globs.unfound(), watch)) {
-      message.append(before).append("\"").append(name).append("\"");
-      before = ", ";
-    }
+    message +=
+        similar_names_text(pattern, list.names, list.name_at, kMostSteps / globs.unfound(), watch);
     if (watch.passed()) return watch.error();
     Status status = tell({list.pointer + "/" + std::to_string(i), std::move(message)}, warnings);
     if (!status) return status;

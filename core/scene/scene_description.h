@@ -3,11 +3,13 @@
 /// file, and counts of what was left out. Plain data; the importer has checked that every index is
 /// in range.
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -80,6 +82,15 @@ struct Instance {
   bool hidden = false;
   std::uint32_t mask = 0xffffffffu;  ///< the effective mask of its node
 };
+
+/// The instances of a node, which are consecutive: instances are in the order of their nodes. `all`
+/// are SceneDescription::instances. Cost: logarithmic.
+template <class AnInstance>
+std::span<AnInstance> instances_of(std::span<AnInstance> all, std::uint32_t node) {
+  const auto before = [](const Instance& each, std::uint32_t n) { return each.node < n; };
+  const auto begin = std::lower_bound(all.begin(), all.end(), node, before);
+  return {begin, std::lower_bound(begin, all.end(), node + 1, before)};
+}
 
 /// Counts of the bytes that an import read, by what they are.
 struct TouchedBytes {

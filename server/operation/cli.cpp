@@ -154,13 +154,9 @@ class CommandLine {
     for (const CLI::App* command : commands) known.push_back(command->get_name());
     const Deadline never = Deadline::never();
     DeadlineWatch watch(never);
-    std::string text;
-    for (const std::string_view name : similar_names(
-             word, known.size(), [&](std::size_t i) { return std::string_view(known[i]); }, 1 << 16,
-             watch)) {
-      text.append(text.empty() ? "; similar: " : ", ").append(name);
-    }
-    return text;
+    return similar_names_text(
+        word, known.size(), [&](std::size_t i) { return std::string_view(known[i]); }, 1 << 16,
+        watch);
   }
 
   CLI::App app_{"Exact ray queries against glTF scenes.", "sightline"};

@@ -56,13 +56,9 @@ void reply_scene_not_found(Exchange& exchange, const Service& service) {
     const std::vector<SceneSnapshot> scenes = service.store.list();
     const Deadline deadline = service.deadline();
     DeadlineWatch watch(deadline);
-    std::string_view before = "; similar: ";
-    for (const std::string_view name : similar_names(
-             exchange.scene_id, scenes.size(),
-             [&](std::size_t i) { return std::string_view(scenes[i]->id); }, kSteps, watch)) {
-      error.message.append(before).append("\"").append(name).append("\"");
-      before = ", ";
-    }
+    error.message += similar_names_text(
+        exchange.scene_id, scenes.size(),
+        [&](std::size_t i) { return std::string_view(scenes[i]->id); }, kSteps, watch);
   }
   exchange.reply_error(error);
 }

@@ -11,18 +11,10 @@
 namespace sightline {
 namespace {
 
-/// The instances of a node: they stand in the order of their nodes.
-std::span<const Instance> instances_of(const SceneDescription& scene, std::uint32_t node) {
-  const auto before = [](const Instance& each, std::uint32_t n) { return each.node < n; };
-  const auto begin = std::lower_bound(scene.instances.begin(), scene.instances.end(), node, before);
-  const auto end = std::lower_bound(begin, scene.instances.end(), node + 1, before);
-  return {begin, end};
-}
-
 /// The materials of a node's own triangles, each once, in ascending order; the last may be kNone.
 std::vector<std::uint32_t> materials_of(const SceneDescription& scene, std::uint32_t node) {
   std::vector<std::uint32_t> materials;
-  const std::span<const Instance> instances = instances_of(scene, node);
+  const std::span<const Instance> instances = instances_of(std::span(scene.instances), node);
   if (instances.empty()) return materials;
   // All instances of a node have one mesh.
   for (const Primitive& part : scene.meshes[instances.front().mesh]->primitives) {
@@ -178,7 +170,8 @@ std::string encode_nodes(const Scene& scene, const NodeQuery& query, const NodeP
   for (std::size_t i = 0; i < page.nodes.size(); ++i) {
     const std::uint32_t number = page.nodes[i];
     const Node& node = description.nodes[number];
-    const std::span<const Instance> instances = instances_of(description, number);
+    const std::span<const Instance> instances =
+        instances_of(std::span(description.instances), number);
     const auto first = static_cast<std::uint32_t>(instances.data() - description.instances.data());
     std::uint64_t triangles = 0;
     for (const Instance& instance : instances)

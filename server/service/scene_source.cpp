@@ -85,7 +85,7 @@ void add_indices(const IndexColumn& indices, Sha256& hash) {
   }
 }
 
-/// Of all that can come from other files than the named one.
+/// The hash of everything that can come from other files than the named one.
 std::string hash_of_geometry(const SceneDescription& description) {
   Sha256 hash;
   for (const auto& mesh : description.meshes) {

@@ -9,7 +9,7 @@ import unittest
 from fractions import Fraction
 
 import case_report
-from sightline_server import DATA, JSON_TYPE, Server
+from sightline_server import JSON_TYPE, Server, shared_scene
 
 FIELDS = ["shading_normal", "uv", "colour"]
 FORMATS = {5120: ("b", 127), 5121: ("B", 255), 5122: ("h", 32767), 5123: ("H", 65535), 5125: ("I", None), 5126: ("f", None)}
@@ -387,10 +387,7 @@ class Attributes(unittest.TestCase):
                     self.assertAlmostEqual(got, before + added, delta=1e-15)
 
     def test_a_skinned_figure_of_the_shared_data(self):
-        path = DATA / "scenes/knight_skinned.glb"
-        if not path.exists():
-            self.skipTest(f"there is no {path}")
-        glb = path.read_bytes()
+        glb = shared_scene(self, "knight_skinned.glb")
         reading = Reading(glb)
         skinned = {i for i, node in enumerate(reading.root["nodes"]) if "skin" in node}
         for server in self.each("knight", glb):
@@ -400,10 +397,7 @@ class Attributes(unittest.TestCase):
             self.assertTrue(any(hit and hit["node_id"] in skinned for hit in hits))
 
     def test_instances_of_the_shared_data_have_their_normals(self):
-        path = DATA / "scenes/city_gpu_instancing.glb"
-        if not path.exists():
-            self.skipTest(f"there is no {path}")
-        for server in self.each("city", path.read_bytes()):
+        for server in self.each("city", shared_scene(self, "city_gpu_instancing.glb")):
             bounds = server.ask("/v1/scenes/city").json()["bounds"]
             rays = shower(2, 300, bounds["min"], bounds["max"])
             hits = server.query("city", "closest", {"rays": rays, "fields": ["normal", "shading_normal"]}).json()["hits"]
@@ -414,10 +408,7 @@ class Attributes(unittest.TestCase):
                 self.assertGreater(abs(sum(a * b for a, b in zip(hit["shading_normal"], hit["normal"]))), 0.9)
 
     def test_instances_are_numbered_within_their_node(self):
-        path = DATA / "scenes/city_gpu_instancing.glb"
-        if not path.exists():
-            self.skipTest(f"there is no {path}")
-        glb = path.read_bytes()
+        glb = shared_scene(self, "city_gpu_instancing.glb")
         reading = Reading(glb)
         for server in self.each("city", glb):
             bounds = server.ask("/v1/scenes/city").json()["bounds"]

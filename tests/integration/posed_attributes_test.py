@@ -10,7 +10,7 @@ import unittest
 
 import case_report
 from attributes_test import MAPPED_FROM, File, Reading
-from sightline_server import DATA, Server
+from sightline_server import Server, shared_scene
 
 FIELDS = ["shading_normal", "tangent", "uv", "colour"]
 NAMES = {"NORMAL": 3, "TANGENT": 4, "TEXCOORD_0": 2, "COLOR_0": 4}
@@ -190,10 +190,7 @@ class PosedAttributes(unittest.TestCase):
                     self.compare(server, "posed", Posed(glb), 20)
 
     def test_the_knight_of_the_shared_data(self):
-        path = DATA / "scenes/knight_skinned.glb"
-        if not path.exists():
-            self.skipTest(f"there is no {path}")
-        glb = path.read_bytes()
+        glb = shared_scene(self, "knight_skinned.glb")
         reading = Posed(glb)
         with Server() as server:
             server.put("knight", glb)

@@ -16,7 +16,7 @@ import case_report
 from attributes_test import MAPPED_FROM, File
 from patch_test import patch
 from posed_attributes_test import Posed, local
-from sightline_server import DATA, JSON_TYPE, SOURCE, Server, with_document
+from sightline_server import JSON_TYPE, SOURCE, Server, shared_scene, with_document
 
 sys.path.insert(0, str(SOURCE / "proto/python"))
 import sightline  # noqa: E402  (found only now)
@@ -546,10 +546,7 @@ class Poses(unittest.TestCase):
                     server.kill()
 
     def test_animations_of_the_knight(self):
-        path = DATA / "scenes/knight_skinned.glb"
-        if not path.exists():
-            self.skipTest(f"there is no {path}")
-        glb = path.read_bytes()
+        glb = shared_scene(self, "knight_skinned.glb")
         reading = Sampled(glb)
         server = self.server(memory=None)
         self.assertEqual(server.put("knight", glb).status, 201)
@@ -587,10 +584,7 @@ class Poses(unittest.TestCase):
         return server.query(name, "closest", {"rays": rays, "fields": FIELDS}).body
 
     def test_the_knight_of_the_shared_data(self):
-        path = DATA / "scenes/knight_skinned.glb"
-        if not path.exists():
-            self.skipTest(f"there is no {path}")
-        glb = path.read_bytes()
+        glb = shared_scene(self, "knight_skinned.glb")
         reading = Posed(glb)
         joint = reading.root["skins"][0]["joints"][1]
         folder = self.folder()

@@ -105,7 +105,7 @@ class Settings(unittest.TestCase):
         self.assertIn("--data: the name of a folder is not empty", refused("serve", "--data", ""))
         self.assertIn("'a' is given twice", refused("serve", "--preload", "a=demo:six", "--preload", "a=demo:six"))
         self.assertEqual(refused("frob"), "sightline: there is no command 'frob'\nSee sightline --help\n")
-        self.assertEqual(refused("serv"), "sightline: there is no command 'serv'; similar: serve\nSee sightline --help\n")
+        self.assertEqual(refused("serv"), "sightline: there is no command 'serv'; similar: \"serve\"\nSee sightline --help\n")
         said = refused("key", "new", "--role", "read", "--name", ".a")
         self.assertIn("does not begin with a dot", said)
         self.assertIn("\nSee sightline key new --help\n", said)

@@ -190,6 +190,14 @@ def read_answer(stream):
     return Answer(status, headers, stream.read(int(headers.get("content-length", 0))))
 
 
+def shared_scene(test, name):
+    """The bytes of a scene of the shared data; `test` is skipped where there is none."""
+    path = DATA / "scenes" / name
+    if not path.exists():
+        test.skipTest(f"there is no {path}")
+    return path.read_bytes()
+
+
 def demo_glb(name):
     """The bytes of a demo scene, by the program itself."""
     with tempfile.TemporaryDirectory() as folder:

@@ -40,7 +40,7 @@ ShapeContact contact_of(const Capsule& capsule, const Triangle& triangle);
 inline ShapeContact contact_of(const Sphere& sphere, const Triangle& triangle) {
   return contact_of(Capsule{sphere.center, sphere.center, sphere.radius}, triangle);
 }
-/// Of the hull with these parts. Empty if the deadline passed.
+/// The contact of a hull that meets the triangle, given its parts. Empty if the deadline passed.
 std::optional<ShapeContact> contact_of(const BodyParts& hull, const Triangle& triangle,
                                        const Deadline& deadline);
 

@@ -1,11 +1,9 @@
 #include "core/import/gltf/file_poser.h"
 
 #include <algorithm>
-#include <functional>
 #include <map>
 #include <mutex>
 #include <optional>
-#include <set>
 #include <string_view>
 #include <tuple>
 #include <unordered_map>
@@ -14,8 +12,8 @@
 #include "core/base/watch.h"
 #include "core/import/gltf/animation_sampler.h"
 #include "core/import/gltf/mesh_reader.h"
+#include "core/import/gltf/posed_parts.h"
 #include "core/import/input/refusal.h"
-#include "core/import/input/retained_bytes.h"
 #include "core/query/similar_names.h"
 
 namespace sightline::gltf {
@@ -23,152 +21,6 @@ namespace sightline::gltf {
 namespace {
 
 constexpr std::uint32_t kNoMesh = 0xffffffffu;
-
-/// The bytes of a file that stay valid.
-struct Retained {
-  SharedBytes file;
-  std::span<const std::byte> json;
-  std::optional<std::span<const std::byte>> binary;
-  /// by buffer of another file
-  std::map<std::size_t, std::shared_ptr<const RetainedBytes>> buffers;
-  std::vector<std::size_t> data_uris;  ///< buffers that are parts of the JSON, and were opened
-  std::uint64_t copied = 0;
-};
-
-/// What of a file poses and animations need.
-class PosedParts {
- public:
-  PosedParts(const ImportedFile& file, const std::vector<std::uint32_t>& morph_targets)
-      : file_(file), morph_targets_(morph_targets) {}
-
-  bool has_any() const { return has_any_; }
-
-  void add_node(const tinygltf::Node& node) {
-    const GltfDocument& document = file_.document;
-    if (node.mesh < 0) return;
-    const auto mesh = static_cast<std::size_t>(node.mesh);
-    if (node.skin < 0 && morph_targets_[mesh] == 0) return;
-    has_any_ = true;
-    if (node.skin >= 0) {
-      if (const auto binds = document.skins[static_cast<std::size_t>(node.skin)].inverse_binds)
-        add_accessor(static_cast<int>(*binds));
-    }
-    if (!meshes_.insert(mesh).second) return;
-    const auto& primitives = document.model.meshes[mesh].primitives;
-    for (std::size_t i = 0; i < primitives.size(); ++i) add_primitive(mesh, i, primitives[i]);
-  }
-  void add_animation(const AnimationEntry& animation) {
-    has_any_ = true;
-    for (const AnimationSamplerEntry& sampler : animation.samplers) {
-      add_accessor(static_cast<int>(sampler.input));
-      add_accessor(static_cast<int>(sampler.output));
-    }
-  }
-
-  /// Claims or copies the parts.
-  Result<Retained> retain(Budget& budget) {
-    const std::span<const std::byte> whole = file_.shared.bytes;
-    FileParts own{part_of(whole, file_.chunks.json)};
-    std::map<std::size_t, FileParts> others;
-    for (const std::size_t view : views_) add_view(view, own, others);
-    own = merged(std::move(own));
-    Retained retained;
-    const bool is_held = file_.shared.owner != nullptr;
-    std::uint64_t copied = is_held ? 0 : bytes_of(own);
-    for (auto& [buffer, parts] : others) {
-      parts = merged(std::move(parts));
-      copied += bytes_of(parts);
-    }
-    if (Status status = budget.spend_bytes(copied); !status) return std::move(status).error();
-    retained.copied = copied;
-    if (is_held) {
-      retained.file = {whole, file_.shared.owner, {}};
-      for (const auto& [begin, length] : own) {
-        if (file_.shared.claim) file_.shared.claim(whole.subspan(begin, length));
-      }
-    } else {
-      const auto copy = std::make_shared<const RetainedBytes>(whole, own);
-      retained.file = {copy->bytes(), copy, {}};
-    }
-    const auto moved = [&](std::span<const std::byte> part) {
-      const auto [begin, length] = part_of(whole, part);
-      return retained.file.bytes.subspan(begin, length);
-    };
-    retained.json = moved(file_.chunks.json);
-    if (file_.chunks.binary) retained.binary = moved(*file_.chunks.binary);
-    for (const auto& [buffer, parts] : others) {
-      auto bytes = file_.buffers.bytes(buffer);
-      if (!bytes) return std::move(bytes).error();
-      retained.buffers[buffer] = std::make_shared<const RetainedBytes>(*bytes, parts);
-    }
-    for (std::size_t i = 0; i < file_.document.buffers.size(); ++i) {
-      if (!file_.buffers.is_mapped(i) && file_.buffers.is_at_hand(i))
-        retained.data_uris.push_back(i);
-    }
-    return retained;
-  }
-
- private:
-  static std::pair<std::uint64_t, std::uint64_t> part_of(std::span<const std::byte> whole,
-                                                         std::span<const std::byte> part) {
-    return {static_cast<std::uint64_t>(part.data() - whole.data()), part.size()};
-  }
-  static bool is_inside(std::span<const std::byte> whole, std::span<const std::byte> part) {
-    return !std::less<>()(part.data(), whole.data()) &&
-           !std::less<>()(whole.data() + whole.size(), part.data() + part.size());
-  }
-
-  void add_primitive(std::size_t mesh, std::size_t number, const tinygltf::Primitive& primitive) {
-    const GltfDocument& document = file_.document;
-    for (const auto& [name, accessor] : primitive.attributes) add_accessor(accessor);
-    add_accessor(primitive.indices);
-    for (const auto& target : primitive.targets) {
-      for (const auto& [name, accessor] : target) add_accessor(accessor);
-    }
-    if (const auto draco = document.draco.find({mesh, number}); draco != document.draco.end())
-      views_.insert(draco->second.view);
-    const auto entry = document.attributes.find({mesh, number});
-    if (entry == document.attributes.end()) return;
-    for (const int accessor : entry->second.accessor) add_accessor(accessor);
-    for (const auto& target : entry->second.targets) {
-      for (const int accessor : target) add_accessor(accessor);
-    }
-  }
-  void add_accessor(int index) {
-    if (index < 0) return;
-    const tinygltf::Accessor& accessor =
-        file_.document.model.accessors[static_cast<std::size_t>(index)];
-    if (GltfDocument::has_view(accessor)) add(accessor.bufferView);
-    if (!accessor.sparse.isSparse) return;
-    add(accessor.sparse.indices.bufferView);
-    add(accessor.sparse.values.bufferView);
-  }
-  void add(int view) { views_.insert(static_cast<std::size_t>(view)); }
-
-  /// Adds the bytes of a view to the parts of their file. Leaves out what is invalid: a pose that
-  /// needs it is an error.
-  void add_view(std::size_t number, FileParts& own, std::map<std::size_t, FileParts>& others) {
-    ViewStore& views = file_.accessors.views();
-    if (!views.is_at_hand(number)) return;
-    const bool is_meshopt = views.is_meshopt(number);
-    const auto bytes = is_meshopt ? views.to_decode(number) : views.bytes(number);
-    if (!bytes) return;
-    if (is_inside(file_.shared.bytes, *bytes))
-      return own.push_back(part_of(file_.shared.bytes, *bytes));
-    const std::size_t buffer =
-        is_meshopt ? file_.document.meshopt.at(number).buffer
-                   : static_cast<std::size_t>(file_.document.model.bufferViews[number].buffer);
-    // A data URI is a part of the JSON.
-    if (!file_.buffers.is_mapped(buffer)) return;
-    const auto whole = file_.buffers.bytes(buffer);
-    if (whole) others[buffer].push_back(part_of(*whole, *bytes));
-  }
-
-  const ImportedFile& file_;
-  const std::vector<std::uint32_t>& morph_targets_;
-  bool has_any_ = false;
-  std::set<std::size_t> meshes_, views_;
-};
 
 using DocumentPointer = std::shared_ptr<const GltfDocument>;
 
@@ -221,14 +73,6 @@ PoseKey key_of(const tinygltf::Model& model, const tinygltf::Node& node) {
   return key;
 }
 
-/// The instances of a node: they stand in the order of their nodes.
-std::span<Instance> instances_of(SceneDescription& scene, std::uint32_t node) {
-  const auto before = [](const Instance& each, std::uint32_t n) { return each.node < n; };
-  const auto begin = std::lower_bound(scene.instances.begin(), scene.instances.end(), node, before);
-  const auto end = std::lower_bound(begin, scene.instances.end(), node + 1, before);
-  return {begin, end};
-}
-
 /// Gives nodes the meshes of their new pose.
 class Reposing {
  public:
@@ -241,14 +85,14 @@ class Reposing {
     for (std::uint32_t i = 0; i < scene_.nodes.size(); ++i) {
       const tinygltf::Node node = posed_node(i);
       const bool is_posable = node.skin >= 0 || scene_.nodes[i].morph_targets > 0;
-      if (node.mesh < 0 || !is_posable || instances_of(scene_, i).empty()) continue;
+      if (node.mesh < 0 || !is_posable || of_node(i).empty()) continue;
       const auto [known, is_new] =
           number_.try_emplace(key_of(document_.model, node), groups_.size());
       if (is_new) groups_.push_back({.node = node});
       Group& group = groups_[known->second];
       const bool is_touched =
           change_.weighted[i] || (node.skin >= 0 && skins[static_cast<std::size_t>(node.skin)]);
-      if (!is_touched) group.mesh = instances_of(scene_, i).front().mesh;
+      if (!is_touched) group.mesh = of_node(i).front().mesh;
       group.nodes.push_back({i, is_touched});
     }
   }
@@ -277,7 +121,7 @@ class Reposing {
       if (group.fresh != nullptr) posed.fresh.push_back(place(group, is_taken));
       for (const auto& [node, is_touched] : group.nodes) {
         if (!is_touched) continue;
-        for (Instance& instance : instances_of(scene_, node)) {
+        for (Instance& instance : of_node(node)) {
           instance.mesh = group.mesh;
           posed.instances.push_back(
               static_cast<std::uint32_t>(&instance - scene_.instances.data()));
@@ -304,6 +148,10 @@ class Reposing {
     std::uint32_t made = kNoMesh;  ///< index of the mesh that was read
     std::shared_ptr<const Mesh> fresh = {};
   };
+
+  std::span<Instance> of_node(std::uint32_t node) {
+    return instances_of(std::span(scene_.instances), node);
+  }
 
   /// What of a node poses its mesh.
   tinygltf::Node posed_node(std::uint32_t i) const {
@@ -334,12 +182,12 @@ class Reposing {
     std::vector<bool> is_kept(scene_.meshes.size(), true);
     for (const Group& group : groups_) {
       for (const auto& [node, is_touched] : group.nodes) {
-        if (is_touched) is_kept[instances_of(scene_, node).front().mesh] = false;
+        if (is_touched) is_kept[of_node(node).front().mesh] = false;
       }
     }
     for (const Group& group : groups_) {
       for (const auto& [node, is_touched] : group.nodes) {
-        if (!is_touched) is_kept[instances_of(scene_, node).front().mesh] = true;
+        if (!is_touched) is_kept[of_node(node).front().mesh] = true;
       }
     }
     std::vector<std::uint32_t> free;
@@ -351,7 +199,7 @@ class Reposing {
 
   std::uint32_t place(Group& group, std::vector<bool>& is_taken) {
     for (const auto& [node, is_touched] : group.nodes) {
-      const std::uint32_t old = instances_of(scene_, node).front().mesh;
+      const std::uint32_t old = of_node(node).front().mesh;
       if (!is_taken[old] && old < group.mesh) group.mesh = old;
     }
     if (group.mesh == kNoMesh) {
@@ -500,16 +348,10 @@ class FilePoser : public Poser {
     constexpr std::uint64_t kMostSteps = 1 << 20;
     const Deadline never;
     DeadlineWatch watch(never);
-    std::string what = "there is no animation \"" + shortened(*time.name) + "\"";
-    const char* before = "; similar: ";
-    for (const std::string_view name : similar_names(
-             *time.name, animations.size(),
-             [&](std::size_t i) { return std::string_view(animations[i].name); }, kMostSteps,
-             watch)) {
-      what.append(before).append("\"").append(shortened(name)).append("\"");
-      before = ", ";
-    }
-    return unknown(std::move(what), "name");
+    const std::string similar = similar_names_text(
+        *time.name, animations.size(),
+        [&](std::size_t i) { return std::string_view(animations[i].name); }, kMostSteps, watch);
+    return unknown("there is no animation \"" + shortened(*time.name) + "\"" + similar, "name");
   }
 
   /// Documents of texts up to this size are cached.

@@ -270,7 +270,7 @@ TEST(ShapeContact, prefers_the_front_of_the_triangle) {
     EXPECT_EQ(contact_of(Sphere{{0, 0, 0}, 2}, triangle).depth, 2);
     EXPECT_EQ(contact_of(Box3d{{-1, -1, -1}, {1, 1, 1}}, triangle).normal, (Vec3d{0, 0, z}));
   }
-  // Of the sides of a box the one with the larger x, then the larger y.
+  // At equal depth the side of the box with the larger x comes first, then the larger y.
   const Triangle small{{1, -1, 0}, {0, 1, -1}, {-1, 0, 1}};
   EXPECT_EQ(contact_of(Box3d{{-8, -8, -8}, {8, 8, 8}}, small).depth, 9);
   EXPECT_EQ(contact_of(Box3d{{-8, -8, -8}, {8, 8, 8}}, small).normal, (Vec3d{1, 0, 0}));
