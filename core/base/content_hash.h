@@ -2,15 +2,11 @@
 /// A fast 64-bit hash of bytes. It detects equal contents and accidental damage. It is not
 /// cryptographic: an attacker can forge a content with a given hash.
 
-#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <span>
-#include <vector>
-
-#include "core/base/parallel.h"
 
 namespace sightline {
 
@@ -77,14 +73,7 @@ inline constexpr std::size_t kHashPiece = 1u << 22;
 
 /// The hash of the hashes of all pieces of kHashPiece bytes, computed in parallel. It differs from
 /// hash_of of the whole. Throws std::bad_alloc.
-inline std::uint64_t hash_in_pieces(std::span<const std::byte> bytes) {
-  std::vector<std::uint64_t> pieces((bytes.size() + kHashPiece - 1) / kHashPiece);
-  parallel_for(pieces.size(), [&](std::size_t i) {
-    pieces[i] =
-        hash_of(bytes.subspan(i * kHashPiece, std::min(kHashPiece, bytes.size() - i * kHashPiece)));
-  });
-  return hash_of(std::as_bytes(std::span(pieces)));
-}
+std::uint64_t hash_in_pieces(std::span<const std::byte> bytes);
 
 }  // namespace sightline
 

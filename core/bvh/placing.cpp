@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/geometry/rounding.h"
+
 namespace sightline {
 
 namespace {
-
-/// u = 2^-53, half the distance from 1 to the next float64.
-constexpr double kU = 0x1p-53;
 
 /// Fills `inverse` by cofactors; false if the matrix is singular or its inverse not finite. How
 /// good the inverse is does not matter for truth: `map_space` measures it.

@@ -4,10 +4,9 @@
 /// `floor` covers underflow. docs/explanation/exactness-boxes.md defines the sizes and proves each
 /// constant; tests/unit/geometry/box_bounds_test.cpp derives each again.
 
-namespace sightline::box_bounds {
+#include "core/geometry/rounding.h"
 
-/// Unit roundoff of float64: the largest relative error of one rounding.
-inline constexpr double kU = 0x1p-53;
+namespace sightline::box_bounds {
 
 // Ray against axis-aligned planes. A plane is crossed at T = (plane - origin) / direction. high is
 // the numerator rounded to float64 and rate the denominator, both of the sign that makes rate > 0.

@@ -12,7 +12,6 @@ namespace sightline {
 
 namespace {
 
-constexpr double kU = 0x1p-53;
 constexpr std::size_t next(std::size_t corner) { return (corner + 1) % 3; }
 
 using namespace float64;

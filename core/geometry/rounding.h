@@ -1,6 +1,6 @@
 #pragma once
 /// Directed rounding from float64 to float32, and to neighbouring float64 numbers, without changing
-/// the rounding mode.
+/// the rounding mode. The unit roundoff.
 
 #include <cmath>
 #include <limits>
@@ -9,6 +9,9 @@ namespace sightline {
 
 inline constexpr float kInfF = std::numeric_limits<float>::infinity();
 inline constexpr double kInfD = std::numeric_limits<double>::infinity();
+
+/// Unit roundoff of float64: the largest relative error of one rounding.
+inline constexpr double kU = 0x1p-53;
 
 /// x rounded to the nearest float32. The value passes through memory because g++ 12.2 -O2 was seen
 /// to drop a double -> float -> double rounding inside a vectorised loop.

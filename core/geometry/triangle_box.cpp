@@ -13,7 +13,6 @@ namespace sightline {
 namespace {
 
 namespace bounds = box_bounds;
-using bounds::kU;
 
 /// A triangle in the coordinates in which the box is axis-aligned, each known up to `delta`.
 struct Placed {

@@ -14,8 +14,6 @@ namespace {
 
 using namespace float64;
 
-constexpr double kU = 0x1p-53;
-
 /// A point of at most three corners: weights of the second and the third.
 using Weights = std::array<double, 2>;
 

@@ -5,6 +5,7 @@
 
 #include "core/base/infinity.h"
 #include "core/geometry/triangle.h"
+#include "core/query/vector_arithmetic.h"
 
 namespace sightline {
 
@@ -15,15 +16,13 @@ PairFault ends_of(const PointPairs& pairs, std::size_t i) {
   return {i / pairs.to.size(), i % pairs.to.size()};
 }
 
-Vec3d difference(const Vec3d& a, const Vec3d& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-
 }  // namespace
 
 Ray PointPairs::ray(std::size_t i) const {
   const PairFault ends = ends_of(*this, i);
   Ray ray;
   ray.origin = from[ends.from];
-  ray.direction = difference(to[ends.to], ray.origin);
+  ray.direction = minus(to[ends.to], ray.origin);
   if (to[ends.to] == ray.origin) {
     ray.direction = {1, 0, 0};
     ray.tmin = ray.tmax = closed ? 0 : kInf;
@@ -47,10 +46,10 @@ bool check_pairs(const PointPairs& pairs, PairFault& fault) {
       }
     }
   }
-  if (pairs.size() == 0 || is_finite(difference(high, low))) return true;
+  if (pairs.size() == 0 || is_finite(minus(high, low))) return true;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     fault = ends_of(pairs, i);
-    if (!is_finite(difference(pairs.to[fault.to], pairs.from[fault.from]))) return false;
+    if (!is_finite(minus(pairs.to[fault.to], pairs.from[fault.from]))) return false;
   }
   return true;
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/infinity.h"
 #include "core/geometry/triangle.h"
 
 namespace sightline {
@@ -143,7 +144,6 @@ bool check_rays(const RayBatch& rays, RayFault& fault) {
 
 InvalidRays replace_invalid(RayBatch& rays) {
   // No real t is infinite.
-  constexpr double kInf = std::numeric_limits<double>::infinity();
   InvalidRays invalid;
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const RayFault found = fault_of(rays[i]);

@@ -6,6 +6,7 @@
 
 #include "core/base/split_mix.h"
 #include "core/geometry/triangle.h"
+#include "core/query/vector_arithmetic.h"
 
 namespace sightline {
 
@@ -13,9 +14,6 @@ namespace {
 
 Vec3d operator*(double s, const Vec3d& a) { return {s * a.x, s * a.y, s * a.z}; }
 Vec3d operator+(const Vec3d& a, const Vec3d& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-Vec3d cross(const Vec3d& a, const Vec3d& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
 
 /// Nothing for zero and for what is not finite.
 std::optional<Vec3d> unit(const Vec3d& a) {

@@ -6,15 +6,12 @@
 #include <limits>
 #include <variant>
 
+#include "core/query/vector_arithmetic.h"
+
 namespace sightline {
 
 namespace {
 
-double dot(const Vec3d& a, const Vec3d& b) { return (a.x * b.x + a.y * b.y) + a.z * b.z; }
-Vec3d difference(const Vec3d& a, const Vec3d& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-Vec3d cross(const Vec3d& a, const Vec3d& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
 /// a + s b.
 Vec3d along(const Vec3d& a, double s, const Vec3d& b) {
   return {a.x + s * b.x, a.y + s * b.y, a.z + s * b.z};
@@ -93,7 +90,7 @@ Result<std::vector<HalfSpace>> frustum_of(const std::array<Vec3d, 8>& corners) {
   for (const auto& face : kFaces) {
     const Vec3d &a = corners[face[0]], &b = corners[face[1]], &c = corners[face[2]];
     HalfSpace plane;
-    plane.normal = cross(difference(b, a), difference(c, a));
+    plane.normal = cross(minus(b, a), minus(c, a));
     plane.offset = dot(plane.normal, a);
     if (!is_plane(plane)) {
       return Error{ErrorKind::kInvalid, "BOX_CORNERS",

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "core/base/parallel.h"
+#include "core/base/thread_group.h"
 #include "core/base/within_memory.h"
 #include "core/run/engine.h"
 #include "core/trace/kernel/kernel.h"

@@ -4,6 +4,9 @@
 #include <chrono>
 #include <utility>
 
+#include "core/base/parallel.h"
+#include "core/base/thread_group.h"
+
 namespace sightline {
 
 namespace {

@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "core/base/deadline.h"
-#include "core/base/parallel.h"
 #include "core/base/result.h"
 #include "core/bvh/lazy_layout.h"
 #include "core/bvh/scene_tree.h"
@@ -20,6 +19,8 @@
 #include "core/scene/tree_stats.h"
 
 namespace sightline {
+
+class ThreadGroup;
 
 /// The trees of one scene. A query takes a Use, reads now(), and calls build() for the unbuilt
 /// trees that it needs. A state that now() returned never changes; a change makes a new state.

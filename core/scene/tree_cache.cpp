@@ -4,6 +4,8 @@
 #include <cstring>
 #include <string>
 
+#include "core/base/content_hash.h"
+#include "core/base/parallel.h"
 #include "core/bvh/tree_source.h"
 #include "core/bvh/validate.h"
 #include "core/scene/tree_cache_format.h"

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "core/base/content_hash.h"
-#include "core/base/parallel.h"
 #include "core/bvh/wide_tree.h"
 
 namespace sightline::tree_cache {

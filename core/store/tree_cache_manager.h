@@ -17,8 +17,8 @@
 #include <vector>
 
 #include "core/base/deadline.h"
-#include "core/base/parallel.h"
 #include "core/base/result.h"
+#include "core/base/thread_group.h"
 #include "core/scene/scene.h"
 #include "core/store/tree_folder.h"
 

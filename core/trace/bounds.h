@@ -1,13 +1,16 @@
 #pragma once
 /// The constants of the error bounds of the float64 and float32 filters of kernels. Each comment
 /// begins with the section of docs/explanation/exactness.md that proves the bound.
-/// tests/unit/trace/bounds_test.cpp derives the smallest values that the proofs allow. u is kU.
+/// tests/unit/trace/bounds_test.cpp derives the smallest values that the proofs allow. u is kU of
+/// rounding.h.
 /// tau, reach and anchor are those of ray_setup.h.
 
 namespace sightline::bounds {
 
-/// Unit roundoff of float64: half the distance from 1 to the next float64.
-inline constexpr double kU = 0x1p-53;
+/// More than underflow takes from a coordinate or from a sum of products: in units of the mesh, and
+/// in units of a scaled tree, in which coordinates reach 1.
+inline constexpr double kUnderflow = 0x1p-1000;
+inline constexpr double kScaledUnderflow = 0x1p-100;
 
 // "Triangles", signs: an edge function is off by at most E = kSign * u * R * m + kSignFloor, where
 // m = |corner 0| + 2 edge + kSlack * u * R. R is the ray's reach, edge the largest |component| of

@@ -11,7 +11,6 @@ namespace sightline {
 
 namespace {
 
-using bounds::kU;
 constexpr double kMaxD = std::numeric_limits<double>::max();
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "core/base/parallel.h"
+#include "core/base/thread_group.h"
 #include "tests/bench/bench_scene.h"
 #include "tests/bench/embree_build.h"
 #include "tests/bench/machine.h"

@@ -6,7 +6,7 @@ namespace sightline {
 
 namespace {
 
-struct Place {
+struct LevelNode {
   const WideTree* tree;
   std::uint32_t ref, level;
   Box3d box;
@@ -25,7 +25,7 @@ class LevelWalk {
     }
     TreeLevel found;
     while (!waiting_.empty() && !found.truncated) {
-      const Place place = waiting_.back();
+      const LevelNode place = waiting_.back();
       waiting_.pop_back();
       if (place.level < level) {
         descend(place);
@@ -39,7 +39,7 @@ class LevelWalk {
   }
 
  private:
-  void descend(const Place& place) {
+  void descend(const LevelNode& place) {
     if (!ChildRef::is_leaf(place.ref)) return add_children(place);
     if (place.tree != &trees_.top) return;
     const LeafBlock* block = place.tree->blocks(place.ref);
@@ -55,7 +55,7 @@ class LevelWalk {
     if (tree.root != ChildRef::kEmpty) waiting_.push_back({&tree, tree.root, level, tree.bounds});
   }
 
-  void add_children(const Place& place) {
+  void add_children(const LevelNode& place) {
     const WideNode& node = place.tree->node(place.ref);
     const double scale = std::ldexp(1.0, -place.tree->scale_exponent);
     // The first child is the next.
@@ -71,7 +71,7 @@ class LevelWalk {
   }
 
   const SceneTree& trees_;
-  std::vector<Place> waiting_;
+  std::vector<LevelNode> waiting_;
 };
 
 }  // namespace

@@ -46,7 +46,7 @@ struct Sums {
   double children = 0, leaf_depths = 0, node_areas = 0, overlaps = 0, pairs = 0, root_area = 0;
 };
 
-struct Place {
+struct ReportNode {
   std::uint32_t ref;
   std::uint32_t depth;
   Box3d box;
@@ -60,9 +60,9 @@ TreeReport report(const WideTree& tree, Leaf leaf) {
   Sums sums;
   report.shallowest = std::numeric_limits<std::uint32_t>::max();
   constexpr double kInf = std::numeric_limits<double>::infinity();
-  std::vector<Place> waiting{{tree.root, 1, {{-kInf, -kInf, -kInf}, {kInf, kInf, kInf}}}};
+  std::vector<ReportNode> waiting{{tree.root, 1, {{-kInf, -kInf, -kInf}, {kInf, kInf, kInf}}}};
   while (!waiting.empty()) {
-    const Place place = waiting.back();
+    const ReportNode place = waiting.back();
     waiting.pop_back();
     if (ChildRef::is_leaf(place.ref)) {
       ++report.leaves;

@@ -38,9 +38,8 @@ HWY_INLINE bool map_box_ray(const AnchoredRay& ray, const TreeSpace& space, int 
     tau_most = std::max(tau_most, seen);
     origin = hn::MulAdd(n, hn::Set(dd, ray.origin[j] - space.translation[j]), origin);
     direction = hn::MulAdd(n, hn::Set(dd, ray.direction[j]), direction);
-    error =
-        hn::MulAdd(hn::Abs(n),
-                   hn::Set(dd, bounds::kMapped * bounds::kU * seen + 1.0000001 * ray.error), error);
+    error = hn::MulAdd(hn::Abs(n), hn::Set(dd, bounds::kMapped * kU * seen + 1.0000001 * ray.error),
+                       error);
   }
   const double largest = hn::GetLane(hn::MaxOfLanes(dd, hn::Abs(direction)));
   // NaN passes no comparison.
@@ -151,7 +150,7 @@ HWY_INLINE std::uint32_t map_lanes(D dd, const AnchoredColumns<kRays>& rays, std
       hn::Le(tau_most, hn::Set(dd, 0x1p300)));
   const auto exponent = hn::And(hn::BitCast(du, largest), hn::Set(du, 0x7ff0000000000000ull));
   const V shrink = hn::BitCast(dd, hn::Sub(hn::Set(du, 2046ull << 52), exponent));
-  constexpr double kOff = bounds::kMapped * bounds::kU;
+  constexpr double kOff = bounds::kMapped * kU;
   SIGHTLINE_UNROLL
   for (std::size_t k = 0; k < 3; ++k) {
     const auto& n = space.inverse[k];

@@ -41,7 +41,7 @@ class VertexCulling {
     if (!hn::AllTrue(d, same)) return false;
     set_range(rays.shear_x, lanes, shear_x_);
     set_range(rays.shear_y, lanes, shear_y_);
-    const double unit = bounds::kU * reach;
+    const double unit = kU * reach;
     coordinate_error_ = bounds::kSlack * unit + bounds::kSignFloor;
     edge_error_ = bounds::kVertexCulling * unit * reach + bounds::kSignFloor;
     return true;

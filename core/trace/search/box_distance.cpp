@@ -4,18 +4,18 @@
 #include <cmath>
 
 #include "core/geometry/rounding.h"
+#include "core/trace/bounds.h"
 
 namespace sightline {
 
 namespace {
 
-constexpr double kU = 0x1p-53;
+using bounds::kScaledUnderflow;
+using bounds::kUnderflow;
 /// Covers the roundings of a square distance and of its bound.
 constexpr double kMore = 1 + 0x1p-40;
 /// More than underflow can take from any square.
 constexpr double kSquareUnderflow = 0x1p-1000;
-/// More than underflow can take from coordinates: in mesh units, and in units of a scaled tree.
-constexpr double kUnderflow = 0x1p-1000, kScaledUnderflow = 0x1p-100;
 
 void scale(const WideTree& tree, TreePoint& point) {
   if (tree.scale_exponent == 0) return;

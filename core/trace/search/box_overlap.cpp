@@ -22,9 +22,6 @@ bool does_count(const Triangle& triangle, const Box& box, BoxRelation relation) 
   return corners_within(triangle, box) && !is_degenerate(triangle);
 }
 
-/// Nodes between two readings of the clock: some microseconds.
-constexpr std::uint64_t kNodesPerLook = 64;
-
 /// Depth first over a tree, leaves as they come. `leaf` and `node` return false to end the walk.
 template <class Leaf, class Node>
 bool walk_tree(const WideTree& tree, const TreeRegion& region, Leaf leaf, Node node) {
@@ -52,7 +49,7 @@ bool walk_tree(const WideTree& tree, const TreeRegion& region, Leaf leaf, Node n
 }  // namespace
 
 bool BoxOverlaps::out_of_time() {
-  if (++looks_ % kNodesPerLook == 0 && deadline_.passed()) stopped_ = true;
+  if (watch_.passed()) stopped_ = true;
   return stopped_;
 }
 

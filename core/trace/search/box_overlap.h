@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/base/deadline.h"
+#include "core/base/watch.h"
 #include "core/query/box_answers.h"
 #include "core/query/box_batch.h"
 #include "core/scene/scene_view.h"
@@ -85,7 +86,7 @@ class BoxOverlaps {
   std::uint32_t query_ = 0;
   BoxRelation relation_ = BoxRelation::kIntersecting;
   std::uint64_t next_ = 0;
-  std::uint64_t looks_ = 0;
+  DeadlineWatch watch_{deadline_, DeadlineWatch::kNodes};
   bool stopped_ = false;
   OverlapCounts counts_;
 };

@@ -4,16 +4,14 @@
 #include <cmath>
 
 #include "core/geometry/rounding.h"
+#include "core/trace/bounds.h"
 
 namespace sightline {
 
 namespace {
 
-constexpr double kU = 0x1p-53;
-/// More than underflow can take from any sum below, in scene units near 1.
-constexpr double kUnderflow = 0x1p-1000;
-/// kUnderflow in tree units of a scaled tree, where coordinates reach 1.
-constexpr double kScaledUnderflow = 0x1p-100;
+using bounds::kScaledUnderflow;
+using bounds::kUnderflow;
 
 using Matrix = std::array<std::array<double, 3>, 3>;
 

@@ -12,9 +12,6 @@ namespace sightline {
 
 namespace {
 
-/// Nodes between two readings of the clock: some microseconds.
-constexpr std::uint64_t kNodesPerLook = 64;
-
 struct Waiting {
   std::uint32_t ref;
   double square;  ///< at most its square distance
@@ -23,7 +20,7 @@ struct Waiting {
 }  // namespace
 
 bool NearestTriangles::out_of_time() {
-  if (++looks_ % kNodesPerLook == 0 && deadline_.passed()) stopped_ = true;
+  if (watch_.passed()) stopped_ = true;
   return stopped_;
 }
 

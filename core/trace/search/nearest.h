@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/deadline.h"
+#include "core/base/watch.h"
 #include "core/geometry/point_triangle.h"
 #include "core/query/hit_batch.h"
 #include "core/query/hit_filter.h"
@@ -72,7 +73,7 @@ class NearestTriangles {
   Vec3d point_;
   double max_distance_ = 0;
   std::size_t count_ = 0;
-  std::uint64_t looks_ = 0;
+  DeadlineWatch watch_{deadline_, DeadlineWatch::kNodes};
   bool stopped_ = false;
   TraceCounts counts_;
 };

@@ -16,10 +16,6 @@ namespace sightline {
 
 namespace {
 
-constexpr double kU = 0x1p-53;
-/// Nodes between two readings of the clock: some microseconds.
-constexpr std::uint64_t kNodesPerLook = 64;
-
 struct WaitingSweep {
   std::uint32_t ref;
   double enter;
@@ -94,7 +90,7 @@ struct Sweeps::Search {
 };
 
 bool Sweeps::out_of_time() {
-  if (++looks_ % kNodesPerLook == 0 && deadline_.passed()) stopped_ = true;
+  if (watch_.passed()) stopped_ = true;
   return stopped_;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/deadline.h"
+#include "core/base/watch.h"
 #include "core/query/hit_batch.h"
 #include "core/query/hit_filter.h"
 #include "core/query/sweep_batch.h"
@@ -51,7 +52,7 @@ class Sweeps {
   const SceneView scene_;
   const ResolvedFilter* resolved_;
   const Deadline& deadline_;
-  std::uint64_t looks_ = 0;
+  DeadlineWatch watch_{deadline_, DeadlineWatch::kNodes};
   bool stopped_ = false;
   TraceCounts counts_;
 };

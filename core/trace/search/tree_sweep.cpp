@@ -4,15 +4,15 @@
 #include <cmath>
 
 #include "core/geometry/rounding.h"
+#include "core/trace/bounds.h"
 #include "core/trace/search/box_region.h"
 
 namespace sightline {
 
 namespace {
 
-constexpr double kU = 0x1p-53;
-/// More than underflow can take: in mesh units, and in units of a scaled tree.
-constexpr double kUnderflow = 0x1p-1000, kScaledUnderflow = 0x1p-100;
+using bounds::kScaledUnderflow;
+using bounds::kUnderflow;
 
 void scale(const WideTree& tree, TreeSweep& sweep) {
   if (tree.scale_exponent == 0) return;

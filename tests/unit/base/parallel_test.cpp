@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "core/base/thread_group.h"
+
 namespace sightline {
 namespace {
 

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "core/base/parallel.h"
+#include "core/base/thread_group.h"
 #include "tests/unit/bvh/test_mesh.h"
 
 namespace sightline {

@@ -6,6 +6,7 @@
 
 #include <numeric>
 
+#include "core/base/thread_group.h"
 #include "tests/unit/scene/small_scenes.h"
 
 namespace sightline {
