@@ -14,7 +14,8 @@ namespace sightline {
 /// deadline must outlive the watch. Each thread has a watch of its own.
 class DeadlineWatch {
  public:
-  /// Steps per look where a step visits a node of a tree: some microseconds.
+  /// Steps between two readings of the clock where a step visits a node of a tree: some
+  /// microseconds.
   static constexpr std::uint64_t kNodes = 64;
   /// The default suits steps of a few nanoseconds, or a hundred for a step that misses every cache.
   explicit DeadlineWatch(const Deadline& deadline, std::uint64_t steps_per_look = 16 << 10)

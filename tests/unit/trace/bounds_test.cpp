@@ -7,6 +7,8 @@
 
 #include <limits>
 
+#include "core/geometry/rounding.h"
+
 namespace sightline {
 namespace {
 
