@@ -5,7 +5,7 @@
 #
 # With no argument: format of every file, the room laws, openapi.json (scripts/lint_openapi.sh), and clang-tidy over the .cpp files that
 # differ from main or include a header that does.
-# --all     clang-tidy over every file that the build compiles, a few in one run where they are compiled together
+# --all     clang-tidy over every file that the build compiles, several in one run where they are one unit of the build
 # --format  only the format check; exit code 77 (skipped) where clang-format 14 is not installed
 # --fix     format every file in place
 # FILE...   clang-tidy over these .cpp files
