@@ -35,9 +35,9 @@ import urllib.error
 import urllib.request
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "integration"))
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "proto/python"))
+SOURCE = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(SOURCE / "tests/integration"))
+sys.path.insert(0, str(SOURCE / "proto/python"))
 
 parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
 parser.add_argument("binary")
@@ -49,7 +49,8 @@ parser.add_argument("--faults", default="kill,stop,slow,kill,store,roll,full,kil
 arguments = parser.parse_args()
 sys.argv = [sys.argv[0], arguments.binary]
 
-import sightline  # noqa: E402  (found only now)
+import balancer  # noqa: E402  (found only now)
+import sightline  # noqa: E402
 from object_store import BUCKET, ObjectStore  # noqa: E402
 from radosgw import Radosgw, free_port  # noqa: E402
 from sightline_server import demo_glb  # noqa: E402
@@ -99,27 +100,6 @@ class Replica:
             self.end(signal.SIGKILL)
         if self.disk:
             subprocess.run(["umount", self.data], check=True)
-
-
-HAPROXY = """defaults
-  mode http
-  timeout connect 2s
-  timeout client 60s
-  timeout server 60s
-  timeout check 10s
-  retries 5
-  option redispatch 1
-  retry-on conn-failure empty-response 503
-frontend all
-  bind 127.0.0.1:{port}
-  default_backend replicas
-backend replicas
-  balance uri depth 3
-  hash-type consistent
-  hash-balance-factor 125
-  option httpchk GET /readyz
-  default-server inter 500ms fall 3 rise 1
-"""
 
 
 class Tally:
@@ -182,12 +162,6 @@ class Cluster:
         credentials.write_text(self.store.credentials(), encoding="ascii")
         self.replicas = [Replica(i, folder, (f"s3://{self.bucket}/cluster", str(credentials))) for i in range(3)]
         self.haproxy, self.front = None, None
-        if shutil.which("haproxy"):
-            port = free_port()
-            lines = [f"  server r{each.number} 127.0.0.1:{each.port} check" for each in self.replicas]
-            (folder / "haproxy.cfg").write_text(HAPROXY.format(port=port) + "\n".join(lines) + "\n", encoding="ascii")
-            self.haproxy = subprocess.Popen(["haproxy", "-q", "-db", "-f", str(folder / "haproxy.cfg")])
-            self.front = f"http://127.0.0.1:{port}"
         self.scenes = [Scene(f"s{i}") for i in range(arguments.scenes)]
 
     def client(self):
@@ -345,8 +319,9 @@ class Cluster:
         self.store_is_lost, self.fault = threading.Event(), "before the faults:"
         for replica in self.replicas:
             replica.wait_ready()
-        while self.front and ((answer := request(self.front + "/readyz")) is None or answer[0] != 200):
-            time.sleep(0.1)
+        if balancer.PROGRAM:
+            self.haproxy = balancer.Balancer([each.port for each in self.replicas]).__enter__()
+            self.front = self.haproxy.url
         probe = Scene("probe")
         with self.client() as client:
             while probe.height is None:
@@ -384,8 +359,7 @@ class Cluster:
         for replica in self.replicas:
             replica.remove()
         if self.haproxy:
-            self.haproxy.kill()
-            self.haproxy.wait()
+            self.haproxy.__exit__()
         if isinstance(self.store, ObjectStore):
             self.store.__exit__()
         else:

@@ -1,13 +1,16 @@
-"""Ceph's radosgw, a real S3, on loopback in a folder of its own: one monitor, one disk in memory, one gateway.
+"""Ceph's radosgw, a real S3, in a folder of its own: one monitor, one disk in memory, one gateway.
 
-Needs Debian's radosgw, ceph-mon, ceph-osd and ceph-common. Nothing runs as a service; stop() ends what start() began.
+Needs Debian's radosgw, ceph-mon, ceph-osd, ceph-common and curl. Nothing runs as a service; stop() ends what start() began.
+`radosgw.py [--listen ADDRESS:PORT]` runs one until SIGTERM, as the container of docker/store does.
 """
 
+import argparse
 import json
 import os
 import signal
 import socket
 import subprocess
+import tempfile
 import time
 import uuid
 from pathlib import Path
@@ -41,7 +44,7 @@ osd data = {folder}/osd
 osd objectstore = memstore
 memstore device bytes = 4294967296
 [client.rgw]
-rgw frontends = beast endpoint=127.0.0.1:{rgw}
+rgw frontends = beast endpoint={listen}:{rgw}
 rgw data = {folder}/rgw
 """
 
@@ -53,14 +56,14 @@ def free_port():
 
 
 class Radosgw:
-    def __init__(self, folder):
+    def __init__(self, folder, listen="127.0.0.1", port=None):
         self.folder = Path(folder)
-        self.port, mon = free_port(), free_port()
+        self.port, mon = port or free_port(), free_port()
         for name in ("mon", "osd", "rgw"):
             (self.folder / name).mkdir(parents=True)
         fsid = str(uuid.uuid4())
         self.conf = self.folder / "ceph.conf"
-        self.conf.write_text(CONF.format(fsid=fsid, folder=self.folder, mon=mon, rgw=self.port, low=20000 + os.getpid() % 10000,
+        self.conf.write_text(CONF.format(fsid=fsid, folder=self.folder, mon=mon, listen=listen, rgw=self.port, low=20000 + os.getpid() % 10000,
                                          high=20100 + os.getpid() % 10000), encoding="ascii")
         self.run("ceph-authtool", "--create-keyring", "keyring", "--gen-key", "-n", "mon.", "--cap", "mon", "allow *")
         for name, capabilities in (("client.admin", ("mon", "allow *", "osd", "allow *", "mgr", "allow *")),
@@ -118,3 +121,21 @@ class Radosgw:
             if process and process.poll() is None:
                 process.kill()
                 process.wait()
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--listen", default="127.0.0.1:7480", help="default: %(default)s")
+    host, _, port = parser.parse_args().listen.rpartition(":")
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM, signal.SIGINT})
+    with tempfile.TemporaryDirectory() as folder:
+        store = Radosgw(folder, host, int(port))
+        try:
+            print(f"radosgw listens on {host}:{port}; bucket: scenes", flush=True)
+            signal.sigwait({signal.SIGTERM, signal.SIGINT})
+        finally:
+            store.stop()
+
+
+if __name__ == "__main__":
+    main()

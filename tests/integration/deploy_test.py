@@ -55,7 +55,7 @@ class Stops(unittest.TestCase):
     def test_each_waits_for_what_has_begun(self):
         drains = 30 + 0  # --drain-seconds and --notice-seconds as they come
         self.assertRegex(man_page.help_of(BINARY, ("serve",)), r"--drain-seconds \S+=30 *\n(.|\n)*--notice-seconds \S+=0 *\n")
-        for file, pattern in [("docs/deploy/sightline.service", r"^TimeoutStopSec=(\d+)$"), ("docker/compose.yaml", r"^ *stop_grace_period: (\d+)s"),
+        for file, pattern in [("docs/deploy/sightline.service", r"^TimeoutStopSec=(\d+)$"), ("docker/compose.single.yaml", r"^ *stop_grace_period: (\d+)s"),
                               ("README.md", r"docker run --stop-timeout (\d+) ")]:
             seconds = re.findall(pattern, (SOURCE / file).read_text(encoding="utf-8"), re.MULTILINE)
             self.assertEqual([int(each) > drains + 5 for each in seconds], [True], file)

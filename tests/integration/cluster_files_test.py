@@ -1,0 +1,252 @@
+"""The files in docker/ for several servers agree with each other, with the program and with its metrics.
+
+No container engine and no cluster of Kubernetes runs here. HAProxy runs with its file in front of three servers. promtool and
+kubectl check their files where they are installed.
+"""
+
+import json
+import re
+import shutil
+import subprocess
+import tempfile
+import threading
+import unittest
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+
+import case_report
+from balancer import PROGRAM, Balancer, free_ports
+from sightline_server import BINARY, JSON_TYPE, SOURCE, Server, curl, demo_glb
+
+try:
+    import yaml
+except ImportError:
+    yaml = None
+
+DOCKER = SOURCE / "docker"
+RAY = '{"rays":[{"origin":[-10,1,0],"direction":[1,0,0]}],"fields":["t"]}'
+
+
+def load(path):
+    return yaml.safe_load(path.read_text(encoding="utf-8"))
+
+
+def flags(command):
+    """{flag: value} of `serve --flag=value ...`; each flag is in the help."""
+    assert command[0] == "serve", command
+    known = re.findall(r"^ +(--[a-z-]+)", subprocess.run([BINARY, "serve", "--help"], capture_output=True, text=True, check=True).stdout, re.MULTILINE)
+    pairs = dict(word.partition("=")[::2] for word in command[1:])
+    assert set(pairs) <= set(known), set(pairs) - set(known)
+    return pairs
+
+
+def metric_names(text):
+    return set(re.findall(r"^([a-z_:]+)(?:\{| )", text, re.MULTILINE)) | set(re.findall(r"^# TYPE (\S+)", text, re.MULTILINE))
+
+
+class Forgetful:
+    """A server that is ready, reads each other request and closes the connection without an answer; `requests` counts them."""
+
+    def __init__(self):
+        outer = self
+        self.requests = 0
+
+        class Handler(BaseHTTPRequestHandler):
+            def do_GET(self):
+                self.send_response(200)
+                self.send_header("Content-Length", "0")
+                self.end_headers()
+
+            def lose(self):
+                self.rfile.read(int(self.headers.get("Content-Length", 0)))
+                outer.requests += 1
+                self.close_connection = True
+
+            do_POST = do_PUT = do_PATCH = do_DELETE = lose
+
+            def log_message(self, *_):
+                pass
+
+        self.server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+        self.port = self.server.server_port
+        self.thread = threading.Thread(target=self.server.serve_forever)
+
+    def __enter__(self):
+        self.thread.start()
+        return self
+
+    def __exit__(self, *_):
+        self.server.shutdown()
+        self.thread.join()
+        self.server.server_close()
+
+
+class Files(unittest.TestCase):
+    def setUp(self):
+        if yaml is None:
+            self.skipTest("python3-yaml is not installed")
+
+
+class Compose(Files):
+    def setUp(self):
+        super().setUp()
+        self.compose = load(DOCKER / "compose.yaml")
+        self.services = self.compose["services"]
+
+    def test_each_name_is_declared_and_each_file_exists(self):
+        volumes = set()
+        for name, service in self.services.items():
+            self.assertLessEqual(set(service.get("depends_on", [])), set(self.services), name)
+            self.assertLessEqual(set(service.get("secrets", [])), set(self.compose["secrets"]), name)
+            for volume in service.get("volumes", []):
+                source = volume.split(":")[0]
+                if source.startswith("."):
+                    self.assertTrue((DOCKER / source).exists(), volume)
+                else:
+                    volumes.add(source)
+            if "build" in service:
+                context = DOCKER / service["build"]["context"]
+                dockerfile = context / service["build"]["dockerfile"]
+                ignored = (SOURCE / ".dockerignore").read_text(encoding="utf-8").splitlines()
+                for line in re.findall(r"^COPY (?!--from)(.*) \S+$", dockerfile.read_text(encoding="utf-8"), re.MULTILINE):
+                    for source in line.split():
+                        self.assertTrue((context / source).exists(), line)
+                        self.assertTrue(any(f"!{each}" in ignored for each in (source, *map(str, Path(source).parents))), f".dockerignore hides {source}")
+            for port in service.get("ports", []):
+                self.assertTrue(port.startswith("127.0.0.1:"), "the servers have no keys")
+        self.assertEqual(volumes, set(self.compose["volumes"]))
+        default = re.search(r":-(.*)\}", self.compose["secrets"]["origin"]["file"])[1]
+        self.assertTrue((DOCKER / default).exists())
+
+    def test_servers_have_flags_of_the_program_and_wait_long_enough(self):
+        replicas = [service for service in self.services.values() if service["image"] == "sightline"]
+        self.assertEqual(len(replicas), 3)
+        self.assertEqual(len({replica["volumes"][0] for replica in replicas}), 3)
+        for replica in replicas:
+            given = flags(replica["command"])
+            self.assertEqual(given["--origin-credentials"], f"/run/secrets/{replica['secrets'][0]}")
+            self.assertIn(f":{given['--data']}", replica["volumes"][0])
+            grace = int(replica["stop_grace_period"].removesuffix("s"))
+            self.assertGreater(grace, float(given["--drain-seconds"]) + float(given["--notice-seconds"]) + 5)
+
+    def test_haproxy_gets_each_address_that_its_file_names(self):
+        text = (DOCKER / "haproxy.cfg").read_text(encoding="utf-8")
+        given = self.services["haproxy"]["environment"]
+        self.assertEqual(set(re.findall(r'"\$\{([A-Z0-9]+)\}"', text)), set(given))
+        for name, address in given.items():
+            host, _, port = address.partition(":")
+            if name.startswith("REPLICA"):
+                self.assertEqual(port, flags(self.services[host]["command"])["--listen"].rpartition(":")[2])
+        self.assertIn(f"127.0.0.1:8080{given['LISTEN']}", self.services["haproxy"]["ports"])
+
+    def test_a_stopping_server_is_noticed_before_it_ends(self):
+        interval, falls = re.search(r"inter (\d+)ms fall (\d+)", (DOCKER / "haproxy.cfg").read_text(encoding="utf-8")).groups()
+        notice = float(flags(self.services["replica1"]["command"])["--notice-seconds"])
+        self.assertGreater(notice * 1000, int(interval) * (int(falls) + 1))
+
+    def test_prometheus_asks_all_and_grafana_asks_prometheus(self):
+        targets = {job["job_name"]: job["static_configs"][0]["targets"] for job in load(DOCKER / "prometheus/prometheus.yml")["scrape_configs"]}
+        haproxy = self.services["haproxy"]["environment"]
+        self.assertEqual(targets, {"sightline": [haproxy[f"REPLICA{i}"] for i in (1, 2, 3)], "haproxy": ["haproxy" + haproxy["STATS"]]})
+        for file in load(DOCKER / "prometheus/prometheus.yml")["rule_files"]:
+            self.assertTrue((DOCKER / "prometheus" / file).exists())
+        source = load(DOCKER / "grafana/datasources.yaml")["datasources"][0]
+        self.assertEqual((source["url"], source["type"]), ("http://prometheus:9090", "prometheus"))
+        folder = load(DOCKER / "grafana/dashboards.yaml")["providers"][0]["options"]["path"]
+        self.assertTrue(any(f":{folder}/" in volume for volume in self.services["grafana"]["volumes"]))
+
+    def test_the_store_has_the_keys_of_the_credentials(self):
+        credentials = (DOCKER / "store/credentials").read_text(encoding="ascii")
+        program = (SOURCE / "tests/cluster/radosgw.py").read_text(encoding="utf-8")
+        key, secret, endpoint = (re.search(rf"^{name} = (.*)$", credentials, re.MULTILINE)[1]
+                                 for name in ("aws_access_key_id", "aws_secret_access_key", "endpoint_url"))
+        for text in (f"--access-key={key}", f"--secret-key={secret}"):
+            self.assertIn(text, program)
+        self.assertIn(f'"0.0.0.0:{endpoint.rpartition(":")[2]}"', (DOCKER / "store/Dockerfile").read_text(encoding="utf-8"))
+        self.assertIn(endpoint.split("/")[2].split(":")[0], self.services)
+
+
+class Alerts(Files):
+    def test_each_names_metrics_that_there_are(self):
+        with Server("--preload", "six=demo:six") as server:
+            server.query("six", "closest", json.loads(RAY))
+            known = metric_names(server.ask("/metrics").body.decode()) | {"up"}
+            if PROGRAM:
+                with Balancer([server.port, *free_ports(2)]) as balancer:
+                    known |= metric_names(curl(balancer.stats_url + "/metrics").body.decode())
+        names = set()
+        for group in load(DOCKER / "prometheus/alerts.yml")["groups"]:
+            for rule in group["rules"]:
+                self.assertIn(rule["labels"]["severity"], ("warning", "critical"))
+                self.assertTrue(rule["annotations"]["summary"])
+                names.add(rule["alert"])
+                used = set(re.findall(r"\b(?:sightline|process|haproxy)_\w+|\bup\b", re.sub(r'"[^"]*"', "", rule["expr"])))
+                self.assertTrue(used, rule["alert"])
+                for name in used:
+                    if PROGRAM or not name.startswith("haproxy_"):
+                        self.assertIn(re.sub("_bucket$", "", name) if name.endswith("_bucket") else name, known, rule["alert"])
+        self.assertGreater(len(names), 8)
+        guide = (SOURCE / "docs/guides/cluster.md").read_text(encoding="utf-8")
+        self.assertEqual(set(re.findall(r"^\| `(Sightline\w+)`", guide, re.MULTILINE)), names)
+
+    def test_promtool_accepts_them(self):
+        if shutil.which("promtool") is None:
+            self.skipTest("promtool is not installed")
+        done = subprocess.run(["promtool", "check", "config", DOCKER / "prometheus/prometheus.yml"], capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
+
+class Haproxy(unittest.TestCase):
+    def setUp(self):
+        if PROGRAM is None:
+            self.skipTest("HAProxy is not installed")
+
+    def test_it_accepts_its_file(self):
+        self.assertEqual(Balancer(free_ports(3)).check(), "")
+
+    def test_a_scene_has_one_server_and_the_loss_of_a_server_fails_no_query(self):
+        names = [f"s{i}" for i in range(12)]
+        with tempfile.TemporaryDirectory() as folder:
+            servers = []
+            for i in range(3):
+                servers.append(Server("--data", f"{folder}/{i}", "--origin", f"{folder}/origin"))
+                self.addCleanup(servers[-1].end)
+            with Balancer([server.port for server in servers]) as balancer:
+                for name in names:
+                    self.assertEqual(curl(f"{balancer.url}/v1/scenes/{name}", "-X", "PUT", body=demo_glb("six")).status, 201)
+
+                def ask_all():
+                    for name in names:
+                        answer = curl(f"{balancer.url}/v1/scenes/{name}/rays:closest", "-H", JSON_TYPE, body=RAY)
+                        self.assertEqual((answer.status, answer.body), (200, b'{"hits":[{"t":4.5}]}'))
+
+                for _ in range(2):
+                    ask_all()
+                ready = [int(re.search(r'sightline_scenes\{state="ready"\} (\d+)', server.ask("/metrics").body.decode())[1]) for server in servers]
+                self.assertEqual(sum(ready), len(names), ready)
+                self.assertLess(max(ready), len(names))
+                servers[ready.index(max(ready))].kill()
+                ask_all()
+
+    def test_a_request_of_16_kib_is_sent_again_after_a_lost_answer(self):
+        names = [f"s{i}" for i in range(8)]
+        rays = json.dumps({"rays": [{"origin": [-10, 1, 0], "direction": [1, 0, 0]}] * 320, "fields": ["t"]})
+        rays += " " * ((16 << 10) - len(rays))
+        self.assertEqual(len(rays), 16 << 10)
+        preload = [word for name in names for word in ("--preload", f"{name}=demo:six")]
+        with Server(*preload) as server, Forgetful() as forgetful, Balancer([forgetful.port, server.port, server.port]) as balancer:
+            for name in names:
+                answer = curl(f"{balancer.url}/v1/scenes/{name}/rays:closest", "-H", JSON_TYPE, body=rays)
+                self.assertEqual((answer.status, answer.body.count(b"4.5")), (200, 320))
+            self.assertGreater(forgetful.requests, 0)
+
+    def test_a_change_is_not_sent_again_after_a_lost_answer(self):
+        with Forgetful() as forgetful, Balancer([forgetful.port] * 3) as balancer:
+            for method, path in (("PUT", "/v1/scenes/s"), ("PATCH", "/v1/scenes/s/nodes/0"), ("DELETE", "/v1/scenes/s"), ("POST", "/v1/scenes")):
+                before = forgetful.requests
+                self.assertEqual(curl(balancer.url + path, "-X", method, "-H", JSON_TYPE, body="{}").status, 502)
+                self.assertEqual(forgetful.requests, before + 1, method)
+
+
+if __name__ == "__main__":
+    case_report.main()
