@@ -36,8 +36,8 @@ class Balancer:
 
     def check(self):
         """What `haproxy -c` says of the configuration; empty if all is good."""
-        done = subprocess.run([PROGRAM, "-q", "-c", "-f", CONFIGURATION], env=self.environment, capture_output=True, text=True, check=False)
-        return f"{done.stdout}{done.stderr}{done.returncode or ''}"
+        done = subprocess.run([PROGRAM, "-c", "-f", CONFIGURATION], env=self.environment, capture_output=True, text=True, check=False)
+        return "".join(line for line in done.stderr.splitlines(keepends=True) if "[NOTICE]" not in line)
 
     def __enter__(self):
         self.process = subprocess.Popen([PROGRAM, "-q", "-db", "-f", CONFIGURATION], env=self.environment)

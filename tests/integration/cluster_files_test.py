@@ -5,18 +5,21 @@ kubectl check their files where they are installed.
 """
 
 import json
+import os
 import re
 import shutil
+import socket
 import subprocess
 import tempfile
 import threading
+import time
 import unittest
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 import case_report
 from balancer import PROGRAM, Balancer, free_ports
-from sightline_server import BINARY, JSON_TYPE, SOURCE, Server, curl, demo_glb
+from sightline_server import BINARY, JSON_TYPE, PATIENCE, SOURCE, Server, curl, demo_glb
 
 try:
     import yaml
@@ -42,6 +45,11 @@ def flags(command):
 
 def metric_names(text):
     return set(re.findall(r"^([a-z_:]+)(?:\{| )", text, re.MULTILINE)) | set(re.findall(r"^# TYPE (\S+)", text, re.MULTILINE))
+
+
+def is_open(port):
+    with socket.socket() as probe:
+        return probe.connect_ex(("127.0.0.1", port)) == 0
 
 
 class Forgetful:
@@ -194,6 +202,126 @@ class Alerts(Files):
             self.skipTest("promtool is not installed")
         done = subprocess.run(["promtool", "check", "config", DOCKER / "prometheus/prometheus.yml"], capture_output=True, text=True, check=False)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
+
+class Kubernetes(Files):
+    FOLDER = DOCKER / "kubernetes"
+
+    def setUp(self):
+        super().setUp()
+        kustomization = load(self.FOLDER / "kustomization.yaml")
+        self.objects = [each for name in kustomization["resources"] for each in yaml.safe_load_all((self.FOLDER / name).read_text(encoding="utf-8"))]
+        self.secrets = {each["metadata"]["name"]: each
+                        for each in yaml.safe_load_all((self.FOLDER / "secrets.example.yaml").read_text(encoding="utf-8"))}
+        self.pod = self.one("Deployment")["spec"]["template"]
+        self.container, = self.pod["spec"]["containers"]
+        self.ports = {port["name"]: port["containerPort"] for port in self.container["ports"]}
+
+    def one(self, kind, name="sightline"):
+        found, = (each for each in self.objects if each["kind"] == kind and each["metadata"]["name"] == name)
+        return found
+
+    def test_kustomize_builds_all_with_the_namespace_and_the_image(self):
+        if shutil.which("kubectl") is None:
+            self.skipTest("kubectl is not installed")
+        done = subprocess.run(["kubectl", "kustomize", self.FOLDER], capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        built = list(yaml.safe_load_all(done.stdout))
+        self.assertEqual(sorted((each["kind"], each["metadata"]["name"]) for each in built),
+                         sorted((each["kind"], each["metadata"]["name"]) for each in self.objects))
+        for each in built:
+            self.assertEqual(each["metadata"].get("namespace", each["metadata"]["name"]), "sightline")
+            if each["kind"] == "Deployment":
+                image = each["spec"]["template"]["spec"]["containers"][0]["image"]
+                version = re.search(r"project\([^)]*VERSION (\S+)", (SOURCE / "CMakeLists.txt").read_text(encoding="utf-8"))[1]
+                self.assertTrue(image.endswith(f"/sightline:{version}"), image)
+
+    def test_no_file_is_forgotten(self):
+        named = {"kustomization.yaml", *load(self.FOLDER / "kustomization.yaml")["resources"], "secrets.example.yaml", "ingress-nginx.patch.yaml"}
+        self.assertEqual({file.name for file in self.FOLDER.iterdir()}, named)
+        self.assertEqual({(each["kind"], each["apiVersion"]) for each in self.objects},
+                         {("Namespace", "v1"), ("Deployment", "apps/v1"), ("Service", "v1"), ("HorizontalPodAutoscaler", "autoscaling/v2"),
+                          ("PodDisruptionBudget", "policy/v1"), ("NetworkPolicy", "networking.k8s.io/v1"), ("Ingress", "networking.k8s.io/v1")})
+
+    def test_selectors_select_the_servers(self):
+        labels = self.pod["metadata"]["labels"]
+        spread = self.pod["spec"]["topologySpreadConstraints"][0]
+        selectors = [self.one("Deployment")["spec"]["selector"]["matchLabels"], self.one("Service")["spec"]["selector"],
+                     self.one("Service", "sightline-replicas")["spec"]["selector"], self.one("PodDisruptionBudget")["spec"]["selector"]["matchLabels"],
+                     self.one("NetworkPolicy")["spec"]["podSelector"]["matchLabels"], spread["labelSelector"]["matchLabels"]]
+        for selector in selectors:
+            self.assertTrue(selector and selector.items() <= labels.items(), selector)
+        target = self.one("HorizontalPodAutoscaler")["spec"]["scaleTargetRef"]
+        self.assertEqual(self.one(target["kind"], target["name"])["apiVersion"], target["apiVersion"])
+        self.assertEqual(self.one("Service", "sightline-replicas")["spec"]["clusterIP"], "None")
+
+    def test_ports_have_names_that_there_are(self):
+        self.assertEqual(str(self.ports["http"]), flags(self.container["args"])["--listen"].rpartition(":")[2])
+        self.assertEqual(str(self.ports["http"]), self.pod["metadata"]["annotations"]["prometheus.io/port"])
+        for probe in ("startupProbe", "readinessProbe", "livenessProbe"):
+            self.assertIn(self.container[probe]["httpGet"]["port"], self.ports)
+        for name in ("sightline", "sightline-replicas"):
+            self.assertIn(self.one("Service", name)["spec"]["ports"][0]["targetPort"], self.ports)
+        for rule in self.one("NetworkPolicy")["spec"]["ingress"]:
+            self.assertIn(rule["ports"][0]["port"], self.ports)
+        backend = self.one("Ingress")["spec"]["rules"][0]["http"]["paths"][0]["backend"]["service"]
+        self.assertIn(backend["port"]["name"], [port["name"] for port in self.one("Service", backend["name"])["spec"]["ports"]])
+
+    def test_the_server_has_its_files_and_starts_with_these_flags(self):
+        given = flags(self.container["args"])
+        mounts = {mount["name"]: mount for mount in self.container["volumeMounts"]}
+        volumes = {volume["name"]: volume for volume in self.pod["spec"]["volumes"]}
+        self.assertEqual(set(mounts), set(volumes))
+        for flag, volume in (("--keys", "keys"), ("--origin-credentials", "origin")):
+            folder, _, file = given[flag].rpartition("/")
+            self.assertEqual(mounts[volume]["mountPath"], folder)
+            self.assertIn(file, self.secrets[volumes[volume]["secret"]["secretName"]]["stringData"])
+        self.assertEqual((given["--data"], given["--spool-dir"]), (mounts["data"]["mountPath"], mounts["spool"]["mountPath"]))
+        for flag, volume in (("--cache-bytes", "data"), ("--spool-bytes", "spool")):
+            self.assertLess(int(given[flag]), int(volumes[volume]["emptyDir"]["sizeLimit"].removesuffix("Gi")) << 30)
+        limits = self.container["resources"]["limits"]
+        self.assertEqual(given["--threads"], limits["cpu"])
+        self.assertLess(int(given["--memory"]) + int(given["--memory-budget"]), int(limits["memory"].removesuffix("Gi")) << 30)
+        with tempfile.TemporaryDirectory() as folder:
+            place = Path(folder)
+            hashes = iter("0123456789")  # Each key may be there once.
+            keys = re.sub("HASH", lambda _: next(hashes) * 64, self.secrets["sightline-keys"]["stringData"]["keys"])
+            (place / "keys").write_text(keys, encoding="ascii")
+            moved = {"--keys": f"{place}/keys", "--data": f"{place}/data", "--spool-dir": folder, "--origin": f"{place}/origin"}
+            left_out = ("--listen", "--origin-credentials")
+            with Server(*(f"{flag}={moved.get(flag, value)}" for flag, value in given.items() if flag not in left_out), memory=None) as server:
+                for probe in ("startupProbe", "readinessProbe", "livenessProbe"):
+                    self.assertEqual(server.ask(self.container[probe]["httpGet"]["path"]).status, 200, "a probe has no key")
+
+    def test_a_stop_has_time_to_finish_and_is_noticed_before(self):
+        given, probe = flags(self.container["args"]), self.container["readinessProbe"]
+        self.assertGreater(self.pod["spec"]["terminationGracePeriodSeconds"], float(given["--notice-seconds"]) + float(given["--drain-seconds"]) + 5)
+        self.assertGreater(float(given["--notice-seconds"]), probe["periodSeconds"] * (probe["failureThreshold"] + 1))
+
+    def test_the_ingress_hashes_the_scene_of_the_path(self):
+        annotations = self.one("Ingress")["metadata"]["annotations"]
+        snippet = load(self.FOLDER / "ingress-nginx.patch.yaml")["data"]["http-snippet"]
+        self.assertIn(f"map $uri {annotations['nginx.ingress.kubernetes.io/upstream-hash-by']} {{", snippet)
+        program = shutil.which("nginx", path=os.environ["PATH"] + ":/usr/sbin")
+        if program is None:
+            self.skipTest("nginx is not installed")
+        port, = free_ports(1)
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder, "nginx.conf")
+            temporary = "".join(f"{kind}_temp_path {folder}/{kind};\n" for kind in ("client_body", "proxy", "fastcgi", "uwsgi", "scgi"))
+            file.write_text(f"pid {folder}/pid;\nworker_processes 1;\nevents {{}}\nhttp {{\naccess_log off;\n{temporary}{snippet}"
+                            f"server {{ listen 127.0.0.1:{port}; location / {{ return 200 $sightline_scene; }} }}\n}}\n", encoding="ascii")
+            nginx = subprocess.Popen([program, "-e", "stderr", "-p", folder, "-c", file, "-g", "daemon off;"], stderr=subprocess.PIPE)
+            try:
+                end = time.monotonic() + PATIENCE
+                while not is_open(port):
+                    self.assertTrue(nginx.poll() is None and time.monotonic() < end, "nginx does not listen")
+                for path, key in (("/v1/scenes/town/rays:closest", b"town"), ("/v1/scenes/town?wait=3", b"town"), ("/v1/scenes/town/nodes/3", b"town"),
+                                  ("/v1/scenes", b"/v1/scenes"), ("/status", b"/status")):
+                    self.assertEqual(curl(f"http://127.0.0.1:{port}{path}").body, key)
+            finally:
+                nginx.terminate()
+                nginx.communicate()
 
 
 class Haproxy(unittest.TestCase):

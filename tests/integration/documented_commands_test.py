@@ -18,12 +18,13 @@ from sightline_server import BINARY, PATIENCE, SOURCE, Server, make_key, write_k
 CLIENT = SOURCE / "proto/python"
 PAGES = [page for page in (SOURCE / "README.md", *sorted((SOURCE / "docs").rglob("*.md"))) if page.name != "api.md"]
 # What a block of commands begins with.
-PROGRAM = re.compile(r"(?:\$ )?(?:\./)?(?:sightline|build/|scripts/|python|docker|apt|install|cmake|ctest|systemctl|tar|dask-|groupadd|chgrp|echo|pip)[ \w./-]* ")
+PROGRAM = re.compile(r"(?:\$ )?(?:\./)?(?:sightline|build/|scripts/|python|docker|kubectl|apt|install|cmake|ctest|systemctl|tar|dask-|groupadd|chgrp|echo|pip)[ \w./-]* ")
 # Commands that no test runs as they stand, and why.
 NOT_RUN = {
     r"(\./)?scripts/": "builds, installs or measures for minutes; scripts/bare_check.sh runs run.sh, test.sh and package.sh",
     r"build/release/tests/bench/": "measures",
     r"docker ": "needs docker; scripts/image.sh builds and runs the image",
+    r"kubectl ": "needs a cluster; cluster_files_test.py checks the files",
     r"(apt|install|groupadd|chgrp|systemctl) ": "changes the machine; scripts/bare_check.sh --package installs the service and asks it",
     r"echo 'write me ": "a line for a file of keys; deploy_test.py makes one",
     r"dask-|python -m sightline bulk .*--dask": "needs a cluster; scripts/bulk_test.sh has one",
