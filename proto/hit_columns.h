@@ -26,28 +26,35 @@ struct HitAnswer {
 /// The value in a column of numbers if there is none.
 inline constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 
+// Each column has kWidth values for each hit.
+
 /// A column of numbers; a number that is not finite means that there is no value.
 struct NumberColumn {
+  static constexpr std::size_t kWidth = 1;
   std::span<const double> numbers;
 };
 /// A column of `width` numbers for each hit: value(i, k). NaN if the file has no value.
 template <std::size_t width, class Value>
 struct VectorColumn {
+  static constexpr std::size_t kWidth = width;
   Value value;
 };
 /// A column of indices; kNone if there is no value.
 struct IdColumn {
+  static constexpr std::size_t kWidth = 1;
   std::span<const std::uint32_t> ids;
 };
 /// A column of booleans: value(i) for each hit.
 template <class Value>
 struct FlagColumn {
+  static constexpr std::size_t kWidth = 1;
   Value value;
 };
 template <class Value>
 FlagColumn(Value) -> FlagColumn<Value>;
 /// A column of texts; empty if there is no value.
 struct NameColumn {
+  static constexpr std::size_t kWidth = 1;
   std::span<const std::string_view> names;
 };
 
@@ -57,8 +64,25 @@ void visit_vectors(const Visit& visit, const Value& value) {
   visit(VectorColumn<width, Value>{value});
 }
 
-/// Calls visit(column) once, with the column of `field`. Precondition: `answer` has the data of
-/// `field`. value(i, k) and value(i) may be called for hits only, not for misses.
+/// Calls visit(column) with the column of an attribute that the file names.
+template <class Visit>
+void visit_named(const NamedColumn& column, const Visit& visit) {
+  const auto value = [&](std::size_t i, std::size_t k) {
+    return column.numbers[i * column.width + k];
+  };
+  switch (column.width) {
+    case 1:
+      return visit(NumberColumn{column.numbers});
+    case 2:
+      return visit_vectors<2>(visit, value);
+    case 3:
+      return visit_vectors<3>(visit, value);
+    default:
+      return visit_vectors<4>(visit, value);
+  }
+}
+
+/// Calls visit(column) once, with the column of `field`, which is not kNamed.
 template <class Visit>
 void visit_column(const HitAnswer& answer, HitField field, const Visit& visit) {
   const HitBatch& hits = answer.hits;
@@ -126,7 +150,23 @@ void visit_column(const HitAnswer& answer, HitField field, const Visit& visit) {
       return visit(IdColumn{terms.costs.nodes});
     case HitField::kCostBlocks:
       return visit(IdColumn{terms.costs.blocks});
+    case HitField::kNamed:
+      return;
   }
+}
+
+/// Calls visit(name, column) for the column of each of `fields`, in their order, and then of each
+/// attribute that the request names. Precondition: `answer` has the data of `fields`. value(i, k)
+/// and value(i) may be called for hits only, not for misses.
+template <class Visit>
+void visit_columns(const HitAnswer& answer, FieldSet fields, const Visit& visit) {
+  for (const HitField field : all_hit_fields()) {
+    if (!fields.has(field)) continue;
+    visit_column(answer, field, [&](const auto& column) { visit(hit_field_name(field), column); });
+  }
+  if (!fields.has(HitField::kNamed)) return;
+  for (const NamedColumn& named : answer.terms.attributes.named)
+    visit_named(named, [&](const auto& column) { visit(std::string_view(named.name), column); });
 }
 
 }  // namespace sightline

@@ -12,7 +12,7 @@
 namespace sightline {
 
 /// The type of a field's values; hit_fields.def explains them.
-enum class FieldKind : std::uint8_t { kNumber, kIndex, kId, kVector, kFlag, kText };
+enum class FieldKind : std::uint8_t { kNumber, kIndex, kId, kVector, kFlag, kText, kNamed };
 /// What a value is computed from: the ray and its hit, the traversal of the ray, the scene, a
 /// HitDetail, or vertex attributes.
 enum class FieldSource : std::uint8_t { kRay, kCost, kScene, kDetail, kAttribute };
@@ -79,6 +79,15 @@ class FieldSet {
   }
   std::uint32_t bits_ = 0;
 };
+
+/// The most numbers of one hit with these fields, `named` of which the file names.
+constexpr std::size_t numbers_of(FieldSet fields, std::size_t named) {
+  std::size_t numbers = 0;
+  for (const HitFieldRow& row : kHitFields) {
+    if (fields.has(row.field)) numbers += row.width * (row.kind == FieldKind::kNamed ? named : 1);
+  }
+  return numbers;
+}
 
 /// The fields for whose rows is_chosen(row) returns true.
 template <class Chooses>

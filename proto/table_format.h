@@ -23,13 +23,11 @@ constexpr bool is_point_cloud(TableFormat format) {
   return format == TableFormat::kPly || format == TableFormat::kPcd;
 }
 
-/// The most rows of an .npz file with these fields: a ZIP archive states sizes in 32 bits.
-inline std::uint64_t most_npz_rows(FieldSet fields) {
+/// The most rows of an .npz file with these fields, `named` of which the file names: a ZIP archive
+/// states sizes in 32 bits.
+inline std::uint64_t most_npz_rows(FieldSet fields, std::size_t named = 0) {
   constexpr std::uint64_t kArchiveBytes = 0xffff0000u;
-  std::uint64_t row = 1;
-  for (const HitField field : all_hit_fields())
-    row += fields.has(field) ? 8 * hit_field_width(field) : 0;
-  return kArchiveBytes / row;
+  return kArchiveBytes / (1 + 8 * numbers_of(fields, named));
 }
 
 }  // namespace sightline

@@ -74,6 +74,7 @@ class Description:
     def __init__(self, root):
         self.root = root
         self.fields = [Field(row) for row in ROW.findall(self.read("proto/hit_fields.def"))]
+        self.own = [each for each in self.fields if each.kind != "Named"]  # Names of files are no words of a list.
         self.questions = json.loads(self.read("proto/questions.json"))
         self.faults = []
 
@@ -99,8 +100,8 @@ class Description:
         def properties(schemas):
             return ",\n".join(f'          "{each.name}": {json.dumps(schema)}' for each, schema in schemas)
 
-        rows = properties((each, each.row_schema()) for each in self.fields)
-        columns = properties((each, each.column_schema()) for each in self.fields)
+        rows = properties((each, each.row_schema()) for each in self.own)
+        columns = properties((each, each.column_schema()) for each in self.own)
         name = "openapi.json"
         text = self.replaced(name, text, r'(\n      "Hit": \{\n.*?"properties": \{\n).*?(\n        \},)', rows)
         text = self.replaced(name, text, r'(\n      "HitColumns": \{\n.*?"properties": \{\n).*?(,\n          "explain")', columns)
@@ -108,9 +109,9 @@ class Description:
         # A contact has no detail but its position and normal, and a point has no ray.
         contact = [each.name for each in self.fields if each.source in ("Ray", "Scene") or each.name in ("position", "normal")]
         end = [each.name for each in self.fields if each.source == "Scene" or each.name in ("instance", "position")]
-        for schema, names in (("Field", [each.name for each in self.fields]), ("ContactField", contact), ("EndField", end),
-                              ("NearestField", [each.name for each in self.fields if each.name not in NO_NEAREST and each.source != "Cost"])):
-            text = self.replaced(name, text, rf'(\n      "{schema}": \{{\n        "type": "string",\n        "enum": \[).*?(\])', self.wrapped(names))
+        for schema, names in (("Field", [each.name for each in self.own]), ("ContactField", contact), ("EndField", end),
+                              ("NearestField", [each.name for each in self.own if each.name not in NO_NEAREST and each.source != "Cost"])):
+            text = self.replaced(name, text, rf'(\n      "{schema}": \{{\n[^\]]*?"type": "string",\s*"enum": \[).*?(\])', self.wrapped(names))
         return text
 
     def wrapped(self, names):
@@ -126,7 +127,7 @@ class Description:
         def names(chosen):
             return "{" + ", ".join(f'"{each.name}"' for each in self.fields if chosen(each)) + "}"
 
-        widths = "{" + ", ".join(f'"{each.name}": {each.width}' for each in self.fields if each.width > 1) + "}"
+        widths = "{" + ", ".join(f'"{each.name}": {each.width}' for each in self.own if each.width > 1) + "}"
         text = self.replaced("sightline.py", text, r"(\nTEXTS = ).*?(\n)", names(lambda each: each.kind == "Text"))
         text = self.replaced("sightline.py", text, r"(\n_WIDTHS = ).*?(\n)", widths)
         text = self.replaced("sightline.py", text, r"(\n_DISTANCES = ).*?(\n)", names(lambda each: each.kind == "Number"))
@@ -139,6 +140,7 @@ class Description:
         rows = row(lambda each: each.kind == "Number", "float64 | one number for each row | inf")
         for width in sorted({each.width for each in self.fields if each.kind == "Vector"}, key=lambda width: (width != 3, width)):
             rows += row(lambda each, width=width: each.kind == "Vector" and each.width == width, f"float64 | and an axis of {width} | NaN")
+        rows += row(lambda each: each.kind == "Named", "float64 | one number for each row, or an axis of 2 to 4 | NaN")
         rows += row(lambda each: each.kind in ("Index", "Id"), "int64 | one number for each row | -1")
         rows += row(lambda each: each.kind == "Flag", "bool | one flag for each row | False")
         rows += row(lambda each: each.kind == "Text", "nested lists of `str` or None, never arrays | one text for each row | None")
@@ -146,7 +148,7 @@ class Description:
 
     def page(self, text):
         # A link gives the same bytes again; the cost of a ray depends on the trees that are built.
-        lines = self.wrapped([each.name for each in self.fields if each.source != "Cost"]).replace("\n" + " " * 17, "\n  ")
+        lines = self.wrapped([each.name for each in self.own if each.source != "Cost"]).replace("\n" + " " * 17, "\n  ")
         return self.replaced("questions.js", text, r"(const FIELDS = \[).*?(\];)", lines)
 
     def write(self, write):

@@ -11,6 +11,7 @@
 #include "core/import/gltf/buffer_store.h"
 #include "core/import/gltf/file_poser.h"
 #include "core/import/gltf/glb_container.h"
+#include "core/import/gltf/gltf_attributes.h"
 #include "core/import/gltf/gltf_document.h"
 #include "core/import/gltf/hierarchy.h"
 #include "core/import/gltf/instancing.h"
@@ -179,6 +180,7 @@ Result<SceneDescription> import_checked(std::span<const std::byte> bytes,
       place_meshes(*document, accessors, meshes, limits, options.progress, budget, scene);
   if (Status loaded = meshes.finish(); !loaded) return loaded.error();
   if (!placed) return placed.error();
+  list_named_attributes(*document, scene);
   attach_poser({*document, buffers, accessors, shared, *chunks, options}, budget, scene, warnings);
   for (const int view : accessors.unaligned()) {
     const auto& source = document->model.bufferViews[static_cast<std::size_t>(view)];

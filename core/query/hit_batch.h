@@ -4,6 +4,9 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
 
 #include "core/base/column.h"
 #include "core/geometry/vec3.h"
@@ -98,6 +101,13 @@ struct HitDetail {
   bool on_edge = false;  ///< exactly on an edge or a corner; set only by Engine::mark_edges
 };
 
+/// A vertex attribute that the file names (attribute_name.h), interpolated at n hits.
+struct NamedColumn {
+  std::string name;
+  std::size_t width = 1;   ///< numbers for each hit, 1 to 4
+  Column<double> numbers;  ///< n * width
+};
+
 /// Vertex attributes of the file, interpolated at hits: ((1 - u) - v) a + u b + v c for the values
 /// a, b, c of the three vertices, in float64, left to right. Each requested column has a slot for
 /// each hit. A slot is NaN for a miss, or if the file has no value or a value that is not finite.
@@ -111,10 +121,13 @@ struct HitAttributes {
   Column<std::array<double, 4>> tangent;
   /// COLOR_0: linear red, green, blue and alpha (1 if the file has none)
   Column<std::array<double, 4>> colour;
+  /// Those that the file names and the request asks for, in its order.
+  std::vector<NamedColumn> named;
 };
 /// Which columns of HitAttributes are requested.
 struct HitAttributeChoice {
   bool shading_normal = false, uv = false, colour = false, uv1 = false, tangent = false;
+  std::span<const std::string> named = {};
 };
 
 }  // namespace sightline

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/query/similar_names.h"
+#include "core/run/unmatched_names.h"
 
 namespace sightline {
 
@@ -81,15 +82,6 @@ struct PatternList {
   std::size_t names;
   std::function<std::string_view(std::size_t)> name_at;
 };
-
-Status tell(SelectionWarning warning, SelectionWarnings* warnings) {
-  if (warnings == nullptr) {
-    return Error{ErrorKind::kInvalid, std::string(kSelectionEmpty), std::move(warning.message),
-                 std::move(warning.pointer)};
-  }
-  warnings->push_back(std::move(warning));
-  return success();
-}
 
 /// Steps of the search for similar names, for all patterns of a list in total.
 constexpr std::uint64_t kMostSteps = std::uint64_t{2} << 20;

@@ -14,7 +14,7 @@ constexpr const char* kNoMemory = "there is no memory for the scene's trees";
 std::uint64_t attribute_bytes_of(const Mesh& mesh) {
   std::uint64_t bytes = 0;
   for (const PrimitiveAttributes& attributes : mesh.attributes) {
-    for (const auto& numbers : attributes.numbers) bytes += numbers ? numbers->bytes() : 0;
+    for (const auto& entry : attributes.entries) bytes += entry.numbers->bytes();
   }
   return bytes;
 }

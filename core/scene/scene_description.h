@@ -11,6 +11,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/geometry/affine.h"
@@ -92,6 +93,13 @@ std::span<AnInstance> instances_of(std::span<AnInstance> all, std::uint32_t node
   return {begin, std::lower_bound(begin, all.end(), node + 1, before)};
 }
 
+/// A vertex attribute that the file names, such as _TEMPERATURE.
+struct NamedAttribute {
+  std::string name;              ///< is_attribute_name (core/query/attribute_name.h) is true
+  std::uint32_t components = 1;  ///< numbers for each vertex, 1 to 4
+  bool is_in_scene = false;      ///< a primitive of the scene has a usable one
+};
+
 /// Counts of the bytes that an import read, by what they are.
 struct TouchedBytes {
   std::uint64_t json = 0;  ///< JSON; for a .pov file its text
@@ -144,13 +152,23 @@ struct SceneDescription {
   std::vector<Instance> instances;
   std::vector<Affine> placements;  ///< node_from_mesh of the instances with an index `placement`
   std::vector<Material> materials;
-  std::vector<Camera> cameras;         ///< in the order of nodes
-  std::vector<std::string> warnings;   ///< one sentence each, naming the place
-  std::shared_ptr<const Poser> poser;  ///< null: no pose of the scene can change
+  std::vector<NamedAttribute> named_attributes;  ///< by VertexAttribute, from kNamed on
+  std::vector<Camera> cameras;                   ///< in the order of nodes
+  std::vector<std::string> warnings;             ///< one sentence each, naming the place
+  std::shared_ptr<const Poser> poser;            ///< null: no pose of the scene can change
   /// By index in `nodes`: the JSON text of the node's extras. Null if no node has extras.
   std::shared_ptr<const std::map<std::uint32_t, std::string>> extras;
   ImportCounts counts;
 };
+
+/// The attribute that the file names so; empty if it has none.
+inline std::optional<VertexAttribute> find_named_attribute(const SceneDescription& scene,
+                                                           std::string_view name) {
+  for (std::size_t i = 0; i < scene.named_attributes.size(); ++i) {
+    if (scene.named_attributes[i].name == name) return named_attribute(i);
+  }
+  return {};
+}
 
 }  // namespace sightline
 

@@ -1,5 +1,6 @@
 #include "core/scene/surface_reader.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -62,6 +63,15 @@ std::array<double, 4> SurfaceReader::colour() {
   double n[4];
   if (!interpolate(VertexAttribute::kColour, n)) return {kUnknown, kUnknown, kUnknown, kUnknown};
   return {n[0], n[1], n[2], n[3]};
+}
+
+void SurfaceReader::named(VertexAttribute attribute, std::span<double> out) {
+  double n[4];
+  if (interpolate(attribute, n)) {
+    std::copy_n(n, out.size(), out.begin());
+  } else {
+    std::fill(out.begin(), out.end(), kUnknown);
+  }
 }
 
 bool SurfaceReader::interpolate(VertexAttribute attribute, double (&out)[4]) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 
 #include "core/geometry/normal_map.h"
 #include "core/query/hit_batch.h"
@@ -31,6 +32,9 @@ class SurfaceReader {
   std::array<double, 2> uv1();
   std::array<double, 4> tangent();
   std::array<double, 4> colour();
+  /// Writes the numbers of an attribute that the file names: out.size() of them, which is its
+  /// NamedAttribute::components.
+  void named(VertexAttribute attribute, std::span<double> out);
 
  private:
   std::array<double, 2> pair(VertexAttribute attribute);

@@ -17,8 +17,9 @@ namespace sightline {
 /// once. A number is a double, float, std::int64_t, or an unsigned integer of 8, 32 or 64 bits.
 class BinaryAnswer {
  public:
-  /// Announces a column of `rows` values of `width` numbers each. `name` has at most 16 bytes, and
-  /// must be valid until begin().
+  static constexpr std::size_t kLongestName = 16;  ///< bytes of the name of a column
+  /// Announces a column of `rows` values of `width` numbers each. `name` has at most kLongestName
+  /// bytes, and must be valid until begin().
   template <class Number>
   void announce(std::string_view name, std::size_t rows, std::uint32_t width = 1) {
     entries_.push_back({name, type_of(Number{}), sizeof(Number), width, rows});

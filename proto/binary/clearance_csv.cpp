@@ -11,8 +11,8 @@ std::string encode_clearance_csv(const ClearanceAnswer& answer, const ClearanceQ
     out.pop_back();
     out += "\r\n";
   };
-  append_csv_names(out, "a.", fields);
-  append_csv_names(out, "b.", fields);
+  append_csv_names(out, "a.", {a.hits, a.details, a.terms}, fields);
+  append_csv_names(out, "b.", {b.hits, b.details, b.terms}, fields);
   end_line();
   for (std::size_t i = 0; i < answer.pairs.size(); ++i) {
     const ClearancePair& pair = answer.pairs[i];

@@ -108,15 +108,6 @@ void append_cell(std::string& out, std::int64_t number) { (out += std::to_string
 void append_cell(std::string& out, std::uint64_t number) { (out += std::to_string(number)) += ','; }
 void append_cell(std::string& out, std::uint8_t number) { (out += std::to_string(number)) += ','; }
 
-std::vector<std::string> names_of(const AnsweredColumn& column) {
-  if (const auto field = find_hit_field(column.name); field && column.width > 1)
-    return hit_column_names(*field);
-  std::vector<std::string> names;
-  for (std::uint32_t k = 0; k < column.width; ++k)
-    names.push_back(column.width == 1 ? column.name : column.name + "_" + std::to_string(k));
-  return names;
-}
-
 std::string encode_csv(const std::vector<AnsweredColumn>& columns) {
   std::string out;
   const auto end_line = [&] {
@@ -124,7 +115,7 @@ std::string encode_csv(const std::vector<AnsweredColumn>& columns) {
     out += "\r\n";
   };
   for (const AnsweredColumn& column : columns) {
-    for (const std::string& name : names_of(column)) (out += name) += ',';
+    for (const std::string& name : part_names(column.name, column.width)) (out += name) += ',';
   }
   end_line();
   const std::uint64_t rows = columns.empty() ? 0 : columns[0].rows;

@@ -68,16 +68,15 @@ struct ColumnBytes {
 };
 
 void announce_all(BinaryAnswer& answer, const HitAnswer& hits, FieldSet fields) {
-  for (const HitField field : all_hit_fields()) {
-    if (!fields.has(field)) continue;
-    visit_column(hits, field, ColumnEntry{answer, hit_field_name(field), hits.hits.size()});
-  }
+  visit_columns(hits, fields, [&](std::string_view name, const auto& column) {
+    ColumnEntry{answer, name, hits.hits.size()}(column);
+  });
 }
 
 void write_all(BinaryAnswer& answer, const HitAnswer& hits, FieldSet fields) {
-  for (const HitField field : all_hit_fields()) {
-    if (fields.has(field)) visit_column(hits, field, ColumnBytes{answer, hits.hits});
-  }
+  visit_columns(hits, fields, [&](std::string_view, const auto& column) {
+    ColumnBytes{answer, hits.hits}(column);
+  });
 }
 
 /// The answer of one column, one number for each ray.
@@ -95,12 +94,20 @@ std::string encode_one(std::string_view name, std::span<const Number> values,
 
 }  // namespace
 
-Status check_binary_fields(FieldSet fields) {
+Status check_binary_fields(FieldSet fields, std::span<const std::string> named) {
   for (const HitField field : all_hit_fields()) {
     if (!fields.has(field) || !kTextFields.has(field)) continue;
     return Error{ErrorKind::kInvalid, "FIELD_IS_TEXT",
                  "a binary answer has no texts: ask for ids instead of \"" +
                      std::string(hit_field_name(field)) + "\"",
+                 "/fields"};
+  }
+  for (const std::string& name : named) {
+    if (name.size() <= BinaryAnswer::kLongestName) continue;
+    return Error{ErrorKind::kInvalid, "FIELD_NAME_LONG",
+                 "names of binary columns have at most " +
+                     std::to_string(BinaryAnswer::kLongestName) + " bytes: ask for \"" + name +
+                     "\" as JSON, or of rays:closest as CSV, NPY or NPZ",
                  "/fields"};
   }
   return success();

@@ -10,9 +10,9 @@
 
 namespace sightline {
 
-/// Checks that `fields` has no field of text, which binary answers cannot have. Errors:
-/// FIELD_IS_TEXT, naming the first one.
-Status check_binary_fields(FieldSet fields);
+/// Checks that `fields` has no field of text, and `named` no long name, which binary answers cannot
+/// have. Errors: FIELD_IS_TEXT and FIELD_NAME_LONG, naming the first one.
+Status check_binary_fields(FieldSet fields, std::span<const std::string> named);
 
 // Binary forms of the functions of hit_json.h, with the same parameters. Precondition:
 // check_binary_fields accepts `fields`; texts would be left out. `invalid`: the rays that are

@@ -49,29 +49,34 @@ struct CsvCells {
 
 }  // namespace
 
-std::vector<std::string> hit_column_names(HitField field) {
-  const std::string name(hit_field_name(field));
-  if (hit_field_row(field).kind != FieldKind::kVector) return {name};
-  const std::string_view parts = field == HitField::kColour    ? "rgba"
-                                 : hit_field_width(field) == 4 ? "xyzw"
-                                 : hit_field_width(field) == 2 ? "uv"
-                                                               : "xyz";
+std::vector<std::string> part_names(std::string_view column, std::size_t width) {
+  if (width == 1) return {std::string(column)};
+  const std::optional<HitField> field = find_hit_field(column);
+  const bool is_vector = field && hit_field_row(*field).kind == FieldKind::kVector;
+  const std::string_view letters = field == HitField::kColour ? "rgba"
+                                   : width == 4               ? "xyzw"
+                                   : width == 2               ? "uv"
+                                                              : "xyz";
   std::vector<std::string> names;
-  for (const char part : parts) names.push_back(name + "_" + part);
+  for (std::size_t k = 0; k < width; ++k) {
+    const std::string part = is_vector ? std::string(1, letters[k]) : std::to_string(k);
+    names.push_back(std::string(column) + "_" + part);
+  }
   return names;
 }
 
-void append_csv_names(std::string& out, std::string_view prefix, FieldSet fields) {
-  for (const HitField field : all_hit_fields()) {
-    if (!fields.has(field)) continue;
-    for (const std::string& name : hit_column_names(field)) out.append(prefix).append(name) += ',';
-  }
+void append_csv_names(std::string& out, std::string_view prefix, const HitAnswer& answer,
+                      FieldSet fields) {
+  visit_columns(answer, fields, [&](std::string_view column, const auto& values) {
+    for (const std::string& name : part_names(column, values.kWidth))
+      out.append(prefix).append(name) += ',';
+  });
 }
 
 void append_csv_cells(std::string& out, const HitAnswer& answer, FieldSet fields, std::size_t i) {
-  for (const HitField field : all_hit_fields()) {
-    if (fields.has(field)) visit_column(answer, field, CsvCells{out, answer.hits, i});
-  }
+  visit_columns(answer, fields, [&](std::string_view, const auto& column) {
+    CsvCells{out, answer.hits, i}(column);
+  });
 }
 
 void append_csv_number(std::string& out, double value) {

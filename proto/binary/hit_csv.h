@@ -10,12 +10,14 @@
 
 namespace sightline {
 
-/// The names of the columns of a field: "t", or "position_x", "position_y", "position_z".
-std::vector<std::string> hit_column_names(HitField field);
+/// The names of the numbers of a column: "t", or "position_x", "position_y", "position_z". Those of
+/// a column that is no field of hit_fields.def are "from_0", "from_1" and so on.
+std::vector<std::string> part_names(std::string_view column, std::size_t width);
 
 /// Appends the names of the columns of all fields, each with `prefix` before it and a comma behind
 /// it. The caller ends the line.
-void append_csv_names(std::string& out, std::string_view prefix, FieldSet fields);
+void append_csv_names(std::string& out, std::string_view prefix, const HitAnswer& answer,
+                      FieldSet fields);
 /// Appends the values of slot `i`, each with a comma behind it. A value that is missing or not
 /// finite is an empty cell. The caller ends the line.
 void append_csv_cells(std::string& out, const HitAnswer& answer, FieldSet fields, std::size_t i);

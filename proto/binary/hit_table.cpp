@@ -12,14 +12,6 @@
 namespace sightline {
 namespace {
 
-/// Calls visit(column of the field) for each field, in their order.
-template <class Visit>
-void for_each_column(const HitAnswer& answer, FieldSet fields, const Visit& visit) {
-  for (const HitField field : all_hit_fields()) {
-    if (fields.has(field)) visit_column(answer, field, visit);
-  }
-}
-
 /// Writes the values of slot `i` as little-endian numbers: float64, `Id` and a byte for a flag.
 template <class Id>
 struct PackedCells {
@@ -44,13 +36,21 @@ struct PackedCells {
   void operator()(const NameColumn&) const {}
 };
 
+/// Appends the values of all fields of slot `i`.
+template <class Id>
+void append_packed(std::string& out, const HitAnswer& answer, FieldSet fields, std::size_t i) {
+  visit_columns(answer, fields, [&](std::string_view, const auto& column) {
+    PackedCells<Id>{out, answer.hits, i}(column);
+  });
+}
+
 std::string encode_csv(const HitAnswer& answer, FieldSet fields) {
   std::string out;
   const auto end_line = [&] {
     out.pop_back();
     out += "\r\n";
   };
-  append_csv_names(out, "", fields);
+  append_csv_names(out, "", answer, fields);
   end_line();
   for (std::size_t i = 0; i < answer.hits.size(); ++i) {
     append_csv_cells(out, answer, fields, i);
@@ -92,26 +92,30 @@ std::string short_name(const std::string& name, bool is_ply) {
   return name;
 }
 
-/// The numbers of a point without its colour: the number of its ray first.
-std::vector<PointNumber> point_numbers(FieldSet fields, bool is_ply) {
-  std::vector<PointNumber> numbers{{"ray", 'U', 4}};
-  for (const HitField field : all_hit_fields()) {
-    const FieldKind kind = hit_field_row(field).kind;
-    // The parts of a colour are those of the point.
-    if (!fields.has(field) || field == HitField::kColour) continue;
-    const bool is_float = kind == FieldKind::kNumber || kind == FieldKind::kVector;
-    for (const std::string& name : hit_column_names(field)) {
-      numbers.push_back({short_name(name, is_ply),
-                         is_float                   ? 'F'
-                         : kind == FieldKind::kFlag ? 'U'
-                                                    : 'I',
-                         is_float                   ? 8
-                         : kind == FieldKind::kFlag ? 1
-                                                    : 4});
-    }
+/// Adds the numbers of a column.
+struct PointNumbers {
+  std::vector<PointNumber>& numbers;
+  bool is_ply;
+  std::string_view column;
+
+  void operator()(const NumberColumn& values) const { add(values.kWidth, 'F', 8); }
+  template <std::size_t width, class Value>
+  void operator()(const VectorColumn<width, Value>&) const {
+    add(width, 'F', 8);
   }
-  return numbers;
-}
+  void operator()(const IdColumn& values) const { add(values.kWidth, 'I', 4); }
+  template <class Value>
+  void operator()(const FlagColumn<Value>& values) const {
+    add(values.kWidth, 'U', 1);
+  }
+  void operator()(const NameColumn&) const {}
+
+ private:
+  void add(std::size_t width, char type, int bytes) const {
+    for (const std::string& name : part_names(column, width))
+      numbers.push_back({short_name(name, is_ply), type, bytes});
+  }
+};
 
 std::string ply_head(const std::vector<PointNumber>& numbers, bool has_colour, std::size_t points) {
   std::string head =
@@ -143,17 +147,21 @@ std::string pcd_head(std::vector<PointNumber> numbers, bool has_colour, std::siz
 
 std::string encode_points(const HitAnswer& answer, FieldSet fields, bool is_ply) {
   const PointColours colours{answer, fields};
+  // The parts of a colour are those of the point.
   FieldSet numbers = fields;
   numbers.remove(HitField::kColour);
   std::size_t points = 0;
   for (std::size_t i = 0; i < answer.hits.size(); ++i) points += answer.hits.hit(i) ? 1u : 0u;
-  const auto described = point_numbers(fields, is_ply);
+  std::vector<PointNumber> described{{"ray", 'U', 4}};
+  visit_columns(answer, numbers, [&](std::string_view name, const auto& column) {
+    PointNumbers{described, is_ply, name}(column);
+  });
   std::string out = is_ply ? ply_head(described, colours.has_any(), points)
                            : pcd_head(described, colours.has_any(), points);
   for (std::size_t i = 0; i < answer.hits.size(); ++i) {
     if (!answer.hits.hit(i)) continue;
     append_number(out, static_cast<std::uint32_t>(i));
-    for_each_column(answer, numbers, PackedCells<std::int32_t>{out, answer.hits, i});
+    append_packed<std::int32_t>(out, answer, numbers, i);
     if (!colours.has_any()) continue;
     const auto [red, green, blue] = colours(i);
     // PCD's colour is one integer, 0x00rrggbb.
@@ -166,44 +174,48 @@ std::string encode_points(const HitAnswer& answer, FieldSet fields, bool is_ply)
 
 // NumPy.
 
-/// The type of a field's values in an array, and the shape of a value, "(3,)".
-std::string numpy_type(HitField field) {
-  const FieldKind kind = hit_field_row(field).kind;
-  return kind == FieldKind::kFlag                                   ? "'|b1'"
-         : kind == FieldKind::kNumber || kind == FieldKind::kVector ? "'<f8'"
-                                                                    : "'<i8'";
-}
+/// The type of a column's values in an array.
+struct NumpyType {
+  std::string_view operator()(const NumberColumn&) const { return "'<f8'"; }
+  template <std::size_t width, class Value>
+  std::string_view operator()(const VectorColumn<width, Value>&) const {
+    return "'<f8'";
+  }
+  template <class Value>
+  std::string_view operator()(const FlagColumn<Value>&) const {
+    return "'|b1'";
+  }
+  std::string_view operator()(const IdColumn&) const { return "'<i8'"; }
+  std::string_view operator()(const NameColumn&) const { return ""; }
+};
 
 std::string encode_npy(const HitAnswer& answer, FieldSet fields) {
   std::string type;
-  for (const HitField field : all_hit_fields()) {
-    if (!fields.has(field)) continue;
-    type += (type.empty() ? "('" : ", ('") + std::string(hit_field_name(field)) + "', " +
-            numpy_type(field);
-    const std::size_t width = hit_field_width(field);
-    if (width > 1) type += ", (" + std::to_string(width) + ",)";
+  visit_columns(answer, fields, [&](std::string_view name, const auto& column) {
+    type.append(type.empty() ? "('" : ", ('")
+        .append(name)
+        .append("', ")
+        .append(NumpyType()(column));
+    if (column.kWidth > 1) type += ", (" + std::to_string(column.kWidth) + ",)";
     type += ")";
-  }
+  });
   std::string out = npy_head("[" + type + "]", std::to_string(answer.hits.size()) + ",");
-  for (std::size_t i = 0; i < answer.hits.size(); ++i) {
-    for_each_column(answer, fields, PackedCells<std::int64_t>{out, answer.hits, i});
-  }
+  for (std::size_t i = 0; i < answer.hits.size(); ++i)
+    append_packed<std::int64_t>(out, answer, fields, i);
   return out;
 }
 
 std::string encode_npz(const HitAnswer& answer, FieldSet fields) {
   ZipArchive archive;
-  for (const HitField field : all_hit_fields()) {
-    if (!fields.has(field)) continue;
-    const std::size_t width = hit_field_width(field);
+  visit_columns(answer, fields, [&](std::string_view name, const auto& column) {
     std::string file =
-        npy_head(numpy_type(field), std::to_string(answer.hits.size()) + "," +
-                                        (width > 1 ? std::to_string(width) : std::string()));
-    for (std::size_t i = 0; i < answer.hits.size(); ++i) {
-      visit_column(answer, field, PackedCells<std::int64_t>{file, answer.hits, i});
-    }
-    archive.add(std::string(hit_field_name(field)) + ".npy", file);
-  }
+        npy_head(std::string(NumpyType()(column)),
+                 std::to_string(answer.hits.size()) + "," +
+                     (column.kWidth > 1 ? std::to_string(column.kWidth) : std::string()));
+    for (std::size_t i = 0; i < answer.hits.size(); ++i)
+      PackedCells<std::int64_t>{file, answer.hits, i}(column);
+    archive.add(std::string(name) + ".npy", file);
+  });
   return archive.take();
 }
 

@@ -41,7 +41,8 @@ Result<RayQuery> decode_rays_binary(std::string_view body, const RayJsonRules& r
     return Error{ErrorKind::kInvalid, fault.code, fault.message,
                  JsonPointer().key("rays").index(fault.ray).key(fault.part).text()};
   }
-  if (Status status = check_binary_fields(query->fields); !status) return status.error();
+  if (Status status = check_binary_fields(query->fields, query->named_fields); !status)
+    return status.error();
   finish_rays(*query);
   return query;
 }

@@ -53,15 +53,14 @@ void write_triangle_members(JsonWriter& out, std::uint32_t instance, const HitTe
 void write_row(JsonWriter& out, const HitAnswer& answer, FieldSet fields, std::size_t i) {
   if (!answer.hits.hit(i)) return out.raw("null");
   char before = '{';
-  for (const HitField field : all_hit_fields()) {
-    if (!fields.has(field)) continue;
+  visit_columns(answer, fields, [&](std::string_view name, const auto& column) {
     out.raw(before);
     out.raw('"');
-    out.raw(hit_field_name(field));
+    out.raw(name);
     out.raw("\":");
     before = ',';
-    visit_column(answer, field, RowValue{out, i});
-  }
+    RowValue{out, i}(column);
+  });
   if (before == '{') out.raw('{');
   out.raw('}');
 }
@@ -135,23 +134,17 @@ struct ColumnValues {
   }
 };
 
-void write_column(JsonWriter& out, const HitAnswer& answer, HitField field) {
-  out.raw('"');
-  out.raw(hit_field_name(field));
-  out.raw("\":[");
-  visit_column(answer, field, ColumnValues{out, answer.hits});
-  out.raw(']');
-}
-
 /// The columns of all fields asked for, with commas between them.
 void write_columns(JsonWriter& out, const HitAnswer& answer, FieldSet fields) {
   bool first = true;
-  for (const HitField field : all_hit_fields()) {
-    if (!fields.has(field)) continue;
-    if (!first) out.raw(',');
+  visit_columns(answer, fields, [&](std::string_view name, const auto& column) {
+    out.raw(first ? "\"" : ",\"");
     first = false;
-    write_column(out, answer, field);
-  }
+    out.raw(name);
+    out.raw("\":[");
+    ColumnValues{out, answer.hits}(column);
+    out.raw(']');
+  });
 }
 
 template <class Number>

@@ -87,7 +87,8 @@ struct RayJsonRules {
 /// The decoded options that questions about rays, points, sweeps, pairs and clearance share.
 struct QueryOptions {
   FieldSet fields = kDefaultHitFields;
-  bool chose_fields = false;  ///< the client chose fields; else they are the default
+  std::vector<std::string> named_fields;  ///< what kNamed of `fields` stands for, in order
+  bool chose_fields = false;              ///< the client chose fields; else they are the default
   AnswerLayout layout = AnswerLayout::kRows;
   std::optional<TableFormat> table;  ///< set if the answer is a file of rows or columns
   HitFilter filter;
@@ -138,7 +139,7 @@ inline constexpr std::size_t kRayJsonPadding = 64;
 ///   (max_hits, nodes, mask, masks, timeout_ms, threads, image_unit, filters), VALUE_UNKNOWN
 ///   (crossings, cull, on_invalid, image), EXPLAIN_ONE_RAY, EXPLAIN_IS_TEXT (explain with image),
 ///   IMAGE_WITHOUT_PIXELS, and the codes of check_rays and generate_rays
-/// - 413: RAYS_TOO_MANY, FILTER_TOO_LARGE, BODY_TOO_LARGE (4 GiB and more)
+/// - 413: RAYS_TOO_MANY, FILTER_TOO_LARGE, FIELDS_TOO_MANY, BODY_TOO_LARGE (4 GiB and more)
 /// - 507: MEMORY_FULL (the parser needs several times the body)
 /// - those of rules.find_camera and rules.admit_made
 Result<RayQuery> decode_rays(std::string& body, const RayJsonRules& rules);

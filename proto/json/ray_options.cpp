@@ -1,9 +1,12 @@
 // What a body says beside its rays.
 
+#include <algorithm>
 #include <array>
 #include <limits>
 #include <optional>
+#include <utility>
 
+#include "core/query/attribute_name.h"
 #include "proto/json/ray_reader.h"
 
 namespace sightline {
@@ -41,6 +44,7 @@ bool RayReader::read_fields(Value value) {
     return wrong(value, place, "an array of names");
   }
   FieldSet fields;
+  std::vector<std::string> named;
   std::size_t count = 0;
   for (auto element : array) {
     Value entry;
@@ -53,17 +57,26 @@ bool RayReader::read_fields(Value value) {
       if (code == simdjson::INCORRECT_TYPE) return wrong(entry, entry_place, "a name");
       return malformed(entry_place, "this is not a valid string");
     }
-    const std::optional<HitField> field = find_hit_field(name);
+    const bool is_named = is_attribute_name(name);
+    const auto field = is_named ? HitField::kNamed : find_hit_field(name);
     if (!field || !rules_.known_fields.has(*field)) {
       return fail(ErrorKind::kInvalid, "FIELD_UNKNOWN",
                   "unknown field \"" + std::string(cut_utf8(name, 64)) +
                       "\"; known: " + names_of(rules_.known_fields),
                   entry_place);
     }
-    if (fields.has(*field)) {
+    if (is_named ? std::find(named.begin(), named.end(), name) != named.end()
+                 : fields.has(*field)) {
       return fail(ErrorKind::kInvalid, "FIELD_DUPLICATE", "this field is asked for twice",
                   entry_place);
     }
+    if (is_named && named.size() == kMostNamedFields) {
+      return fail(
+          ErrorKind::kTooLarge, "FIELDS_TOO_MANY",
+          "a request may have " + std::to_string(kMostNamedFields) + " fields of the file's own",
+          entry_place);
+    }
+    if (is_named) named.emplace_back(name);
     fields.add(*field);
   }
   if (fields.empty()) {
@@ -71,6 +84,7 @@ bool RayReader::read_fields(Value value) {
                 "leave \"fields\" out, or name some of: " + names_of(rules_.known_fields), place);
   }
   query_.fields = fields;
+  query_.named_fields = std::move(named);
   query_.chose_fields = true;
   return true;
 }

@@ -648,7 +648,7 @@ class Sightline:
         if "image" in options:
             raise ValueError("columns have no picture: use image()")
         fields, sent = _fields(options)
-        texts = not TEXTS.isdisjoint(fields) or "masks" in options or "explain" in options
+        texts = not TEXTS.isdisjoint(fields) or any(map(_is_long, fields)) or "masks" in options or "explain" in options
         if texts and "fields" not in sent and kind in ("closest", "all"):
             sent["fields"] = ["t", "instance", "primitive", "triangle"]  # As in an answer of bytes.
         if made:
@@ -991,6 +991,11 @@ def _fields(options: Mapping) -> tuple[Sequence[str], dict]:
         raise ValueError(f"fields is {fields!r}: expected a list or tuple of names")
     missing = ["instance"] if fields and "instance" not in fields else []
     return fields, {**options, "fields": [*fields, *missing]}
+
+
+def _is_long(field: str) -> bool:
+    """Binary columns have names of at most 16 bytes."""
+    return field.startswith("_") and len(field) > 16
 
 
 def _is_number(kind: type) -> bool:
@@ -1354,7 +1359,7 @@ def _from_json(answer: dict) -> Columns:
             columns[name] = _column([value is True for value in values], "bool")
         elif name in _COUNTS:
             columns[name] = _column(values, "uint64")
-        elif name in _WIDTHS or name in _DISTANCES:
+        elif name in _WIDTHS or name in _DISTANCES or name.startswith("_"):
             none = math.inf if name in _DISTANCES else math.nan
             columns[name] = _column([none if value is None else float(value) for value in values], "float64")
         else:
@@ -1368,13 +1373,17 @@ def _column(values: list, dtype: str) -> Array:
 
 def _finish(columns: Columns, fields: Sequence[str], lead: tuple | None, lists: bool) -> Columns:
     """Adds `hit` and gives the columns their shapes. `lists`: a ray has any number of rows."""
+    rows = 0
     if "instance" in columns:
         ids = columns["instance"]
+        rows = len(ids)
         columns["hit"] = [each >= 0 for each in ids] if isinstance(ids, list) else ids >= 0
         if "instance" not in fields:
             del columns["instance"]
     for name in columns.keys() - _REMARKS:
         column, width = columns[name], _WIDTHS.get(name, 1)
+        if name.startswith("_") and rows:  # The file says how many numbers it has.
+            width = len(column) // rows
         by_ray = not lists or name in ("totals", "invalid")
         shape = (lead if lead is not None and by_ray else (len(column) // width,)) + ((width,) if width > 1 else ())
         if len(column) != math.prod(shape):

@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "core/run/engine.h"
+#include "core/run/unmatched_names.h"
 #include "proto/json/hit_lines.h"
 #include "proto/json/ray_lines.h"
 #include "server/client/ray_question.h"
@@ -35,9 +36,13 @@ Result<std::string> cast_all(const Engine& engine, const Scene& scene, const Ray
   Status status = engine.all(scene, query.rays, {query.crossings, kNoLimit, kNoLimit},
                              Deadline::never(), lists, totals);
   if (status) {
-    status = describe_hits(
-        engine, {scene, rays_of_hits(query.rays, lists), lists.hits, query.fields, false},
-        Deadline::never(), description);
+    status = describe_hits(engine,
+                           {.scene = scene,
+                            .rays = rays_of_hits(query.rays, lists),
+                            .hits = lists.hits,
+                            .fields = query.fields,
+                            .named = query.named_fields},
+                           Deadline::never(), description);
   }
   if (!status) return status.error();
   return encode_hit_list_lines(lists, totals, description.details, description.terms, query.fields,
@@ -49,7 +54,12 @@ Result<std::string> cast_closest(const Engine& engine, const Scene& scene, const
   HitDescription description;
   Status status = engine.closest(scene, query.rays, Deadline::never(), hits);
   if (status) {
-    status = describe_hits(engine, {scene, query.rays, hits, query.fields, false},
+    status = describe_hits(engine,
+                           {.scene = scene,
+                            .rays = query.rays,
+                            .hits = hits,
+                            .fields = query.fields,
+                            .named = query.named_fields},
                            Deadline::never(), description);
   }
   if (!status) return status.error();
@@ -63,6 +73,11 @@ Result<std::string> cast(const Engine& engine, const Scene& scene, CastMode mode
   std::string text = lines;
   const auto query = RayLines(rules).decode(text);
   if (!query) return query.error();
+  if (Status known =
+          tell_unknown_fields(scene.description(), query->named_fields, Deadline::never(), nullptr);
+      !known) {
+    return std::move(known).error();
+  }
   switch (mode) {
     case CastMode::kAny:
       return cast_any(engine, scene, *query);

@@ -70,8 +70,10 @@ std::string options_line(const RayQuestion& question) {
   Ordered options = Ordered::object();
   if (question.fields) {
     for (const HitField field : all_hit_fields()) {
-      if (question.fields->has(field)) options["fields"].push_back(hit_field_name(field));
+      if (question.fields->has(field) && field != HitField::kNamed)
+        options["fields"].push_back(hit_field_name(field));
     }
+    for (const std::string& name : question.named_fields) options["fields"].push_back(name);
   }
   const bool lists = question.mode == CastMode::kAll || question.mode == CastMode::kCount;
   if (lists && question.crossings == Crossings::kOnce) options["crossings"] = "once";

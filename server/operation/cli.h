@@ -73,6 +73,7 @@ struct RayQuestion {
   CastMode mode = CastMode::kClosest;
   Crossings crossings = Crossings::kEvery;
   std::optional<FieldSet> fields;
+  std::vector<std::string> named_fields;  ///< what kNamed of `fields` stands for
   PrintFormat format = PrintFormat::kText;
 };
 

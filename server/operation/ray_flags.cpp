@@ -5,6 +5,7 @@
 #include <charconv>
 #include <sstream>
 
+#include "core/query/attribute_name.h"
 #include "server/operation/flag_checks.h"
 
 namespace sightline {
@@ -39,8 +40,8 @@ Vec3d parse_vector(const std::string& text, const char* flag) {
   return vector;
 }
 
-FieldSet parse_fields(const std::string& text) {
-  FieldSet fields;
+void parse_fields(const std::string& text, RayQuestion& question) {
+  FieldSet& fields = question.fields.emplace();
   std::stringstream names(text);
   std::string name, known;
   for (const HitField field : all_hit_fields()) {
@@ -48,15 +49,16 @@ FieldSet parse_fields(const std::string& text) {
     known += hit_field_name(field);
   }
   while (std::getline(names, name, ',')) {
-    const auto field = find_hit_field(name);
+    const bool is_named = is_attribute_name(name);
+    const auto field = is_named ? HitField::kNamed : find_hit_field(name);
     if (!field) {
       std::string refusal = "'" + name + "' is not a field of a hit; there are ";
       refusal += known;
       throw CLI::ValidationError("--fields", refusal);
     }
     fields.add(*field);
+    if (is_named) question.named_fields.push_back(name);
   }
-  return fields;
 }
 
 std::string check_scene_number(const std::string& text) {
@@ -142,7 +144,7 @@ void finish_question(const char* name, RayQuestion& command, const CastFlags& fl
     }
     command.ray = finish_ray(flags.ray);
   }
-  if (!flags.fields.empty()) command.fields = parse_fields(flags.fields);
+  if (!flags.fields.empty()) parse_fields(flags.fields, command);
   finish_mode(flags.mode, command.mode, command.crossings);
   const auto* const format =
       std::find(kFormats.begin(), kFormats.end(), flags.json ? "json" : flags.format);

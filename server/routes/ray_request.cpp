@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/run/resolved_filter.h"
+#include "core/run/unmatched_names.h"
 #include "proto/binary/hit_binary.h"
 #include "proto/binary/point_binary.h"
 #include "proto/binary/ray_binary.h"
@@ -64,6 +65,9 @@ bool RayRequest::read_query(const Decode& decode) {
     return false;
   }
   resolved_ = std::move(*resolved);
+  const Status known =
+      tell_unknown_fields(scene_->description(), query_.named_fields, deadline_, warnings());
+  if (!went_well(known)) return false;
   if (!query_.ray_filters.empty() && !group()) return false;
   add_time(&WorkReport::parse_us);
   return true;
@@ -178,12 +182,15 @@ Status RayRequest::choose_bytes(FieldSet default_fields) {
   }
   if (!query_.chose_fields) query_.fields = default_fields;
   if (query_.table && is_point_cloud(*query_.table)) query_.fields.add(HitField::kPosition);
-  if (tables_ != Tables::kHits) return check_binary_fields(query_.fields);
-  if (query_.table == TableFormat::kNpz && exchange_.rays > most_npz_rows(query_.fields)) {
+  const auto& named = query_.named_fields;
+  if (tables_ != Tables::kHits) return check_binary_fields(query_.fields, named);
+  if (query_.table == TableFormat::kNpz &&
+      exchange_.rays > most_npz_rows(query_.fields, named.size())) {
     return Error{ErrorKind::kTooLarge, "REQUEST_TOO_LARGE",
                  "an .npz file has at most 4 GiB; ask for fewer rays or fields, or for .npy", ""};
   }
-  return query_.table == TableFormat::kCsv ? success() : check_binary_fields(query_.fields);
+  if (query_.table == TableFormat::kCsv) return success();
+  return check_binary_fields(query_.fields, query_.table ? std::span<const std::string>() : named);
 }
 
 void RayRequest::choose_table() {
@@ -204,10 +211,10 @@ bool RayRequest::read_json(const Decode& decode, Tables tables) {
 }
 
 bool RayRequest::describe(const RayBatch& rays, const HitBatch& hits, HitDescription& about) {
-  const Status status = describe_within(
-      reserve_from(exchange_.memory), service_.engine,
-      {*scene_, rays, hits, query_.fields, query_.normalize, resolved_ ? &*resolved_ : nullptr},
-      deadline_, about);
+  const Status status = describe_within(reserve_from(exchange_.memory), service_.engine,
+                                        {*scene_, rays, hits, query_.fields, query_.normalize,
+                                         resolved_ ? &*resolved_ : nullptr, query_.named_fields},
+                                        deadline_, about);
   add_time(&WorkReport::describe_us);
   return went_well(status);
 }

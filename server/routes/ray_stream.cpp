@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/run/resolved_filter.h"
+#include "core/run/unmatched_names.h"
 #include "proto/binary/hit_binary.h"
 #include "proto/json/hit_lines.h"
 #include "server/http/body_reader.h"
@@ -157,10 +158,16 @@ Result<std::string> RayStream::answer(Result<RayQuery> query) {
     return Error{ErrorKind::kCancelled, "CANCELLED", "the key of this stream was taken out", ""};
   }
   if (form_ == Form::kFrames) {
-    if (Status status = check_binary_fields(query->fields); !status) return status.error();
+    if (Status status = check_binary_fields(query->fields, query->named_fields); !status)
+      return status.error();
   }
   Deadline deadline = this->deadline(query->timeout_ms);
   deadline.threads = query->threads;
+  if (Status known =
+          tell_unknown_fields(scene_->description(), query->named_fields, deadline, nullptr);
+      !known) {
+    return std::move(known).error();
+  }
   const bool has_masks = !query->rays.mask.empty();
   if (!knows_filter_ || has_masks || form_ == Form::kFrames) {
     forget_filter();

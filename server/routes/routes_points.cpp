@@ -79,15 +79,22 @@ HitLists lists_of(const HitBatch& slots, std::size_t points, std::size_t count) 
 bool describe(RayRequest& request, const Service& service, const HitBatch& hits,
               const Column<Vec3d>& of, HitDescription& about) {
   const FieldSet fields = request.query().fields;
-  if (!request.reserve(bytes_of_description(hits.size(), fields))) return false;
+  if (!request.reserve(
+          bytes_of_description(hits.size(), fields, request.query().named_fields.size())))
+    return false;
   if (fields.has_any_of(kDetailFields) &&
       !request.went_well(service.engine.nearest_details(request.scene(), of, hits,
                                                         request.deadline(), about.details))) {
     return false;
   }
   about.terms = hit_terms(request.scene(), hits, fields);
-  if (!request.went_well(read_attributes(service.engine, request.scene(), hits, fields,
-                                         request.deadline(), about))) {
+  const RayBatch no_rays;
+  const DescribedHits described{.scene = request.scene(),
+                                .rays = no_rays,
+                                .hits = hits,
+                                .fields = fields,
+                                .named = request.query().named_fields};
+  if (!request.went_well(read_attributes(service.engine, described, request.deadline(), about))) {
     return false;
   }
   if (fields.has(HitField::kDistance)) about.terms.distance = hits.t;

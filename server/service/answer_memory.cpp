@@ -2,12 +2,12 @@
 
 namespace sightline {
 
-std::uint64_t bytes_of_description(std::uint64_t hits, FieldSet fields) {
+std::uint64_t bytes_of_description(std::uint64_t hits, FieldSet fields, std::size_t named) {
   std::uint64_t bytes = 0;
-  for (const HitField field : all_hit_fields()) {
-    if (!fields.has(field)) continue;
-    bytes += kAttributeFields.has(field) ? hit_field_width(field) * sizeof(double)
-                                         : sizeof(std::string_view);
+  for (const HitFieldRow& row : kHitFields) {
+    if (!fields.has(row.field)) continue;
+    bytes += row.source == FieldSource::kAttribute ? numbers_of({row.field}, named) * sizeof(double)
+                                                   : sizeof(std::string_view);
   }
   if (fields.has_any_of(kCostFields)) bytes += sizeof(double) + 2 * sizeof(std::uint32_t);
   if (fields.has_any_of(kDetailFields)) bytes += sizeof(HitDetail);
@@ -20,6 +20,8 @@ std::uint64_t bytes_of_encoded(std::uint64_t hits, FieldSet fields, const HitTer
     // A vector, and its name.
     if (fields.has(field)) bytes += hit_field_width(field) * kNumberBytes + 20;
   }
+  for (const NamedColumn& column : terms.attributes.named)
+    bytes += column.width * kNumberBytes + column.name.size() + 4;
   return hits * bytes + bytes_of_names(terms.node_name) + bytes_of_names(terms.node_path) +
          bytes_of_names(terms.mesh_name) + bytes_of_names(terms.material_name);
 }
@@ -28,7 +30,8 @@ Status describe_within(const ReserveBytes& reserve, const Engine& engine,
                        const DescribedHits& described, const Deadline& deadline,
                        HitDescription& about) {
   const std::size_t hits = described.hits.size();
-  Status status = ask_for(reserve, bytes_of_description(hits, described.fields));
+  Status status =
+      ask_for(reserve, bytes_of_description(hits, described.fields, described.named.size()));
   if (status) status = describe_hits(engine, described, deadline, about);
   if (!status) return status;
   return ask_for(reserve, bytes_of_encoded(hits, described.fields, about.terms));

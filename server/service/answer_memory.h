@@ -20,8 +20,8 @@ inline constexpr std::uint64_t kNumberBytes = 25;
 /// JSON.
 inline constexpr std::uint64_t kExplanationBytes = 1 << 20;
 
-/// Bytes that describe_hits allocates for `hits` hits.
-std::uint64_t bytes_of_description(std::uint64_t hits, FieldSet fields);
+/// Bytes that describe_hits allocates for `hits` hits; `named` of the fields are named by the file.
+std::uint64_t bytes_of_description(std::uint64_t hits, FieldSet fields, std::size_t named = 0);
 /// Bytes of the encoded answer for `hits` described hits.
 std::uint64_t bytes_of_encoded(std::uint64_t hits, FieldSet fields, const HitTerms& terms);
 /// Reserves memory, calls describe_hits, and reserves memory to encode the answer. `reserve` may be

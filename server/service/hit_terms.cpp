@@ -100,19 +100,20 @@ HitTerms hit_terms(const Scene& scene, const HitBatch& hits, FieldSet fields) {
   return terms;
 }
 
-Status read_attributes(const Engine& engine, const Scene& scene, const HitBatch& hits,
-                       FieldSet fields, const Deadline& deadline, HitDescription& description) {
+Status read_attributes(const Engine& engine, const DescribedHits& described,
+                       const Deadline& deadline, HitDescription& description) {
+  const FieldSet fields = described.fields;
   if (!fields.has_any_of(kAttributeFields)) return success();
-  return engine.attributes(
-      scene, hits, description.details,
-      {fields.has(HitField::kShadingNormal), fields.has(HitField::kUv),
-       fields.has(HitField::kColour), fields.has(HitField::kUv1), fields.has(HitField::kTangent)},
-      deadline, description.terms.attributes);
+  return engine.attributes(described.scene, described.hits, description.details,
+                           {fields.has(HitField::kShadingNormal), fields.has(HitField::kUv),
+                            fields.has(HitField::kColour), fields.has(HitField::kUv1),
+                            fields.has(HitField::kTangent), described.named},
+                           deadline, description.terms.attributes);
 }
 
 Status describe_hits(const Engine& engine, const DescribedHits& described, const Deadline& deadline,
                      HitDescription& description) {
-  const auto& [scene, rays, hits, fields, normalize, resolved] = described;
+  const auto& [scene, rays, hits, fields, normalize, resolved, named] = described;
   Status status = success();
   if (fields.has_any_of(kDetailFields)) {
     status = engine.details(scene, rays, hits, deadline, description.details);
@@ -123,7 +124,7 @@ Status describe_hits(const Engine& engine, const DescribedHits& described, const
   if (!status) return status;
   HitTerms& terms = description.terms;
   terms = hit_terms(scene, hits, fields);
-  status = read_attributes(engine, scene, hits, fields, deadline, description);
+  status = read_attributes(engine, described, deadline, description);
   if (status && fields.has_any_of(kCostFields))
     status = engine.costs(scene, rays, deadline, terms.costs, {.resolved = resolved});
   if (!status) return status;

@@ -1,6 +1,9 @@
 #pragma once
 /// Describes hits by the names and indices of the scene's file.
 
+#include <span>
+#include <string>
+
 #include "core/base/deadline.h"
 #include "core/query/hit_batch.h"
 #include "core/query/ray_batch.h"
@@ -20,11 +23,6 @@ struct HitDescription {
   HitTerms terms;
 };
 
-/// Sets terms.attributes for `fields`, from `details`. Precondition: `details` are computed if
-/// `fields` has an attribute. Errors: those of Engine::attributes.
-Status read_attributes(const Engine& engine, const Scene& scene, const HitBatch& hits,
-                       FieldSet fields, const Deadline& deadline, HitDescription& description);
-
 /// Hits to be described; refers to its parts. rays[i] belongs to slot i of `hits`; if `normalize`,
 /// the t of the answer is the distance. `resolved` is the filter of the rays, for their costs.
 struct DescribedHits {
@@ -34,7 +32,13 @@ struct DescribedHits {
   FieldSet fields;
   bool normalize = false;
   const ResolvedFilter* resolved = nullptr;
+  std::span<const std::string> named = {};  ///< QueryOptions::named_fields
 };
+
+/// Sets terms.attributes for the fields, from `details`. Precondition: `details` are computed if the
+/// fields have an attribute. Errors: those of Engine::attributes.
+Status read_attributes(const Engine& engine, const DescribedHits& described,
+                       const Deadline& deadline, HitDescription& description);
 
 /// Computes all columns for the fields. Errors: those of Engine::details, mark_edges,
 /// attributes and costs.

@@ -37,7 +37,8 @@ struct RayBatchCourse {
   Status describe(const RayBatch& rays, const HitBatch& hits, HitDescription& about) const {
     Status status = describe_within(
         reserve, service.engine,
-        {scene, rays, hits, query.fields, query.normalize, options.resolved}, deadline, about);
+        {scene, rays, hits, query.fields, query.normalize, options.resolved, query.named_fields},
+        deadline, about);
     timer.add(&WorkReport::describe_us);
     return status;
   }

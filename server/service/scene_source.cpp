@@ -63,12 +63,11 @@ void add_attributes(const Mesh& mesh, Sha256& hash) {
     const Primitive& part = mesh.primitives[k];
     const PrimitiveAttributes& attributes = mesh.attributes[k];
     const std::size_t begin = std::size_t{part.first_triangle} * 3;
-    for (const auto& numbers : attributes.numbers) {
-      if (numbers == nullptr) continue;
+    for (const auto& entry : attributes.entries) {
       for (std::size_t i = 0; i < std::size_t{part.triangle_count} * 3; ++i) {
         double values[4] = {};
         std::uint64_t touched = 0;
-        numbers->load(mesh.indices[begin + i] + attributes.first_vertex, values, touched);
+        entry.numbers->load(mesh.indices[begin + i] + attributes.first_vertex, values, touched);
         hash.update(std::as_bytes(std::span(values)));
       }
     }

@@ -18,10 +18,10 @@ namespace {
 
 /// What hits read where the file keeps it is what they read of the copy.
 void check_attributes(const Mesh& shared, const Mesh& copied) {
-  fuzz::each_attribute(shared, [&](std::size_t primitive, std::size_t attribute,
+  fuzz::each_attribute(shared, [&](std::size_t primitive, VertexAttribute attribute,
                                    const VertexNumbers& numbers, std::uint32_t vertex) {
     if (primitive >= copied.attributes.size()) return;
-    const VertexNumbers* const copy = copied.attributes[primitive].numbers[attribute].get();
+    const VertexNumbers* const copy = copied.attributes[primitive].of(attribute);
     if (copy == nullptr) return;  // there was no room for it
     double a[4] = {}, b[4] = {};
     std::uint64_t touched = 0;

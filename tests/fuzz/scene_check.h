@@ -32,12 +32,10 @@ void each_attribute(const Mesh& mesh, const Visit& visit) {
     const Primitive& primitive = mesh.primitives[k];
     const std::size_t begin = std::size_t{primitive.first_triangle} * 3;
     const std::size_t corners = std::min<std::size_t>(primitive.triangle_count, kMost) * 3;
-    for (std::size_t i = 0; i < kVertexAttributes; ++i) {
-      const VertexNumbers* const numbers = mesh.attributes[k].numbers[i].get();
-      if (numbers == nullptr) continue;
+    for (const auto& [attribute, numbers] : mesh.attributes[k].entries) {
       for (std::size_t c = begin; c < begin + corners; ++c) {
         const std::uint32_t vertex = mesh.indices[c] + mesh.attributes[k].first_vertex;
-        visit(k, i, *numbers, vertex);
+        visit(k, attribute, *numbers, vertex);
       }
     }
   }
@@ -57,13 +55,13 @@ inline void check(const SceneDescription& scene) {
               "materials exist");
     }
     require(next == mesh->triangle_count() && next > 0, "primitives cover the mesh");
-    each_attribute(
-        *mesh, [](std::size_t, std::size_t, const VertexNumbers& numbers, std::uint32_t vertex) {
-          require(numbers.components() >= 2 && numbers.components() <= 4, "two to four numbers");
-          double values[4];
-          std::uint64_t touched = 0;
-          numbers.load(vertex, values, touched);
-        });
+    each_attribute(*mesh, [](std::size_t, VertexAttribute, const VertexNumbers& numbers,
+                             std::uint32_t vertex) {
+      require(numbers.components() >= 1 && numbers.components() <= 4, "one to four numbers");
+      double values[4];
+      std::uint64_t touched = 0;
+      numbers.load(vertex, values, touched);
+    });
   }
   for (std::size_t i = 0; i < scene.nodes.size(); ++i) {
     require(scene.nodes[i].parent == 0xffffffffu || scene.nodes[i].parent < i,

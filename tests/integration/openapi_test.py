@@ -27,6 +27,7 @@ BODIES = {
                     {"generator": {**SENSOR, "noise": 0.1, "dropout": 0.5, "seed": 3, "returns": 2}},
                     {"generator": {"kind": "pinhole", "fov_x": 50, "width": 9, "height": 9, "pixels": [[4, 4], [8, 0]]}},
                     {"rays": [RAY, MISS], "fields": "all"}, {**COLUMNS, "fields": "all", "normalize": True},
+                    {"rays": [RAY, MISS], "fields": ["t", "_TEMPERATURE"]}, {**COLUMNS, "fields": ["_A.b", "uv"]},
                     {**COLUMNS, "mask": 3, "masks": [1, 2]}, {"rays": [{**RAY, "mask": 4}]}],
     "raysAny": [{"rays": [RAY, MISS]}, {"generator": {"kind": "pinhole", "width": 3, "height": 2}, **BESIDE}],
     "raysAll": [{"rays": [RAY, MISS], "max_hits": 2, "crossings": "once"}, {**COLUMNS, "fields": "all"}],
@@ -68,7 +69,7 @@ GETS = {"listScenes": "/v1/scenes", "getScene": "/v1/scenes/six", "sceneStats": 
 OTHERS = {"getJob", "deleteJob", "jobResult", "sceneEvents", "putScene", "loadScene", "deleteScene", "patchNode", "patchNodes"}
 
 # Every keyword that the document uses must be one that `faults` knows, or says nothing of what is good.
-KNOWN = {"$ref", "type", "enum", "const", "anyOf", "oneOf", "properties", "required", "additionalProperties", "minProperties",
+KNOWN = {"$ref", "type", "enum", "const", "anyOf", "oneOf", "properties", "required", "additionalProperties", "patternProperties", "minProperties",
          "items", "prefixItems", "minItems", "maxItems", "uniqueItems", "minimum", "maximum", "exclusiveMinimum",
          "exclusiveMaximum", "maxLength", "pattern", "default", "description"}
 TYPES = {"object": dict, "array": list, "string": str, "boolean": bool, "null": type(None)}
@@ -102,14 +103,19 @@ def faults(value, schema, place=""):
         return [f"{place}: {value!r:.80} is no {types}"]
     if value not in schema.get("enum", [value]) or value != schema.get("const", value):
         found.append(f"{place}: {value!r:.80} is none of the words")
+    if isinstance(value, str) and not re.search(schema.get("pattern", ""), value):
+        found.append(f"{place}: {value!r:.80} does not match {schema['pattern']}")
     if isinstance(value, dict):
         properties, more = schema.get("properties", {}), schema.get("additionalProperties", True)
+        patterns = schema.get("patternProperties", {})
         found += [f"{place}: no {name}" for name in schema.get("required", []) if name not in value]
         if len(value) < schema.get("minProperties", 0):
             found.append(f"{place}: too few members")
         for name, member in value.items():
-            if name in properties:
-                found += faults(member, properties[name], f"{place}/{name}")
+            matching = [each for pattern, each in patterns.items() if re.search(pattern, name)]
+            if name in properties or matching:
+                for each in [properties[name]] if name in properties else matching:
+                    found += faults(member, each, f"{place}/{name}")
             elif more is False:
                 found.append(f"{place}: {name} is not in the schema")
             elif isinstance(more, dict):
@@ -130,6 +136,12 @@ def faults(value, schema, place=""):
     return found
 
 
+def words_of(name):
+    """The fields that a schema lists by name."""
+    schema = DOCUMENT["components"]["schemas"][name]
+    return schema.get("anyOf", [schema])[0]["enum"]
+
+
 QUESTIONS = json.loads((SOURCE / "proto/questions.json").read_text(encoding="utf-8"))
 for question in QUESTIONS:
     content = DOCUMENT["paths"][question["path"]]["post"]["requestBody"]["content"]["application/json"]
@@ -148,7 +160,7 @@ class OpenApi(unittest.TestCase):
     def setUpClass(cls):
         cls.server = Server("--preload", "six=demo:six")
         cls.addClassCleanup(cls.server.end)
-        cls.fields = DOCUMENT["components"]["schemas"]["Field"]["enum"]
+        cls.fields = words_of("Field")
 
     def post(self, path, body):
         path = path.replace("{id}", "six")
@@ -176,11 +188,11 @@ class OpenApi(unittest.TestCase):
 
     def test_every_field_is_in_the_document_and_the_other_way_round(self):
         detail = self.post("/v1/scenes/{id}/rays:closest", {"rays": [], "fields": ["?"]}).json()["detail"]
-        self.assertEqual(detail.split("known: ")[1].split(", "), self.fields)
+        self.assertEqual(detail.split("known: ")[1].split(", "), [*self.fields, "_NAME"])
         detail = self.post("/v1/scenes/{id}/points:closest", {"points": [], "fields": ["?"]}).json()["detail"]
-        self.assertEqual(detail.split("known: ")[1].split(", "), DOCUMENT["components"]["schemas"]["NearestField"]["enum"])
+        self.assertEqual(detail.split("known: ")[1].split(", "), [*words_of("NearestField"), "_NAME"])
         detail = self.post("/v1/scenes/{id}/sweeps:closest", {"sweeps": [], "fields": ["?"]}).json()["detail"]
-        self.assertEqual(detail.split("known: ")[1].split(", "), DOCUMENT["components"]["schemas"]["ContactField"]["enum"])
+        self.assertEqual(detail.split("known: ")[1].split(", "), words_of("ContactField"))
         for name in ("Hit", "HitColumns", "HitListColumns"):
             self.assertLessEqual(set(self.fields), set(DOCUMENT["components"]["schemas"][name]["properties"]))
 

@@ -42,6 +42,8 @@ class Bodies:
             return schema["const"]
         if "enum" in schema:
             return self.random.choice(schema["enum"])
+        if schema.get("pattern", "").startswith("^_"):
+            return self.random.choice(["_TEMPERATURE", "_A:b"])
         kind = schema.get("type", "object")
         kind = self.random.choice(kind) if isinstance(kind, list) else kind
         if kind == "object":

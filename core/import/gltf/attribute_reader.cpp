@@ -10,26 +10,6 @@ namespace sightline::gltf {
 
 namespace {
 
-/// [glTF2] 3.7.2.1, and KHR_mesh_quantization where the file has it.
-bool is_of_its_type(VertexAttribute attribute, const AccessorView& view, bool quantization,
-                    bool is_added) {
-  const bool is_small = view.component != Component::kF32 && view.component != Component::kU32;
-  const bool is_number = view.component == Component::kF32 || (is_small && view.normalized);
-  switch (attribute) {
-    case VertexAttribute::kNormal:
-      return view.components == 3 && is_number;
-    case VertexAttribute::kTangent:
-      // A morph target does not add to the sign.
-      return view.components == (is_added ? 3u : 4u) && is_number;
-    case VertexAttribute::kUv:
-    case VertexAttribute::kUv1:
-      return view.components == 2 && (is_number || (is_small && quantization));
-    case VertexAttribute::kColour:
-      return (view.components == 3 || view.components == 4) && is_number;
-  }
-  return false;
-}
-
 /// A skin turns normals and tangents.
 bool is_turned(VertexAttribute attribute, const Pose& pose) {
   return pose.joints != nullptr &&
@@ -45,25 +25,20 @@ void AttributeReader::append(const PrimitiveSource& found, const Pose& pose,
   const auto entry = document_.attributes.find(primitive);
   if (entry == document_.attributes.end() || (shared_.owner == nullptr && !copies_)) return;
   PrimitiveAttributes attributes;
-  bool has_any = false;
   std::shared_ptr<const SkinTurn> skin;
   attributes.first_vertex = first_vertex;
-  for (std::size_t i = 0; i < kVertexAttributes; ++i) {
-    const auto attribute = static_cast<VertexAttribute>(i);
-    if (entry->second.accessor[i] < 0) continue;
-    const Wanted wanted{entry->second, attribute, primitive,
-                        found,         range,     entry->second.accessor[i]};
+  for (const AttributeEntry& each : entry->second) {
+    const Wanted wanted{each, entry->second, primitive, found, range, each.accessor};
     auto numbers = find(wanted);
     if (numbers && *numbers != nullptr) numbers = posed(wanted, pose, *std::move(numbers), skin);
     if (!numbers) {
-      warnings_.add(found.place + ": " + kVertexAttributeNames[i] +
+      warnings_.add(found.place + ": " + std::string(document_.name_of(each.attribute)) +
                     " was left out: " + numbers.error().message);
-      continue;
+    } else if (*numbers != nullptr) {
+      attributes.entries.push_back({each.attribute, *std::move(numbers)});
     }
-    attributes.numbers[i] = *std::move(numbers);
-    has_any = has_any || attributes.numbers[i] != nullptr;
   }
-  if (!has_any) return;
+  if (attributes.entries.empty()) return;
   mesh.attributes.resize(mesh.primitives.size());
   mesh.attributes.back() = std::move(attributes);
 }
@@ -72,9 +47,9 @@ Result<AttributeReader::Numbers> AttributeReader::posed(const Wanted& wanted, co
                                                         Numbers numbers,
                                                         std::shared_ptr<const SkinTurn>& skin) {
   std::vector<std::pair<double, Numbers>> targets;
-  const auto& entries = wanted.entry.targets;
-  for (std::size_t k = 0; k < pose.weights.size() && k < entries.size(); ++k) {
-    const int accessor = entries[k][static_cast<std::size_t>(wanted.attribute)];
+  const std::vector<int>& added_by = wanted.entry.targets;
+  for (std::size_t k = 0; k < pose.weights.size() && k < added_by.size(); ++k) {
+    const int accessor = added_by[k];
     if (pose.weights[k] == 0 || accessor == -1) continue;
     // Without what moves it, it would be another attribute.
     if (accessor == AttributeEntry::kUnusable) return Numbers();
@@ -85,7 +60,7 @@ Result<AttributeReader::Numbers> AttributeReader::posed(const Wanted& wanted, co
     if (!found || *found == nullptr) return found;
     targets.emplace_back(pose.weights[k], *std::move(found));
   }
-  const bool turned = is_turned(wanted.attribute, pose), is_shared = skin != nullptr;
+  const bool turned = is_turned(wanted.entry.attribute, pose), is_shared = skin != nullptr;
   if (turned && !is_shared) {
     auto found = skin_of(wanted.found, wanted.range);
     if (!found) return std::move(found).error();
@@ -93,7 +68,7 @@ Result<AttributeReader::Numbers> AttributeReader::posed(const Wanted& wanted, co
     skin = *std::move(found);
   }
   if (targets.empty() && !turned) return numbers;
-  return Numbers(std::make_shared<const PosedNumbers>(wanted.attribute, std::move(numbers),
+  return Numbers(std::make_shared<const PosedNumbers>(wanted.entry.attribute, std::move(numbers),
                                                       std::move(targets), turned ? skin : nullptr,
                                                       is_shared));
 }
@@ -122,7 +97,7 @@ Result<std::shared_ptr<const SkinTurn>> AttributeReader::skin_of(const Primitive
 Result<AttributeReader::Numbers> AttributeReader::find(const Wanted& wanted) {
   const auto index = static_cast<std::size_t>(wanted.accessor);
   const auto& accessor = document_.model.accessors[index];
-  const auto& draco = wanted.entry.draco[static_cast<std::size_t>(wanted.attribute)];
+  const auto& draco = wanted.entry.draco;
   const bool is_compressed = wanted.found.decoded != nullptr && !wanted.is_added;
   if (is_compressed && draco.has_value()) return find_draco(wanted, *draco);
   if (is_compressed && !document_.has_view(accessor)) {
@@ -147,12 +122,37 @@ bool AttributeReader::is_at_hand(std::size_t index) const {
          (has(accessor.sparse.indices.bufferView) && has(accessor.sparse.values.bufferView));
 }
 
+/// [glTF2] 3.7.2.1, and KHR_mesh_quantization where the file has it.
+bool AttributeReader::is_of_its_type(const Wanted& wanted, const AccessorView& view) const {
+  const bool is_small = view.component != Component::kF32 && view.component != Component::kU32;
+  const bool is_number = view.component == Component::kF32 || (is_small && view.normalized);
+  const VertexAttribute attribute = wanted.entry.attribute;
+  switch (attribute) {
+    case VertexAttribute::kNormal:
+      return view.components == 3 && is_number;
+    case VertexAttribute::kTangent:
+      // A morph target does not add to the sign.
+      return view.components == (wanted.is_added ? 3u : 4u) && is_number;
+    case VertexAttribute::kUv:
+    case VertexAttribute::kUv1:
+      return view.components == 2 && (is_number || (is_small && document_.quantization));
+    case VertexAttribute::kColour:
+      return (view.components == 3 || view.components == 4) && is_number;
+    default:
+      break;
+  }
+  // One that the file names is of any component type, but has as many numbers in every primitive.
+  const auto& accessors = document_.model.accessors;
+  const NamedEntry& first = document_.named.list[named_index(attribute)];
+  return view.components <= 4 && accessors[view.accessor].type == accessors[first.accessor].type;
+}
+
 Status AttributeReader::check(const Wanted& wanted, const AccessorView& view) const {
   const auto wrong = [&](const std::string& what) {
     return invalid("GLTF_ACCESSOR_INVALID",
                    "accessor " + std::to_string(view.accessor) + " " + what);
   };
-  if (!is_of_its_type(wanted.attribute, view, document_.quantization, wanted.is_added)) {
+  if (!is_of_its_type(wanted, view)) {
     return wrong("is of another type than its attribute has");
   }
   if (view.count != wanted.found.positions.count) {
@@ -269,10 +269,8 @@ Result<AttributeReader::Numbers> AttributeReader::find_draco(const Wanted& wante
     DracoClaim claim;
     claim.points = wanted.found.positions.count;
     claim.triangles = wanted.found.indices->count / 3;
-    for (std::size_t i = 0; i < kVertexAttributes; ++i) {
-      if (wanted.entry.accessor[i] >= 0 && wanted.entry.draco[i]) {
-        claim.attributes.push_back(*wanted.entry.draco[i]);
-      }
+    for (const AttributeEntry& each : wanted.all) {
+      if (each.draco) claim.attributes.push_back(*each.draco);
     }
     late = std::make_shared<const LateDraco>(
         **std::move(held), !is_held(*compressed),

@@ -2,10 +2,10 @@
 /// AttributeReader: finds the vertex attributes of a primitive that hits may request, without
 /// reading them.
 
-#include <array>
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <vector>
 
 #include "core/base/result.h"
 #include "core/base/shared_column.h"
@@ -22,7 +22,8 @@
 
 namespace sightline::gltf {
 
-/// Attaches vertex attributes (normals, texture coordinates, colours) to meshes during an import.
+/// Attaches vertex attributes (normals, texture coordinates, colours, tangents, and those that the
+/// file names) to meshes during an import.
 /// Not thread-safe.
 class AttributeReader {
  public:
@@ -54,7 +55,7 @@ class AttributeReader {
   /// A requested attribute of a primitive.
   struct Wanted {
     const AttributeEntry& entry;
-    VertexAttribute attribute;
+    const std::vector<AttributeEntry>& all;  ///< of the primitive
     std::pair<std::size_t, std::size_t> primitive;
     const PrimitiveSource& found;
     const CornerRange& range;
@@ -77,6 +78,7 @@ class AttributeReader {
   Result<Numbers> find_meshopt(const Wanted& wanted, std::size_t view);
   Result<Numbers> find_draco(const Wanted& wanted, std::uint32_t id);
   Status check(const Wanted& wanted, const AccessorView& view) const;
+  bool is_of_its_type(const Wanted& wanted, const AccessorView& view) const;
   /// True if every byte of the view stays valid after the import.
   bool is_kept(const AccessorView& view) const;
   Result<Numbers> copy(const AccessorView& view, const CornerRange& range);

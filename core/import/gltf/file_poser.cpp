@@ -30,8 +30,9 @@ std::uint64_t bytes_of(const GltfDocument& document) {
   std::uint64_t bytes = model.nodes.size() * sizeof(tinygltf::Node) +
                         model.accessors.size() * sizeof(tinygltf::Accessor) +
                         model.bufferViews.size() * sizeof(tinygltf::BufferView) +
-                        model.meshes.size() * sizeof(tinygltf::Mesh) +
-                        document.attributes.size() * sizeof(AttributeEntry);
+                        model.meshes.size() * sizeof(tinygltf::Mesh);
+  for (const auto& [primitive, entries] : document.attributes)
+    bytes += sizeof entries + entries.size() * sizeof(AttributeEntry);
   for (const tinygltf::Mesh& mesh : model.meshes)
     bytes += mesh.primitives.size() * sizeof(tinygltf::Primitive);
   for (const AnimationEntry& animation : document.animations) {

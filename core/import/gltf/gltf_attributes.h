@@ -19,6 +19,13 @@ namespace sightline::gltf {
 void take_attributes(nlohmann::json& primitive, nlohmann::json* draco, const Counts& counts,
                      std::size_t mesh, std::size_t number, GltfDocument& document, const Place& at);
 
+/// Adds a warning if attributes were left out because of their names. Called once, after the last
+/// primitive.
+void warn_of_names(GltfDocument& document);
+
+/// Sets scene.named_attributes from the document and the meshes of the scene.
+void list_named_attributes(const GltfDocument& document, SceneDescription& scene);
+
 }  // namespace sightline::gltf
 
 // Tests: tests/unit/import/gltf_document_test.cpp

@@ -43,23 +43,37 @@ struct DracoEntry {
   std::map<std::string, std::uint32_t> attributes;
 };
 
-/// The names in files, by VertexAttribute.
-inline constexpr std::array<const char*, kVertexAttributes> kVertexAttributeNames = {
+/// The names in files, by VertexAttribute, below kNamed.
+inline constexpr std::array<const char*, 5> kVertexAttributeNames = {
     "NORMAL", "TEXCOORD_0", "COLOR_0", "TEXCOORD_1", "TANGENT"};
+
+/// A vertex attribute that the file names.
+struct NamedEntry {
+  std::string name;
+  std::size_t accessor = 0;  ///< of its first primitive in the file; others must be of its type
+};
+/// The vertex attributes that the file names, in the order of their first primitives.
+struct NamedEntries {
+  static constexpr std::size_t kMost = 256;  ///< names; others are left out
+  std::vector<NamedEntry> list;              ///< by VertexAttribute, from kNamed on
+  std::map<std::string, VertexAttribute> by_name;
+  std::uint64_t left_out = 0;  ///< attributes of primitives whose names are no fields, or too many
+  std::string example;         ///< the name of the first of them, shortened
+};
 
 /// What an accessor states as min and max of its numbers: nothing usable (kNone), three of each
 /// with min <= max (kOrdered), or a min above its max (kCrossed). The values are not trusted.
 enum class StatedBounds : std::uint8_t { kNone, kOrdered, kCrossed };
 
-/// The accessors of the vertex attributes of a primitive. Arrays are indexed by VertexAttribute.
+/// The accessor of a vertex attribute of a primitive.
 struct AttributeEntry {
-  std::array<int, kVertexAttributes> accessor = {-1, -1, -1, -1, -1};  ///< -1: absent or invalid
-  /// id in the Draco bytes, if compressed
-  std::array<std::optional<std::uint32_t>, kVertexAttributes> draco;
+  VertexAttribute attribute = VertexAttribute::kNormal;
+  int accessor = 0;
+  std::optional<std::uint32_t> draco = {};  ///< id in the Draco bytes, if compressed
   static constexpr int kUnusable = -2;
-  /// For each morph target: the accessors of what it adds to the attributes. -1: nothing;
-  /// kUnusable: its reference is invalid.
-  std::vector<std::array<int, kVertexAttributes>> targets;
+  /// For each morph target: the accessor of what it adds to the attribute. -1: nothing; kUnusable:
+  /// its reference is invalid.
+  std::vector<int> targets = {};
 };
 
 /// The alpha of a masked material: its cutoff, and how its base colour texture is read.
@@ -108,8 +122,9 @@ struct GltfDocument {
   std::vector<StatedBounds> stated_bounds;                          ///< by accessor
   std::map<std::size_t, MeshoptView> meshopt;                       ///< by bufferView
   std::map<std::pair<std::size_t, std::size_t>, DracoEntry> draco;  ///< by mesh and primitive
-  /// by mesh and primitive
-  std::map<std::pair<std::size_t, std::size_t>, AttributeEntry> attributes;
+  /// by mesh and primitive; ascending by attribute
+  std::map<std::pair<std::size_t, std::size_t>, std::vector<AttributeEntry>> attributes;
+  NamedEntries named;
   std::vector<Material> materials;                    ///< in the order of the file
   std::map<std::size_t, AlphaEntry> alpha;            ///< by material, of those that are masked
   std::vector<SkinEntry> skins;                       ///< in the order of the file
@@ -123,6 +138,11 @@ struct GltfDocument {
   bool draco_required = false;
   bool quantization = false;  ///< KHR_mesh_quantization is used or required
 
+  /// The name of an attribute in the file.
+  std::string_view name_of(VertexAttribute attribute) const {
+    if (attribute >= VertexAttribute::kNamed) return named.list[named_index(attribute)].name;
+    return kVertexAttributeNames[static_cast<std::size_t>(attribute)];
+  }
   /// True if the accessor has a bufferView.
   static bool has_view(const tinygltf::Accessor& accessor) { return accessor.bufferView >= 0; }
 

@@ -6,6 +6,7 @@
 
 #include "core/import/codec/draco_mesh.h"
 #include "core/import/gltf/gltf_animations.h"
+#include "core/import/gltf/gltf_attributes.h"
 #include "core/import/gltf/gltf_cameras.h"
 #include "core/import/gltf/gltf_sections.h"
 #include "core/import/input/refusal.h"
@@ -296,6 +297,7 @@ void thin_gltf(json& root, const ImportOptions& options, GltfDocument& document,
   thin_views(views, counts, document, check, file.member("bufferViews"));
   thin_accessors(accessors, counts, document, check, file.member("accessors"));
   thin_meshes(meshes, counts, document, check, file.member("meshes"));
+  warn_of_names(document);
   thin_nodes(nodes, counts, document, check, file.member("nodes"));
 
   JsonChecker::keep_only(root, {"asset", "scenes", "nodes", "meshes", "accessors", "bufferViews"});

@@ -95,9 +95,9 @@ void PosedParts::add_primitive(std::size_t mesh, std::size_t number,
     views_.insert(draco->second.view);
   const auto entry = document.attributes.find({mesh, number});
   if (entry == document.attributes.end()) return;
-  for (const int accessor : entry->second.accessor) add_accessor(accessor);
-  for (const auto& target : entry->second.targets) {
-    for (const int accessor : target) add_accessor(accessor);
+  for (const AttributeEntry& attribute : entry->second) {
+    add_accessor(attribute.accessor);
+    for (const int accessor : attribute.targets) add_accessor(accessor);
   }
 }
 

@@ -84,8 +84,8 @@ std::shared_ptr<const Mesh> make_cube(std::uint32_t number, const std::optional<
   cube.primitives = {{0, 12, 0, number}};
   if (colour) {
     PrimitiveAttributes attributes;
-    attributes.numbers[static_cast<std::size_t>(VertexAttribute::kColour)] =
-        std::make_shared<const PigmentColour>(*colour);
+    attributes.entries.push_back(
+        {VertexAttribute::kColour, std::make_shared<const PigmentColour>(*colour)});
     cube.attributes.push_back(std::move(attributes));
   }
   return std::make_shared<const Mesh>(std::move(cube));

@@ -167,6 +167,49 @@ TEST(AttributeReader, leaves_out_what_an_invalid_target_moves) {
   EXPECT_EQ(found({0, 0.5}), "nu");
 }
 
+TEST(AttributeReader, finds_what_the_file_names) {
+  TinyFile file = coloured_triangle();
+  json& attributes = file.root["meshes"][0]["primitives"][0]["attributes"];
+  attributes["_T"] = file.add<std::uint32_t>({7, 70000, 4294967295}, 5125, "SCALAR", 3);
+  attributes["_B"] =
+      file.add<std::uint8_t>({0, 51, 255, 255, 0, 0}, 5121, "VEC2", 3, {{"normalized", true}});
+  attributes["_b b"] = attributes["_T"];
+  for (const Source source : {Source::kKept, Source::kCopied}) {
+    Imported found(file, source);
+    ASSERT_TRUE(found.scene.ok()) << found.scene.error().message;
+    ASSERT_EQ(found.scene->named_attributes.size(), 2u);
+    const auto known = [&](std::string_view name) {
+      return find_named_attribute(*found.scene, name);
+    };
+    ASSERT_TRUE(known("_T") && known("_B"));
+    EXPECT_FALSE(known("_b b") || known("_t") || known("NORMAL"));
+    EXPECT_EQ(found.scene->named_attributes[named_index(*known("_B"))].components, 2u);
+    EXPECT_TRUE(found.scene->named_attributes[named_index(*known("_T"))].is_in_scene);
+    EXPECT_EQ(found.numbers(*known("_T"), 2), (Numbers{4294967295}));
+    EXPECT_EQ(found.numbers(*known("_B"), 0), (Numbers{0, 0.2}));
+    EXPECT_EQ(found.numbers(VertexAttribute::kNormal, 1), (Numbers{4, 5, 6}));
+    ASSERT_EQ(found.scene->warnings.size(), 1u);
+    EXPECT_TRUE(found.scene->warnings[0].starts_with(
+        "1 attributes of primitives were left out, such as \"_b b\":"));
+  }
+}
+
+TEST(AttributeReader, takes_the_type_of_a_name_from_its_first_primitive) {
+  TinyFile file = test::one_triangle();
+  json& primitives = file.root["meshes"][0]["primitives"];
+  primitives.push_back(primitives[0]);
+  primitives[0]["attributes"]["_T"] = file.add<float>({1, 2, 3}, 5126, "SCALAR", 3);
+  primitives[1]["attributes"]["_T"] = file.add<float>({1, 2, 3, 4, 5, 6}, 5126, "VEC2", 3);
+  Imported found(file, Source::kCopied);
+  ASSERT_TRUE(found.scene.ok()) << found.scene.error().message;
+  EXPECT_EQ(found.scene->named_attributes[0].components, 1u);
+  EXPECT_EQ(found.scene->meshes[0]->attributes.size(), 1u);
+  ASSERT_EQ(found.scene->warnings.size(), 1u);
+  EXPECT_EQ(found.scene->warnings[0],
+            "mesh 0, primitive 1: _T was left out: accessor 3 is of another type than its "
+            "attribute has");
+}
+
 TEST(AttributeReader, counts_vertices_as_the_file_does) {
   // Two primitives that share a range of vertices, neither of them from the first on.
   TinyFile file = test::one_triangle();

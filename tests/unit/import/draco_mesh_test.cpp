@@ -183,6 +183,30 @@ TEST(DracoMesh, has_its_coordinates_decoded_when_a_hit_asks) {
   }
 }
 
+TEST(DracoMesh, holds_attributes_that_the_file_names) {
+  Options options;
+  options.more_attributes = 1;
+  const Encoded grid = encode_grid(5, wavy, options);
+  TinyFile file = compressed_file(grid);
+  file.root["accessors"].push_back(
+      {{"componentType", 5121}, {"type", "SCALAR"}, {"count", grid.points}});
+  json& primitive = file.root["meshes"][0]["primitives"][0];
+  primitive["attributes"]["_A"] = 2;
+  primitive["extensions"][kName]["attributes"]["_A"] = 1;
+  const auto bytes = file.bytes();
+  ImportOptions import_options;
+  import_options.copies_attributes = true;
+  const auto scene = import_bytes(bytes, import_options);
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+  ASSERT_EQ(scene->meshes[0]->attributes.size(), 1u);
+  const PrimitiveAttributes& attributes = scene->meshes[0]->attributes[0];
+  double number = 0;
+  std::uint64_t touched = 0;
+  ASSERT_TRUE(attributes.of(*find_named_attribute(*scene, "_A"))
+                  ->load(attributes.first_vertex, &number, touched));
+  EXPECT_EQ(number, '1');
+}
+
 TEST(DracoMesh, says_nothing_of_coordinates_that_it_does_not_hold) {
   ImportOptions import_options;
   import_options.copies_attributes = true;

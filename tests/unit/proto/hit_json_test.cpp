@@ -39,6 +39,7 @@ struct Sample {
     terms.costs.nodes = {17, 4};
     terms.costs.blocks = {3, 0};
     terms.attributes.colour = {{{1, 0.5, 0, 1}}, {{kNan, kNan, kNan, kNan}}};
+    terms.attributes.named = {{"_T", 1, {21, kNan}}, {"_W", 2, {0.5, -2, kNan, kNan}}};
   }
   std::string encode(FieldSet fields, AnswerLayout layout) const {
     return encode_hits(hits, details, terms, fields, layout);
@@ -72,10 +73,12 @@ TEST(HitJson, writes_every_field_in_its_order) {
             R"("colour":[1,0.5,0,1],"front":true,)"
             R"("on_edge":true,"node":"roof \"east\"","node_id":7,"node_path":"/town/roof",)"
             R"("mesh":"house","mesh_id":8,"material":"tile","material_id":9,)"
-            R"("node_instance":2,"cost_nodes":17,"cost_blocks":3},null]})");
+            R"("node_instance":2,"cost_nodes":17,"cost_blocks":3,"_T":21,"_W":[0.5,-2]},null]})");
   const auto columns =
       nlohmann::json::parse(Sample().encode(every_field(), AnswerLayout::kColumns));
-  EXPECT_EQ(columns.size(), kHitFieldCount);
+  EXPECT_EQ(columns.size(), kHitFieldCount + 1);  // two names for one field
+  EXPECT_EQ(columns["_T"], nlohmann::json::parse("[21,null]"));
+  EXPECT_EQ(columns["_W"], nlohmann::json::parse("[0.5,-2,null,null]"));
   EXPECT_EQ(columns["barycentrics"], nlohmann::json::parse("[0.25,0.5,null,null]"));
   EXPECT_EQ(columns["front"], nlohmann::json::parse("[true,null]"));
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/base/infinity.h"
+#include "core/query/attribute_name.h"
 
 namespace sightline {
 namespace {
@@ -276,6 +277,22 @@ TEST(RayJson, lists_the_known_fields_when_one_is_unknown) {
   expect_refusal({R"({"rays":[],"fields":[]})", "FIELDS_EMPTY", "/fields"});
   expect_refusal({R"({"rays":[],"fields":"t"})", "TYPE_WRONG", "/fields"});
   expect_refusal({R"({"rays":[],"fields":[1]})", "TYPE_WRONG", "/fields/0"});
+}
+
+TEST(RayJson, takes_attributes_of_the_file_for_fields) {
+  const RayQuery query = accepted(R"({"rays":[],"fields":["_B","t","_NAME","_a.b:c-9"]})");
+  EXPECT_EQ(query.fields, (FieldSet{HitField::kT, HitField::kNamed}));
+  EXPECT_EQ(query.named_fields, (std::vector<std::string>{"_B", "_NAME", "_a.b:c-9"}));
+  expect_refusal({R"({"rays":[],"fields":["_B","_B"]})", "FIELD_DUPLICATE", "/fields/1"});
+  for (const char* body : {R"({"rays":[],"fields":["_"]})", R"({"rays":[],"fields":["_a b"]})",
+                           R"({"rays":[],"fields":["_\""]})", R"({"rays":[],"fields":["A_"]})"}) {
+    expect_refusal({body, "FIELD_UNKNOWN", "/fields/0"});
+  }
+  EXPECT_TRUE(is_attribute_name("_" + std::string(63, 'x')));
+  EXPECT_FALSE(is_attribute_name("_" + std::string(64, 'x')));
+  std::string many = R"({"rays":[],"fields":["_0")";
+  for (std::size_t i = 1; i <= kMostNamedFields; ++i) many += ",\"_" + std::to_string(i) + "\"";
+  expect_refusal({(many + "]}").c_str(), "FIELDS_TOO_MANY", "/fields/16"});
 }
 
 TEST(RayJson, does_not_know_fields_where_there_are_none_to_choose) {
