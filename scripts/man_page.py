@@ -83,7 +83,8 @@ def help_of(binary, command):
     for "Excludes:", which 2.4 writes into a line of its own."""
     text = subprocess.run([binary, *command, "--help"], capture_output=True, text=True, check=True, timeout=60).stdout
     text = re.sub(r"^( {2,4}-[^\n]*?) *\n +(Excludes: (?:--[a-z-]+ ?)+)", r"\1 \2", text, flags=re.MULTILINE)
-    return re.sub(r"^( {2}-[^\n]*?) \[([^\]\n]*)\](?: *$|(?=  ))", r"\1=\2", text, flags=re.MULTILINE).rstrip() + "\n"
+    text = re.sub(r"^( {2}-[^\n]*?) \[([^\]\n]*)\](?: *$|(?=  ))", r"\1=\2", text, flags=re.MULTILINE)
+    return re.sub(r" +Excludes:", " Excludes:", text).rstrip() + "\n"
 
 
 # A flag as CLI11 shows it: names, then perhaps TYPE:CHECK=DEFAULT, "...", REQUIRED, and what it excludes.

@@ -20,12 +20,16 @@ std::string folded(std::string_view text) {
 }
 
 /// The edit distance of a name from the nearest text that a pattern matches: one row of the table
-/// for each byte of the pattern [Wagner1974]. Precondition: at most kLongestName bytes.
+/// for each byte of the pattern [Wagner1974]. Two neighbours in the wrong order are one edit
+/// [Damerau1964]. Precondition: at most kLongestName bytes.
 std::size_t edits(std::string_view pattern, std::string_view name) {
-  std::array<std::size_t, kLongestName + 1> row{};
+  std::array<std::size_t, kLongestName + 1> row{}, before{}, before_that{};
   for (std::size_t j = 0; j <= name.size(); ++j) row[j] = j;
-  for (const char p : pattern) {
+  for (std::size_t i = 0; i < pattern.size(); ++i) {
+    const char p = pattern[i];
     const bool is_star = p == '*';
+    before_that = before;
+    before = row;
     std::size_t diagonal = row[0];
     if (!is_star) ++row[0];
     for (std::size_t j = 1; j <= name.size(); ++j) {
@@ -34,6 +38,8 @@ std::size_t edits(std::string_view pattern, std::string_view name) {
       row[j] = is_star ? std::min(above, row[j - 1])
                        : std::min({above + 1, row[j - 1] + 1,
                                    diagonal + (p == '?' || p == name[j - 1] ? 0u : 1u)});
+      const bool is_swapped = i > 0 && j > 1 && p == name[j - 2] && pattern[i - 1] == name[j - 1];
+      if (is_swapped) row[j] = std::min(row[j], before_that[j - 2] + 1);
       diagonal = above;
     }
   }

@@ -80,7 +80,7 @@ bool JsonReader::fail_parse(simdjson::error_code code, const JsonPointer& place)
       return malformed(place, "a string holds a control character that is not escaped");
     case simdjson::INCOMPLETE_ARRAY_OR_OBJECT:
       // The parser says so of text behind the object as well: it reads the last bracket only.
-      return malformed(place, "the body does not end with the bracket that its object needs");
+      return malformed(place, "the body does not end with the closing bracket of its object");
     case simdjson::DEPTH_ERROR:
       return malformed(place, "this is nested too deeply");
     default:

@@ -122,7 +122,7 @@ Result<NodePatch> decode_node_patch(std::string_view body) {
   NodePatch patch;
   if (status) status = read_patch(*document, "", patch);
   if (!status) return std::move(status).error();
-  if (document->empty()) return fault("KEY_MISSING", "nothing is to be different", "");
+  if (document->empty()) return fault("KEY_MISSING", "the change is empty", "");
   return patch;
 }
 
@@ -142,7 +142,7 @@ Result<NodePatches> decode_node_patches(std::string_view body) {
     return fault("KEY_MISSING", "needs \"nodes\" or \"animation\"", "");
   }
   if (!list->is_array()) return fault("TYPE_WRONG", "this must be an array", "/nodes");
-  if (list->empty()) return fault("KEY_MISSING", "nothing is to be different", "/nodes");
+  if (list->empty()) return fault("KEY_MISSING", "the change is empty", "/nodes");
   std::vector<NodePatch>& patches = decoded.nodes;
   patches.resize(list->size());
   std::unordered_set<std::uint32_t> seen;
@@ -158,7 +158,7 @@ Result<NodePatches> decode_node_patches(std::string_view body) {
     if (status) status = read_uint32(object, at, "node", "an index", patches[i].node);
     if (status) status = read_patch(object, at, patches[i]);
     if (!status) return std::move(status).error();
-    if (object.size() < 2) return fault("KEY_MISSING", "nothing is to be different", at);
+    if (object.size() < 2) return fault("KEY_MISSING", "the change is empty", at);
     if (!seen.insert(patches[i].node).second) {
       return fault("KEY_DUPLICATE", "node " + std::to_string(patches[i].node) + " is changed twice",
                    at);

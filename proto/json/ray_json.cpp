@@ -346,6 +346,10 @@ bool RayReader::check_limits_and_directions() {
     return invalid("EXPLAIN_ONE_RAY", "one ray at a time can be explained",
                    JsonPointer().key("explain"));
   }
+  if (query_.wants_explanation && query_.alpha_cutoff) {
+    return invalid("KEYS_MIXED", "an explanation does not include \"alpha\":\"cutoff\"",
+                   JsonPointer().key("explain"));
+  }
   RayFault fault;
   if (query_.marks_invalid || check_rays(query_.rays, fault)) return true;
   std::string_view part_name = fault.part;

@@ -120,7 +120,7 @@ class RayReader : protected JsonReader {
   }
   bool too_many(const JsonPointer& place) {
     return fail(ErrorKind::kTooLarge, "RAYS_TOO_MANY",
-                "a request may hold " + std::to_string(rules_.max_rays) + " rays", place);
+                "a request may hold at most " + std::to_string(rules_.max_rays) + " rays", place);
   }
 
   RayJsonRules rules_;

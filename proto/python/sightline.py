@@ -41,6 +41,7 @@ import math
 import numbers
 import os
 import random
+import re
 import selectors
 import shutil
 import ssl
@@ -141,7 +142,7 @@ class Sightline:
     def local(cls, *sources: str | Path, binary: str | Path | None = None, arguments: Sequence[str] = (), timeout: float = 120) -> Sightline:
         """Starts a server for these files, and stops it with close() or at the end of `with`.
 
-        A scene has the name of its file without the ending; "demo:town" is the demo scene "town", "id=file" names it. `binary`
+        A scene has the name of its file without the ending, with "-" for what names of scenes do not have; "demo:town" is the demo scene "town", "id=file" names it. `binary`
         is the program, by default $SIGHTLINE_BINARY or `sightline` of the PATH; `arguments` are further flags of `sightline serve`."""
         scenes = [_named_source(str(each)) for each in sources]
         process = _Process(str(binary or os.environ.get("SIGHTLINE_BINARY") or "sightline"), scenes, arguments)
@@ -336,6 +337,8 @@ class Sightline:
         method = getattr(self, kind)
 
         def call(batch: Any) -> Callable[[], Any]:
+            if not isinstance(batch, (AnyMapping, tuple, list)) or (len(batch) < 2 and not isinstance(batch, AnyMapping)):
+                raise TypeError(f"a batch is {batch!r:.60}: expected (origins, directions), or a dict of arguments")
             if isinstance(batch, AnyMapping):
                 return lambda: method(scene, **{**options, **batch})
             return lambda: method(scene, *batch, **options)
@@ -789,7 +792,7 @@ def _named_source(source: str) -> tuple[str, str]:
     name, equals, file = source.partition("=")
     if equals:
         return name, file
-    return (source[len("demo:"):] if source.startswith("demo:") else Path(source).stem), source
+    return (source[len("demo:"):] if source.startswith("demo:") else re.sub(r"[^A-Za-z0-9._-]+", "-", Path(source).stem).strip(".-") or "scene"), source
 
 
 def _conditions(if_match: str | None, if_none_match: str | None) -> dict[str, str]:

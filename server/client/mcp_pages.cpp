@@ -217,7 +217,8 @@ Result<Ordered> McpPages::page(int answer, std::string_view pointer, std::size_t
     longest = std::max(longest, elements_of(list));
   });
   const std::size_t step = value->is_string() ? std::max(good, kWholeText) : good;
-  page["count"] = step;
+  // No more than there are: a value that is no list is one element.
+  page["count"] = std::min(step, std::max<std::size_t>(longest, 1) - std::min(first, longest));
   page["next"] = step > 0 && longest > first + step ? Ordered(first + step) : Ordered();
   page["shortened"] = std::move(shortened);
   page["page"] = std::move(shown);

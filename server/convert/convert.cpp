@@ -66,6 +66,8 @@ std::string ending_of(const std::string& path) {
 int convert(const std::string& from, const std::string& to) {
   if (std::find(kEndings.begin(), kEndings.end(), ending_of(from)) == kEndings.end())
     return complain(from + ": the name must end with .obj, .ply, .stl, .dae, .fbx or .3mf");
+  // So no input is overwritten.
+  if (ending_of(to) != ".glb") return complain(to + ": the name of the output must end with .glb");
   Assimp::Importer importer;
   // Triangles alone: no lines and points. Vertices are neither joined nor moved.
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE,

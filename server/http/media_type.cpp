@@ -14,7 +14,8 @@ std::string_view media_type(const Exchange& exchange) {
 
 Error with_form_hint(const Exchange& exchange, Error error, std::string_view body) {
   const bool is_json = body.starts_with('{') && body.find("}{") == std::string_view::npos;
-  if (is_json || !equals_caseless(media_type(exchange), kFormMediaType)) return error;
+  const bool is_whole = body.find_first_of(std::string_view("\0\r\n", 3)) != std::string_view::npos;
+  if (is_json || is_whole || !equals_caseless(media_type(exchange), kFormMediaType)) return error;
   error.message +=
       "; the Content-Type is that of a form, which curl -d sends: it removes line ends and zero "
       "bytes. Send a file with --data-binary @FILE and its Content-Type";

@@ -130,13 +130,16 @@ class CommandLine {
       return {out.str(), 0};
     }
     std::string asked = "sightline";
+    const CLI::App* last = &app_;
     for (auto commands = app_.get_subcommands(); !commands.empty();) {
-      const CLI::App* command = commands.front();
-      asked += " " + command->get_name();
-      commands = command->get_subcommands();
+      last = commands.front();
+      asked += " " + last->get_name();
+      commands = last->get_subcommands();
     }
     // 1 is taken: a ray that misses.
-    return {"sightline: " + std::string(error.what()) + "\nSee " + asked + " --help\n", 2};
+    return {"sightline: " + std::string(error.what()) + similar_flags(*last) + "\nSee " + asked +
+                " --help\n",
+            2};
   }
 
   const std::string& config() const { return serve_.config; }
@@ -152,6 +155,20 @@ class CommandLine {
     std::vector<std::string> known;
     known.reserve(commands.size());
     for (const CLI::App* command : commands) known.push_back(command->get_name());
+    return similar_text(word, known);
+  }
+  /// The flags of a command that are similar to the first one that it does not know.
+  std::string similar_flags(const CLI::App& command) const {
+    std::vector<std::string> known;
+    for (const CLI::Option* option : command.get_options()) {
+      for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+    }
+    for (const std::string& word : app_.remaining(true)) {
+      if (word.starts_with("--")) return similar_text(word.substr(0, word.find('=')), known);
+    }
+    return {};
+  }
+  static std::string similar_text(const std::string& word, const std::vector<std::string>& known) {
     const Deadline never = Deadline::never();
     DeadlineWatch watch(never);
     return similar_names_text(

@@ -27,8 +27,10 @@ void reply_job(Exchange& exchange, int status, const std::string& id, const JobR
                             : report.state == State::kRunning ? "running"
                                                               : "done";
   Json job{{"id", id}, {"state", state}, {"request", report.target}};
-  if (report.state == State::kRunning)
-    job["progress"] = {{"done", report.pieces_done}, {"of", report.pieces}};
+  if (report.state == State::kRunning) {
+    job["progress"] = {{"done", report.pieces_done}, {"of", nullptr}};
+    if (report.pieces > 0) job["progress"]["of"] = report.pieces;
+  }
   if (report.state == State::kDone) {
     job["status"] = report.status;
     job["result"] = std::string(kJobs) + id + "/result";

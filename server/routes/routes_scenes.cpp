@@ -54,8 +54,11 @@ void finish_load(Exchange& exchange, Service& service, SceneLoad& load, const Pe
   if (!put) return reply_accepted(exchange, service, load.id());
   if (!*put) {
     const Error& error = put->error();
-    const bool is_of_file = error.code.starts_with("GLTF_");
-    return exchange.reply_error(is_of_file ? with_form_hint(exchange, error, "") : error);
+    // What a file without its line ends and zero bytes leads to.
+    const bool is_damaged = error.code == "GLTF_CONTAINER_INVALID" ||
+                            error.code == "GLTF_JSON_INVALID" ||
+                            error.code == "GLTF_VERSION_UNSUPPORTED";
+    return exchange.reply_error(is_damaged ? with_form_hint(exchange, error, "") : error);
   }
   reply_done(exchange, (*put)->created ? 201 : 200, *(*put)->scene);
   exchange.response.set_header("Location", "/v1/scenes/" + load.id());

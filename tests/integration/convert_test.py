@@ -208,6 +208,12 @@ class Convert(Base):
                 self.assertEqual((done.returncode, done.stdout), (2, ""))
                 self.assertIn(text, done.stderr)
                 self.assertEqual([each.name for each in self.folder.iterdir() if "out" in each.name], [])
+        for name in ("in.obj", "out.gltf", "keep.txt"):  # The name of the output says GLB, so no input is overwritten.
+            self.file("in.obj", obj())
+            done = self.run_convert(self.folder / "in.obj", self.folder / name)
+            self.assertEqual(done.returncode, 2)
+            self.assertIn("must end with .glb", done.stderr)
+            self.assertEqual((self.folder / "in.obj").read_text(), obj())
         self.assertIn("missing.obj", self.run_convert(self.folder / "missing.obj", out).stderr)
         self.assertEqual(self.run_convert(self.file("a.obj", obj()), self.folder / "no" / "out.glb").returncode, 2)
 

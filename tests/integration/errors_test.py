@@ -34,10 +34,11 @@ class Errors(unittest.TestCase):
         return self.server.query("six", "closest", body, *arguments)
 
     def test_an_unknown_scene_is_named_with_similar_ones(self):
-        problem = self.server.ask("/v1/scenes/sxi").json()
-        self.assertEqual((problem["code"], problem["detail"]), ("SCENE_NOT_FOUND", 'there is no scene "sxi"'))
+        problem = self.server.ask("/v1/scenes/seven").json()
+        self.assertEqual((problem["code"], problem["detail"]), ("SCENE_NOT_FOUND", 'there is no scene "seven"'))
         for path in ("/v1/scenes/sx", "/v1/scenes/sx/events", "/v1/scenes/sx/nodes"):
             self.assertEqual(self.server.ask(path).json()["detail"], 'there is no scene "sx"; similar: "six"', path)
+        self.assertEqual(self.server.ask("/v1/scenes/sxi").json()["detail"], 'there is no scene "sxi"; similar: "six"')
         self.assertIn("/docs", self.server.ask("/v1/scens").json()["detail"])
 
     def test_a_syntax_error_has_line_and_column(self):
@@ -271,13 +272,18 @@ class Errors(unittest.TestCase):
         self.assertIn(answer.status, (400, 415), answer.body)
         self.assertIn("--data-binary @FILE", answer.json()["detail"])
         lines = b'{"origin":[3,10,0],"direction":[0,-1,0]}' * 2
-        binary = b"SLR1" + bytes(range(1, 60))
+        binary = (b"SLR1" + bytes(range(60))).translate(None, b"\r\n\0")
         for body in (lines, binary):
             answer = self.server.ask("/v1/scenes/six/rays:closest", *form, body=body)
             self.assertIn("--data-binary @FILE", answer.json()["detail"], answer.body)
         # A mistake in JSON that lost nothing has no such hint, and good requests work as before.
         answer = self.server.ask("/v1/scenes/six/rays:closest", *form, body='{"rays":[],}')
         self.assertNotIn("--data-binary", answer.json()["detail"])
+        # Nor has a file with another fault than lost bytes.
+        fault = b'{"asset":{"version":"2.0"},"scenes":[{"nodes":[7]}],"scene":0}'
+        answer = self.server.ask("/v1/scenes/form", "-X", "PUT", *form, body=fault)
+        self.assertEqual(answer.status, 422, answer.body)
+        self.assertNotIn("curl -d", answer.json()["detail"])
         self.assertEqual(self.server.ask("/v1/scenes/six/rays:closest", *form, body='{"rays":[]}').status, 200)
         self.assertEqual(self.server.ask("/v1/scenes/form", "-X", "PUT", *form, body=demo_glb("six")).status, 201)
 

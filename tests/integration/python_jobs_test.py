@@ -1,7 +1,9 @@
 """The scripts of docs/guides/python.md, as they stand there."""
 
+import math
 import os
 import re
+import struct
 import subprocess
 import sys
 import tempfile
@@ -48,12 +50,17 @@ class PythonJobs(unittest.TestCase):
 
     def test_a_scan_becomes_a_coloured_point_cloud(self):
         self.run_job("A scan as a coloured point cloud")
-        head, body = (self.folder / "scan.ply").read_text().split("end_header\n")
-        points = [line.split() for line in body.splitlines()]
-        self.assertEqual(int(re.search(r"element vertex (\d+)", head)[1]), len(points))
-        self.assertGreater(len(points), 5000)
-        self.assertGreater(len({tuple(point[3:]) for point in points}), 5)
-        self.assertTrue(all(len(point) == 6 and 60 <= int(point[5]) < 256 for point in points))
+        head, body = (self.folder / "scan.ply").read_bytes().split(b"end_header\n", 1)
+        count = int(re.search(rb"element vertex (\d+)", head)[1])
+        properties = re.findall(r"property (\w+) (\w+)", head.decode())
+        row = struct.Struct("<" + "".join({"double": "d", "int": "i", "uint": "I", "uchar": "B"}[kind] for kind, _ in properties))
+        self.assertEqual(len(body), count * row.size)
+        self.assertGreater(count, 5000)
+        points = [dict(zip([name for _, name in properties], values)) for values in row.iter_unpack(body)]
+        colours = {point["node_id"]: (point["red"], point["green"], point["blue"]) for point in points}
+        self.assertGreater(len(set(colours.values())), 5)
+        self.assertTrue(all(colours[point["node_id"]] == (point["red"], point["green"], point["blue"]) for point in points))
+        self.assertTrue(all(math.dist((point["x"], point["y"], point["z"]), (40, 3, 30)) <= 300 for point in points))
 
     def test_lines_of_sight_become_a_table(self):
         told = self.run_job("Lines of sight between points")[0]
@@ -67,14 +74,16 @@ class PythonJobs(unittest.TestCase):
         distances = [float(line.split()[0]) for line in lines]
         self.assertEqual(distances, sorted(distances))
         self.assertTrue(any("spire - clock tower" in line or "clock tower - spire" in line for line in lines))
+        self.assertEqual([line for line in lines if len(set(line.split("  ")[-1].split(" - "))) < 2], [])
 
     def test_pictures_of_depth_and_shade(self):
         told = self.run_job("A depth picture and a shaded picture")[0]
         self.assertRegex(told, r"^nearest [0-9.]+, [0-9]+% sky$")
         self.assertTrue((self.folder / "depth.png").read_bytes().startswith(b"\x89PNG"))
-        picture = (self.folder / "shaded.pgm").read_bytes()
-        self.assertEqual(len(picture), len(b"P5 640 400 255\n") + 640 * 400)
-        self.assertGreater(len(set(picture[15:])), 5)
+        picture = (self.folder / "shaded.png").read_bytes()
+        self.assertTrue(picture.startswith(b"\x89PNG"))
+        self.assertEqual(struct.unpack(">II", picture[16:24]), (640, 400))
+        self.assertGreater(len(picture), 5000)
 
     def test_a_pixel_has_material_and_uv(self):
         told = self.run_job("What is at this pixel?")[0]

@@ -31,6 +31,7 @@ TEST(SimilarNames, stand_for_typing_errors_of_patterns_too) {
   EXPECT_EQ(similar("house??", {"house 12345", "house 1234567"}), std::vector<std::string_view>{});
   EXPECT_EQ(similar("tower", names), std::vector<std::string_view>{"clock tower"});
   EXPECT_EQ(similar("leafs", names), std::vector<std::string_view>{"leaves"});
+  EXPECT_EQ(similar("twon", {"town", "down"}), std::vector<std::string_view>{"town"});
   EXPECT_EQ(similar("*tover", names), std::vector<std::string_view>{"clock tower"});
 }
 
