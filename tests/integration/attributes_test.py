@@ -36,6 +36,24 @@ class File:
         data = b"".join(struct.pack(f"<{len(row)}{letter}", *row) for row in rows)
         return self.accessor(self.view(data), len(rows), kind, component, **more)
 
+    def add_strided(self, draw, rows, kind, component, **more):
+        """As add(), with a stride at random."""
+        letter = FORMATS[component][0]
+        size = struct.calcsize("<" + letter) * len(rows[0])
+        stride = size + (-size % 4) + 4 * draw.randint(0, 2)
+        packed = b"".join(struct.pack(f"<{len(row)}{letter}", *row).ljust(stride, b"\xff") for row in rows)
+        return self.accessor(self.view(packed, byteStride=stride), len(rows), kind, component, **more)
+
+    def replace(self, draw, accessor, rows):
+        """Makes an accessor sparse: `rows` stand for elements at random."""
+        entry = self.root["accessors"][accessor]
+        letter = FORMATS[entry["componentType"]][0]
+        replaced = sorted(draw.sample(range(entry["count"]), len(rows)))
+        values = b"".join(struct.pack(f"<{len(row)}{letter}", *row) for row in rows)
+        entry["sparse"] = {
+            "count": len(rows), "indices": {"bufferView": self.view(struct.pack(f"<{len(rows)}H", *replaced)), "componentType": 5123},
+            "values": {"bufferView": self.view(values)}}
+
     def accessor(self, view, count, kind, component, **more):
         self.root["accessors"].append({"bufferView": view, "componentType": component, "count": count, "type": kind, **more})
         return len(self.root["accessors"]) - 1
@@ -172,18 +190,9 @@ def random_file(seed):
             attributes = {"POSITION": file.add(positions, "VEC3", 5126, min=[-1] * 3, max=[1] * 3)}
             for name, width in (("NORMAL", 3), ("TEXCOORD_0", 2), ("COLOR_0", draw.choice([3, 4]))):
                 component, more = draw.choice(kinds[name])
-                rows = numbers(component, width, name)
-                letter = FORMATS[component][0]
-                size = struct.calcsize("<" + letter) * width
-                stride = size + (-size % 4) + 4 * draw.randint(0, 2)
-                packed = b"".join(struct.pack(f"<{width}{letter}", *row).ljust(stride, b"\xff") for row in rows)
-                attributes[name] = file.accessor(file.view(packed, byteStride=stride), count, f"VEC{width}", component, **more)
+                attributes[name] = file.add_strided(draw, numbers(component, width, name), f"VEC{width}", component, **more)
                 if number == 1:
-                    replaced = sorted(draw.sample(range(count), 9))
-                    values = b"".join(struct.pack(f"<{width}{letter}", *row) for row in numbers(component, width, name)[:9])
-                    file.root["accessors"][-1]["sparse"] = {
-                        "count": 9, "indices": {"bufferView": file.view(struct.pack("<9H", *replaced)), "componentType": 5123},
-                        "values": {"bufferView": file.view(values)}}
+                    file.replace(draw, attributes[name], numbers(component, width, name)[:9])
             if draw.random() < 0.3:
                 del attributes[draw.choice(["NORMAL", "TEXCOORD_0", "COLOR_0"])]
             primitive = {"attributes": attributes}

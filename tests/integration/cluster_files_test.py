@@ -11,14 +11,14 @@ import shutil
 import socket
 import subprocess
 import tempfile
-import threading
 import time
 import unittest
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from http.server import BaseHTTPRequestHandler
 from pathlib import Path
 
 import case_report
 from balancer import PROGRAM, Balancer, free_ports
+from handler_server import HandlerServer
 from sightline_server import BINARY, JSON_TYPE, PATIENCE, SOURCE, Server, curl, demo_glb
 
 try:
@@ -52,7 +52,7 @@ def is_open(port):
         return probe.connect_ex(("127.0.0.1", port)) == 0
 
 
-class Forgetful:
+class Forgetful(HandlerServer):
     """A server that is ready, reads each other request and closes the connection without an answer; `requests` counts them."""
 
     def __init__(self):
@@ -72,21 +72,7 @@ class Forgetful:
 
             do_POST = do_PUT = do_PATCH = do_DELETE = lose
 
-            def log_message(self, *_):
-                pass
-
-        self.server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-        self.port = self.server.server_port
-        self.thread = threading.Thread(target=self.server.serve_forever)
-
-    def __enter__(self):
-        self.thread.start()
-        return self
-
-    def __exit__(self, *_):
-        self.server.shutdown()
-        self.thread.join()
-        self.server.server_close()
+        super().__init__(Handler)
 
 
 class Files(unittest.TestCase):

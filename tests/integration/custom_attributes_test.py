@@ -13,7 +13,7 @@ from fractions import Fraction
 from pathlib import Path
 
 import case_report
-from attributes_test import FORMATS, WIDTHS, File, Reading, shower, triangle
+from attributes_test import WIDTHS, File, Reading, shower, triangle
 from sightline_server import BINARY, DATA, JSON_TYPE, PATIENCE, SOURCE, Server, with_document
 
 sys.path.insert(0, str(SOURCE / "proto/python"))
@@ -67,17 +67,9 @@ def mixed_file(seed):
                 if name == "_D" and number == 1:
                     continue
                 component, more = draw.choice(types)
-                letter = FORMATS[component][0]
-                size = struct.calcsize("<" + letter) * width
-                stride = size + (-size % 4) + 4 * draw.randint(0, 2)
-                packed = b"".join(struct.pack(f"<{width}{letter}", *row).ljust(stride, b"\xff") for row in rows(component, width))
-                attributes[name] = file.accessor(file.view(packed, byteStride=stride), count, KINDS[width - 1], component, **more)
+                attributes[name] = file.add_strided(draw, rows(component, width), KINDS[width - 1], component, **more)
                 if number == 2:
-                    replaced = sorted(draw.sample(range(count), 9))
-                    values = b"".join(struct.pack(f"<{width}{letter}", *row) for row in rows(component, width)[:9])
-                    file.root["accessors"][-1]["sparse"] = {
-                        "count": 9, "indices": {"bufferView": file.view(struct.pack("<9H", *replaced)), "componentType": 5123},
-                        "values": {"bufferView": file.view(values)}}
+                    file.replace(draw, attributes[name], rows(component, width)[:9])
             # Not from the first vertex on, so that vertices of the mesh are not those of the accessor.
             corners = [[draw.randint(5, count - 1)] for _ in range(60)]
             primitives.append({"attributes": attributes, "indices": file.add(corners, "SCALAR", 5123)})

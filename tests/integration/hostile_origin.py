@@ -1,17 +1,19 @@
 """An HTTP server on loopback that answers as a hostile one would."""
 
-import http.server
 import threading
+from http.server import BaseHTTPRequestHandler
+
+from handler_server import HandlerServer
 
 
-class Origin:
+class Origin(HandlerServer):
     """`pages[path]` is (status, headers, body) or a function of the handler."""
 
     def __init__(self, address="127.0.0.1"):
         self.pages, self.asked, self.release = {}, [], threading.Event()
         origin = self
 
-        class Handler(http.server.BaseHTTPRequestHandler):
+        class Handler(BaseHTTPRequestHandler):
             protocol_version = "HTTP/1.1"
 
             def do_GET(self):
@@ -30,24 +32,15 @@ class Origin:
                 except (BrokenPipeError, ConnectionResetError):
                     pass  # the other side had enough
 
-            def log_message(self, *_):
-                pass
-
-        self.server = http.server.ThreadingHTTPServer((address, 0), Handler)
-        self.server.daemon_threads = True
-        self.port = self.server.server_address[1]
-        self.url = f"http://{address}:{self.port}"
-        self.thread = threading.Thread(target=self.server.serve_forever)
-        self.thread.start()
+        super().__init__(Handler, address)
+        self.__enter__()
 
     def redirect(self, path, target, status=302):
         self.pages[path] = (status, {"Location": target}, b"")
 
     def end(self):
         self.release.set()
-        self.server.shutdown()
-        self.thread.join()
-        self.server.server_close()
+        self.__exit__()
 
 
 def endless_chunks(handler):

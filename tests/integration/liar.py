@@ -1,7 +1,8 @@
 """A server that says whatever it likes, for the clients."""
 
-import http.server
-import threading
+from http.server import BaseHTTPRequestHandler
+
+from handler_server import HandlerServer
 
 DEEP = 200_000
 # Status and body: what is no answer of Sightline in some way.
@@ -12,11 +13,11 @@ HOSTILE_ANSWERS = [
     (500, b'{"code":"\\u001b[2J","detail":"\\u009b31m\\u0000"}'), (422, b"[" * DEEP), (204, b""), (302, b"")]
 
 
-class Liar:
+class Liar(HandlerServer):
     """`with Liar(200, b"null") as liar:` answers everything so."""
 
     def __init__(self, status, body):
-        class Handler(http.server.BaseHTTPRequestHandler):
+        class Handler(BaseHTTPRequestHandler):
             def do_POST(self):
                 self.rfile.read(int(self.headers.get("Content-Length", 0)))
                 self.send_response(status)
@@ -25,18 +26,4 @@ class Liar:
                 self.end_headers()
                 self.wfile.write(body)
 
-            def log_message(self, *_):
-                pass
-
-        self.server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-        self.url = f"http://127.0.0.1:{self.server.server_address[1]}"
-        self.thread = threading.Thread(target=self.server.serve_forever)
-
-    def __enter__(self):
-        self.thread.start()
-        return self
-
-    def __exit__(self, *_):
-        self.server.shutdown()
-        self.thread.join()
-        self.server.server_close()
+        super().__init__(Handler)

@@ -8,8 +8,10 @@ import hashlib
 import hmac
 import threading
 import urllib.parse
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from http.server import BaseHTTPRequestHandler
 from xml.sax.saxutils import escape
+
+from handler_server import HandlerServer
 
 KEY_ID, SECRET, REGION, BUCKET = "tester", "secret+of/tests", "eu-test-1", "scenes"
 
@@ -21,7 +23,7 @@ def sign(secret, date, region, text):
     return key.hex()
 
 
-class ObjectStore:
+class ObjectStore(HandlerServer):
     """`with ObjectStore() as store:`; store.objects are bytes by name, store.endpoint is its URL."""
 
     def __init__(self):
@@ -36,30 +38,13 @@ class ObjectStore:
         class Handler(BaseHTTPRequestHandler):
             protocol_version = "HTTP/1.1"
 
-            def log_message(self, *_):
-                pass
-
             def handle_any(self):
                 store.answer(self)
 
             do_GET = do_PUT = do_DELETE = do_HEAD = handle_any
 
-        self.server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-        self.server.daemon_threads = True
-        self.thread = threading.Thread(target=self.server.serve_forever)
-
-    @property
-    def endpoint(self):
-        return f"http://127.0.0.1:{self.server.server_address[1]}"
-
-    def __enter__(self):
-        self.thread.start()
-        return self
-
-    def __exit__(self, *_):
-        self.server.shutdown()
-        self.server.server_close()
-        self.thread.join()
+        super().__init__(Handler)
+        self.endpoint = self.url
 
     def credentials(self, secret=SECRET):
         return (f"# of a test\n[default]\naws_access_key_id = {KEY_ID}\naws_secret_access_key = {secret}\n"
