@@ -78,8 +78,15 @@ class Replica:
         self.busy = 0.0
 
 
+class Request:
+    def __init__(self, arrival, scene, cpu, done):
+        self.arrival, self.scene, self.cpu = arrival, scene, cpu  # cpu: seconds
+        self.done = done  # called with the answer; may be None
+        self.replica = None  # that has accepted it
+
+
 class Simulation:
-    """Time in seconds. A request is [time of arrival, scene, seconds of CPU, callback or None, replica or None]."""
+    """Time in seconds."""
 
     def __init__(self, replicas, *, cores=2, cache_scenes=1000, fetch_seconds=0.02, scene_bytes=0, replica_gbit=10.0, origin_gbit=10.0,
                  load_cpu=0.0, notice=1.5, factor=BALANCE_FACTOR):
@@ -92,7 +99,7 @@ class Simulation:
         self.orders, self.total_served = {}, 0
         self.rank()
         self.times, self.repeated, self.failed = [], 0, 0
-        self.under_way = {}  # number -> request: what a replica has accepted and not answered
+        self.under_way = {}  # requests that a replica has accepted and not answered, in their order: keys of a dict
 
     def at(self, time, action, *arguments):
         self.sequence += 1
@@ -121,7 +128,7 @@ class Simulation:
     def send(self, request):
         """The first server of the ring that has room; a dead one that the balancer has not noticed refuses, and the next is asked."""
         slots = math.ceil(self.factor * (self.total_served + 1))
-        for name in self.order(request[1]):
+        for name in self.order(request.scene):
             replica = self.replicas[name]
             if not replica.is_seen or replica.served >= self.share(slots, replica):
                 continue
@@ -131,19 +138,19 @@ class Simulation:
             replica.served += 1
             self.total_served += 1
             replica.requests += 1
-            request[4] = replica
-            self.under_way[id(request)] = request
+            request.replica = replica
+            self.under_way[request] = None
             self.arrive(replica, request)
             return
         if self.ranks:  # All that are left refuse: the client repeats.
             self.at(self.now + 0.1, self.send, request)
         else:
             self.failed += 1
-            if request[3]:
-                request[3]()
+            if request.done:
+                request.done()
 
     def arrive(self, replica, request):
-        scene = request[1]
+        scene = request.scene
         if scene in replica.cache:
             replica.cache.move_to_end(scene)
             self.queue(replica, request)
@@ -163,7 +170,7 @@ class Simulation:
         if len(replica.cache) > self.cache_scenes:
             replica.cache.popitem(last=False)
         waiting = replica.fetching.pop(scene)
-        waiting[0][2] += self.load_cpu
+        waiting[0].cpu += self.load_cpu
         for request in waiting:
             self.queue(replica, request)
 
@@ -175,23 +182,23 @@ class Simulation:
         while replica.queue and replica.running < self.cores:
             request = replica.queue.popleft()
             replica.running += 1
-            self.at(self.now + request[2], self.end, replica, replica.life, request)
+            self.at(self.now + request.cpu, self.end, replica, replica.life, request)
 
     def end(self, replica, life, request):
         if life != replica.life:
             return
         replica.running -= 1
-        replica.busy += request[2]
+        replica.busy += request.cpu
         replica.served -= 1
         self.total_served -= 1
-        del self.under_way[id(request)]
-        self.times.append(self.now - request[0])
+        del self.under_way[request]
+        self.times.append(self.now - request.arrival)
         self.begin(replica)
-        if request[3]:
-            request[3]()
+        if request.done:
+            request.done()
 
     def ask(self, scene, cpu, done=None):
-        self.send([self.now, scene, cpu, done, None])
+        self.send(Request(self.now, scene, cpu, done))
 
     def fail(self, replica, lose_cache=True):
         """A replica dies. What it had under way is sent again at once; the balancer avoids it after `notice` seconds."""
@@ -203,11 +210,11 @@ class Simulation:
         replica.fetching.clear()
         if lose_cache:
             replica.cache.clear()
-        lost = [each for each in self.under_way.values() if each[4] is replica]
+        lost = [each for each in self.under_way if each.replica is replica]
         self.total_served -= len(lost)
         self.at(self.now + self.notice, self.unsee, replica, replica.life)
         for request in lost:
-            del self.under_way[id(request)]
+            del self.under_way[request]
             self.repeated += 1
             self.send(request)
 
