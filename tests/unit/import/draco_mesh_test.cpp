@@ -145,15 +145,19 @@ TEST(DracoMesh, moves_quantised_positions_by_half_a_step_at_most) {
   }
 }
 
-/// The grid with its coordinates as TEXCOORD_0, accessor 2.
-TinyFile with_coordinates(const Encoded& grid) {
+/// The grid with attribute 1 of its Draco bytes as `name`, accessor 2.
+TinyFile with_attribute(const Encoded& grid, const char* name, int component, const char* type) {
   TinyFile file = compressed_file(grid);
   file.root["accessors"].push_back(
-      {{"componentType", 5126}, {"type", "VEC2"}, {"count", grid.points}});
+      {{"componentType", component}, {"type", type}, {"count", grid.points}});
   json& primitive = file.root["meshes"][0]["primitives"][0];
-  primitive["attributes"]["TEXCOORD_0"] = 2;
-  primitive["extensions"][kName]["attributes"]["TEXCOORD_0"] = 1;
+  primitive["attributes"][name] = 2;
+  primitive["extensions"][kName]["attributes"][name] = 1;
   return file;
+}
+
+TinyFile with_coordinates(const Encoded& grid) {
+  return with_attribute(grid, "TEXCOORD_0", 5126, "VEC2");
 }
 
 TEST(DracoMesh, has_its_coordinates_decoded_when_a_hit_asks) {
@@ -186,14 +190,7 @@ TEST(DracoMesh, has_its_coordinates_decoded_when_a_hit_asks) {
 TEST(DracoMesh, holds_attributes_that_the_file_names) {
   Options options;
   options.more_attributes = 1;
-  const Encoded grid = encode_grid(5, wavy, options);
-  TinyFile file = compressed_file(grid);
-  file.root["accessors"].push_back(
-      {{"componentType", 5121}, {"type", "SCALAR"}, {"count", grid.points}});
-  json& primitive = file.root["meshes"][0]["primitives"][0];
-  primitive["attributes"]["_A"] = 2;
-  primitive["extensions"][kName]["attributes"]["_A"] = 1;
-  const auto bytes = file.bytes();
+  const auto bytes = with_attribute(encode_grid(5, wavy, options), "_A", 5121, "SCALAR").bytes();
   ImportOptions import_options;
   import_options.copies_attributes = true;
   const auto scene = import_bytes(bytes, import_options);
