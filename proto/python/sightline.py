@@ -142,8 +142,9 @@ class Sightline:
     def local(cls, *sources: str | Path, binary: str | Path | None = None, arguments: Sequence[str] = (), timeout: float = 120) -> Sightline:
         """Starts a server for these files, and stops it with close() or at the end of `with`.
 
-        A scene has the name of its file without the ending, with "-" for what names of scenes do not have; "demo:town" is the demo scene "town", "id=file" names it. `binary`
-        is the program, by default $SIGHTLINE_BINARY or `sightline` of the PATH; `arguments` are further flags of `sightline serve`."""
+        A scene has the name of its file without the ending, with "-" for characters that names of scenes do not have; "demo:town"
+        is the demo scene "town", "id=file" names it. `binary` is the program, by default $SIGHTLINE_BINARY or `sightline` of the
+        PATH; `arguments` are further flags of `sightline serve`."""
         scenes = [_named_source(str(each)) for each in sources]
         process = _Process(str(binary or os.environ.get("SIGHTLINE_BINARY") or "sightline"), scenes, arguments)
         try:
@@ -337,11 +338,13 @@ class Sightline:
         method = getattr(self, kind)
 
         def call(batch: Any) -> Callable[[], Any]:
-            if not isinstance(batch, (AnyMapping, tuple, list)) or (len(batch) < 2 and not isinstance(batch, AnyMapping)):
-                raise TypeError(f"a batch is {batch!r:.60}: expected (origins, directions), or a dict of arguments")
             if isinstance(batch, AnyMapping):
                 return lambda: method(scene, **{**options, **batch})
-            return lambda: method(scene, *batch, **options)
+            try:
+                origins, directions, *limits = batch
+            except (TypeError, ValueError):
+                raise TypeError(f"a batch is {batch!r:.60}: expected (origins, directions), or a dict of arguments") from None
+            return lambda: method(scene, origins, directions, *limits, **options)
         return _ahead(map(call, batches))
 
     def image(self, scene: str, image: str, generator: Mapping[str, Any], png: bool = False, **options: Any) -> Any:
@@ -792,7 +795,9 @@ def _named_source(source: str) -> tuple[str, str]:
     name, equals, file = source.partition("=")
     if equals:
         return name, file
-    return (source[len("demo:"):] if source.startswith("demo:") else re.sub(r"[^A-Za-z0-9._-]+", "-", Path(source).stem).strip(".-") or "scene"), source
+    if source.startswith("demo:"):
+        return source[len("demo:"):], source
+    return re.sub(r"[^A-Za-z0-9._-]+", "-", Path(source).stem).strip(".-") or "scene", source
 
 
 def _conditions(if_match: str | None, if_none_match: str | None) -> dict[str, str]:
