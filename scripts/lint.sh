@@ -78,6 +78,7 @@ case $mode in
     ;;
 esac
 if [ ${#files[@]} -gt 0 ]; then
+  # A unit of several files includes them: what bugprone-suspicious-include warns of.
   printf '%s\0' "${files[@]}" | xargs -0 -n 1 -P "$(nproc)" \
     clang-tidy -p $tree --quiet --warnings-as-errors='*' --checks=-bugprone-suspicious-include 2> >(grep -v ' warnings\? generated' >&2)
 fi

@@ -1,7 +1,7 @@
 #pragma once
 /// The three patterns in which threads share work, over oneTBB: a loop, two branches and a
-/// reduction. thread_group.h limits the number of threads. Headers do not include this file: TBB's
-/// headers take 0.7 s to compile.
+/// reduction. thread_group.h limits the number of threads. Headers that other rooms include do not
+/// include this file: TBB's headers take 0.7 s to compile.
 ///
 /// ThreadSanitizer does not see the synchronisation inside Debian's libtbb and would report every
 /// hand-over as a race. So builds with ThreadSanitizer implement the three patterns with

@@ -23,24 +23,21 @@ std::string folded(std::string_view text) {
 /// for each byte of the pattern [Wagner1974]. Two neighbours in the wrong order are one edit
 /// [Damerau1964]. Precondition: at most kLongestName bytes.
 std::size_t edits(std::string_view pattern, std::string_view name) {
-  std::array<std::size_t, kLongestName + 1> row{}, before{}, before_that{};
+  std::array<std::size_t, kLongestName + 1> row{}, above{}, above_that{};
   for (std::size_t j = 0; j <= name.size(); ++j) row[j] = j;
   for (std::size_t i = 0; i < pattern.size(); ++i) {
     const char p = pattern[i];
     const bool is_star = p == '*';
-    before_that = before;
-    before = row;
-    std::size_t diagonal = row[0];
+    above_that = above;
+    above = row;
     if (!is_star) ++row[0];
     for (std::size_t j = 1; j <= name.size(); ++j) {
-      const std::size_t above = row[j];
       // A star matches any text for nothing, a question mark any byte.
-      row[j] = is_star ? std::min(above, row[j - 1])
-                       : std::min({above + 1, row[j - 1] + 1,
-                                   diagonal + (p == '?' || p == name[j - 1] ? 0u : 1u)});
+      row[j] = is_star ? std::min(above[j], row[j - 1])
+                       : std::min({above[j] + 1, row[j - 1] + 1,
+                                   above[j - 1] + (p == '?' || p == name[j - 1] ? 0u : 1u)});
       const bool is_swapped = i > 0 && j > 1 && p == name[j - 2] && pattern[i - 1] == name[j - 1];
-      if (is_swapped) row[j] = std::min(row[j], before_that[j - 2] + 1);
-      diagonal = above;
+      if (is_swapped) row[j] = std::min(row[j], above_that[j - 2] + 1);
     }
   }
   return row[name.size()];

@@ -15,8 +15,8 @@ namespace sightline {
 /// Returns at most three different names that resemble a pattern with * and ? (hit_filter.h),
 /// nearest first; names at equal distance are in the order of `name_at`. The distance is the number
 /// of edits until the pattern matches the name, ignoring the case of ASCII letters: bytes that are
-/// inserted, deleted or replaced, and neighbours that are exchanged. A name that contains a pattern without wildcards has distance one. Let n be the
-/// number of bytes of the pattern without its stars. Names whose distance exceeds n / 3 (rounded,
+/// inserted, deleted or replaced, and neighbours that are exchanged. A name that contains a pattern
+/// without wildcards has distance one. Let n be the number of bytes of the pattern without its stars. Names whose distance exceeds n / 3 (rounded,
 /// at least 1) are not suggested, nor names above 64 bytes, nor any name if n < 2.
 /// names       number of names; name_at(i) returns name i for i < names
 /// most_steps  the cost: at most about so many steps of some nanoseconds; names that remain are not

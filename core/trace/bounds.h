@@ -2,8 +2,7 @@
 /// The constants of the error bounds of the float64 and float32 filters of kernels. Each comment
 /// begins with the section of docs/explanation/exactness.md that proves the bound.
 /// tests/unit/trace/bounds_test.cpp derives the smallest values that the proofs allow. u is kU of
-/// rounding.h.
-/// tau, reach and anchor are those of ray_setup.h.
+/// rounding.h. tau, reach and anchor are those of ray_setup.h.
 
 namespace sightline::bounds {
 

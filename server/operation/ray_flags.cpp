@@ -57,7 +57,9 @@ void parse_fields(const std::string& text, RayQuestion& question) {
       throw CLI::ValidationError("--fields", refusal);
     }
     fields.add(*field);
-    if (is_named) question.named_fields.push_back(name);
+    auto& named = question.named_fields;
+    if (is_named && std::find(named.begin(), named.end(), name) == named.end())
+      named.push_back(name);
   }
 }
 

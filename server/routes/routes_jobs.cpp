@@ -28,8 +28,8 @@ void reply_job(Exchange& exchange, int status, const std::string& id, const JobR
                                                               : "done";
   Json job{{"id", id}, {"state", state}, {"request", report.target}};
   if (report.state == State::kRunning) {
-    job["progress"] = {{"done", report.pieces_done}, {"of", nullptr}};
-    if (report.pieces > 0) job["progress"]["of"] = report.pieces;
+    const Json of = report.pieces > 0 ? Json(report.pieces) : Json();
+    job["progress"] = {{"done", report.pieces_done}, {"of", of}};
   }
   if (report.state == State::kDone) {
     job["status"] = report.status;
