@@ -7,11 +7,17 @@
 
 #include "core/base/plain_name.h"
 #include "core/base/split_mix.h"
+#include "server/http/ascii.h"
 #include "server/http/body_reader.h"
 #include "server/http/http_status.h"
 #include "server/http/request_memory.h"
 
 namespace sightline {
+
+bool Exchange::wants(std::string_view media_type) const {
+  const std::string_view accepted = head.accept;
+  return equals_caseless(trimmed(accepted.substr(0, accepted.find_first_of(",;"))), media_type);
+}
 
 Status Exchange::reserve(std::uint64_t bytes) const { return sightline::reserve(memory, bytes); }
 

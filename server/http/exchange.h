@@ -54,8 +54,9 @@ struct Exchange {
   /// The body, if it was read before: then `body` is null, and read_body copies this. May be null.
   const std::string* whole_body = nullptr;
   WorkProgress* progress = nullptr;  ///< where it is told how far the work is; may be null
-  /// True if the client accepts exactly this media type and no other.
-  bool wants(std::string_view media_type) const { return head.accept == media_type; }
+  /// True if this media type is the first that the client lists in Accept, with or without
+  /// parameters.
+  bool wants(std::string_view media_type) const;
 
   /// Reserves memory for this answer; to be called before much memory is allocated. Errors: those
   /// of RequestMemory::reserve.

@@ -101,6 +101,9 @@ void add_store(const SceneStore& store, Families& families) {
            skipped);
   families.push_back(counters("sightline_loads_total", "Loads that ended, by outcome.", "outcome",
                               store.load_counts()));
+  families.push_back(gauge("sightline_origin_failing",
+                           "1 if the origin failed at the last check, else 0.",
+                           store.is_origin_failing() ? 1 : 0));
 }
 
 void add_trees(const TreeTotals& trees, Families& families) {

@@ -221,11 +221,13 @@ class Bucket(Shared):
             self.assertEqual((lost.status, lost.json()["code"], lost.headers["retry-after"]), (503, "ORIGIN_UNREACHABLE", "1"))
         until(lambda: "ORIGIN_UNREACHABLE" in b.ask("/readyz").body.decode())
         self.assertEqual(b.ask("/readyz").status, 200)
+        self.assertIn("sightline_origin_failing 1\n", b.ask("/metrics").body.decode())
         c = self.server("c")
         self.assertEqual(c.query("six", "closest", RAYS).json()["code"], "ORIGIN_UNREACHABLE")
         self.store.down = False
         until(lambda: c.query("six", "closest", RAYS).body == answer)
         until(lambda: "ORIGIN_UNREACHABLE" not in b.ask("/readyz").body.decode())
+        self.assertIn("sightline_origin_failing 0\n", b.ask("/metrics").body.decode())
         self.assertEqual(b.put("other", demo_glb("six")).status, 201)
 
     def test_a_read_that_fails_is_repeated(self):

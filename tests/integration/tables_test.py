@@ -177,6 +177,9 @@ class Tables(TwoScenes):
         ray = {"origin": [3, 200, 5], "direction": [0, -1, 0]}
         text = self.ask({"rays": [ray], "fields": ["t", "node"]}, "text/csv").decode()
         self.assertEqual(text, "t,node\r\n199.75,market square\r\n")
+        for accepted in ("text/csv; charset=utf-8", "Text/CSV;q=0.9, */*", " text/csv,application/json"):
+            answer = self.server.query("town", "closest", {"rays": [ray], "fields": ["t", "node"]}, "-H", "Accept: " + accepted)
+            self.assertEqual((answer.headers["content-type"], answer.body.decode()), ("text/csv", text))
         for kind in ("application/x-ply", "application/x-pcd", "application/x-npy", "application/x-npz"):
             answer = self.server.query("town", "closest", {"rays": [ray], "fields": ["node"]}, "-H", "Accept: " + kind)
             self.assertEqual((answer.status, answer.json()["code"], answer.json()["errors"][0]["pointer"]), (422, "FIELD_IS_TEXT", "/fields"))

@@ -32,7 +32,7 @@ std::uint64_t bytes_of(const GltfDocument& document) {
                         model.bufferViews.size() * sizeof(tinygltf::BufferView) +
                         model.meshes.size() * sizeof(tinygltf::Mesh);
   for (const auto& [primitive, entries] : document.attributes)
-    bytes += sizeof entries + entries.size() * sizeof(AttributeEntry);
+    bytes += sizeof(std::vector<AttributeEntry>) + entries.size() * sizeof(AttributeEntry);
   for (const tinygltf::Mesh& mesh : model.meshes)
     bytes += mesh.primitives.size() * sizeof(tinygltf::Primitive);
   for (const AnimationEntry& animation : document.animations) {

@@ -69,6 +69,7 @@ TEST(PointHull, meets_triangles_and_holds_points_as_integers_say) {
     constexpr int kExponents[] = {0, 0, 0, 300, -300, 1015, -1074};
     const int exponent = kExponents[random.index(std::size(kExponents))];
     std::vector<Vec3d> scaled;
+    scaled.reserve(points.size());
     for (const Whole& p : points) scaled.push_back(oracle::scaled(p, exponent));
     const Triangle t{oracle::scaled(triangle[0], exponent), oracle::scaled(triangle[1], exponent),
                      oracle::scaled(triangle[2], exponent)};
@@ -122,7 +123,7 @@ TEST(PointHull, of_many_points_is_that_of_its_corners) {
     Vec3d p{double(random.integer(0, 8)), double(random.integer(0, 8)),
             double(random.integer(0, 8))};
     p[random.integer(0, 2)] = random.chance(0.5) ? 0 : 8;
-    if (i < 8) p = {i % 2 * 8.0, i / 2 % 2 * 8.0, i / 4 * 8.0};
+    if (i < 8) p = {(i & 1) * 8.0, (i >> 1 & 1) * 8.0, (i >> 2) * 8.0};
     cube.push_back(p);
   }
   const ConvexHull of_ball(PointHull{ball}), of_cube(PointHull{cube}),

@@ -137,6 +137,7 @@ TEST(ShapeContact, of_hulls_and_boxes_is_as_deep_as_integers_say) {
         for (Whole& p : points) p[2] = triangle[0][2];
       }
       std::vector<Vec3d> floats;
+      floats.reserve(points.size());
       for (const Whole& p : points) floats.push_back(oracle::scaled(p, exponent));
       const ConvexHull hull(PointHull{floats});
       if (!triangle_meets_box(t, hull)) continue;
