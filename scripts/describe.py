@@ -31,7 +31,7 @@ MEDIA = {"application/json": "json", "application/octet-stream": "binary", "appl
 NO_NEAREST = {"t"}
 # The method of the Python client for each route that is no question; pages have none.
 CLIENT_ROUTES = {"listScenes": "scenes", "loadScene": "load", "getScene": "scene", "putScene": "put", "deleteScene": "delete",
-                 "sceneEvents": "events", "getJob": "job", "deleteJob": "delete_job", "jobResult": "job_result", "sceneStats": "stats", "sceneNodes": "nodes", "sceneAnimations": "animations", "patchNode": "patch_node", "patchNodes": "patch_nodes",
+                 "sceneEvents": "events", "getJob": "job", "deleteJob": "delete_job", "jobResult": "job_result", "sceneStats": "stats", "sceneNodes": "nodes", "sceneAnimations": "animations", "patchNode": "patch_node", "deleteNode": "remove_node", "patchNodes": "patch_nodes",
                  "sceneTriangles": "triangles", "sceneGeometry": "geometry", "sceneTrees": "bvh", "selfCheck": "selfcheck",
                  "health": "health", "readiness": "ready", "version": "version", "metrics": "metrics", "openapi": "openapi"}
 # Texts of the source that have the form of error codes.

@@ -273,6 +273,14 @@ void include_side(const ScenePlan& plan, const PlacementView& view, int axis, bo
   }
 }
 
+Status check_placements(std::uint64_t count) {
+  if (count <= kMaxTriangles) return success();
+  return Error{ErrorKind::kTooLarge, "SCENE_TOO_LARGE",
+               "meshes are placed " + std::to_string(count) + " times, a tree holds at most " +
+                   std::to_string(kMaxTriangles),
+               ""};
+}
+
 }  // namespace
 
 Box3d ScenePlan::exact_bounds(std::size_t first, std::size_t count) const {
@@ -307,9 +315,17 @@ Box3d ScenePlan::exact_bounds(std::size_t first, std::size_t count) const {
   return exact;
 }
 
-ScenePlan moved_plan(const ScenePlan& before, std::span<const MovedPlacement> moved,
-                     std::span<const FreshMesh> fresh) {
+Result<ScenePlan> moved_plan(const ScenePlan& before, std::span<const MovedPlacement> moved,
+                             std::span<const FreshMesh> fresh) {
   ScenePlan plan = before;
+  if (!moved.empty()) {
+    const std::size_t count =
+        std::max(plan.placements.size(), std::size_t{moved.back().number} + 1);
+    if (Status status = check_placements(count); !status) return std::move(status).error();
+    plan.placements.resize(count);
+    plan.placed.resize(count);
+    plan.is_loose.resize(count);
+  }
   for (const FreshMesh& each : fresh) {
     if (each.number == plan.meshes.size()) {
       plan.meshes.emplace_back();
@@ -355,12 +371,8 @@ Result<ScenePlan> plan_scene(std::vector<MeshView> meshes, std::vector<Placement
                    ""};
     }
   }
-  if (plan.placements.size() > kMaxTriangles) {
-    return Error{ErrorKind::kTooLarge, "SCENE_TOO_LARGE",
-                 "meshes are placed " + std::to_string(plan.placements.size()) +
-                     " times, a tree holds at most " + std::to_string(kMaxTriangles),
-                 ""};
-  }
+  if (Status status = check_placements(plan.placements.size()); !status)
+    return std::move(status).error();
   plan.facts.resize(plan.meshes.size());
   parallel_for(plan.meshes.size(),
                [&](std::size_t i) { plan.facts[i] = facts_of(plan.meshes[i].positions); });

@@ -97,21 +97,22 @@ Result<ScenePlan> plan_scene(std::vector<MeshView> meshes, std::vector<Placement
 
 /// The new position of a placement of a plan.
 struct MovedPlacement {
-  std::uint32_t number = 0;  ///< index in ScenePlan::placements
-  Affine world_from_mesh;    ///< the new map
-  bool hidden = false;       ///< whether it is hidden from now on
-  std::uint32_t mesh = 0;    ///< the new value of PlacementView::mesh
+  /// index in ScenePlan::placements; its size for a placement that is added
+  std::uint32_t number = 0;
+  Affine world_from_mesh;  ///< the new map
+  bool hidden = false;     ///< whether it is hidden from now on
+  std::uint32_t mesh = 0;  ///< the new value of PlacementView::mesh
 };
 /// A mesh of a plan with other content.
 struct FreshMesh {
   std::uint32_t number = 0;  ///< index in ScenePlan::meshes; its size for a mesh that is added
   MeshView view;
 };
-/// The plan of the scene `before` with some placements changed, each named once, and some meshes
-/// replaced or added (in ascending order). Precondition: a placement that does not change names no
-/// replaced mesh. Cost: that of plan_scene for the meshes of these placements only, and a copy of
-/// `before`. Throws std::bad_alloc.
-ScenePlan moved_plan(const ScenePlan& before, std::span<const MovedPlacement> moved,
-                     std::span<const FreshMesh> fresh = {});
+/// The plan of the scene `before` with some placements changed or added, each named once, and some
+/// meshes replaced or added; both are in ascending order. Precondition: a placement that does not
+/// change names no replaced mesh. Cost: that of plan_scene for the meshes of these placements only,
+/// and a copy of `before`. Errors: SCENE_TOO_LARGE as of plan_scene. Throws std::bad_alloc.
+Result<ScenePlan> moved_plan(const ScenePlan& before, std::span<const MovedPlacement> moved,
+                             std::span<const FreshMesh> fresh = {});
 
 }  // namespace sightline

@@ -109,7 +109,7 @@ Status choose_numbers(const SceneDescription& scene, const std::vector<std::uint
   std::unordered_set<std::uint32_t> found;
   for (std::size_t i = 0; i < scene.nodes.size(); ++i) {
     if (watch.passed()) return watch.error();
-    if (!asked.contains(scene.nodes[i].file_node)) continue;
+    if (scene.nodes[i].removed || !asked.contains(scene.nodes[i].file_node)) continue;
     chosen.node[i] = 1;
     found.insert(scene.nodes[i].file_node);
   }
@@ -132,7 +132,8 @@ Status choose_names(const SceneDescription& scene, const TriangleChoice& choice,
     // Parents stand before their children.
     const Node& node = scene.nodes[i];
     const bool is_below = node.parent != kNone && chosen.node[node.parent] != 0;
-    const bool is_named = names && (!is_below || names->seeks()) && names->matches(node.name);
+    const bool is_named =
+        names && !node.removed && (!is_below || names->seeks()) && names->matches(node.name);
     if (is_below || is_named) chosen.node[i] = 1;
     if (watch.passed()) return watch.error();
   }

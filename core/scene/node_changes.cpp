@@ -5,6 +5,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "core/scene/edited_nodes.h"
 #include "core/scene/node_transform.h"
 
 namespace sightline {
@@ -39,21 +40,18 @@ Result<bool> take_weights(Node& node, const std::vector<double>& weights,
   return true;
 }
 
-/// Nodes whose own transform or weights are others.
+/// Nodes whose own transform or weights are others. An animation also moves removed joints.
 Result<PoseChange> take_changes(SceneDescription& scene, std::span<const NodeChange> changes,
-                                std::size_t sampled) {
-  std::unordered_map<std::uint32_t, std::size_t> by_file;
-  for (std::size_t i = 0; i < scene.nodes.size(); ++i) by_file[scene.nodes[i].file_node] = i;
+                                std::size_t sampled, const NodeNumbers& numbers) {
   PoseChange taken{std::vector<bool>(scene.nodes.size()), std::vector<bool>(scene.nodes.size())};
   for (std::size_t i = 0; i < changes.size(); ++i) {
     const NodeChange& change = changes[i];
-    const std::string pointer = "/nodes/" + std::to_string(i - std::min(i, sampled));
-    const auto found = by_file.find(change.node);
-    if (found == by_file.end()) {
-      return Error{ErrorKind::kNotFound, "NODE_NOT_FOUND",
-                   "the loaded scene has no node " + std::to_string(change.node), pointer};
-    }
+    const std::string pointer = pointer_of_change(i, sampled);
+    const auto found = numbers.find(change.node);
+    if (found == numbers.end() || (i >= sampled && scene.nodes[found->second].removed))
+      return no_such_node(change.node, pointer);
     Node& node = scene.nodes[found->second];
+    if (change.added) taken.moved[found->second] = true;
     if (!change.weights.empty()) {
       const auto weighted = take_weights(node, change.weights, pointer);
       if (!weighted) return weighted.error();
@@ -90,21 +88,26 @@ std::vector<std::uint32_t> node_masks(const SceneDescription& scene) {
 
 NodeChanges with_changes(NodeChanges changes, std::span<const NodeChange> more) {
   changes.insert(changes.end(), more.begin(), more.end());
-  std::stable_sort(changes.begin(), changes.end(),
-                   [](const NodeChange& a, const NodeChange& b) { return a.node < b.node; });
   NodeChanges merged;
   merged.reserve(changes.size());
+  std::unordered_map<std::uint32_t, std::size_t> place;
   for (NodeChange& change : changes) {
-    if (merged.empty() || merged.back().node != change.node) {
-      merged.push_back(change);
+    const auto [known, is_new] = place.try_emplace(change.node, merged.size());
+    if (is_new) {
+      merged.push_back(std::move(change));
       continue;
     }
-    NodeChange& at = merged.back();
+    NodeChange& at = merged[known->second];
+    at.removed = at.removed || change.removed;
     if (change.parent_from_node) at.parent_from_node = change.parent_from_node;
     if (change.hidden) at.hidden = change.hidden;
     if (change.mask) at.mask = change.mask;
     if (!change.weights.empty()) at.weights = std::move(change.weights);
   }
+  std::stable_sort(merged.begin(), merged.end(), [](const NodeChange& a, const NodeChange& b) {
+    if (a.added || b.added) return !a.added && b.added;
+    return a.node < b.node;
+  });
   return merged;
 }
 
@@ -143,15 +146,23 @@ Result<ResolvedChange> resolve(const SceneDescription& scene, const SceneChange&
 
 Result<ChangedInstances> change_nodes(SceneDescription& scene, std::span<const NodeChange> changes,
                                       std::size_t sampled) {
-  auto taken = take_changes(scene, changes, sampled);
+  const std::size_t old_instances = scene.instances.size();
+  NodeNumbers numbers = numbers_of(scene);
+  if (Status status = add_nodes(scene, changes, sampled, numbers); !status)
+    return std::move(status).error();
+  auto taken = take_changes(scene, changes, sampled, numbers);
   if (!taken) return std::move(taken).error();
+  for (const NodeChange& change : changes) {
+    if (change.removed) scene.nodes[numbers.at(change.node)].removed = true;
+  }
   std::vector<bool>& moved = taken->moved;
   std::vector<bool> hidden(scene.nodes.size());
   for (std::size_t i = 0; i < scene.nodes.size(); ++i) {
     // Parents stand before their children.
     Node& node = scene.nodes[i];
     const bool is_root = node.parent == kNoParent;
-    hidden[i] = node.hidden || (!is_root && hidden[node.parent]);
+    node.removed = node.removed || (!is_root && scene.nodes[node.parent].removed);
+    hidden[i] = node.hidden || node.removed || (!is_root && hidden[node.parent]);
     if (!is_root && moved[node.parent]) moved[i] = true;
     if (!moved[i]) continue;
     node.world_from_node = is_root
@@ -170,6 +181,7 @@ Result<ChangedInstances> change_nodes(SceneDescription& scene, std::span<const N
     if (!posed) return std::move(posed).error();
     result.posed = *std::move(posed);
   }
+  clear_removed_nodes(scene, result.posed);
   std::vector<bool> is_posed(scene.instances.size());
   for (const std::uint32_t i : result.posed.instances) is_posed[i] = true;
   const std::vector<std::uint32_t> masks = node_masks(scene);
@@ -185,10 +197,11 @@ Result<ChangedInstances> change_nodes(SceneDescription& scene, std::span<const N
       if (!is_in_range(instance.world_from_mesh)) return out_of_range(node);
     }
     const bool is_hidden = hidden[instance.node];
-    if (is_posed[i] || is_hidden != instance.hidden || instance.world_from_mesh != before)
+    const bool is_new = i >= old_instances;
+    if (is_new || is_posed[i] || is_hidden != instance.hidden || instance.world_from_mesh != before)
       result.instances.push_back(i);
     instance.hidden = is_hidden;
-    instance.mask = masks[instance.node];
+    instance.mask = node.removed ? 0xffffffffu : masks[instance.node];
   }
   return result;
 }

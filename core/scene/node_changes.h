@@ -30,7 +30,8 @@ bool may_pose(const SceneDescription& scene, const SceneChange& change);
 /// Poser), those of Poser::sample.
 Result<ResolvedChange> resolve(const SceneDescription& scene, const SceneChange& change);
 
-/// All changes of a scene: one for each changed node, ascending by node.
+/// All changes of a scene: one for each changed node. Nodes of the file come first, ascending; added
+/// nodes follow in the order of their additions.
 using NodeChanges = std::vector<NodeChange>;
 /// Returns `changes` with the changes of `more` added in order: members of a change that have a
 /// value replace those of the earlier change of its node, if there is one.
@@ -46,7 +47,8 @@ struct ChangedInstances {
 /// Applies changes to the nodes of a scene description. Nodes below a changed node move and hide
 /// with it, by the importer's formulas. Masks of instances are computed again. If joints move or
 /// morph weights change, the scene's Poser makes their meshes again. After an error the description
-/// must not be used. Errors: those of Poser::pose, and
+/// must not be used. Additions come first and removals last, whatever the order of the changes.
+/// Errors: those of Poser::pose and add_nodes, and
 ///   NODE_NOT_FOUND      with the pointer /nodes/N of change N + `sampled`
 ///   NODE_WEIGHTS_WRONG  with /nodes/N/weights; the node has another number of morph targets, or none
 ///   NODE_POSES_SKIN     a pose would change, and the scene has no Poser

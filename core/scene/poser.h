@@ -13,14 +13,24 @@ namespace sightline {
 
 struct SceneDescription;
 
+/// What makes a change add its node to the scene.
+struct AddedNode {
+  std::uint32_t copy_of = 0;            ///< number of the node whose mesh it shows
+  std::optional<std::uint32_t> parent;  ///< number of its parent; empty: it is a root
+  std::string name = {};
+  bool operator==(const AddedNode&) const = default;
+};
+
 /// A change of a node by a client. An empty member changes nothing.
 struct NodeChange {
-  std::uint32_t node = 0;                  ///< index in the file's "nodes"
+  std::uint32_t node = 0;                  ///< index in the file's "nodes", or of an added node
   std::optional<Affine> parent_from_node;  ///< replaces the node's matrix
   std::optional<bool> hidden;              ///< true: no ray meets the node or the nodes below it
   /// mask of the node, and of the nodes below it that have none of their own
   std::optional<std::uint32_t> mask;
-  std::vector<double> weights = {};  ///< of all morph targets of the node; empty: no change
+  std::vector<double> weights = {};     ///< of all morph targets of the node; empty: no change
+  std::optional<AddedNode> added = {};  ///< set: the change adds the node
+  bool removed = false;                 ///< true: the node and the nodes below it are gone for good
   bool operator==(const NodeChange&) const = default;
 };
 

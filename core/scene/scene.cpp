@@ -1,6 +1,7 @@
 #include "core/scene/scene.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "core/base/within_memory.h"
 #include "core/scene/poser.h"
@@ -28,10 +29,22 @@ struct Changes {
   std::vector<FreshMesh> fresh;
 };
 
-/// `before`: the plan of the scene without the change.
-Changes changes_of(const SceneDescription& scene, const ScenePlan& before,
-                   const ChangedInstances& changed) {
+/// By the numbers of a scene's meshes: the meshes that its plan places for them.
+std::vector<std::uint32_t> placed_meshes(const SceneDescription& scene, const ScenePlan& plan) {
+  std::vector<std::uint32_t> placed(scene.meshes.size());
+  std::iota(placed.begin(), placed.end(), 0u);
+  for (std::size_t i = 0; i < scene.instances.size(); ++i)
+    placed[scene.instances[i].mesh] = plan.placements[i].mesh;
+  return placed;
+}
+
+/// `before`, `plan`: of the scene without the change.
+Changes changes_of(const SceneDescription& scene, const SceneDescription& before,
+                   const ScenePlan& plan, const ChangedInstances& changed) {
   Changes parts;
+  const std::size_t old_instances = before.instances.size();
+  std::vector<std::uint32_t> placed;
+  if (scene.instances.size() > old_instances) placed = placed_meshes(before, plan);
   std::vector<bool> is_fresh(scene.meshes.size()), is_changed(scene.instances.size()),
       is_posed(scene.instances.size());
   for (const std::uint32_t i : changed.posed.fresh) {
@@ -41,13 +54,16 @@ Changes changes_of(const SceneDescription& scene, const ScenePlan& before,
   for (const std::uint32_t i : changed.posed.instances) is_posed[i] = true;
   for (const std::uint32_t i : changed.instances) is_changed[i] = true;
   for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
-    // Meshes of equal content share a number in the plan: one of them may have another content now.
-    const bool has_own = is_posed[i] || is_fresh[before.placements[i].mesh];
-    if (!has_own && !is_changed[i]) continue;
     const Instance& instance = scene.instances[i];
+    // Meshes of equal content share a number in the plan: one of them may have another content now.
+    const std::uint32_t mesh = i < old_instances               ? plan.placements[i].mesh
+                               : instance.mesh < placed.size() ? placed[instance.mesh]
+                                                               : instance.mesh;
+    const bool has_own = is_posed[i] || is_fresh[mesh];
+    if (!has_own && !is_changed[i]) continue;
     parts.moved_numbers.push_back(i);
-    parts.moved.push_back({i, instance.world_from_mesh, instance.hidden,
-                           has_own ? instance.mesh : before.placements[i].mesh});
+    parts.moved.push_back(
+        {i, instance.world_from_mesh, instance.hidden, has_own ? instance.mesh : mesh});
   }
   return parts;
 }
@@ -57,12 +73,17 @@ Changes changes_of(const SceneDescription& scene, const ScenePlan& before,
 void Scene::count() {
   geometry_bytes_ = description_.poser ? description_.poser->bytes() : 0;
   for (const auto& mesh : description_.meshes) {
+    if (mesh->triangle_count() > 0) ++shown_.meshes;
     unique_triangle_count_ += mesh->triangle_count();
     geometry_bytes_ += mesh->positions.size() * sizeof(Vec3f) +
                        mesh->indices.listed().size_bytes() + attribute_bytes_of(*mesh);
   }
+  for (const Node& node : description_.nodes) {
+    if (!node.removed) ++shown_.nodes;
+  }
   for (const Instance& instance : description_.instances) {
     const Mesh& mesh = *description_.meshes[instance.mesh];
+    if (!description_.nodes[instance.node].removed) ++shown_.instances;
     instanced_triangle_count_ += mesh.triangle_count();
     instanced_primitive_count_ += mesh.primitives.size();
     has_empty_mask_ = has_empty_mask_ || instance.mask == 0;
@@ -113,8 +134,10 @@ Result<std::shared_ptr<const Scene>> Scene::changed(std::span<const NodeChange> 
     std::shared_ptr<Scene> scene(new Scene());
     scene->description_ = std::move(description);
     scene->count();
-    const Changes parts = changes_of(scene->description_, plan_, *changed);
-    scene->plan_ = moved_plan(plan_, parts.moved, parts.fresh);
+    const Changes parts = changes_of(scene->description_, description_, plan_, *changed);
+    auto plan = moved_plan(plan_, parts.moved, parts.fresh);
+    if (!plan) return std::move(plan).error();
+    scene->plan_ = *std::move(plan);
     scene->known_edges_ = parts.fresh.empty()
                               ? known_edges_
                               : std::make_shared<KnownEdges>(scene->description_.meshes.size());

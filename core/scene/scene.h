@@ -38,7 +38,7 @@ class Scene {
                                                     const CancelFlag* cancel = nullptr);
   /// Makes a copy of this scene with some nodes changed. The copy shares the meshes that have the
   /// same pose, and the trees of everything that did not move. `sampled` is that of change_nodes.
-  /// Errors: those of change_nodes, MEMORY_EXHAUSTED.
+  /// Errors: those of change_nodes, SCENE_TOO_LARGE, MEMORY_EXHAUSTED.
   Result<std::shared_ptr<const Scene>> changed(std::span<const NodeChange> changes,
                                                std::size_t sampled = 0) const;
   Scene(const Scene&) = delete;
@@ -51,6 +51,11 @@ class Scene {
   /// so the function is const.
   SceneTrees& trees() const { return *trees_; }
 
+  /// How many the scene has, without those that were removed.
+  struct Counts {
+    std::uint64_t nodes = 0, instances = 0, meshes = 0;
+  };
+  const Counts& counts() const { return shown_; }
   /// The number of triangles of all instances, including triangles that no ray can hit.
   std::uint64_t instanced_triangle_count() const { return instanced_triangle_count_; }
   /// The number of primitives of all instances.
@@ -91,6 +96,7 @@ class Scene {
   std::uint64_t unique_triangle_count_ = 0;
   std::uint64_t instanced_triangle_count_ = 0;
   std::uint64_t instanced_primitive_count_ = 0;
+  Counts shown_;
   bool has_empty_mask_ = false;
 };
 

@@ -41,16 +41,20 @@ struct Material {
   std::shared_ptr<const AlphaTexture> alpha_texture = {};
 };
 
-/// A node of the loaded scene. Nodes are in the order of a depth-first walk from the roots, so a
-/// parent stands before its children.
+/// A node of the loaded scene. Nodes are in the order of a depth-first walk from the roots; nodes
+/// that clients added follow in the order of their additions. So a parent stands before its
+/// children.
 struct Node {
   std::string name;
-  std::uint32_t file_node = 0;         ///< index in the file's "nodes"
+  std::uint32_t file_node = 0;         ///< index in the file's "nodes", or chosen by the client
   std::uint32_t parent = 0xffffffffu;  ///< index in SceneDescription::nodes; 0xffffffff: a root
   Affine world_from_node = {};
   Affine parent_from_node = {};
   bool hidden = false;    ///< no ray meets the node and the nodes below it, whose own flag stays
   bool is_joint = false;  ///< a joint of a skin that the scene shows
+  bool added = false;     ///< by a client: the file has no such node
+  /// by a client, or below such a node: it has no name and no triangles, and no answer mentions it
+  bool removed = false;
   std::uint32_t morph_targets = 0;  ///< of its mesh
   /// of its morph targets; those that are left out at the end, or all of null, are 0
   std::shared_ptr<const std::vector<double>> weights = {};
@@ -69,7 +73,8 @@ struct Camera {
   double near = 0, far = 0;  ///< znear and zfar; far is infinite if a perspective camera has none
 };
 
-/// A placement of a mesh. Instances are in the order of the depth-first walk ("file order").
+/// A placement of a mesh. Instances are in the order of their nodes. Those of removed nodes stay, with
+/// a mesh without triangles, so that no other number changes.
 struct Instance {
   std::uint32_t mesh = 0;  ///< index in SceneDescription::meshes
   std::uint32_t node = 0;  ///< index in SceneDescription::nodes
@@ -147,7 +152,8 @@ struct ImportCounts {
 /// The description of a scene.
 struct SceneDescription {
   std::string name;
-  std::vector<std::shared_ptr<const Mesh>> meshes;  ///< only meshes that an instance uses
+  /// Only meshes that an instance uses. Those of removed nodes have no triangles.
+  std::vector<std::shared_ptr<const Mesh>> meshes;
   std::vector<Node> nodes;
   std::vector<Instance> instances;
   std::vector<Affine> placements;  ///< node_from_mesh of the instances with an index `placement`

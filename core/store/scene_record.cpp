@@ -111,8 +111,31 @@ std::optional<Affine> decode_matrix(const json& value) {
   return matrix;
 }
 
+/// Decodes what makes the change add its node, if it does. False where a member is invalid.
+bool decode_added(const json& value, NodeChange& change) {
+  const auto copy_of = value.find("copy_of"), parent = value.find("parent"),
+             name = value.find("name");
+  const auto end = value.end();
+  if (copy_of == end) return parent == end && name == end;
+  if (!is_uint32(*copy_of)) return false;
+  AddedNode added{copy_of->get<std::uint32_t>(), {}};
+  if (parent != end) {
+    if (!is_uint32(*parent)) return false;
+    added.parent = parent->get<std::uint32_t>();
+  }
+  if (name != end) {
+    if (!name->is_string()) return false;
+    added.name = name->get<std::string>();
+  }
+  change.added = std::move(added);
+  return true;
+}
+
 std::optional<NodeChange> decode_change(const json& value) {
-  if (!has_only(value, {"node", "matrix", "hidden", "mask", "weights"})) return std::nullopt;
+  if (!has_only(value, {"node", "copy_of", "parent", "name", "matrix", "hidden", "mask", "weights",
+                        "removed"})) {
+    return std::nullopt;
+  }
   const auto node = value.find("node");
   if (node == value.end() || !is_uint32(*node)) return std::nullopt;
   NodeChange change;
@@ -133,6 +156,11 @@ std::optional<NodeChange> decode_change(const json& value) {
     if (!is_list_of_numbers(*weights)) return std::nullopt;
     change.weights = weights->get<std::vector<double>>();
   }
+  if (const auto removed = value.find("removed"); removed != value.end()) {
+    if (!removed->is_boolean()) return std::nullopt;
+    change.removed = removed->get<bool>();
+  }
+  if (!decode_added(value, change)) return std::nullopt;
   return change;
 }
 
@@ -179,6 +207,11 @@ std::string json_of(const NodeChanges& changes) {
   for (const NodeChange& change : changes) {
     if (text.size() > 1) text += ',';
     text.append("{\"node\":").append(std::to_string(change.node));
+    if (const auto& added = change.added) {
+      text.append(",\"copy_of\":").append(std::to_string(added->copy_of));
+      if (added->parent) text.append(",\"parent\":").append(std::to_string(*added->parent));
+      if (!added->name.empty()) text.append(",\"name\":").append(json(added->name).dump());
+    }
     if (change.parent_from_node) {
       text += ",\"matrix\":";
       char before_row = '[';
@@ -192,6 +225,7 @@ std::string json_of(const NodeChanges& changes) {
     if (change.hidden) text.append(",\"hidden\":").append(*change.hidden ? "true" : "false");
     if (change.mask) text.append(",\"mask\":").append(std::to_string(*change.mask));
     if (!change.weights.empty()) append_numbers(text += ",\"weights\":", change.weights);
+    if (change.removed) text += ",\"removed\":true";
     text += '}';
   }
   return text += ']';
@@ -212,11 +246,19 @@ std::string tag_of(const NodeChanges& changes) {
     append(change.parent_from_node);
     append(change.hidden);
     append(change.mask);
-    if (change.weights.empty()) continue;
-    // The tags of changes without weights are those of versions that knew none.
-    bytes += "weights" + std::to_string(change.weights.size());
-    bytes.append(reinterpret_cast<const char*>(change.weights.data()),
-                 change.weights.size() * sizeof(double));
+    // The tags of changes without the members below are those of versions that did not know them.
+    if (!change.weights.empty()) {
+      bytes += "weights" + std::to_string(change.weights.size());
+      bytes.append(reinterpret_cast<const char*>(change.weights.data()),
+                   change.weights.size() * sizeof(double));
+    }
+    if (const auto& added = change.added) {
+      bytes += "added";
+      append(&added->copy_of);
+      append(added->parent);
+      bytes += std::to_string(added->name.size()) + ":" + added->name;
+    }
+    if (change.removed) bytes += "removed";
   }
   return "changed-" + checksum_of(bytes).substr(0, 32);
 }

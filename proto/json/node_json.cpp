@@ -62,6 +62,39 @@ Status read_weights(const Json& object, const std::string& at, NodePatch& patch)
   return status;
 }
 
+/// Reads what an added node has beside a change.
+Status read_added(const Json& object, const std::string& at, NodePatch& patch) {
+  if (!object.contains("copy_of")) {
+    for (const char* key : {"parent", "name"}) {
+      if (!object.contains(key)) continue;
+      return fault("KEY_MISSING", "only with \"copy_of\", which adds a node", below(at, key));
+    }
+    return success();
+  }
+  Status status = read_uint32(object, at, "copy_of", "a node's number", patch.copy_of);
+  const auto parent = object.find("parent"), name = object.find("name");
+  if (status && parent != object.end() && !parent->is_null())
+    status = read_uint32(object, at, "parent", "a node's number", patch.parent);
+  if (!status || name == object.end()) return status;
+  if (!name->is_string()) return fault("TYPE_WRONG", "this must be a string", below(at, "name"));
+  patch.name = name->get<std::string>();
+  return status;
+}
+
+/// `own`: the members that say which change it is.
+Status read_removed(const Json& object, const std::string& at, std::size_t own, NodePatch& patch) {
+  const auto removed = object.find("removed");
+  if (removed == object.end()) return success();
+  const std::string place = below(at, "removed");
+  if (!removed->is_boolean()) return fault("TYPE_WRONG", "this must be true", place);
+  patch.removed = removed->get<bool>();
+  if (!patch.removed)
+    return fault("VALUE_UNKNOWN", "this must be true: a removed node does not come back", place);
+  if (object.size() > own + 1)
+    return fault("KEYS_MIXED", "a node that is removed has no other changes", place);
+  return success();
+}
+
 /// Reads the members of a change. `at`: pointer of the object.
 Status read_patch(const Json& object, const std::string& at, NodePatch& patch) {
   for (const auto& [key, count, numbers] :
@@ -81,6 +114,9 @@ Status read_patch(const Json& object, const std::string& at, NodePatch& patch) {
     patch.hidden = hidden->get<bool>();
   }
   if (Status status = read_weights(object, at, patch); !status) return status;
+  if (Status status = read_added(object, at, patch); !status) return status;
+  const std::size_t own = object.contains("node") ? 1 : 0;
+  if (Status status = read_removed(object, at, own, patch); !status) return status;
   return read_uint32(object, at, "mask", "a mask", patch.mask);
 }
 
@@ -117,8 +153,9 @@ Status read_animation(const Json& object, std::optional<AnimationPatch>& out) {
 Result<NodePatch> decode_node_patch(std::string_view body) {
   const auto document = parse_strictly(body);
   if (!document) return document.error();
-  Status status = check_object(
-      *document, "", {"matrix", "translation", "rotation", "scale", "hidden", "mask", "weights"});
+  Status status = check_object(*document, "",
+                               {"copy_of", "parent", "name", "matrix", "translation", "rotation",
+                                "scale", "hidden", "mask", "weights", "removed"});
   NodePatch patch;
   if (status) status = read_patch(*document, "", patch);
   if (!status) return std::move(status).error();
@@ -149,9 +186,9 @@ Result<NodePatches> decode_node_patches(std::string_view body) {
   for (std::size_t i = 0; i < patches.size(); ++i) {
     const Json& object = (*list)[i];
     const std::string at = "/nodes/" + std::to_string(i);
-    status = check_object(
-        object, at,
-        {"node", "matrix", "translation", "rotation", "scale", "hidden", "mask", "weights"});
+    status = check_object(object, at,
+                          {"node", "copy_of", "parent", "name", "matrix", "translation", "rotation",
+                           "scale", "hidden", "mask", "weights", "removed"});
     if (status && !object.contains("node")) {
       status = fault("KEY_MISSING", "needs \"node\", an index in the file", at);
     }

@@ -265,9 +265,20 @@ class Sightline:
         return json.loads(self._ask("PATCH", self._scene(scene, f"/nodes/{node}"), _text(changes), _JSON,
                                     conditions=_conditions(if_match, if_none_match)))
 
+    def add_node(self, scene: str, node: int, copy_of: int, parent: int | None = None, name: str = "",
+                 if_match: str | None = None, if_none_match: str | None = None, **changes: Any) -> dict:
+        """Adds a node with an id that the scene never had. It shows the mesh of the node `copy_of`; `changes` are those of patch_node()."""
+        return self.patch_node(scene, node, if_match, if_none_match, copy_of=copy_of, parent=parent, name=name, **changes)
+
+    def remove_node(self, scene: str, node: int, if_match: str | None = None, if_none_match: str | None = None) -> dict:
+        """Removes a node and all nodes below it, for good."""
+        answer = self._ask("DELETE", self._scene(scene, f"/nodes/{node}"), conditions=_conditions(if_match, if_none_match))
+        return json.loads(answer) if answer else self.scene(scene)  # Without one, a repeated request found the work done.
+
     def patch_nodes(self, scene: str, changes: Mapping[int, Mapping[str, Any]], if_match: str | None = None,
                     if_none_match: str | None = None) -> dict:
-        """Changes several nodes at once, by their ids, as patch_node() changes one: one new revision, all or none."""
+        """Changes several nodes at once, by their ids, as patch_node() changes one: one new revision, all or none. A change with
+        `copy_of` adds its node, and `{"removed": True}` removes it."""
         body = {"nodes": [{"node": node, **change} for node, change in changes.items()]}
         return json.loads(self._ask("PATCH", self._scene(scene, "/nodes"), _text(body), _JSON,
                                     conditions=_conditions(if_match, if_none_match)))

@@ -1,6 +1,7 @@
 #include <charconv>
 #include <string_view>
 
+#include "core/scene/edited_nodes.h"
 #include "core/scene/node_transform.h"
 #include "core/scene/poser.h"
 #include "proto/json/node_json.h"
@@ -20,6 +21,8 @@ Result<NodeChange> change_of(const NodePatch& patch, const std::string& place) {
   change.hidden = patch.hidden;
   change.mask = patch.mask;
   change.weights = patch.weights;
+  change.removed = patch.removed;
+  if (patch.copy_of) change.added = AddedNode{*patch.copy_of, patch.parent, patch.name};
   if (patch.moves()) {
     auto matrix = matrix_of({patch.matrix, patch.translation, patch.rotation, patch.scale});
     if (!matrix) {
@@ -45,7 +48,8 @@ Result<std::uint32_t> node_of(const std::string& text) {
 /// 2.4 kB for a node with a mesh.
 std::uint64_t bytes_to_change(const SceneDescription& scene, const SceneChange& change) {
   constexpr std::uint64_t kNode = 512, kInstance = 2048;
-  return scene.nodes.size() * kNode + scene.instances.size() * kInstance +
+  const EditedSize size = size_after(scene, change.nodes);
+  return size.nodes * kNode + size.instances * kInstance +
          (scene.poser && may_pose(scene, change) ? scene.poser->bytes_of_call() : 0);
 }
 
@@ -69,6 +73,15 @@ void apply(Exchange& exchange, Service& service, const SceneChange& change) {
   }
   reply_done(exchange, 200, **changed);
   exchange.response.set_header("X-Scene-Revision", std::to_string((*changed)->revision));
+}
+
+void delete_node(Exchange& exchange, Service& service) {
+  const auto node = node_of(exchange.node_id);
+  if (!node) return exchange.reply_error(node.error());
+  NodeChange change;
+  change.node = *node;
+  change.removed = true;
+  apply(exchange, service, {{}, {change}});
 }
 
 void patch_node(Exchange& exchange, Service& service) {
@@ -112,6 +125,7 @@ void patch_nodes(Exchange& exchange, Service& service) {
 void add_node_routes(Router& router, Service& service) {
   router.add("PATCH", "/v1/scenes/{id}/nodes", with(service, patch_nodes));
   router.add("PATCH", "/v1/scenes/{id}/nodes/{node}", with(service, patch_node));
+  router.add("DELETE", "/v1/scenes/{id}/nodes/{node}", with(service, delete_node));
 }
 
 }  // namespace sightline

@@ -58,7 +58,7 @@ struct NodeCounts {
     // Parents stand before their children.
     for (std::size_t i = scene.nodes.size(); i-- > 0;) {
       const std::uint32_t parent = scene.nodes[i].parent;
-      if (parent == kNone) continue;
+      if (parent == kNone || scene.nodes[i].removed) continue;
       ++children[parent];
       triangles_below[parent] += triangles_below[i];
     }
@@ -133,7 +133,7 @@ Result<NodePage> find_nodes(const Scene& scene, const NodeQuery& query, Deadline
   const SceneDescription& description = scene.description();
   NodePage page;
   for (std::uint32_t i = 0; i < description.nodes.size(); ++i) {
-    const bool is_match = matches(description, query, i, watch);
+    const bool is_match = !description.nodes[i].removed && matches(description, query, i, watch);
     if (watch.passed()) return watch.error();
     if (!is_match) continue;
     if (page.total >= query.first && page.nodes.size() < query.limit) page.nodes.push_back(i);

@@ -70,9 +70,9 @@ std::string encode_scene(const StoredScene& stored) {
   const Scene& scene = *stored.scene;
   const SceneDescription& description = scene.description();
   document["name"] = description.name;
-  document["counts"] = {{"nodes", description.nodes.size()},
-                        {"instances", description.instances.size()},
-                        {"meshes", description.meshes.size()},
+  document["counts"] = {{"nodes", scene.counts().nodes},
+                        {"instances", scene.counts().instances},
+                        {"meshes", scene.counts().meshes},
                         {"materials", description.materials.size()},
                         {"triangles", scene.instanced_triangle_count()},
                         {"unique_triangles", scene.unique_triangle_count()},

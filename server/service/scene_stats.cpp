@@ -55,9 +55,9 @@ std::string encode_stats(const StoredScene& stored) {
   Json document;
   document["id"] = stored.id;
   document["revision"] = stored.revision;
-  document["counts"] = {{"nodes", description.nodes.size()},
-                        {"instances", description.instances.size()},
-                        {"meshes", description.meshes.size()},
+  document["counts"] = {{"nodes", scene.counts().nodes},
+                        {"instances", scene.counts().instances},
+                        {"meshes", scene.counts().meshes},
                         {"triangles", scene.instanced_triangle_count()},
                         {"unique_triangles", scene.unique_triangle_count()},
                         {"posed_meshes", description.counts.posed_meshes},

@@ -101,12 +101,12 @@ class Mcp(unittest.TestCase):
         self.assertEqual((closest["required"], closest["properties"]["body"]), (["id", "body"], {"$ref": "#/$defs/ClosestQuery"}))
         self.assertEqual(closest["$defs"]["ClosestQuery"]["properties"].keys(), DOCUMENT["components"]["schemas"]["ClosestQuery"]["properties"].keys())
         hints = {name: tool["annotations"]["readOnlyHint"] for name, tool in tools.items()}
-        self.assertEqual({name for name, reads in hints.items() if not reads}, {"loadScene", "putScene", "deleteScene", "patchNode", "patchNodes"})
+        self.assertEqual({name for name, reads in hints.items() if not reads}, {"loadScene", "putScene", "deleteScene", "patchNode", "deleteNode", "patchNodes"})
         brief = tools["raysClosest"]["inputSchema"]["properties"]["body"]
         self.assertEqual(brief["description"], "keys: " + ", ".join(closest["$defs"]["ClosestQuery"]["properties"]))
         self.assertFalse(self.agent.call("raysClosest", id="six", body=brief["examples"][0])["isError"])
         destroys = {name for name, tool in tools.items() if tool["annotations"].get("destructiveHint")}
-        self.assertEqual(destroys, {"putScene", "deleteScene", "patchNode", "patchNodes"})
+        self.assertEqual(destroys, {"putScene", "deleteScene", "patchNode", "deleteNode", "patchNodes"})
 
     def test_questions_of_every_kind(self):
         tower = {"names": ["clock tower", "spire"]}

@@ -66,7 +66,7 @@ GETS = {"listScenes": "/v1/scenes", "getScene": "/v1/scenes/six", "sceneStats": 
         "openapi": "/openapi.json", "page": "/", "pageScript": "/page.js", "pageStyle": "/page.css", "bootScript": "/boot.js", "statusPage": "/status", "statusScript": "/status.js",
         "document": "/docs/README.md", "documents": "/docs/documents.json.gz", "guideScript": "/guide.js", "learn": "/learn", "learnScript": "/learn.js", "docs": "/docs", "docsScript": "/docs/app.js", "docsStyle": "/docs/style.css", "metrics": "/metrics"}
 # What has no answer to be held against a schema here.
-OTHERS = {"getJob", "deleteJob", "jobResult", "sceneEvents", "putScene", "loadScene", "deleteScene", "patchNode", "patchNodes"}
+OTHERS = {"getJob", "deleteJob", "jobResult", "sceneEvents", "putScene", "loadScene", "deleteScene", "patchNode", "deleteNode", "patchNodes"}
 
 # Every keyword that the document uses must be one that `faults` knows, or says nothing of what is good.
 KNOWN = {"$ref", "type", "enum", "const", "anyOf", "oneOf", "properties", "required", "additionalProperties", "patternProperties", "minProperties",

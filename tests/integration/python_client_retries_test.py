@@ -216,6 +216,11 @@ class OneServer(Failing):
         self.client(self.server).delete("six")
         self.assertEqual(self.server.asked, ["DELETE", "DELETE"])
 
+    def test_a_node_that_a_lost_request_has_removed_is_removed(self):
+        self.server.plan[:] = ["close", 404]
+        self.client(self.server).remove_node("six", 1)
+        self.assertEqual(self.server.asked, ["DELETE", "DELETE", "GET"])
+
     def test_the_waits_double_with_jitter_until_the_patience_ends(self):
         for patience in (0, 3, 30):
             self.server.plan[:], self.server.asked[:], self.clock.waits[:] = [503] * 100, [], []

@@ -292,6 +292,18 @@ class PythonClient(TwoScenes):
         self.assertEqual([(node["hidden"], node["mask"]) for node in nodes], [(False, 2**32 - 1), (True, 2**32 - 1), (False, 4)])
         self.client.delete("changed")
 
+    def test_nodes_are_added_and_removed(self):
+        self.client.put("edited", demo_glb("six"))
+        self.client.add_node("edited", 10, 2, parent=0, name="again", translation=[0, 20, 0])
+        self.client.patch_nodes("edited", {11: {"copy_of": 10}, 1: {"removed": True}})
+        self.assertEqual([(node["node_id"], node["name"], node["parent"]) for node in self.client.nodes("edited")],
+                         [(0, "root", None), (2, "right", 0), (10, "again", 0), (11, None, None)])
+        self.assertEqual(self.client.remove_node("edited", 0)["counts"]["nodes"], 1)
+        with self.assertRaises(sightline.SightlineError) as refused:
+            self.client.remove_node("edited", 0)
+        self.assertEqual(refused.exception.code, "NODE_NOT_FOUND")
+        self.client.delete("edited")
+
     def test_scenes_come_and_go(self):
         self.assertEqual(self.client.put("mine", demo_glb("six"))["state"], "ready")
         self.assertIn("mine", [scene["id"] for scene in self.client.scenes()])

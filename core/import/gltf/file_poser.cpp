@@ -15,6 +15,7 @@
 #include "core/import/gltf/posed_parts.h"
 #include "core/import/input/refusal.h"
 #include "core/query/similar_names.h"
+#include "core/scene/edited_nodes.h"
 
 namespace sightline::gltf {
 
@@ -84,6 +85,8 @@ class Reposing {
   void find() {
     const std::vector<bool> skins = moved_skins();
     for (std::uint32_t i = 0; i < scene_.nodes.size(); ++i) {
+      // Nothing poses what a client added.
+      if (scene_.nodes[i].added || scene_.nodes[i].removed) continue;
       const tinygltf::Node node = posed_node(i);
       const bool is_posable = node.skin >= 0 || scene_.nodes[i].morph_targets > 0;
       if (node.mesh < 0 || !is_posable || of_node(i).empty()) continue;
@@ -132,11 +135,7 @@ class Reposing {
     std::sort(posed.fresh.begin(), posed.fresh.end());
     scene_.counts.posed_meshes = posed.fresh.size();
     posed.renumbered = remove_unused();
-    scene_.counts.nonfinite_triangles = scene_.counts.degenerate_triangles = 0;
-    for (const auto& mesh : scene_.meshes) {
-      scene_.counts.nonfinite_triangles += mesh->nonfinite_triangles;
-      scene_.counts.degenerate_triangles += mesh->degenerate_triangles;
-    }
+    count_flat_triangles(scene_);
     return posed;
   }
 

@@ -41,6 +41,7 @@ inline RayBatch rays_into(const Scene& scene) {
     const auto instance =
         static_cast<std::uint32_t>(random() % scene.description().instances.size());
     const Mesh& mesh = *scene.description().meshes[scene.description().instances[instance].mesh];
+    if (mesh.triangle_count() == 0) continue;  // of a removed node
     const WorldTriangle w = scene.world_triangle(
         {instance, static_cast<std::uint32_t>(random() % mesh.triangle_count())});
     Ray ray;

@@ -255,6 +255,85 @@ TEST(MovedScene, keeps_numbers_and_shows_again_what_was_hidden) {
   EXPECT_EQ(hits.t[0], 4.5);
 }
 
+/// Adds copies, removes nodes and moves what is there, all at random.
+void expect_edits(const DemoScene& demo_scene, std::shared_ptr<const Scene> scene,
+                  std::uint64_t seed) {
+  demo::Random random(seed);
+  NodeChanges all;
+  for (int round = 0; round < test::random_cases(6); ++round) {
+    NodeChanges changes;
+    const auto& nodes = scene->description().nodes;
+    const auto some_node = [&](bool with_mesh) -> std::optional<std::uint32_t> {
+      for (int tries = 0; tries < 50; ++tries) {
+        const std::uint32_t node = random.below(static_cast<std::uint32_t>(nodes.size()));
+        const std::span instances(scene->description().instances);
+        if (nodes[node].removed || (with_mesh && instances_of(instances, node).empty())) continue;
+        return nodes[node].file_node;
+      }
+      return {};
+    };
+    for (std::uint32_t k = 0; k <= random.below(4); ++k) {
+      const std::uint32_t kind = random.below(4);
+      const auto node = some_node(kind < 2);
+      if (!node) continue;
+      NodeChange change;
+      change.node = kind < 2 ? 1000000 + 10 * static_cast<std::uint32_t>(round) + k : *node;
+      if (kind < 2)
+        change.added = AddedNode{*node, random.below(2) == 0 ? some_node(false) : std::nullopt};
+      change.removed = kind == 2 && nodes.size() > 2;
+      if (!change.removed) change.parent_from_node = any_matrix(random, 20, nodes.size() > 1);
+      changes = with_changes(std::move(changes), std::span(&change, 1));
+    }
+    auto next = scene->changed(changes);
+    ASSERT_TRUE(next.ok()) << next.error().message;
+    all = with_changes(std::move(all), changes);
+    SceneDescription loaded = description_of(demo_scene);
+    ASSERT_TRUE(change_nodes(loaded, all).ok());
+    const auto fresh = *Scene::prepare(std::move(loaded));
+    EXPECT_EQ((*next)->bounds(), fresh->bounds());
+    EXPECT_EQ((*next)->counts().nodes, fresh->counts().nodes);
+    EXPECT_EQ((*next)->counts().meshes, fresh->counts().meshes);
+    EXPECT_EQ((*next)->unique_triangle_count(), fresh->unique_triangle_count());
+    scene = *next;
+    if (fresh->bounds().empty()) continue;
+    const RayBatch rays = rays_into(*fresh);
+    EXPECT_EQ(answers_of(**next, rays), answers_of(*fresh, rays))
+        << "seed " << seed << ", round " << round;
+    EXPECT_EQ((*next)->trees().stats().full_builds, 0u);
+  }
+}
+
+TEST(EditedScene, answers_as_one_that_was_loaded_so) {
+  for (const DemoScene& demo_scene :
+       {demo::town(), demo::instances(60, 400), demo::six_triangles()}) {
+    expect_edits(demo_scene, *Scene::prepare(description_of(demo_scene)), 1);
+    expect_edits(demo_scene, scene_of(demo_scene), 11);
+  }
+}
+
+TEST(EditedScene, keeps_all_numbers_and_frees_what_nothing_shows) {
+  const auto scene = scene_of(demo::six_triangles());
+  NodeChange add{9, {}, {}, {}, {}, AddedNode{2, 0, "more"}};
+  NodeChange remove{2, {}, {}, {}};
+  remove.removed = true;
+  const auto more = *scene->changed(NodeChanges{add});
+  EXPECT_EQ(more->instanced_triangle_count(), 9u);
+  EXPECT_EQ(more->description().meshes, scene->description().meshes);
+  EXPECT_EQ(more->trees().geometry(), scene->trees().geometry());
+  const auto fewer = *more->changed(NodeChanges{remove});
+  EXPECT_EQ(fewer->instanced_triangle_count(), 6u);
+  EXPECT_EQ(fewer->unique_triangle_count(), 6u);
+  EXPECT_EQ(fewer->description().instances.size(), 3u);
+  EXPECT_FALSE(fewer->find_triangle({1, 0, 0}));
+  EXPECT_TRUE(fewer->find_triangle({2, 0, 0}));
+  remove.node = 9;
+  const auto left = *fewer->changed(NodeChanges{remove});
+  EXPECT_EQ(left->unique_triangle_count(), 3u);
+  EXPECT_EQ(left->counts().meshes, 1u);
+  EXPECT_EQ(left->changed(NodeChanges{add}).error().code, "NODE_EXISTS");
+  EXPECT_EQ(left->changed(NodeChanges{remove}).error().code, "NODE_NOT_FOUND");
+}
+
 TEST(MovedScene, refuses_what_is_no_node_or_too_large) {
   const auto scene = scene_of(demo::six_triangles());
   EXPECT_EQ(scene->changed(NodeChanges{{77, {}, true, {}}}).error().code, "NODE_NOT_FOUND");

@@ -112,7 +112,7 @@ TEST(ScenePlan, bounds_of_many_placements_are_exact) {
     std::vector<MovedPlacement> moved;
     for (std::uint32_t i = 0; i < 200; i += 9)
       moved.push_back({i, placements[(i + 50) % 200].world_from_mesh, i % 2 == 0});
-    const ScenePlan later = moved_plan(*plan, moved);
+    const ScenePlan later = *moved_plan(*plan, moved);
     for (const MovedPlacement& one : moved)
       each[one.number] = one.hidden ? Box3d{} : bounds_of(mesh, one.world_from_mesh);
     expected = {};

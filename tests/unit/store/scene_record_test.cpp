@@ -16,7 +16,10 @@ SceneRecord full_record() {
   record.neighbours = {{"b uffer.bin", hash("buffer"), 6}, {"image.png", hash("image"), 5}};
   NodeChange moved{2, Affine{}, {}, 6};
   moved.parent_from_node->m[2][3] = 0.1;
-  record.changes = {moved, {12, {}, true, {}}, {13, {}, {}, {}, {0.1, -2}}};
+  NodeChange added{50, {}, {}, {}, {}, AddedNode{12, 2, "a \"crate\""}};
+  NodeChange removed{14, {}, {}, {}};
+  removed.removed = true;
+  record.changes = {moved, {12, {}, true, {}}, {13, {}, {}, {}, {0.1, -2}}, removed, added};
   return record;
 }
 
@@ -84,6 +87,13 @@ TEST(SceneRecord, of_an_older_version_is_refused_with_a_key_or_a_value_that_it_c
       {"\"weights\":[0.1,", "\"weights\":[null,"},
       {"\"weights\":[", "\"weights\":[[],"},
       {"\"matrix\"", "\"matriy\""},
+      {"\"copy_of\"", "\"copy_og\""},
+      {"\"copy_of\":12,", ""},
+      {"\"copy_of\":12", "\"copy_of\":-12"},
+      {"\"parent\":2", "\"parent\":null"},
+      {"\"name\":\"a ", "\"nam\":\"a "},
+      {"\"removed\":true", "\"removed\":1"},
+      {"\"removed\"", "\"removee\""},
       {"\"node\":2", "\"node\":4294967296"},
       {"\"fingerprint\":", "\"fingerprint\":-"},
       {"\"bytes\":6", "\"bytes\":6,\"other\":6"},
