@@ -27,6 +27,12 @@ class SharedColumn {
   SharedColumn(std::span<const T> elements, std::shared_ptr<const void> owner)
       : kept_(elements), owner_(std::move(owner)) {}
 
+  /// A column whose copies share the elements.
+  static SharedColumn shared(UnsetColumn<T> elements) {
+    const auto owner = std::make_shared<const UnsetColumn<T>>(std::move(elements));
+    return {std::span<const T>(*owner), owner};
+  }
+
   operator std::span<const T>() const { return owner_ ? kept_ : std::span<const T>(own_); }
   std::size_t size() const { return owner_ ? kept_.size() : own_.size(); }
   bool empty() const { return size() == 0; }

@@ -13,6 +13,9 @@ struct Triangle {
 };
 
 /// True if every coordinate is finite.
+inline bool is_finite(const Vec3f& p) {
+  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+}
 inline bool is_finite(const Vec3d& p) {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
 }

@@ -4,6 +4,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/scene/edited_meshes.h"
+
 namespace sightline {
 
 namespace {
@@ -13,18 +15,6 @@ std::uint64_t nodes_of_file(const SceneDescription& scene) {
   const auto loaded = std::count_if(scene.nodes.begin(), scene.nodes.end(),
                                     [](const Node& node) { return !node.added; });
   return static_cast<std::uint64_t>(loaded) + scene.counts.skipped.nodes;
-}
-
-/// Checks that a node has a mesh that nothing poses.
-Status check_unposed(const SceneDescription& scene, std::uint32_t node,
-                     const std::string& pointer) {
-  const auto instances = instances_of(std::span(scene.instances), node);
-  const std::string name = "node " + std::to_string(scene.nodes[node].file_node);
-  if (instances.empty())
-    return Error{ErrorKind::kInvalid, "NODE_MESHLESS", name + " has no triangles", pointer};
-  if (!instances.front().posed && scene.nodes[node].morph_targets == 0) return success();
-  return Error{ErrorKind::kInvalid, "NODE_POSED",
-               name + " has a mesh that a skin or morph targets pose", pointer};
 }
 
 Status add_node(SceneDescription& scene, const NodeChange& change, const std::string& pointer,
@@ -87,6 +77,17 @@ Error no_such_node(std::uint32_t number, std::string pointer) {
           "the loaded scene has no node " + std::to_string(number), std::move(pointer)};
 }
 
+Status check_unposed(const SceneDescription& scene, std::uint32_t node,
+                     const std::string& pointer) {
+  const auto instances = instances_of(std::span(scene.instances), node);
+  const std::string name = "node " + std::to_string(scene.nodes[node].file_node);
+  if (instances.empty())
+    return Error{ErrorKind::kInvalid, "NODE_MESHLESS", name + " has no triangles", pointer};
+  if (!instances.front().posed && scene.nodes[node].morph_targets == 0) return success();
+  return Error{ErrorKind::kInvalid, "NODE_POSED",
+               name + " has a mesh that a skin or morph targets pose", pointer};
+}
+
 Status add_nodes(SceneDescription& scene, std::span<const NodeChange> changes, std::size_t sampled,
                  NodeNumbers& numbers) {
   const std::uint64_t of_file = nodes_of_file(scene);
@@ -147,21 +148,11 @@ void clear_removed_nodes(SceneDescription& scene, PosedMeshes& posed) {
       posed.fresh.push_back(instance.mesh);
     }
   }
-  std::sort(posed.fresh.begin(), posed.fresh.end());
-  posed.fresh.erase(std::unique(posed.fresh.begin(), posed.fresh.end()), posed.fresh.end());
   for (Node& node : scene.nodes) {
     if (node.removed) node.name.clear();
   }
   std::erase_if(scene.cameras, [&](const Camera& camera) { return is_removed(camera.node); });
   count_flat_triangles(scene);
-}
-
-void count_flat_triangles(SceneDescription& scene) {
-  scene.counts.nonfinite_triangles = scene.counts.degenerate_triangles = 0;
-  for (const auto& mesh : scene.meshes) {
-    scene.counts.nonfinite_triangles += mesh->nonfinite_triangles;
-    scene.counts.degenerate_triangles += mesh->degenerate_triangles;
-  }
 }
 
 }  // namespace sightline

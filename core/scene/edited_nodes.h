@@ -23,13 +23,17 @@ std::string pointer_of_change(std::size_t index, std::size_t sampled);
 /// The error NODE_NOT_FOUND.
 Error no_such_node(std::uint32_t number, std::string pointer);
 
+/// Checks that a node has a mesh that nothing poses. Errors, with the pointer:
+///   NODE_MESHLESS  it has no triangles
+///   NODE_POSED     a skin or morph targets pose its mesh
+Status check_unposed(const SceneDescription& scene, std::uint32_t node, const std::string& pointer);
+
 /// Appends the nodes that the changes from `sampled` on add, in their order, and their instances,
 /// and adds their numbers to `numbers`. Each node has an instance for each instance of the node
 /// that it copies. World matrices and masks are not set. Errors, with the pointer of the change:
 ///   NODE_EXISTS    the number is that of another node, of the file or removed
 ///   NODE_NOT_FOUND in /copy_of or /parent
-///   NODE_MESHLESS  in /copy_of: that node has no triangles
-///   NODE_POSED     in /copy_of: a skin or morph targets pose the mesh of that node
+///   those of check_unposed in /copy_of
 Status add_nodes(SceneDescription& scene, std::span<const NodeChange> changes, std::size_t sampled,
                  NodeNumbers& numbers);
 /// How many nodes and instances a scene has after changes; without a limit of numbers, as far as
@@ -41,8 +45,6 @@ EditedSize size_after(const SceneDescription& scene, std::span<const NodeChange>
 /// Takes from removed nodes (Node::removed) their names, meshes and cameras. Their instances get a
 /// mesh without triangles; a mesh that no other node shows becomes one. Adds such meshes to `posed`.
 void clear_removed_nodes(SceneDescription& scene, PosedMeshes& posed);
-/// Sets the counts of triangles that are not finite or have no area to those of the meshes.
-void count_flat_triangles(SceneDescription& scene);
 
 }  // namespace sightline
 

@@ -33,6 +33,8 @@ struct Mesh {
   /// Importers store the indices 0, 1, 2, ... as a sequence without memory.
   IndexColumn indices;
   bool all_used = false;  ///< each position is a corner of a triangle; false: not checked
+  /// a hash of the positions if a client replaced those of the file; 0: it did not
+  std::uint64_t edited = 0;
   /// of ImportCounts; 0 if they were not counted
   std::uint64_t nonfinite_triangles = 0, degenerate_triangles = 0;
   std::vector<Primitive> primitives;

@@ -5,6 +5,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "core/scene/edited_meshes.h"
 #include "core/scene/edited_nodes.h"
 #include "core/scene/node_transform.h"
 
@@ -66,6 +67,30 @@ Result<PoseChange> take_changes(SceneDescription& scene, std::span<const NodeCha
   return taken;
 }
 
+/// Gives each added node the positions that the node that it copies has by an earlier change of the
+/// list or of the scene. So they stay its own, whatever happens to that node later.
+void take_copied_positions(const SceneDescription& scene, std::span<NodeChange> changes) {
+  if (std::none_of(changes.begin(), changes.end(),
+                   [](const NodeChange& change) { return change.added.has_value(); }))
+    return;
+  const NodeNumbers numbers = numbers_of(scene);
+  std::unordered_map<std::uint32_t, SharedColumn<Vec3f>> set;
+  for (NodeChange& change : changes) {
+    if (change.added && change.positions.empty()) {
+      const std::uint32_t source = change.added->copy_of;
+      const auto known = numbers.find(source);
+      if (const auto earlier = set.find(source); earlier != set.end()) {
+        change.positions = earlier->second;
+      } else if (known != numbers.end()) {
+        const auto instances = instances_of(std::span(scene.instances), known->second);
+        if (!instances.empty() && scene.meshes[instances.front().mesh]->edited != 0)
+          change.positions = scene.meshes[instances.front().mesh]->positions;
+      }
+    }
+    if (!change.positions.empty()) set[change.node] = change.positions;
+  }
+}
+
 /// True if the changes give a mesh another pose.
 bool poses(const SceneDescription& scene, const PoseChange& change) {
   for (std::size_t i = 0; i < scene.nodes.size(); ++i) {
@@ -103,6 +128,7 @@ NodeChanges with_changes(NodeChanges changes, std::span<const NodeChange> more) 
     if (change.hidden) at.hidden = change.hidden;
     if (change.mask) at.mask = change.mask;
     if (!change.weights.empty()) at.weights = std::move(change.weights);
+    if (!change.positions.empty()) at.positions = std::move(change.positions);
   }
   std::stable_sort(merged.begin(), merged.end(), [](const NodeChange& a, const NodeChange& b) {
     if (a.added || b.added) return !a.added && b.added;
@@ -141,7 +167,18 @@ Result<ResolvedChange> resolve(const SceneDescription& scene, const SceneChange&
     resolved.sampled = resolved.nodes.size();
   }
   resolved.nodes.insert(resolved.nodes.end(), change.nodes.begin(), change.nodes.end());
+  take_copied_positions(scene, std::span(resolved.nodes).subspan(resolved.sampled));
   return resolved;
+}
+
+void forget_removed(const SceneDescription& scene, NodeChanges& changes) {
+  std::unordered_set<std::uint32_t> removed;
+  for (const Node& node : scene.nodes) {
+    if (node.removed) removed.insert(node.file_node);
+  }
+  for (NodeChange& change : changes) {
+    if (removed.contains(change.node)) change.positions = {};
+  }
 }
 
 Result<ChangedInstances> change_nodes(SceneDescription& scene, std::span<const NodeChange> changes,
@@ -181,7 +218,12 @@ Result<ChangedInstances> change_nodes(SceneDescription& scene, std::span<const N
     if (!posed) return std::move(posed).error();
     result.posed = *std::move(posed);
   }
+  if (Status status = set_positions(scene, changes, sampled, numbers, result.posed); !status)
+    return std::move(status).error();
   clear_removed_nodes(scene, result.posed);
+  std::vector<std::uint32_t>& fresh = result.posed.fresh;
+  std::sort(fresh.begin(), fresh.end());
+  fresh.erase(std::unique(fresh.begin(), fresh.end()), fresh.end());
   std::vector<bool> is_posed(scene.instances.size());
   for (const std::uint32_t i : result.posed.instances) is_posed[i] = true;
   const std::vector<std::uint32_t> masks = node_masks(scene);

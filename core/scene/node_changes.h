@@ -26,8 +26,8 @@ struct ResolvedChange {
 };
 /// True if the change calls the scene's Poser: it has an animation or weights, or moves a joint.
 bool may_pose(const SceneDescription& scene, const SceneChange& change);
-/// Samples the animation, if there is one. Errors: ANIMATION_UNKNOWN (also of a scene without a
-/// Poser), those of Poser::sample.
+/// Samples the animation, if there is one. Copies of nodes with positions that a client set get
+/// these. Errors: ANIMATION_UNKNOWN (also of a scene without a Poser), those of Poser::sample.
 Result<ResolvedChange> resolve(const SceneDescription& scene, const SceneChange& change);
 
 /// All changes of a scene: one for each changed node. Nodes of the file come first, ascending; added
@@ -36,6 +36,9 @@ using NodeChanges = std::vector<NodeChange>;
 /// Returns `changes` with the changes of `more` added in order: members of a change that have a
 /// value replace those of the earlier change of its node, if there is one.
 NodeChanges with_changes(NodeChanges changes, std::span<const NodeChange> more);
+
+/// Drops what the changes of removed nodes no longer need. `scene`: after all changes.
+void forget_removed(const SceneDescription& scene, NodeChanges& changes);
 
 /// What change_nodes changed.
 struct ChangedInstances {
@@ -48,7 +51,7 @@ struct ChangedInstances {
 /// with it, by the importer's formulas. Masks of instances are computed again. If joints move or
 /// morph weights change, the scene's Poser makes their meshes again. After an error the description
 /// must not be used. Additions come first and removals last, whatever the order of the changes.
-/// Errors: those of Poser::pose and add_nodes, and
+/// Errors: those of Poser::pose, add_nodes and set_positions, and
 ///   NODE_NOT_FOUND      with the pointer /nodes/N of change N + `sampled`
 ///   NODE_WEIGHTS_WRONG  with /nodes/N/weights; the node has another number of morph targets, or none
 ///   NODE_POSES_SKIN     a pose would change, and the scene has no Poser

@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <bit>
 #include <chrono>
-#include <cmath>
 #include <numeric>
 #include <span>
 #include <vector>
+
+#include "core/geometry/triangle.h"
 
 namespace sightline {
 
@@ -15,10 +16,6 @@ namespace {
 constexpr std::uint32_t kEmpty = 0xffffffffu;
 /// Steps that miss the cache, each.
 constexpr std::uint64_t kStepsPerLook = 4096;
-
-bool is_finite(const Vec3f& p) {
-  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
-}
 
 std::uint64_t slot_hash(const Vec3f& p) {
   // -0 and 0 are the same point.

@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "core/base/result.h"
+#include "core/base/shared_column.h"
 #include "core/geometry/affine.h"
+#include "core/geometry/vec3.h"
 
 namespace sightline {
 
@@ -31,6 +33,8 @@ struct NodeChange {
   std::vector<double> weights = {};     ///< of all morph targets of the node; empty: no change
   std::optional<AddedNode> added = {};  ///< set: the change adds the node
   bool removed = false;                 ///< true: the node and the nodes below it are gone for good
+  /// of all vertices of the node's mesh, finite; empty: no change. Copies share them.
+  SharedColumn<Vec3f> positions = {};
   bool operator==(const NodeChange&) const = default;
 };
 

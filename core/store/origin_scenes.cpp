@@ -123,7 +123,7 @@ Result<bool> OriginScenes::publish(const SceneRecord& record) {
   const std::string text = encode_record(record);
   if (text.size() > kRecordLimit) {
     return Error{ErrorKind::kTooLarge, "CHANGES_TOO_MANY",
-                 "too many nodes of the scene have changed: send the file anew", ""};
+                 "the changes of the scene's nodes take too much: send the file anew", ""};
   }
   return origin_->create(name_of(record.id, record.revision), text);
 }

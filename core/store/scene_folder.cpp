@@ -283,7 +283,7 @@ Status SceneFolder::amend(const SceneRecord& record) {
   const std::string encoded = encode_record(record);
   if (encoded.size() > kRecordLimit) {
     return Error{ErrorKind::kTooLarge, "CHANGES_TOO_MANY",
-                 "too many nodes of the scene have changed: send the file anew", ""};
+                 "the changes of the scene's nodes take too much: send the file anew", ""};
   }
   auto text = new_temporary();
   if (!text) return std::move(text).error();

@@ -1,7 +1,9 @@
 #include "core/store/scene_record.h"
 
 #include <algorithm>
+#include <bit>
 #include <charconv>
+#include <cmath>
 #include <initializer_list>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -131,9 +133,46 @@ bool decode_added(const json& value, NodeChange& change) {
   return true;
 }
 
+constexpr std::size_t kFloatDigits = 8;  ///< the bits of a float32 in hexadecimal
+
+void append_positions(std::string& text, std::span<const Vec3f> positions) {
+  constexpr char kDigits[] = "0123456789abcdef";
+  for (const Vec3f& position : positions) {
+    for (const float number : {position.x, position.y, position.z}) {
+      const auto bits = std::bit_cast<std::uint32_t>(number);
+      for (int shift = 28; shift >= 0; shift -= 4) text += kDigits[(bits >> shift) & 15u];
+    }
+  }
+}
+
+/// The number that `kFloatDigits` lower-case digits mean; NaN if they mean none.
+float decode_float(const char* digits) {
+  std::uint32_t bits = 0;
+  const auto [end, error] = std::from_chars(digits, digits + kFloatDigits, bits, 16);
+  const bool is_good = error == std::errc() && end == digits + kFloatDigits &&
+                       std::none_of(digits, end, [](char c) { return c >= 'A' && c <= 'F'; });
+  return is_good ? std::bit_cast<float>(bits) : std::numeric_limits<float>::quiet_NaN();
+}
+
+/// False if the text is not that of finite positions, at least one.
+bool decode_positions(std::string_view text, NodeChange& change) {
+  if (text.empty() || text.size() % (3 * kFloatDigits) != 0) return false;
+  UnsetColumn<Vec3f> positions(text.size() / (3 * kFloatDigits));
+  const char* at = text.data();
+  for (Vec3f& position : positions) {
+    for (float* number : {&position.x, &position.y, &position.z}) {
+      *number = decode_float(at);
+      at += kFloatDigits;
+      if (!std::isfinite(*number)) return false;
+    }
+  }
+  change.positions = SharedColumn<Vec3f>::shared(std::move(positions));
+  return true;
+}
+
 std::optional<NodeChange> decode_change(const json& value) {
   if (!has_only(value, {"node", "copy_of", "parent", "name", "matrix", "hidden", "mask", "weights",
-                        "removed"})) {
+                        "positions", "removed"})) {
     return std::nullopt;
   }
   const auto node = value.find("node");
@@ -155,6 +194,10 @@ std::optional<NodeChange> decode_change(const json& value) {
   if (const auto weights = value.find("weights"); weights != value.end()) {
     if (!is_list_of_numbers(*weights)) return std::nullopt;
     change.weights = weights->get<std::vector<double>>();
+  }
+  if (const auto positions = value.find("positions"); positions != value.end()) {
+    if (!positions->is_string()) return std::nullopt;
+    if (!decode_positions(positions->get_ref<const std::string&>(), change)) return std::nullopt;
   }
   if (const auto removed = value.find("removed"); removed != value.end()) {
     if (!removed->is_boolean()) return std::nullopt;
@@ -225,6 +268,10 @@ std::string json_of(const NodeChanges& changes) {
     if (change.hidden) text.append(",\"hidden\":").append(*change.hidden ? "true" : "false");
     if (change.mask) text.append(",\"mask\":").append(std::to_string(*change.mask));
     if (!change.weights.empty()) append_numbers(text += ",\"weights\":", change.weights);
+    if (!change.positions.empty()) {
+      append_positions(text += ",\"positions\":\"", change.positions);
+      text += '"';
+    }
     if (change.removed) text += ",\"removed\":true";
     text += '}';
   }
@@ -257,6 +304,11 @@ std::string tag_of(const NodeChanges& changes) {
       append(&added->copy_of);
       append(added->parent);
       bytes += std::to_string(added->name.size()) + ":" + added->name;
+    }
+    if (!change.positions.empty()) {
+      bytes += "positions" + std::to_string(change.positions.size());
+      bytes.append(reinterpret_cast<const char*>(change.positions.data()),
+                   change.positions.size() * sizeof(Vec3f));
     }
     if (change.removed) bytes += "removed";
   }

@@ -48,6 +48,7 @@ Result<SceneSnapshot> SceneStore::change(const std::string& id, const SceneChang
     StoredScene next = *before;
     next.scene = giving_back_memory(std::move(*scene), next.bytes);
     next.changes = with_changes(next.changes, changes->nodes);
+    forget_removed(next.scene->description(), next.changes);
     next.etag = with_neighbours(unchanged_tag_of(*before), tag_of(next.changes));
     if (options_.admit) {
       if (Status status = options_.admit(next.scene); !status) return std::move(status).error();

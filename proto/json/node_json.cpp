@@ -62,6 +62,38 @@ Status read_weights(const Json& object, const std::string& at, NodePatch& patch)
   return status;
 }
 
+/// Rounds to float32.
+Status read_positions(const Json& object, const std::string& at, std::vector<float>& out) {
+  const auto found = object.find("positions");
+  if (found == object.end()) return success();
+  const std::string place = below(at, "positions");
+  if (!found->is_array()) return fault("TYPE_WRONG", "this must be an array", place);
+  if (found->empty()) return fault("LENGTH_WRONG", "this has no positions", place);
+  out.reserve(3 * found->size());
+  for (std::size_t i = 0; i < found->size(); ++i) {
+    const Json& row = (*found)[i];
+    const auto row_place = [&] { return below(place, std::to_string(i)); };
+    if (!row.is_array()) return fault("TYPE_WRONG", "this must be an array", row_place());
+    if (row.size() != 3) {
+      return fault("LENGTH_WRONG",
+                   "this has " + std::to_string(row.size()) + " numbers, a position has 3",
+                   row_place());
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto fault_here = [&](const char* code, const char* message) {
+        return fault(code, message, below(row_place(), std::to_string(k)));
+      };
+      if (!row[k].is_number()) return fault_here("TYPE_WRONG", "this must be a number");
+      const double number = row[k].get<double>();
+      if (!(std::fabs(number) <= std::numeric_limits<float>::max())) {
+        return fault_here("NUMBER_OUT_OF_RANGE", "a coordinate is within the range of a float32");
+      }
+      out.push_back(static_cast<float>(number));
+    }
+  }
+  return success();
+}
+
 /// Reads what an added node has beside a change.
 Status read_added(const Json& object, const std::string& at, NodePatch& patch) {
   if (!object.contains("copy_of")) {
@@ -114,6 +146,7 @@ Status read_patch(const Json& object, const std::string& at, NodePatch& patch) {
     patch.hidden = hidden->get<bool>();
   }
   if (Status status = read_weights(object, at, patch); !status) return status;
+  if (Status status = read_positions(object, at, patch.positions); !status) return status;
   if (Status status = read_added(object, at, patch); !status) return status;
   const std::size_t own = object.contains("node") ? 1 : 0;
   if (Status status = read_removed(object, at, own, patch); !status) return status;
@@ -155,7 +188,7 @@ Result<NodePatch> decode_node_patch(std::string_view body) {
   if (!document) return document.error();
   Status status = check_object(*document, "",
                                {"copy_of", "parent", "name", "matrix", "translation", "rotation",
-                                "scale", "hidden", "mask", "weights", "removed"});
+                                "scale", "hidden", "mask", "weights", "positions", "removed"});
   NodePatch patch;
   if (status) status = read_patch(*document, "", patch);
   if (!status) return std::move(status).error();
@@ -188,7 +221,7 @@ Result<NodePatches> decode_node_patches(std::string_view body) {
     const std::string at = "/nodes/" + std::to_string(i);
     status = check_object(object, at,
                           {"node", "copy_of", "parent", "name", "matrix", "translation", "rotation",
-                           "scale", "hidden", "mask", "weights", "removed"});
+                           "scale", "hidden", "mask", "weights", "positions", "removed"});
     if (status && !object.contains("node")) {
       status = fault("KEY_MISSING", "needs \"node\", an index in the file", at);
     }

@@ -6,6 +6,7 @@
 ///   {"matrix":[1,0,0,0, 0,1,0,0, 0,0,1,0, 0,4,0,1],"hidden":false}
 ///   {"nodes":[{"node":7,"translation":[0,4,0]},{"node":9,"weights":[0.5,0]}]}
 ///   {"nodes":[{"node":100,"copy_of":7,"parent":0,"name":"crate"},{"node":9,"removed":true}]}
+///   {"positions":[[0,0,0],[1,0,0],[0,2.5,0]]}
 ///   {"animation":{"name":"walk","time":0.25},"nodes":[...]}
 
 #include <cstdint>
@@ -30,6 +31,7 @@ struct NodePatch {
   std::optional<bool> hidden;
   std::optional<std::uint32_t> mask;
   bool removed = false;
+  std::vector<float> positions;  ///< three numbers for each vertex; empty: not given
 
   /// True if the change has a transform.
   bool moves() const {
@@ -54,7 +56,7 @@ struct NodePatches {
 /// LENGTH_WRONG, and
 ///   KEY_MISSING          no member at all, or a parent or name without copy_of
 ///   KEYS_MIXED           a matrix with translation, rotation or scale; removed with any other
-///   NUMBER_OUT_OF_RANGE  of weights: beyond a float32
+///   NUMBER_OUT_OF_RANGE  of weights and positions: beyond a float32
 ///   VALUE_UNKNOWN        removed is false
 Result<NodePatch> decode_node_patch(std::string_view body);
 /// Decodes a body with a list of changes, an animation or both. Errors: those of decode_node_patch;

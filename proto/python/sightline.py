@@ -270,6 +270,11 @@ class Sightline:
         """Adds a node with an id that the scene never had. It shows the mesh of the node `copy_of`; `changes` are those of patch_node()."""
         return self.patch_node(scene, node, if_match, if_none_match, copy_of=copy_of, parent=parent, name=name, **changes)
 
+    def set_positions(self, scene: str, node: int, positions: Points, if_match: str | None = None, if_none_match: str | None = None) -> dict:
+        """Replaces the vertices of a node's mesh, shape (n, 3) in the node's space, for this node alone. n is the node's `vertices`,
+        which nodes(extra=["pose"]) has."""
+        return self.patch_node(scene, node, if_match, if_none_match, positions=_rows("positions", positions))
+
     def remove_node(self, scene: str, node: int, if_match: str | None = None, if_none_match: str | None = None) -> dict:
         """Removes a node and all nodes below it, for good."""
         answer = self._ask("DELETE", self._scene(scene, f"/nodes/{node}"), conditions=_conditions(if_match, if_none_match))

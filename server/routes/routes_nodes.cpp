@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <charconv>
 #include <string_view>
+#include <unordered_set>
 
 #include "core/scene/edited_nodes.h"
 #include "core/scene/node_transform.h"
@@ -14,6 +16,16 @@
 namespace sightline {
 namespace {
 
+constexpr std::uint64_t kMostBytes = 8 << 20;
+
+/// `numbers`: three for each.
+SharedColumn<Vec3f> positions_of(const std::vector<float>& numbers) {
+  UnsetColumn<Vec3f> positions(numbers.size() / 3);
+  for (std::size_t i = 0; i < positions.size(); ++i)
+    positions[i] = {numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]};
+  return SharedColumn<Vec3f>::shared(std::move(positions));
+}
+
 /// `place`: pointer of the change in the body.
 Result<NodeChange> change_of(const NodePatch& patch, const std::string& place) {
   NodeChange change;
@@ -22,6 +34,7 @@ Result<NodeChange> change_of(const NodePatch& patch, const std::string& place) {
   change.mask = patch.mask;
   change.weights = patch.weights;
   change.removed = patch.removed;
+  if (!patch.positions.empty()) change.positions = positions_of(patch.positions);
   if (patch.copy_of) change.added = AddedNode{*patch.copy_of, patch.parent, patch.name};
   if (patch.moves()) {
     auto matrix = matrix_of({patch.matrix, patch.translation, patch.rotation, patch.scale});
@@ -44,19 +57,54 @@ Result<std::uint32_t> node_of(const std::string& text) {
                "a node is called by its index in the file's \"nodes\"", ""};
 }
 
+/// Bytes of the record's text, twice, and its hash for the positions of changes.
+std::uint64_t bytes_of_positions(std::span<const NodeChange> changes) {
+  constexpr std::uint64_t kPosition = 96;
+  std::uint64_t bytes = 0;
+  for (const NodeChange& change : changes) bytes += change.positions.size() * kPosition;
+  return bytes;
+}
+
+std::uint64_t bytes_of_copy(const Mesh& mesh) {
+  return mesh.positions.size() * (2 * sizeof(Vec3f) + 1) + mesh.indices.listed().size_bytes();
+}
+
+/// Bytes of the meshes that the changes make.
+std::uint64_t bytes_of_edited_meshes(const SceneDescription& scene,
+                                     std::span<const NodeChange> changes) {
+  std::unordered_set<std::uint32_t> edited;
+  for (const NodeChange& change : changes) {
+    if (!change.positions.empty()) edited.insert(change.node);
+  }
+  if (edited.empty()) return 0;
+  // An added node has the mesh of another one.
+  std::uint64_t bytes = 0, largest = 0;
+  for (const auto& mesh : scene.meshes) largest = std::max(largest, bytes_of_copy(*mesh));
+  for (const NodeChange& change : changes) {
+    if (change.added && edited.erase(change.node) > 0) bytes += largest;
+  }
+  for (const Instance& instance : scene.instances) {
+    if (edited.erase(scene.nodes[instance.node].file_node) > 0)
+      bytes += bytes_of_copy(*scene.meshes[instance.mesh]);
+  }
+  return bytes;
+}
+
 /// What a changed scene takes beside the previous one, and the way there: a guess from above, from
 /// 2.4 kB for a node with a mesh.
-std::uint64_t bytes_to_change(const SceneDescription& scene, const SceneChange& change) {
+std::uint64_t bytes_to_change(const StoredScene& stored, const SceneChange& change) {
+  const SceneDescription& scene = stored.scene->description();
   constexpr std::uint64_t kNode = 512, kInstance = 2048;
   const EditedSize size = size_after(scene, change.nodes);
-  return size.nodes * kNode + size.instances * kInstance +
+  return size.nodes * kNode + size.instances * kInstance + bytes_of_positions(stored.changes) +
+         bytes_of_positions(change.nodes) + bytes_of_edited_meshes(scene, change.nodes) +
          (scene.poser && may_pose(scene, change) ? scene.poser->bytes_of_call() : 0);
 }
 
 void apply(Exchange& exchange, Service& service, const SceneChange& change) {
   std::uint64_t bytes = change.nodes.size() * 2 * sizeof(NodeChange);
   if (const SceneSnapshot scene = service.store.find(exchange.scene_id); scene && scene->scene) {
-    bytes += bytes_to_change(scene->scene->description(), change);
+    bytes += bytes_to_change(*scene, change);
   }
   // Without the scene in hand: a request that waits here would hold a revision that nobody asks any
   // more.
@@ -84,10 +132,17 @@ void delete_node(Exchange& exchange, Service& service) {
   apply(exchange, service, {{}, {change}});
 }
 
+/// Reads the body, and reserves memory to decode it. On failure it has answered.
+bool read_change(Exchange& exchange, std::string& body) {
+  // As a document of JSON, and as decoded.
+  constexpr std::uint64_t kBytesForByte = 24;
+  return admit_json_change(exchange, kMostBytes) && read_body(exchange, kMostBytes, 0, body) &&
+         went_well(exchange, exchange.reserve(body.size() * kBytesForByte));
+}
+
 void patch_node(Exchange& exchange, Service& service) {
-  constexpr std::uint64_t kMostBytes = 64 << 10;
   std::string body;
-  if (!admit_json_change(exchange, kMostBytes) || !read_body(exchange, kMostBytes, 0, body)) return;
+  if (!read_change(exchange, body)) return;
   auto patch = decode_node_patch(body);
   if (!patch) return exchange.reply_error(patch.error());
   const auto node = node_of(exchange.node_id);
@@ -99,12 +154,8 @@ void patch_node(Exchange& exchange, Service& service) {
 }
 
 void patch_nodes(Exchange& exchange, Service& service) {
-  constexpr std::uint64_t kMostBytes = 8 << 20;
-  // As a document of JSON, and as decoded.
-  constexpr std::uint64_t kBytesForByte = 24;
   std::string body;
-  if (!admit_json_change(exchange, kMostBytes) || !read_body(exchange, kMostBytes, 0, body)) return;
-  if (!went_well(exchange, exchange.reserve(body.size() * kBytesForByte))) return;
+  if (!read_change(exchange, body)) return;
   const auto patches = decode_node_patches(body);
   if (!patches) return exchange.reply_error(patches.error());
   SceneChange change;

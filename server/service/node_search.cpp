@@ -112,7 +112,13 @@ void write_requested(JsonWriter& out, const SceneDescription& scene, const NodeQ
     out.raw(']');
   }
   if (query.with_extras) write(out, ",\"extras\":", extras_of(scene, node));
-  if (query.with_pose) write_pose(out, scene.nodes[node]);
+  if (query.with_pose) {
+    const auto instances = instances_of(std::span(scene.instances), node);
+    const std::size_t vertices =
+        instances.empty() ? 0 : scene.meshes[instances.front().mesh]->positions.size();
+    write_pose(out, scene.nodes[node]);
+    write(out, ",\"vertices\":", static_cast<std::uint64_t>(vertices));
+  }
 }
 
 }  // namespace

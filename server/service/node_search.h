@@ -51,7 +51,7 @@ std::uint64_t bytes_of_nodes(const Scene& scene, const NodeQuery& query, const N
 /// of the node itself; "triangles_below" includes all nodes below it. "bounds" may be null; "parent"
 /// is a node_id or null; "first_instance" is null without instances. "path", "materials" (names,
 /// null for none), "extras", and "matrix" (16 numbers, column by column) with the "weights" of morph
-/// targets follow if they are requested.
+/// targets and the number of "vertices" follow if they are requested.
 std::string encode_nodes(const Scene& scene, const NodeQuery& query, const NodePage& page);
 
 }  // namespace sightline

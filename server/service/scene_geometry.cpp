@@ -62,8 +62,10 @@ std::vector<DrawnMesh> drawn_meshes(const Scene& scene, const std::optional<Vec3
     drawn.instances.push_back(i);
   }
   std::erase_if(all, [](const DrawnMesh& mesh) { return mesh.instances.empty(); });
-  std::stable_sort(all.begin(), all.end(),
-                   [](const DrawnMesh& a, const DrawnMesh& b) { return a.size > b.size; });
+  // Not by the numbers of meshes, which depend on the way to the present content.
+  std::sort(all.begin(), all.end(), [](const DrawnMesh& a, const DrawnMesh& b) {
+    return a.size != b.size ? a.size > b.size : a.instances.front() < b.instances.front();
+  });
   return all;
 }
 

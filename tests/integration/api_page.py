@@ -102,6 +102,7 @@ QUESTIONS = [
     ("To show it again", SIX + "nodes/2", {"hidden": False}, "PATCH"),
     ("To add a node with the mesh of another one", SIX + "nodes/100", {"copy_of": 2, "parent": 0, "name": "upper", "translation": [0, 6, 0]}, "PATCH"),
     ("And where it is", SIX + "rays:closest", {"rays": [{"origin": [3, 10, 0], "direction": [0, -1, 0]}], "fields": ["t", "node", "node_id"]}),
+    ("To give it other vertices, for it alone", SIX + "nodes/100", {"positions": 3 * [[-1, 0, -1], [1, 0, -1], [0, 0, 1]]}, "PATCH"),
     ("To remove it", SIX + "nodes/100", None, "DELETE"),
     ("A fault", TOWN + "rays:any", {"rays": [{"origin": [0, 0], "direction": [1, 0, 0]}]}),
 ]

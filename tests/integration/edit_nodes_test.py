@@ -2,6 +2,7 @@
 
 import http.client
 import json
+import os
 import random
 import struct
 import tempfile
@@ -13,6 +14,7 @@ from made_scene import glb
 from poses_test import APART, FIXED, HIP, MORPHED, MOVED, SECOND, SKINNED, STILL, made_file
 from sightline_server import GLB_TYPE, JSON_TYPE, Server, demo_glb
 
+SCRIPTS = int(os.environ.get("SIGHTLINE_EDIT_SCRIPTS", "10"))  # of 20 edits each
 FIELDS = ["t", "node_id", "node", "node_instance", "primitive", "triangle", "position", "normal", "shading_normal", "uv", "material"]
 IDENTITY = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]
 TETRAHEDRON = ([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2])
@@ -37,6 +39,7 @@ class Node:
     def __init__(self, name, parent=None, mesh=None, matrix=None, is_row=False):
         self.name, self.parent, self.mesh, self.matrix, self.is_row = name, parent, mesh, matrix or IDENTITY, is_row
         self.hidden = self.removed = False
+        self.positions = None  # of its mesh, one primitive after the other, where they are not those of the file
 
     def gltf(self, matrix):
         made = {"name": self.name, "matrix": matrix}
@@ -89,7 +92,8 @@ class Model:
         return [number for number in self.live() if any(node.hidden for node in self.above(number))]
 
     def glb(self, nodes, roots):
-        """A file of these nodes; accessor 0 has the places of a row."""
+        """A file of these nodes; accessor 0 has the places of a row. Nodes with positions of their own have a mesh of their own."""
+        nodes = [dict(node) for node in nodes]
         data, views, accessors = bytearray(), [], []
 
         def add(packed, kind, component, count, **more):
@@ -102,8 +106,12 @@ class Model:
             return struct.pack(f"<{3 * len(rows)}f", *(x for row in rows for x in row))
 
         add(vectors(PLACES), "VEC3", 5126, len(PLACES))
+        own = [node for number, node in self.nodes.items() if node.positions and not node.removed]
+        for number, node in self.nodes.items():
+            if node in own:
+                nodes[number]["mesh"] = len(MESHES) + own.index(node)
         meshes = []
-        for number, parts in enumerate(MESHES):
+        for number, parts in enumerate([*MESHES, *(moved_parts(node.mesh, node.positions) for node in own)]):
             primitives = []
             for positions, indices in parts:
                 bounds = {"min": [min(row[k] for row in positions) for k in range(3)], "max": [max(row[k] for row in positions) for k in range(3)]}
@@ -123,6 +131,30 @@ class Model:
         return glb(document, bytes(data))
 
 
+def moved_parts(mesh, positions):
+    parts = []
+    for old, indices in MESHES[mesh]:
+        parts.append((positions[:len(old)], indices))
+        positions = positions[len(old):]
+    return parts
+
+
+def some_positions(made, model, node):
+    """Vertices as float32: at random, on a grid, those of the file, those of another node, or some that coincide."""
+    file = [row for positions, _ in MESHES[node.mesh] for row in positions]
+    others = [other.positions for other in model.nodes.values() if other.positions and other.mesh == node.mesh]
+    kind = made.randrange(5)
+    if kind == 0:
+        return file
+    if kind == 1 and others:
+        return made.choice(others)
+    if kind == 2:
+        return [tuple(float(made.randrange(-2, 3)) / 2 for _ in row) for row in file]
+    if kind == 3:
+        return [file[0]] * 2 + file[2:]
+    return [struct.unpack("<3f", struct.pack("<3f", *(made.uniform(-1.5, 1.5) for _ in row))) for row in file]
+
+
 def some_matrix(made):
     if made.random() < 0.3:  # planes of triangles that meet others exactly
         return [*IDENTITY[:12], float(made.randrange(-3, 4)), float(made.randrange(-2, 3)), float(made.randrange(-3, 4)), 1]
@@ -137,7 +169,7 @@ def some_changes(made, model, fresh):
     changes, changed = [], set()
     for _ in range(made.randrange(1, 4)):
         live = [number for number in model.live() if number not in changed]
-        kind = made.choice(("add", "add", "move", "hide", "remove"))
+        kind = made.choice(("add", "add", "move", "hide", "remove", "shape", "shape"))
         if kind == "add":
             sources = [number for number in model.live() if model.nodes[number].mesh is not None]
             if not sources:
@@ -149,7 +181,10 @@ def some_changes(made, model, fresh):
                 change["parent"] = parent
             if matrix:
                 change["matrix"] = matrix
-            model.nodes[number] = Node(change["name"], parent, source.mesh, matrix, source.is_row)
+            added = model.nodes[number] = Node(change["name"], parent, source.mesh, matrix, source.is_row)
+            added.positions = source.positions
+            if made.random() < 0.2:
+                change["positions"] = added.positions = some_positions(made, model, added)
             changed.add(number)
             changes.append(change)
             continue
@@ -160,6 +195,10 @@ def some_changes(made, model, fresh):
         change = {"node": number}
         if kind == "move":
             change["matrix"] = node.matrix = some_matrix(made)
+        elif kind == "shape":
+            if node.mesh is None:
+                continue
+            change["positions"] = node.positions = some_positions(made, model, node)
         elif kind == "hide":
             change["hidden"] = node.hidden = not node.hidden
         else:
@@ -238,7 +277,10 @@ class EditNodes(unittest.TestCase):
             self.assertEqual((node["name"], node["parent"], node["children"]), (expected.name, expected.parent, children))
         counts = json.loads(asking.ask("GET", scene)[1])["counts"]
         instances = sum(0 if model.nodes[k].mesh is None else len(PLACES) if model.nodes[k].is_row else 1 for k in live)
-        meshes = {model.nodes[k].mesh for k in live} - {None}
+        meshes = set()
+        for node in (model.nodes[k] for k in live if model.nodes[k].mesh is not None):
+            file = [row for positions, _ in MESHES[node.mesh] for row in positions]
+            meshes.add((node.mesh, struct.pack(f"<{3 * len(file)}f", *(x for row in node.positions or file for x in row))))
         self.assertEqual((counts["nodes"], counts["instances"], counts["meshes"]), (len(live), instances, len(meshes)))
         return page, counts
 
@@ -256,13 +298,13 @@ class EditNodes(unittest.TestCase):
                 self.assertEqual(node[key], shown[node["node_id"]][key], (node["node_id"], key))
         flat = json.loads(asking.ask("GET", "flat")[1])
         self.assertEqual(json.loads(asking.ask("GET", scene)[1])["bounds"], flat["bounds"])
-        for key in ("nodes", "instances", "meshes", "triangles", "unique_triangles", "degenerate_triangles"):
+        for key in ("nodes", "instances", "triangles"):
             self.assertEqual(counts[key], flat["counts"][key], key)
 
     def test_random_edits_answer_as_a_file_of_the_result(self):
         server = self.server()
         asking = Asking(server)
-        for script in range(10):
+        for script in range(SCRIPTS):
             made = random.Random(script)
             model, fresh = Model(made), iter(range(Model.FILE, 1000))
             asking.put("edited", model.file())
@@ -399,6 +441,9 @@ class EditNodes(unittest.TestCase):
                 # Without SECOND the same, by an answer of the other scene.
                 body = {key: value for key, value in questions[0][1].items() if key != "exclude"}
                 self.assertEqual(asking.ask("POST", "part/rays:all", body)[1], asking.ask("POST", "whole/rays:all", questions[0][1])[1])
+            for node in (SKINNED, MORPHED):
+                status, text, _ = asking.ask("PATCH", f"part/nodes/{node}", {"positions": [[0, 0, 0]] * 72})
+                self.assertEqual((status, json.loads(text)["code"]), (422, "NODE_POSED"))
             for node, code, copied in ((SKINNED, "NODE_POSED", 422), (MORPHED, "NODE_POSED", 422), (SECOND, "NODE_NOT_FOUND", 404)):
                 status, text, _ = asking.ask("PATCH", "part/nodes/50", {"copy_of": node})
                 self.assertEqual((status, json.loads(text)["code"]), (copied, code))
@@ -413,6 +458,62 @@ class EditNodes(unittest.TestCase):
                 self.assertEqual(asking.ask("PATCH", f"{scene}/nodes", {"animation": {"name": "rest", "time": 1}})[0], 200)
             self.assertEqual(asking.ask("POST", "part/rays:all", {**questions[0][1], "exclude": {"nodes": [50]}})[1],
                              asking.ask("POST", "whole/rays:all", questions[0][1])[1])
+            self.assertEqual(server.stop(), 0)
+
+    def test_positions_are_those_of_one_node(self):
+        server = self.server("--skip", "none", "--preload", "six=demo:six")
+        asking = Asking(server)
+        listed = json.loads(asking.ask("GET", "six/nodes?with=pose")[1])["nodes"]
+        self.assertEqual([node["vertices"] for node in listed], [0, 9, 9])
+        self.assertEqual(asking.ask("PATCH", "six/nodes/9", {"copy_of": 2, "translation": [0, 30, 0]})[0], 200)
+        ray = {"rays": [{"origin": [3, 60, 0], "direction": [0, -1, 0]}, {"origin": [3, 20, 0], "direction": [0, -1, 0]},
+                        {"origin": [-10, 1, 0], "direction": [1, 0, 0]}], "fields": ["t", "node_id", "uv"]}
+        before = json.loads(asking.ask("POST", "six/rays:closest", ray)[1])["hits"]
+        trees = json.loads(asking.ask("GET", "six/stats")[1])["trees"]
+        flat = [[x, 7 if k < 3 else -100, z] for k, (x, z) in enumerate([(-9, -9), (9, -9), (0, 9)] * 3)]
+        status, text, _ = asking.ask("PATCH", "six/nodes/2", {"positions": flat})
+        self.assertEqual((status, json.loads(text)["counts"]["meshes"]), (200, 3))
+        after = json.loads(asking.ask("POST", "six/rays:closest", ray)[1])["hits"]
+        self.assertEqual((after[0], after[2]), (before[0], before[2]), "the copy has its mesh, and the other node")
+        self.assertEqual((after[1]["t"], after[1]["node_id"]), (13 if after[1]["node_id"] == 2 else None, 2))
+        now = json.loads(asking.ask("GET", "six/stats")[1])["trees"]
+        self.assertEqual((now["full_builds"], now["trees_built"]), (0, 1), "the tree of its new mesh")
+        self.assertGreater(trees["trees_kept"], 0)
+        self.assertEqual(json.loads(asking.ask("GET", "six/selfcheck?rays=300")[1])["different"], [])
+
+
+
+
+    def test_a_record_beyond_its_limit_changes_nothing(self):
+        with tempfile.TemporaryDirectory() as folder:
+            server = self.server("--data", Path(folder, "data"), "--memory", 800 << 20)
+            asking, count = Asking(server), 120_000
+            rows = struct.pack(f"<{3 * count}f", *(k % 3 for k in range(3 * count)))
+            indices = struct.pack("<3I", 0, 1, count - 1)
+            document = {"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}], "buffers": [{"byteLength": len(rows + indices)}],
+                        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+                        "bufferViews": [{"buffer": 0, "byteLength": len(rows)}, {"buffer": 0, "byteOffset": len(rows), "byteLength": 12}],
+                        "accessors": [{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": count, "min": [0, 0, 0], "max": [2, 2, 2]},
+                                      {"bufferView": 1, "componentType": 5125, "type": "SCALAR", "count": 3}]}
+            asking.put("large", glb(document, rows + indices))
+
+            def adding(number):
+                return {"node": number, "copy_of": 0, "positions": [[number, 0, 0], [0, 1, 0], *[[0, 0, 0]] * (count - 3), [0, 0, 1]]}
+
+            self.assertEqual(asking.ask("PATCH", "large/nodes", {"nodes": [adding(1)]})[0], 200)
+            before = asking.ask("GET", "large")[1], asking.ask("GET", "large")[2]["ETag"]
+            status, text, _ = asking.ask("PATCH", "large/nodes", {"nodes": [adding(number) for number in range(2, 8)]})
+            self.assertEqual((status, json.loads(text)["code"]), (413, "CHANGES_TOO_MANY"))
+            self.assertEqual((asking.ask("GET", "large")[1], asking.ask("GET", "large")[2]["ETag"]), before)
+            # What is removed leaves room.
+            self.assertEqual(asking.ask("DELETE", "large/nodes/1")[0], 200)
+            self.assertEqual(asking.ask("PATCH", "large/nodes", {"nodes": [adding(number) for number in range(2, 7)]})[0], 200)
+            hits = asking.ask("POST", "large/rays:all", {"rays": [{"origin": [-1, 0.125, 0.25], "direction": [1, 0, 0]}], "fields": ["t", "node_id"]})[1]
+            server.kill()
+            server = self.server("--data", Path(folder, "data"), "--memory", 800 << 20)
+            again = Asking(server).ask("POST", "large/rays:all", {"rays": [{"origin": [-1, 0.125, 0.25], "direction": [1, 0, 0]}], "fields": ["t", "node_id"]})[1]
+            self.assertEqual(hits, again)
+            self.assertEqual({hit["node_id"] for hit in json.loads(hits)["results"][0]["hits"]} - {0}, {2, 3, 4, 5, 6})
             self.assertEqual(server.stop(), 0)
 
     def test_faults_change_nothing(self):
@@ -437,7 +538,16 @@ class EditNodes(unittest.TestCase):
                 ([{"node": 1, "parent": 0}], 422, "KEY_MISSING", "/nodes/0/parent"), ([{**add, "name": 7}], 422, "TYPE_WRONG", "/nodes/0/name"),
                 ([{**add, "copy_of": -1}], 422, "NUMBER_OUT_OF_RANGE", "/nodes/0/copy_of"), ([{**add, "copy_of": None}], 422, "TYPE_WRONG", "/nodes/0/copy_of"),
                 ([{**add, "parent": 2**32}], 422, "NUMBER_OUT_OF_RANGE", "/nodes/0/parent"), ([{**add, "parent": "0"}], 422, "TYPE_WRONG", "/nodes/0/parent"),
-                ([{**add, "matrix": [1e300] * 16}], 422, "TRANSFORM_INVALID", "/nodes/0/matrix")]:
+                ([{**add, "matrix": [1e300] * 16}], 422, "TRANSFORM_INVALID", "/nodes/0/matrix"),
+                ([{"node": 1, "positions": [[0, 0, 0]] * 6}], 422, "NODE_POSITIONS_WRONG", "/nodes/0/positions"),
+                ([{**add, "positions": [[0, 0, 0]] * 8}], 422, "NODE_POSITIONS_WRONG", "/nodes/0/positions"),
+                ([{"node": 0, "positions": [[0, 0, 0]]}], 422, "NODE_MESHLESS", "/nodes/0/positions"),
+                ([{"node": 1, "positions": []}], 422, "LENGTH_WRONG", "/nodes/0/positions"),
+                ([{"node": 1, "positions": [[0, 0, 0], [0, 0]]}], 422, "LENGTH_WRONG", "/nodes/0/positions/1"),
+                ([{"node": 1, "positions": [0, 0, 0]}], 422, "TYPE_WRONG", "/nodes/0/positions/0"),
+                ([{"node": 1, "positions": "AAAA"}], 422, "TYPE_WRONG", "/nodes/0/positions"),
+                ([{"node": 1, "positions": [[0, 0, 0], [0, None, 0]]}], 422, "TYPE_WRONG", "/nodes/0/positions/1/1"),
+                ([{"node": 1, "positions": [[0, 0, 3.5e38]]}], 422, "NUMBER_OUT_OF_RANGE", "/nodes/0/positions/0/2")]:
             with self.subTest(changes=changes):
                 answer = asking.ask("PATCH", "edited/nodes", {"nodes": changes})
                 problem = json.loads(answer[1])

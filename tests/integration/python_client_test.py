@@ -298,6 +298,16 @@ class PythonClient(TwoScenes):
         self.client.patch_nodes("edited", {11: {"copy_of": 10}, 1: {"removed": True}})
         self.assertEqual([(node["node_id"], node["name"], node["parent"]) for node in self.client.nodes("edited")],
                          [(0, "root", None), (2, "right", 0), (10, "again", 0), (11, None, None)])
+        vertices = {node["node_id"]: node["vertices"] for node in self.client.nodes("edited", extra=["pose"])}
+        triangle = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+        self.assertEqual(self.client.set_positions("edited", 11, triangle * (vertices[11] // 3))["bounds"]["min"][2], -2)
+        self.assertEqual(self.client.nodes("edited", name="again")[0]["bounds"]["min"][1], 20)
+        for wrong in ([], [0, 0, 0], [[0, 0]] * 9, [[0, 0, float("nan")]] * 9, "abc"):
+            with self.subTest(wrong), self.assertRaises((ValueError, sightline.SightlineError)):
+                self.client.set_positions("edited", 11, wrong)
+        with self.assertRaises(sightline.SightlineError) as refused:
+            self.client.set_positions("edited", 11, triangle)
+        self.assertEqual(refused.exception.code, "NODE_POSITIONS_WRONG")
         self.assertEqual(self.client.remove_node("edited", 0)["counts"]["nodes"], 1)
         with self.assertRaises(sightline.SightlineError) as refused:
             self.client.remove_node("edited", 0)

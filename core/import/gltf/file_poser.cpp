@@ -15,7 +15,7 @@
 #include "core/import/gltf/posed_parts.h"
 #include "core/import/input/refusal.h"
 #include "core/query/similar_names.h"
-#include "core/scene/edited_nodes.h"
+#include "core/scene/edited_meshes.h"
 
 namespace sightline::gltf {
 
@@ -134,7 +134,7 @@ class Reposing {
     }
     std::sort(posed.fresh.begin(), posed.fresh.end());
     scene_.counts.posed_meshes = posed.fresh.size();
-    posed.renumbered = remove_unused();
+    posed.renumbered = remove_unused_meshes(scene_);
     count_flat_triangles(scene_);
     return posed;
   }
@@ -210,21 +210,6 @@ class Reposing {
     is_taken[group.mesh] = true;
     scene_.meshes[group.mesh] = group.fresh;
     return group.mesh;
-  }
-
-  bool remove_unused() {
-    std::vector<std::uint32_t> number(scene_.meshes.size(), kNoMesh);
-    for (const Instance& instance : scene_.instances) number[instance.mesh] = 0;
-    if (std::find(number.begin(), number.end(), kNoMesh) == number.end()) return false;
-    std::uint32_t count = 0;
-    for (std::uint32_t i = 0; i < number.size(); ++i) {
-      if (number[i] == kNoMesh) continue;
-      number[i] = count;
-      scene_.meshes[count++] = std::move(scene_.meshes[i]);
-    }
-    scene_.meshes.resize(count);
-    for (Instance& instance : scene_.instances) instance.mesh = number[instance.mesh];
-    return true;
   }
 
   SceneDescription& scene_;

@@ -7,6 +7,7 @@
 
 #include "core/base/infinity.h"
 #include "core/demo/random.h"
+#include "core/scene/edited_nodes.h"
 #include "core/scene/poser.h"
 #include "tests/support/random_cases.h"
 #include "tests/unit/run/golden_answers.h"
@@ -255,7 +256,15 @@ TEST(MovedScene, keeps_numbers_and_shows_again_what_was_hidden) {
   EXPECT_EQ(hits.t[0], 4.5);
 }
 
-/// Adds copies, removes nodes and moves what is there, all at random.
+/// The positions of an instance's mesh, stretched along x.
+SharedColumn<Vec3f> stretched(const SceneDescription& scene, const Instance& instance, float by) {
+  const auto& positions = scene.meshes[instance.mesh]->positions;
+  UnsetColumn<Vec3f> made(positions.begin(), positions.end());
+  for (Vec3f& each : made) each.x *= by;
+  return SharedColumn<Vec3f>::shared(std::move(made));
+}
+
+/// Adds copies, removes nodes, moves what is there and gives it other vertices, all at random.
 void expect_edits(const DemoScene& demo_scene, std::shared_ptr<const Scene> scene,
                   std::uint64_t seed) {
   demo::Random random(seed);
@@ -273,20 +282,32 @@ void expect_edits(const DemoScene& demo_scene, std::shared_ptr<const Scene> scen
       return {};
     };
     for (std::uint32_t k = 0; k <= random.below(4); ++k) {
-      const std::uint32_t kind = random.below(4);
-      const auto node = some_node(kind < 2);
+      const std::uint32_t kind = random.below(5);
+      const auto node = some_node(kind < 2 || kind == 4);
       if (!node) continue;
       NodeChange change;
       change.node = kind < 2 ? 1000000 + 10 * static_cast<std::uint32_t>(round) + k : *node;
       if (kind < 2)
         change.added = AddedNode{*node, random.below(2) == 0 ? some_node(false) : std::nullopt};
       change.removed = kind == 2 && nodes.size() > 2;
-      if (!change.removed) change.parent_from_node = any_matrix(random, 20, nodes.size() > 1);
+      const auto& description = scene->description();
+      if (kind == 4) {
+        const auto found = numbers_of(description).at(*node);
+        const auto instances = instances_of(std::span(description.instances), found);
+        change.positions = stretched(
+            description, instances.front(),
+            random.below(3) == 0 ? -1.0f : 0.5f * static_cast<float>(1 + random.below(3)));
+      } else if (!change.removed) {
+        change.parent_from_node = any_matrix(random, 20, nodes.size() > 1);
+      }
       changes = with_changes(std::move(changes), std::span(&change, 1));
     }
-    auto next = scene->changed(changes);
+    const auto resolved = resolve(scene->description(), {{}, changes});
+    ASSERT_TRUE(resolved.ok()) << resolved.error().message;
+    auto next = scene->changed(resolved->nodes);
     ASSERT_TRUE(next.ok()) << next.error().message;
-    all = with_changes(std::move(all), changes);
+    all = with_changes(std::move(all), resolved->nodes);
+    forget_removed((*next)->description(), all);
     SceneDescription loaded = description_of(demo_scene);
     ASSERT_TRUE(change_nodes(loaded, all).ok());
     const auto fresh = *Scene::prepare(std::move(loaded));
@@ -309,6 +330,33 @@ TEST(EditedScene, answers_as_one_that_was_loaded_so) {
     expect_edits(demo_scene, *Scene::prepare(description_of(demo_scene)), 1);
     expect_edits(demo_scene, scene_of(demo_scene), 11);
   }
+}
+
+TEST(EditedScene, gives_a_node_vertices_of_its_own_and_shares_what_is_equal) {
+  const auto scene = scene_of(demo::six_triangles());
+  const SceneDescription& before = scene->description();
+  NodeChange add{9, {}, {}, {}, {}, AddedNode{2, {}}};
+  NodeChange change{2, {}, {}, {}};
+  change.positions = stretched(before, before.instances[1], 2);
+  const auto changes = resolve(before, {{}, {add, change}});
+  const auto edited = *scene->changed(changes->nodes);
+  EXPECT_EQ(edited->counts().meshes, 3u);
+  EXPECT_EQ(edited->description().meshes[0], before.meshes[0]);
+  EXPECT_EQ(edited->description().meshes[1], before.meshes[1]) << "that of the copy";
+  EXPECT_EQ(edited->description().instances[1].mesh, 2u);
+  EXPECT_EQ(edited->trees().stats().full_builds, 0u);
+  // The file's positions again: then both share the file's mesh.
+  change.positions = stretched(before, before.instances[1], 1);
+  const auto back = *edited->changed(NodeChanges{change});
+  EXPECT_EQ(back->description().meshes, before.meshes);
+  // A copy of a node with other positions has these, whatever becomes of that node.
+  change.positions = stretched(before, before.instances[1], 3);
+  add.node = 10;
+  const auto copied = resolve(before, {{}, {change, add}});
+  EXPECT_EQ(copied->nodes[1].positions, change.positions);
+  EXPECT_EQ((*scene->changed(copied->nodes))->counts().meshes, 2u);
+  change.positions = {{0, 0, 0}};
+  EXPECT_EQ(scene->changed(NodeChanges{change}).error().code, "NODE_POSITIONS_WRONG");
 }
 
 TEST(EditedScene, keeps_all_numbers_and_frees_what_nothing_shows) {

@@ -19,6 +19,7 @@ SceneRecord full_record() {
   NodeChange added{50, {}, {}, {}, {}, AddedNode{12, 2, "a \"crate\""}};
   NodeChange removed{14, {}, {}, {}};
   removed.removed = true;
+  added.positions = {{0.1f, -0.0f, 3e38f}, {1, 2, 1e-45f}};
   record.changes = {moved, {12, {}, true, {}}, {13, {}, {}, {}, {0.1, -2}}, removed, added};
   return record;
 }
@@ -93,6 +94,11 @@ TEST(SceneRecord, of_an_older_version_is_refused_with_a_key_or_a_value_that_it_c
       {"\"parent\":2", "\"parent\":null"},
       {"\"name\":\"a ", "\"nam\":\"a "},
       {"\"removed\":true", "\"removed\":1"},
+      {"\"positions\"", "\"positiont\""},
+      {"\"positions\":\"3", "\"positions\":\""},
+      {"\"positions\":\"3", "\"positions\":\"-"},
+      {"\"positions\":\"3dcccccd", "\"positions\":\"3Dcccccd"},
+      {"\"positions\":\"3dcccccd", "\"positions\":\"7f800000"},
       {"\"removed\"", "\"removee\""},
       {"\"node\":2", "\"node\":4294967296"},
       {"\"fingerprint\":", "\"fingerprint\":-"},
