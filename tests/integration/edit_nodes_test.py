@@ -409,6 +409,51 @@ class EditNodes(unittest.TestCase):
             self.assertEqual((status, json.loads(text)["code"]), (404, "NODE_NOT_FOUND"))
         self.assertEqual(asking.ask("GET", f"town/triangles?ids={first}.0.0")[0], 422)
 
+    def test_open_meshes_that_are_removed_do_not_count(self):
+        server = self.server()
+        asking = Asking(server)
+        model = Model(random.Random(8))
+        asking.put("edited", model.file())
+        question = {"points": [[x / 2, y / 2 + 0.1, z / 2] for x in range(-8, 9) for y in range(-4, 5) for z in range(-8, 9)]}
+        status, text, _ = asking.ask("POST", "edited/points:inside", question)
+        self.assertEqual((status, json.loads(text)["unreliable"]["reason"]), (200, "OPEN_EDGES"))
+        self.assertEqual(asking.ask("PATCH", "edited/nodes", {"nodes": [{"node": 1, "removed": True}, {"node": 3, "removed": True},
+                                                                        {"node": 9, "copy_of": 2, "scale": [3, 3, 3]}]})[0], 200)
+        model.nodes[9] = Node("", None, 1, [3, 0, 0, 0, 0, 3, 0, 0, 0, 0, 3, 0, 0, 0, 0, 1])
+        for number in (1, 3, 4):
+            model.nodes[number].removed = True
+        asking.put("flat", model.flat())
+        answers = [asking.ask("POST", f"{scene}/points:inside", question)[:2] for scene in ("edited", "flat")]
+        self.assertEqual(answers[0], answers[1])
+        self.assertEqual(answers[0][0], 200)
+        found = json.loads(answers[0][1])
+        self.assertNotIn("unreliable", found)
+        self.assertIn(True, found["inside"])
+
+    def test_another_server_of_the_origin_answers_the_same(self):
+        with tempfile.TemporaryDirectory() as folder:
+            def server(name):
+                return Asking(self.server("--data", Path(folder, name), "--origin", Path(folder, "origin"), "--origin-seconds", 3600))
+
+            made = random.Random(5)
+            model, fresh = Model(made), iter(range(Model.FILE, 1000))
+            servers = [server("a"), server("b")]
+            servers[0].put("edited", model.file())
+            for step in range(8):
+                changes = some_changes(made, model, fresh)
+                if not changes:
+                    continue
+                one, other = servers[step % 2], servers[1 - step % 2]
+                # It changes the content of the other server.
+                status, text, headers = one.ask("PATCH", "edited/nodes", {"nodes": changes})
+                self.assertEqual(status, 200, text)
+                least = {"X_Scene_Min_Revision": headers["X-Scene-Revision"]}
+                seen = other.ask("GET", "edited?wait=60", **least)
+                self.assertEqual((seen[0], seen[1], seen[2]["ETag"]), (200, text, headers["ETag"]))
+                for kind, body in some_questions(made):
+                    self.assertEqual(other.ask("POST", f"edited/{kind}", body)[:2], one.ask("POST", f"edited/{kind}", body)[:2])
+                self.expect_equal(other, "edited", model, made)
+
     def test_cameras_of_removed_nodes_vanish(self):
         server = self.server()
         asking = Asking(server)
