@@ -33,6 +33,8 @@ TARGETS = {
     "ray_binary_fuzz": (4096, ["ray_binary"], None),
     "point_json_fuzz": (4096, ["point_json"], "ray_json.dict"),
     "sweep_json_fuzz": (4096, ["sweep_json"], "ray_json.dict"),
+    "node_json_fuzz": (4096, ["node_json"], None),
+    "scene_record_fuzz": (4096, ["scene_record"], None),
     "content_coding_fuzz": (2048, ["content_coding"], None),
     "settings_fuzz": (2048, ["settings"], None),
     "framing_fuzz": (2048, ["framing"], "framing.dict"),
