@@ -43,8 +43,9 @@ std::shared_ptr<const Mesh> with_positions(const Mesh& mesh, const SharedColumn<
 /// Places meshes with other positions in a scene.
 class EditedMeshes {
  public:
-  EditedMeshes(SceneDescription& scene, PosedMeshes& posed)
-      : scene_(scene), posed_(posed), uses_(scene.meshes.size()) {
+  EditedMeshes(SceneDescription& scene, const HeldMeshes& held, PosedMeshes& posed)
+      : scene_(scene), posed_(posed), uses_(held.begin(), held.end()) {
+    uses_.resize(scene.meshes.size());
     std::vector<bool> is_posed(scene.meshes.size());
     for (const Instance& instance : scene.instances) {
       if (!scene.nodes[instance.node].removed) ++uses_[instance.mesh];
@@ -109,7 +110,8 @@ class EditedMeshes {
 
   SceneDescription& scene_;
   PosedMeshes& posed_;
-  std::vector<std::size_t> uses_;  ///< by mesh: instances of nodes that are not removed
+  /// by mesh: instances of nodes that are not removed, and one more if it is held
+  std::vector<std::size_t> uses_;
   /// by Mesh::file_mesh and Mesh::edited: meshes that no skin poses
   std::multimap<std::pair<std::uint32_t, std::uint64_t>, std::uint32_t> known_;
 };
@@ -117,7 +119,8 @@ class EditedMeshes {
 }  // namespace
 
 Status set_positions(SceneDescription& scene, std::span<const NodeChange> changes,
-                     std::size_t sampled, const NodeNumbers& numbers, PosedMeshes& posed) {
+                     std::size_t sampled, const NodeNumbers& numbers, const HeldMeshes& held,
+                     PosedMeshes& posed) {
   std::unique_ptr<EditedMeshes> meshes;
   for (std::size_t i = 0; i < changes.size(); ++i) {
     const SharedColumn<Vec3f>& positions = changes[i].positions;
@@ -134,23 +137,31 @@ Status set_positions(SceneDescription& scene, std::span<const NodeChange> change
                        std::to_string(positions.size()) + " positions",
                    pointer};
     }
-    if (!meshes) meshes = std::make_unique<EditedMeshes>(scene, posed);
+    if (!meshes) meshes = std::make_unique<EditedMeshes>(scene, held, posed);
     meshes->set(node, positions);
   }
   if (!meshes) return success();
-  posed.renumbered = remove_unused_meshes(scene) || posed.renumbered;
+  posed.renumbered = remove_unused_meshes(scene, held) || posed.renumbered;
   count_flat_triangles(scene);
   return success();
 }
 
-bool remove_unused_meshes(SceneDescription& scene) {
-  constexpr std::uint32_t kNoMesh = 0xffffffffu;
-  std::vector<std::uint32_t> number(scene.meshes.size(), kNoMesh);
-  for (const Instance& instance : scene.instances) number[instance.mesh] = 0;
-  if (std::find(number.begin(), number.end(), kNoMesh) == number.end()) return false;
+std::vector<bool> used_meshes(const SceneDescription& scene) {
+  std::vector<bool> used(scene.meshes.size());
+  for (const Instance& instance : scene.instances) used[instance.mesh] = true;
+  return used;
+}
+
+bool remove_unused_meshes(SceneDescription& scene, const HeldMeshes& held) {
+  const std::vector<bool> used = used_meshes(scene);
+  bool has_unused = false;
+  for (std::size_t i = 0; i < used.size(); ++i)
+    has_unused = has_unused || (!used[i] && (i >= held.size() || !held[i]));
+  if (!has_unused) return false;
+  std::vector<std::uint32_t> number(scene.meshes.size());
   std::uint32_t count = 0;
-  for (std::uint32_t i = 0; i < number.size(); ++i) {
-    if (number[i] == kNoMesh) continue;
+  for (std::uint32_t i = 0; i < used.size(); ++i) {
+    if (!used[i]) continue;
     number[i] = count;
     scene.meshes[count++] = std::move(scene.meshes[i]);
   }
@@ -160,10 +171,12 @@ bool remove_unused_meshes(SceneDescription& scene) {
 }
 
 void count_flat_triangles(SceneDescription& scene) {
+  const std::vector<bool> used = used_meshes(scene);
   scene.counts.nonfinite_triangles = scene.counts.degenerate_triangles = 0;
-  for (const auto& mesh : scene.meshes) {
-    scene.counts.nonfinite_triangles += mesh->nonfinite_triangles;
-    scene.counts.degenerate_triangles += mesh->degenerate_triangles;
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    if (!used[i]) continue;
+    scene.counts.nonfinite_triangles += scene.meshes[i]->nonfinite_triangles;
+    scene.counts.degenerate_triangles += scene.meshes[i]->degenerate_triangles;
   }
 }
 

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "core/base/result.h"
 #include "core/scene/edited_nodes.h"
@@ -11,6 +12,10 @@
 #include "core/scene/scene_description.h"
 
 namespace sightline {
+
+/// By mesh: true if its content must stay although no instance may have it, because trees of other
+/// meshes with equal content read it. Empty: none.
+using HeldMeshes = std::vector<bool>;
 
 /// Gives each node that a change sets the positions of a mesh with them; all its instances have it.
 /// Nodes with equal positions of one mesh of the file share a mesh, also with nodes that nobody
@@ -21,12 +26,15 @@ namespace sightline {
 ///   NODE_POSITIONS_WRONG  another number than that of the vertices of the mesh
 /// Cost: that of a degenerate_triangles.h count for each new mesh, and little for each mesh.
 Status set_positions(SceneDescription& scene, std::span<const NodeChange> changes,
-                     std::size_t sampled, const NodeNumbers& numbers, PosedMeshes& posed);
+                     std::size_t sampled, const NodeNumbers& numbers, const HeldMeshes& held,
+                     PosedMeshes& posed);
 
-/// Removes meshes that no instance has. Returns false if there are none, else all meshes may have
-/// other numbers.
-bool remove_unused_meshes(SceneDescription& scene);
-/// Sets the counts of triangles that are not finite or have no area to those of the meshes.
+/// Removes meshes that no instance has. Returns false, and removes none, if all of them are held;
+/// else all meshes may have other numbers.
+bool remove_unused_meshes(SceneDescription& scene, const HeldMeshes& held = {});
+/// By mesh: true if an instance has it.
+std::vector<bool> used_meshes(const SceneDescription& scene);
+/// Sets the counts of triangles that are not finite or have no area to those of the used meshes.
 void count_flat_triangles(SceneDescription& scene);
 
 }  // namespace sightline

@@ -95,6 +95,11 @@ Status add_nodes(SceneDescription& scene, std::span<const NodeChange> changes, s
     const NodeChange& change = changes[i];
     if (!change.added) continue;
     const std::string pointer = pointer_of_change(i, sampled);
+    if (change.node > kLargestAddedNode) {
+      return Error{ErrorKind::kInvalid, "NUMBER_OUT_OF_RANGE",
+                   "the number of an added node is at most " + std::to_string(kLargestAddedNode),
+                   pointer};
+    }
     if (change.node < of_file || numbers.contains(change.node)) {
       return Error{ErrorKind::kConflict, "NODE_EXISTS",
                    "the number " + std::to_string(change.node) +
@@ -127,12 +132,13 @@ EditedSize size_after(const SceneDescription& scene, std::span<const NodeChange>
   return size;
 }
 
-void clear_removed_nodes(SceneDescription& scene, PosedMeshes& posed) {
+void clear_removed_nodes(SceneDescription& scene, const HeldMeshes& held, PosedMeshes& posed) {
   const auto is_removed = [&](std::uint32_t node) { return scene.nodes[node].removed; };
   if (std::none_of(scene.nodes.begin(), scene.nodes.end(),
                    [](const Node& node) { return node.removed; }))
     return;
-  std::vector<bool> is_shown(scene.meshes.size());
+  std::vector<bool> is_shown = held;
+  is_shown.resize(scene.meshes.size());
   for (const Instance& instance : scene.instances) {
     if (!is_removed(instance.node)) is_shown[instance.mesh] = true;
   }

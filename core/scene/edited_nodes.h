@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 #include <unordered_map>
+#include <vector>
 
 #include "core/base/result.h"
 #include "core/scene/poser.h"
@@ -18,6 +19,8 @@ namespace sightline {
 using NodeNumbers = std::unordered_map<std::uint32_t, std::uint32_t>;
 NodeNumbers numbers_of(const SceneDescription& scene);
 
+/// The largest number of an added node: answers and tables with int32 can hold it.
+inline constexpr std::uint32_t kLargestAddedNode = 0x7ffffffe;
 /// The JSON pointer of a change, after so many `sampled` ones that no body has.
 std::string pointer_of_change(std::size_t index, std::size_t sampled);
 /// The error NODE_NOT_FOUND.
@@ -31,6 +34,7 @@ Status check_unposed(const SceneDescription& scene, std::uint32_t node, const st
 /// Appends the nodes that the changes from `sampled` on add, in their order, and their instances,
 /// and adds their numbers to `numbers`. Each node has an instance for each instance of the node
 /// that it copies. World matrices and masks are not set. Errors, with the pointer of the change:
+///   NUMBER_OUT_OF_RANGE  the number exceeds kLargestAddedNode
 ///   NODE_EXISTS    the number is that of another node, of the file or removed
 ///   NODE_NOT_FOUND in /copy_of or /parent
 ///   those of check_unposed in /copy_of
@@ -43,8 +47,10 @@ struct EditedSize {
 };
 EditedSize size_after(const SceneDescription& scene, std::span<const NodeChange> changes);
 /// Takes from removed nodes (Node::removed) their names, meshes and cameras. Their instances get a
-/// mesh without triangles; a mesh that no other node shows becomes one. Adds such meshes to `posed`.
-void clear_removed_nodes(SceneDescription& scene, PosedMeshes& posed);
+/// mesh without triangles; a mesh that no other node shows becomes one, unless it is held
+/// (edited_meshes.h). Adds such meshes to `posed`.
+void clear_removed_nodes(SceneDescription& scene, const std::vector<bool>& held,
+                         PosedMeshes& posed);
 
 }  // namespace sightline
 

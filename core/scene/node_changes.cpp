@@ -177,12 +177,19 @@ void forget_removed(const SceneDescription& scene, NodeChanges& changes) {
     if (node.removed) removed.insert(node.file_node);
   }
   for (NodeChange& change : changes) {
-    if (removed.contains(change.node)) change.positions = {};
+    if (!removed.contains(change.node)) continue;
+    change.positions = {};
+    change.hidden.reset();
+    change.mask.reset();
+    // Nodes of the file may be above joints, which still pose a skin.
+    if (!change.added) continue;
+    change.added->name.clear();
+    change.parent_from_node.reset();
   }
 }
 
 Result<ChangedInstances> change_nodes(SceneDescription& scene, std::span<const NodeChange> changes,
-                                      std::size_t sampled) {
+                                      std::size_t sampled, const HeldMeshes& held) {
   const std::size_t old_instances = scene.instances.size();
   NodeNumbers numbers = numbers_of(scene);
   if (Status status = add_nodes(scene, changes, sampled, numbers); !status)
@@ -218,9 +225,9 @@ Result<ChangedInstances> change_nodes(SceneDescription& scene, std::span<const N
     if (!posed) return std::move(posed).error();
     result.posed = *std::move(posed);
   }
-  if (Status status = set_positions(scene, changes, sampled, numbers, result.posed); !status)
+  if (Status status = set_positions(scene, changes, sampled, numbers, held, result.posed); !status)
     return std::move(status).error();
-  clear_removed_nodes(scene, result.posed);
+  clear_removed_nodes(scene, held, result.posed);
   std::vector<std::uint32_t>& fresh = result.posed.fresh;
   std::sort(fresh.begin(), fresh.end());
   fresh.erase(std::unique(fresh.begin(), fresh.end()), fresh.end());

@@ -9,6 +9,7 @@
 
 #include "core/base/result.h"
 #include "core/geometry/affine.h"
+#include "core/scene/edited_meshes.h"
 #include "core/scene/poser.h"
 #include "core/scene/scene_description.h"
 
@@ -57,8 +58,9 @@ struct ChangedInstances {
 ///   NODE_POSES_SKIN     a pose would change, and the scene has no Poser
 ///   TRANSFORM_INVALID   a matrix, alone or multiplied by those of its parents or a placement,
 ///                       exceeds float32
+/// `held`: see set_positions.
 Result<ChangedInstances> change_nodes(SceneDescription& scene, std::span<const NodeChange> changes,
-                                      std::size_t sampled = 0);
+                                      std::size_t sampled = 0, const HeldMeshes& held = {});
 /// Returns the effective mask of each node: its own, or that of its nearest parent with a mask, or
 /// all bits.
 std::vector<std::uint32_t> node_masks(const SceneDescription& scene);

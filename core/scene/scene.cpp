@@ -38,6 +38,17 @@ std::vector<std::uint32_t> placed_meshes(const SceneDescription& scene, const Sc
   return placed;
 }
 
+/// The meshes that the plan places for nodes which have another mesh of equal content.
+HeldMeshes held_meshes(const SceneDescription& scene, const ScenePlan& plan) {
+  HeldMeshes held(scene.meshes.size());
+  for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+    const Instance& instance = scene.instances[i];
+    const std::uint32_t placed = plan.placements[i].mesh;
+    if (placed != instance.mesh && !scene.nodes[instance.node].removed) held[placed] = true;
+  }
+  return held;
+}
+
 /// `before`, `plan`: of the scene without the change.
 Changes changes_of(const SceneDescription& scene, const SceneDescription& before,
                    const ScenePlan& plan, const ChangedInstances& changed) {
@@ -72,9 +83,11 @@ Changes changes_of(const SceneDescription& scene, const SceneDescription& before
 
 void Scene::count() {
   geometry_bytes_ = description_.poser ? description_.poser->bytes() : 0;
-  for (const auto& mesh : description_.meshes) {
-    if (mesh->triangle_count() > 0) ++shown_.meshes;
-    unique_triangle_count_ += mesh->triangle_count();
+  const std::vector<bool> used = used_meshes(description_);
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    const auto& mesh = description_.meshes[i];
+    if (used[i] && mesh->triangle_count() > 0) ++shown_.meshes;
+    if (used[i]) unique_triangle_count_ += mesh->triangle_count();
     geometry_bytes_ += mesh->positions.size() * sizeof(Vec3f) +
                        mesh->indices.listed().size_bytes() + attribute_bytes_of(*mesh);
   }
@@ -128,7 +141,7 @@ Result<std::shared_ptr<const Scene>> Scene::changed(std::span<const NodeChange> 
                                                     std::size_t sampled) const {
   return within_memory(kNoMemory, [&]() -> Result<std::shared_ptr<const Scene>> {
     SceneDescription description = description_;
-    auto changed = change_nodes(description, changes, sampled);
+    auto changed = change_nodes(description, changes, sampled, held_meshes(description_, plan_));
     if (!changed) return std::move(changed).error();
     if (changed->posed.renumbered) return prepare(std::move(description), plan_.tree_triangles);
     std::shared_ptr<Scene> scene(new Scene());

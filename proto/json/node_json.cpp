@@ -223,7 +223,7 @@ Result<NodePatches> decode_node_patches(std::string_view body) {
                           {"node", "copy_of", "parent", "name", "matrix", "translation", "rotation",
                            "scale", "hidden", "mask", "weights", "positions", "removed"});
     if (status && !object.contains("node")) {
-      status = fault("KEY_MISSING", "needs \"node\", an index in the file", at);
+      status = fault("KEY_MISSING", "needs \"node\", the number of a node", at);
     }
     if (status) status = read_uint32(object, at, "node", "an index", patches[i].node);
     if (status) status = read_patch(object, at, patches[i]);

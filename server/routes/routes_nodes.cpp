@@ -54,7 +54,7 @@ Result<std::uint32_t> node_of(const std::string& text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), node);
   if (error == std::errc() && end == text.data() + text.size()) return node;
   return Error{ErrorKind::kNotFound, "NODE_NOT_FOUND",
-               "a node is called by its index in the file's \"nodes\"", ""};
+               "the path names a node by its number, 0 to 4294967295", ""};
 }
 
 /// Bytes of the record's text, twice, and its hash for the positions of changes.

@@ -83,7 +83,9 @@ Vec3d middle_of(const Box3d& box) {
 
 void add_mesh(GeometryAnswer& answer, const Scene& scene, const DrawnMesh& drawn) {
   const SceneDescription& description = scene.description();
-  const Mesh& mesh = *description.meshes[drawn.mesh];
+  // Of meshes with equal content, that of the first instance: which of them the plan names depends on
+  // the way to the present content.
+  const Mesh& mesh = *description.meshes[description.instances[drawn.instances.front()].mesh];
   const auto row = static_cast<std::uint32_t>(answer.meshes.size());
   const Vec3d origin = middle_of(scene.trees().plan().facts[drawn.mesh].box);
   answer.meshes.push_back({mesh.file_mesh, origin, mesh.positions, mesh.indices});

@@ -266,6 +266,12 @@ class EditNodes(unittest.TestCase):
         self.addCleanup(server.end)
         return server
 
+    def folder(self):
+        """A folder that stays until the servers of the test have ended."""
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        return Path(folder.name)
+
     def expect_listed(self, asking, scene, model):
         """Listings and counts have what the model has, and nothing else."""
         page = asking.nodes(scene)
@@ -319,33 +325,33 @@ class EditNodes(unittest.TestCase):
         self.assertEqual(json.loads(asking.ask("GET", "edited/selfcheck?rays=200")[1])["different"], [])
 
     def test_a_restart_and_a_kill_change_no_byte(self):
-        with tempfile.TemporaryDirectory() as folder:
-            data, made = Path(folder, "data"), random.Random(77)
+        folder = self.folder()
+        data, made = Path(folder, "data"), random.Random(77)
+        server = self.server("--data", data)
+        model, fresh = Model(made), iter(range(Model.FILE, 1000))
+        Asking(server).put("edited", model.file())
+        gets = ["edited", "edited/nodes?with=path,materials,pose", "edited/geometry"]
+        for step in range(6):
+            asking = Asking(server)
+            for _ in range(4):
+                changes = some_changes(made, model, fresh)
+                if changes:
+                    status, text, _ = asking.ask("PATCH", "edited/nodes", {"nodes": changes})
+                    self.assertEqual(status, 200, text)
+            questions = [*some_questions(made), ("rays:all", {"rays": [{"origin": [0, 9, 0], "direction": [0.01, -1, 0.02]}]})]
+            before = asking.answers("edited", questions), [asking.ask("GET", path)[:2] for path in gets]
+            etag = asking.ask("GET", "edited")[2]["ETag"]
+            if step % 2:
+                server.kill()
+            else:
+                self.assertEqual(server.stop(), 0)
             server = self.server("--data", data)
-            model, fresh = Model(made), iter(range(Model.FILE, 1000))
-            Asking(server).put("edited", model.file())
-            gets = ["edited", "edited/nodes?with=path,materials,pose", "edited/geometry"]
-            for step in range(6):
-                asking = Asking(server)
-                for _ in range(4):
-                    changes = some_changes(made, model, fresh)
-                    if changes:
-                        status, text, _ = asking.ask("PATCH", "edited/nodes", {"nodes": changes})
-                        self.assertEqual(status, 200, text)
-                questions = [*some_questions(made), ("rays:all", {"rays": [{"origin": [0, 9, 0], "direction": [0.01, -1, 0.02]}]})]
-                before = asking.answers("edited", questions), [asking.ask("GET", path)[:2] for path in gets]
-                etag = asking.ask("GET", "edited")[2]["ETag"]
-                if step % 2:
-                    server.kill()
-                else:
-                    self.assertEqual(server.stop(), 0)
-                server = self.server("--data", data)
-                asking = Asking(server)
-                self.assertEqual(asking.ask("GET", "edited")[2]["ETag"], etag)
-                self.assertEqual(asking.answers("edited", questions), before[0])
-                self.assertEqual([asking.ask("GET", path)[:2] for path in gets], before[1])
-                self.expect_equal(asking, "edited", model, made)
-            self.assertEqual(server.stop(), 0)
+            asking = Asking(server)
+            self.assertEqual(asking.ask("GET", "edited")[2]["ETag"], etag)
+            self.assertEqual(asking.answers("edited", questions), before[0])
+            self.assertEqual([asking.ask("GET", path)[:2] for path in gets], before[1])
+            self.expect_equal(asking, "edited", model, made)
+        self.assertEqual(server.stop(), 0)
 
     def test_a_node_is_added_below_another_and_shows_the_mesh_of_a_third(self):
         server = self.server("--skip", "none", "--preload", "six=demo:six")
@@ -431,28 +437,81 @@ class EditNodes(unittest.TestCase):
         self.assertIn(True, found["inside"])
 
     def test_another_server_of_the_origin_answers_the_same(self):
-        with tempfile.TemporaryDirectory() as folder:
-            def server(name):
-                return Asking(self.server("--data", Path(folder, name), "--origin", Path(folder, "origin"), "--origin-seconds", 3600))
+        folder = self.folder()
+        def server(name):
+            return Asking(self.server("--data", Path(folder, name), "--origin", Path(folder, "origin"), "--origin-seconds", 3600))
 
-            made = random.Random(5)
-            model, fresh = Model(made), iter(range(Model.FILE, 1000))
-            servers = [server("a"), server("b")]
-            servers[0].put("edited", model.file())
-            for step in range(8):
-                changes = some_changes(made, model, fresh)
-                if not changes:
-                    continue
-                one, other = servers[step % 2], servers[1 - step % 2]
-                # It changes the content of the other server.
-                status, text, headers = one.ask("PATCH", "edited/nodes", {"nodes": changes})
-                self.assertEqual(status, 200, text)
-                least = {"X_Scene_Min_Revision": headers["X-Scene-Revision"]}
-                seen = other.ask("GET", "edited?wait=60", **least)
-                self.assertEqual((seen[0], seen[1], seen[2]["ETag"]), (200, text, headers["ETag"]))
-                for kind, body in some_questions(made):
-                    self.assertEqual(other.ask("POST", f"edited/{kind}", body)[:2], one.ask("POST", f"edited/{kind}", body)[:2])
-                self.expect_equal(other, "edited", model, made)
+        made = random.Random(5)
+        model, fresh = Model(made), iter(range(Model.FILE, 1000))
+        servers = [server("a"), server("b")]
+        servers[0].put("edited", model.file())
+        for step in range(8):
+            changes = some_changes(made, model, fresh)
+            if not changes:
+                continue
+            one, other = servers[step % 2], servers[1 - step % 2]
+            # It changes the content of the other server.
+            status, text, headers = one.ask("PATCH", "edited/nodes", {"nodes": changes})
+            self.assertEqual(status, 200, text)
+            least = {"X_Scene_Min_Revision": headers["X-Scene-Revision"]}
+            seen = other.ask("GET", "edited?wait=60", **least)
+            self.assertEqual((seen[0], seen[1], seen[2]["ETag"]), (200, text, headers["ETag"]))
+            for kind, body in some_questions(made):
+                self.assertEqual(other.ask("POST", f"edited/{kind}", body)[:2], one.ask("POST", f"edited/{kind}", body)[:2])
+            self.expect_equal(other, "edited", model, made)
+
+    def test_nodes_with_equal_meshes_share_a_tree_whichever_of_them_changes(self):
+        corners = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 0, 1)
+        count = 4
+        file = glb({"asset": {"version": "2.0"}, "scenes": [{"nodes": list(range(count))}], "buffers": [{"byteLength": count * len(corners)}],
+                    "nodes": [{"mesh": k, "translation": [0, k, 0]} for k in range(count)],
+                    "meshes": [{"name": f"mesh {k}", "primitives": [{"attributes": {"POSITION": k}}]} for k in range(count)],
+                    "bufferViews": [{"buffer": 0, "byteOffset": k * len(corners), "byteLength": len(corners)} for k in range(count)],
+                    "accessors": [{"bufferView": k, "componentType": 5126, "type": "VEC3", "count": 3, "min": [0, 0, 0], "max": [1, 0, 1]}
+                                  for k in range(count)]}, corners * count)
+        rays = {"rays": [{"origin": [0.2, 9, 0.2], "direction": [0, -1, 0]}], "fields": ["t", "node_id", "mesh"]}
+        gets = ["equal", "equal/nodes?with=path,materials,pose", "equal/geometry"]
+        for path, change, ts, left in (("DELETE", None, [6, 7, 8], 3), ("PATCH", {"positions": [[0, 5, 0], [1, 5, 0], [0, 5, 1]]}, [4, 6, 7, 8], 4)):
+            data = self.folder()
+            server = self.server("--data", data)
+            asking = Asking(server)
+            asking.put("equal", file)
+            self.assertEqual(asking.ask("POST", "equal/rays:all", rays)[0], 200)
+            # The first mesh is the one whose content the shared tree reads.
+            status, text, _ = asking.ask(path, "equal/nodes/0", *([] if change is None else [change]))
+            self.assertEqual((status, json.loads(text)["counts"]["meshes"]), (200, left), text)
+            answer = asking.ask("POST", "equal/rays:all", rays)[1]
+            self.assertEqual([hit["t"] for hit in json.loads(answer)["results"][0]["hits"]], ts)
+            self.assertEqual([hit["mesh"] for hit in json.loads(answer)["results"][0]["hits"]][-3:], ["mesh 3", "mesh 2", "mesh 1"])
+            stats = json.loads(asking.ask("GET", "equal/stats")[1])["trees"]
+            self.assertLessEqual(stats["meshes_total"], 2)
+            before = [asking.ask("GET", each)[1] for each in gets]
+            server.kill()
+            server.end()
+            asking = Asking(self.server("--data", data))
+            asking.ask("GET", "equal?wait=60")
+            self.assertEqual(asking.ask("POST", "equal/rays:all", rays)[1], answer)
+            self.assertEqual([asking.ask("GET", each)[1] for each in gets], before)
+
+    def test_the_number_of_an_added_node_fits_int32(self):
+        asking = Asking(self.server())
+        asking.put("edited", made_file().bytes())
+        for number, status, code in ((0x7FFFFFFF, 422, "NUMBER_OUT_OF_RANGE"), (0xFFFFFFFF, 422, "NUMBER_OUT_OF_RANGE"), (0x7FFFFFFE, 200, None)):
+            answer = asking.ask("PATCH", "edited/nodes", {"nodes": [{"node": number, "copy_of": APART}]})
+            self.assertEqual((answer[0], json.loads(answer[1]).get("code")), (status, code), answer[1])
+            if code:
+                self.assertEqual(json.loads(answer[1])["errors"][0]["pointer"], "/nodes/0")
+
+    def test_removed_nodes_leave_little_in_the_record(self):
+        data = self.folder()
+        asking = Asking(self.server("--data", data))
+        asking.put("edited", made_file().bytes())
+        name = "long " * 2000
+        self.assertEqual(asking.ask("PATCH", "edited/nodes/500", {"copy_of": APART, "name": name, "mask": 3})[0], 200)
+        record = data / "scenes/edited.json"
+        self.assertIn(name, record.read_text())
+        self.assertEqual(asking.ask("DELETE", "edited/nodes/500")[0], 200)
+        self.assertLess(record.stat().st_size, 1000)
 
     def test_cameras_of_removed_nodes_vanish(self):
         server = self.server()
@@ -467,43 +526,43 @@ class EditNodes(unittest.TestCase):
         self.assertEqual((status, json.loads(text)["code"]), (422, "CAMERA_UNKNOWN"))
 
     def test_a_removed_joint_still_poses_and_a_removed_mesh_does_not(self):
-        with tempfile.TemporaryDirectory() as folder:
-            server = self.server("--data", Path(folder, "data"))
-            asking = Asking(server)
+        folder = self.folder()
+        server = self.server("--data", Path(folder, "data"))
+        asking = Asking(server)
+        for scene in ("whole", "part"):
+            asking.put(scene, made_file().bytes())
+        for path in (f"{HIP}", f"{SECOND}"):
+            self.assertEqual(asking.ask("DELETE", f"part/nodes/{path}")[0], 200)
+        self.assertEqual([node["node_id"] for node in asking.nodes("part")["nodes"]], [SKINNED, MORPHED, MOVED, STILL, APART, FIXED])
+        rays = [{"origin": [x / 3, 9, z / 2], "direction": [0, -1, 0.01]} for x in range(-30, 90) for z in (-2, 0, 2)]
+        questions = [("rays:all", {"rays": rays, "fields": ["t", "node_id", "primitive", "triangle", "shading_normal"], "exclude": {"nodes": [k]}})
+                     for k in (SECOND, APART)]
+        for time in (0.25, 1.2):
             for scene in ("whole", "part"):
-                asking.put(scene, made_file().bytes())
-            for path in (f"{HIP}", f"{SECOND}"):
-                self.assertEqual(asking.ask("DELETE", f"part/nodes/{path}")[0], 200)
-            self.assertEqual([node["node_id"] for node in asking.nodes("part")["nodes"]], [SKINNED, MORPHED, MOVED, STILL, APART, FIXED])
-            rays = [{"origin": [x / 3, 9, z / 2], "direction": [0, -1, 0.01]} for x in range(-30, 90) for z in (-2, 0, 2)]
-            questions = [("rays:all", {"rays": rays, "fields": ["t", "node_id", "primitive", "triangle", "shading_normal"], "exclude": {"nodes": [k]}})
-                         for k in (SECOND, APART)]
-            for time in (0.25, 1.2):
-                for scene in ("whole", "part"):
-                    status, text, _ = asking.ask("PATCH", f"{scene}/nodes", {"animation": {"name": "walk", "time": time}, "nodes": [
-                        {"node": MORPHED, "weights": [time, 0.25]}, {"node": MOVED, "translation": [12, time, 0]}]})
-                    self.assertEqual(status, 200, text)
-                # Without SECOND the same, by an answer of the other scene.
-                body = {key: value for key, value in questions[0][1].items() if key != "exclude"}
-                self.assertEqual(asking.ask("POST", "part/rays:all", body)[1], asking.ask("POST", "whole/rays:all", questions[0][1])[1])
-            for node in (SKINNED, MORPHED):
-                status, text, _ = asking.ask("PATCH", f"part/nodes/{node}", {"positions": [[0, 0, 0]] * 72})
-                self.assertEqual((status, json.loads(text)["code"]), (422, "NODE_POSED"))
-            for node, code, copied in ((SKINNED, "NODE_POSED", 422), (MORPHED, "NODE_POSED", 422), (SECOND, "NODE_NOT_FOUND", 404)):
-                status, text, _ = asking.ask("PATCH", "part/nodes/50", {"copy_of": node})
-                self.assertEqual((status, json.loads(text)["code"]), (copied, code))
-            self.assertEqual(asking.ask("PATCH", "part/nodes/50", {"copy_of": STILL, "translation": [40, 0, 0]})[0], 200)
-            before = asking.answers("part", questions[1:]), asking.nodes("part")
-            server.kill()
-            server = self.server("--data", Path(folder, "data"))
-            asking = Asking(server)
-            self.assertEqual((asking.answers("part", questions[1:]), asking.nodes("part")), before)
-            # Poses after the restart, with nodes that the file does not have.
-            for scene in ("whole", "part"):
-                self.assertEqual(asking.ask("PATCH", f"{scene}/nodes", {"animation": {"name": "rest", "time": 1}})[0], 200)
-            self.assertEqual(asking.ask("POST", "part/rays:all", {**questions[0][1], "exclude": {"nodes": [50]}})[1],
-                             asking.ask("POST", "whole/rays:all", questions[0][1])[1])
-            self.assertEqual(server.stop(), 0)
+                status, text, _ = asking.ask("PATCH", f"{scene}/nodes", {"animation": {"name": "walk", "time": time}, "nodes": [
+                    {"node": MORPHED, "weights": [time, 0.25]}, {"node": MOVED, "translation": [12, time, 0]}]})
+                self.assertEqual(status, 200, text)
+            # Without SECOND the same, by an answer of the other scene.
+            body = {key: value for key, value in questions[0][1].items() if key != "exclude"}
+            self.assertEqual(asking.ask("POST", "part/rays:all", body)[1], asking.ask("POST", "whole/rays:all", questions[0][1])[1])
+        for node in (SKINNED, MORPHED):
+            status, text, _ = asking.ask("PATCH", f"part/nodes/{node}", {"positions": [[0, 0, 0]] * 72})
+            self.assertEqual((status, json.loads(text)["code"]), (422, "NODE_POSED"))
+        for node, code, copied in ((SKINNED, "NODE_POSED", 422), (MORPHED, "NODE_POSED", 422), (SECOND, "NODE_NOT_FOUND", 404)):
+            status, text, _ = asking.ask("PATCH", "part/nodes/50", {"copy_of": node})
+            self.assertEqual((status, json.loads(text)["code"]), (copied, code))
+        self.assertEqual(asking.ask("PATCH", "part/nodes/50", {"copy_of": STILL, "translation": [40, 0, 0]})[0], 200)
+        before = asking.answers("part", questions[1:]), asking.nodes("part")
+        server.kill()
+        server = self.server("--data", Path(folder, "data"))
+        asking = Asking(server)
+        self.assertEqual((asking.answers("part", questions[1:]), asking.nodes("part")), before)
+        # Poses after the restart, with nodes that the file does not have.
+        for scene in ("whole", "part"):
+            self.assertEqual(asking.ask("PATCH", f"{scene}/nodes", {"animation": {"name": "rest", "time": 1}})[0], 200)
+        self.assertEqual(asking.ask("POST", "part/rays:all", {**questions[0][1], "exclude": {"nodes": [50]}})[1],
+                         asking.ask("POST", "whole/rays:all", questions[0][1])[1])
+        self.assertEqual(server.stop(), 0)
 
     def test_positions_are_those_of_one_node(self):
         server = self.server("--skip", "none", "--preload", "six=demo:six")
@@ -527,39 +586,37 @@ class EditNodes(unittest.TestCase):
         self.assertEqual(json.loads(asking.ask("GET", "six/selfcheck?rays=300")[1])["different"], [])
 
 
-
-
     def test_a_record_beyond_its_limit_changes_nothing(self):
-        with tempfile.TemporaryDirectory() as folder:
-            server = self.server("--data", Path(folder, "data"), "--memory", 800 << 20)
-            asking, count = Asking(server), 120_000
-            rows = struct.pack(f"<{3 * count}f", *(k % 3 for k in range(3 * count)))
-            indices = struct.pack("<3I", 0, 1, count - 1)
-            document = {"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}], "buffers": [{"byteLength": len(rows + indices)}],
-                        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
-                        "bufferViews": [{"buffer": 0, "byteLength": len(rows)}, {"buffer": 0, "byteOffset": len(rows), "byteLength": 12}],
-                        "accessors": [{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": count, "min": [0, 0, 0], "max": [2, 2, 2]},
-                                      {"bufferView": 1, "componentType": 5125, "type": "SCALAR", "count": 3}]}
-            asking.put("large", glb(document, rows + indices))
+        folder = self.folder()
+        server = self.server("--data", Path(folder, "data"), "--memory", 800 << 20)
+        asking, count = Asking(server), 120_000
+        rows = struct.pack(f"<{3 * count}f", *(k % 3 for k in range(3 * count)))
+        indices = struct.pack("<3I", 0, 1, count - 1)
+        document = {"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}], "buffers": [{"byteLength": len(rows + indices)}],
+                    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+                    "bufferViews": [{"buffer": 0, "byteLength": len(rows)}, {"buffer": 0, "byteOffset": len(rows), "byteLength": 12}],
+                    "accessors": [{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": count, "min": [0, 0, 0], "max": [2, 2, 2]},
+                                  {"bufferView": 1, "componentType": 5125, "type": "SCALAR", "count": 3}]}
+        asking.put("large", glb(document, rows + indices))
 
-            def adding(number):
-                return {"node": number, "copy_of": 0, "positions": [[number, 0, 0], [0, 1, 0], *[[0, 0, 0]] * (count - 3), [0, 0, 1]]}
+        def adding(number):
+            return {"node": number, "copy_of": 0, "positions": [[number, 0, 0], [0, 1, 0], *[[0, 0, 0]] * (count - 3), [0, 0, 1]]}
 
-            self.assertEqual(asking.ask("PATCH", "large/nodes", {"nodes": [adding(1)]})[0], 200)
-            before = asking.ask("GET", "large")[1], asking.ask("GET", "large")[2]["ETag"]
-            status, text, _ = asking.ask("PATCH", "large/nodes", {"nodes": [adding(number) for number in range(2, 8)]})
-            self.assertEqual((status, json.loads(text)["code"]), (413, "CHANGES_TOO_MANY"))
-            self.assertEqual((asking.ask("GET", "large")[1], asking.ask("GET", "large")[2]["ETag"]), before)
-            # What is removed leaves room.
-            self.assertEqual(asking.ask("DELETE", "large/nodes/1")[0], 200)
-            self.assertEqual(asking.ask("PATCH", "large/nodes", {"nodes": [adding(number) for number in range(2, 7)]})[0], 200)
-            hits = asking.ask("POST", "large/rays:all", {"rays": [{"origin": [-1, 0.125, 0.25], "direction": [1, 0, 0]}], "fields": ["t", "node_id"]})[1]
-            server.kill()
-            server = self.server("--data", Path(folder, "data"), "--memory", 800 << 20)
-            again = Asking(server).ask("POST", "large/rays:all", {"rays": [{"origin": [-1, 0.125, 0.25], "direction": [1, 0, 0]}], "fields": ["t", "node_id"]})[1]
-            self.assertEqual(hits, again)
-            self.assertEqual({hit["node_id"] for hit in json.loads(hits)["results"][0]["hits"]} - {0}, {2, 3, 4, 5, 6})
-            self.assertEqual(server.stop(), 0)
+        self.assertEqual(asking.ask("PATCH", "large/nodes", {"nodes": [adding(1)]})[0], 200)
+        before = asking.ask("GET", "large")[1], asking.ask("GET", "large")[2]["ETag"]
+        status, text, _ = asking.ask("PATCH", "large/nodes", {"nodes": [adding(number) for number in range(2, 8)]})
+        self.assertEqual((status, json.loads(text)["code"]), (413, "CHANGES_TOO_MANY"))
+        self.assertEqual((asking.ask("GET", "large")[1], asking.ask("GET", "large")[2]["ETag"]), before)
+        # What is removed leaves room.
+        self.assertEqual(asking.ask("DELETE", "large/nodes/1")[0], 200)
+        self.assertEqual(asking.ask("PATCH", "large/nodes", {"nodes": [adding(number) for number in range(2, 7)]})[0], 200)
+        hits = asking.ask("POST", "large/rays:all", {"rays": [{"origin": [-1, 0.125, 0.25], "direction": [1, 0, 0]}], "fields": ["t", "node_id"]})[1]
+        server.kill()
+        server = self.server("--data", Path(folder, "data"), "--memory", 800 << 20)
+        again = Asking(server).ask("POST", "large/rays:all", {"rays": [{"origin": [-1, 0.125, 0.25], "direction": [1, 0, 0]}], "fields": ["t", "node_id"]})[1]
+        self.assertEqual(hits, again)
+        self.assertEqual({hit["node_id"] for hit in json.loads(hits)["results"][0]["hits"]} - {0}, {2, 3, 4, 5, 6})
+        self.assertEqual(server.stop(), 0)
 
     def test_faults_change_nothing(self):
         server = self.server()
