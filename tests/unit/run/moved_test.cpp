@@ -153,6 +153,16 @@ SceneDescription with_stretcher(SceneDescription scene) {
   return scene;
 }
 
+/// A changed scene, and one that was loaded so: bounds and answers are equal, and not all trees were
+/// built again.
+void expect_equal(const Scene& changed, const Scene& loaded, const std::string& what) {
+  EXPECT_EQ(changed.bounds(), loaded.bounds()) << what;
+  if (loaded.bounds().empty()) return;
+  const RayBatch rays = rays_into(loaded);
+  EXPECT_EQ(answers_of(changed, rays), answers_of(loaded, rays)) << what;
+  EXPECT_EQ(changed.trees().stats().full_builds, 0u) << what;
+}
+
 void expect_poses(const DemoScene& demo_scene, std::shared_ptr<const Scene> scene,
                   std::uint64_t seed) {
   demo::Random random(seed);
@@ -181,13 +191,9 @@ void expect_poses(const DemoScene& demo_scene, std::shared_ptr<const Scene> scen
     SceneDescription loaded = with_stretcher(description_of(demo_scene));
     ASSERT_TRUE(change_nodes(loaded, all).ok());
     const auto fresh = *Scene::prepare(std::move(loaded));
-    EXPECT_EQ((*next)->bounds(), fresh->bounds());
+    expect_equal(**next, *fresh,
+                 "seed " + std::to_string(seed) + ", round " + std::to_string(round));
     scene = *next;
-    if (fresh->bounds().empty()) continue;
-    const RayBatch rays = rays_into(*fresh);
-    EXPECT_EQ(answers_of(**next, rays), answers_of(*fresh, rays))
-        << "seed " << seed << ", round " << round;
-    EXPECT_EQ((*next)->trees().stats().full_builds, 0u);
   }
 }
 
@@ -311,16 +317,12 @@ void expect_edits(const DemoScene& demo_scene, std::shared_ptr<const Scene> scen
     SceneDescription loaded = description_of(demo_scene);
     ASSERT_TRUE(change_nodes(loaded, all).ok());
     const auto fresh = *Scene::prepare(std::move(loaded));
-    EXPECT_EQ((*next)->bounds(), fresh->bounds());
+    expect_equal(**next, *fresh,
+                 "seed " + std::to_string(seed) + ", round " + std::to_string(round));
     EXPECT_EQ((*next)->counts().nodes, fresh->counts().nodes);
     EXPECT_EQ((*next)->counts().meshes, fresh->counts().meshes);
     EXPECT_EQ((*next)->unique_triangle_count(), fresh->unique_triangle_count());
     scene = *next;
-    if (fresh->bounds().empty()) continue;
-    const RayBatch rays = rays_into(*fresh);
-    EXPECT_EQ(answers_of(**next, rays), answers_of(*fresh, rays))
-        << "seed " << seed << ", round " << round;
-    EXPECT_EQ((*next)->trees().stats().full_builds, 0u);
   }
 }
 
