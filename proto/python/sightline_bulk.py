@@ -313,7 +313,9 @@ class _Dask:
         distributed = importlib.import_module("distributed")
         self._client = distributed.Client(address, direct_to_workers=True)
         with tempfile.TemporaryDirectory() as folder:
-            package = Path(folder, "sightline_client.zip")
+            # A name for each run: a worker that starts writes the archives of all runs at once, and reads one while another of its
+            # name is written.
+            package = Path(folder, f"{Path(folder).name}.zip")
             with zipfile.ZipFile(package, "w") as archive:
                 for module in (sightline, sys.modules[__name__]):
                     archive.write(str(module.__file__), f"{getattr(module, '__spec__').name}.py")
