@@ -293,10 +293,10 @@ Status SceneFolder::amend(const SceneRecord& record) {
   return place_record(record, *text, stands);
 }
 
-Result<SceneRecord> SceneFolder::read_record(const std::string& id) const {
+Result<SceneRecord> SceneFolder::read_record(const std::string& id, RecordPart part) const {
   const auto text = read_small_file(record_path(id), kRecordLimit, "read a scene's record");
   if (!text) return text.error();
-  auto record = decode_record(*text, id, form_);
+  auto record = decode_record(*text, id, form_, part);
   if (!record) return damaged("the scene's record is damaged");
   return *std::move(record);
 }

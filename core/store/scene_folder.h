@@ -84,7 +84,8 @@ class SceneFolder {
   /// commit. Precondition: `record` names the bytes of the present record.
   Status amend(const SceneRecord& record);
   /// Reads the record of a scene. Errors: STORE_DAMAGED, those of io_error.
-  Result<SceneRecord> read_record(const std::string& id) const;
+  Result<SceneRecord> read_record(const std::string& id,
+                                  RecordPart part = RecordPart::kWhole) const;
   /// Durably removes the record of a scene, then its bytes and trees if no other record names the
   /// bytes. It is no error if there is no scene. Errors: those of io_error. If the record could not
   /// be unlinked, nothing has changed; if only the sync failed, the bytes stay until the next

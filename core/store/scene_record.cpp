@@ -19,6 +19,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::string_view kChecksumBegin = ",\"checksum\":\"";
+constexpr std::string_view kChangesBegin = ",\"changes\":";
 constexpr std::string_view kChecksumEnd = "\"}\n";
 constexpr std::size_t kHashLength = 64;
 
@@ -34,6 +35,13 @@ bool has_checksum(std::string_view text) {
   const std::string_view tail = text.substr(body.size());
   return tail.starts_with(kChecksumBegin) && tail.ends_with(kChecksumEnd) &&
          tail.substr(kChecksumBegin.size(), kHashLength) == checksum_of(body);
+}
+
+/// The text of a record with a checksum, without its changes. They are its last member but for the
+/// checksum, and a string of JSON cannot contain the text at which they begin.
+std::string without_changes(const std::string& text) {
+  const std::size_t end = text.find(kChangesBegin);
+  return end == std::string::npos ? text : text.substr(0, end) + "}";
 }
 
 /// Whether `value` is an object with no other members.
@@ -330,16 +338,17 @@ std::string encode_record(const SceneRecord& record) {
   }
   std::string text = document.dump();
   text.pop_back();  // the brace that ends the object
-  if (!record.changes.empty()) text.append(",\"changes\":").append(json_of(record.changes));
+  if (!record.changes.empty()) text.append(kChangesBegin).append(json_of(record.changes));
   const std::string checksum = checksum_of(text);
   return text.append(kChecksumBegin).append(checksum).append(kChecksumEnd);
 }
 
 std::optional<SceneRecord> decode_record(const std::string& text, const std::string& id,
-                                         RecordForm form) {
+                                         RecordForm form, RecordPart part) {
   const bool is_checked = has_checksum(text);
   if (!is_checked && form == RecordForm::kChecked) return std::nullopt;
-  auto document = json::parse(text, nullptr, false);
+  const bool is_whole = part == RecordPart::kWhole || !is_checked;
+  auto document = json::parse(is_whole ? text : without_changes(text), nullptr, false);
   if (!document.is_object()) return std::nullopt;
   // Without a valid checksum the key is unknown: a damaged record is not read as an older one.
   if (is_checked) document.erase("checksum");

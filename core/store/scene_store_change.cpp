@@ -80,7 +80,7 @@ Result<bool> SceneStore::commit_change(const SceneSnapshot& before, StoredScene&
     next.revision = *revision;
   }
   if (folder_ && next.persistent) {
-    auto record = folder_->read_record(next.id);
+    auto record = folder_->read_record(next.id, RecordPart::kWithoutChanges);
     if (!record) return std::move(record).error();
     // A newer content of the origin is in the folder already, and is being loaded.
     if (is_shared && record->revision != before->revision) return false;

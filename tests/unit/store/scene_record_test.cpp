@@ -44,6 +44,21 @@ TEST(SceneRecord, comes_back_as_it_was_written) {
   }
 }
 
+TEST(SceneRecord, is_read_without_its_changes) {
+  SceneRecord record = full_record();
+  record.neighbours[0].name = "a,\"changes\":[";  // as text, where the changes begin
+  const std::string text = encode_record(record), older = without_checksum(record);
+  record.changes.clear();
+  const auto read = decode_record(text, "town", RecordForm::kAny, RecordPart::kWithoutChanges);
+  ASSERT_TRUE(read.has_value());
+  EXPECT_EQ(encode_record(*read), encode_record(record));
+  EXPECT_FALSE(
+      decode_record(text.substr(1), "town", RecordForm::kChecked, RecordPart::kWithoutChanges));
+  const auto whole = decode_record(older, "town", RecordForm::kAny, RecordPart::kWithoutChanges);
+  ASSERT_TRUE(whole.has_value());
+  EXPECT_EQ(encode_record(*whole), text);
+}
+
 TEST(SceneRecord, of_an_older_version_is_read_where_the_folder_is_older) {
   const std::string text = without_checksum(full_record());
   EXPECT_EQ(text_again(text, RecordForm::kChecked), "none");
