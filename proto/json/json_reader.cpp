@@ -55,11 +55,7 @@ bool JsonReader::fail_document(simdjson::ondemand::document& document, simdjson:
 
 void JsonReader::tell_line(std::string_view body, const char* place) {
   if (error_.code != "JSON_MALFORMED" || place < body.data()) return;
-  const auto at = std::min(static_cast<std::size_t>(place - body.data()), body.size());
-  const std::string_view before = body.substr(0, at);
-  const auto line = 1 + std::count(before.begin(), before.end(), '\n');
-  const std::size_t column = at - (before.rfind('\n') + 1) + 1;  // npos + 1 is 0
-  error_.message += "; near line " + std::to_string(line) + ", column " + std::to_string(column);
+  error_.message += near_line(body, static_cast<std::size_t>(place - body.data()));
 }
 
 bool JsonReader::fail_parse(simdjson::error_code code, const JsonPointer& place) {

@@ -120,8 +120,7 @@ class JsonReader {
   static bool begins_with_mark(std::string_view text) { return text.starts_with("\xef\xbb\xbf"); }
   /// False if `text` begins an object or an array, and does not end with a closing bracket.
   static bool has_last_bracket(std::string_view text);
-  /// Appends the line and the column of `place` in `body`, both from 1, to the message of a syntax
-  /// error. A column counts bytes.
+  /// Appends the line and the column of `place` in `body` to the message of a syntax error.
   void tell_line(std::string_view body, const char* place);
   bool fail_document(simdjson::ondemand::document& document, simdjson::error_code code);
 

@@ -67,4 +67,12 @@ bool is_non_finite_word(std::string_view text) {
   return lower == "nan" || lower == "inf" || lower == "infinity";
 }
 
+std::string near_line(std::string_view text, std::size_t at) {
+  at = std::min(at, text.size());
+  const std::string_view before = text.substr(0, at);
+  const auto line = 1 + std::count(before.begin(), before.end(), '\n');
+  const std::size_t column = at - (before.rfind('\n') + 1) + 1;  // npos + 1 is 0
+  return "; near line " + std::to_string(line) + ", column " + std::to_string(column);
+}
+
 }  // namespace sightline

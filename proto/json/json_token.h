@@ -1,7 +1,9 @@
 #pragma once
-/// Classifies single tokens of JSON text, for error messages. A token is a bracket, a string, or a
+/// Classifies and places single tokens of JSON text, for error messages. A token is a bracket, a string, or a
 /// text without brackets, commas and white space, such as a number or "true". A parser finds it.
 
+#include <cstddef>
+#include <string>
 #include <string_view>
 
 namespace sightline {
@@ -23,6 +25,10 @@ bool looks_like_json(std::string_view token);
 /// True if the text is "nan", "inf" or "infinity", in any case and with or without a sign. JSON has
 /// none of them.
 bool is_non_finite_word(std::string_view text);
+
+/// "; near line L, column C" of the byte `at` of a text, both from 1. A column counts bytes. `at` may
+/// exceed the size.
+std::string near_line(std::string_view text, std::size_t at);
 
 }  // namespace sightline
 

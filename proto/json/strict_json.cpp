@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "proto/json/json_pointer.h"
+#include "proto/json/json_token.h"
 
 namespace sightline {
 
@@ -18,6 +19,7 @@ using Json = nlohmann::json;
 class KeyCheck : public nlohmann::json_sax<Json> {
  public:
   std::optional<std::string> twice;
+  std::size_t read = 0;  ///< so many bytes, the last of which is no JSON
 
   bool null() override { return true; }
   bool boolean(bool) override { return true; }
@@ -40,7 +42,9 @@ class KeyCheck : public nlohmann::json_sax<Json> {
     if (!open_.back().insert(name).second) twice = name;
     return true;
   }
-  bool parse_error(std::size_t, const std::string&, const nlohmann::detail::exception&) override {
+  bool parse_error(std::size_t position, const std::string&,
+                   const nlohmann::detail::exception&) override {
+    read = position;
     return false;
   }
 
@@ -76,7 +80,9 @@ Status check_object(const nlohmann::json& value, const std::string& place,
 Result<nlohmann::json> parse_strictly(std::string_view body) {
   KeyCheck check;
   if (!Json::sax_parse(body, &check)) {
-    return Error{ErrorKind::kMalformed, "JSON_MALFORMED", "the body is not JSON", ""};
+    const std::size_t at = check.read - std::min<std::size_t>(check.read, 1);
+    return Error{ErrorKind::kMalformed, "JSON_MALFORMED",
+                 "the body is not JSON" + near_line(body, at), ""};
   }
   if (check.twice) {
     return fault("KEY_DUPLICATE", "this key is there twice", below("", *check.twice));

@@ -117,7 +117,7 @@ void apply(Exchange& exchange, Service& service, const SceneChange& change) {
     if (!exchange.node_id.empty() && error.pointer.starts_with(kNode)) {
       error.pointer.erase(0, kNode.size());
     }
-    return exchange.reply_error(error);
+    return reply_store_error(exchange, service, error);
   }
   reply_done(exchange, 200, **changed);
   exchange.response.set_header("X-Scene-Revision", std::to_string((*changed)->revision));

@@ -171,7 +171,7 @@ void get_scene(Exchange& exchange, Service& service) {
 
 void delete_scene(Exchange& exchange, Service& service) {
   const auto removed = service.store.remove(exchange.scene_id, precondition_of(exchange));
-  if (!removed) return exchange.reply_error(removed.error());
+  if (!removed) return reply_store_error(exchange, service, removed.error());
   exchange.reply_empty(204);
   // With an origin, a client may require it of other servers.
   if (*removed > 0) {

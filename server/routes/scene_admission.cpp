@@ -63,6 +63,11 @@ void reply_scene_not_found(Exchange& exchange, const Service& service) {
   exchange.reply_error(error);
 }
 
+void reply_store_error(Exchange& exchange, const Service& service, const Error& error) {
+  if (error.code == "SCENE_NOT_FOUND") return reply_scene_not_found(exchange, service);
+  exchange.reply_error(error);
+}
+
 std::optional<SceneSnapshot> obtain_scene(Exchange& exchange, const Service& service,
                                           const Deadline& deadline) {
   std::uint64_t minimum = 0;

@@ -40,6 +40,8 @@ std::optional<SceneSnapshot> obtain_scene(Exchange& exchange, const Service& ser
 /// Answers 404 SCENE_NOT_FOUND with at most three similar names. Cost: grows with the number of
 /// scenes, some nanoseconds for each.
 void reply_scene_not_found(Exchange& exchange, const Service& service);
+/// Answers an error of a SceneStore; SCENE_NOT_FOUND as above.
+void reply_store_error(Exchange& exchange, const Service& service, const Error& error);
 /// Returns a scene that can be queried now, and sets the header X-Scene-Revision. Null after it has
 /// answered an error (of obtain_scene; 409 SCENE_FAILED; 409 SCENE_LOADING with Retry-After), or if
 /// the request was put off from the event loop.

@@ -39,12 +39,22 @@ class Errors(unittest.TestCase):
         for path in ("/v1/scenes/sx", "/v1/scenes/sx/events", "/v1/scenes/sx/nodes"):
             self.assertEqual(self.server.ask(path).json()["detail"], 'there is no scene "sx"; similar: "six"', path)
         self.assertEqual(self.server.ask("/v1/scenes/sxi").json()["detail"], 'there is no scene "sxi"; similar: "six"')
+        for method, path, body in (("DELETE", "/v1/scenes/sx", None), ("DELETE", "/v1/scenes/sx/nodes/1", None),
+                                   ("PATCH", "/v1/scenes/sx/nodes/1", '{"hidden":true}'),
+                                   ("PATCH", "/v1/scenes/sx/nodes", '{"nodes":[{"node":1,"hidden":true}]}'),
+                                   ("POST", "/v1/scenes/sx/rays:closest", json.dumps(GOOD))):
+            answer = self.server.ask(path, "-X", method, "-H", "Content-Type: application/json", body=body)
+            self.assertEqual((answer.status, answer.json()["detail"]), (404, 'there is no scene "sx"; similar: "six"'), (method, path))
         self.assertIn("/docs", self.server.ask("/v1/scens").json()["detail"])
 
     def test_a_syntax_error_has_line_and_column(self):
         body = '{"rays":[\n{"origin":[0,1,0] "direction":[0,-1,0]}]}'
         detail = self.closest(body).json()["detail"]
         self.assertTrue(detail.endswith("; near line 2, column 19"), detail)
+        for method, path in (("POST", "/v1/scenes"), ("PATCH", "/v1/scenes/six/nodes"), ("PATCH", "/v1/scenes/six/nodes/1")):
+            answer = self.server.ask(path, "-X", method, "-H", "Content-Type: application/json", body='{"nodes":\n[1 "hidden"]}')
+            self.assertEqual((answer.status, answer.json()["code"]), (400, "JSON_MALFORMED"), path)
+            self.assertEqual(answer.json()["detail"], "the body is not JSON; near line 2, column 11", path)
 
     def test_a_body_that_is_not_json_is_400(self):
         for body in ("", "{", "hello", '{"rays":[]} x', '{"rays":[{"origin":[1,2,3],}]}', b"\xff\xfe"):
