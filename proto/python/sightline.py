@@ -155,7 +155,8 @@ class Sightline:
                 while state["state"] in ("queued", "loading"):
                     state = server.scene(name, wait=30)
                 if state["state"] != "ready":
-                    raise RuntimeError(f"scene {name} is {state['state']}: {state.get('failure') or state}")
+                    reason = state.get("reason", {})
+                    raise RuntimeError(f"scene {name} is {state['state']}: {reason.get('code', '')}: {reason.get('detail', '')}")
         except BaseException:
             process.stop()
             raise

@@ -2,15 +2,20 @@
 
 import collections
 import contextlib
+import http.client
 import io
 import json
 import math
+import re
 import struct
 import subprocess
 import sys
+import tempfile
 import threading
 import types
 import unittest
+from pathlib import Path
+from unittest import mock
 
 import case_report
 from sightline_server import BINARY, SOURCE, Server, demo_glb
@@ -21,6 +26,9 @@ import sightline  # noqa: E402  (found only now)
 
 RAYS = [([-10, 1, 0], [1, 0, 0]), ([1, 10, 0], [0, -1, 0]), ([3, 10, 0], [0, -1, 0])] * 5
 ORIGINS, DIRECTIONS = map(list, zip(*RAYS))
+# What browsers load: no method of the client asks for it.
+PAGES = {"page", "pageScript", "pageStyle", "learn", "learnScript", "bootScript", "statusPage", "statusScript", "document", "documents",
+         "guideScript", "docs", "docsScript", "docsStyle"}
 CAMERA = {"kind": "pinhole", "position": [-10, 1, 0], "forward": [1, 0, 0], "width": 3, "height": 2}
 
 
@@ -73,9 +81,32 @@ class Calls(TwoScenes):
         self.client.any("six", ORIGINS, DIRECTIONS, progress=lambda done, total: told.append((done, total)))
         self.assertEqual(told, [(6, 15), (12, 15), (15, 15)])
         drawn = io.StringIO()
-        with contextlib.redirect_stderr(drawn):
+        with contextlib.redirect_stderr(drawn), mock.patch.dict(sys.modules, tqdm=None):  # As if tqdm were not installed.
             self.client.any("six", ORIGINS, DIRECTIONS, progress=True)
-        self.assertIn("15", drawn.getvalue())
+        self.assertEqual(drawn.getvalue(), "\r6 of 15 rows\r12 of 15 rows\r15 of 15 rows\n")
+
+    def test_progress_is_a_bar_of_tqdm_if_it_is_installed(self):
+        bars = []
+
+        class Bar:
+            def __init__(self, total, **_):
+                self.total, self.steps, self.closed = total, [], 0
+                bars.append(self)
+
+            def update(self, step):
+                self.steps.append(step)
+
+            def close(self):
+                self.closed += 1
+
+        module = types.ModuleType("tqdm")
+        module.tqdm, sightline._SLICE, drawn = Bar, 6, io.StringIO()
+        with mock.patch.dict(sys.modules, tqdm=module), contextlib.redirect_stderr(drawn):
+            self.client.any("six", ORIGINS, DIRECTIONS, progress=True)
+            with self.assertRaises(sightline.SightlineError):
+                self.client.any("six", ORIGINS, DIRECTIONS[:-1] + [[0, 0, 0]], progress=True)
+        self.assertEqual([(bar.total, bar.steps, bar.closed) for bar in bars], [(15, [6, 6, 3], 1), (15, [6, 6], 1)])
+        self.assertEqual(drawn.getvalue(), "")
 
     def test_a_stream_keeps_the_order_and_reads_two_batches_ahead_at_most(self):
         taken = []
@@ -147,6 +178,81 @@ class Calls(TwoScenes):
         self.assertEqual(client.patch_node("moved", 2, hidden=True)["bounds"]["max"], [0, 4, 2])
         client.delete("moved")
 
+    def test_each_operation_of_the_description_is_sent_by_a_method(self):
+        ray, box, ends = (ORIGINS[:1], DIRECTIONS[:1]), [{"min": [-9, 0, -9], "max": [0, 9, 9]}], ([[-10, 1, 0]], [[0, 1, 0]])
+        calls = {
+            "listScenes": lambda c: c.scenes(), "loadScene": lambda c: c.load("read", {"path": "read.glb"}, wait=60),
+            "getScene": lambda c: c.scene("six"), "putScene": lambda c: c.put("own", demo_glb("six")),
+            "deleteScene": lambda c: c.delete("read"),
+            "getJob": lambda c: c.job("six", c.ask_later("six", "points:inside", {"points": []})),
+            "deleteJob": lambda c: c.delete_job("six", c.ask_later("six", "points:inside", {"points": []})),
+            "jobResult": lambda c: self.result(c, c.ask_later("six", "points:inside", {"points": []})),
+            "sceneEvents": lambda c: list(c.events("six")), "sceneStats": lambda c: c.stats("six"), "sceneNodes": lambda c: c.nodes("six"),
+            "patchNodes": lambda c: c.patch_nodes("own", {1: {"hidden": True}}),
+            "patchNode": lambda c: c.patch_node("own", 1, hidden=False),
+            "deleteNode": lambda c: c.remove_node("own", 1), "sceneTriangles": lambda c: c.triangles("six", [(0, 0, 0)]),
+            "sceneAnimations": lambda c: c.animations("six"), "sceneGeometry": lambda c: c.geometry("six"),
+            "sceneTrees": lambda c: c.bvh("six"), "selfCheck": lambda c: c.selfcheck("six", rays=1), "raysClosest": lambda c: c.closest("six", *ray),
+            "raysAny": lambda c: c.any("six", *ray), "raysAll": lambda c: c.all("six", *ray), "raysCount": lambda c: c.count("six", *ray),
+            "raysGenerate": lambda c: c.generate(CAMERA), "visibility": lambda c: c.visibility("six", *ends),
+            "pointsInside": lambda c: c.inside("six", ORIGINS), "pointsClosest": lambda c: c.closest_points("six", ORIGINS),
+            "pointsNearest": lambda c: c.nearest("six", ORIGINS, 2), "pointsDistance": lambda c: c.distance("six", ORIGINS),
+            "pointsSky": lambda c: c.sky("six", ORIGINS),
+            "clearance": lambda c: c.clearance("six", {"names": ["left"]}, {"names": ["right"]}),
+            "sweepsClosest": lambda c: c.sweeps_closest("six", *ray, radius=1), "sweepsAny": lambda c: c.sweeps_any("six", *ray, radius=1),
+            "raysBoxes": lambda c: c.rays_boxes(*ray, box), "boxesAny": lambda c: c.boxes_any("six", box),
+            "boxesList": lambda c: c.boxes_list("six", box), "boxesCount": lambda c: c.boxes_count("six", box),
+            "health": lambda c: c.health(), "readiness": lambda c: c.ready(), "version": lambda c: c.version(),
+            "metrics": lambda c: c.metrics(), "openapi": lambda c: c.openapi()}
+        sent = []
+
+        class Recording(http.client.HTTPConnection):
+            def request(self, method, url, *arguments, **options):
+                sent.append((method, url.split("?")[0]))
+                super().request(method, url, *arguments, **options)
+
+        with tempfile.TemporaryDirectory() as folder, Server("--preload", "six=demo:six", "--scene-root", folder) as server, \
+                sightline.Sightline(server.url) as client:
+            Path(folder, "read.glb").write_bytes(demo_glb("six"))
+            operations = {each["operationId"]: (method.upper(), path) for path, methods in client.openapi()["paths"].items()
+                          for method, each in methods.items() if "operationId" in each}
+            self.assertEqual(set(operations), set(calls) | PAGES)
+            client._pools[0]._kind = Recording
+            client._pools[0].close()
+            for name, call in calls.items():
+                with self.subTest(name):
+                    sent.clear()
+                    call(client)
+                    method, path = operations[name]
+                    form = re.sub(r"\\{\w+\\}", "[^/:]+", re.escape(path))
+                    self.assertTrue([each for each in sent if each[0] == method and re.fullmatch(form, each[1])], sent)
+        questions = json.loads((SOURCE / "proto/questions.json").read_text(encoding="utf-8"))
+        self.assertEqual([each["python"] for each in questions if not callable(getattr(self.client, each["python"], None))], [])
+
+    def result(self, client, job):
+        while client.job("six", job)["state"] not in ("done", "failed"):
+            pass
+        return client.job_result("six", job)
+
+    def test_scenes_of_the_servers_folder_have_figures_and_a_sky(self):
+        with tempfile.TemporaryDirectory() as folder, Server("--scene-root", folder) as server, sightline.Sightline(server.url) as client:
+            Path(folder, "my six.glb").write_bytes(demo_glb("six"))
+            loaded = client.load("six", {"path": "my six.glb"}, wait=60)
+            self.assertEqual((loaded["id"], loaded["state"], loaded["counts"]["triangles"]), ("six", "ready", 6))
+            with self.assertRaises(sightline.SightlineError) as caught:
+                client.load("other", {"path": "none.glb", "surplus": "x"})
+            self.assertEqual((caught.exception.status, [scene["id"] for scene in client.scenes()]), (422, ["six"]))
+            stats = client.stats("six")
+            self.assertEqual(json.loads(server.ask("/v1/scenes/six/stats").body).keys(), stats.keys())
+            self.assertEqual(stats["counts"]["triangles"], 6)
+            points, normals = [[1, 50, 0], [-5.5, 0.5, 0]], [[0, 1, 0], [1, 0, 0]]
+            for told, more in ((client.sky("six", points, count=64), {}),
+                               (client.sky("six", points, normals, count=64), {"normals": normals})):
+                asked = client.ask("six", "points:sky", {"points": points, "count": 64, **more})
+                self.assertEqual((plain(told["counts"]), told["counts"][0]), (asked["counts"], 64))
+                self.assertTrue(0 < told["counts"][1] < 64, told)
+                self.assertEqual(plain(told["ratios"]), [each / 64 for each in asked["counts"]])
+
     def test_meshes_of_arrays_and_of_objects_become_scenes(self):
         vertices, faces = [[0, 0, 0], [4, 0, 0], [0, 4, 0]], [[0, 1, 2]]
         far = [[x + 500_000.1, y, z] for x, y, z in vertices]
@@ -174,6 +280,27 @@ class Calls(TwoScenes):
         with self.assertRaises(RuntimeError):
             sightline.Sightline.local("demo:six", binary=BINARY, arguments=["--no-such-flag"])
 
+    def test_a_server_of_its_own_loads_files(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file, other = Path(folder, "my house (2).glb"), Path(folder, "broken.glb")
+            file.write_bytes(demo_glb("six"))
+            other.write_bytes(b"glTF")
+            with sightline.Sightline.local(file, f"cellar={file}", binary=BINARY) as server:
+                self.assertEqual(sorted(scene["id"] for scene in server.scenes()), ["cellar", "my-house-2"])
+                for scene in ("cellar", "my-house-2"):
+                    self.assertEqual(plain(server.any(scene, ORIGINS[:2], DIRECTIONS[:2])), [True, False])
+            started, start = [], subprocess.Popen
+
+            def noted(*arguments, **options):
+                started.append(start(*arguments, **options))
+                return started[-1]
+
+            for source, message in ((other, "^scene broken is failed: GLTF_CONTAINER_INVALID: GLB: the header needs 12 bytes, "),
+                                    (Path(folder, "none.glb"), "did not start: .*there is no file '.*none.glb'")):
+                with mock.patch.object(subprocess, "Popen", noted), self.assertRaisesRegex(RuntimeError, message):
+                    sightline.Sightline.local(source, binary=BINARY)
+            self.assertEqual([process.poll() is None for process in started], [False, False])
+
     def test_scenes_live_on_one_of_several_servers_that_share_none(self):
         with Server() as other:
             urls = [self.server.url, other.url]
@@ -193,6 +320,25 @@ class Calls(TwoScenes):
 @unittest.skipUnless(sightline.numpy, "numpy is not installed")
 class CallsWithNumpy(Calls):
     numpy = sightline.numpy
+
+    def test_images_are_arrays(self):
+        columns = self.client.closest("six", generator=CAMERA, fields=["t", "node_id", "normal"])
+        images = {name: self.client.image("six", name, CAMERA)
+                  for name in ("depth", "node", "visits", "normal", "node_colours", "shaded")}
+        self.assertEqual({name: (image.shape, image.dtype.name) for name, image in images.items()},
+                         {"depth": ((2, 3), "float32"), "node": ((2, 3), "int64"), "visits": ((2, 3), "int64"),
+                          "normal": ((2, 3, 3), "float32"), "node_colours": ((2, 3, 3), "float32"), "shaded": ((2, 3, 3), "float32")})
+        hit = columns["hit"]
+        self.assertTrue(hit.any() and not hit.all())
+        self.assertEqual(plain(images["depth"]), plain(columns["t"].astype("float32")))
+        self.assertEqual(plain(images["node"]), plain(columns["node_id"]))
+        self.assertEqual(plain(images["normal"]), plain(self.numpy.where(hit[..., None], columns["normal"], 0).astype("float32")))
+        self.assertGreater(images["visits"].min(), 0)
+        for name in ("node_colours", "shaded"):
+            self.assertEqual(plain(images[name].max(axis=2) > 0), plain(hit))
+        sightline.numpy = None
+        for name, image in images.items():
+            self.assertEqual(self.client.image("six", name, CAMERA), image.tolist())
 
 
 class Types(unittest.TestCase):

@@ -36,7 +36,7 @@ class FailingServer(socketserver.ThreadingTCPServer):
     request_queue_size = 64
 
     def __init__(self, test, plan=()):
-        self.plan, self.asked, self.heads, self.end = list(plan), [], [], threading.Event()
+        self.plan, self.asked, self.heads, self.connections, self.end = list(plan), [], [], 0, threading.Event()
         self.has_read, self.is_hanging = threading.Semaphore(0), False
         super().__init__(("127.0.0.1", 0), Exchange)
         SERVERS[self.server_address[1]] = self
@@ -51,6 +51,7 @@ class FailingServer(socketserver.ThreadingTCPServer):
 
 class Exchange(socketserver.StreamRequestHandler):
     def handle(self):
+        self.server.connections += 1
         while self.exchange():
             pass
 
@@ -162,6 +163,18 @@ class OneServer(Failing):
         self.changes = [
             lambda client: client.patch_node("six", 1, hidden=True), lambda client: client.patch_nodes("six", {1: {"hidden": True}}),
             lambda client: client.load("six", {"path": "six.glb"}), lambda client: client.ask_later("six", "rays:any", {})]
+
+    def test_requests_share_a_connection(self):
+        client = self.client(self.server)
+        for call in (*self.calls.values(), *self.changes) * 3:
+            call(client)
+        self.assertEqual((len(self.server.asked), self.server.connections), (3 * (len(self.calls) + len(self.changes)), 1))
+        # One that the server refused is still good; one that it closed is not.
+        self.server.plan[:] = [404, 200, "close"]
+        for expected in (1, 1, 2):
+            with contextlib.suppress(sightline.SightlineError):
+                client.scenes()
+            self.assertEqual(self.server.connections, expected)
 
     def test_what_may_be_repeated_is_repeated_after_each_fault(self):
         for method, call in self.calls.items():
