@@ -1,4 +1,4 @@
-"""The lecture notes behind the project, row by row, asked of a real server. docs/lectures.md says where else each row stands."""
+"""The lecture notes behind the project, row by row, asked of a real server. docs/lectures.md has the status of each row."""
 
 import json
 import math
@@ -353,6 +353,31 @@ class Lectures(unittest.TestCase):
         self.assertEqual(json.loads(lines["in a face"])["t"], 8)
         self.assertEqual(json.loads(lines["beside"]), {"hit": False, "miss": ["y"]})
         self.assertEqual(json.loads(lines["behind"])["miss"], "behind")
+
+
+class Page(unittest.TestCase):
+    """docs/lectures.md states the status of every row."""
+
+    def setUp(self):
+        lines = (SOURCE / "docs/lectures.md").read_text(encoding="utf-8").splitlines()
+        self.rows = [[cell.strip() for cell in line.strip("|").split(" | ")] for line in lines if re.match(r"\| \d", line)]
+
+    def test_every_row_has_a_status_and_its_tests(self):
+        self.assertEqual([row[0] for row in self.rows], [str(number) for number in range(1, 31)])
+        for number, _, status, tests, _ in self.rows:
+            with self.subTest(row=number):
+                self.assertRegex(status, "^(complete|partial: .+)$")
+                own = [name.removeprefix("test_") for name in vars(Lectures) if name.startswith(f"test_row_{int(number):02}_")]
+                self.assertGreater(len(own), 0)
+                self.assertEqual(tests.split(", "), [f"`{name}`" for name in own])
+
+    def test_other_tests_that_it_names_exist(self):
+        sources = [path.read_text(encoding="utf-8") for path in (SOURCE / "tests").rglob("*.cpp")]
+        known = {found for text in sources for found in re.findall(r"^TEST(?:_[FP])?\((\w+), (\w+)\)", text, re.MULTILINE)}
+        named = re.findall(r"`([A-Z]\w+)\.(\w+|\*)`", " ".join(row[4] for row in self.rows))
+        self.assertGreater(len(named), 20)
+        suites = {suite for suite, _ in known}
+        self.assertEqual([each for each in named if (each[0] not in suites if each[1] == "*" else each not in known)], [])
 
 
 if __name__ == "__main__":
