@@ -158,6 +158,12 @@ class Clearance(unittest.TestCase):
                 self.assertEqual(count, sum(each[0] == kind for each in found.values()), kind)
         cut = self.post("boxes", {**question, "limit": 2}).json()
         self.assertEqual((cut["total"], cut["kinds"], cut["pairs"]), (answer["total"], answer["kinds"], answer["pairs"][:2]))
+        self.assertEqual(list(answer["kinds"]), ["duplicate", "a_in_b", "b_in_a", "crossing", "touching", "near", "apart"])
+        # With two sides the node of side `a` is `a`, also if it comes later in the file.
+        turned = self.post("boxes", {**question, "a": {"names": ["table", "lamp"]}, "b": {"names": ["room"]}}).json()
+        self.assertEqual([(pair["a"]["node"], pair["b"]["node"], pair["kind"], pair["depth"]) for pair in turned["pairs"]],
+                         [("table", "room", "a_in_b", 7), ("lamp", "room", "a_in_b", 9)])
+        self.assertEqual(turned["kinds"], {**dict.fromkeys(answer["kinds"], 0), "a_in_b": 2})
         # An open room has no inside.
         self.server.put("boxes", boxes_glb(boxes, open_ones=("room",)))
         pairs = self.post("boxes", {**question, "max_distance": 30}).json()["pairs"]

@@ -61,6 +61,39 @@ class Inside(TwoScenes):
         distance = self.ask_json("/v1/scenes/six/points:distance", {"points": points[:1], "method": "solid_angle"})
         self.assertEqual(distance["winding"], answer["winding"][:1])
 
+    def test_an_open_box_has_an_inside_and_signed_distances(self):
+        """The cube from (-1, -1, -1) to (1, 1, 1) without its top, which takes 4 asin(1 / (1 + h^2)) of 4 pi seen from a distance h."""
+        corners = [[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
+        faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (0, 2, 6, 4), (1, 5, 7, 3)]
+        indices = [i for a, b, c, d in faces for i in (a, b, c, a, c, d)]
+        data = array.array("f", (x for corner in corners for x in corner)).tobytes() + array.array("I", indices).tobytes()
+        self.server.put("open", glb({
+            "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}], "buffers": [{"byteLength": len(data)}],
+            "bufferViews": [{"buffer": 0, "byteLength": 96}, {"buffer": 0, "byteOffset": 96, "byteLength": len(data) - 96}],
+            "accessors": [{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 8, "min": [-1] * 3, "max": [1] * 3},
+                          {"bufferView": 1, "componentType": 5125, "type": "SCALAR", "count": len(indices)}]}, data))
+        heights, outside = [0, 0.5, 0.9375, 1, 1.0625, 2], [[3, 0, 0], [0, -2, 0]]
+        points = [[0, y, 0] for y in heights] + outside + [[1, 0, 0]]
+        told = self.ask("open", *points, method="solid_angle")
+        signed = self.ask_json("/v1/scenes/open/points:distance", {"points": points, "method": "solid_angle"})
+        # The hole counts as a wall where half of all directions meet the box: in the plane of the missing face, where nothing is certain.
+        self.assertEqual(told["inside"], [True] * 3 + [False] * 5 + [None])
+        self.assertEqual(told["on_surface"], [False] * 8 + [True])
+        self.assertEqual(told["reliable"], [True] * 3 + [False] + [True] * 5)
+        rim = [math.hypot(1, y - 1) if y > 1 else 1 for y in heights]
+        self.assertEqual(signed["distance"], [-x for x in rim[:3]] + rim[3:] + [2, 1, 0])
+        for name in ("winding", "error", "reliable"):
+            self.assertEqual(signed[name], told[name])
+        for y, winding, error in zip(heights, told["winding"], told["error"]):
+            hole = math.asin(1 / (1 + (1 - y) ** 2)) / math.pi
+            self.assertLess(abs(winding - (1 - hole if y < 1 else hole)), error + 1e-15)
+        self.assertTrue(all(-0.05 < winding < 0 for winding in told["winding"][6:8]), told)
+        # The other methods count crossings, which says nothing certain of a point below the hole.
+        for method in ("parity", "winding"):
+            other = self.ask("open", *points[:1], method=method)
+            self.assertEqual((other["reliable"], other["unreliable"]), ([False], {"reason": "OPEN_EDGES", "open_edges": 4}))
+
     def test_on_the_surface_a_point_is_neither(self):
         for method in ("parity", "winding"):
             answer = self.ask("town", ON_WALL, ON_TIP, ON_TOP, [-3.0000000000000004, 12, 1], method=method, **BUILDING)
