@@ -3,7 +3,9 @@
 import base64
 import csv
 import hashlib
+import importlib.util
 import os
+import shutil
 import subprocess
 import sys
 import tarfile
@@ -37,16 +39,56 @@ class PythonPackage(unittest.TestCase):
 
     def test_an_installed_wheel_answers(self):
         wheel = self.build("built")[0]
-        installed = self.folder / "installed"
-        pip = [sys.executable, "-m", "pip", "install", "--no-index", "--no-deps", "--no-compile", "--quiet", "--target", installed, wheel]
-        if subprocess.run(pip, capture_output=True, check=False, timeout=PATIENCE).returncode != 0:  # Debian's Python may have no pip.
+        if importlib.util.find_spec("pip"):
+            self.install(wheel)
+        else:
             with zipfile.ZipFile(wheel) as archive:
-                archive.extractall(installed)
+                archive.extractall(self.folder / "installed")
+        self.assertEqual(self.version_of_installed(), wheel.name.split("-")[1])
+
+    def test_an_installed_source_distribution_answers(self):
+        for module in ("pip", "setuptools", "wheel"):
+            if importlib.util.find_spec(module) is None:
+                self.skipTest(f"{module} is not installed")
+        source = self.build("built")[1]
+        self.install(source)
+        self.assertEqual(f"sightline-{self.version_of_installed()}.tar.gz", source.name)
+
+    def install(self, file):
+        """Without the network: the build of a source distribution uses the setuptools that are installed."""
+        pip = [sys.executable, "-m", "pip", "--isolated", "install", "--no-index", "--no-build-isolation", "--no-deps", "--no-compile", "--quiet",
+               "--target", self.folder / "installed", file]
+        done = subprocess.run(pip, capture_output=True, text=True, check=False, timeout=PATIENCE)
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+    def version_of_installed(self):
+        """What the metadata say; the module is that of the folder, and its own server answers."""
+        installed = self.folder / "installed"
         done = subprocess.run([sys.executable, "-B", "-c", USE], env={**os.environ, "PYTHONPATH": str(installed), "SIGHTLINE_BINARY": BINARY},
                               capture_output=True, text=True, timeout=PATIENCE, check=False, cwd=self.folder)
         self.assertEqual(done.returncode, 0, done.stderr)
         place, version, t = done.stdout.split()
-        self.assertEqual((Path(place).resolve().parent, f"-{version}-" in wheel.name, float(t)), (installed.resolve(), True, 4.5))
+        self.assertEqual((Path(place).resolve().parent, float(t)), (installed.resolve(), 4.5))
+        return version
+
+    def test_package_sh_builds_both_beside_the_deb(self):
+        """In a copy of the files that it reads, with stand-ins for what builds the .deb."""
+        for name in ("scripts/package.sh", "scripts/python_package.py", "CMakeLists.txt", "LICENSE", "proto/python"):
+            copy = shutil.copytree if (SOURCE / name).is_dir() else shutil.copy
+            (self.folder / "tree" / name).parent.mkdir(parents=True, exist_ok=True)
+            copy(SOURCE / name, self.folder / "tree" / name)
+        (self.folder / "tree/build/release").mkdir(parents=True)
+        (self.folder / "bin").mkdir()
+        for name, script in (("bin/cmake", ""), ("bin/cpack", 'touch "$2/sightline_0_any.deb"'), ("tree/scripts/install_packages.sh", ""),
+                             ("bin/python3", f"exec '{sys.executable}' \"$@\"")):
+            (self.folder / name).write_text(f"#!/bin/sh\n{script}\n", encoding="utf-8")
+            (self.folder / name).chmod(0o755)
+        done = subprocess.run([self.folder / "tree/scripts/package.sh", "--output", "out"], cwd=self.folder, capture_output=True, text=True,
+                              check=False, env={**os.environ, "PATH": f"{self.folder / 'bin'}:{os.environ['PATH']}"}, timeout=PATIENCE)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        deb, *both = map(Path, done.stdout.split())
+        self.assertEqual((deb.name, [path.parent.name for path in both]), ("sightline_0_any.deb", ["out", "out"]))
+        self.assertEqual([path.read_bytes() for path in both], [path.read_bytes() for path in self.build("built")])
 
     def test_the_wheel_records_its_files(self):
         with zipfile.ZipFile(self.build("built")[0]) as archive:
