@@ -5,12 +5,18 @@
 #
 #   scripts/cluster_test.sh [--minutes N] [--scenes N] [--kills N] [--seed N]    (default: 3 minutes, 300 scenes, 10 faults)
 #   scripts/cluster_test.sh --minutes 30 --kills 100                             the long form
+#   scripts/cluster_test.sh writers [--rounds N] [--folder]                      four servers change one scene at once
+#   scripts/cluster_test.sh simulation                                           the simulation beside three servers
 #
-# tests/cluster/cluster.py says what is judged. Where radosgw or HAProxy cannot be had, it says so and goes on without.
+# The files of tests/cluster say what is judged. Where radosgw or HAProxy cannot be had, it says so and goes on without.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 case ${1:-} in -h | --help) sed -n '2,/^set/{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; exit 0 ;; esac
 scripts/install_packages.sh run cluster
 cmake --preset release >/dev/null
 cmake --build --preset release --target sightline >&2
+case ${1:-} in
+  writers) exec python3 -B tests/cluster/writers.py build/release/sightline "${@:2}" ;;
+  simulation) exec python3 -B tests/cluster/scaling_check.py build/release/sightline "${@:2}" ;;
+esac
 exec python3 -B tests/cluster/cluster.py build/release/sightline "$@"
