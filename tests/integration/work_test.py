@@ -1,12 +1,15 @@
 """Cost per ray, and the limit of threads of a request."""
 
 import json
+import os
 import random
 import struct
+import time
 import unittest
 
 import case_report
-from sightline_server import Server
+from process_status import is_sanitized, spent_by_threads
+from sightline_server import PATIENCE, Server
 from two_scenes import TwoScenes
 
 COSTS = ["cost_nodes", "cost_blocks"]
@@ -99,6 +102,30 @@ class Threads(TwoScenes):
                 expected = self.ask_json("/v1/scenes/town/" + path, body)
                 for threads in (1, 2, 7):
                     self.assertEqual(self.ask_json("/v1/scenes/town/" + path, {**body, "threads": threads}), expected)
+
+    def test_limit_how_many_threads_of_the_server_work(self):
+        """By the time on a processor that the system counts for each thread of the server, as shares of all of it."""
+        points = [ray["origin"] for ray in rays(1000)]
+        with Server("--preload", "town=demo:town", "--skip", "none", "--threads", 4) as server:
+            if is_sanitized(server):
+                self.skipTest("a build with ThreadSanitizer sets no limit")
+            if spent_by_threads(server) is None:
+                self.skipTest("the system counts no time for each thread")
+
+            def working(**limit):
+                """How many threads have at least a tenth of the work of a request of a million rays."""
+                before = spent_by_threads(server)
+                body = json.dumps({"points": points, "count": 1000, **limit})
+                answer = server.ask("/v1/scenes/town/points:sky", "-H", "Content-Type: application/json", body=body)
+                self.assertEqual(answer.status, 200, answer.body)
+                spent = [after - before.get(thread, 0) for thread, after in spent_by_threads(server).items()]
+                return sum(10 * each >= sum(spent) for each in spent)
+            for threads in (1, 2, 1):
+                self.assertIn(working(threads=threads), range(1, threads + 1))
+            if len(os.sched_getaffinity(0)) > 1:
+                end = time.monotonic() + PATIENCE
+                while working() == 1:  # A busy machine may leave all the work to one thread.
+                    self.assertLess(time.monotonic(), end)
 
     def test_are_1_to_1024(self):
         for threads, code in ((0, "NUMBER_OUT_OF_RANGE"), (1025, "NUMBER_OUT_OF_RANGE"), (-1, None), (1.5, None), ("2", "TYPE_WRONG")):
