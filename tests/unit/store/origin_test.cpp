@@ -2,6 +2,8 @@
 
 #include <atomic>
 #include <fstream>
+#include <functional>
+#include <latch>
 #include <thread>
 #include <vector>
 
@@ -42,17 +44,21 @@ class TroubledOrigin final : public Origin {
                     const std::function<Status(std::span<const std::byte>)>& sink) override {
     if (is_down) return down();
     ++reads;
+    if (before_read) before_read();
     return origin_->read(name, sink);
   }
   Result<std::vector<OriginObject>> list(const std::string& prefix,
                                          const std::string& after) override {
     if (is_down) return down();
-    return origin_->list(prefix, after);
+    auto listed = origin_->list(prefix, after);
+    if (after_list) after_list();
+    return listed;
   }
   Status remove(const std::string& name) override { return origin_->remove(name); }
 
   std::atomic<bool> is_down{false}, overwrites{false};
   std::atomic<int> reads{0};
+  std::function<void()> before_read, after_list;  ///< to be set while no other thread calls
 
  private:
   static Error down() { return {ErrorKind::kBusy, "ORIGIN_UNREACHABLE", "down", ""}; }
@@ -174,6 +180,37 @@ TEST(SharedStore, another_store_has_what_one_has_put_changed_and_removed) {
   const auto third = put_text(*b.store, "town", "three");
   EXPECT_TRUE(third->created);
   EXPECT_EQ(third->scene->revision, 4u);
+}
+
+TEST(SharedStore, goes_on_with_a_load_when_it_hears_of_an_earlier_removal) {
+  const TemporaryFolder shared;
+  const auto folder = open_origin(shared);
+  const auto origin = std::make_shared<TroubledOrigin>(folder);
+  const Replica a(folder), b(origin);
+  ASSERT_TRUE(put_text(*a.store, "town", "one").ok());
+  ASSERT_TRUE(a.store->remove("town").ok());
+  std::latch has_listed{1}, is_loading{1}, may_drop{1}, may_load{1};
+  std::atomic<int> lists{0};
+  origin->after_list = [&] {
+    if (++lists > 1) return;
+    has_listed.count_down();
+    may_drop.wait();
+  };
+  std::atomic<int> loads{0};
+  origin->before_read = [&] {
+    if (++loads > 1) return;
+    is_loading.count_down();
+    may_load.wait();
+  };
+  std::thread late([&] { EXPECT_EQ(b.text("town", 2), "[loading]"); });
+  has_listed.wait();  // this thread knows of the removal, and not of what follows
+  ASSERT_TRUE(put_text(*a.store, "town", "two").ok());
+  std::thread reader([&] { EXPECT_EQ(b.text("town", 3), "two"); });
+  is_loading.wait();
+  may_drop.count_down();
+  late.join();
+  may_load.count_down();
+  reader.join();
 }
 
 TEST(SharedStore, checks_preconditions_against_the_origin) {
