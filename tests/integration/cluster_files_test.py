@@ -4,6 +4,7 @@ No container engine and no cluster of Kubernetes runs here. HAProxy runs with it
 kubectl check their files where they are installed.
 """
 
+import http.client
 import json
 import os
 import re
@@ -353,6 +354,39 @@ class Haproxy(unittest.TestCase):
                 answer = curl(f"{balancer.url}/v1/scenes/{name}/rays:closest", "-H", JSON_TYPE, body=rays)
                 self.assertEqual((answer.status, answer.body.count(b"4.5")), (200, 320))
             self.assertGreater(forgetful.requests, 0)
+
+    def test_a_body_that_comes_after_its_head_is_sent_again(self):
+        names = [f"s{i}" for i in range(8)]
+        preload = [word for name in names for word in ("--preload", f"{name}=demo:six")]
+        with Server(*preload) as server, Forgetful() as forgetful, Balancer([forgetful.port, server.port, server.port]) as balancer:
+            for name in names:
+                connection = http.client.HTTPConnection(balancer.url.removeprefix("http://"), timeout=PATIENCE)
+                connection.putrequest("POST", f"/v1/scenes/{name}/rays:closest")
+                connection.putheader("Content-Type", "application/json")
+                connection.putheader("Content-Length", str(len(RAY)))
+                connection.endheaders()
+                time.sleep(0.1)  # HAProxy repeats nothing if it has sent the head alone.
+                connection.send(RAY.encode())
+                answer = connection.getresponse()
+                self.assertEqual((answer.status, answer.read()), (200, b'{"hits":[{"t":4.5}]}'))
+                connection.close()
+            self.assertGreater(forgetful.requests, 0)
+
+    def test_a_stream_is_passed_on_at_once(self):
+        with Server("--preload", "six=demo:six") as server, Balancer([server.port] * 3) as balancer:
+            connection = http.client.HTTPConnection(balancer.url.removeprefix("http://"), timeout=PATIENCE)
+            connection.putrequest("POST", "/v1/scenes/six/rays:closest")
+            connection.putheader("Content-Type", "application/x-ndjson")
+            connection.putheader("Transfer-Encoding", "chunked")
+            connection.endheaders()
+            for line in (b'{"options":{"fields":["t"]}}\n', b'{"origin":[-10,1,0],"direction":[1,0,0]}\n'):
+                connection.send(b"%x\r\n%s\r\n" % (len(line), line))
+            answer = connection.getresponse()
+            self.assertEqual(answer.status, 200)
+            self.assertEqual(answer.readline(), b'{"t":4.5}\n')
+            connection.send(b"0\r\n\r\n")
+            self.assertEqual(answer.read(), b"")
+            connection.close()
 
     def test_a_change_is_not_sent_again_after_a_lost_answer(self):
         with Forgetful() as forgetful, Balancer([forgetful.port] * 3) as balancer:
