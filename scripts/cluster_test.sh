@@ -6,6 +6,7 @@
 #   scripts/cluster_test.sh [--minutes N] [--scenes N] [--kills N] [--seed N]    (default: 3 minutes, 300 scenes, 10 faults)
 #   scripts/cluster_test.sh --minutes 30 --kills 100                             the long form
 #   scripts/cluster_test.sh writers [--rounds N] [--folder]                      four servers change one scene at once
+#   scripts/cluster_test.sh first [--rounds N] [--rays N]                        how soon a server answers from a scene that another has built
 #   scripts/cluster_test.sh simulation                                           the simulation beside three servers
 #
 # The files of tests/cluster say what is judged. Where radosgw or HAProxy cannot be had, it says so and goes on without.
@@ -17,6 +18,8 @@ cmake --preset release >/dev/null
 cmake --build --preset release --target sightline >&2
 case ${1:-} in
   writers) exec python3 -B tests/cluster/writers.py build/release/sightline "${@:2}" ;;
+  # Debian's numpy belongs to Debian's Python.
+  first) exec /usr/bin/python3 -B tests/cluster/first_answer.py build/release/sightline "${@:2}" ;;
   simulation) exec python3 -B tests/cluster/scaling_check.py build/release/sightline "${@:2}" ;;
 esac
 exec python3 -B tests/cluster/cluster.py build/release/sightline "$@"

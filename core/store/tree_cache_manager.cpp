@@ -50,23 +50,12 @@ Status TreeCacheManager::adopt(const std::shared_ptr<const Scene>& scene, const 
   if (Status status = scene->trees().join(budget_); !status) return status;
   // Nobody would build them, nor check which of them are gone.
   if (!options_.ahead) return success();
-  if (options_.origin && folder_ && lasting && !sha256.empty()) {
-    take_shared({scene, sha256, {}, lasting});
-  }
   {
     const std::lock_guard hold(mutex_);
     scenes_.push_back({scene, sha256, std::chrono::steady_clock::now(), lasting});
   }
   changed_.notify_all();
   return success();
-}
-
-void TreeCacheManager::take_shared(const Job& job) {
-  const std::lock_guard one_by_one(fetch_mutex_);
-  const std::uint64_t content = content_hash(job.scene->trees().plan());
-  const Status fetched = folder_->fetch(*options_.origin, content, job.sha256);
-  if (!fetched) return say_error(fetched.error());
-  read(job, content);
 }
 
 /// The scene that made queries wait most often, of those whose trees are not all there and would
@@ -154,6 +143,10 @@ bool TreeCacheManager::complete(const Job& job) {
     // Here too no more threads than its own: a first ray may be on its way.
     std::uint64_t content = 0;
     if (keeps) builders_.execute([&] { content = content_hash(trees.plan()); });
+    if (keeps && options_.origin && !job.sha256.empty()) {
+      const Status fetched = folder_->fetch(*options_.origin, content, job.sha256);
+      if (!fetched) say_error(fetched.error());
+    }
     if (keeps && read(job, content)) return true;
     std::optional<Result<SceneTree>> built;
     builders_.execute([&] {

@@ -87,8 +87,6 @@ class TreeCacheManager {
   void give_up(const Scene& scene);
   bool read(const Job& job, std::uint64_t content);
   void write(const Job& job, std::uint64_t content);
-  /// Takes the trees of a scene from the origin, if it has them.
-  void take_shared(const Job& job);
   void say_error(const Error& error) noexcept;
   /// Reports a line made of these words; does nothing if there is no memory for it.
   void say(std::initializer_list<std::string_view> words) const noexcept;
@@ -98,8 +96,7 @@ class TreeCacheManager {
   std::optional<TreeFolder> folder_;
   ThreadGroup builders_;
 
-  std::mutex fetch_mutex_;  ///< one fetch at a time
-  std::mutex mutex_;        ///< protects the members below
+  std::mutex mutex_;  ///< protects the members below
   std::condition_variable changed_;
   std::vector<Adopted> scenes_;
   bool working_ = false;
