@@ -1345,7 +1345,7 @@ def _unpack_rays(body: bytes, lead: tuple | None) -> Columns:
     columns: Columns = {}
     for name in names:
         width = _TABLE_WIDTHS.get(name, 1)
-        flat = list(struct.unpack_from(f"<{count * width}{letter}", body, at)) if numpy is None else numpy.frombuffer(
+        flat: Any = list(struct.unpack_from(f"<{count * width}{letter}", body, at)) if numpy is None else numpy.frombuffer(
             body, f"<f{size}", count * width, at).astype("float64")
         if width > 1:  # From columns to rows.
             flat = flat.reshape(width, count).T.ravel() if numpy is not None else [flat[k * count + i] for i in range(count) for k in range(width)]

@@ -278,13 +278,13 @@ class _Local:
         return 2 * max(1, self._workers)
 
     def submit(self, question: Question, rays: Rays, first: int, last: int) -> concurrent.futures.Future:
-        call = (_answer_slice, question, rays, first, last, None, self._target)
+        call = (question, rays, first, last, None, self._target)
         try:
-            return self._pool.submit(*call)
+            return self._pool.submit(_answer_slice, *call)
         except concurrent.futures.BrokenExecutor:
             self._pool.shutdown(wait=False)
             self._pool = self._begin()
-            return self._pool.submit(*call)
+            return self._pool.submit(_answer_slice, *call)
 
     def is_lost(self, error: BaseException) -> bool:
         return isinstance(error, (concurrent.futures.BrokenExecutor, concurrent.futures.CancelledError))
