@@ -9,7 +9,8 @@
 #   scripts/cluster_test.sh first [--rounds N] [--rays N]                        how soon a server answers from a scene that another has built
 #   scripts/cluster_test.sh simulation                                           the simulation beside three servers
 #
-# The files of tests/cluster say what is judged. Where radosgw or HAProxy cannot be had, it says so and goes on without.
+# The files of tests/cluster say what is judged. The first two forms go on without radosgw or HAProxy where they cannot be had, and say so.
+# The others need both; writers --folder and first need neither.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 case ${1:-} in -h | --help) sed -n '2,/^set/{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; exit 0 ;; esac

@@ -429,7 +429,14 @@ Result<std::uint64_t> SceneStore::remove(const std::string& id, const Preconditi
   return revision;
 }
 
-Status SceneStore::drop(const std::string& id, SceneSnapshot& removed) {
+bool SceneStore::is_renewed(const Entry& entry, std::uint64_t revision) {
+  return std::any_of(entry.loads.begin(), entry.loads.end(), [&](const LoadPointer& load) {
+    return load->generation_ == 0 || load->generation_ > revision;
+  });
+}
+
+Status SceneStore::drop(const std::string& id, SceneSnapshot& removed,
+                        std::optional<std::uint64_t> removal) {
   if (folder_) {
     if (Status status = folder_->remove(id); !status) {
       note_error(status.error());
@@ -439,6 +446,7 @@ Status SceneStore::drop(const std::string& id, SceneSnapshot& removed) {
   const std::lock_guard hold(mutex_);
   const auto found = entries_.find(id);
   if (found == entries_.end()) return success();  // all that it had was a load, which failed
+  if (removal && is_renewed(found->second, *removal)) return success();
   while (!found->second.loads.empty()) {
     const LoadPointer load = found->second.loads.back();
     load->progress_.cancel();

@@ -267,9 +267,13 @@ class SceneStore {
   }
   /// Calls the loader, and turns its exceptions into an Error.
   Result<std::shared_ptr<const Scene>> run_loader(const LoadInput& input) const;
+  /// True if a load or an upload makes a content that is newer than `revision`.
+  static bool is_renewed(const Entry& entry, std::uint64_t revision);
   /// Removes a scene from this store and its data folder. Precondition: commit_mutex_ is held.
-  /// `removed` receives the content, to be released without a lock.
-  Status drop(const std::string& id, SceneSnapshot& removed);
+  /// `removed` receives the content, to be released without a lock. With `removal`, the revision of
+  /// a removal in the origin, a scene that is_renewed stays in the store.
+  Status drop(const std::string& id, SceneSnapshot& removed,
+              std::optional<std::uint64_t> removal = {});
   /// Makes `next` the content of the load's name, durably, and ends the load.
   void commit(const LoadPointer& load, StoredScene next);
   /// Ends a load whose content a later load has already replaced. Preconditions: commit_mutex_ is

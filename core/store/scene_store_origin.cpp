@@ -345,15 +345,9 @@ void SceneStore::drop_removed(const std::string& id, std::uint64_t revision) {
     const StoredScene& content = *found->second.content;
     const bool is_own = content.scene && !content.persistent;
     if (is_own || content.revision >= revision) return;
-    // An upload that is under way will make a newer content, and others may have made one already.
-    const auto& loads = found->second.loads;
-    if (std::any_of(loads.begin(), loads.end(), [&](const auto& load) {
-          return load->generation_ == 0 || load->generation_ > revision;
-        })) {
-      return;
-    }
+    if (is_renewed(found->second, revision)) return;
   }
-  if (Status status = drop(id, removed); !status) note_error(status.error());
+  if (Status status = drop(id, removed, revision); !status) note_error(status.error());
 }
 
 bool SceneStore::evict_other_than(const std::string& id) {

@@ -21,6 +21,10 @@ constexpr std::chrono::milliseconds kLookAgain{500};
 /// mesh with all threads. Its trees would be read or built beside that for seconds anyway.
 constexpr std::chrono::milliseconds kHeadStart{100};
 
+/// After a fetch that failed. Meanwhile trees are built, so scenes do not wait one after the other for
+/// an origin that does not answer.
+constexpr std::chrono::seconds kFetchesAgain{10};
+
 /// To choose one scene so many more are checked; or else ten thousand small ones would be checked
 /// ten thousand times.
 constexpr std::size_t kLookedAtForEach = 256;
@@ -143,10 +147,7 @@ bool TreeCacheManager::complete(const Job& job) {
     // Here too no more threads than its own: a first ray may be on its way.
     std::uint64_t content = 0;
     if (keeps) builders_.execute([&] { content = content_hash(trees.plan()); });
-    if (keeps && options_.origin && !job.sha256.empty()) {
-      const Status fetched = folder_->fetch(*options_.origin, content, job.sha256);
-      if (!fetched) say_error(fetched.error());
-    }
+    if (keeps && options_.origin && !job.sha256.empty()) fetch(job, content);
     if (keeps && read(job, content)) return true;
     std::optional<Result<SceneTree>> built;
     builders_.execute([&] {
@@ -176,6 +177,20 @@ bool TreeCacheManager::build_pending(SceneTrees& trees) {
   return built.ok();
 }
 
+void TreeCacheManager::fetch(const Job& job, std::uint64_t content) {
+  const auto now = std::chrono::steady_clock::now();
+  if (now < fetches_again_) return;
+  const Status fetched = folder_->fetch(*options_.origin, content, job.sha256, &cancel_);
+  if (fetched || fetched.error().kind == ErrorKind::kCancelled) return forget_if_gone(job);
+  fetches_again_ = std::chrono::steady_clock::now() + kFetchesAgain;
+  say_error(fetched.error());
+}
+
+void TreeCacheManager::forget_if_gone(const Job& job) const {
+  if (job.scene.use_count() == 1 && !job.sha256.empty())
+    TreeFolder::forget(options_.folder, job.sha256);
+}
+
 bool TreeCacheManager::read(const Job& job, std::uint64_t content) {
   SceneTrees& trees = job.scene->trees();
   std::optional<Result<std::optional<SceneTree>>> stored;
@@ -199,9 +214,7 @@ void TreeCacheManager::write(const Job& job, std::uint64_t content) {
     const Status published = folder_->publish(*options_.origin, content, job.sha256);
     if (!published) say_error(published.error());
   }
-  // Its bytes may have gone meanwhile, and with them what was then there of its trees.
-  if (job.scene.use_count() == 1 && !job.sha256.empty())
-    TreeFolder::forget(options_.folder, job.sha256);
+  forget_if_gone(job);
 }
 
 void TreeCacheManager::say_error(const Error& error) noexcept {

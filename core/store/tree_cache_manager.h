@@ -46,7 +46,7 @@ struct TreeCacheOptions {
 class TreeCacheManager {
  public:
   explicit TreeCacheManager(TreeCacheOptions options);
-  /// Cancels running builds and writes, and waits for its threads.
+  /// Cancels running builds, fetches and writes, and waits for its threads.
   ~TreeCacheManager();
 
   /// Takes a scene into the cache and its memory budget.
@@ -85,8 +85,13 @@ class TreeCacheManager {
   /// Builds the unbuilt trees of a scene, one by one.
   bool build_pending(SceneTrees& trees);
   void give_up(const Scene& scene);
+  /// Copies the trees from the origin to the folder, if it has them.
+  void fetch(const Job& job, std::uint64_t content);
   bool read(const Job& job, std::uint64_t content);
   void write(const Job& job, std::uint64_t content);
+  /// Removes the files of trees of a scene that has gone meanwhile: its bytes may have gone too, and
+  /// with them what was then there of its trees.
+  void forget_if_gone(const Job& job) const;
   void say_error(const Error& error) noexcept;
   /// Reports a line made of these words; does nothing if there is no memory for it.
   void say(std::initializer_list<std::string_view> words) const noexcept;
@@ -95,6 +100,7 @@ class TreeCacheManager {
   const std::shared_ptr<TreeBudget> budget_;
   std::optional<TreeFolder> folder_;
   ThreadGroup builders_;
+  std::chrono::steady_clock::time_point fetches_again_{};  ///< of the background thread
 
   std::mutex mutex_;  ///< protects the members below
   std::condition_variable changed_;

@@ -19,6 +19,8 @@ namespace {
 constexpr const char* kStoringTrees = "keep a scene's trees";
 constexpr const char* kSuffix = ".trees";
 
+Error not_stored() { return {ErrorKind::kCancelled, "CANCELLED", "the trees were not stored", ""}; }
+
 /// That are on the disk before the next are written: nobody can cancel a sync, and one of hundreds
 /// of megabytes takes seconds.
 constexpr std::size_t kPiece = 16 << 20;
@@ -26,9 +28,7 @@ constexpr std::size_t kPiece = 16 << 20;
 Status write_in_pieces(const FileDescriptor& file, std::span<const std::byte> bytes,
                        const CancelFlag* cancel) {
   while (!bytes.empty()) {
-    if (is_cancelled(cancel)) {
-      return Error{ErrorKind::kCancelled, "CANCELLED", "the trees were not stored", ""};
-    }
+    if (is_cancelled(cancel)) return not_stored();
     const auto piece = bytes.first(std::min(kPiece, bytes.size()));
     bytes = bytes.subspan(piece.size());
     if (Status status = write_all(file, piece, kStoringTrees); !status) return status;
@@ -82,8 +82,8 @@ Result<std::optional<SceneTree>> TreeFolder::read(const ScenePlan& plan, std::ui
   return std::optional<SceneTree>(std::move(*tree));
 }
 
-Status TreeFolder::fetch(OriginScenes& origin, std::uint64_t content,
-                         const std::string& sha256) const {
+Status TreeFolder::fetch(OriginScenes& origin, std::uint64_t content, const std::string& sha256,
+                         const CancelFlag* cancel) const {
   const std::filesystem::path path = path_of(content, sha256);
   std::error_code error;
   if (std::filesystem::exists(path, error)) return success();
@@ -92,7 +92,8 @@ Status TreeFolder::fetch(OriginScenes& origin, std::uint64_t content,
   auto temporary = make_temporary(folder_ / "fetching", kStoringTrees);
   if (!temporary) return std::move(temporary).error();
   const auto found =
-      origin.read_trees(path.filename().string(), [&](std::span<const std::byte> piece) {
+      origin.read_trees(path.filename().string(), [&](std::span<const std::byte> piece) -> Status {
+        if (is_cancelled(cancel)) return not_stored();
         return write_all(temporary->file(), piece, kStoringTrees);
       });
   if (!found) return found.error();

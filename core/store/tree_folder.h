@@ -46,8 +46,10 @@ class TreeFolder {
                const CancelFlag* cancel = nullptr) const;
 
   /// Copies a file of trees from an origin, unless the folder has it or the origin lacks it. Errors:
-  /// those of Origin and of io_error. Precondition: one call at a time.
-  Status fetch(OriginScenes& origin, std::uint64_t content, const std::string& sha256) const;
+  /// those of Origin and of io_error; CANCELLED soon after `cancel` is set. Precondition: one call
+  /// at a time.
+  Status fetch(OriginScenes& origin, std::uint64_t content, const std::string& sha256,
+               const CancelFlag* cancel = nullptr) const;
   /// Stores the folder's file in an origin, if there is one. Errors: those of OriginScenes and of
   /// io_error.
   Status publish(OriginScenes& origin, std::uint64_t content, const std::string& sha256) const;

@@ -552,7 +552,9 @@ class PageInBrowser(unittest.TestCase):
             self.assertEqual(server.put("turned", with_document(tiles(224, 300), place)).status, 201)
             words = {"scene": "turned", "camera": "60,60,60,60,0,0", "mode": "why", "route": "rays:closest", "body": json.dumps(query)}
             # What a ray visits is another tree before all trees are built.
+            end = time.monotonic() + PATIENCE
             while not server.ask("/v1/scenes/turned/stats").json()["trees"]["complete"]:
+                self.assertLess(time.monotonic(), end)
                 time.sleep(0.05)
             run = browse(server.url, "link", f"{server.url}/#{urlencode(words)}")
             answer = server.query("turned", "closest", query)

@@ -120,8 +120,9 @@ class Threads(TwoScenes):
                 self.assertEqual(answer.status, 200, answer.body)
                 spent = [after - before.get(thread, 0) for thread, after in spent_by_threads(server).items()]
                 return sum(10 * each >= sum(spent) for each in spent)
-            for threads in (1, 2, 1):
-                self.assertIn(working(threads=threads), range(1, threads + 1))
+            # With a limit of two, each of the server's threads may help at times.
+            for _ in range(2):
+                self.assertEqual(working(threads=1), 1)
             if len(os.sched_getaffinity(0)) > 1:
                 end = time.monotonic() + PATIENCE
                 while working() == 1:  # A busy machine may leave all the work to one thread.

@@ -52,12 +52,14 @@ class TroubledOrigin final : public Origin {
     if (is_down) return down();
     auto listed = origin_->list(prefix, after);
     if (after_list) after_list();
+    if (prefix == "names/") ++looks;
     return listed;
   }
   Status remove(const std::string& name) override { return origin_->remove(name); }
 
   std::atomic<bool> is_down{false}, overwrites{false};
   std::atomic<int> reads{0};
+  std::atomic<int> looks{0};  ///< lists of all names, which a store makes by itself
   std::function<void()> before_read, after_list;  ///< to be set while no other thread calls
 
  private:
@@ -189,6 +191,7 @@ TEST(SharedStore, goes_on_with_a_load_when_it_hears_of_an_earlier_removal) {
   const Replica a(folder), b(origin);
   ASSERT_TRUE(put_text(*a.store, "town", "one").ok());
   ASSERT_TRUE(a.store->remove("town").ok());
+  while (origin->looks == 0) std::this_thread::yield();  // b does so once, at its start
   std::latch has_listed{1}, is_loading{1}, may_drop{1}, may_load{1};
   std::atomic<int> lists{0};
   origin->after_list = [&] {
