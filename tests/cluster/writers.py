@@ -40,16 +40,18 @@ RAY = json.dumps({"rays": [{"origin": [0.4, 1 << 22, 0.3], "direction": [0, -1, 
 
 
 class Writer:
-    """A server and a connection to it."""
+    """A server. Each request has a connection of its own: a server may end one that waits between two rounds."""
 
     def __init__(self, folder, number, origin):
         self.server = Server("--data", folder / f"data{number}", "--log-level", "warn", *origin)
-        self.connection = http.client.HTTPConnection("127.0.0.1", self.server.port, timeout=120)
 
     def ask(self, method, path, body, **headers):
-        self.connection.request(method, path, body, {"Content-Type": "application/json", **{name.replace("_", "-"): text for name, text in headers.items()}})
-        answer = self.connection.getresponse()
-        return answer.status, answer.headers, answer.read()
+        connection = http.client.HTTPConnection("127.0.0.1", self.server.port, timeout=120)
+        connection.request(method, path, body, {"Content-Type": "application/json", **{name.replace("_", "-"): text for name, text in headers.items()}})
+        answer = connection.getresponse()
+        text = answer.read()
+        connection.close()
+        return answer.status, answer.headers, text
 
     def change(self, height, tag):
         """(status, revision, tag, height)"""
