@@ -178,8 +178,7 @@ bool TreeCacheManager::build_pending(SceneTrees& trees) {
 }
 
 void TreeCacheManager::fetch(const Job& job, std::uint64_t content) {
-  const auto now = std::chrono::steady_clock::now();
-  if (now < fetches_again_) return;
+  if (std::chrono::steady_clock::now() < fetches_again_) return;
   const Status fetched = folder_->fetch(*options_.origin, content, job.sha256, &cancel_);
   if (fetched || fetched.error().kind == ErrorKind::kCancelled) return forget_if_gone(job);
   fetches_again_ = std::chrono::steady_clock::now() + kFetchesAgain;

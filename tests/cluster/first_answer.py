@@ -72,6 +72,11 @@ def put(folder, origin, body, *options):
             time.sleep(0.1)
 
 
+def forget_trees(origin):
+    for file in (origin / "trees").glob("*.trees"):
+        file.unlink()
+
+
 def equal_bytes(folder):
     """SHA-256 of the answers of each of three servers, and how many scenes they have built."""
     source = numpy.random.default_rng(arguments.seed)
@@ -92,16 +97,12 @@ def main():
         folder, body = Path(name), tiles(SIDE, 1)
         put(folder, "shared", body)
         put(folder, "bare", body, "--skip", "none")
-        for each in (folder / "bare/trees").glob("**/*"):
-            if each.is_file():
-                each.unlink()
+        forget_trees(folder / "bare")
         times, bodies, builds = {"built": [], "shared": []}, set(), 0
         for _ in range(arguments.rounds):
             for kind, origin, options in (("built", "bare", ("--skip", "none")), ("shared", "shared", ())):
                 seconds, text, count = first_answer(folder, origin, *options)
-                for each in (folder / "bare/trees").glob("**/*"):
-                    if each.is_file():
-                        each.unlink()
+                forget_trees(folder / "bare")
                 times[kind].append(seconds)
                 bodies.add(text)
                 builds += count if kind == "shared" else 0
