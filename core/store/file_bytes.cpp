@@ -69,24 +69,37 @@ Result<FileBytes> FileBytes::read(const FileDescriptor& file, const char* doing,
                                   std::uint64_t* fingerprint) {
   struct stat status {};
   if (::fstat(file.number(), &status) != 0) return io_error(doing, errno);
-  FileBytes read;
-  read.size_ = static_cast<std::size_t>(status.st_size);
-  if (read.size_ < kSharedFrom) {
-    read.small_.resize(read.size_);
-    const auto size = read_at(file, 0, read.small_, doing);
-    if (!size) return size.error();
-    read.size_ = *size;
-    if (fingerprint != nullptr) *fingerprint = hash_in_pieces(read.bytes());
-    return read;
+  const auto size = static_cast<std::size_t>(status.st_size);
+  if (size >= kSharedFrom) {
+    return make(size, doing, [&](std::span<std::byte> room) {
+      return read_pieces(file, room, doing, fingerprint);
+    });
   }
+  FileBytes read;
+  read.small_.resize(size);
+  const auto got = read_at(file, 0, read.small_, doing);
+  if (!got) return got.error();
+  read.size_ = *got;
+  if (fingerprint != nullptr) *fingerprint = hash_in_pieces(read.bytes());
+  return read;
+}
+
+Result<FileBytes> FileBytes::make(std::size_t size, const char* doing,
+                                  const std::function<Status(std::span<std::byte>)>& fill) {
+  FileBytes made;
+  made.size_ = size;
   try {
-    read.pages_ = static_cast<std::byte*>(take_pages(read.size_));
+    if (size < kSharedFrom) {
+      made.small_.resize(size);
+    } else {
+      made.pages_ = static_cast<std::byte*>(take_pages(size));
+    }
   } catch (const std::bad_alloc&) {
     return io_error(doing, ENOMEM);
   }
-  Status filled = read_pieces(file, {read.pages_, read.size_}, doing, fingerprint);
-  if (!filled) return std::move(filled).error();
-  return read;
+  std::byte* const begin = made.pages_ != nullptr ? made.pages_ : made.small_.data();
+  if (Status filled = fill({begin, size}); !filled) return std::move(filled).error();
+  return made;
 }
 
 FileBytes::FileBytes(FileBytes&& other) noexcept

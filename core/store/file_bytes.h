@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <span>
@@ -34,6 +35,10 @@ class FileBytes {
   /// the bytes are in the processor's cache costs less than a second pass.
   static Result<FileBytes> read(const FileDescriptor& file, const char* doing,
                                 std::uint64_t& fingerprint);
+  /// Takes memory of `size` bytes, which `fill` fills. `doing` names the purpose in errors. Errors:
+  /// MEMORY_FULL, those of `fill`.
+  static Result<FileBytes> make(std::size_t size, const char* doing,
+                                const std::function<Status(std::span<std::byte>)>& fill);
   FileBytes(FileBytes&& other) noexcept;
   FileBytes& operator=(FileBytes&&) = delete;
   ~FileBytes();

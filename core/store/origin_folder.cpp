@@ -112,13 +112,14 @@ Result<std::vector<OriginObject>> OriginFolder::list(const std::string& prefix,
                                                      const std::string& after) {
   std::vector<OriginObject> objects;
   std::error_code error;
-  for (fs::recursive_directory_iterator each(folder_ / prefix, error), end; each != end;) {
-    const fs::path& path = each->path();
+  const fs::path root = folder_ / prefix;  // ends with '/', as each path below it continues
+  for (fs::recursive_directory_iterator each(root, error), end; each != end;) {
+    std::string name = prefix + each->path().native().substr(root.native().size());
+    // The kind is in the entry of the folder, the size is not: it is asked for what is listed alone.
     std::error_code gone;  // a file may vanish meanwhile
-    if (each->is_regular_file(gone)) {
-      std::string name = path.lexically_relative(folder_).generic_string();
+    if (name > after && each->is_regular_file(gone)) {
       const std::uint64_t bytes = each->file_size(gone);
-      if (!gone && name > after) objects.push_back({std::move(name), bytes});
+      if (!gone) objects.push_back({std::move(name), bytes});
     }
     each.increment(error);
     if (error) break;

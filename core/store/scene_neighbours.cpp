@@ -74,7 +74,7 @@ Result<StoredNeighbours> StoredNeighbours::read(SceneFolder& folder, const Scene
       failed = {each.sha256, each.bytes};
       return std::move(read).error();
     }
-    neighbours.files_.emplace_back(each.name, std::move(*read));
+    neighbours.add(each.name, std::move(*read));
   }
   return neighbours;
 }

@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/base/result.h"
@@ -59,13 +60,17 @@ class CopiedNeighbours {
   std::deque<Copy> copies_;
 };
 
-/// The stored neighbours of a scene, in memory, read from the data folder and checked.
+/// The stored neighbours of a scene, in memory and checked.
 class StoredNeighbours {
  public:
   /// Reads all neighbours that a record names. Errors: those of SceneFolder::read_bytes; `failed`
   /// is then the file that could not be read, else it is unchanged.
   static Result<StoredNeighbours> read(SceneFolder& folder, const SceneRecord& record,
                                        SceneFolder::File& failed);
+  /// Adds a neighbour, whose hash the caller has checked.
+  void add(const std::string& name, FileBytes bytes) {
+    files_.emplace_back(name, std::move(bytes));
+  }
   /// Returns the bytes of a neighbour, valid while this object lives and is not moved. Errors:
   /// SOURCE_NOT_FOUND.
   Result<std::span<const std::byte>> find(const std::string& name) const;
@@ -74,10 +79,17 @@ class StoredNeighbours {
   std::vector<std::pair<std::string, FileBytes>> files_;
 };
 
-/// The files that a record names, in memory; `bytes` is not null.
+/// The files that a record names, in memory; `bytes` is not null once they are read.
 struct RecordFiles {
   std::shared_ptr<const FileBytes> bytes;
   StoredNeighbours neighbours;
+};
+
+/// The files that a record of an origin names, and their copies that the data folder lacks: first
+/// the scene's file, then its neighbours in the order of the record, these synced and closed.
+struct FetchedFiles {
+  RecordFiles files;
+  std::vector<TemporaryFile> copies;
 };
 
 }  // namespace sightline

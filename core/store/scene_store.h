@@ -229,10 +229,18 @@ class SceneStore {
   /// Begins to load a content of the origin, or returns the load that is under way already.
   LoadPointer load_from_origin(const std::string& id, std::uint64_t revision);
   void fetch_from_origin(const LoadPointer& load);
-  /// Stores the files of a content of the origin in the data folder, unless a newer one is there.
-  Status copy_to_cache(const SceneRecord& record, SceneLoad& load);
-  Result<TemporaryFile> copy_file(const std::string& sha256, std::uint64_t bytes, SceneLoad& load);
-  void load_copied(const SceneRecord& record, const LoadPointer& load);
+  /// The files of a content of the origin: from the data folder if it has them, else copied.
+  Result<FetchedFiles> fetch_files(const SceneRecord& record, const LoadPointer& load);
+  /// Copies a file of the origin to memory and to `copy`, and checks its hash.
+  Result<FileBytes> copy_file(const std::string& sha256, std::uint64_t bytes, SceneLoad& load,
+                              const FileDescriptor& copy);
+  /// Stores a content of the origin in the data folder, unless a newer one is there.
+  Status store_in_cache(const SceneRecord& record, std::vector<TemporaryFile>& copies);
+  using LoadedScene = Result<std::shared_ptr<const Scene>>;
+  LoadedScene load_fetched(const SceneRecord& record, const RecordFiles& files,
+                           const LoadPointer& load);
+  void end_fetch(const SceneRecord& record, const LoadPointer& load,
+                 std::shared_ptr<const Scene> scene);
   /// Stores the files of an upload in the origin.
   Status store_in_origin(SceneLoad& load, const std::string& sha256);
   /// Makes the record the newest content in the origin; sets its revision. Returns true if the

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 
 #include <algorithm>
+#include <future>
 #include <utility>
 
 #include "core/base/free_memory.h"
@@ -14,6 +15,7 @@ namespace {
 
 constexpr const char* kMark = "origin";
 constexpr const char* kDoing = "mark the data folder as a cache";
+constexpr const char* kCopying = "copy a scene from the origin";
 /// A name of an origin is a URL or a path.
 constexpr std::size_t kMostName = 4096;
 /// Writers that are overtaken so often in a row give up.
@@ -168,92 +170,119 @@ void SceneStore::fetch_from_origin(const LoadPointer& load) {
   const auto record = options_.shared.origin->read_record(load->id_, load->generation_);
   if (!record) return fail(load, record.error());
   make_room_for(load->id_, record->bytes);
-  Status copied = copy_to_cache(*record, *load);
-  while (!copied && copied.error().code == "STORE_FULL" && evict_other_than(load->id_)) {
-    copied = copy_to_cache(*record, *load);
-  }
-  if (!copied) {
-    note_error(copied.error());
-    return fail(load, copied.error());
-  }
-  push_job(*builds_, load, [this, load, record = *record] {
-    guarded(load, [&] { load_copied(record, load); });
-    give_back_free_memory_of(record.bytes);
+  const auto making_room = [&](auto&& step) {
+    auto done = step();
+    while (!done && done.error().code == "STORE_FULL" && evict_other_than(load->id_)) done = step();
+    if (!done) note_error(done.error());
+    return done;
+  };
+  auto fetched = making_room([&] { return fetch_files(*record, load); });
+  if (!fetched) return fail(load, fetched.error());
+  // The disk of the cache takes as long as the load, and the two have nothing to wait for.
+  auto files = std::make_shared<const RecordFiles>(std::move(fetched->files));
+  auto loading = std::make_shared<std::packaged_task<LoadedScene()>>(
+      [this, load, files, record = *record] { return load_fetched(record, *files, load); });
+  auto loaded = loading->get_future();
+  push_job(*builds_, load, [task = std::move(loading)] { (*task)(); });
+  const Status stored = making_room([&] { return store_in_cache(*record, fetched->copies); });
+  auto scene = loaded.get();
+  if (!stored) return fail(load, stored.error());
+  if (!scene) return fail(load, scene.error());
+  end_fetch(*record, load, std::move(*scene));
+  files.reset();
+  give_back_free_memory_of(record->bytes);
+}
+
+Result<FileBytes> SceneStore::copy_file(const std::string& sha256, std::uint64_t bytes,
+                                        SceneLoad& load, const FileDescriptor& copy) {
+  const Error damaged =
+      origin_damaged("a file of the scene in the origin has other bytes than its name says");
+  return FileBytes::make(bytes, kCopying, [&](std::span<std::byte> room) -> Status {
+    Sha256 hash;
+    const Status read =
+        options_.shared.origin->read_bytes(sha256, [&](std::span<const std::byte> piece) -> Status {
+          if (load.progress_.cancelled()) return load_cancelled();
+          if (piece.size() > room.size()) return damaged;
+          std::copy(piece.begin(), piece.end(), room.begin());
+          room = room.subspan(piece.size());
+          load.progress_.reach(bytes - room.size());
+          hash.update(piece);
+          return write_all(copy, piece, kCopying);
+        });
+    if (!read) return read;
+    return room.empty() && hash.finish() == sha256 ? success() : damaged;
   });
 }
 
-Result<TemporaryFile> SceneStore::copy_file(const std::string& sha256, std::uint64_t bytes,
-                                            SceneLoad& load) {
-  auto temporary = folder_->new_temporary();
-  if (!temporary) return temporary;
-  Sha256 hash;
-  std::uint64_t size = 0;
-  const Status read =
-      options_.shared.origin->read_bytes(sha256, [&](std::span<const std::byte> piece) -> Status {
-        if (load.progress_.cancelled()) return load_cancelled();
-        size += piece.size();
-        load.progress_.reach(size);
-        hash.update(piece);
-        return write_all(temporary->file(), piece, "copy a scene from the origin");
-      });
-  if (!read) return read.error();
-  if (size != bytes || hash.finish() != sha256) {
-    return origin_damaged("a file of the scene in the origin has other bytes than its name says");
+Result<FetchedFiles> SceneStore::fetch_files(const SceneRecord& record, const LoadPointer& load) {
+  FetchedFiles fetched;
+  if (const auto present = folder_->read_record(record.id);
+      present && has_files_of(*present, record)) {
+    auto files = check_record(record, load);
+    if (!files) return std::move(files).error();
+    fetched.files = std::move(*files);
+    return fetched;
   }
-  return temporary;
+  load->progress_.begin("fetching", record.bytes);
+  const auto copy = [&](const std::string& sha256, std::uint64_t bytes) -> Result<FileBytes> {
+    auto temporary = folder_->new_temporary();
+    if (!temporary) return std::move(temporary).error();
+    auto read = copy_file(sha256, bytes, *load, temporary->file());
+    if (read) fetched.copies.push_back(std::move(*temporary));
+    return read;
+  };
+  auto bytes = copy(record.sha256, record.bytes);
+  if (!bytes) return std::move(bytes).error();
+  fetched.files.bytes = std::make_shared<const FileBytes>(std::move(*bytes));
+  for (const NeighbourRecord& each : record.neighbours) {
+    auto neighbour = copy(each.sha256, each.bytes);
+    if (!neighbour) return std::move(neighbour).error();
+    if (Status status = sync_file(fetched.copies.back().file(), kCopying); !status) {
+      return std::move(status).error();
+    }
+    // There may be thousands of them, and fewer descriptors.
+    fetched.copies.back().close();
+    fetched.files.neighbours.add(each.name, std::move(*neighbour));
+  }
+  return fetched;
 }
 
-Status SceneStore::copy_to_cache(const SceneRecord& record, SceneLoad& load) {
-  const auto present = folder_->read_record(record.id);
-  const bool has_files = present && has_files_of(*present, record);
-  std::vector<TemporaryFile> files;
-  if (!has_files) {
-    load.progress_.begin("fetching", record.bytes);
-    auto bytes = copy_file(record.sha256, record.bytes, load);
-    if (!bytes) return std::move(bytes).error();
-    files.push_back(std::move(*bytes));
-    for (const NeighbourRecord& each : record.neighbours) {
-      auto neighbour = copy_file(each.sha256, each.bytes, load);
-      if (!neighbour) return std::move(neighbour).error();
-      if (Status status = sync_file(neighbour->file(), "copy a scene from the origin"); !status) {
-        return status;
-      }
-      neighbour->close();
-      files.push_back(std::move(*neighbour));
-    }
-  }
+Status SceneStore::store_in_cache(const SceneRecord& record, std::vector<TemporaryFile>& copies) {
   const std::lock_guard commit(commit_mutex_);
   const auto now = folder_->read_record(record.id);
   if (now && now->revision >= record.revision) return success();
-  if (has_files && now && has_files_of(*now, record)) return folder_->amend(record);
-  if (has_files) {
+  if (copies.empty()) {
+    if (now && has_files_of(*now, record)) return folder_->amend(record);
     return Error{ErrorKind::kBusy, "ORIGIN_BUSY", "the scene is being replaced: try again", ""};
   }
   std::vector<TemporaryFile*> neighbours;
-  for (std::size_t i = 1; i < files.size(); ++i) neighbours.push_back(&files[i]);
-  return folder_->commit(files[0], neighbours, record);
+  for (std::size_t i = 1; i < copies.size(); ++i) neighbours.push_back(&copies[i]);
+  return folder_->commit(copies[0], neighbours, record);
 }
 
-void SceneStore::load_copied(const SceneRecord& record, const LoadPointer& load) {
-  load->progress_.begin("checking");
-  const auto files = check_record(record, load);
-  if (!files) return fail(load, files.error());
+SceneStore::LoadedScene SceneStore::load_fetched(const SceneRecord& record,
+                                                 const RecordFiles& files,
+                                                 const LoadPointer& load) {
   const auto run = [&] {
-    return run_loader({files->bytes->bytes(),
+    return run_loader({files.bytes->bytes(),
                        {record.scene},
                        load->progress_,
                        record.sha256,
-                       [&](const std::string& name) { return files->neighbours.find(name); },
-                       owner_of_bytes(files->bytes),
+                       [&](const std::string& name) { return files.neighbours.find(name); },
+                       owner_of_bytes(files.bytes),
                        record.changes,
-                       [&](std::span<const std::byte> part) { files->bytes->claim(part); }});
+                       [&](std::span<const std::byte> part) { files.bytes->claim(part); }});
   };
   auto scene = run();
   while (!scene && scene.error().code == "SCENE_OVER_BUDGET" && evict_other_than(load->id_)) {
     scene = run();
   }
-  files->bytes->drop_unclaimed();
-  if (!scene) return fail(load, scene.error());
+  files.bytes->drop_unclaimed();
+  return scene;
+}
+
+void SceneStore::end_fetch(const SceneRecord& record, const LoadPointer& load,
+                           std::shared_ptr<const Scene> scene) {
   SceneSnapshot replaced;  // goes last: to let go of a scene takes long
   const std::lock_guard hold(mutex_);
   Entry* const entry = entry_of(*load);
@@ -261,7 +290,7 @@ void SceneStore::load_copied(const SceneRecord& record, const LoadPointer& load)
   if (!entry->content->scene || entry->content->revision < record.revision) {
     StoredScene next = stored_scene_of(record);
     next.state = SceneState::kReady;
-    next.scene = std::move(*scene);
+    next.scene = std::move(scene);
     replaced = std::exchange(entry->content, std::make_shared<const StoredScene>(std::move(next)));
     entry->standing = std::max(entry->standing, load->number_);
     entry->used = next_use_++;

@@ -81,6 +81,27 @@ TEST(FileBytes, keep_what_was_claimed_and_give_the_other_pages_back) {
   EXPECT_GT(dropped, kLarge - 300'001 - std::size_t{7} * 4096);
 }
 
+TEST(FileBytes, are_made_of_what_fills_them) {
+  for (const std::size_t size : {std::size_t{0}, std::size_t{100}, FileBytes::kSharedFrom}) {
+    const std::string text = text_of_size(size);
+    const auto made = FileBytes::make(size, "make it", [&](std::span<std::byte> room) {
+      std::transform(text.begin(), text.end(), room.begin(),
+                     [](char each) { return static_cast<std::byte>(each); });
+      return success();
+    });
+    ASSERT_TRUE(made.ok());
+    EXPECT_EQ(made->is_shared(), size >= FileBytes::kSharedFrom);
+    EXPECT_TRUE(view_of(made->bytes()) == text) << size;
+  }
+  const auto failed = FileBytes::make(10, "make it", [](auto) {
+    return Status(Error{ErrorKind::kBusy, "NO", "no", ""});
+  });
+  EXPECT_EQ(failed.error().code, "NO");
+  const auto too_large =
+      FileBytes::make(std::size_t{1} << 60, "make it", [](auto) { return success(); });
+  EXPECT_EQ(too_large.error().code, "MEMORY_FULL");
+}
+
 TEST(FileBytes, of_a_folder_are_an_error) {
   const TemporaryFolder folder;
   const auto bytes = read(folder.path());

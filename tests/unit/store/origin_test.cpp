@@ -331,9 +331,11 @@ TEST(SharedStore, takes_nothing_that_is_damaged_there) {
   const auto origin = open_origin(shared);
   const Replica a(origin), b(origin);
   ASSERT_TRUE(put_text(*a.store, "town", "one").ok());
-  { std::ofstream(shared.path() / "blobs" / hash("one")) << "two"; }
-  EXPECT_EQ(b.text("town"), "ORIGIN_DAMAGED");
-  EXPECT_TRUE(b.folder.files("blobs").empty());
+  for (const char* other : {"two", "on", "one and more", ""}) {
+    { std::ofstream(shared.path() / "blobs" / hash("one")) << other; }
+    EXPECT_EQ(b.text("town"), "ORIGIN_DAMAGED") << other;
+    EXPECT_TRUE(b.folder.files("blobs").empty());
+  }
   std::filesystem::remove(shared.path() / "blobs" / hash("one"));
   EXPECT_EQ(b.text("town"), "ORIGIN_DAMAGED");
   EXPECT_EQ(a.text("town"), "one");
