@@ -21,7 +21,7 @@ constexpr std::uint32_t kCells = 1u << kBits;
 constexpr std::uint16_t kNoCell = 0xffff;
 /// Triangles or positions that one thread counts at a time: at least so many, and no more than so
 /// many chunks, each of which has counters of its own.
-constexpr std::size_t kChunk = 1u << 19;
+constexpr std::size_t kChunk = 1u << 18;
 constexpr std::size_t kChunks = 8;
 
 /// So that no difference can overflow.

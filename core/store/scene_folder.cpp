@@ -63,8 +63,17 @@ fs::path SceneFolder::blob_path(const std::string& sha256) const {
   return folder_ / "blobs" / sha256;
 }
 
-Result<std::unique_ptr<SceneFolder>> SceneFolder::open(const fs::path& folder) {
-  std::unique_ptr<SceneFolder> opened(new SceneFolder(folder));
+Status SceneFolder::sync(const FileDescriptor& file, const char* doing) const {
+  return durability_ == Durability::kEverything ? sync_file(file, doing) : success();
+}
+
+Status SceneFolder::sync_names(const fs::path& folder, const char* doing) const {
+  return durability_ == Durability::kEverything ? sync_folder(folder, doing) : success();
+}
+
+Result<std::unique_ptr<SceneFolder>> SceneFolder::open(const fs::path& folder,
+                                                       Durability durability) {
+  std::unique_ptr<SceneFolder> opened(new SceneFolder(folder, durability));
   if (Status status = opened->prepare(); !status) return std::move(status).error();
   return opened;
 }
@@ -230,7 +239,7 @@ Result<TemporaryFile> SceneFolder::new_temporary() {
 Status SceneFolder::commit(TemporaryFile& bytes, std::span<TemporaryFile* const> neighbours,
                            const SceneRecord& record) {
   // The slow part, before anybody has to wait.
-  if (Status status = sync_file(bytes.file(), kStoring); !status) return status;
+  if (Status status = sync(bytes.file(), kStoring); !status) return status;
   const std::string encoded = encode_record(record);
   if (encoded.size() > kRecordLimit) {
     return Error{ErrorKind::kTooLarge, "NEIGHBOURS_TOO_MANY",
@@ -266,7 +275,7 @@ Status SceneFolder::place(TemporaryFile& bytes, std::span<TemporaryFile* const> 
     Status status = move(*neighbours[i], blob_path(record.neighbours[i].sha256));
     if (!status) return status;
   }
-  if (Status status = sync_folder(blob.parent_path(), kStoring); !status) return status;
+  if (Status status = sync_names(blob.parent_path(), kStoring); !status) return status;
   return place_record(record, text, stands);
 }
 
@@ -276,7 +285,7 @@ Status SceneFolder::place_record(const SceneRecord& record, TemporaryFile& text,
   if (Status status = rename_file(text.path(), target, kStoring); !status) return status;
   text.release();
   stands = true;
-  return sync_folder(target.parent_path(), kStoring);
+  return sync_names(target.parent_path(), kStoring);
 }
 
 Status SceneFolder::amend(const SceneRecord& record) {
@@ -305,7 +314,7 @@ Status SceneFolder::remove(const std::string& id) {
   constexpr const char* kDoing = "remove the scene";
   const std::lock_guard hold(mutex_);
   if (::unlink(record_path(id).c_str()) != 0 && errno != ENOENT) return io_error(kDoing, errno);
-  if (Status status = sync_folder(folder_ / "scenes", kDoing); !status) return status;
+  if (Status status = sync_names(folder_ / "scenes", kDoing); !status) return status;
   drop_reference(id);
   return success();
 }

@@ -15,6 +15,9 @@
 ///
 /// A scene is replaced by renaming a new record over the old one, after its bytes are on the disk.
 /// So each record names complete bytes at any moment at which the machine may stop.
+///
+/// The cache of an origin syncs the texts of records alone. A crash of the machine may damage bytes
+/// there. The damage is found when they are read, and the origin has them.
 
 #include <cstdint>
 #include <filesystem>
@@ -42,6 +45,12 @@ bool is_damage(const Error& error);
 /// the result of the move.
 std::string quarantine_note(const Status& moved);
 
+/// What a crash of the machine must not damage.
+enum class Durability {
+  kEverything,
+  kRecords,  ///< for a cache of an origin: the texts of records alone
+};
+
 /// The data folder of a running server: open(), read_catalogue() once, then the other functions.
 /// The destructor unlocks the folder. Thread-safe.
 class SceneFolder {
@@ -51,7 +60,8 @@ class SceneFolder {
   /// STORE_FOREIGN (the folder is not empty and has no `format` file of a store; nothing was
   /// changed), STORE_IN_USE (another process has locked it), STORE_FORMAT_UNKNOWN (a newer version
   /// wrote it), those of io_error.
-  static Result<std::unique_ptr<SceneFolder>> open(const std::filesystem::path& folder);
+  static Result<std::unique_ptr<SceneFolder>> open(const std::filesystem::path& folder,
+                                                   Durability durability = Durability::kEverything);
 
   /// A record that could not be read.
   struct Unread {
@@ -71,9 +81,9 @@ class SceneFolder {
 
   /// A new file in DIR/tmp. Errors: those of io_error.
   Result<TemporaryFile> new_temporary();
-  /// Makes `bytes` and `neighbours` the content of the scene, durably. They are renamed, so the
-  /// objects no longer own a file after success. `neighbours` must be synced, and in the order of
-  /// the record. The previous bytes of the scene are deleted when no record names them. Errors:
+  /// Makes `bytes` and `neighbours` the content of the scene, durably with kEverything. They are
+  /// renamed, so the objects no longer own a file after success. `neighbours` must be in the order
+  /// of the record, and with kEverything synced. The previous bytes of the scene are deleted when no record names them. Errors:
   /// those of io_error, NEIGHBOURS_TOO_MANY (the record exceeds kRecordLimit). The old record then
   /// remains, except if only the last sync failed: then the new record is there unless the machine
   /// crashes.
@@ -110,7 +120,10 @@ class SceneFolder {
   Result<bool> quarantine(const SceneRecord& record, const File& damaged);
 
  private:
-  explicit SceneFolder(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  SceneFolder(std::filesystem::path folder, Durability durability)
+      : folder_(std::move(folder)), durability_(durability) {}
+  Status sync(const FileDescriptor& file, const char* doing) const;
+  Status sync_names(const std::filesystem::path& folder, const char* doing) const;
   Status prepare();
   /// Returns the number of the folder's format, 0 for an empty folder. Changes nothing. Errors:
   /// STORE_FOREIGN, STORE_FORMAT_UNKNOWN, those of io_error.
@@ -138,6 +151,7 @@ class SceneFolder {
   void drop_reference(const std::string& id);
 
   std::filesystem::path folder_;
+  Durability durability_;
   FileDescriptor lock_;
   RecordForm form_ = RecordForm::kChecked;  ///< of the records in scenes/
   std::mutex mutex_;                        ///< orders commits and removals

@@ -86,7 +86,7 @@ struct RecordFiles {
 };
 
 /// The files that a record of an origin names, and their copies that the data folder lacks: first
-/// the scene's file, then its neighbours in the order of the record, these synced and closed.
+/// the scene's file, then its neighbours in the order of the record, these closed.
 struct FetchedFiles {
   RecordFiles files;
   std::vector<TemporaryFile> copies;

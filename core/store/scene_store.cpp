@@ -59,7 +59,8 @@ Result<std::unique_ptr<SceneStore>> SceneStore::open(const StoreOptions& options
   std::unique_ptr<SceneStore> store(new SceneStore(options, std::move(loader)));
   SceneFolder::Catalogue catalogue;
   if (!options.folder.empty()) {
-    auto folder = SceneFolder::open(options.folder);
+    auto folder = SceneFolder::open(
+        options.folder, options.shared.origin ? Durability::kRecords : Durability::kEverything);
     if (!folder) return std::move(folder).error();
     store->folder_ = std::move(*folder);
     auto read = store->folder_->read_catalogue();

@@ -198,19 +198,21 @@ Result<FileBytes> SceneStore::copy_file(const std::string& sha256, std::uint64_t
   const Error damaged =
       origin_damaged("a file of the scene in the origin has other bytes than its name says");
   return FileBytes::make(bytes, kCopying, [&](std::span<std::byte> room) -> Status {
-    Sha256 hash;
+    FollowingSha256 hash(room);
+    std::size_t size = 0;
     const Status read =
         options_.shared.origin->read_bytes(sha256, [&](std::span<const std::byte> piece) -> Status {
           if (load.progress_.cancelled()) return load_cancelled();
-          if (piece.size() > room.size()) return damaged;
-          std::copy(piece.begin(), piece.end(), room.begin());
-          room = room.subspan(piece.size());
-          load.progress_.reach(bytes - room.size());
-          hash.update(piece);
+          if (piece.size() > room.size() - size) return damaged;
+          std::copy(piece.begin(), piece.end(), room.begin() + size);
+          size += piece.size();
+          hash.reach(size);
+          load.progress_.reach(size);
           return write_all(copy, piece, kCopying);
         });
+    const std::string found = hash.finish();
     if (!read) return read;
-    return room.empty() && hash.finish() == sha256 ? success() : damaged;
+    return size == bytes && found == sha256 ? success() : damaged;
   });
 }
 
@@ -237,9 +239,6 @@ Result<FetchedFiles> SceneStore::fetch_files(const SceneRecord& record, const Lo
   for (const NeighbourRecord& each : record.neighbours) {
     auto neighbour = copy(each.sha256, each.bytes);
     if (!neighbour) return std::move(neighbour).error();
-    if (Status status = sync_file(fetched.copies.back().file(), kCopying); !status) {
-      return std::move(status).error();
-    }
     // There may be thousands of them, and fewer descriptors.
     fetched.copies.back().close();
     fetched.files.neighbours.add(each.name, std::move(*neighbour));

@@ -6,6 +6,12 @@
 #include <array>
 
 namespace sightline {
+namespace {
+
+/// Starting a thread takes as long as the hash of so many bytes.
+constexpr std::size_t kWorthAThread = 256 << 10;
+
+}  // namespace
 
 void Sha256::Free::operator()(evp_md_ctx_st* context) const { EVP_MD_CTX_free(context); }
 
@@ -29,6 +35,43 @@ std::string Sha256::finish() {
     text += kDigits[digest[i] & 15u];
   }
   return text;
+}
+
+FollowingSha256::FollowingSha256(std::span<const std::byte> bytes) : bytes_(bytes) {
+  if (bytes.size() >= kWorthAThread) thread_ = std::thread([this] { follow(); });
+}
+
+void FollowingSha256::reach(std::size_t size) {
+  if (!thread_.joinable()) hash_.update(bytes_.subspan(filled_, size - filled_));
+  filled_ = size;
+  told_ = 2 * size;
+  told_.notify_one();
+}
+
+void FollowingSha256::follow() {
+  for (std::size_t done = 0;;) {
+    const std::size_t told = told_;
+    if (told / 2 > done) {
+      hash_.update(bytes_.subspan(done, told / 2 - done));
+      done = told / 2;
+    } else if (told % 2 == 1) {
+      return;
+    } else {
+      told_.wait(told);
+    }
+  }
+}
+
+void FollowingSha256::end() {
+  if (!thread_.joinable()) return;
+  told_ = 2 * filled_ + 1;
+  told_.notify_one();
+  thread_.join();
+}
+
+std::string FollowingSha256::finish() {
+  end();
+  return hash_.finish();
 }
 
 std::string sha256_of(std::span<const std::byte> bytes) {
