@@ -112,10 +112,10 @@ Result<std::vector<OriginObject>> OriginFolder::list(const std::string& prefix,
                                                      const std::string& after) {
   std::vector<OriginObject> objects;
   std::error_code error;
-  const fs::path root = folder_ / prefix;  // ends with '/', as each path below it continues
+  const fs::path root = folder_ / prefix;  // ends with '/', and paths below it begin with it
   for (fs::recursive_directory_iterator each(root, error), end; each != end;) {
     std::string name = prefix + each->path().native().substr(root.native().size());
-    // The kind is in the entry of the folder, the size is not: it is asked for what is listed alone.
+    // The entry of a folder has the kind. The size costs a request: only listed names are asked.
     std::error_code gone;  // a file may vanish meanwhile
     if (name > after && each->is_regular_file(gone)) {
       const std::uint64_t bytes = each->file_size(gone);

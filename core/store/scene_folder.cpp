@@ -200,6 +200,10 @@ Result<SceneFolder::Catalogue> SceneFolder::read_catalogue() {
       continue;
     }
     Error error = text.ok() ? damaged("the scene's record is damaged") : text.error();
+    if (durability_ == Durability::kRecords && is_damage(error)) {
+      std::error_code left;
+      if (fs::remove(file, left)) continue;
+    }
     if (is_damage(error)) error.message += quarantine_note(quarantine_file(file));
     keeps_all_ = true;
     catalogue.unread.push_back({id, std::move(error)});
@@ -347,6 +351,13 @@ Result<bool> SceneFolder::quarantine(const SceneRecord& record, const File& dama
   if (again) return false;
   // What cannot be read now may be the right bytes.
   if (!is_damage(again.error())) return again.error();
+  if (durability_ == Durability::kRecords) {
+    if (::unlink(record_path(record.id).c_str()) != 0 && errno != ENOENT) {
+      return io_error("remove a damaged scene from the cache", errno);
+    }
+    drop_reference(record.id);
+    return true;
+  }
   Status moved = quarantine_file(record_path(record.id));
   if (!moved) return std::move(moved).error();
   // What the record names stays held, as hold_quarantined would hold it.

@@ -16,8 +16,9 @@
 /// A scene is replaced by renaming a new record over the old one, after its bytes are on the disk.
 /// So each record names complete bytes at any moment at which the machine may stop.
 ///
-/// The cache of an origin syncs the texts of records alone. A crash of the machine may damage bytes
-/// there. The damage is found when they are read, and the origin has them.
+/// In the cache of an origin a commit syncs the text of the record alone. A crash of the machine
+/// may damage bytes there, or bring back a replaced or removed record. A read finds damaged bytes.
+/// They are deleted, not moved to quarantine, because the origin has the right ones.
 
 #include <cstdint>
 #include <filesystem>
@@ -83,23 +84,23 @@ class SceneFolder {
   Result<TemporaryFile> new_temporary();
   /// Makes `bytes` and `neighbours` the content of the scene, durably with kEverything. They are
   /// renamed, so the objects no longer own a file after success. `neighbours` must be in the order
-  /// of the record, and with kEverything synced. The previous bytes of the scene are deleted when no record names them. Errors:
-  /// those of io_error, NEIGHBOURS_TOO_MANY (the record exceeds kRecordLimit). The old record then
-  /// remains, except if only the last sync failed: then the new record is there unless the machine
-  /// crashes.
+  /// of the record, and with kEverything synced. The previous bytes of the scene are deleted when
+  /// no record names them. Errors: those of io_error, NEIGHBOURS_TOO_MANY (the record exceeds
+  /// kRecordLimit). The old record then remains, except if only the last sync failed: then the new
+  /// record is there unless the machine crashes.
   Status commit(TemporaryFile& bytes, std::span<TemporaryFile* const> neighbours,
                 const SceneRecord& record);
-  /// Durably replaces the record of a scene without changing its bytes. Errors: those of io_error,
-  /// CHANGES_TOO_MANY (the record exceeds kRecordLimit); the record is then as after a failed
-  /// commit. Precondition: `record` names the bytes of the present record.
+  /// Replaces the record of a scene without changing its bytes, durably with kEverything. Errors:
+  /// those of io_error, CHANGES_TOO_MANY (the record exceeds kRecordLimit); the record is then as
+  /// after a failed commit. Precondition: `record` names the bytes of the present record.
   Status amend(const SceneRecord& record);
   /// Reads the record of a scene. Errors: STORE_DAMAGED, those of io_error.
   Result<SceneRecord> read_record(const std::string& id,
                                   RecordPart part = RecordPart::kWhole) const;
-  /// Durably removes the record of a scene, then its bytes and trees if no other record names the
-  /// bytes. It is no error if there is no scene. Errors: those of io_error. If the record could not
-  /// be unlinked, nothing has changed; if only the sync failed, the bytes stay until the next
-  /// start.
+  /// Removes the record of a scene, durably with kEverything, then its bytes and trees if no other
+  /// record names the bytes. It is no error if there is no scene. Errors: those of io_error. If the
+  /// record could not be unlinked, nothing has changed; if only the sync failed, the bytes stay
+  /// until the next start.
   Status remove(const std::string& id);
   /// Reads the file with this SHA-256 and `bytes` bytes, and checks it. If its hash_in_pieces
   /// equals `fingerprint`, the SHA-256 is not computed. Errors: STORE_DAMAGED if the bytes are
@@ -112,16 +113,18 @@ class SceneFolder {
     std::string sha256;
     std::uint64_t bytes = 0;
   };
-  /// Moves a record and `damaged`, a damaged file that it names, into quarantine. Other files of
-  /// the record stay, because other scenes may use them. First reads the file again, to check that
-  /// it is still damaged. If another scene has stored the right bytes meanwhile, moves nothing and
-  /// returns false; otherwise returns true. Errors: those of io_error. A file that could not be
-  /// moved stays where it is; the record may then be in quarantine without the file.
+  /// Moves a record and `damaged`, a damaged file that it names, into quarantine; deletes them with
+  /// kRecords. Other files of the record stay, because other scenes may use them. First reads the
+  /// file again, to check that it is still damaged. If another scene has stored the right bytes
+  /// meanwhile, moves nothing and returns false; otherwise returns true. Errors: those of io_error.
+  /// A file that could not be moved stays where it is; the record may then be in quarantine without
+  /// the file.
   Result<bool> quarantine(const SceneRecord& record, const File& damaged);
 
  private:
   SceneFolder(std::filesystem::path folder, Durability durability)
       : folder_(std::move(folder)), durability_(durability) {}
+  /// Both do nothing with kRecords.
   Status sync(const FileDescriptor& file, const char* doing) const;
   Status sync_names(const std::filesystem::path& folder, const char* doing) const;
   Status prepare();

@@ -85,10 +85,11 @@ struct RecordFiles {
   StoredNeighbours neighbours;
 };
 
-/// The files that a record of an origin names, and their copies that the data folder lacks: first
-/// the scene's file, then its neighbours in the order of the record, these closed.
+/// The files that a record of an origin names, in memory.
 struct FetchedFiles {
   RecordFiles files;
+  /// Their copies: the scene's file, then its neighbours, closed, in the order of the record. Empty
+  /// if the data folder has the files.
   std::vector<TemporaryFile> copies;
 };
 

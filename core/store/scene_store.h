@@ -89,8 +89,9 @@ struct SharedScenes {
 /// Options of a store.
 struct StoreOptions {
   std::filesystem::path folder = {};  ///< data folder; empty: scenes are in memory only
-  int loads_at_once = 2;    ///< loading a scene needs several times the memory of the loaded scene
-  int fetches_at_once = 4;  ///< a fetch may wait for a slow source
+  int loads_at_once = 2;  ///< loading a scene needs several times the memory of the loaded scene
+  /// A fetch may wait for a slow source. One from an origin has its files in memory.
+  int fetches_at_once = 4;
   std::size_t loads_max = 100;  ///< largest number of requests to load that run or wait
   /// Bytes of all uploads in total if there is no folder; a single upload may be larger.
   std::uint64_t uploads_memory = std::uint64_t{1} << 30;
@@ -210,6 +211,8 @@ class SceneStore {
   /// Runs `work`; fails the load if it throws, as it does when memory is exhausted.
   void guarded(const LoadPointer& load, const std::function<void()>& work);
   void load_record(const SceneRecord& record, const LoadPointer& load);
+  /// Reads all files of the record; after an error `failed` is the file that could not be read.
+  Result<RecordFiles> read_files(const SceneRecord& record, SceneFolder::File& failed) const;
   /// Reads all files of the record. If it returns STORE_DAMAGED, the damaged file is in quarantine,
   /// or the message says why not.
   Result<RecordFiles> check_record(const SceneRecord& record, const LoadPointer& load);
@@ -229,16 +232,20 @@ class SceneStore {
   /// Begins to load a content of the origin, or returns the load that is under way already.
   LoadPointer load_from_origin(const std::string& id, std::uint64_t revision);
   void fetch_from_origin(const LoadPointer& load);
-  /// The files of a content of the origin: from the data folder if it has them, else copied.
+  /// Loads a content of the origin, and stores it in the data folder meanwhile.
+  void load_fetched(const SceneRecord& record, const LoadPointer& load);
+  /// The files of a content of the origin: from the data folder if they are there undamaged, else
+  /// copied.
   Result<FetchedFiles> fetch_files(const SceneRecord& record, const LoadPointer& load);
   /// Copies a file of the origin to memory and to `copy`, and checks its hash.
   Result<FileBytes> copy_file(const std::string& sha256, std::uint64_t bytes, SceneLoad& load,
                               const FileDescriptor& copy);
   /// Stores a content of the origin in the data folder, unless a newer one is there.
-  Status store_in_cache(const SceneRecord& record, std::vector<TemporaryFile>& copies);
+  Status store_in_cache(const SceneRecord& record, std::vector<TemporaryFile>& copies,
+                        SceneLoad& load);
   using LoadedScene = Result<std::shared_ptr<const Scene>>;
-  LoadedScene load_fetched(const SceneRecord& record, const RecordFiles& files,
-                           const LoadPointer& load);
+  LoadedScene run_fetched(const SceneRecord& record, const RecordFiles& files,
+                          const LoadPointer& load);
   void end_fetch(const SceneRecord& record, const LoadPointer& load,
                  std::shared_ptr<const Scene> scene);
   /// Stores the files of an upload in the origin.

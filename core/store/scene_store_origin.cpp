@@ -16,6 +16,8 @@ namespace {
 constexpr const char* kMark = "origin";
 constexpr const char* kDoing = "mark the data folder as a cache";
 constexpr const char* kCopying = "copy a scene from the origin";
+/// How often the thread of a fetch checks whether its load was cancelled.
+constexpr std::chrono::milliseconds kChecksAgain{50};
 /// A name of an origin is a URL or a path.
 constexpr std::size_t kMostName = 4096;
 /// Writers that are overtaken so often in a row give up.
@@ -170,27 +172,38 @@ void SceneStore::fetch_from_origin(const LoadPointer& load) {
   const auto record = options_.shared.origin->read_record(load->id_, load->generation_);
   if (!record) return fail(load, record.error());
   make_room_for(load->id_, record->bytes);
-  const auto making_room = [&](auto&& step) {
-    auto done = step();
-    while (!done && done.error().code == "STORE_FULL" && evict_other_than(load->id_)) done = step();
-    if (!done) note_error(done.error());
-    return done;
-  };
-  auto fetched = making_room([&] { return fetch_files(*record, load); });
-  if (!fetched) return fail(load, fetched.error());
-  // The disk of the cache takes as long as the load, and the two have nothing to wait for.
-  auto files = std::make_shared<const RecordFiles>(std::move(fetched->files));
+  load_fetched(*record, load);
+  give_back_free_memory_of(record->bytes);
+}
+
+void SceneStore::load_fetched(const SceneRecord& record, const LoadPointer& load) {
+  auto fetched = fetch_files(record, load);
+  while (!fetched && fetched.error().code == "STORE_FULL" && evict_other_than(load->id_)) {
+    fetched = fetch_files(record, load);
+  }
+  if (!fetched) {
+    note_error(fetched.error());
+    return fail(load, fetched.error());
+  }
+  const auto files = std::make_shared<const RecordFiles>(std::move(fetched->files));
   auto loading = std::make_shared<std::packaged_task<LoadedScene()>>(
-      [this, load, files, record = *record] { return load_fetched(record, *files, load); });
+      [this, load, files, record] { return run_fetched(record, *files, load); });
   auto loaded = loading->get_future();
   push_job(*builds_, load, [task = std::move(loading)] { (*task)(); });
-  const Status stored = making_room([&] { return store_in_cache(*record, fetched->copies); });
+  // The cache stores the copies while the scene is loaded: neither needs the other.
+  const Status stored = store_in_cache(record, fetched->copies, *load);
+  if (!stored) {
+    note_error(stored.error());
+    fail(load, stored.error());
+    return load->progress_.cancel();
+  }
+  // A stop or a removal does not wait for loads that are queued before this one.
+  while (loaded.wait_for(kChecksAgain) != std::future_status::ready) {
+    if (load->progress_.cancelled()) return fail(load, load_cancelled());
+  }
   auto scene = loaded.get();
-  if (!stored) return fail(load, stored.error());
   if (!scene) return fail(load, scene.error());
-  end_fetch(*record, load, std::move(*scene));
-  files.reset();
-  give_back_free_memory_of(record->bytes);
+  end_fetch(record, load, std::move(*scene));
 }
 
 Result<FileBytes> SceneStore::copy_file(const std::string& sha256, std::uint64_t bytes,
@@ -200,11 +213,11 @@ Result<FileBytes> SceneStore::copy_file(const std::string& sha256, std::uint64_t
   return FileBytes::make(bytes, kCopying, [&](std::span<std::byte> room) -> Status {
     FollowingSha256 hash(room);
     std::size_t size = 0;
-    const Status read =
+    Status read =
         options_.shared.origin->read_bytes(sha256, [&](std::span<const std::byte> piece) -> Status {
           if (load.progress_.cancelled()) return load_cancelled();
           if (piece.size() > room.size() - size) return damaged;
-          std::copy(piece.begin(), piece.end(), room.begin() + size);
+          std::copy(piece.begin(), piece.end(), room.subspan(size).begin());
           size += piece.size();
           hash.reach(size);
           load.progress_.reach(size);
@@ -220,10 +233,14 @@ Result<FetchedFiles> SceneStore::fetch_files(const SceneRecord& record, const Lo
   FetchedFiles fetched;
   if (const auto present = folder_->read_record(record.id);
       present && has_files_of(*present, record)) {
-    auto files = check_record(record, load);
-    if (!files) return std::move(files).error();
-    fetched.files = std::move(*files);
-    return fetched;
+    SceneFolder::File failed;
+    auto files = read_files(record, failed);
+    if (files) {
+      fetched.files = std::move(*files);
+      return fetched;
+    }
+    if (!is_damage(files.error())) return std::move(files).error();
+    note_error(files.error());
   }
   load->progress_.begin("fetching", record.bytes);
   const auto copy = [&](const std::string& sha256, std::uint64_t bytes) -> Result<FileBytes> {
@@ -246,8 +263,11 @@ Result<FetchedFiles> SceneStore::fetch_files(const SceneRecord& record, const Lo
   return fetched;
 }
 
-Status SceneStore::store_in_cache(const SceneRecord& record, std::vector<TemporaryFile>& copies) {
+Status SceneStore::store_in_cache(const SceneRecord& record, std::vector<TemporaryFile>& copies,
+                                  SceneLoad& load) {
   const std::lock_guard commit(commit_mutex_);
+  // A removal cancels the load under this lock.
+  if (load.progress_.cancelled()) return load_cancelled();
   const auto now = folder_->read_record(record.id);
   if (now && now->revision >= record.revision) return success();
   if (copies.empty()) {
@@ -259,9 +279,8 @@ Status SceneStore::store_in_cache(const SceneRecord& record, std::vector<Tempora
   return folder_->commit(copies[0], neighbours, record);
 }
 
-SceneStore::LoadedScene SceneStore::load_fetched(const SceneRecord& record,
-                                                 const RecordFiles& files,
-                                                 const LoadPointer& load) {
+SceneStore::LoadedScene SceneStore::run_fetched(const SceneRecord& record, const RecordFiles& files,
+                                                const LoadPointer& load) {
   const auto run = [&] {
     return run_loader({files.bytes->bytes(),
                        {record.scene},
@@ -432,9 +451,10 @@ void SceneStore::refresh_from_origin() {
       const auto found = entries_.find(id);
       if (found == entries_.end()) continue;
       const StoredScene& content = *found->second.content;
-      if (content.persistent && content.revision < generation.number) {
-        changed.emplace_back(id, generation);
-      }
+      const bool is_old = content.persistent && content.revision < generation.number;
+      // A start that found damaged files has deleted them.
+      const bool is_lost = !content.scene && content.failure && is_damage(*content.failure);
+      if (is_old || is_lost) changed.emplace_back(id, generation);
     }
   }
   for (const auto& [id, generation] : changed) {

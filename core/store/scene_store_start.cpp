@@ -72,16 +72,22 @@ void SceneStore::forget_record(const LoadPointer& load) {
   entry->content = std::make_shared<const StoredScene>(std::move(next));
 }
 
+Result<RecordFiles> SceneStore::read_files(const SceneRecord& record,
+                                           SceneFolder::File& failed) const {
+  failed = {record.sha256, record.bytes};
+  auto read = folder_->read_bytes(record.sha256, record.bytes, record.fingerprint);
+  if (!read) return std::move(read).error();
+  auto neighbours = StoredNeighbours::read(*folder_, record, failed);
+  if (!neighbours) return std::move(neighbours).error();
+  return RecordFiles{std::make_shared<const FileBytes>(std::move(*read)), std::move(*neighbours)};
+}
+
 Result<RecordFiles> SceneStore::check_record(const SceneRecord& record, const LoadPointer& load) {
   for (;;) {
-    SceneFolder::File failed{record.sha256, record.bytes};
-    auto read = folder_->read_bytes(record.sha256, record.bytes, record.fingerprint);
-    auto neighbours = read ? StoredNeighbours::read(*folder_, record, failed) : read.error();
-    if (neighbours) {
-      return RecordFiles{std::make_shared<const FileBytes>(std::move(*read)),
-                         std::move(*neighbours)};
-    }
-    Error error = neighbours.error();
+    SceneFolder::File failed;
+    auto files = read_files(record, failed);
+    if (files) return files;
+    Error error = files.error();
     note_error(error);
     // A put may have replaced these bytes while they were read, or a removal dropped them: then
     // they are not damaged, but gone.
@@ -90,7 +96,9 @@ Result<RecordFiles> SceneStore::check_record(const SceneRecord& record, const Lo
     const auto moved = folder_->quarantine(record, failed);
     if (moved && !*moved) continue;
     if (moved) forget_record(load);
-    error.message += quarantine_note(moved ? success() : moved.error());
+    error.message += moved && options_.shared.origin
+                         ? "; it was deleted from the cache"
+                         : quarantine_note(moved ? success() : moved.error());
     return error;
   }
 }

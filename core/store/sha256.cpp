@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <system_error>
 
 namespace sightline {
 namespace {
@@ -38,7 +39,12 @@ std::string Sha256::finish() {
 }
 
 FollowingSha256::FollowingSha256(std::span<const std::byte> bytes) : bytes_(bytes) {
-  if (bytes.size() >= kWorthAThread) thread_ = std::thread([this] { follow(); });
+  if (bytes.size() < kWorthAThread) return;
+  try {
+    thread_ = std::thread([this] { follow(); });
+  } catch (const std::system_error&) {
+    // Without a thread reach() computes the hash.
+  }
 }
 
 void FollowingSha256::reach(std::size_t size) {

@@ -31,11 +31,11 @@ class Sha256 {
   bool good_ = false;
 };
 
-/// The hash of memory that its user fills from the front. Large memory is hashed by a thread of its
-/// own meanwhile. Not thread-safe.
+/// The hash of memory that its user fills from the front. A thread of its own follows in large
+/// memory. Not thread-safe.
 class FollowingSha256 {
  public:
-  /// `bytes` must stay valid as long as this object. Throws std::system_error if there is no thread.
+  /// `bytes` must stay valid as long as this object.
   explicit FollowingSha256(std::span<const std::byte> bytes);
   FollowingSha256(const FollowingSha256&) = delete;
   FollowingSha256& operator=(const FollowingSha256&) = delete;

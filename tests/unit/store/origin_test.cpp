@@ -75,11 +75,12 @@ struct Replica {
   explicit Replica(const std::shared_ptr<Origin>& origin, std::uint64_t cache_bytes = 0) {
     open(origin, cache_bytes);
   }
-  void open(const std::shared_ptr<Origin>& origin, std::uint64_t cache_bytes = 0) {
+  /// Later looks at the origin are so far apart that the tests say when.
+  void open(const std::shared_ptr<Origin>& origin, std::uint64_t cache_bytes = 0,
+            std::chrono::milliseconds refresh = std::chrono::hours(1)) {
     StoreOptions options{.folder = folder.path()};
-    // No look of its own accord: the tests say when.
-    options.shared = {std::make_shared<OriginScenes>(origin), "test", std::chrono::hours(1),
-                      cache_bytes, [](const std::string&) {}};
+    options.shared = {std::make_shared<OriginScenes>(origin), "test", refresh, cache_bytes,
+                      [](const std::string&) {}};
     auto opened = SceneStore::open(options, load_text, {});
     ASSERT_TRUE(opened.ok()) << opened.error().message;
     store = std::move(*opened);
@@ -324,6 +325,31 @@ TEST(SharedStore, fetches_again_what_is_damaged_here) {
   { std::ofstream(a.folder.path() / "blobs" / hash("one")) << "two"; }
   a.open(origin);
   EXPECT_EQ(a.text("town"), "one");
+  a.store.reset();
+  { std::ofstream(a.folder.path() / "scenes/town.json") << "{"; }
+  a.open(origin);
+  EXPECT_EQ(a.text("town"), "one");
+  // A new record of bytes that are damaged here.
+  Replica b(origin);
+  EXPECT_EQ(b.text("town"), "one");
+  ASSERT_TRUE(put_text(*a.store, "town", "one").ok());
+  { std::ofstream(b.folder.path() / "blobs" / hash("one")) << "two"; }
+  EXPECT_EQ(b.text("town", 2), "one");
+  for (const Replica* each : {&a, &b}) {
+    EXPECT_TRUE(each->folder.files("quarantine").empty());
+    EXPECT_EQ(each->folder.files("blobs").size(), 1u);
+  }
+}
+
+TEST(SharedStore, fetches_again_by_itself_what_a_start_finds_damaged) {
+  const TemporaryFolder shared;
+  const auto origin = open_origin(shared);
+  Replica a(origin);
+  ASSERT_TRUE(put_text(*a.store, "town", "one").ok());
+  a.store.reset();
+  std::filesystem::remove(a.folder.path() / "blobs" / hash("one"));
+  a.open(origin, 0, std::chrono::milliseconds(10));
+  while (text_of(*a.store, "town") != "one") std::this_thread::yield();
 }
 
 TEST(SharedStore, takes_nothing_that_is_damaged_there) {
