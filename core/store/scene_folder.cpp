@@ -315,10 +315,13 @@ Result<SceneRecord> SceneFolder::read_record(const std::string& id, RecordPart p
 }
 
 Status SceneFolder::remove(const std::string& id) {
-  constexpr const char* kDoing = "remove the scene";
   const std::lock_guard hold(mutex_);
-  if (::unlink(record_path(id).c_str()) != 0 && errno != ENOENT) return io_error(kDoing, errno);
-  if (Status status = sync_names(folder_ / "scenes", kDoing); !status) return status;
+  return remove_record(id, "remove the scene");
+}
+
+Status SceneFolder::remove_record(const std::string& id, const char* doing) {
+  if (::unlink(record_path(id).c_str()) != 0 && errno != ENOENT) return io_error(doing, errno);
+  if (Status status = sync_names(folder_ / "scenes", doing); !status) return status;
   drop_reference(id);
   return success();
 }
@@ -352,10 +355,8 @@ Result<bool> SceneFolder::quarantine(const SceneRecord& record, const File& dama
   // What cannot be read now may be the right bytes.
   if (!is_damage(again.error())) return again.error();
   if (durability_ == Durability::kRecords) {
-    if (::unlink(record_path(record.id).c_str()) != 0 && errno != ENOENT) {
-      return io_error("remove a damaged scene from the cache", errno);
-    }
-    drop_reference(record.id);
+    Status removed = remove_record(record.id, "remove a damaged scene from the cache");
+    if (!removed) return std::move(removed).error();
     return true;
   }
   Status moved = quarantine_file(record_path(record.id));

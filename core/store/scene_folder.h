@@ -152,6 +152,8 @@ class SceneFolder {
   /// Deletes bytes that no record or commit names any more.
   void release(const std::vector<std::string>& hashes);
   void drop_reference(const std::string& id);
+  /// As remove().
+  Status remove_record(const std::string& id, const char* doing);
 
   std::filesystem::path folder_;
   Durability durability_;

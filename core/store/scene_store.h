@@ -211,10 +211,14 @@ class SceneStore {
   /// Runs `work`; fails the load if it throws, as it does when memory is exhausted.
   void guarded(const LoadPointer& load, const std::function<void()>& work);
   void load_record(const SceneRecord& record, const LoadPointer& load);
+  using LoadedScene = Result<std::shared_ptr<const Scene>>;
+  /// Calls the loader with the files of a record. The caller drops what is not claimed.
+  LoadedScene run_record(const SceneRecord& record, const RecordFiles& files,
+                         SceneLoad& load) const;
   /// Reads all files of the record; after an error `failed` is the file that could not be read.
   Result<RecordFiles> read_files(const SceneRecord& record, SceneFolder::File& failed) const;
   /// Reads all files of the record. If it returns STORE_DAMAGED, the damaged file is in quarantine,
-  /// or the message says why not.
+  /// or was deleted from a cache; or the message says why not.
   Result<RecordFiles> check_record(const SceneRecord& record, const LoadPointer& load);
   /// Removes the content of a name whose record the folder no longer has.
   void forget_record(const LoadPointer& load);
@@ -243,7 +247,6 @@ class SceneStore {
   /// Stores a content of the origin in the data folder, unless a newer one is there.
   Status store_in_cache(const SceneRecord& record, std::vector<TemporaryFile>& copies,
                         SceneLoad& load);
-  using LoadedScene = Result<std::shared_ptr<const Scene>>;
   LoadedScene run_fetched(const SceneRecord& record, const RecordFiles& files,
                           const LoadPointer& load);
   void end_fetch(const SceneRecord& record, const LoadPointer& load,

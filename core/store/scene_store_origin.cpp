@@ -281,19 +281,9 @@ Status SceneStore::store_in_cache(const SceneRecord& record, std::vector<Tempora
 
 SceneStore::LoadedScene SceneStore::run_fetched(const SceneRecord& record, const RecordFiles& files,
                                                 const LoadPointer& load) {
-  const auto run = [&] {
-    return run_loader({files.bytes->bytes(),
-                       {record.scene},
-                       load->progress_,
-                       record.sha256,
-                       [&](const std::string& name) { return files.neighbours.find(name); },
-                       owner_of_bytes(files.bytes),
-                       record.changes,
-                       [&](std::span<const std::byte> part) { files.bytes->claim(part); }});
-  };
-  auto scene = run();
+  auto scene = run_record(record, files, *load);
   while (!scene && scene.error().code == "SCENE_OVER_BUDGET" && evict_other_than(load->id_)) {
-    scene = run();
+    scene = run_record(record, files, *load);
   }
   files.bytes->drop_unclaimed();
   return scene;

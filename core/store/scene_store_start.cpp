@@ -103,15 +103,24 @@ Result<RecordFiles> SceneStore::check_record(const SceneRecord& record, const Lo
   }
 }
 
+SceneStore::LoadedScene SceneStore::run_record(const SceneRecord& record, const RecordFiles& files,
+                                               SceneLoad& load) const {
+  return run_loader({files.bytes->bytes(),
+                     {record.scene},
+                     load.progress_,
+                     record.sha256,
+                     [&](const std::string& name) { return files.neighbours.find(name); },
+                     owner_of_bytes(files.bytes),
+                     record.changes,
+                     [&](std::span<const std::byte> part) { files.bytes->claim(part); }});
+}
+
 void SceneStore::load_record(const SceneRecord& record, const LoadPointer& load) {
   if (!enter(load)) return;
   load->progress_.begin("checking");
   const auto files = check_record(record, load);
   if (!files) return fail(load, files.error());
-  auto scene = run_loader({files->bytes->bytes(), load->choice_, load->progress_, record.sha256,
-                           [&](const std::string& name) { return files->neighbours.find(name); },
-                           owner_of_bytes(files->bytes), record.changes,
-                           [&](std::span<const std::byte> part) { files->bytes->claim(part); }});
+  auto scene = run_record(record, *files, *load);
   files->bytes->drop_unclaimed();
   if (!scene) return fail(load, scene.error());
   const std::lock_guard hold(mutex_);
