@@ -2,7 +2,7 @@
 /// HitTerms: hits in terms of the scene's file. AnswerLayout: the formats of an answer.
 
 #include <cstdint>
-#include <deque>
+#include <list>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -39,7 +39,7 @@ struct HitTerms {
   Column<double> distance;     ///< t * |direction|
   bool t_is_distance = false;  ///< the distance is also answered as t
   /// The texts to which node_path refers. Moving this struct does not move them.
-  std::deque<std::string> own_texts;
+  std::list<std::string> own_texts;
 };
 
 }  // namespace sightline

@@ -77,7 +77,7 @@ namespace {
 /// The room that columns need, when `count` rows were read from `begin` to `at` of a text that ends
 /// at `end`. They are written row by row, and growth by doubling would take twice the memory.
 std::size_t room_for(std::size_t count, const char* begin, const char* at, const char* end) {
-  constexpr std::size_t kFirst = 64;
+  constexpr std::size_t kFirst = 16;
   if (count < kFirst) return kFirst;
   const double rows_per_byte = static_cast<double>(count) / static_cast<double>(at - begin);
   const auto rest = static_cast<std::size_t>(rows_per_byte * static_cast<double>(end - at));

@@ -231,8 +231,10 @@ unsigned RayReader::known_top_keys() const {
 
 bool RayReader::read_top(Object object) {
   // Keys of the kind of body follow those of rays.
-  std::vector<std::string_view> keys(kTopKeys.begin(), kTopKeys.end());
-  keys.insert(keys.end(), more_keys().begin(), more_keys().end());
+  std::array<std::string_view, 32> all_keys;  // as many as `known` has bits
+  const auto more = std::copy(kTopKeys.begin(), kTopKeys.end(), all_keys.begin());
+  const auto end = std::copy(more_keys().begin(), more_keys().end(), more);
+  const std::span<const std::string_view> keys(all_keys.begin(), end);
   const unsigned known = known_top_keys() | known_more_keys() << kTopKeys.size();
   for (auto entry : object) {
     Field field;

@@ -20,8 +20,8 @@ inline std::string lower_case(std::string_view text) {
 
 /// Compares without regard to the case of `text`. Precondition: `lower` has no capital letters.
 constexpr bool equals_caseless(std::string_view text, std::string_view lower) {
-  return std::equal(text.begin(), text.end(), lower.begin(), lower.end(),
-                    [](char a, char b) { return lower_case(a) == b; });
+  return text == lower || std::equal(text.begin(), text.end(), lower.begin(), lower.end(),
+                                     [](char a, char b) { return lower_case(a) == b; });
 }
 
 /// The text without spaces and tabs at its ends; a part of the memory of `text`.
@@ -42,8 +42,9 @@ constexpr int hex_value(char c) {
 /// Decodes percent sequences. Returns false if a percent sign is not followed by two hexadecimal
 /// digits.
 inline bool decode_percent(std::string_view text, std::string& decoded) {
-  decoded.clear();
-  for (std::size_t i = 0; i < text.size(); ++i) {
+  const std::size_t first = std::min(text.find('%'), text.size());
+  decoded = text.substr(0, first);
+  for (std::size_t i = first; i < text.size(); ++i) {
     if (text[i] != '%') {
       decoded += text[i];
       continue;

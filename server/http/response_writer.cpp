@@ -51,25 +51,27 @@ void append_head(std::string& out, const RequestHead& head, const HttpResponse& 
   // Most answers fit, with a short body.
   constexpr std::size_t kUsual = 1024;
   out.reserve(out.size() + kUsual);
-  out.append("HTTP/1.1 ");
+  constexpr std::string_view kVersion = "HTTP/1.1 ", kColon = ": ", kEnd = "\r\n";
+  out.append(kVersion);
   append_number(out, static_cast<std::uint64_t>(response.status), 10);
-  out.append(" ").append(status_title(response.status)).append("\r\n");
+  out.append(1, ' ').append(status_title(response.status)).append(kEnd);
   const auto add = [&](std::string_view name, std::string_view value) {
-    out.append(name).append(": ").append(value).append("\r\n");
+    out.append(name).append(kColon).append(value).append(kEnd);
   };
   if (!response.content_type.empty()) add("Content-Type", response.content_type);
   for (const auto& [name, value] : response.headers) add(name, value);
   if (response.stream) {
     if (!head.http10) add("Transfer-Encoding", "chunked");
   } else if (response.status != 204 && response.status != 304) {  // [RFC9110] 8.6
-    out.append("Content-Length: ");
+    constexpr std::string_view kLength = "Content-Length: ";
+    out.append(kLength);
     append_number(out, response.body.size(), 10);
-    out.append("\r\n");
+    out.append(kEnd);
   }
   if (is_last) add("Connection", "close");
   add("X-Request-Id", request_id);
   headers.append_to(out, head, response);
-  out.append("\r\n");
+  out.append(kEnd);
 }
 
 HttpResponse refusal(const RequestFault& fault, const std::string& request_id) {

@@ -9,19 +9,22 @@
 namespace sightline {
 namespace {
 
+constexpr std::size_t kUsualSegments = 6;
+constexpr std::string_view kScene = "{id}", kNode = "{node}", kJob = "{job}";
+
+bool is_name(std::string_view segment) { return segment.starts_with('{'); }
+
 bool matches(const std::vector<std::string>& pattern, const std::vector<std::string>& path,
              Exchange& exchange) {
   if (pattern.size() != path.size()) return false;
+  // Most routes differ in the last segment.
+  for (std::size_t i = pattern.size(); i-- > 0;) {
+    if (is_name(pattern[i]) ? path[i].empty() : pattern[i] != path[i]) return false;
+  }
   for (std::size_t i = 0; i < pattern.size(); ++i) {
-    if (pattern[i] == "{id}" && !path[i].empty()) {
-      exchange.scene_id = path[i];
-    } else if (pattern[i] == "{node}" && !path[i].empty()) {
-      exchange.node_id = path[i];
-    } else if (pattern[i] == "{job}" && !path[i].empty()) {
-      exchange.job_id = path[i];
-    } else if (pattern[i] != path[i]) {
-      return false;
-    }
+    if (pattern[i] == kScene) exchange.scene_id = path[i];
+    if (pattern[i] == kNode) exchange.node_id = path[i];
+    if (pattern[i] == kJob) exchange.job_id = path[i];
   }
   return true;
 }
@@ -32,12 +35,11 @@ bool split_path(std::string_view target, std::vector<std::string>& segments) {
   segments.clear();
   target = target.substr(0, target.find('?'));
   if (target.empty() || target.front() != '/') return false;
-  std::string segment;
+  segments.reserve(kUsualSegments);
   while (!target.empty()) {
     target.remove_prefix(1);
     const std::size_t end = std::min(target.find('/'), target.size());
-    if (!decode_percent(target.substr(0, end), segment)) return false;
-    segments.push_back(segment);
+    if (!decode_percent(target.substr(0, end), segments.emplace_back())) return false;
     target.remove_prefix(end);
   }
   return true;
