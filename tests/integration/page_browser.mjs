@@ -14,8 +14,10 @@ const SIZES = [[1280, 720], [390, 844]];
 const THEMES = ["light", "dark"];
 const PATIENCE = 240000;  // milliseconds that a slow machine may take for one step
 
-/** Both sizes and both themes; all four pairs of them where the words have "all". */
-const LOOKS = words.includes("all") ? SIZES.flatMap((size) => THEMES.map((theme) => [size, theme])) : [[SIZES[0], "light"], [SIZES[1], "dark"]];
+/** Pairs of a size and a theme: all of them, and those of long plans. SIGHTLINE_VIEWS "every": long plans use all. "one": each plan uses one. */
+const VIEWS = process.env.SIGHTLINE_VIEWS;
+const PAIRS = SIZES.flatMap((size) => THEMES.map((theme) => [size, theme])).slice(0, VIEWS === "one" ? 1 : 4);
+const FEW = VIEWS ? PAIRS : [PAIRS[0], PAIRS[3]];
 
 const browser = await chromium.launch({executablePath: browserPath, args: [
   "--headless", "--no-sandbox", "--disable-dev-shm-usage", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update",
@@ -144,22 +146,20 @@ const choose = (page, mode) => page.click(`#modes [data-mode=${mode}]`);
 const PLANS = {
   async click() {
     const runs = [];
-    for (const size of SIZES) {
-      for (const theme of THEMES) {
-        const {page, seen, close} = await open(size, theme);
-        await clickAt(page, 0.5, 0.55);
-        runs.push({...seen, ...await told(page), barriers: await barriers(page)});
-        await page.screenshot({path: `${folder}/click-${seen.size}-${theme}.png`});
-        await close();
-      }
+    for (const [size, theme] of PAIRS) {
+      const {page, seen, close} = await open(size, theme);
+      await clickAt(page, 0.5, 0.55);
+      runs.push({...seen, ...await told(page), barriers: await barriers(page)});
+      await page.screenshot({path: `${folder}/click-${seen.size}-${theme}.png`});
+      await close();
     }
     return runs;
   },
 
-  /** Every gesture, near the houses of the town, on a phone with a finger. WORD: "all" for pictures of each size in each theme. */
+  /** Every gesture, near the houses of the town, on a phone with a finger. */
   async gestures() {
     const runs = [];
-    for (const [size, theme] of LOOKS) {
+    for (const [size, theme] of FEW) {
       const {page, seen, close} = await open(size, theme, `${url}/#scene=town&camera=60,45,80,0,8,0`);
       const step = async (name, act) => {
         await answered(page, act);
@@ -382,10 +382,10 @@ const PLANS = {
     return runs;
   },
 
-  /** WORDs: a link to a view that the server traces; "all" as for gestures. Which pixels have a hit, on a grid. */
+  /** WORD: a link to a view that the server traces. Which pixels have a hit, on a grid. */
   async traced() {
     const runs = [];
-    for (const [size, theme] of LOOKS) {
+    for (const [size, theme] of FEW) {
       const {page, seen, close} = await open(size, theme, words[0]);
       const begin = Date.now();
       await page.waitForSelector("#traced[data-rows]");
@@ -606,78 +606,76 @@ const PLANS = {
   /** /learn: every case, every formula with its failing case, and a drag. */
   async learn() {
     const runs = [];
-    for (const size of SIZES) {
-      for (const theme of THEMES) {
-        const {page, seen, close} = await watch(size, theme);
-        await page.goto(`${url}/learn`);
-        const settled = () => page.waitForFunction(() => document.querySelector("#figure").dataset.answered);
+    for (const [size, theme] of PAIRS) {
+      const {page, seen, close} = await watch(size, theme);
+      await page.goto(`${url}/learn`);
+      const settled = () => page.waitForFunction(() => document.querySelector("#figure").dataset.answered);
+      await settled();
+      const step = async (act) => {
+        await page.evaluate(() => delete document.querySelector("#figure").dataset.answered);
+        await act();
         await settled();
-        const step = async (act) => {
-          await page.evaluate(() => delete document.querySelector("#figure").dataset.answered);
-          await act();
-          await settled();
-          return page.evaluate(() => ({
-            body: document.querySelector("#request").textContent, raw: document.querySelector("#answer").textContent,
-            verdict: document.querySelector("#verdict").textContent,
-            formulas: [...document.querySelectorAll("#formulas tbody tr")].map((row) => [row.cells[0].firstChild.textContent,
-              row.cells[1].textContent, row.classList.contains("wrong")]),
-          }));
-        };
+        return page.evaluate(() => ({
+          body: document.querySelector("#request").textContent, raw: document.querySelector("#answer").textContent,
+          verdict: document.querySelector("#verdict").textContent,
+          formulas: [...document.querySelectorAll("#formulas tbody tr")].map((row) => [row.cells[0].firstChild.textContent,
+            row.cells[1].textContent, row.classList.contains("wrong")]),
+        }));
+      };
+      await page.waitForSelector("#tree-part[data-step]");
+      seen.barriers = await barriers(page);
+      seen.overflow = (await told(page)).overflow;
+      seen.visits = {};
+      for (const name of ["both", "left", "right", "none"]) {
+        await page.evaluate(() => delete document.querySelector("#tree-part").dataset.step);
+        await page.click(`[data-visit=${name}]`);
         await page.waitForSelector("#tree-part[data-step]");
-        seen.barriers = await barriers(page);
-        seen.overflow = (await told(page)).overflow;
-        seen.visits = {};
-        for (const name of ["both", "left", "right", "none"]) {
-          await page.evaluate(() => delete document.querySelector("#tree-part").dataset.step);
-          await page.click(`[data-visit=${name}]`);
-          await page.waitForSelector("#tree-part[data-step]");
-          const steps = [];
-          for (let more = true; more;) {
-            steps.push(await page.evaluate(() => ({boxes: [...document.querySelectorAll("#tree rect")].map((box) => box.getAttribute("class")),
-              words: [...document.querySelectorAll("#visits li")].map(({textContent}) => textContent), end: document.querySelector("#visit-end").textContent})));
-            more = await page.isEnabled("#step-on");
-            if (more) await page.click("#step-on");
-          }
-          seen.visits[name] = {steps, body: await page.locator("#tree-request").textContent(), raw: await page.locator("#tree-answer").textContent()};
-          await page.locator("#tree-part").scrollIntoViewIfNeeded();
-          if (name === "left") await page.screenshot({path: `${folder}/learn-tree-${seen.size}-${theme}.png`});
+        const steps = [];
+        for (let more = true; more;) {
+          steps.push(await page.evaluate(() => ({boxes: [...document.querySelectorAll("#tree rect")].map((box) => box.getAttribute("class")),
+            words: [...document.querySelectorAll("#visits li")].map(({textContent}) => textContent), end: document.querySelector("#visit-end").textContent})));
+          more = await page.isEnabled("#step-on");
+          if (more) await page.click("#step-on");
         }
-        seen.cases = {};
-        seen.fails = [];
-        const names = await page.locator("#preset option").evaluateAll((options) => options.map(({value}) => value).filter(Boolean));
-        for (const name of names) {
-          seen.cases[name] = await step(async () => {
-            await page.selectOption("#preset", "");
-            await page.selectOption("#preset", name);
-          });
-        }
-        for (let i = 0; i < await page.locator("#formulas button").count(); ++i) {
-          seen.fails.push(await step(() => page.locator("#formulas button").nth(i).click()));
-        }
-        await step(() => page.selectOption("#preset", "origin inside, negative diagonal"));
-        await page.screenshot({path: `${folder}/learn-3d-${seen.size}-${theme}.png`});
-        await step(() => page.selectOption("#preset", "Figure 2: hits"));
-        await page.evaluate(() => {
-          scrollTo(0, 0);
-          document.querySelector("#text").scrollTo(0, 0);
-        });
-        await page.screenshot({path: `${folder}/learn-${seen.size}-${theme}.png`});
-        const dragged = async (handle, dx, dy) => {
-          await page.locator(handle).scrollIntoViewIfNeeded();
-          const box = await page.locator(handle).boundingBox();
-          const place = [box.x + box.width / 2, box.y + box.height / 2];
-          return step(() => hand(size).drag(page, place, [place[0] + dx, place[1] + dy]));
-        };
-        seen.dragged = {flat: await dragged("#xy .origin", -20, -40)};
-        await step(() => page.selectOption("#preset", "from the front, oblique"));
-        for (const handle of ["#xy .min", "#xz .max", "#xz .tip", "#xz .origin"]) seen.dragged[handle] = await dragged(handle, -18, -24);
-        seen.dragged.typed = await step(async () => {
-          await page.fill("[aria-label='origin y']", "2.5");
-          await page.press("[aria-label='origin y']", "Enter");
-        });
-        runs.push(seen);
-        await close();
+        seen.visits[name] = {steps, body: await page.locator("#tree-request").textContent(), raw: await page.locator("#tree-answer").textContent()};
+        await page.locator("#tree-part").scrollIntoViewIfNeeded();
+        if (name === "left") await page.screenshot({path: `${folder}/learn-tree-${seen.size}-${theme}.png`});
       }
+      seen.cases = {};
+      seen.fails = [];
+      const names = await page.locator("#preset option").evaluateAll((options) => options.map(({value}) => value).filter(Boolean));
+      for (const name of names) {
+        seen.cases[name] = await step(async () => {
+          await page.selectOption("#preset", "");
+          await page.selectOption("#preset", name);
+        });
+      }
+      for (let i = 0; i < await page.locator("#formulas button").count(); ++i) {
+        seen.fails.push(await step(() => page.locator("#formulas button").nth(i).click()));
+      }
+      await step(() => page.selectOption("#preset", "origin inside, negative diagonal"));
+      await page.screenshot({path: `${folder}/learn-3d-${seen.size}-${theme}.png`});
+      await step(() => page.selectOption("#preset", "Figure 2: hits"));
+      await page.evaluate(() => {
+        scrollTo(0, 0);
+        document.querySelector("#text").scrollTo(0, 0);
+      });
+      await page.screenshot({path: `${folder}/learn-${seen.size}-${theme}.png`});
+      const dragged = async (handle, dx, dy) => {
+        await page.locator(handle).scrollIntoViewIfNeeded();
+        const box = await page.locator(handle).boundingBox();
+        const place = [box.x + box.width / 2, box.y + box.height / 2];
+        return step(() => hand(size).drag(page, place, [place[0] + dx, place[1] + dy]));
+      };
+      seen.dragged = {flat: await dragged("#xy .origin", -20, -40)};
+      await step(() => page.selectOption("#preset", "from the front, oblique"));
+      for (const handle of ["#xy .min", "#xz .max", "#xz .tip", "#xz .origin"]) seen.dragged[handle] = await dragged(handle, -18, -24);
+      seen.dragged.typed = await step(async () => {
+        await page.fill("[aria-label='origin y']", "2.5");
+        await page.press("[aria-label='origin y']", "Enter");
+      });
+      runs.push(seen);
+      await close();
     }
     return runs;
   },
@@ -685,20 +683,18 @@ const PLANS = {
   /** /status after three looks, while a client asks. WORD: the path of a question, and its body. */
   async status() {
     const runs = [];
-    for (const size of SIZES) {
-      for (const theme of THEMES) {
-        const {page, seen, close} = await watch(size, theme);
-        await page.goto(`${url}/status`);
-        await page.waitForFunction(() => Number(document.body.dataset.looks) >= 1);
-        for (let i = 0; i < 20; ++i) await page.evaluate(([path, body]) => fetch(path, {method: "POST", body, headers: {"Content-Type": "application/json"}}), words);
-        await page.waitForFunction(() => Number(document.body.dataset.looks) >= 3);
-        const table = (id) => page.locator(`${id} tbody tr`).evaluateAll((rows) => rows.map((row) => [...row.cells].map(({textContent}) => textContent)));
-        seen.charts = await page.locator(".chart").evaluateAll((charts) => charts.map((chart) => [chart.children[0].textContent, chart.children[1].textContent]));
-        [seen.scenes, seen.routes] = [await table("#scene-table"), await table("#routes")];
-        runs.push({...seen, ...await told(page), barriers: await barriers(page)});
-        await page.screenshot({path: `${folder}/status-${seen.size}-${theme}.png`});
-        await close();
-      }
+    for (const [size, theme] of PAIRS) {
+      const {page, seen, close} = await watch(size, theme);
+      await page.goto(`${url}/status`);
+      await page.waitForFunction(() => Number(document.body.dataset.looks) >= 1);
+      for (let i = 0; i < 20; ++i) await page.evaluate(([path, body]) => fetch(path, {method: "POST", body, headers: {"Content-Type": "application/json"}}), words);
+      await page.waitForFunction(() => Number(document.body.dataset.looks) >= 3);
+      const table = (id) => page.locator(`${id} tbody tr`).evaluateAll((rows) => rows.map((row) => [...row.cells].map(({textContent}) => textContent)));
+      seen.charts = await page.locator(".chart").evaluateAll((charts) => charts.map((chart) => [chart.children[0].textContent, chart.children[1].textContent]));
+      [seen.scenes, seen.routes] = [await table("#scene-table"), await table("#routes")];
+      runs.push({...seen, ...await told(page), barriers: await barriers(page)});
+      await page.screenshot({path: `${folder}/status-${seen.size}-${theme}.png`});
+      await close();
     }
     return runs;
   },
@@ -706,32 +702,30 @@ const PLANS = {
   /** Documents at /docs/...: each WORD is a path. Then a search, and the API at /docs. */
   async guide() {
     const runs = [];
-    for (const size of SIZES) {
-      for (const theme of THEMES) {
-        const {page, seen, close} = await watch(size, theme);
-        seen.pages = {};
-        for (const path of words) {
-          await page.goto(`${url}/docs/${path}`);
-          await page.waitForSelector("body[data-complete]");
-          seen.pages[path] = await page.evaluate(() => ({title: document.title, text: document.querySelector("#document").innerText,
-            links: [...document.querySelectorAll("#document a")].map(({href}) => href)}));
-        }
-        seen.overflow = (await told(page)).overflow;
-        seen.barriers = await barriers(page);
-        await page.screenshot({path: `${folder}/guide-${seen.size}-${theme}.png`});
-        await page.fill("#search", "snap corners");
-        seen.found = await page.locator("#found a").evaluateAll((links) => links.map(({href}) => href));
-        await page.screenshot({path: `${folder}/search-${seen.size}-${theme}.png`});
-        await page.click("#found a");
+    for (const [size, theme] of PAIRS) {
+      const {page, seen, close} = await watch(size, theme);
+      seen.pages = {};
+      for (const path of words) {
+        await page.goto(`${url}/docs/${path}`);
         await page.waitForSelector("body[data-complete]");
-        seen.arrived = page.url();
-        await page.goto(`${url}/docs`);
-        await page.waitForSelector("#contents:not([hidden])", {state: "attached"});
-        seen.api = {title: await page.title(), wider: await page.evaluate(() => document.documentElement.scrollWidth - innerWidth), barriers: await barriers(page)};
-        await page.screenshot({path: `${folder}/api-${seen.size}-${theme}.png`});
-        runs.push(seen);
-        await close();
+        seen.pages[path] = await page.evaluate(() => ({title: document.title, text: document.querySelector("#document").innerText,
+          links: [...document.querySelectorAll("#document a")].map(({href}) => href)}));
       }
+      seen.overflow = (await told(page)).overflow;
+      seen.barriers = await barriers(page);
+      await page.screenshot({path: `${folder}/guide-${seen.size}-${theme}.png`});
+      await page.fill("#search", "snap corners");
+      seen.found = await page.locator("#found a").evaluateAll((links) => links.map(({href}) => href));
+      await page.screenshot({path: `${folder}/search-${seen.size}-${theme}.png`});
+      await page.click("#found a");
+      await page.waitForSelector("body[data-complete]");
+      seen.arrived = page.url();
+      await page.goto(`${url}/docs`);
+      await page.waitForSelector("#contents:not([hidden])", {state: "attached"});
+      seen.api = {title: await page.title(), wider: await page.evaluate(() => document.documentElement.scrollWidth - innerWidth), barriers: await barriers(page)};
+      await page.screenshot({path: `${folder}/api-${seen.size}-${theme}.png`});
+      runs.push(seen);
+      await close();
     }
     return runs;
   },

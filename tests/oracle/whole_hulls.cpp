@@ -34,6 +34,11 @@ long long overlap_along(const Whole& axis, const std::vector<Whole>& a,
 
 }  // namespace
 
+Whole whole_point(Random& random, int size) {
+  const int x = random.integer(-size, size), y = random.integer(-size, size);
+  return {x, y, random.integer(-size, size)};
+}
+
 Vec3d scaled(const Whole& p, int exponent) {
   return {std::ldexp(static_cast<double>(p[0]), exponent),
           std::ldexp(static_cast<double>(p[1]), exponent),

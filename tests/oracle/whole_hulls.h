@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/geometry/vec3.h"
+#include "tests/oracle/random.h"
 
 namespace sightline::oracle {
 
@@ -21,6 +22,8 @@ inline long long dot(const Whole& a, const Whole& b) {
 inline Whole cross(const Whole& a, const Whole& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
+/// A random point with |coordinate| <= size.
+Whole whole_point(Random& random, int size);
 /// The float64 point p * 2^exponent. Precondition: it is exact.
 Vec3d scaled(const Whole& p, int exponent);
 

@@ -19,19 +19,15 @@ namespace {
 using oracle::Meeting;
 using oracle::Whole;
 
-Whole whole_point(oracle::Random& random, int size) {
-  const int x = random.integer(-size, size), y = random.integer(-size, size);
-  return {x, y, random.integer(-size, size)};
-}
-
 /// Points that are alike, in a line, in a plane or anywhere; some of them twice.
 std::vector<Whole> whole_points(oracle::Random& random, int size, const std::vector<Whole>& near) {
   std::vector<Whole> points;
   const std::size_t count = 1 + random.index(random.chance(0.05) ? 14 : 7);
   const int form = random.integer(0, 9);
-  const Whole a = whole_point(random, size), b = whole_point(random, 2), c = whole_point(random, 2);
+  const Whole a = oracle::whole_point(random, size), b = oracle::whole_point(random, 2),
+              c = oracle::whole_point(random, 2);
   while (points.size() < count) {
-    Whole p = whole_point(random, size);
+    Whole p = oracle::whole_point(random, size);
     if (form <= 2) {  // in a line or a plane
       const int s = random.integer(-3, 3), t = form == 0 ? 0 : random.integer(-3, 3);
       for (std::size_t k = 0; k < 3; ++k) p[k] = a[k] + s * b[k] + t * c[k];
@@ -63,8 +59,9 @@ TEST(PointHull, meets_triangles_and_holds_points_as_integers_say) {
   const int cases = test::random_cases(1000);
   for (int round = 0; round < cases; ++round) {
     const int size = random.integer(1, 9);
-    const std::vector<Whole> triangle{whole_point(random, size), whole_point(random, size),
-                                      whole_point(random, size)};
+    const std::vector<Whole> triangle{oracle::whole_point(random, size),
+                                      oracle::whole_point(random, size),
+                                      oracle::whole_point(random, size)};
     const std::vector<Whole> points = whole_points(random, size, triangle);
     constexpr int kExponents[] = {0, 0, 0, 300, -300, 1015, -1074};
     const int exponent = kExponents[random.index(std::size(kExponents))];

@@ -51,14 +51,10 @@ std::array<mpq_class, 3> exact(const Whole& v) {
           mpq_class(static_cast<long>(v[2]))};
 }
 
-Whole whole_point(oracle::Random& random, int size) {
-  const int x = random.integer(-size, size), y = random.integer(-size, size);
-  return {x, y, random.integer(-size, size)};
-}
 std::array<Whole, 3> whole_triangle(oracle::Random& random, int size) {
   for (;;) {
-    std::array<Whole, 3> t{whole_point(random, size), whole_point(random, size),
-                           whole_point(random, size)};
+    std::array<Whole, 3> t{oracle::whole_point(random, size), oracle::whole_point(random, size),
+                           oracle::whole_point(random, size)};
     if (random.chance(0.2)) t[0][2] = t[1][2] = t[2][2] = random.integer(-2, 2);
     if (oracle::cross(oracle::minus(t[1], t[0]), oracle::minus(t[2], t[0])) != Whole{}) return t;
   }
@@ -132,7 +128,7 @@ TEST(ShapeContact, of_hulls_and_boxes_is_as_deep_as_integers_say) {
     if (form == 0) {
       std::vector<Whole> points;
       for (std::size_t k = random.index(7) + 1; k > 0; --k)
-        points.push_back(whole_point(random, size));
+        points.push_back(oracle::whole_point(random, size));
       if (random.chance(0.2)) {
         for (Whole& p : points) p[2] = triangle[0][2];
       }
@@ -145,7 +141,7 @@ TEST(ShapeContact, of_hulls_and_boxes_is_as_deep_as_integers_say) {
       ASSERT_TRUE(contact);
       ASSERT_EQ(fault_of(*contact, points, triangle, 1, exponent, tally[0]), "") << what;
     } else if (form == 1) {
-      Whole low = whole_point(random, size), high = whole_point(random, size);
+      Whole low = oracle::whole_point(random, size), high = oracle::whole_point(random, size);
       for (std::size_t k = 0; k < 3; ++k) {
         if (low[k] > high[k]) std::swap(low[k], high[k]);
       }
@@ -162,10 +158,10 @@ TEST(ShapeContact, of_hulls_and_boxes_is_as_deep_as_integers_say) {
       ASSERT_EQ(fault_of(contact_of(box, t), corners, triangle, 1, exponent, tally[1]), "") << what;
     } else {
       std::array<Whole, 3> axes;
-      for (Whole& axis : axes) axis = whole_point(random, 2);
+      for (Whole& axis : axes) axis = oracle::whole_point(random, 2);
       long long determinant = oracle::dot(axes[0], oracle::cross(axes[1], axes[2]));
       if (determinant == 0) continue;
-      const Whole center = whole_point(random, size);
+      const Whole center = oracle::whole_point(random, size);
       const Whole half{random.integer(0, 12), random.integer(0, 12), random.integer(0, 12)};
       OrientedBox box{oracle::scaled(center, exponent), oracle::scaled(half, exponent), {}};
       for (std::size_t k = 0; k < 3; ++k) box.axes[k] = oracle::scaled(axes[k], 0);
@@ -214,8 +210,8 @@ TEST(ShapeContact, of_balls_and_capsules_is_as_deep_as_rational_arithmetic_says)
     const int size = random.integer(1, 7), exponent = random.chance(0.5) ? 0 : 200;
     const auto triangle = whole_triangle(random, size);
     const Triangle t = scaled(triangle, exponent);
-    const Whole from = whole_point(random, size),
-                to = random.chance(0.3) ? from : whole_point(random, size);
+    const Whole from = oracle::whole_point(random, size),
+                to = random.chance(0.3) ? from : oracle::whole_point(random, size);
     const int radius = random.integer(0, 9);
     const Capsule capsule{oracle::scaled(from, exponent), oracle::scaled(to, exponent),
                           std::ldexp(radius, exponent)};

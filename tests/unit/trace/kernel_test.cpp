@@ -21,7 +21,7 @@ namespace {
 
 using test::affine;
 
-struct Case {
+struct SceneCase {
   const char* name;
   float scale = 1;
   float shift = 0;
@@ -31,7 +31,7 @@ struct Case {
 };
 
 /// Every case of several placements once more with each of them entered on its own.
-std::vector<Case> with_each_on_its_own(std::vector<Case> cases) {
+std::vector<SceneCase> with_each_on_its_own(std::vector<SceneCase> cases) {
   for (std::size_t i = cases.size(); i-- > 0;) {
     if (cases[i].places.empty()) continue;
     cases.push_back(cases[i]);
@@ -40,7 +40,7 @@ std::vector<Case> with_each_on_its_own(std::vector<Case> cases) {
   return cases;
 }
 
-std::shared_ptr<const Scene> make_scene(const Case& c, std::mt19937_64& random) {
+std::shared_ptr<const Scene> make_scene(const SceneCase& c, std::mt19937_64& random) {
   auto mesh = std::make_shared<Mesh>();
   std::uniform_real_distribution<float> uniform(-1, 1);
   std::uniform_int_distribution<int> grid(-3, 3);
@@ -62,7 +62,8 @@ std::shared_ptr<const Scene> make_scene(const Case& c, std::mt19937_64& random) 
   return *scene;
 }
 
-RayBatch make_rays(const Case& c, const Scene& scene, std::mt19937_64& random, std::size_t count) {
+RayBatch make_rays(const SceneCase& c, const Scene& scene, std::mt19937_64& random,
+                   std::size_t count) {
   RayBatch rays;
   std::uniform_real_distribution<double> uniform(-1, 1);
   std::uniform_int_distribution<std::uint32_t> instance(
@@ -120,7 +121,7 @@ TEST(Kernel, answers_like_the_exact_predicate_on_every_triangle) {
   const Affine small = affine({1e-30, 0, 0, 0, 0, 1e-30, 0, 0, 0, 0, 1e-29, 0});
   const Affine small_turn = affine({0.6, -0.8, 0, 1e-20, 0.8, 0.6, 0, 0, 0, 0, 1, 0});
   const Affine small_mirror = affine({-1, 0, 0, 0, 0, 2, 0, 1e-20, 0, 0, 1, 0});
-  const std::vector<Case> cases = with_each_on_its_own({
+  const std::vector<SceneCase> cases = with_each_on_its_own({
       {"uniform", 1, 0, false, {}},
       {"grid", 1, 0, true, {}},
       {"tiny", 1e-30f, 0, false, {}},
@@ -141,7 +142,7 @@ TEST(Kernel, answers_like_the_exact_predicate_on_every_triangle) {
   });
   constexpr std::uint64_t kSeed = 42;
   std::printf("seed %llu\n", static_cast<unsigned long long>(kSeed));
-  for (const Case& c : cases) {
+  for (const SceneCase& c : cases) {
     std::mt19937_64 random(kSeed);
     const auto scene = make_scene(c, random);
     const RayBatch rays = make_rays(c, *scene, random, test::random_cases<std::size_t>(400));
@@ -232,7 +233,8 @@ TEST(Kernel, answers_like_the_exact_predicate_on_every_triangle) {
 /// are parallel, some with limits of their own, one with a ray that goes elsewhere. Directions meet
 /// zeros of both signs, octants and largest axes change inside a row. `per_unit` columns side by
 /// side are as far apart as the scene is deep.
-RayBatch make_rows(const Case& c, std::size_t rows, std::size_t columns, double per_unit = 64) {
+RayBatch make_rows(const SceneCase& c, std::size_t rows, std::size_t columns,
+                   double per_unit = 64) {
   const double s = static_cast<double>(c.scale) * (c.integer ? 3 : 1);
   const double shift = static_cast<double>(c.shift);
   RayBatch rays;
@@ -255,7 +257,7 @@ RayBatch make_rows(const Case& c, std::size_t rows, std::size_t columns, double 
 
 /// Rays from near each other in directions of half the octants, some of which point along an axis,
 /// start far away, or have limits of their own.
-RayBatch make_scattered_rays(const Case& c, std::size_t count, std::mt19937_64& random) {
+RayBatch make_scattered_rays(const SceneCase& c, std::size_t count, std::mt19937_64& random) {
   const double s = static_cast<double>(c.scale) * (c.integer ? 3 : 1);
   const double shift = static_cast<double>(c.shift);
   std::uniform_real_distribution<double> any(-1, 1);
@@ -275,9 +277,9 @@ RayBatch make_scattered_rays(const Case& c, std::size_t count, std::mt19937_64& 
 
 /// `make_rays(case, random)` for each; `least_together` of the rays are to go in packets.
 template <class MakeRays>
-void expect_together_as_alone(const std::vector<Case>& cases, double least_together,
+void expect_together_as_alone(const std::vector<SceneCase>& cases, double least_together,
                               const MakeRays& make_rays) {
-  for (const Case& c : cases) {
+  for (const SceneCase& c : cases) {
     std::mt19937_64 random(7);
     const auto scene = make_scene(c, random);
     const RayBatch rays = make_rays(c, random);
@@ -319,7 +321,7 @@ TEST(Kernel, answers_neighbouring_rays_together_as_each_alone) {
   const Affine mirrored = affine({-1, 0, 0, 0.5, 0, 2, 0, 0.1, 0, 0, 1, 0});
   // So small that vectors leave it to make_box_ray; a row of rays meets its box.
   const Affine speck = affine({1e-150, 0, 0, 0, 0, 1e-150, 0, 0, 0, 0, 1e-150, 0});
-  const std::vector<Case> cases = with_each_on_its_own({
+  const std::vector<SceneCase> cases = with_each_on_its_own({
       {"uniform", 1, 0, false, {}},
       {"grid", 1, 0, true, {}},
       {"tiny", 1e-30f, 0, false, {}},
@@ -331,7 +333,7 @@ TEST(Kernel, answers_neighbouring_rays_together_as_each_alone) {
       {"grid in one place many times", 1, 0, true, {Affine{}, Affine{}, Affine{}}},
       {"uniform beside a speck", 1, 0, false, {sheared, speck, mirrored}},
   });
-  expect_together_as_alone(cases, 0.25, [](const Case& c, std::mt19937_64&) {
+  expect_together_as_alone(cases, 0.25, [](const SceneCase& c, std::mt19937_64&) {
     return make_rows(c, test::random_cases<std::size_t>(33), 150);
   });
 }
@@ -339,22 +341,22 @@ TEST(Kernel, answers_neighbouring_rays_together_as_each_alone) {
 /// So near each other that the widest packets pay.
 TEST(Kernel, answers_rays_side_by_side_together_as_each_alone) {
   const Affine sheared = affine({1, 0.5, 0, 0, 0, 1, 0.25, 0, 0, 0, 0.5, 0});
-  const std::vector<Case> cases{
+  const std::vector<SceneCase> cases{
       {"uniform", 1, 0, false, {}},    {"grid", 1, 0, true, {}},
       {"tiny", 1e-30f, 0, false, {}},  {"huge", 1e30f, 0, false, {}},
       {"shifted", 1, 1e6f, false, {}}, {"grid in one place", 1, 0, true, {sheared}}};
-  expect_together_as_alone(cases, 0.5, [](const Case& c, std::mt19937_64&) {
+  expect_together_as_alone(cases, 0.5, [](const SceneCase& c, std::mt19937_64&) {
     return make_rows(c, test::random_cases<std::size_t>(23), 330, 1024);
   });
 }
 
 TEST(Kernel, answers_scattered_rays_together_as_each_alone) {
   const Affine sheared = affine({1, 0.5, 0, 0, 0, 1, 0.25, 0, 0, 0, 0.5, 0});
-  const std::vector<Case> cases{
+  const std::vector<SceneCase> cases{
       {"uniform", 1, 0, false, {}},    {"grid", 1, 0, true, {}},
       {"tiny", 1e-30f, 0, false, {}},  {"huge", 1e30f, 0, false, {}},
       {"shifted", 1, 1e6f, false, {}}, {"grid in one place", 1, 0, true, {sheared}}};
-  expect_together_as_alone(cases, 0.25, [](const Case& c, std::mt19937_64& random) {
+  expect_together_as_alone(cases, 0.25, [](const SceneCase& c, std::mt19937_64& random) {
     return make_scattered_rays(c, 5000, random);
   });
 }

@@ -13,7 +13,7 @@
 namespace sightline {
 namespace {
 
-constexpr std::uint64_t kSeed = 61;
+constexpr std::uint64_t kEdgeSeed = 61;
 
 std::shared_ptr<const Scene> one_triangle(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
   auto mesh = std::make_shared<Mesh>();
@@ -28,8 +28,8 @@ std::shared_ptr<const Scene> one_triangle(const Vec3f& a, const Vec3f& b, const 
 }
 
 TEST(OnEdge, is_what_rational_arithmetic_says) {
-  std::printf("seed %llu\n", static_cast<unsigned long long>(kSeed));
-  oracle::Random random(kSeed);
+  std::printf("seed %llu\n", static_cast<unsigned long long>(kEdgeSeed));
+  oracle::Random random(kEdgeSeed);
   std::size_t on_edge = 0, inside = 0, in_plane = 0;
   for (int round = 0; round < 20000; ++round) {
     // On a small grid many rays meet edges and corners exactly, or lie in the plane.
