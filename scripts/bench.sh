@@ -60,8 +60,9 @@ fi
 cmake --build --preset release --target "${name}_bench" >&2
 
 # The floors come last, after the chart.
+code=0
 build/release/tests/bench/"${name}_bench" --out build/bench "$@" |
-  tee "build/bench/$name.log" | grep --line-buffered -v '^floor ' || true
-[ "${PIPESTATUS[0]}" = 0 ] || { echo "$0: the benchmark failed, see build/bench/$name.log" >&2; exit 1; }
+  tee "build/bench/$name.log" | { grep --line-buffered -v '^floor ' || true; } || code=$?
+[ "$code" = 0 ] || { echo "$0: the benchmark failed, see build/bench/$name.log" >&2; exit 1; }
 python3 -B scripts/plot_"$name".py build/bench
 grep '^floor ' "build/bench/$name.log"

@@ -116,10 +116,14 @@ void serve_embree(const Scene& scene, int workers, int port) {
       [&](Exchange& exchange) {
         std::string body;
         if (exchange.body != nullptr) {
-          exchange.body->read([&](std::span<const char> piece) {
-            body.append(piece.data(), piece.size());
-            return true;
-          });
+          constexpr std::uint64_t kBytesPerRay = 64;
+          BodyReader& reader = *exchange.body;
+          // As Sightline: a whole body, and many rays on a worker for long requests.
+          if (!reader.ask_for(std::numeric_limits<std::uint64_t>::max()) ||
+              !reader.may_cost(reader.unread_bytes().value_or(0) / kBytesPerRay)) {
+            return;
+          }
+          reader.read_all(body, [](std::size_t) { return true; });
         }
         exchange.reply_json(200, answerer.answer(body));
       },

@@ -179,7 +179,12 @@ std::string Bench::ask(const ServerProcess& server, std::size_t rays, Form form)
   const std::size_t at = request.find("Content-Type: ") + 14;
   const auto answer = client.Post("/v1/scenes/bench/rays:closest", body_of_request(rays, form),
                                   request.substr(at, request.find('\r', at) - at));
-  if (!answer || answer->status != 200) throw std::runtime_error("a server did not answer");
+  if (!answer || answer->status != 200) {
+    const std::string name = &server == &embree_ ? "embree" : "sightline";
+    throw std::runtime_error(name + " does not answer " + std::to_string(rays) + " rays as " +
+                             std::string(form_name(form)) + ": " +
+                             (answer ? answer->body : httplib::to_string(answer.error())));
+  }
   return answer->body;
 }
 
