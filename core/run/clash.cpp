@@ -53,11 +53,10 @@ NodeClashes::NodeClashes(const Engine& engine, const Scene& scene, const Side& a
 NodeClashes::Bodies NodeClashes::bodies_of(const Scene& scene, const TriangleGroup& group) {
   Bodies bodies;
   for (std::uint32_t i = 0; i < group.size(); ++i) {
-    const TriangleGroup::Member& member = group.member(i);
-    Body& body = bodies[scene.description().instances[member.id.instance].node];
-    body.triangles.push_back(member.triangle);
-    for (const Vec3d& corner : {member.triangle.v0, member.triangle.v1, member.triangle.v2})
-      body.box.include(corner);
+    const Triangle triangle = group.triangle(i);
+    Body& body = bodies[scene.description().instances[group.id(i).instance].node];
+    body.triangles.push_back(triangle);
+    for (const Vec3d& corner : {triangle.v0, triangle.v1, triangle.v2}) body.box.include(corner);
   }
   return bodies;
 }

@@ -83,33 +83,36 @@ bool may_pair_nodes(const SceneDescription& scene, const ClearanceQuestion& ques
 }
 
 void Clearance::look_at_leaves(const TriangleGroup::Node& a, const TriangleGroup::Node& b) {
+  std::array<Triangle, TriangleGroup::kLeafMembers> of_b;
+  for (std::uint32_t j = 0; j < b.count; ++j) of_b[j] = b_.triangle(b.first + j);
   for (std::uint32_t i = a.first; i < a.first + a.count; ++i) {
-    for (std::uint32_t j = b.first; j < b.first + b.count; ++j) {
-      Found found{&a_.member(i), &b_.member(j), {}, nullptr};
-      if (!may_pair_nodes(scene_.description(), question_, &a_ == &b_, node_of(*found.a),
-                          node_of(*found.b))) {
+    const Triangle of_a = a_.triangle(i);
+    for (std::uint32_t j = 0; j < b.count; ++j) {
+      Found found{a_.id(i), b_.id(b.first + j), {}, nullptr};
+      if (!may_pair_nodes(scene_.description(), question_, &a_ == &b_, node_of(found.a),
+                          node_of(found.b))) {
         continue;
       }
       if (question_.pairs == ClearancePairs::kClosest && closest_ && closest_->is_zero &&
           closest_->ids() < found.ids()) {
         continue;
       }
-      found.range = distance_range(corners_of(found.a->triangle), corners_of(found.b->triangle));
+      found.range = distance_range(corners_of(of_a), corners_of(of_b[j]));
       if (found.range.low <= reach() && is_within(found)) offer(std::move(found));
       if (too_many_) return;
     }
   }
 }
 
-std::uint32_t Clearance::node_of(const TriangleGroup::Member& member) const {
-  return scene_.description().instances[member.id.instance].node;
+std::uint32_t Clearance::node_of(TriangleId triangle) const {
+  return scene_.description().instances[triangle.instance].node;
 }
 
 const ExactDistance& Clearance::exact_of(Found& found) {
   if (!found.exact) {
     ++counts_.decisions.exact_compares;
     found.exact = std::make_unique<const ExactDistance>(
-        exact_distance(corners_of(found.a->triangle), found.b->triangle));
+        exact_distance(corners_of(scene_.world_triangle(found.a)), scene_.world_triangle(found.b)));
     found.is_zero = found.exact->square.sign() == 0;
     if (found.is_zero) found.range = {0, 0};
   }
@@ -147,11 +150,12 @@ void Clearance::offer(Found found) {
       too_many_ = all_.size() > most_;
       return;
     case ClearancePairs::kNodes: {
-      const std::pair nodes{node_of(*found.a), node_of(*found.b)};
+      const std::pair nodes{node_of(found.a), node_of(found.b)};
       const auto known = by_nodes_.find(nodes);
-      const bool crosses = (known != by_nodes_.end() && known->second.crosses) ||
-                           (question_.kinds && found.range.low == 0 &&
-                            triangles_cross(found.a->triangle, found.b->triangle));
+      const bool crosses =
+          (known != by_nodes_.end() && known->second.crosses) ||
+          (question_.kinds && found.range.low == 0 &&
+           triangles_cross(scene_.world_triangle(found.a), scene_.world_triangle(found.b)));
       const auto [place, is_new] = by_nodes_.try_emplace(nodes, std::move(found));
       // What was not taken has not been moved from.
       if (!is_new && comes_before(found, place->second)) place->second = std::move(found);
@@ -175,10 +179,10 @@ void Clearance::write(std::uint64_t limit, ClearanceAnswer& answer) const {
   if (found.size() > limit) found.resize(limit);
   answer.pairs.clear();
   for (const Found* each : found) {
-    const Corners a = corners_of(each->a->triangle);
-    const NearestPair near = nearest_pair(a, each->b->triangle);
-    answer.pairs.push_back({each->a->id, each->b->id,
-                            exact_distance(a, each->b->triangle).rounded(), near.on_a, near.on_b});
+    const Triangle a = scene_.world_triangle(each->a), b = scene_.world_triangle(each->b);
+    const NearestPair near = nearest_pair(corners_of(a), b);
+    const double distance = exact_distance(corners_of(a), b).rounded();
+    answer.pairs.push_back({each->a, each->b, distance, near.on_a, near.on_b});
     ClearancePair& pair = answer.pairs.back();
     pair.triangles_cross = each->crosses;
     pair.kind = each->crosses        ? ClashKind::kCrossing

@@ -47,18 +47,17 @@ class Clearance {
 
  private:
   struct Found {
-    const TriangleGroup::Member* a = nullptr;
-    const TriangleGroup::Member* b = nullptr;
+    TriangleId a, b;
     DistanceRange range;
     std::unique_ptr<const ExactDistance> exact;  ///< computed when first needed; many kilobytes
     bool is_zero = false;                        ///< the distance is known to be 0
     bool crosses = false;                        ///< some two triangles of the nodes cross
 
-    std::pair<TriangleId, TriangleId> ids() const { return {a->id, b->id}; }
+    std::pair<TriangleId, TriangleId> ids() const { return {a, b}; }
   };
   void look_at_leaves(const TriangleGroup::Node& a, const TriangleGroup::Node& b);
   void offer(Found found);
-  std::uint32_t node_of(const TriangleGroup::Member& member) const;
+  std::uint32_t node_of(TriangleId triangle) const;
   bool is_within(Found& found);
   bool comes_before(Found& x, Found& y);
   const ExactDistance& exact_of(Found& found);

@@ -13,13 +13,14 @@
 
 namespace sightline {
 
-/// A list of triangles and a binary tree over them. Immutable after construction.
+/// A list of triangles and a binary tree over them. Immutable after construction. It takes about 75
+/// bytes for each triangle.
 class TriangleGroup {
  public:
   /// A triangle of the group.
   struct Member {
     TriangleId id;
-    Triangle triangle;
+    Vec3f middle;  ///< of its box, rounded
   };
   /// A node of the binary tree.
   struct Node {
@@ -28,23 +29,29 @@ class TriangleGroup {
     std::uint32_t first = 0, count = 0;  ///< its members: [first, first + count)
     std::uint32_t child = 0;             ///< index of the first of two children; 0: a leaf
   };
+  /// The most members of a leaf.
+  static constexpr std::uint32_t kLeafMembers = 4;
 
   /// Makes a group of the triangles of the primitives of which `resolved` has any side. Leaves out
-  /// triangles that have no area or a corner that is not finite, and hidden instances. If the
-  /// deadline passes, the group is incomplete and must not be used. Throws std::bad_alloc. Cost: n
-  /// log n.
+  /// triangles that have no area or a corner that is not finite, and hidden instances. `scene` must
+  /// outlive the group. If the deadline passes, the group is incomplete and must not be used.
+  /// Throws std::bad_alloc. Cost: n log n.
   TriangleGroup(const Scene& scene, const ResolvedFilter& resolved, const Deadline& deadline);
 
   bool empty() const { return members_.empty(); }
   std::uint32_t size() const { return static_cast<std::uint32_t>(members_.size()); }
   /// The node of an index. Node 0 is the root; there is none if the group is empty.
   const Node& node(std::uint32_t i) const { return nodes_[i]; }
-  /// The member of an index below size().
-  const Member& member(std::uint32_t i) const { return members_[i]; }
+  /// The id of the member of an index below size().
+  TriangleId id(std::uint32_t i) const { return members_[i].id; }
+  /// The world triangle of that member. Cost: it is computed from the mesh.
+  Triangle triangle(std::uint32_t i) const { return scene_.world_triangle(id(i)); }
 
  private:
-  void split(std::uint32_t node);
+  void divide(std::uint32_t node);
+  void bound(Node& node) const;
 
+  const Scene& scene_;
   std::vector<Member> members_;
   std::vector<Node> nodes_;
 };

@@ -48,9 +48,8 @@ std::vector<ExactPair> all_pairs(const TriangleGroup& a, const TriangleGroup& b)
   };
   for (std::uint32_t i = 0; i < a.size(); ++i) {
     for (std::uint32_t j = 0; j < b.size(); ++j) {
-      pairs.push_back({oracle::hull_square_distance(corners(a.member(i).triangle),
-                                                    corners(b.member(j).triangle)),
-                       a.member(i).id, b.member(j).id});
+      pairs.push_back({oracle::hull_square_distance(corners(a.triangle(i)), corners(b.triangle(j))),
+                       a.id(i), b.id(j)});
     }
   }
   std::sort(pairs.begin(), pairs.end(), [](const ExactPair& x, const ExactPair& y) {
