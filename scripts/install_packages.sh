@@ -20,7 +20,7 @@ build="g++ cmake ninja-build pkg-config ccache ca-certificates
   libcli11-dev libcurl4-openssl-dev libpugixml-dev prometheus-cpp-dev libtbb-dev libhwy-dev libssl-dev zlib1g-dev libpng-dev libzstd-dev libbrotli-dev npm"
 run="$build curl"
 test="$run libassimp-dev libgtest-dev libgmp-dev libembree-dev python3 python3-numpy python3-yaml python3-pip python3-setuptools python3-wheel mypy strace clang-format"
-bench="$test librsvg2-bin fonts-dejavu-core nginx-light libnginx-mod-stream"
+bench="$test librsvg2-bin fonts-dejavu-core nginx-light libnginx-mod-stream valgrind"
 browser="$test chromium fonts-dejavu-core pngquant"
 convert="$build libassimp-dev"
 package="$build dpkg-dev file python3"

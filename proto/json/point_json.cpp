@@ -39,7 +39,10 @@ class PointReader : public RayReader {
   }
 
  private:
-  std::span<const std::string_view> more_keys() const override { return kPointKeys; }
+  std::span<const std::string_view> more_keys() const override {
+    static_assert(kPointKeys.size() <= kMostMoreKeys);
+    return kPointKeys;
+  }
   unsigned known_more_keys() const override {
     return (rules_.has_points ? 1u : 0u) | (rules_.has_method ? 2u : 0u) |
            (rules_.has_max_distance ? 4u : 0u) | (rules_.has_count ? 8u : 0u) |

@@ -38,7 +38,10 @@ class RayBoxReader : public RayReader {
   }
 
  private:
-  std::span<const std::string_view> more_keys() const override { return kRayBoxKeys; }
+  std::span<const std::string_view> more_keys() const override {
+    static_assert(kRayBoxKeys.size() <= kMostMoreKeys);
+    return kRayBoxKeys;
+  }
 
   bool read_more(std::size_t which, Value value) override {
     const JsonPointer place = JsonPointer().key(kRayBoxKeys[which]);

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <optional>
-#include <vector>
+#include <span>
 
 #include "core/base/infinity.h"
 #include "proto/json/generator_json.h"
@@ -231,7 +231,8 @@ unsigned RayReader::known_top_keys() const {
 
 bool RayReader::read_top(Object object) {
   // Keys of the kind of body follow those of rays.
-  std::array<std::string_view, 32> all_keys;  // as many as `known` has bits
+  std::array<std::string_view, kMostKeys> all_keys;
+  static_assert(kTopKeys.size() + kMostMoreKeys <= kMostKeys);
   const auto more = std::copy(kTopKeys.begin(), kTopKeys.end(), all_keys.begin());
   const auto end = std::copy(more_keys().begin(), more_keys().end(), more);
   const std::span<const std::string_view> keys(all_keys.begin(), end);

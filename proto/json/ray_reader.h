@@ -43,6 +43,8 @@ class RayReader : protected JsonReader {
   Result<QueryOptions> read_options(std::string& body);
 
  protected:
+  /// The most keys of a body: a bit set holds all of them. And the most of more_keys().
+  static constexpr std::size_t kMostKeys = 32, kMostMoreKeys = 8;
   /// Keys after those of rays. A derived class has its own.
   virtual std::span<const std::string_view> more_keys() const {
     return std::span(kRayMoreKeys).first(rules_.has_filters ? 1 : 0);

@@ -38,7 +38,10 @@ class SweepReader : public RayReader {
   }
 
  private:
-  std::span<const std::string_view> more_keys() const override { return kSweepQueryKeys; }
+  std::span<const std::string_view> more_keys() const override {
+    static_assert(kSweepQueryKeys.size() <= kMostMoreKeys);
+    return kSweepQueryKeys;
+  }
   unsigned known_more_keys() const override { return rules_.has_sweeps ? 1u : 0u; }
 
   bool read_more(std::size_t, Value value) override {

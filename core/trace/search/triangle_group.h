@@ -17,19 +17,14 @@ namespace sightline {
 /// bytes for each triangle.
 class TriangleGroup {
  public:
-  /// A triangle of the group.
-  struct Member {
-    TriangleId id;
-    Vec3f middle;  ///< of its box, rounded
-  };
   /// A node of the binary tree.
   struct Node {
-    Box3d box;                           ///< the exact world bounds of its members
-    TriangleId least;                    ///< the smallest id of its members
-    std::uint32_t first = 0, count = 0;  ///< its members: [first, first + count)
+    Box3d box;                           ///< the exact world bounds of its triangles
+    TriangleId least;                    ///< the smallest id of its triangles
+    std::uint32_t first = 0, count = 0;  ///< its triangles: [first, first + count)
     std::uint32_t child = 0;             ///< index of the first of two children; 0: a leaf
   };
-  /// The most members of a leaf.
+  /// The most triangles of a leaf.
   static constexpr std::uint32_t kLeafMembers = 4;
 
   /// Makes a group of the triangles of the primitives of which `resolved` has any side. Leaves out
@@ -42,12 +37,16 @@ class TriangleGroup {
   std::uint32_t size() const { return static_cast<std::uint32_t>(members_.size()); }
   /// The node of an index. Node 0 is the root; there is none if the group is empty.
   const Node& node(std::uint32_t i) const { return nodes_[i]; }
-  /// The id of the member of an index below size().
+  /// The id of the triangle of an index below size().
   TriangleId id(std::uint32_t i) const { return members_[i].id; }
-  /// The world triangle of that member. Cost: it is computed from the mesh.
+  /// Its corners in world space. Cost: they are computed from the mesh.
   Triangle triangle(std::uint32_t i) const { return scene_.world_triangle(id(i)); }
 
  private:
+  struct Member {
+    TriangleId id;
+    Vec3f middle;  ///< of the box of the triangle, rounded
+  };
   void divide(std::uint32_t node);
   void bound(Node& node) const;
 

@@ -9,51 +9,43 @@
 namespace sightline {
 namespace {
 
-constexpr Box3d kTestedBox{{-2, -3, -4}, {4, 3, 2}};
+constexpr Box3d kCube{{-2, -3, -4}, {4, 3, 2}};
 
 double above(double x) { return std::nextafter(x, kInf); }
 
 TEST(TriangleBox, meets_what_reaches_inside) {
-  EXPECT_TRUE(triangle_meets_box({{0, 0, 0}, {9, 0, 0}, {0, 9, 0}}, kTestedBox));
-  EXPECT_TRUE(triangle_meets_box({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, kTestedBox)) << "all inside";
-  EXPECT_TRUE(triangle_meets_box({{-99, -99, 0}, {99, -99, 0}, {0, 99, 0}}, kTestedBox))
-      << "around it";
-  EXPECT_TRUE(triangle_meets_box({{-9, 0, 0}, {9, 0, 0}, {0, 9, 50}}, kTestedBox))
+  EXPECT_TRUE(triangle_meets_box({{0, 0, 0}, {9, 0, 0}, {0, 9, 0}}, kCube));
+  EXPECT_TRUE(triangle_meets_box({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, kCube)) << "all inside";
+  EXPECT_TRUE(triangle_meets_box({{-99, -99, 0}, {99, -99, 0}, {0, 99, 0}}, kCube)) << "around it";
+  EXPECT_TRUE(triangle_meets_box({{-9, 0, 0}, {9, 0, 0}, {0, 9, 50}}, kCube))
       << "an edge through it";
 }
 
 TEST(TriangleBox, keeps_a_triangle_that_touches_a_face_an_edge_or_a_corner) {
-  EXPECT_TRUE(triangle_meets_box({{4, 0, 0}, {9, 1, 0}, {9, 0, 1}}, kTestedBox))
-      << "corner in a face";
-  EXPECT_TRUE(triangle_meets_box({{4, 3, 0}, {9, 9, 0}, {9, 9, 1}}, kTestedBox))
-      << "corner on an edge";
-  EXPECT_TRUE(triangle_meets_box({{4, 3, 2}, {9, 9, 9}, {9, 9, 8}}, kTestedBox))
-      << "corner on a corner";
-  EXPECT_TRUE(triangle_meets_box({{5, 2, 0}, {3, 4, 0}, {9, 9, 0}}, kTestedBox))
-      << "edge on an edge";
-  EXPECT_TRUE(triangle_meets_box({{4, 0, 0}, {4, 9, 0}, {4, 0, 9}}, kTestedBox))
-      << "in a face's plane";
-  EXPECT_TRUE(triangle_meets_box({{9, 0, 0}, {0, 9, 0}, {0, 0, 9}}, kTestedBox))
-      << "through the corner";
+  EXPECT_TRUE(triangle_meets_box({{4, 0, 0}, {9, 1, 0}, {9, 0, 1}}, kCube)) << "corner in a face";
+  EXPECT_TRUE(triangle_meets_box({{4, 3, 0}, {9, 9, 0}, {9, 9, 1}}, kCube)) << "corner on an edge";
+  EXPECT_TRUE(triangle_meets_box({{4, 3, 2}, {9, 9, 9}, {9, 9, 8}}, kCube)) << "corner on a corner";
+  EXPECT_TRUE(triangle_meets_box({{5, 2, 0}, {3, 4, 0}, {9, 9, 0}}, kCube)) << "edge on an edge";
+  EXPECT_TRUE(triangle_meets_box({{4, 0, 0}, {4, 9, 0}, {4, 0, 9}}, kCube)) << "in a face's plane";
+  EXPECT_TRUE(triangle_meets_box({{9, 0, 0}, {0, 9, 0}, {0, 0, 9}}, kCube)) << "through the corner";
 }
 
 TEST(TriangleBox, leaves_a_triangle_that_passes_by_one_number) {
-  EXPECT_FALSE(triangle_meets_box({{above(4), 0, 0}, {9, 1, 0}, {9, 0, 1}}, kTestedBox));
-  EXPECT_FALSE(triangle_meets_box({{4, above(3), 0}, {9, 9, 0}, {9, 9, 1}}, kTestedBox));
-  EXPECT_FALSE(triangle_meets_box({{above(5), 2, 0}, {3, 4, 0}, {9, 9, 0}}, kTestedBox));
-  EXPECT_FALSE(
-      triangle_meets_box({{above(9), 0, 0}, {0, above(9), 0}, {0, 0, above(9)}}, kTestedBox));
+  EXPECT_FALSE(triangle_meets_box({{above(4), 0, 0}, {9, 1, 0}, {9, 0, 1}}, kCube));
+  EXPECT_FALSE(triangle_meets_box({{4, above(3), 0}, {9, 9, 0}, {9, 9, 1}}, kCube));
+  EXPECT_FALSE(triangle_meets_box({{above(5), 2, 0}, {3, 4, 0}, {9, 9, 0}}, kCube));
+  EXPECT_FALSE(triangle_meets_box({{above(9), 0, 0}, {0, above(9), 0}, {0, 0, above(9)}}, kCube));
 }
 
 TEST(TriangleBox, leaves_a_triangle_that_only_its_plane_or_its_bounds_bring_near) {
-  EXPECT_FALSE(triangle_meets_box({{10, 0, 0}, {0, 10, 0}, {0, 0, 10}}, kTestedBox)) << "its plane";
-  EXPECT_FALSE(triangle_meets_box({{3.5, 9, 0}, {9, 2.5, 0}, {9, 9, 0}}, kTestedBox)) << "an edge";
+  EXPECT_FALSE(triangle_meets_box({{10, 0, 0}, {0, 10, 0}, {0, 0, 10}}, kCube)) << "its plane";
+  EXPECT_FALSE(triangle_meets_box({{3.5, 9, 0}, {9, 2.5, 0}, {9, 9, 0}}, kCube)) << "an edge";
 }
 
 TEST(TriangleBox, drops_triangles_without_area_and_non_finite_ones) {
-  EXPECT_FALSE(triangle_meets_box({{0, 0, 0}, {1, 1, 1}, {2, 2, 2}}, kTestedBox));
-  EXPECT_FALSE(triangle_meets_box({{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, kTestedBox));
-  EXPECT_FALSE(triangle_meets_box({{kInf, 0, 0}, {1, 0, 0}, {0, 1, 0}}, kTestedBox));
+  EXPECT_FALSE(triangle_meets_box({{0, 0, 0}, {1, 1, 1}, {2, 2, 2}}, kCube));
+  EXPECT_FALSE(triangle_meets_box({{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, kCube));
+  EXPECT_FALSE(triangle_meets_box({{kInf, 0, 0}, {1, 0, 0}, {0, 1, 0}}, kCube));
 }
 
 TEST(TriangleBox, takes_points_plates_and_open_boxes) {
@@ -93,13 +85,11 @@ TEST(TriangleBox, needs_no_epsilon_at_any_scale) {
 }
 
 TEST(TriangleBox, decides_ordinary_pairs_without_big_numbers) {
-  EXPECT_EQ(filter_triangle_box({{0, 0, 0}, {9, 0, 0}, {0, 9, 0}}, kTestedBox),
-            OverlapVerdict::kMeet)
+  EXPECT_EQ(filter_triangle_box({{0, 0, 0}, {9, 0, 0}, {0, 9, 0}}, kCube), OverlapVerdict::kMeet)
       << "flat triangles too";
-  EXPECT_EQ(filter_triangle_box({{3, 9, 0.5}, {9, 2, 0}, {9, 9, 0.25}}, kTestedBox),
+  EXPECT_EQ(filter_triangle_box({{3, 9, 0.5}, {9, 2, 0}, {9, 9, 0.25}}, kCube),
             OverlapVerdict::kApart);
-  EXPECT_EQ(filter_triangle_box({{9, 0, 0}, {0, 9, 0}, {0, 0, 9}}, kTestedBox),
-            OverlapVerdict::kOpen);
+  EXPECT_EQ(filter_triangle_box({{9, 0, 0}, {0, 9, 0}, {0, 0, 9}}, kCube), OverlapVerdict::kOpen);
 }
 
 }  // namespace
