@@ -10,8 +10,10 @@
 namespace sightline {
 namespace {
 
+bool is_blank(char c) { return c == ' ' || c == '\n' || c == '\r' || c == '\t'; }
+
 const char* behind_blanks(const char* at) {
-  while (*at == ' ' || *at == '\n' || *at == '\r' || *at == '\t') ++at;
+  while (is_blank(*at)) ++at;
   return at;
 }
 
@@ -192,7 +194,10 @@ bool take_plain_arrays(std::string_view body, std::size_t most, double default_t
     kept = at;
   } while (take(at, ','));
   if (kept == body.data()) return false;
-  arrays.rest.append(kept, end);
+  // The parser takes four bytes for each byte of its text.
+  const char* last = end;
+  while (last > kept && is_blank(last[-1])) --last;
+  arrays.rest.append(kept, last);
   return true;
 }
 

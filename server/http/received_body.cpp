@@ -5,13 +5,18 @@
 
 namespace sightline {
 
-bool ReceivedBody::store(std::string_view payload) {
-  if (in_parts_ && charged_ == 0 && memory_.size() + payload.size() > kInMemory &&
-      budget_.charge(kPart)) {
-    charged_ = kPart;
-  }
+std::size_t ReceivedBody::room_for(std::size_t wanted) {
   // After the first byte in the file all go there: they are read in this order.
-  const std::size_t room = file_.size() > 0 ? 0 : charged_ > 0 ? kPart : kInMemory;
+  if (file_.size() > 0) return 0;
+  const std::size_t most = in_parts_ ? kPart : kWhole;
+  while (wanted > kInMemory && charged_ < std::min(wanted, most) && budget_.charge(kPart)) {
+    charged_ += kPart;
+  }
+  return std::max<std::size_t>(charged_, kInMemory);
+}
+
+bool ReceivedBody::store(std::string_view payload) {
+  const std::size_t room = room_for(memory_.size() + payload.size());
   const std::size_t here = std::min(payload.size(), room - std::min(room, memory_.size()));
   if (here < payload.size() && !file_.append(payload.substr(here))) return false;
   memory_.append(payload.substr(0, here));

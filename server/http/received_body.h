@@ -18,9 +18,9 @@ namespace sightline {
 /// it is read. Not thread-safe.
 class ReceivedBody {
  public:
-  /// Bytes that are stored in memory: of a whole body, and of each part of a body in parts. Further
-  /// bytes are in the temporary file.
-  static constexpr std::size_t kInMemory = 4 << 10, kPart = 64 << 10;
+  /// Bytes that are stored in memory: in any case; of each part of a body in parts, and of a whole
+  /// body, as long as the budget has room. Further bytes are in the temporary file.
+  static constexpr std::size_t kInMemory = 4 << 10, kPart = 64 << 10, kWhole = 1 << 20;
 
   /// `budget` and `spool` must outlive the body; `head` is only read here.
   ReceivedBody(const RequestHead& head, MemoryBudget& budget, Spool& spool)
@@ -63,6 +63,8 @@ class ReceivedBody {
 
  private:
   bool store(std::string_view payload);
+  /// How many bytes memory_ may have, of at most `wanted`. Charges the budget for them.
+  std::size_t room_for(std::size_t wanted);
 
   const bool is_chunked_;
   std::uint64_t left_;

@@ -17,8 +17,11 @@ constexpr std::chrono::milliseconds kTick{50};
 constexpr std::chrono::minutes kPatience{10};
 constexpr std::chrono::seconds kStreamPatience{10};
 constexpr std::uint64_t kFree = 256 << 10;
-/// From here on pages that are fresh again cost little beside the rest of the request.
+/// Smaller requests leave no memory that is worth returning.
 constexpr std::uint64_t kLarge = 4 << 20;
+/// Returned after each request of 10,000 rays, memory took a third of the request: its pages are
+/// fresh again.
+constexpr std::uint64_t kMostFreed = 32 << 20;
 
 std::uint64_t beyond_free(std::uint64_t bytes) { return bytes - std::min(bytes, kFree); }
 
@@ -118,9 +121,17 @@ bool MemoryBudget::is_wanted(std::uint64_t bytes) const {
   return !queue_.empty();
 }
 
+bool MemoryBudget::count_freed(std::uint64_t bytes) {
+  const std::lock_guard hold(mutex_);
+  freed_ = sum(freed_, bytes);
+  if (freed_ < kMostFreed && sum(taken_, freed_) <= all_ / 4) return false;
+  freed_ = 0;
+  return true;
+}
+
 RequestMemory::~RequestMemory() {
   budget_.keep(holder_, 0);
-  if (most_ >= kLarge) give_back_free_memory();
+  if (most_ >= kLarge && budget_.count_freed(most_)) give_back_free_memory();
 }
 
 Status RequestMemory::grow(std::uint64_t held) {
@@ -158,8 +169,8 @@ Status RequestMemory::reserve(std::uint64_t bytes) {
     if (Status status = grow(held); !status) return status;
   }
   used_ = used;
-  // What others have freed must not stand beside it.
-  if (most_ < kLarge && used_ >= kLarge) give_back_free_memory();
+  // Under pressure, what others have freed must not stand beside it.
+  if (most_ < kLarge && used_ >= kLarge && budget_.count_freed(0)) give_back_free_memory();
   most_ = std::max(most_, used_);
   return success();
 }

@@ -62,6 +62,10 @@ class MemoryBudget {
   std::uint64_t one() const { return one_; }
   /// True if a request waits, and a holder of `bytes` delays it noticeably.
   bool is_wanted(std::uint64_t bytes) const;
+  /// Counts `bytes` that a request has freed. Returns true, and counts from 0 again, if the freed
+  /// memory of the process should be returned to the system: after every 32 MiB,
+  /// and at once where it and the reservations exceed a quarter of the budget.
+  bool count_freed(std::uint64_t bytes);
 
  private:
   // Preconditions: mutex_ is held.
@@ -76,6 +80,7 @@ class MemoryBudget {
   std::condition_variable changed_;  ///< memory was released
   std::uint64_t taken_ = 0;
   std::uint64_t charged_ = 0;  ///< part of taken_ that belongs to no request
+  std::uint64_t freed_ = 0;    ///< of count_freed
   /// the request that exceeds the budget; null while taken_ <= all_
   const Holder* large_ = nullptr;
   std::deque<const Holder*> queue_;  ///< requests that wait, in their order
@@ -106,8 +111,8 @@ class RequestMemory {
   /// caller  set when the client no longer waits, which ends a wait; may be null
   RequestMemory(MemoryBudget& budget, Plan& plan, Wait wait, const CancelFlag* caller)
       : budget_(budget), plan_(plan), wait_(wait), caller_(caller) {}
-  /// Releases the whole reservation. After a request of 4 MiB or more, also returns freed memory of
-  /// the process to the system.
+  /// Releases the whole reservation. After requests of 4 MiB or more, also returns freed memory of
+  /// the process to the system (MemoryBudget::count_freed).
   ~RequestMemory();
   RequestMemory(const RequestMemory&) = delete;
   RequestMemory& operator=(const RequestMemory&) = delete;

@@ -12,6 +12,8 @@ from abuse_case import MIB, QUERY, ROW, trickle
 from sightline_server import PATIENCE, Server, demo_glb, read_answer
 
 BODY = json.dumps({"rays": [ROW] * 3000, "fields": ["t"]}).encode()
+# The first MiB of a body waits in memory.
+LARGE = BODY[:-1] + b" " * (2 * MIB) + BODY[-1:]
 WORKERS = 8
 LONG = QUERY + b"Content-Length: %d\r\n\r\n" % (200 * MIB)
 
@@ -75,13 +77,13 @@ class SlowBodies(unittest.TestCase):
         self.serve()
         connection = self.server.connect()
         with connection, connection.makefile("rb") as stream:
-            connection.sendall(QUERY + b"Content-Length: %d\r\n\r\n" % len(BODY) + BODY[:-1])
-            self.wait_for_spool(lambda spooled: 0 < spooled <= len(BODY))
-            connection.sendall(BODY[-1:])
+            connection.sendall(QUERY + b"Content-Length: %d\r\n\r\n" % len(LARGE) + LARGE[:-1])
+            self.wait_for_spool(lambda spooled: 0 < spooled <= len(LARGE) - MIB)
+            connection.sendall(LARGE[-1:])
             self.assertEqual(len(read_answer(stream).json()["hits"]), 3000)
             # The connection goes on, after a chunked body too.
             for _ in range(2):
-                chunks = b"".join(b"%x\r\n%s\r\n" % (len(piece), piece) for piece in (BODY[:7], BODY[7:100_000], BODY[100_000:]))
+                chunks = b"".join(b"%x\r\n%s\r\n" % (len(piece), piece) for piece in (LARGE[:7], LARGE[7:100_000], LARGE[100_000:]))
                 connection.sendall(QUERY + b"Transfer-Encoding: chunked\r\n\r\n" + chunks + b"0\r\n\r\n")
                 self.assertEqual(len(read_answer(stream).json()["hits"]), 3000)
         self.wait_for_spool(lambda spooled: spooled == 0)
@@ -89,17 +91,17 @@ class SlowBodies(unittest.TestCase):
     def test_a_client_that_leaves_gives_its_file_back(self):
         self.serve()
         connection = self.server.connect()
-        connection.sendall(LONG + b" " * MIB)
+        connection.sendall(LONG + b" " * (2 * MIB))
         self.wait_for_spool(lambda spooled: spooled > MIB // 2)
         connection.close()
         self.wait_for_spool(lambda spooled: spooled == 0)
 
     def test_a_full_spool_is_503_and_its_slow_holders_go(self):
         self.serve("--spool-bytes", 4 * MIB, rate_seconds=1)
-        held = self.hold(1, LONG, b" " * (2 * MIB))
+        held = self.hold(1, LONG, b" " * (3 * MIB))
         self.wait_for_spool(lambda spooled: spooled > MIB)
         time.sleep(1.5)  # --busy-rate is kept over --rate-seconds
-        refused = ask(self.server.connect(), LONG, b" " * (3 * MIB))
+        refused = ask(self.server.connect(), LONG, b" " * (4 * MIB))
         self.assertEqual(told(refused), (503, "SPOOL_BUSY", True))
         with held[0].makefile("rb") as stream:
             self.assertEqual(told(read_answer(stream)), (503, "SPOOL_BUSY", True))

@@ -46,17 +46,23 @@ std::string read_all(ReceivedBody& body, std::size_t piece) {
 class ReceivedBodyTest : public testing::Test {
  protected:
   MemoryBudget budget{2 << 20, 0};
-  Spool spool{testing::TempDir(), 1 << 20};
+  Spool spool{testing::TempDir(), 2 << 20};
 };
 
 TEST_F(ReceivedBodyTest, gives_back_what_came_however_it_is_cut) {
-  for (const std::size_t size : {1u, 4095u, 4096u, 4097u, 65537u, 300'000u}) {
-    for (const std::size_t piece : {1000u, 65536u, 70'000u}) {
+  // Budgets with room for no body, for the first 64 KiB of one, and for all in memory.
+  constexpr std::size_t kPart = ReceivedBody::kPart, kWhole = ReceivedBody::kWhole;
+  for (const std::size_t room : {std::size_t{0}, kPart, kWhole}) {
+    MemoryBudget budget(2 * room, 0);
+    const std::size_t here = std::max(room, ReceivedBody::kInMemory);
+    for (const std::size_t size : {1u, 4095u, 4096u, 4097u, 65537u, 300'000u, 1'200'000u}) {
+      const std::size_t piece = size % 2 == 0 ? 1000 : 70'000;
       const std::string text = pattern(size);
       ReceivedBody body(head_of(size), budget, spool);
       ASSERT_TRUE(feed(body, text, piece));
       EXPECT_TRUE(body.is_whole());
-      EXPECT_EQ(body.spooled(), size - std::min(size, ReceivedBody::kInMemory));
+      EXPECT_EQ(body.spooled(), size - std::min(size, here));
+      EXPECT_LE(budget.taken(), room);
       EXPECT_EQ(body.spooled(), spool.used());
       EXPECT_EQ(body.unread(), size);
       EXPECT_TRUE(read_all(body, 777) == text);
@@ -64,9 +70,9 @@ TEST_F(ReceivedBodyTest, gives_back_what_came_however_it_is_cut) {
       body.rewind();
       EXPECT_TRUE(read_all(body, 65536) == text);
     }
+    EXPECT_EQ(budget.taken(), 0u);
   }
   EXPECT_EQ(spool.used(), 0u);
-  EXPECT_EQ(budget.taken(), 0u);
 }
 
 TEST_F(ReceivedBodyTest, takes_no_more_than_the_body) {
@@ -126,9 +132,9 @@ TEST_F(ReceivedBodyTest, holds_one_part_in_memory_or_in_the_file) {
 
 TEST_F(ReceivedBodyTest, says_when_the_spool_is_full) {
   // The last eighth is kept for small files.
-  ReceivedBody large(head_of(2 << 20), budget, spool);
-  EXPECT_FALSE(feed(large, pattern(2 << 20), 10'000));
-  EXPECT_LE(spool.used(), (1u << 20) - (1u << 17));
+  ReceivedBody large(head_of(4 << 20), budget, spool);
+  EXPECT_FALSE(feed(large, pattern(4 << 20), 10'000));
+  EXPECT_LE(spool.used(), (2u << 20) - (2u << 17));
   EXPECT_TRUE(spool.take(1000, 0));
   spool.give(1000);
 }
