@@ -83,6 +83,10 @@ struct Connection {
 
   /// next connection in the list that holds this one; a link needs no memory
   Connection* next = nullptr;
+  /// Seconds of a worker that the request is expected to take, if it is long. kSecondsOfCost: for each
+  /// unit of BodyReader::may_cost.
+  double expected = 0;
+  static constexpr double kSecondsOfCost = 0.05 / (64 << 10);
   std::array<double, 4> flows{};  ///< finish time of its flow in each WorkerPool, in virtual time
 
   // Members that only the event loop uses.
@@ -120,6 +124,7 @@ struct Connection {
     kept.reset();
     plan = {};
     is_gathered = streams = is_long = false;
+    expected = 0;
   }
 
   /// Removes bytes from the front of the input.

@@ -164,7 +164,7 @@ class EventLoop {
   void await_head(Connection& connection);
   void admit(Connection& connection);
   Weight weight_of(const Connection& connection, std::size_t length) const;
-  WorkerPool& workers_for(const Connection& connection, std::size_t length);
+  WorkerPool& workers_for(Connection& connection, std::size_t length);
   void hand_over(Connection& connection, WorkerPool& workers);
   void begin_sending(Connection& connection);
   /// Updates the connection's pace by what the client has acknowledged since.

@@ -18,6 +18,10 @@ namespace {
 constexpr std::uint64_t kGathered = 64 << 10;
 /// A request with a longer body is a long one.
 constexpr std::uint64_t kLongBody = 1 << 20;
+/// Bytes of a long body for each unit of cost: those of a ray in binary.
+constexpr std::uint64_t kBytesOfCost = 48;
+/// Seconds that a request of Weight::kLong is expected to take.
+constexpr double kExpectedOfLong = 10;
 /// Bytes that one connection receives or sends before others have their turn.
 constexpr std::uint64_t kInOneTurn = 256 << 10;
 /// How soon a handler that takes its body in parts is told of a part that is not whole.
@@ -242,9 +246,14 @@ bool EventLoop::advance_stored(Connection& connection) {
   if (waits && !is_due) return false;
   connection.asked_at = now_;
   connection.part_due = now_ + kPart;
-  hand_over(connection, connection.kept           ? *ready_workers_
-                        : body.size() > kLongBody ? *long_workers_
-                                                  : *bulk_workers_);
+  const bool is_long = !connection.kept && body.size() > kLongBody;
+  if (is_long) {
+    connection.expected =
+        static_cast<double>(body.size() / kBytesOfCost) * Connection::kSecondsOfCost;
+  }
+  hand_over(connection, connection.kept ? *ready_workers_
+                        : is_long       ? *long_workers_
+                                        : *bulk_workers_);
   return true;
 }
 
@@ -334,7 +343,7 @@ Weight EventLoop::weight_of(const Connection& connection, std::size_t length) co
   return body.size() <= kLittleBody ? Weight::kShort : Weight::kBulk;
 }
 
-WorkerPool& EventLoop::workers_for(const Connection& connection, std::size_t length) {
+WorkerPool& EventLoop::workers_for(Connection& connection, std::size_t length) {
   switch (weight_of(connection, length)) {
     case Weight::kInline:
     case Weight::kShort:
@@ -344,6 +353,7 @@ WorkerPool& EventLoop::workers_for(const Connection& connection, std::size_t len
     case Weight::kLong:
       break;
   }
+  connection.expected = kExpectedOfLong;
   return *long_workers_;
 }
 

@@ -63,8 +63,8 @@ class MemoryBudget {
   /// True if a request waits, and a holder of `bytes` delays it noticeably.
   bool is_wanted(std::uint64_t bytes) const;
   /// Counts `bytes` that a request has freed. Returns true, and counts from 0 again, if the freed
-  /// memory of the process should be returned to the system: after every 32 MiB,
-  /// and at once where it and the reservations exceed a quarter of the budget.
+  /// memory of the process should be returned to the system. That is after every 32 MiB, and at once
+  /// where it and the reservations exceed a quarter of the budget.
   bool count_freed(std::uint64_t bytes);
 
  private:

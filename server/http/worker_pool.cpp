@@ -8,6 +8,13 @@
 #include "server/http/connection.h"
 
 namespace sightline {
+namespace {
+
+/// A request that is expected to take a second longer than others lets them go first until they
+/// have had so many seconds, for each request that waits.
+constexpr double kFavour = 8;
+
+}  // namespace
 
 WorkerPool::WorkerPool(const Options& options, Work answer, Work give_back)
     : options_(options), answer_(std::move(answer)), give_back_(std::move(give_back)) {
@@ -47,7 +54,8 @@ bool WorkerPool::submit(Connection& connection) {
     const std::lock_guard hold(mutex_);
     // A request that finds an idle worker does not wait, and so does not count.
     if (queue_.size() + working_ >= options_.queue + options_.threads) return false;
-    queue_.push_back({std::max(now_, finish_of(connection)), ++arrivals_, &connection});
+    const double start = std::max(now_, finish_of(connection));
+    queue_.push_back({start, start + connection.expected, ++arrivals_, &connection});
     std::push_heap(queue_.begin(), queue_.end());
     wakes = should_wake();
   }
@@ -62,6 +70,7 @@ WorkerPool::Waiting WorkerPool::take_next() {
     // Other requests of the flow may have been served since this one came.
     const double finish = finish_of(*next.connection);
     if (next.start >= finish) break;
+    next.end += finish - next.start;
     next.start = finish;
     std::push_heap(queue_.begin(), queue_.end());
   }
@@ -101,7 +110,7 @@ void WorkerPool::run() {
       waking_ = false;
     }
     if (queue_.empty()) return;
-    const auto [start, arrival, connection] = take_next();
+    const auto [start, end, arrival, connection] = take_next();
     now_ = std::max(now_, start);
     ++working_;
     const bool wakes = should_wake();
@@ -113,6 +122,8 @@ void WorkerPool::run() {
     hold.lock();
     double& finish = finish_of(*connection);
     finish = std::max(finish, start) + cost;
+    // Else new connections, which always start now, could go first for ever.
+    now_ += cost / (kFavour * static_cast<double>(queue_.size() + working_));
     --working_;
     hold.unlock();
     give_back_(*connection);

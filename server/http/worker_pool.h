@@ -20,9 +20,9 @@ struct Connection;
 ///
 /// The queue is fair: start-time fair queueing [Goyal1996]. A flow is a connection, or a key if
 /// keys are in use. A flow that has used its workers for a second waits until every other waiting
-/// flow has used them for a second too. So a request waits for the requests of other flows that
-/// run, and not for all that arrived before it. The cost of a request is the time that it takes a
-/// worker, so it need not be estimated.
+/// flow has used them for a second too. Of requests whose flows have had as much, those that are
+/// expected to take less time go first (Connection::expected), for a limited time. So a request waits
+/// for the requests of other flows that run, and not for all that arrived before it.
 class WorkerPool {
  public:
   using Work = std::function<void(Connection&)>;
@@ -57,10 +57,11 @@ class WorkerPool {
  private:
   struct Waiting {
     double start;  ///< virtual time, in seconds of a worker
+    double end;    ///< decides the order: start, and what the request is expected to take
     std::uint64_t arrival;
     Connection* connection;
     bool operator<(const Waiting& other) const {  // the first element of a heap is its greatest
-      return start != other.start ? start > other.start : arrival > other.arrival;
+      return end != other.end ? end > other.end : arrival > other.arrival;
     }
   };
 
@@ -79,7 +80,7 @@ class WorkerPool {
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   std::vector<Waiting> queue_;  ///< a heap; its memory is allocated by the constructor
-  double now_ = 0;              ///< virtual time: the greatest start of a request that has begun
+  double now_ = 0;              ///< virtual time: at least the start of each request that has begun
   std::uint64_t arrivals_ = 0;
   std::map<std::string, double, std::less<>> finish_of_key_;
   std::size_t working_ = 0;   ///< number of threads

@@ -20,10 +20,11 @@ namespace {
 /// in the order of service.
 class FairQueue : public testing::Test {
  protected:
-  Connection& client(const std::string& name, const std::string& key = {}) {
+  Connection& client(const std::string& name, const std::string& key = {}, double expected = 0) {
     clients_.push_back(std::make_unique<Connection>(-1, budget_, spool_));
     clients_.back()->head.target = name;
     clients_.back()->head.key_name = key;
+    clients_.back()->expected = expected;
     return *clients_.back();
   }
 
@@ -88,6 +89,21 @@ TEST_F(FairQueue, counts_what_a_key_has_had_since_its_requests_came) {
   for (int i = 0; i < 80; ++i) client("many", "many");
   client("one", "one");
   EXPECT_GE(count(serve(60), "one"), 15);
+}
+
+TEST_F(FairQueue, serves_first_what_is_expected_to_take_less) {
+  for (int i = 0; i < 20; ++i) client("slow", {}, 10);
+  client("quick", {}, 1);
+  const auto served = serve(30);
+  // In the order of arrival it would be the last.
+  EXPECT_LT(std::find(served.begin(), served.end(), "quick") - served.begin(), 3);
+  EXPECT_GE(count(served, "slow"), 10);
+}
+
+TEST_F(FairQueue, serves_what_is_expected_to_take_long_beside_others_that_always_wait) {
+  client("slow", {}, 10);
+  for (int i = 0; i < 5; ++i) client("quick", {}, 1);
+  EXPECT_GE(count(serve(200), "slow"), 2);
 }
 
 TEST_F(FairQueue, serves_equal_connections_in_turns) {
