@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <mutex>
 #include <numeric>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -25,6 +26,13 @@ inline RayBatch rays_of(const RayBatch& rays, std::span<const std::size_t> numbe
   return some;
 }
 
+/// The nodes with unbuilt trees below them, if so many queries search for these trees that it pays.
+inline std::optional<UnbuiltNodes> unbuilt_nodes(const SceneView& view, std::size_t queries) {
+  std::optional<UnbuiltNodes> nodes;
+  if (queries >= UnbuiltNodes::kManyQueries) nodes.emplace(view);
+  return nodes;
+}
+
 /// Sorts indices and removes duplicates.
 inline void sort_and_merge(std::vector<std::uint32_t>& trees) {
   std::sort(trees.begin(), trees.end());
@@ -40,8 +48,9 @@ Result<SceneView> Engine::State::with_trees(const Scene& scene, std::size_t coun
     std::mutex mutex;
     std::vector<std::uint32_t> wanted;
     std::size_t waiting = 0;
+    const auto nodes = unbuilt_nodes(view, count);
     const auto look = [&](std::size_t begin, std::size_t end) {
-      UnbuiltTrees unbuilt(view);
+      UnbuiltTrees unbuilt(view, nodes ? &*nodes : nullptr);
       std::vector<std::uint32_t> trees;
       std::size_t wanting = 0;
       for (std::size_t i = begin; i < end; ++i) {
@@ -75,8 +84,9 @@ Status Engine::State::trace_again(SceneView view, std::size_t count, const Deadl
   std::iota(open.begin(), open.end(), std::size_t{0});
   for (bool first = true;; first = false) {
     Column<std::uint32_t> next(open.size());
+    const auto nodes = unbuilt_nodes(view, open.size());
     const auto look = [&](std::size_t begin, std::size_t end) {
-      UnbuiltTrees unbuilt(view);
+      UnbuiltTrees unbuilt(view, nodes ? &*nodes : nullptr);
       for (std::size_t i = begin; i < end; ++i) next[i] = nearest(unbuilt, open[i]);
     };
     if (Status status = run(open.size(), deadline, look); !status) return status;

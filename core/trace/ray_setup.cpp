@@ -132,8 +132,9 @@ Interval AnchoredRay::tau_of(double t) const {
   if (std::isinf(from_origin)) return beyond_range(from_origin > 0);
   const double tau = from_origin - anchor;
   if (std::isinf(tau)) return beyond_range(tau > 0);
-  const double slack =
-      (std::abs(from_origin) + std::abs(tau)) * 0x1p-49 + 0x1p-1072 * tau_per_t + 0x1p-1020;
+  // At least 2^-1072 * tau_per_t + 2^-1020, without a subnormal product, which takes a hundred cycles.
+  const double least = 0x1p-1019 * std::max(1.0, tau_per_t * 0x1p-52);
+  const double slack = (std::abs(from_origin) + std::abs(tau)) * 0x1p-49 + least;
   return {tau - slack, tau + slack};
 }
 

@@ -16,25 +16,37 @@ namespace sightline {
 
 namespace {
 
-/// Where the ray enters child i, or NaN if it does not meet it up to `limit`: the slabs of
-/// slabs-inl.h, one box at a time. A NaN among the planes excludes nothing.
-float enter_child(const WideNode& node, std::size_t i, const BoxRay& ray, float limit) {
-  const float* planes = &node.lower[0][0];
-  float near = ray.tau_min;
-  float far = limit;
+/// Where the ray enters and leaves each child; it meets those with enter <= leave. The slabs of
+/// slabs-inl.h; a NaN among the planes excludes nothing.
+struct Slabs {
+  std::array<float, kArity> enter, leave;
+};
+
+/// Up to `limit`. The compiler makes vectors of the loops over the children.
+Slabs slabs_of(const WideNode& node, const BoxRay& ray, float limit) {
+  const float* const planes = &node.lower[0][0];
+  Slabs slabs;
+  slabs.enter.fill(ray.tau_min);
+  slabs.leave.fill(limit);
   for (std::size_t k = 0; k < 3; ++k) {
-    const float enter = (planes[ray.near_row[k] + i] - ray.near_origin[k]) * ray.near_inverse[k];
-    const float leave = (planes[BoxRay::kBothRows[k] - ray.near_row[k] + i] - ray.far_origin[k]) *
-                        ray.far_inverse[k];
-    near = enter > near ? enter : near;
-    far = leave < far ? leave : far;
+    const float* const near = planes + ray.near_row[k];
+    const float* const far = planes + (BoxRay::kBothRows[k] - ray.near_row[k]);
+    const float near_origin = ray.near_origin[k], near_inverse = ray.near_inverse[k];
+    const float far_origin = ray.far_origin[k], far_inverse = ray.far_inverse[k];
+    for (std::size_t i = 0; i < kArity; ++i) {
+      const float enter = (near[i] - near_origin) * near_inverse;
+      const float leave = (far[i] - far_origin) * far_inverse;
+      slabs.enter[i] = enter > slabs.enter[i] ? enter : slabs.enter[i];
+      slabs.leave[i] = leave < slabs.leave[i] ? leave : slabs.leave[i];
+    }
   }
-  return near <= far ? near : std::numeric_limits<float>::quiet_NaN();
+  return slabs;
 }
 
 /// A node above the root, which may be a leaf and then has no box of its own.
 WideNode above_root(const SceneTree& tree) {
   WideNode node{};
+  std::fill(node.child + 1, node.child + kArity, ChildRef::kEmpty);
   const double scale = std::ldexp(1.0, tree.top.scale_exponent);
   for (int k = 0; k < 3; ++k) {
     node.lower[k][0] = float_below(tree.bounds.min[k] * scale);
@@ -45,6 +57,35 @@ WideNode above_root(const SceneTree& tree) {
 }
 
 }  // namespace
+
+UnbuiltNodes::UnbuiltNodes(const SceneView& scene)
+    : tree_(scene.tree()), marked_(scene.tree().top.arena.used() / Arena::kGranule) {
+  if (tree_.unbuilt_count > 0 && tree_.top.root != ChildRef::kEmpty) mark(tree_.top.root);
+}
+
+bool UnbuiltNodes::has(std::uint32_t ref) const { return marked_[ChildRef::granule(ref)]; }
+
+bool UnbuiltNodes::mark(std::uint32_t ref) {
+  bool has_unbuilt = false;
+  if (ChildRef::is_leaf(ref)) {
+    const LeafBlock* const blocks = tree_.top.blocks(ref);
+    for (std::uint32_t b = 0; b < ChildRef::blocks(ref); ++b) {
+      for (std::uint32_t lane = 0; lane < blocks[b].lane_count(); ++lane) {
+        const std::uint32_t tree = tree_.placements[blocks[b].triangle(lane)].tree;
+        has_unbuilt = has_unbuilt || tree_.is_unbuilt(tree);
+      }
+    }
+  } else {
+    for (const std::uint32_t child : tree_.top.node(ref).child) {
+      if (child != ChildRef::kEmpty && mark(child)) has_unbuilt = true;
+    }
+  }
+  marked_[ChildRef::granule(ref)] = has_unbuilt;
+  return has_unbuilt;
+}
+
+UnbuiltTrees::UnbuiltTrees(const SceneView& scene, const UnbuiltNodes* nodes)
+    : tree_(scene.tree()), nodes_(nodes), above_(above_root(scene.tree())) {}
 
 template <class Found>
 void UnbuiltTrees::unbuilt_of(std::uint32_t leaf, Found found) const {
@@ -66,8 +107,8 @@ void UnbuiltTrees::walk(const Ray& ray, double t, Found found) {
   const Interval end = t < ray.tmax ? anchored.tau_of(t) : anchored.tau_max;
   float limit = box.limit(end.high);
   waiting_.clear();
-  const float first = enter_child(above_root(tree_), 0, box, limit);
-  if (first == first) waiting_.push_back({tree_.top.root, first});
+  const Slabs first = slabs_of(above_, box, limit);
+  if (first.enter[0] <= first.leave[0]) waiting_.push_back({tree_.top.root, first.enter[0]});
   while (!waiting_.empty()) {
     const Waiting next = waiting_.back();
     waiting_.pop_back();
@@ -77,12 +118,14 @@ void UnbuiltTrees::walk(const Ray& ray, double t, Found found) {
       continue;
     }
     const WideNode& node = tree_.top.node(next.ref);
+    const Slabs slabs = slabs_of(node, box, limit);
     // Far to near, so that the nearest is visited next.
     for (std::size_t i = 0; i < kArity; ++i) {
       const std::size_t child = node.order[box.octant] >> (3 * i) & 7u;
-      if (node.child[child] == ChildRef::kEmpty) continue;
-      const float near = enter_child(node, child, box, limit);
-      if (near == near) waiting_.push_back({node.child[child], near});
+      if (!(slabs.enter[child] <= slabs.leave[child])) continue;
+      const std::uint32_t ref = node.child[child];
+      if (ref == ChildRef::kEmpty || (nodes_ != nullptr && !nodes_->has(ref))) continue;
+      waiting_.push_back({ref, slabs.enter[child]});
     }
   }
 }
@@ -137,9 +180,7 @@ std::uint32_t UnbuiltTrees::nearest_to(const Vec3d& point, double distance) {
 template <class Children>
 void UnbuiltTrees::gather(Children children, std::vector<std::uint32_t>& trees) {
   waiting_.clear();
-  WideNode above = above_root(tree_);
-  std::fill(above.child + 1, above.child + kArity, ChildRef::kEmpty);
-  if ((children(above) & 1u) != 0) waiting_.push_back({tree_.top.root, 0});
+  if ((children(above_) & 1u) != 0) waiting_.push_back({tree_.top.root, 0});
   while (!waiting_.empty()) {
     const std::uint32_t ref = waiting_.back().ref;
     waiting_.pop_back();

@@ -14,14 +14,32 @@ namespace sightline {
 
 struct SweepBatch;
 
+/// The nodes and leaves of the top tree that have an unbuilt tree below them. Large batches skip the
+/// others: for a camera above a scene whose near parts are built, that is most of the walk. Cost:
+/// visits all nodes of the top tree. Throws std::bad_alloc.
+class UnbuiltNodes {
+ public:
+  /// The number of queries from which on it pays.
+  static constexpr std::size_t kManyQueries = 4096;
+  /// The view must outlive the object.
+  explicit UnbuiltNodes(const SceneView& scene);
+  /// True if an unbuilt tree is below `ref` (ChildRef) of the top tree, which is not kEmpty.
+  bool has(std::uint32_t ref) const;
+
+ private:
+  bool mark(std::uint32_t ref);
+  const SceneTree& tree_;
+  std::vector<bool> marked_;  ///< one for each granule of the top tree
+};
+
 /// Searches the top tree for unbuilt trees, one query at a time. Results are indices in
 /// SceneTree::trees. Not thread-safe: each thread has one. The code is scalar, because it runs only
 /// while a scene has unbuilt trees. Memory: the list of appended trees and a stack; functions throw
 /// std::bad_alloc.
 class UnbuiltTrees {
  public:
-  /// The view must outlive the object.
-  explicit UnbuiltTrees(const SceneView& scene) : tree_(scene.tree()) {}
+  /// The view, and the nodes if they are not null, must outlive the object.
+  explicit UnbuiltTrees(const SceneView& scene, const UnbuiltNodes* nodes = nullptr);
 
   /// Returns the unbuilt tree whose box the ray enters first, among those that may have a hit at
   /// `t` or less within the ray's limits; kNone if there is none. `t` is the t of the closest hit
@@ -51,6 +69,8 @@ class UnbuiltTrees {
     float near;
   };
   const SceneTree& tree_;
+  const UnbuiltNodes* const nodes_;
+  const WideNode above_;
   std::vector<Waiting> waiting_;
 };
 
