@@ -40,6 +40,11 @@ TreeCacheOptions tree_cache_options(const ServeCommand& command,
   options.disk_budget = command.limits.disk_budget;
   options.origin = std::move(origin);
   options.memory_budget = command.limits.memory_budget;
+  // A scene that an origin has is dropped instead, and fetched again.
+  if (options.memory_budget > 0 && command.origin.empty()) {
+    options.overflow = OverflowMemory::make(
+        command.data.empty() ? command.http.spool_folder : command.data, options.disk_budget);
+  }
   options.report = [&log](const std::string& line) { log.warn(line); };
   return options;
 }
@@ -57,7 +62,9 @@ std::vector<Preload> preloads_of(const ServeCommand& command, TreeCacheManager& 
   std::vector<Preload> preloads;
   for (const auto& [id, source] : command.preloads) {
     preloads.push_back({id, [&, source = source](Progress& progress) -> Result<PreloadedScene> {
-                          auto loaded = load_source(source, {}, progress, command.laziness);
+                          auto loaded = load_source(
+                              source, {}, progress, command.laziness, true,
+                              [&](std::uint64_t bytes) { return manager.overflow_for(bytes); });
                           if (!loaded) return loaded;
                           auto scene = kept(manager, loaded->scene, {});
                           if (!scene) return std::move(scene).error();
@@ -259,8 +266,9 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
   options.admit = [&manager](const std::shared_ptr<const Scene>& scene) {
     return manager.adopt(scene, {}, false);
   };
+  options.overflow_for = [&manager](std::uint64_t bytes) { return manager.overflow_for(bytes); };
   const auto load = [&](const LoadInput& input) {
-    return kept(manager, load_scene(input, command.laziness), input.sha256);
+    return kept(manager, load_scene(input, command.laziness, options.overflow_for), input.sha256);
   };
   auto store = SceneStore::open(options, load, preloads_of(command, manager));
   if (!store) {

@@ -75,6 +75,14 @@ std::uint64_t SceneTree::bytes() const {
   return sum;
 }
 
+std::uint64_t SceneTree::overflow_bytes() const {
+  std::uint64_t sum = 0;
+  for (const auto& tree : trees) {
+    if (tree->in_overflow) sum += tree->arena.used();
+  }
+  return sum;
+}
+
 Result<SceneTree> assemble_scene_tree(const ScenePlan& plan, Joining joining,
                                       const TreeSource& source) {
   SceneTree scene;

@@ -103,6 +103,8 @@ struct SceneTree {
   }
   /// Bytes of all trees that are built, the top tree included.
   std::uint64_t bytes() const;
+  /// Those of them that are in OverflowMemory.
+  std::uint64_t overflow_bytes() const;
 };
 
 /// Builds all trees. Placements of meshes that are placed once, or are small, share one tree around

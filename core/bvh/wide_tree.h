@@ -86,7 +86,8 @@ struct WideTree {
   Box3d bounds;  ///< bounds of the triangles in the space of the tree, without the scale
   std::uint32_t node_count = 0;
   std::uint32_t block_count = 0;
-  std::uint32_t depth = 0;  ///< nodes on the longest path from the root
+  std::uint32_t depth = 0;   ///< nodes on the longest path from the root
+  bool in_overflow = false;  ///< the arena is in OverflowMemory
 
   /// Returns a tree that uses the memory of `tree` and shares its ownership. Precondition: not
   /// null.
@@ -99,6 +100,7 @@ struct WideTree {
     same.node_count = tree->node_count;
     same.block_count = tree->block_count;
     same.depth = tree->depth;
+    same.in_overflow = tree->in_overflow;
     return same;
   }
   /// The node of a reference. Precondition: the reference is a node, not a leaf or kEmpty.

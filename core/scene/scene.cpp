@@ -81,15 +81,23 @@ Changes changes_of(const SceneDescription& scene, const SceneDescription& before
 
 }  // namespace
 
+std::uint64_t geometry_bytes(const SceneDescription& scene) {
+  std::uint64_t bytes = scene.poser ? scene.poser->bytes() : 0;
+  for (const auto& mesh : scene.meshes) {
+    bytes += mesh->positions.size() * sizeof(Vec3f) + mesh->indices.listed().size_bytes() +
+             attribute_bytes_of(*mesh);
+  }
+  return bytes;
+}
+
 void Scene::count() {
-  geometry_bytes_ = description_.poser ? description_.poser->bytes() : 0;
+  geometry_bytes_.all = geometry_bytes(description_);
+  geometry_bytes_.overflow = description_.overflow_bytes;
   const std::vector<bool> used = used_meshes(description_);
   for (std::size_t i = 0; i < used.size(); ++i) {
     const auto& mesh = description_.meshes[i];
     if (used[i] && mesh->triangle_count() > 0) ++shown_.meshes;
     if (used[i]) unique_triangle_count_ += mesh->triangle_count();
-    geometry_bytes_ += mesh->positions.size() * sizeof(Vec3f) +
-                       mesh->indices.listed().size_bytes() + attribute_bytes_of(*mesh);
   }
   for (const Node& node : description_.nodes) {
     if (!node.removed) ++shown_.nodes;

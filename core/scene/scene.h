@@ -92,7 +92,7 @@ class Scene {
   std::unique_ptr<SceneTrees> trees_;        ///< refers to plan_
   std::shared_ptr<KnownEdges> known_edges_;  ///< shared with the scenes that share the meshes
   std::shared_ptr<std::atomic<std::uint64_t>> attribute_bytes_;
-  std::uint64_t geometry_bytes_ = 0;
+  SceneTrees::GeometryBytes geometry_bytes_;
   std::uint64_t unique_triangle_count_ = 0;
   std::uint64_t instanced_triangle_count_ = 0;
   std::uint64_t instanced_primitive_count_ = 0;

@@ -165,7 +165,12 @@ struct SceneDescription {
   /// By index in `nodes`: the JSON text of the node's extras. Null if no node has extras.
   std::shared_ptr<const std::map<std::uint32_t, std::string>> extras;
   ImportCounts counts;
+  /// Bytes of positions, indices and attributes that are in OverflowMemory.
+  std::uint64_t overflow_bytes = 0;
 };
+
+/// Bytes of positions, indices, vertex attributes, and what other poses need.
+std::uint64_t geometry_bytes(const SceneDescription& scene);
 
 /// The attribute that the file names so; empty if it has none.
 inline std::optional<VertexAttribute> find_named_attribute(const SceneDescription& scene,

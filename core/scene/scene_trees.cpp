@@ -26,18 +26,19 @@ SceneTrees::Use::~Use() {
   if (const auto budget = trees_.budget(); budget && budget->is_exceeded()) budget->settle();
 }
 
-SceneTrees::SceneTrees(const ScenePlan& plan, std::uint64_t geometry_bytes)
+SceneTrees::SceneTrees(const ScenePlan& plan, const GeometryBytes& geometry_bytes)
     : plan_(plan), geometry_bytes_(geometry_bytes), geometry_(std::make_shared<const char>()) {
   stats_.meshes_total = plan.distinct;
-  stats_.geometry_bytes = geometry_bytes;
+  stats_.geometry_bytes = geometry_bytes.all;
   drop();
   last_drop_.store(0);
   stats_.evictions = 0;
   estimate();
 }
 
-SceneTrees::SceneTrees(const ScenePlan& plan, std::uint64_t geometry_bytes, SceneTrees& before,
-                       std::span<const std::uint32_t> moved, std::span<const std::uint32_t> fresh)
+SceneTrees::SceneTrees(const ScenePlan& plan, const GeometryBytes& geometry_bytes,
+                       SceneTrees& before, std::span<const std::uint32_t> moved,
+                       std::span<const std::uint32_t> fresh)
     : plan_(plan), geometry_bytes_(geometry_bytes), geometry_(before.geometry_) {
   std::shared_ptr<const SceneTree> tree;
   std::optional<LazyLayout> layout;
@@ -65,7 +66,7 @@ SceneTrees::SceneTrees(const ScenePlan& plan, std::uint64_t geometry_bytes, Scen
       mesh_built_[plan.placements[placement.instance].mesh] = true;
   }
   stats_.meshes_total = plan.distinct;
-  stats_.geometry_bytes = geometry_bytes_;
+  stats_.geometry_bytes = geometry_bytes.all;
   show(std::make_shared<const SceneTree>(std::move(next.tree)), true);
   estimate();
 }
@@ -105,7 +106,9 @@ std::shared_ptr<const SceneTree> SceneTrees::now() const {
 
 void SceneTrees::show(std::shared_ptr<const SceneTree> tree, bool droppable) {
   now_ = std::move(tree);
-  bytes_.store(now_->bytes(), std::memory_order_relaxed);
+  const std::uint64_t bytes = now_->bytes();
+  bytes_.store(bytes, std::memory_order_relaxed);
+  held_bytes_.store(bytes - now_->overflow_bytes(), std::memory_order_relaxed);
   droppable_.store(droppable);
 }
 
@@ -205,14 +208,20 @@ void SceneTrees::give_back(const std::vector<Claim>& claims) {
   for (const Claim& claim : claims) states_[claim.number] = SlotState::kUnbuilt;
 }
 
-void SceneTrees::make(Claim& claim, const CancelFlag* cancel) const {
+void SceneTrees::make(Claim& claim, const CancelFlag* cancel, const TreeBudget* budget) const {
   if (is_cancelled(cancel)) return;
   if (can_split(plan_, claim.slot)) {
     claim.parts = split_slot(plan_, claim.slot);
     return;
   }
-  claim.tree =
-      std::make_shared<const WideTree>(build_slot(plan_, claim.slot, TreeQuality::kFast, cancel));
+  WideTree tree = build_slot(plan_, claim.slot, TreeQuality::kFast, cancel);
+  if (budget != nullptr) {
+    // A scene whose trees fit only in part has all of them there: in what the budget has left, any of
+    // them may then be in memory.
+    const std::uint64_t to_come = full_bytes_ - std::min(full_bytes_, tree_bytes());
+    tree = budget->placed(std::move(tree), std::max<std::uint64_t>(to_come, tree.arena.used()));
+  }
+  claim.tree = std::make_shared<const WideTree>(std::move(tree));
   if (claim.tree->root == ChildRef::kEmpty) claim.tree = make_empty_tree();
 }
 
@@ -239,6 +248,7 @@ Result<std::shared_ptr<const SceneTree>> SceneTrees::build(
     const std::shared_ptr<const SceneTree>& seen, std::span<const std::uint32_t> wanted,
     const Deadline& deadline, ThreadGroup& threads) {
   std::vector<Claim> claims;
+  const auto all_scenes = budget();
   {
     const std::lock_guard hold(mutex_);
     if (!is_present(*seen)) return now_;
@@ -246,7 +256,8 @@ Result<std::shared_ptr<const SceneTree>> SceneTrees::build(
   }
   try {
     threads.execute([&] {
-      parallel_for(claims.size(), [&](std::size_t i) { make(claims[i], deadline.flag); });
+      parallel_for(claims.size(),
+                   [&](std::size_t i) { make(claims[i], deadline.flag, all_scenes.get()); });
     });
     const std::lock_guard hold(mutex_);
     if (!is_present(*seen)) return now_;
@@ -263,7 +274,7 @@ Result<std::shared_ptr<const SceneTree>> SceneTrees::build(
     throw;
   }
   changed_.notify_all();
-  if (const auto all_scenes = budget()) all_scenes->settle();
+  if (all_scenes) all_scenes->settle();
   if (!wait(*seen, wanted, deadline)) return out_of_time(deadline);
   return now();
 }

@@ -30,13 +30,17 @@ class ThreadGroup;
 /// build_scene_tree, which is called the lasting form.
 class SceneTrees {
  public:
-  /// Starts with no tree built. The plan must outlive the object. geometry_bytes: bytes of
-  /// positions and indices of the scene.
-  SceneTrees(const ScenePlan& plan, std::uint64_t geometry_bytes);
+  /// Bytes of positions, indices and attributes of a scene, and those of them that are in
+  /// OverflowMemory.
+  struct GeometryBytes {
+    std::uint64_t all = 0, overflow = 0;
+  };
+  /// Starts with no tree built. The plan must outlive the object.
+  SceneTrees(const ScenePlan& plan, const GeometryBytes& geometry_bytes);
   /// For a scene with moved placements and meshes of other content (moved_plan): uses all trees of
   /// `before` that did not change; none of them is built again (LazyLayout::moved). Counts its
   /// geometry as shared with `before`, but does not refer to it afterwards. Throws std::bad_alloc.
-  SceneTrees(const ScenePlan& plan, std::uint64_t geometry_bytes, SceneTrees& before,
+  SceneTrees(const ScenePlan& plan, const GeometryBytes& geometry_bytes, SceneTrees& before,
              std::span<const std::uint32_t> moved, std::span<const std::uint32_t> fresh);
   ~SceneTrees();
   SceneTrees(const SceneTrees&) = delete;
@@ -79,12 +83,15 @@ class SceneTrees {
   /// Adds the scene to a memory budget. Errors: SCENE_OVER_BUDGET. Precondition: called at most
   /// once.
   Status join(std::shared_ptr<TreeBudget> budget);
-  // Figures for the memory budget, in bytes.
-  std::uint64_t geometry_bytes() const { return geometry_bytes_; }
+  // Figures for the memory budget, in bytes; `held`: without what is in OverflowMemory.
+  std::uint64_t held_geometry_bytes() const {
+    return geometry_bytes_.all - geometry_bytes_.overflow;
+  }
   /// Equal for scenes that share their geometry.
   const void* geometry() const { return geometry_.get(); }
   /// Bytes of the trees that exist now.
   std::uint64_t tree_bytes() const { return bytes_.load(std::memory_order_relaxed); }
+  std::uint64_t held_tree_bytes() const { return held_bytes_.load(std::memory_order_relaxed); }
   /// Estimated bytes of the largest tree that a first ray may need.
   std::uint64_t least_tree_bytes() const { return least_bytes_; }
   /// Estimated bytes of all trees that were unbuilt when this object was made.
@@ -126,20 +133,20 @@ class SceneTrees {
   std::shared_ptr<TreeBudget> budget() const;
   bool is_present(const SceneTree& seen) const { return layout_ && seen.unbuilt == now_->unbuilt; }
   std::vector<Claim> claim(std::span<const std::uint32_t> wanted);
-  void make(Claim& claim, const CancelFlag* cancel) const;
+  void make(Claim& claim, const CancelFlag* cancel, const TreeBudget* budget) const;
   void publish(std::vector<Claim>& claims);
   void give_back(const std::vector<Claim>& claims);
   void estimate();
   bool wait(const SceneTree& seen, std::span<const std::uint32_t> wanted, const Deadline& deadline);
 
   const ScenePlan& plan_;
-  const std::uint64_t geometry_bytes_;
+  const GeometryBytes geometry_bytes_;
   const std::shared_ptr<const char> geometry_;
   std::uint64_t least_bytes_ = 0;
   std::uint64_t full_bytes_ = 0;
   std::atomic<std::uint64_t> waited_{0};
   std::atomic<std::uint64_t> rejects_{0};
-  std::atomic<std::uint64_t> bytes_{0};
+  std::atomic<std::uint64_t> bytes_{0}, held_bytes_{0};
   std::atomic<bool> droppable_{false};
   std::atomic<int> users_{0};
   std::atomic<Deadline::Clock::rep> last_use_{0};

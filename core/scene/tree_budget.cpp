@@ -27,9 +27,9 @@ std::uint64_t TreeBudget::geometry_sum(const SceneTrees* more) const {
   std::uint64_t sum = 0;
   const auto add = [&](const SceneTrees& trees) {
     std::uint64_t& counted = seen[trees.geometry()];
-    if (trees.geometry_bytes() <= counted) return;
-    sum += trees.geometry_bytes() - counted;
-    counted = trees.geometry_bytes();
+    if (trees.held_geometry_bytes() <= counted) return;
+    sum += trees.held_geometry_bytes() - counted;
+    counted = trees.held_geometry_bytes();
   };
   for (const SceneTrees* trees : scenes_) add(*trees);
   if (more != nullptr) add(*more);
@@ -38,7 +38,7 @@ std::uint64_t TreeBudget::geometry_sum(const SceneTrees* more) const {
 
 std::uint64_t TreeBudget::sum() const {
   std::uint64_t sum = geometry_sum();
-  for (const SceneTrees* trees : scenes_) sum += trees->tree_bytes();
+  for (const SceneTrees* trees : scenes_) sum += trees->held_tree_bytes();
   return sum;
 }
 
@@ -55,6 +55,10 @@ TreeTotals TreeBudget::totals() const {
     totals.tree_bytes += trees->tree_bytes();
   }
   totals.geometry_bytes = geometry_sum();
+  if (overflow_) {
+    totals.overflow_bytes = overflow_->bytes();
+    totals.evicted_bytes = overflow_->evicted_bytes();
+  }
   return totals;
 }
 
@@ -66,9 +70,10 @@ Status TreeBudget::admit(SceneTrees& trees) {
   const std::lock_guard hold(mutex_);
   if (limit_ > 0) {
     const std::uint64_t fixed = geometry_sum();
-    if (geometry_sum(&trees) + trees.least_tree_bytes() > limit_) {
+    const std::uint64_t tree = overflow_ ? 0 : trees.least_tree_bytes();
+    if (geometry_sum(&trees) + tree > limit_) {
       return Error{ErrorKind::kOutOfSpace, "SCENE_OVER_BUDGET",
-                   "the scene needs " + std::to_string(trees.geometry_bytes()) +
+                   "the scene needs " + std::to_string(trees.held_geometry_bytes()) +
                        " bytes for its geometry and about " +
                        std::to_string(trees.least_tree_bytes()) +
                        " for its largest tree; of the memory budget of " + std::to_string(limit_) +
@@ -77,13 +82,35 @@ Status TreeBudget::admit(SceneTrees& trees) {
     }
   }
   scenes_.push_back(&trees);
+  share_out();
   return success();
+}
+
+std::shared_ptr<OverflowMemory> TreeBudget::overflow_for(std::uint64_t bytes) const {
+  return limit_ == 0 || has_room(bytes) ? nullptr : overflow_;
+}
+
+WideTree TreeBudget::placed(WideTree tree, std::uint64_t bytes) const {
+  const std::size_t size = tree.arena.used();
+  const auto overflow = size > 0 ? overflow_for(bytes) : nullptr;
+  const auto memory = overflow ? overflow->take(size) : nullptr;
+  if (!memory) return tree;
+  std::copy_n(tree.arena.at(0), size, memory.get());
+  tree.arena = Arena(memory.get(), size, memory);
+  tree.in_overflow = true;
+  return tree;
+}
+
+void TreeBudget::share_out() {
+  if (overflow_)
+    overflow_->set_resident_limit(std::max(limit_ / 16, limit_ - std::min(limit_, sum())));
 }
 
 void TreeBudget::dismiss(SceneTrees& trees) {
   const std::lock_guard hold(mutex_);
   std::erase(scenes_, &trees);
   add_ever(past_, trees.stats());
+  share_out();
 }
 
 void TreeBudget::settle() {
@@ -103,6 +130,7 @@ void TreeBudget::settle() {
     }
   }
   exceeded_.store(sum() > limit_, std::memory_order_relaxed);
+  share_out();
 }
 
 }  // namespace sightline

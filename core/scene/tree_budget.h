@@ -4,27 +4,40 @@
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <mutex>
 #include <vector>
 
+#include "core/base/overflow_memory.h"
 #include "core/base/result.h"
+#include "core/bvh/wide_tree.h"
 #include "core/scene/tree_stats.h"
 
 namespace sightline {
 
 class SceneTrees;
 
-/// Counts the bytes of positions, indices and trees of the scenes that joined, and drops trees
-/// beyond a limit. A scene joins by SceneTrees::join and must leave before it is destroyed;
-/// SceneTrees does both. Thread-safe.
+/// Counts the bytes of positions, indices and trees of the scenes that joined. Beyond a limit, drops
+/// trees of scenes that are not queried, and moves what has no room to OverflowMemory. Of that, the
+/// memory may hold what the limit leaves, and at least a 16th of the limit. A scene joins by
+/// SceneTrees::join and must leave before it is destroyed; SceneTrees does both. Thread-safe.
 class TreeBudget {
  public:
-  /// `limit` in bytes; 0: no limit.
-  explicit TreeBudget(std::uint64_t limit) : limit_(limit) {}
+  /// limit     in bytes; 0: no limit
+  /// overflow  null: there is none
+  explicit TreeBudget(std::uint64_t limit, std::shared_ptr<OverflowMemory> overflow = {})
+      : limit_(limit), overflow_(std::move(overflow)) {}
 
-  /// Adds a scene. Errors: SCENE_OVER_BUDGET if the scene's geometry and its largest tree do not
-  /// fit beside the geometry of the other scenes; the scene is then not added.
+  /// Adds a scene. Errors: SCENE_OVER_BUDGET if the scene's geometry and, without overflow memory,
+  /// its largest tree do not fit beside the geometry of the other scenes; the scene is then not
+  /// added.
   Status admit(SceneTrees& trees);
+  /// The memory for `bytes` that have no room within the limit. Null if they have room, or if there
+  /// is no overflow memory.
+  std::shared_ptr<OverflowMemory> overflow_for(std::uint64_t bytes) const;
+  /// Returns a tree, copied to the overflow memory unless `bytes` have room, which its scene will
+  /// need with this tree. It remains where it is if the overflow memory is full.
+  WideTree placed(WideTree tree, std::uint64_t bytes) const;
   /// Removes a scene. Precondition: it was admitted.
   void dismiss(SceneTrees& trees);
   /// While the memory exceeds the limit: drops the trees of the least recently queried scene that
@@ -46,7 +59,11 @@ class TreeBudget {
   /// once, as the largest of those that share it.
   std::uint64_t geometry_sum(const SceneTrees* more = nullptr) const;
 
+  /// Sets what the overflow memory may have in memory. Precondition: mutex_ is held.
+  void share_out();
+
   const std::uint64_t limit_;
+  const std::shared_ptr<OverflowMemory> overflow_;
   std::atomic<bool> exceeded_{false};
   mutable std::mutex mutex_;
   std::vector<SceneTrees*> scenes_;

@@ -31,6 +31,8 @@ struct TreeTotals {
   std::uint64_t tree_bytes = 0;  ///< of present scenes
   /// of present scenes; geometry that several scenes share counts once
   std::uint64_t geometry_bytes = 0;
+  std::uint64_t overflow_bytes = 0;  ///< bytes of the files of OverflowMemory
+  std::uint64_t evicted_bytes = 0;   ///< counter: OverflowMemory::evicted_bytes
 };
 
 }  // namespace sightline

@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <new>
 #include <optional>
+#include <string>
 
 #include "core/base/content_hash.h"
 #include "core/base/pages.h"
@@ -57,23 +58,24 @@ Status read_pieces(const FileDescriptor& file, std::span<std::byte> bytes, const
 }  // namespace
 
 Result<FileBytes> FileBytes::read(const FileDescriptor& file, const char* doing) {
-  return read(file, doing, nullptr);
+  return read(file, doing, nullptr, {});
 }
 
 Result<FileBytes> FileBytes::read(const FileDescriptor& file, const char* doing,
-                                  std::uint64_t& fingerprint) {
-  return read(file, doing, &fingerprint);
+                                  std::uint64_t& fingerprint, const OverflowFor& overflow_for) {
+  return read(file, doing, &fingerprint, overflow_for);
 }
 
 Result<FileBytes> FileBytes::read(const FileDescriptor& file, const char* doing,
-                                  std::uint64_t* fingerprint) {
+                                  std::uint64_t* fingerprint, const OverflowFor& overflow_for) {
   struct stat status {};
   if (::fstat(file.number(), &status) != 0) return io_error(doing, errno);
   const auto size = static_cast<std::size_t>(status.st_size);
   if (size >= kSharedFrom) {
-    return make(size, doing, [&](std::span<std::byte> room) {
+    const auto fill = [&](std::span<std::byte> room) {
       return read_pieces(file, room, doing, fingerprint);
-    });
+    };
+    return make(size, doing, fill, overflow_for);
   }
   FileBytes read;
   read.small_.resize(size);
@@ -85,12 +87,25 @@ Result<FileBytes> FileBytes::read(const FileDescriptor& file, const char* doing,
 }
 
 Result<FileBytes> FileBytes::make(std::size_t size, const char* doing,
-                                  const std::function<Status(std::span<std::byte>)>& fill) {
+                                  const std::function<Status(std::span<std::byte>)>& fill,
+                                  const OverflowFor& overflow_for) {
   FileBytes made;
   made.size_ = size;
+  const auto overflow = overflow_for && size >= kSharedFrom ? overflow_for(size) : nullptr;
   try {
     if (size < kSharedFrom) {
       made.small_.resize(size);
+    } else if (overflow) {
+      made.overflow_ = overflow->take(size);
+      made.pages_ = made.overflow_.get();
+      if (made.pages_ == nullptr) {
+        return Error{
+            ErrorKind::kOutOfSpace, "OVERFLOW_FULL",
+            std::string("cannot ") + doing +
+                ": it exceeds the memory budget, and the temporary files for the rest have "
+                "no room for it",
+            ""};
+      }
     } else {
       made.pages_ = static_cast<std::byte*>(take_pages(size));
     }
@@ -104,12 +119,13 @@ Result<FileBytes> FileBytes::make(std::size_t size, const char* doing,
 
 FileBytes::FileBytes(FileBytes&& other) noexcept
     : pages_(std::exchange(other.pages_, nullptr)),
+      overflow_(std::move(other.overflow_)),
       small_(std::move(other.small_)),
       size_(std::exchange(other.size_, 0)),
       claims_(std::move(other.claims_)) {}
 
 FileBytes::~FileBytes() {
-  if (pages_ != nullptr) give_pages(pages_, size_);
+  if (pages_ != nullptr && overflow_ == nullptr) give_pages(pages_, size_);
 }
 
 void FileBytes::claim(std::span<const std::byte> part) const {
@@ -128,7 +144,9 @@ void FileBytes::drop_unclaimed() const {
     const std::size_t first = whole_pages(kept_to);
     if (begin > first) {
       const std::size_t last = begin / whole_pages(1) * whole_pages(1);
-      if (last > first) ::madvise(pages_ + first, last - first, MADV_DONTNEED);
+      // Of a mapped file that returns the blocks of the disk too, where the file system can.
+      const int advice = overflow_ != nullptr ? MADV_REMOVE : MADV_DONTNEED;
+      if (last > first) ::madvise(pages_ + first, last - first, advice);
     }
     kept_to = std::max(kept_to, end);
   }

@@ -15,10 +15,15 @@
 #include <vector>
 
 #include "core/base/column.h"
+#include "core/base/overflow_memory.h"
 #include "core/base/result.h"
 #include "core/store/posix_file.h"
 
 namespace sightline {
+
+/// The memory for a file of so many bytes that exceeds the memory budget; null: ordinary memory. An
+/// empty function: ordinary memory for all.
+using OverflowFor = std::function<std::shared_ptr<OverflowMemory>(std::uint64_t bytes)>;
 
 /// The bytes of a file that was read; the destructor frees them. If a scene will refer to the
 /// bytes: claim() each part that it needs, then drop_unclaimed().
@@ -32,13 +37,14 @@ class FileBytes {
   /// io_error; STORE_IO also if a file of kSharedFrom bytes or more becomes shorter meanwhile.
   static Result<FileBytes> read(const FileDescriptor& file, const char* doing);
   /// Reads a file, and sets `fingerprint` to the hash_in_pieces of its bytes. Computing it while
-  /// the bytes are in the processor's cache costs less than a second pass.
+  /// the bytes are in the processor's cache costs less than a second pass. Errors also: OVERFLOW_FULL.
   static Result<FileBytes> read(const FileDescriptor& file, const char* doing,
-                                std::uint64_t& fingerprint);
+                                std::uint64_t& fingerprint, const OverflowFor& overflow_for = {});
   /// Takes memory of `size` bytes, which `fill` fills. `doing` names the purpose in errors. Errors:
-  /// MEMORY_FULL, those of `fill`.
+  /// MEMORY_FULL, OVERFLOW_FULL, those of `fill`.
   static Result<FileBytes> make(std::size_t size, const char* doing,
-                                const std::function<Status(std::span<std::byte>)>& fill);
+                                const std::function<Status(std::span<std::byte>)>& fill,
+                                const OverflowFor& overflow_for = {});
   FileBytes(FileBytes&& other) noexcept;
   FileBytes& operator=(FileBytes&&) = delete;
   ~FileBytes();
@@ -60,9 +66,10 @@ class FileBytes {
   using Range = std::pair<std::size_t, std::size_t>;
   FileBytes() = default;
   static Result<FileBytes> read(const FileDescriptor& file, const char* doing,
-                                std::uint64_t* fingerprint);
+                                std::uint64_t* fingerprint, const OverflowFor& overflow_for);
 
   std::byte* pages_ = nullptr;
+  std::shared_ptr<std::byte> overflow_;  ///< owner of pages_; null: they are of take_pages
   UnsetColumn<std::byte> small_;
   std::size_t size_ = 0;
   mutable std::mutex mutex_;

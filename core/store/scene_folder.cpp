@@ -327,14 +327,15 @@ Status SceneFolder::remove_record(const std::string& id, const char* doing) {
 }
 
 Result<FileBytes> SceneFolder::read_bytes(const std::string& sha256, std::uint64_t bytes,
-                                          std::optional<std::uint64_t> fingerprint) {
+                                          std::optional<std::uint64_t> fingerprint,
+                                          const OverflowFor& overflow_for) {
   const fs::path blob = blob_path(sha256);
   std::error_code error;
   if (!fs::exists(blob, error) && !error) return damaged("the scene's file is missing");
   auto file = open_file(blob, O_RDONLY, "read the scene's bytes");
   if (!file) return std::move(file).error();
   std::uint64_t found = 0;
-  auto read = FileBytes::read(*file, "read the scene's bytes", found);
+  auto read = FileBytes::read(*file, "read the scene's bytes", found, overflow_for);
   if (!read) return read;
   if (read->bytes().size() != bytes) {
     return damaged("the scene's file has " + std::to_string(read->bytes().size()) +

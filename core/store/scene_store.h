@@ -100,6 +100,8 @@ struct StoreOptions {
   /// Called with each scene that is made by changing nodes, before it becomes visible. The change
   /// fails if this returns an error.
   std::function<Status(const std::shared_ptr<const Scene>& scene)> admit = {};
+  /// Memory for the files of scenes that exceed the memory budget.
+  OverflowFor overflow_for = {};
   /// With an origin, the data folder is a cache of it: changes are made in the origin first, and
   /// what the folder lacks is fetched. The folder must be given.
   SharedScenes shared = {};

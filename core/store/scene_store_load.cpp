@@ -88,7 +88,8 @@ Result<std::shared_ptr<const Scene>> SceneStore::read_upload(SceneLoad& load,
     return scene;
   }
   std::uint64_t fingerprint = 0;
-  auto read = FileBytes::read(upload.file()->file(), "read the scene's bytes", fingerprint);
+  auto read = FileBytes::read(upload.file()->file(), "read the scene's bytes", fingerprint,
+                              options_.overflow_for);
   if (!read) return std::move(read).error();
   const auto owner = std::make_shared<const FileBytes>(std::move(*read));
   load.fingerprint_ = fingerprint;

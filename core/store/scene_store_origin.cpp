@@ -210,7 +210,7 @@ Result<FileBytes> SceneStore::copy_file(const std::string& sha256, std::uint64_t
                                         SceneLoad& load, const FileDescriptor& copy) {
   const Error damaged =
       origin_damaged("a file of the scene in the origin has other bytes than its name says");
-  return FileBytes::make(bytes, kCopying, [&](std::span<std::byte> room) -> Status {
+  const auto fill = [&](std::span<std::byte> room) -> Status {
     FollowingSha256 hash(room);
     std::size_t size = 0;
     Status read =
@@ -226,7 +226,8 @@ Result<FileBytes> SceneStore::copy_file(const std::string& sha256, std::uint64_t
     const std::string found = hash.finish();
     if (!read) return read;
     return size == bytes && found == sha256 ? success() : damaged;
-  });
+  };
+  return FileBytes::make(bytes, kCopying, fill, options_.overflow_for);
 }
 
 Result<FetchedFiles> SceneStore::fetch_files(const SceneRecord& record, const LoadPointer& load) {

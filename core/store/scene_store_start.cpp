@@ -75,7 +75,8 @@ void SceneStore::forget_record(const LoadPointer& load) {
 Result<RecordFiles> SceneStore::read_files(const SceneRecord& record,
                                            SceneFolder::File& failed) const {
   failed = {record.sha256, record.bytes};
-  auto read = folder_->read_bytes(record.sha256, record.bytes, record.fingerprint);
+  auto read =
+      folder_->read_bytes(record.sha256, record.bytes, record.fingerprint, options_.overflow_for);
   if (!read) return std::move(read).error();
   auto neighbours = StoredNeighbours::read(*folder_, record, failed);
   if (!neighbours) return std::move(neighbours).error();

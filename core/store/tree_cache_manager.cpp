@@ -32,7 +32,8 @@ constexpr std::size_t kLookedAtForEach = 256;
 }  // namespace
 
 TreeCacheManager::TreeCacheManager(TreeCacheOptions options)
-    : options_(std::move(options)), budget_(std::make_shared<TreeBudget>(options_.memory_budget)) {
+    : options_(std::move(options)),
+      budget_(std::make_shared<TreeBudget>(options_.memory_budget, options_.overflow)) {
   if (!options_.folder.empty()) folder_.emplace(options_.folder, options_.disk_budget);
   if (!options_.ahead) return;
   builders_.start(options_.threads);

@@ -36,6 +36,8 @@ struct TreeCacheOptions {
   /// folder. Null: none.
   std::shared_ptr<OriginScenes> origin = {};
   std::uint64_t memory_budget = 0;  ///< bytes of geometry and trees in total; 0: no limit
+  /// What exceeds the memory budget; null: trees are evicted, and scenes are refused
+  std::shared_ptr<OverflowMemory> overflow = {};
   /// Called on the background thread with a line about a file that was invalid or could not be
   /// written.
   std::function<void(const std::string& line)> report = {};
@@ -56,6 +58,10 @@ class TreeCacheManager {
   /// once.
   Status adopt(const std::shared_ptr<const Scene>& scene, const std::string& sha256 = {},
                bool lasting = true);
+  /// The overflow memory, if `bytes` exceed what the budget has left; else null.
+  std::shared_ptr<OverflowMemory> overflow_for(std::uint64_t bytes) const {
+    return budget_->overflow_for(bytes);
+  }
   /// Waits until no background build is running or due.
   void wait_until_idle();
   /// Statistics over all adopted scenes. Counters include destroyed scenes; byte counts cover only

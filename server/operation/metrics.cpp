@@ -123,7 +123,13 @@ void add_trees(const TreeTotals& trees, Families& families) {
        gauge("sightline_tree_bytes", "Bytes of all trees that are built now.", trees.tree_bytes),
        gauge("sightline_geometry_bytes",
              "Bytes of positions and indices of all scenes; shared data counts once.",
-             trees.geometry_bytes)});
+             trees.geometry_bytes),
+       gauge("sightline_overflow_bytes",
+             "Bytes of geometry and trees beyond --memory-budget, in temporary files.",
+             trees.overflow_bytes),
+       counters("sightline_overflow_evicted_bytes_total",
+                "Bytes of these files that were unmapped to stay within --memory-budget.", "",
+                {{"", trees.evicted_bytes}})});
 }
 
 void add_process(double start, const ServerNow& now, Families& families) {

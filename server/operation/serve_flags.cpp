@@ -128,11 +128,12 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
   maker
       .add_count("--memory-budget", command.limits.memory_budget,
                  "bytes of all scenes with their trees; beyond it the trees of the least recently "
-                 "used scenes are evicted (default: no limit)")
+                 "used scenes are evicted, and the rest is in temporary files (default: no limit)")
       ->default_str("");
   maker.add_count("--disk-budget", command.limits.disk_budget,
                   "bytes of trees stored in --data; beyond it those of the least recently used "
-                  "scenes are removed, and built again when they are needed");
+                  "scenes are removed, and built again when they are needed; also of the temporary "
+                  "files beyond --memory-budget");
   app.add_option("--scene-root", command.scene_root,
                  "folder below which clients may name files to load (POST /v1/scenes with a path)")
       ->check(CLI::ExistingDirectory);

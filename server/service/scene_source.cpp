@@ -8,6 +8,7 @@
 
 #include "core/demo/demo.h"
 #include "core/import/import.h"
+#include "core/scene/overflow_geometry.h"
 #include "core/store/posix_file.h"
 #include "core/store/sha256.h"
 
@@ -36,7 +37,7 @@ Result<Demo> find_demo(std::string_view name) {
 }
 
 Result<std::shared_ptr<const Scene>> make(Result<SceneDescription> description, Progress& progress,
-                                          Laziness laziness,
+                                          Laziness laziness, const OverflowFor& overflow_for,
                                           std::span<const NodeChange> changes = {}) {
   if (!description) return std::move(description).error();
   if (!changes.empty()) {
@@ -44,6 +45,12 @@ Result<std::shared_ptr<const Scene>> make(Result<SceneDescription> description, 
   }
   if (progress.cancelled()) return load_cancelled();
   progress.begin("building");
+  if (overflow_for) {
+    if (const auto overflow = overflow_for(geometry_bytes(*description))) {
+      if (Status moved = move_geometry(*description, *overflow); !moved) return moved.error();
+      laziness = Laziness::kWhenNeeded;
+    }
+  }
   if (laziness != Laziness::kEager) return Scene::prepare(std::move(*description));
   return Scene::build(std::move(*description), TreeQuality::kHigh, Joining::kMeasured,
                       &progress.flag());
@@ -100,14 +107,16 @@ std::string hash_of_geometry(const SceneDescription& description) {
 
 }  // namespace
 
-Result<std::shared_ptr<const Scene>> load_scene(const LoadInput& input, Laziness laziness) {
+Result<std::shared_ptr<const Scene>> load_scene(const LoadInput& input, Laziness laziness,
+                                                const OverflowFor& overflow_for) {
   input.progress.begin("importing");
   ImportOptions options = options_of(input.choice, input.progress, laziness);
   options.neighbour = input.neighbour;
   options.owner = input.owner;
   options.claim = input.claim;
   options.copies_attributes = true;
-  return make(import_bytes(input.bytes, options), input.progress, laziness, input.changes);
+  return make(import_bytes(input.bytes, options), input.progress, laziness, overflow_for,
+              input.changes);
 }
 
 Result<std::vector<std::byte>> demo_glb(const std::string& name) {
@@ -145,7 +154,8 @@ static Status hash_file(const FileDescriptor& file, const char* doing, Preloaded
 }
 
 Result<PreloadedScene> load_source(const std::string& source, const SceneChoice& choice,
-                                   Progress& progress, Laziness laziness, bool with_attributes) {
+                                   Progress& progress, Laziness laziness, bool with_attributes,
+                                   const OverflowFor& overflow_for) {
   if (Status found = check_source(source); !found) return std::move(found).error();
   PreloadedScene loaded;
   Result<std::shared_ptr<const Scene>> scene = loaded.scene;
@@ -154,7 +164,7 @@ Result<PreloadedScene> load_source(const std::string& source, const SceneChoice&
     if (!glb) return std::move(glb).error();
     loaded.bytes = glb->size();
     loaded.sha256 = sha256_of(*glb);
-    scene = load_scene({*glb, choice, progress, loaded.sha256}, laziness);
+    scene = load_scene({*glb, choice, progress, loaded.sha256}, laziness, overflow_for);
   } else {
     constexpr const char* kDoing = "read the scene's file";
     auto file = open_file(source, O_RDONLY, kDoing);
@@ -169,7 +179,7 @@ Result<PreloadedScene> load_source(const std::string& source, const SceneChoice&
     if (description && description->counts.file_bytes > loaded.bytes) {
       loaded.neighbours = hash_of_geometry(*description);
     }
-    scene = make(std::move(description), progress, laziness);
+    scene = make(std::move(description), progress, laziness, overflow_for);
   }
   if (!scene) return std::move(scene).error();
   loaded.scene = std::move(*scene);

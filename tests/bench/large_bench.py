@@ -3,17 +3,23 @@
   large_bench.py SIGHTLINE mesh [TRIANGLES]      one mesh (default 64 million triangles; 18 bytes each in the file)
   large_bench.py SIGHTLINE instances [COUNT]     EXT_mesh_gpu_instancing of a sphere of 828 triangles (default 250,000)
   large_bench.py SIGHTLINE nodes [COUNT]         nodes, each with a name and a matrix of its own (default 40,000)
+  large_bench.py SIGHTLINE budget [TRIANGLES]    one mesh with a --memory-budget of a tenth of what it takes (default 32 million triangles)
 
 The mesh is a height field: its triangles along a ray are those of the grid cells below it, so numpy finds the first hit without a tree.
 Rays within 1e-7 of an edge are not judged. "read" is the time to read the file from the page cache.
+
+"budget" compares frames of a camera that moves by a degree each with those of a server without a budget, and samples the memory of
+the process.
 
 Needs numpy. Prints figures; exit code 1 if an answer is wrong.
 """
 
 import json
 import struct
+import statistics
 import sys
 import tempfile
+import threading
 import time
 from pathlib import Path
 
@@ -162,12 +168,92 @@ def memory_of(pid):
     return int(next(line for line in open(f"/proc/{pid}/status") if line.startswith("VmHWM")).split()[1]) >> 10
 
 
+class Watch:
+    """The largest memory of a process, in MiB, sampled each 10 ms: all of it, and what of it is no mapped file."""
+
+    def __init__(self, pid):
+        self.pid, self.most, self.anonymous = pid, 0, 0
+        self.over = threading.Event()
+        self.thread = threading.Thread(target=self.run)
+        self.thread.start()
+
+    def run(self):
+        while not self.over.wait(0.01):
+            _, resident, shared = map(int, Path(f"/proc/{self.pid}/statm").read_text().split()[:3])
+            self.most = max(self.most, resident >> 8)
+            self.anonymous = max(self.anonymous, (resident - shared) >> 8)
+
+    def next(self):
+        """The largest since the last call."""
+        found, self.most, self.anonymous = (self.most, self.anonymous), 0, 0
+        return f"at most {found[0]} MiB, {found[1]} of it no mapped file"
+
+    def end(self):
+        self.over.set()
+        self.thread.join()
+
+
+def frame(client, side, turn):
+    """Seconds for the depth of a million rays of a camera that looks down by 45 degrees and sees a twentieth of the ground."""
+    height = side / 10
+    look = [side / 2 + height * np.sin(turn), 0, side / 2 + height * np.cos(turn)]
+    camera = {"kind": "pinhole", "position": [side / 2, height, side / 2], "look_at": look, "fov_y": 50, "width": 1000, "height": 1000}
+    begin = time.perf_counter()
+    client.image("large", "depth", camera)
+    return time.perf_counter() - begin
+
+
+def frames(client, side):
+    """(seconds of the first frame, of the median of 20 neighbours)"""
+    first, *rest = (frame(client, side, np.radians(i)) for i in range(21))
+    return first, statistics.median(rest)
+
+
+def beyond_budget(file, positions, side):
+    with tempfile.TemporaryDirectory(dir="/var/tmp") as data, Server("--data", data, "--log-level", "warn", memory=None) as server:
+        client = Sightline(server.url, timeout=900)
+        client.put("large", file)
+        frame(client, side, 0)
+        while not client.stats("large")["trees"]["complete"]:
+            time.sleep(1)
+        trees = client.stats("large")["trees"]
+        whole = trees["geometry_bytes"] + trees["tree_bytes"]
+        _, warm = frames(client, side)
+    budget = whole // 10
+    with tempfile.TemporaryDirectory(dir="/var/tmp") as data, \
+            Server("--data", data, "--log-level", "warn", "--memory-budget", budget, memory=None) as server:
+        watch = Watch(server.process.pid)
+        try:
+            client = Sightline(server.url, timeout=900)
+            time.sleep(0.1)
+            print(f"a scene of {whole // MIB} MiB with a budget of {budget // MIB}; the process without it: {watch.next()}")
+            begin = time.perf_counter()
+            client.put("large", file)
+            print(f"ready after {time.perf_counter() - begin:.1f} s; {watch.next()}")
+            first, neighbour = frames(client, side)
+            print(f"a million rays of a camera: first {first:.2f} s, neighbours {neighbour:.3f} s, without a budget {warm:.3f} s: "
+                  f"{neighbour / warm:.2f} (needs at most 3); {watch.next()}")
+            wrong = 0
+            for _ in range(2):
+                begin = time.perf_counter()
+                judged, now = judge(client, "large", positions, side)
+                wrong += now
+                print(f"{judged} incoherent rays judged: {now} wrong; {watch.next()}")
+            print(f"temporary files {server.metric('sightline_overflow_bytes') // MIB} MiB, "
+                  f"unmapped {server.metric('sightline_overflow_evicted_bytes_total') // MIB} MiB in all")
+        finally:
+            watch.end()
+    return 1 if wrong else 0
+
+
 def main():
     kind = sys.argv[2]
-    count = int(sys.argv[3]) if len(sys.argv) > 3 else {"mesh": 64_000_000, "instances": 250_000, "nodes": 40_000}[kind]
+    count = int(sys.argv[3]) if len(sys.argv) > 3 else {"mesh": 64_000_000, "instances": 250_000, "nodes": 40_000, "budget": 32_000_000}[kind]
     with tempfile.TemporaryDirectory(dir="/var/tmp") as folder:
         file = Path(folder, "scene.glb")
-        positions, side = {"mesh": make_mesh, "instances": make_instances, "nodes": make_nodes}[kind](file, count)
+        positions, side = {"mesh": make_mesh, "budget": make_mesh, "instances": make_instances, "nodes": make_nodes}[kind](file, count)
+        if kind == "budget":
+            return beyond_budget(file, positions, side)
         begin = time.perf_counter()
         with open(file, "rb") as stream:
             while stream.read(16 * MIB):

@@ -135,13 +135,17 @@ class Server:
     def ask(self, path, *arguments, **options):
         return curl(self.url + path, *arguments, **options)
 
+    def metric(self, name):
+        """The value of a metric without labels."""
+        return int(re.search(f"^{name} ([0-9]+)$", self.ask("/metrics").body.decode(), re.MULTILINE)[1])
+
     def traffic(self):
         """Bytes of memory that connections and requests hold."""
-        return int(re.search("^sightline_traffic_bytes ([0-9]+)$", self.ask("/metrics").body.decode(), re.MULTILINE)[1])
+        return self.metric("sightline_traffic_bytes")
 
     def spooled(self):
         """Bytes of temporary files that bodies and answers hold."""
-        return int(re.search("^sightline_spool_bytes ([0-9]+)$", self.ask("/metrics").body.decode(), re.MULTILINE)[1])
+        return self.metric("sightline_spool_bytes")
 
     def put(self, scene, body, *arguments):
         return self.ask(f"/v1/scenes/{scene}", "-X", "PUT", "-H", GLB_TYPE, *arguments, body=body)

@@ -59,7 +59,7 @@ TEST(SceneTrees, know_the_same_bounds_before_and_after) {
 TEST(TreeBudget, drops_the_trees_that_were_asked_the_longest_ago) {
   const auto first = terrain(5000, 1), second = terrain(5000, 2), third = terrain(5000, 3);
   build_everything(*third);
-  const std::uint64_t one = third->trees().geometry_bytes() + third->trees().tree_bytes();
+  const std::uint64_t one = third->trees().held_geometry_bytes() + third->trees().tree_bytes();
   third->trees().drop();
   const auto budget = std::make_shared<TreeBudget>(one * 3 - one / 3);
   for (const auto& scene : {first, second, third}) ASSERT_TRUE(scene->trees().join(budget));
@@ -93,13 +93,13 @@ TEST(TreeBudget, counts_also_what_scenes_have_cost_that_are_no_more) {
   const TreeTotals after = budget->totals();
   EXPECT_EQ(after.trees_built, before.trees_built);
   EXPECT_EQ(after.evictions, 1u);
-  EXPECT_EQ(after.geometry_bytes, first->trees().geometry_bytes());
+  EXPECT_EQ(after.geometry_bytes, first->trees().held_geometry_bytes());
 }
 
 TEST(TreeBudget, leaves_the_trees_of_a_running_query_alone) {
   const auto first = terrain(5000, 1), second = terrain(5000, 2);
   build_everything(*second);
-  const std::uint64_t one = second->trees().geometry_bytes() + second->trees().tree_bytes();
+  const std::uint64_t one = second->trees().held_geometry_bytes() + second->trees().tree_bytes();
   second->trees().drop();
   const auto budget = std::make_shared<TreeBudget>(one + one / 2);
   for (const auto& scene : {first, second}) ASSERT_TRUE(scene->trees().join(budget));

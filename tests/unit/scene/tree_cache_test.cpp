@@ -64,7 +64,7 @@ TEST(TreeCache, holds_the_same_trees_whether_indices_are_listed_or_not) {
   listed.meshes[0] = mesh;
   const auto scene = *Scene::build(std::move(description));
   const auto other = *Scene::build(std::move(listed));
-  EXPECT_EQ(other->trees().geometry_bytes() - scene->trees().geometry_bytes(), 24000u);
+  EXPECT_EQ(other->trees().held_geometry_bytes() - scene->trees().held_geometry_bytes(), 24000u);
   const Bytes bytes = bytes_of(*scene);  // which the trees lie in
   const auto read = decode(*scene, bytes);
   ASSERT_TRUE(read) << read.error().message;

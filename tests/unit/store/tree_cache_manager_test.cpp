@@ -139,8 +139,8 @@ TEST(TreeCacheManager, breaks_off_what_it_builds) {
 TEST(TreeCacheManager, stays_within_its_budget) {
   const auto first = terrain(1), second = terrain(2);
   TreeCacheOptions options;
-  const std::uint64_t one = first->trees().geometry_bytes() + first->trees().full_tree_bytes();
-  options.memory_budget = one + second->trees().geometry_bytes() + 100000;
+  const std::uint64_t one = first->trees().held_geometry_bytes() + first->trees().full_tree_bytes();
+  options.memory_budget = one + second->trees().held_geometry_bytes() + 100000;
   TreeCacheManager manager(options);
   ASSERT_TRUE(manager.adopt(first));
   manager.wait_until_idle();

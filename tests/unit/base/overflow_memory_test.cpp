@@ -1,0 +1,74 @@
+#include "core/base/overflow_memory.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstring>
+#include <thread>
+
+namespace sightline {
+namespace {
+
+constexpr std::uint64_t kMany = 1ull << 30;
+
+/// Fills a piece with bytes that depend on its number.
+void fill(std::byte* at, std::size_t size, unsigned number) {
+  for (std::size_t i = 0; i < size; ++i) at[i] = static_cast<std::byte>((i * 31 + number) >> 3);
+}
+
+bool is_filled(const std::byte* at, std::size_t size, unsigned number) {
+  for (std::size_t i = 0; i < size; ++i) {
+    if (at[i] != static_cast<std::byte>((i * 31 + number) >> 3)) return false;
+  }
+  return true;
+}
+
+TEST(OverflowMemory, keeps_what_was_written_beyond_its_limit) {
+  const auto memory = OverflowMemory::make(testing::TempDir(), kMany);
+  memory->set_resident_limit(4 << 20);
+  // Pieces that share a file, and pieces with a file of their own.
+  const std::size_t sizes[] = {1, 1000, 3 << 20, 20 << 20, 64, 24 << 20};
+  std::vector<std::shared_ptr<std::byte>> pieces;
+  for (unsigned i = 0; i < std::size(sizes); ++i) {
+    pieces.push_back(memory->take(sizes[i]));
+    ASSERT_NE(pieces.back(), nullptr);
+    EXPECT_EQ(reinterpret_cast<std::uintptr_t>(pieces.back().get()) % 64, 0u);
+    EXPECT_EQ(*pieces.back(), std::byte{0});
+    EXPECT_TRUE(memory->contains(pieces.back().get() + sizes[i] - 1));
+    fill(pieces.back().get(), sizes[i], i);
+  }
+  EXPECT_GE(memory->bytes(), std::uint64_t{44} << 20);
+  while (memory->evicted_bytes() < std::uint64_t{44} << 20) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    for (unsigned i = 0; i < std::size(sizes); ++i) {
+      ASSERT_TRUE(is_filled(pieces[i].get(), sizes[i], i)) << i;
+    }
+  }
+  int elsewhere = 0;
+  EXPECT_FALSE(memory->contains(&elsewhere));
+  pieces.clear();
+  EXPECT_EQ(memory->bytes(), 0u);
+}
+
+TEST(OverflowMemory, outlives_its_other_holders) {
+  auto memory = OverflowMemory::make(testing::TempDir(), kMany);
+  const auto piece = memory->take(5000);
+  memory.reset();
+  fill(piece.get(), 5000, 7);
+  EXPECT_TRUE(is_filled(piece.get(), 5000, 7));
+}
+
+TEST(OverflowMemory, refuses_what_its_files_have_no_room_for) {
+  const auto small = OverflowMemory::make(testing::TempDir(), 100 << 20);
+  auto piece = small->take(70 << 20);
+  EXPECT_NE(piece, nullptr);
+  EXPECT_EQ(small->take(40 << 20), nullptr);
+  EXPECT_EQ(small->take(std::size_t{1} << 62), nullptr);
+  EXPECT_EQ(small->take(static_cast<std::size_t>(-1)), nullptr);
+  piece.reset();
+  EXPECT_NE(small->take(40 << 20), nullptr);
+  EXPECT_EQ(OverflowMemory::make("/proc/nowhere", kMany)->take(10), nullptr);
+}
+
+}  // namespace
+}  // namespace sightline
