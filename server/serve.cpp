@@ -49,26 +49,34 @@ TreeCacheOptions tree_cache_options(const ServeCommand& command,
   return options;
 }
 
-/// The scene, when the manager has room for it.
-Result<std::shared_ptr<const Scene>> kept(TreeCacheManager& manager,
-                                          Result<std::shared_ptr<const Scene>> scene,
-                                          const std::string& sha256) {
-  if (!scene) return scene;
-  if (Status status = manager.adopt(*scene, sha256); !status) return std::move(status).error();
-  return scene;
+/// Loads a scene and adopts it. load(overflow_for) returns a PreloadedScene or a scene, `scene_of` the
+/// scene in it. Where another load has taken the room meanwhile, loads it again to overflow memory.
+template <class Load, class SceneOf>
+auto load_and_adopt(TreeCacheManager& manager, const std::string& sha256, const Load& load,
+                    const SceneOf& scene_of) -> decltype(load(OverflowFor())) {
+  auto loaded = load([&](std::uint64_t bytes) { return manager.overflow_for(bytes); });
+  if (!loaded) return loaded;
+  Status adopted = manager.adopt(scene_of(*loaded), sha256);
+  if (adopted) return loaded;
+  const auto overflow = manager.overflow_for(std::numeric_limits<std::uint64_t>::max());
+  if (overflow == nullptr) return std::move(adopted).error();
+  loaded = load([&](std::uint64_t) { return overflow; });
+  if (!loaded) return loaded;
+  adopted = manager.adopt(scene_of(*loaded), sha256);
+  if (!adopted) return std::move(adopted).error();
+  return loaded;
 }
 
 std::vector<Preload> preloads_of(const ServeCommand& command, TreeCacheManager& manager) {
   std::vector<Preload> preloads;
   for (const auto& [id, source] : command.preloads) {
     preloads.push_back({id, [&, source = source](Progress& progress) -> Result<PreloadedScene> {
-                          auto loaded = load_source(
-                              source, {}, progress, command.laziness, true,
-                              [&](std::uint64_t bytes) { return manager.overflow_for(bytes); });
-                          if (!loaded) return loaded;
-                          auto scene = kept(manager, loaded->scene, {});
-                          if (!scene) return std::move(scene).error();
-                          return loaded;
+                          const auto load = [&](const OverflowFor& overflow_for) {
+                            return load_source(source, {}, progress, command.laziness, true,
+                                               overflow_for);
+                          };
+                          return load_and_adopt(manager, {}, load,
+                                                [](const auto& loaded) { return loaded.scene; });
                         }});
   }
   return preloads;
@@ -268,7 +276,10 @@ int serve(ServeCommand command, Signals& signals, Log& log, std::optional<LastWa
   };
   options.overflow_for = [&manager](std::uint64_t bytes) { return manager.overflow_for(bytes); };
   const auto load = [&](const LoadInput& input) {
-    return kept(manager, load_scene(input, command.laziness, options.overflow_for), input.sha256);
+    const auto read = [&](const OverflowFor& overflow_for) {
+      return load_scene(input, command.laziness, overflow_for);
+    };
+    return load_and_adopt(manager, input.sha256, read, [](const auto& scene) { return scene; });
   };
   auto store = SceneStore::open(options, load, preloads_of(command, manager));
   if (!store) {

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <chrono>
 #include <cstdio>
@@ -34,20 +35,29 @@ int make_file(const std::string& folder) {
   return named;
 }
 
-/// Bytes of mapped files in the memory of this process; 0 where the system does not say.
-std::uint64_t mapped_file_bytes() {
-  std::FILE* const file = std::fopen("/proc/self/statm", "re");
-  if (file == nullptr) return 0;
-  unsigned long long size = 0, resident = 0, shared = 0;
-  const int read = std::fscanf(file, "%llu %llu %llu", &size, &resident, &shared);
-  std::fclose(file);
-  return read == 3 ? shared * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE)) : 0;
-}
-
 }  // namespace
+
+struct OverflowMemory::File {
+  explicit File(std::shared_ptr<OverflowMemory> memory) : owner(std::move(memory)) {}
+  ~File() {
+    if (begin != nullptr) owner->unmap(begin);
+  }
+  File(const File&) = delete;
+  File& operator=(const File&) = delete;
+
+  const std::shared_ptr<OverflowMemory> owner;
+  std::byte* begin = nullptr;
+};
 
 std::shared_ptr<OverflowMemory> OverflowMemory::make(std::string folder, std::uint64_t file_bytes) {
   return std::shared_ptr<OverflowMemory>(new OverflowMemory(std::move(folder), file_bytes));
+}
+
+OverflowMemory::OverflowMemory(std::string folder, std::uint64_t file_bytes)
+    : folder_(std::move(folder)),
+      file_bytes_(file_bytes),
+      statm_(::open("/proc/self/statm", O_RDONLY | O_CLOEXEC)) {
+  other_bytes_ = mapped_bytes();
 }
 
 OverflowMemory::~OverflowMemory() {
@@ -57,12 +67,24 @@ OverflowMemory::~OverflowMemory() {
   }
   changed_.notify_all();
   if (thread_.joinable()) thread_.join();
+  if (statm_ >= 0) ::close(statm_);
+}
+
+std::uint64_t OverflowMemory::mapped_bytes() const {
+  std::array<char, 128> text{};
+  const ssize_t count = statm_ < 0 ? -1 : ::pread(statm_, text.data(), text.size() - 1, 0);
+  unsigned long long size = 0, resident = 0, shared = 0;
+  if (count <= 0 || std::sscanf(text.data(), "%llu %llu %llu", &size, &resident, &shared) != 3) {
+    return 0;
+  }
+  return shared * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
 }
 
 /// Precondition: mutex_ is held.
-std::shared_ptr<std::byte> OverflowMemory::map_file(std::size_t bytes) {
+std::shared_ptr<OverflowMemory::File> OverflowMemory::map_file(std::size_t bytes) {
   const std::size_t size = whole_pages(bytes);
-  if (size < bytes || size > file_bytes_ - std::min<std::uint64_t>(file_bytes_, used_)) return {};
+  if (size < bytes || size > left()) return {};
+  auto mapped = std::make_shared<File>(shared_from_this());
   regions_.reserve(regions_.size() + 1);
   const int file = make_file(folder_);
   if (file < 0) return {};
@@ -72,62 +94,88 @@ std::shared_ptr<std::byte> OverflowMemory::map_file(std::size_t bytes) {
       has_room ? ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0) : MAP_FAILED;
   ::close(file);
   if (memory == MAP_FAILED) return {};
-  auto* const begin = static_cast<std::byte*>(memory);
-  regions_.push_back({begin, size});
+  mapped->begin = static_cast<std::byte*>(memory);
+  regions_.push_back({mapped->begin, size, size});
   used_ += size;
-  return {begin, [self = weak_from_this().lock()](std::byte* at) { self->unmap(at); }};
+  return mapped;
+}
+
+std::uint64_t OverflowMemory::left() const {
+  return file_bytes_ - std::min<std::uint64_t>(file_bytes_, used_);
+}
+
+/// Precondition for these: mutex_ is held.
+OverflowMemory::Region* OverflowMemory::region_of(const void* at) {
+  const auto* const byte = static_cast<const std::byte*>(at);
+  const auto found = std::find_if(regions_.begin(), regions_.end(), [&](const Region& region) {
+    return !std::less<>()(byte, region.begin) && std::less<>()(byte, region.begin + region.size);
+  });
+  return found == regions_.end() ? nullptr : &*found;
 }
 
 void OverflowMemory::unmap(std::byte* begin) {
   const std::lock_guard hold(mutex_);
-  const auto region = std::find_if(regions_.begin(), regions_.end(),
-                                   [&](const Region& each) { return each.begin == begin; });
+  Region* const region = region_of(begin);
   ::munmap(region->begin, region->size);
-  used_ -= region->size;
+  used_ -= region->counted;
   *region = regions_.back();
   regions_.pop_back();
 }
 
+void OverflowMemory::give_back(std::byte* begin, std::size_t bytes) {
+  const std::lock_guard hold(mutex_);
+  Region* const region = region_of(begin);
+  if (region == nullptr || ::madvise(begin, bytes, MADV_REMOVE) != 0) return;
+  region->counted -= bytes;
+  used_ -= bytes;
+}
+
 std::shared_ptr<std::byte> OverflowMemory::take(std::size_t bytes) {
   constexpr std::size_t kAlignment = 64;
-  std::shared_ptr<std::byte> file;  // released after the lock
+  std::shared_ptr<File> file;  // released after the lock
   const std::lock_guard hold(mutex_);
   if (!thread_.joinable()) {
-    other_bytes_ = mapped_file_bytes();
     try {
       thread_ = std::thread([this] { run(); });
     } catch (const std::system_error&) {
       return {};
     }
   }
-  if (bytes > kSharedFile / 4) return map_file(bytes);
-  const std::size_t size = (bytes + kAlignment - 1) / kAlignment * kAlignment;
-  file = shared_file_.lock();
-  if (file == nullptr || shared_used_ + size > kSharedFile) {
-    auto next = map_file(kSharedFile);
-    if (next == nullptr) return {};
-    shared_file_ = next;
-    shared_used_ = size;
-    return {next, next.get()};
+  if (bytes > kSharedFile / 4) {
+    file = map_file(bytes);
+    return file ? std::shared_ptr<std::byte>(file, file->begin) : nullptr;
   }
-  std::byte* const begin = file.get() + shared_used_;
+  // A piece that has whole pages has no other piece in them: give_back() must not touch the next.
+  const bool is_small = bytes < whole_pages(1);
+  const std::size_t size =
+      is_small ? (bytes + kAlignment - 1) / kAlignment * kAlignment : whole_pages(bytes);
+  file = shared_file_.lock();
+  if (!is_small) shared_used_ = whole_pages(shared_used_);
+  if (file == nullptr || shared_used_ + size > shared_size_) {
+    const std::size_t most =
+        std::max<std::size_t>(size, std::min<std::uint64_t>(kSharedFile, left()));
+    file = map_file(most);
+    if (file == nullptr) return {};
+    shared_file_ = file;
+    shared_size_ = most;
+    shared_used_ = 0;
+  }
+  std::byte* const begin = file->begin + shared_used_;
   shared_used_ += size;
   return {std::move(file), begin};
 }
 
 bool OverflowMemory::contains(const void* at) const {
-  const auto* const byte = static_cast<const std::byte*>(at);
   const std::lock_guard hold(mutex_);
-  return std::any_of(regions_.begin(), regions_.end(), [&](const Region& region) {
-    return !std::less<>()(byte, region.begin) && std::less<>()(byte, region.begin + region.size);
-  });
+  return const_cast<OverflowMemory*>(this)->region_of(at) != nullptr;
 }
 
 void OverflowMemory::run() {
   std::uint64_t before = 0;
   std::unique_lock hold(mutex_);
   while (!stopping_) {
-    const std::uint64_t limit = resident_limit_, all = mapped_file_bytes();
+    const std::uint64_t limit = resident_limit_, all = mapped_bytes();
+    other_bytes_ = std::min(other_bytes_, all);
     const std::uint64_t resident = all - std::min(all, other_bytes_);
     // Some more, so that the next page does not begin it again.
     if (resident > limit) {
@@ -144,7 +192,7 @@ void OverflowMemory::run() {
 void OverflowMemory::evict(std::uint64_t bytes) {
   // What is unmapped may not have been in memory: the mapped pages are counted again.
   constexpr std::size_t kCells = 16;
-  const std::uint64_t before = mapped_file_bytes();
+  const std::uint64_t before = mapped_bytes();
   for (std::uint64_t passed = 0; passed < used_; passed += kCells * kCell) {
     for (std::size_t i = 0; i < kCells; ++i) {
       const std::lock_guard hold(mutex_);
@@ -161,7 +209,7 @@ void OverflowMemory::evict(std::uint64_t bytes) {
       ++hand_;
       hand_at_ = 0;
     }
-    const std::uint64_t now = mapped_file_bytes();
+    const std::uint64_t now = mapped_bytes();
     if (before - std::min(before, now) >= bytes) return;
   }
 }

@@ -26,8 +26,8 @@ bool is_elsewhere(std::span<const T> elements, const OverflowMemory& overflow) {
 
 }  // namespace
 
-Status move_geometry(SceneDescription& scene, OverflowMemory& overflow) {
-  scene.overflow_bytes = 0;
+Status move_geometry(SceneDescription& scene) {
+  OverflowMemory& overflow = *scene.overflow;
   for (auto& mesh : scene.meshes) {
     const std::span<const Vec3f> positions = mesh->positions;
     const std::span<const std::uint32_t> indices = mesh->indices.listed();
@@ -44,7 +44,6 @@ Status move_geometry(SceneDescription& scene, OverflowMemory& overflow) {
           "rest have no room for it",
           ""};
     }
-    scene.overflow_bytes += positions.size_bytes() + indices.size_bytes();
     if (!moves_positions && !moves_indices) continue;
     auto next = std::make_shared<Mesh>(*mesh);
     if (moves_positions) next->positions = std::move(new_positions);

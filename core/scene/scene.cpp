@@ -90,9 +90,21 @@ std::uint64_t geometry_bytes(const SceneDescription& scene) {
   return bytes;
 }
 
+std::uint64_t overflow_bytes(const SceneDescription& scene) {
+  std::uint64_t bytes = 0;
+  if (scene.overflow == nullptr) return bytes;
+  for (const auto& mesh : scene.meshes) {
+    const std::span<const Vec3f> positions = mesh->positions;
+    const auto indices = mesh->indices.listed();
+    if (scene.overflow->contains(positions.data())) bytes += positions.size_bytes();
+    if (scene.overflow->contains(indices.data())) bytes += indices.size_bytes();
+  }
+  return bytes;
+}
+
 void Scene::count() {
   geometry_bytes_.all = geometry_bytes(description_);
-  geometry_bytes_.overflow = description_.overflow_bytes;
+  geometry_bytes_.overflow = overflow_bytes(description_);
   const std::vector<bool> used = used_meshes(description_);
   for (std::size_t i = 0; i < used.size(); ++i) {
     const auto& mesh = description_.meshes[i];

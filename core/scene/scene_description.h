@@ -14,6 +14,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/overflow_memory.h"
 #include "core/geometry/affine.h"
 #include "core/scene/alpha_texture.h"
 #include "core/scene/mesh.h"
@@ -165,12 +166,14 @@ struct SceneDescription {
   /// By index in `nodes`: the JSON text of the node's extras. Null if no node has extras.
   std::shared_ptr<const std::map<std::uint32_t, std::string>> extras;
   ImportCounts counts;
-  /// Bytes of positions, indices and attributes that are in OverflowMemory.
-  std::uint64_t overflow_bytes = 0;
+  /// Positions and indices may be there, or in ordinary memory. Null: none are there.
+  std::shared_ptr<OverflowMemory> overflow;
 };
 
-/// Bytes of positions, indices, vertex attributes, and what other poses need.
+/// Bytes of positions, indices, copied vertex attributes, and what other poses need.
 std::uint64_t geometry_bytes(const SceneDescription& scene);
+/// Those of positions and indices that are in `overflow`.
+std::uint64_t overflow_bytes(const SceneDescription& scene);
 
 /// The attribute that the file names so; empty if it has none.
 inline std::optional<VertexAttribute> find_named_attribute(const SceneDescription& scene,

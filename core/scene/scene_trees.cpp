@@ -106,10 +106,10 @@ std::shared_ptr<const SceneTree> SceneTrees::now() const {
 
 void SceneTrees::show(std::shared_ptr<const SceneTree> tree, bool droppable) {
   now_ = std::move(tree);
-  const std::uint64_t bytes = now_->bytes();
+  const std::uint64_t bytes = now_->bytes(), held = bytes - now_->overflow_bytes();
   bytes_.store(bytes, std::memory_order_relaxed);
-  held_bytes_.store(bytes - now_->overflow_bytes(), std::memory_order_relaxed);
-  droppable_.store(droppable);
+  held_bytes_.store(held, std::memory_order_relaxed);
+  droppable_.store(droppable ? held - now_->top.arena.used() : 0);
 }
 
 void SceneTrees::drop() {
@@ -208,7 +208,7 @@ void SceneTrees::give_back(const std::vector<Claim>& claims) {
   for (const Claim& claim : claims) states_[claim.number] = SlotState::kUnbuilt;
 }
 
-void SceneTrees::make(Claim& claim, const CancelFlag* cancel, const TreeBudget* budget) const {
+void SceneTrees::make(Claim& claim, const CancelFlag* cancel, TreeBudget* budget) const {
   if (is_cancelled(cancel)) return;
   if (can_split(plan_, claim.slot)) {
     claim.parts = split_slot(plan_, claim.slot);

@@ -30,8 +30,7 @@ class ThreadGroup;
 /// build_scene_tree, which is called the lasting form.
 class SceneTrees {
  public:
-  /// Bytes of positions, indices and attributes of a scene, and those of them that are in
-  /// OverflowMemory.
+  /// geometry_bytes and overflow_bytes of a scene.
   struct GeometryBytes {
     std::uint64_t all = 0, overflow = 0;
   };
@@ -96,8 +95,8 @@ class SceneTrees {
   std::uint64_t least_tree_bytes() const { return least_bytes_; }
   /// Estimated bytes of all trees that were unbuilt when this object was made.
   std::uint64_t full_tree_bytes() const { return full_bytes_; }
-  /// True if no query uses the trees and there is one to drop.
-  bool can_drop() const { return users_.load() == 0 && droppable_.load(); }
+  /// Bytes that drop() would free now: none while a query uses the trees.
+  std::uint64_t droppable_bytes() const { return users_.load() == 0 ? droppable_.load() : 0; }
   /// Time of the last query on the steady clock; 0: none yet.
   Deadline::Clock::rep last_use() const { return last_use_.load(); }
   /// True if a background build should run: trees are unbuilt or not in the lasting form, and the
@@ -133,7 +132,7 @@ class SceneTrees {
   std::shared_ptr<TreeBudget> budget() const;
   bool is_present(const SceneTree& seen) const { return layout_ && seen.unbuilt == now_->unbuilt; }
   std::vector<Claim> claim(std::span<const std::uint32_t> wanted);
-  void make(Claim& claim, const CancelFlag* cancel, const TreeBudget* budget) const;
+  void make(Claim& claim, const CancelFlag* cancel, TreeBudget* budget) const;
   void publish(std::vector<Claim>& claims);
   void give_back(const std::vector<Claim>& claims);
   void estimate();
@@ -147,7 +146,7 @@ class SceneTrees {
   std::atomic<std::uint64_t> waited_{0};
   std::atomic<std::uint64_t> rejects_{0};
   std::atomic<std::uint64_t> bytes_{0}, held_bytes_{0};
-  std::atomic<bool> droppable_{false};
+  std::atomic<std::uint64_t> droppable_{0};
   std::atomic<int> users_{0};
   std::atomic<Deadline::Clock::rep> last_use_{0};
   std::atomic<Deadline::Clock::rep> last_drop_{0};

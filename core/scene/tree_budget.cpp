@@ -63,7 +63,8 @@ TreeTotals TreeBudget::totals() const {
 }
 
 bool TreeBudget::has_room(std::uint64_t bytes) const {
-  return limit_ == 0 || used() + bytes <= limit_;
+  const std::uint64_t now = used();
+  return limit_ == 0 || (bytes <= limit_ && now <= limit_ - bytes);
 }
 
 Status TreeBudget::admit(SceneTrees& trees) {
@@ -74,8 +75,7 @@ Status TreeBudget::admit(SceneTrees& trees) {
     if (geometry_sum(&trees) + tree > limit_) {
       return Error{ErrorKind::kOutOfSpace, "SCENE_OVER_BUDGET",
                    "the scene needs " + std::to_string(trees.held_geometry_bytes()) +
-                       " bytes for its geometry and about " +
-                       std::to_string(trees.least_tree_bytes()) +
+                       " bytes for its geometry and about " + std::to_string(tree) +
                        " for its largest tree; of the memory budget of " + std::to_string(limit_) +
                        " bytes, " + std::to_string(limit_ - std::min(limit_, fixed)) + " are left",
                    ""};
@@ -87,13 +87,20 @@ Status TreeBudget::admit(SceneTrees& trees) {
 }
 
 std::shared_ptr<OverflowMemory> TreeBudget::overflow_for(std::uint64_t bytes) const {
-  return limit_ == 0 || has_room(bytes) ? nullptr : overflow_;
+  if (limit_ == 0) return nullptr;
+  const std::lock_guard hold(mutex_);
+  const std::uint64_t geometry = geometry_sum();
+  return bytes <= limit_ && geometry <= limit_ - bytes ? nullptr : overflow_;
 }
 
-WideTree TreeBudget::placed(WideTree tree, std::uint64_t bytes) const {
+WideTree TreeBudget::placed(WideTree tree, std::uint64_t bytes) {
   const std::size_t size = tree.arena.used();
-  const auto overflow = size > 0 ? overflow_for(bytes) : nullptr;
-  const auto memory = overflow ? overflow->take(size) : nullptr;
+  if (overflow_ == nullptr || size == 0) return tree;
+  {
+    const std::lock_guard hold(mutex_);
+    if (make_room(bytes, true)) return tree;
+  }
+  const auto memory = overflow_->take(size);
   if (!memory) return tree;
   std::copy_n(tree.arena.at(0), size, memory.get());
   tree.arena = Arena(memory.get(), size, memory);
@@ -101,9 +108,36 @@ WideTree TreeBudget::placed(WideTree tree, std::uint64_t bytes) const {
   return tree;
 }
 
-void TreeBudget::share_out() {
-  if (overflow_)
+void TreeBudget::share_out() noexcept {
+  if (!overflow_) return;
+  try {
     overflow_->set_resident_limit(std::max(limit_ / 16, limit_ - std::min(limit_, sum())));
+  } catch (const std::bad_alloc&) {
+    // The limit of the last time is nearly right.
+  }
+}
+
+bool TreeBudget::make_room(std::uint64_t bytes, bool or_none) {
+  const auto has_room = [&](std::uint64_t now) { return bytes <= limit_ && now <= limit_ - bytes; };
+  if (or_none) {
+    std::uint64_t fixed = sum();
+    for (const SceneTrees* trees : scenes_) fixed -= std::min(fixed, trees->droppable_bytes());
+    if (!has_room(fixed)) return false;
+  }
+  while (!has_room(sum())) {
+    SceneTrees* oldest = nullptr;
+    for (SceneTrees* trees : scenes_) {
+      if (trees->droppable_bytes() == 0) continue;
+      if (oldest == nullptr || trees->last_use() < oldest->last_use()) oldest = trees;
+    }
+    if (oldest == nullptr) return false;
+    try {
+      oldest->drop();
+    } catch (const std::bad_alloc&) {
+      return false;
+    }
+  }
+  return true;
 }
 
 void TreeBudget::dismiss(SceneTrees& trees) {
@@ -116,19 +150,7 @@ void TreeBudget::dismiss(SceneTrees& trees) {
 void TreeBudget::settle() {
   if (limit_ == 0) return;
   const std::lock_guard hold(mutex_);
-  while (sum() > limit_) {
-    SceneTrees* oldest = nullptr;
-    for (SceneTrees* trees : scenes_) {
-      if (!trees->can_drop()) continue;
-      if (oldest == nullptr || trees->last_use() < oldest->last_use()) oldest = trees;
-    }
-    if (oldest == nullptr) break;
-    try {
-      oldest->drop();
-    } catch (const std::bad_alloc&) {
-      break;
-    }
-  }
+  make_room(0, false);
   exceeded_.store(sum() > limit_, std::memory_order_relaxed);
   share_out();
 }

@@ -26,18 +26,21 @@ class TreeBudget {
   /// limit     in bytes; 0: no limit
   /// overflow  null: there is none
   explicit TreeBudget(std::uint64_t limit, std::shared_ptr<OverflowMemory> overflow = {})
-      : limit_(limit), overflow_(std::move(overflow)) {}
+      : limit_(limit), overflow_(std::move(overflow)) {
+    if (overflow_) overflow_->set_resident_limit(limit_);
+  }
 
   /// Adds a scene. Errors: SCENE_OVER_BUDGET if the scene's geometry and, without overflow memory,
   /// its largest tree do not fit beside the geometry of the other scenes; the scene is then not
   /// added.
   Status admit(SceneTrees& trees);
-  /// The memory for `bytes` that have no room within the limit. Null if they have room, or if there
-  /// is no overflow memory.
+  /// The memory for `bytes` of geometry that have no room beside the geometry of all scenes. Null if
+  /// they have room, or if there is no overflow memory.
   std::shared_ptr<OverflowMemory> overflow_for(std::uint64_t bytes) const;
   /// Returns a tree, copied to the overflow memory unless `bytes` have room, which its scene will
-  /// need with this tree. It remains where it is if the overflow memory is full.
-  WideTree placed(WideTree tree, std::uint64_t bytes) const;
+  /// need with this tree. If that gives them room, drops trees of other scenes as settle() does. The
+  /// tree remains where it is if the overflow memory is full.
+  WideTree placed(WideTree tree, std::uint64_t bytes);
   /// Removes a scene. Precondition: it was admitted.
   void dismiss(SceneTrees& trees);
   /// While the memory exceeds the limit: drops the trees of the least recently queried scene that
@@ -59,8 +62,12 @@ class TreeBudget {
   /// once, as the largest of those that share it.
   std::uint64_t geometry_sum(const SceneTrees* more = nullptr) const;
 
-  /// Sets what the overflow memory may have in memory. Precondition: mutex_ is held.
-  void share_out();
+  // Preconditions: mutex_ is held.
+  /// Sets what the overflow memory may have in memory.
+  void share_out() noexcept;
+  /// Drops trees of the scenes that were queried least recently until `bytes` more have room. Returns
+  /// false if that gives them no room; with `or_none` it then drops no trees.
+  bool make_room(std::uint64_t bytes, bool or_none);
 
   const std::uint64_t limit_;
   const std::shared_ptr<OverflowMemory> overflow_;

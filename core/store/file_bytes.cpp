@@ -96,8 +96,9 @@ Result<FileBytes> FileBytes::make(std::size_t size, const char* doing,
     if (size < kSharedFrom) {
       made.small_.resize(size);
     } else if (overflow) {
-      made.overflow_ = overflow->take(size);
-      made.pages_ = made.overflow_.get();
+      made.overflow_ = overflow;
+      made.piece_ = overflow->take(size);
+      made.pages_ = made.piece_.get();
       if (made.pages_ == nullptr) {
         return Error{
             ErrorKind::kOutOfSpace, "OVERFLOW_FULL",
@@ -120,6 +121,7 @@ Result<FileBytes> FileBytes::make(std::size_t size, const char* doing,
 FileBytes::FileBytes(FileBytes&& other) noexcept
     : pages_(std::exchange(other.pages_, nullptr)),
       overflow_(std::move(other.overflow_)),
+      piece_(std::move(other.piece_)),
       small_(std::move(other.small_)),
       size_(std::exchange(other.size_, 0)),
       claims_(std::move(other.claims_)) {}
@@ -144,9 +146,11 @@ void FileBytes::drop_unclaimed() const {
     const std::size_t first = whole_pages(kept_to);
     if (begin > first) {
       const std::size_t last = begin / whole_pages(1) * whole_pages(1);
-      // Of a mapped file that returns the blocks of the disk too, where the file system can.
-      const int advice = overflow_ != nullptr ? MADV_REMOVE : MADV_DONTNEED;
-      if (last > first) ::madvise(pages_ + first, last - first, advice);
+      if (last > first && overflow_ != nullptr) {
+        overflow_->give_back(pages_ + first, last - first);
+      } else if (last > first) {
+        ::madvise(pages_ + first, last - first, MADV_DONTNEED);
+      }
     }
     kept_to = std::max(kept_to, end);
   }

@@ -69,7 +69,8 @@ class FileBytes {
                                 std::uint64_t* fingerprint, const OverflowFor& overflow_for);
 
   std::byte* pages_ = nullptr;
-  std::shared_ptr<std::byte> overflow_;  ///< owner of pages_; null: they are of take_pages
+  std::shared_ptr<OverflowMemory> overflow_;  ///< null: pages_ are of take_pages
+  std::shared_ptr<std::byte> piece_;          ///< owner of pages_ in overflow_
   UnsetColumn<std::byte> small_;
   std::size_t size_ = 0;
   mutable std::mutex mutex_;

@@ -53,6 +53,7 @@ TreeCacheManager::~TreeCacheManager() {
 Status TreeCacheManager::adopt(const std::shared_ptr<const Scene>& scene, const std::string& sha256,
                                bool lasting) {
   if (Status status = scene->trees().join(budget_); !status) return status;
+  budget_->settle();
   // Nobody would build them, nor check which of them are gone.
   if (!options_.ahead) return success();
   {

@@ -87,7 +87,7 @@ bool BodyReader::may_cost(std::uint64_t cost) {
   constexpr std::uint64_t kShort = 64 << 10;
   if (cost <= kShort || connection_.is_long || connection_.streams) return true;
   if (!is_put_off()) connection_.put_off = Connection::PutOff::kToLong;
-  connection_.expected = static_cast<double>(cost) * Connection::kSecondsOfCost;
+  connection_.expect(cost);
   return false;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 /// Connection: the connection of a client, with the state of its present request.
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -83,10 +84,7 @@ struct Connection {
 
   /// next connection in the list that holds this one; a link needs no memory
   Connection* next = nullptr;
-  /// Seconds of a worker that the request is expected to take, if it is long. kSecondsOfCost: for each
-  /// unit of BodyReader::may_cost.
-  double expected = 0;
-  static constexpr double kSecondsOfCost = 0.05 / (64 << 10);
+  double expected = 0;  ///< seconds of a worker that the request is expected to take, if it is long
   std::array<double, 4> flows{};  ///< finish time of its flow in each WorkerPool, in virtual time
 
   // Members that only the event loop uses.
@@ -118,6 +116,14 @@ struct Connection {
   std::uint64_t spooled() const {
     return (body ? body->spooled() : 0) + (output_file ? output_file->size() : 0);
   }
+  /// A cost (BodyReader::may_cost) is an upper bound: more than that is not expected of any request.
+  static constexpr double kMostExpected = 10;
+  /// Sets `expected` by the cost of the request.
+  void expect(std::uint64_t cost) {
+    constexpr double kSecondsOfCost = 0.05 / (64 << 10);
+    expected = std::min(static_cast<double>(cost) * kSecondsOfCost, kMostExpected);
+  }
+
   /// Frees all that belongs to the body of the present request.
   void forget_body() {
     body.reset();

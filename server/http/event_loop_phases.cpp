@@ -20,8 +20,6 @@ constexpr std::uint64_t kGathered = 64 << 10;
 constexpr std::uint64_t kLongBody = 1 << 20;
 /// Bytes of a long body for each unit of cost: those of a ray in binary.
 constexpr std::uint64_t kBytesOfCost = 48;
-/// Seconds that a request of Weight::kLong is expected to take.
-constexpr double kExpectedOfLong = 10;
 /// Bytes that one connection receives or sends before others have their turn.
 constexpr std::uint64_t kInOneTurn = 256 << 10;
 /// How soon a handler that takes its body in parts is told of a part that is not whole.
@@ -247,10 +245,7 @@ bool EventLoop::advance_stored(Connection& connection) {
   connection.asked_at = now_;
   connection.part_due = now_ + kPart;
   const bool is_long = !connection.kept && body.size() > kLongBody;
-  if (is_long) {
-    connection.expected =
-        static_cast<double>(body.size() / kBytesOfCost) * Connection::kSecondsOfCost;
-  }
+  if (is_long) connection.expect(body.size() / kBytesOfCost);
   hand_over(connection, connection.kept ? *ready_workers_
                         : is_long       ? *long_workers_
                                         : *bulk_workers_);
@@ -353,7 +348,7 @@ WorkerPool& EventLoop::workers_for(Connection& connection, std::size_t length) {
     case Weight::kLong:
       break;
   }
-  connection.expected = kExpectedOfLong;
+  connection.expected = Connection::kMostExpected;
   return *long_workers_;
 }
 

@@ -20,9 +20,10 @@ struct Connection;
 ///
 /// The queue is fair: start-time fair queueing [Goyal1996]. A flow is a connection, or a key if
 /// keys are in use. A flow that has used its workers for a second waits until every other waiting
-/// flow has used them for a second too. Of requests whose flows have had as much, those that are
-/// expected to take less time go first (Connection::expected), for a limited time. So a request waits
-/// for the requests of other flows that run, and not for all that arrived before it.
+/// flow has used them for a second too. A request that is
+/// expected to take a second more than another (Connection::expected) waits as if its flow had had a
+/// second more. So a request waits for the requests of other flows that run, and not for all that
+/// arrived before it.
 class WorkerPool {
  public:
   using Work = std::function<void(Connection&)>;

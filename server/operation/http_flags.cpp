@@ -24,8 +24,8 @@ void define_http_flags(CLI::App& app, HttpLimits& limits, HttpSeconds& seconds) 
   flags.add_count("--max-header-fields", limits.head.fields, "header fields of a request");
   app.add_option(
          "--spool-dir", limits.spool_folder,
-         "folder for temporary files: the part beyond 64 KiB of a body that arrives, and of an "
-         "answer that its client has not received")
+         "folder for temporary files: the part beyond 1 MiB of a body that arrives, and beyond "
+         "64 KiB of an answer that its client has not received")
       ->capture_default_str()
       ->type_name("FOLDER");
   flags.add_count("--spool-bytes", limits.spool_bytes,

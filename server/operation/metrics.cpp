@@ -122,7 +122,7 @@ void add_trees(const TreeTotals& trees, Families& families) {
                 {{"", trees.queries_waited}}),
        gauge("sightline_tree_bytes", "Bytes of all trees that are built now.", trees.tree_bytes),
        gauge("sightline_geometry_bytes",
-             "Bytes of positions and indices of all scenes; shared data counts once.",
+             "Bytes of positions and indices in memory; shared data counts once.",
              trees.geometry_bytes),
        gauge("sightline_overflow_bytes",
              "Bytes of geometry and trees beyond --memory-budget, in temporary files.",

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <limits>
 
 #include "core/demo/demo.h"
 #include "core/import/import.h"
@@ -46,8 +47,10 @@ Result<std::shared_ptr<const Scene>> make(Result<SceneDescription> description, 
   if (progress.cancelled()) return load_cancelled();
   progress.begin("building");
   if (overflow_for) {
-    if (const auto overflow = overflow_for(geometry_bytes(*description))) {
-      if (Status moved = move_geometry(*description, *overflow); !moved) return moved.error();
+    // Nothing has room for so much: the file may be there.
+    description->overflow = overflow_for(std::numeric_limits<std::uint64_t>::max());
+    if (overflow_for(geometry_bytes(*description)) != nullptr) {
+      if (Status moved = move_geometry(*description); !moved) return moved.error();
       laziness = Laziness::kWhenNeeded;
     }
   }

@@ -4,11 +4,12 @@ import json
 import random
 import struct
 import tempfile
+import time
 import unittest
 from pathlib import Path
 
 import case_report
-from sightline_server import JSON_TYPE, Server, demo_glb
+from sightline_server import JSON_TYPE, PATIENCE, Server, demo_glb
 
 SIDE = 300  # cells of the ground along an edge, two triangles each
 MIB = 1 << 20
@@ -42,9 +43,9 @@ def rays(count, seed=1):
 
 
 FIELDS = ["t", "triangle", "position", "normal", "barycentrics"]
-QUESTIONS = [("rays:closest", {"rays": rays(3000), "fields": FIELDS}), ("rays:any", {"rays": rays(1000, 2)}),
+QUESTIONS = [("rays:closest", {"rays": rays(5000), "fields": FIELDS}), ("rays:any", {"rays": rays(1000, 2)}),
              ("rays:all", {"rays": rays(100, 3), "fields": FIELDS}), ("boxes:count", {"boxes": [{"min": [10, -2, 10], "max": [90, 2, 70]}]}),
-             ("points:nearest", {"points": [[5, 3, 5], [100, 9, 200]]})]
+             ("points:nearest", {"points": [[i % 299 + 0.3, 3, i % 271 + 0.2] for i in range(4200)], "fields": ["distance"]})]
 
 
 class Overflow(unittest.TestCase):
@@ -90,8 +91,27 @@ class Overflow(unittest.TestCase):
                 self.assertEqual(self.answers(server, "ground"), moved)
                 self.assertIn(plenty.put("ground", glb).status, (200, 201))
                 self.assertIn(server.ask("/v1/scenes/ground", "-X", "DELETE").status, (200, 204))
-                while self.overflow_of(server)[0] > 0:
-                    self.assertIsNone(server.process.poll())
+                self.wait_for_nothing(server)
+
+    def wait_for_nothing(self, server):
+        end = time.monotonic() + PATIENCE
+        while self.overflow_of(server)[0] > 0:
+            self.assertLess(time.monotonic(), end)
+
+    def test_a_mesh_that_is_removed_or_replaced_is_no_longer_counted(self):
+        server = self.serve("--data", str(self.folder), "--memory-budget", MIB)
+        self.assertIn(server.put("ground", ground()).status, (200, 201))
+        removed = server.ask("/v1/scenes/ground/nodes/0", "-X", "DELETE")
+        self.assertIn(removed.status, (200, 204), removed.body)
+        self.assertEqual(server.closest("ground", ([5, 9, 5], [0, -1, 0]))[0], None)
+
+    def test_a_scene_that_is_queried_takes_the_memory_of_trees_that_are_not(self):
+        server = self.serve("--data", str(self.folder), "--memory-budget", 24 * MIB)
+        for name in ("first", "second"):
+            self.assertIn(server.put(name, ground()).status, (200, 201))
+            self.answers(server, name)
+        self.assertEqual(self.answers(server, "second"), self.answers(server, "first"))
+        self.assertLess(server.metric("sightline_tree_bytes") + server.metric("sightline_geometry_bytes"), 24 * MIB)
 
     def test_a_stored_scene_is_there_after_a_start(self):
         server = self.serve("--data", str(self.folder), "--memory-budget", MIB)

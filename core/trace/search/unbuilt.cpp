@@ -124,7 +124,7 @@ void UnbuiltTrees::walk(const Ray& ray, double t, Found found) {
       const std::size_t child = node.order[box.octant] >> (3 * i) & 7u;
       if (!(slabs.enter[child] <= slabs.leave[child])) continue;
       const std::uint32_t ref = node.child[child];
-      if (ref == ChildRef::kEmpty || (nodes_ != nullptr && !nodes_->has(ref))) continue;
+      if (ref == ChildRef::kEmpty || skips(ref)) continue;
       waiting_.push_back({ref, slabs.enter[child]});
     }
   }
@@ -169,7 +169,7 @@ std::uint32_t UnbuiltTrees::nearest_to(const Vec3d& point, double distance) {
     const WideNode& node = tree_.top.node(ref);
     const std::array<double, kArity> squares = square_distances(node, from);
     for (std::size_t i = 0; i < kArity; ++i) {
-      if (node.child[i] != ChildRef::kEmpty && squares[i] <= limit)
+      if (node.child[i] != ChildRef::kEmpty && squares[i] <= limit && !skips(node.child[i]))
         stack.emplace_back(node.child[i], squares[i]);
     }
   }
@@ -191,7 +191,8 @@ void UnbuiltTrees::gather(Children children, std::vector<std::uint32_t>& trees) 
     const WideNode& node = tree_.top.node(ref);
     const unsigned mask = children(node);
     for (std::size_t child = 0; child < kArity; ++child) {
-      if ((mask >> child & 1u) != 0) waiting_.push_back({node.child[child], 0});
+      if ((mask >> child & 1u) == 0 || skips(node.child[child])) continue;
+      waiting_.push_back({node.child[child], 0});
     }
   }
 }

@@ -33,8 +33,8 @@ class UnbuiltNodes {
 };
 
 /// Searches the top tree for unbuilt trees, one query at a time. Results are indices in
-/// SceneTree::trees. Not thread-safe: each thread has one. The code is scalar, because it runs only
-/// while a scene has unbuilt trees. Memory: the list of appended trees and a stack; functions throw
+/// SceneTree::trees. Not thread-safe: each thread has one. It runs only while a scene has unbuilt
+/// trees. Memory: the list of appended trees and a stack; functions throw
 /// std::bad_alloc.
 class UnbuiltTrees {
  public:
@@ -57,6 +57,7 @@ class UnbuiltTrees {
   void swept(const SweepBatch& sweeps, std::size_t i, std::vector<std::uint32_t>& trees);
 
  private:
+  bool skips(std::uint32_t ref) const { return nodes_ != nullptr && !nodes_->has(ref); }
   template <class Found>
   void walk(const Ray& ray, double t, Found found);
   template <class Children>

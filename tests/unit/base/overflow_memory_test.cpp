@@ -58,6 +58,31 @@ TEST(OverflowMemory, outlives_its_other_holders) {
   EXPECT_TRUE(is_filled(piece.get(), 5000, 7));
 }
 
+TEST(OverflowMemory, takes_back_whole_pages_of_one_piece) {
+  const auto memory = OverflowMemory::make(testing::TempDir(), kMany);
+  const auto small = memory->take(100), first = memory->take(4096 * 3 + 5);
+  const auto next = memory->take(70'000);
+  const std::uint64_t before = memory->bytes();
+  fill(small.get(), 100, 1);
+  fill(first.get(), 4096 * 3 + 5, 2);
+  fill(next.get(), 70'000, 3);
+  memory->give_back(first.get() + 4096, 3 * 4096);
+  EXPECT_TRUE(is_filled(small.get(), 100, 1));
+  EXPECT_TRUE(is_filled(first.get(), 4096, 2));
+  EXPECT_TRUE(is_filled(next.get(), 70'000, 3));
+  EXPECT_LE(memory->bytes(), before);
+}
+
+TEST(OverflowMemory, ends_with_its_last_piece) {
+  auto memory = OverflowMemory::make(testing::TempDir(), kMany);
+  const std::weak_ptr<OverflowMemory> watched = memory;
+  auto piece = memory->take(5000);
+  memory.reset();
+  EXPECT_FALSE(watched.expired());
+  piece.reset();
+  EXPECT_TRUE(watched.expired());
+}
+
 TEST(OverflowMemory, refuses_what_its_files_have_no_room_for) {
   const auto small = OverflowMemory::make(testing::TempDir(), 100 << 20);
   auto piece = small->take(70 << 20);

@@ -53,16 +53,16 @@ TEST_F(ReceivedBodyTest, gives_back_what_came_however_it_is_cut) {
   // Budgets with room for no body, for the first 64 KiB of one, and for all in memory.
   constexpr std::size_t kPart = ReceivedBody::kPart, kWhole = ReceivedBody::kWhole;
   for (const std::size_t room : {std::size_t{0}, kPart, kWhole}) {
-    MemoryBudget budget(2 * room, 0);
+    MemoryBudget limited(2 * room, 0);
     const std::size_t here = std::max(room, ReceivedBody::kInMemory);
     for (const std::size_t size : {1u, 4095u, 4096u, 4097u, 65537u, 300'000u, 1'200'000u}) {
       const std::size_t piece = size % 2 == 0 ? 1000 : 70'000;
       const std::string text = pattern(size);
-      ReceivedBody body(head_of(size), budget, spool);
+      ReceivedBody body(head_of(size), limited, spool);
       ASSERT_TRUE(feed(body, text, piece));
       EXPECT_TRUE(body.is_whole());
       EXPECT_EQ(body.spooled(), size - std::min(size, here));
-      EXPECT_LE(budget.taken(), room);
+      EXPECT_LE(limited.taken(), room);
       EXPECT_EQ(body.spooled(), spool.used());
       EXPECT_EQ(body.unread(), size);
       EXPECT_TRUE(read_all(body, 777) == text);
@@ -70,7 +70,7 @@ TEST_F(ReceivedBodyTest, gives_back_what_came_however_it_is_cut) {
       body.rewind();
       EXPECT_TRUE(read_all(body, 65536) == text);
     }
-    EXPECT_EQ(budget.taken(), 0u);
+    EXPECT_EQ(limited.taken(), 0u);
   }
   EXPECT_EQ(spool.used(), 0u);
 }
