@@ -245,7 +245,12 @@ bool EventLoop::advance_stored(Connection& connection) {
   connection.asked_at = now_;
   connection.part_due = now_ + kPart;
   const bool is_long = !connection.kept && body.size() > kLongBody;
-  if (is_long) connection.expect(body.size() / kBytesOfCost);
+  if (is_long) {
+    // What a few bytes cost little of costs by its size; of other requests the cost is not known yet.
+    const bool costs_by_size = weight_of(connection, 0) == Weight::kInline;
+    connection.expected = Connection::kMostExpected;
+    if (costs_by_size) connection.expect(body.size() / kBytesOfCost);
+  }
   hand_over(connection, connection.kept ? *ready_workers_
                         : is_long       ? *long_workers_
                                         : *bulk_workers_);

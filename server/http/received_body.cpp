@@ -9,7 +9,9 @@ std::size_t ReceivedBody::room_for(std::size_t wanted) {
   // After the first byte in the file all go there: they are read in this order.
   if (file_.size() > 0) return 0;
   const std::size_t most = in_parts_ ? kPart : kWhole;
-  while (wanted > kInMemory && charged_ < std::min(wanted, most) && budget_.charge(kPart)) {
+  // Whole bodies may wait long for a worker: requests that run have more of the memory.
+  const std::uint64_t part = in_parts_ ? 2 : kPartForWhole;
+  while (wanted > kInMemory && charged_ < std::min(wanted, most) && budget_.charge(kPart, part)) {
     charged_ += kPart;
   }
   return std::max<std::size_t>(charged_, kInMemory);

@@ -21,6 +21,9 @@ class ReceivedBody {
   /// Bytes that are stored in memory: in any case; of each part of a body in parts, and of a whole
   /// body, as long as the budget has room. Further bytes are in the temporary file.
   static constexpr std::size_t kInMemory = 4 << 10, kPart = 64 << 10, kWhole = 1 << 20;
+  /// Whole bodies are stored in memory while that and the like take at most this part of the budget:
+  /// an eighth.
+  static constexpr std::uint64_t kPartForWhole = 8;
 
   /// `budget` and `spool` must outlive the body; `head` is only read here.
   ReceivedBody(const RequestHead& head, MemoryBudget& budget, Spool& spool)

@@ -32,10 +32,10 @@ std::uint64_t sum(std::uint64_t a, std::uint64_t b) {
 
 }  // namespace
 
-bool MemoryBudget::charge(std::uint64_t bytes) {
+bool MemoryBudget::charge(std::uint64_t bytes, std::uint64_t part) {
   const std::lock_guard hold(mutex_);
   // The last eighth is for small requests here too.
-  if (sum(charged_, bytes) > all_ / 2 || sum(taken_, bytes) > all_ - all_ / 8) return false;
+  if (sum(charged_, bytes) > all_ / part || sum(taken_, bytes) > all_ - all_ / 8) return false;
   charged_ += bytes;
   taken_ += bytes;
   return true;

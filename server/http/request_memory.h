@@ -36,9 +36,9 @@ class MemoryBudget {
   MemoryBudget(const MemoryBudget&) = delete;
   MemoryBudget& operator=(const MemoryBudget&) = delete;
 
-  /// Takes bytes for headers, bodies and answers in transfer, which may use half of the budget.
-  /// Returns false, and takes nothing, if they are not free now.
-  bool charge(std::uint64_t bytes);
+  /// Takes bytes for headers, bodies and answers in transfer. Returns false, and takes nothing, if
+  /// they are not free now, or if all that was taken so would exceed 1 / `part` of the budget.
+  bool charge(std::uint64_t bytes, std::uint64_t part = 2);
   /// Gives back bytes that charge() took.
   void release(std::uint64_t bytes);
 

@@ -53,7 +53,7 @@ TEST_F(ReceivedBodyTest, gives_back_what_came_however_it_is_cut) {
   // Budgets with room for no body, for the first 64 KiB of one, and for all in memory.
   constexpr std::size_t kPart = ReceivedBody::kPart, kWhole = ReceivedBody::kWhole;
   for (const std::size_t room : {std::size_t{0}, kPart, kWhole}) {
-    MemoryBudget limited(2 * room, 0);
+    MemoryBudget limited(ReceivedBody::kPartForWhole * room, 0);
     const std::size_t here = std::max(room, ReceivedBody::kInMemory);
     for (const std::size_t size : {1u, 4095u, 4096u, 4097u, 65537u, 300'000u, 1'200'000u}) {
       const std::size_t piece = size % 2 == 0 ? 1000 : 70'000;
