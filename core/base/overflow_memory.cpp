@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <chrono>
 #include <cstdio>
 #include <functional>
@@ -14,6 +13,7 @@
 #include <utility>
 
 #include "core/base/pages.h"
+#include "core/base/unlinked_file.h"
 
 namespace sightline {
 namespace {
@@ -23,17 +23,6 @@ constexpr std::size_t kCell = 1 << 20;
 /// A file that small pieces share.
 constexpr std::size_t kSharedFile = 64 << 20;
 constexpr std::chrono::milliseconds kOften{2}, kSeldom{20};
-
-/// -1 with errno.
-int make_file(const std::string& folder) {
-  const int unnamed = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
-  if (unnamed >= 0 || (errno != EOPNOTSUPP && errno != EISDIR)) return unnamed;
-  // Some file systems make no file without a name.
-  std::string name = folder + "/sightline-XXXXXX";
-  const int named = ::mkostemp(name.data(), O_CLOEXEC);
-  if (named >= 0) ::unlink(name.c_str());
-  return named;
-}
 
 }  // namespace
 
@@ -86,7 +75,7 @@ std::shared_ptr<OverflowMemory::File> OverflowMemory::map_file(std::size_t bytes
   if (size < bytes || size > left()) return {};
   auto mapped = std::make_shared<File>(shared_from_this());
   regions_.reserve(regions_.size() + 1);
-  const int file = make_file(folder_);
+  const int file = make_unlinked_file(folder_);
   if (file < 0) return {};
   // A page that the disk has no room for would be a signal later.
   const bool has_room = ::posix_fallocate(file, 0, static_cast<off_t>(size)) == 0;

@@ -95,7 +95,7 @@ std::shared_ptr<OverflowMemory> TreeBudget::overflow_for(std::uint64_t bytes) co
 
 WideTree TreeBudget::placed(WideTree tree, std::uint64_t bytes) {
   const std::size_t size = tree.arena.used();
-  if (overflow_ == nullptr || size == 0) return tree;
+  if (limit_ == 0 || overflow_ == nullptr || size == 0) return tree;
   {
     const std::lock_guard hold(mutex_);
     if (make_room(bytes, true)) return tree;

@@ -103,9 +103,9 @@ class SceneFolder {
   /// until the next start.
   Status remove(const std::string& id);
   /// Reads the file with this SHA-256 and `bytes` bytes, and checks it. If its hash_in_pieces
-  /// equals `fingerprint`, the SHA-256 is not computed. Errors: OVERFLOW_FULL; STORE_DAMAGED if the bytes are
-  /// missing or have another size or hash; those of io_error, which do not tell if the bytes are
-  /// damaged.
+  /// equals `fingerprint`, the SHA-256 is not computed. Errors: STORE_DAMAGED if the bytes are
+  /// missing or have another size or hash; OVERFLOW_FULL and those of io_error, which do not tell if
+  /// the bytes are damaged.
   Result<FileBytes> read_bytes(const std::string& sha256, std::uint64_t bytes,
                                std::optional<std::uint64_t> fingerprint = {},
                                const OverflowFor& overflow_for = {});

@@ -58,7 +58,7 @@ class TreeCacheManager {
   /// once.
   Status adopt(const std::shared_ptr<const Scene>& scene, const std::string& sha256 = {},
                bool lasting = true);
-  /// The overflow memory, if `bytes` exceed what the budget has left; else null.
+  /// TreeBudget::overflow_for.
   std::shared_ptr<OverflowMemory> overflow_for(std::uint64_t bytes) const {
     return budget_->overflow_for(bytes);
   }

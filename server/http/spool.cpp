@@ -4,24 +4,11 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstdlib>
 #include <system_error>
 
+#include "core/base/unlinked_file.h"
+
 namespace sightline {
-namespace {
-
-/// -1 with errno.
-int make_file(const std::string& folder) {
-  const int unnamed = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
-  if (unnamed >= 0 || (errno != EOPNOTSUPP && errno != EISDIR)) return unnamed;
-  // Some file systems make no file without a name.
-  std::string name = folder + "/sightline-XXXXXX";
-  const int named = ::mkostemp(name.data(), O_CLOEXEC);
-  if (named >= 0) ::unlink(name.c_str());
-  return named;
-}
-
-}  // namespace
 
 bool Spool::take(std::uint64_t bytes, std::uint64_t size) {
   const std::uint64_t most = is_small(size + bytes) ? limit_ : limit_ - limit_ / 8;
@@ -43,7 +30,7 @@ void SpoolFile::clear() {
 
 bool SpoolFile::append(std::string_view bytes) {
   if (!spool_.take(bytes.size(), size_)) return false;
-  if (descriptor_ < 0) descriptor_ = make_file(spool_.folder());
+  if (descriptor_ < 0) descriptor_ = make_unlinked_file(spool_.folder());
   std::uint64_t end = size_;
   std::string_view rest = bytes;
   while (descriptor_ >= 0 && !rest.empty()) {
@@ -74,7 +61,7 @@ std::size_t SpoolFile::read(std::uint64_t offset, char* data, std::size_t size) 
 }
 
 Status SpoolFile::can_be_made_in(const std::string& folder) {
-  const int file = make_file(folder);
+  const int file = make_unlinked_file(folder);
   const int error = errno;
   if (file < 0) {
     return Error{ErrorKind::kInvalid, "SPOOL_UNUSABLE",
