@@ -73,7 +73,7 @@ bool coplanar_hit(const std::array<Vector, 3>& corner, const Vector& d, const Ve
 bool passes_beside(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle) {
   for (int k = 0; k < 3; ++k) {
     const int i = (k + 1) % 3, j = (k + 2) % 3;
-    int left = 0, right = 0;
+    bool left = true, right = true;
     for (const Vec3d* corner : {&triangle.v0, &triangle.v1, &triangle.v2}) {
       const double a = direction[i] * ((*corner)[j] - origin[j]);
       const double b = direction[j] * ((*corner)[i] - origin[i]);
@@ -81,10 +81,10 @@ bool passes_beside(const Vec3d& origin, const Vec3d& direction, const Triangle& 
       // the comparisons false.
       constexpr double kError = 0x1p-50, kUnderflow = 0x1p-1000;
       const double slack = kError * (std::fabs(a) + std::fabs(b)) + kUnderflow;
-      left += a - b > slack ? 1 : 0;
-      right += a - b < -slack ? 1 : 0;
+      left &= a - b > slack;
+      right &= a - b < -slack;
     }
-    if (left == 3 || right == 3) return true;
+    if (left || right) return true;
   }
   return false;
 }
@@ -146,6 +146,8 @@ bool is_degenerate(const Triangle& triangle) {
 
 bool exact_hit(const Vec3d& origin, const Vec3d& direction, double tmin, double tmax,
                const Triangle& triangle, ExactT& t) {
+  // Brute force asks for triangles far from the line most of the time.
+  if (passes_beside(origin, direction, triangle)) return false;
   return exact_hit(origin, direction, tmin, tmax, triangle, shared_hit(origin, direction, triangle),
                    t);
 }

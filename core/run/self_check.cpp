@@ -1,6 +1,10 @@
 #include "core/run/self_check.h"
 
+#include <algorithm>
+#include <array>
 #include <new>
+#include <span>
+#include <vector>
 
 #include "core/base/split_mix.h"
 #include "core/base/watch.h"
@@ -86,22 +90,32 @@ struct BruteForce {
   std::uint64_t count = 0;
 };
 
-/// Nothing when the time was used up.
-bool try_all(const Scene& scene, const Column<std::uint32_t>& visible, const Ray& ray,
-             const Deadline& deadline, BruteForce& brute, std::uint64_t& decided) {
+/// Rays that brute force tests against a triangle before it reads the next.
+constexpr std::size_t kRays = 64;
+
+/// Tests rays [first, first + brute.size()) of the batch. Returns false when the time was used up.
+bool try_all(const Scene& scene, const Column<std::uint32_t>& visible, const RayBatch& rays,
+             std::size_t first, const Deadline& deadline, std::span<BruteForce> brute,
+             std::uint64_t& decided) {
+  std::array<Ray, kRays> ray;
+  for (std::size_t r = 0; r < brute.size(); ++r) ray[r] = rays[first + r];
+  DeadlineWatch watch(deadline);
+  ExactT t;
   for (const std::uint32_t i : visible) {
     const std::uint32_t triangles = triangles_of(scene, i);
     for (std::uint32_t k = 0; k < triangles; ++k) {
-      if (++decided % 1024 == 0 && deadline.passed()) return false;
+      if (watch.passed(8 * brute.size())) return false;
+      decided += brute.size();
       const TriangleId id{i, k};
-      ExactT t;
-      if (!exact_hit(ray.origin, ray.direction, ray.tmin, ray.tmax, scene.world_triangle(id), t)) {
-        continue;
-      }
-      // In the order of ids: of equal t the first stays.
-      if (brute.count++ == 0 || compare(t, brute.t) < 0) {
-        brute.closest = id;
-        brute.t = t;
+      const WorldTriangle triangle = scene.world_triangle(id);
+      for (std::size_t r = 0; r < brute.size(); ++r) {
+        if (!exact_hit(ray[r].origin, ray[r].direction, ray[r].tmin, ray[r].tmax, triangle, t))
+          continue;
+        // In the order of ids: of equal t the first stays.
+        if (brute[r].count++ == 0 || compare(t, brute[r].t) < 0) {
+          brute[r].closest = id;
+          brute[r].t = t;
+        }
       }
     }
   }
@@ -126,14 +140,18 @@ Result<SelfCheck> self_check(const Engine& engine, const Scene& scene, std::uint
   Status status = engine.closest(scene, batch, deadline, hits);
   if (status) status = engine.count(scene, batch, Crossings::kEvery, deadline, counts);
   if (!status) return status.error();
-  for (std::size_t i = 0; i < batch.size(); ++i) {
-    BruteForce brute;
-    if (!try_all(scene, visible, batch[i], deadline, brute, check.triangles))
+  for (std::size_t first = 0; first < batch.size(); first += kRays) {
+    std::vector<BruteForce> brutes(std::min(kRays, batch.size() - first));
+    if (!try_all(scene, visible, batch, first, deadline, brutes, check.triangles))
       return out_of_time(deadline);
-    check.hits += brute.count > 0 ? 1u : 0u;
-    const bool same = counts[i] == brute.count && hits.id(i) == brute.closest &&
-                      (brute.count == 0 || hits.t[i] == brute.t.rounded());
-    if (!same) check.different.push_back(i);
+    for (std::size_t r = 0; r < brutes.size(); ++r) {
+      const BruteForce& brute = brutes[r];
+      const std::size_t i = first + r;
+      check.hits += brute.count > 0 ? 1u : 0u;
+      const bool same = counts[i] == brute.count && hits.id(i) == brute.closest &&
+                        (brute.count == 0 || hits.t[i] == brute.t.rounded());
+      if (!same) check.different.push_back(i);
+    }
   }
   return check;
 } catch (const std::bad_alloc&) {
