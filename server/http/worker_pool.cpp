@@ -14,11 +14,15 @@ namespace {
 /// have had so many seconds, for each request that waits.
 constexpr double kFavour = 8;
 
+bool is_slow(const Connection& connection) {
+  return connection.expected >= Connection::kMostExpected;
+}
+
 }  // namespace
 
 WorkerPool::WorkerPool(const Options& options, Work answer, Work give_back)
     : options_(options), answer_(std::move(answer)), give_back_(std::move(give_back)) {
-  queue_.reserve(options.queue + options.threads);
+  for (Heap* heap : {&ordinary_, &slow_}) heap->reserve(options.queue + options.threads);
   threads_.reserve(options.threads);
   try {
     for (std::size_t i = 0; i < options.threads; ++i) threads_.emplace_back([this] { run(); });
@@ -53,46 +57,63 @@ bool WorkerPool::submit(Connection& connection) {
   {
     const std::lock_guard hold(mutex_);
     // A request that finds an idle worker does not wait, and so does not count.
-    if (queue_.size() + working_ >= options_.queue + options_.threads) return false;
+    if (queue_size() + working_ >= options_.queue + options_.threads) return false;
     const double start = std::max(now_, finish_of(connection));
-    queue_.push_back({start, start + connection.expected, ++arrivals_, &connection});
-    std::push_heap(queue_.begin(), queue_.end());
+    Heap& heap = is_slow(connection) ? slow_ : ordinary_;
+    heap.push_back({start, start + connection.expected, ++arrivals_, &connection});
+    std::push_heap(heap.begin(), heap.end());
     wakes = should_wake();
   }
   if (wakes) wake_.notify_one();
   return true;
 }
 
-WorkerPool::Waiting WorkerPool::take_next() {
+bool WorkerPool::may_begin_slow() const {
+  return !slow_.empty() && slow_working_ < std::max<std::size_t>(1, options_.threads / 2);
+}
+
+bool WorkerPool::has_next() const { return !ordinary_.empty() || may_begin_slow(); }
+
+void WorkerPool::update_front(Heap& heap) {
   for (;;) {
-    std::pop_heap(queue_.begin(), queue_.end());
-    Waiting& next = queue_.back();
     // Other requests of the flow may have been served since this one came.
+    const Waiting& next = heap.front();
     const double finish = finish_of(*next.connection);
-    if (next.start >= finish) break;
-    next.end += finish - next.start;
-    next.start = finish;
-    std::push_heap(queue_.begin(), queue_.end());
+    if (next.start >= finish) return;
+    std::pop_heap(heap.begin(), heap.end());
+    heap.back().end += finish - heap.back().start;
+    heap.back().start = finish;
+    std::push_heap(heap.begin(), heap.end());
   }
-  const Waiting next = queue_.back();
-  queue_.pop_back();
+}
+
+WorkerPool::Waiting WorkerPool::take_next() {
+  Heap* heap = &ordinary_;
+  if (!ordinary_.empty()) update_front(ordinary_);
+  if (may_begin_slow()) {
+    update_front(slow_);
+    if (ordinary_.empty() || ordinary_.front() < slow_.front()) heap = &slow_;
+  }
+  std::pop_heap(heap->begin(), heap->end());
+  const Waiting next = heap->back();
+  heap->pop_back();
   return next;
 }
 
 bool WorkerPool::should_wake() {
-  if (queue_.empty() || sleeping_ == 0 || waking_) return false;
+  if (!has_next() || sleeping_ == 0 || waking_) return false;
   waking_ = true;
   return true;
 }
 
 std::size_t WorkerPool::queued() const {
   const std::lock_guard hold(mutex_);
-  return queue_.size();
+  return queue_size();
 }
 
 bool WorkerPool::has_idle() const {
   const std::lock_guard hold(mutex_);
-  return queue_.size() < sleeping_;
+  return queue_size() < sleeping_;
 }
 
 void WorkerPool::run() {
@@ -103,16 +124,18 @@ void WorkerPool::run() {
   delete[] first;
   std::unique_lock hold(mutex_);
   for (;;) {
-    while (queue_.empty() && !ending_) {
+    while (!has_next() && !ending_) {
       ++sleeping_;
       wake_.wait(hold);
       --sleeping_;
       waking_ = false;
     }
-    if (queue_.empty()) return;
+    if (!has_next()) return;
     const auto [start, end, arrival, connection] = take_next();
     now_ = std::max(now_, start);
     ++working_;
+    const bool slow = is_slow(*connection);
+    if (slow) ++slow_working_;
     const bool wakes = should_wake();
     hold.unlock();
     if (wakes) wake_.notify_one();
@@ -123,8 +146,9 @@ void WorkerPool::run() {
     double& finish = finish_of(*connection);
     finish = std::max(finish, start) + cost;
     // Else new connections, which always start now, could go first for ever.
-    now_ += cost / (kFavour * static_cast<double>(queue_.size() + working_));
+    now_ += cost / (kFavour * static_cast<double>(queue_size() + working_));
     --working_;
+    if (slow) --slow_working_;
     hold.unlock();
     give_back_(*connection);
     hold.lock();

@@ -23,7 +23,8 @@ struct Connection;
 /// flow has used them for a second too. A request that is
 /// expected to take a second more than another (Connection::expected) waits as if its flow had had a
 /// second more. So a request waits for the requests of other flows that run, and not for all that
-/// arrived before it.
+/// arrived before it. Requests that are expected to take Connection::kMostExpected, which may well
+/// take longer, use at most half of the threads.
 class WorkerPool {
  public:
   using Work = std::function<void(Connection&)>;
@@ -66,13 +67,22 @@ class WorkerPool {
     }
   };
 
+  /// Waiting requests; a heap. Its memory is allocated by the constructor.
+  using Heap = std::vector<Waiting>;
+
   void run();
   void end();
-  /// True if a sleeping thread should be woken: requests are queued, threads sleep, and none is
-  /// being woken.
+  /// True if a thread may begin a request of slow_.
+  bool may_begin_slow() const;
+  /// True if a thread may begin a queued request.
+  bool has_next() const;
+  /// True if a sleeping thread should be woken: has_next(), threads sleep, and none is being woken.
   bool should_wake();
-  /// Removes the next request from the queue. Precondition: the queue is not empty.
+  /// Brings the next request of a heap to its front. Precondition: the heap is not empty.
+  void update_front(Heap& heap);
+  /// Removes the next request from the queue. Precondition: has_next().
   Waiting take_next();
+  std::size_t queue_size() const { return ordinary_.size() + slow_.size(); }
   /// The virtual time at which the flow of a connection has used up what it was given.
   double& finish_of(Connection& connection);
 
@@ -80,13 +90,15 @@ class WorkerPool {
   const Work answer_, give_back_;
   mutable std::mutex mutex_;
   std::condition_variable wake_;
-  std::vector<Waiting> queue_;  ///< a heap; its memory is allocated by the constructor
-  double now_ = 0;              ///< virtual time: at least the start of each request that has begun
+  Heap ordinary_;
+  Heap slow_;       ///< expected to take Connection::kMostExpected
+  double now_ = 0;  ///< virtual time: at least the start of each request that has begun
   std::uint64_t arrivals_ = 0;
   std::map<std::string, double, std::less<>> finish_of_key_;
-  std::size_t working_ = 0;   ///< number of threads
-  std::size_t sleeping_ = 0;  ///< number of threads
-  bool waking_ = false;       ///< a thread was woken and has not run yet
+  std::size_t working_ = 0;       ///< number of threads
+  std::size_t slow_working_ = 0;  ///< those of them with a request of slow_
+  std::size_t sleeping_ = 0;      ///< number of threads
+  bool waking_ = false;           ///< a thread was woken and has not run yet
   bool ending_ = false;
   std::vector<std::thread> threads_;
 };

@@ -112,6 +112,41 @@ TEST_F(FairQueue, serves_equal_connections_in_turns) {
   for (const char* name : {"a", "b", "c"}) EXPECT_GE(count(served, name), 12) << name;
 }
 
+TEST(WorkerPool, leaves_half_of_its_threads_to_what_is_not_expected_to_take_longest) {
+  MemoryBudget budget(0, 0);
+  Spool spool("/tmp", 0);
+  std::vector<std::unique_ptr<Connection>> slow;
+  for (int i = 0; i < 5; ++i) {
+    slow.push_back(std::make_unique<Connection>(-1, budget, spool));
+    slow.back()->expected = Connection::kMostExpected;
+  }
+  Connection quick(-1, budget, spool);
+  std::atomic<bool> go_on{false};
+  std::atomic<int> begun{0}, slow_ended{0};
+  std::atomic<bool> quick_ended{false};
+  {
+    WorkerPool pool(
+        {.threads = 4, .queue = 10},
+        [&](Connection& connection) {
+          if (&connection == &quick) return;
+          ++begun;
+          while (!go_on) std::this_thread::yield();
+        },
+        [&](Connection& connection) {
+          if (&connection == &quick) quick_ended = true;
+          if (&connection != &quick) ++slow_ended;
+        });
+    for (const auto& connection : slow) EXPECT_TRUE(pool.submit(*connection));
+    while (begun < 2) std::this_thread::yield();
+    EXPECT_TRUE(pool.submit(quick));
+    while (!quick_ended) std::this_thread::yield();
+    EXPECT_EQ(begun, 2);
+    EXPECT_EQ(pool.queued(), 3u);
+    go_on = true;
+  }
+  EXPECT_EQ(slow_ended, 5);  // the destructor waits for those that had to wait
+}
+
 TEST(WorkerPool, takes_as_many_as_may_wait_and_no_more) {
   MemoryBudget budget(0, 0);
   Spool spool("/tmp", 0);
