@@ -58,7 +58,7 @@ auto load_and_adopt(TreeCacheManager& manager, const std::string& sha256, const 
   if (!loaded) return loaded;
   Status adopted = manager.adopt(scene_of(*loaded), sha256);
   if (adopted) return loaded;
-  const auto overflow = manager.overflow_for(std::numeric_limits<std::uint64_t>::max());
+  auto overflow = manager.overflow_for(std::numeric_limits<std::uint64_t>::max());
   if (overflow == nullptr) return std::move(adopted).error();
   loaded = load([&](std::uint64_t) { return overflow; });
   if (!loaded) return loaded;

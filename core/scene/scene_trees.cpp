@@ -219,7 +219,8 @@ void SceneTrees::make(Claim& claim, const CancelFlag* cancel, TreeBudget* budget
     // A scene whose trees fit only in part has all of them there: in what the budget has left, any of
     // them may then be in memory.
     const std::uint64_t to_come = full_bytes_ - std::min(full_bytes_, tree_bytes());
-    tree = budget->placed(std::move(tree), std::max<std::uint64_t>(to_come, tree.arena.used()));
+    const std::uint64_t room = std::max<std::uint64_t>(to_come, tree.arena.used());
+    tree = budget->placed(std::move(tree), room);
   }
   claim.tree = std::make_shared<const WideTree>(std::move(tree));
   if (claim.tree->root == ChildRef::kEmpty) claim.tree = make_empty_tree();

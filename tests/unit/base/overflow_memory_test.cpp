@@ -66,7 +66,7 @@ TEST(OverflowMemory, takes_back_whole_pages_of_one_piece) {
   fill(small.get(), 100, 1);
   fill(first.get(), 4096 * 3 + 5, 2);
   fill(next.get(), 70'000, 3);
-  memory->give_back(first.get() + 4096, 3 * 4096);
+  memory->give_back(first.get() + 4096, 12'288);
   EXPECT_TRUE(is_filled(small.get(), 100, 1));
   EXPECT_TRUE(is_filled(first.get(), 4096, 2));
   EXPECT_TRUE(is_filled(next.get(), 70'000, 3));
