@@ -92,6 +92,8 @@ struct BruteForce {
 
 /// Rays that brute force tests against a triangle before it reads the next.
 constexpr std::size_t kRays = 64;
+/// A test of a ray and a triangle, in steps of a DeadlineWatch.
+constexpr std::uint64_t kSteps = 8;
 
 /// Tests rays [first, first + brute.size()) of the batch. Returns false when the time was used up.
 bool try_all(const Scene& scene, const Column<std::uint32_t>& visible, const RayBatch& rays,
@@ -104,7 +106,7 @@ bool try_all(const Scene& scene, const Column<std::uint32_t>& visible, const Ray
   for (const std::uint32_t i : visible) {
     const std::uint32_t triangles = triangles_of(scene, i);
     for (std::uint32_t k = 0; k < triangles; ++k) {
-      if (watch.passed(8 * brute.size())) return false;
+      if (watch.passed(kSteps * brute.size())) return false;
       decided += brute.size();
       const TriangleId id{i, k};
       const WorldTriangle triangle = scene.world_triangle(id);
@@ -124,6 +126,10 @@ bool try_all(const Scene& scene, const Column<std::uint32_t>& visible, const Ray
 
 }  // namespace
 
+std::uint64_t self_check_bytes(std::uint64_t rays) {
+  return std::min<std::uint64_t>(kRays, rays) * sizeof(BruteForce);
+}
+
 Result<SelfCheck> self_check(const Engine& engine, const Scene& scene, std::uint64_t rays,
                              std::uint64_t seed, const Deadline& deadline) try {
   SelfCheck check;
@@ -140,8 +146,13 @@ Result<SelfCheck> self_check(const Engine& engine, const Scene& scene, std::uint
   Status status = engine.closest(scene, batch, deadline, hits);
   if (status) status = engine.count(scene, batch, Crossings::kEvery, deadline, counts);
   if (!status) return status.error();
+  std::vector<BruteForce> memory(std::min(kRays, batch.size()));
   for (std::size_t first = 0; first < batch.size(); first += kRays) {
-    std::vector<BruteForce> brutes(std::min(kRays, batch.size() - first));
+    const auto brutes = std::span(memory).first(std::min(kRays, batch.size() - first));
+    for (BruteForce& brute : brutes) {
+      brute.closest = {};
+      brute.count = 0;
+    }
     if (!try_all(scene, visible, batch, first, deadline, brutes, check.triangles))
       return out_of_time(deadline);
     for (std::size_t r = 0; r < brutes.size(); ++r) {

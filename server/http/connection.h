@@ -118,6 +118,8 @@ struct Connection {
   }
   /// A cost (BodyReader::may_cost) is an upper bound: more than that is not expected of any request.
   static constexpr double kMostExpected = 10;
+  /// Expected of a request whose cost is not known.
+  static constexpr double kUnknown = 5;
   /// Sets `expected` by the cost of the request.
   void expect(std::uint64_t cost) {
     constexpr double kSecondsOfCost = 0.05 / (64 << 10);

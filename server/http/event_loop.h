@@ -54,7 +54,6 @@ enum class Weight {
   kInline,
   kShort,  ///< needs little time, and takes precedence
   kBulk,   ///< its cost depends on its size, and short requests do not wait for it
-  kLong,   ///< slow whatever its parameters
 };
 /// Without an estimate, a request with at most so many bytes of body is kShort, others are kBulk.
 inline constexpr std::size_t kLittleBody = 2 << 10;

@@ -248,7 +248,7 @@ bool EventLoop::advance_stored(Connection& connection) {
   if (is_long) {
     // What a few bytes cost little of costs by its size; of other requests the cost is not known yet.
     const bool costs_by_size = weight_of(connection, 0) == Weight::kInline;
-    connection.expected = Connection::kMostExpected;
+    connection.expected = Connection::kUnknown;
     if (costs_by_size) connection.expect(body.size() / kBytesOfCost);
   }
   hand_over(connection, connection.kept ? *ready_workers_
@@ -344,17 +344,7 @@ Weight EventLoop::weight_of(const Connection& connection, std::size_t length) co
 }
 
 WorkerPool& EventLoop::workers_for(Connection& connection, std::size_t length) {
-  switch (weight_of(connection, length)) {
-    case Weight::kInline:
-    case Weight::kShort:
-      return *ready_workers_;
-    case Weight::kBulk:
-      return *bulk_workers_;
-    case Weight::kLong:
-      break;
-  }
-  connection.expected = Connection::kMostExpected;
-  return *long_workers_;
+  return weight_of(connection, length) == Weight::kBulk ? *bulk_workers_ : *ready_workers_;
 }
 
 void EventLoop::hand_over(Connection& connection, WorkerPool& workers) {

@@ -18,6 +18,9 @@ bool is_slow(const Connection& connection) {
   return connection.expected >= Connection::kMostExpected;
 }
 
+/// Of so many threads, those that may have a slow request.
+std::size_t slow_threads(std::size_t threads) { return std::max<std::size_t>(1, threads / 2); }
+
 }  // namespace
 
 WorkerPool::WorkerPool(const Options& options, Work answer, Work give_back)
@@ -58,8 +61,11 @@ bool WorkerPool::submit(Connection& connection) {
     const std::lock_guard hold(mutex_);
     // A request that finds an idle worker does not wait, and so does not count.
     if (queue_size() + working_ >= options_.queue + options_.threads) return false;
+    const bool slow = is_slow(connection);
+    const std::size_t most_slow = options_.queue + slow_threads(options_.threads);
+    if (slow && slow_.size() + slow_working_ >= most_slow) return false;
     const double start = std::max(now_, finish_of(connection));
-    Heap& heap = is_slow(connection) ? slow_ : ordinary_;
+    Heap& heap = slow ? slow_ : ordinary_;
     heap.push_back({start, start + connection.expected, ++arrivals_, &connection});
     std::push_heap(heap.begin(), heap.end());
     wakes = should_wake();
@@ -69,7 +75,7 @@ bool WorkerPool::submit(Connection& connection) {
 }
 
 bool WorkerPool::may_begin_slow() const {
-  return !slow_.empty() && slow_working_ < std::max<std::size_t>(1, options_.threads / 2);
+  return !slow_.empty() && slow_working_ < slow_threads(options_.threads);
 }
 
 bool WorkerPool::has_next() const { return !ordinary_.empty() || may_begin_slow(); }

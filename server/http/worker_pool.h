@@ -23,8 +23,8 @@ struct Connection;
 /// flow has used them for a second too. A request that is
 /// expected to take a second more than another (Connection::expected) waits as if its flow had had a
 /// second more. So a request waits for the requests of other flows that run, and not for all that
-/// arrived before it. Requests that are expected to take Connection::kMostExpected, which may well
-/// take longer, use at most half of the threads.
+/// arrived before it. Requests that are expected to take Connection::kMostExpected may take
+/// much longer. They use at most half of the threads, but at least one.
 class WorkerPool {
  public:
   using Work = std::function<void(Connection&)>;
@@ -33,7 +33,7 @@ class WorkerPool {
   /// Options of a pool.
   struct Options {
     std::size_t threads;
-    std::size_t queue;  ///< the most waiting connections, while all threads work
+    std::size_t queue;  ///< the most waiting connections, while all threads that may take them work
     Priority priority = Priority::kLower;
     std::size_t number = 0;                   ///< index in Connection::flows; each pool has its own
     std::function<double()> clock = seconds;  ///< measures the cost of a request, in seconds

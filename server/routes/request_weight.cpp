@@ -22,11 +22,10 @@ Weight weigh_request(const RequestHead& head, std::string_view body) {
   const std::string_view path = std::string_view(head.target).substr(0, head.target.find('?'));
   // Also while all workers are busy.
   if (head.target == "/healthz" && body.empty()) return Weight::kInline;
-  if (ends_in(path, {"/selfcheck", "/bvh"})) return Weight::kLong;
   // A few bytes make millions of rays; a backslash may spell the same word.
   if (body.size() > kLittleBody || contains(path, "/nodes") ||
-      ends_in(path, {"/animations", "/geometry"}) || contains(body, "generator") ||
-      contains(body, "\\")) {
+      ends_in(path, {"/animations", "/geometry", "/selfcheck", "/bvh"}) ||
+      contains(body, "generator") || contains(body, "\\")) {
     return Weight::kBulk;
   }
   const bool fits = head.method == "POST" && head.coding == Coding::kIdentity &&

@@ -30,8 +30,8 @@ def told(answer):
 
 
 class SlowBodies(unittest.TestCase):
-    def serve(self, *arguments, rate_seconds=PATIENCE):
-        self.server = Server("--preload", "six=demo:six", "--workers", WORKERS, "--memory", 4 * MIB,
+    def serve(self, *arguments, rate_seconds=PATIENCE, memory=4 * MIB):
+        self.server = Server("--preload", "six=demo:six", "--workers", WORKERS, "--memory", memory,
                              "--min-rate", 1, "--rate-seconds", rate_seconds, *arguments)
         self.addCleanup(self.server.end)
 
@@ -114,20 +114,22 @@ class SlowBodies(unittest.TestCase):
             Server("--spool-dir", "/proc/nowhere")
 
     def test_time_in_the_queue_is_time_of_the_question(self):
-        self.serve("--request-seconds", 5, "--preload", "town=demo:town")
+        self.serve("--request-seconds", 5, "--preload", "town=demo:town", memory=64 * MIB)
         hog = b"GET /v1/scenes/town/selfcheck?rays=100000 HTTP/1.1\r\nHost: x\r\n\r\n"
         hogs = [self.server.connect() for _ in range(2 * WORKERS)]
         for connection in hogs:
             self.addCleanup(connection.close)
             connection.sendall(hog)
-        # Too many rays to go before them.
-        camera = {"kind": "equirectangular", "position": [3, 20, 5], "width": 400, "height": 200}
-        query = json.dumps({"generator": camera, "fields": ["t"], "timeout_ms": 1000}).encode()
-        answer = ask(self.server.connect(), QUERY + b"Content-Length: %d\r\n\r\n" % len(query) + query)
+        # As expensive as they are, so that it waits for them.
+        everything = json.dumps({"boxes": [{"min": [-1e9] * 3, "max": [1e9] * 3}] * 1000, "timeout_ms": 1000}).encode()
+        self.assertLess(len(everything), MIB)
+        query = b"POST /v1/scenes/town/boxes:count HTTP/1.1\r\nHost: x\r\nContent-Length: %d\r\n\r\n" % len(everything)
+        answer = ask(self.server.connect(), query + everything)
         self.assertEqual((answer.status, answer.json()["code"]), (504, "DEADLINE"))
 
     def test_long_questions_leave_workers_to_short_ones(self):
-        self.serve("--preload", "town=demo:town", rate_seconds=PATIENCE)
+        # Memory for all of them: this is about workers.
+        self.serve("--preload", "town=demo:town", rate_seconds=PATIENCE, memory=256 * MIB)
         everything = json.dumps({"boxes": [{"min": [-1e9] * 3, "max": [1e9] * 3}] * 20_000}).encode()
         self.assertGreater(len(everything), MIB)
         heavy = [b"GET /v1/scenes/town/selfcheck?rays=100000 HTTP/1.1\r\nHost: x\r\n\r\n",

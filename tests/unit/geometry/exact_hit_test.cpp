@@ -2,9 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
 #include <limits>
 
 #include "core/base/infinity.h"
+#include "core/base/split_mix.h"
+#include "tests/oracle/exact_triangle.h"
 
 namespace sightline {
 namespace {
@@ -66,6 +70,37 @@ TEST(ExactHit, keeps_its_word_at_every_scale) {
     EXPECT_EQ(t_of({2 * s, 2 * s, s}, {0, 0, -s}, triangle), 1) << "on the slanted edge";
     EXPECT_EQ(t_of({std::nextafter(2 * s, kInf), 2 * s, s}, {0, 0, -s}, triangle), kInf);
   }
+}
+
+TEST(ExactHit, agrees_with_the_oracle_beside_edges_and_at_the_ends_of_the_range) {
+  SplitMix random(7);
+  constexpr std::array<int, 7> kExponents{-1074, -1022, -500, 0, 0, 500, 1000};
+  int hits = 0;
+  for (int i = 0; i < 50'000; ++i) {
+    // Few different numbers: many rays pass exactly through edges, or beside them by one bit.
+    const int exponent = kExponents[random.bits() % kExponents.size()];
+    const auto number = [&] {
+      const double whole = std::ldexp(static_cast<double>(random.bits() % 9) - 4, exponent);
+      return random.bits() % 4 == 0 ? std::nextafter(whole, kInf) : whole;
+    };
+    const auto point = [&] { return Vec3d{number(), number(), number()}; };
+    const Triangle triangle{point(), point(), point()};
+    Ray ray;
+    ray.origin = point();
+    for (int k = 0; k < 3; ++k) ray.direction[k] = static_cast<double>(random.bits() % 7) - 3;
+    if (i % 3 == 0) ray.direction.x = std::nextafter(ray.direction.x, kInf);
+    if (ray.direction == Vec3d{0, 0, 0}) continue;
+    ray.tmin = random.bits() % 2 == 0 ? 0 : -kInf;
+    const oracle::Triangle same{triangle.v0, triangle.v1, triangle.v2};
+    const auto truth = oracle::least_t(ray, same);
+    ExactT t;
+    ASSERT_EQ(exact_hit(ray.origin, ray.direction, ray.tmin, kInf, triangle, t), truth.has_value())
+        << i;
+    if (!truth) continue;
+    ++hits;
+    EXPECT_EQ(t.rounded(), oracle::round_to_double(*truth)) << i;
+  }
+  EXPECT_GT(hits, 1000);
 }
 
 TEST(ExactHit, details_are_rounded_once) {

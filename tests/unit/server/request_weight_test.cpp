@@ -36,7 +36,7 @@ TEST(RequestWeight, sees_what_asks_for_much_in_few_bytes) {
 }
 
 TEST(RequestWeight, knows_what_goes_over_a_whole_scene) {
-  EXPECT_EQ(weight("GET", "/v1/scenes/s/selfcheck?rays=9"), Weight::kLong);
+  EXPECT_EQ(weight("GET", "/v1/scenes/s/selfcheck?rays=9"), Weight::kBulk);
   EXPECT_EQ(weight("GET", "/v1/scenes/s/nodes?x=/selfcheck"), Weight::kBulk);
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <memory>
 #include <mutex>
@@ -120,13 +121,19 @@ TEST(WorkerPool, leaves_half_of_its_threads_to_what_is_not_expected_to_take_long
     slow.push_back(std::make_unique<Connection>(-1, budget, spool));
     slow.back()->expected = Connection::kMostExpected;
   }
-  Connection quick(-1, budget, spool);
+  Connection quick(-1, budget, spool), one_more(-1, budget, spool);
+  one_more.expected = Connection::kMostExpected;
   std::atomic<bool> go_on{false};
   std::atomic<int> begun{0}, slow_ended{0};
   std::atomic<bool> quick_ended{false};
+  const auto soon = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  const auto until = [&](const auto& is_true) {
+    while (!is_true() && std::chrono::steady_clock::now() < soon) std::this_thread::yield();
+    return is_true();
+  };
   {
     WorkerPool pool(
-        {.threads = 4, .queue = 10},
+        {.threads = 4, .queue = 3},
         [&](Connection& connection) {
           if (&connection == &quick) return;
           ++begun;
@@ -137,9 +144,10 @@ TEST(WorkerPool, leaves_half_of_its_threads_to_what_is_not_expected_to_take_long
           if (&connection != &quick) ++slow_ended;
         });
     for (const auto& connection : slow) EXPECT_TRUE(pool.submit(*connection));
-    while (begun < 2) std::this_thread::yield();
+    EXPECT_TRUE(until([&] { return begun == 2; }));
+    EXPECT_FALSE(pool.submit(one_more)) << "three wait";
     EXPECT_TRUE(pool.submit(quick));
-    while (!quick_ended) std::this_thread::yield();
+    EXPECT_TRUE(until([&] { return quick_ended.load(); }));
     EXPECT_EQ(begun, 2);
     EXPECT_EQ(pool.queued(), 3u);
     go_on = true;
