@@ -111,7 +111,8 @@ class ToolMaker {
       keys.append(keys.empty() ? "keys: " : ", ").append(name);
     }
     Ordered brief{{"type", "object"}, {"description", keys}};
-    if (content.contains("example")) brief["examples"] = {content["example"]};
+    // Braces alone are a list of one with g++, and its element with clang.
+    if (content.contains("example")) brief["examples"] = Ordered::array({content["example"]});
     return brief;
   }
   /// What it answers, and when to use it.

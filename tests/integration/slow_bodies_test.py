@@ -20,8 +20,11 @@ LONG = QUERY + b"Content-Length: %d\r\n\r\n" % (200 * MIB)
 
 def ask(connection, *pieces):
     with connection, connection.makefile("rb") as stream:
-        for piece in pieces:
-            connection.sendall(piece)
+        try:
+            for piece in pieces:
+                connection.sendall(piece)
+        except (BrokenPipeError, ConnectionResetError):
+            pass  # it may be answered before it is whole
         return read_answer(stream)
 
 
