@@ -23,8 +23,8 @@ struct SelfCheck {
 /// force tests every triangle of every instance that is not hidden with the exact predicate
 /// (exact_hit.h), without a tree. The rays start in the scene's bounds and around them, and
 /// aim at corners, edges and insides of random triangles, and past them. Errors: DEADLINE,
-/// CANCELLED, MEMORY_EXHAUSTED. Cost: instances, plus rays times triangles, about 25 ns each; memory of 4 bytes
-/// for each instance, the rays and their hits, and self_check_bytes().
+/// CANCELLED, MEMORY_EXHAUSTED. Cost: instances, plus rays times triangles, about 25 ns each;
+/// memory of 4 bytes for each instance, the rays and their hits, and self_check_bytes().
 Result<SelfCheck> self_check(const Engine& engine, const Scene& scene, std::uint64_t rays,
                              std::uint64_t seed, const Deadline& deadline);
 
