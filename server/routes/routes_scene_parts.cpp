@@ -132,7 +132,8 @@ void trees(Exchange& exchange, const Service& service) {
   if (!parameters || !parameters->number(exchange, "level", kMostLevel, level)) return;
   const SceneSnapshot stored = admit_scene(exchange, service);
   if (!stored) return;
-  // A triangle takes half a microsecond, and as much again where others read memory beside it.
+  // A triangle takes half a microsecond. It counts double: 12 connections that repeat this for a
+  // scene of 52,078 triangles took the processors from batches.
   constexpr std::uint64_t kRaysOfTriangle = 2;
   const std::uint64_t cost = kRaysOfTriangle * stored->scene->unique_triangle_count();
   if (exchange.body != nullptr && !exchange.body->may_cost(cost)) return;
