@@ -111,7 +111,7 @@ class RequestMemory {
   /// caller  set when the client no longer waits, which ends a wait; may be null
   RequestMemory(MemoryBudget& budget, Plan& plan, Wait wait, const CancelFlag* caller)
       : budget_(budget), plan_(plan), wait_(wait), caller_(caller) {}
-  /// Releases the whole reservation. After requests of 4 MiB or more, also returns freed memory of
+  /// Releases the whole reservation. After requests of 1 MiB or more, also returns freed memory of
   /// the process to the system (MemoryBudget::count_freed).
   ~RequestMemory();
   RequestMemory(const RequestMemory&) = delete;
