@@ -1,14 +1,18 @@
 /// Batches of boxes on the threads of the engine.
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <optional>
+#include <type_traits>
 #include <vector>
 
 #include "core/run/engine_state.h"
 #include "core/run/unbuilt_rounds.h"
+#include "core/scene/scene.h"
 #include "core/trace/search/box_contact.h"
 #include "core/trace/search/box_overlap.h"
+#include "core/trace/search/box_region.h"
 
 namespace sightline {
 
@@ -28,7 +32,47 @@ auto near_boxes(const BoxBatch& boxes) {
   };
 }
 
+/// The part of the scene's bounds that a shape takes on one axis, from 0 to 1.
+double part_of_side(double scene_min, double scene_max, double min, double max) {
+  const double low = std::max(scene_min, min), high = std::min(scene_max, max);
+  // Halves, because the difference of finite numbers may overflow. A flat scene has no side here.
+  const double side = scene_max / 2 - scene_min / 2;
+  return side > 0 ? std::min(1.0, (high / 2 - low / 2) / side) : 1;
+}
+
+/// Triangles lie on surfaces, so a part of the space holds more of them than its volume says: the
+/// third side does not count.
+double part_of_triangles(const Box3d& scene, const Box3d& shape) {
+  std::array<double, 3> parts{};
+  for (int k = 0; k < 3; ++k) {
+    if (!(shape.min[k] <= scene.max[k] && shape.max[k] >= scene.min[k])) return 0;
+    parts[static_cast<std::size_t>(k)] =
+        part_of_side(scene.min[k], scene.max[k], shape.min[k], shape.max[k]);
+  }
+  std::sort(parts.begin(), parts.end());
+  return parts[1] * parts[2];
+}
+
 }  // namespace
+
+std::uint64_t Engine::expected_triangles(const Scene& scene, const BoxBatch& boxes) {
+  const Box3d& bounds = scene.bounds();
+  const auto part = [&bounds](const auto& shape) -> double {
+    using Shape = std::decay_t<decltype(shape)>;
+    if constexpr (std::is_same_v<Shape, ConvexRegion>) {
+      return 1;
+    } else if constexpr (std::is_same_v<Shape, Box3d>) {
+      return part_of_triangles(bounds, shape);
+    } else {
+      return part_of_triangles(bounds, outer_bounds(shape));
+    }
+  };
+  double parts = 0;
+  for (std::size_t i = 0; i < boxes.size(); ++i) parts += boxes.visit(i, part);
+  const double triangles = parts * static_cast<double>(scene.instanced_triangle_count());
+  constexpr double kMost = 0x1p62;
+  return static_cast<std::uint64_t>(std::min(triangles, kMost));
+}
 
 Status Engine::ray_boxes(const RayBatch& rays, const BoxBatch& boxes, BoxPairing pairing,
                          RayBoxDetail detail, const Deadline& deadline,

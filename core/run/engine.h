@@ -198,6 +198,11 @@ class Engine {
   /// axis-aligned and oriented boxes; for kEach, as many as rays.
   Status ray_boxes(const RayBatch& rays, const BoxBatch& boxes, BoxPairing pairing,
                    RayBoxDetail detail, const Deadline& deadline, RayBoxAnswers& answers) const;
+  /// An estimate of how many triangles the boxes come near in total, for admission. It is all
+  /// triangles for a region of planes; for another shape a part of them, by the two widest sides of
+  /// its bounds within the scene's. It reads no triangle; where a scene is denser than elsewhere, it
+  /// is too low.
+  static std::uint64_t expected_triangles(const Scene& scene, const BoxBatch& boxes);
   /// For each box 1 if any triangle counts by `relation`, else 0. `touched` is resized and
   /// overwritten.
   Status boxes_any(const Scene& scene, const BoxBatch& boxes, const Deadline& deadline,

@@ -59,9 +59,10 @@ bool read_boxes(Exchange& exchange, const Service& service, const Scene& scene, 
   }
   query = std::move(*decoded);
   exchange.boxes = query.boxes.size();
-  // A box may touch every triangle; a ray of an ordinary query compares some 16.
-  // The faces of hulls cost as much as ten rays for each point.
-  const std::uint64_t cost = query.boxes.size() * (1 + scene.instanced_triangle_count() / 16) +
+  // A ray of an ordinary query compares some 16 triangles. The faces of hulls cost as much as ten
+  // rays for each point.
+  const std::uint64_t cost = 2 * query.boxes.size() +
+                             Engine::expected_triangles(scene, query.boxes) / 16 +
                              10 * query.boxes.points.size();
   // A contact costs as much as 50 rays.
   const std::uint64_t contacts =

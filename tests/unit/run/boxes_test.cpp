@@ -71,6 +71,40 @@ TEST(EngineBoxes, answer_the_same_on_one_thread_and_on_two) {
   EXPECT_EQ(lists[0].first.back(), lists[0].triangles.size());
 }
 
+TEST(EngineBoxes, expect_what_the_sides_of_a_shape_say) {
+  const auto scene = town();
+  const std::uint64_t all = scene->instanced_triangle_count();
+  const Box3d& bounds = scene->bounds();
+  const Vec3d middle{(bounds.min.x + bounds.max.x) / 2, (bounds.min.y + bounds.max.y) / 2,
+                     (bounds.min.z + bounds.max.z) / 2};
+  const auto expected = [&](const auto& shape) {
+    BoxBatch boxes;
+    boxes.push_back(shape);
+    return Engine::expected_triangles(*scene, boxes);
+  };
+  const double inf = Box3d::kInf;
+  EXPECT_EQ(expected(Box3d{{-inf, -inf, -inf}, {inf, inf, inf}}), all);
+  EXPECT_EQ(expected(Box3d{{bounds.max.x + 1, -inf, -inf}, {inf, inf, inf}}), 0u);
+  // A quarter of the area of a floor.
+  EXPECT_NEAR(static_cast<double>(expected(Box3d{bounds.min, middle})),
+              static_cast<double>(all) / 4, 1);
+  // A column through the whole town, of a hundredth of its width and depth.
+  const Vec3d thin{bounds.min.x + (bounds.max.x - bounds.min.x) / 100, bounds.max.y,
+                   bounds.min.z + (bounds.max.z - bounds.min.z) / 100};
+  EXPECT_NEAR(static_cast<double>(expected(Box3d{bounds.min, thin})),
+              static_cast<double>(all) / 100, 1);
+  EXPECT_LT(expected(Sphere{middle, 1}), all / 100);
+  EXPECT_EQ(expected(Sphere{middle, 1e300}), all);
+  EXPECT_LT(expected(OrientedBox{middle, {1, 1, 1}, rotated_axes(0, 0.6, 0, 0.8)}), all / 100);
+  const HalfSpace plane{{0, 1, 0}, bounds.min.y};
+  EXPECT_EQ(expected(ConvexRegion{{&plane, 1}}), all);
+  // Many shapes: the sum of each, also beyond 2^32.
+  BoxBatch many;
+  for (int i = 0; i < 20000; ++i) many.push_back(Box3d{{-inf, -inf, -inf}, {inf, inf, inf}});
+  EXPECT_EQ(Engine::expected_triangles(*scene, many), 20000 * all);
+  EXPECT_EQ(Engine::expected_triangles(*scene, BoxBatch{}), 0u);
+}
+
 TEST(EngineBoxes, refuse_lists_beyond_what_is_allowed) {
   const auto scene = town();
   BoxBatch boxes;
