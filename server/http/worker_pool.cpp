@@ -15,7 +15,7 @@ namespace {
 constexpr double kFavour = 8;
 
 bool is_slow(const Connection& connection) {
-  return connection.expected >= Connection::kMostExpected;
+  return connection.expected > Connection::kUnknown;
 }
 
 /// Of so many threads, those that may have a slow request.

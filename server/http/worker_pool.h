@@ -23,8 +23,8 @@ struct Connection;
 /// flow has used them for a second too. A request that is
 /// expected to take a second more than another (Connection::expected) waits as if its flow had had a
 /// second more. So a request waits for the requests of other flows that run, and not for all that
-/// arrived before it. Requests that are expected to take Connection::kMostExpected may take
-/// much longer. They use at most half of the threads, but at least one.
+/// arrived before it. Slow requests, which are expected to take more than Connection::kUnknown, take
+/// a multiple of that beside other load. They use at most half of the threads, but at least one.
 class WorkerPool {
  public:
   using Work = std::function<void(Connection&)>;
@@ -91,7 +91,7 @@ class WorkerPool {
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   Heap ordinary_;
-  Heap slow_;       ///< expected to take Connection::kMostExpected
+  Heap slow_;       ///< of slow requests
   double now_ = 0;  ///< virtual time: at least the start of each request that has begun
   std::uint64_t arrivals_ = 0;
   std::map<std::string, double, std::less<>> finish_of_key_;

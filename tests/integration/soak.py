@@ -155,24 +155,28 @@ class Client:
         self.asked = self.busy = self.rays = 0
         self.wrong, self.failed = [], []
         self.latencies = array("d")
+        self.longest = 0.0  # seconds of a step
         self.connection = None
 
     def run(self, stop, results):
         self.take_turn()
+        start = time.monotonic()
         try:
             while not stop.is_set():
+                begin = time.monotonic()
                 try:
                     self.step()
                 except (OSError, http.client.HTTPException) as fault:
-                    self.failed.append(f"{self.name}: {type(fault).__name__} {fault}")
+                    self.failed.append(f"{self.name}: {type(fault).__name__} {fault}, of a step from {begin - start:.1f} s on")
                     self.close()
+                self.longest = max(self.longest, time.monotonic() - begin)
                 if len(self.failed) + len(self.wrong) > 50:
                     break
         except BaseException as fault:  # shown by the parent
             self.failed.append(f"{self.name}: {type(fault).__name__} {fault}")
         self.close()
         results.put((self.name, self.asked, self.busy, self.wrong[:20], len(self.wrong), self.failed[:20], len(self.failed),
-                     self.latencies.tobytes()))
+                     self.latencies.tobytes(), self.longest))
 
     def take_turn(self):
         os.nice(10)  # the machine that is loaded is also the one that measures
@@ -390,12 +394,12 @@ def spread_of(minutes):
 
 
 def report(told, memory, seconds, truth, options, log):
-    lines = ["| client | requests | answered 429 or 503 | wrong | failed |", "|---|--:|--:|--:|--:|"]
+    lines = ["| client | requests | answered 429 or 503 | wrong | failed | longest step in s |", "|---|--:|--:|--:|--:|--:|"]
     wrong = failed = asked = 0
     latencies = array("d")
     faults = []
-    for name, count, busy, wrongs, wrong_count, failures, failed_count, times in sorted(told):
-        lines.append(f"| {name} | {count:,} | {busy:,} | {wrong_count} | {failed_count} |")
+    for name, count, busy, wrongs, wrong_count, failures, failed_count, times, longest in sorted(told):
+        lines.append(f"| {name} | {count:,} | {busy:,} | {wrong_count} | {failed_count} | {longest:.1f} |")
         wrong, failed, asked = wrong + wrong_count, failed + failed_count, asked + count
         faults += wrongs + failures
         latencies.frombytes(times)
