@@ -52,6 +52,18 @@ Range times(double factor, const Range& x) {
   return a < b ? Range{a, b} : Range{b, a};
 }
 
+/// True if corner c is certainly in the box. A rounded x - delta above `low` is above it unrounded
+/// too.
+bool is_corner_within(const Placed& p, std::size_t c) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double x = p.corner[c][k], delta = p.delta[k];
+    const bool within = delta == 0 ? x >= p.low[k] && x <= p.high[k]
+                                   : x - delta > p.low[k] && x + delta < p.high[k];
+    if (!within) return false;
+  }
+  return true;
+}
+
 OverlapVerdict filter(const Placed& p) {
   const auto& v = p.corner;
   Tally tally;
@@ -92,6 +104,10 @@ OverlapVerdict filter(const Placed& p) {
     normal[k] = edge[0][i] * edge[1][j] - edge[0][j] * edge[1][i];
     has_area = has_area || std::abs(normal[k]) > bound[k];
   }
+  // The corner is a point of both. Below, a box that was cut to the triangle touches its corners,
+  // which would be left to the exact stage.
+  if (has_area && (is_corner_within(p, 0) || is_corner_within(p, 1) || is_corner_within(p, 2)))
+    return OverlapVerdict::kMeet;
   if (extent[0] != 0 && extent[1] != 0 && extent[2] != 0) {
     Range reach{0, 0};
     double slack =

@@ -14,9 +14,7 @@ namespace {
 /// have had so many seconds, for each request that waits.
 constexpr double kFavour = 8;
 
-bool is_slow(const Connection& connection) {
-  return connection.expected > Connection::kUnknown;
-}
+bool is_slow(const Connection& connection) { return connection.expected > Connection::kUnknown; }
 
 /// Of so many threads, those that may have a slow request.
 std::size_t slow_threads(std::size_t threads) { return std::max<std::size_t>(1, threads / 2); }

@@ -22,7 +22,7 @@ class Soak(unittest.TestCase):
             with Server("--preload", "town=demo:town", "--data", folder, "--workers", 8, "--log-level", "warn") as server:
                 told, _, _ = soak.measure(server, truth, options)
                 self.assertEqual(server.stop(), 0)
-        for name, asked, _, wrong, _, failed, _, _ in told:
+        for name, asked, _, wrong, _, failed, _, _, _ in told:
             print(f"{name}: {asked} requests")
             self.assertEqual((wrong, failed), ([], []))
             self.assertGreater(asked, 0)

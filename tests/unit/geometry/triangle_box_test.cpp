@@ -84,6 +84,22 @@ TEST(TriangleBox, needs_no_epsilon_at_any_scale) {
   }
 }
 
+TEST(TriangleBox, decides_a_corner_within_without_big_numbers) {
+  // Edges along the axes: the box that is cut to the triangle touches its corners.
+  const Triangle wall{{1, 1, 1}, {1, 3, 1}, {1, 1, 4}};
+  const double inf = Box3d::kInf;
+  EXPECT_EQ(filter_triangle_box(wall, Box3d{{-inf, -inf, -inf}, {inf, inf, inf}}),
+            OverlapVerdict::kMeet);
+  EXPECT_EQ(filter_triangle_box(wall, Box3d{{0, 0, 0}, {9, 9, 9}}), OverlapVerdict::kMeet);
+  EXPECT_EQ(filter_triangle_box(wall, Box3d{{1, 2, 0}, {1, 9, 9}}), OverlapVerdict::kMeet);
+  EXPECT_EQ(filter_triangle_box(wall, OrientedBox{{2, 2, 2}, {5, 5, 5}, rotated_axes(0, 0, 0, 1)}),
+            OverlapVerdict::kMeet);
+  // Without an area it is no part of a scene, wherever its corners are.
+  const Triangle line{{1, 1, 1}, {2, 2, 2}, {3, 3, 3}};
+  EXPECT_EQ(filter_triangle_box(line, Box3d{{0, 0, 0}, {9, 9, 9}}), OverlapVerdict::kOpen);
+  EXPECT_FALSE(triangle_meets_box(line, Box3d{{0, 0, 0}, {9, 9, 9}}));
+}
+
 TEST(TriangleBox, decides_ordinary_pairs_without_big_numbers) {
   EXPECT_EQ(filter_triangle_box({{0, 0, 0}, {9, 0, 0}, {0, 9, 0}}, kCube), OverlapVerdict::kMeet)
       << "flat triangles too";
