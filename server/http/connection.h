@@ -116,9 +116,10 @@ struct Connection {
   std::uint64_t spooled() const {
     return (body ? body->spooled() : 0) + (output_file ? output_file->size() : 0);
   }
-  /// A cost (BodyReader::may_cost) is an upper bound: more than that is not expected of any request.
+  /// A cost (BodyReader::may_cost) is a rough estimate: more than that is not expected of any
+  /// request.
   static constexpr double kMostExpected = 10;
-  /// Expected of a request whose cost is not known.
+  /// Expected of a request whose cost is not known. More than that is slow (WorkerPool).
   static constexpr double kUnknown = 5;
   /// Sets `expected` by the cost of the request.
   void expect(std::uint64_t cost) {

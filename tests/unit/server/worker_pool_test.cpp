@@ -113,16 +113,17 @@ TEST_F(FairQueue, serves_equal_connections_in_turns) {
   for (const char* name : {"a", "b", "c"}) EXPECT_GE(count(served, name), 12) << name;
 }
 
-TEST(WorkerPool, leaves_half_of_its_threads_to_what_is_not_expected_to_take_longest) {
+TEST(WorkerPool, leaves_half_of_its_threads_to_what_is_not_slow) {
   MemoryBudget budget(0, 0);
   Spool spool("/tmp", 0);
   std::vector<std::unique_ptr<Connection>> slow;
   for (int i = 0; i < 5; ++i) {
     slow.push_back(std::make_unique<Connection>(-1, budget, spool));
-    slow.back()->expected = Connection::kMostExpected;
+    slow.back()->expected = Connection::kUnknown + 1;
   }
   Connection quick(-1, budget, spool), one_more(-1, budget, spool);
-  one_more.expected = Connection::kMostExpected;
+  one_more.expected = Connection::kUnknown + 1;
+  quick.expected = Connection::kUnknown;
   std::atomic<bool> go_on{false};
   std::atomic<int> begun{0}, slow_ended{0};
   std::atomic<bool> quick_ended{false};
