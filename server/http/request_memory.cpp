@@ -17,11 +17,11 @@ constexpr std::chrono::milliseconds kTick{50};
 constexpr std::chrono::minutes kPatience{10};
 constexpr std::chrono::seconds kStreamPatience{10};
 constexpr std::uint64_t kFree = 256 << 10;
-/// Smaller requests leave no memory that is worth returning. Batches of streams are often of 1 to 4
-/// MiB: uncounted, 128 streams left 60 MiB with the allocator.
+/// Smaller requests leave no memory that is worth returning. A stream counts once, at its end, with
+/// its largest batch. Where only 4 MiB and more counted, 128 streams left 60 MiB with the allocator.
 constexpr std::uint64_t kLarge = 1 << 20;
 /// Returned after each request of 10,000 rays, memory took a third of the request: its pages are
-/// fresh again. Returned after 32 MiB, it takes 1% of the request.
+/// fresh again. Returned after 32 MiB, it takes some 1% of the request.
 constexpr std::uint64_t kMostFreed = 32 << 20;
 
 std::uint64_t beyond_free(std::uint64_t bytes) { return bytes - std::min(bytes, kFree); }
