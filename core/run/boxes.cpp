@@ -50,7 +50,9 @@ double part_of_triangles(const Box3d& scene, const Box3d& shape) {
         part_of_side(scene.min[k], scene.max[k], shape.min[k], shape.max[k]);
   }
   std::sort(parts.begin(), parts.end());
-  return parts[1] * parts[2];
+  // One triangle far away makes the bounds say nothing of where the others are.
+  constexpr double kLeast = 0.125;
+  return std::max(parts[1] * parts[2], kLeast);
 }
 
 }  // namespace

@@ -44,6 +44,23 @@ void rays_boxes(Exchange& exchange, const Service& service) {
 /// An aligned or an oriented box, which it is, and what its cursor is known by.
 constexpr std::uint64_t kBoxBytes = sizeof(Box3d) + sizeof(OrientedBox) + 4 + 8;
 
+/// The cost of the query for BodyReader::may_cost.
+std::uint64_t cost_of(const Scene& scene, const BoxQuery& query) {
+  const std::uint64_t boxes = query.boxes.size();
+  const std::uint64_t triangles = Engine::expected_triangles(scene, query.boxes);
+  // A ray of an ordinary query compares some 16 triangles. The faces of hulls cost as much as ten
+  // rays for each point.
+  std::uint64_t cost = 2 * boxes + triangles / 16 + 10 * query.boxes.points.size();
+  // Each box reads which instances have a node that is not within.
+  if (query.question.targets == BoxTargets::kNodes &&
+      query.question.relation == BoxRelation::kContained)
+    cost += boxes * (scene.description().instances.size() / 16);
+  // A contact costs as much as 50 rays.
+  const std::uint64_t most = boxes * std::min(query.limit, scene.instanced_triangle_count());
+  if (query.question.contacts) cost += 50 * std::min(most, triangles);
+  return cost;
+}
+
 bool read_boxes(Exchange& exchange, const Service& service, const Scene& scene, bool has_limit,
                 BoxQuery& query) {
   std::string body;
@@ -59,17 +76,7 @@ bool read_boxes(Exchange& exchange, const Service& service, const Scene& scene, 
   }
   query = std::move(*decoded);
   exchange.boxes = query.boxes.size();
-  // A ray of an ordinary query compares some 16 triangles. The faces of hulls cost as much as ten
-  // rays for each point.
-  const std::uint64_t cost = 2 * query.boxes.size() +
-                             Engine::expected_triangles(scene, query.boxes) / 16 +
-                             10 * query.boxes.points.size();
-  // A contact costs as much as 50 rays.
-  const std::uint64_t contacts =
-      query.question.contacts
-          ? 50 * query.boxes.size() * std::min(query.limit, scene.instanced_triangle_count())
-          : 0;
-  if (exchange.body != nullptr && !exchange.body->may_cost(cost + contacts)) return false;
+  if (exchange.body != nullptr && !exchange.body->may_cost(cost_of(scene, query))) return false;
   const std::uint64_t parts =
       query.boxes.planes.size() * sizeof(HalfSpace) + query.boxes.points.size() * sizeof(Vec3d);
   forget_body(exchange, body, query.boxes.size() * kBoxBytes + parts);

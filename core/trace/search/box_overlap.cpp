@@ -190,6 +190,7 @@ std::uint64_t BoxOverlaps::list_triangles(const Box& box, std::size_t limit, std
 /// Takes those out of nodes_ that have a triangle beyond the box.
 template <class Box>
 void BoxOverlaps::leave_nodes_within(const Box& box) {
+  if (nodes_.empty()) return;
   const SceneDescription& description = scene_.description();
   for (std::uint32_t i = 0; i < description.instances.size() && !stopped_; ++i) {
     const Instance& instance = description.instances[i];
