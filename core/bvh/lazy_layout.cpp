@@ -26,43 +26,48 @@ const Affine* matrix_of(const ScenePlan& plan, const TreeSlot& slot) {
 
 }  // namespace
 
-LazyLayout::LazyLayout(const ScenePlan& plan) : plan_(plan) {
+LazyLayout::WithState LazyLayout::unbuilt(const ScenePlan& plan) {
   constexpr std::uint32_t kNoSlot = 0xffffffffu;
+  WithState made{LazyLayout(plan), {}};
+  std::vector<TreeSlot>& slots = made.layout.slots_;
   std::vector<std::uint32_t> shared(plan.meshes.size(), kNoSlot);
-  placements_.reserve(plan.placements.size());
-  boxes_.reserve(plan.placements.size());
+  std::vector<Placement> placements;
+  placements.reserve(plan.placements.size());
+  made.layout.boxes_.reserve(plan.placements.size());
   for (std::uint32_t i = 0; i < plan.placements.size(); ++i) {
     const PlacementView& view = plan.placements[i];
     if (plan.placed[i].empty()) continue;
-    Placement placement = place_alone(plan, i);
+    Placement& placement = placements.emplace_back(place_alone(plan, i));
     const bool own = has_own_tree(placement);
     std::uint32_t& slot = shared[view.mesh];
     if (own || slot == kNoSlot) {
-      placement.tree = static_cast<std::uint32_t>(slots_.size());
-      slots_.push_back({.mesh = view.mesh,
-                        .placement = own ? i : TreeSlot::kOwnSpace,
-                        .triangle_count = plan.meshes[view.mesh].triangle_count(),
-                        .whole = !placement.world_boxes,
-                        .box = plan.placed[i]});
+      placement.tree = static_cast<std::uint32_t>(slots.size());
+      slots.push_back({.mesh = view.mesh,
+                       .placement = own ? i : TreeSlot::kOwnSpace,
+                       .triangle_count = plan.meshes[view.mesh].triangle_count(),
+                       .whole = !placement.world_boxes,
+                       .box = plan.placed[i]});
       if (!own) slot = placement.tree;
     } else {
       placement.tree = slot;
     }
-    ++slots_[placement.tree].entries;
-    slots_[placement.tree].whole |= !placement.world_boxes;
-    placements_.push_back(placement);
-    boxes_.push_back(plan.placed[i]);
+    ++slots[placement.tree].entries;
+    slots[placement.tree].whole |= !placement.world_boxes;
+    made.layout.boxes_.push_back(plan.placed[i]);
   }
+  SceneTree& tree = made.tree;
+  made.layout.place(std::move(placements), tree);
+  tree.unbuilt = make_empty_tree();
+  tree.trees.assign(slots.size(), tree.unbuilt);
+  tree.unbuilt_count = static_cast<std::uint32_t>(slots.size());
+  tree.depth = tree.top.depth + tree.unbuilt->depth;
+  return made;
 }
 
-void LazyLayout::place(SceneTree& tree) const {
+void LazyLayout::place(std::vector<Placement> placements, SceneTree& tree) const {
   tree.bounds = plan_.bounds;
-  tree.entries = static_cast<std::uint32_t>(placements_.size());
-  std::vector<Placement> all;
-  all.reserve(placements_.size() + behind_.size());
-  all.insert(all.end(), placements_.begin(), placements_.end());
-  all.insert(all.end(), behind_.begin(), behind_.end());
-  tree.set_placements(std::move(all));
+  tree.entries = static_cast<std::uint32_t>(boxes_.size());
+  tree.set_placements(std::move(placements));
   tree.top = {};
   // Rays search it for unbuilt trees even if there is only one entry.
   if (tree.entries == 0) return;
@@ -71,45 +76,32 @@ void LazyLayout::place(SceneTree& tree) const {
   tree.top = WideTree::alias(tree.top_memory);
 }
 
-void LazyLayout::enter(const Placement& placement, const Box3d& box) {
-  const std::size_t last = placements_.size() - (behind_.empty() ? 0 : 1);
-  placements_.insert(placements_.begin() + static_cast<std::ptrdiff_t>(last), placement);
-  boxes_.insert(boxes_.begin() + static_cast<std::ptrdiff_t>(last), box);
-}
-
-SceneTree LazyLayout::unbuilt() const {
-  SceneTree tree;
-  place(tree);
-  tree.unbuilt = make_empty_tree();
-  tree.trees.assign(slots_.size(), tree.unbuilt);
-  tree.unbuilt_count = static_cast<std::uint32_t>(slots_.size());
-  tree.depth = tree.top.depth + tree.unbuilt->depth;
-  return tree;
-}
-
 SceneTree LazyLayout::split(std::uint32_t slot, std::vector<MeshPart> parts,
                             const SceneTree& tree) {
   const TreeSlot whole = slots_[slot];
   SceneTree next = share(tree);
-  std::vector<Placement> entries;
+  std::vector<Placement> placements;
+  placements.reserve(tree.placements.size() - whole.entries + parts.size() * whole.entries);
   std::vector<Box3d> boxes;
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < placements_.size(); ++i) {
-    if (placements_[i].tree == slot) {
-      entries.push_back(placements_[i]);
+  boxes.reserve(placements.capacity());
+  // Entries that the parts replace, by their indices in `tree`.
+  std::vector<std::uint32_t> replaced;
+  // The last entry stays the last if others share its tree.
+  const std::uint32_t behind = tree.entries - (tree.placements.size() > tree.entries ? 1 : 0);
+  for (std::uint32_t i = 0; i < behind; ++i) {
+    if (tree.placements[i].tree == slot) {
+      replaced.push_back(i);
+    } else {
+      placements.push_back(tree.placements[i]);
       boxes.push_back(boxes_[i]);
-      continue;
     }
-    placements_[kept] = placements_[i];
-    boxes_[kept++] = boxes_[i];
   }
-  placements_.resize(kept);
-  boxes_.resize(kept);
   for (MeshPart& part : parts) {
-    for (std::size_t i = 0; i < entries.size(); ++i) {
-      entries[i].tree = static_cast<std::uint32_t>(slots_.size());
+    for (const std::uint32_t i : replaced) {
+      placements.push_back(tree.placements[i]);
+      placements.back().tree = static_cast<std::uint32_t>(slots_.size());
       // Boxes of a mesh's own space say little about the world.
-      enter(entries[i], entries[i].world_boxes ? part.box : boxes[i]);
+      boxes.push_back(placements.back().world_boxes ? part.box : boxes_[i]);
     }
     slots_.push_back(whole);
     slots_.back().triangle_count = part.triangle_count;
@@ -120,10 +112,14 @@ SceneTree LazyLayout::split(std::uint32_t slot, std::vector<MeshPart> parts,
     next.trees.push_back(next.unbuilt);
     ++next.unbuilt_count;
   }
+  const auto rest = tree.placements.subspan(behind);
+  placements.insert(placements.end(), rest.begin(), rest.end());
+  boxes.insert(boxes.end(), boxes_.begin() + behind, boxes_.end());
+  boxes_ = std::move(boxes);
   slots_[slot] = {};
   next.trees[slot] = make_empty_tree();
   --next.unbuilt_count;
-  place(next);
+  place(std::move(placements), next);
   next.depth += next.top.depth - tree.top.depth;
   return next;
 }

@@ -32,18 +32,19 @@ struct TreeSlot {
   std::shared_ptr<const void> owner = {};  ///< owns the memory of `runs`
 };
 
-/// The list of slots, one for each tree, and the entries that use them. Slots are never renumbered:
+/// The list of slots, one for each tree. The entries that use them are in the states of the scene
+/// (SceneTree), which the layout makes. Slots are never renumbered:
 /// a split appends the new ones. It does not build trees: its owner builds them by build_slot, and
 /// puts them into SceneTree::trees. Not thread-safe. The plan must outlive the layout.
 class LazyLayout {
  public:
-  /// Makes an entry for each placement that has a finite triangle. Throws std::bad_alloc.
-  explicit LazyLayout(const ScenePlan& plan);
+  struct WithState;
+  /// Makes an entry for each placement that has a finite triangle, and the state in which no slot is
+  /// built. Throws std::bad_alloc.
+  static WithState unbuilt(const ScenePlan& plan);
 
   /// The slots; a split may move their memory.
   const std::vector<TreeSlot>& slots() const { return slots_; }
-  /// The state of the scene in which no slot is built.
-  SceneTree unbuilt() const;
   /// Replaces a slot by its parts (split_slot): each entry of the slot becomes one entry for each
   /// part. The slot retains its number and has an empty tree. `tree` is the present state of this
   /// layout; returns the state with the parts unbuilt. Precondition: can_split(plan, slot). Throws
@@ -60,33 +61,29 @@ class LazyLayout {
   ///
   /// before  the layout of the state `tree`; null if all trees of `tree` were built at once
   ///         (scene_tree.h)
-  struct Moved;
-  static Moved moved(const ScenePlan& plan, const ScenePlan& plan_before, const LazyLayout* before,
-                     const SceneTree& tree, std::span<const std::uint32_t> moved,
-                     std::span<const std::uint32_t> fresh);
+  static WithState moved(const ScenePlan& plan, const ScenePlan& plan_before,
+                         const LazyLayout* before, const SceneTree& tree,
+                         std::span<const std::uint32_t> moved,
+                         std::span<const std::uint32_t> fresh);
 
  private:
-  explicit LazyLayout(const ScenePlan* plan) : plan_(*plan) {}
-  void place(SceneTree& tree) const;
-  /// Adds an entry. Placements that share the last tree are stored after all entries.
-  void enter(const Placement& placement, const Box3d& box);
+  explicit LazyLayout(const ScenePlan& plan) : plan_(plan) {}
+  /// Builds the top tree. `placements` are one for each of boxes_, and then those that share the
+  /// tree of the last entry.
+  void place(std::vector<Placement> placements, SceneTree& tree) const;
   void carry_shared(std::span<const Placement> shared, const std::vector<bool>& is_moved,
-                    const SceneTree& from, SceneTree& to);
+                    const SceneTree& from, SceneTree& to, std::vector<Placement>& placements);
 
   const ScenePlan& plan_;
   std::vector<TreeSlot> slots_;
-  std::vector<Placement> placements_;  ///< one for each entry
-  std::vector<Box3d> boxes_;           ///< world bounds of each entry
-  /// Placements whose world triangles are all in the tree of the last entry; empty if no tree has
-  /// world triangles of several placements. If a placement leaves that tree, its `instance` becomes
-  /// kGone.
-  std::vector<Placement> behind_;
+  std::vector<Box3d> boxes_;  ///< world bounds of each entry
 
+  /// Placement::instance of a placement that has left the tree of the last entry.
   static constexpr std::uint32_t kGone = 0xffffffffu;
 };
 
-/// The result of moved().
-struct LazyLayout::Moved {
+/// A layout and the state that it begins with.
+struct LazyLayout::WithState {
   LazyLayout layout;
   SceneTree tree;
 };

@@ -66,9 +66,6 @@ struct Entries {
   const SceneTree& tree;
   const std::vector<Box3d>* boxes;  ///< null: those of the plan
 
-  bool is_shared(std::uint32_t i) const {
-    return i + 1 == tree.entries && tree.placements.size() > tree.entries;
-  }
   Box3d box(std::uint32_t i) const {
     return boxes != nullptr ? (*boxes)[i] : plan.placed[tree.placements[i].instance];
   }
@@ -76,11 +73,11 @@ struct Entries {
 
 }  // namespace
 
-LazyLayout::Moved LazyLayout::moved(const ScenePlan& plan, const ScenePlan& plan_before,
-                                    const LazyLayout* before, const SceneTree& tree,
-                                    std::span<const std::uint32_t> moved,
-                                    std::span<const std::uint32_t> fresh) {
-  Moved next{LazyLayout(&plan), {}};
+LazyLayout::WithState LazyLayout::moved(const ScenePlan& plan, const ScenePlan& plan_before,
+                                        const LazyLayout* before, const SceneTree& tree,
+                                        std::span<const std::uint32_t> moved,
+                                        std::span<const std::uint32_t> fresh) {
+  WithState next{LazyLayout(plan), {}};
   LazyLayout& layout = next.layout;
   const std::vector<TreeSlot> slots =
       before != nullptr ? before->slots_ : slots_of(plan_before, tree);
@@ -91,20 +88,24 @@ LazyLayout::Moved LazyLayout::moved(const ScenePlan& plan, const ScenePlan& plan
   std::vector<bool> is_fresh(plan.meshes.size());
   for (const std::uint32_t number : fresh) is_fresh[number] = true;
 
+  std::vector<Placement> placements;
+  placements.reserve(tree.placements.size() + moved.size());
+  const auto enter = [&](const Placement& placement, const Box3d& box) {
+    placements.push_back(placement);
+    layout.boxes_.push_back(box);
+  };
   std::vector<std::uint32_t> own_space(plan.meshes.size(), kNoTree);  // by the numbers of `tree`
-  for (std::uint32_t i = 0; i < tree.entries; ++i) {
+  // The last entry shares its tree with the placements behind the entries.
+  const bool shares = tree.placements.size() > tree.entries;
+  for (std::uint32_t i = 0; i < tree.entries - (shares ? 1 : 0); ++i) {
     Placement placement = tree.placements[i];
-    if (entries.is_shared(i)) {
-      layout.carry_shared(tree.placements.subspan(i), is_moved, tree, next.tree);
-      continue;
-    }
     const TreeSlot& slot = slots[placement.tree];
     if (slot.placement == TreeSlot::kOwnSpace && slot.runs.empty() && !has_own_tree(placement) &&
         !plan.is_cut(slot.mesh) && !is_fresh[slot.mesh])
       own_space[slot.mesh] = placement.tree;
     if (is_moved[placement.instance]) continue;
     placement.tree = trees.carry(placement.tree);
-    layout.enter(placement, entries.box(i));
+    enter(placement, entries.box(i));
   }
 
   next.tree.unbuilt = tree.unbuilt ? tree.unbuilt : make_empty_tree();
@@ -130,10 +131,14 @@ LazyLayout::Moved LazyLayout::moved(const ScenePlan& plan, const ScenePlan& plan
     TreeSlot& slot = layout.slots_[placement.tree];
     slot.whole = slot.whole || !own;
     slot.box = plan.placed[i];
-    layout.enter(placement, plan.placed[i]);
+    enter(placement, plan.placed[i]);
+  }
+  if (shares) {
+    layout.carry_shared(tree.placements.subspan(tree.entries - 1), is_moved, tree, next.tree,
+                        placements);
   }
 
-  layout.place(next.tree);
+  layout.place(std::move(placements), next.tree);
   std::uint32_t deepest = next.tree.unbuilt->depth;
   for (const auto& each : next.tree.trees) {
     deepest = std::max(deepest, each->depth);
@@ -143,9 +148,11 @@ LazyLayout::Moved LazyLayout::moved(const ScenePlan& plan, const ScenePlan& plan
   return next;
 }
 
-/// `shared` are the last entry of a state and those that share its tree.
+/// `shared` are the last entry of a state and those that share its tree; they are added to
+/// `placements`.
 void LazyLayout::carry_shared(std::span<const Placement> shared, const std::vector<bool>& is_moved,
-                              const SceneTree& from, SceneTree& to) {
+                              const SceneTree& from, SceneTree& to,
+                              std::vector<Placement>& placements) {
   const auto is_gone = [&](const Placement& placement) {
     return placement.instance == kGone || is_moved[placement.instance];
   };
@@ -168,13 +175,11 @@ void LazyLayout::carry_shared(std::span<const Placement> shared, const std::vect
       box.include(plan_.placed[placement.instance]);
     }
     placement.tree = number;
-    behind_.push_back(placement);
+    placements.push_back(placement);
   }
   to.trees.push_back(std::move(tree));
   slots_.push_back({.entries = 1, .whole = true});
-  placements_.push_back(behind_.front());
   boxes_.push_back(box);
-  behind_.erase(behind_.begin());
 }
 
 }  // namespace sightline

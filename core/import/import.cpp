@@ -98,10 +98,19 @@ Status place_meshes(const GltfDocument& document, AccessorReader& accessors, Mes
                      "node " + std::to_string(file_node) + ": has both a skin and instances",
                      "/nodes/" + std::to_string(file_node));
     }
-    for (const Affine& placement : **placements) {
-      const auto number = static_cast<std::uint32_t>(scene.placements.size());
-      scene.placements.push_back(placement);
-      scene.instances.push_back({**mesh, i, node * placement, number});
+    const std::size_t first = scene.placements.size();
+    if (first == 0) {
+      scene.placements = std::move(**placements);
+    } else {
+      scene.placements.insert(scene.placements.end(), (*placements)->begin(), (*placements)->end());
+    }
+    // At least doubled, so that many nodes of few instances do not copy all each time.
+    const std::size_t needed = scene.instances.size() + count;
+    if (needed > scene.instances.capacity())
+      scene.instances.reserve(std::max(needed, 2 * scene.instances.capacity()));
+    for (std::size_t number = first; number < scene.placements.size(); ++number) {
+      scene.instances.push_back(
+          {**mesh, i, node * scene.placements[number], static_cast<std::uint32_t>(number)});
       if (!is_in_range(scene.instances.back().world_from_mesh)) {
         return invalid("GLTF_TRANSFORM_INVALID",
                        "node " + std::to_string(file_node) +

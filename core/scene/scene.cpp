@@ -132,6 +132,7 @@ Result<std::shared_ptr<const Scene>> Scene::prepare(SceneDescription description
     std::vector<MeshView> meshes;
     for (const auto& mesh : scene->description_.meshes) meshes.push_back(view_of(*mesh));
     std::vector<PlacementView> placements;
+    placements.reserve(scene->description_.instances.size());
     for (const Instance& instance : scene->description_.instances) {
       placements.push_back({instance.mesh, instance.world_from_mesh, instance.hidden});
     }

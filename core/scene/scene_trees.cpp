@@ -113,8 +113,8 @@ void SceneTrees::show(std::shared_ptr<const SceneTree> tree, bool droppable) {
 }
 
 void SceneTrees::drop() {
-  LazyLayout layout(plan_);
-  auto none = std::make_shared<const SceneTree>(layout.unbuilt());
+  auto [layout, tree] = LazyLayout::unbuilt(plan_);
+  auto none = std::make_shared<const SceneTree>(std::move(tree));
   const std::lock_guard hold(mutex_);
   states_.assign(layout.slots().size(), SlotState::kUnbuilt);
   mesh_built_.assign(plan_.meshes.size(), false);
