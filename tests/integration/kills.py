@@ -4,7 +4,9 @@ Clients put, replace, move, remove and ask scenes of one data folder. A server i
 and every name must have what was acknowledged last, or what was on its way when the server died: whole,
 with the right answers. Nothing else may lie in the folder.
 
-    kills.py BINARY [--times N] [--seed S]
+    kills.py BINARY [--times N] [--seed S] [--memory-budget BYTES]
+
+With a small budget, scenes and their trees are in mapped temporary files when the server dies.
 """
 
 import argparse
@@ -186,7 +188,8 @@ class Content:
 class Trial:
     """One data folder and what should be in it."""
 
-    def __init__(self, make_server, folder, seed):
+    def __init__(self, make_server, folder, seed, budget=None):
+        """budget: the --memory-budget of the servers that are killed, in bytes"""
         self.make_server, self.data, self.chance = make_server, Path(folder), random.Random(seed)
         self.contents = {}
         for side, bend in ((4, 3), (5, 5), (40, 3), (60, 7), (150, 3), (200, 5)):
@@ -198,6 +201,8 @@ class Trial:
         self.largest_revision = 0
         self.kills = self.half_written = self.unsure_done = self.unsure_not_done = self.checked = 0
         self.moments = {}
+        self.budget = () if budget is None else ("--memory-budget", budget)
+        self.in_files = 0
         self.can_slow = opened_files.why_not() == ""
         self.is_slow = False
         self.learn_answers()
@@ -217,7 +222,7 @@ class Trial:
 
     def new_server(self):
         self.is_slow = self.can_slow and self.chance.random() < 0.5
-        return self.make_server("--data", self.data, prefix=SLOW_DISK if self.is_slow else ())
+        return self.make_server("--data", self.data, *self.budget, prefix=SLOW_DISK if self.is_slow else ())
 
     def run(self, times):
         server = self.new_server()
@@ -226,7 +231,7 @@ class Trial:
                 pending = self.work_and_kill(server)
                 if self.chance.random() < 0.25:
                     # Once more while it reads what is there.
-                    server = self.make_server("--data", self.data, wait=False)
+                    server = self.make_server("--data", self.data, *self.budget, wait=False)
                     time.sleep(self.chance.uniform(0, 0.05))
                     server.kill()
                     server.end()
@@ -254,6 +259,8 @@ class Trial:
                 break
             time.sleep(0)
         moments = [client.doing for client in clients]
+        if self.budget and server.metric("sightline_overflow_bytes") > 0:
+            self.in_files += 1
         server.kill()
         for client in clients:
             client.join()
@@ -341,8 +348,9 @@ class Trial:
                 raise AssertionError(f"left over: {name}")
 
     def text(self):
+        files = f"{self.in_files} times scenes were in mapped temporary files; " if self.budget else ""
         moments = ", ".join(f"{moment} {count}" for moment, count in sorted(self.moments.items()))
-        return (f"{self.kills} kills while {CLIENTS} clients were: {moments}. {self.checked} scenes asked afterwards, "
+        return (f"{self.kills} kills while {CLIENTS} clients were: {moments}. {files}{self.checked} scenes asked afterwards, "
                 f"all right; of what was on its way {self.unsure_done} were done and {self.unsure_not_done} not; "
                 f"{self.half_written} half-written files lay there, none after the next start")
 
@@ -352,13 +360,14 @@ def main():
     parser.add_argument("binary")
     parser.add_argument("--times", type=int, default=100)
     parser.add_argument("--seed", type=int, default=0, help="0: another one each time")
+    parser.add_argument("--memory-budget", type=int, help="of the servers that are killed, in bytes")
     options = parser.parse_args()
     seed = options.seed or random.SystemRandom().getrandbits(32)
     print(f"seed {seed}", flush=True)
     sys.argv = [sys.argv[0], options.binary]
     from sightline_server import Server  # takes the binary from the command line
     with tempfile.TemporaryDirectory() as folder:
-        trial = Trial(Server, Path(folder, "data"), seed)
+        trial = Trial(Server, Path(folder, "data"), seed, options.memory_budget)
         try:
             trial.run(options.times)
         except AssertionError as fault:

@@ -19,6 +19,13 @@ class Kills(unittest.TestCase):
             print(f"seed {SEED}: {trial.text()}")
             self.assertEqual(trial.kills, 5)
 
+    def test_scenes_in_mapped_temporary_files_leave_nothing_on_the_disk(self):
+        with tempfile.TemporaryDirectory() as folder:
+            trial = kills.Trial(Server, Path(folder, "data"), SEED, budget=1 << 20)
+            trial.run(5)
+            print(f"seed {SEED}: {trial.text()}")
+            self.assertGreater(trial.in_files, 0)
+
 
 if __name__ == "__main__":
     case_report.main()
