@@ -5,7 +5,7 @@
 #   scripts/stress.sh [--minutes N] [--out FOLDER] [FLAG...]
 #   scripts/stress.sh --boxes [--out FOLDER] [FLAG...]
 #   scripts/stress.sh fuzz [--minutes N] [--jobs N] [--target NAME]... [--list]
-#   scripts/stress.sh kills [--times N] [--seed S]
+#   scripts/stress.sh kills [--times N] [--seed S] [--memory-budget BYTES]
 #   scripts/stress.sh soak [--minutes N] [--workers N] [--seed S] [--difficult]
 #   scripts/stress.sh faults [--times N] [--seed S]
 #   scripts/stress.sh client [--calls N] [--seed S]

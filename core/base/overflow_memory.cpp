@@ -182,7 +182,7 @@ void OverflowMemory::run() {
 void OverflowMemory::evict(std::uint64_t bytes) {
   // What is unmapped may not have been in memory: the mapped pages are counted again.
   const std::uint64_t before = mapped_bytes();
-  for (std::uint64_t passed = 0; passed < used_; passed += kCell) {
+  for (std::uint64_t passed = 0; passed < used_;) {
     {
       const std::lock_guard hold(mutex_);
       if (hand_ >= regions_.size()) hand_ = 0;
@@ -193,6 +193,7 @@ void OverflowMemory::evict(std::uint64_t bytes) {
       // The file has what was written; the pages are mapped again when they are read.
       if (size > 0) ::madvise(region.begin + begin, size, MADV_DONTNEED);
       evicted_ += size;
+      passed += std::max<std::size_t>(size, 1);
       hand_at_ = begin + size;
       if (hand_at_ >= region.size) {
         ++hand_;

@@ -83,7 +83,7 @@ SceneTree LazyLayout::split(std::uint32_t slot, std::vector<MeshPart> parts,
   std::vector<Placement> placements;
   placements.reserve(tree.placements.size() - whole.entries + parts.size() * whole.entries);
   std::vector<Box3d> boxes;
-  boxes.reserve(placements.capacity());
+  boxes.reserve(tree.entries - whole.entries + parts.size() * whole.entries);
   // Entries that the parts replace, by their indices in `tree`.
   std::vector<std::uint32_t> replaced;
   // The last entry stays the last if others share its tree.

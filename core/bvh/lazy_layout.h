@@ -1,6 +1,6 @@
 #pragma once
-/// LazyLayout: which trees of a scene can be built one by one, on demand, and which trees each
-/// entry of the scene uses.
+/// LazyLayout: which trees of a scene can be built one by one, on demand, and the states of the scene
+/// (SceneTree) between none of them and all.
 
 #include <cstdint>
 #include <memory>
@@ -32,10 +32,11 @@ struct TreeSlot {
   std::shared_ptr<const void> owner = {};  ///< owns the memory of `runs`
 };
 
-/// The list of slots, one for each tree. The entries that use them are in the states of the scene
-/// (SceneTree), which the layout makes. Slots are never renumbered:
-/// a split appends the new ones. It does not build trees: its owner builds them by build_slot, and
-/// puts them into SceneTree::trees. Not thread-safe. The plan must outlive the layout.
+/// The list of slots, one for each tree, and a box for each entry of the present state. The entries
+/// are in that state, which the layout makes: split() and moved() need exactly the last one. Slots
+/// are never renumbered: a split appends the new ones. A layout does not build trees: its owner
+/// builds them by build_slot, and puts them into SceneTree::trees. Not thread-safe. The plan must
+/// outlive the layout.
 class LazyLayout {
  public:
   struct WithState;
@@ -68,8 +69,8 @@ class LazyLayout {
 
  private:
   explicit LazyLayout(const ScenePlan& plan) : plan_(plan) {}
-  /// Builds the top tree. `placements` are one for each of boxes_, and then those that share the
-  /// tree of the last entry.
+  /// Sets the placements, entries and bounds, and builds the top tree. `placements` are one for each
+  /// of boxes_, and then those that share the tree of the last entry.
   void place(std::vector<Placement> placements, SceneTree& tree) const;
   void carry_shared(std::span<const Placement> shared, const std::vector<bool>& is_moved,
                     const SceneTree& from, SceneTree& to, std::vector<Placement>& placements);

@@ -89,7 +89,8 @@ LazyLayout::WithState LazyLayout::moved(const ScenePlan& plan, const ScenePlan& 
   for (const std::uint32_t number : fresh) is_fresh[number] = true;
 
   std::vector<Placement> placements;
-  placements.reserve(tree.placements.size() + moved.size());
+  placements.reserve(std::max(tree.placements.size(), plan.placements.size()));
+  layout.boxes_.reserve(placements.capacity());
   const auto enter = [&](const Placement& placement, const Box3d& box) {
     placements.push_back(placement);
     layout.boxes_.push_back(box);
@@ -167,18 +168,20 @@ void LazyLayout::carry_shared(std::span<const Placement> shared, const std::vect
                                          : std::make_shared<const WideTree>(std::move(left));
   }
   Box3d box;
+  std::uint32_t mesh = 0;
   const auto number = static_cast<std::uint32_t>(to.trees.size());
   for (Placement placement : shared) {
     if (is_gone(placement)) {
       placement.instance = kGone;
     } else {
+      if (box.empty()) mesh = plan_.placements[placement.instance].mesh;
       box.include(plan_.placed[placement.instance]);
     }
     placement.tree = number;
     placements.push_back(placement);
   }
   to.trees.push_back(std::move(tree));
-  slots_.push_back({.entries = 1, .whole = true});
+  slots_.push_back({.mesh = mesh, .entries = 1, .whole = true});
   boxes_.push_back(box);
 }
 

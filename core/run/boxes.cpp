@@ -50,9 +50,7 @@ double part_of_triangles(const Box3d& scene, const Box3d& shape) {
         part_of_side(scene.min[k], scene.max[k], shape.min[k], shape.max[k]);
   }
   std::sort(parts.begin(), parts.end());
-  // One triangle far away makes the bounds say nothing of where the others are.
-  constexpr double kLeast = 0.125;
-  return std::max(parts[1] * parts[2], kLeast);
+  return parts[1] * parts[2];
 }
 
 }  // namespace
@@ -69,9 +67,15 @@ std::uint64_t Engine::expected_triangles(const Scene& scene, const BoxBatch& box
       return part_of_triangles(bounds, outer_bounds(shape));
     }
   };
-  double parts = 0;
-  for (std::size_t i = 0; i < boxes.size(); ++i) parts += boxes.visit(i, part);
-  const double triangles = parts * static_cast<double>(scene.instanced_triangle_count());
+  // One triangle far away makes the bounds say nothing of where the others are.
+  constexpr double kLeastPart = 0.125, kLeastTriangles = 1 << 19;
+  const auto all = static_cast<double>(scene.instanced_triangle_count());
+  const double least = std::min(kLeastPart * all, kLeastTriangles);
+  double triangles = 0;
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    const double of_box = boxes.visit(i, part);
+    if (of_box > 0) triangles += std::max(of_box * all, least);
+  }
   constexpr double kMost = 0x1p62;
   return static_cast<std::uint64_t>(std::min(triangles, kMost));
 }

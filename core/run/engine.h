@@ -200,8 +200,9 @@ class Engine {
                    RayBoxDetail detail, const Deadline& deadline, RayBoxAnswers& answers) const;
   /// An estimate of how many triangles the boxes come near in total, for admission. It is all
   /// triangles for a region of planes; for another shape a part of them, by the two widest sides of
-  /// its bounds within the scene's, and at least an eighth. It reads no triangle. Where a scene is
-  /// denser than elsewhere, it is too low, by a factor of 8 at most.
+  /// its bounds within the scene's. A shape that meets the scene's bounds counts at least an eighth
+  /// of the triangles or 2^19, whichever is less. It reads no triangle. Where a scene is denser than
+  /// elsewhere, it is too low.
   static std::uint64_t expected_triangles(const Scene& scene, const BoxBatch& boxes);
   /// For each box 1 if any triangle counts by `relation`, else 0. `touched` is resized and
   /// overwritten.

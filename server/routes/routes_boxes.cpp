@@ -51,7 +51,7 @@ std::uint64_t cost_of(const Scene& scene, const BoxQuery& query) {
   // A ray of an ordinary query compares some 16 triangles. The faces of hulls cost as much as ten
   // rays for each point.
   std::uint64_t cost = 2 * boxes + triangles / 16 + 10 * query.boxes.points.size();
-  // Each box reads which instances have a node that is not within.
+  // A box that contains a triangle reads which instances have a node that is not within.
   if (query.question.targets == BoxTargets::kNodes &&
       query.question.relation == BoxRelation::kContained)
     cost += boxes * (scene.description().instances.size() / 16);

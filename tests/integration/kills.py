@@ -250,6 +250,8 @@ class Trial:
         for client in clients:
             client.start()
         time.sleep(self.chance.uniform(0, LONGEST_SECONDS))
+        if self.budget and server.metric("sightline_overflow_bytes") > 0:
+            self.in_files += 1
         writing_before = self.written_last()
         # Half of the times whatever they do; else as soon as one of them does this.
         moment = self.chance.choice((None, None, None, "uploading", "building or writing", "removing", "moving a node", WRITING))
@@ -259,8 +261,6 @@ class Trial:
                 break
             time.sleep(0)
         moments = [client.doing for client in clients]
-        if self.budget and server.metric("sightline_overflow_bytes") > 0:
-            self.in_files += 1
         server.kill()
         for client in clients:
             client.join()

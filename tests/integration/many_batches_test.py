@@ -35,7 +35,8 @@ def ask(server, body, headers):
 
 class ManyBatches(unittest.TestCase):
     def setUp(self):
-        self.server = Server("--preload", "town=demo:town", memory=None)
+        # Each is answered in the end, however slow the machine is.
+        self.server = Server("--preload", "town=demo:town", "--request-seconds", 600, memory=None)
         self.addCleanup(self.server.end)
 
     def ask_together(self, body, headers):
