@@ -108,7 +108,7 @@ class Threads(TwoScenes):
         points = [ray["origin"] for ray in rays(1000)]
         with Server("--preload", "town=demo:town", "--skip", "none", "--threads", 4) as server:
             if is_sanitized(server):
-                self.skipTest("a build with ThreadSanitizer sets no limit")
+                self.skipTest("a sanitized build sets no limit")
             if spent_by_threads(server) is None:
                 self.skipTest("the system counts no time for each thread")
 
