@@ -53,8 +53,8 @@ class Sweep {
   }
 
  private:
-  /// The cut of two boxes costs the same on every axis, so the first axis is chosen. Half of the cuts
-  /// of a tree over single boxes are of two.
+  /// The cut of two boxes costs the same on every axis, so the first axis is chosen. Up to half
+  /// of the cuts of a tree over single boxes are of two.
   static Split cut_pair(BuildBox* boxes, BlockSize size) {
     alignas(16) float middle[2][4];
     for (std::size_t i = 0; i < 2; ++i) boxes[i].middle().store(middle[i]);
