@@ -1,6 +1,6 @@
 #pragma once
 /// OverflowMemory: memory beyond a budget, in temporary files that the process maps. The process has
-/// only a limited part of it in its memory; a read of the rest waits for the file.
+/// a part of it in its memory, near a limit; a read of the rest waits for the file.
 
 #include <atomic>
 #include <condition_variable>
@@ -36,7 +36,8 @@ class OverflowMemory : public std::enable_shared_from_this<OverflowMemory> {
   /// Returns blocks of the disk, where the file system can: the bytes are zeros then. Precondition:
   /// whole pages of one piece, not given back before.
   void give_back(std::byte* begin, std::size_t bytes);
-  /// Sets how many bytes may be in the memory of the process; at first none.
+  /// Sets how many bytes should be in the memory of the process; at first none. Fast reads of cached
+  /// files exceed it for milliseconds.
   void set_resident_limit(std::uint64_t bytes) { resident_limit_ = bytes; }
   /// True if `at` lies in memory that take() returned.
   bool contains(const void* at) const;

@@ -190,33 +190,27 @@ std::shared_ptr<const CornerGroups> groups_of(const MeshView& mesh, const MeshFa
   return groups;
 }
 
+/// Two numbers in one register, by the vector extensions of g++ and clang (docs/decisions/0029).
+using Pair = double __attribute__((vector_size(16)));
+
 /// One coordinate of mapped points and boxes, as Affine::apply computes it.
 class MappedAxis {
  public:
-  MappedAxis(const Affine& matrix, int axis) : m_(matrix.m[axis]) {
-    for (int k = 0; k < 3; ++k) {
-      least_[k] = m_[k] < 0 ? &Box3d::max : &Box3d::min;
-      largest_[k] = m_[k] < 0 ? &Box3d::min : &Box3d::max;
-    }
-  }
+  MappedAxis(const Affine& matrix, int axis) : m_(matrix.m[axis]) {}
   double of(const Vec3d& p) const { return ((m_[0] * p.x + m_[1] * p.y) + m_[2] * p.z) + m_[3]; }
-  /// No mapped point of the box is below: each rounded product and sum is a monotone function of
-  /// its operands.
-  double least(const Box3d& box) const { return of_corner(box, least_); }
-  /// No mapped point of the box is above.
-  double largest(const Box3d& box) const { return of_corner(box, largest_); }
+  /// The least and the largest value of of() in the box: no mapped point is beyond, because each
+  /// rounded product and sum is a monotone function of its operands.
+  Pair range(const Box3d& box) const {
+    return ((product(box, 0) + product(box, 1)) + product(box, 2)) + m_[3];
+  }
 
  private:
-  using Side = Vec3d Box3d::*;
-  double of_corner(const Box3d& box, const Side* sides) const {
-    return of({(box.*sides[0]).x, (box.*sides[1]).y, (box.*sides[2]).z});
+  Pair product(const Box3d& box, int k) const {
+    const double least = box.min[k], largest = box.max[k];
+    return m_[k] < 0 ? m_[k] * Pair{largest, least} : m_[k] * Pair{least, largest};
   }
   const double* m_;
-  Side least_[3], largest_[3];
 };
-
-/// Two numbers in one register, by the vector extensions of g++ and clang (docs/decisions/0029).
-using Pair = double __attribute__((vector_size(16)));
 
 /// The union of the mapped boxes; not finite if a mapped corner is not. Computes MappedAxis::least
 /// and MappedAxis::largest side by side.
@@ -224,14 +218,10 @@ Box3d grouped_bounds(const CornerGroups& groups, const Affine& matrix) {
   Box3d bounds;
   Pair zero{};  // no number if a corner is not finite
   for (int axis = 0; axis < 3; ++axis) {
-    const double* const m = matrix.m[axis];
+    const MappedAxis map(matrix, axis);
     Pair low{kInfD, kInfD}, high{-kInfD, -kInfD};
     for (const Box3d& box : groups.boxes) {
-      const auto side = [&](int k) {
-        const double least = box.min[k], largest = box.max[k];
-        return m[k] < 0 ? m[k] * Pair{largest, least} : m[k] * Pair{least, largest};
-      };
-      const Pair mapped = ((side(0) + side(1)) + side(2)) + m[3];
+      const Pair mapped = map.range(box);
       zero += mapped - mapped;
       low = mapped < low ? mapped : low;
       high = mapped > high ? mapped : high;
@@ -271,7 +261,7 @@ void include_side(const ScenePlan& plan, const PlacementView& view, int axis, bo
   const std::size_t count = groups.corners.empty() ? mesh.positions.size() : groups.corners.size();
   for (std::size_t g = 0; g < groups.boxes.size(); ++g) {
     const Box3d& box = groups.boxes[g];
-    if (!beyond(largest ? map.largest(box) : map.least(box))) continue;
+    if (!beyond(map.range(box)[largest ? 1 : 0])) continue;
     const std::size_t end = std::min(count, (g + 1) * CornerGroups::kCorners);
     for (std::size_t i = g * CornerGroups::kCorners; i < end; ++i) {
       const Vec3f& p = mesh.positions[groups.corners.empty() ? i : groups.corners[i]];

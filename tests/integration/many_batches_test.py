@@ -1,4 +1,4 @@
-"""Large batches of many clients at once, with the default limits of the server."""
+"""Large batches of many clients at once, with the default limits of memory of the server."""
 
 import array
 import hashlib
