@@ -333,27 +333,28 @@ class Haproxy(unittest.TestCase):
 
     def test_a_scene_has_one_server_and_the_loss_of_a_server_fails_no_query(self):
         names = [f"s{i}" for i in range(12)]
-        with tempfile.TemporaryDirectory() as folder:
-            servers = []
-            for i in range(3):
-                servers.append(Server("--data", f"{folder}/{i}", "--origin", f"{folder}/origin"))
-                self.addCleanup(servers[-1].end)
-            with Balancer([server.port for server in servers]) as balancer:
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)  # After the servers have ended: they write trees until then.
+        servers = []
+        for i in range(3):
+            servers.append(Server("--data", f"{folder.name}/{i}", "--origin", f"{folder.name}/origin"))
+            self.addCleanup(servers[-1].end)
+        with Balancer([server.port for server in servers]) as balancer:
+            for name in names:
+                self.assertEqual(curl(f"{balancer.url}/v1/scenes/{name}", "-X", "PUT", body=demo_glb("six")).status, 201)
+
+            def ask_all():
                 for name in names:
-                    self.assertEqual(curl(f"{balancer.url}/v1/scenes/{name}", "-X", "PUT", body=demo_glb("six")).status, 201)
+                    answer = curl(f"{balancer.url}/v1/scenes/{name}/rays:closest", "-H", JSON_TYPE, body=RAY)
+                    self.assertEqual((answer.status, answer.body), (200, b'{"hits":[{"t":4.5}]}'))
 
-                def ask_all():
-                    for name in names:
-                        answer = curl(f"{balancer.url}/v1/scenes/{name}/rays:closest", "-H", JSON_TYPE, body=RAY)
-                        self.assertEqual((answer.status, answer.body), (200, b'{"hits":[{"t":4.5}]}'))
-
-                for _ in range(2):
-                    ask_all()
-                ready = [int(re.search(r'sightline_scenes\{state="ready"\} (\d+)', server.ask("/metrics").body.decode())[1]) for server in servers]
-                self.assertEqual(sum(ready), len(names), ready)
-                self.assertLess(max(ready), len(names))
-                servers[ready.index(max(ready))].kill()
+            for _ in range(2):
                 ask_all()
+            ready = [int(re.search(r'sightline_scenes\{state="ready"\} (\d+)', server.ask("/metrics").body.decode())[1]) for server in servers]
+            self.assertEqual(sum(ready), len(names), ready)
+            self.assertLess(max(ready), len(names))
+            servers[ready.index(max(ready))].kill()
+            ask_all()
 
     def test_a_request_of_16_kib_is_sent_again_after_a_lost_answer(self):
         names = [f"s{i}" for i in range(8)]

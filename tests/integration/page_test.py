@@ -3,6 +3,7 @@
 The browser part needs chromium and the packages that CMake installs for the page; it says SKIPPED without them.
 """
 
+import contextlib
 import functools
 import gzip
 import json
@@ -461,10 +462,10 @@ class PageInBrowser(unittest.TestCase):
     def test_links_give_the_same_bytes_with_every_kernel_after_a_restart_and_on_a_second_server(self):
         # SIGHTLINE_LINKS=1000 replays as many.
         count, seeded = int(os.environ.get("SIGHTLINE_LINKS", "24")), random.Random(22)
-        with tempfile.TemporaryDirectory() as folder:
+        with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as servers:
             def server(data, *flags):
                 made = Server("--data", Path(folder, data), *flags, memory=None)
-                self.addCleanup(made.end)
+                servers.callback(made.end)
                 return made
             scenes = {"town": demo_glb("town"), "six": demo_glb("six"), "painted": demo_glb("painted")}
             first = server("first")
