@@ -14,7 +14,6 @@ namespace sightline {
 
 namespace {
 
-constexpr std::uint32_t kParallelBoxes = 1u << 14;
 constexpr float kInf = std::numeric_limits<float>::infinity();
 
 struct Counts {

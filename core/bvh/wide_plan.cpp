@@ -5,7 +5,6 @@
 namespace sightline {
 
 namespace {
-constexpr std::uint32_t kParallelBoxes = 1u << 14;
 constexpr std::uint32_t kNodeGranules = sizeof(WideNode) / Arena::kGranule;
 constexpr std::uint32_t kBlockGranules = sizeof(LeafBlock) / Arena::kGranule;
 }  // namespace

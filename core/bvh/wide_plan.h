@@ -8,6 +8,9 @@
 
 namespace sightline {
 
+/// Subtrees with fewer boxes are planned and written by one thread.
+inline constexpr std::uint32_t kParallelBoxes = 1u << 14;
+
 /// Rounds a number of granules (32 bytes) up to a multiple of a node's alignment.
 inline std::uint32_t whole_lines(std::uint32_t granules) {
   constexpr std::uint32_t kLine = kNodeAlign / Arena::kGranule;

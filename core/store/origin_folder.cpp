@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 constexpr const char* kWriting = "write to the origin";
 constexpr const char* kReading = "read from the origin";
 constexpr const char* kWritingFolder = "writing";
-constexpr std::size_t kPiece = 1 << 20;
+constexpr std::size_t kCopiedAtOnce = 1 << 20;
 
 /// A new file in `folder` whose name no other process has.
 Result<TemporaryFile> unique_file(const fs::path& folder) {
@@ -32,7 +32,7 @@ Result<TemporaryFile> unique_file(const fs::path& folder) {
 }
 
 Status copy(const FileDescriptor& from, std::uint64_t bytes, const FileDescriptor& to) {
-  std::vector<std::byte> piece(std::min<std::uint64_t>(bytes, kPiece));
+  std::vector<std::byte> piece(std::min<std::uint64_t>(bytes, kCopiedAtOnce));
   for (std::uint64_t done = 0; done < bytes;) {
     const auto part = std::span(piece).first(std::min<std::uint64_t>(piece.size(), bytes - done));
     const auto got = read_at(from, done, part, kWriting);
@@ -96,7 +96,7 @@ Result<bool> OriginFolder::read(const std::string& name,
   if (!fs::exists(path, error) && !error) return false;
   const auto file = open_file(path, O_RDONLY, kReading);
   if (!file) return file.error();
-  std::vector<std::byte> piece(kPiece);
+  std::vector<std::byte> piece(kCopiedAtOnce);
   for (std::uint64_t done = 0;;) {
     const auto got = read_at(*file, done, piece, kReading);
     if (!got) return got.error();

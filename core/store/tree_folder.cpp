@@ -23,13 +23,13 @@ Error not_stored() { return {ErrorKind::kCancelled, "CANCELLED", "the trees were
 
 /// That are on the disk before the next are written: nobody can cancel a sync, and one of hundreds
 /// of megabytes takes seconds.
-constexpr std::size_t kPiece = 16 << 20;
+constexpr std::size_t kWrittenAtOnce = 16 << 20;
 
 Status write_in_pieces(const FileDescriptor& file, std::span<const std::byte> bytes,
                        const CancelFlag* cancel) {
   while (!bytes.empty()) {
     if (is_cancelled(cancel)) return not_stored();
-    const auto piece = bytes.first(std::min(kPiece, bytes.size()));
+    const auto piece = bytes.first(std::min(kWrittenAtOnce, bytes.size()));
     bytes = bytes.subspan(piece.size());
     if (Status status = write_all(file, piece, kStoringTrees); !status) return status;
     if (bytes.empty()) break;  // the end is synced with what follows

@@ -10,8 +10,8 @@ namespace sightline {
 namespace {
 
 constexpr std::uint32_t kNormalsFlag = 2;
-constexpr BinaryKind kPoints{"SLP1", "points", "POINTS_TOO_MANY", 1,
-                             [](std::uint32_t) { return std::size_t{3}; }};
+constexpr BinaryKind kPlainPoints{"SLP1", "points", "POINTS_TOO_MANY", 1,
+                                  [](std::uint32_t) { return std::size_t{3}; }};
 constexpr BinaryKind kDirectedPoints{
     "SLP1", "points", "POINTS_TOO_MANY", 3, [](std::uint32_t flags) {
       return (flags & kNormalsFlag) != 0 ? std::size_t{6} : std::size_t{3};
@@ -56,8 +56,8 @@ void write_trust(BinaryAnswer& answer, const InsideColumns& columns) {
 }  // namespace
 
 Result<PointQuery> decode_points_binary(std::string_view body, const PointJsonRules& rules) {
-  const auto header =
-      read_whole_header(body, rules.has_directions ? kDirectedPoints : kPoints, rules.max_points);
+  const auto header = read_whole_header(body, rules.has_directions ? kDirectedPoints : kPlainPoints,
+                                        rules.max_points);
   if (!header) return header.error();
   PointJsonRules option_rules = rules;
   option_rules.has_points = false;

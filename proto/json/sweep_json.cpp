@@ -13,9 +13,6 @@ namespace {
 constexpr std::array<std::string_view, 1> kSweepQueryKeys{"sweeps"};
 constexpr std::array<std::string_view, 10> kSweepKeys{
     "origin", "direction", "tmin", "tmax", "radius", "half", "from", "to", "rotation", "axes"};
-constexpr unsigned kOrigin = 1u, kDirection = 2u, kRadius = 16u, kHalf = 32u, kFrom = 64u,
-                   kTo = 128u, kRotation = 256u, kAxes = 512u;
-constexpr unsigned kTurn = kRotation | kAxes;
 
 class SweepReader : public RayReader {
  public:
@@ -38,6 +35,11 @@ class SweepReader : public RayReader {
   }
 
  private:
+  /// Bits of kSweepKeys.
+  static constexpr unsigned kOrigin = 1u, kDirection = 2u, kRadius = 16u, kHalf = 32u, kFrom = 64u,
+                            kTo = 128u, kRotation = 256u, kAxes = 512u;
+  static constexpr unsigned kTurn = kRotation | kAxes;
+
   std::span<const std::string_view> more_keys() const override {
     static_assert(kSweepQueryKeys.size() <= kMostMoreKeys);
     return kSweepQueryKeys;

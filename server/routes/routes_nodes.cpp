@@ -16,7 +16,7 @@
 namespace sightline {
 namespace {
 
-constexpr std::uint64_t kMostBytes = 8 << 20;
+constexpr std::uint64_t kMostChangeBytes = 8 << 20;
 
 /// `numbers`: three for each.
 SharedColumn<Vec3f> positions_of(const std::vector<float>& numbers) {
@@ -136,7 +136,8 @@ void delete_node(Exchange& exchange, Service& service) {
 bool read_change(Exchange& exchange, std::string& body) {
   // As a document of JSON, and as decoded.
   constexpr std::uint64_t kBytesForByte = 24;
-  return admit_json_change(exchange, kMostBytes) && read_body(exchange, kMostBytes, 0, body) &&
+  return admit_json_change(exchange, kMostChangeBytes) &&
+         read_body(exchange, kMostChangeBytes, 0, body) &&
          went_well(exchange, exchange.reserve(body.size() * kBytesForByte));
 }
 

@@ -126,7 +126,7 @@ void geometry(Exchange& exchange, const Service& service) {
 }
 
 void trees(Exchange& exchange, const Service& service) {
-  constexpr std::uint64_t kMostLevel = 1000, kBoxBytes = 512;
+  constexpr std::uint64_t kMostLevel = 1000, kLevelBoxBytes = 512;
   const auto parameters = QueryParameters::read(exchange, {"level"});
   std::uint64_t level = 0;
   if (!parameters || !parameters->number(exchange, "level", kMostLevel, level)) return;
@@ -138,7 +138,7 @@ void trees(Exchange& exchange, const Service& service) {
   const std::uint64_t cost = kRaysOfTriangle * stored->scene->unique_triangle_count();
   if (exchange.body != nullptr && !exchange.body->may_cost(cost)) return;
   if (!parameters->text("level")) return exchange.reply_json(200, encode_trees(*stored->scene));
-  if (Status status = exchange.reserve(kMostLevelBoxes * kBoxBytes); !status) {
+  if (Status status = exchange.reserve(kMostLevelBoxes * kLevelBoxBytes); !status) {
     return exchange.reply_error(status.error());
   }
   exchange.reply_json(200, encode_trees(*stored->scene, static_cast<std::uint32_t>(level)));

@@ -34,11 +34,13 @@ std::uint32_t components_of(int type) {
   }
 }
 
-std::string pointer_of(std::size_t accessor) { return "/accessors/" + std::to_string(accessor); }
+std::string accessor_pointer(std::size_t accessor) {
+  return "/accessors/" + std::to_string(accessor);
+}
 
 Error wrong(std::size_t accessor, const std::string& what) {
   return invalid("GLTF_ACCESSOR_INVALID", "accessor " + std::to_string(accessor) + ": " + what,
-                 pointer_of(accessor));
+                 accessor_pointer(accessor));
 }
 
 }  // namespace
@@ -123,7 +125,7 @@ Status AccessorReader::check(std::size_t index, const char* part, const Extent& 
     return invalid("GLTF_ACCESSOR_OUT_OF_BOUNDS",
                    place + ": needs " + std::to_string(needed) + " bytes, bufferView " +
                        std::to_string(extent.view) + " has " + std::to_string(bytes),
-                   pointer_of(index));
+                   accessor_pointer(index));
   }
   // Readers differ where an accessor is not aligned in its bufferView, not where the bufferView is
   // not aligned in its buffer.
@@ -242,7 +244,7 @@ Result<AccessorView> AccessorReader::view(std::size_t index) {
   } else if (view.count > limits_.zero_filled) {
     return beyond_limit(
         "ZERO_FILLED", "accessor " + std::to_string(index) + ": elements without bytes in the file",
-        view.count, limits_.zero_filled, pointer_of(index));
+        view.count, limits_.zero_filled, accessor_pointer(index));
   }
   if (accessor.sparse.isSparse) {
     if (Status status = attach_sparse(index, view); !status) return status.error();

@@ -8,7 +8,7 @@ namespace sightline::gltf {
 namespace {
 
 std::string place_of(std::size_t view) { return "bufferView " + std::to_string(view); }
-std::string pointer_of(std::size_t view) {
+std::string view_pointer(std::size_t view) {
   return "/bufferViews/" + std::to_string(view) + "/extensions/" + kMeshopt;
 }
 
@@ -62,7 +62,7 @@ Result<std::span<const std::byte>> ViewStore::part(std::size_t buffer, std::uint
 
 Result<std::span<const std::byte>> ViewStore::to_decode(std::size_t index) {
   const MeshoptView& view = document_.meshopt.at(index);
-  return part(view.buffer, view.offset, view.length, place_of(index), pointer_of(index));
+  return part(view.buffer, view.offset, view.length, place_of(index), view_pointer(index));
 }
 
 Result<std::span<const std::byte>> ViewStore::decoded(std::size_t index, const MeshoptView& view) {
@@ -73,7 +73,7 @@ Result<std::span<const std::byte>> ViewStore::decoded(std::size_t index, const M
   if (!compressed) return compressed.error();
   if (Status status = budget_.spend_bytes(view.decoded_bytes()); !status) return status.error();
   if (buffers_.is_mapped(view.buffer)) will_need(*compressed);
-  auto bytes = decode_meshopt(view, *compressed, place_of(index), pointer_of(index));
+  auto bytes = decode_meshopt(view, *compressed, place_of(index), view_pointer(index));
   if (!bytes) return bytes.error();
   if (buffers_.is_mapped(view.buffer)) compressed_bytes_ += view.length;
   const std::byte* const begin = decoded_.emplace(index, *std::move(bytes)).first->second.get();

@@ -16,7 +16,7 @@ using test::json;
 using test::one_triangle;
 using test::TinyFile;
 
-constexpr const char* kName = "EXT_meshopt_compression";
+constexpr const char* kExtensionName = "EXT_meshopt_compression";
 
 std::vector<std::uint8_t> encode_elements(const void* data, std::size_t count, std::size_t stride) {
   std::vector<std::uint8_t> out(meshopt_encodeVertexBufferBound(count, stride));
@@ -39,18 +39,19 @@ json& compress(TinyFile& file, std::size_t view, const std::vector<std::uint8_t>
   file.root["bufferViews"][view] = {{"buffer", 1},
                                     {"byteLength", count * stride},
                                     {"extensions",
-                                     {{kName,
+                                     {{kExtensionName,
                                        {{"buffer", 0},
                                         {"byteOffset", source["byteOffset"]},
                                         {"byteLength", source["byteLength"]},
                                         {"byteStride", stride},
                                         {"count", count},
                                         {"mode", mode}}}}}};
-  file.root["extensionsUsed"] = {kName};
-  file.root["extensionsRequired"] = {kName};
-  file.root["buffers"] = {{{"byteLength", file.binary.size()}},
-                          {{"byteLength", 1000}, {"extensions", {{kName, {{"fallback", true}}}}}}};
-  return file.root["bufferViews"][view]["extensions"][kName];
+  file.root["extensionsUsed"] = {kExtensionName};
+  file.root["extensionsRequired"] = {kExtensionName};
+  file.root["buffers"] = {
+      {{"byteLength", file.binary.size()}},
+      {{"byteLength", 1000}, {"extensions", {{kExtensionName, {{"fallback", true}}}}}}};
+  return file.root["bufferViews"][view]["extensions"][kExtensionName];
 }
 
 const std::vector<float> kTriangle = {0, 0, 0, 1, 0, 0, 0, 1, 0};
@@ -137,7 +138,8 @@ TinyFile compressed_normals() {
 
 TEST(MeshoptView, of_normals_is_decoded_when_a_hit_asks) {
   const TinyFile file = compressed_normals();
-  const std::uint64_t packed = file.root["bufferViews"][2]["extensions"][kName]["byteLength"];
+  const std::uint64_t packed =
+      file.root["bufferViews"][2]["extensions"][kExtensionName]["byteLength"];
   const auto bytes = std::make_shared<const std::vector<std::byte>>(file.bytes());
   for (const bool is_kept : {true, false}) {
     ImportOptions options;
@@ -161,7 +163,7 @@ TEST(MeshoptView, of_normals_is_decoded_when_a_hit_asks) {
 
 TEST(MeshoptView, of_normals_that_is_damaged_says_nothing) {
   TinyFile file = compressed_normals();
-  const std::size_t at = file.root["bufferViews"][2]["extensions"][kName]["byteOffset"];
+  const std::size_t at = file.root["bufferViews"][2]["extensions"][kExtensionName]["byteOffset"];
   file.binary[at] = std::byte{0x55};
   ImportOptions options;
   options.copies_attributes = true;
@@ -192,7 +194,8 @@ TEST(MeshoptView, counts_its_compressed_bytes_as_touched) {
   const TinyFile file = compressed_positions();
   const auto scene = file.import();
   ASSERT_TRUE(scene.ok());
-  const std::uint64_t packed = file.root["bufferViews"][0]["extensions"][kName]["byteLength"];
+  const std::uint64_t packed =
+      file.root["bufferViews"][0]["extensions"][kExtensionName]["byteLength"];
   const auto plain = one_triangle().import();
   const auto json_bytes = [](const TinyFile& f) {
     const auto bytes = f.bytes();
@@ -208,9 +211,9 @@ TEST(MeshoptView, refuses_what_breaks_a_rule_of_the_extension) {
   const auto spoiled = [](const char* key, const json& value) {
     TinyFile file = compressed_positions();
     json& view = file.root["bufferViews"][0];
-    view["extensions"][kName][key] = value;
-    const auto stride = view["extensions"][kName]["byteStride"];
-    const auto count = view["extensions"][kName]["count"];
+    view["extensions"][kExtensionName][key] = value;
+    const auto stride = view["extensions"][kExtensionName]["byteStride"];
+    const auto count = view["extensions"][kExtensionName]["count"];
     if (stride.is_number_unsigned() && count.is_number_unsigned()) {
       view["byteLength"] = stride.get<std::uint64_t>() * count.get<std::uint64_t>();
     }
@@ -248,7 +251,7 @@ TEST(MeshoptView, refuses_a_count_that_its_bytes_cannot_hold_before_memory_is_ta
   TinyFile file = compressed_positions();
   json& view = file.root["bufferViews"][0];
   const std::uint64_t count = 600'000'000;
-  view["extensions"][kName]["count"] = count;
+  view["extensions"][kExtensionName]["count"] = count;
   view["byteLength"] = count * 12;
   file.root["accessors"][0]["count"] = count;
   const auto scene = file.import();
