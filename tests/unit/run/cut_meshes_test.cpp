@@ -172,5 +172,30 @@ TEST(CutMeshes, move) {
   }
 }
 
+TEST(CutMeshes, move_beside_others_that_share_a_tree) {
+  demo::DemoScene both = demo::six_triangles();
+  const auto ground = static_cast<std::uint32_t>(both.nodes.size());
+  both.nodes.push_back({"ground", -1, static_cast<int>(both.meshes.size()), {}});
+  both.meshes.push_back(demo::terrain(3000).meshes[0]);
+  auto scene = cut_scene(description_of(both));
+  build_all(*scene);
+  auto whole = *Scene::build(description_of(both));
+  const auto built = scene->trees().now();
+  ASSERT_GT(built->placements.size(), built->entries);
+  // "ground" is cut again beside the others, then "left" leaves them.
+  for (const NodeChange& change : {NodeChange{ground, demo::translation(3, -400, 2), {}, {}},
+                                   NodeChange{1, demo::translation(0, 2, 0), {}, {}}}) {
+    scene = *scene->changed({&change, 1});
+    whole = *whole->changed({&change, 1});
+    RayBatch rays = rays_into(*whole);
+    for (const double x : {-5.0, 3.0}) rays.push_back({{x, 10, 0}, {0, -1, 0}});
+    EXPECT_EQ(hash_of_searches(*scene, rays), hash_of_searches(*whole, rays)) << change.node;
+    EXPECT_EQ(ask(*engine_of("", 2), *scene, rays).hash(),
+              ask(*engine_of("", 1), *whole, rays).hash())
+        << change.node;
+    EXPECT_EQ(scene->trees().stats().meshes_split, change.node == ground ? 1u : 0u);
+  }
+}
+
 }  // namespace
 }  // namespace sightline
