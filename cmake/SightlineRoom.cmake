@@ -32,7 +32,7 @@ option(SIGHTLINE_TOGETHER "Compile the files of some rooms a few at a time" ON)
 
 function(sightline_compile_together target)
   if(SIGHTLINE_TOGETHER AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 24)
   endif()
 endfunction()
 
