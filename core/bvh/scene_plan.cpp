@@ -212,8 +212,7 @@ class MappedAxis {
   const double* m_;
 };
 
-/// The union of the mapped boxes; not finite if a mapped corner is not. Computes MappedAxis::least
-/// and MappedAxis::largest side by side.
+/// The union of the mapped boxes; not finite if a mapped corner is not.
 Box3d grouped_bounds(const CornerGroups& groups, const Affine& matrix) {
   Box3d bounds;
   Pair zero{};  // no number if a corner is not finite
